@@ -1,0 +1,48 @@
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "dsp/fault.hpp"
+
+namespace dsp {
+
+/// What a channel measures. Displacements and their derivatives of base (r), payload (y) and payload relative to base
+/// (x = y - r, Eq. 49 of [QZS23]); a is the relative acceleration; f a force or input; z a hysteretic force.
+/// `other`: no fixed meaning; usable in terms under the channel's own name.
+enum class Role { other, t, r, dr, ddr, y, dy, ddy, x, v, a, f, z };
+[[nodiscard]] std::string_view to_string(Role role);
+/// Throws std::invalid_argument for a name that is no role.
+[[nodiscard]] Role role_from_string(std::string_view name);
+
+struct Channel {
+  std::string name;
+  Role role = Role::other;
+  std::string unit;              ///< of the samples: SI ("m", "m/s^2", "N", "V", "rad", ...)
+  double delay_s = 0.0;          ///< known lag of this channel behind the clock; not yet removed
+  std::vector<double> highpass_hz;  ///< known corners of its AC coupling, one pole each
+  bool calibrated = true;        ///< false: samples are raw units because the user asked for that
+};
+
+/// A stretch of a recording that must not be used, in seconds from its first sample.
+struct Interval {
+  double from_s = 0.0, to_s = 0.0;
+  std::string why;
+};
+
+/// Simultaneous channels on one clock. Sample i is at i / sample_rate_hz seconds from the start.
+struct Recording {
+  std::string name;              ///< for messages: the file it came from
+  double sample_rate_hz = 0.0;
+  double clock_start_s = 0.0;    ///< what the record's own clock said at the first sample
+  std::vector<Channel> channels;
+  Eigen::MatrixXd samples;       ///< num_samples x num_channels, SI
+  std::vector<Interval> bad;     ///< annotated, faulty or missing stretches, margins not yet added
+  std::vector<Check> checks;
+  [[nodiscard]] double duration_s() const { return static_cast<double>(samples.rows()) / sample_rate_hz; }
+  /// Column with this role, or -1.
+  [[nodiscard]] Eigen::Index find(Role role) const;
+};
+
+}  // namespace dsp

@@ -1,0 +1,39 @@
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "dsp/motion.hpp"
+#include "ident/expression.hpp"
+
+namespace ident {
+
+struct LibraryOptions {
+  int order = 3;                                   ///< all products of `variables` up to this degree; 0: only `terms`
+  std::vector<std::string> variables = {"x", "v"};
+  std::vector<std::string> terms;                  ///< further expressions; "1" is the constant
+  bool constant = true;                            ///< "1" goes with order >= 1
+  int max_terms = 1000;                            ///< more is refused before anything is formed
+};
+
+/// A candidate term: its name is the expression as a person would write it.
+struct Term {
+  std::string name;
+  Expression expression;
+  std::string unit;       ///< of the term's values, where it follows from the signals' units; else empty
+};
+
+/// The columns of Phi, in order.
+struct CandidateLibrary {
+  std::vector<Term> terms;
+};
+
+/// Throws dsp::Fault (usage): too many terms ("library.too_large", with the count), a name twice ("library.duplicate"),
+/// the target among its own terms ("library.target"), or what Expression throws.
+[[nodiscard]] CandidateLibrary make_library(const LibraryOptions& options, const std::string& target,
+                                            const dsp::Motion& signals);
+
+/// Unit of the coefficient of a term in an equation for the target: "1/s^2", "m/s^2"; empty where it does not follow.
+[[nodiscard]] std::string coefficient_unit(const std::string& target_unit, const std::string& term_unit);
+
+}  // namespace ident

@@ -1,0 +1,43 @@
+#pragma once
+#include <Eigen/Core>
+#include <vector>
+
+namespace ident {
+
+/// All a linear regression T = Phi C + noise needs to know of its data: the triangle of [Phi T] = Q R, for which
+/// R'R = [Phi'Phi Phi'T; T'Phi T'T]. Its size does not grow with the recording, and records add up by `merge`.
+struct RFactor {
+  Eigen::MatrixXd R;               ///< (b+q) x (b+q), upper triangular; the last q columns are the targets
+  Eigen::Index num_terms = 0;      ///< b
+  Eigen::Index num_samples = 0;    ///< m
+  [[nodiscard]] Eigen::Index num_targets() const { return R.cols() - num_terms; }
+};
+
+/// Folds rows into an R factor block by block in constant memory: leaves of a fixed number of rows, merged in a fixed
+/// binary tree. The result depends on the rows and their order only, bit for bit: not on how they were cut into blocks.
+class RFactorBuilder {
+ public:
+  RFactorBuilder(Eigen::Index num_terms, Eigen::Index num_targets);
+  /// rows x (b+q): the terms' columns, then the targets'. Throws std::invalid_argument for another width.
+  void push(const Eigen::Ref<const Eigen::MatrixXd>& rows);
+  [[nodiscard]] RFactor finish() const;
+
+ private:
+  void fold(int level, Eigen::MatrixXd R);
+  Eigen::Index num_terms_, num_targets_, num_samples_ = 0, filled_ = 0;
+  Eigen::MatrixXd leaf_;
+  std::vector<Eigen::MatrixXd> levels_;   ///< binary counter of subtrees; empty matrix: none at this level
+};
+
+/// One-shot: phi is m x b, targets m x q.
+[[nodiscard]] RFactor r_factor(const Eigen::Ref<const Eigen::MatrixXd>& phi,
+                               const Eigen::Ref<const Eigen::MatrixXd>& targets);
+/// The same bits as r_factor, with the leaves shared out among threads along the same tree.
+[[nodiscard]] RFactor r_factor(const Eigen::Ref<const Eigen::MatrixXd>& phi,
+                               const Eigen::Ref<const Eigen::MatrixXd>& targets, int num_threads);
+/// As if their rows were stacked. Throws std::invalid_argument if the shapes differ.
+[[nodiscard]] RFactor merge(const RFactor& a, const RFactor& b);
+/// The same data with only these terms (indices ascending or not) and one target.
+[[nodiscard]] RFactor select(const RFactor& data, const std::vector<Eigen::Index>& terms, Eigen::Index target);
+
+}  // namespace ident
