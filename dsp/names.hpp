@@ -1,0 +1,18 @@
+#pragma once
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace dsp {
+
+/// A name from a file, fit to be shown: invalid UTF-8 becomes U+FFFD, control characters are escaped (\x1b), and what
+/// goes beyond 200 characters is cut and ends in "...". Surrounding blanks are dropped.
+[[nodiscard]] std::string clean_name(std::string_view raw);
+
+/// A name fit for a path: [a-z0-9_-] only, at most 64 characters, never empty and never a reserved device name.
+[[nodiscard]] std::string slug(std::string_view name);
+
+/// The candidate with the smallest edit distance, empty if none is near (more than a third of the word, at least 2).
+[[nodiscard]] std::string nearest(std::string_view word, const std::vector<std::string>& candidates);
+
+}  // namespace dsp

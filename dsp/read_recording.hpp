@@ -1,0 +1,61 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dsp/decimate.hpp"
+#include "dsp/recording.hpp"
+#include "dsp/sidecar.hpp"
+
+namespace dsp {
+
+struct ReadOptions {
+  std::filesystem::path sidecar;           ///< empty: NAME.ext.toml beside the recording, if there
+  bool salvage = false;                    ///< read what is left of a truncated or unfinished file
+  bool uncalibrated = false;               ///< channels without a sensitivity stay raw and are marked so
+  std::map<std::string, std::string> use;  ///< role -> channel name, where several could play it or none says so
+  std::size_t max_memory_bytes = std::size_t{4} << 30;
+  double max_gap_s = 1.0;              ///< longest run of missing (non-finite) samples that is bridged
+  double max_missing_fraction = 0.05;  ///< of one channel's samples
+};
+
+/// A recording as a stream of calibrated SI blocks: one or several files on one clock, and what their sidecar says of
+/// them. Channels come in the sidecar's order; without a sidecar in the files', roles read off column names that are
+/// roles
+/// ("x", "y_mm", "ddr"). The frames delivered do not depend on the block size.
+/// Throws Fault: calibration.missing (its message holds the lines to add), channel.column, channel.length,
+/// rate.mismatch, rate.missing, and whatever open_source and read_sidecar throw (input); channel.role, channel.name,
+/// channel.index, unit.role (usage).
+class RecordingReader {
+ public:
+  explicit RecordingReader(const std::filesystem::path& file, const ReadOptions& options = {});
+  ~RecordingReader();
+  RecordingReader(RecordingReader&&) noexcept;
+  RecordingReader& operator=(RecordingReader&&) noexcept;
+  /// Name, rate, channels, and the bad stretches and checks known so far (all of them once read() has returned 0); no
+  /// samples.
+  [[nodiscard]] const Recording& description() const;
+  [[nodiscard]] const Sidecar& sidecar() const;
+  [[nodiscard]] const std::string& container() const;
+  [[nodiscard]] const std::vector<std::filesystem::path>& files() const;  ///< recording first, sidecar not among them
+  [[nodiscard]] std::int64_t num_frames() const;
+  /// Makes `block` the next frames, at most max_frames x channels; returns how many, 0 at the end. Short gaps (NaN,
+  /// Inf) are bridged by straight lines and noted in description().bad. Throws Fault sample.missing, sample.huge
+  /// (input).
+  Eigen::Index read(FrameBlock& block, Eigen::Index max_frames);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// The whole recording in memory. Throws Fault memory.limit (numerics) before it would pass max_memory_bytes.
+[[nodiscard]] Recording read_recording(const std::filesystem::path& file, const ReadOptions& options = {});
+
+/// A first sidecar for a recording: what its files say filled in, the rest commented out.
+[[nodiscard]] std::string draft_sidecar(const std::filesystem::path& file, const ReadOptions& options = {});
+
+}  // namespace dsp

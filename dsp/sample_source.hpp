@@ -1,0 +1,59 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dsp/decimate.hpp"
+#include "dsp/recording.hpp"
+
+namespace dsp {
+
+/// What a file says of itself. Columns are all there are, a time column included.
+struct SourceInfo {
+  std::string container;        ///< "RF64, 24 bit", "text, tab separated", "MATLAB v5"
+  double sample_rate_hz = 0.0;  ///< 0: the file does not say
+  std::int64_t num_frames = 0;
+  std::vector<std::string> columns;  ///< cleaned names; all empty where the container has none
+  std::vector<std::string> units;    ///< as the file writes them, empty where it does not
+  bool named = false;                ///< columns have names of their own
+  bool scaled = false;               ///< integers read as fractions of full scale: values mean nothing without one
+  int time_column = -1;              ///< the clock, -1: none
+  double clock_start_s = 0.0;
+  std::vector<Interval> gaps;         ///< stretches the clock skips; filled by straight lines
+  std::vector<std::string> left_out;  ///< what else the file holds and why it is no column
+  std::vector<Check> checks;
+};
+
+struct OpenOptions {
+  bool salvage = false;  ///< read what is left of a truncated or unfinished file
+  std::size_t max_memory_bytes = std::size_t{4}
+                                 << 30;  ///< for formats that must be held whole, and what they expand to
+  std::string time_column;        ///< text: name or 1-based number of the clock; empty: found by name (t, time, ...)
+  std::string time_unit;          ///< of that column; empty: from its name, else s
+  std::optional<double> rate_hz;  ///< the rate a person stated; needed where the clock is too coarse, or interpolated
+  bool interpolate = false;       ///< put an irregular clock on rate_hz by straight lines
+};
+
+/// Samples of one file, frame by frame, as the file holds them (integers as fractions of full scale).
+class SampleSource {
+ public:
+  virtual ~SampleSource() = default;
+  [[nodiscard]] const SourceInfo& info() const { return info_; }
+  /// Makes `block` the next frames, at most max_frames x num_columns; returns how many, 0 at the end. The frames do not
+  /// depend on max_frames. Missing values are NaN. Throws Fault (input).
+  virtual Eigen::Index read(FrameBlock& block, Eigen::Index max_frames) = 0;
+
+ protected:
+  SourceInfo info_;
+};
+
+/// Opens a recording by its content, never by its name: sound (WAV, RF64, W64, CAF, FLAC, AIFF), MATLAB v5, text (CSV,
+/// TSV, LabVIEW LVM). Throws Fault (input): file.missing, file.kind, file.empty, file.denied, container.unknown,
+/// container.truncated, container.lossy, container.limit, ...
+[[nodiscard]] std::unique_ptr<SampleSource> open_source(const std::filesystem::path& file,
+                                                        const OpenOptions& options = {});
+
+}  // namespace dsp

@@ -1,0 +1,47 @@
+#pragma once
+#include <string>
+#include <string_view>
+
+#include "dsp/recording.hpp"
+
+namespace dsp {
+
+/// A unit of the closed table: 1 of it is `factor` of the SI unit `si`. `g` is 9.80665 m/s^2; a gram is no unit here.
+struct Unit {
+  std::string name, si;
+  double factor = 1.0;
+};
+/// Throws Fault unit.unknown (usage) with the nearest unit, or the hint that belongs to it.
+[[nodiscard]] Unit find_unit(std::string_view name);
+[[nodiscard]] bool is_unit(std::string_view name);
+
+/// "0.23 ms", "10 V": in SI.
+struct Quantity {
+  double value = 0.0;
+  std::string si;
+};
+/// Throws Fault unit.unknown, or unit.syntax where it is not a finite number and a unit.
+[[nodiscard]] Quantity parse_quantity(std::string_view text);
+
+/// "250 mV/mm", "100.1 mV/g": `value` is in electrical / measured, both SI (here 250 V/m and V, m).
+struct Sensitivity {
+  double value = 0.0;
+  std::string electrical, measured;
+};
+/// Throws Fault unit.unknown, unit.syntax, or calibration.value for zero, a negative number, NaN or infinity (the sign
+/// of a channel has its own key).
+[[nodiscard]] Sensitivity parse_sensitivity(std::string_view text);
+
+/// SI unit that goes with a role: m for x, m/s for v, ...; empty for `other`.
+[[nodiscard]] std::string si_unit(Role role);
+/// False where role and SI unit contradict each other: an acceleration in m, a base displacement in m/s^2. Units of
+/// other kinds (V, rad) are free to play any role.
+[[nodiscard]] bool fits(Role role, std::string_view si);
+
+/// A unit written into a column's name: "x_top_mm", "omega_rad_s", "force [kN]", "acc (m/s^2)". `base` is the rest.
+struct NamedUnit {
+  std::string base, unit;  ///< unit empty where there is none
+};
+[[nodiscard]] NamedUnit split_unit(std::string_view column);
+
+}  // namespace dsp
