@@ -49,11 +49,11 @@ class ColumnFilter {
 /// A recording ready for regression.
 struct Prepared {
   std::string name;
-  PrepareOptions options;  ///< with every default filled in
-  Motion bus;              ///< wide-band signals at the bus rate: columns are formed from these ("matched")
-  Motion signals;          ///< the same signals after the column filter, at the regression rate: prepared.csv,
-                           ///< conditions, predictions, free run; columns of recipe "paper"
-  ColumnFilter filter;     ///< from bus to regression rate
+  PrepareOptions options;          ///< with every default filled in
+  Motion bus;                      ///< wide-band signals at the bus rate: columns are formed from these ("matched")
+  Motion signals;                  ///< the same signals after the column filter, at the regression rate: prepared.csv,
+                                   ///< conditions, predictions, free run; columns of recipe "paper"
+  ColumnFilter filter;             ///< from bus to regression rate
   std::optional<FilterSheet> decimation;
   std::vector<Interval> excluded;  ///< with margins and reasons; marked in both motions
   std::vector<Check> checks;
