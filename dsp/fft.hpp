@@ -1,0 +1,28 @@
+#pragma once
+#include <Eigen/Core>
+#include <memory>
+
+namespace dsp {
+
+/// The smallest even 2^a 3^b 5^c 7^d that is at least `at_least`: a length for which the transform is fast.
+[[nodiscard]] Eigen::Index good_fft_size(Eigen::Index at_least);
+
+/// Discrete Fourier transform of real sequences of one length n. Plans are made once, from estimates, so equal input
+/// gives equal bits; making one is serialised, using one is not, so one object may serve several threads.
+class RealFft {
+ public:
+  /// Throws std::invalid_argument for n < 1.
+  explicit RealFft(Eigen::Index n);
+  /// X_k = sum_i x_i exp(-2 pi i k i / n) for k = 0 .. n/2.
+  [[nodiscard]] Eigen::VectorXcd forward(const Eigen::Ref<const Eigen::VectorXd>& x) const;
+  /// The sequence whose forward transform is X: n samples, scaled by 1/n. The imaginary parts of X_0 and X_(n/2) are
+  /// ignored.
+  [[nodiscard]] Eigen::VectorXd inverse(const Eigen::Ref<const Eigen::VectorXcd>& X) const;
+  [[nodiscard]] Eigen::Index size() const;
+
+ private:
+  struct Plans;
+  std::shared_ptr<const Plans> plans_;
+};
+
+}  // namespace dsp
