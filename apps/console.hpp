@@ -1,0 +1,44 @@
+#pragma once
+#include <chrono>
+#include <string>
+#include <string_view>
+
+#include "dsp/fault.hpp"
+
+namespace apps {
+
+enum class ProgressMode { automatic, always, never };
+
+struct ConsoleOptions {
+  int verbosity = 0;  ///< -1: results and errors only; 0: warnings and steps too; 1: notes
+  bool json = false;  ///< one JSON document on standard output instead of text
+  ProgressMode progress = ProgressMode::automatic;  ///< automatic: on a terminal
+};
+
+/// Results go to standard output, everything else to standard error; what was said is kept for log.txt. Text from
+/// files is made printable on its way out.
+class Console {
+ public:
+  explicit Console(const ConsoleOptions& options = {});
+  [[nodiscard]] bool json() const { return options_.json; }
+  /// A result, as it is. Throws dsp::Fault (output) if standard output cannot take it; a closed pipe ends it quietly.
+  void result(std::string_view text);
+  void step(std::string_view text);  ///< what is being done, one line
+  void note(std::string_view text);  ///< with -v
+  void warning(std::string_view name, std::string_view text);
+  void error(std::string_view name, std::string_view text);
+  /// Share done of the step under way, redrawn in place on a terminal, at most ten times a second.
+  void progress(std::string_view what, double share);
+  /// Everything said so far except results and progress, one line each: no times, no paths of the machine of our own.
+  [[nodiscard]] const std::string& log() const { return log_; }
+
+ private:
+  void say(std::string_view line, bool shown);
+  void clear_progress();
+  ConsoleOptions options_;
+  bool draws_progress_ = false, progress_shown_ = false;
+  std::chrono::steady_clock::time_point drawn_{};
+  std::string log_;
+};
+
+}  // namespace apps

@@ -1,0 +1,16 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "dsp/fault.hpp"
+
+namespace apps {
+
+/// "path: text." as a fault of kind output.
+[[nodiscard]] dsp::Fault output_fault(std::string name, const std::filesystem::path& path, std::string_view text);
+
+/// What the system said (errno) when `path` could not be written, with what to try: "output.write".
+[[nodiscard]] dsp::Fault cannot_write(const std::filesystem::path& path, int error);
+
+}  // namespace apps

@@ -1,0 +1,31 @@
+#pragma once
+#include <catch2/catch.hpp>
+#include <functional>
+#include <string>
+
+#include "dsp/fault.hpp"
+
+namespace support {
+
+/// The fault that `act` ends in; a failed test if it ends in none.
+inline dsp::Fault fault_of(const std::function<void()>& act) {
+  try {
+    act();
+  } catch (const dsp::Fault& fault) {
+    return fault;
+  }
+  FAIL("no fault was raised");
+  throw std::logic_error("unreachable");
+}
+
+/// Checks kind and name of the fault and that its message holds every piece, and is one line unless `lines`.
+inline void check_fault(const std::function<void()>& act, dsp::FaultKind kind, const std::string& name,
+                        const std::vector<std::string>& pieces, bool lines = false) {
+  const auto fault = fault_of(act);
+  CHECK(fault.kind() == kind);
+  CHECK(fault.name() == name);
+  for (const auto& piece : pieces) CHECK_THAT(fault.what(), Catch::Contains(piece));
+  if (!lines) CHECK(std::string(fault.what()).find('\n') == std::string::npos);
+}
+
+}  // namespace support
