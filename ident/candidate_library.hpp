@@ -9,18 +9,18 @@
 namespace ident {
 
 struct LibraryOptions {
-  int order = 3;                                   ///< all products of `variables` up to this degree; 0: only `terms`
+  int order = 3;  ///< all products of `variables` up to this degree; 0: only `terms`
   std::vector<std::string> variables = {"x", "v"};
-  std::vector<std::string> terms;                  ///< further expressions; "1" is the constant
-  bool constant = true;                            ///< "1" goes with order >= 1
-  int max_terms = 1000;                            ///< more is refused before anything is formed
+  std::vector<std::string> terms;  ///< further expressions; "1" is the constant
+  bool constant = true;            ///< "1" goes with order >= 1
+  int max_terms = 1000;            ///< more is refused before anything is formed
 };
 
 /// A candidate term: its name is the expression as a person would write it.
 struct Term {
   std::string name;
   Expression expression;
-  std::string unit;       ///< of the term's values, where it follows from the signals' units; else empty
+  std::string unit;  ///< of the term's values, where it follows from the signals' units; else empty
 };
 
 /// The columns of Phi, in order.

@@ -15,9 +15,15 @@ struct FunctionHelp {
 };
 [[nodiscard]] std::vector<FunctionHelp> expression_functions();
 
+/// How sgn(g) is sampled.
+enum class SwitchSampling {
+  point,         ///< -1, 0 or 1 at the sample
+  cell_average,  ///< mean over the sampling cell, clip(2 g f_s / |dg/dt|, -1, 1), where dg/dt is a known signal: the
+                 ///< jump keeps its place between two samples, as the anti-alias filter of the target keeps it
+};
+
 /// A pure function of signals, compiled once: "x^2*v", "abs(x)*v", "sgn(v)", "abs(v) > 0.004 && t < 10".
-/// Powers are real powers; -x^2 is -(x^2). sgn(g) of a signal whose derivative is known (sgn(v), sgn(dy), ...) is
-/// averaged over the sampling cell, so that its switch is band-limited (twin of the anti-alias filter of the target).
+/// Powers are real powers; -x^2 is -(x^2). sgn must not stand inside another sgn.
 class Expression {
  public:
   /// Compiles `text` for the given signal names. Throws dsp::Fault (usage, "term.syntax", "term.unknown_name",
@@ -31,11 +37,13 @@ class Expression {
   /// The signals it uses, in order of first appearance.
   [[nodiscard]] const std::vector<std::string>& signals() const;
   /// One value per sample of `motion`; may be non-finite where the expression is.
-  [[nodiscard]] Eigen::VectorXd evaluate(const dsp::Motion& motion) const;
+  [[nodiscard]] Eigen::VectorXd evaluate(const dsp::Motion& motion,
+                                         SwitchSampling sampling = SwitchSampling::cell_average) const;
 
   /// The g of every sgn(g) in it, as text, in order of first appearance.
   [[nodiscard]] const std::vector<std::string>& switches() const;
-  /// Pointwise: `values` in the order of signals(), `signs` (+1, -1 or what a sliding mode needs) in that of switches().
+  /// Pointwise: `values` in the order of signals(), `signs` (+1, -1 or what a sliding mode needs) in that of
+  /// switches().
   [[nodiscard]] double evaluate(const double* values, const double* signs) const;
 
  private:

@@ -15,7 +15,7 @@ enum class Selection {
 };
 
 enum class Method { ols, ridge, stlsq, lasso, fast_rvm, slow_rvm };
-[[nodiscard]] std::string_view to_string(Method method);        ///< "ols" "ridge" "sindy" "lasso" "fast_rvm" "slow_rvm"
+[[nodiscard]] std::string_view to_string(Method method);  ///< "ols" "ridge" "sindy" "lasso" "fast_rvm" "slow_rvm"
 [[nodiscard]] Method method_from_string(std::string_view name);  ///< throws std::invalid_argument with the list
 [[nodiscard]] std::string_view to_string(Selection selection);
 
@@ -28,31 +28,32 @@ enum class FitAction { add, reestimate, remove, exchange };
 /// One move of a fit, in order: what a reader would plot.
 struct FitStep {
   FitAction action = FitAction::add;
-  Eigen::Index term = 0;           ///< index into the library
+  Eigen::Index term = 0;  ///< index into the library
   double log_evidence = 0.0, noise_variance = 0.0;
 };
 
-/// One regression of one target on a library, in the caller's units. A status, never a throw, for numerics that end badly.
+/// One regression of one target on a library, in the caller's units. A status, never a throw, for numerics that end
+/// badly.
 struct Fit {
   Method method = Method::ols;
   FitStatus status = FitStatus::converged;
-  std::vector<Eigen::Index> relevant;   ///< b' indices into the library, ascending
-  Eigen::VectorXd mean;                 ///< mu (b'), Eq. 12 of [QZS23]
-  Eigen::MatrixXd covariance;           ///< delta (b' x b'), Eq. 13, noise included
-  Eigen::VectorXd alpha;                ///< inverse prior variances (b'); zero for methods without a prior
-  double noise_variance = 0.0;          ///< sigma^2 of the target
-  double log_evidence = 0.0;            ///< Eq. 16 with its misprint corrected; NaN for methods without one
-  Eigen::VectorXd evidence_gain;        ///< b (all terms): 2 dL of having the term, at its best alpha; NaN: not computed
-  double tau = 0.0;                     ///< what a gain had to exceed
-  double condition_number = 0.0;        ///< of the kept columns at unit norm
+  std::vector<Eigen::Index> relevant;  ///< b' indices into the library, ascending
+  Eigen::VectorXd mean;                ///< mu (b'), Eq. 12 of [QZS23]
+  Eigen::MatrixXd covariance;          ///< delta (b' x b'), Eq. 13, noise included
+  Eigen::VectorXd alpha;               ///< inverse prior variances (b'); zero for methods without a prior
+  double noise_variance = 0.0;         ///< sigma^2 of the target
+  double log_evidence = 0.0;           ///< Eq. 16 with its misprint corrected; NaN for methods without one
+  Eigen::VectorXd evidence_gain;       ///< b (all terms): 2 dL of having the term, at its best alpha; NaN: not computed
+  double tau = 0.0;                    ///< what a gain had to exceed
+  double condition_number = 0.0;       ///< of the kept columns at unit norm
   int iterations = 0;
   std::vector<FitStep> steps;
-  std::vector<std::string> remarks;     ///< sentences for a person: "columns nearly collinear: ..."
+  std::vector<std::string> remarks;  ///< sentences for a person: "columns nearly collinear: ..."
 };
 
 struct FastRvmOptions {
   Selection selection = Selection::evidence;
-  double tau = -1.0;                    ///< negative: ln m + 2 ln b (evidence) or 0 (type2)
+  double tau = -1.0;  ///< negative: ln m + 2 ln b (evidence) or 0 (type2)
   int max_iterations = 1000;
   double log_alpha_tolerance = 1e-6;    ///< on |log(alpha_new / alpha)|, Sec. 3.4 of [QZS23]
   double initial_noise_fraction = 0.1;  ///< gamma of Algorithm 1, in (0, 1)
@@ -77,28 +78,29 @@ struct SlowRvmOptions {
 [[nodiscard]] Fit fit_slow_rvm(const RFactor& data, const SlowRvmOptions& options = {});
 
 struct StlsqOptions {
-  double threshold = 0.02;              ///< on |c_j| ||phi_j|| / ||t|| (unit-norm), or on |c_j| as it is (raw)
+  double threshold = 0.02;  ///< on |c_j| ||phi_j|| / ||t|| (unit-norm), or on |c_j| as it is (raw)
   bool unit_norm = true;
   int max_iterations = 100;
 };
 /// Sequentially thresholded least squares, the regression of SINDy.
 [[nodiscard]] Fit fit_stlsq(const RFactor& data, const StlsqOptions& options = {});
 
-/// Least squares on all terms (or on those given), by QR of unit-norm columns. ridge: penalty lambda on unit-norm columns.
+/// Least squares on all terms (or on those given), by QR of unit-norm columns. ridge: penalty lambda on unit-norm
+/// columns.
 [[nodiscard]] Fit fit_ols(const RFactor& data);
 [[nodiscard]] Fit fit_ols(const RFactor& data, const std::vector<Eigen::Index>& terms);
 struct RidgeOptions {
-  double lambda = 1e-6;                 ///< times ||t||-free unit-norm columns: (R'R + lambda I) c = R't
+  double lambda = 1e-6;  ///< times ||t||-free unit-norm columns: (R'R + lambda I) c = R't
 };
 [[nodiscard]] Fit fit_ridge(const RFactor& data, const RidgeOptions& options = {});
 
 struct LassoOptions {
-  double lambda = -1.0;                 ///< on unit-norm columns, as a share of the largest useful one; negative: by BIC
+  double lambda = -1.0;  ///< on unit-norm columns, as a share of the largest useful one; negative: by BIC
   int path_length = 60;
   double path_end = 1e-4;
 };
-/// Eq. 7 of [QZS23] by coordinate descent on R's columns along a lambda path; the reported coefficients are least squares
-/// on the support unless the support is empty.
+/// Eq. 7 of [QZS23] by coordinate descent on R's columns along a lambda path; the reported coefficients are least
+/// squares on the support unless the support is empty.
 [[nodiscard]] Fit fit_lasso(const RFactor& data, const LassoOptions& options = {});
 
 }  // namespace ident

@@ -7,9 +7,9 @@ namespace ident {
 /// All a linear regression T = Phi C + noise needs to know of its data: the triangle of [Phi T] = Q R, for which
 /// R'R = [Phi'Phi Phi'T; T'Phi T'T]. Its size does not grow with the recording, and records add up by `merge`.
 struct RFactor {
-  Eigen::MatrixXd R;               ///< (b+q) x (b+q), upper triangular; the last q columns are the targets
-  Eigen::Index num_terms = 0;      ///< b
-  Eigen::Index num_samples = 0;    ///< m
+  Eigen::MatrixXd R;             ///< (b+q) x (b+q), upper triangular; the last q columns are the targets
+  Eigen::Index num_terms = 0;    ///< b
+  Eigen::Index num_samples = 0;  ///< m
   [[nodiscard]] Eigen::Index num_targets() const { return R.cols() - num_terms; }
 };
 
@@ -26,7 +26,7 @@ class RFactorBuilder {
   void fold(int level, Eigen::MatrixXd R);
   Eigen::Index num_terms_, num_targets_, num_samples_ = 0, filled_ = 0;
   Eigen::MatrixXd leaf_;
-  std::vector<Eigen::MatrixXd> levels_;   ///< binary counter of subtrees; empty matrix: none at this level
+  std::vector<Eigen::MatrixXd> levels_;  ///< binary counter of subtrees; empty matrix: none at this level
 };
 
 /// One-shot: phi is m x b, targets m x q.

@@ -1,0 +1,253 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "ident/finish_fit.hpp"
+#include "ident/fit.hpp"
+#include "ident/posterior.hpp"
+
+namespace ident {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+// Where the search stands: kept terms with their lambda, the noise, and what the marginal likelihood says of all terms.
+struct Standing {
+  std::vector<Index> kept;
+  std::vector<double> lambda;
+  double noise = 0.0;
+  Posterior at;
+};
+
+struct Move {
+  FitAction action = FitAction::reestimate;
+  Index term = -1;
+  double gain = 0.0;  ///< of the criterion 2 log evidence - tau x number of terms
+};
+
+class Search {
+ public:
+  Search(const UnitProblem& problem, const FastRvmOptions& options, double tau)
+      : problem_(problem), options_(options), tau_(tau) {
+    const double mean_square = 1.0 / static_cast<double>(problem.num_samples);  // of the unit-norm target
+    noise_floor_ = options.noise_floor_fraction * mean_square;
+    initial_noise_ = options.initial_noise_fraction * mean_square;
+    // A column this close to the span of the others is rounding, not information.
+    smallest_sparsity_ =
+        std::pow(4.0 * std::numeric_limits<double>::epsilon(), 2) * static_cast<double>(problem.A.rows());
+  }
+
+  Standing from_empty() const {
+    Standing s;
+    s.noise = initial_noise_;
+    look(s);
+    return s;
+  }
+
+  // All usable terms at their best lambda given all others: for libraries in which no term stands out alone.
+  Standing from_full() const {
+    Standing s;
+    for (Index i = 0; i < problem_.num_terms(); ++i)
+      if (problem_.column_norm(i) > 0.0) s.kept.push_back(i);
+    s.lambda.assign(s.kept.size(), 1e-30);
+    look(s);
+    const auto spare = static_cast<double>(problem_.num_samples - static_cast<Index>(s.kept.size()));
+    s.noise = std::max(noise_floor_, s.at.residual / spare);
+    for (std::size_t j = 0; j < s.kept.size(); ++j) {
+      const Index term = s.kept[j];
+      const double best = best_lambda(s.at.sparsity(term), s.at.quality(term), s.noise);
+      s.lambda[j] = std::clamp(best, 1e-30, std::max(s.at.sparsity(term), 1e-28));
+    }
+    look(s);
+    s.noise = std::max(noise_floor_, s.at.misfit / static_cast<double>(problem_.num_samples));
+    return s;
+  }
+
+  // Algorithm 1 of [QZS23]: the best move, until every lambda has settled and nothing can be added or removed.
+  void climb(Standing& s, Fit& fit) const {
+    while (fit.iterations < options_.max_iterations) {
+      const Move move = best_move(s);
+      if (move.term < 0) return;
+      apply(s, move);
+      record(s, move, fit);
+    }
+    fit.status = FitStatus::iteration_limit;
+  }
+
+  // Swaps one kept for one left-out term where that raises the criterion. True if it did.
+  bool exchange(Standing& s, Fit& fit) const {
+    Move best{FitAction::exchange, -1, minimum_gain(s)};
+    std::size_t leaving = 0;
+    for (std::size_t j = 0; j < s.kept.size(); ++j) {
+      Standing without = s;
+      without.kept.erase(without.kept.begin() + static_cast<std::ptrdiff_t>(j));
+      without.lambda.erase(without.lambda.begin() + static_cast<std::ptrdiff_t>(j));
+      look(without);
+      const double loss = evidence_share(s, s.kept[j], s.lambda[j]);
+      for (Index i = 0; i < problem_.num_terms(); ++i) {
+        if (i == s.kept[j] || is_kept(without, i) || without.at.sparsity(i) <= smallest_sparsity_) continue;
+        const double gain = evidence_gain(q(without, i)) - loss;
+        if (gain > best.gain) best = {FitAction::exchange, i, gain}, leaving = j;
+      }
+    }
+    if (best.term < 0) return false;
+    s.kept.erase(s.kept.begin() + static_cast<std::ptrdiff_t>(leaving));
+    s.lambda.erase(s.lambda.begin() + static_cast<std::ptrdiff_t>(leaving));
+    look(s);
+    apply(s, {FitAction::add, best.term, best.gain});
+    record(s, best, fit);
+    return true;
+  }
+
+  double criterion(const Standing& s) const {
+    return 2.0 * log_evidence(problem_, s.at, s.noise) - tau_ * static_cast<double>(s.kept.size());
+  }
+
+ private:
+  void look(Standing& s) const {
+    s.at =
+        posterior(problem_, s.kept, Eigen::Map<const VectorXd>(s.lambda.data(), static_cast<Index>(s.lambda.size())));
+  }
+
+  static bool is_kept(const Standing& s, Index term) {
+    return std::find(s.kept.begin(), s.kept.end(), term) != s.kept.end();
+  }
+  static double q(const Standing& s, Index term) {
+    return s.at.quality(term) * s.at.quality(term) / s.at.sparsity(term) / s.noise;
+  }
+  static double evidence_share(const Standing& s, Index term, double lambda) {
+    return ident::evidence_share(s.at.sparsity(term), s.at.quality(term), lambda, s.noise);
+  }
+  // A criterion of size L is known to about eps L; a move must beat that, or the search could cycle on rounding.
+  double minimum_gain(const Standing& s) const {
+    return 1e-9 + 16.0 * std::numeric_limits<double>::epsilon() * std::abs(criterion(s));
+  }
+
+  Move best_move(const Standing& s) const {
+    Move best{FitAction::reestimate, -1, minimum_gain(s)};
+    Move settle;
+    double largest_change = options_.log_alpha_tolerance;
+    for (std::size_t j = 0; j < s.kept.size(); ++j) {
+      const Index term = s.kept[j];
+      const double share = evidence_share(s, term, s.lambda[j]);
+      if (s.at.sparsity(term) <= smallest_sparsity_ || evidence_gain(q(s, term)) <= tau_) {
+        if (tau_ - share > best.gain) best = {FitAction::remove, term, tau_ - share};
+        continue;
+      }
+      const double lambda = best_lambda(s.at.sparsity(term), s.at.quality(term), s.noise);
+      const double gain = evidence_share(s, term, lambda) - share;
+      if (gain > best.gain) best = {FitAction::reestimate, term, gain};
+      const double change = std::abs(std::log(lambda / s.lambda[j]));
+      if (change > largest_change) largest_change = change, settle = {FitAction::reestimate, term, gain};
+    }
+    for (Index i = 0; i < problem_.num_terms(); ++i) {
+      if (is_kept(s, i) || s.at.sparsity(i) <= smallest_sparsity_) continue;
+      const double gain = evidence_gain(q(s, i)) - tau_;
+      if (gain > best.gain) best = {FitAction::add, i, gain};
+    }
+    return best.term >= 0 ? best : settle;
+  }
+
+  void apply(Standing& s, const Move& move) const {
+    const double lambda = best_lambda(s.at.sparsity(move.term), s.at.quality(move.term), s.noise);
+    const auto place = std::find(s.kept.begin(), s.kept.end(), move.term);
+    const auto index = place - s.kept.begin();
+    if (move.action == FitAction::add) {
+      s.kept.push_back(move.term);
+      s.lambda.push_back(std::max(lambda, 1e-30));
+    } else if (move.action == FitAction::remove) {
+      s.kept.erase(place);
+      s.lambda.erase(s.lambda.begin() + index);
+    } else if (!settle_all(s)) {
+      s.lambda[static_cast<std::size_t>(index)] = std::max(lambda, 1e-30);
+    }
+    look(s);
+    // For fixed lambda the evidence has its maximum over sigma^2 here: same stationary points as step 54.
+    s.noise = std::max(noise_floor_, s.at.misfit / static_cast<double>(problem_.num_samples));
+  }
+
+  // Re-estimates every kept lambda at once: far fewer moves than one by one. False, and nothing done, where the
+  // evidence would not rise by it, as it may not while terms still compete.
+  bool settle_all(Standing& s) const {
+    Standing all = s;
+    for (std::size_t j = 0; j < s.kept.size(); ++j) {
+      const double best = best_lambda(s.at.sparsity(s.kept[j]), s.at.quality(s.kept[j]), s.noise);
+      if (std::isfinite(best)) all.lambda[j] = std::max(best, 1e-30);
+    }
+    look(all);
+    if (log_evidence(problem_, all.at, s.noise) < log_evidence(problem_, s.at, s.noise)) return false;
+    s.lambda = std::move(all.lambda);
+    return true;
+  }
+
+  void record(const Standing& s, const Move& move, Fit& fit) const {
+    ++fit.iterations;
+    fit.steps.push_back({move.action, move.term, log_evidence(problem_, s.at, s.noise),
+                         s.noise * problem_.target_norm * problem_.target_norm});
+  }
+
+  const UnitProblem& problem_;
+  const FastRvmOptions& options_;
+  double tau_, noise_floor_ = 0.0, initial_noise_ = 0.0, smallest_sparsity_ = 0.0;
+};
+
+// Beyond this variance inflation terms hide one another, and a search from the empty model alone can stop short.
+constexpr double inflation_of_a_hard_library = 10.0;
+constexpr Index widest_full_start = 60;
+
+double largest_inflation(const UnitProblem& problem) {
+  std::vector<Index> all;
+  for (Index i = 0; i < problem.num_terms(); ++i)
+    if (problem.column_norm(i) > 0.0) all.push_back(i);
+  if (all.empty()) return 1.0;
+  const Posterior at = posterior(problem, all, VectorXd::Constant(static_cast<Index>(all.size()), 1e-30));
+  double smallest = 1.0;
+  for (const Index i : all) smallest = std::min(smallest, at.sparsity(i));
+  return 1.0 / smallest;
+}
+
+}  // namespace
+
+Fit fit_fast_rvm(const RFactor& data, const FastRvmOptions& options) {
+  if (!(options.initial_noise_fraction > 0.0 && options.initial_noise_fraction < 1.0))
+    throw std::invalid_argument("fit_fast_rvm: initial_noise_fraction must be in (0, 1)");
+  const UnitProblem problem = unit_problem(data);
+  Fit fit;
+  fit.method = Method::fast_rvm;
+  if (cannot_begin(problem, fit)) return fit;
+  if (options.tau >= 0.0)
+    fit.tau = options.tau;
+  else if (options.selection == Selection::evidence)
+    fit.tau = default_tau(problem.num_samples, problem.num_terms());
+
+  const Search search(problem, options, fit.tau);
+  const auto run = [&](Standing s, Fit& record) {
+    search.climb(s, record);
+    // The paper's rule has no exchange; it would only move it to another of its many near-equal ends.
+    if (options.selection == Selection::evidence)
+      while (record.status == FitStatus::converged && search.exchange(s, record)) search.climb(s, record);
+    return s;
+  };
+  Standing end = run(search.from_empty(), fit);
+
+  const bool hard = problem.num_terms() <= widest_full_start && problem.num_samples > problem.num_terms() &&
+                    largest_inflation(problem) > inflation_of_a_hard_library;
+  if (hard && options.selection == Selection::evidence) {
+    Fit other = fit;
+    other.steps.clear();
+    other.iterations = 0;
+    other.status = FitStatus::converged;
+    Standing other_end = run(search.from_full(), other);
+    if (search.criterion(other_end) > search.criterion(end) + 1e-6) {
+      fit = std::move(other);
+      end = std::move(other_end);
+    }
+  }
+  finish_bayesian(problem, end.kept,
+                  Eigen::Map<const VectorXd>(end.lambda.data(), static_cast<Index>(end.lambda.size())), end.noise, fit);
+  return fit;
+}
+
+}  // namespace ident

@@ -1,0 +1,22 @@
+#pragma once
+#include "ident/fit.hpp"
+#include "ident/posterior.hpp"
+
+namespace ident {
+
+/// A fit that could not begin: no rows, zero target. True if `fit.status` was set.
+[[nodiscard]] bool cannot_begin(const UnitProblem& problem, Fit& fit);
+
+/// Fills mean, covariance, alpha, noise, evidence, gains and condition number of a Bayesian fit from its end point and
+/// returns them to the caller's units. `kept` and `lambda` belong together; kept need not be ascending.
+void finish_bayesian(const UnitProblem& problem, std::vector<Eigen::Index> kept, Eigen::VectorXd lambda,
+                     double noise_variance, Fit& fit);
+
+/// Least squares on `kept` by QR of unit-norm columns; fills mean, covariance, noise and condition number.
+/// `penalty` (ridge) is added to the unit-norm normal matrix as rows sqrt(penalty).
+void finish_least_squares(const UnitProblem& problem, std::vector<Eigen::Index> kept, double penalty, Fit& fit);
+
+/// Largest over smallest singular value of these unit-norm columns; infinite if one is zero.
+[[nodiscard]] double condition_number(const UnitProblem& problem, const std::vector<Eigen::Index>& kept);
+
+}  // namespace ident

@@ -1,0 +1,63 @@
+#include "ident/fit.hpp"
+
+#include <array>
+#include <stdexcept>
+#include <utility>
+
+#include "ident/finish_fit.hpp"
+
+namespace ident {
+namespace {
+
+template <class Enum, std::size_t n>
+std::string_view name_of(const std::array<std::pair<Enum, std::string_view>, n>& names, Enum value) {
+  for (const auto& [known, name] : names)
+    if (known == value) return name;
+  return "?";
+}
+
+constexpr std::array<std::pair<Method, std::string_view>, 6> method_names{{{Method::ols, "ols"},
+                                                                           {Method::ridge, "ridge"},
+                                                                           {Method::stlsq, "sindy"},
+                                                                           {Method::lasso, "lasso"},
+                                                                           {Method::fast_rvm, "fast_rvm"},
+                                                                           {Method::slow_rvm, "slow_rvm"}}};
+constexpr std::array<std::pair<Selection, std::string_view>, 2> selection_names{
+    {{Selection::evidence, "evidence"}, {Selection::type2, "type2"}}};
+constexpr std::array<std::pair<FitStatus, std::string_view>, 6> status_names{
+    {{FitStatus::converged, "converged"},
+     {FitStatus::iteration_limit, "iteration_limit"},
+     {FitStatus::no_relevant_term, "no_relevant_term"},
+     {FitStatus::rank_deficient, "rank_deficient"},
+     {FitStatus::too_few_rows, "too_few_rows"},
+     {FitStatus::zero_target, "zero_target"}}};
+constexpr std::array<std::pair<FitAction, std::string_view>, 4> action_names{{{FitAction::add, "add"},
+                                                                              {FitAction::reestimate, "reestimate"},
+                                                                              {FitAction::remove, "remove"},
+                                                                              {FitAction::exchange, "exchange"}}};
+
+}  // namespace
+
+std::string_view to_string(Method method) {
+  return name_of(method_names, method);
+}
+std::string_view to_string(Selection selection) {
+  return name_of(selection_names, selection);
+}
+std::string_view to_string(FitStatus status) {
+  return name_of(status_names, status);
+}
+std::string_view to_string(FitAction action) {
+  return name_of(action_names, action);
+}
+
+Method method_from_string(std::string_view name) {
+  std::string known;
+  for (const auto& [method, text] : method_names) {
+    if (text == name) return method;
+    known += known.empty() ? std::string(text) : ", " + std::string(text);
+  }
+  throw std::invalid_argument("method must be one of " + known + "; got '" + std::string(name) + "'");
+}
+
+}  // namespace ident

@@ -1,0 +1,47 @@
+#pragma once
+#include <Eigen/Core>
+#include <vector>
+
+namespace ident {
+
+/// Rows of a regression that follow one another in time without a gap: [first, last) of the gathered rows.
+struct RowSpan {
+  Eigen::Index first = 0, last = 0;
+};
+
+/// sum (predicted - actual)^2 / sum actual^2: the paper's NMSE, no mean removed. NaN where the target is zero
+/// throughout.
+[[nodiscard]] double nmse(const Eigen::Ref<const Eigen::VectorXd>& predicted,
+                          const Eigen::Ref<const Eigen::VectorXd>& actual);
+/// The same about the mean of `actual`. NaN where the target is constant.
+[[nodiscard]] double nmse_centred(const Eigen::Ref<const Eigen::VectorXd>& predicted,
+                                  const Eigen::Ref<const Eigen::VectorXd>& actual);
+
+/// Variance of the predictive distribution of each row: sigma^2 + phi' delta phi (Eqs. 35-37 of [QZS23], with
+/// Phi delta Phi' for the misprinted Phi' delta Phi). phi: rows x b', covariance b' x b'.
+[[nodiscard]] Eigen::VectorXd predictive_variance(const Eigen::Ref<const Eigen::MatrixXd>& phi,
+                                                  const Eigen::Ref<const Eigen::MatrixXd>& covariance,
+                                                  double noise_variance);
+
+/// Is a residual noise, or is there structure left in it? Judged inside the band that the column filter passes, since
+/// everything above it was removed on purpose.
+struct Whiteness {
+  double p_value = 1.0;     ///< of Bartlett's test: the cumulated periodogram against a straight line
+  double peak_share = 0.0;  ///< share of the residual's power in the strongest 5 % of frequencies; white noise: 0.20
+  Eigen::Index num_frequencies = 0;
+  bool tested = false;  ///< false: too few rows, or no residual at all
+  bool white = true;    ///< p_value >= 0.001
+};
+/// `spans` place the rows in time; gaps count as zeros. band_hz: where the filter's pass band ends.
+[[nodiscard]] Whiteness residual_whiteness(const Eigen::Ref<const Eigen::VectorXd>& residual,
+                                           const std::vector<RowSpan>& spans, double sample_rate_hz, double band_hz);
+
+/// Covariance of the coefficients that does not assume a white residual: (Phi'Phi)^-1 S (Phi'Phi)^-1 with S from sums
+/// of phi_i e_i over about fifty consecutive blocks of rows ("sandwich"). phi: rows x b'. Zero columns: empty result.
+[[nodiscard]] Eigen::MatrixXd robust_covariance(const Eigen::Ref<const Eigen::MatrixXd>& phi,
+                                                const Eigen::Ref<const Eigen::VectorXd>& residual);
+
+/// Rows by index that follow one another, as spans of the gathered rows.
+[[nodiscard]] std::vector<RowSpan> contiguous_spans(const std::vector<Eigen::Index>& rows);
+
+}  // namespace ident

@@ -1,0 +1,52 @@
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "ident/candidate_library.hpp"
+#include "ident/fit.hpp"
+
+namespace ident {
+
+struct ModelTerm {
+  std::string name, unit;              ///< the candidate term; the unit of its coefficient (SI, may be empty)
+  Eigen::Index column = 0;             ///< its place in the library
+  double mean = 0.0, std = 0.0;        ///< posterior on the kept terms (Eqs. 12-13 of [QZS23])
+  double std_robust = 0.0;             ///< without assuming a white residual; NaN: not known
+  double scale = 0.0;                  ///< largest magnitude of the column over the training rows
+  double evidence_gain = 0.0;          ///< 2 dL; NaN for methods without an evidence
+  double inclusion_probability = 0.0;  ///< 1 / (1 + exp((tau - gain) / 2)); NaN likewise
+  [[nodiscard]] double coefficient_of_variation() const;  ///< std / |mean|
+  [[nodiscard]] double t() const;                         ///< mean / std
+};
+
+/// The identified equation: target = sum of mean_i term_i, in SI units.
+struct Model {
+  std::string target, target_unit;
+  std::vector<ModelTerm> terms;
+  double noise_std = 0.0;  ///< of the target
+};
+
+/// `column_scale` (b): largest magnitude of each library column over the training rows. `robust`: covariance from
+/// robust_covariance, or empty.
+[[nodiscard]] Model make_model(const CandidateLibrary& library, const Fit& fit, const std::string& target,
+                               const std::string& target_unit, const Eigen::VectorXd& column_scale,
+                               const Eigen::MatrixXd& robust);
+
+/// Six significant digits at most, no trailing zeros: "-57.3912", "8.87e+04".
+[[nodiscard]] std::string number(double value);
+/// One line: "a = -50.2 x - 0.791 v - 0.0797 sgn(v)"; "a = 0" for no terms.
+[[nodiscard]] std::string to_text(const Model& model);
+/// The same as LaTeX, each coefficient with its coefficient of variation underneath, as the paper prints it.
+[[nodiscard]] std::string to_latex(const Model& model);
+
+/// What two equations of one library do not agree on: one sentence a term.
+struct Disagreement {
+  std::string term, sentence;
+};
+/// A term in one and not in the other, of opposite sign, or further apart than `limit` combined standard deviations
+/// (robust ones where known). Coefficients of the same term must be comparable: same library, same units.
+[[nodiscard]] std::vector<Disagreement> disagreements(const Model& a, const std::string& name_a, const Model& b,
+                                                      const std::string& name_b, double limit = 5.0);
+
+}  // namespace ident

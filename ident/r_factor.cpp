@@ -1,0 +1,148 @@
+#include "ident/r_factor.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <thread>
+
+namespace ident {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+// A leaf holds enough rows to make its Householder QR worth while and few enough to stay in cache. It depends on the
+// width alone, so the tree is the same however the rows arrive.
+Index leaf_rows(Index width) {
+  return std::max<Index>(256, 4 * width);
+}
+
+// Leaves in one shard: the unit handed to a thread, a whole subtree of the binary tree.
+constexpr Index shard_leaves = 64;
+
+MatrixXd triangle(MatrixXd rows) {
+  const Index width = rows.cols();
+  if (rows.rows() == 0) return MatrixXd::Zero(width, width);
+  Eigen::HouseholderQR<Eigen::Ref<MatrixXd>> qr(rows);
+  MatrixXd R = MatrixXd::Zero(width, width);
+  const Index height = std::min(rows.rows(), width);
+  R.topRows(height) = rows.topRows(height).triangularView<Eigen::Upper>();
+  return R;
+}
+
+MatrixXd merged(const MatrixXd& upper, const MatrixXd& lower) {
+  MatrixXd stacked(upper.rows() + lower.rows(), upper.cols());
+  stacked << upper, lower;
+  return triangle(std::move(stacked));
+}
+
+}  // namespace
+
+RFactorBuilder::RFactorBuilder(Index num_terms, Index num_targets)
+    : num_terms_(num_terms),
+      num_targets_(num_targets),
+      leaf_(leaf_rows(num_terms + num_targets), num_terms + num_targets) {
+  if (num_terms < 0 || num_targets < 1)
+    throw std::invalid_argument("RFactorBuilder: needs terms >= 0 and targets >= 1");
+}
+
+void RFactorBuilder::push(const Eigen::Ref<const MatrixXd>& rows) {
+  if (rows.cols() != leaf_.cols()) throw std::invalid_argument("RFactorBuilder::push: rows have another width");
+  for (Index done = 0; done < rows.rows();) {
+    const Index count = std::min(leaf_.rows() - filled_, rows.rows() - done);
+    leaf_.middleRows(filled_, count) = rows.middleRows(done, count);
+    filled_ += count;
+    done += count;
+    if (filled_ == leaf_.rows()) {
+      fold(0, triangle(leaf_));
+      filled_ = 0;
+    }
+  }
+  num_samples_ += rows.rows();
+}
+
+void RFactorBuilder::fold(int level, MatrixXd R) {
+  const auto place = static_cast<std::size_t>(level);
+  if (place == levels_.size()) levels_.emplace_back();
+  if (levels_[place].size() == 0) {
+    levels_[place] = std::move(R);
+    return;
+  }
+  MatrixXd both = merged(levels_[place], R);
+  levels_[place].resize(0, 0);
+  fold(level + 1, std::move(both));
+}
+
+RFactor RFactorBuilder::finish() const {
+  MatrixXd R = triangle(leaf_.topRows(filled_));
+  for (const MatrixXd& level : levels_)
+    if (level.size() != 0) R = merged(level, R);
+  return {std::move(R), num_terms_, num_samples_};
+}
+
+RFactor r_factor(const Eigen::Ref<const MatrixXd>& phi, const Eigen::Ref<const MatrixXd>& targets, int num_threads) {
+  if (phi.rows() != targets.rows()) throw std::invalid_argument("r_factor: phi and targets differ in their rows");
+  if (!phi.allFinite() || !targets.allFinite()) throw std::invalid_argument("r_factor: a value is not finite");
+  const Index width = phi.cols() + targets.cols(), shard_rows = shard_leaves * leaf_rows(width);
+  const Index num_shards = std::max<Index>(1, (phi.rows() + shard_rows - 1) / shard_rows);
+
+  // Powers of two taken out of each column: exact, and no square overflows or vanishes.
+  Eigen::RowVectorXd scale(width);
+  for (Index j = 0; j < width; ++j) {
+    const auto column = j < phi.cols() ? phi.col(j) : targets.col(j - phi.cols());
+    const double largest = column.size() == 0 ? 0.0 : column.cwiseAbs().maxCoeff();
+    scale(j) = largest > 0.0 ? std::ldexp(1.0, std::ilogb(largest)) : 1.0;
+  }
+
+  std::vector<RFactor> shards(static_cast<std::size_t>(num_shards));
+  const auto factor = [&](Index shard) {
+    RFactorBuilder builder(phi.cols(), targets.cols());
+    const Index block = leaf_rows(width), end = std::min(phi.rows(), (shard + 1) * shard_rows);
+    for (Index first = shard * shard_rows; first < end; first += block) {
+      const Index count = std::min(block, end - first);
+      MatrixXd rows(count, width);
+      rows << phi.middleRows(first, count), targets.middleRows(first, count);
+      builder.push(rows.array().rowwise() / scale.array());
+    }
+    shards[static_cast<std::size_t>(shard)] = builder.finish();
+  };
+  std::vector<std::thread> threads;
+  const Index num_workers = std::min<Index>(std::max(1, num_threads), num_shards);
+  for (Index worker = 1; worker < num_workers; ++worker)
+    threads.emplace_back([&, worker] {
+      for (Index shard = worker; shard < num_shards; shard += num_workers) factor(shard);
+    });
+  for (Index shard = 0; shard < num_shards; shard += num_workers) factor(shard);
+  for (std::thread& thread : threads) thread.join();
+
+  RFactor whole = shards.front();
+  for (std::size_t i = 1; i < shards.size(); ++i) whole = merge(whole, shards[i]);
+  whole.R.array().rowwise() *= scale.array();
+  return whole;
+}
+
+RFactor r_factor(const Eigen::Ref<const MatrixXd>& phi, const Eigen::Ref<const MatrixXd>& targets) {
+  return r_factor(phi, targets, 1);
+}
+
+RFactor merge(const RFactor& a, const RFactor& b) {
+  if (a.R.cols() != b.R.cols() || a.num_terms != b.num_terms)
+    throw std::invalid_argument("merge: the R factors belong to different libraries");
+  return {merged(a.R, b.R), a.num_terms, a.num_samples + b.num_samples};
+}
+
+RFactor select(const RFactor& data, const std::vector<Index>& terms, Index target) {
+  if (target < 0 || target >= data.num_targets()) throw std::invalid_argument("select: no such target");
+  const auto count = static_cast<Index>(terms.size());
+  MatrixXd columns(data.R.rows(), count + 1);
+  for (Index j = 0; j < count; ++j) {
+    const Index term = terms[static_cast<std::size_t>(j)];
+    if (term < 0 || term >= data.num_terms) throw std::invalid_argument("select: no such term");
+    columns.col(j) = data.R.col(term);
+  }
+  columns.col(count) = data.R.col(data.num_terms + target);
+  return {triangle(std::move(columns)), count, data.num_samples};
+}
+
+}  // namespace ident

@@ -1,0 +1,246 @@
+#include "ident/fit.hpp"
+
+#include <rapidcheck.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+
+#include "ident/posterior.hpp"
+#include "support/random.hpp"
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using support::gaussian;
+using Support = std::vector<Index>;
+
+namespace {
+
+struct Data {
+  MatrixXd phi;
+  VectorXd target;
+};
+
+const VectorXd truth{{3.0, -0.5, 1.5}};
+const Support true_terms{1, 4, 7};
+
+// Three true terms of ten, noise a fraction of the target's standard deviation.
+Data sparse_problem(unsigned seed, double noise, Index rows = 2000) {
+  Data d{gaussian(rows, 10, seed), {}};
+  d.target = 3.0 * d.phi.col(1) - 0.5 * d.phi.col(4) + 1.5 * d.phi.col(7);
+  d.target += noise * truth.norm() * gaussian(rows, 1, seed + 1000);
+  return d;
+}
+
+std::vector<ident::Fit> all_selecting_fits(const ident::RFactor& data) {
+  return {ident::fit_fast_rvm(data), ident::fit_slow_rvm(data), ident::fit_stlsq(data, {.threshold = 0.05}),
+          ident::fit_lasso(data)};
+}
+
+// The criterion of the search at its best alphas and noise for a given support, by plain fixed-point iteration.
+double best_criterion(const ident::UnitProblem& unit, const Support& kept, double tau) {
+  VectorXd lambda = VectorXd::Constant(static_cast<Index>(kept.size()), 1e-6);
+  ident::Posterior at = ident::posterior(unit, kept, lambda);
+  double noise = 0.0;
+  for (int i = 0; i < 500; ++i) {
+    noise = at.misfit / static_cast<double>(unit.num_samples);
+    for (std::size_t j = 0; j < kept.size(); ++j) {
+      const double best = ident::best_lambda(at.sparsity(kept[j]), at.quality(kept[j]), noise);
+      if (!std::isfinite(best)) return -std::numeric_limits<double>::infinity();
+      lambda(static_cast<Index>(j)) = best;
+    }
+    at = ident::posterior(unit, kept, lambda);
+  }
+  noise = at.misfit / static_cast<double>(unit.num_samples);
+  return 2.0 * ident::log_evidence(unit, at, noise) - tau * static_cast<double>(kept.size());
+}
+
+}  // namespace
+
+TEST_CASE("every method finds the true terms of a sparse problem", "[ident][fit]") {
+  for (const double noise : {0.01, 0.1}) {
+    const Data d = sparse_problem(1, noise);
+    for (const auto& fit : all_selecting_fits(ident::r_factor(d.phi, d.target))) {
+      INFO(ident::to_string(fit.method) << " at noise " << noise);
+      CHECK(fit.status == ident::FitStatus::converged);
+      if (fit.method == ident::Method::lasso) {  // the lasso is known to let false terms in
+        CHECK(std::includes(fit.relevant.begin(), fit.relevant.end(), true_terms.begin(), true_terms.end()));
+        continue;
+      }
+      REQUIRE(fit.relevant == true_terms);
+      for (Index j = 0; j < 3; ++j)  // five standard deviations: one test in 1.7 million fails by chance
+        CHECK(std::abs(fit.mean(j) - truth(j)) <= 5.0 * std::sqrt(fit.covariance(j, j)));
+    }
+  }
+}
+
+TEST_CASE("slow and fast RVM agree in mean and deviation on the same support", "[ident][fit]") {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const Data d = sparse_problem(seed, 0.1);
+    const auto data = ident::r_factor(d.phi, d.target);
+    const auto fast = ident::fit_fast_rvm(data), slow = ident::fit_slow_rvm(data);
+    REQUIRE(fast.relevant == slow.relevant);
+    CHECK((fast.mean - slow.mean).norm() <= 1e-8 * fast.mean.norm());
+    CHECK((fast.covariance - slow.covariance).norm() <= 1e-7 * fast.covariance.norm());
+    CHECK(fast.noise_variance == Approx(slow.noise_variance).epsilon(1e-7));
+  }
+}
+
+TEST_CASE("the noise estimate is the noise and the 95 % intervals cover", "[ident][fit]") {
+  int covered = 0, total = 0;
+  for (unsigned seed = 100; seed < 300; ++seed) {
+    const Data d = sparse_problem(seed, 0.1, 500);
+    const auto fit = ident::fit_fast_rvm(ident::r_factor(d.phi, d.target));
+    if (fit.relevant != true_terms) continue;
+    for (Index j = 0; j < 3; ++j, ++total)
+      covered += std::abs(fit.mean(j) - truth(j)) <= 1.96 * std::sqrt(fit.covariance(j, j));
+    CHECK(std::sqrt(fit.noise_variance) == Approx(0.1 * truth.norm()).epsilon(0.15));  // sd of the estimate is 3 %
+  }
+  REQUIRE(total >= 590);
+  // 0.95 +- 4 standard errors of 600 binomial draws.
+  CHECK(std::abs(static_cast<double>(covered) / total - 0.95) <= 4.0 * std::sqrt(0.95 * 0.05 / total));
+}
+
+TEST_CASE("scaling a column scales its coefficient back, permuting columns permutes the answer", "[ident][fit]") {
+  rc::check("equivariance", [] {
+    const auto seed = *rc::gen::inRange(1u, 1000u);
+    const auto exponent = *rc::gen::inRange(-40, 40);
+    const auto turn = *rc::gen::inRange(0, 10);
+    const Data d = sparse_problem(seed, 0.1, 400);
+    const auto plain = ident::fit_fast_rvm(ident::r_factor(d.phi, d.target));
+    MatrixXd phi(d.phi.rows(), 10);
+    const auto source = [&](Index j) { return (7 * j + turn) % 10; };  // a permutation, since 7 and 10 are coprime
+    const auto scale = [&](Index j) { return std::ldexp(1.0, j % 2 == 0 ? exponent : 0); };
+    for (Index j = 0; j < 10; ++j) phi.col(j) = d.phi.col(source(j)) * scale(j);
+    const auto moved = ident::fit_fast_rvm(ident::r_factor(phi, d.target));
+    RC_ASSERT(moved.relevant.size() == plain.relevant.size());
+    for (std::size_t j = 0; j < moved.relevant.size(); ++j) {
+      const Index column = moved.relevant[j];
+      const auto at = std::find(plain.relevant.begin(), plain.relevant.end(), source(column)) - plain.relevant.begin();
+      RC_ASSERT(at < static_cast<std::ptrdiff_t>(plain.relevant.size()));
+      const double back = moved.mean(static_cast<Index>(j)) * scale(column);
+      // Another order of columns rounds differently; log alpha is settled to 1e-6 and moves a mean by less than that.
+      RC_ASSERT(std::abs(back - plain.mean(at)) <= 1e-7 * std::abs(plain.mean(at)));
+    }
+  });
+}
+
+TEST_CASE("the search ends at the best subset of its criterion", "[ident][fit]") {
+  int missed = 0;
+  for (unsigned seed = 0; seed < 60; ++seed) {
+    const Index terms = 3 + seed % 4, rows = 60;
+    MatrixXd phi = gaussian(rows, terms, 5000 + seed);
+    if (seed % 2 == 1) phi.rightCols(terms - 1) += 2.0 * phi.col(0).replicate(1, terms - 1);  // collinear ones too
+    const VectorXd target = phi.leftCols(2) * VectorXd{{1.0, -0.7}} + gaussian(rows, 1, 6000 + seed);
+    const auto data = ident::r_factor(phi, target);
+    const auto fit = ident::fit_fast_rvm(data);
+    const auto unit = ident::unit_problem(data);
+    double best = -std::numeric_limits<double>::infinity();
+    for (unsigned subset = 0; subset < (1u << terms); ++subset) {
+      Support kept;
+      for (Index i = 0; i < terms; ++i)
+        if (subset >> i & 1u) kept.push_back(i);
+      best = std::max(best, best_criterion(unit, kept, fit.tau));
+    }
+    const double ours = 2.0 * fit.log_evidence - fit.tau * static_cast<double>(fit.relevant.size());
+    CHECK(ours <= best + 1e-4);
+    missed += ours < best - 1e-4;
+  }
+  CHECK(missed <= 1);
+}
+
+TEST_CASE("type-II selection keeps false terms and evidence selection does not", "[ident][fit]") {
+  int evidence = 0, type2 = 0;
+  for (unsigned seed = 0; seed < 50; ++seed) {
+    const Data d = sparse_problem(700 + seed, 0.1, 1000);
+    const auto data = ident::r_factor(d.phi, d.target);
+    evidence += ident::fit_fast_rvm(data).relevant == true_terms;
+    type2 += ident::fit_fast_rvm(data, {.selection = ident::Selection::type2}).relevant == true_terms;
+  }
+  CHECK(evidence >= 49);  // a false term passes tau = ln m + 2 ln b about once in 5000
+  CHECK(type2 <= 15);     // seven irrelevant terms at 32 % each: 7 % of draws expected exact
+}
+
+TEST_CASE("the evidence never falls along the steps of a fast fit", "[ident][fit]") {
+  const Data d = sparse_problem(9, 0.1);
+  const auto fit = ident::fit_fast_rvm(ident::r_factor(d.phi, d.target), {.selection = ident::Selection::type2});
+  REQUIRE(fit.steps.size() > 3);
+  for (std::size_t i = 1; i < fit.steps.size(); ++i)
+    CHECK(fit.steps[i].log_evidence >= fit.steps[i - 1].log_evidence - 1e-7);
+  CHECK(fit.steps.back().log_evidence == Approx(fit.log_evidence).epsilon(1e-12));
+}
+
+TEST_CASE("problems with nothing to find end in a status", "[ident][fit]") {
+  const MatrixXd phi = gaussian(50, 4, 60);
+  SECTION("zero target") {
+    for (const auto& fit : all_selecting_fits(ident::r_factor(phi, VectorXd::Zero(50)))) {
+      CHECK(fit.status == ident::FitStatus::zero_target);
+      CHECK(fit.relevant.empty());
+    }
+  }
+  SECTION("noise alone") {
+    const auto fit = ident::fit_fast_rvm(ident::r_factor(phi, gaussian(50, 1, 61)));
+    CHECK(fit.status == ident::FitStatus::no_relevant_term);
+    CHECK(fit.mean.size() == 0);
+  }
+  SECTION("a zero column") {
+    MatrixXd holed = phi;
+    holed.col(2).setZero();
+    for (const auto& fit : all_selecting_fits(ident::r_factor(holed, phi.col(0) * 2.0 + 0.01 * gaussian(50, 1, 62))))
+      CHECK(fit.relevant.front() == 0);
+  }
+  SECTION("no rows at all") {
+    CHECK(ident::fit_fast_rvm(ident::r_factor(MatrixXd(0, 3), MatrixXd(0, 1))).status ==
+          ident::FitStatus::too_few_rows);
+    CHECK(ident::fit_ols(ident::r_factor(phi.topRows(3), VectorXd::Ones(3))).status == ident::FitStatus::too_few_rows);
+  }
+  SECTION("fewer rows than terms") {
+    const MatrixXd wide = gaussian(8, 20, 63);
+    const auto fit = ident::fit_fast_rvm(ident::r_factor(wide, wide.col(3) * 2.0));
+    CHECK(fit.mean.allFinite());
+    CHECK(fit.relevant.size() <= 8);
+  }
+  SECTION("two equal columns") {
+    MatrixXd twins = phi;
+    twins.col(3) = twins.col(1);
+    const auto data = ident::r_factor(twins, phi.col(1) + 0.1 * gaussian(50, 1, 64));
+    CHECK(ident::fit_fast_rvm(data).relevant.size() == 1);
+    CHECK(ident::fit_ols(data).status == ident::FitStatus::rank_deficient);
+    CHECK(ident::fit_slow_rvm(data).mean.allFinite());
+  }
+}
+
+TEST_CASE("an exact fit keeps its support and a finite noise floor", "[ident][fit]") {
+  const Data d = sparse_problem(5, 0.0);
+  const auto data = ident::r_factor(d.phi, d.target);
+  for (const auto& fit : {ident::fit_fast_rvm(data), ident::fit_slow_rvm(data)}) {
+    INFO(ident::to_string(fit.method) << " " << ident::to_string(fit.status));
+    REQUIRE(fit.relevant == true_terms);
+    CHECK((fit.mean - truth).norm() <= 1e-12);
+    CHECK(fit.noise_variance > 0.0);
+    CHECK(std::isfinite(fit.log_evidence));
+  }
+}
+
+TEST_CASE("noise from 1e-2 down to nothing: the right support in twenty moves", "[ident][fit]") {
+  for (const double noise : {1e-2, 1e-4, 1e-6, 1e-8, 0.0}) {
+    const Data d = sparse_problem(6, noise);
+    const auto fit = ident::fit_fast_rvm(ident::r_factor(d.phi, d.target));
+    INFO("noise " << noise);
+    CHECK(fit.relevant == true_terms);
+    CHECK(fit.status == ident::FitStatus::converged);
+    CHECK(fit.iterations <= 20);
+  }
+}
+
+TEST_CASE("options out of their range are refused", "[ident][fit]") {
+  const Data d = sparse_problem(1, 0.1, 100);
+  const auto data = ident::r_factor(d.phi, d.target);
+  CHECK_THROWS_AS(ident::fit_fast_rvm(data, {.initial_noise_fraction = 1.0}), std::invalid_argument);
+  CHECK_THROWS_AS(ident::fit_stlsq(data, {.threshold = -1.0}), std::invalid_argument);
+  CHECK_THROWS_AS(ident::fit_ridge(data, {.lambda = 0.0}), std::invalid_argument);
+  CHECK_THROWS_AS(ident::fit_lasso(data, {.path_length = 1}), std::invalid_argument);
+  CHECK_THROWS_AS(ident::method_from_string("svm"), std::invalid_argument);
+}
