@@ -1,0 +1,70 @@
+#pragma once
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sim/system.hpp"
+
+namespace sim {
+
+enum class SimulationStatus { finished, step_limit, diverged };
+
+struct SimulateOptions {
+  double duration_s = 0.0;      ///< required
+  double sample_rate_hz = 0.0;  ///< required: outputs at start_s + n / sample_rate_hz, both ends included
+  double start_s = 0.0;
+  double relative_tolerance = 1e-10;
+  double absolute_tolerance = 1e-12;  ///< times System::scales
+  double max_step_s = 0.0;            ///< 0: no limit
+  long max_steps_per_output = 100000;
+  double divergence_bound = 1e6;  ///< |y| beyond this (any state) ends the run as diverged
+};
+
+struct Simulation {
+  SimulationStatus status = SimulationStatus::finished;
+  std::string reason;  ///< empty when finished; else what happened and at what t
+  Eigen::VectorXd time_s;
+  Eigen::MatrixXd states;       ///< num_samples x num_states; cut at the last good sample
+  Eigen::MatrixXd derivatives;  ///< rhs at those samples: exact, not differenced
+  std::vector<int> modes;       ///< mode at each sample
+  std::vector<Event> events;
+  long num_steps = 0, num_rhs_evaluations = 0;
+};
+
+/// Integrates with SUNDIALS CVODE (Adams, fixed-point), root finding for the switches, restarting at each event.
+/// Throws std::invalid_argument for a missing duration or rate or a wrong number of initial values, and whatever the
+/// system's own functions throw.
+[[nodiscard]] Simulation simulate(const System& system, const Eigen::Ref<const Eigen::VectorXd>& initial,
+                                  const SimulateOptions& options);
+
+/// The same integration one internal step at a time, for callers that need the solution between its steps. The mode
+/// is constant over a step: an event ends it.
+class Integrator {
+ public:
+  /// Ignores sample_rate_hz and max_steps_per_output; throws as `simulate`.
+  Integrator(System system, const Eigen::Ref<const Eigen::VectorXd>& initial, const SimulateOptions& options);
+  ~Integrator();
+  Integrator(Integrator&&) noexcept;
+  Integrator& operator=(Integrator&&) noexcept;
+
+  /// Goes on to the end of the next step, event or run. False, and nothing has moved, if the run is over.
+  [[nodiscard]] bool step();
+  [[nodiscard]] double begin_s() const;  ///< the last step reached from here
+  [[nodiscard]] double end_s() const;    ///< to here
+  [[nodiscard]] int mode() const;        ///< in this mode
+  /// States at t in [begin_s, end_s], to the order of the integration formula.
+  void states(double t, double* y) const;
+  [[nodiscard]] const System& system() const;
+  [[nodiscard]] SimulationStatus status() const;
+  [[nodiscard]] const std::string& reason() const;
+  [[nodiscard]] const std::vector<Event>& events() const;
+  [[nodiscard]] long num_steps() const;
+  [[nodiscard]] long num_rhs_evaluations() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace sim
