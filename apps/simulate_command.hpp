@@ -1,0 +1,32 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/console.hpp"
+
+namespace apps {
+
+/// `ardent sim SYSTEM -o DIR ...` as it was typed; what is left out has the default named here.
+struct SimulateArguments {
+  std::string system;            ///< duffing, coulomb, bouc-wen, valanis-1 ... valanis-4, linear, qzs
+  std::filesystem::path folder;  ///< of the results
+  bool force = false;            ///< replace an existing folder of results
+  std::uint64_t seed = 1;
+  std::optional<double> noise;           ///< share of each signal's standard deviation (0); qzs: times nominal (1)
+  std::optional<double> duration_s;      ///< 25; qzs: the programme's own 1800, beyond which it repeats
+  std::vector<std::string> set;          ///< "p=v": parameters of the system by name
+  bool raw = false;                      ///< qzs: also the recording at 25.6 kHz
+  std::optional<std::string> twin;       ///< qzs: T0 or T1 ("T0")
+  std::optional<std::string> sensors;    ///< qzs --raw: ideal, noise or full ("full")
+  std::optional<std::string> container;  ///< qzs --raw: rf64, wav, w64, caf, flac, aiff ("rf64")
+};
+
+/// Writes response.csv and truth.json, for qzs --raw also recording.EXT, its sidecar recording.EXT.toml and truth.csv.
+/// Throws dsp::Fault: usage for unknown names and values that make no sense, numerics where the system blows up,
+/// output where the folder cannot be written.
+void run_simulate(const SimulateArguments& arguments, Console& console);
+
+}  // namespace apps
