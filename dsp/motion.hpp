@@ -19,10 +19,10 @@ struct Signal {
 /// Sample i is at i / sample_rate_hz seconds from the start of the record.
 struct Motion {
   double sample_rate_hz = 0.0;
-  std::vector<Signal> signals;             ///< t first; all of one length
-  std::vector<unsigned char> excluded;     ///< per sample: 1 where the data must not be used (faults with their margins)
-  Eigen::Index edge_samples = 0;           ///< at either end: spoilt by filter and derivative ends; not in `excluded`
-  double dropped_power_fraction = 0.0;     ///< share of the displacement's power above the band edge
+  std::vector<Signal> signals;          ///< t first; all of one length
+  std::vector<unsigned char> excluded;  ///< per sample: 1 where the data must not be used (faults with their margins)
+  Eigen::Index edge_samples = 0;        ///< at either end: spoilt by filter and derivative ends; not in `excluded`
+  double dropped_power_fraction = 0.0;  ///< share of the displacement's power above the band edge
   [[nodiscard]] Eigen::Index num_samples() const { return signals.empty() ? 0 : signals.front().values.size(); }
   /// nullptr if there is no such signal.
   [[nodiscard]] const Signal* find(std::string_view name) const;
@@ -32,21 +32,26 @@ struct Motion {
 
 /// Where the acceleration a = d2x/dt2 comes from.
 enum class AccelerationSource {
-  automatic,      ///< ddy - ddr where both accelerometers exist, else the second derivative of x
+  automatic,  ///< ddy - ddr where both accelerometers exist, else the second derivative of x
   accelerometer,
   displacement,
 };
 
 struct MotionOptions {
-  SpectralBand band;                       ///< required: derivatives are flat below rolloff_hz and zero above cutoff_hz
+  SpectralBand band;  ///< required: derivatives are flat below rolloff_hz and zero above cutoff_hz
   ExtensionOptions extension;
   AccelerationSource acceleration = AccelerationSource::automatic;
 };
 
 /// From the channels of one recording to x = y - r (Eq. 49 of [QZS23]; x = y where there is no base channel), v, a, and
-/// whatever else was measured or follows by differentiation (r dr ddr y dy ddy f z and channels without a role, by name).
-/// Derivatives are taken over the whole record in the frequency domain; a measured derivative is preferred to a computed
-/// one. Displacements are not filtered. Channel delays are removed. Throws Fault if no displacement can be had.
+/// whatever else was measured or follows by differentiation (r dr ddr y dy ddy f z and channels without a role, by
+/// name). Derivatives are taken over the whole record in the frequency domain; a measured derivative is preferred to a
+/// computed one. Displacements are not filtered. Channel delays are removed. The recording's bad stretches are excluded
+/// without margins. `edge_samples` is the length of the band's impulse response, 1 / (cutoff_hz - rolloff_hz). Throws
+/// Fault if no displacement can be had, std::invalid_argument for a band that does not fit below the Nyquist frequency.
 [[nodiscard]] Motion relative_motion(const Recording& recording, const MotionOptions& options);
+
+/// Excludes the samples of an interval widened by margin_s at both ends.
+void mark(Motion& motion, const Interval& interval, double margin_s = 0.0);
 
 }  // namespace dsp
