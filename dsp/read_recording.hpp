@@ -13,10 +13,10 @@
 namespace dsp {
 
 struct ReadOptions {
-  std::filesystem::path sidecar;           ///< empty: NAME.ext.toml beside the recording, if there
-  bool salvage = false;                    ///< read what is left of a truncated or unfinished file
-  bool uncalibrated = false;               ///< channels without a sensitivity stay raw and are marked so
-  std::map<std::string, std::string> use;  ///< role -> channel name, where several could play it or none says so
+  std::filesystem::path sidecar{};           ///< empty: NAME.ext.toml beside the recording, if there
+  bool salvage = false;                      ///< read what is left of a truncated or unfinished file
+  bool uncalibrated = false;                 ///< channels without a sensitivity stay raw and are marked so
+  std::map<std::string, std::string> use{};  ///< role -> channel name, where several could play it or none says so
   std::size_t max_memory_bytes = std::size_t{4} << 30;
   double max_gap_s = 1.0;              ///< longest run of missing (non-finite) samples that is bridged
   double max_missing_fraction = 0.05;  ///< of one channel's samples

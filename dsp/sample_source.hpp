@@ -31,10 +31,10 @@ struct OpenOptions {
   bool salvage = false;  ///< read what is left of a truncated or unfinished file
   std::size_t max_memory_bytes = std::size_t{4}
                                  << 30;  ///< for formats that must be held whole, and what they expand to
-  std::string time_column;        ///< text: name or 1-based number of the clock; empty: found by name (t, time, ...)
-  std::string time_unit;          ///< of that column; empty: from its name, else s
-  std::optional<double> rate_hz;  ///< the rate a person stated; needed where the clock is too coarse, or interpolated
-  bool interpolate = false;       ///< put an irregular clock on rate_hz by straight lines
+  std::string time_column{};        ///< text: name or 1-based number of the clock; empty: found by name (t, time, ...)
+  std::string time_unit{};          ///< of that column; empty: from its name, else s
+  std::optional<double> rate_hz{};  ///< the rate a person stated; needed where the clock is too coarse, or interpolated
+  bool interpolate = false;         ///< put an irregular clock on rate_hz by straight lines
 };
 
 /// Samples of one file, frame by frame, as the file holds them (integers as fractions of full scale).

@@ -31,7 +31,7 @@ struct SoundFileOptions {
   double sample_rate_hz = 0.0;  ///< required: whole
   int num_channels = 0;         ///< required
   std::int64_t num_frames = 0;  ///< required for WAV and AIFF, whose sizes have 32 bits: beyond is refused at once
-  std::string comment;
+  std::string comment{};
 };
 
 /// Streams frames into a new file. It grows under a name of its own beside `file` and takes the place of `file` in

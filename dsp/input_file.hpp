@@ -1,0 +1,35 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+namespace dsp {
+
+/// A regular file opened for reading and watched while it is read.
+class InputFile {
+ public:
+  /// Throws Fault (input): file.missing, file.denied, file.kind (directory, device, ...: the message names it),
+  /// file.empty.
+  explicit InputFile(std::filesystem::path path);
+  ~InputFile();
+  InputFile(const InputFile&) = delete;
+  InputFile& operator=(const InputFile&) = delete;
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+  [[nodiscard]] const std::string& name() const { return name_; }  ///< for messages
+  [[nodiscard]] std::uint64_t size() const { return size_; }       ///< when opened
+  /// Bytes from offset on: `count`, or fewer at the end of the file. Throws Fault file.read where the device fails.
+  std::size_t read(std::uint64_t offset, void* into, std::size_t count) const;
+  [[nodiscard]] std::string text(std::uint64_t offset, std::size_t count) const;
+  /// Throws Fault file.changed if size or time of the last change are no longer those found at opening.
+  void check_unchanged() const;
+
+ private:
+  std::filesystem::path path_;
+  std::string name_;
+  int descriptor_ = -1;
+  std::uint64_t size_ = 0;
+  std::int64_t changed_s_ = 0, changed_ns_ = 0;
+};
+
+}  // namespace dsp

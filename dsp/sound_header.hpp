@@ -1,0 +1,36 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "dsp/fault.hpp"
+
+namespace dsp {
+
+class InputFile;
+
+/// What the chunks of a sound file promise, read without a library: libsndfile silently lowers the frame count of a
+/// file that is shorter than its header says, and reads 1 % of a WAV whose 32-bit sizes have wrapped.
+struct SoundHeader {
+  enum class State {
+    complete,
+    streamed,    ///< sizes left open by the writer: the data reach to the end of the file
+    truncated,   ///< more promised than there is
+    unfinished,  ///< 0 promised, data behind it: the recorder died
+    wrapped,     ///< far more there than promised: sizes beyond 4 GiB do not fit 32 bits
+  };
+  std::string container;  ///< "WAV", "RF64", "W64", "CAF", "AIFF", "FLAC"
+  State state = State::complete;
+  std::uint64_t data_offset = 0, promised_bytes = 0, present_bytes = 0, frame_bytes = 0;
+  std::string salvage;  ///< to be read in place of the data_offset bytes before the samples, or empty
+  std::vector<Check> checks;
+};
+
+/// First bytes of one of the containers above.
+[[nodiscard]] bool is_sound(std::string_view head);
+
+/// Throws Fault container.damaged (input) with the byte where the chunks stop making sense.
+[[nodiscard]] SoundHeader read_sound_header(const InputFile& file);
+
+}  // namespace dsp
