@@ -11,9 +11,9 @@ namespace ident {
 struct LibraryOptions {
   int order = 3;  ///< all products of `variables` up to this degree; 0: only `terms`
   std::vector<std::string> variables = {"x", "v"};
-  std::vector<std::string> terms;  ///< further expressions; "1" is the constant
-  bool constant = true;            ///< "1" goes with order >= 1
-  int max_terms = 1000;            ///< more is refused before anything is formed
+  std::vector<std::string> terms = {};  ///< further expressions; "1" is the constant
+  bool constant = true;                 ///< "1" goes with order >= 1
+  int max_terms = 1000;                 ///< more is refused before anything is formed
 };
 
 /// A candidate term: its name is the expression as a person would write it.

@@ -70,6 +70,8 @@ void check_characters(std::string_view text) {
     const bool comparison = after == '=' || before == '=' || before == '<' || before == '>' || before == '!';
     if (c == '=' && !comparison)
       refuse("term.assignment", text, fmt::format("position {}: '=' assigns; to compare, write '=='", i + 1));
+    if (!std::isprint(static_cast<unsigned char>(c)))
+      refuse("term.syntax", text, fmt::format("position {}: a character that cannot be printed", i + 1));
     if (c == ',' || c == ';' || c == '"' || c == '?' || c == ':')
       refuse("term.syntax", text, fmt::format("position {}: '{}' has no meaning here; one value is wanted", i + 1, c));
   }

@@ -69,7 +69,9 @@ Whiteness residual_whiteness(const Eigen::Ref<const VectorXd>& residual, const s
   }
   result.tested = true;
   result.num_frequencies = end;
-  result.p_value = kolmogorov_tail(largest * std::sqrt(static_cast<double>(end)));
+  const double slope = kolmogorov_tail(largest * std::sqrt(static_cast<double>(end)));
+  const double tone = static_cast<double>(end) * std::pow(1.0 - power.maxCoeff() / total, static_cast<double>(end - 1));
+  result.p_value = std::min(1.0, 2.0 * std::min(slope, tone));
   const Index strongest = std::max<Index>(1, end / 20);
   std::sort(power.begin(), power.end(), std::greater<>());
   result.peak_share = power.head(strongest).sum() / total;

@@ -26,7 +26,8 @@ struct RowSpan {
 /// Is a residual noise, or is there structure left in it? Judged inside the band that the column filter passes, since
 /// everything above it was removed on purpose.
 struct Whiteness {
-  double p_value = 1.0;     ///< of Bartlett's test: the cumulated periodogram against a straight line
+  double p_value = 1.0;     ///< of two tests together: Bartlett's (the cumulated periodogram against a straight line)
+                            ///< sees colour, Fisher's (its largest ordinate) sees a tone
   double peak_share = 0.0;  ///< share of the residual's power in the strongest 5 % of frequencies; white noise: 0.20
   Eigen::Index num_frequencies = 0;
   bool tested = false;  ///< false: too few rows, or no residual at all

@@ -1,0 +1,105 @@
+#include "ident/judge.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "ident/fit.hpp"
+#include "support/random.hpp"
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using support::gaussian;
+
+TEST_CASE("NMSE as the paper defines it and about the mean", "[ident][judge]") {
+  const VectorXd actual{{1.0, 2.0, 3.0}}, predicted{{1.0, 2.0, 4.0}};
+  CHECK(ident::nmse(predicted, actual) == Approx(1.0 / 14.0));
+  CHECK(ident::nmse_centred(predicted, actual) == Approx(1.0 / 2.0));
+  CHECK(std::isnan(ident::nmse(predicted, VectorXd::Zero(3))));
+  CHECK(std::isnan(ident::nmse_centred(predicted, VectorXd::Constant(3, 0.1))));
+}
+
+TEST_CASE("predictive bands hold the share of new targets they promise", "[ident][judge]") {
+  // Few rows, so that the coefficients' own uncertainty is a visible part of the variance.
+  int inside50 = 0, inside95 = 0, total = 0;
+  for (unsigned seed = 0; seed < 300; ++seed) {
+    const MatrixXd phi = gaussian(40, 3, 3 * seed);
+    const VectorXd c{{1.0, -2.0, 0.5}};
+    const auto fit = ident::fit_ols(ident::r_factor(phi, phi * c + 0.3 * gaussian(40, 1, 3 * seed + 1)));
+    const MatrixXd fresh = 3.0 * gaussian(10, 3, 3 * seed + 2);
+    const VectorXd target = fresh * c + 0.3 * gaussian(10, 1, 90000 + seed);
+    const VectorXd sd = ident::predictive_variance(fresh, fit.covariance, fit.noise_variance).cwiseSqrt();
+    for (Index i = 0; i < 10; ++i, ++total) {
+      const double z = std::abs(target(i) - fresh.row(i).dot(fit.mean)) / sd(i);
+      inside50 += z <= 0.6745, inside95 += z <= 1.96;
+    }
+  }
+  // 3000 rows in clusters of ten: four standard errors of 300 independent clusters at the worst; Student's t with 37
+  // degrees of freedom takes 0.7 % off the 95 % band.
+  CHECK(static_cast<double>(inside50) / total == Approx(0.5).margin(0.05));
+  CHECK(static_cast<double>(inside95) / total == Approx(0.943).margin(0.02));
+}
+
+TEST_CASE("a white residual passes, a tone in it does not", "[ident][judge]") {
+  const Index n = 4000;
+  int refused = 0;
+  for (unsigned seed = 0; seed < 200; ++seed)
+    refused += !ident::residual_whiteness(gaussian(n, 1, seed), {{0, n}}, 100.0, 50.0).white;
+  CHECK(refused <= 3);  // expected 0.2 at a level of 0.001
+  VectorXd tonal = gaussian(n, 1, 7);
+  for (Index i = 0; i < n; ++i)
+    tonal(i) += 0.3 * std::sin(2.0 * std::numbers::pi * 3.0 * static_cast<double>(i) / 100.0);
+  const auto judged = ident::residual_whiteness(tonal, {{0, n}}, 100.0, 50.0);
+  CHECK_FALSE(judged.white);
+  const auto pure = ident::residual_whiteness(gaussian(n, 1, 8), {{0, n}}, 100.0, 50.0);
+  CHECK(pure.peak_share == Approx(0.2).margin(0.02));  // top twentieth of exponentials: (1 + ln 20) / 20
+  CHECK(judged.peak_share > pure.peak_share + 0.02);
+}
+
+TEST_CASE("a residual that is white up to the filter's band edge passes within that band", "[ident][judge]") {
+  VectorXd smooth = gaussian(6000, 1, 9);
+  VectorXd filtered = smooth;
+  for (Index i = 4; i < 5996; ++i) filtered(i) = smooth.segment(i - 4, 9).mean();  // low-pass: nothing beyond 11 Hz
+  CHECK_FALSE(ident::residual_whiteness(filtered, {{0, 6000}}, 100.0, 50.0).white);
+  CHECK(ident::residual_whiteness(filtered, {{0, 6000}}, 100.0, 1.5).white);
+}
+
+TEST_CASE("too little to test is said, not guessed", "[ident][judge]") {
+  CHECK_FALSE(ident::residual_whiteness(gaussian(20, 1, 1), {{0, 20}}, 100.0, 50.0).tested);
+  CHECK_FALSE(ident::residual_whiteness(VectorXd::Zero(500), {{0, 500}}, 100.0, 50.0).tested);
+}
+
+TEST_CASE("robust deviations are right where the residual is coloured and where it is not", "[ident][judge]") {
+  for (const double memory : {0.0, 0.9}) {
+    double promised = 0.0, plain = 0.0, happened = 0.0;
+    constexpr int draws = 300;
+    for (unsigned seed = 0; seed < draws; ++seed) {
+      // Slowly varying column and AR(1) noise: the classical deviation is far too small for memory 0.9.
+      const Index n = 2000;
+      MatrixXd phi(n, 1);
+      VectorXd noise = gaussian(n, 1, 100 + seed), shock = gaussian(n, 1, 5000 + seed);
+      phi(0, 0) = shock(0);
+      for (Index i = 1; i < n; ++i) {
+        phi(i, 0) = 0.9 * phi(i - 1, 0) + shock(i);
+        noise(i) += memory * noise(i - 1);
+      }
+      const auto fit = ident::fit_ols(ident::r_factor(phi, 2.0 * phi + noise));
+      const VectorXd residual = 2.0 * phi.col(0) + noise - phi.col(0) * fit.mean(0);
+      promised += ident::robust_covariance(phi, residual)(0, 0) / draws;
+      plain += fit.covariance(0, 0) / draws;
+      happened += std::pow(fit.mean(0) - 2.0, 2) / draws;
+    }
+    // A variance from 300 draws is known to 8 %; blocks of 40 rows cut some of the memory.
+    CHECK(promised == Approx(happened).epsilon(0.35));
+    if (memory > 0.0) CHECK(plain < 0.3 * happened);
+  }
+}
+
+TEST_CASE("rows that follow one another form spans", "[ident][judge]") {
+  const auto spans = ident::contiguous_spans({3, 4, 5, 9, 10, 20});
+  REQUIRE(spans.size() == 3);
+  CHECK(spans[1].first == 3);
+  CHECK(spans[1].last == 5);
+  CHECK(ident::contiguous_spans({}).empty());
+}
