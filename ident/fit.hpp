@@ -28,7 +28,7 @@ enum class FitAction { add, reestimate, remove, exchange };
 /// One move of a fit, in order: what a reader would plot.
 struct FitStep {
   FitAction action = FitAction::add;
-  Eigen::Index term = 0;  ///< index into the library
+  Eigen::Index term = 0;  ///< index into the library; -1: all kept terms at once
   double log_evidence = 0.0, noise_variance = 0.0;
 };
 

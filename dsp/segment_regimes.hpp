@@ -1,0 +1,59 @@
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "dsp/motion.hpp"
+
+namespace dsp {
+
+enum class Regime {
+  low,       ///< moving, lower amplitude branch
+  high,      ///< moving, upper amplitude branch
+  stick,     ///< locked, or stopping so often that friction is not at its sliding value
+  excluded,  ///< not to be used: faults, annotations, start transient
+};
+[[nodiscard]] std::string_view to_string(Regime regime);
+/// Throws std::invalid_argument for a name that is none of low, high, stick, excluded.
+[[nodiscard]] Regime regime_from_string(std::string_view name);
+
+/// Samples [first, last) of one label.
+struct Segment {
+  Regime regime = Regime::low;
+  Eigen::Index first = 0, last = 0;
+  std::string reason;
+};
+
+/// Thresholds left at 0 are chosen from the record itself; the ones used come back in the Segmentation.
+struct SegmentOptions {
+  double stick_speed_m_per_s = 0.0;  ///< slower than this for stick_duration_s is a stop
+  double stick_duration_s = 0.0;
+  double stick_margin_s = 1.0;     ///< stops are dilated by this to either side
+  double high_enter_m = 0.0;       ///< the amplitude envelope above this is high,
+  double high_leave_m = 0.0;       ///< until it falls below this
+  double envelope_window_s = 2.0;  ///< envelope: half of max - min of x over this window,
+  double baseline_window_s = 6.0;  ///< after its mean over this one is removed
+  double min_duration_s = 10.0;    ///< shorter runs join the run to their left; between two stick runs they are stick
+};
+
+/// Every sample has one label; segments follow one another without gap or overlap.
+struct Segmentation {
+  std::vector<Segment> segments;
+  Eigen::VectorXd envelope_m;        ///< of x, one per sample
+  SegmentOptions options;            ///< with every threshold filled in
+  std::vector<std::string> remarks;  ///< how thresholds were chosen, in sentences
+};
+
+/// Cuts a record into amplitude regimes from its relative displacement and velocity at the bus rate. `motion` needs x
+/// and v; samples marked in motion.excluded get that label. Throws std::invalid_argument for negative thresholds or
+/// high_leave_m above high_enter_m.
+///
+/// Thresholds from the record: the dominant period T and the median velocity amplitude V of the cycles in motion give
+/// stick_speed = 0.08 V and stick_duration = T / 13 (a sine of amplitude V stays below 0.08 V for T / 39 only). The
+/// high regime begins at a jump: the envelope grows by half or more within six periods, not out of a stick. high_enter
+/// lies midway (geometric) between the largest amplitude below and the smallest just above all jumps, high_leave at
+/// 0.85 of the smallest amplitude reached before the next fall. No jump: everything in motion is low.
+[[nodiscard]] Segmentation segment_regimes(const Motion& motion, const SegmentOptions& options = {});
+
+}  // namespace dsp
