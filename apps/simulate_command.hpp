@@ -12,8 +12,7 @@ namespace apps {
 /// `ardent sim SYSTEM -o DIR ...` as it was typed; what is left out has the default named here.
 struct SimulateArguments {
   std::string system;            ///< duffing, coulomb, bouc-wen, valanis-1 ... valanis-4, linear, qzs
-  std::filesystem::path folder;  ///< of the results
-  bool force = false;            ///< replace an existing folder of results
+  std::filesystem::path folder;  ///< made if missing; files of these names in it are replaced
   std::uint64_t seed = 1;
   std::optional<double> noise;           ///< share of each signal's standard deviation (0); qzs: times nominal (1)
   std::optional<double> duration_s;      ///< 25; qzs: the programme's own 1800, beyond which it repeats
