@@ -73,9 +73,8 @@ double dominant_period_s(const VectorXd& v, const Motion& motion) {
   return moment > 0.0 ? power / moment : 1.0;
 }
 
-// Median over the cycles in motion of the largest |v| within a period; a cycle moves if it reaches a tenth of the
-// record's.
-double velocity_amplitude(const VectorXd& v, double period_s, const Motion& motion) {
+// Velocity amplitude that nine of ten cycles in motion exceed; a cycle moves if it reaches a tenth of the record's.
+double small_velocity_amplitude(const VectorXd& v, double period_s, const Motion& motion) {
   const Index period = samples_in(period_s, motion);
   std::vector<double> peaks;
   for (Index first = 0; first + period <= v.size(); first += period)
@@ -84,13 +83,14 @@ double velocity_amplitude(const VectorXd& v, double period_s, const Motion& moti
   std::sort(peaks.begin(), peaks.end());
   const double bar = 0.1 * peaks[peaks.size() * 9 / 10];
   peaks.erase(peaks.begin(), std::lower_bound(peaks.begin(), peaks.end(), bar));
-  return peaks.empty() ? 0.0 : peaks[peaks.size() / 2];
+  return peaks.empty() ? 0.0 : peaks[peaks.size() / 10];
 }
 
 // Stops of at least stick_duration_s, dilated by the margin.
 std::vector<bool> stick_mask(const VectorXd& v, const Motion& motion, const SegmentOptions& options) {
   std::vector<bool> stuck(static_cast<std::size_t>(v.size()), false);
-  const Index shortest = samples_in(options.stick_duration_s, motion),
+  constexpr Index least = 3;  // fewer samples can lie about a reversal
+  const Index shortest = std::max(least, samples_in(options.stick_duration_s, motion)),
               margin = samples_in(options.stick_margin_s, motion);
   for (Index i = 0; i < v.size();) {
     Index end = i;
@@ -132,9 +132,9 @@ void choose_stick(const VectorXd& v, const Motion& motion, double period_s, Segm
   SegmentOptions& options = result.options;
   if (options.stick_duration_s == 0.0) options.stick_duration_s = period_s / 13.0;
   if (options.stick_speed_m_per_s > 0.0) return;
-  options.stick_speed_m_per_s = 0.08 * velocity_amplitude(v, period_s, motion);
+  options.stick_speed_m_per_s = 0.08 * small_velocity_amplitude(v, period_s, motion);
   result.remarks.push_back(
-      fmt::format("a stop is slower than {:.2g} m/s for {:.2g} s: 8 % of the median velocity amplitude, "
+      fmt::format("a stop is slower than {:.2g} m/s for {:.2g} s: 8 % of the smaller velocity amplitudes, "
                   "a thirteenth of the period of {:.2g} s",
                   options.stick_speed_m_per_s, options.stick_duration_s, period_s));
 }

@@ -49,11 +49,11 @@ struct Segmentation {
 /// and v; samples marked in motion.excluded get that label. Throws std::invalid_argument for negative thresholds or
 /// high_leave_m above high_enter_m.
 ///
-/// Thresholds from the record: the dominant period T and the median velocity amplitude V of the cycles in motion give
-/// stick_speed = 0.08 V and stick_duration = T / 13 (a sine of amplitude V stays below 0.08 V for T / 39 only). The
-/// high regime begins at a jump: the envelope grows by half or more within six periods, not out of a stick. high_enter
-/// lies midway (geometric) between the largest amplitude below and the smallest just above all jumps, high_leave at
-/// 0.85 of the smallest amplitude reached before the next fall. No jump: everything in motion is low.
+/// Thresholds from the record: the dominant period T and the velocity amplitude V that nine of ten cycles in motion
+/// exceed give stick_speed = 0.08 V and stick_duration = T / 13 (a sine of amplitude V stays below 0.08 V for T / 39
+/// only). The high regime begins at a jump: the envelope grows by half or more within six periods, not out of a stick.
+/// high_enter lies midway (geometric) between the largest amplitude below and the smallest just above all jumps,
+/// high_leave at 0.85 of the smallest amplitude reached before the next fall. No jump: everything in motion is low.
 [[nodiscard]] Segmentation segment_regimes(const Motion& motion, const SegmentOptions& options = {});
 
 }  // namespace dsp

@@ -1,0 +1,271 @@
+#include "dsp/sensor_consistency.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "dsp/fft.hpp"
+#include "dsp/spectral.hpp"
+
+namespace dsp {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Complex = std::complex<double>;
+
+constexpr double two_pi = 2.0 * std::numbers::pi;
+
+// The measured ratio A / (-(2 pi f)^2 D) and its weight, frequency by frequency.
+struct Ratio {
+  std::vector<double> frequency_hz, weight;
+  std::vector<Complex> value;
+  int num_windows = 0;
+};
+
+Ratio measured_ratio(const VectorXd& d, const VectorXd& a, double rate_hz, const std::vector<unsigned char>& excluded,
+                     const RelateOptions& options) {
+  const Index length = static_cast<Index>(std::lround(options.window_s * rate_hz)), step = length / 2;
+  const auto bins = static_cast<std::size_t>(length / 2 + 1);
+  std::vector<Complex> cross(bins);
+  std::vector<double> power(bins);
+  Ratio ratio;
+  if (length < 16 || length > d.size()) return ratio;
+  const RealFft fft(length);
+  const VectorXd window = VectorXd::NullaryExpr(length, [&](Index i) {
+    return 0.5 - 0.5 * std::cos(two_pi * (static_cast<double>(i) + 0.5) / static_cast<double>(length));
+  });
+  for (Index first = 0; first + length <= d.size(); first += step) {
+    const auto begin = excluded.begin() + std::min<std::ptrdiff_t>(first, std::ssize(excluded));
+    const auto end = excluded.begin() + std::min<std::ptrdiff_t>(first + length, std::ssize(excluded));
+    if (std::any_of(begin, end, [](unsigned char bad) { return bad != 0; })) continue;
+    const auto spectrum = [&](const VectorXd& x) {
+      const auto part = x.segment(first, length);
+      return fft.forward(((part.array() - part.mean()) * window.array()).matrix());
+    };
+    const Eigen::VectorXcd D = spectrum(d), A = spectrum(a);
+    for (std::size_t k = 0; k < bins; ++k) {
+      cross[k] += A(static_cast<Index>(k)) * std::conj(D(static_cast<Index>(k)));
+      power[k] += std::norm(D(static_cast<Index>(k)));
+    }
+    ++ratio.num_windows;
+  }
+  double largest = 0.0;
+  for (std::size_t k = 1; k < bins; ++k) {
+    const double f = static_cast<double>(k) * rate_hz / static_cast<double>(length), w = two_pi * f;
+    if (f < options.from_hz || f > options.to_hz || !(power[k] > 0.0)) continue;
+    ratio.frequency_hz.push_back(f);
+    ratio.value.push_back(-cross[k] / power[k] / (w * w));
+    ratio.weight.push_back(w * w * std::sqrt(power[k]));
+    largest = std::max(largest, ratio.weight.back());
+  }
+  for (double& weight : ratio.weight) weight /= largest;
+  return ratio;
+}
+
+// Parameters: log gain, lag, then log corners.
+Complex model(const VectorXd& p, double f) {
+  Complex value = std::exp(p(0)) * std::polar(1.0, two_pi * f * p(1));
+  for (Index k = 2; k < p.size(); ++k) value *= Complex(0.0, f) / Complex(std::exp(p(k)), f);
+  return value;
+}
+
+struct Fitted {
+  VectorXd p;
+  MatrixXd covariance;
+  double residual = 0.0, cost = std::numeric_limits<double>::infinity();
+};
+
+// Levenberg-Marquardt on sum rho(|e|^2), rho(z) = 2 (sqrt(1 + z / s^2) - 1) s^2, as reweighted least squares.
+Fitted fit_from(const Ratio& ratio, VectorXd p, double scale) {
+  const Index n = p.size();
+  const auto error = [&](const VectorXd& at, std::size_t i) {
+    return ratio.weight[i] * (ratio.value[i] - model(at, ratio.frequency_hz[i]));
+  };
+  const auto cost = [&](const VectorXd& at) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < ratio.value.size(); ++i)
+      sum += 2.0 * (std::sqrt(1.0 + std::norm(error(at, i)) / (scale * scale)) - 1.0);
+    return sum;
+  };
+  Fitted best{p, {}, 0.0, cost(p)};
+  MatrixXd normal = MatrixXd::Zero(n, n);
+  double damping = 1e-3, weighted = 0.0, weights = 0.0;
+  for (int iteration = 0; iteration < 200 && damping < 1e12; ++iteration) {
+    normal.setZero();
+    VectorXd gradient = VectorXd::Zero(n);
+    weighted = weights = 0.0;
+    for (std::size_t i = 0; i < ratio.value.size(); ++i) {
+      const double f = ratio.frequency_hz[i];
+      const Complex m = ratio.weight[i] * model(best.p, f), e = error(best.p, i);
+      const double robust = 1.0 / std::sqrt(1.0 + std::norm(e) / (scale * scale));
+      Eigen::VectorXcd slope(n);
+      slope(0) = m;
+      slope(1) = Complex(0.0, two_pi * f) * m;
+      for (Index k = 2; k < n; ++k) slope(k) = -m * std::exp(best.p(k)) / Complex(std::exp(best.p(k)), f);
+      normal += robust * (slope.conjugate() * slope.transpose()).real();
+      gradient += robust * (slope.conjugate() * e).real();
+      weighted += robust * std::norm(e);
+      weights += robust;
+    }
+    MatrixXd damped = normal;
+    damped.diagonal() *= 1.0 + damping;
+    const VectorXd step = damped.ldlt().solve(gradient);
+    const VectorXd next = best.p + step;
+    const double next_cost = step.allFinite() ? cost(next) : std::numeric_limits<double>::infinity();
+    if (next_cost < best.cost) {
+      const bool settled = best.cost - next_cost < 1e-14 * best.cost;
+      best.p = next;
+      best.cost = next_cost;
+      damping *= 0.2;
+      if (settled) break;
+    } else {
+      damping *= 5.0;
+    }
+  }
+  // A Hann window makes neighbouring bins share 1.5 bins' worth of information.
+  const double noise = 1.5 * weighted / std::max(1.0, 2.0 * weights - static_cast<double>(n));
+  best.covariance = noise * normal.ldlt().solve(MatrixXd::Identity(n, n));
+  double misfit = 0.0, size = 0.0;
+  for (std::size_t i = 0; i < ratio.value.size(); ++i) {
+    misfit += std::norm(error(best.p, i));
+    size += std::norm(ratio.weight[i] * ratio.value[i]);
+  }
+  best.residual = std::sqrt(misfit / size);
+  return best;
+}
+
+// With so many poles, from several corners; the soft-L1 scale is the median error of a first fit.
+Fitted fit_poles(const Ratio& ratio, Index poles) {
+  Fitted best;
+  for (const double start_hz : {0.1, 0.4, 1.0}) {
+    VectorXd p = VectorXd::Zero(2 + poles);
+    for (Index k = 0; k < poles; ++k) p(2 + k) = std::log(start_hz * (1.0 + 0.5 * static_cast<double>(k)));
+    double scale = 0.1;
+    Fitted fitted;
+    for (int round = 0; round < 3; ++round) {
+      fitted = fit_from(ratio, p, scale);
+      p = fitted.p;
+      std::vector<double> errors;
+      for (std::size_t i = 0; i < ratio.value.size(); ++i)
+        errors.push_back(ratio.weight[i] * std::abs(ratio.value[i] - model(p, ratio.frequency_hz[i])));
+      std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2), errors.end());
+      scale = std::max(errors[errors.size() / 2], 1e-12);
+    }
+    if (best.p.size() == 0 || fitted.residual < best.residual) best = fitted;
+    if (poles == 0) break;
+  }
+  return best;
+}
+
+VectorXd passed_through(const VectorXd& x, double rate_hz, const std::function<Complex(double)>& response) {
+  return ExtendedSpectrum(x, rate_hz).filtered(response);
+}
+
+}  // namespace
+
+Complex highpass_response(const std::vector<double>& corners_hz, double frequency_hz) {
+  Complex value = 1.0;
+  for (const double corner : corners_hz) value *= Complex(0.0, frequency_hz) / Complex(corner, frequency_hz);
+  return value;
+}
+
+SensorRelation relate_sensors(const Eigen::Ref<const VectorXd>& displacement,
+                              const Eigen::Ref<const VectorXd>& acceleration, double sample_rate_hz,
+                              const std::vector<unsigned char>& excluded, const RelateOptions& options) {
+  SensorRelation relation;
+  const Ratio ratio = measured_ratio(displacement, acceleration, sample_rate_hz, excluded, options);
+  relation.num_windows = ratio.num_windows;
+  if (ratio.num_windows < options.min_windows) {
+    relation.reason = "too little of the record is free of faults: " + std::to_string(ratio.num_windows) +
+                      " windows of " + std::to_string(static_cast<int>(options.window_s)) + " s, wanted " +
+                      std::to_string(options.min_windows);
+    return relation;
+  }
+  Fitted best = fit_poles(ratio, 0);
+  for (Index poles = 1; poles <= 2; ++poles) {
+    Fitted more = fit_poles(ratio, poles);
+    if (more.residual < (1.0 - options.pole_gain) * best.residual) best = std::move(more);
+  }
+  if (best.residual > 0.5) {
+    relation.reason = "the two sensors do not describe one motion";
+    relation.residual = best.residual;
+    return relation;
+  }
+  const VectorXd std = best.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  relation.gain = std::exp(best.p(0));
+  relation.gain_std = relation.gain * std(0);
+  relation.lag_s = best.p(1);
+  relation.lag_std_s = std(1);
+  for (Index k = 2; k < best.p.size(); ++k) {
+    relation.highpass_hz.push_back(std::exp(best.p(k)));
+    relation.highpass_std_hz.push_back(relation.highpass_hz.back() * std(k));
+  }
+  relation.residual = best.residual;
+  return relation;
+}
+
+Equalised equalise_sensors(Recording& recording, const std::vector<unsigned char>& excluded, ScaleReference scale,
+                           const RelateOptions& options) {
+  struct Pair {
+    const char* name;
+    Role displacement, acceleration;
+  };
+  Equalised result;
+  constexpr Pair pairs[] = {{"r and ddr", Role::r, Role::ddr}, {"y and ddy", Role::y, Role::ddy}};
+  std::optional<std::vector<double>> base_highpass;
+  for (const Pair& pair : pairs) {
+    const Index d = recording.find(pair.displacement), a = recording.find(pair.acceleration);
+    if (d < 0 || a < 0) continue;
+    SensorRelation relation =
+        relate_sensors(recording.samples.col(d), recording.samples.col(a), recording.sample_rate_hz, excluded, options);
+    relation.name = pair.name;
+    if (relation.reason.empty()) {
+      const double lag_s = relation.lag_s;
+      recording.samples.col(d) = passed_through(recording.samples.col(d), recording.sample_rate_hz,
+                                                [lag_s](double f) { return std::polar(1.0, two_pi * f * lag_s); });
+      if (scale == ScaleReference::displacement)
+        recording.samples.col(a) /= relation.gain;
+      else
+        recording.samples.col(d) *= relation.gain;
+      if (pair.acceleration == Role::ddr)
+        base_highpass = relation.highpass_hz;
+      else
+        result.highpass_hz = relation.highpass_hz;
+    }
+    result.relations.push_back(std::move(relation));
+  }
+  // The base acceleration takes on the payload's coupling; both lose what lies below any useful frequency.
+  const bool coupled = !result.highpass_hz.empty() || (base_highpass && !base_highpass->empty());
+  for (const Role role : {Role::ddr, Role::ddy}) {
+    const Index a = recording.find(role);
+    if (a < 0 || result.relations.empty() || !coupled) continue;
+    const std::vector<double> own = role == Role::ddr && base_highpass ? *base_highpass : result.highpass_hz;
+    recording.samples.col(a) = passed_through(recording.samples.col(a), recording.sample_rate_hz, [&](double f) {
+      constexpr double lowest_hz = 0.02;
+      return f < lowest_hz ? Complex(0.0) : highpass_response(result.highpass_hz, f) / highpass_response(own, f);
+    });
+  }
+  return result;
+}
+
+double power_balance(const Eigen::Ref<const VectorXd>& velocity, const Eigen::Ref<const VectorXd>& acceleration,
+                     const std::vector<unsigned char>& use) {
+  double va = 0.0, vv = 0.0, aa = 0.0, v_sum = 0.0, a_sum = 0.0, count = 0.0;
+  for (Index i = 0; i < velocity.size(); ++i) {
+    if (use[static_cast<std::size_t>(i)] == 0) continue;
+    v_sum += velocity(i), a_sum += acceleration(i), count += 1.0;
+  }
+  for (Index i = 0; i < velocity.size(); ++i) {
+    if (use[static_cast<std::size_t>(i)] == 0) continue;
+    const double v = velocity(i) - v_sum / count, a = acceleration(i) - a_sum / count;
+    va += v * a, vv += v * v, aa += a * a;
+  }
+  return vv > 0.0 && aa > 0.0 ? va / std::sqrt(vv * aa) : std::numeric_limits<double>::quiet_NaN();
+}
+
+}  // namespace dsp

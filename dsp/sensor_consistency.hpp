@@ -1,0 +1,61 @@
+#pragma once
+#include <Eigen/Core>
+#include <complex>
+#include <string>
+#include <vector>
+
+#include "dsp/recording.hpp"
+
+namespace dsp {
+
+/// What a displacement sensor D and an accelerometer A on one body say of one another:
+///   A / D = -(2 pi f)^2 gain e^{i 2 pi f lag} prod_k i f / (f_k + i f).
+/// Only the ratio of their gains and the difference of their lags can be observed.
+struct SensorRelation {
+  std::string name;  ///< "y and ddy"
+  double gain = 1.0, gain_std = 0.0;
+  double lag_s = 0.0, lag_std_s = 0.0;               ///< positive: the displacement comes later
+  std::vector<double> highpass_hz, highpass_std_hz;  ///< one-pole corners of the accelerometer's coupling, none to two
+  double residual = 0.0;                             ///< of the fit, relative to the measured ratio
+  int num_windows = 0;
+  std::string reason;  ///< not empty: the relation could not be found, and why
+};
+
+struct RelateOptions {
+  double window_s = 40.0;  ///< Hann, half overlapping; windows with excluded samples are left out
+  double from_hz = 0.7, to_hz = 6.0;
+  int min_windows = 4;
+  double pole_gain = 0.2;  ///< one more pole must lower the residual by this share
+};
+
+/// Fits the relation to the cross-spectrum of two records of one length (SI, any rate), robustly (soft L1).
+[[nodiscard]] SensorRelation relate_sensors(const Eigen::Ref<const Eigen::VectorXd>& displacement_m,
+                                            const Eigen::Ref<const Eigen::VectorXd>& acceleration_m_per_s2,
+                                            double sample_rate_hz, const std::vector<unsigned char>& excluded,
+                                            const RelateOptions& options = {});
+
+/// prod_k i f / (f_k + i f); zero at f = 0 where there is a corner.
+[[nodiscard]] std::complex<double> highpass_response(const std::vector<double>& corners_hz, double frequency_hz);
+
+/// Which of the two sensors of a pair is believed in scale.
+enum class ScaleReference { displacement, accelerometer };
+
+struct Equalised {
+  std::vector<SensorRelation> relations;  ///< base pair first, where there is one
+  std::vector<double> highpass_hz;        ///< corners that all accelerations now share; columns must be given them too
+};
+/// Brings the sensors of a recording to one clock, one scale and one high-pass, in place: displacements are advanced by
+/// their lag, accelerations (or displacements) rescaled, and the base acceleration is brought to the payload's
+/// high-pass (below 0.02 Hz to zero), which is never inverted. Channels of roles r, ddr, y, ddy; a pair that cannot be
+/// related stays as it is, with the reason in its relation. Without an accelerometer pair nothing changes.
+Equalised equalise_sensors(Recording& recording, const std::vector<unsigned char>& excluded,
+                           ScaleReference scale = ScaleReference::displacement, const RelateOptions& options = {});
+
+/// rho = <v a> / (sigma_v sigma_a) over the samples of the mask: the power that stays. In steady motion it is zero but
+/// for a boundary term 1 / (omega duration); a phase error of phi between v and a makes it sin(phi). NaN without
+/// motion.
+[[nodiscard]] double power_balance(const Eigen::Ref<const Eigen::VectorXd>& velocity,
+                                   const Eigen::Ref<const Eigen::VectorXd>& acceleration,
+                                   const std::vector<unsigned char>& use);
+
+}  // namespace dsp

@@ -1,0 +1,137 @@
+#include "dsp/segment_regimes.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "support/motion.hpp"
+#include "support/signals.hpp"
+
+using dsp::Regime;
+using Eigen::Index;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double rate_hz = 64.0, two_pi = 2.0 * std::numbers::pi;
+
+struct Phase {
+  double duration_s, from_m, to_m;  ///< amplitude; 0: locked
+  Regime regime;
+};
+
+struct Programme {
+  dsp::Motion motion;
+  std::vector<Regime> truth;
+};
+
+// A sine whose amplitude drifts within each phase and jumps between them, within a second.
+Programme programme(const std::vector<Phase>& phases, double frequency_hz, double noise_m, unsigned seed) {
+  std::vector<double> amplitude;
+  Programme result;
+  for (const Phase& phase : phases) {
+    const auto count = static_cast<Index>(phase.duration_s * rate_hz);
+    for (Index i = 0; i < count; ++i) {
+      amplitude.push_back(phase.from_m +
+                          (phase.to_m - phase.from_m) * static_cast<double>(i) / static_cast<double>(count));
+      result.truth.push_back(phase.regime);
+    }
+  }
+  const auto n = static_cast<Index>(amplitude.size()), half = static_cast<Index>(rate_hz / 2);
+  VectorXd x(n), v(n);
+  for (Index i = 0; i < n; ++i) {
+    double mean = 0.0;
+    const Index from = std::max<Index>(0, i - half), to = std::min(n, i + half);
+    for (Index k = from; k < to; ++k) mean += amplitude[static_cast<std::size_t>(k)] / static_cast<double>(to - from);
+    const double angle = two_pi * frequency_hz * static_cast<double>(i) / rate_hz;
+    x(i) = mean * std::sin(angle);
+    v(i) = mean * two_pi * frequency_hz * std::cos(angle);
+  }
+  x += support::gaussian(n, seed, noise_m);
+  v += support::gaussian(n, seed + 1, noise_m * two_pi * 4.0);
+  result.motion = support::motion_of(rate_hz, {{"x", x}, {"v", v}});
+  return result;
+}
+
+std::vector<Regime> labels(const dsp::Segmentation& found) {
+  std::vector<Regime> all;
+  for (const dsp::Segment& segment : found.segments)
+    all.insert(all.end(), static_cast<std::size_t>(segment.last - segment.first), segment.regime);
+  return all;
+}
+
+double agreement(const Programme& p, const dsp::Segmentation& found) {
+  const auto all = labels(found);
+  REQUIRE(all.size() == p.truth.size());
+  double same = 0.0;
+  for (std::size_t i = 0; i < all.size(); ++i) same += all[i] == p.truth[i];
+  return same / static_cast<double>(all.size());
+}
+
+}  // namespace
+
+TEST_CASE("segments cover every sample once, in order", "[dsp][segment_regimes]") {
+  const auto p = programme(
+      {{60, 0.007, 0.009, Regime::low}, {60, 0.026, 0.012, Regime::high}, {30, 0, 0, Regime::stick}}, 1.5, 1e-5, 1);
+  const auto found = dsp::segment_regimes(p.motion);
+  Index next = 0;
+  for (const dsp::Segment& segment : found.segments) {
+    CHECK(segment.first == next);
+    CHECK(segment.last > segment.first);
+    next = segment.last;
+  }
+  CHECK(next == p.motion.num_samples());
+}
+
+TEST_CASE("regimes of programmes their thresholds were not chosen for", "[dsp][segment_regimes]") {
+  // Amplitudes from a third of a millimetre to decimetres, several frequencies, with and without jumps.
+  for (const double size : {0.05, 1.0, 12.0})
+    for (const double frequency_hz : {0.8, 1.6, 4.0}) {
+      INFO("size " << size << " frequency " << frequency_hz);
+      const double noise = 3e-6 * size;
+      const auto jump = programme({{80, 0.007 * size, 0.012 * size, Regime::low},
+                                   {80, 0.026 * size, 0.012 * size, Regime::high},
+                                   {40, 0, 0, Regime::stick}},
+                                  frequency_hz, noise, 2);
+      CHECK(agreement(jump, dsp::segment_regimes(jump.motion)) >= 0.98);  // 200 s: the second of blur at each boundary
+      const auto twice = programme({{60, 0.007 * size, 0.009 * size, Regime::low},
+                                    {60, 0.030 * size, 0.028 * size, Regime::high},
+                                    {60, 0.013 * size, 0.010 * size, Regime::low},
+                                    {60, 0.025 * size, 0.016 * size, Regime::high}},
+                                   frequency_hz, noise, 3);
+      CHECK(agreement(twice, dsp::segment_regimes(twice.motion)) >= 0.975);
+      const auto calm = programme({{120, 0.005 * size, 0.02 * size, Regime::low}}, frequency_hz, noise, 4);
+      CHECK(agreement(calm, dsp::segment_regimes(calm.motion)) == 1.0);  // a slow rise is no jump
+    }
+}
+
+TEST_CASE("thresholds that are given are used and come back", "[dsp][segment_regimes]") {
+  const auto p = programme({{60, 0.005, 0.03, Regime::low}}, 1.5, 1e-5, 5);
+  const auto found = dsp::segment_regimes(
+      p.motion,
+      {.stick_speed_m_per_s = 0.005, .stick_duration_s = 0.05, .high_enter_m = 0.017, .high_leave_m = 0.0095});
+  REQUIRE(found.segments.size() == 2);
+  CHECK(found.segments[1].regime == Regime::high);
+  // The envelope reaches 17 mm where the amplitude does, half a window early.
+  CHECK(static_cast<double>(found.segments[1].first) / rate_hz == Approx(60.0 * 12.0 / 25.0).margin(1.5));
+  CHECK(found.options.high_leave_m == 0.0095);
+}
+
+TEST_CASE("excluded samples keep their label and short runs join their neighbour", "[dsp][segment_regimes]") {
+  auto p = programme({{60, 0.007, 0.007, Regime::low}, {3, 0.02, 0.02, Regime::low}, {60, 0.007, 0.007, Regime::low}},
+                     1.5, 1e-5, 6);
+  for (std::size_t i = 100; i < 200; ++i) p.motion.excluded[i] = 1;
+  const auto found = dsp::segment_regimes(p.motion, {.high_enter_m = 0.017, .high_leave_m = 0.0095});
+  REQUIRE(found.segments.size() == 3);
+  CHECK(found.segments[1].regime == Regime::excluded);
+  CHECK(found.segments[1].first == 100);
+  CHECK(found.segments[2].regime == Regime::low);
+}
+
+TEST_CASE("thresholds that make no sense are refused", "[dsp][segment_regimes]") {
+  const auto p = programme({{20, 0.007, 0.007, Regime::low}}, 1.5, 1e-5, 7);
+  CHECK_THROWS_AS(dsp::segment_regimes(p.motion, {.high_enter_m = 0.01, .high_leave_m = 0.02}), std::invalid_argument);
+  CHECK_THROWS_AS(dsp::segment_regimes(p.motion, {.stick_speed_m_per_s = -1.0}), std::invalid_argument);
+  CHECK_THROWS_AS(dsp::regime_from_string("middle"), std::invalid_argument);
+  CHECK(dsp::regime_from_string(dsp::to_string(Regime::stick)) == Regime::stick);
+}
