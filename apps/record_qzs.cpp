@@ -1,0 +1,167 @@
+#include "apps/record_qzs.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+
+#include "apps/atomic_file.hpp"
+#include "apps/interrupt.hpp"
+#include "apps/parameter_settings.hpp"
+#include "dsp/sound_file.hpp"
+#include "sim/qzs_regimes.hpp"
+#include "sim/qzs_rig.hpp"
+#include "sim/qzs_sensors.hpp"
+
+namespace apps {
+namespace {
+
+using nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+constexpr int truth_rate_hz = 256;     // the bus that regimes and signs are judged on
+constexpr int rows_per_response = 10;  // response.csv at 25.6 Hz, the rate of regression
+constexpr Eigen::Index block_frames = 1 << 16;
+
+struct Setup {
+  std::shared_ptr<const sim::QzsRig> rig;
+  std::string twin;
+  double duration_s = 0.0;
+  sim::RawOptions raw;
+  dsp::SoundContainer container = dsp::SoundContainer::rf64;
+};
+
+Setup set_up(const SimulateArguments& arguments) {
+  if (!arguments.raw && (arguments.sensors || arguments.container))
+    throw dsp::Fault(dsp::FaultKind::usage, "sim.option",
+                     "sim qzs: --sensors and --container are about the recording: add --raw");
+  try {
+    Setup setup;
+    setup.twin = arguments.twin.value_or("T0");
+    auto parameters = sim::qzs_twin(setup.twin);
+    for (const auto& [name, value] : parse_settings(arguments.set)) sim::set_parameter(parameters, name, value);
+    setup.rig = std::make_shared<const sim::QzsRig>(parameters, sim::stepped_sine_down());
+    setup.duration_s = arguments.duration_s.value_or(setup.rig->programme().duration_s);
+    setup.raw.level = sim::sensor_level(arguments.sensors.value_or("full"));
+    setup.raw.noise = arguments.noise.value_or(1.0);
+    setup.raw.seed = arguments.seed;
+    setup.container = dsp::sound_container(arguments.container.value_or("rf64"));
+    return setup;
+  } catch (const std::invalid_argument& error) {
+    throw dsp::Fault(dsp::FaultKind::usage, "sim.option", fmt::format("sim {}", error.what()));
+  }
+}
+
+/// truth.csv (if asked for) and response.csv in one pass; returns the true regimes and the number of events.
+void write_motion(const Setup& setup, const fs::path& folder, bool with_truth, Console& console, ordered_json& truth) {
+  sim::QzsTrajectory trajectory(setup.rig, setup.duration_s);
+  const auto num_rows = static_cast<Eigen::Index>(std::floor(setup.duration_s * truth_rate_hz)) + 1;
+  Eigen::VectorXd x(num_rows);
+  std::vector<int> modes(static_cast<std::size_t>(num_rows));
+  AtomicFile response(folder / "response.csv");
+  std::optional<AtomicFile> exact;
+  response.write("t,x,v,a,r,dr,ddr\n");
+  if (with_truth) exact.emplace(folder / "truth.csv").write("t,x,v,r,ddr,mode\n");
+  for (Eigen::Index n = 0; n < num_rows; ++n) {
+    const auto& s = trajectory.at(static_cast<double>(n) / truth_rate_hz);
+    x[n] = s.x;
+    modes[static_cast<std::size_t>(n)] = s.mode;
+    if (n % rows_per_response == 0)
+      response.write(fmt::format("{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n", s.t_s, s.x, s.v, s.a,
+                                 s.base.r_m, s.base.dr_m_per_s, s.base.ddr_m_per_s2));
+    if (exact)
+      exact->write(fmt::format("{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{}\n", s.t_s, s.x, s.v, s.base.r_m,
+                               s.base.ddr_m_per_s2, s.mode));
+    if (n % 4096 == 0) {
+      check_interrupted();
+      console.progress("motion", static_cast<double>(n) / static_cast<double>(num_rows));
+    }
+  }
+  response.commit();
+  if (exact) exact->commit();
+  for (const auto& span : sim::true_regimes(x, modes, truth_rate_hz))
+    truth["regimes"].push_back({{"label", span.label}, {"from_s", span.from_s}, {"to_s", span.to_s}});
+  truth["num_events"] = trajectory.events().size();
+}
+
+void write_recording(const Setup& setup, const fs::path& file, Console& console) {
+  sim::RawRecorder recorder(setup.rig, setup.duration_s, setup.raw);
+  dsp::SoundFileWriter writer(file, {.container = setup.container,
+                                     .format = dsp::SampleFormat::pcm24,
+                                     .sample_rate_hz = sim::raw_rate_hz,
+                                     .num_channels = sim::num_raw_channels,
+                                     .num_frames = recorder.num_frames(),
+                                     .comment = {}});
+  while (writer.num_frames() < recorder.num_frames()) {
+    check_interrupted();
+    writer.write(recorder.next(block_frames));
+    console.progress("recording",
+                     static_cast<double>(writer.num_frames()) / static_cast<double>(recorder.num_frames()));
+  }
+  writer.close();
+}
+
+/// What a person at the rig would know: nominal sensitivities, and that hands were at the payload.
+std::string sidecar(const Setup& setup) {
+  std::string text =
+      fmt::format("schema = 1\ntitle = \"QZS rig, {}\"\nrate = {}\n", setup.rig->programme().name, sim::raw_rate_hz);
+  int index = 0;
+  for (const auto& sensor : sim::rig_sensors(sim::SensorLevel::ideal, setup.rig->parameters())) {
+    const bool laser = sensor.unit == "m";
+    text += fmt::format(
+        "\n[[channel]]\nname = \"{}\"\nindex = {}\nrole = \"{}\"\nunit = \"{}\"\nsensitivity = \"{}\"\n"
+        "full_scale = \"{} V\"\ncoupling = \"{}\"\n",
+        sensor.name, ++index, sensor.role, sensor.unit,
+        laser ? fmt::format("{} mV/mm", sensor.volts_per_unit) : std::string("100 mV/g"), sim::raw_full_scale_v,
+        laser ? "DC" : "IEPE");
+  }
+  const auto& programme = setup.rig->programme();
+  for (double start = 0.0; start < setup.duration_s; start += programme.duration_s)
+    for (const auto& hand : programme.manual)
+      if (start + hand.from_s < setup.duration_s)
+        text += fmt::format("\n[[bad]]\nfrom = {}\nto = {}\nwhy = \"{}\"\n", start + hand.from_s,
+                            std::min(start + hand.to_s, setup.duration_s), hand.why);
+  return text;
+}
+
+ordered_json sensors_json(const Setup& setup) {
+  ordered_json sensors{{"noise", setup.raw.noise}, {"channels", ordered_json::array()}};
+  for (const auto& sensor : sim::rig_sensors(setup.raw.level, setup.rig->parameters()))
+    sensors["channels"].push_back({{"name", sensor.name},
+                                   {"role", sensor.role},
+                                   {"unit", sensor.unit},
+                                   {"volts_per_unit", sensor.volts_per_unit},
+                                   {"gain", sensor.gain},
+                                   {"offset", sensor.offset},
+                                   {"lag_s", sensor.lag_s},
+                                   {"highpass_hz", sensor.highpass_hz}});
+  return sensors;
+}
+
+}  // namespace
+
+std::vector<fs::path> record_qzs(const SimulateArguments& arguments, Console& console, ordered_json& truth) {
+  const Setup setup = set_up(arguments);
+  truth["noise"] = setup.raw.noise;
+  truth["twin"] = setup.twin;
+  truth["duration_s"] = setup.duration_s;
+  for (const auto& [name, value] : sim::parameter_values(setup.rig->parameters())) truth["parameters"][name] = value;
+  append_terms(truth["terms"], sim::true_terms(setup.rig->parameters()));
+
+  std::vector<fs::path> files{arguments.folder / "response.csv"};
+  write_motion(setup, arguments.folder, arguments.raw, console, truth);
+  if (!arguments.raw) return files;
+  files.push_back(arguments.folder / "truth.csv");
+  truth["sensors"] = sensors_json(setup);
+  truth["sensors"]["level"] = arguments.sensors.value_or("full");
+  const fs::path recording = arguments.folder / ("recording." + dsp::extension(setup.container));
+  const fs::path beside = recording.string() + ".toml";
+  write_recording(setup, recording, console);
+  write_file(beside, sidecar(setup));
+  files.insert(files.end(), {recording, beside});
+  return files;
+}
+
+}  // namespace apps

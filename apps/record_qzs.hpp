@@ -1,0 +1,16 @@
+#pragma once
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <vector>
+
+#include "apps/console.hpp"
+#include "apps/simulate_command.hpp"
+
+namespace apps {
+
+/// The rig's part of `ardent sim`: response.csv at 25.6 Hz; with `raw` also the recording with its sidecar and
+/// truth.csv. What is true of it goes into `truth`. Returns the files written. Throws as run_simulate.
+std::vector<std::filesystem::path> record_qzs(const SimulateArguments& arguments, Console& console,
+                                              nlohmann::ordered_json& truth);
+
+}  // namespace apps

@@ -1,0 +1,166 @@
+#include "apps/simulate_command.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "dsp/input_file.hpp"
+#include "dsp/sidecar.hpp"
+#include "dsp/sound_file.hpp"
+#include "sim/qzs_sensors.hpp"
+#include "support/fault.hpp"
+#include "support/scratch.hpp"
+
+using support::check_fault;
+namespace fs = std::filesystem;
+
+namespace {
+
+void simulate(const apps::SimulateArguments& arguments) {
+  apps::Console console({.verbosity = -1});
+  apps::run_simulate(arguments, console);
+}
+
+nlohmann::json truth_of(const fs::path& folder) {
+  return nlohmann::json::parse(support::bytes_of(folder / "truth.json"));
+}
+
+struct Csv {
+  std::string header;
+  std::map<std::string, std::vector<double>> columns;
+};
+
+Csv read_csv(const fs::path& file) {
+  std::istringstream text(support::bytes_of(file));
+  Csv csv;
+  std::getline(text, csv.header);
+  std::vector<std::string> names;
+  std::istringstream header(csv.header);
+  for (std::string name; std::getline(header, name, ',');) names.push_back(name);
+  for (std::string line; std::getline(text, line);) {
+    std::istringstream row(line);
+    std::string cell;
+    for (const auto& name : names) {
+      REQUIRE(std::getline(row, cell, ','));
+      csv.columns[name].push_back(std::stod(cell));
+    }
+  }
+  return csv;
+}
+
+double value_of(const nlohmann::json& truth, int row, const std::string& name, const std::string& where = "") {
+  for (const auto& term : truth["terms"])
+    if (term["row"] == row && term["name"] == name && term.value("where", "") == where) return term["value"];
+  FAIL("no term " << name << " in row " << row);
+  return 0.0;
+}
+
+}  // namespace
+
+TEST_CASE("a simulated Duffing oscillator is a table that obeys the truth beside it", "[apps][simulate_command]") {
+  const support::Scratch folder;
+  simulate({.system = "duffing", .folder = folder / "new/duffing", .set = {"epsilon=50", "ratio=0.8"}});
+  const auto truth = truth_of(folder / "new/duffing");
+  CHECK(truth["system"] == "duffing");
+  CHECK(truth["parameters"]["epsilon"] == 50.0);
+  CHECK(truth["noise"] == 0.0);
+  const auto csv = read_csv(folder / "new/duffing/response.csv");
+  CHECK(csv.header == "t,x,v,a,f");
+  REQUIRE(csv.columns.at("t").size() == 2501);
+  CHECK(csv.columns.at("t")[1234] == 12.34);
+  double worst = 0.0;
+  for (std::size_t n = 0; n < 2501; ++n) {
+    const double x = csv.columns.at("x")[n], v = csv.columns.at("v")[n], f = csv.columns.at("f")[n];
+    const double a = value_of(truth, 2, "f") * f + value_of(truth, 2, "v") * v + value_of(truth, 2, "x") * x +
+                     value_of(truth, 2, "x^3") * x * x * x;
+    worst = std::max(worst, std::abs(a - csv.columns.at("a")[n]));
+  }
+  CHECK(worst < 1e-11);  // 17 digits of numbers around 100
+}
+
+TEST_CASE("three-state systems name their third state z and its rate dz", "[apps][simulate_command]") {
+  const support::Scratch folder;
+  simulate({.system = "valanis-4", .folder = folder / "a"});
+  CHECK(read_csv(folder / "a/response.csv").header == "t,x,v,z,a,dz,f");
+  CHECK(value_of(truth_of(folder / "a"), 3, "x*v", "v < 0") == -15.0);
+}
+
+TEST_CASE("noise has its share of every signal's deviation, but for time and input", "[apps][simulate_command]") {
+  const support::Scratch folder;
+  simulate({.system = "bouc-wen", .folder = folder / "clean"});
+  simulate({.system = "bouc-wen", .folder = folder / "noisy", .seed = 3, .noise = 0.1});
+  simulate({.system = "bouc-wen", .folder = folder / "again", .seed = 3, .noise = 0.1});
+  CHECK(support::bytes_of(folder / "noisy/response.csv") == support::bytes_of(folder / "again/response.csv"));
+  const auto clean = read_csv(folder / "clean/response.csv"), noisy = read_csv(folder / "noisy/response.csv");
+  CHECK(clean.columns.at("t") == noisy.columns.at("t"));
+  CHECK(clean.columns.at("f") == noisy.columns.at("f"));
+  for (const auto* name : {"x", "v", "z", "a", "dz"}) {
+    const auto &before = clean.columns.at(name), &after = noisy.columns.at(name);
+    const Eigen::Map<const Eigen::ArrayXd> signal(before.data(), 2501), noisy_signal(after.data(), 2501);
+    const double deviation = std::sqrt((signal - signal.mean()).square().mean());
+    const double noise = std::sqrt((noisy_signal - signal).square().mean());
+    CHECK(noise == Approx(0.1 * deviation).epsilon(4.0 / std::sqrt(2.0 * 2501)));  // four standard errors
+  }
+  const auto truth = truth_of(folder / "noisy");
+  CHECK(truth["seed"] == 3);
+  CHECK(truth["noise"] == 0.1);
+}
+
+TEST_CASE("the rig's recording holds what the sensors gave, and its sidecar what a person knows",
+          "[apps][simulate_command]") {
+  const support::Scratch folder;
+  for (const std::string container : {"rf64", "flac"}) {
+    simulate(
+        {.system = "qzs", .folder = folder / "rig", .seed = 5, .duration_s = 3.0, .raw = true, .container = container});
+    const auto file = folder / ("rig/recording." + dsp::extension(dsp::sound_container(container)));
+    const auto sidecar = dsp::read_sidecar(dsp::sidecar_path(file));
+    REQUIRE(sidecar.channels.size() == 4);
+    CHECK(sidecar.channels[1].role == dsp::Role::y);
+    CHECK(sidecar.channels[1].sensitivity->value == Approx(4.0 / 0.035));
+    CHECK(sidecar.channels[3].sensitivity->value == Approx(0.1 / 9.80665));
+    CHECK(sidecar.channels[3].full_scale->value == 5.0);
+    CHECK(sidecar.bad.empty());
+
+    const auto source = dsp::open_sound_file(std::make_unique<dsp::InputFile>(file), {});
+    CHECK(source->info().sample_rate_hz == 25600.0);
+    const auto rig = std::make_shared<const sim::QzsRig>(sim::qzs_twin("T0"), sim::stepped_sine_down());
+    sim::RawRecorder recorder(rig, 3.0, {.seed = 5});
+    dsp::FrameBlock frames;
+    REQUIRE(source->read(frames, 1 << 20) == 76800);
+    CHECK(dsp::FrameBlock(frames) == dsp::FrameBlock(recorder.next(76800)));
+  }
+  const auto truth = truth_of(folder / "rig");
+  CHECK(truth["parameters"]["k3"] == 9.5e4);
+  CHECK(truth["sensors"]["channels"][0]["gain"] == 1.003);
+  CHECK(value_of(truth, 2, "sgn(v)") == -0.08);
+  CHECK(truth["regimes"][0]["label"] == "stick");
+  const auto exact = read_csv(folder / "rig/truth.csv");
+  CHECK(exact.header == "t,x,v,r,ddr,mode");
+  CHECK(exact.columns.at("t").size() == 769);
+  CHECK(exact.columns.at("r")[256] == Approx(4.874812887e-04).margin(1e-12));
+  CHECK(exact.columns.at("mode")[256] == 0.0);
+  CHECK(read_csv(folder / "rig/response.csv").columns.at("t")[1] == 0.0390625);
+}
+
+TEST_CASE("what cannot be simulated is told in one line", "[apps][simulate_command]") {
+  const support::Scratch folder;
+  const auto usage = dsp::FaultKind::usage;
+  const auto fails = [&](apps::SimulateArguments arguments, const std::string& name, const std::string& piece) {
+    arguments.folder = folder / "out";
+    check_fault([&] { simulate(arguments); }, usage, name, {piece});
+  };
+  fails({.system = "pendulum", .folder = {}}, "sim.option", "there are linear, duffing");
+  fails({.system = "duffing", .folder = {}, .set = {"mass=2"}}, "sim.option", "no parameter \"mass\"");
+  fails({.system = "duffing", .folder = {}, .set = {"epsilon=two"}}, "sim.option", "got \"epsilon=two\"");
+  fails({.system = "duffing", .folder = {}, .noise = -0.1}, "sim.noise", "-0.1");
+  fails({.system = "duffing", .folder = {}, .duration_s = 0.0}, "sim.duration", "got 0");
+  fails({.system = "duffing", .folder = {}, .raw = true}, "sim.option", "belong to qzs");
+  fails({.system = "qzs", .folder = {}, .sensors = "ideal"}, "sim.option", "add --raw");
+  fails({.system = "qzs", .folder = {}, .twin = "T9"}, "sim.option", "T0, T1");
+  fails({.system = "qzs", .folder = {}, .raw = true, .container = "mp3"}, "sim.option", "mp3");
+  // A softening spring pulled past its crest runs away.
+  check_fault([&] { simulate({.system = "duffing", .folder = folder / "out", .set = {"epsilon=-100"}}); },
+              dsp::FaultKind::numerics, "sim.diverged", {"passed 1e+06", "Try"});
+}
