@@ -1,0 +1,88 @@
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "dsp/motion.hpp"
+#include "ident/candidate_library.hpp"
+#include "ident/fit.hpp"
+#include "ident/r_factor.hpp"
+#include "sim/simulate.hpp"
+#include "sim/systems.hpp"
+
+// The regressions of Section 4 of [QZS23]. Every record runs 25 s from rest, 2501 samples at 100 Hz; those of the
+// training ratios stand one after the other. Noise is white, on the targets only, a share of each target's standard
+// deviation over the whole training set: what the printed coefficients of variation agree with.
+
+namespace apps {
+
+/// A case of Section 4: a system, the ratios omega / omega_n of its records, and the candidate terms. The paper gives
+/// the number of candidates only; these lists are ours and match every number.
+struct Section4Case {
+  std::string name;    ///< "duffing" ... "valanis-4"; "bouc-wen-2": two states, the hysteretic force not measured
+  std::string system;  ///< of sim::make_experiment
+  int table = 0, figure = 0;
+  std::vector<double> training_ratios, held_out_ratios;
+  int num_rows = 2;                    ///< equations: for dx, a and (3) dz
+  std::vector<std::string> variables;  ///< all products of these up to `order` are candidates
+  int order = 2;
+  std::vector<std::string> further_terms;
+  std::vector<std::string> third_row_where = {};  ///< conditions under which row 3 is fitted apart; empty: as one
+};
+[[nodiscard]] const std::vector<Section4Case>& section4_cases();
+/// nullptr if there is none of that name.
+[[nodiscard]] const Section4Case* find_section4_case(std::string_view name);
+
+/// One record of a system: the motion has signals t, x, v, (z), f, dx, a, (dz); all exact.
+struct Section4Record {
+  double ratio = 0.0;
+  sim::Simulation simulation;
+  dsp::Motion motion;
+};
+[[nodiscard]] Section4Record section4_record(const Section4Case& definition, double ratio);
+
+/// One equation wanted: a target and what is true of it.
+struct Section4Row {
+  int row = 1;                              ///< of the state equation, from 1
+  std::string target;                       ///< "dx", "a", "dz"
+  std::string where;                        ///< condition on the rows; empty: all
+  Eigen::VectorXd values;                   ///< m, noise-free
+  double std = 0.0;                         ///< of the target over the whole training set
+  bool truth_known = false;                 ///< false: an equivalent model is sought
+  Eigen::VectorXd truth;                    ///< b coefficients, zero for terms that are not there
+  [[nodiscard]] std::string label() const;  ///< "2", "3 (v >= 0)"
+};
+
+/// Rows that share their samples and with them their columns: one R factor for all their targets.
+struct Section4Regression {
+  Eigen::MatrixXd phi;                ///< m x b, noise-free
+  std::vector<Eigen::Index> samples;  ///< m, of the whole training set
+  std::vector<Section4Row> rows;
+};
+
+struct Section4Study {
+  const Section4Case* definition = nullptr;
+  ident::CandidateLibrary library;
+  dsp::Motion training;  ///< all training records end to end
+  std::vector<Section4Regression> regressions;
+};
+/// Throws dsp::Fault (numerics) if a record cannot be simulated.
+[[nodiscard]] Section4Study section4_study(const Section4Case& definition);
+
+/// The R factor of the columns and all targets of `regression`, noise (a share of each target's deviation) added to
+/// the targets. The draw depends on seed, case and row only: noise levels of one seed are scaled copies.
+[[nodiscard]] ident::RFactor section4_factor(const Section4Study& study, const Section4Regression& regression,
+                                             double noise, std::uint64_t seed);
+/// The same data for one of its rows, in the order of regression.rows.
+[[nodiscard]] ident::RFactor row_factor(const ident::RFactor& data, std::size_t row);
+
+/// Terms of a fit that are not true, and true ones it lacks.
+struct SupportError {
+  std::vector<Eigen::Index> false_terms, missing_terms;
+  [[nodiscard]] bool exact() const { return false_terms.empty() && missing_terms.empty(); }
+};
+[[nodiscard]] SupportError support_error(const ident::Fit& fit, const Eigen::VectorXd& truth);
+
+}  // namespace apps
