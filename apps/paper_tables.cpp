@@ -1,0 +1,150 @@
+#include "apps/paper_tables.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <string_view>
+
+namespace apps {
+namespace {
+
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+constexpr const char *up = "v >= 0", *down = "v < 0";
+
+// table, row, where, term, F-RVM, S-RVM, SINDy, CoV of F-RVM, CoV of S-RVM
+constexpr PaperTerm terms[] = {
+    {1, 1, "", "v", 0.9995, 0.9995, 0.9995, 0.0028, 7.5e-4},
+    {1, 2, "", "f", 99.8353, 99.8353, 99.8381, 2.7e-4, 0.0017},
+    {1, 2, "", "v", -0.9853, -0.9853, -0.9857, 0.0028, 0.0174},
+    {1, 2, "", "x", -25.3157, -25.3157, -25.3271, 0.0042, 0.0259},
+    {1, 2, "", "x^3", -2493.8, -2493.8, -2493.8, 2.1e-4, 0.0013},
+
+    {2, 1, "", "v", 0.9994, 0.9994, 0.9994, 3.2e-4, 7.6e-4},
+    {2, 2, "", "f", 100.4889, 100.4890, 100.4983, 1.2e-5, 0.0055},
+    {2, 2, "", "v", -2.0206, -2.0206, -2.0134, 3.5e-4, 0.0163},
+    {2, 2, "", "x", -1000.0, -1000.0, -1000.0, 1.6e-5, 7.7e-5},
+    {2, 2, "", "sgn(v)", -1.0515, -1.0512, -1.2209, 0.0088, 0.4070},
+
+    {3, 1, "", "v", 0.9993, 0.9993, 0.9993, 6.4e-4, 8.8e-4},
+    {3, 2, "", "f", 100.0320, 100.0320, 100.0320, 1.4e-3, 0.0014},
+    {3, 2, "", "z", -0.9962, -0.9962, -0.9962, 2.5e-2, 0.0024},
+    {3, 3, "", "v", 49.9918, 49.9918, 49.9920, 3.8e-5, 0.0012},
+    {3, 3, "", "z*abs(v)", -0.5015, -0.5015, -0.5015, 8.2e-5, 0.0026},
+    {3, 3, "", "abs(z)*v", -0.4997, -0.4997, -0.4997, 1.4e-4, 0.0043},
+
+    {4, 1, "", "v", 1.0012, 1.0012, 1.0012, 6.4e-4, 9.1e-4},
+    {4, 2, "", "1", -24.6415, -24.6424, -21.7528, none, none},
+    {4, 2, "", "x", -6.4423, -6.4392, -6.4999, none, none},
+    {4, 2, "", "v", -2.2892, -2.2892, -2.3825, none, none},
+    {4, 2, "", "x^2", -0.9961, -0.9961, -0.9166, none, none},
+    {4, 2, "", "abs(x)", 8.3936, 8.3965, 7.4717, none, none},
+    {4, 2, "", "abs(v)", 1.1851, 1.1853, 0.7333, none, none},
+    {4, 2, "", "x*abs(v)", 0.2205, 0.2200, 0.2504, none, none},
+    {4, 2, "", "abs(x)*abs(v)", -0.1725, -0.1729, -0.1434, none, none},
+    {4, 2, "", "f", 130.4215, 130.4222, 131.5459, none, none},
+
+    {5, 1, "", "v", 1.0006, 1.0006, 1.0006, none, none},
+    {5, 2, "", "f", 0.9983, 0.9983, 0.9997, none, none},
+    {5, 2, "", "x", -99.9523, -99.9506, -99.8679, none, none},
+    {5, 2, "", "z", -1.0524, -1.0529, -1.0605, none, none},
+    {5, 3, "", "v", 10.0185, 10.0185, 10.0186, none, none},
+    {5, 3, "", "abs(v)*x", 5.0051, 5.0051, 5.0054, none, none},
+    {5, 3, "", "abs(v)*z", -20.0376, -20.0376, -20.0378, none, none},
+
+    {6, 1, "", "v", 0.9995, 0.9995, 0.9995, none, none},
+    {6, 2, "", "f", 1.0079, 1.0079, 1.0079, none, none},
+    {6, 2, "", "x", -99.8770, -99.8770, -99.9048, none, none},
+    {6, 2, "", "z", -1.0046, -1.0046, -0.9964, none, none},
+    {6, 3, "", "v", 9.9942, 9.9942, 9.9958, none, none},
+    {6, 3, "", "abs(v)*x", 30.2019, 30.2019, 30.1965, none, none},
+    {6, 3, "", "x^2*v^2", 1399.4, 1399.4, 1399.4, none, none},
+    {6, 3, "", "abs(v)*z", -19.9829, -19.9829, -19.9829, none, none},
+
+    {7, 1, "", "v", 0.9996, 0.9996, 0.9996, none, none},
+    {7, 1, "", "x*v", none, none, 1.3676, none, none},
+    {7, 2, "", "f", 0.9991, 0.9991, 0.9994, none, none},
+    {7, 2, "", "x", -99.7381, -99.7377, -99.7443, none, none},
+    {7, 2, "", "z", -0.9997, -0.9997, -0.9997, none, none},
+    {7, 2, "", "x^2", none, none, 49.8043, none, none},
+    {7, 2, "", "x*v", none, none, -7.5446, none, none},
+    {7, 2, "", "abs(v)*x", none, none, -11.2788, none, none},
+    {7, 3, "", "v", 28.8967, 28.8967, 28.9692, none, none},
+    {7, 3, "", "abs(v)*x", 5.1739e4, 5.1740e4, 5.2060e4, none, none},
+    {7, 3, "", "exp(x)*v*abs(v)", 3.0114e4, 3.0114e4, 3.0116e4, none, none},
+    {7, 3, "", "abs(v)*z", -502.7737, -502.7739, -502.9504, none, none},
+    {7, 3, "", "x", none, none, -3.5811, none, none},
+    {7, 3, "", "x^2", none, none, 4.0966e3, none, none},
+    {7, 3, "", "x*v", none, none, 226.7527, none, none},
+    {7, 3, "", "x*z", none, none, -12.8410, none, none},
+    {7, 3, "", "v^2", none, none, 9.9603, none, none},
+
+    {8, 1, "", "v", 0.9997, 0.9997, 0.9997, none, none},
+    {8, 2, "", "f", 1.0033, 1.0033, 1.0035, none, none},
+    {8, 2, "", "x", -99.9195, -99.9216, -99.5150, none, none},
+    {8, 2, "", "z", -1.0076, -1.0074, -1.0374, none, none},
+    {8, 2, "", "x^2", none, none, 3.8197, none, none},
+    {8, 3, up, "v", 10.0118, 10.0118, 10.0133, none, none},
+    {8, 3, up, "v*z", -19.9631, -19.9631, -19.9589, none, none},
+    {8, 3, up, "v*sin(x)", 39.0006, 39.0005, 232.1757, none, none},
+    {8, 3, up, "x*v", none, none, -193.0051, none, none},
+    {8, 3, down, "v", 9.9999, 9.9999, 9.9997, none, none},
+    {8, 3, down, "x*v", -14.9991, -14.9991, -15.0229, none, none},
+    {8, 3, down, "v*z", 20.0309, 20.0309, 20.0323, none, none},
+};
+
+constexpr PaperSeconds seconds[] = {{1, 26.1550, 212.6206, 0.0174}, {2, 21.9345, 90.2491, 0.0108},
+                                    {3, 28.7660, 122.2755, 0.0118}, {4, 10.4534, 83.3005, 0.0078},
+                                    {5, 61.4065, 189.9256, 0.0206}, {6, 89.7748, 333.4480, 0.0175},
+                                    {7, 52.1649, 200.3144, 0.0210}, {8, 96.1552, 280.5071, 0.0298}};
+
+constexpr double deviations_allowed = 5.0;
+
+}  // namespace
+
+std::span<const PaperTerm> paper_terms() {
+  return terms;
+}
+std::span<const PaperSeconds> paper_seconds() {
+  return seconds;
+}
+
+Verdict judge_coefficient(const PaperTerm& paper, double printed, double true_value, double se, bool sindy) {
+  const double off = std::abs(printed - true_value) / se;
+  if (off <= deviations_allowed && true_value != 0.0) return {"within noise", ""};
+  std::string reason;
+  if (true_value == 0.0)
+    reason = fmt::format("a false term, {:.2g} deviations from zero: ", off);
+  else
+    reason = fmt::format("{:.3g} deviations from the true {:g}: ", off, true_value);
+  if (paper.table == 8 && off > deviations_allowed)
+    reason +=
+        "x v and v sin(x) can be told apart where |x| reaches 0.48; a training set without that record would "
+        "explain the print, the stated one cannot";
+  else if (sindy)
+    reason += "kept by a threshold on raw coefficients; one on unit-norm columns (0.02) leaves it out";
+  else
+    reason += "the stated method cannot give it";
+  return {"not reproducible", std::move(reason)};
+}
+
+double expected_cov(double mean, double se) {
+  // mean = L gamma with gamma = 1 - (se / L)^2, so L^2 - mean L - se^2 = 0.
+  const double least_squares = 0.5 * (std::abs(mean) + std::sqrt(mean * mean + 4.0 * se * se));
+  return se * std::sqrt(std::abs(mean) / least_squares) / std::abs(mean);
+}
+
+Verdict judge_cov(double printed, double expected) {
+  const double ratio = printed / expected, decades = std::round(std::log10(ratio));
+  if (std::abs(ratio - 1.0) <= 0.05) return {"within noise", ""};
+  if (decades != 0.0 && std::abs(ratio / std::pow(10.0, decades) - 1.0) <= 0.05)
+    return {"misprint", fmt::format("expected {:.2g}: {:g} powers of ten off", expected, std::abs(decades))};
+  const std::string a = fmt::format("{:.1e}", printed), b = fmt::format("{:.1e}", expected);
+  int different = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) different += a[i] != b[i];
+  if (a.size() == b.size() && different == 1)
+    return {"misprint", fmt::format("expected {:.2g}: one digit off", expected)};
+  return {"not reproducible", fmt::format("expected {:.3g}", expected)};
+}
+
+}  // namespace apps

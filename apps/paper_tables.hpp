@@ -1,0 +1,45 @@
+#pragma once
+#include <span>
+#include <string>
+
+namespace apps {
+
+/// One coefficient of Tables 1-8 of [QZS23] as printed, in our terms and signs; NaN: not printed. Text damage of the
+/// source (x^2/|x| for |v|, lost bars) is repaired; in Table 4 the two terms with lost bars are x|v| and |x||v|, the
+/// only pair of products that a least-squares fit of the printed equation allows.
+struct PaperTerm {
+  int table = 0, row = 0;
+  const char* where = "";  ///< condition on the rows, as in Section4Row
+  const char* term = "";
+  double fast_rvm = 0.0, slow_rvm = 0.0, sindy = 0.0;
+  double cov_fast_rvm = 0.0, cov_slow_rvm = 0.0;  ///< coefficients of variation beneath them
+};
+[[nodiscard]] std::span<const PaperTerm> paper_terms();
+
+/// CPU seconds printed for the same case, on an i9-12950HX, whatever they contain.
+struct PaperSeconds {
+  int table = 0;
+  double fast_rvm = 0.0, slow_rvm = 0.0, sindy = 0.0;
+};
+[[nodiscard]] std::span<const PaperSeconds> paper_seconds();
+
+/// How a printed number relates to what the stated method gives.
+struct Verdict {
+  std::string verdict;  ///< "within noise", "misprint" or "not reproducible"
+  std::string reason;   ///< empty within noise
+};
+
+/// A printed coefficient against the true one: within noise if no further off than five standard deviations `se` of an
+/// estimate under the stated noise. true_value 0: the term is not in the true equation.
+[[nodiscard]] Verdict judge_coefficient(const PaperTerm& paper, double printed, double true_value, double se,
+                                        bool sindy);
+
+/// Coefficient of variation of an RVM posterior whose mean was printed as `mean`, for a least-squares deviation `se`:
+/// the prior at its best alpha shrinks mean and variance by gamma = 1 - 1/t^2.
+[[nodiscard]] double expected_cov(double mean, double se);
+
+/// A printed coefficient of variation against the expected one: within noise to 5 % (the print has two digits),
+/// misprint if powers of ten or one digit explain the rest.
+[[nodiscard]] Verdict judge_cov(double printed, double expected);
+
+}  // namespace apps
