@@ -9,9 +9,9 @@ namespace dsp {
 using FrameBlock = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 struct DecimateOptions {
-  double output_rate_hz = 0.0;            ///< required; at most the input rate, any ratio
-  double passband_end_hz = 0.0;           ///< required: flat within passband_ripple_db up to here
-  double stopband_start_hz = 0.0;         ///< 0: output_rate_hz / 2; attenuated from here on
+  double output_rate_hz = 0.0;     ///< required; at most the input rate, any ratio
+  double passband_end_hz = 0.0;    ///< required: flat within passband_ripple_db up to here
+  double stopband_start_hz = 0.0;  ///< 0: output_rate_hz / 2; attenuated from here on
   double passband_ripple_db = 1e-3;
   double stopband_attenuation_db = 120.0;
 };
@@ -19,16 +19,16 @@ struct DecimateOptions {
 struct FilterStage {
   int up = 1, down = 1;
   double input_rate_hz = 0.0;
-  Eigen::VectorXd taps;                   ///< odd count, symmetric, sum = up
+  Eigen::VectorXd taps;  ///< odd count, symmetric, sum = up
 };
 
 /// Measured on the taps, not merely asked for.
 struct FilterSheet {
   std::vector<FilterStage> stages;
-  double passband_ripple_db = 0.0;        ///< largest |gain| in dB up to passband_end_hz
-  double alias_rejection_db = 0.0;        ///< smallest attenuation of anything that folds below stopband_start_hz
-  double delay_s = 0.0;                   ///< of the causal filter; already removed from the output
-  double edge_s = 0.0;                    ///< at either end outputs lean on extrapolated samples for this long
+  double passband_ripple_db = 0.0;  ///< largest |gain| in dB up to passband_end_hz
+  double alias_rejection_db = 0.0;  ///< smallest attenuation of anything that folds below stopband_start_hz
+  double delay_s = 0.0;             ///< of the causal filter; already removed from the output
+  double edge_s = 0.0;              ///< at either end outputs lean on extrapolated samples for this long
 };
 
 /// Zero-phase multistage FIR rate change of simultaneous channels, block by block: output n is centred on time

@@ -18,9 +18,10 @@ struct SourceInfo {
   std::int64_t num_frames = 0;
   std::vector<std::string> columns;  ///< cleaned names; all empty where the container has none
   std::vector<std::string> units;    ///< as the file writes them, empty where it does not
-  bool named = false;                ///< columns have names of their own
-  bool scaled = false;               ///< integers read as fractions of full scale: values mean nothing without one
-  int time_column = -1;              ///< the clock, -1: none
+  std::vector<bool> partial;  ///< columns the file itself calls shorter than the rest; no channels unless asked for
+  bool named = false;         ///< columns have names of their own
+  bool scaled = false;        ///< integers read as fractions of full scale: values mean nothing without one
+  int time_column = -1;       ///< the clock, -1: none
   double clock_start_s = 0.0;
   std::vector<Interval> gaps;         ///< stretches the clock skips; filled by straight lines
   std::vector<std::string> left_out;  ///< what else the file holds and why it is no column
@@ -45,6 +46,7 @@ class SampleSource {
   /// Makes `block` the next frames, at most max_frames x num_columns; returns how many, 0 at the end. The frames do not
   /// depend on max_frames. Missing values are NaN. Throws Fault (input).
   virtual Eigen::Index read(FrameBlock& block, Eigen::Index max_frames) = 0;
+  void add_check(Check check) { info_.checks.push_back(std::move(check)); }
 
  protected:
   SourceInfo info_;

@@ -1,0 +1,39 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dsp/recording.hpp"
+
+namespace dsp {
+
+/// The time column of a table.
+struct Stamps {
+  std::vector<double> time_s;
+  double printed_to_s = 0.0;    ///< the last digit printed
+  std::int64_t first_line = 1;  ///< of the first row, for messages
+  std::string name;             ///< of the file
+};
+
+struct ClockOptions {
+  std::optional<double> rate_hz{};         ///< what a person says
+  std::optional<double> header_rate_hz{};  ///< what the file says elsewhere; given up where the stamps contradict it
+  bool interpolate = false;                ///< accept any increasing stamps and lay an even grid of rate_hz over them
+};
+
+/// An even grid of frames and where the rows lie on it.
+struct Clock {
+  double rate_hz = 0.0, start_s = 0.0;
+  std::int64_t num_frames = 0;
+  std::vector<double> position;  ///< of each row, in frames; empty: row i is frame i
+  std::vector<Interval> gaps;    ///< seconds from the start
+  std::vector<Check> checks;
+};
+
+/// Even to within 1 % of a step and the printed digits: the rate is the roundest that explains all stamps; steps of
+/// several frames are gaps. Throws Fault (input): clock.backwards, clock.repeated, clock.jitter, clock.gap,
+/// rate.mismatch, with the line and the remedy.
+[[nodiscard]] Clock even_clock(const Stamps& stamps, const ClockOptions& options);
+
+}  // namespace dsp
