@@ -22,7 +22,7 @@ Check note(CheckStatus status, std::string name, double value, double limit, std
   return {std::move(name), "", status, value, limit, std::move(message)};
 }
 
-// Rounding of the stamps as doubles, on top of their printed digits.
+// How far a stamp may lie from its true time: one digit where the rest was cut off, and the rounding of doubles.
 double rounding_s(const Stamps& stamps) {
   const double largest = std::max(std::abs(stamps.time_s.front()), std::abs(stamps.time_s.back()));
   return stamps.printed_to_s + 4 * std::numeric_limits<double>::epsilon() * largest;
@@ -56,7 +56,8 @@ double deviation_s(const std::vector<double>& time_s, std::size_t first, std::si
 
 bool explains_all(const Stamps& stamps, double rate_hz) {
   const auto& time_s = stamps.time_s;
-  return deviation_s(time_s, 0, time_s.size(), rate_hz) <= rounding_s(stamps);
+  // Rounded or cut, stamps spread over one digit, and the deviation is half the spread.
+  return deviation_s(time_s, 0, time_s.size(), rate_hz) <= 0.51 * rounding_s(stamps);
 }
 
 struct Stretch {
@@ -101,7 +102,7 @@ Steps find_steps(const Stamps& stamps) {
 double choose_rate(const Stamps& stamps, const ClockOptions& options, const Steps& steps, Clock& clock) {
   const double measured_hz = 1 / steps.mean_s, uncertainty = std::max(steps.uncertainty_s / steps.mean_s, 1e-9);
   if (options.rate_hz) {
-    const double tolerance = std::max(uncertainty, 1e-6);
+    const double tolerance = std::max(0.5 * uncertainty, 1e-6);
     if (std::abs(*options.rate_hz / measured_hz - 1) > tolerance)
       throw Fault(FaultKind::input, "rate.mismatch",
                   fmt::format("{}: the sidecar says {} Hz, the time column {:.9g} Hz. Correct the one that is wrong",

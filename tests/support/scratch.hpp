@@ -20,7 +20,7 @@ class Scratch {
   ~Scratch() { std::filesystem::remove_all(path_); }
   [[nodiscard]] std::filesystem::path operator/(std::string_view name) const { return path_ / name; }
   /// Writes a file and returns where it is.
-  [[nodiscard]] std::filesystem::path file(std::string_view name, std::string_view content) const {
+  std::filesystem::path file(std::string_view name, std::string_view content) const {
     std::ofstream(path_ / name, std::ios::binary) << content;
     return path_ / name;
   }

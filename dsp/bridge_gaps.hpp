@@ -1,0 +1,56 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "dsp/decimate.hpp"
+#include "dsp/recording.hpp"
+
+namespace dsp {
+
+struct BridgeOptions {
+  std::string name;                   ///< of the recording, for messages
+  std::vector<std::string> channels;  ///< names
+  double sample_rate_hz = 0.0;
+  std::int64_t num_frames = 0;  ///< of the whole recording
+  double max_gap_s = 1.0;
+  double max_missing_fraction = 0.05;
+};
+
+/// Streams frames through and replaces what is missing (NaN, infinite) by straight lines between its neighbours, or by
+/// the nearest value at the ends of the recording. Frames leave once nothing in them is open; block sizes change
+/// nothing. Throws Fault (input): sample.missing where a gap is longer than max_gap_s or too much is missing,
+/// sample.huge for a value beyond 1e100, whose square would not fit.
+class GapBridge {
+ public:
+  explicit GapBridge(BridgeOptions options);
+  /// Takes frames; they may leave at once or later.
+  void push(FrameBlock frames);
+  /// No more frames will come.
+  void finish();
+  [[nodiscard]] Eigen::Index num_ready() const;
+  /// Makes `block` the next frames, at most max_frames of those ready; returns how many.
+  Eigen::Index take(FrameBlock& block, Eigen::Index max_frames);
+  /// The stretches bridged so far, and a warning per channel that had any.
+  [[nodiscard]] const std::vector<Interval>& bridged() const { return bridged_; }
+  [[nodiscard]] std::vector<Check> checks() const;
+
+ private:
+  struct Open {
+    std::int64_t first = -1;  ///< first missing frame, -1: nothing open
+    double before = 0.0;      ///< last value there was
+    bool has_before = false;
+    std::int64_t num_missing = 0, num_gaps = 0;
+    double first_place_s = 0.0;
+  };
+  void check_channel(Eigen::Index channel, Eigen::Index begin);
+  void close(Eigen::Index channel, std::int64_t end, double behind, bool has_behind);
+
+  BridgeOptions options_;
+  std::vector<Open> open_;
+  FrameBlock held_;  ///< frames from held_first_ on that have not left
+  std::int64_t held_first_ = 0;
+  std::vector<Interval> bridged_;
+};
+
+}  // namespace dsp

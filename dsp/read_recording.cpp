@@ -1,0 +1,290 @@
+#include "dsp/read_recording.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <sstream>
+
+#include "dsp/bridge_gaps.hpp"
+#include "dsp/calibrate.hpp"
+#include "dsp/names.hpp"
+#include "dsp/recording_files.hpp"
+
+namespace dsp {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Where a channel comes from and what makes it SI.
+struct Pick {
+  std::size_t file = 0;
+  int column = 0;
+  double scale = 1.0, shift = 0.0;
+};
+
+Fault fault(FaultKind kind, std::string name, const std::string& message) {
+  return Fault(kind, std::move(name), message);
+}
+
+Sidecar find_sidecar(const fs::path& recording, const ReadOptions& options) {
+  if (!options.sidecar.empty()) return read_sidecar(options.sidecar);
+  std::error_code error;
+  const auto beside = sidecar_path(recording);
+  return fs::exists(beside, error) ? read_sidecar(beside) : Sidecar{};
+}
+
+// `use` gives roles by name and takes them from whoever else claims them.
+void assign_roles(std::vector<Channel>& channels, const ReadOptions& options, const std::string& recording) {
+  for (const auto& [role_name, wanted] : options.use) {
+    Role role = Role::other;
+    try {
+      role = role_from_string(role_name);
+    } catch (const std::invalid_argument& error) {
+      throw fault(FaultKind::usage, "channel.role", fmt::format("use {}={}: {}", role_name, wanted, error.what()));
+    }
+    std::vector<std::string> names;
+    for (auto& channel : channels) {
+      names.push_back(channel.name);
+      if (channel.role == role) channel.role = Role::other;
+    }
+    const auto found = std::find(names.begin(), names.end(), wanted);
+    if (found == names.end())
+      throw fault(FaultKind::usage, "channel.name",
+                  fmt::format("use {}={}: {} has no such channel, only {}", role_name, clean_name(wanted), recording,
+                              fmt::join(names, ", ")));
+    channels[static_cast<std::size_t>(found - names.begin())].role = role;
+  }
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    const auto role = channels[i].role;
+    if (!fits(role, channels[i].unit) && channels[i].calibrated)
+      throw fault(FaultKind::usage, "unit.role",
+                  fmt::format("{}: channel '{}' is in {}, but role {} is measured in {}", recording, channels[i].name,
+                              channels[i].unit, to_string(role), si_unit(role)));
+    for (std::size_t j = 0; j < i; ++j) {
+      if (channels[i].name == channels[j].name)
+        throw fault(
+            FaultKind::usage, "channel.name",
+            fmt::format("{}: two channels are called '{}'. Name them apart in a sidecar", recording, channels[i].name));
+      if (role != Role::other && role == channels[j].role)
+        throw fault(
+            FaultKind::usage, "channel.role",
+            fmt::format("{}: channels '{}' and '{}' both have role {}. Choose one: use = {{ {} = \"{}\" }}", recording,
+                        channels[j].name, channels[i].name, to_string(role), to_string(role), channels[j].name));
+    }
+  }
+}
+
+Check note(std::string name, std::string channel, std::string message) {
+  return {std::move(name), std::move(channel), CheckStatus::note, 0.0, 0.0, std::move(message)};
+}
+
+// What 1.0 in the file is worth is not known: the lines that would say so, under the channel they belong to.
+std::string lines_to_add(const ChannelSpec& channel, const Calibration& calibration, bool in_sidecar) {
+  if (in_sidecar) return fmt::format("# {}: channel {}\n{}", channel.place, channel.name, calibration.missing);
+  const auto role = channel.role == Role::other
+                        ? "# role = \"y\"  # r base, y payload, x relative, ddr ddy accelerations, f force\n"
+                        : fmt::format("role = \"{}\"\n", to_string(channel.role));
+  return fmt::format("[[channel]]\nname = {}\nindex = {}\n{}{}", toml_quoted(channel.name), channel.index, role,
+                     calibration.missing);
+}
+
+}  // namespace
+
+struct RecordingReader::State {
+  Recording description;
+  Sidecar sidecar;
+  std::string container;
+  std::vector<fs::path> paths;
+  std::vector<OpenFile> files;
+  std::vector<Pick> picks;
+  std::int64_t num_frames = 0, num_read = 0;
+  std::optional<GapBridge> bridge;  // none where nothing can be missing
+  bool ended = false;
+
+  void calibrate_channels(const fs::path& recording, const ReadOptions& options) {
+    const bool described = std::any_of(sidecar.channels.begin(), sidecar.channels.end(),
+                                       [](const ChannelSpec& channel) { return channel.role != Role::t; });
+    const auto channels = described ? sidecar.channels : channels_of(files[0]);
+    std::vector<int> places(files.size(), 0);
+    std::string missing, names;
+    for (const auto& channel : channels) {
+      if (channel.role == Role::t) continue;
+      const auto path = channel.file.empty() ? recording : recording.parent_path() / channel.file;
+      Pick pick;
+      while (files[pick.file].path != path) ++pick.file;
+      pick.column = find_column(channel, files[pick.file], places[pick.file]++);
+      auto calibration = calibrate(channel, files[pick.file].source->info(), pick.column);
+      if (!calibration.missing.empty() && !options.uncalibrated) {
+        missing += lines_to_add(channel, calibration, described);
+        names += (names.empty() ? "" : ", ") + channel.name;
+      }
+      if (!calibration.missing.empty()) calibration = {.scale = channel.sign, .unit = "", .calibrated = false};
+      if (!calibration.calibrated)
+        description.checks.push_back({"calibration.missing", channel.name, CheckStatus::warning, 0.0, 0.0,
+                                      "not calibrated: raw numbers, because --uncalibrated was given"});
+      if (!calibration.remark.empty())
+        description.checks.push_back(note("calibration", channel.name, calibration.remark));
+      pick.scale = calibration.scale;
+      pick.shift = calibration.shift;
+      picks.push_back(pick);
+      description.channels.push_back(
+          {channel.name, channel.role, calibration.unit, channel.delay_s, channel.highpass_hz, calibration.calibrated});
+    }
+    if (!missing.empty())
+      throw fault(
+          FaultKind::input, "calibration.missing",
+          fmt::format("{}: no calibration for {}. Add to {} (or read raw numbers with --uncalibrated):\n{}",
+                      description.name, names,
+                      clean_name((sidecar.file.empty() ? sidecar_path(recording) : sidecar.file).string()), missing));
+    if (picks.empty())
+      throw fault(FaultKind::input, "recording.empty", description.name + ": no channel but the clock");
+  }
+
+  // The next calibrated frames, what is missing still NaN.
+  Eigen::Index read_calibrated(FrameBlock& block, Eigen::Index max_frames) {
+    const auto count = static_cast<Eigen::Index>(std::min<std::int64_t>(max_frames, num_frames - num_read));
+    for (auto& file : files) {
+      const auto got = file.source->read(file.block, std::max<Eigen::Index>(count, 1));
+      if (count > 0 && got != count)
+        throw fault(FaultKind::input, "file.changed",
+                    fmt::format("{}: ends before its {} frames", file.name, num_frames));
+    }
+    const auto width = static_cast<Eigen::Index>(picks.size());
+    block.resize(count, width);
+    for (Eigen::Index c = 0; c < width; ++c) {
+      const auto& pick = picks[static_cast<std::size_t>(c)];
+      const auto& raw = files[pick.file].block;
+      const double* from = raw.data() + pick.column;
+      double* to = block.data() + c;
+      for (Eigen::Index i = 0; i < count; ++i, from += raw.cols(), to += width) *to = *from * pick.scale + pick.shift;
+    }
+    num_read += count;
+    return count;
+  }
+
+  void finish() {
+    ended = true;
+    if (!bridge) return;
+    bridge->finish();
+    description.bad.insert(description.bad.end(), bridge->bridged().begin(), bridge->bridged().end());
+    const auto checks = bridge->checks();
+    description.checks.insert(description.checks.end(), checks.begin(), checks.end());
+  }
+};
+
+RecordingReader::RecordingReader(const fs::path& file, const ReadOptions& options) : state_(std::make_unique<State>()) {
+  auto& state = *state_;
+  auto& description = state.description;
+  description.name = clean_name(file.filename().string());
+  state.sidecar = find_sidecar(file, options);
+  state.files = open_files(file, state.sidecar, options);
+  description.sample_rate_hz = agree_on_rate(state.files, state.sidecar);
+  state.num_frames = agree_on_length(state.files, options.salvage, description.checks);
+  description.clock_start_s = agree_on_start(state.files, description.sample_rate_hz);
+  description.bad = state.sidecar.bad;
+  bool all_scaled = true;
+  for (const auto& opened : state.files) {
+    const auto& info = opened.source->info();
+    description.bad.insert(description.bad.end(), info.gaps.begin(), info.gaps.end());
+    description.checks.insert(description.checks.end(), info.checks.begin(), info.checks.end());
+    state.container += (state.container.empty() ? "" : " + ") + info.container;
+    state.paths.push_back(opened.path);
+    all_scaled = all_scaled && info.scaled;
+  }
+  state.calibrate_channels(file, options);
+  assign_roles(description.channels, options, description.name);
+  if (all_scaled) return;
+  BridgeOptions bridge{description.name,           {},
+                       description.sample_rate_hz, state.num_frames,
+                       options.max_gap_s,          options.max_missing_fraction};
+  for (const auto& channel : description.channels) bridge.channels.push_back(channel.name);
+  state.bridge.emplace(std::move(bridge));
+}
+
+RecordingReader::~RecordingReader() = default;
+RecordingReader::RecordingReader(RecordingReader&&) noexcept = default;
+RecordingReader& RecordingReader::operator=(RecordingReader&&) noexcept = default;
+
+const Recording& RecordingReader::description() const {
+  return state_->description;
+}
+const Sidecar& RecordingReader::sidecar() const {
+  return state_->sidecar;
+}
+const std::string& RecordingReader::container() const {
+  return state_->container;
+}
+const std::vector<fs::path>& RecordingReader::files() const {
+  return state_->paths;
+}
+std::int64_t RecordingReader::num_frames() const {
+  return state_->num_frames;
+}
+
+Eigen::Index RecordingReader::read(FrameBlock& block, Eigen::Index max_frames) {
+  if (max_frames < 1) throw std::invalid_argument("RecordingReader::read: max_frames must be at least 1");
+  auto& state = *state_;
+  if (!state.bridge) {
+    const auto count = state.read_calibrated(block, max_frames);
+    if (count == 0 && !state.ended) state.finish();
+    return count;
+  }
+  while (!state.ended && state.bridge->num_ready() < max_frames) {
+    FrameBlock frames;
+    if (state.read_calibrated(frames, max_frames) == 0)
+      state.finish();
+    else
+      state.bridge->push(std::move(frames));
+  }
+  return state.bridge->take(block, max_frames);
+}
+
+Recording read_recording(const fs::path& file, const ReadOptions& options) {
+  RecordingReader reader(file, options);
+  const auto frames = static_cast<Eigen::Index>(reader.num_frames());
+  const auto width = static_cast<Eigen::Index>(reader.description().channels.size());
+  const double bytes = static_cast<double>(frames) * static_cast<double>(width) * sizeof(double);
+  if (bytes > static_cast<double>(options.max_memory_bytes))
+    throw fault(FaultKind::numerics, "memory.limit",
+                fmt::format("{}: {} channels of {} frames need {:.0f} bytes, {} allowed (--max-memory)",
+                            reader.description().name, width, frames, bytes, options.max_memory_bytes));
+  constexpr Eigen::Index block_frames = 16384;
+  Eigen::MatrixXd samples(frames, width);
+  FrameBlock block;
+  Eigen::Index done = 0;
+  while (const auto got = reader.read(block, block_frames)) {
+    samples.middleRows(done, got) = block;
+    done += got;
+  }
+  Recording recording = reader.description();
+  recording.samples = std::move(samples);
+  return recording;
+}
+
+std::string draft_sidecar(const fs::path& file, const ReadOptions& options) {
+  const auto opened = open_file(file, "", {}, options);
+  const auto& info = opened.source->info();
+  std::string text =
+      fmt::format("schema = 1\n# {}: {} frames, {}\n# title = \"\"\n", opened.name, info.num_frames, info.container);
+  text += info.sample_rate_hz > 0 ? fmt::format("rate = {}  # Hz\n", info.sample_rate_hz)
+                                  : "# rate = 1000  # Hz, required\n";
+  text += "# start = 2023-05-04T10:12:30Z\n";
+  for (const auto& channel : channels_of(opened)) {
+    const auto calibration = calibrate(channel, info, channel.index - 1);
+    const auto& in_file = info.units[static_cast<std::size_t>(channel.index - 1)];
+    text += fmt::format("\n[[channel]]\nname = {}\nindex = {}\n", toml_quoted(channel.name), channel.index);
+    text += channel.role == Role::other
+                ? "# role = \"y\"  # r base, y payload, x relative, dr dy v, ddr ddy a, f force\n"
+                : fmt::format("role = \"{}\"\n", to_string(channel.role));
+    const auto unit = in_file.empty() ? calibration.unit : find_unit(in_file).name;
+    std::istringstream missing(calibration.missing);
+    for (std::string line; std::getline(missing, line);) text += "# " + line + "\n";
+    if (calibration.missing.empty()) text += unit.empty() ? "# unit = \"m\"\n" : fmt::format("unit = \"{}\"\n", unit);
+    text += "# sign = -1  # mounted the other way round\n# delay = \"0 ms\"\n# coupling = \"DC\"\n";
+  }
+  text += "\n# [[range]]\n# name = \"low\"\n# from = 0\n# to = 830\n# train_to = 500\n";
+  return text + "\n# [[bad]]\n# from = 412.1\n# to = 412.6\n# why = \"cable knocked\"\n";
+}
+
+}  // namespace dsp

@@ -1,0 +1,415 @@
+#include "dsp/read_recording.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "dsp/sound_file.hpp"
+#include "support/fault.hpp"
+#include "support/scratch.hpp"
+
+using dsp::FaultKind;
+using dsp::Role;
+using support::check_fault;
+using support::Scratch;
+
+namespace {
+
+const std::filesystem::path real_data = ARDENT_REAL_DATA;
+
+bool missing(const std::string& folder) {
+  if (std::filesystem::exists(real_data / folder)) return false;
+  WARN("skipped: " << (real_data / folder) << " is not there");
+  return true;
+}
+
+// Four channels of 24 bit at 1000 Hz whose samples are exact in it.
+dsp::FrameBlock steps(Eigen::Index frames, Eigen::Index channels) {
+  return dsp::FrameBlock::NullaryExpr(frames, channels, [](Eigen::Index i, Eigen::Index j) {
+    return std::ldexp(static_cast<double>((i * 37 + j * 1001) % 8191 - 4000), -13);
+  });
+}
+
+std::filesystem::path sound(const Scratch& scratch, const dsp::FrameBlock& frames, const std::string& name = "rig.wav",
+                            double rate_hz = 1000) {
+  dsp::SoundFileWriter writer(scratch / name,
+                              {.sample_rate_hz = rate_hz, .num_channels = static_cast<int>(frames.cols())});
+  writer.write(frames);
+  writer.close();
+  return scratch / name;
+}
+
+constexpr const char* laser_and_accelerometer = R"(
+rate = 1000
+[[channel]]
+name = "acc"
+index = 2
+role = "ddy"
+sensitivity = "100 mV/g"
+full_scale = "5 V"
+sign = -1
+delay = "1 ms"
+highpass = 0.4
+[[channel]]
+name = "laser"
+index = 1
+role = "y"
+unit = "mm"
+sensitivity = "250 mV/mm"
+full_scale = "10 V"
+offset = "2 V"
+[[bad]]
+from = 0.1
+to = 0.2
+why = "knocked"
+)";
+
+bool has_check(const dsp::Recording& recording, const std::string& name) {
+  for (const auto& check : recording.checks)
+    if (check.name == name) return true;
+  return false;
+}
+
+}  // namespace
+
+TEST_CASE("integers become SI by full scale, sensitivity, offset and sign, in the sidecar's order",
+          "[dsp][read_recording]") {
+  const Scratch scratch;
+  const auto frames = steps(500, 2);
+  const auto file = sound(scratch, frames);
+  scratch.file("rig.wav.toml", laser_and_accelerometer);
+  const auto recording = dsp::read_recording(file);
+  REQUIRE(recording.channels.size() == 2);
+  CHECK(recording.name == "rig.wav");
+  CHECK(recording.sample_rate_hz == 1000.0);
+  CHECK(recording.channels[0].name == "acc");
+  CHECK(recording.channels[0].unit == "m/s^2");
+  CHECK(recording.channels[0].delay_s == 1e-3);
+  CHECK(recording.channels[0].highpass_hz == std::vector<double>{0.4});
+  CHECK(recording.find(Role::y) == 1);
+  CHECK(recording.channels[1].unit == "m");
+  REQUIRE(recording.bad.size() == 1);
+  CHECK(recording.bad[0].why == "knocked");
+  // Four roundings at most between the two ways of writing the same product.
+  const Eigen::VectorXd acceleration = -frames.col(1) * 5.0 / 0.1 * 9.80665,
+                        position = (frames.col(0) * 10.0 - Eigen::VectorXd::Constant(500, 2.0)) / 250.0;
+  CHECK((recording.samples.col(0) - acceleration).cwiseAbs().maxCoeff() <= 4 * 1e-16 * 250);
+  CHECK((recording.samples.col(1) - position).cwiseAbs().maxCoeff() <= 4 * 1e-16 * 0.05);
+}
+
+TEST_CASE("block sizes change no bit of what is read", "[dsp][read_recording]") {
+  const Scratch scratch;
+  const auto file = sound(scratch, steps(1500, 2));
+  scratch.file("rig.wav.toml", laser_and_accelerometer);
+  std::string table = "x,f\n";
+  for (int i = 0; i < 1500; ++i)
+    table += i % 97 < 3 ? "nan,1e-3\n" : std::to_string(std::sin(i)) + (i % 200 == 7 ? ",\n" : ",2\n");
+  const auto csv = scratch.file("gaps.csv", table);
+  scratch.file("gaps.csv.toml", "rate = 100");
+  for (const auto& path : {file, csv}) {
+    const auto whole = dsp::read_recording(path);
+    REQUIRE(whole.samples.rows() == 1500);
+    for (const Eigen::Index size : {1, 7, 1000, 65536}) {
+      dsp::RecordingReader reader(path);
+      dsp::FrameBlock block;
+      Eigen::Index done = 0;
+      while (const auto got = reader.read(block, size)) {
+        REQUIRE(got <= size);
+        REQUIRE(block == whole.samples.middleRows(done, got));
+        done += got;
+      }
+      CHECK(done == 1500);
+      CHECK(reader.description().bad.size() == whole.bad.size());
+      CHECK(reader.description().checks.size() == whole.checks.size());
+    }
+  }
+}
+
+TEST_CASE("a missing sensitivity is an error that prints the lines to add", "[dsp][read_recording]") {
+  const Scratch scratch;
+  const auto file = sound(scratch, steps(10, 2));
+  check_fault([&] { (void)dsp::read_recording(file); }, FaultKind::input, "calibration.missing",
+              {"no calibration for channel1, channel2", "rig.wav.toml", "[[channel]]\nname = \"channel1\"\nindex = 1\n",
+               "sensitivity = \"", "full_scale = \"10 V\"", "--uncalibrated"},
+              true);
+  scratch.file("rig.wav.toml",
+               "[[channel]]\nname = \"acc\"\nindex = 1\nrole = \"ddy\"\nfull_scale = \"5 m/s^2\"\n"
+               "[[channel]]\nname = \"laser\"\nindex = 2\nrole = \"y\"\nsensitivity = \"250 mV/mm\"\n");
+  check_fault([&] { (void)dsp::read_recording(file); }, FaultKind::input, "calibration.missing",
+              {"no calibration for laser.", "rig.wav.toml:6: channel laser\nfull_scale = \"10 V\""}, true);
+}
+
+TEST_CASE("the lines it prints make it work", "[dsp][read_recording]") {
+  const Scratch scratch;
+  const auto file = sound(scratch, steps(10, 2));
+  const std::string message = support::fault_of([&] { (void)dsp::read_recording(file); }).what();
+  scratch.file("rig.wav.toml", message.substr(message.find('\n')));
+  CHECK(dsp::read_recording(file).channels.size() == 2);
+}
+
+TEST_CASE("uncalibrated channels stay raw and say so", "[dsp][read_recording]") {
+  const Scratch scratch;
+  const auto frames = steps(10, 2);
+  const auto recording = dsp::read_recording(sound(scratch, frames), {.uncalibrated = true});
+  CHECK((recording.samples - frames).cwiseAbs().maxCoeff() == 0.0);
+  CHECK_FALSE(recording.channels[0].calibrated);
+  CHECK(recording.channels[0].unit.empty());
+  CHECK(has_check(recording, "calibration.missing"));
+}
+
+TEST_CASE("columns called like roles need no sidecar", "[dsp][read_recording]") {
+  const Scratch scratch;
+  const auto recording = dsp::read_recording(
+      scratch.file("response.csv", "t,x,v,a_mm_per_s2,load_kN,note\n0,1,2,3,4,5\n0.5,2,3,4,5,6\n1.0,3,4,5,6,7\n"));
+  CHECK(recording.sample_rate_hz == 2.0);
+  REQUIRE(recording.channels.size() == 5);
+  CHECK(recording.find(Role::x) == 0);
+  CHECK(recording.channels[0].unit == "m");
+  CHECK(recording.find(Role::a) == 2);
+  CHECK(recording.samples(1, 2) == 4e-3);
+  CHECK(recording.channels[3].name == "load");
+  CHECK(recording.channels[3].role == Role::other);
+  CHECK(recording.samples(0, 3) == 4000.0);
+  CHECK(recording.channels[4].unit.empty());
+}
+
+TEST_CASE("a text column with a role needs a unit", "[dsp][read_recording]") {
+  const Scratch scratch;
+  const auto file = scratch.file("a.csv", "t,top\n0,1\n1,2\n2,3\n");
+  scratch.file("a.csv.toml", "[[channel]]\nname = \"top\"\nrole = \"y\"\n");
+  check_fault([&] { (void)dsp::read_recording(file); }, FaultKind::input, "calibration.missing", {"unit = \"m\""},
+              true);
+  scratch.file("a.csv.toml", "[[channel]]\nname = \"top\"\nrole = \"y\"\nunit = \"mm\"\n");
+  CHECK(dsp::read_recording(file).samples(2, 0) == 3 * 1e-3);
+}
+
+TEST_CASE("a sensitivity is not applied to a column in units already", "[dsp][read_recording]") {
+  const Scratch scratch;
+  const auto file = scratch.file("a.csv", "t,top_mm,volts_mV\n0,1,1\n1,2,2\n");
+  scratch.file("a.csv.toml", "[[channel]]\nname = \"top\"\nsensitivity = \"1 V/mm\"\n");
+  check_fault([&] { (void)dsp::read_recording(file); }, FaultKind::usage, "calibration.twice",
+              {"a.csv.toml:1", "mm already"});
+  scratch.file("a.csv.toml", "[[channel]]\nname = \"volts\"\nsensitivity = \"1 V/mm\"\n");
+  CHECK(dsp::read_recording(file).samples(1, 0) == Approx(2e-6).epsilon(1e-15));
+}
+
+TEST_CASE("one recording may lie in several files", "[dsp][read_recording]") {
+  const Scratch scratch;
+  const auto frames = steps(100, 3);
+  const auto file = sound(scratch, frames.leftCols(1), "a.wav");
+  sound(scratch, frames.rightCols(2), "b.w64");
+  scratch.file("a.wav.toml", R"(
+[[channel]]
+name = "r"
+full_scale = "1 m"
+role = "r"
+[[channel]]
+name = "y"
+file = "b.w64"
+full_scale = "1 m"
+role = "y"
+[[channel]]
+name = "f"
+file = "b.w64"
+full_scale = "1 N"
+role = "f"
+)");
+  dsp::RecordingReader reader(file);
+  CHECK(reader.files().size() == 2);
+  CHECK(dsp::read_recording(file).samples == frames);
+  sound(scratch, frames.topRows(90).rightCols(2), "b.w64");
+  check_fault([&] { (void)dsp::read_recording(file); }, FaultKind::input, "channel.length",
+              {"a.wav has 100 frames", "b.w64 has 90"});
+  CHECK(dsp::read_recording(file, {.salvage = true}).samples == frames.topRows(90));
+  sound(scratch, frames.rightCols(2), "b.w64", 2000);
+  check_fault([&] { (void)dsp::read_recording(file); }, FaultKind::input, "rate.mismatch",
+              {"2000 Hz", "a.wav says 1000 Hz"});
+}
+
+TEST_CASE("a rate that contradicts the container is refused with both numbers", "[dsp][read_recording]") {
+  const Scratch scratch;
+  const auto file = sound(scratch, steps(10, 1));
+  const std::string channel = "\n[[channel]]\nname = \"y\"\nrole = \"y\"\nfull_scale = \"1 m\"\n";
+  scratch.file("rig.wav.toml", "rate = 1001" + channel);
+  check_fault([&] { (void)dsp::read_recording(file); }, FaultKind::input, "rate.mismatch",
+              {"1000 Hz", "the sidecar says 1001 Hz"});
+  sound(scratch, steps(10, 1), "rig.wav", 17067);
+  scratch.file("rig.wav.toml", "rate = \"51200/3\"" + channel);
+  CHECK(dsp::read_recording(file).sample_rate_hz == 51200.0 / 3);
+  const auto csv = scratch.file("a.csv", "t,x\n0,1\n0.01,2\n0.02,3\n");
+  scratch.file("a.csv.toml", "rate = 50");
+  check_fault([&] { (void)dsp::read_recording(csv); }, FaultKind::input, "rate.mismatch", {"50 Hz", "100 Hz"});
+  const auto bare = scratch.file("b.csv", "x\n1\n2\n");
+  check_fault([&] { (void)dsp::read_recording(bare); }, FaultKind::input, "rate.missing",
+              {"rate = 1000", "b.csv.toml"});
+}
+
+TEST_CASE("roles and names must be told apart, and `use` does it", "[dsp][read_recording]") {
+  const Scratch scratch;
+  const auto file = scratch.file("a.csv", "t,p_mm,q_mm\n0,1,10\n1,2,20\n");
+  scratch.file("a.csv.toml", "[[channel]]\nname = \"p\"\nrole = \"y\"\n[[channel]]\nname = \"q\"\nrole = \"y\"\n");
+  check_fault([&] { (void)dsp::read_recording(file); }, FaultKind::usage, "channel.role",
+              {"'p' and 'q'", "role y", "use ="});
+  const auto recording = dsp::read_recording(file, {.use = {{"y", "q"}}});
+  CHECK(recording.find(Role::y) == 1);
+  CHECK(recording.channels[0].role == Role::other);
+  check_fault(
+      [&] {
+        (void)dsp::read_recording(file, {.use = {{"y", "z"}}});
+      },
+      FaultKind::usage, "channel.name", {"only p, q"});
+  check_fault(
+      [&] {
+        (void)dsp::read_recording(file, {.use = {{"why", "p"}}});
+      },
+      FaultKind::usage, "channel.role", {"role must be"});
+  check_fault(
+      [&] {
+        (void)dsp::read_recording(file, {.use = {{"ddy", "p"}, {"y", "q"}}});
+      },
+      FaultKind::usage, "unit.role", {"'p' is in m", "m/s^2"});
+  const auto twice = scratch.file("b.csv", "t,x,x\n0,1,2\n1,2,3\n");
+  check_fault([&] { (void)dsp::read_recording(twice); }, FaultKind::usage, "channel.name",
+              {"two channels are called 'x'"});
+}
+
+TEST_CASE("a channel that is not in the file is named beside what is", "[dsp][read_recording]") {
+  const Scratch scratch;
+  const auto file = scratch.file("a.csv", "t,p_mm\n0,1\n1,2\n");
+  scratch.file("a.csv.toml", "[[channel]]\nname = \"q\"\n");
+  check_fault([&] { (void)dsp::read_recording(file); }, FaultKind::input, "channel.column",
+              {"no column 'q'", "t, p_mm"});
+  scratch.file("a.csv.toml", "[[channel]]\nname = \"q\"\nindex = 3\n");
+  check_fault([&] { (void)dsp::read_recording(file); }, FaultKind::usage, "channel.index",
+              {"has 2 columns, got index 3"});
+  scratch.file("a.csv.toml", "[[channel]]\nname = \"q\"\nindex = 1\n");
+  check_fault([&] { (void)dsp::read_recording(file); }, FaultKind::usage, "channel.index", {"which is its clock"});
+}
+
+TEST_CASE("short gaps are bridged by straight lines and marked, long ones refused", "[dsp][read_recording]") {
+  const Scratch scratch;
+  const auto with_gap = [&](int from, int to, int rows) {
+    std::string table = "x\n";
+    for (int i = 0; i < rows; ++i)
+      table += i >= from && i < to ? (i % 2 ? "NaN\n" : "inf\n") : std::to_string(2 * i) + "\n";
+    scratch.file("a.csv.toml", "rate = 10");
+    return scratch.file("a.csv", table);
+  };
+  const auto middle = dsp::read_recording(with_gap(40, 45, 200));
+  for (int i = 0; i < 200; ++i) CHECK(middle.samples(i, 0) == Approx(2.0 * i).epsilon(1e-15).margin(1e-300));
+  REQUIRE(middle.bad.size() == 1);
+  CHECK(middle.bad[0].from_s == 4.0);
+  CHECK(middle.bad[0].to_s == 4.5);
+  CHECK(has_check(middle, "sample.missing"));
+  const auto ends = dsp::read_recording(with_gap(195, 200, 200));
+  CHECK(ends.samples(199, 0) == 2.0 * 194);
+  check_fault([&] { (void)dsp::read_recording(with_gap(40, 51, 500)); }, FaultKind::input, "sample.missing",
+              {"from 4 s on", "1 s"});
+  check_fault([&] { (void)dsp::read_recording(with_gap(40, 46, 100)); }, FaultKind::input, "sample.missing", {"5 %"});
+  scratch.file("b.csv.toml", "rate = 10");
+  check_fault([&] { (void)dsp::read_recording(scratch.file("b.csv", "x\n1\n1e300\n2\n")); }, FaultKind::input,
+              "sample.huge", {"1e+300 at 0.1 s"});
+  CHECK(dsp::read_recording(scratch.file("b.csv", "x\n1\n1e-310\n1e-400\n")).samples(1, 0) == 1e-310);
+}
+
+TEST_CASE("a recording larger than the memory allowed is refused before it is read", "[dsp][read_recording]") {
+  const Scratch scratch;
+  const auto file = sound(scratch, steps(1000, 2));
+  check_fault([&] { (void)dsp::read_recording(file, {.uncalibrated = true, .max_memory_bytes = 15'999}); },
+              FaultKind::numerics, "memory.limit", {"16000 bytes"});
+}
+
+TEST_CASE("a drafted sidecar holds what is known, leaves out what is not, and can be read", "[dsp][read_recording]") {
+  const Scratch scratch;
+  const auto csv = scratch.file("a.csv", "t_s,x_mm,load_kN,what\n0,1,1,1\n0.5,2,2,2\n");
+  const auto text = dsp::draft_sidecar(csv);
+  CHECK_THAT(text, Catch::Contains("rate = 2 ") && Catch::Contains("role = \"x\"") && Catch::Contains("unit = \"kN\""));
+  scratch.file("a.csv.toml", text);
+  CHECK(dsp::read_recording(csv).samples(1, 0) == 2 * 1e-3);
+  const auto wav = sound(scratch, steps(10, 2));
+  scratch.file("rig.wav.toml", dsp::draft_sidecar(wav));
+  CHECK(support::fault_of([&] { (void)dsp::read_recording(wav); }).name() == "calibration.missing");
+}
+
+TEST_CASE("the friction frame reads the same from CSV and from MATLAB", "[dsp][read_recording][real]") {
+  if (missing("friction_frame")) return;
+  const Scratch scratch;
+  for (const std::string load : {"250g", "450g"}) {
+    const auto folder = real_data / "friction_frame";
+    const auto csv = scratch.file("csv.toml",
+                                  "[[channel]]\nname = \"top\"\ncolumn = \"x_top_mm\"\nrole = \"y\"\n"
+                                  "[[channel]]\nname = \"base\"\ncolumn = \"y_base\"\nrole = \"r\"\n");
+    const auto mat = scratch.file("mat.toml",
+                                  "[[channel]]\nname = \"top\"\ncolumn = \"x\"\nrole = \"y\"\nunit = \"mm\"\n"
+                                  "[[channel]]\nname = \"base\"\ncolumn = \"y\"\nfile = \"s_b_" +
+                                      load + "_y.mat\"\nrole = \"r\"\nunit = \"mm\"\n");
+    const auto a = dsp::read_recording(folder / ("frame_" + load + ".csv"), {.sidecar = csv});
+    const auto b = dsp::read_recording(folder / ("s_b_" + load + "_x.mat"), {.sidecar = mat});
+    CHECK(a.samples.rows() == 2501);
+    CHECK(a.sample_rate_hz == 250.0);
+    CHECK(b.sample_rate_hz == 250.0);
+    CHECK(a.clock_start_s == (load == "250g" ? 0.0 : 17.0));
+    // The text was printed from the MATLAB numbers and is off by up to 9e-14 mm.
+    CHECK((a.samples - b.samples).cwiseAbs().maxCoeff() < 1e-16);
+    CHECK(a.find(Role::r) == 1);
+  }
+}
+
+TEST_CASE("the pneumatic laser's uneven clock is refused, then interpolated with its three gaps marked",
+          "[dsp][read_recording][real]") {
+  if (missing("pneumatic_laser")) return;
+  const Scratch scratch;
+  const auto file = real_data / "pneumatic_laser/O-ring_5bar.csv";
+  const std::string time = "[[channel]]\nname = \"time\"\nindex = 1\nrole = \"t\"\nunit = \"ms\"\n";
+  const std::string rest = "[[channel]]\nname = \"laser\"\nindex = 5\nrole = \"y\"\nunit = \"mm\"\n";
+  check_fault([&] { (void)dsp::read_recording(file, {.sidecar = scratch.file("s.toml", time + rest)}); },
+              FaultKind::input, "clock.jitter", {"uneven", "clock = \"interpolate\""});
+  const auto recording = dsp::read_recording(
+      file, {.sidecar = scratch.file("s.toml", "rate = 100\nclock = \"interpolate\"\n" + time + rest)});
+  CHECK(recording.samples.rows() == 10629);
+  REQUIRE(recording.bad.size() == 3);
+  CHECK(recording.bad[0].to_s == Approx(0.277));
+  CHECK(recording.samples(0, 0) == 0.018e-3);
+  // Halfway between rows at 277 and 287 ms lies no frame; 280 ms does: 0.3 of the way from 0.838 to 0.890.
+  CHECK(recording.samples(28, 0) == Approx(1e-3 * (0.7 * 0.838 + 0.3 * 0.890)).epsilon(1e-12));
+}
+
+TEST_CASE("records of the laboratory are read as their owners describe them", "[dsp][read_recording][real]") {
+  if (missing("silverbox_multisine") || missing("pendulum") || missing("impact_51k2") || missing("shaker_beam_51k2"))
+    return;
+  const Scratch scratch;
+  SECTION("silverbox: trailing commas, no clock") {
+    const auto sidecar = scratch.file("s.toml",
+                                      "rate = \"1e7/16384\"\n[[channel]]\nname = \"V1\"\nrole = \"f\"\nunit = \"V\"\n"
+                                      "[[channel]]\nname = \"V2\"\nrole = \"y\"\nunit = \"V\"\n");
+    const auto recording =
+        dsp::read_recording(real_data / "silverbox_multisine/snls80mv_rows_40496_118723.csv", {.sidecar = sidecar});
+    CHECK(recording.sample_rate_hz == 610.3515625);
+    CHECK(recording.samples.rows() == 78228);
+    CHECK(recording.samples(1, 1) == -0.038037);
+  }
+  SECTION("pendulum: the same angle from text and from Simulink's structure") {
+    const auto csv = dsp::read_recording(real_data / "pendulum/freeswing_10kHz.csv");
+    const auto sidecar = scratch.file("p.toml", "[[channel]]\nname = \"theta\"\ncolumn = \"Theta1\"\nunit = \"rad\"\n");
+    const auto mat =
+        dsp::read_recording(real_data / "pendulum/SingleDataFreeSwing_1_Dt_0_0001.mat", {.sidecar = sidecar});
+    CHECK(csv.sample_rate_hz == 10'000.0);
+    CHECK(mat.sample_rate_hz == 10'000.0);
+    CHECK(csv.samples.rows() == 231'757);
+    CHECK((csv.samples - mat.samples).cwiseAbs().maxCoeff() < 0.6e-8);  // the text has 8 decimals
+  }
+  SECTION("impact: the rate of the header, not of stamps printed too coarsely") {
+    const auto recording = dsp::read_recording(real_data / "impact_51k2/Test_008.lvm");
+    CHECK(recording.sample_rate_hz == 51'200.0);
+    REQUIRE(recording.channels.size() == 2);
+    const auto first = recording.samples.col(0).array() - recording.samples(0, 0);
+    CHECK(first.minCoeff() == Approx(-12'807).epsilon(1e-4));
+    CHECK(first.maxCoeff() == Approx(39'401).epsilon(1e-4));
+  }
+  SECTION("shaker: the stamps, because the header contradicts them") {
+    const auto recording = dsp::read_recording(real_data / "shaker_beam_51k2/data_set_1_downsampled_by_16.lvm");
+    CHECK(recording.sample_rate_hz == 3200.0);
+    CHECK(recording.samples.rows() == 63'041);
+    CHECK(has_check(recording, "clock.header"));
+    CHECK(recording.samples.col(1).mean() / 4.4482216152605 == Approx(-5.17).epsilon(1e-3));
+  }
+}
