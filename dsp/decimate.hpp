@@ -9,33 +9,39 @@ namespace dsp {
 using FrameBlock = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 struct DecimateOptions {
-  double output_rate_hz = 0.0;     ///< required; at most the input rate, any ratio
+  double output_rate_hz = 0.0;     ///< required; at most the input rate, any ratio that is a fraction of whole numbers
   double passband_end_hz = 0.0;    ///< required: flat within passband_ripple_db up to here
-  double stopband_start_hz = 0.0;  ///< 0: output_rate_hz / 2; attenuated from here on
+  double stopband_start_hz = 0.0;  ///< 0: output_rate_hz / 2. Attenuated from here on; up to output_rate_hz -
+                                   ///< passband_end_hz, when only the pass band must be free of aliases
   double passband_ripple_db = 1e-3;
   double stopband_attenuation_db = 120.0;
 };
 
+/// One stage: output n is centred on input time n down / up. Column p of `taps` is the filter of the outputs that lie
+/// p / up of a sample behind an input sample; each has unit sum. Whole-number ratios have up = 1.
 struct FilterStage {
   int up = 1, down = 1;
   double input_rate_hz = 0.0;
-  Eigen::VectorXd taps;  ///< odd count, symmetric, sum = up
+  Eigen::MatrixXd taps;  ///< taps per output x up, tap i at offset i - (rows - 1) / 2 samples (rows odd)
 };
 
 /// Measured on the taps, not merely asked for.
 struct FilterSheet {
   std::vector<FilterStage> stages;
-  double passband_ripple_db = 0.0;  ///< largest |gain| in dB up to passband_end_hz
-  double alias_rejection_db = 0.0;  ///< smallest attenuation of anything that folds below stopband_start_hz
+  double passband_ripple_db = 0.0;  ///< largest |gain| up to passband_end_hz
+  double alias_rejection_db = 0.0;  ///< smallest attenuation of anything that folds into the band kept free of aliases
   double delay_s = 0.0;             ///< of the causal filter; already removed from the output
-  double edge_s = 0.0;              ///< at either end outputs lean on extrapolated samples for this long
+  double edge_s = 0.0;              ///< outputs this close to either end lean on samples beyond it
+  double multiplications_per_input = 0.0;
 };
 
 /// Zero-phase multistage FIR rate change of simultaneous channels, block by block: output n is centred on time
-/// n / output_rate_hz. Each output sample is one fixed-order sum, so block sizes cannot change a bit of it.
+/// n / output_rate_hz. Each output sample is one fixed-order sum, so block sizes cannot change a bit of it. Beyond its
+/// ends each stage sees the record's continuation by linear prediction (Burg, from 4096 samples at that end).
 class Decimator {
  public:
-  /// Throws std::invalid_argument if the pass band does not fit below the output's Nyquist frequency.
+  /// Throws std::invalid_argument if the pass band does not fit below the output's Nyquist frequency, or for a ratio
+  /// that is no fraction of whole numbers up to 4096.
   Decimator(double input_rate_hz, Eigen::Index num_channels, const DecimateOptions& options);
   ~Decimator();
   Decimator(Decimator&&) noexcept;

@@ -1,0 +1,214 @@
+#include "dsp/decimate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "dsp/burg.hpp"
+#include "dsp/filter_design.hpp"
+
+namespace dsp {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// Compiled for the processors at hand and chosen when the program starts: four channels are then one register.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define ARDENT_DISPATCH __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#else
+#define ARDENT_DISPATCH
+#endif
+
+// out[c] = sum_i taps[i] x[i][c] for C neighbouring channels of frames `stride` apart, in four partial sums that are
+// added last: one order whatever the block, and four chains for the processor to overlap.
+template <int C>
+inline __attribute__((always_inline)) void weigh(const double* x, Index stride, const double* taps, Index length,
+                                                 double* out) {
+  typedef double Channels __attribute__((vector_size(C * sizeof(double)), aligned(8), may_alias));
+  Channels sums[4] = {};
+  Index i = 0;
+  for (; i + 4 <= length; i += 4)
+    for (int part = 0; part < 4; ++part)
+      sums[part] += taps[i + part] * *reinterpret_cast<const Channels*>(x + (i + part) * stride);
+  for (; i < length; ++i) sums[0] += taps[i] * *reinterpret_cast<const Channels*>(x + i * stride);
+  *reinterpret_cast<Channels*>(out) = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+}
+
+ARDENT_DISPATCH void weigh_all(const double* x, Index num_channels, const double* taps, Index length, double* out) {
+  Index c = 0;
+  for (; c + 4 <= num_channels; c += 4) weigh<4>(x + c, num_channels, taps, length, out + c);
+  for (; c + 2 <= num_channels; c += 2) weigh<2>(x + c, num_channels, taps, length, out + c);
+  for (; c < num_channels; ++c) weigh<1>(x + c, num_channels, taps, length, out + c);
+}
+
+// One stage of the stream. Rows are numbered from the record's first; the buffer begins at row first_.
+constexpr Index fitted_rows = 4096;  // a predictor is fitted to these
+
+class StageStream {
+ public:
+  StageStream(FilterStage stage, Index num_channels)
+      : stage_(std::move(stage)), num_channels_(num_channels), half_((stage_.taps.rows() - 1) / 2) {}
+
+  void push(const double* rows, Index count, std::vector<double>& out) {
+    if (!begun_) {
+      append(rows, count);
+      if (received_ < fitted_rows) return;
+      begin();
+      produce(buffer_.data(), first_, received_, out);
+    } else {
+      // Outputs that reach back before this block come from the buffer, the others from the block where it lies.
+      const Index block_first = received_, seam = std::min(count, 2 * half_);
+      append(rows, seam);
+      produce(buffer_.data(), first_, received_, out);
+      produce(rows, block_first, block_first + count, out);
+      append(rows + seam * num_channels_, count - seam);
+    }
+    forget();
+  }
+
+  void finish(std::vector<double>& out) {
+    if (received_ == 0) return;
+    if (!begun_) begin();
+    num_outputs_ = (received_ - 1) * stage_.up / stage_.down + 1;
+    const RowMajor after = beyond(false);
+    append(after.data(), after.rows());
+    produce(buffer_.data(), first_, received_, out);
+  }
+
+ private:
+  Index rows_held() const { return static_cast<Index>(buffer_.size()) / num_channels_; }
+
+  // half_ rows before the first or after the last.
+  RowMajor beyond(bool before) const {
+    const Eigen::Map<const RowMajor> held(buffer_.data(), rows_held(), num_channels_);
+    const Index count = std::min(fitted_rows, rows_held());
+    const RowMajor known = before ? held.topRows(count) : held.bottomRows(count);
+    RowMajor made(half_, num_channels_);
+    constexpr Index order = 128;
+    const ExtensionOptions how{half_, std::min(order, count / 4), count};
+    for (Index c = 0; c < num_channels_; ++c) {
+      const VectorXd x = known.col(c);
+      const double mean = x.mean();
+      const VectorXd centred = x.array() - mean;
+      made.col(c) = (before ? extend_before(centred, how) : extend_after(centred, how)).array() + mean;
+    }
+    return made;
+  }
+
+  void begin() {
+    const RowMajor before = beyond(true);
+    buffer_.insert(buffer_.begin(), before.data(), before.data() + before.size());
+    first_ = -half_;
+    begun_ = true;
+  }
+
+  void append(const double* rows, Index count) {
+    // Of a long block only what the next outputs or the end's predictor need.
+    const Index skipped = begun_ ? std::max<Index>(0, count - rows_kept()) : 0;
+    if (skipped > 0) {
+      buffer_.clear();
+      first_ = received_ + skipped;
+    }
+    buffer_.insert(buffer_.end(), rows + skipped * num_channels_, rows + count * num_channels_);
+    received_ += count;
+  }
+
+  Index rows_kept() const { return std::max(fitted_rows, 2 * half_ + 1); }
+
+  void forget() {
+    const Index done = rows_held() - rows_kept();
+    if (done < rows_held() / 2) return;
+    buffer_.erase(buffer_.begin(), buffer_.begin() + done * num_channels_);
+    first_ += done;
+  }
+
+  // All outputs whose rows lie in [first, end), read from `rows`.
+  void produce(const double* rows, Index first, Index end, std::vector<double>& out) {
+    for (; next_ < num_outputs_; ++next_) {
+      const Index centre = next_ * stage_.down / stage_.up, phase = next_ * stage_.down % stage_.up;
+      if (centre + half_ >= end || centre - half_ < first) return;
+      out.resize(out.size() + static_cast<std::size_t>(num_channels_));
+      weigh_all(rows + (centre - half_ - first) * num_channels_, num_channels_, stage_.taps.col(phase).data(),
+                stage_.taps.rows(), out.data() + out.size() - num_channels_);
+    }
+  }
+
+  FilterStage stage_;
+  Index num_channels_, half_, first_ = 0, received_ = 0, next_ = 0;
+  Index num_outputs_ = std::numeric_limits<Index>::max();
+  bool begun_ = false;
+  std::vector<double> buffer_;
+};
+
+}  // namespace
+
+struct Decimator::State {
+  FilterSheet sheet;
+  std::vector<StageStream> stages;
+  Index num_channels = 0, num_frames = 0, least_frames = 0;
+
+  FrameBlock run(const double* rows, Index count, bool last) {
+    std::vector<double> in, out;
+    for (std::size_t i = 0; i < stages.size(); ++i) {
+      out.clear();
+      if (count > 0) stages[i].push(rows, count, out);
+      if (last) stages[i].finish(out);
+      in.swap(out);
+      rows = in.data();
+      count = static_cast<Index>(in.size()) / num_channels;
+    }
+    return Eigen::Map<const FrameBlock>(in.data(), count, num_channels);
+  }
+};
+
+Decimator::Decimator(double input_rate_hz, Index num_channels, const DecimateOptions& options)
+    : state_(std::make_unique<State>()) {
+  if (num_channels < 1) throw std::invalid_argument("Decimator: num_channels must be at least 1");
+  state_->sheet = measure(design_decimation(input_rate_hz, options), input_rate_hz, options);
+  state_->num_channels = num_channels;
+  state_->least_frames = std::max<Index>(8, static_cast<Index>(std::ceil(state_->sheet.edge_s * input_rate_hz)) + 1);
+  const auto& stages = state_->sheet.stages;
+  for (std::size_t i = 0; i < stages.size(); ++i) state_->stages.emplace_back(stages[i], num_channels);
+}
+
+Decimator::~Decimator() = default;
+Decimator::Decimator(Decimator&&) noexcept = default;
+Decimator& Decimator::operator=(Decimator&&) noexcept = default;
+
+FrameBlock Decimator::push(const Eigen::Ref<const FrameBlock>& frames) {
+  if (frames.cols() != state_->num_channels)
+    throw std::invalid_argument(
+        fmt::format("Decimator::push: {} channels, expected {}", frames.cols(), state_->num_channels));
+  state_->num_frames += frames.rows();
+  if (frames.outerStride() == frames.cols()) return state_->run(frames.data(), frames.rows(), false);
+  const FrameBlock packed = frames;
+  return state_->run(packed.data(), packed.rows(), false);
+}
+
+FrameBlock Decimator::finish() {
+  if (state_->num_frames < state_->least_frames)
+    throw std::invalid_argument(fmt::format("decimate: {} samples are fewer than the filter is long; {} are the least",
+                                            state_->num_frames, state_->least_frames));
+  return state_->run(nullptr, 0, true);
+}
+
+const FilterSheet& Decimator::sheet() const {
+  return state_->sheet;
+}
+
+Eigen::MatrixXd decimate(const Eigen::Ref<const Eigen::MatrixXd>& samples, double sample_rate_hz,
+                         const DecimateOptions& options, FilterSheet* sheet) {
+  Decimator decimator(sample_rate_hz, samples.cols(), options);
+  const FrameBlock early = decimator.push(FrameBlock(samples)), late = decimator.finish();
+  if (sheet != nullptr) *sheet = decimator.sheet();
+  Eigen::MatrixXd all(early.rows() + late.rows(), samples.cols());
+  all << early, late;
+  return all;
+}
+
+}  // namespace dsp
