@@ -69,10 +69,11 @@ struct Style {
 constexpr std::array styles{Style{'\t', false}, Style{'\t', true}, Style{';', false}, Style{';', true},
                             Style{',', false},  Style{' ', false}, Style{' ', true}};
 
-// The style in which most lines are rows of one width, and that width; the widest wins where several do.
+// The style in which most lines are rows of one width. A single column counts half: "1,2" is two numbers before it
+// is 1.2.
 struct Guess {
   Style style{',', false};
-  int num_columns = 0, num_lines = 0;
+  int num_columns = 0, score = 0;
 };
 Guess guess_style(const std::vector<Line>& lines) {
   Guess best;
@@ -85,8 +86,8 @@ Guess guess_style(const std::vector<Line>& lines) {
     std::sort(counts.begin(), counts.end());
     const int width = counts[counts.size() / 2];
     const int agreeing = static_cast<int>(std::count(counts.begin(), counts.end(), width));
-    const bool wider = width > 1 && best.num_columns == 1;
-    if (agreeing > best.num_lines || (agreeing == best.num_lines && wider)) best = {style, width, agreeing};
+    const int score = width > 1 ? 2 * agreeing : agreeing;
+    if (score > best.score) best = {style, width, score};
   }
   return best;
 }
@@ -147,7 +148,7 @@ TableLayout csv_layout(const InputFile& file, const std::vector<Line>& lines) {
     return Fault(FaultKind::input, "table.header", fmt::format("{}:{}: {}", file.name(), line.number, what));
   };
   const Guess guess = guess_style(lines);
-  if (guess.num_lines == 0)
+  if (guess.score == 0)
     throw Fault(
         FaultKind::input, "container.unknown",
         fmt::format("{}: text, but no line of its first {} is a row of numbers. Read are sound files (WAV, RF64, "
