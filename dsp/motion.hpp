@@ -49,7 +49,7 @@ struct MotionOptions {
 /// computed one. Displacements are not filtered. Channel delays are removed. The recording's bad stretches are excluded
 /// without margins. `edge_samples` is the length of the band's impulse response, 1 / (cutoff_hz - rolloff_hz). Throws
 /// Fault if no displacement can be had, std::invalid_argument for a band that does not fit below the Nyquist frequency.
-[[nodiscard]] Motion relative_motion(const Recording& recording, const MotionOptions& options);
+[[nodiscard]] Motion relative_motion(Recording recording, const MotionOptions& options);
 
 /// Excludes the samples of an interval widened by margin_s at both ends.
 void mark(Motion& motion, const Interval& interval, double margin_s = 0.0);

@@ -1,10 +1,9 @@
 #pragma once
-#include <filesystem>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "dsp/column_filter.hpp"
 #include "dsp/decimate.hpp"
 #include "dsp/motion.hpp"
 #include "dsp/recording.hpp"
@@ -27,37 +26,30 @@ struct PrepareOptions {
   AccelerationSource acceleration = AccelerationSource::automatic;
 };
 
-/// The one linear filter that the target and every column pass on their way to the regression: from samples on the bus
-/// to samples at the regression rate. Zero phase; output n is centred on time n / output_rate_hz.
-class ColumnFilter {
- public:
-  /// Raised-cosine low-pass in the frequency domain, same rate in and out.
-  [[nodiscard]] static ColumnFilter taper(double sample_rate_hz, const SpectralBand& band);
-  /// FIR decimation from the bus to the regression rate.
-  [[nodiscard]] static ColumnFilter decimation(double input_rate_hz, const DecimateOptions& options);
-  /// The same filter followed by one-pole high-passes (AC coupling shared by all columns); DC goes to zero.
-  [[nodiscard]] ColumnFilter with_highpass(const std::vector<double>& corners_hz) const;
-  [[nodiscard]] Eigen::VectorXd apply(const Eigen::Ref<const Eigen::VectorXd>& bus_signal) const;
-  [[nodiscard]] double input_rate_hz() const;
-  [[nodiscard]] double output_rate_hz() const;
-
- private:
-  struct Impl;
-  std::shared_ptr<const Impl> impl_;
-};
-
 /// A recording ready for regression.
 struct Prepared {
   std::string name;
-  PrepareOptions options;          ///< with every default filled in
-  Motion bus;                      ///< wide-band signals at the bus rate: columns are formed from these ("matched")
-  Motion signals;                  ///< the same signals after the column filter, at the regression rate: prepared.csv,
-                                   ///< conditions, predictions, free run; columns of recipe "paper"
-  ColumnFilter filter;             ///< from bus to regression rate
+  PrepareOptions options;  ///< with every default filled in
+  Motion bus;              ///< wide-band signals at the bus rate: columns are formed from these ("matched")
+  Motion signals;          ///< the same signals after the column filter, at the regression rate: prepared.csv,
+                           ///< conditions, predictions, free run; columns of recipe "paper"
+  ColumnFilter filter;     ///< from bus to regression rate
   std::optional<FilterSheet> decimation;
   std::vector<Interval> excluded;  ///< with margins and reasons; marked in both motions
   std::vector<Check> checks;
 };
+
+/// The options with nothing left to choose for a recording at this rate. Throws Fault (usage) for rates and frequencies
+/// that do not fit each other.
+[[nodiscard]] PrepareOptions resolved(const PrepareOptions& options, double sample_rate_hz);
+
+/// From a recording in memory to signals ready for regression. Derivatives are taken over the whole record before
+/// anything is cut. "matched": bus signals are formed in the wide state band, then each passes the column filter.
+/// "paper": displacements are filtered first and differentiated after, in the band [rolloff_hz, cutoff_hz].
+/// The recording's bad stretches are excluded with the reach of the filters as margin. Edge samples are counted (check
+/// "prepare.edges"), not excluded: the ends are continued by linear prediction, which leaves them nearly as good as the
+/// rest. Throws Fault for a recording that cannot be used so.
+[[nodiscard]] Prepared prepare(const Recording& recording, const PrepareOptions& options);
 
 /// Subtracts `zero_m` from x, before and after the column filter alike (a laser's zero means nothing).
 void set_displacement_zero(Prepared& prepared, double zero_m);
