@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -28,22 +29,25 @@ constexpr Eigen::Index block_frames = 1 << 16;
 struct Setup {
   std::shared_ptr<const sim::QzsRig> rig;
   std::string twin;
-  double duration_s = 0.0;
+  double from_s = 0.0, duration_s = 0.0;  ///< the files' share of the test
   sim::RawOptions raw;
   dsp::SoundContainer container = dsp::SoundContainer::rf64;
 };
 
 Setup set_up(const SimulateArguments& arguments) {
-  if (!arguments.raw && (arguments.sensors || arguments.container))
+  if (!arguments.raw && (arguments.sensors || arguments.container || arguments.from_s))
     throw dsp::Fault(dsp::FaultKind::usage, "sim.option",
-                     "sim qzs: --sensors and --container are about the recording: add --raw");
+                     "sim qzs: --sensors, --container and --from are about the recording: add --raw");
   try {
     Setup setup;
     setup.twin = arguments.twin.value_or("T0");
     auto parameters = sim::qzs_twin(setup.twin);
     for (const auto& [name, value] : parse_settings(arguments.set)) sim::set_parameter(parameters, name, value);
     setup.rig = std::make_shared<const sim::QzsRig>(parameters, sim::stepped_sine_down());
+    setup.from_s = arguments.from_s.value_or(0.0);
     setup.duration_s = arguments.duration_s.value_or(setup.rig->programme().duration_s);
+    if (!(setup.from_s >= 0.0 && std::isfinite(setup.from_s)))
+      throw std::invalid_argument(fmt::format("qzs: --from must not be negative, got {}", setup.from_s));
     setup.raw.level = sim::sensor_level(arguments.sensors.value_or("full"));
     setup.raw.noise = arguments.noise.value_or(1.0);
     setup.raw.seed = arguments.seed;
@@ -54,10 +58,12 @@ Setup set_up(const SimulateArguments& arguments) {
   }
 }
 
-/// truth.csv (if asked for) and response.csv in one pass; returns the true regimes and the number of events.
+/// truth.csv (if asked for) and response.csv in one pass over the test; regimes and number of events into `truth`.
 void write_motion(const Setup& setup, const fs::path& folder, bool with_truth, Console& console, ordered_json& truth) {
-  sim::QzsTrajectory trajectory(setup.rig, setup.duration_s);
-  const auto num_rows = static_cast<Eigen::Index>(std::floor(setup.duration_s * truth_rate_hz)) + 1;
+  const double to_s = setup.from_s + setup.duration_s;
+  sim::QzsTrajectory trajectory(setup.rig, to_s);
+  const auto num_rows = static_cast<Eigen::Index>(std::floor(to_s * truth_rate_hz)) + 1;
+  const auto first_row = static_cast<Eigen::Index>(std::ceil(setup.from_s * truth_rate_hz));
   Eigen::VectorXd x(num_rows);
   std::vector<int> modes(static_cast<std::size_t>(num_rows));
   AtomicFile response(folder / "response.csv");
@@ -66,13 +72,14 @@ void write_motion(const Setup& setup, const fs::path& folder, bool with_truth, C
   if (with_truth) exact.emplace(folder / "truth.csv").write("t,x,v,r,ddr,mode\n");
   for (Eigen::Index n = 0; n < num_rows; ++n) {
     const auto& s = trajectory.at(static_cast<double>(n) / truth_rate_hz);
+    const double t = s.t_s - setup.from_s;
     x[n] = s.x;
     modes[static_cast<std::size_t>(n)] = s.mode;
-    if (n % rows_per_response == 0)
-      response.write(fmt::format("{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n", s.t_s, s.x, s.v, s.a,
+    if (n >= first_row && (n - first_row) % rows_per_response == 0)
+      response.write(fmt::format("{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n", t, s.x, s.v, s.a,
                                  s.base.r_m, s.base.dr_m_per_s, s.base.ddr_m_per_s2));
-    if (exact)
-      exact->write(fmt::format("{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{}\n", s.t_s, s.x, s.v, s.base.r_m,
+    if (exact && n >= first_row)
+      exact->write(fmt::format("{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{}\n", t, s.x, s.v, s.base.r_m,
                                s.base.ddr_m_per_s2, s.mode));
     if (n % 4096 == 0) {
       check_interrupted();
@@ -82,23 +89,31 @@ void write_motion(const Setup& setup, const fs::path& folder, bool with_truth, C
   response.commit();
   if (exact) exact->commit();
   for (const auto& span : sim::true_regimes(x, modes, truth_rate_hz))
-    truth["regimes"].push_back({{"label", span.label}, {"from_s", span.from_s}, {"to_s", span.to_s}});
-  truth["num_events"] = trajectory.events().size();
+    if (span.to_s > setup.from_s)
+      truth["regimes"].push_back({{"label", span.label},
+                                  {"from_s", std::max(span.from_s - setup.from_s, 0.0)},
+                                  {"to_s", std::min(span.to_s - setup.from_s, setup.duration_s)}});
+  truth["num_events"] = std::count_if(trajectory.events().begin(), trajectory.events().end(),
+                                      [&](const auto& event) { return event.t_s >= setup.from_s; });
 }
 
 void write_recording(const Setup& setup, const fs::path& file, Console& console) {
-  sim::RawRecorder recorder(setup.rig, setup.duration_s, setup.raw);
+  sim::RawRecorder recorder(setup.rig, setup.from_s + setup.duration_s, setup.raw);
+  const std::int64_t skipped = std::llround(setup.from_s * sim::raw_rate_hz), kept = recorder.num_frames() - skipped;
   dsp::SoundFileWriter writer(file, {.container = setup.container,
                                      .format = dsp::SampleFormat::pcm24,
                                      .sample_rate_hz = sim::raw_rate_hz,
                                      .num_channels = sim::num_raw_channels,
-                                     .num_frames = recorder.num_frames(),
+                                     .num_frames = kept,
                                      .comment = {}});
-  while (writer.num_frames() < recorder.num_frames()) {
+  for (std::int64_t begin = 0; begin < recorder.num_frames();) {
     check_interrupted();
-    writer.write(recorder.next(block_frames));
-    console.progress("recording",
-                     static_cast<double>(writer.num_frames()) / static_cast<double>(recorder.num_frames()));
+    // What comes before is made too: filters and drifts have a past.
+    const std::int64_t end = begin < skipped ? skipped : recorder.num_frames();
+    const auto frames = recorder.next(std::min<std::int64_t>(block_frames, end - begin));
+    if (begin >= skipped) writer.write(frames);
+    begin += frames.rows();
+    console.progress("recording", static_cast<double>(begin) / static_cast<double>(recorder.num_frames()));
   }
   writer.close();
 }
@@ -118,11 +133,11 @@ std::string sidecar(const Setup& setup) {
         laser ? "DC" : "IEPE");
   }
   const auto& programme = setup.rig->programme();
-  for (double start = 0.0; start < setup.duration_s; start += programme.duration_s)
-    for (const auto& hand : programme.manual)
-      if (start + hand.from_s < setup.duration_s)
-        text += fmt::format("\n[[bad]]\nfrom = {}\nto = {}\nwhy = \"{}\"\n", start + hand.from_s,
-                            std::min(start + hand.to_s, setup.duration_s), hand.why);
+  for (double start = -setup.from_s; start < setup.duration_s; start += programme.duration_s)
+    for (const auto& hand : programme.manual) {
+      const double from = std::max(start + hand.from_s, 0.0), to = std::min(start + hand.to_s, setup.duration_s);
+      if (from < to) text += fmt::format("\n[[bad]]\nfrom = {}\nto = {}\nwhy = \"{}\"\n", from, to, hand.why);
+    }
   return text;
 }
 
@@ -146,6 +161,7 @@ std::vector<fs::path> record_qzs(const SimulateArguments& arguments, Console& co
   const Setup setup = set_up(arguments);
   truth["noise"] = setup.raw.noise;
   truth["twin"] = setup.twin;
+  truth["from_s"] = setup.from_s;
   truth["duration_s"] = setup.duration_s;
   for (const auto& [name, value] : sim::parameter_values(setup.rig->parameters())) truth["parameters"][name] = value;
   append_terms(truth["terms"], sim::true_terms(setup.rig->parameters()));

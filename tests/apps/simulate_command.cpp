@@ -144,6 +144,39 @@ TEST_CASE("the rig's recording holds what the sensors gave, and its sidecar what
   CHECK(read_csv(folder / "rig/response.csv").columns.at("t")[1] == 0.0390625);
 }
 
+TEST_CASE("an excerpt of the rig's test is that part of the whole", "[apps][simulate_command]") {
+  const support::Scratch folder;
+  simulate({.system = "qzs", .folder = folder / "whole", .duration_s = 5.0, .raw = true});
+  simulate({.system = "qzs", .folder = folder / "part", .duration_s = 2.0, .raw = true, .from_s = 3.0});
+  dsp::FrameBlock whole, part;
+  const auto read = [&](const char* name, dsp::FrameBlock& frames) {
+    return dsp::open_sound_file(std::make_unique<dsp::InputFile>(folder / name), {})->read(frames, 1 << 20);
+  };
+  REQUIRE(read("whole/recording.wav", whole) == 128000);
+  REQUIRE(read("part/recording.wav", part) == 51200);
+  CHECK(dsp::FrameBlock(whole.bottomRows(51200)) == part);
+  const auto truth = read_csv(folder / "part/truth.csv"), all = read_csv(folder / "whole/truth.csv");
+  CHECK(truth.columns.at("t").front() == 0.0);
+  CHECK(truth.columns.at("x").front() == all.columns.at("x")[768]);
+}
+
+TEST_CASE("the excerpt that comes with the sources is what the command in its manifest makes",
+          "[apps][simulate_command][slow]") {
+  const fs::path file = ARDENT_DATA "/qzs_jump_25k6.flac";
+  dsp::FrameBlock shipped;
+  REQUIRE(dsp::open_sound_file(std::make_unique<dsp::InputFile>(file), {})->read(shipped, 1 << 20) == 512000);
+  CHECK(dsp::read_sidecar(dsp::sidecar_path(file)).channels.size() == 4);
+  const auto rig = std::make_shared<const sim::QzsRig>(sim::qzs_twin("T0"), sim::stepped_sine_down());
+  sim::RawRecorder recorder(rig, 1416.0, {});
+  for (int second = 0; second < 1396; ++second) REQUIRE(recorder.next(25600).rows() == 25600);
+  const dsp::FrameBlock made = recorder.next(512000);
+  // Another processor's sines may end a value on the other side of a step of the converter (2^-23), or of a laser
+  // (10 um, 2e-4 of full scale): rarely.
+  const Eigen::ArrayXXd difference = (made - shipped).array().abs();
+  CHECK(difference.maxCoeff() < 2.4e-4);
+  CHECK((difference > 0.0).count() < difference.size() / 1000);
+}
+
 TEST_CASE("what cannot be simulated is told in one line", "[apps][simulate_command]") {
   const support::Scratch folder;
   const auto usage = dsp::FaultKind::usage;
