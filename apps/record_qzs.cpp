@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
 #include "apps/atomic_file.hpp"
 #include "apps/interrupt.hpp"
 #include "apps/parameter_settings.hpp"
+#include "dsp/decimate.hpp"
 #include "dsp/sound_file.hpp"
 #include "sim/qzs_regimes.hpp"
 #include "sim/qzs_rig.hpp"
@@ -30,14 +32,15 @@ struct Setup {
   std::shared_ptr<const sim::QzsRig> rig;
   std::string twin;
   double from_s = 0.0, duration_s = 0.0;  ///< the files' share of the test
+  double rate_hz = sim::raw_rate_hz;
   sim::RawOptions raw;
   dsp::SoundContainer container = dsp::SoundContainer::rf64;
 };
 
 Setup set_up(const SimulateArguments& arguments) {
-  if (!arguments.raw && (arguments.sensors || arguments.container || arguments.from_s))
+  if (!arguments.raw && (arguments.sensors || arguments.container || arguments.from_s || arguments.rate_hz))
     throw dsp::Fault(dsp::FaultKind::usage, "sim.option",
-                     "sim qzs: --sensors, --container and --from are about the recording: add --raw");
+                     "sim qzs: --sensors, --container, --from and --rate are about the recording: add --raw");
   try {
     Setup setup;
     setup.twin = arguments.twin.value_or("T0");
@@ -48,6 +51,10 @@ Setup set_up(const SimulateArguments& arguments) {
     setup.duration_s = arguments.duration_s.value_or(setup.rig->programme().duration_s);
     if (!(setup.from_s >= 0.0 && std::isfinite(setup.from_s)))
       throw std::invalid_argument(fmt::format("qzs: --from must not be negative, got {}", setup.from_s));
+    setup.rate_hz = arguments.rate_hz.value_or(sim::raw_rate_hz);
+    if (!(setup.rate_hz >= 1.0 && setup.rate_hz <= sim::raw_rate_hz && setup.rate_hz == std::floor(setup.rate_hz)))
+      throw std::invalid_argument(
+          fmt::format("qzs: --rate must be whole, from 1 to {} Hz, got {}", sim::raw_rate_hz, setup.rate_hz));
     setup.raw.level = sim::sensor_level(arguments.sensors.value_or("full"));
     setup.raw.noise = arguments.noise.value_or(1.0);
     setup.raw.seed = arguments.seed;
@@ -97,31 +104,41 @@ void write_motion(const Setup& setup, const fs::path& folder, bool with_truth, C
                                       [&](const auto& event) { return event.t_s >= setup.from_s; });
 }
 
+/// The band of the 256 Hz bus in twin and preparation alike, for any rate: flat, and free of aliases, up to 30 / 256.
+dsp::DecimateOptions bus(double rate_hz) {
+  const double passband_end_hz = rate_hz * 30.0 / 256.0;
+  return {
+      .output_rate_hz = rate_hz, .passband_end_hz = passband_end_hz, .stopband_start_hz = rate_hz - passband_end_hz};
+}
+
 void write_recording(const Setup& setup, const fs::path& file, Console& console) {
   sim::RawRecorder recorder(setup.rig, setup.from_s + setup.duration_s, setup.raw);
-  const std::int64_t skipped = std::llround(setup.from_s * sim::raw_rate_hz), kept = recorder.num_frames() - skipped;
+  const std::int64_t skipped = std::llround(setup.from_s * sim::raw_rate_hz);
   dsp::SoundFileWriter writer(file, {.container = setup.container,
                                      .format = dsp::SampleFormat::pcm24,
-                                     .sample_rate_hz = sim::raw_rate_hz,
+                                     .sample_rate_hz = setup.rate_hz,
                                      .num_channels = sim::num_raw_channels,
-                                     .num_frames = kept,
+                                     .num_frames = std::llround(setup.duration_s * setup.rate_hz),
                                      .comment = {}});
+  std::optional<dsp::Decimator> decimator;
+  if (setup.rate_hz < sim::raw_rate_hz) decimator.emplace(sim::raw_rate_hz, sim::num_raw_channels, bus(setup.rate_hz));
   for (std::int64_t begin = 0; begin < recorder.num_frames();) {
     check_interrupted();
     // What comes before is made too: filters and drifts have a past.
     const std::int64_t end = begin < skipped ? skipped : recorder.num_frames();
-    const auto frames = recorder.next(std::min<std::int64_t>(block_frames, end - begin));
-    if (begin >= skipped) writer.write(frames);
+    const dsp::FrameBlock frames = recorder.next(std::min<std::int64_t>(block_frames, end - begin));
+    if (begin >= skipped) writer.write(decimator ? decimator->push(frames) : frames);
     begin += frames.rows();
     console.progress("recording", static_cast<double>(begin) / static_cast<double>(recorder.num_frames()));
   }
+  if (decimator) writer.write(decimator->finish());
   writer.close();
 }
 
 /// What a person at the rig would know: nominal sensitivities, and that hands were at the payload.
 std::string sidecar(const Setup& setup) {
   std::string text =
-      fmt::format("schema = 1\ntitle = \"QZS rig, {}\"\nrate = {}\n", setup.rig->programme().name, sim::raw_rate_hz);
+      fmt::format("schema = 1\ntitle = \"QZS rig, {}\"\nrate = {}\n", setup.rig->programme().name, setup.rate_hz);
   int index = 0;
   for (const auto& sensor : sim::rig_sensors(sim::SensorLevel::ideal, setup.rig->parameters())) {
     const bool laser = sensor.unit == "m";

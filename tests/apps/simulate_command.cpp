@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "dsp/decimate.hpp"
 #include "dsp/input_file.hpp"
 #include "dsp/sidecar.hpp"
 #include "dsp/sound_file.hpp"
@@ -160,6 +161,39 @@ TEST_CASE("an excerpt of the rig's test is that part of the whole", "[apps][simu
   CHECK(truth.columns.at("x").front() == all.columns.at("x")[768]);
 }
 
+TEST_CASE("a recording at a lower rate is the raw one decimated", "[apps][simulate_command]") {
+  const support::Scratch folder;
+  simulate({.system = "qzs", .folder = folder / "bus", .duration_s = 30.0, .raw = true, .rate_hz = 256.0});
+  const auto file = folder / "bus/recording.wav";
+  CHECK(dsp::read_sidecar(dsp::sidecar_path(file)).rate_hz == 256.0);
+  dsp::FrameBlock bus;
+  REQUIRE(dsp::open_sound_file(std::make_unique<dsp::InputFile>(file), {})->read(bus, 1 << 20) == 7680);
+  const auto rig = std::make_shared<const sim::QzsRig>(sim::qzs_twin("T0"), sim::stepped_sine_down());
+  const Eigen::MatrixXd raw = sim::RawRecorder(rig, 30.0).next(768000);
+  const auto expected =
+      dsp::decimate(raw, 25600.0, {.output_rate_hz = 256.0, .passband_end_hz = 30.0, .stopband_start_hz = 226.0});
+  CHECK((bus - expected).cwiseAbs().maxCoeff() <= 0.5 / 8388608.0 * (1 + 1e-9));
+}
+
+TEST_CASE("the whole record that comes with the sources shows the base's motion through its laser",
+          "[apps][simulate_command]") {
+  const fs::path file = ARDENT_DATA "/qzs_bus_256.flac";
+  dsp::FrameBlock bus;
+  REQUIRE(dsp::open_sound_file(std::make_unique<dsp::InputFile>(file), {})->read(bus, 1 << 20) == 460800);
+  const sim::BaseMotion base(sim::stepped_sine_down());
+  const auto laser = sim::rig_sensors(sim::SensorLevel::full, {})[0];
+  double square = 0.0;
+  std::size_t near = 0;
+  for (Eigen::Index n = 0; n < bus.rows(); ++n) {
+    const double t = static_cast<double>(n) / 256.0, taken_s = t - laser.lag_s;
+    const double drift = 30e-6 * std::sin(2 * M_PI * taken_s / 1400 + 0.3) + 20e-6 * taken_s / 1800;
+    const double shown = laser.gain * base.at(taken_s, near).r_m + laser.offset + drift;
+    square += std::pow(5.0 * bus(n, 0) / laser.volts_per_unit - shown, 2);
+  }
+  // 12 um a value at 800 Hz, and 10 um steps, leave 12.3 um sqrt(128 / 400) = 7 um below the bus's 128 Hz; mains 4 um.
+  CHECK(std::sqrt(square / static_cast<double>(bus.rows())) == Approx(8e-6).epsilon(0.1));
+}
+
 TEST_CASE("the excerpt that comes with the sources is what the command in its manifest makes",
           "[apps][simulate_command][slow]") {
   const fs::path file = ARDENT_DATA "/qzs_jump_25k6.flac";
@@ -191,6 +225,8 @@ TEST_CASE("what cannot be simulated is told in one line", "[apps][simulate_comma
   fails({.system = "duffing", .folder = {}, .duration_s = 0.0}, "sim.duration", "got 0");
   fails({.system = "duffing", .folder = {}, .raw = true}, "sim.option", "belong to qzs");
   fails({.system = "qzs", .folder = {}, .sensors = "ideal"}, "sim.option", "add --raw");
+  fails({.system = "qzs", .folder = {}, .raw = true, .rate_hz = 25.6}, "sim.option", "must be whole");
+  fails({.system = "qzs", .folder = {}, .raw = true, .from_s = -1.0}, "sim.option", "--from");
   fails({.system = "qzs", .folder = {}, .twin = "T9"}, "sim.option", "T0, T1");
   fails({.system = "qzs", .folder = {}, .raw = true, .container = "mp3"}, "sim.option", "mp3");
   // A softening spring pulled past its crest runs away.
