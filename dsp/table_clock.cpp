@@ -14,8 +14,7 @@ namespace {
 constexpr double most_jitter_steps = 0.01;
 
 Fault fault(const Stamps& stamps, std::size_t row, std::string name, const std::string& what) {
-  return Fault(FaultKind::input, std::move(name),
-               fmt::format("{}:{}: {}", stamps.name, stamps.first_line + static_cast<std::int64_t>(row), what));
+  return Fault(FaultKind::input, std::move(name), fmt::format("{}:{}: {}", stamps.name, stamps.line(row), what));
 }
 
 Check note(CheckStatus status, std::string name, double value, double limit, std::string message) {
@@ -149,9 +148,9 @@ void check_jitter(const Stamps& stamps, const Steps& steps, Clock& clock) {
 void add_gap(const Stamps& stamps, std::size_t row, Clock& clock) {
   const double from_s = stamps.time_s[row - 1] - clock.start_s, to_s = stamps.time_s[row] - clock.start_s;
   clock.gaps.push_back({from_s, to_s, "gap in the clock"});
-  clock.checks.push_back(note(CheckStatus::warning, "clock.gap", to_s - from_s, 1 / clock.rate_hz,
-                              fmt::format("{}:{}: the clock skips {:.4g} s", stamps.name,
-                                          stamps.first_line + static_cast<std::int64_t>(row), to_s - from_s)));
+  clock.checks.push_back(
+      note(CheckStatus::warning, "clock.gap", to_s - from_s, 1 / clock.rate_hz,
+           fmt::format("{}:{}: the clock skips {:.4g} s", stamps.name, stamps.line(row), to_s - from_s)));
 }
 
 // Whole steps across the gaps; the rows behind one move by as many frames as are missing.
@@ -211,6 +210,12 @@ Clock interpolated_clock(const Stamps& stamps, double rate_hz) {
 }
 
 }  // namespace
+
+std::int64_t Stamps::line(std::size_t row) const {
+  const auto at = static_cast<std::int64_t>(row);
+  const auto skipped = std::upper_bound(skipped_before.begin(), skipped_before.end(), at) - skipped_before.begin();
+  return first_line + at + skipped;
+}
 
 Clock even_clock(const Stamps& stamps, const ClockOptions& options) {
   check_increasing(stamps, options.rate_hz && !options.interpolate);

@@ -11,9 +11,11 @@ namespace dsp {
 /// The time column of a table.
 struct Stamps {
   std::vector<double> time_s;
-  double printed_to_s = 0.0;    ///< the last digit printed
-  std::int64_t first_line = 1;  ///< of the first row, for messages
-  std::string name;             ///< of the file
+  double printed_to_s = 0.0;                   ///< the last digit printed
+  std::int64_t first_line = 1;                 ///< of the first row, for messages
+  std::string name;                            ///< of the file
+  std::vector<std::int64_t> skipped_before{};  ///< for each line that is no row, the row behind it; ascending
+  [[nodiscard]] std::int64_t line(std::size_t row) const;
 };
 
 struct ClockOptions {

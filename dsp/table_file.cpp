@@ -89,7 +89,10 @@ class TableFile : public RowsOnClock {
     const auto most_rows = options.max_memory_bytes / sizeof(double);
     std::string_view line, time;
     while (lines_.next(line)) {
-      if (is_skipped(line)) continue;
+      if (is_skipped(line)) {
+        stamps.skipped_before.push_back(info_.num_frames);
+        continue;
+      }
       if (!scan_row(line, time)) break;
       ++info_.num_frames;
       if (layout_.time_column < 0) continue;
@@ -98,6 +101,10 @@ class TableFile : public RowsOnClock {
       add_stamp(stamps, time);
     }
     if (info_.num_frames == 0) throw fault("table.empty", "no rows");
+    if (!lines_.ended())
+      info_.checks.push_back({"table.end", "", CheckStatus::note, 0.0, 0.0,
+                              fmt::format("{}:{}: the last line has no end; if it was cut, its last number is wrong",
+                                          file_->name(), lines_.number())});
     if (layout_.time_column < 0) {
       info_.sample_rate_hz = layout_.rate_hz.value_or(0.0);
       return;

@@ -29,13 +29,6 @@ std::string_view unquoted(std::string_view text) {
   return text;
 }
 
-std::string lower(std::string_view text) {
-  std::string result(text);
-  for (char& c : result)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return result;
-}
-
 struct Line {
   std::string text;
   std::int64_t number;
@@ -132,8 +125,10 @@ bool set_units(TableLayout& layout, const std::vector<std::string_view>& texts) 
 }
 
 void find_time(TableLayout& layout) {
-  for (int i = 0; i < layout.num_columns && layout.time_column < 0; ++i)
-    if (is_time_name(split_unit(layout.columns[static_cast<std::size_t>(i)]).base)) layout.time_column = i;
+  for (std::size_t i = 0; i < layout.columns.size() && layout.time_column < 0; ++i) {
+    const bool in_time = layout.units[i].empty() || find_unit(layout.units[i]).si == "s";
+    if (in_time && is_time_name(split_unit(layout.columns[i]).base)) layout.time_column = static_cast<int>(i);
+  }
 }
 
 void size_columns(TableLayout& layout) {
@@ -294,8 +289,9 @@ Cell parse_cell(std::string_view field, bool decimal_comma, double& value) {
   const Cell cell = parse(text);
   if (cell != Cell::number) value = std::numeric_limits<double>::quiet_NaN();
   if (cell != Cell::bad) return cell;
-  const auto word = lower(text);
-  return word == "na" || word == "n/a" || word == "null" ? Cell::missing : Cell::bad;
+  for (const char* word : {"NA", "na", "N/A", "n/a", "NULL", "null"})
+    if (text == word) return Cell::missing;
+  return Cell::bad;
 }
 
 double last_digit(std::string_view number) {
@@ -307,11 +303,6 @@ double last_digit(std::string_view number) {
     std::from_chars(digits.data(), digits.data() + digits.size(), power);
   }
   return std::pow(10.0, power - (mark < exponent ? static_cast<int>(exponent - mark - 1) : 0));
-}
-
-bool is_time_name(std::string_view base) {
-  const auto name = lower(base);
-  return name == "t" || name == "time" || name == "timestamp" || name == "x_value";
 }
 
 double roundest_rate(double rate_hz, double relative) {

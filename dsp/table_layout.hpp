@@ -50,9 +50,6 @@ enum class Cell { number, missing, bad };
 /// What the last printed digit of a number stands for: 1e-6 for "0.000312", 1e-11 for "1.953125E-5".
 [[nodiscard]] double last_digit(std::string_view number);
 
-/// Whether a column of this name is a clock ("t", "Time", "timestamp").
-[[nodiscard]] bool is_time_name(std::string_view base);
-
 /// The roundest rate within `relative` of `rate_hz`: a whole number with as many zeros at its end as possible, else the
 /// fraction with the smallest denominator up to 1000, else the rate itself. 3199.98 within 1e-4 is 3200.
 [[nodiscard]] double roundest_rate(double rate_hz, double relative);

@@ -252,6 +252,13 @@ bool fits(Role role, std::string_view si) {
   return wanted < 0 || found < 0 || wanted == found;
 }
 
+bool is_time_name(std::string_view base) {
+  std::string name(trimmed(base));
+  for (char& c : name)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return name == "t" || name == "time" || name == "timestamp" || name == "x_value";
+}
+
 NamedUnit split_unit(std::string_view column) {
   const auto name = trimmed(column);
   for (const auto& [open, close] : {std::pair{'[', ']'}, std::pair{'(', ')'}}) {
@@ -260,11 +267,11 @@ NamedUnit split_unit(std::string_view column) {
     const auto unit = trimmed(name.substr(at + 1, name.size() - at - 2));
     if (is_unit(unit)) return {std::string(trimmed(name.substr(0, at))), std::string(unit)};
   }
-  // x_top_mm, a_m_per_s2, omega_rad_s: the longest ending that is a unit. `in`, `g` and one-letter endings that are
-  // more often something else (force_in, load_g, input_A) only count in brackets.
+  // x_top_mm, a_m_per_s2, omega_rad_s: the longest ending that is a unit.
   for (auto at = name.find('_'); at != std::string_view::npos; at = name.find('_', at + 1)) {
     std::string unit(name.substr(at + 1));
     if (at == 0 || unit == "in" || unit == "g" || unit == "A" || unit == "C" || unit == "K" || unit == "1") continue;
+    if ((unit == "s" || unit == "ms" || unit == "us") && !is_time_name(name.substr(0, at))) continue;
     for (auto per = unit.find("_per_"); per != std::string::npos; per = unit.find("_per_")) {
       unit[per] = '/';
       unit.erase(per + 1, 4);

@@ -38,7 +38,11 @@ struct Sensitivity {
 /// other kinds (V, rad) are free to play any role.
 [[nodiscard]] bool fits(Role role, std::string_view si);
 
+/// Whether a column of this name is a clock ("t", "Time", "timestamp", LabVIEW's "X_Value").
+[[nodiscard]] bool is_time_name(std::string_view base);
+
 /// A unit written into a column's name: "x_top_mm", "omega_rad_s", "force [kN]", "acc (m/s^2)". `base` is the rest.
+/// Endings that are more often something else only count in brackets (force_in, load_g) or behind a clock (a_s).
 struct NamedUnit {
   std::string base, unit;  ///< unit empty where there is none
 };

@@ -123,6 +123,15 @@ TEST_CASE("vectors of a MATLAB file are columns on its clock", "[dsp][mat_file]"
     }
 }
 
+TEST_CASE("a MATLAB file called .wav goes to the reader of MATLAB files", "[dsp][mat_file]") {
+  const Scratch scratch;
+  const Mat mat;
+  const auto source = dsp::open_source(scratch.file("a.wav", mat.header() + mat.vector("x", wave(50))));
+  CHECK(source->info().container == "MATLAB v5");
+  CHECK(source->info().sample_rate_hz == 0.0);
+  CHECK(source->info().checks.back().name == "container.extension");
+}
+
 TEST_CASE("Simulink's structure with time gives its signal and its clock", "[dsp][mat_file]") {
   const Scratch scratch;
   const Mat mat;

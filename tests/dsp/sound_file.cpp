@@ -334,3 +334,32 @@ TEST_CASE("no damage whatever crashes the sound reader or makes it deliver more 
       }
   });
 }
+
+// Hidden: writes 4.4 GB. Run it by its tag.
+TEST_CASE("an RF64 beyond 4 GiB is written and read back whole", "[dsp][sound_file][.large]") {
+  const Scratch scratch;
+  constexpr Eigen::Index block_frames = 100'000, num_blocks = 56;
+  dsp::FrameBlock frames(block_frames, 100);
+  const auto fill = [&](Eigen::Index block) {
+    for (Eigen::Index i = 0; i < frames.size(); ++i)
+      frames.data()[i] = static_cast<double>((block * 1'000'003 + i * 7919) % 65'521);
+  };
+  dsp::SoundFileWriter writer(scratch / "long.rf64",
+                              {.format = SampleFormat::float64, .sample_rate_hz = 25600, .num_channels = 100});
+  for (Eigen::Index block = 0; block < num_blocks; ++block) {
+    fill(block);
+    writer.write(frames);
+  }
+  writer.close();
+  CHECK(std::filesystem::file_size(scratch / "long.rf64") > std::uintmax_t{1} << 32);
+  const auto source = open(scratch / "long.rf64");
+  CHECK(source->info().container == "RF64, 64 bit float");
+  CHECK(source->info().num_frames == block_frames * num_blocks);
+  dsp::FrameBlock back;
+  for (Eigen::Index block = 0; block < num_blocks; ++block) {
+    fill(block);
+    REQUIRE(source->read(back, block_frames) == block_frames);
+    REQUIRE((back - frames).cwiseAbs().maxCoeff() == 0.0);
+  }
+  CHECK(source->read(back, 1) == 0);
+}

@@ -178,6 +178,18 @@ TEST_CASE("a clock that goes back, repeats, jitters or loses its step is refused
   CHECK(has_check(slight, "clock.jitter"));
 }
 
+TEST_CASE("lines that are no rows are counted in the line told", "[dsp][table_clock]") {
+  const Scratch scratch;
+  const auto file = scratch.file("a.csv", "t,x\n0,1\n# knocked\n1,2\n\n2,3\n# here\n2,4\n3,5\n");
+  check_fault([&] { (void)read(file); }, FaultKind::input, "clock.repeated", {"a.csv:8:"});
+}
+
+TEST_CASE("a column is no clock if its unit is not one of time", "[dsp][table_clock]") {
+  const Scratch scratch;
+  const auto table = read(scratch.file("a.csv", "t_mm,x\n3,1\n2,2\n"));
+  CHECK(table.info.time_column == -1);
+}
+
 TEST_CASE("an uneven clock is interpolated on request", "[dsp][table_clock]") {
   const Scratch scratch;
   // x is linear in the row number and so, between rows, in time.

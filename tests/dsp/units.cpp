@@ -67,6 +67,8 @@ TEST_CASE("a column's name may carry its unit", "[dsp][units]") {
   check("force [kN]", "force", "kN");
   check("acc (m/s^2)", "acc", "m/s^2");
   check("force_in", "force_in", "");  // an input, not inches
+  check("a_s", "a_s", "");            // a hysteretic force
+  check("time_ms", "time", "ms");
   check("load_g", "load_g", "");
   check("load [g]", "load", "g");
   check("V1", "V1", "");
