@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -27,6 +29,10 @@ struct Move {
   double gain = 0.0;  ///< of the criterion 2 log evidence - tau x number of terms
 };
 
+// A prior that lets a coefficient go where the data want it, and the flattest there is: best lambdas go with the square
+// of a sparsity, itself as small as the square of rounding.
+constexpr double flat = 1e-30, smallest_lambda = 1e-100;
+
 class Search {
  public:
   Search(const UnitProblem& problem, const FastRvmOptions& options, double tau)
@@ -51,25 +57,42 @@ class Search {
     Standing s;
     for (Index i = 0; i < problem_.num_terms(); ++i)
       if (problem_.column_norm(i) > 0.0) s.kept.push_back(i);
-    s.lambda.assign(s.kept.size(), 1e-30);
+    s.lambda.assign(s.kept.size(), flat);
     look(s);
     const auto spare = static_cast<double>(problem_.num_samples - static_cast<Index>(s.kept.size()));
     s.noise = std::max(noise_floor_, s.at.residual / spare);
     for (std::size_t j = 0; j < s.kept.size(); ++j) {
       const Index term = s.kept[j];
       const double best = best_lambda(s.at.sparsity(term), s.at.quality(term), s.noise);
-      s.lambda[j] = std::clamp(best, 1e-30, std::max(s.at.sparsity(term), 1e-28));
+      s.lambda[j] = std::clamp(best, smallest_lambda, std::max(s.at.sparsity(term), 1e-28));
     }
     look(s);
-    s.noise = std::max(noise_floor_, s.at.misfit / static_cast<double>(problem_.num_samples));
+    s.noise = noise_of(s);
     return s;
+  }
+
+  // Drops the weakest term but `spared`, one after the other and nothing re-estimated but the noise, until all are
+  // worth keeping.
+  void thin_out(Standing& s, Fit& fit, Index spared = -1) const {
+    while (!s.kept.empty()) {
+      Index weakest = -1;
+      for (const Index term : s.kept)
+        if (term != spared && (weakest < 0 || strength(s, term) < strength(s, weakest))) weakest = term;
+      if (weakest < 0 || strength(s, weakest) > tau_) return;
+      const Move move{FitAction::remove, weakest, 0.0};
+      apply(s, move);
+      record(s, move, fit);
+    }
   }
 
   // Algorithm 1 of [QZS23]: the best move, until every lambda has settled and nothing can be added or removed.
   void climb(Standing& s, Fit& fit) const {
     while (fit.iterations < options_.max_iterations) {
       const Move move = best_move(s);
-      if (move.term < 0) return;
+      if (move.term < 0) {
+        s.noise = noise_of(s);  // an end that is still the empty start has the initial guess
+        return;
+      }
       apply(s, move);
       record(s, move, fit);
     }
@@ -101,6 +124,39 @@ class Search {
     return true;
   }
 
+  // Forces one left-out term in and drops whatever others it makes weak: one term for several, which neither a move
+  // nor an exchange can reach. True, and `s` moved, if the best of these ends raises the criterion.
+  bool detour(Standing& s, Fit& fit) const {
+    double best_criterion = criterion(s) + minimum_gain(s);
+    Standing best;
+    Fit steps;
+    for (Index i = 0; i < problem_.num_terms(); ++i) {
+      if (is_kept(s, i) || s.at.sparsity(i) <= smallest_sparsity_) continue;
+      Standing forced = s;
+      forced.kept.push_back(i);
+      forced.lambda.push_back(flat);
+      look(forced);
+      Fit record;
+      thin_out(forced, record, i);
+      if (strength(forced, i) <= tau_) continue;
+      const Move settle{FitAction::add, i, 0.0};
+      settle_all(forced);
+      look(forced);
+      forced.noise = noise_of(forced);
+      if (criterion(forced) <= best_criterion) continue;
+      best_criterion = criterion(forced);
+      record.steps.insert(record.steps.begin(), {settle.action, i, log_evidence(problem_, forced.at, forced.noise),
+                                                 forced.noise * problem_.target_norm * problem_.target_norm});
+      best = std::move(forced);
+      steps = std::move(record);
+    }
+    if (best.kept.empty()) return false;
+    s = std::move(best);
+    fit.steps.insert(fit.steps.end(), steps.steps.begin(), steps.steps.end());
+    fit.iterations += static_cast<int>(steps.steps.size());
+    return true;
+  }
+
   double criterion(const Standing& s) const {
     return 2.0 * log_evidence(problem_, s.at, s.noise) - tau_ * static_cast<double>(s.kept.size());
   }
@@ -116,6 +172,10 @@ class Search {
   }
   static double q(const Standing& s, Index term) {
     return s.at.quality(term) * s.at.quality(term) / s.at.sparsity(term) / s.noise;
+  }
+  // Gain of having a term; none where it is the rounding of others.
+  double strength(const Standing& s, Index term) const {
+    return s.at.sparsity(term) > smallest_sparsity_ ? evidence_gain(q(s, term)) : 0.0;
   }
   static double evidence_share(const Standing& s, Index term, double lambda) {
     return ident::evidence_share(s.at.sparsity(term), s.at.quality(term), lambda, s.noise);
@@ -156,16 +216,20 @@ class Search {
     const auto index = place - s.kept.begin();
     if (move.action == FitAction::add) {
       s.kept.push_back(move.term);
-      s.lambda.push_back(std::max(lambda, 1e-30));
+      s.lambda.push_back(std::max(lambda, smallest_lambda));
     } else if (move.action == FitAction::remove) {
       s.kept.erase(place);
       s.lambda.erase(s.lambda.begin() + index);
     } else if (!settle_all(s)) {
-      s.lambda[static_cast<std::size_t>(index)] = std::max(lambda, 1e-30);
+      s.lambda[static_cast<std::size_t>(index)] = std::max(lambda, smallest_lambda);
     }
     look(s);
     // For fixed lambda the evidence has its maximum over sigma^2 here: same stationary points as step 54.
-    s.noise = std::max(noise_floor_, s.at.misfit / static_cast<double>(problem_.num_samples));
+    s.noise = noise_of(s);
+  }
+
+  double noise_of(const Standing& s) const {
+    return std::max(noise_floor_, s.at.misfit / static_cast<double>(problem_.num_samples));
   }
 
   // Re-estimates every kept lambda at once: far fewer moves than one by one. False, and nothing done, where the
@@ -174,7 +238,7 @@ class Search {
     Standing all = s;
     for (std::size_t j = 0; j < s.kept.size(); ++j) {
       const double best = best_lambda(s.at.sparsity(s.kept[j]), s.at.quality(s.kept[j]), s.noise);
-      if (std::isfinite(best)) all.lambda[j] = std::max(best, 1e-30);
+      if (std::isfinite(best)) all.lambda[j] = std::max(best, smallest_lambda);
     }
     look(all);
     if (log_evidence(problem_, all.at, s.noise) < log_evidence(problem_, s.at, s.noise)) return false;
@@ -194,7 +258,7 @@ class Search {
 };
 
 // Beyond this variance inflation terms hide one another, and a search from the empty model alone can stop short.
-constexpr double inflation_of_a_hard_library = 10.0;
+constexpr double inflation_of_a_hard_library = 10.0, inflation_of_a_severe_one = 1e3, inflation_of_a_doubtful_one = 1e6;
 constexpr Index widest_full_start = 60;
 
 double largest_inflation(const UnitProblem& problem) {
@@ -202,7 +266,7 @@ double largest_inflation(const UnitProblem& problem) {
   for (Index i = 0; i < problem.num_terms(); ++i)
     if (problem.column_norm(i) > 0.0) all.push_back(i);
   if (all.empty()) return 1.0;
-  const Posterior at = posterior(problem, all, VectorXd::Constant(static_cast<Index>(all.size()), 1e-30));
+  const Posterior at = posterior(problem, all, VectorXd::Constant(static_cast<Index>(all.size()), flat));
   double smallest = 1.0;
   for (const Index i : all) smallest = std::min(smallest, at.sparsity(i));
   return 1.0 / smallest;
@@ -223,28 +287,40 @@ Fit fit_fast_rvm(const RFactor& data, const FastRvmOptions& options) {
     fit.tau = default_tau(problem.num_samples, problem.num_terms());
 
   const Search search(problem, options, fit.tau);
+  // The paper's rule has no exchange, detour or second start; they would only move it to another of its many near-equal
+  // ends.
+  const bool evidence = options.selection == Selection::evidence;
+  const double inflation =
+      evidence && problem.num_terms() <= widest_full_start && problem.num_samples > problem.num_terms()
+          ? largest_inflation(problem)
+          : 1.0;
+  const bool hard = inflation > inflation_of_a_hard_library, severe = inflation > inflation_of_a_severe_one;
   const auto run = [&](Standing s, Fit& record) {
-    search.climb(s, record);
-    // The paper's rule has no exchange; it would only move it to another of its many near-equal ends.
-    if (options.selection == Selection::evidence)
-      while (record.status == FitStatus::converged && search.exchange(s, record)) search.climb(s, record);
+    do search.climb(s, record);
+    while (evidence && record.status == FitStatus::converged &&
+           (search.exchange(s, record) || (severe && search.detour(s, record))));
     return s;
   };
   Standing end = run(search.from_empty(), fit);
-
-  const bool hard = problem.num_terms() <= widest_full_start && problem.num_samples > problem.num_terms() &&
-                    largest_inflation(problem) > inflation_of_a_hard_library;
-  if (hard && options.selection == Selection::evidence) {
+  for (const bool thinned : {false, true}) {
+    if (!(thinned ? severe : hard)) break;
     Fit other = fit;
     other.steps.clear();
     other.iterations = 0;
     other.status = FitStatus::converged;
-    Standing other_end = run(search.from_full(), other);
+    Standing start = search.from_full();
+    if (thinned) search.thin_out(start, other);
+    Standing other_end = run(std::move(start), other);
     if (search.criterion(other_end) > search.criterion(end) + 1e-6) {
       fit = std::move(other);
       end = std::move(other_end);
     }
   }
+  if (inflation > inflation_of_a_doubtful_one)
+    fit.remarks.push_back(fmt::format(
+        "the candidate columns nearly depend on one another (largest variance inflation {:.2g}): other terms "
+        "may explain the target as well",
+        inflation));
   finish_bayesian(problem, end.kept,
                   Eigen::Map<const VectorXd>(end.lambda.data(), static_cast<Index>(end.lambda.size())), end.noise, fit);
   return fit;

@@ -68,7 +68,7 @@ Fit fit_slow_rvm(const RFactor& data, const SlowRvmOptions& options) {
       const double gamma = k * at.root.row(place).squaredNorm();
       const double lambda = settled_noise * gamma / (at.mean(place) * at.mean(place));
       change = std::max(change, std::abs(std::log(lambda / s.lambda(place))));
-      s.lambda(place) = std::clamp(lambda, 1e-30, 1e30);
+      s.lambda(place) = std::clamp(lambda, 1e-100, 1e30);
       const double gain = k > 0.0 ? evidence_gain(l * l / k / settled_noise) : 0.0;
       if (gain <= worst_gain) worst = j, worst_gain = gain;
     }
