@@ -184,16 +184,16 @@ std::vector<fs::path> record_qzs(const SimulateArguments& arguments, Console& co
   append_terms(truth["terms"], sim::true_terms(setup.rig->parameters()));
 
   std::vector<fs::path> files{arguments.folder / "response.csv"};
+  if (arguments.raw) {  // first: what the container cannot hold is refused at once
+    truth["sensors"] = sensors_json(setup);
+    truth["sensors"]["level"] = arguments.sensors.value_or("full");
+    const fs::path recording = arguments.folder / ("recording." + dsp::extension(setup.container));
+    const fs::path beside = recording.string() + ".toml";
+    write_recording(setup, recording, console);
+    write_file(beside, sidecar(setup));
+    files.insert(files.end(), {arguments.folder / "truth.csv", recording, beside});
+  }
   write_motion(setup, arguments.folder, arguments.raw, console, truth);
-  if (!arguments.raw) return files;
-  files.push_back(arguments.folder / "truth.csv");
-  truth["sensors"] = sensors_json(setup);
-  truth["sensors"]["level"] = arguments.sensors.value_or("full");
-  const fs::path recording = arguments.folder / ("recording." + dsp::extension(setup.container));
-  const fs::path beside = recording.string() + ".toml";
-  write_recording(setup, recording, console);
-  write_file(beside, sidecar(setup));
-  files.insert(files.end(), {recording, beside});
   return files;
 }
 

@@ -229,6 +229,10 @@ TEST_CASE("what cannot be simulated is told in one line", "[apps][simulate_comma
   fails({.system = "qzs", .folder = {}, .raw = true, .from_s = -1.0}, "sim.option", "--from");
   fails({.system = "qzs", .folder = {}, .twin = "T9"}, "sim.option", "T0, T1");
   fails({.system = "qzs", .folder = {}, .raw = true, .container = "mp3"}, "sim.option", "mp3");
+  // 13 981 s of 4 channels of 24 bits at 25.6 kHz are 4 GiB.
+  fails({.system = "qzs", .folder = {}, .duration_s = 14000.0, .raw = true, .container = "wav"}, "container.limit",
+        "rf64");
+  CHECK(fs::is_empty(folder / "out"));
   // A softening spring pulled past its crest runs away.
   check_fault([&] { simulate({.system = "duffing", .folder = folder / "out", .set = {"epsilon=-100"}}); },
               dsp::FaultKind::numerics, "sim.diverged", {"passed 1e+06", "Try"});
