@@ -90,7 +90,8 @@ class SoundFile : public SampleSource {
     describe(sound);
     info_.checks.insert(info_.checks.end(), header_.checks.begin(), header_.checks.end());
     if (size_check) info_.checks.push_back(*size_check);
-    if (header_.container == "FLAC") check_end();
+    const bool streamed = header_.state == SoundHeader::State::streamed;
+    if (header_.container == "FLAC" && (streamed || salvage_)) count_frames(streamed);
   }
 
   Eigen::Index read(FrameBlock& block, Eigen::Index max_frames) override {
@@ -113,6 +114,12 @@ class SoundFile : public SampleSource {
   [[nodiscard]] const std::string& name() const { return bytes_->file().name(); }
 
   [[noreturn]] void damaged(std::string_view why) const {
+    // Whether a FLAC holds the frames it promises shows only on decoding them.
+    if (header_.container == "FLAC")
+      refuse("container.truncated",
+             fmt::format("{}: the header promises {} frames, {} could be decoded ({}). Try --salvage to read what is "
+                         "there",
+                         name(), info_.num_frames, num_read_, clean_name(why)));
     refuse("container.damaged", fmt::format("{}: cannot be decoded beyond frame {} of {}: {}", name(), num_read_,
                                             info_.num_frames, clean_name(why)));
   }
@@ -152,28 +159,17 @@ class SoundFile : public SampleSource {
     return sound;
   }
 
-  // FLAC: whether the frames promised are there shows only on decoding the last one; if none are promised, all are
-  // counted. The decoder does not recover from having failed, hence the second opening.
-  void check_end() {
-    const bool streamed = header_.state == SoundHeader::State::streamed;
+  // FLAC that promises no count, or perhaps too many frames. The decoder does not recover from having failed, hence the
+  // second opening.
+  void count_frames(bool streamed) {
     std::vector<double> frames(std::size_t{4096} * info_.columns.size());
-    const auto take = [&](sf_count_t count) { return sf_readf_double(handle_.get(), frames.data(), count); };
     const auto promised = info_.num_frames;
-    const bool whole =
-        !streamed && (promised == 0 || (sf_seek(handle_.get(), promised - 1, SEEK_SET) >= 0 && take(1) == 1));
-    bytes_->rethrow();
-    if (!streamed && !whole && !salvage_)
-      refuse("container.truncated",
-             fmt::format("{}: the header promises {} frames, the last is not there. Try --salvage to "
-                         "read what is there",
-                         name(), promised));
-    open();
-    if (whole) return;
     info_.num_frames = 0;
-    for (sf_count_t got = take(4096); got > 0; got = take(4096)) info_.num_frames += got;
+    const auto take = [&] { return sf_readf_double(handle_.get(), frames.data(), 4096); };
+    for (sf_count_t got = take(); got > 0; got = take()) info_.num_frames += got;
     bytes_->rethrow();
     open();
-    if (streamed) return;
+    if (streamed || info_.num_frames == promised) return;
     info_.checks.push_back(
         warning("container.truncated", static_cast<double>(info_.num_frames), static_cast<double>(promised),
                 fmt::format("{}: the header promises {} frames, {} could be decoded; these were read", name(), promised,

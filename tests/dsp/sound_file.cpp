@@ -184,7 +184,13 @@ TEST_CASE("a truncated file is refused with both counts, and salvaged on request
     const auto whole = support::bytes_of(file);
     INFO(file);
     std::filesystem::resize_file(file, whole.size() / 2);
-    check_fault([&] { (void)open(file); }, FaultKind::input, "container.truncated", {"20000 frames", "--salvage"});
+    // A FLAC shows it on decoding only; the others before a sample is read.
+    check_fault(
+        [&] {
+          (void)(container == SoundContainer::flac ? read_all(*open(file), 1000).rows()
+                                                   : open(file)->info().num_frames);
+        },
+        FaultKind::input, "container.truncated", {"20000 frames", "--salvage"});
     const auto source = open(file, true);
     const auto rest = read_all(*source, 1000);
     CHECK(rest.rows() > 8000);  // FLAC: whole blocks of 4096
