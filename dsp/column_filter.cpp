@@ -1,23 +1,25 @@
 #include "dsp/column_filter.hpp"
 
 #include <complex>
+#include <optional>
 #include <stdexcept>
+
+#include "dsp/sensor_consistency.hpp"
 
 namespace dsp {
 
 struct ColumnFilter::Impl {
   double input_rate_hz = 0.0, output_rate_hz = 0.0, edge_s = 0.0;
-  SpectralBand band;
+  std::optional<SpectralBand> band;  ///< of a taper
+  DecimateOptions decimation;        ///< otherwise
+  FilterSheet sheet;
   std::vector<double> highpass_hz;
   double lowest_hz = 0.0;
 
-  [[nodiscard]] std::complex<double> highpass(double f) const {
-    if (highpass_hz.empty()) return 1.0;
-    if (f < lowest_hz) return 0.0;
-    std::complex<double> response = 1.0;
-    for (const double corner_hz : highpass_hz)
-      response *= std::complex<double>(0.0, f) / std::complex<double>(corner_hz, f);
-    return response;
+  [[nodiscard]] std::complex<double> response(double f) const {
+    const double gain = band ? band->gain(f) : 1.0;
+    if (highpass_hz.empty()) return gain;
+    return f < lowest_hz ? 0.0 : gain * highpass_response(highpass_hz, f);
   }
 };
 
@@ -26,6 +28,15 @@ ColumnFilter ColumnFilter::taper(double sample_rate_hz, const SpectralBand& band
     throw std::invalid_argument("ColumnFilter: 0 < rolloff_hz < cutoff_hz <= half the sample rate is required");
   Impl impl{.input_rate_hz = sample_rate_hz, .output_rate_hz = sample_rate_hz, .band = band};
   impl.edge_s = 1.0 / (band.cutoff_hz - band.rolloff_hz);
+  ColumnFilter filter;
+  filter.impl_ = std::make_shared<const Impl>(std::move(impl));
+  return filter;
+}
+
+ColumnFilter ColumnFilter::decimation(double input_rate_hz, const DecimateOptions& options) {
+  Impl impl{.input_rate_hz = input_rate_hz, .output_rate_hz = options.output_rate_hz, .decimation = options};
+  impl.sheet = Decimator(input_rate_hz, 1, options).sheet();
+  impl.edge_s = impl.sheet.edge_s;
   ColumnFilter filter;
   filter.impl_ = std::make_shared<const Impl>(std::move(impl));
   return filter;
@@ -43,9 +54,13 @@ ColumnFilter ColumnFilter::with_highpass(const std::vector<double>& corners_hz, 
 }
 
 Eigen::VectorXd ColumnFilter::apply(const Eigen::Ref<const Eigen::VectorXd>& bus_signal) const {
-  return ExtendedSpectrum(bus_signal, impl_->input_rate_hz).filtered([this](double f) {
-    return impl_->band.gain(f) * impl_->highpass(f);
-  });
+  const auto spectral = [this](const Eigen::Ref<const Eigen::VectorXd>& signal) {
+    return ExtendedSpectrum(signal, impl_->output_rate_hz).filtered([this](double f) { return impl_->response(f); });
+  };
+  if (impl_->band) return spectral(bus_signal);
+  // The high-pass is linear and time-invariant, so it may as well come after the decimation, where it is cheap.
+  Eigen::VectorXd decimated = decimate(bus_signal, impl_->input_rate_hz, impl_->decimation);
+  return impl_->highpass_hz.empty() ? decimated : spectral(decimated);
 }
 
 double ColumnFilter::input_rate_hz() const {
@@ -56,6 +71,9 @@ double ColumnFilter::output_rate_hz() const {
 }
 double ColumnFilter::edge_s() const {
   return impl_->edge_s;
+}
+const FilterSheet& ColumnFilter::sheet() const {
+  return impl_->sheet;
 }
 
 }  // namespace dsp

@@ -24,14 +24,6 @@ struct Quantity {
   }
 };
 
-// The channel without the lag it is known to have.
-VectorXd on_the_clock(const Recording& recording, Index channel, const ExtensionOptions& extension) {
-  const double delay_s = recording.channels[static_cast<std::size_t>(channel)].delay_s;
-  if (delay_s == 0.0) return recording.samples.col(channel);
-  return ExtendedSpectrum(recording.samples.col(channel), recording.sample_rate_hz, extension)
-      .filtered([delay_s](double f) { return std::polar(1.0, 2.0 * std::numbers::pi * f * delay_s); });
-}
-
 // muParser and CSV headers take letters, digits and '_'; names already in use get a number.
 std::string usable_name(const std::string& name, const std::vector<Signal>& taken) {
   std::string clean;
@@ -88,7 +80,7 @@ class MotionBuilder {
     const std::array roles{displacement, velocity, acceleration};
     for (std::size_t i = 0; i < 3; ++i)
       if (const Index channel = recording_.find(roles[i]); channel >= 0)
-        q.set(i, on_the_clock(recording_, channel, options_.extension), true);
+        q.set(i, recording_.samples.col(channel), true);
     return q;
   }
 
@@ -99,7 +91,7 @@ class MotionBuilder {
         const auto& channel = recording_.channels[i];
         if (channel.role == wanted)
           others.push_back({wanted == Role::other ? channel.name : std::string(to_string(wanted)), channel.unit,
-                            on_the_clock(recording_, static_cast<Index>(i), options_.extension)});
+                            recording_.samples.col(static_cast<Index>(i))});
       }
     return others;
   }
@@ -186,6 +178,18 @@ const VectorXd& Motion::at(std::string_view name) const {
   throw std::invalid_argument("no signal '" + std::string(name) + "'; there are " + known);
 }
 
+void remove_delays(Recording& recording, const ExtensionOptions& extension) {
+  for (std::size_t c = 0; c < recording.channels.size(); ++c) {
+    double& delay_s = recording.channels[c].delay_s;
+    if (delay_s == 0.0) continue;
+    auto samples = recording.samples.col(static_cast<Index>(c));
+    samples = ExtendedSpectrum(samples, recording.sample_rate_hz, extension).filtered([&](double f) {
+      return std::polar(1.0, 2.0 * std::numbers::pi * f * delay_s);
+    });
+    delay_s = 0.0;
+  }
+}
+
 void mark(Motion& motion, const Interval& interval, double margin_s) {
   const auto n = static_cast<double>(motion.excluded.size());
   const double first = std::ceil((interval.from_s - margin_s) * motion.sample_rate_hz - 1e-9);
@@ -198,6 +202,7 @@ Motion relative_motion(Recording recording, const MotionOptions& options) {
   if (!(band.rolloff_hz > 0.0) || !(band.cutoff_hz > band.rolloff_hz) ||
       !(band.cutoff_hz <= recording.sample_rate_hz / 2.0))
     throw std::invalid_argument("relative_motion: 0 < rolloff_hz < cutoff_hz <= half the sample rate is required");
+  remove_delays(recording, options.extension);
   return MotionBuilder(std::move(recording), options).build();
 }
 

@@ -51,6 +51,9 @@ struct MotionOptions {
 /// Fault if no displacement can be had, std::invalid_argument for a band that does not fit below the Nyquist frequency.
 [[nodiscard]] Motion relative_motion(Recording recording, const MotionOptions& options);
 
+/// Advances every channel by the lag it is known to have, and says so in its description.
+void remove_delays(Recording& recording, const ExtensionOptions& extension = {});
+
 /// Excludes the samples of an interval widened by margin_s at both ends.
 void mark(Motion& motion, const Interval& interval, double margin_s = 0.0);
 

@@ -5,17 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dsp/bus.hpp"
+#include "dsp/filter_design.hpp"
+
 namespace dsp {
 namespace {
+
 using Eigen::Index;
-
-[[noreturn]] void refuse(const char* name, const std::string& message) {
-  throw Fault(FaultKind::usage, name, "prepare: " + message);
-}
-
-bool same_rate(double a, double b) {
-  return std::abs(a - b) <= 1e-9 * a;
-}
+using Eigen::VectorXd;
 
 SpectralBand state_band(const PrepareOptions& o) {
   return {o.state_rolloff_hz, o.state_cutoff_hz};
@@ -24,36 +21,127 @@ SpectralBand column_band(const PrepareOptions& o) {
   return {o.rolloff_hz, o.cutoff_hz};
 }
 
-// Every signal through the column filter; t is a clock, not a signal.
+// Flat to well above the states' band, and free of aliases as far.
+std::optional<DecimateOptions> to_bus(const PrepareOptions& o, double sample_rate_hz) {
+  if (o.bus_rate_hz >= sample_rate_hz) return std::nullopt;
+  const double pass_hz = std::max(o.state_cutoff_hz, std::min(1.5 * o.state_cutoff_hz, 0.4 * o.bus_rate_hz));
+  return DecimateOptions{
+      .output_rate_hz = o.bus_rate_hz, .passband_end_hz = pass_hz, .stopband_start_hz = o.bus_rate_hz - pass_hz};
+}
+
+std::optional<DecimateOptions> to_regression(const PrepareOptions& o) {
+  if (o.rate_hz >= o.bus_rate_hz) return std::nullopt;
+  return DecimateOptions{
+      .output_rate_hz = o.rate_hz,
+      .passband_end_hz = o.cutoff_hz,
+      .stopband_start_hz = 1.25 * o.cutoff_hz < o.rate_hz / 2.0 ? 1.25 * o.cutoff_hz : o.rate_hz / 2.0};
+}
+
+ColumnFilter column_filter(const PrepareOptions& o) {
+  const auto decimation = to_regression(o);
+  return decimation ? ColumnFilter::decimation(o.bus_rate_hz, *decimation)
+                    : ColumnFilter::taper(o.bus_rate_hz, column_band(o));
+}
+
+// Both filters as one, from the recording to the regression rate.
+std::optional<FilterSheet> whole_sheet(const PrepareOptions& o, double sample_rate_hz, const ColumnFilter& filter,
+                                       const std::optional<FilterSheet>& raw) {
+  const auto last = to_regression(o);
+  if (!last) return raw;
+  if (!raw) return filter.sheet();
+  std::vector<FilterStage> stages = raw->stages;
+  stages.insert(stages.end(), filter.sheet().stages.begin(), filter.sheet().stages.end());
+  return measure(std::move(stages), sample_rate_hz, *last);
+}
+
+void require_length(const Recording& description, Index num_frames, const ColumnFilter& filter,
+                    const std::optional<FilterSheet>& raw) {
+  const double reach_s = std::max(raw ? raw->edge_s : 0.0, filter.edge_s());
+  const Index least = std::max<Index>(8, static_cast<Index>(std::ceil(reach_s * description.sample_rate_hz)) + 1);
+  if (num_frames < least)
+    throw Fault(FaultKind::input, "sample.too_few",
+                fmt::format("{}: {} samples, the filters need at least {}; ask for a higher rate_hz or cutoff_hz",
+                            description.name, num_frames, least));
+}
+
+VectorXd clock(Index n, double rate_hz) {
+  return VectorXd::LinSpaced(n, 0.0, static_cast<double>(n - 1)) / rate_hz;
+}
+
+// Every signal through the filter; t is a clock, not a signal.
 Motion filtered(const Motion& bus, const ColumnFilter& filter) {
   Motion out{.sample_rate_hz = filter.output_rate_hz()};
   for (const auto& signal : bus.signals)
-    out.signals.push_back({signal.name, signal.unit, signal.name == "t" ? signal.values : filter.apply(signal.values)});
+    out.signals.push_back({signal.name, signal.unit, signal.name == "t" ? VectorXd() : filter.apply(signal.values)});
   const Index n = out.signals.back().values.size();
-  out.signals.front().values = Eigen::VectorXd::LinSpaced(n, 0.0, static_cast<double>(n - 1)) / out.sample_rate_hz;
+  out.signals.front().values = clock(n, out.sample_rate_hz);
   out.excluded.assign(static_cast<std::size_t>(n), 0);
   out.dropped_power_fraction = bus.dropped_power_fraction;
-  out.edge_samples = std::min(n / 2, static_cast<Index>(std::ceil(filter.edge_s() * out.sample_rate_hz)));
   return out;
 }
 
-// The recording through the column filter, channel by channel, for recipe "paper".
+// The recording through the filter, channel by channel, for recipe "paper".
 Recording filtered(const Recording& bus, const ColumnFilter& filter) {
-  Recording out{.name = bus.name, .sample_rate_hz = filter.output_rate_hz(), .channels = bus.channels, .bad = bus.bad};
+  Recording out{.name = bus.name, .sample_rate_hz = filter.output_rate_hz(), .channels = bus.channels};
   for (Index c = 0; c < bus.samples.cols(); ++c) {
-    const Eigen::VectorXd column = filter.apply(bus.samples.col(c));
+    const VectorXd column = filter.apply(bus.samples.col(c));
     if (c == 0) out.samples.resize(column.size(), bus.samples.cols());
     out.samples.col(c) = column;
   }
   return out;
 }
 
-void exclude(Prepared& prepared, const std::vector<Interval>& bad, double duration_s) {
-  const double margin_s =
-      prepared.filter.edge_s() + 1.0 / (prepared.options.state_cutoff_hz - prepared.options.state_rolloff_hz);
+// Velocity and acceleration as the sensors gave them, where both sorts of sensor are there.
+void keep_raw(Prepared& prepared, const Recording& bus) {
+  const Index y = bus.find(Role::y), r = bus.find(Role::r), ddy = bus.find(Role::ddy), ddr = bus.find(Role::ddr);
+  if (y < 0 || ddy < 0 || (r < 0) != (ddr < 0)) return;
+  VectorXd x = bus.samples.col(y), a = bus.samples.col(ddy);
+  if (r >= 0) x -= bus.samples.col(r), a -= bus.samples.col(ddr);
+  prepared.raw_v =
+      ExtendedSpectrum(prepared.filter.apply(x), prepared.options.rate_hz).derivative(1, column_band(prepared.options));
+  prepared.raw_a = prepared.filter.apply(a);
+}
+
+std::vector<unsigned char> mask(const std::vector<Interval>& bad, Index n, double rate_hz) {
+  Motion marked{.sample_rate_hz = rate_hz};
+  marked.excluded.assign(static_cast<std::size_t>(n), 0);
+  for (const auto& interval : bad) mark(marked, interval);
+  return marked.excluded;
+}
+
+void bring_to_agree(Prepared& prepared, Recording& bus) {
+  keep_raw(prepared, bus);
+  Equalised equal =
+      equalise_sensors(bus, mask(bus.bad, bus.samples.rows(), bus.sample_rate_hz), prepared.options.scale);
+  prepared.relations = std::move(equal.relations);
+  for (const auto& relation : prepared.relations) {
+    Check check{.name = "sensor.relation", .channel = relation.name, .value = relation.gain, .limit = 0.1};
+    check.status = relation.reason.empty() && std::abs(relation.gain - 1.0) <= check.limit ? CheckStatus::note
+                                                                                           : CheckStatus::warning;
+    check.message = relation.reason.empty()
+                        ? fmt::format(
+                              "accelerometer to displacement: gain {:.5f}, displacement {:.3f} ms late, corners "
+                              "[{:.4f}] Hz; corrected",
+                              relation.gain, 1e3 * relation.lag_s, fmt::join(relation.highpass_hz, ", "))
+                        : "left as they are: " + relation.reason;
+    prepared.checks.push_back(std::move(check));
+  }
+  if (equal.highpass_hz.empty()) return;
+  restore_low_frequencies(bus, equal.highpass_hz);
+  prepared.filter = prepared.filter.with_highpass(equal.highpass_hz);
+  prepared.highpass_hz = std::move(equal.highpass_hz);
+}
+
+void exclude(Prepared& prepared, const std::vector<Interval>& bad, double reach_s, double duration_s) {
   for (const auto& interval : bad)
     prepared.excluded.push_back(
-        {std::max(0.0, interval.from_s - margin_s), std::min(duration_s, interval.to_s + margin_s), interval.why});
+        {std::max(0.0, interval.from_s - reach_s), std::min(duration_s, interval.to_s + reach_s), interval.why});
+  if (!prepared.highpass_hz.empty())
+    prepared.excluded.push_back(
+        {0.0, std::min(duration_s, 2.0 / *std::min_element(prepared.highpass_hz.begin(), prepared.highpass_hz.end())),
+         "start: what came before it still acts in the columns' high-pass"});
+  std::stable_sort(prepared.excluded.begin(), prepared.excluded.end(),
+                   [](const Interval& a, const Interval& b) { return a.from_s < b.from_s; });
   for (const auto& interval : prepared.excluded) {
     mark(prepared.bus, interval);
     mark(prepared.signals, interval);
@@ -68,68 +156,112 @@ Check edge_check(const Motion& signals) {
           .message = fmt::format("{} samples ({:.3g} s) at either end lean on samples predicted beyond the record",
                                  signals.edge_samples, seconds)};
 }
-}  // namespace
 
-PrepareOptions resolved(const PrepareOptions& options, double sample_rate_hz) {
-  PrepareOptions o = options;
-  if (o.rate_hz == 0.0) o.rate_hz = sample_rate_hz;
-  if (!(o.rate_hz > 0.0) || (o.rate_hz > sample_rate_hz && !same_rate(o.rate_hz, sample_rate_hz)))
-    refuse("prepare.rate",
-           fmt::format("rate_hz must be in (0, {}], the record's own rate; got {}", sample_rate_hz, o.rate_hz));
-  if (o.bus_rate_hz == 0.0) o.bus_rate_hz = sample_rate_hz;
-  if (o.cutoff_hz == 0.0) o.cutoff_hz = 0.4 * o.rate_hz;
-  if (!(o.cutoff_hz > 0.0) || !(o.cutoff_hz < o.rate_hz / 2.0))
-    refuse("prepare.cutoff",
-           fmt::format("cutoff_hz must be in (0, {}), half of rate_hz; got {}", o.rate_hz / 2.0, o.cutoff_hz));
-  if (o.rolloff_hz == 0.0) o.rolloff_hz = 0.78125 * o.cutoff_hz;
-  if (!(o.rolloff_hz > 0.0) || !(o.rolloff_hz < o.cutoff_hz))
-    refuse("prepare.rolloff",
-           fmt::format("rolloff_hz must be in (0, {}), below cutoff_hz; got {}", o.cutoff_hz, o.rolloff_hz));
-  if (o.state_cutoff_hz == 0.0)
-    o.state_cutoff_hz = std::max(o.cutoff_hz, std::min(20.0 / 10.24 * o.cutoff_hz, 0.49 * o.bus_rate_hz));
-  if (!(o.state_cutoff_hz >= o.cutoff_hz) || !(o.state_cutoff_hz <= o.bus_rate_hz / 2.0))
-    refuse("prepare.state_cutoff",
-           fmt::format("state_cutoff_hz must be in [{}, {}], from cutoff_hz to half of the bus rate; got {}",
-                       o.cutoff_hz, o.bus_rate_hz / 2.0, o.state_cutoff_hz));
-  if (o.state_rolloff_hz == 0.0) o.state_rolloff_hz = 0.64 * o.state_cutoff_hz;
-  if (!(o.state_rolloff_hz > 0.0) || !(o.state_rolloff_hz < o.state_cutoff_hz))
-    refuse("prepare.state_rolloff", fmt::format("state_rolloff_hz must be in (0, {}), below state_cutoff_hz; got {}",
-                                                o.state_cutoff_hz, o.state_rolloff_hz));
-  return o;
+// From the bus on: everything that does not depend on where its samples came from.
+void finish(Prepared& prepared, Recording bus, const std::optional<FilterSheet>& raw) {
+  const auto& o = prepared.options;
+  const std::vector<Interval> bad = bus.bad;
+  const double duration_s = bus.duration_s();
+  const ColumnFilter low_pass = prepared.filter;
+  remove_delays(bus);
+  if (o.recipe == Recipe::matched && o.equalise) bring_to_agree(prepared, bus);
+  bus.bad.clear();
+  if (o.recipe == Recipe::paper)
+    prepared.signals =
+        relative_motion(filtered(bus, low_pass), {.band = column_band(o), .acceleration = o.acceleration});
+  prepared.bus = relative_motion(std::move(bus), {.band = state_band(o), .acceleration = o.acceleration});
+  if (o.recipe == Recipe::matched) prepared.signals = filtered(prepared.bus, low_pass);
+  const double reach_s = (raw ? raw->edge_s : 0.0) + low_pass.edge_s() + 1.0 / (o.state_cutoff_hz - o.state_rolloff_hz);
+  prepared.signals.edge_samples =
+      std::min(prepared.signals.num_samples() / 2, static_cast<Index>(std::ceil(reach_s * o.rate_hz)));
+  exclude(prepared, bad, reach_s, duration_s);
+  prepared.checks.push_back(edge_check(prepared.signals));
 }
 
-Prepared prepare(const Recording& recording, const PrepareOptions& options) {
-  Prepared prepared{
-      .name = recording.name, .options = resolved(options, recording.sample_rate_hz), .checks = recording.checks};
-  const auto& o = prepared.options;
-  if (recording.samples.rows() < 8)
-    throw Fault(FaultKind::input, "sample.too_few",
-                fmt::format("{}: {} samples, at least 8 are needed", recording.name, recording.samples.rows()));
-  if (!same_rate(o.rate_hz, recording.sample_rate_hz))
-    refuse("prepare.rate",
-           fmt::format("rate_hz must be the record's own, {}; got {}", recording.sample_rate_hz, o.rate_hz));
-  prepared.filter = ColumnFilter::taper(recording.sample_rate_hz, column_band(o));
-  prepared.bus = relative_motion(recording, {.band = state_band(o), .acceleration = o.acceleration});
-  prepared.signals = o.recipe == Recipe::matched
-                         ? filtered(prepared.bus, prepared.filter)
-                         : relative_motion(filtered(recording, prepared.filter),
-                                           {.band = column_band(o), .acceleration = o.acceleration});
-  exclude(prepared, recording.bad, recording.duration_s());
-  prepared.checks.push_back(edge_check(prepared.signals));
+VectorXd& displacement_of(Motion& motion) {
+  return std::find_if(motion.signals.begin(), motion.signals.end(), [](const Signal& s) { return s.name == "x"; })
+      ->values;
+}
+
+// `feed` pushes all frames into the recorder and returns the recording's description as it is known then.
+Prepared prepare_from(const Recording& description, Index num_frames, const PrepareOptions& options,
+                      const std::function<const Recording&(BusRecorder&)>& feed) {
+  const double rate_hz = description.sample_rate_hz;
+  Prepared prepared{.name = description.name, .options = resolved(options, rate_hz)};
+  BusRecorder recorder(description, num_frames, to_bus(prepared.options, rate_hz));
+  const auto raw = recorder.sheet();
+  prepared.filter = column_filter(prepared.options);
+  prepared.decimation = whole_sheet(prepared.options, rate_hz, prepared.filter, raw);
+  require_length(description, num_frames, prepared.filter, raw);
+  const Recording& known = feed(recorder);
+  prepared.checks = known.checks;
+  Recording bus = recorder.finish();
+  bus.bad = known.bad;
+  finish(prepared, std::move(bus), raw);
   return prepared;
 }
 
+void require_memory(const Recording& description, Index num_frames, double bus_rate_hz, std::size_t max_bytes) {
+  // The bus holds the channels, and x, r, y with two derivatives each; some of it twice in passing.
+  const double bytes = 8.0 * (2.0 * static_cast<double>(description.channels.size()) + 12.0) *
+                       static_cast<double>(num_frames) * bus_rate_hz / description.sample_rate_hz;
+  if (bytes > static_cast<double>(max_bytes))
+    throw Fault(FaultKind::numerics, "memory.limit",
+                fmt::format("{}: needs {:.0f} MB in memory, at most {:.0f} MB are allowed; ask for a lower rate_hz or "
+                            "allow more",
+                            description.name, 1e-6 * bytes, 1e-6 * static_cast<double>(max_bytes)));
+}
+
+}  // namespace
+
+Prepared prepare(const Recording& recording, const PrepareOptions& options) {
+  const Index n = recording.samples.rows();
+  return prepare_from(recording, n, options, [&](BusRecorder& recorder) -> const Recording& {
+    constexpr Index block = 8192;
+    for (Index first = 0; first < n; first += block)
+      recorder.push(FrameBlock(recording.samples.middleRows(first, std::min(block, n - first))));
+    return recording;
+  });
+}
+
+Prepared prepare(RecordingReader& reader, const PrepareOptions& options, const StreamOptions& stream) {
+  const Recording& description = reader.description();
+  const auto num_frames = static_cast<Index>(reader.num_frames());
+  require_memory(description, num_frames, resolved(options, description.sample_rate_hz).bus_rate_hz,
+                 stream.max_memory_bytes);
+  return prepare_from(description, num_frames, options, [&](BusRecorder& recorder) -> const Recording& {
+    FrameBlock block;
+    Index done = 0;
+    while (const Index count = reader.read(block, stream.block_frames)) {
+      recorder.push(block.topRows(count));
+      done += count;
+      if (stream.progress) stream.progress(static_cast<double>(done) / static_cast<double>(num_frames));
+    }
+    return reader.description();
+  });
+}
+
+VectorXd regression_signal(const Prepared& prepared, std::string_view name) {
+  if (prepared.options.recipe == Recipe::paper || prepared.highpass_hz.empty()) return prepared.signals.at(name);
+  return prepared.filter.apply(prepared.bus.at(name));
+}
+
+double mean_displacement(const Prepared& prepared, double from_s, double to_s) {
+  const VectorXd& x = prepared.bus.at("x");
+  double sum = 0.0;
+  Index count = 0;
+  for (Index i = 0; i < x.size(); ++i) {
+    const double t = static_cast<double>(i) / prepared.bus.sample_rate_hz;
+    if (t < from_s || t >= to_s || prepared.bus.excluded[static_cast<std::size_t>(i)] != 0) continue;
+    sum += x(i);
+    ++count;
+  }
+  return count > 0 ? sum / static_cast<double>(count) : 0.0;
+}
+
 void set_displacement_zero(Prepared& prepared, double zero_m) {
-  const auto x_of = [](Motion& motion) -> Eigen::VectorXd& {
-    return std::find_if(motion.signals.begin(), motion.signals.end(), [](const Signal& s) { return s.name == "x"; })
-        ->values;
-  };
-  Eigen::VectorXd& x = x_of(prepared.bus);
-  x.array() -= zero_m;
-  if (prepared.options.recipe == Recipe::matched)
-    x_of(prepared.signals) = prepared.filter.apply(x);
-  else
-    x_of(prepared.signals).array() -= zero_m;
+  displacement_of(prepared.bus).array() -= zero_m;
+  displacement_of(prepared.signals).array() -= zero_m;
 }
 
 }  // namespace dsp

@@ -1,12 +1,17 @@
 #pragma once
+#include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "dsp/column_filter.hpp"
 #include "dsp/decimate.hpp"
 #include "dsp/motion.hpp"
+#include "dsp/read_recording.hpp"
 #include "dsp/recording.hpp"
+#include "dsp/sensor_consistency.hpp"
 
 namespace dsp {
 
@@ -17,13 +22,16 @@ enum class Recipe {
 
 struct PrepareOptions {
   Recipe recipe = Recipe::matched;
-  double rate_hz = 0.0;           ///< regression rate; 0: the record's own
-  double cutoff_hz = 0.0;         ///< columns go to zero here; 0: 0.4 x regression rate
-  double rolloff_hz = 0.0;        ///< where the taper begins; 0: 0.78125 x cutoff (8 of 10.24)
+  double rate_hz = 0.0;     ///< regression rate; 0: the record's own
+  double cutoff_hz = 0.0;   ///< 0: 0.4 x regression rate. Derivatives go to zero here; so do columns at the record's
+                            ///< own rate; decimated columns are flat up to here and gone at 1.25 x cutoff
+  double rolloff_hz = 0.0;  ///< where the taper begins; 0: 0.78125 x cutoff (8 of 10.24)
   double state_cutoff_hz = 0.0;   ///< band in which states are formed before their columns are filtered; 0: 20/10.24 x
   double state_rolloff_hz = 0.0;  ///< cutoff, as far as the bus rate allows (0.49 x); roll-off 0.64 x state cut-off
-  double bus_rate_hz = 0.0;       ///< rate at which columns are formed when decimating; 0: 10 x regression rate
+  double bus_rate_hz = 0.0;       ///< rate at which columns are formed when decimating; 0: about 10 x regression rate
   AccelerationSource acceleration = AccelerationSource::automatic;
+  bool equalise = true;  ///< "matched": displacements and accelerometers of one body brought to agree
+  ScaleReference scale = ScaleReference::displacement;
 };
 
 /// A recording ready for regression.
@@ -31,25 +39,51 @@ struct Prepared {
   std::string name;
   PrepareOptions options;  ///< with every default filled in
   Motion bus;              ///< wide-band signals at the bus rate: columns are formed from these ("matched")
-  Motion signals;          ///< the same signals after the column filter, at the regression rate: prepared.csv,
-                           ///< conditions, predictions, free run; columns of recipe "paper"
-  ColumnFilter filter;     ///< from bus to regression rate
-  std::optional<FilterSheet> decimation;
-  std::vector<Interval> excluded;  ///< with margins and reasons; marked in both motions
+  Motion signals;          ///< the same signals low-passed, at the regression rate: prepared.csv, conditions, free run;
+                           ///< columns of recipe "paper"
+  ColumnFilter filter;     ///< from bus to regression rate, with the high-pass that all accelerometers share
+  std::vector<double> highpass_hz;        ///< its corners; none: columns keep their means
+  std::optional<FilterSheet> decimation;  ///< from the recording to the regression rate
+  std::vector<SensorRelation> relations;  ///< between displacement and accelerometer of base and payload
+  Eigen::VectorXd raw_v, raw_a;           ///< at the regression rate, before the sensors were brought to agree; for the
+                                          ///< power check; empty where they were not
+  std::vector<Interval> excluded;         ///< with margins and reasons; marked in both motions
   std::vector<Check> checks;
 };
 
-/// The options with nothing left to choose for a recording at this rate. Throws Fault (usage) for rates and frequencies
-/// that do not fit each other.
+/// The options with nothing left to choose for a recording at this rate. The bus rate divides the recording's rate and
+/// is a multiple of the regression rate where there is such a rate between 5 and 20 times the latter. Throws Fault
+/// (usage) for rates and frequencies that do not fit each other.
 [[nodiscard]] PrepareOptions resolved(const PrepareOptions& options, double sample_rate_hz);
 
-/// From a recording in memory to signals ready for regression. Derivatives are taken over the whole record before
-/// anything is cut. "matched": bus signals are formed in the wide state band, then each passes the column filter.
-/// "paper": displacements are filtered first and differentiated after, in the band [rolloff_hz, cutoff_hz].
-/// The recording's bad stretches are excluded with the reach of the filters as margin. Edge samples are counted (check
-/// "prepare.edges"), not excluded: the ends are continued by linear prediction, which leaves them nearly as good as the
-/// rest. Throws Fault for a recording that cannot be used so.
+/// From a recording in memory to signals ready for regression: decimated to the bus, faults of the samples filled,
+/// sensors brought to agree, derivatives over the whole record before anything is cut.
+/// "matched": bus signals are formed in the wide state band; target and columns then pass `filter`.
+/// "paper": signals are filtered and decimated first and differentiated after, in the band [rolloff_hz, cutoff_hz];
+/// sensors stay as they are.
+/// The recording's bad stretches are excluded with the reach of the filters as margin, and where columns are
+/// high-passed its start, 2 / corner long. Edge samples are counted (check "prepare.edges"), not excluded: the ends are
+/// continued by linear prediction, which leaves them nearly as good as the rest. Throws Fault for a recording that
+/// cannot be used so.
 [[nodiscard]] Prepared prepare(const Recording& recording, const PrepareOptions& options);
+
+struct StreamOptions {
+  Eigen::Index block_frames = 8192;  ///< read at a time; changes nothing in the result
+  std::size_t max_memory_bytes = std::size_t{4} << 30;
+  std::function<void(double)> progress = {};  ///< called with the share read so far; may throw to stop
+};
+/// The same, block by block from a file, in memory that grows with the bus samples only. Throws Fault memory.limit
+/// (numerics) before it would pass max_memory_bytes.
+[[nodiscard]] Prepared prepare(RecordingReader& reader, const PrepareOptions& options,
+                               const StreamOptions& stream = {});
+
+/// A signal as target or column of the regression: the bus signal through the column filter ("matched"), the signal
+/// itself ("paper"). Without a high-pass both are the signal at the regression rate. Throws std::invalid_argument for a
+/// name that is no signal.
+[[nodiscard]] Eigen::VectorXd regression_signal(const Prepared& prepared, std::string_view name);
+
+/// Mean of x on the bus over [from_s, to_s), excluded samples left out; 0 where there are none.
+[[nodiscard]] double mean_displacement(const Prepared& prepared, double from_s, double to_s);
 
 /// Subtracts `zero_m` from x, before and after the column filter alike (a laser's zero means nothing).
 void set_displacement_zero(Prepared& prepared, double zero_m);

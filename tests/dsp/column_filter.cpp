@@ -52,6 +52,22 @@ TEST_CASE("the high-pass is that of an AC coupling: gain, lead and no DC", "[dsp
   CHECK_THROWS_AS(taper.with_highpass({0.0}), std::invalid_argument);
 }
 
+TEST_CASE("decimation keeps tones of its band in place and carries the high-pass behind it", "[dsp][column_filter]") {
+  const double f = 1.3, corner_hz = 0.5;
+  const auto filter = dsp::ColumnFilter::decimation(256.0, {.output_rate_hz = 25.6, .passband_end_hz = 10.24});
+  CHECK(filter.output_rate_hz() == 25.6);
+  CHECK(filter.edge_s() == filter.sheet().edge_s);
+  const Eigen::VectorXd in = tone(f, 256 * 80, 256.0), out = filter.apply(in);
+  REQUIRE(out.size() == 2048);
+  CHECK((out - tone(f, 2048, 25.6)).cwiseAbs().maxCoeff() <= 1e-4);
+
+  const double gain = f / std::hypot(f, corner_hz), lead = std::atan2(corner_hz, f);
+  const Eigen::VectorXd coupled = filter.with_highpass({corner_hz}).apply(Eigen::VectorXd(in.array() + 3.0));
+  for (Eigen::Index i = 200; i < 1800; ++i)
+    CHECK(coupled(i) ==
+          Approx(gain * std::sin(2 * std::numbers::pi * f * static_cast<double>(i) / 25.6 + 0.4 + lead)).margin(1e-3));
+}
+
 TEST_CASE("a band that does not fit is refused", "[dsp][column_filter]") {
   CHECK_THROWS_AS(dsp::ColumnFilter::taper(rate_hz, {.rolloff_hz = 10.0, .cutoff_hz = 10.0}), std::invalid_argument);
   CHECK_THROWS_AS(dsp::ColumnFilter::taper(rate_hz, {.rolloff_hz = 10.0, .cutoff_hz = 26.0}), std::invalid_argument);

@@ -1,0 +1,33 @@
+#pragma once
+#include <memory>
+#include <optional>
+
+#include "dsp/decimate.hpp"
+#include "dsp/recording.hpp"
+
+namespace dsp {
+
+/// Takes a recording block by block and keeps it at the bus rate: memory grows with the bus samples only. Block sizes
+/// do not change a bit of the result.
+class BusRecorder {
+ public:
+  /// `description`: name, rate and channels of what will be pushed, num_frames of it. No options: kept at its own rate.
+  /// Throws std::invalid_argument as Decimator does.
+  BusRecorder(const Recording& description, Eigen::Index num_frames, const std::optional<DecimateOptions>& options);
+  ~BusRecorder();
+  /// Throws Fault sample.missing (input) for a sample that is not finite.
+  void push(const Eigen::Ref<const FrameBlock>& frames);
+  /// The samples at the bus rate, under the description given.
+  [[nodiscard]] Recording finish();
+  /// Of the filter from the recording to the bus; none when there is none.
+  [[nodiscard]] std::optional<FilterSheet> sheet() const;
+
+ private:
+  void keep(const FrameBlock& frames);
+
+  Recording recording_;
+  std::optional<Decimator> decimator_;
+  Eigen::Index num_taken_ = 0, num_kept_ = 0;
+};
+
+}  // namespace dsp

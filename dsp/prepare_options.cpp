@@ -1,0 +1,61 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "dsp/prepare.hpp"
+
+namespace dsp {
+namespace {
+
+void require(bool fits, const char* name, const std::string& message) {
+  if (!fits) throw Fault(FaultKind::usage, name, "prepare: " + message);
+}
+
+// A multiple of the regression rate that divides the recording's, as near 10 times the former as there is one.
+double bus_rate(double rate_hz, double sample_rate_hz) {
+  const double ratio = sample_rate_hz / rate_hz;
+  if (ratio < 10.0) return sample_rate_hz;
+  double best = 0.0;
+  for (int k = 5; k <= 20; ++k) {
+    const double rest = ratio / k;
+    if (std::abs(rest - std::round(rest)) > 1e-9 * rest) continue;
+    if (best == 0.0 || std::abs(std::log(k / 10.0)) < std::abs(std::log(best / 10.0))) best = k;
+  }
+  if (best > 0.0) return best * rate_hz;
+  return ratio <= 20.0 ? sample_rate_hz : 10.0 * rate_hz;
+}
+
+}  // namespace
+
+PrepareOptions resolved(const PrepareOptions& options, double sample_rate_hz) {
+  PrepareOptions o = options;
+  const bool own_rate = o.rate_hz == 0.0 || std::abs(o.rate_hz - sample_rate_hz) <= 1e-9 * sample_rate_hz;
+  if (own_rate) o.rate_hz = o.bus_rate_hz = sample_rate_hz;
+  require(o.rate_hz > 0.0 && o.rate_hz <= sample_rate_hz, "prepare.rate",
+          fmt::format("rate_hz must be in (0, {}], the record's own rate; got {}", sample_rate_hz, o.rate_hz));
+  if (o.bus_rate_hz == 0.0) o.bus_rate_hz = bus_rate(o.rate_hz, sample_rate_hz);
+  require(o.bus_rate_hz >= o.rate_hz && o.bus_rate_hz <= sample_rate_hz, "prepare.bus_rate",
+          fmt::format("bus_rate_hz must be in [{}, {}], between rate_hz and the record's own rate; got {}", o.rate_hz,
+                      sample_rate_hz, o.bus_rate_hz));
+  if (o.cutoff_hz == 0.0) o.cutoff_hz = 0.4 * o.rate_hz;
+  require(o.cutoff_hz > 0.0 && o.cutoff_hz < o.rate_hz / 2.0, "prepare.cutoff",
+          fmt::format("cutoff_hz must be in (0, {}), below half of rate_hz; got {}", o.rate_hz / 2.0, o.cutoff_hz));
+  if (o.rolloff_hz == 0.0) o.rolloff_hz = 0.78125 * o.cutoff_hz;
+  require(o.rolloff_hz > 0.0 && o.rolloff_hz < o.cutoff_hz, "prepare.rolloff",
+          fmt::format("rolloff_hz must be in (0, {}), below cutoff_hz; got {}", o.cutoff_hz, o.rolloff_hz));
+  // Between the recording and the bus the decimator needs room for its transition.
+  const double widest_hz = (o.bus_rate_hz < sample_rate_hz ? 0.4 : 0.49) * o.bus_rate_hz;
+  if (o.state_cutoff_hz == 0.0)
+    o.state_cutoff_hz = std::max(o.cutoff_hz, std::min(20.0 / 10.24 * o.cutoff_hz, widest_hz));
+  require(o.state_cutoff_hz >= o.cutoff_hz && o.state_cutoff_hz < o.bus_rate_hz / 2.0, "prepare.state_cutoff",
+          fmt::format("state_cutoff_hz must be in [{}, {}), from cutoff_hz to half of the bus rate; got {}",
+                      o.cutoff_hz, o.bus_rate_hz / 2.0, o.state_cutoff_hz));
+  if (o.state_rolloff_hz == 0.0) o.state_rolloff_hz = 0.64 * o.state_cutoff_hz;
+  require(o.state_rolloff_hz > 0.0 && o.state_rolloff_hz < o.state_cutoff_hz, "prepare.state_rolloff",
+          fmt::format("state_rolloff_hz must be in (0, {}), below state_cutoff_hz; got {}", o.state_cutoff_hz,
+                      o.state_rolloff_hz));
+  return o;
+}
+
+}  // namespace dsp
