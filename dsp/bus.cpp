@@ -28,15 +28,6 @@ BusRecorder::BusRecorder(const Recording& description, Index num_frames, const s
 BusRecorder::~BusRecorder() = default;
 
 void BusRecorder::push(const Eigen::Ref<const FrameBlock>& frames) {
-  // One pass for all samples: a sum is finite unless a sample is not (finite ones are far from overflow).
-  if (!std::isfinite(frames.sum()))
-    for (Index i = 0; i < frames.rows(); ++i)
-      for (Index c = 0; c < frames.cols(); ++c)
-        if (!std::isfinite(frames(i, c)))
-          throw Fault(FaultKind::input, "sample.missing",
-                      fmt::format("{}: sample {} of {} is {}, not a number; bridge or cut it out", recording_.name,
-                                  num_taken_ + i, recording_.channels[static_cast<std::size_t>(c)].name, frames(i, c)));
-  num_taken_ += frames.rows();
   if (decimator_)
     keep(decimator_->push(frames));
   else
@@ -46,8 +37,20 @@ void BusRecorder::push(const Eigen::Ref<const FrameBlock>& frames) {
 void BusRecorder::keep(const FrameBlock& frames) {
   if (num_kept_ + frames.rows() > recording_.samples.rows())
     recording_.samples.conservativeResize(num_kept_ + frames.rows(), Eigen::NoChange);
+  // One bad sample shows in every bus sample within the filter's reach, so it is enough to look at these.
+  if (!frames.allFinite()) refuse(frames);
   recording_.samples.middleRows(num_kept_, frames.rows()) = frames;
   num_kept_ += frames.rows();
+}
+
+void BusRecorder::refuse(const FrameBlock& frames) const {
+  for (Index i = 0; i < frames.rows(); ++i)
+    for (Index c = 0; c < frames.cols(); ++c)
+      if (!std::isfinite(frames(i, c)))
+        throw Fault(FaultKind::input, "sample.missing",
+                    fmt::format("{}: {} is not a number at about {:.6g} s; bridge the gap or cut it out",
+                                recording_.name, recording_.channels[static_cast<std::size_t>(c)].name,
+                                static_cast<double>(num_kept_ + i) / recording_.sample_rate_hz));
 }
 
 Recording BusRecorder::finish() {

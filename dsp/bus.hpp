@@ -15,7 +15,7 @@ class BusRecorder {
   /// Throws std::invalid_argument as Decimator does.
   BusRecorder(const Recording& description, Eigen::Index num_frames, const std::optional<DecimateOptions>& options);
   ~BusRecorder();
-  /// Throws Fault sample.missing (input) for a sample that is not finite.
+  /// Throws Fault sample.missing (input) once a bus sample is not finite.
   void push(const Eigen::Ref<const FrameBlock>& frames);
   /// The samples at the bus rate, under the description given.
   [[nodiscard]] Recording finish();
@@ -24,10 +24,11 @@ class BusRecorder {
 
  private:
   void keep(const FrameBlock& frames);
+  void refuse(const FrameBlock& frames) const;
 
   Recording recording_;
   std::optional<Decimator> decimator_;
-  Eigen::Index num_taken_ = 0, num_kept_ = 0;
+  Eigen::Index num_kept_ = 0;
 };
 
 }  // namespace dsp

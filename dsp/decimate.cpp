@@ -39,11 +39,15 @@ inline __attribute__((always_inline)) void weigh(const double* x, Index stride, 
   *reinterpret_cast<Channels*>(out) = (sums[0] + sums[1]) + (sums[2] + sums[3]);
 }
 
-ARDENT_DISPATCH void weigh_all(const double* x, Index num_channels, const double* taps, Index length, double* out) {
-  Index c = 0;
-  for (; c + 4 <= num_channels; c += 4) weigh<4>(x + c, num_channels, taps, length, out + c);
-  for (; c + 2 <= num_channels; c += 2) weigh<2>(x + c, num_channels, taps, length, out + c);
-  for (; c < num_channels; ++c) weigh<1>(x + c, num_channels, taps, length, out + c);
+// `count` outputs in a row, their rows `hop` apart.
+ARDENT_DISPATCH void weigh_all(const double* x, Index num_channels, Index hop, const double* taps, Index length,
+                               Index count, double* out) {
+  for (Index n = 0; n < count; ++n, x += hop * num_channels, out += num_channels) {
+    Index c = 0;
+    for (; c + 4 <= num_channels; c += 4) weigh<4>(x + c, num_channels, taps, length, out + c);
+    for (; c + 2 <= num_channels; c += 2) weigh<2>(x + c, num_channels, taps, length, out + c);
+    for (; c < num_channels; ++c) weigh<1>(x + c, num_channels, taps, length, out + c);
+  }
 }
 
 // One stage of the stream. Rows are numbered from the record's first; the buffer begins at row first_.
@@ -127,14 +131,18 @@ class StageStream {
     first_ += done;
   }
 
-  // All outputs whose rows lie in [first, end), read from `rows`.
+  // All outputs whose rows lie in [first, end), read from `rows`; with up = 1 in one go.
   void produce(const double* rows, Index first, Index end, std::vector<double>& out) {
-    for (; next_ < num_outputs_; ++next_) {
+    while (next_ < num_outputs_) {
       const Index centre = next_ * stage_.down / stage_.up, phase = next_ * stage_.down % stage_.up;
       if (centre + half_ >= end || centre - half_ < first) return;
-      out.resize(out.size() + static_cast<std::size_t>(num_channels_));
-      weigh_all(rows + (centre - half_ - first) * num_channels_, num_channels_, stage_.taps.col(phase).data(),
-                stage_.taps.rows(), out.data() + out.size() - num_channels_);
+      const Index room = stage_.up == 1 ? (end - 1 - half_ - centre) / stage_.down + 1 : 1;
+      const Index count = std::min(room, num_outputs_ - next_);
+      const std::size_t begin = out.size();
+      out.resize(begin + static_cast<std::size_t>(count * num_channels_));
+      weigh_all(rows + (centre - half_ - first) * num_channels_, num_channels_, stage_.down,
+                stage_.taps.col(phase).data(), stage_.taps.rows(), count, out.data() + begin);
+      next_ += count;
     }
   }
 

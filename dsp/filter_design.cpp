@@ -16,8 +16,9 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double pi = std::numbers::pi;
-constexpr double spare_db = 10.0;   // the stages' leaks add up
-constexpr int largest_term = 4096;  // of the ratio as a fraction
+constexpr double spare_db = 10.0;      // the stages' leaks add up
+constexpr double sinc_spare_db = 6.0;  // of a sinc only the first band comes near its bound
+constexpr int largest_term = 4096;     // of the ratio as a fraction
 constexpr int sinc_order = 4;
 constexpr int sinc_factor_least = 8;
 
@@ -145,7 +146,7 @@ class Planner {
     double leak = 0.0;
     for (int k = 1; k <= factor / 2; ++k)
       leak = std::max(leak, std::abs(sinc_gain(factor, (k * stage_output_hz - kept_hz()) / rate_hz)));
-    return -20.0 * std::log10(leak) >= attenuation_db_;
+    return -20.0 * std::log10(leak) >= options_.stopband_attenuation_db + sinc_spare_db;
   }
 
  private:
