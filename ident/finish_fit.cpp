@@ -80,6 +80,10 @@ void finish_bayesian(const UnitProblem& problem, std::vector<Index> kept, Vector
         at.sparsity(i) > 0.0 ? evidence_gain(at.quality(i) * at.quality(i) / at.sparsity(i) / noise_variance) : 0.0;
   fit.condition_number = condition_number(problem, fit.relevant);
   if (fit.relevant.empty()) fit.status = FitStatus::no_relevant_term;
+  if (problem.num_terms() > 2 && static_cast<Index>(fit.relevant.size()) == problem.num_terms())
+    fit.remarks.push_back(
+        "every candidate term was kept: the library may lack what the target needs, or the residual is "
+        "structure and not noise");
 }
 
 void finish_least_squares(const UnitProblem& problem, std::vector<Index> kept, double penalty, Fit& fit) {

@@ -16,12 +16,13 @@ std::string_view name_of(const std::array<std::pair<Enum, std::string_view>, n>&
   return "?";
 }
 
-constexpr std::array<std::pair<Method, std::string_view>, 6> method_names{{{Method::ols, "ols"},
+constexpr std::array<std::pair<Method, std::string_view>, 7> method_names{{{Method::ols, "ols"},
                                                                            {Method::ridge, "ridge"},
                                                                            {Method::stlsq, "sindy"},
                                                                            {Method::lasso, "lasso"},
                                                                            {Method::fast_rvm, "fast_rvm"},
-                                                                           {Method::slow_rvm, "slow_rvm"}}};
+                                                                           {Method::slow_rvm, "slow_rvm"},
+                                                                           {Method::multi_rvm, "multi_rvm"}}};
 constexpr std::array<std::pair<Selection, std::string_view>, 2> selection_names{
     {{Selection::evidence, "evidence"}, {Selection::type2, "type2"}}};
 constexpr std::array<std::pair<FitStatus, std::string_view>, 6> status_names{

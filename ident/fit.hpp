@@ -14,8 +14,9 @@ enum class Selection {
   type2,     ///< any gain will do: type-II maximum likelihood, as in [QZS23]; keeps about 3 of 10 irrelevant terms
 };
 
-enum class Method { ols, ridge, stlsq, lasso, fast_rvm, slow_rvm };
-[[nodiscard]] std::string_view to_string(Method method);  ///< "ols" "ridge" "sindy" "lasso" "fast_rvm" "slow_rvm"
+enum class Method { ols, ridge, stlsq, lasso, fast_rvm, slow_rvm, multi_rvm };
+[[nodiscard]] std::string_view to_string(
+    Method method);  ///< "ols" "ridge" "sindy" "lasso" "fast_rvm" "slow_rvm" "multi_rvm"
 [[nodiscard]] Method method_from_string(std::string_view name);  ///< throws std::invalid_argument with the list
 [[nodiscard]] std::string_view to_string(Selection selection);
 

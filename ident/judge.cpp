@@ -46,6 +46,16 @@ VectorXd predictive_variance(const Eigen::Ref<const MatrixXd>& phi, const Eigen:
   return ((phi * covariance).cwiseProduct(phi).rowwise().sum().array() + noise_variance).matrix();
 }
 
+BandShares band_shares(const Eigen::Ref<const VectorXd>& predicted, const Eigen::Ref<const VectorXd>& variance,
+                       const Eigen::Ref<const VectorXd>& actual) {
+  if (actual.size() == 0) return {nan, nan, nan};
+  const auto z = ((actual - predicted).array().abs() / variance.array().sqrt()).eval();
+  const auto share = [&](double quantile) {
+    return static_cast<double>((z <= quantile).count()) / static_cast<double>(z.size());
+  };
+  return {share(0.67448975), share(1.64485363), share(1.95996398)};
+}
+
 Whiteness residual_whiteness(const Eigen::Ref<const VectorXd>& residual, const std::vector<RowSpan>& spans,
                              double sample_rate_hz, double band_hz) {
   Whiteness result;

@@ -23,6 +23,14 @@ struct RowSpan {
                                                   const Eigen::Ref<const Eigen::MatrixXd>& covariance,
                                                   double noise_variance);
 
+/// Share of the values inside the central 50, 90 and 95 % bands of their predictive distributions. NaN for no values.
+struct BandShares {
+  double within_50 = 0.0, within_90 = 0.0, within_95 = 0.0;
+};
+[[nodiscard]] BandShares band_shares(const Eigen::Ref<const Eigen::VectorXd>& predicted,
+                                     const Eigen::Ref<const Eigen::VectorXd>& variance,
+                                     const Eigen::Ref<const Eigen::VectorXd>& actual);
+
 /// Is a residual noise, or is there structure left in it? Judged inside the band that the column filter passes, since
 /// everything above it was removed on purpose.
 struct Whiteness {

@@ -5,6 +5,9 @@
 #include <map>
 
 #include "apps/paper_tables.hpp"
+#include "ident/judge.hpp"
+#include "ident/multi_rvm.hpp"
+#include "support/random.hpp"
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -214,6 +217,59 @@ TEST_CASE("slow and fast RVM give the same coefficients on the same support", "[
         }
       }
   CHECK(compared >= 170);  // of 190
+}
+
+TEST_CASE("the multi-output fit keeps the union of the rows, its second stage each row's own terms",
+          "[apps][section4][paper]") {
+  for (const auto& name : six) {
+    if (name == "valanis-4") continue;  // its rows do not share their samples
+    const auto& regression = study(name).regressions.front();
+    int shared_is_union = 0, exact = 0;
+    for (unsigned seed = 69000; seed < 69020; ++seed) {
+      const auto fit = ident::fit_multi_rvm(apps::section4_factor(study(name), regression, 0.10, seed));
+      VectorXd any = VectorXd::Zero(regression.phi.cols());
+      bool right = fit.rows.size() == regression.rows.size();
+      for (std::size_t j = 0; right && j < regression.rows.size(); ++j) {
+        any += regression.rows[j].truth.cwiseAbs();
+        right = apps::support_error(fit.rows[j], regression.rows[j].truth).exact();
+      }
+      ident::Fit shared;
+      shared.relevant = fit.relevant;
+      shared_is_union += apps::support_error(shared, any).exact();
+      exact += right;
+    }
+    INFO(name);
+    CHECK(shared_is_union >= 19);
+    CHECK(exact >= 19);
+  }
+}
+
+TEST_CASE("predictive bands hold at ratios the fit has not seen", "[apps][section4][paper]") {
+  for (const auto& name : {"duffing", "bouc-wen", "valanis-2"}) {
+    const auto& of = study(name);
+    const auto& regression = of.regressions.front();
+    const auto data = apps::section4_factor(of, regression, 0.10, 70000);
+    for (const double ratio : of.definition->held_out_ratios) {
+      const auto record = apps::section4_record(*of.definition, ratio);
+      for (std::size_t j = 0; j < regression.rows.size(); ++j) {
+        const auto& row = regression.rows[j];
+        const auto fit = ident::fit_fast_rvm(apps::row_factor(data, j));
+        MatrixXd phi(record.motion.num_samples(), static_cast<Index>(fit.relevant.size()));
+        for (std::size_t k = 0; k < fit.relevant.size(); ++k)
+          phi.col(static_cast<Index>(k)) =
+              of.library.terms[static_cast<std::size_t>(fit.relevant[k])].expression.evaluate(record.motion);
+        const auto noise = support::gaussian(phi.rows(), 1, 7 + static_cast<unsigned>(100.0 * ratio));
+        const auto shares =
+            ident::band_shares(phi * fit.mean, ident::predictive_variance(phi, fit.covariance, fit.noise_variance),
+                               record.motion.at(row.target) + 0.10 * row.std * noise);
+        INFO(name << " row " << row.label() << " ratio " << ratio);
+        // 2501 rows: five standard errors.
+        CHECK(shares.within_50 == Approx(0.50).margin(0.05));
+        CHECK(shares.within_90 == Approx(0.90).margin(0.03));
+        CHECK(shares.within_95 == Approx(0.95).margin(0.022));
+      }
+    }
+  }
 }
 
 TEST_CASE("type-II selection lets in as many false terms a row as the prototype counted", "[apps][section4][paper]") {

@@ -192,6 +192,26 @@ TEST_CASE("noise from 1e-2 down to nothing: the right support in twenty moves", 
   }
 }
 
+TEST_CASE("a search cut short says so and keeps its best so far", "[ident][fit]") {
+  const Data d = sparse_problem(7, 0.1);
+  const auto data = ident::r_factor(d.phi, d.target);
+  const auto first = ident::fit_fast_rvm(data, {.max_iterations = 2}),
+             again = ident::fit_fast_rvm(data, {.max_iterations = 2});
+  CHECK(first.status == ident::FitStatus::iteration_limit);
+  CHECK(first.relevant.size() == 2);
+  CHECK(first.mean == again.mean);
+  CHECK(ident::fit_slow_rvm(data, {.max_iterations = 1}).status == ident::FitStatus::iteration_limit);
+}
+
+TEST_CASE("a library of which every term is kept is remarked on", "[ident][fit]") {
+  const MatrixXd phi = gaussian(500, 4, 70);
+  const VectorXd target = phi * VectorXd::Ones(4) + 0.1 * gaussian(500, 1, 71);
+  const auto fit = ident::fit_fast_rvm(ident::r_factor(phi, target));
+  REQUIRE(fit.relevant.size() == 4);
+  REQUIRE(fit.remarks.size() == 1);
+  CHECK_THAT(fit.remarks.front(), Catch::Contains("every candidate term was kept"));
+}
+
 TEST_CASE("options out of their range are refused", "[ident][fit]") {
   const Data d = sparse_problem(1, 0.1, 100);
   const auto data = ident::r_factor(d.phi, d.target);
