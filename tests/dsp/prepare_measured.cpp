@@ -1,8 +1,10 @@
 // Measured records whose physics is known from their READMEs, through preparation and plain least squares.
 #include <Eigen/QR>
 #include <catch2/catch.hpp>
+#include <complex>
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 #include <sstream>
 
 #include "dsp/prepare.hpp"
@@ -35,6 +37,36 @@ struct LeastSquares {
 LeastSquares least_squares(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target) {
   const Eigen::VectorXd c = columns.colPivHouseholderQr().solve(target);
   return {c, (columns * c - target).squaredNorm() / target.squaredNorm()};
+}
+
+// Columns of a LabVIEW text file, its clock among them.
+Eigen::MatrixXd read_lvm(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  std::string line;
+  while (std::getline(in, line) && line.rfind("X_Value", 0) != 0) {
+  }
+  std::vector<double> numbers;
+  Eigen::Index num_rows = 0;
+  while (std::getline(in, line)) {
+    std::istringstream cells(line);
+    for (double number = 0.0; cells >> number;) numbers.push_back(number);
+    ++num_rows;
+  }
+  return Eigen::Map<const dsp::FrameBlock>(numbers.data(), num_rows,
+                                           static_cast<Eigen::Index>(numbers.size()) / num_rows);
+}
+
+// Amplitude of the line at f, through a Hann window.
+double line_amplitude(const Eigen::VectorXd& x, double rate_hz, double f) {
+  std::complex<double> sum = 0.0;
+  double weights = 0.0;
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    const double window =
+        1.0 - std::cos(2.0 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(x.size()));
+    sum += window * (x(i) - x.mean()) * std::polar(1.0, -2.0 * std::numbers::pi * f * static_cast<double>(i) / rate_hz);
+    weights += window;
+  }
+  return 2.0 * std::abs(sum) / weights;
 }
 
 // x'' of the top plate on x - y, x' - y', sgn(x'), 1 where it slides, with what `recipe` offers.
@@ -78,6 +110,41 @@ TEST_CASE("the friction frame shows its stiffness and friction", "[dsp][prepare]
   CHECK(-matched.coefficients(0) == Approx(399.0).margin(5.0));
   CHECK(-matched.coefficients(2) == Approx(0.223).epsilon(0.1));
   CHECK(matched.nmse <= 0.03);
+}
+
+TEST_CASE("decimation of the shaker's force leaves its 50 Hz line and folds none of the tones above",
+          "[dsp][decimate][measured]") {
+  if (!std::filesystem::exists(real_data / "shaker_beam_51k2")) {
+    WARN("skipped: no shaker_beam_51k2 in " << real_data);
+    return;
+  }
+  const Eigen::VectorXd force_lb = read_lvm(real_data / "shaker_beam_51k2" / "data_set_1_downsampled_by_16.lvm").col(2);
+  const Eigen::VectorXd slow =
+      dsp::decimate(force_lb, 3200.0, {.output_rate_hz = 200.0, .passband_end_hz = 80.0}).col(0);
+  CHECK(line_amplitude(slow, 200.0, 50.0) == Approx(0.0562).epsilon(0.05));
+  CHECK(line_amplitude(slow, 200.0, 80.0) <= 0.018);
+  CHECK(slow.mean() == Approx(force_lb.mean()).margin(1e-3));
+}
+
+TEST_CASE("a pendulum's encoder at 10 kHz gives its frequency once decimated", "[dsp][prepare][measured]") {
+  if (!std::filesystem::exists(real_data / "pendulum")) {
+    WARN("skipped: no pendulum in " << real_data);
+    return;
+  }
+  dsp::Recording record{.name = "pendulum", .sample_rate_hz = 1e4};
+  record.channels = {{.name = "theta", .role = dsp::Role::x, .unit = "rad"}};
+  record.samples = read_table(real_data / "pendulum" / "freeswing_10kHz.csv").col(1).array() - std::numbers::pi;
+  const auto prepared = dsp::prepare(record, {.rate_hz = 100.0, .cutoff_hz = 10.0});
+  CHECK(prepared.bus.sample_rate_hz == Approx(1000.0));
+  // The swing dies within these 5 s and its start says most; the continued end is good to 0.2 s.
+  const Eigen::Index edge = 20, rows = 500 - edge;
+  Eigen::MatrixXd columns(prepared.signals.num_samples(), 4);
+  columns << prepared.signals.at("x"), prepared.signals.at("v"),
+      prepared.filter.apply(prepared.bus.at("v").cwiseSign()), Eigen::VectorXd::Ones(columns.rows());
+  const auto fit = least_squares(columns.middleRows(edge, rows), prepared.signals.at("a").segment(edge, rows));
+  // -64.84 by another decimation and Savitzky-Golay; 64.0 from the large swings.
+  CHECK(-fit.coefficients(0) == Approx(64.84).epsilon(0.01));
+  CHECK(fit.nmse <= 1.2e-3);
 }
 
 TEST_CASE("the Silverbox shows its cubic spring when columns are matched, and loses a quarter of it when not",
