@@ -42,10 +42,11 @@ void Console::note(std::string_view text) {
   say(text, options_.verbosity >= 1);
 }
 void Console::warning(std::string_view name, std::string_view text) {
-  say(fmt::format("warning [{}]: {}", name, text), options_.verbosity >= 0);
+  warnings_.push_back(fmt::format("[{}] {}", name, printable(text)));
+  say("warning " + warnings_.back(), options_.verbosity >= 0);
 }
 void Console::error(std::string_view name, std::string_view text) {
-  say(fmt::format("error [{}]: {}", name, text), true);
+  say(fmt::format("error [{}] {}", name, text), true);
 }
 
 void Console::progress(std::string_view what, double share) {

@@ -2,6 +2,7 @@
 #include <chrono>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "dsp/fault.hpp"
 
@@ -31,6 +32,7 @@ class Console {
   void progress(std::string_view what, double share);
   /// Everything said so far except results and progress, one line each: no times, no paths of the machine of our own.
   [[nodiscard]] const std::string& log() const { return log_; }
+  [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
   void say(std::string_view line, bool shown);
@@ -39,6 +41,7 @@ class Console {
   bool draws_progress_ = false, progress_shown_ = false;
   std::chrono::steady_clock::time_point drawn_{};
   std::string log_;
+  std::vector<std::string> warnings_;
 };
 
 }  // namespace apps

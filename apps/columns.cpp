@@ -1,0 +1,79 @@
+#include "apps/columns.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
+#include "apps/interrupt.hpp"
+
+namespace apps {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+Columns empty_columns(const ident::CandidateLibrary& library, const std::string& target, const dsp::Motion& signals,
+                      const std::string& name, double band_hz) {
+  Columns result{name, &signals, band_hz, {}, signals.at(target), {}};
+  result.phi.resize(signals.num_samples(), static_cast<Index>(library.terms.size()));
+  return result;
+}
+
+/// First sample that is not finite and may be used; -1: none. What excluded samples hold does not matter.
+Index first_bad(const VectorXd& values, const dsp::Motion& motion) {
+  for (Index i = 0; i < values.size(); ++i)
+    if (!std::isfinite(values(i)) && (motion.excluded.empty() || motion.excluded[static_cast<std::size_t>(i)] == 0))
+      return i;
+  return -1;
+}
+
+void drop(Columns& columns, Index column, const std::string& name, const dsp::Motion& motion, const VectorXd& values,
+          Index bad) {
+  const std::string where =
+      motion.find("t") != nullptr ? fmt::format("t = {:.9g} s", motion.at("t")(bad)) : fmt::format("row {}", bad + 1);
+  columns.dropped.push_back({name, fmt::format("not finite: {} at {}", values(bad), where)});
+  columns.phi.col(column).setConstant(std::numeric_limits<double>::quiet_NaN());
+}
+
+}  // namespace
+
+Columns form_columns(const ident::CandidateLibrary& library, const std::string& target, const dsp::Prepared& prepared) {
+  const bool matched = prepared.options.recipe == dsp::Recipe::matched;
+  const dsp::Motion& source = matched ? prepared.bus : prepared.signals;
+  Columns result = empty_columns(library, target, prepared.signals, prepared.name, prepared.options.rolloff_hz);
+  for (Index column = 0; column < result.phi.cols(); ++column) {
+    check_interrupted();
+    const ident::Term& term = library.terms[static_cast<std::size_t>(column)];
+    if (const dsp::Signal* plain = prepared.signals.find(term.name)) {
+      result.phi.col(column) = plain->values;  // a signal has passed the filter already
+      continue;
+    }
+    VectorXd values = term.expression.evaluate(source);
+    if (const Index bad = first_bad(values, source); bad >= 0) {
+      drop(result, column, term.name, source, values, bad);
+      continue;
+    }
+    for (double& value : values)
+      if (!std::isfinite(value)) value = 0.0;  // excluded samples only; their margins cover the filter's reach
+    if (matched) values = prepared.filter.apply(values);
+    result.phi.col(column) = values;
+  }
+  return result;
+}
+
+Columns form_columns(const ident::CandidateLibrary& library, const std::string& target, const dsp::Motion& table,
+                     const std::string& name) {
+  Columns result = empty_columns(library, target, table, name, 0.5 * table.sample_rate_hz);
+  for (Index column = 0; column < result.phi.cols(); ++column) {
+    const ident::Term& term = library.terms[static_cast<std::size_t>(column)];
+    const VectorXd values = term.expression.evaluate(table, ident::SwitchSampling::point);
+    if (const Index bad = first_bad(values, table); bad >= 0)
+      drop(result, column, term.name, table, values, bad);
+    else
+      result.phi.col(column) = values;
+  }
+  return result;
+}
+
+}  // namespace apps

@@ -1,0 +1,278 @@
+#include "apps/command_line.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <csignal>
+#include <functional>
+#include <new>
+#include <thread>
+
+#include "apps/console.hpp"
+#include "apps/fit_command.hpp"
+#include "apps/info_command.hpp"
+#include "apps/init_command.hpp"
+#include "apps/interrupt.hpp"
+#include "apps/results_json.hpp"
+#include "apps/run_command.hpp"
+#include "apps/simulate_command.hpp"
+#include "apps/terms_command.hpp"
+#include "apps/version.hpp"
+
+namespace apps {
+namespace {
+
+constexpr int code_bug = 1, code_usage = 2, code_input = 3, code_numerics = 4, code_output = 5, code_signal = 128;
+
+/// What may stand anywhere on the command line.
+struct GlobalOptions {
+  std::filesystem::path output;
+  bool quiet = false, json = false, dry_run = false, force = false, strict = false;
+  int verbosity = 0, num_threads = 0;
+  std::uint64_t seed = 1;
+  std::vector<std::string> set;
+  ProgressMode progress = ProgressMode::automatic;
+};
+
+using Command = std::function<int(Console&)>;
+
+void add_global_options(CLI::App& app, GlobalOptions& options) {
+  app.add_option("-o,--output", options.output, "Folder for the results")->type_name("DIR");
+  app.add_flag("-q,--quiet", options.quiet, "Results and errors only");
+  app.add_flag("-v,--verbose", options.verbosity, "Notes too");
+  app.add_flag("--json", options.json, "One JSON document on standard output");
+  app.add_option("--seed", options.seed, "Seed of whatever is random")->capture_default_str();
+  app.add_option("--threads", options.num_threads,
+                 "Threads; 0: as many as there are processors. The results are the same")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  app.add_flag("--dry-run", options.dry_run, "Say what would be done");
+  app.add_flag("--force", options.force, "Replace an earlier result");
+  app.add_flag("--strict", options.strict, "Warnings are errors");
+  app.add_option("--set", options.set, "Override a setting: a.b=c")->type_name("KEY=VALUE")->allow_extra_args(false);
+  const std::map<std::string, ProgressMode> modes{
+      {"auto", ProgressMode::automatic}, {"always", ProgressMode::always}, {"never", ProgressMode::never}};
+  app.add_option("--progress", options.progress, "auto (on a terminal), always or never")
+      ->transform(CLI::CheckedTransformer(modes));
+  app.set_version_flag("--version", version_text());
+}
+
+int num_threads(const GlobalOptions& options) {
+  return options.num_threads > 0 ? options.num_threads
+                                 : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+void add_info(CLI::App& app, Command& chosen) {
+  auto* command = app.add_subcommand("info", "What a recording is: container, channels, rate, length, sidecar");
+  auto files = std::make_shared<std::vector<std::filesystem::path>>();
+  auto salvage = std::make_shared<bool>(false);
+  command->add_option("FILE", *files, "Recordings")->required();
+  command->add_flag("--salvage", *salvage, "Also what is left of a truncated file");
+  command->callback([=, &chosen] {
+    chosen = [=](Console& console) {
+      run_info(*files, *salvage, console);
+      return 0;
+    };
+  });
+}
+
+/// run, prep and check share their arguments.
+void add_run(CLI::App& app, const char* name, const char* help, const GlobalOptions& global,
+             const std::vector<std::string>& command_line, Command& chosen,
+             std::function<int(const RunArguments&, Console&)> action) {
+  auto* command = app.add_subcommand(name, help);
+  auto arguments = std::make_shared<RunArguments>();
+  auto max_memory_mb = std::make_shared<std::size_t>(0);
+  command->add_option("INPUT", arguments->input, "A config (NAME.toml), or a recording")->required();
+  command->add_flag("--salvage", arguments->salvage, "Read what is left of a truncated recording");
+  command->add_flag("--uncalibrated", arguments->uncalibrated, "Channels without a sensitivity stay raw");
+  command->add_option("--max-memory", *max_memory_mb, "Most memory a recording may take, MB")
+      ->check(CLI::Range(1, 1 << 30));
+  command->callback([=, &global, &chosen] {
+    chosen = [=, &global](Console& console) {
+      RunArguments all = *arguments;
+      all.folder = global.output;
+      all.force = global.force;
+      all.dry_run = global.dry_run;
+      all.strict = global.strict;
+      all.num_threads = num_threads(global);
+      all.max_memory_bytes = *max_memory_mb * 1000000;
+      all.seed = global.seed;
+      all.set = global.set;
+      all.command_line = command_line;
+      return action(all, console);
+    };
+  });
+}
+
+void add_fit(CLI::App& app, const GlobalOptions& global, Command& chosen) {
+  auto* command = app.add_subcommand("fit", "Regression on a table: one column from expressions of the others");
+  auto arguments = std::make_shared<FitArguments>();
+  command->add_option("TABLE", arguments->table, "CSV or another table that `run` reads")->required();
+  command->add_option("--target", arguments->target, "Column to explain")->required();
+  command->add_option("--terms", arguments->terms, "\"1,x,x^2\", or a file with a term a line")->required();
+  command->add_option("--methods", arguments->methods, "fast_rvm, slow_rvm, sindy, lasso, ridge, ols")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  command->add_option("--selection", arguments->selection, "evidence or type2")
+      ->check(CLI::IsMember({"evidence", "type2"}));
+  command->add_option("--tau", arguments->tau, "What a term's gain must exceed")->check(CLI::NonNegativeNumber);
+  command->add_option("--threshold", arguments->threshold, "Of sindy")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command->add_flag("--raw-threshold", arguments->raw_threshold, "Threshold on coefficients as they are");
+  command->add_option("--where", arguments->where, "Condition on the rows");
+  command->callback([=, &global, &chosen] {
+    chosen = [=, &global](Console& console) {
+      arguments->num_threads = num_threads(global);
+      return run_fit(*arguments, console);
+    };
+  });
+}
+
+void add_init(CLI::App& app, const GlobalOptions& global, Command& chosen) {
+  auto* command = app.add_subcommand("init", "A first sidecar and config for a recording");
+  auto file = std::make_shared<std::filesystem::path>();
+  command->add_option("FILE", *file, "Recording")->required();
+  command->callback([=, &global, &chosen] {
+    chosen = [=, &global](Console& console) {
+      run_init(*file, global.output, global.force, console);
+      return 0;
+    };
+  });
+}
+
+void add_terms(CLI::App& app, Command& chosen) {
+  app.add_subcommand("terms", "Names and functions allowed in candidate terms")->callback([&chosen] {
+    chosen = [](Console& console) {
+      run_terms(console);
+      return 0;
+    };
+  });
+}
+
+void add_sim(CLI::App& app, const GlobalOptions& global, Command& chosen) {
+  auto* command = app.add_subcommand("sim", "A known system's response and truth, as files");
+  auto arguments = std::make_shared<SimulateArguments>();
+  command->add_option("SYSTEM", arguments->system, "duffing, coulomb, bouc-wen, valanis-1 ... valanis-4, linear, qzs")
+      ->required();
+  command->add_option("--noise", arguments->noise,
+                      "Share of each signal's standard deviation; qzs: times the sensors' own");
+  command->add_option("--duration", arguments->duration_s, "Seconds");
+  command->add_flag("--raw", arguments->raw, "qzs: also the recording at 25.6 kHz");
+  command->add_option("--twin", arguments->twin, "qzs: T0 or T1");
+  command->add_option("--sensors", arguments->sensors, "qzs --raw: ideal, noise or full");
+  command->add_option("--container", arguments->container, "qzs --raw: rf64, wav, w64, caf, flac, aiff");
+  command->callback([=, &global, &chosen] {
+    chosen = [=, &global](Console& console) {
+      if (global.output.empty())
+        throw dsp::Fault(dsp::FaultKind::usage, "usage", "sim: -o DIR is missing. Say where the files are to go");
+      SimulateArguments all = *arguments;
+      all.folder = global.output;
+      all.seed = global.seed;
+      all.set = global.set;
+      run_simulate(all, console);
+      return 0;
+    };
+  });
+}
+
+void add_commands(CLI::App& app, const GlobalOptions& global, const std::vector<std::string>& command_line,
+                  Command& chosen) {
+  add_info(app, chosen);
+  add_run(app, "check", "All checks of a run, nothing written", global, command_line, chosen,
+          [](const RunArguments& arguments, Console& console) {
+            run_check(arguments, console);
+            return 0;
+          });
+  add_run(app, "run", "From a recording to its equation of motion", global, command_line, chosen, run_identification);
+  add_run(app, "prep", "Calibration, decimation and motion only", global, command_line, chosen,
+          [](const RunArguments& arguments, Console& console) {
+            run_preparation(arguments, console);
+            return 0;
+          });
+  add_sim(app, global, chosen);
+  add_fit(app, global, chosen);
+  add_init(app, global, chosen);
+  add_terms(app, chosen);
+}
+
+struct Ending {
+  int code = 0;
+  std::string name, kind, message;
+};
+
+Ending ending_of(const dsp::Fault& fault) {
+  switch (fault.kind()) {
+    case dsp::FaultKind::usage:
+      return {code_usage, fault.name(), "usage", fault.what()};
+    case dsp::FaultKind::input:
+      return {code_input, fault.name(), "input", fault.what()};
+    case dsp::FaultKind::numerics:
+      return {code_numerics, fault.name(), "numerics", fault.what()};
+    case dsp::FaultKind::output:
+      return {code_output, fault.name(), "output", fault.what()};
+  }
+  return {code_bug, fault.name(), "bug", fault.what()};
+}
+
+/// Does `action`; whatever it throws becomes how the program ends.
+Ending ending_of(const std::function<int()>& action) {
+  try {
+    return {action(), {}, {}, {}};
+  } catch (const Interrupted& interrupted) {
+    return {code_signal + interrupted.signal, "interrupted", "signal", "stopped by a signal; nothing was written"};
+  } catch (const dsp::Fault& fault) {
+    return ending_of(fault);
+  } catch (const std::bad_alloc&) {
+    return {code_numerics, "memory.exhausted", "numerics",
+            "no memory left. Use fewer terms, a lower rate or a shorter recording"};
+  } catch (const std::exception& error) {
+    return {code_bug, "bug", "bug",
+            fmt::format("a mistake of this program: {}. Please report it with the command line", error.what())};
+  }
+}
+
+int report(const Ending& ending, Console& console) {
+  if (ending.name.empty()) return ending.code;
+  console.error(ending.name, ending.message);
+  if (console.json()) console.result(fault_json(ending.name, ending.kind, ending.code, ending.message));
+  return ending.code;
+}
+
+}  // namespace
+
+int run_command_line(int argc, const char* const* argv) {
+  install_signal_handlers();
+  const std::vector<std::string> command_line(argv + std::min(argc, 1), argv + argc);
+  CLI::App app("From raw vibration recordings to an equation of motion with error bars", "ardent");
+  app.require_subcommand(1);
+  app.fallthrough();
+  GlobalOptions global;
+  Command chosen;
+  add_global_options(app, global);
+  add_commands(app, global, command_line, chosen);
+  const bool wants_json = std::find(command_line.begin(), command_line.end(), "--json") != command_line.end();
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    Console console(ConsoleOptions{.json = wants_json});
+    if (error.get_exit_code() == 0) {  // --help, --version
+      app.exit(error);
+      return 0;
+    }
+    return report({code_usage, "usage", "usage", fmt::format("{}. See ardent --help", error.what())}, console);
+  }
+  Console console(
+      {.verbosity = global.quiet ? -1 : global.verbosity, .json = global.json, .progress = global.progress});
+  const Ending ending = ending_of([&] { return chosen(console); });
+  try {
+    return report(ending, console);
+  } catch (const dsp::Fault& fault) {  // standard output itself cannot be written
+    console.error(fault.name(), fault.what());
+    return code_output;
+  }
+}
+
+}  // namespace apps

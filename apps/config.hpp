@@ -1,0 +1,70 @@
+#pragma once
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dsp/prepare.hpp"
+#include "dsp/sidecar.hpp"
+#include "ident/candidate_library.hpp"
+#include "ident/fit.hpp"
+
+namespace apps {
+
+/// One [[recording]]: file and sidecar as paths from the current folder.
+struct RecordingConfig {
+  std::filesystem::path file, sidecar;  ///< sidecar empty: NAME.ext.toml beside the recording, if there
+  bool salvage = false, uncalibrated = false;
+  std::map<std::string, std::string> use;  ///< role -> channel
+};
+
+/// What is subtracted from x (a laser's zero means nothing).
+struct ZeroChoice {
+  enum class Kind {
+    automatic,  ///< regime_mean where x is the difference of two displacements, else none
+    none,
+    regime_mean,  ///< mean of the first range
+    value,
+  };
+  Kind kind = Kind::automatic;
+  double value_m = 0.0;
+};
+
+struct FitConfig {
+  std::string target = "a";
+  std::vector<ident::Method> methods = {ident::Method::fast_rvm, ident::Method::slow_rvm, ident::Method::stlsq};
+  ident::Selection selection = ident::Selection::evidence;
+  double tau = -1.0;                ///< negative: ln m + 2 ln b (evidence) or 0 (type2)
+  double threshold = 0.02;          ///< of STLSQ
+  bool unit_norm_threshold = true;  ///< threshold on |c_j| ||phi_j|| / ||t||; else on |c_j| as it is
+  std::string place;                ///< of `target` in the config
+};
+
+/// One [[range]]: rows that are fitted together. `recording` is the 1-based number of one recording; 0: the rows of
+/// all.
+struct RangeConfig {
+  dsp::RangeSpec spec;
+  int recording = 0;
+};
+
+struct Config {
+  std::vector<RecordingConfig> recordings;
+  dsp::PrepareOptions prepare;
+  ZeroChoice zero;
+  ident::LibraryOptions library;
+  bool default_terms = false;  ///< `terms` was left out: sgn(v) and the inputs that were measured
+  FitConfig fit;
+  std::vector<RangeConfig> ranges;  ///< empty: one for each recording, named after it
+  std::string library_place;        ///< file:line of `terms`, for messages
+};
+
+/// Reads INPUT: a config where its name ends in .toml, else a recording with the defaults for the rest. Overrides read
+/// `a.b=c`. Throws dsp::Fault (usage, config.*): every message begins with file:line.
+[[nodiscard]] Config read_config(const std::filesystem::path& input, const std::vector<std::string>& overrides = {});
+
+/// The config as TOML with nothing left to a default but what differs between recordings. Files are written relative
+/// to `folder`, where the text is to live.
+[[nodiscard]] std::string to_toml(const Config& config, const std::filesystem::path& folder);
+
+}  // namespace apps

@@ -1,0 +1,146 @@
+#include "apps/fit_command.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <fstream>
+#include <limits>
+#include <utility>
+
+#include "apps/columns.hpp"
+#include "apps/identify.hpp"
+#include "apps/report_text.hpp"
+#include "apps/results_json.hpp"
+#include "dsp/sample_source.hpp"
+
+namespace apps {
+namespace {
+
+using Eigen::Index;
+
+dsp::Fault usage(std::string name, const std::string& message) {
+  return {dsp::FaultKind::usage, std::move(name), message};
+}
+
+/// The column's name as one that an expression can hold.
+std::string identifier(const std::string& column, std::size_t place) {
+  std::string name;
+  for (const char c : column) {
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0)
+      name += c;
+    else if (!name.empty() && name.back() != '_')
+      name += '_';
+  }
+  while (!name.empty() && name.back() == '_') name.pop_back();
+  if (name.empty()) return fmt::format("column_{}", place + 1);
+  return std::isdigit(static_cast<unsigned char>(name.front())) != 0 ? "_" + name : name;
+}
+
+/// A table as signals; its rows are its clock.
+dsp::Motion read_table(const std::filesystem::path& file, Console& console) {
+  const auto source = dsp::open_source(file);
+  const dsp::SourceInfo& info = source->info();
+  dsp::Motion table;
+  table.sample_rate_hz = 1.0;
+  for (std::size_t i = 0; i < info.columns.size(); ++i) {
+    const std::string name = identifier(info.columns[i], i);
+    if (table.find(name) != nullptr)
+      throw dsp::Fault(dsp::FaultKind::input, "channel.name",
+                       fmt::format("{}: two columns are called '{}'. Rename one.", file.string(), name));
+    if (name != info.columns[i]) console.note(fmt::format("column '{}' is called {} here", info.columns[i], name));
+    table.signals.push_back({name, info.units[i], Eigen::VectorXd(info.num_frames)});
+  }
+  dsp::FrameBlock block;
+  Index done = 0;
+  constexpr Index rows_at_once = 4096;
+  while (const Index count = source->read(block, rows_at_once)) {
+    for (Index j = 0; j < block.cols(); ++j)
+      table.signals[static_cast<std::size_t>(j)].values.segment(done, count) = block.col(j).head(count);
+    done += count;
+  }
+  return table;
+}
+
+std::vector<std::string> read_terms(const std::string& argument) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(argument, ignored)) return split_terms(argument);
+  std::vector<std::string> terms;
+  std::ifstream file(argument);
+  for (std::string line; std::getline(file, line);) {
+    line.erase(std::min(line.find('#'), line.size()));
+    const auto blank = [](char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; };
+    line.erase(std::remove_if(line.begin(), line.end(), blank), line.end());
+    if (!line.empty()) terms.push_back(line);
+  }
+  return terms;
+}
+
+std::vector<ident::Method> methods_of(const std::vector<std::string>& names) {
+  std::vector<ident::Method> methods;
+  for (const std::string& name : names) {
+    try {
+      methods.push_back(ident::method_from_string(name));
+    } catch (const std::invalid_argument& error) {
+      throw usage("fit.method", fmt::format("--methods: {}.", error.what()));
+    }
+  }
+  return methods;
+}
+
+}  // namespace
+
+std::vector<std::string> split_terms(const std::string& list) {
+  std::vector<std::string> terms(1);
+  int depth = 0;
+  for (const char c : list) {
+    depth += c == '(' ? 1 : c == ')' ? -1 : 0;
+    if (c == ',' && depth == 0)
+      terms.emplace_back();
+    else if (std::isspace(static_cast<unsigned char>(c)) == 0)
+      terms.back() += c;
+  }
+  for (std::size_t i = 0; i < terms.size(); ++i)
+    if (terms[i].empty())
+      throw usage("term.syntax", fmt::format("--terms: term {} of {} is empty.", i + 1, terms.size()));
+  return terms;
+}
+
+int run_fit(const FitArguments& arguments, Console& console) {
+  const dsp::Motion table = read_table(arguments.table, console);
+  if (table.find(arguments.target) == nullptr) {
+    std::string known;
+    for (const dsp::Signal& signal : table.signals) known += (known.empty() ? "" : ", ") + signal.name;
+    throw usage("target.unknown", fmt::format("--target: {} has no column '{}', want one of {}.",
+                                              arguments.table.string(), arguments.target, known));
+  }
+  const std::vector<std::string> terms = read_terms(arguments.terms);
+  const ident::CandidateLibrary library =
+      ident::make_library({.order = 0, .variables = {}, .terms = terms}, arguments.target, table);
+  const std::vector<Columns> columns{
+      form_columns(library, arguments.target, table, arguments.table.filename().string())};
+  dsp::RangeSpec all;
+  all.name = "all";
+  all.to_s = all.train_to_s.emplace(static_cast<double>(table.num_samples()));
+  all.where = arguments.where;
+  all.place = "--where";
+  const IdentifyOptions options{
+      .target = arguments.target,
+      .target_unit = table.find(arguments.target)->unit,
+      .methods = methods_of(arguments.methods),
+      .selection = arguments.selection == "type2" ? ident::Selection::type2 : ident::Selection::evidence,
+      .tau = arguments.tau,
+      .threshold = arguments.threshold,
+      .unit_norm_threshold = !arguments.raw_threshold,
+      .num_threads = arguments.num_threads,
+      .free_run = false};
+  const std::vector<RangeResult> ranges{identify(all, 1, columns, library, options)};
+  console.result(console.json() ? metrics_json(ranges, options) : report_text(ranges));
+  const bool any = std::any_of(ranges.front().fits.begin(), ranges.front().fits.end(),
+                               [](const JudgedFit& fit) { return !fit.model.terms.empty(); });
+  if (!any)
+    console.error("fit.nothing_selected", fmt::format("{}: no method selected a term.", arguments.table.string()));
+  return any ? 0 : 4;
+}
+
+}  // namespace apps

@@ -1,0 +1,35 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "apps/config.hpp"
+#include "apps/console.hpp"
+#include "dsp/prepare.hpp"
+#include "dsp/read_recording.hpp"
+
+namespace apps {
+
+/// A recording of a config, read and prepared, and where it came from.
+struct Input {
+  dsp::Prepared prepared;
+  std::vector<std::filesystem::path> files;  ///< all that were read: recording, further files, sidecar
+  std::vector<dsp::RangeSpec> ranges;        ///< of its sidecar
+  bool x_is_difference = false;              ///< x = y - r of two displacements, whose zeros mean nothing
+};
+
+[[nodiscard]] dsp::ReadOptions read_options(const RecordingConfig& recording, std::size_t max_memory_bytes);
+
+/// The files a run would read, without reading them: recordings and sidecars that are there.
+[[nodiscard]] std::vector<std::filesystem::path> input_files(const Config& config);
+
+/// Reads and prepares every recording. Progress and warnings go to the console.
+[[nodiscard]] std::vector<Input> prepare_inputs(const Config& config, std::size_t max_memory_bytes, Console& console);
+
+/// Fills in what the config left to the recordings: ranges (the sidecar's, else one "all", or one for each of several
+/// recordings, named after it), further terms (sgn(v), and of ddr, f and z those that all recordings have), the zero of
+/// x, which is then subtracted, and the prepare options where all recordings
+/// agree. Throws dsp::Fault (usage, "range.*") with the range's place.
+void settle(Config& config, std::vector<Input>& inputs, Console& console);
+
+}  // namespace apps

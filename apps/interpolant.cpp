@@ -1,0 +1,75 @@
+#include "apps/interpolant.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+namespace apps {
+namespace {
+
+using Eigen::Index;
+
+constexpr Index factor = 8;
+constexpr Index half_width = 24;  // samples either side; with this beta: flat to 0.85 of Nyquist within 1e-4
+constexpr double beta = 9.0;
+
+/// Taps x phase: what sample -half_width+1 ... half_width around a point `phase / factor` past sample 0 contribute.
+Eigen::MatrixXd phase_taps() {
+  Eigen::MatrixXd taps(2 * half_width, factor);
+  for (Index phase = 0; phase < factor; ++phase) {
+    for (Index i = 0; i < taps.rows(); ++i) {
+      const double distance = static_cast<double>(phase) / factor - static_cast<double>(i - half_width + 1);
+      const double edge = std::max(0.0, 1.0 - std::pow(distance / half_width, 2));
+      const double angle = std::numbers::pi * distance;
+      taps(i, phase) = (angle == 0.0 ? 1.0 : std::sin(angle) / angle) * std::cyl_bessel_i(0.0, beta * std::sqrt(edge));
+    }
+    taps.col(phase) /= taps.col(phase).sum();
+  }
+  return taps;
+}
+
+double reflected(const Eigen::Ref<const Eigen::VectorXd>& samples, Index i) {
+  const Index end = samples.size() - 1;
+  if (i < 0) return 2.0 * samples(0) - samples(std::min(-i, end));
+  if (i > end) return 2.0 * samples(end) - samples(std::max<Index>(2 * end - i, 0));
+  return samples(i);
+}
+
+}  // namespace
+
+Interpolant::Interpolant(const Eigen::Ref<const Eigen::VectorXd>& samples, double sample_rate_hz, Index first,
+                         Index last)
+    : fine_rate_hz_(factor * sample_rate_hz), start_s_(static_cast<double>(first) / sample_rate_hz) {
+  if (first < 0 || last > samples.size() || first >= last)
+    throw std::invalid_argument("Interpolant: empty range, or outside the record");
+  static const Eigen::MatrixXd taps = phase_taps();
+  const Index num_fine = (last - first - 1) * factor + 1;
+  fine_.resize(num_fine);
+  Eigen::VectorXd window(2 * half_width);
+  for (Index i = first; i < last; ++i) {
+    for (Index k = 0; k < window.size(); ++k) window(k) = reflected(samples, i - half_width + 1 + k);
+    const Index place = (i - first) * factor;
+    for (Index phase = 0; phase < factor && place + phase < num_fine; ++phase)
+      fine_(place + phase) = phase == 0 ? samples(i) : taps.col(phase).dot(window);
+  }
+  slope_ = Eigen::VectorXd::Zero(num_fine);
+  for (Index i = 0; i < num_fine; ++i) {
+    const auto at_clamped = [&](Index j) { return fine_(std::clamp<Index>(j, 0, num_fine - 1)); };
+    const bool inside = i >= 2 && i + 2 < num_fine;
+    slope_(i) = inside ? (8.0 * (fine_(i + 1) - fine_(i - 1)) - (fine_(i + 2) - fine_(i - 2))) / 12.0
+                       : (at_clamped(i + 1) - at_clamped(i - 1)) / (i > 0 && i + 1 < num_fine ? 2.0 : 1.0);
+  }
+}
+
+double Interpolant::at(double t_s) const {
+  const double place = (t_s - start_s_) * fine_rate_hz_;
+  if (!(place > 0.0)) return fine_(0);
+  if (place >= static_cast<double>(fine_.size() - 1)) return fine_(fine_.size() - 1);
+  const auto i = static_cast<Index>(place);
+  const double u = place - static_cast<double>(i), w = 1.0 - u;
+  return w * w * ((1.0 + 2.0 * u) * fine_(i) + u * slope_(i)) +
+         u * u * ((1.0 + 2.0 * w) * fine_(i + 1) - w * slope_(i + 1));
+}
+
+}  // namespace apps

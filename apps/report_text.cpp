@@ -1,0 +1,123 @@
+#include "apps/report_text.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/judgement.hpp"
+#include "apps/printable.hpp"
+
+namespace apps {
+namespace {
+
+std::string figure(const Figure& value) {
+  return value.reason.empty() ? fmt::format("{:.3g}", value.value) : fmt::format("none ({})", value.reason);
+}
+
+std::string optional_number(double value, const char* format) {
+  return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : std::string("-");
+}
+
+std::string stretches(const std::vector<dsp::Interval>& intervals) {
+  if (intervals.empty()) return "none";
+  std::vector<std::string> texts;
+  constexpr std::size_t most = 4;
+  for (const dsp::Interval& interval : intervals) {
+    if (texts.size() == most) {
+      texts.push_back(fmt::format("and {} more", intervals.size() - most));
+      break;
+    }
+    texts.push_back(fmt::format("{:.6g} to {:.6g} s", interval.from_s, interval.to_s));
+  }
+  return fmt::format("{}", fmt::join(texts, ", "));
+}
+
+std::string terms_table(const ident::Model& model) {
+  std::size_t width = 4;
+  for (const ident::ModelTerm& term : model.terms) width = std::max(width, term.name.size());
+  std::string text = fmt::format("      {:<{}}  {:>13}    {:<10} {:<10} {:>8} {:>9}  {}\n", "term", width, "mean",
+                                 "std", "robust", "CoV", "t", "unit");
+  for (const ident::ModelTerm& term : model.terms)
+    text += fmt::format(
+        "      {:<{}}  {:>13} +- {:<10} {:<10} {:>8} {:>9}  {}\n", term.name, width, ident::number(term.mean),
+        fmt::format("{:.3g}", term.std), optional_number(term.std_robust, "{:.3g}"),
+        optional_number(term.coefficient_of_variation(), "{:.2g}"), optional_number(term.t(), "{:.3g}"), term.unit);
+  return text;
+}
+
+/// The same terms, coefficients apart by next to nothing of their standard deviations.
+bool same_equation(const ident::Model& a, const ident::Model& b) {
+  constexpr double next_to_nothing = 0.01;
+  return std::equal(a.terms.begin(), a.terms.end(), b.terms.begin(), b.terms.end(),
+                    [](const ident::ModelTerm& one, const ident::ModelTerm& other) {
+                      return one.name == other.name && std::abs(one.mean - other.mean) <= next_to_nothing * one.std;
+                    });
+}
+
+std::string fit_text(const JudgedFit& fit) {
+  std::string text = fmt::format("    {}\n", ident::to_text(fit.model));
+  const Judgement judgement = judge(fit);
+  text += fmt::format("    {}:\n", to_string(judgement.trust));
+  for (const std::string& remark : judgement.remarks) text += fmt::format("      - {}\n", remark);
+  if (fit.model.terms.empty()) return text;
+  text += terms_table(fit.model);
+  text += fmt::format(
+      "      NMSE train {}, test {}, free run {}\n      about the mean: train {}, test {}; noise {:.3g} {}\n",
+      figure(fit.train), figure(fit.test), figure({fit.free_run.nmse, fit.free_run.reason}), figure(fit.train_centred),
+      figure(fit.test_centred), fit.model.noise_std, fit.model.target_unit);
+  return text;
+}
+
+std::string fits_text(const std::vector<JudgedFit>& fits) {
+  std::string text;
+  for (auto fit = fits.begin(); fit != fits.end(); ++fit) {
+    text += fmt::format(
+        "  {}: {} after {} iterations, {} terms{}\n", to_string(fit->fit.method), to_string(fit->fit.status),
+        fit->fit.iterations, fit->model.terms.size(),
+        fit->model.terms.empty() ? "" : fmt::format(", condition number {:.3g}", fit->fit.condition_number));
+    const auto twin = std::find_if(fits.begin(), fit, [&](const JudgedFit& earlier) {
+      return !fit->model.terms.empty() && same_equation(earlier.model, fit->model);
+    });
+    text += twin == fit ? fit_text(*fit) : fmt::format("    the same equation as {}\n", to_string(twin->fit.method));
+  }
+  return text;
+}
+
+std::string range_text(const RangeResult& range) {
+  std::string text =
+      fmt::format("range {}: {} training rows ({}), {} test rows ({}){}\n", range.spec.name, range.rows.train.size(),
+                  stretches(range.rows.train_s), range.rows.test.size(), stretches(range.rows.test_s),
+                  range.spec.where.empty() ? "" : ", where " + range.spec.where);
+  for (const DroppedTerm& term : range.dropped) text += fmt::format("  left out: {} ({})\n", term.name, term.reason);
+  return text + fits_text(range.fits);
+}
+
+}  // namespace
+
+std::string report_text(const std::vector<RangeResult>& ranges) {
+  std::string text;
+  for (const RangeResult& range : ranges) text += range_text(range) + "\n";
+  for (const RangeDisagreement& pair : compare_ranges(ranges)) {
+    text += fmt::format("{} and {} disagree ({}):\n", pair.range_a, pair.range_b, pair.method);
+    for (const ident::Disagreement& term : pair.terms) text += fmt::format("  - {}\n", term.sentence);
+    text += "  a term that only one of them has, or that changes its sign, is not the physics of both\n\n";
+  }
+  if (!text.empty() && text.ends_with("\n\n")) text.pop_back();
+  return text;
+}
+
+std::string report_latex(const std::vector<RangeResult>& ranges) {
+  std::string text;
+  for (const RangeResult& range : ranges)
+    for (const JudgedFit& fit : range.fits) {
+      const Judgement judgement = judge(fit);
+      text += fmt::format("% {}, {}: {}: {}\n\\begin{{equation}}\n  {}\n\\end{{equation}}\n",
+                          printable(range.spec.name), to_string(fit.fit.method), to_string(judgement.trust),
+                          printable(fmt::format("{}", fmt::join(judgement.remarks, "; "))), ident::to_latex(fit.model));
+    }
+  return text;
+}
+
+}  // namespace apps

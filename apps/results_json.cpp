@@ -1,0 +1,306 @@
+#include "apps/results_json.hpp"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "apps/judgement.hpp"
+#include "apps/printable.hpp"
+#include "apps/version.hpp"
+
+namespace apps {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string text_of(const Json& document) {
+  return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+/// A number, or null with the reason beside it.
+void put(Json& object, const std::string& key, double value, std::string_view reason) {
+  if (std::isfinite(value))
+    object[key] = value;
+  else {
+    object[key] = nullptr;
+    object[key + "_reason"] = reason;
+  }
+}
+
+void put(Json& object, const std::string& key, const Figure& figure) {
+  put(object, key, figure.value, figure.reason);
+}
+
+Json intervals_json(const std::vector<dsp::Interval>& intervals) {
+  Json result = Json::array();
+  for (const dsp::Interval& interval : intervals) result.push_back({interval.from_s, interval.to_s});
+  return result;
+}
+
+Json term_json(const ident::ModelTerm& term, std::string_view no_evidence) {
+  Json result{{"name", term.name}, {"mean", term.mean}};
+  put(result, "std", term.std, "the noise could not be estimated");
+  put(result, "std_robust", term.std_robust, "too few rows");
+  put(result, "cov", term.coefficient_of_variation(), "the coefficient is zero");
+  result["unit"] = term.unit;
+  result["scale"] = term.scale;
+  result["mean_scaled"] = term.mean * term.scale;
+  put(result, "std_scaled", term.std * term.scale, "the noise could not be estimated");
+  put(result, "t", term.t(), "the standard deviation is zero");
+  put(result, "evidence_gain", term.evidence_gain, no_evidence);
+  put(result, "inclusion_probability", term.inclusion_probability, no_evidence);
+  return result;
+}
+
+Json nmse_json(const JudgedFit& fit) {
+  Json result = Json::object();
+  put(result, "train", fit.train);
+  put(result, "test", fit.test);
+  put(result, "train_centred", fit.train_centred);
+  put(result, "test_centred", fit.test_centred);
+  if (fit.free_run.reason.empty())
+    result["free_run"] = fit.free_run.nmse;
+  else
+    result["free_run"] = nullptr;
+  result["free_run_reason"] = fit.free_run.reason.empty() ? Json() : Json(fit.free_run.reason);
+  return result;
+}
+
+Json steps_json(const JudgedFit& fit, const std::vector<std::string>& terms) {
+  Json result = Json::array();
+  for (const ident::FitStep& step : fit.fit.steps) {
+    Json row{{"action", to_string(step.action)}};
+    row["term"] = step.term < 0 ? Json() : Json(terms[static_cast<std::size_t>(step.term)]);
+    if (step.term < 0) row["term_reason"] = "all terms at once";
+    put(row, "log_evidence", step.log_evidence, "not computed");
+    put(row, "noise_variance", step.noise_variance, "not computed");
+    result.push_back(std::move(row));
+  }
+  return result;
+}
+
+Json method_json(const JudgedFit& fit, const RangeResult& range, const IdentifyOptions& options) {
+  const std::string no_evidence = std::string(to_string(fit.fit.method)) + " computes no evidence";
+  const bool has_evidence = std::isfinite(fit.fit.log_evidence);
+  Json result{{"method", to_string(fit.fit.method)}};
+  result["selection"] = has_evidence ? Json(to_string(options.selection)) : Json();
+  if (!has_evidence) result["selection_reason"] = no_evidence;
+  put(result, "tau", has_evidence ? fit.fit.tau : std::nan(""), no_evidence);
+  result["status"] = to_string(fit.fit.status);
+  result["iterations"] = fit.fit.iterations;
+  result["target"] = options.target;
+  result["terms"] = Json::array();
+  for (const ident::ModelTerm& term : fit.model.terms) result["terms"].push_back(term_json(term, no_evidence));
+  put(result, "noise_std", fit.model.noise_std, "no degree of freedom is left");
+  put(result, "log_evidence", fit.fit.log_evidence, no_evidence);
+  put(result, "condition_number", fit.fit.condition_number, "no term was selected");
+  put(result, "residual_whiteness", fit.whiteness.tested ? fit.whiteness.p_value : std::nan(""),
+      "too few rows, or no residual");
+  result["residual_white"] = fit.whiteness.tested ? Json(fit.whiteness.white) : Json();
+  put(result, "residual_peak_share", fit.whiteness.tested ? fit.whiteness.peak_share : std::nan(""),
+      "too few rows, or no residual");
+  result["nmse"] = nmse_json(fit);
+  result["free_run_stretches"] = fit.free_run.num_stretches;
+  result["seconds"] = {{"accumulate", range.accumulate_s}, {"solve", fit.solve_s}};
+  result["steps"] = steps_json(fit, range.terms);
+  return result;
+}
+
+Json check_json(const dsp::Check& check) {
+  Json result{{"name", check.name}, {"channel", printable(check.channel)}, {"status", to_string(check.status)}};
+  put(result, "value", check.value, "no single number says it");
+  put(result, "limit", check.limit, "there is none");
+  result["message"] = printable(check.message);
+  return result;
+}
+
+Json filter_json(const dsp::FilterSheet& sheet) {
+  Json stages = Json::array();
+  for (const dsp::FilterStage& stage : sheet.stages)
+    stages.push_back({{"up", stage.up},
+                      {"down", stage.down},
+                      {"input_rate_hz", stage.input_rate_hz},
+                      {"num_taps", stage.taps.size()}});
+  Json result{{"stages", std::move(stages)}};
+  put(result, "passband_ripple_db", sheet.passband_ripple_db, "not measured");
+  put(result, "alias_rejection_db", sheet.alias_rejection_db, "nothing folds");
+  put(result, "delay_removed_s", sheet.delay_s, "not measured");
+  put(result, "edge_s", sheet.edge_s, "not measured");
+  return result;
+}
+
+Json motion_json(const dsp::Prepared& recording) {
+  Json result{{"recording", printable(recording.name)},
+              {"rate_hz", recording.signals.sample_rate_hz},
+              {"bus_rate_hz", recording.bus.sample_rate_hz},
+              {"num_samples", recording.signals.num_samples()},
+              {"edge_samples", recording.signals.edge_samples}};
+  put(result, "dropped_power_fraction", recording.bus.dropped_power_fraction, "not computed");
+  result["decimation"] = recording.decimation ? filter_json(*recording.decimation) : Json();
+  if (!recording.decimation) result["decimation_reason"] = "the record stays at its own rate";
+  return result;
+}
+
+Json channel_json(const dsp::Channel& channel) {
+  return {{"name", printable(channel.name)},  {"role", to_string(channel.role)}, {"unit", printable(channel.unit)},
+          {"calibrated", channel.calibrated}, {"delay_s", channel.delay_s},      {"highpass_hz", channel.highpass_hz}};
+}
+
+}  // namespace
+
+std::string_view to_string(dsp::CheckStatus status) {
+  constexpr std::string_view words[] = {"ok", "note", "warning", "failed"};
+  return words[static_cast<int>(status)];
+}
+
+std::string metrics_json(const std::vector<RangeResult>& ranges, const IdentifyOptions& options) {
+  Json document{{"ranges", Json::array()}};
+  for (const RangeResult& range : ranges) {
+    Json row{
+        {"name", printable(range.spec.name)}, {"regime", nullptr}, {"regime_reason", "the range was given by time"}};
+    row["train_s"] = intervals_json(range.rows.train_s);
+    row["test_s"] = intervals_json(range.rows.test_s);
+    row["num_train"] = range.rows.train.size();
+    row["num_test"] = range.rows.test.size();
+    row["where"] = range.spec.where;
+    row["left_out"] = Json::array();
+    for (const DroppedTerm& term : range.dropped)
+      row["left_out"].push_back({{"name", term.name}, {"reason", term.reason}});
+    row["methods"] = Json::array();
+    for (const JudgedFit& fit : range.fits) row["methods"].push_back(method_json(fit, range, options));
+    document["ranges"].push_back(std::move(row));
+  }
+  return text_of(document);
+}
+
+std::string equation_json(const std::vector<RangeResult>& ranges) {
+  Json document{{"equations", Json::array()}, {"disagreements", Json::array()}};
+  for (const RangeResult& range : ranges)
+    for (const JudgedFit& fit : range.fits) {
+      const Judgement judgement = judge(fit);
+      Json row{{"range", printable(range.spec.name)}, {"method", to_string(fit.fit.method)},
+               {"target", fit.model.target},          {"target_unit", fit.model.target_unit},
+               {"text", ident::to_text(fit.model)},   {"latex", ident::to_latex(fit.model)},
+               {"trust", to_string(judgement.trust)}, {"remarks", judgement.remarks}};
+      row["terms"] = Json::array();
+      for (const ident::ModelTerm& term : fit.model.terms)
+        row["terms"].push_back(term_json(term, std::string(to_string(fit.fit.method)) + " computes no evidence"));
+      document["equations"].push_back(std::move(row));
+    }
+  for (const RangeDisagreement& pair : compare_ranges(ranges)) {
+    Json row{{"method", pair.method},
+             {"ranges", {printable(pair.range_a), printable(pair.range_b)}},
+             {"terms", Json::array()}};
+    for (const ident::Disagreement& term : pair.terms)
+      row["terms"].push_back({{"name", term.term}, {"sentence", printable(term.sentence)}});
+    document["disagreements"].push_back(std::move(row));
+  }
+  return text_of(document);
+}
+
+std::string quality_json(const std::vector<const dsp::Prepared*>& recordings) {
+  Json document{{"checks", Json::array()},
+                {"pairs", Json::array()},
+                {"power_check", nullptr},
+                {"power_check_reason", "displacement and acceleration of one body were not both measured"},
+                {"motion", Json::array()}};
+  for (const dsp::Prepared* recording : recordings) {
+    for (const dsp::Check& check : recording->checks) document["checks"].push_back(check_json(check));
+    document["motion"].push_back(motion_json(*recording));
+  }
+  return text_of(document);
+}
+
+std::string segments_json(const std::vector<const dsp::Prepared*>& recordings) {
+  Json document = Json::array();
+  for (const dsp::Prepared* one : recordings) {
+    const dsp::Prepared& recording = *one;
+    const auto add = [&](double from_s, double to_s, const std::string& reason) {
+      Json row{{"label", "excluded"}, {"from_s", from_s}, {"to_s", to_s}, {"reason", printable(reason)}};
+      if (recordings.size() > 1) row["recording"] = printable(recording.name);
+      document.push_back(std::move(row));
+    };
+    const double rate = recording.signals.sample_rate_hz,
+                 end = static_cast<double>(recording.signals.num_samples()) / rate;
+    const double edge = static_cast<double>(recording.signals.edge_samples) / rate;
+    if (edge > 0.0) add(0.0, edge, "start of the record: filter and derivatives lean on extrapolated samples");
+    for (const dsp::Interval& interval : recording.excluded) add(interval.from_s, interval.to_s, interval.why);
+    if (edge > 0.0) add(end - edge, end, "end of the record: filter and derivatives lean on extrapolated samples");
+  }
+  return text_of(document);
+}
+
+std::string checks_json(const std::vector<dsp::Check>& checks) {
+  Json document{{"checks", Json::array()}};
+  for (const dsp::Check& check : checks) document["checks"].push_back(check_json(check));
+  return text_of(document);
+}
+
+std::string fault_json(std::string_view name, std::string_view kind, int exit_code, std::string_view message) {
+  return text_of(
+      {{"error", {{"name", name}, {"kind", kind}, {"exit_code", exit_code}, {"message", printable(message)}}}});
+}
+
+std::string info_json(const std::vector<RecordingInfo>& recordings) {
+  Json document{{"recordings", Json::array()}};
+  for (const RecordingInfo& info : recordings) {
+    Json row{{"file", printable(info.file)},
+             {"container", info.container},
+             {"rate_hz", info.sample_rate_hz},
+             {"num_samples", info.num_samples},
+             {"duration_s", static_cast<double>(info.num_samples) / info.sample_rate_hz}};
+    row["sidecar"] = info.sidecar.empty() ? Json() : Json(printable(info.sidecar));
+    row["channels"] = Json::array();
+    for (const dsp::Channel& channel : info.channels) row["channels"].push_back(channel_json(channel));
+    row["ranges"] = Json::array();
+    for (const dsp::RangeSpec& range : info.ranges) {
+      Json spec{{"name", printable(range.name)}, {"from_s", range.from_s}};
+      put(spec, "to_s", range.to_s, "to the end");
+      row["ranges"].push_back(std::move(spec));
+    }
+    row["bad"] = Json::array();
+    for (const dsp::Interval& bad : info.bad)
+      row["bad"].push_back({{"from_s", bad.from_s}, {"to_s", bad.to_s}, {"why", printable(bad.why)}});
+    row["checks"] = Json::array();
+    for (const dsp::Check& check : info.checks) row["checks"].push_back(check_json(check));
+    document["recordings"].push_back(std::move(row));
+  }
+  return text_of(document);
+}
+
+std::string terms_json(const std::vector<ident::FunctionHelp>& signals,
+                       const std::vector<ident::FunctionHelp>& functions) {
+  const auto list = [](const std::vector<ident::FunctionHelp>& entries) {
+    Json result = Json::array();
+    for (const ident::FunctionHelp& entry : entries)
+      result.push_back({{"name", entry.name}, {"meaning", entry.meaning}});
+    return result;
+  };
+  return text_of({{"signals", list(signals)}, {"functions", list(functions)}});
+}
+
+std::string manifest_json(const Manifest& manifest) {
+  Json document{{"schema", 1},
+                {"program", "ardent"},
+                {"version", version()},
+                {"build", build_flags()},
+                {"libraries", Json::object()}};
+  for (const LibraryVersion& library : library_versions()) document["libraries"][library.name] = library.version;
+  document["command"] = manifest.command;
+  document["arguments"] = Json::array();
+  for (const std::string& argument : manifest.arguments) document["arguments"].push_back(printable(argument));
+  document["seed"] = manifest.seed;
+  document["started_utc"] = manifest.started_utc;
+  document["finished_utc"] = manifest.finished_utc;
+  document["warnings"] = Json::array();
+  for (const std::string& warning : manifest.warnings) document["warnings"].push_back(printable(warning));
+  const auto files = [](const std::vector<ManifestFile>& list) {
+    Json result = Json::array();
+    for (const ManifestFile& file : list) result.push_back({{"path", printable(file.path)}, {"sha256", file.sha256}});
+    return result;
+  };
+  document["inputs"] = files(manifest.inputs);
+  document["outputs"] = files(manifest.outputs);
+  return text_of(document);
+}
+
+}  // namespace apps

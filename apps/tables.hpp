@@ -1,0 +1,27 @@
+#pragma once
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "apps/identify.hpp"
+#include "dsp/prepare.hpp"
+
+namespace apps {
+
+/// Takes a table piece by piece.
+using Sink = std::function<void(std::string_view)>;
+
+/// prepared.csv: t, r, y, x, v, a, ddr and what else there is, then `excluded`; SI, 17 significant digits. Several
+/// recordings follow one another with their name in a first column.
+void write_prepared(const std::vector<const dsp::Prepared*>& recordings, const Sink& sink);
+
+/// predictions.csv: a row for each row of each range: range, recording, part, t, the target, and for each method its
+/// prediction and the standard deviation of that.
+void write_predictions(const std::vector<RangeResult>& ranges, const std::vector<Columns>& recordings,
+                       const Sink& sink);
+
+/// A text as a cell of a CSV file: quoted where it must be, with ' before what a spreadsheet would take for a formula.
+[[nodiscard]] std::string text_cell(std::string_view text);
+
+}  // namespace apps

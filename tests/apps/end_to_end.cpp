@@ -1,0 +1,372 @@
+// The built program, as a person uses it: exit codes, messages, and what is on the disk afterwards.
+#include <catch2/catch.hpp>
+#include <csignal>
+
+#include "support/program.hpp"
+
+using support::bytes_of;
+using support::Scratch;
+namespace fs = std::filesystem;
+
+namespace {
+
+void expect(const Scratch& folder, const std::string& command, int code, const std::vector<std::string>& pieces) {
+  CAPTURE(command);
+  const support::Ended ended = support::run(folder, command);
+  CHECK(ended.code == code);
+  for (const std::string& piece : pieces) CHECK_THAT(ended.err, Catch::Contains(piece));
+}
+
+/// A folder with a simulated Duffing oscillator in duffing/response.csv.
+const Scratch& bench() {
+  static const Scratch folder;
+  static const support::Ended made = support::run(folder, "$ARDENT sim duffing -o duffing --noise 0.01");
+  REQUIRE(made.code == 0);
+  return folder;
+}
+
+void put(const Scratch& folder, const std::string& name, const std::string& text) {
+  (void)folder.file(name, text);
+}
+
+const std::vector<std::string> run_files{"manifest.json",   "config.toml",  "quality.json", "segments.json",
+                                         "prepared.csv",    "equation.txt", "equation.tex", "equation.json",
+                                         "predictions.csv", "metrics.json", "log.txt"};
+
+/// metrics.json without the only thing that may differ from run to run.
+std::string timeless(std::string text) {
+  for (std::size_t at = 0; (at = text.find("\"seconds\"", at)) != std::string::npos;)
+    text.erase(at, text.find('}', at) - at);
+  return text;
+}
+
+void check_same_run(const Scratch& folder, const std::string& a, const std::string& b) {
+  for (const std::string& name : run_files) {
+    if (name == "manifest.json") continue;
+    CAPTURE(a, b, name);
+    const std::string first = bytes_of(folder / (a + "/" + name)), second = bytes_of(folder / (b + "/" + name));
+    CHECK_FALSE(first.empty());
+    CHECK((timeless(first) == timeless(second)));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("help, version and terms are results", "[apps][end_to_end]") {
+  const Scratch folder;
+  const auto help = support::run(folder, "$ARDENT --help");
+  CHECK(help.code == 0);
+  CHECK_THAT(help.out, Catch::Contains("run") && Catch::Contains("--force"));
+  const auto version = support::run(folder, "$ARDENT --version");
+  CHECK(version.code == 0);
+  CHECK_THAT(version.out, Catch::StartsWith("ardent ") && Catch::Contains("SUNDIALS 6") && Catch::Contains("FFTW 3"));
+  const auto terms = support::run(folder, "$ARDENT terms");
+  CHECK(terms.code == 0);
+  CHECK_THAT(terms.out, Catch::Contains("ddr") && Catch::Contains("sgn") && Catch::Contains("tanh"));
+  CHECK(terms.err.empty());
+}
+
+TEST_CASE("a wrong command line ends with 2 and one line", "[apps][end_to_end]") {
+  const Scratch folder;
+  for (const char* arguments : {"", "fly", "run", "run a.csv --frobnicate", "info", "sim duffing",
+                                "run a.csv --threads many", "--progress=sometimes terms"}) {
+    CAPTURE(arguments);
+    const auto ended = support::run(folder, std::string("$ARDENT ") + arguments);
+    CHECK(ended.code == 2);
+    CHECK(ended.out.empty());
+    CHECK_THAT(ended.err, Catch::StartsWith("error [usage]"));
+    CHECK(std::count(ended.err.begin(), ended.err.end(), '\n') == 1);
+  }
+}
+
+TEST_CASE("an error is a JSON document where JSON was asked for", "[apps][end_to_end]") {
+  const Scratch folder;
+  const auto missing = support::run(folder, "$ARDENT --json info nothing.wav");
+  CHECK(missing.code == 3);
+  CHECK_THAT(missing.out, Catch::StartsWith("{") && Catch::Contains("\"name\": \"file.missing\"") &&
+                              Catch::Contains("\"exit_code\": 3"));
+  CHECK_THAT(missing.err, Catch::Contains("error [file.missing] nothing.wav"));
+  const auto usage = support::run(folder, "$ARDENT fly --json");
+  CHECK(usage.code == 2);
+  CHECK_THAT(usage.out, Catch::Contains("\"exit_code\": 2"));
+}
+
+TEST_CASE("a record becomes a run folder with everything in it", "[apps][end_to_end]") {
+  const Scratch& folder = bench();
+  const auto ended = support::run(folder, "$ARDENT run duffing/response.csv -o whole");
+  CHECK(ended.code == 0);
+  CHECK_THAT(ended.out,
+             Catch::Contains("x^3") && Catch::Contains("trusted") && Catch::Contains("results are in whole"));
+  for (const std::string& name : run_files) CHECK(fs::is_regular_file(folder / ("whole/" + name)));
+  for (const std::string name : {"whole.partial", "whole.lock"}) CHECK_FALSE(fs::exists(folder / name));
+  const std::string metrics = bytes_of(folder / "whole/metrics.json");
+  for (const char* key : {"ranges",
+                          "name",
+                          "regime",
+                          "train_s",
+                          "test_s",
+                          "num_train",
+                          "num_test",
+                          "methods",
+                          "method",
+                          "selection",
+                          "tau",
+                          "status",
+                          "iterations",
+                          "target",
+                          "terms",
+                          "mean",
+                          "std",
+                          "std_robust",
+                          "cov",
+                          "unit",
+                          "scale",
+                          "mean_scaled",
+                          "std_scaled",
+                          "t",
+                          "evidence_gain",
+                          "inclusion_probability",
+                          "noise_std",
+                          "log_evidence",
+                          "condition_number",
+                          "residual_whiteness",
+                          "nmse",
+                          "train",
+                          "test",
+                          "train_centred",
+                          "test_centred",
+                          "free_run",
+                          "free_run_reason",
+                          "seconds",
+                          "accumulate",
+                          "solve"}) {
+    CAPTURE(key);
+    CHECK_THAT(metrics, Catch::Contains(std::string("\"").append(key).append("\":")));
+  }
+  CHECK(metrics.find("nan") == std::string::npos);
+  CHECK_THAT(bytes_of(folder / "whole/prepared.csv"), Catch::StartsWith("t,y,x,v,a,") || Catch::StartsWith("t,x,v,a,"));
+}
+
+TEST_CASE("a run is the same from its own config and for any number of threads", "[apps][end_to_end]") {
+  const Scratch& folder = bench();
+  CHECK(support::run(folder, "$ARDENT run duffing/response.csv -o one --threads 1").code == 0);
+  CHECK(support::run(folder, "$ARDENT run duffing/response.csv -o two --threads 2").code == 0);
+  check_same_run(folder, "one", "two");
+  const auto again = support::run(folder, "$ARDENT run one/config.toml -o three");
+  CHECK(again.code == 0);
+  check_same_run(folder, "one", "three");
+}
+
+TEST_CASE("locale, time zone, umask and a missing home change nothing", "[apps][end_to_end]") {
+  const Scratch& folder = bench();
+  CHECK(support::run(folder, "$ARDENT run duffing/response.csv -o plain").code == 0);
+  CHECK(support::run(folder,
+                     "umask 077; env -i LC_ALL=de_DE.UTF-8 LANG=de_DE.UTF-8 TZ=Asia/Kolkata $ARDENT run "
+                     "duffing/response.csv -o odd")
+            .code == 0);
+  check_same_run(folder, "plain", "odd");
+}
+
+TEST_CASE("outputs hold no path, user or host of this machine", "[apps][end_to_end]") {
+  const Scratch& folder = bench();
+  const std::string here = (folder / "").string();
+  CHECK(support::run(folder, "$ARDENT run " + here + "duffing/response.csv -o " + here + "private --set fit.target=a")
+            .code == 0);
+  char host[256] = "";
+  ::gethostname(host, sizeof host - 1);
+  const std::string unique_part = fs::path(here).parent_path().filename().string();
+  for (const std::string& name : run_files) {
+    const std::string text = bytes_of(folder / ("private/" + name));
+    CAPTURE(name);
+    CHECK(text.find(unique_part) == std::string::npos);
+    if (std::string(host).size() > 3) CHECK(text.find(host) == std::string::npos);
+  }
+}
+
+TEST_CASE("an earlier result stays unless forced", "[apps][end_to_end]") {
+  const Scratch& folder = bench();
+  CHECK(support::run(folder, "$ARDENT run duffing/response.csv -o kept").code == 0);
+  const std::string before = bytes_of(folder / "kept/manifest.json");
+  expect(folder, "$ARDENT run duffing/response.csv -o kept", 5, {"[output.exists]", "kept", "--force"});
+  CHECK(bytes_of(folder / "kept/manifest.json") == before);
+  expect(folder, "$ARDENT run duffing/response.csv -o kept --force", 0, {});
+}
+
+TEST_CASE("an output that touches the input is refused", "[apps][end_to_end]") {
+  const Scratch& folder = bench();
+  for (const char* output : {"duffing/response.csv", "duffing", "duffing/response.csv/run", "."})
+    expect(folder, std::string("$ARDENT run duffing/response.csv --force -o ") + output, 2, {"[output.overlap]"});
+  CHECK(fs::exists(folder / "duffing/response.csv"));
+}
+
+TEST_CASE("a symbolic link at the output is not followed", "[apps][end_to_end]") {
+  const Scratch& folder = bench();
+  fs::create_directory(folder / "victim");
+  fs::create_directory_symlink(folder / "victim", folder / "link");
+  expect(folder, "$ARDENT run duffing/response.csv -o link --force", 5, {"[output.symlink]"});
+  CHECK(fs::is_empty(folder / "victim"));
+}
+
+TEST_CASE("where nothing can be written the run ends with 5 and leaves nothing", "[apps][end_to_end]") {
+  const Scratch& folder = bench();
+  expect(folder, "ulimit -f 8; $ARDENT run duffing/response.csv -o limited", 5, {"[output.write]", "File too large"});
+  CHECK_FALSE(fs::exists(folder / "limited"));
+  CHECK_FALSE(fs::exists(folder / "limited.partial"));
+  expect(folder, "$ARDENT run duffing/response.csv -o /proc/none/run", 5, {"[output.write]", "/proc/none"});
+  expect(folder, "$ARDENT info duffing/response.csv > /dev/full", 5,
+         {"[output.write]", "standard output", "No space left"});
+}
+
+TEST_CASE("a full disk keeps the old result", "[apps][end_to_end]") {
+  const Scratch& folder = bench();
+  const std::string setup = "mkdir -p small && mount -t tmpfs -o size=1200k none small && ";
+  if (support::run(folder, "unshare -m sh -c '" + setup + "true'").code != 0) {
+    WARN("skipped: no right to mount a small file system");
+    return;
+  }
+  const auto ended = support::run(
+      folder,
+      "unshare -m sh -c '" + setup +
+          "$ARDENT run duffing/response.csv -q -o small/run && $ARDENT run duffing/response.csv -q -o small/run "
+          "--force --set prepare.recipe=paper; echo code $?; ls small; grep recipe small/run/config.toml'");
+  CHECK_THAT(ended.err, Catch::Contains("[output.write]") && Catch::Contains("No space left on device"));
+  CHECK_THAT(ended.out, Catch::Contains("code 5\nrun\nrecipe = \"matched\""));
+}
+
+TEST_CASE("a run killed while writing is called incomplete and redone by force", "[apps][end_to_end]") {
+  const Scratch& folder = bench();
+  REQUIRE(support::run(folder, "$ARDENT sim duffing -o long --duration 400 --noise 0.1").code == 0);
+  support::Running running(folder / "", "exec $ARDENT run long/response.csv -o killed");
+  CHECK(support::eventually([&] { return fs::exists(folder / "killed.partial/equation.txt"); }));
+  running.send(SIGKILL);
+  CHECK(running.wait().code == 128 + SIGKILL);
+  CHECK_FALSE(fs::exists(folder / "killed/manifest.json"));
+  expect(folder, "$ARDENT run duffing/response.csv -o killed", 5, {"[output.incomplete]", "incomplete", "--force"});
+  expect(folder, "$ARDENT run duffing/response.csv -o killed --force", 0, {});
+  CHECK(fs::exists(folder / "killed/manifest.json"));
+  CHECK_FALSE(fs::exists(folder / "killed.partial"));
+}
+
+TEST_CASE("a signal ends a run without leaving anything", "[apps][end_to_end]") {
+  const Scratch& folder = bench();
+  REQUIRE(support::run(folder, "$ARDENT sim duffing -o longer --duration 400 --noise 0.1").code == 0);
+  for (const int signal : {SIGINT, SIGTERM}) {
+    support::Running running(folder / "", "exec $ARDENT run longer/response.csv -o stopped");
+    CHECK(support::eventually([&] { return fs::exists(folder / "stopped.partial"); }));
+    running.send(signal);
+    const support::Ended ended = running.wait();
+    CHECK(ended.code == 128 + signal);
+    CHECK_THAT(ended.err, Catch::Contains("[interrupted]"));
+    for (const char* name : {"stopped", "stopped.partial", "stopped.lock"}) CHECK_FALSE(fs::exists(folder / name));
+  }
+}
+
+TEST_CASE("a reader that goes away ends the output quietly", "[apps][end_to_end]") {
+  const Scratch& folder = bench();
+  const auto ended = support::run(folder, "($ARDENT info duffing/response.csv; echo code $? >&2) | true");
+  CHECK(ended.err == "code 0\n");
+}
+
+TEST_CASE("terms that cannot be are refused before anything is computed", "[apps][end_to_end]") {
+  const Scratch& folder = bench();
+  const auto refused = [&](const std::string& terms, const std::string& order, const std::string& name,
+                           const std::vector<std::string>& pieces) {
+    put(folder, "terms.toml",
+        "[[recording]]\nfile = \"duffing/response.csv\"\n[library]\norder = " + order + "\nterms = [" + terms + "]\n");
+    std::vector<std::string> all{"[" + name + "]", "terms.toml:5"};
+    all.insert(all.end(), pieces.begin(), pieces.end());
+    expect(folder, "$ARDENT run terms.toml -o refused", 2, all);
+    CHECK_FALSE(fs::exists(folder / "refused"));
+  };
+  refused("\"x^\"", "1", "term.syntax", {"x^"});
+  refused("\"x + q\"", "1", "term.unknown_name", {"q"});
+  refused("\"x = 5\"", "1", "term.assignment", {"="});
+  refused("\"x, v\"", "1", "term.syntax", {});
+  refused("\"\"", "1", "term.syntax", {});
+  refused("\"a\"", "1", "library.target", {"a"});
+  refused("\"2*a\"", "1", "library.target", {"2*a"});
+  refused("\"x\"", "1", "library.duplicate", {"x"});
+  refused("\"f\"", "50", "library.too_large", {"1327", "1000"});
+  refused("\"" + std::string(20000, '(') + "x" + std::string(20000, ')') + "\"", "1", "term.too_long", {});
+  std::string million;
+  for (int i = 0; i < 1000000; ++i) million += "\"x*" + std::to_string(i) + "\",";
+  refused(million, "1", "library.too_large", {"1000003"});
+}
+
+TEST_CASE("a config that cannot be run is refused with its line", "[apps][end_to_end]") {
+  const Scratch& folder = bench();
+  const std::string recording = "[[recording]]\nfile = \"duffing/response.csv\"\n";
+  const auto refused = [&](const std::string& text, const std::vector<std::string>& pieces) {
+    put(folder, "bad.toml", recording + text);
+    expect(folder, "$ARDENT run bad.toml -o bad", 2, pieces);
+  };
+  refused("[fit]\ntarget = \"q\"\n", {"[target.unknown]", "bad.toml:4", "'q'", "want one of t, x"});
+  refused("[[range]]\nname = \"late\"\nfrom = 100\nto = 200\n", {"[range.outside]", "bad.toml", "late"});
+  refused("[[range]]\nname = \"none\"\nwhere = \"x > 1e9\"\n", {"[range.empty]", "bad.toml", "none"});
+  refused("[[range]]\nname = \"odd\"\nwhere = \"x >\"\n", {"[term.syntax]", "bad.toml", "where"});
+  refused("[prepare]\ncutof_hz = 1\n", {"[config.unknown_key]", "bad.toml:4", "cutoff_hz"});
+  refused("schema = 7\n", {"config."});
+  expect(folder, "$ARDENT run duffing/response.csv -o bad --set fit.tau=-3", 2, {"[config.range]", "--set fit.tau=-3"});
+  expect(folder, "$ARDENT run duffing/none.csv -o bad", 3, {"[file.missing]", "none.csv"});
+  CHECK_FALSE(fs::exists(folder / "bad"));
+}
+
+TEST_CASE("names from files reach neither the terminal raw nor the file system", "[apps][end_to_end]") {
+  const Scratch folder;
+  std::string table = "t,\x1b[31mx,v\n";
+  for (int i = 0; i < 400; ++i)
+    table += std::to_string(0.01 * i) + "," + std::to_string(i % 7) + "," + std::to_string(i % 5) + "\n";
+  put(folder, "a.csv", table);
+  const auto info = support::run(folder, "$ARDENT info a.csv");
+  CHECK(info.out.find('\x1b') == std::string::npos);
+  CHECK(info.err.find('\x1b') == std::string::npos);
+  const auto missing = support::run(folder, "$ARDENT info \"$(printf 'no\\033[2J\\nfile')\"");
+  CHECK(missing.code == 3);
+  CHECK_THAT(missing.err, Catch::Contains("\\x1b") && !Catch::Contains("\x1b"));
+  REQUIRE(support::run(bench(), "cp duffing/response.csv '" + (folder / "..; x&y .csv").string() + "'").code == 0);
+  const auto named = support::run(folder, "$ARDENT run '..; x&y .csv'");
+  CHECK(named.code == 0);
+  CHECK(fs::exists(folder / "x_y-run/manifest.json"));
+}
+
+TEST_CASE("a table is fitted, and nothing to find is a numerical failure", "[apps][end_to_end]") {
+  const Scratch& folder = bench();
+  const auto fit = support::run(
+      folder,
+      "$ARDENT fit duffing/response.csv --target a --terms '1,x,v,x^2,x*v,x^3,f' --methods fast_rvm,ols --json");
+  CHECK(fit.code == 0);
+  CHECK_THAT(fit.out,
+             Catch::Contains("\"method\": \"ols\"") && Catch::Contains("\"free_run_reason\": \"the rows of a table"));
+  put(folder, "terms.txt", "# candidates\nx\n\nx^3  # cubic\nf\nv\n");
+  CHECK(support::run(folder, "$ARDENT fit duffing/response.csv --target a --terms terms.txt").code == 0);
+  expect(folder, "$ARDENT fit duffing/response.csv --target a --terms 'cos(1e5*x)' --methods fast_rvm", 4,
+         {"[fit.nothing_selected]"});
+  expect(folder, "$ARDENT fit duffing/response.csv --target q --terms x", 2, {"[target.unknown]", "want one of"});
+  expect(folder, "$ARDENT fit duffing/response.csv --target a --terms 'x,,v'", 2, {"[term.syntax]", "term 2 of 3"});
+  expect(folder, "$ARDENT fit duffing/response.csv --target a --terms 'sqrt(-1-x^2)'", 4,
+         {"[library.nothing_left]", "not finite"});
+}
+
+TEST_CASE("a term that is not finite is named and left out, the run goes on", "[apps][end_to_end]") {
+  const Scratch& folder = bench();
+  expect(folder, "$ARDENT run duffing/response.csv -o finite --set 'library.terms=[\"f\", \"sqrt(x)\"]'", 0,
+         {"[term.left_out]", "sqrt(x)", "not finite", "t = "});
+}
+
+TEST_CASE("prep, check, init and a dry run do their part and no more", "[apps][end_to_end]") {
+  const Scratch& folder = bench();
+  CHECK(support::run(folder, "$ARDENT prep duffing/response.csv -o prepared").code == 0);
+  CHECK(fs::exists(folder / "prepared/prepared.csv"));
+  CHECK_FALSE(fs::exists(folder / "prepared/metrics.json"));
+  const auto check = support::run(folder, "$ARDENT check duffing/response.csv");
+  CHECK(check.code == 0);
+  CHECK_THAT(check.out, Catch::Contains("range all") && Catch::Contains("training rows"));
+  const auto dry = support::run(folder, "$ARDENT run duffing/response.csv -o dry --dry-run");
+  CHECK(dry.code == 0);
+  CHECK_THAT(dry.out, Catch::Contains("would write dry"));
+  CHECK_FALSE(fs::exists(folder / "dry"));
+  fs::create_directory(folder / "new");
+  CHECK(support::run(folder, "cp duffing/response.csv new/a.csv && $ARDENT init new/a.csv").code == 0);
+  CHECK(support::run(folder, "$ARDENT run new/a.toml -o new-run").code == 0);
+  expect(folder, "$ARDENT init new/a.csv", 5, {"[output.exists]", "--force"});
+}

@@ -1,0 +1,65 @@
+#pragma once
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include "support/scratch.hpp"
+
+namespace support {
+
+struct Ended {
+  int code = 0;  ///< exit code, or 128 + signal
+  std::string out, err;
+};
+
+/// A shell command under way in a folder, "$ARDENT" being the built program.
+class Running {
+ public:
+  Running(const std::filesystem::path& folder, const std::string& command) {
+    pid_ = ::fork();
+    if (pid_ < 0) throw std::runtime_error("no process");
+    if (pid_ > 0) return;
+    const auto redirect = [](const std::filesystem::path& file, int descriptor) {
+      ::dup2(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), descriptor);
+    };
+    redirect(out_ / "out", STDOUT_FILENO);
+    redirect(out_ / "err", STDERR_FILENO);
+    ::setenv("ARDENT", ARDENT_PROGRAM, 1);
+    if (::chdir(folder.c_str()) == 0) ::execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
+    ::_exit(127);
+  }
+  void send(int signal) const { ::kill(pid_, signal); }
+  Ended wait() {
+    int status = 0;
+    ::waitpid(pid_, &status, 0);
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), bytes_of(out_ / "out"),
+            bytes_of(out_ / "err")};
+  }
+
+ private:
+  Scratch out_;
+  pid_t pid_ = 0;
+};
+
+/// Runs a shell command in a folder to its end.
+inline Ended run(const Scratch& folder, const std::string& command) {
+  return Running(folder / "", command).wait();
+}
+
+/// Waits until `condition` holds; false after half a minute.
+template <class Condition>
+bool eventually(Condition&& condition) {
+  for (int i = 0; i < 15000; ++i) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  return false;
+}
+
+}  // namespace support
