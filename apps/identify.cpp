@@ -10,6 +10,7 @@
 
 #include "apps/interrupt.hpp"
 #include "dsp/fault.hpp"
+#include "ident/multi_rvm.hpp"
 
 namespace apps {
 namespace {
@@ -155,6 +156,8 @@ ident::Fit fit_by(ident::Method method, const ident::RFactor& data, const Identi
       return ident::fit_lasso(data);
     case ident::Method::ridge:
       return ident::fit_ridge(data);
+    case ident::Method::multi_rvm:
+      return ident::fit_multi_rvm(data, {.selection = options.selection, .tau = options.tau}).rows.front();
     case ident::Method::ols:
       break;
   }
