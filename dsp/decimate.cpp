@@ -39,9 +39,25 @@ inline __attribute__((always_inline)) void weigh(const double* x, Index stride, 
   *reinterpret_cast<Channels*>(out) = (sums[0] + sums[1]) + (sums[2] + sums[3]);
 }
 
+// The same for a single channel, whose rows are neighbours: eight partial sums, one a lane.
+inline __attribute__((always_inline)) double weigh_one(const double* x, const double* taps, Index length) {
+  typedef double Lanes __attribute__((vector_size(8 * sizeof(double)), aligned(8), may_alias));
+  Lanes sums = {};
+  Index i = 0;
+  for (; i + 8 <= length; i += 8)
+    sums += *reinterpret_cast<const Lanes*>(taps + i) * *reinterpret_cast<const Lanes*>(x + i);
+  double sum = ((sums[0] + sums[1]) + (sums[2] + sums[3])) + ((sums[4] + sums[5]) + (sums[6] + sums[7]));
+  for (; i < length; ++i) sum += taps[i] * x[i];
+  return sum;
+}
+
 // `count` outputs in a row, their rows `hop` apart.
 ARDENT_DISPATCH void weigh_all(const double* x, Index num_channels, Index hop, const double* taps, Index length,
                                Index count, double* out) {
+  if (num_channels == 1) {
+    for (Index n = 0; n < count; ++n, x += hop) out[n] = weigh_one(x, taps, length);
+    return;
+  }
   for (Index n = 0; n < count; ++n, x += hop * num_channels, out += num_channels) {
     Index c = 0;
     for (; c + 4 <= num_channels; c += 4) weigh<4>(x + c, num_channels, taps, length, out + c);

@@ -73,12 +73,30 @@ Ratio measured_ratio(const VectorXd& displacement, const VectorXd& a, double rat
   return ratio;
 }
 
-// Parameters: log gain, lag, then log corners.
-Complex model(const VectorXd& p, double f) {
-  Complex value = std::exp(p(0)) * std::polar(1.0, two_pi * f * p(1));
-  for (Index k = 2; k < p.size(); ++k) value *= Complex(0.0, f) / Complex(std::exp(p(k)), f);
-  return value;
-}
+// Parameters: log gain, lag, then log corners; four at most.
+class Model {
+ public:
+  using Slope = Eigen::Matrix<Complex, Eigen::Dynamic, 1, 0, 4, 1>;
+  explicit Model(const VectorXd& p)
+      : gain_(std::exp(p(0))), lag_s_(p(1)), corners_hz_(p.tail(p.size() - 2).array().exp()) {}
+  Complex operator()(double f) const {
+    Complex value = std::polar(gain_, two_pi * f * lag_s_);
+    for (const double corner_hz : corners_hz_) value *= Complex(0.0, f) / Complex(corner_hz, f);
+    return value;
+  }
+  // Derivatives of a value of the model by the parameters.
+  Slope slope(double f, Complex value) const {
+    Slope slope(2 + corners_hz_.size());
+    slope(0) = value;
+    slope(1) = Complex(0.0, two_pi * f) * value;
+    for (Index k = 0; k < corners_hz_.size(); ++k) slope(2 + k) = -value * corners_hz_(k) / Complex(corners_hz_(k), f);
+    return slope;
+  }
+
+ private:
+  double gain_, lag_s_;
+  Eigen::ArrayXd corners_hz_;
+};
 
 struct Fitted {
   VectorXd p;
@@ -89,13 +107,13 @@ struct Fitted {
 // Levenberg-Marquardt on sum rho(|e|^2), rho(z) = 2 (sqrt(1 + z / s^2) - 1) s^2, as reweighted least squares.
 Fitted fit_from(const Ratio& ratio, VectorXd p, double scale) {
   const Index n = p.size();
-  const auto error = [&](const VectorXd& at, std::size_t i) {
-    return ratio.weight[i] * (ratio.value[i] - model(at, ratio.frequency_hz[i]));
-  };
   const auto cost = [&](const VectorXd& at) {
+    const Model model(at);
     double sum = 0.0;
-    for (std::size_t i = 0; i < ratio.value.size(); ++i)
-      sum += 2.0 * (std::sqrt(1.0 + std::norm(error(at, i)) / (scale * scale)) - 1.0);
+    for (std::size_t i = 0; i < ratio.value.size(); ++i) {
+      const Complex e = ratio.weight[i] * (ratio.value[i] - model(ratio.frequency_hz[i]));
+      sum += 2.0 * (std::sqrt(1.0 + std::norm(e) / (scale * scale)) - 1.0);
+    }
     return sum;
   };
   Fitted best{p, {}, 0.0, cost(p)};
@@ -105,14 +123,12 @@ Fitted fit_from(const Ratio& ratio, VectorXd p, double scale) {
     normal.setZero();
     VectorXd gradient = VectorXd::Zero(n);
     weighted = weights = 0.0;
+    const Model model(best.p);
     for (std::size_t i = 0; i < ratio.value.size(); ++i) {
       const double f = ratio.frequency_hz[i];
-      const Complex m = ratio.weight[i] * model(best.p, f), e = error(best.p, i);
+      const Complex m = model(f), e = ratio.weight[i] * (ratio.value[i] - m);
       const double robust = 1.0 / std::sqrt(1.0 + std::norm(e) / (scale * scale));
-      Eigen::VectorXcd slope(n);
-      slope(0) = m;
-      slope(1) = Complex(0.0, two_pi * f) * m;
-      for (Index k = 2; k < n; ++k) slope(k) = -m * std::exp(best.p(k)) / Complex(std::exp(best.p(k)), f);
+      const Model::Slope slope = model.slope(f, ratio.weight[i] * m);
       normal += robust * (slope.conjugate() * slope.transpose()).real();
       gradient += robust * (slope.conjugate() * e).real();
       weighted += robust * std::norm(e);
@@ -124,7 +140,7 @@ Fitted fit_from(const Ratio& ratio, VectorXd p, double scale) {
     const VectorXd next = best.p + step;
     const double next_cost = step.allFinite() ? cost(next) : std::numeric_limits<double>::infinity();
     if (next_cost < best.cost) {
-      const bool settled = best.cost - next_cost < 1e-14 * best.cost;
+      const bool settled = best.cost - next_cost < 1e-10 * best.cost;
       best.p = next;
       best.cost = next_cost;
       damping *= 0.2;
@@ -136,35 +152,37 @@ Fitted fit_from(const Ratio& ratio, VectorXd p, double scale) {
   // A Hann window makes neighbouring bins share 1.5 bins' worth of information.
   const double noise = 1.5 * weighted / std::max(1.0, 2.0 * weights - static_cast<double>(n));
   best.covariance = noise * normal.ldlt().solve(MatrixXd::Identity(n, n));
+  const Model model(best.p);
   double misfit = 0.0, size = 0.0;
   for (std::size_t i = 0; i < ratio.value.size(); ++i) {
-    misfit += std::norm(error(best.p, i));
+    misfit += std::norm(ratio.weight[i] * (ratio.value[i] - model(ratio.frequency_hz[i])));
     size += std::norm(ratio.weight[i] * ratio.value[i]);
   }
   best.residual = std::sqrt(misfit / size);
   return best;
 }
 
-// With so many poles, from several corners; the soft-L1 scale is the median error of a first fit.
+double median_error(const Ratio& ratio, const VectorXd& p) {
+  const Model model(p);
+  std::vector<double> errors;
+  for (std::size_t i = 0; i < ratio.value.size(); ++i)
+    errors.push_back(ratio.weight[i] * std::abs(ratio.value[i] - model(ratio.frequency_hz[i])));
+  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+  std::nth_element(errors.begin(), middle, errors.end());
+  return std::max(*middle, 1e-12);
+}
+
+// With so many poles, from several corners; then twice more with the median error as the scale of the soft L1.
 Fitted fit_poles(const Ratio& ratio, Index poles) {
   Fitted best;
   for (const double start_hz : {0.1, 0.4, 1.0}) {
     VectorXd p = VectorXd::Zero(2 + poles);
     for (Index k = 0; k < poles; ++k) p(2 + k) = std::log(start_hz * (1.0 + 0.5 * static_cast<double>(k)));
-    double scale = 0.1;
-    Fitted fitted;
-    for (int round = 0; round < 3; ++round) {
-      fitted = fit_from(ratio, p, scale);
-      p = fitted.p;
-      std::vector<double> errors;
-      for (std::size_t i = 0; i < ratio.value.size(); ++i)
-        errors.push_back(ratio.weight[i] * std::abs(ratio.value[i] - model(p, ratio.frequency_hz[i])));
-      std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2), errors.end());
-      scale = std::max(errors[errors.size() / 2], 1e-12);
-    }
-    if (best.p.size() == 0 || fitted.residual < best.residual) best = fitted;
+    Fitted fitted = fit_from(ratio, p, 0.1);
+    if (best.p.size() == 0 || fitted.cost < best.cost) best = std::move(fitted);
     if (poles == 0) break;
   }
+  for (int round = 0; round < 2; ++round) best = fit_from(ratio, best.p, median_error(ratio, best.p));
   return best;
 }
 

@@ -68,11 +68,14 @@ VectorXd ExtendedSpectrum::filtered(const std::function<std::complex<double>(dou
 
 VectorXd ExtendedSpectrum::derivative(int order, const SpectralBand& band) const {
   if (order < 0) throw std::invalid_argument("ExtendedSpectrum::derivative: order must not be negative");
-  return filtered([&](double f) {
-    std::complex<double> response = band.gain(f);
-    for (int i = 0; i < order; ++i) response *= std::complex<double>(0.0, 2.0 * std::numbers::pi * f);
-    return response;
-  });
+  Eigen::VectorXcd product = Eigen::VectorXcd::Zero(spectrum_.size());
+  constexpr std::complex<double> turns[] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
+  for (Index k = 0; k < product.size(); ++k) {
+    const double f = frequency_hz(k), gain = band.gain(f);
+    if (f > band.rolloff_hz && gain == 0.0) break;
+    product(k) = spectrum_(k) * (gain * std::pow(2.0 * std::numbers::pi * f, order)) * turns[order % 4];
+  }
+  return fft_.inverse(product).head(num_samples_).array() + (order == 0 ? mean_ : 0.0);
 }
 
 double ExtendedSpectrum::power_fraction_above(double limit_hz) const {
