@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "apps/interrupt.hpp"
 
@@ -13,9 +14,9 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-Columns empty_columns(const ident::CandidateLibrary& library, const std::string& target, const dsp::Motion& signals,
-                      const std::string& name, double band_hz) {
-  Columns result{name, &signals, band_hz, {}, signals.at(target), {}};
+Columns empty_columns(const ident::CandidateLibrary& library, const dsp::Motion& signals, const std::string& name,
+                      double band_hz, VectorXd target) {
+  Columns result{name, &signals, band_hz, {}, std::move(target), {}};
   result.phi.resize(signals.num_samples(), static_cast<Index>(library.terms.size()));
   return result;
 }
@@ -41,15 +42,17 @@ void drop(Columns& columns, Index column, const std::string& name, const dsp::Mo
 Columns form_columns(const ident::CandidateLibrary& library, const std::string& target, const dsp::Prepared& prepared) {
   const bool matched = prepared.options.recipe == dsp::Recipe::matched;
   const dsp::Motion& source = matched ? prepared.bus : prepared.signals;
-  Columns result = empty_columns(library, target, prepared.signals, prepared.name, prepared.options.rolloff_hz);
+  Columns result = empty_columns(library, prepared.signals, prepared.name, prepared.options.rolloff_hz,
+                                 dsp::regression_signal(prepared, target));
   for (Index column = 0; column < result.phi.cols(); ++column) {
     check_interrupted();
     const ident::Term& term = library.terms[static_cast<std::size_t>(column)];
-    if (const dsp::Signal* plain = prepared.signals.find(term.name)) {
-      result.phi.col(column) = plain->values;  // a signal has passed the filter already
+    if (prepared.signals.find(term.name) != nullptr) {
+      result.phi.col(column) = dsp::regression_signal(prepared, term.name);
       continue;
     }
-    VectorXd values = term.expression.evaluate(source);
+    VectorXd values =
+        term.expression.evaluate(source, matched ? ident::SwitchSampling::cell_average : ident::SwitchSampling::point);
     if (const Index bad = first_bad(values, source); bad >= 0) {
       drop(result, column, term.name, source, values, bad);
       continue;
@@ -64,7 +67,7 @@ Columns form_columns(const ident::CandidateLibrary& library, const std::string& 
 
 Columns form_columns(const ident::CandidateLibrary& library, const std::string& target, const dsp::Motion& table,
                      const std::string& name) {
-  Columns result = empty_columns(library, target, table, name, 0.5 * table.sample_rate_hz);
+  Columns result = empty_columns(library, table, name, 0.5 * table.sample_rate_hz, table.at(target));
   for (Index column = 0; column < result.phi.cols(); ++column) {
     const ident::Term& term = library.terms[static_cast<std::size_t>(column)];
     const VectorXd values = term.expression.evaluate(table, ident::SwitchSampling::point);

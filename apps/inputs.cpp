@@ -34,29 +34,17 @@ void report_checks(const std::vector<dsp::Check>& checks, const std::string& nam
   }
 }
 
-/// The whole recording in memory, with progress. Its checks and bad stretches are complete once it has been read.
-dsp::Recording read_whole(dsp::RecordingReader& reader, const std::string& name, std::size_t max_memory_bytes,
-                          Console& console) {
-  constexpr Index block_frames = 65536;
-  const auto channels = static_cast<Index>(reader.description().channels.size());
-  const double bytes =
-      static_cast<double>(sizeof(double)) * static_cast<double>(channels) * static_cast<double>(reader.num_frames());
-  if (bytes > static_cast<double>(max_memory_bytes))
-    throw dsp::Fault(dsp::FaultKind::numerics, "memory.limit",
-                     fmt::format("{}: needs {:.0f} MB in memory, at most {:.0f} MB are allowed. Raise --max-memory.",
-                                 name, 1e-6 * bytes, 1e-6 * static_cast<double>(max_memory_bytes)));
-  Eigen::MatrixXd samples(static_cast<Index>(reader.num_frames()), channels);
-  dsp::FrameBlock block;
-  Index done = 0;
-  while (const Index count = reader.read(block, block_frames)) {
-    samples.middleRows(done, count) = block.topRows(count);
-    done += count;
-    check_interrupted();
-    console.progress("reading " + name, static_cast<double>(done) / static_cast<double>(samples.rows()));
-  }
-  dsp::Recording recording = reader.description();
-  recording.samples = samples.topRows(done);
-  return recording;
+/// A raw recording is brought down to the paper's 25.6 Hz unless a rate is asked for: nothing in a suspension moves at
+/// kilohertz.
+dsp::PrepareOptions rate_settled(dsp::PrepareOptions options, double sample_rate_hz, const std::string& name,
+                                 Console& console) {
+  constexpr double raw_from_hz = 2000.0, regression_rate_hz = 25.6, cutoff_hz = 10.24;
+  if (options.rate_hz > 0.0 || options.cutoff_hz > 0.0 || sample_rate_hz < raw_from_hz) return options;
+  options.rate_hz = regression_rate_hz;
+  options.cutoff_hz = cutoff_hz;
+  console.step(fmt::format("{}: {:.9g} Hz is a raw rate, decimated to {} Hz; set prepare.rate_hz for another", name,
+                           sample_rate_hz, regression_rate_hz));
+  return options;
 }
 
 Input prepare_input(const RecordingConfig& recording, const Config& config, std::size_t max_memory_bytes,
@@ -73,7 +61,11 @@ Input prepare_input(const RecordingConfig& recording, const Config& config, std:
   input.x_is_difference =
       description.find(dsp::Role::x) < 0 && description.find(dsp::Role::y) >= 0 && description.find(dsp::Role::r) >= 0;
   console.step(fmt::format("preparing {}", name));
-  input.prepared = dsp::prepare(read_whole(reader, name, options.max_memory_bytes, console), config.prepare);
+  input.prepared = dsp::prepare(reader, rate_settled(config.prepare, description.sample_rate_hz, name, console),
+                                {.max_memory_bytes = options.max_memory_bytes, .progress = [&](double share) {
+                                   check_interrupted();
+                                   console.progress("reading " + name, share);
+                                 }});
   input.prepared.name = name;
   for (dsp::Check& check : input.prepared.checks)
     check.message = without_folder(std::move(check.message), recording.file.parent_path());
@@ -102,24 +94,13 @@ std::vector<RangeConfig> default_ranges(const std::vector<Input>& inputs) {
   return ranges;
 }
 
-/// Mean of x over the first range of the recording, excluded samples and spoilt ends apart.
-double regime_mean(const dsp::Motion& signals, const std::vector<RangeConfig>& ranges, int recording) {
+/// Mean of x over the first range of the recording.
+double regime_mean(const dsp::Prepared& prepared, const std::vector<RangeConfig>& ranges, int recording) {
   const auto first = std::find_if(ranges.begin(), ranges.end(), [&](const RangeConfig& range) {
     return range.recording == 0 || range.recording == recording;
   });
-  const double from_s = first == ranges.end() ? 0.0 : first->spec.from_s;
-  const double to_s = first == ranges.end() ? INFINITY : first->spec.to_s;
-  const Eigen::VectorXd& x = signals.at("x");
-  double sum = 0.0;
-  Index count = 0;
-  for (Index i = signals.edge_samples; i < x.size() - signals.edge_samples; ++i) {
-    const double t = static_cast<double>(i) / signals.sample_rate_hz;
-    if (t < from_s || t >= to_s || (!signals.excluded.empty() && signals.excluded[static_cast<std::size_t>(i)] != 0))
-      continue;
-    sum += x(i);
-    ++count;
-  }
-  return count == 0 ? 0.0 : sum / static_cast<double>(count);
+  return first == ranges.end() ? dsp::mean_displacement(prepared, 0.0, INFINITY)
+                               : dsp::mean_displacement(prepared, first->spec.from_s, first->spec.to_s);
 }
 
 /// What a library of polynomials in x and v cannot do without: dry friction, and whatever drives the motion from
@@ -143,7 +124,7 @@ void settle_zero(Config& config, std::vector<Input>& inputs, Console& console) {
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     const bool mean = config.zero.kind == ZeroChoice::Kind::regime_mean;
     const double zero_m =
-        mean ? regime_mean(inputs[i].prepared.signals, config.ranges, static_cast<int>(i) + 1) : config.zero.value_m;
+        mean ? regime_mean(inputs[i].prepared, config.ranges, static_cast<int>(i) + 1) : config.zero.value_m;
     dsp::set_displacement_zero(inputs[i].prepared, zero_m);
     console.step(fmt::format("{}: zero of x {:.6g} subtracted ({})", inputs[i].prepared.name, zero_m,
                              mean ? "mean of the first range" : "as given"));

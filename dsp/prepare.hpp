@@ -26,8 +26,9 @@ struct PrepareOptions {
   double cutoff_hz = 0.0;   ///< 0: 0.4 x regression rate. Derivatives go to zero here; so do columns at the record's
                             ///< own rate; decimated columns are flat up to here and gone at 1.25 x cutoff
   double rolloff_hz = 0.0;  ///< where the taper begins; 0: 0.78125 x cutoff (8 of 10.24)
-  double state_cutoff_hz = 0.0;   ///< band in which states are formed before their columns are filtered; 0: 20/10.24 x
-  double state_rolloff_hz = 0.0;  ///< cutoff, as far as the bus rate allows (0.49 x); roll-off 0.64 x state cut-off
+  double state_cutoff_hz = 0.0;   ///< band in which states are formed before their columns are filtered; 0: at the
+                                  ///< record's own rate 0.49 x that, rolling off from 0.75 of it; when decimating
+  double state_rolloff_hz = 0.0;  ///< 20/10.24 x cutoff as far as the bus allows (0.4 x), rolling off from 0.64 of it
   double bus_rate_hz = 0.0;       ///< rate at which columns are formed when decimating; 0: about 10 x regression rate
   AccelerationSource acceleration = AccelerationSource::automatic;
   bool equalise = true;  ///< "matched": displacements and accelerometers of one body brought to agree

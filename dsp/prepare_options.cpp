@@ -46,6 +46,12 @@ PrepareOptions resolved(const PrepareOptions& options, double sample_rate_hz) {
           fmt::format("rolloff_hz must be in (0, {}), below cutoff_hz; got {}", o.cutoff_hz, o.rolloff_hz));
   // Between the recording and the bus the decimator needs room for its transition.
   const double widest_hz = (o.bus_rate_hz < sample_rate_hz ? 0.4 : 0.49) * o.bus_rate_hz;
+  // Without a bus there is nothing to gain from a narrow state band: the column filter takes the noise, and a switch
+  // keeps its place the better the wider the band it is formed in.
+  if (o.state_cutoff_hz == 0.0 && own_rate) {
+    o.state_cutoff_hz = std::max(o.cutoff_hz, widest_hz);
+    if (o.state_rolloff_hz == 0.0) o.state_rolloff_hz = 0.75 * o.state_cutoff_hz;
+  }
   if (o.state_cutoff_hz == 0.0)
     o.state_cutoff_hz = std::max(o.cutoff_hz, std::min(20.0 / 10.24 * o.cutoff_hz, widest_hz));
   require(o.state_cutoff_hz >= o.cutoff_hz && o.state_cutoff_hz < o.bus_rate_hz / 2.0, "prepare.state_cutoff",

@@ -29,8 +29,8 @@ TEST_CASE("left-out options are filled in from the rates", "[dsp][prepare]") {
   CHECK(own.rolloff_hz == Approx(78.125));
   CHECK(own.state_cutoff_hz == Approx(122.5));  // as far as the rate allows
   const auto narrow = dsp::resolved({.cutoff_hz = 30.0}, 250.0);
-  CHECK(narrow.state_cutoff_hz == Approx(30.0 * 20.0 / 10.24));
-  CHECK(narrow.state_rolloff_hz == Approx(0.64 * narrow.state_cutoff_hz));
+  CHECK(narrow.state_cutoff_hz == Approx(122.5));
+  CHECK(narrow.state_rolloff_hz == Approx(0.75 * narrow.state_cutoff_hz));
 }
 
 TEST_CASE("the bus rate is a multiple of the regression rate that divides the recording's", "[dsp][prepare]") {
@@ -84,7 +84,7 @@ TEST_CASE("bad stretches are excluded with the reach of the filters, edges are c
   record.bad = {{20.0, 21.0, "held by hand"}};
   const auto prepared = dsp::prepare(record, {.cutoff_hz = 12.0, .rolloff_hz = 10.0});
   REQUIRE(prepared.excluded.size() == 1);
-  const double margin_s = 1.0 / 2.0 + 1.0 / (0.36 * prepared.options.state_cutoff_hz);
+  const double margin_s = 1.0 / 2.0 + 1.0 / (0.25 * prepared.options.state_cutoff_hz);
   CHECK(prepared.excluded[0].from_s == Approx(20.0 - margin_s));
   CHECK(prepared.excluded[0].to_s == Approx(21.0 + margin_s));
   CHECK(prepared.excluded[0].why == "held by hand");
