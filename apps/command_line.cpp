@@ -9,6 +9,7 @@
 #include <new>
 #include <thread>
 
+#include "apps/compare_command.hpp"
 #include "apps/console.hpp"
 #include "apps/fit_command.hpp"
 #include "apps/info_command.hpp"
@@ -152,6 +153,20 @@ void add_terms(CLI::App& app, Command& chosen) {
   });
 }
 
+void add_compare(CLI::App& app, Command& chosen) {
+  auto* command = app.add_subcommand("compare", "The equations of several runs side by side");
+  auto arguments = std::make_shared<CompareArguments>();
+  command->add_option("RUN", arguments->runs, "Run folders")->required();
+  command->add_option("--truth", arguments->truth, "truth.json of the simulation the recording came from");
+  command->add_option("--method", arguments->method, "Method to show");
+  command->callback([=, &chosen] {
+    chosen = [=](Console& console) {
+      run_compare(*arguments, console);
+      return 0;
+    };
+  });
+}
+
 void add_sim(CLI::App& app, const GlobalOptions& global, Command& chosen) {
   auto* command = app.add_subcommand("sim", "A known system's response and truth, as files");
   auto arguments = std::make_shared<SimulateArguments>();
@@ -163,6 +178,8 @@ void add_sim(CLI::App& app, const GlobalOptions& global, Command& chosen) {
   command->add_flag("--raw", arguments->raw, "qzs: also the recording at 25.6 kHz");
   command->add_option("--twin", arguments->twin, "qzs: T0 or T1");
   command->add_option("--sensors", arguments->sensors, "qzs --raw: ideal, noise or full");
+  command->add_option("--from", arguments->from_s, "qzs --raw: first second of the recording");
+  command->add_option("--rate", arguments->rate_hz, "qzs --raw: rate of the recording, Hz; 25600 unless lower");
   command->add_option("--container", arguments->container, "qzs --raw: rf64, wav, w64, caf, flac, aiff");
   command->callback([=, &global, &chosen] {
     chosen = [=, &global](Console& console) {
@@ -195,6 +212,7 @@ void add_commands(CLI::App& app, const GlobalOptions& global, const std::vector<
   add_sim(app, global, chosen);
   add_fit(app, global, chosen);
   add_init(app, global, chosen);
+  add_compare(app, chosen);
   add_terms(app, chosen);
 }
 
