@@ -16,7 +16,7 @@ using Eigen::VectorXd;
 
 Columns empty_columns(const ident::CandidateLibrary& library, const dsp::Motion& signals, const std::string& name,
                       double band_hz, VectorXd target) {
-  Columns result{name, &signals, band_hz, {}, std::move(target), {}};
+  Columns result{name, &signals, band_hz, {}, std::move(target), {}, {}};
   result.phi.resize(signals.num_samples(), static_cast<Index>(library.terms.size()));
   return result;
 }
@@ -35,6 +35,14 @@ void drop(Columns& columns, Index column, const std::string& name, const dsp::Mo
       motion.find("t") != nullptr ? fmt::format("t = {:.9g} s", motion.at("t")(bad)) : fmt::format("row {}", bad + 1);
   columns.dropped.push_back({name, fmt::format("not finite: {} at {}", values(bad), where)});
   columns.phi.col(column).setConstant(std::numeric_limits<double>::quiet_NaN());
+}
+
+/// What is left of a column that the filter takes away whole (a constant, by a high-pass) is rounding: zero.
+VectorXd through_filter(const VectorXd& values, const dsp::ColumnFilter& filter) {
+  constexpr double rounding = 1e-10;
+  VectorXd filtered = filter.apply(values);
+  if (filtered.cwiseAbs().maxCoeff() <= rounding * values.cwiseAbs().maxCoeff()) filtered.setZero();
+  return filtered;
 }
 
 }  // namespace
@@ -59,8 +67,9 @@ Columns form_columns(const ident::CandidateLibrary& library, const std::string& 
     }
     for (double& value : values)
       if (!std::isfinite(value)) value = 0.0;  // excluded samples only; their margins cover the filter's reach
-    if (matched) values = prepared.filter.apply(values);
-    result.phi.col(column) = values;
+    result.phi.col(column) = matched ? through_filter(values, prepared.filter) : values;
+    if (matched && result.phi.col(column).isZero(0.0) && !values.isZero(0.0))
+      result.dropped.push_back({term.name, "constant, and accelerometers pass no constant"});
   }
   return result;
 }

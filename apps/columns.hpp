@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "dsp/prepare.hpp"
+#include "dsp/segment_regimes.hpp"
 #include "ident/candidate_library.hpp"
 
 namespace apps {
@@ -15,11 +16,12 @@ struct DroppedTerm {
 
 /// The candidate columns and the target of one recording at the regression rate, all samples of it: ranges pick rows.
 struct Columns {
-  std::string name;            ///< of the recording
-  const dsp::Motion* signals;  ///< at the regression rate; not owned
-  double band_hz = 0.0;        ///< the columns' pass band ends here
-  Eigen::MatrixXd phi;         ///< num_samples x b; a column that could not be formed holds NaN
-  Eigen::VectorXd target;      ///< num_samples
+  std::string name;                  ///< of the recording
+  const dsp::Motion* signals;        ///< at the regression rate; not owned
+  double band_hz = 0.0;              ///< the columns' pass band ends here
+  Eigen::MatrixXd phi;               ///< num_samples x b; a column that could not be formed holds NaN
+  Eigen::VectorXd target;            ///< num_samples
+  std::vector<dsp::Regime> regimes;  ///< per sample; empty: not looked for
   std::vector<DroppedTerm> dropped;
 };
 

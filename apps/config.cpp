@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "dsp/names.hpp"
@@ -61,6 +62,10 @@ dsp::PrepareOptions read_prepare(const dsp::Settings& table) {
   result.bus_rate_hz = table.number("bus_rate_hz", 0.0, positive);
   result.acceleration =
       acceleration_source(table.choice("acceleration", "automatic", {"automatic", "accelerometer", "displacement"}));
+  result.equalise = table.flag("equalise", result.equalise);
+  result.scale = table.choice("scale", "displacement", {"displacement", "accelerometer"}) == "accelerometer"
+                     ? dsp::ScaleReference::accelerometer
+                     : dsp::ScaleReference::displacement;
   const auto below = [&](std::string_view low_key, double low, std::string_view high_key, double high) {
     if (low > 0.0 && high > 0.0 && !(low < high))
       throw table.fault(low_key, "config.range",
@@ -78,6 +83,39 @@ ZeroChoice read_zero(const dsp::Settings& prepare) {
   if (!prepare.is_text("zero")) return {ZeroChoice::Kind::value, prepare.need_number("zero")};
   return {prepare.choice("zero", "none", {"none", "regime-mean"}) == "none" ? ZeroChoice::Kind::none
                                                                             : ZeroChoice::Kind::regime_mean};
+}
+
+/// A number that TOML reads back as the same double and as a float.
+std::string real(double value) {
+  const std::string text = fmt::format("{}", value);
+  return text.find_first_of(".einf") == std::string::npos ? text + ".0" : text;
+}
+
+/// Keys of [segment] and the options they set.
+constexpr std::array<std::pair<std::string_view, double dsp::SegmentOptions::*>, 8> segment_keys{
+    {{"stick_speed_m_per_s", &dsp::SegmentOptions::stick_speed_m_per_s},
+     {"stick_duration_s", &dsp::SegmentOptions::stick_duration_s},
+     {"stick_margin_s", &dsp::SegmentOptions::stick_margin_s},
+     {"high_enter_m", &dsp::SegmentOptions::high_enter_m},
+     {"high_leave_m", &dsp::SegmentOptions::high_leave_m},
+     {"envelope_window_s", &dsp::SegmentOptions::envelope_window_s},
+     {"baseline_window_s", &dsp::SegmentOptions::baseline_window_s},
+     {"min_duration_s", &dsp::SegmentOptions::min_duration_s}}};
+
+dsp::SegmentOptions read_segment(const dsp::Settings& table) {
+  dsp::SegmentOptions result;
+  for (const auto& [key, option] : segment_keys) result.*option = table.number(key, result.*option, not_negative);
+  if (result.high_enter_m > 0.0 && result.high_leave_m > result.high_enter_m)
+    throw table.fault("high_leave_m", "config.range",
+                      fmt::format("got {}, want at most high_enter_m = {}", result.high_leave_m, result.high_enter_m));
+  return result;
+}
+
+std::string segment_text(bool segment, const dsp::SegmentOptions& options) {
+  std::string text = fmt::format("[segment]\nfind = {}\n", segment);
+  for (const auto& [key, option] : segment_keys)
+    if (options.*option > 0.0) text += fmt::format("{} = {}\n", key, real(options.*option));
+  return text + "\n";
 }
 
 ident::LibraryOptions read_library(const dsp::Settings& table) {
@@ -132,12 +170,14 @@ int recording_number(const dsp::Settings& range, const std::vector<RecordingConf
                                 fmt::join(known, ", "), known.size()));
 }
 
-std::vector<RangeConfig> read_range_tables(const dsp::Settings& document,
-                                           const std::vector<RecordingConfig>& recordings) {
-  std::vector<RangeConfig> result;
+std::vector<Range> read_range_tables(const dsp::Settings& document, const std::vector<RecordingConfig>& recordings) {
+  std::vector<Range> result;
   const std::vector<dsp::Settings> tables = document.tables("range");
-  for (dsp::RangeSpec& spec : dsp::read_ranges(document)) result.push_back({std::move(spec), 0});
-  for (std::size_t i = 0; i < result.size(); ++i) result[i].recording = recording_number(tables[i], recordings);
+  for (dsp::RangeSpec& spec : dsp::read_ranges(document)) result.push_back({std::move(spec), 0, {}});
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    result[i].recording = recording_number(tables[i], recordings);
+    result[i].regime = tables[i].choice("regime", "", {"", "low", "high", "mixed", "stick"});
+  }
   return result;
 }
 
@@ -145,12 +185,6 @@ std::string relative_to(const fs::path& file, const fs::path& folder) {
   return fs::weakly_canonical(fs::absolute(file))
       .lexically_relative(fs::weakly_canonical(fs::absolute(folder)))
       .generic_string();
-}
-
-/// A number that TOML reads back as the same double and as a float.
-std::string real(double value) {
-  const std::string text = fmt::format("{}", value);
-  return text.find_first_of(".einf") == std::string::npos ? text + ".0" : text;
 }
 
 std::string text_array(const std::vector<std::string>& texts) {
@@ -183,7 +217,9 @@ std::string prepare_text(const dsp::PrepareOptions& prepare, const ZeroChoice& z
   known("state_cutoff_hz", prepare.state_cutoff_hz);
   known("state_rolloff_hz", prepare.state_rolloff_hz);
   known("bus_rate_hz", prepare.bus_rate_hz);
-  text += fmt::format("acceleration = \"{}\"\n", word(prepare.acceleration));
+  text += fmt::format("acceleration = \"{}\"\nequalise = {}\nscale = \"{}\"\n", word(prepare.acceleration),
+                      prepare.equalise,
+                      prepare.scale == dsp::ScaleReference::accelerometer ? "accelerometer" : "displacement");
   if (zero.kind == ZeroChoice::Kind::value) text += fmt::format("zero = {}\n", real(zero.value_m));
   if (zero.kind == ZeroChoice::Kind::none) text += "zero = \"none\"\n";
   if (zero.kind == ZeroChoice::Kind::regime_mean) text += "zero = \"regime-mean\"\n";
@@ -200,9 +236,10 @@ std::string fit_text(const FitConfig& fit) {
                             fit.unit_norm_threshold ? "unit-norm" : "raw");
 }
 
-std::string range_text(const RangeConfig& range) {
+std::string range_text(const Range& range) {
   std::string text = fmt::format("[[range]]\nname = {}\n", dsp::toml_quoted(range.spec.name));
   if (range.recording > 0) text += fmt::format("recording = {}\n", range.recording);
+  if (!range.regime.empty()) text += fmt::format("regime = \"{}\"\n", range.regime);
   text += fmt::format("from = {}\n", real(range.spec.from_s));
   if (std::isfinite(range.spec.to_s)) text += fmt::format("to = {}\n", real(range.spec.to_s));
   if (range.spec.train_to_s) text += fmt::format("train_to = {}\n", real(*range.spec.train_to_s));
@@ -226,6 +263,9 @@ Config read_config(const fs::path& input, const std::vector<std::string>& overri
   const dsp::Settings prepare = document.table("prepare"), library = document.table("library");
   config.prepare = read_prepare(prepare);
   config.zero = read_zero(prepare);
+  const dsp::Settings segment = document.table("segment");
+  config.segment = segment.flag("find", config.segment);
+  config.segment_options = read_segment(segment);
   config.library = read_library(library);
   config.default_terms = !library.has("terms") && config.library.order > 0;
   config.library_place = library.place(library.has("terms") ? "terms" : "order");
@@ -243,11 +283,12 @@ std::string to_toml(const Config& config, const fs::path& folder) {
   std::string text = fmt::format("schema = {}\n\n", schema);
   for (const RecordingConfig& recording : config.recordings) text += recording_text(recording, folder);
   text += prepare_text(config.prepare, config.zero);
+  text += segment_text(config.segment, config.segment_options);
   text += fmt::format("[library]\norder = {}\nvariables = {}\nconstant = {}\nterms = {}\nmax_terms = {}\n\n",
                       config.library.order, text_array(config.library.variables), config.library.constant,
                       text_array(config.library.terms), config.library.max_terms);
   text += fit_text(config.fit);
-  for (const RangeConfig& range : config.ranges) text += range_text(range);
+  for (const Range& range : config.ranges) text += range_text(range);
   text.pop_back();
   return text;
 }

@@ -5,8 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "apps/range.hpp"
 #include "dsp/prepare.hpp"
-#include "dsp/sidecar.hpp"
+#include "dsp/segment_regimes.hpp"
 #include "ident/candidate_library.hpp"
 #include "ident/fit.hpp"
 
@@ -41,22 +42,17 @@ struct FitConfig {
   std::string place;                ///< of `target` in the config
 };
 
-/// One [[range]]: rows that are fitted together. `recording` is the 1-based number of one recording; 0: the rows of
-/// all.
-struct RangeConfig {
-  dsp::RangeSpec spec;
-  int recording = 0;
-};
-
 struct Config {
   std::vector<RecordingConfig> recordings;
   dsp::PrepareOptions prepare;
   ZeroChoice zero;
+  bool segment = true;  ///< look for amplitude regimes
+  dsp::SegmentOptions segment_options;
   ident::LibraryOptions library;
   bool default_terms = false;  ///< `terms` was left out: sgn(v) and the inputs that were measured
   FitConfig fit;
-  std::vector<RangeConfig> ranges;  ///< empty: one for each recording, named after it
-  std::string library_place;        ///< file:line of `terms`, for messages
+  std::vector<Range> ranges;  ///< empty: one for each recording, named after it
+  std::string library_place;  ///< file:line of `terms`, for messages
 };
 
 /// Reads INPUT: a config where its name ends in .toml, else a recording with the defaults for the rest. Overrides read

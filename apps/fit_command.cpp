@@ -134,7 +134,7 @@ int run_fit(const FitArguments& arguments, Console& console) {
       .unit_norm_threshold = !arguments.raw_threshold,
       .num_threads = arguments.num_threads,
       .free_run = false};
-  const std::vector<RangeResult> ranges{identify(all, 1, columns, library, options)};
+  const std::vector<RangeResult> ranges{identify({all, 1, {}}, columns, library, options)};
   console.result(console.json() ? metrics_json(ranges, options) : report_text(ranges));
   const bool any = std::any_of(ranges.front().fits.begin(), ranges.front().fits.end(),
                                [](const JudgedFit& fit) { return !fit.model.terms.empty(); });

@@ -32,13 +32,23 @@ struct Samples {
   std::vector<Index> usable, kept;
 };
 
-Samples samples_of(const dsp::RangeSpec& spec, const dsp::Motion& signals, const std::vector<unsigned char>& where) {
+/// Whether a sample of this regime belongs to a range of that one.
+bool belongs(dsp::Regime regime, const std::string& wanted) {
+  if (wanted.empty()) return true;
+  if (wanted == "mixed") return regime == dsp::Regime::low || regime == dsp::Regime::high;
+  return to_string(regime) == wanted;
+}
+
+Samples samples_of(const Range& range, const Columns& columns, const std::vector<unsigned char>& where) {
+  const dsp::RangeSpec& spec = range.spec;
+  const dsp::Motion& signals = *columns.signals;
   Samples result;
   const Index length = signals.num_samples();
   for (Index i = signals.edge_samples; i < length - signals.edge_samples; ++i) {
     const double t = static_cast<double>(i) / signals.sample_rate_hz;
     const auto place = static_cast<std::size_t>(i);
     if (t < spec.from_s || t >= spec.to_s || (!signals.excluded.empty() && signals.excluded[place] != 0)) continue;
+    if (!columns.regimes.empty() && !belongs(columns.regimes[place], range.regime)) continue;
     result.usable.push_back(i);
     if (where.empty() || where[place] != 0) result.kept.push_back(i);
   }
@@ -221,15 +231,16 @@ struct SplitSamples {
   std::vector<std::vector<Index>> usable;  ///< per recording
 };
 
-SplitSamples split_range(const dsp::RangeSpec& spec, int recording, const std::vector<Columns>& recordings) {
+SplitSamples split_range(const Range& range, const std::vector<Columns>& recordings) {
+  const dsp::RangeSpec& spec = range.spec;
   SplitSamples result;
   result.usable.resize(recordings.size());
   double longest_s = 0.0;
   for (std::size_t r = 0; r < recordings.size(); ++r) {
-    if (!covers(recording, r)) continue;
+    if (!covers(range.recording, r)) continue;
     const dsp::Motion& signals = *recordings[r].signals;
     longest_s = std::max(longest_s, static_cast<double>(signals.num_samples()) / signals.sample_rate_hz);
-    const Samples samples = samples_of(spec, signals, condition_rows(spec, signals));
+    const Samples samples = samples_of(range, recordings[r], condition_rows(spec, signals));
     const Index split = split_sample(spec, signals, samples.kept);
     for (const Index i : samples.kept) (i < split ? result.rows.train : result.rows.test).push_back({r, i});
     add_stretches(samples.usable, 0, split, signals.sample_rate_hz, result.rows.train_s);
@@ -248,21 +259,24 @@ SplitSamples split_range(const dsp::RangeSpec& spec, int recording, const std::v
 
 }  // namespace
 
-RangeRows range_rows(const dsp::RangeSpec& spec, int recording, const std::vector<Columns>& recordings) {
-  return split_range(spec, recording, recordings).rows;
+RangeRows range_rows(const Range& range, const std::vector<Columns>& recordings) {
+  return split_range(range, recordings).rows;
 }
 
-RangeResult identify(const dsp::RangeSpec& spec, int recording, const std::vector<Columns>& recordings,
-                     const ident::CandidateLibrary& library, const IdentifyOptions& options) {
+RangeResult identify(const Range& range, const std::vector<Columns>& recordings, const ident::CandidateLibrary& library,
+                     const IdentifyOptions& options) {
   using Clock = std::chrono::steady_clock;
   const auto seconds_since = [](Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
   };
   RangeResult result;
+  const dsp::RangeSpec& spec = range.spec;
+  const int recording = range.recording;
   result.spec = spec;
   result.recording = recording;
+  result.regime = range.regime;
   for (const ident::Term& term : library.terms) result.terms.push_back(term.name);
-  SplitSamples split = split_range(spec, recording, recordings);
+  SplitSamples split = split_range(range, recordings);
   result.rows = std::move(split.rows);
   fill_in(result.spec, result.rows, recording, recordings);
   const Index num_train = static_cast<Index>(result.rows.train.size()),

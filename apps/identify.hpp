@@ -6,7 +6,7 @@
 
 #include "apps/columns.hpp"
 #include "apps/free_run.hpp"
-#include "dsp/sidecar.hpp"
+#include "apps/range.hpp"
 #include "ident/fit.hpp"
 #include "ident/judge.hpp"
 #include "ident/model.hpp"
@@ -46,6 +46,7 @@ struct JudgedFit {
 struct RangeResult {
   dsp::RangeSpec spec;             ///< with what was left out filled in
   int recording = 0;               ///< 1-based; 0: all
+  std::string regime;              ///< as in Range
   std::vector<std::string> terms;  ///< of the library
   RangeRows rows;
   Eigen::VectorXd target;  ///< training rows, then test rows
@@ -64,14 +65,14 @@ struct IdentifyOptions {
   bool free_run = true;  ///< false: the rows of a table are no time response
 };
 
-/// Samples of the range: inside [from, to), not excluded, not at a spoilt end, `where` true; training rows before
-/// train_to, or the first 60 % of each recording's rows. Throws dsp::Fault (usage, "range.outside", "range.empty",
-/// "term.*" for the condition) with the range's place in the config.
-[[nodiscard]] RangeRows range_rows(const dsp::RangeSpec& spec, int recording, const std::vector<Columns>& recordings);
+/// Samples of the range: inside [from, to), not excluded, not at a spoilt end, of its regime, `where` true; training
+/// rows before train_to, or the first 60 % of each recording's rows. Throws dsp::Fault (usage, "range.outside",
+/// "range.empty", "term.*" for the condition) with the range's place in the config.
+[[nodiscard]] RangeRows range_rows(const Range& range, const std::vector<Columns>& recordings);
 
 /// Fits each method on the training rows of a range and judges it. `columns` are those of each recording, of one
 /// library.
-[[nodiscard]] RangeResult identify(const dsp::RangeSpec& spec, int recording, const std::vector<Columns>& recordings,
+[[nodiscard]] RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
                                    const ident::CandidateLibrary& library, const IdentifyOptions& options);
 
 }  // namespace apps

@@ -36,15 +36,23 @@ void report_checks(const std::vector<dsp::Check>& checks, const std::string& nam
 
 /// A raw recording is brought down to the paper's 25.6 Hz unless a rate is asked for: nothing in a suspension moves at
 /// kilohertz.
-dsp::PrepareOptions rate_settled(dsp::PrepareOptions options, double sample_rate_hz, const std::string& name,
-                                 Console& console) {
+dsp::PrepareOptions rate_settled(dsp::PrepareOptions options, double sample_rate_hz) {
   constexpr double raw_from_hz = 2000.0, regression_rate_hz = 25.6, cutoff_hz = 10.24;
   if (options.rate_hz > 0.0 || options.cutoff_hz > 0.0 || sample_rate_hz < raw_from_hz) return options;
   options.rate_hz = regression_rate_hz;
   options.cutoff_hz = cutoff_hz;
-  console.step(fmt::format("{}: {:.9g} Hz is a raw rate, decimated to {} Hz; set prepare.rate_hz for another", name,
-                           sample_rate_hz, regression_rate_hz));
   return options;
+}
+
+void find_regimes(Input& input, const Config& config, Console& console) {
+  if (!config.segment) return;
+  input.segmentation = dsp::segment_regimes(input.prepared.bus, config.segment_options);
+  input.regimes = regimes_at(input.segmentation, input.prepared);
+  for (const std::string& remark : input.segmentation.remarks)
+    console.note(fmt::format("{}: {}", input.prepared.name, remark));
+  if (input.prepared.raw_v.size() == 0) return;
+  input.power = power_check(input.prepared, input.regimes);
+  input.prepared.checks.push_back(judged(*input.power));
 }
 
 Input prepare_input(const RecordingConfig& recording, const Config& config, std::size_t max_memory_bytes,
@@ -61,7 +69,7 @@ Input prepare_input(const RecordingConfig& recording, const Config& config, std:
   input.x_is_difference =
       description.find(dsp::Role::x) < 0 && description.find(dsp::Role::y) >= 0 && description.find(dsp::Role::r) >= 0;
   console.step(fmt::format("preparing {}", name));
-  input.prepared = dsp::prepare(reader, rate_settled(config.prepare, description.sample_rate_hz, name, console),
+  input.prepared = dsp::prepare(reader, rate_settled(config.prepare, description.sample_rate_hz),
                                 {.max_memory_bytes = options.max_memory_bytes, .progress = [&](double share) {
                                    check_interrupted();
                                    console.progress("reading " + name, share);
@@ -69,38 +77,54 @@ Input prepare_input(const RecordingConfig& recording, const Config& config, std:
   input.prepared.name = name;
   for (dsp::Check& check : input.prepared.checks)
     check.message = without_folder(std::move(check.message), recording.file.parent_path());
+  find_regimes(input, config, console);
   report_checks(input.prepared.checks, name, console);
   const dsp::Motion& signals = input.prepared.signals;
-  console.step(fmt::format("{}: {} samples at {:.9g} Hz, {} at either end set aside, {} stretches excluded", name,
-                           signals.num_samples(), signals.sample_rate_hz, signals.edge_samples,
-                           input.prepared.excluded.size()));
+  console.step(fmt::format(
+      "{}: {} samples at {:.9g} Hz (recorded at {:.9g} Hz), {} at either end set aside, {} stretches excluded", name,
+      signals.num_samples(), signals.sample_rate_hz, description.sample_rate_hz, signals.edge_samples,
+      input.prepared.excluded.size()));
   return input;
 }
 
-/// The ranges a run without any in its config gets.
-std::vector<RangeConfig> default_ranges(const std::vector<Input>& inputs) {
-  std::vector<RangeConfig> ranges;
+/// The ranges of a recording for which neither config nor sidecar names any.
+std::vector<Range> ranges_of(const Input& input, int recording, bool alone) {
+  const auto has = [&](dsp::Regime regime) {
+    return std::find(input.regimes.begin(), input.regimes.end(), regime) != input.regimes.end();
+  };
+  const std::string name = alone ? "" : fs::path(input.prepared.name).stem().string();
+  const auto range = [&](const std::string& label, const std::string& regime) {
+    Range result{{}, recording, regime};
+    result.spec.name = alone ? label : regime.empty() ? name : name + " " + label;
+    return result;
+  };
+  if (!has(dsp::Regime::low) || !has(dsp::Regime::high)) return {range("all", "")};
+  return {range("low", "low"), range("high", "high"), range("mixed", "mixed")};
+}
+
+std::vector<Range> default_ranges(const std::vector<Input>& inputs) {
+  std::vector<Range> ranges;
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     const int recording = static_cast<int>(i) + 1;
-    for (const dsp::RangeSpec& spec : inputs[i].ranges) ranges.push_back({spec, recording});
+    for (const dsp::RangeSpec& spec : inputs[i].ranges) ranges.push_back({spec, recording, {}});
     if (!inputs[i].ranges.empty()) continue;
-    dsp::RangeSpec spec;
-    spec.name = inputs.size() == 1 ? "all" : fs::path(inputs[i].prepared.name).stem().string();
-    const bool taken = std::any_of(ranges.begin(), ranges.end(),
-                                   [&](const RangeConfig& range) { return range.spec.name == spec.name; });
-    if (taken) spec.name += fmt::format("-{}", recording);
-    ranges.push_back({std::move(spec), recording});
+    for (Range& range : ranges_of(inputs[i], recording, inputs.size() == 1)) {
+      const bool taken = std::any_of(ranges.begin(), ranges.end(),
+                                     [&](const Range& other) { return other.spec.name == range.spec.name; });
+      if (taken) range.spec.name += fmt::format("-{}", recording);
+      ranges.push_back(std::move(range));
+    }
   }
   return ranges;
 }
 
 /// Mean of x over the first range of the recording.
-double regime_mean(const dsp::Prepared& prepared, const std::vector<RangeConfig>& ranges, int recording) {
-  const auto first = std::find_if(ranges.begin(), ranges.end(), [&](const RangeConfig& range) {
+double regime_mean(const dsp::Prepared& prepared, const std::vector<Range>& ranges, int recording) {
+  const auto first = std::find_if(ranges.begin(), ranges.end(), [&](const Range& range) {
     return range.recording == 0 || range.recording == recording;
   });
-  return first == ranges.end() ? dsp::mean_displacement(prepared, 0.0, INFINITY)
-                               : dsp::mean_displacement(prepared, first->spec.from_s, first->spec.to_s);
+  if (first == ranges.end()) return dsp::mean_displacement(prepared, 0.0, INFINITY);
+  return dsp::mean_displacement(prepared, first->spec.from_s, first->spec.to_s);
 }
 
 /// What a library of polynomials in x and v cannot do without: dry friction, and whatever drives the motion from

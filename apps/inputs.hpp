@@ -1,10 +1,12 @@
 #pragma once
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "apps/config.hpp"
 #include "apps/console.hpp"
+#include "apps/regimes.hpp"
 #include "dsp/prepare.hpp"
 #include "dsp/read_recording.hpp"
 
@@ -13,6 +15,9 @@ namespace apps {
 /// A recording of a config, read and prepared, and where it came from.
 struct Input {
   dsp::Prepared prepared;
+  dsp::Segmentation segmentation;            ///< on the bus; no segments: not asked for
+  std::vector<dsp::Regime> regimes;          ///< of each sample at the regression rate; empty likewise
+  std::optional<PowerCheck> power;           ///< where displacement and acceleration of one body were measured
   std::vector<std::filesystem::path> files;  ///< all that were read: recording, further files, sidecar
   std::vector<dsp::RangeSpec> ranges;        ///< of its sidecar
   bool x_is_difference = false;              ///< x = y - r of two displacements, whose zeros mean nothing
@@ -26,7 +31,8 @@ struct Input {
 /// Reads and prepares every recording. Progress and warnings go to the console.
 [[nodiscard]] std::vector<Input> prepare_inputs(const Config& config, std::size_t max_memory_bytes, Console& console);
 
-/// Fills in what the config left to the recordings: ranges (the sidecar's, else one "all", or one for each of several
+/// Fills in what the config left to the recordings: ranges (the sidecar's; else low, high and mixed where
+/// there are two regimes of motion; else one "all", or one for each of several
 /// recordings, named after it), further terms (sgn(v), and of ddr, f and z those that all recordings have), the zero of
 /// x, which is then subtracted, and the prepare options where all recordings
 /// agree. Throws dsp::Fault (usage, "range.*") with the range's place.

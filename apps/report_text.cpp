@@ -99,11 +99,14 @@ std::string range_text(const RangeResult& range) {
 std::string report_text(const std::vector<RangeResult>& ranges) {
   std::string text;
   for (const RangeResult& range : ranges) text += range_text(range) + "\n";
-  for (const RangeDisagreement& pair : compare_ranges(ranges)) {
+  const std::vector<RangeDisagreement> pairs = compare_ranges(ranges);
+  for (const RangeDisagreement& pair : pairs) {
+    if (pair.method != pairs.front().method) break;  // the other methods' are in equation.json
     text += fmt::format("{} and {} disagree ({}):\n", pair.range_a, pair.range_b, pair.method);
     for (const ident::Disagreement& term : pair.terms) text += fmt::format("  - {}\n", term.sentence);
-    text += "  a term that only one of them has, or that changes its sign, is not the physics of both\n\n";
   }
+  if (!pairs.empty())
+    text += "a term that only one of them has, or that changes its sign, is not the physics of both\n";
   if (!text.empty() && text.ends_with("\n\n")) text.pop_back();
   return text;
 }

@@ -1,5 +1,6 @@
 #include "apps/results_json.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -128,6 +129,37 @@ Json filter_json(const dsp::FilterSheet& sheet) {
   return result;
 }
 
+Json pair_json(const dsp::SensorRelation& relation) {
+  Json result{{"name", relation.name}};
+  const bool known = relation.reason.empty();
+  put(result, "gain", known ? relation.gain : std::nan(""), relation.reason);
+  put(result, "gain_std", known ? relation.gain_std : std::nan(""), relation.reason);
+  put(result, "lag_s", known ? relation.lag_s : std::nan(""), relation.reason);
+  put(result, "lag_std_s", known ? relation.lag_std_s : std::nan(""), relation.reason);
+  result["highpass_hz"] = relation.highpass_hz;
+  put(result, "residual", known ? relation.residual : std::nan(""), relation.reason);
+  return result;
+}
+
+Json power_json(const PowerCheck& power) {
+  const auto pair = [](double low, double high) {
+    Json result = Json::object();
+    put(result, "low", low, "no such regime");
+    put(result, "high", high, "no such regime");
+    return result;
+  };
+  return {{"raw", pair(power.raw_low, power.raw_high)}, {"corrected", pair(power.corrected_low, power.corrected_high)}};
+}
+
+Json segmentation_json(const dsp::Segmentation& segmentation) {
+  const dsp::SegmentOptions& options = segmentation.options;
+  Json result{{"stick_speed_m_per_s", options.stick_speed_m_per_s}, {"stick_duration_s", options.stick_duration_s}};
+  put(result, "high_enter_m", options.high_enter_m, "the amplitude never jumps up");
+  put(result, "high_leave_m", options.high_leave_m, "the amplitude never jumps up");
+  result["remarks"] = segmentation.remarks;
+  return result;
+}
+
 Json motion_json(const dsp::Prepared& recording) {
   Json result{{"recording", printable(recording.name)},
               {"rate_hz", recording.signals.sample_rate_hz},
@@ -155,8 +187,8 @@ std::string_view to_string(dsp::CheckStatus status) {
 std::string metrics_json(const std::vector<RangeResult>& ranges, const IdentifyOptions& options) {
   Json document{{"ranges", Json::array()}};
   for (const RangeResult& range : ranges) {
-    Json row{
-        {"name", printable(range.spec.name)}, {"regime", nullptr}, {"regime_reason", "the range was given by time"}};
+    Json row{{"name", printable(range.spec.name)}, {"regime", range.regime.empty() ? Json() : Json(range.regime)}};
+    if (range.regime.empty()) row["regime_reason"] = "the range is given by time, not by regime";
     row["train_s"] = intervals_json(range.rows.train_s);
     row["test_s"] = intervals_json(range.rows.test_s);
     row["num_train"] = range.rows.train.size();
@@ -197,35 +229,66 @@ std::string equation_json(const std::vector<RangeResult>& ranges) {
   return text_of(document);
 }
 
-std::string quality_json(const std::vector<const dsp::Prepared*>& recordings) {
-  Json document{{"checks", Json::array()},
-                {"pairs", Json::array()},
-                {"power_check", nullptr},
-                {"power_check_reason", "displacement and acceleration of one body were not both measured"},
-                {"motion", Json::array()}};
-  for (const dsp::Prepared* recording : recordings) {
-    for (const dsp::Check& check : recording->checks) document["checks"].push_back(check_json(check));
-    document["motion"].push_back(motion_json(*recording));
+std::string quality_json(const std::vector<Input>& inputs) {
+  Json document{{"checks", Json::array()}, {"pairs", Json::array()}, {"power_check", nullptr}};
+  document["power_check_reason"] = "displacement and acceleration of one body were not both measured";
+  document["motion"] = Json::array();
+  for (const Input& input : inputs) {
+    for (const dsp::Check& check : input.prepared.checks) document["checks"].push_back(check_json(check));
+    for (const dsp::SensorRelation& relation : input.prepared.relations)
+      document["pairs"].push_back(pair_json(relation));
+    document["motion"].push_back(motion_json(input.prepared));
+    if (!input.segmentation.segments.empty())
+      document["motion"].back()["segmentation"] = segmentation_json(input.segmentation);
+    if (!input.power || !document["power_check"].is_null()) continue;
+    document["power_check"] = power_json(*input.power);
+    document["power_check_reason"] = nullptr;
   }
   return text_of(document);
 }
 
-std::string segments_json(const std::vector<const dsp::Prepared*>& recordings) {
-  Json document = Json::array();
-  for (const dsp::Prepared* one : recordings) {
-    const dsp::Prepared& recording = *one;
-    const auto add = [&](double from_s, double to_s, const std::string& reason) {
-      Json row{{"label", "excluded"}, {"from_s", from_s}, {"to_s", to_s}, {"reason", printable(reason)}};
-      if (recordings.size() > 1) row["recording"] = printable(recording.name);
-      document.push_back(std::move(row));
-    };
-    const double rate = recording.signals.sample_rate_hz,
-                 end = static_cast<double>(recording.signals.num_samples()) / rate;
-    const double edge = static_cast<double>(recording.signals.edge_samples) / rate;
-    if (edge > 0.0) add(0.0, edge, "start of the record: filter and derivatives lean on extrapolated samples");
-    for (const dsp::Interval& interval : recording.excluded) add(interval.from_s, interval.to_s, interval.why);
-    if (edge > 0.0) add(end - edge, end, "end of the record: filter and derivatives lean on extrapolated samples");
+namespace {
+
+struct LabelledStretch {
+  double from_s = 0.0, to_s = 0.0;
+  std::string label, reason;
+};
+
+std::vector<LabelledStretch> stretches_of(const Input& input) {
+  std::vector<LabelledStretch> stretches;
+  const dsp::Motion &signals = input.prepared.signals, &bus = input.prepared.bus;
+  for (const dsp::Segment& segment : input.segmentation.segments)
+    if (segment.regime != dsp::Regime::excluded)
+      stretches.push_back({static_cast<double>(segment.first) / bus.sample_rate_hz,
+                           static_cast<double>(segment.last) / bus.sample_rate_hz,
+                           std::string(to_string(segment.regime)), segment.reason});
+  for (const dsp::Interval& interval : input.prepared.excluded)
+    stretches.push_back({interval.from_s, interval.to_s, "excluded", interval.why});
+  const double end = static_cast<double>(signals.num_samples()) / signals.sample_rate_hz;
+  const double edge = static_cast<double>(signals.edge_samples) / signals.sample_rate_hz;
+  const std::string reason = "filters and derivatives lean on samples predicted beyond the record";
+  if (edge > 0.0) {
+    stretches.push_back({0.0, edge, "excluded", reason});
+    stretches.push_back({end - edge, end, "excluded", reason});
   }
+  std::stable_sort(stretches.begin(), stretches.end(),
+                   [](const auto& a, const auto& b) { return a.from_s < b.from_s; });
+  return stretches;
+}
+
+}  // namespace
+
+std::string segments_json(const std::vector<Input>& inputs) {
+  Json document = Json::array();
+  for (const Input& input : inputs)
+    for (const LabelledStretch& stretch : stretches_of(input)) {
+      Json row{{"label", stretch.label},
+               {"from_s", stretch.from_s},
+               {"to_s", stretch.to_s},
+               {"reason", printable(stretch.reason)}};
+      if (inputs.size() > 1) row["recording"] = printable(input.prepared.name);
+      document.push_back(std::move(row));
+    }
   return text_of(document);
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "apps/identify.hpp"
+#include "apps/inputs.hpp"
 #include "dsp/fault.hpp"
 #include "dsp/prepare.hpp"
 
@@ -15,8 +16,8 @@ namespace apps {
 
 [[nodiscard]] std::string metrics_json(const std::vector<RangeResult>& ranges, const IdentifyOptions& options);
 [[nodiscard]] std::string equation_json(const std::vector<RangeResult>& ranges);
-[[nodiscard]] std::string quality_json(const std::vector<const dsp::Prepared*>& recordings);
-[[nodiscard]] std::string segments_json(const std::vector<const dsp::Prepared*>& recordings);
+[[nodiscard]] std::string quality_json(const std::vector<Input>& inputs);
+[[nodiscard]] std::string segments_json(const std::vector<Input>& inputs);
 [[nodiscard]] std::string_view to_string(dsp::CheckStatus status);  ///< "ok", "note", "warning", "failed"
 /// What `ardent check --json` prints.
 [[nodiscard]] std::string checks_json(const std::vector<dsp::Check>& checks);

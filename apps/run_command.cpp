@@ -100,6 +100,7 @@ std::vector<Columns> all_columns(const Work& work, Console& console) {
                              1e-6 * static_cast<double>(bytes)));
     try {
       columns.push_back(form_columns(work.libraries[i], work.config.fit.target, prepared));
+      columns.back().regimes = work.inputs[i].regimes;
     } catch (const std::bad_alloc&) {
       throw dsp::Fault(dsp::FaultKind::numerics, "memory.exhausted",
                        fmt::format("{}: no memory for {} columns, {:.1f} MB. Use fewer terms or a lower rate.",
@@ -138,6 +139,12 @@ fs::path place_apart(const RunArguments& arguments, const Config& config) {
   return output_folder(arguments);
 }
 
+std::vector<const dsp::Prepared*> prepared_of(const std::vector<Input>& inputs) {
+  std::vector<const dsp::Prepared*> prepared;
+  for (const Input& input : inputs) prepared.push_back(&input.prepared);
+  return prepared;
+}
+
 /// A run folder being filled, and the manifest that closes it.
 class Results {
  public:
@@ -166,10 +173,10 @@ class Results {
     check_interrupted();
   }
   /// What every run folder holds, and the manifest last.
-  void finish(const Config& config, const std::vector<const dsp::Prepared*>& recordings, Console& console) {
-    stream("prepared.csv", [&](const Sink& sink) { write_prepared(recordings, sink); });
-    write("quality.json", quality_json(recordings));
-    write("segments.json", segments_json(recordings));
+  void finish(const Config& config, const std::vector<Input>& inputs, Console& console) {
+    stream("prepared.csv", [&](const Sink& sink) { write_prepared(prepared_of(inputs), sink); });
+    write("quality.json", quality_json(inputs));
+    write("segments.json", segments_json(inputs));
     write("config.toml", to_toml(config, folder_.destination()));
     write("log.txt", console.log());
     for (const std::string& name : written_) manifest_.outputs.push_back({name, sha256_file(folder_.path(name))});
@@ -187,12 +194,6 @@ class Results {
   Manifest manifest_;
   std::vector<std::string> written_;
 };
-
-std::vector<const dsp::Prepared*> prepared_of(const std::vector<Input>& inputs) {
-  std::vector<const dsp::Prepared*> prepared;
-  for (const Input& input : inputs) prepared.push_back(&input.prepared);
-  return prepared;
-}
 
 /// What a run would do, from the headers of its recordings.
 void print_plan(const RunArguments& arguments, const Config& config, Console& console) {
@@ -213,9 +214,9 @@ std::vector<RangeResult> identify_ranges(Work& work, const std::vector<Columns>&
                                          IdentifyOptions& options, Console& console) {
   options = identify_options(work.config, work.inputs.front().prepared.signals, arguments.num_threads);
   std::vector<RangeResult> ranges;
-  for (RangeConfig& range : work.config.ranges) {
+  for (Range& range : work.config.ranges) {
     console.step(fmt::format("range {}: fitting", range.spec.name));
-    ranges.push_back(identify(range.spec, range.recording, columns, work.libraries.front(), options));
+    ranges.push_back(identify(range, columns, work.libraries.front(), options));
     range.spec = ranges.back().spec;
     for (const DroppedTerm& term : ranges.back().dropped)
       console.warning("term.left_out",
@@ -261,7 +262,7 @@ int run_identification(const RunArguments& arguments, Console& console) {
   results.write("equation.json", equation_json(ranges));
   results.write("metrics.json", metrics_json(ranges, options));
   results.stream("predictions.csv", [&](const Sink& sink) { write_predictions(ranges, columns, sink); });
-  results.finish(work.config, prepared_of(work.inputs), console);
+  results.finish(work.config, work.inputs, console);
   console.result(console.json() ? equation_json(ranges)
                                 : fmt::format("{}\nresults are in {}\n", report, results.destination().string()));
   return exit_code_of(ranges, console);
@@ -273,9 +274,8 @@ void run_preparation(const RunArguments& arguments, Console& console) {
   Results results(arguments, "prep", config);
   const Work work = prepare_work(config, arguments, console);
   results.add_inputs(work.inputs);
-  results.finish(work.config, prepared_of(work.inputs), console);
-  const std::vector<const dsp::Prepared*> prepared = prepared_of(work.inputs);
-  console.result(console.json() ? quality_json(prepared)
+  results.finish(work.config, work.inputs, console);
+  console.result(console.json() ? quality_json(work.inputs)
                                 : fmt::format("prepared signals are in {}\n", results.destination().string()));
 }
 
@@ -292,8 +292,8 @@ void run_check(const RunArguments& arguments, Console& console) {
                           printable(check.message));
     }
   }
-  for (const RangeConfig& range : work.config.ranges) {
-    const RangeRows rows = range_rows(range.spec, range.recording, columns);
+  for (const Range& range : work.config.ranges) {
+    const RangeRows rows = range_rows(range, columns);
     text += fmt::format("{:<8} range {}: {} training rows, {} test rows\n", "ok", range.spec.name, rows.train.size(),
                         rows.test.size());
   }

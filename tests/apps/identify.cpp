@@ -34,6 +34,10 @@ dsp::RangeSpec whole() {
   return spec;
 }
 
+apps::Range range(dsp::RangeSpec spec, int recording = 1, std::string regime = {}) {
+  return {std::move(spec), recording, std::move(regime)};
+}
+
 apps::IdentifyOptions all_methods(int num_threads = 1) {
   return {.target = "a",
           .target_unit = "m/s^2",
@@ -45,7 +49,7 @@ apps::IdentifyOptions all_methods(int num_threads = 1) {
 
 TEST_CASE("a Duffing oscillator is found, judged and run free", "[apps][identify]") {
   const auto bench = duffing_bench(0.05, 7);
-  const apps::RangeResult result = apps::identify(whole(), 1, bench->columns, bench->library, all_methods());
+  const apps::RangeResult result = apps::identify(range(whole()), bench->columns, bench->library, all_methods());
   CHECK(result.rows.train.size() == 1201);  // 60 % of 2001, rounded
   CHECK(result.rows.test.size() == 800);
   REQUIRE(result.fits.size() == 3);
@@ -69,8 +73,8 @@ TEST_CASE("a Duffing oscillator is found, judged and run free", "[apps][identify
 
 TEST_CASE("threads change nothing", "[apps][identify]") {
   const auto bench = duffing_bench(0.1, 3);
-  const auto one = apps::identify(whole(), 1, bench->columns, bench->library, all_methods(1));
-  const auto two = apps::identify(whole(), 1, bench->columns, bench->library, all_methods(2));
+  const auto one = apps::identify(range(whole()), bench->columns, bench->library, all_methods(1));
+  const auto two = apps::identify(range(whole()), bench->columns, bench->library, all_methods(2));
   for (std::size_t i = 0; i < one.fits.size(); ++i) {
     CHECK(one.fits[i].fit.relevant == two.fits[i].fit.relevant);
     CHECK(one.fits[i].fit.mean == two.fits[i].fit.mean);
@@ -87,7 +91,7 @@ TEST_CASE("rows are those inside, not excluded, not at the ends, where the condi
   spec.to_s = 20.0;
   spec.train_to_s = 12.0;
   spec.where = "v > 0";
-  const apps::RangeRows rows = apps::range_rows(spec, 1, bench->columns);
+  const apps::RangeRows rows = apps::range_rows(range(spec), bench->columns);
   Eigen::Index expected_train = 0, expected_test = 0;
   for (Eigen::Index i = 10; i < 1000; ++i)
     if ((i < 500 || i >= 550) && bench->motion.at("v")(i) > 0.0) ++(i < 600 ? expected_train : expected_test);
@@ -107,20 +111,20 @@ TEST_CASE("a range outside the recording or without rows is told with its place"
   dsp::RangeSpec spec = whole();
   spec.from_s = 100.0;
   spec.to_s = 200.0;
-  support::check_fault([&] { (void)apps::range_rows(spec, 1, bench->columns); }, dsp::FaultKind::usage, "range.outside",
-                       {"config.toml:9", "100 to 200 s", "0 to 40.02 s"});
+  support::check_fault([&] { (void)apps::range_rows(range(spec), bench->columns); }, dsp::FaultKind::usage,
+                       "range.outside", {"config.toml:9", "100 to 200 s", "0 to 40.02 s"});
   spec = whole();
   spec.where = "x > 1e6";
-  support::check_fault([&] { (void)apps::range_rows(spec, 1, bench->columns); }, dsp::FaultKind::usage, "range.empty",
-                       {"config.toml:9", "no training row"});
+  support::check_fault([&] { (void)apps::range_rows(range(spec), bench->columns); }, dsp::FaultKind::usage,
+                       "range.empty", {"config.toml:9", "no training row"});
   spec.where = "q > 0";
-  support::check_fault([&] { (void)apps::range_rows(spec, 1, bench->columns); }, dsp::FaultKind::usage,
+  support::check_fault([&] { (void)apps::range_rows(range(spec), bench->columns); }, dsp::FaultKind::usage,
                        "term.unknown_name", {"config.toml:9", "where", "q"});
 }
 
 TEST_CASE("terms that are not finite, zero, constant or repeated are named and left out", "[apps][identify]") {
   const auto bench = duffing_bench(0.02, 5, {"f", "sqrt(x)", "1/(x-x)", "abs(x)^2", "0*x", "cos(0*x)", "2*v"});
-  const apps::RangeResult result = apps::identify(whole(), 1, bench->columns, bench->library, all_methods());
+  const apps::RangeResult result = apps::identify(range(whole()), bench->columns, bench->library, all_methods());
   const auto reason = [&](const std::string& name) {
     for (const apps::DroppedTerm& term : result.dropped)
       if (term.name == name) return term.reason;
@@ -140,14 +144,14 @@ TEST_CASE("a library of which nothing is left is a numerical fault", "[apps][ide
   auto bench = duffing_bench(0.0, 1);
   bench->library = ident::make_library({.order = 0, .terms = {"sqrt(-1-x^2)"}}, "a", bench->motion);
   bench->columns.front() = apps::form_columns(bench->library, "a", bench->motion, "duffing");
-  support::check_fault([&] { (void)apps::identify(whole(), 1, bench->columns, bench->library, all_methods()); },
+  support::check_fault([&] { (void)apps::identify(range(whole()), bench->columns, bench->library, all_methods()); },
                        dsp::FaultKind::numerics, "library.nothing_left", {"sqrt(-1-x^2)", "not finite"});
 }
 
 TEST_CASE("a zero target ends in a status with no figures and no NaN", "[apps][identify]") {
   const auto bench = duffing_bench(0.0, 1);
   bench->columns.front().target.setZero();
-  const apps::RangeResult result = apps::identify(whole(), 1, bench->columns, bench->library, all_methods());
+  const apps::RangeResult result = apps::identify(range(whole()), bench->columns, bench->library, all_methods());
   for (const apps::JudgedFit& fit : result.fits) {
     CHECK(fit.fit.status == ident::FitStatus::zero_target);
     CHECK_THAT(fit.train.reason, Catch::Contains("zero"));
@@ -158,10 +162,10 @@ TEST_CASE("a zero target ends in a status with no figures and no NaN", "[apps][i
 TEST_CASE("rows of several recordings are joined, each split for itself", "[apps][identify]") {
   const auto a = duffing_bench(0.02, 1), b = duffing_bench(0.02, 2);
   std::vector<apps::Columns> columns{a->columns.front(), b->columns.front()};
-  const apps::RangeResult joined = apps::identify(whole(), 0, columns, a->library, all_methods());
+  const apps::RangeResult joined = apps::identify(range(whole(), 0), columns, a->library, all_methods());
   CHECK(joined.rows.train.size() == 2402);
   CHECK(joined.rows.train_s.size() == 2);
-  const apps::RangeResult second = apps::identify(whole(), 2, columns, a->library, all_methods());
+  const apps::RangeResult second = apps::identify(range(whole(), 2), columns, a->library, all_methods());
   CHECK(second.rows.train.front().recording == 1);
   CHECK(joined.fits[0].model.terms[0].std < second.fits[0].model.terms[0].std);
 }

@@ -1,0 +1,15 @@
+#pragma once
+#include <string>
+
+#include "dsp/sidecar.hpp"
+
+namespace apps {
+
+/// Rows that are fitted together: stretches of time, of one recording or of all, in one amplitude regime or in any.
+struct Range {
+  dsp::RangeSpec spec;
+  int recording = 0;   ///< 1-based; 0: all
+  std::string regime;  ///< "low", "high", "stick", "mixed" (low and high), or empty: any
+};
+
+}  // namespace apps
