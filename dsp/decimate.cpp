@@ -228,10 +228,20 @@ const FilterSheet& Decimator::sheet() const {
 Eigen::MatrixXd decimate(const Eigen::Ref<const Eigen::MatrixXd>& samples, double sample_rate_hz,
                          const DecimateOptions& options, FilterSheet* sheet) {
   Decimator decimator(sample_rate_hz, samples.cols(), options);
-  const FrameBlock early = decimator.push(FrameBlock(samples)), late = decimator.finish();
+  constexpr Index block = 16384;
+  Eigen::MatrixXd all;
+  Index num_outputs = 0;
+  const auto keep = [&](const FrameBlock& outputs) {
+    all.middleRows(num_outputs, outputs.rows()) = outputs;
+    num_outputs += outputs.rows();
+  };
+  all.resize(static_cast<Index>(static_cast<double>(samples.rows()) * options.output_rate_hz / sample_rate_hz) + 2,
+             samples.cols());
+  for (Index first = 0; first < samples.rows(); first += block)
+    keep(decimator.push(FrameBlock(samples.middleRows(first, std::min(block, samples.rows() - first)))));
+  keep(decimator.finish());
   if (sheet != nullptr) *sheet = decimator.sheet();
-  Eigen::MatrixXd all(early.rows() + late.rows(), samples.cols());
-  all << early, late;
+  all.conservativeResize(num_outputs, Eigen::NoChange);
   return all;
 }
 

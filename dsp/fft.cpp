@@ -3,8 +3,8 @@
 #include <fftw3.h>
 
 #include <algorithm>
+#include <cassert>
 #include <mutex>
-#include <new>
 #include <stdexcept>
 #include <string>
 
@@ -16,28 +16,26 @@ std::mutex& planner_mutex() {
   return mutex;
 }
 
-// Plans are valid for arrays aligned like those they were made with, so all come from FFTW's own allocator.
-struct FftwFree {
-  void operator()(void* p) const { fftw_free(p); }
-};
-template <typename T>
-using FftwArray = std::unique_ptr<T[], FftwFree>;
+// Plans are valid for arrays aligned like those they were made with: by 16 bytes, as every array of Eigen's is, but not
+// every piece of one.
+bool aligned(const double* data) {
+  return fftw_alignment_of(const_cast<double*>(data)) == 0;
+}
 
-template <typename T>
-FftwArray<T> fftw_array(Eigen::Index count) {
-  auto* p = static_cast<T*>(fftw_malloc(sizeof(T) * static_cast<std::size_t>(count)));
-  if (!p) throw std::bad_alloc();
-  return FftwArray<T>(p);
+fftw_complex* fftw_data(Eigen::VectorXcd& X) {
+  auto* data = reinterpret_cast<double*>(X.data());
+  assert(aligned(data));
+  return reinterpret_cast<fftw_complex*>(data);
 }
 }  // namespace
 
 struct RealFft::Plans {
   explicit Plans(Eigen::Index size) : n(size) {
-    const auto real = fftw_array<double>(n);
-    const auto complex = fftw_array<fftw_complex>(n / 2 + 1);
+    Eigen::VectorXd real(n);
+    Eigen::VectorXcd complex(n / 2 + 1);
     const std::lock_guard lock(planner_mutex());
-    forward = fftw_plan_dft_r2c_1d(static_cast<int>(n), real.get(), complex.get(), FFTW_ESTIMATE);
-    inverse = fftw_plan_dft_c2r_1d(static_cast<int>(n), complex.get(), real.get(), FFTW_ESTIMATE);
+    forward = fftw_plan_dft_r2c_1d(static_cast<int>(n), real.data(), fftw_data(complex), FFTW_ESTIMATE);
+    inverse = fftw_plan_dft_c2r_1d(static_cast<int>(n), fftw_data(complex), real.data(), FFTW_ESTIMATE);
   }
   ~Plans() {
     const std::lock_guard lock(planner_mutex());
@@ -73,23 +71,24 @@ Eigen::Index RealFft::size() const {
 }
 
 Eigen::VectorXcd RealFft::forward(const Eigen::Ref<const Eigen::VectorXd>& x) const {
-  const Eigen::Index n = plans_->n, bins = n / 2 + 1;
-  if (x.size() != n) throw std::invalid_argument("RealFft::forward: wrong length");
-  const auto in = fftw_array<double>(n);
-  const auto out = fftw_array<fftw_complex>(bins);
-  Eigen::Map<Eigen::VectorXd>(in.get(), n) = x;
-  fftw_execute_dft_r2c(plans_->forward, in.get(), out.get());
-  return Eigen::Map<const Eigen::VectorXcd>(reinterpret_cast<const std::complex<double>*>(out.get()), bins);
+  if (x.size() != plans_->n) throw std::invalid_argument("RealFft::forward: wrong length");
+  Eigen::VectorXcd X(plans_->n / 2 + 1);
+  if (aligned(x.data())) {
+    // A forward transform out of place leaves its input as it was.
+    fftw_execute_dft_r2c(plans_->forward, const_cast<double*>(x.data()), fftw_data(X));
+  } else {
+    Eigen::VectorXd copy = x;
+    fftw_execute_dft_r2c(plans_->forward, copy.data(), fftw_data(X));
+  }
+  return X;
 }
 
-Eigen::VectorXd RealFft::inverse(const Eigen::Ref<const Eigen::VectorXcd>& X) const {
-  const Eigen::Index n = plans_->n, bins = n / 2 + 1;
-  if (X.size() != bins) throw std::invalid_argument("RealFft::inverse: wrong length");
-  const auto in = fftw_array<fftw_complex>(bins);
-  const auto out = fftw_array<double>(n);
-  Eigen::Map<Eigen::VectorXcd>(reinterpret_cast<std::complex<double>*>(in.get()), bins) = X;
-  fftw_execute_dft_c2r(plans_->inverse, in.get(), out.get());
-  return Eigen::Map<const Eigen::VectorXd>(out.get(), n) / static_cast<double>(n);
+Eigen::VectorXd RealFft::inverse(Eigen::VectorXcd X) const {
+  if (X.size() != plans_->n / 2 + 1) throw std::invalid_argument("RealFft::inverse: wrong length");
+  Eigen::VectorXd x(plans_->n);
+  fftw_execute_dft_c2r(plans_->inverse, fftw_data(X), x.data());
+  x /= static_cast<double>(plans_->n);
+  return x;
 }
 
 }  // namespace dsp

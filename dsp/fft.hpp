@@ -17,7 +17,7 @@ class RealFft {
   [[nodiscard]] Eigen::VectorXcd forward(const Eigen::Ref<const Eigen::VectorXd>& x) const;
   /// The sequence whose forward transform is X: n samples, scaled by 1/n. The imaginary parts of X_0 and X_(n/2) are
   /// ignored.
-  [[nodiscard]] Eigen::VectorXd inverse(const Eigen::Ref<const Eigen::VectorXcd>& X) const;
+  [[nodiscard]] Eigen::VectorXd inverse(Eigen::VectorXcd X) const;
   [[nodiscard]] Eigen::Index size() const;
 
  private:

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 namespace dsp {
 namespace {
@@ -63,7 +64,7 @@ double ExtendedSpectrum::frequency_hz(Index bin) const {
 VectorXd ExtendedSpectrum::filtered(const std::function<std::complex<double>(double)>& response) const {
   Eigen::VectorXcd product(spectrum_.size());
   for (Index k = 0; k < spectrum_.size(); ++k) product(k) = spectrum_(k) * response(frequency_hz(k));
-  return fft_.inverse(product).head(num_samples_).array() + mean_ * response(0.0).real();
+  return fft_.inverse(std::move(product)).head(num_samples_).array() + mean_ * response(0.0).real();
 }
 
 VectorXd ExtendedSpectrum::derivative(int order, const SpectralBand& band) const {
@@ -75,7 +76,7 @@ VectorXd ExtendedSpectrum::derivative(int order, const SpectralBand& band) const
     if (f > band.rolloff_hz && gain == 0.0) break;
     product(k) = spectrum_(k) * (gain * std::pow(2.0 * std::numbers::pi * f, order)) * turns[order % 4];
   }
-  return fft_.inverse(product).head(num_samples_).array() + (order == 0 ? mean_ : 0.0);
+  return fft_.inverse(std::move(product)).head(num_samples_).array() + (order == 0 ? mean_ : 0.0);
 }
 
 double ExtendedSpectrum::power_fraction_above(double limit_hz) const {
