@@ -29,10 +29,9 @@ struct Verdict {
   std::string reason;   ///< empty within noise
 };
 
-/// A printed coefficient against the true one: within noise if no further off than five standard deviations `se` of an
-/// estimate under the stated noise. true_value 0: the term is not in the true equation.
-[[nodiscard]] Verdict judge_coefficient(const PaperTerm& paper, double printed, double true_value, double se,
-                                        bool sindy);
+/// A printed coefficient against the expected one: within noise if no further off than five standard deviations `se`
+/// of an estimate under the stated noise. expected 0: the term is not in the true equation.
+[[nodiscard]] Verdict judge_coefficient(const PaperTerm& paper, double printed, double expected, double se);
 
 /// Coefficient of variation of an RVM posterior whose mean was printed as `mean`, for a least-squares deviation `se`:
 /// the prior at its best alpha shrinks mean and variance by gamma = 1 - 1/t^2.

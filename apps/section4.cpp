@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 #include "dsp/fault.hpp"
 #include "ident/expression.hpp"
+#include "ident/posterior.hpp"
 #include "sim/noise.hpp"
 
 namespace apps {
@@ -198,6 +200,44 @@ SupportError support_error(const ident::Fit& fit, const VectorXd& truth) {
     if (!kept && truth(i) != 0.0) error.missing_terms.push_back(i);
   }
   return error;
+}
+
+VectorXd unit_deviations(const Section4Regression& regression, const std::vector<Index>& terms) {
+  const auto unit =
+      ident::unit_problem(ident::r_factor(regression.phi(Eigen::all, terms), regression.rows.front().values));
+  std::vector<Index> all(terms.size());
+  std::iota(all.begin(), all.end(), Index{0});
+  // A prior so wide that the posterior is least squares.
+  const auto at = ident::posterior(unit, all, VectorXd::Constant(static_cast<Index>(all.size()), 1e-30));
+  return at.root.rowwise().norm().cwiseQuotient(unit.column_norm);
+}
+
+std::vector<WeakTerm> weak_terms(const Section4Study& study, double noise, double tau) {
+  constexpr double weak = 5.0, largest_q = 40.0, step = 0.05;
+  const auto normal = [](double z) { return 0.5 * std::erfc(-z / std::numbers::sqrt2); };
+  const auto passes = [&](double t, double q) { return normal(t - std::sqrt(q)) + normal(-t - std::sqrt(q)); };
+  std::vector<WeakTerm> found;
+  for (const Section4Regression& regression : study.regressions)
+    for (const Section4Row& row : regression.rows) {
+      if (!row.truth_known || !(noise > 0.0)) continue;
+      std::vector<Index> kept;
+      for (Index i = 0; i < row.truth.size(); ++i)
+        if (row.truth(i) != 0.0) kept.push_back(i);
+      const VectorXd deviations = unit_deviations(regression, kept) * noise * row.std;
+      const auto num_false = static_cast<double>(row.truth.size() - static_cast<Index>(kept.size()));
+      for (std::size_t j = 0; j < kept.size(); ++j) {
+        const double t = std::abs(row.truth(kept[j])) / deviations(static_cast<Index>(j));
+        if (t >= weak) continue;
+        WeakTerm term{row.label(), study.library.terms[static_cast<std::size_t>(kept[j])].name, t, 0.0, 0.0};
+        for (double q = 1.0; q <= largest_q; q += step) {
+          if (ident::evidence_gain(q) <= tau) term.kept_share = passes(t, q);
+          term.best_exact_share =
+              std::max(term.best_exact_share, passes(t, q) * std::pow(1.0 - passes(0.0, q), num_false));
+        }
+        found.push_back(std::move(term));
+      }
+    }
+  return found;
 }
 
 }  // namespace apps

@@ -85,4 +85,18 @@ struct SupportError {
 };
 [[nodiscard]] SupportError support_error(const ident::Fit& fit, const Eigen::VectorXd& truth);
 
+/// Deviations of least-squares coefficients of these terms for noise of deviation 1.
+[[nodiscard]] Eigen::VectorXd unit_deviations(const Section4Regression& regression,
+                                              const std::vector<Eigen::Index>& terms);
+
+/// A true term that a draw of the noise can hide.
+struct WeakTerm {
+  std::string row, term;
+  double t = 0.0;                 ///< true coefficient over the deviation of its estimate
+  double kept_share = 0.0;        ///< of draws in which its gain exceeds tau
+  double best_exact_share = 0.0;  ///< of draws in which the row can be exact, at the best threshold there is
+};
+/// Those with t below 5, for uncorrelated false terms: the estimate is N(t, 1), a false term's gain that of chi^2_1.
+[[nodiscard]] std::vector<WeakTerm> weak_terms(const Section4Study& study, double noise, double tau);
+
 }  // namespace apps

@@ -1,0 +1,49 @@
+#pragma once
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace apps {
+
+enum class PlotStyle { line, dashed, points };
+
+/// Colours that stay apart for colour-blind readers (Okabe and Ito) and in grey print.
+enum class PlotColour { black, vermilion, blue, green, orange, purple, sky };
+
+/// Points in order; a value that is not finite interrupts the line.
+struct PlotSeries {
+  std::string label;  ///< in the legend; empty: not there
+  Eigen::VectorXd x, y;
+  PlotStyle style = PlotStyle::line;
+  PlotColour colour = PlotColour::black;
+};
+
+/// One pair of axes. Limits left out are those of the data, with a small margin.
+struct PlotPanel {
+  std::string title, x_label, y_label;  ///< with units: "displacement x (m)"
+  std::vector<PlotSeries> series;
+  std::optional<std::pair<double, double>> x_limits, y_limits;
+};
+
+struct PlotFigure {
+  std::string title;
+  std::vector<PlotPanel> panels;  ///< row by row
+  int columns = 2;
+  double panel_width_px = 460.0, panel_height_px = 300.0;
+  std::vector<std::string> caption;  ///< lines under the panels
+};
+
+/// The figure as an SVG document of its own: no script, no link, no font but the reader's sans-serif. Lines are
+/// thinned without loss to the eye: runs of ascending x to least and greatest value per pixel column, others to
+/// points a third of a pixel apart. Coordinates have two decimals; the same figure gives the same bytes.
+[[nodiscard]] std::string to_svg(const PlotFigure& figure);
+
+/// Where ticks go between low and high: multiples of 1, 2 or 5 times a power of ten, `most` at most.
+[[nodiscard]] std::vector<double> nice_ticks(double low, double high, int most);
+
+/// The points of a line that are left at this resolution: pixel coordinates in, pixel coordinates out, in order.
+[[nodiscard]] std::vector<std::pair<double, double>> thinned(const std::vector<std::pair<double, double>>& pixels);
+
+}  // namespace apps
