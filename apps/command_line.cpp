@@ -15,6 +15,7 @@
 #include "apps/info_command.hpp"
 #include "apps/init_command.hpp"
 #include "apps/interrupt.hpp"
+#include "apps/replicate_command.hpp"
 #include "apps/results_json.hpp"
 #include "apps/run_command.hpp"
 #include "apps/simulate_command.hpp"
@@ -195,6 +196,31 @@ void add_sim(CLI::App& app, const GlobalOptions& global, Command& chosen) {
   });
 }
 
+void add_replicate(CLI::App& app, const GlobalOptions& global, Command& chosen) {
+  auto* command = app.add_subcommand("replicate", "The paper's tables and figures again, beside what it printed");
+  auto arguments = std::make_shared<ReplicateArguments>();
+  command
+      ->add_option("ITEM", arguments->items,
+                   "A case (duffing, coulomb, bouc-wen, bouc-wen-2, valanis-1 ... valanis-4), table-1 ... table-8, "
+                   "fig-2 ... fig-9, all")
+      ->required();
+  command->add_option("--seeds", arguments->num_seeds, "How many draws of the noise")->capture_default_str();
+  command->add_option("--first-seed", arguments->first_seed, "The first of them")->capture_default_str();
+  command->add_option("--noise", arguments->noise, "Share of each target's standard deviation")->capture_default_str();
+  command->add_option("--selection", arguments->selection, "evidence or type2 (the paper's)")->capture_default_str();
+  command->add_option("--tau", arguments->tau, "What a term's gain must exceed");
+  command->callback([=, &global, &chosen] {
+    chosen = [=, &global](Console& console) {
+      if (global.output.empty())
+        throw dsp::Fault(dsp::FaultKind::usage, "usage", "replicate: -o DIR is missing. Say where the files are to go");
+      ReplicateArguments all = *arguments;
+      all.folder = global.output;
+      run_replicate(all, console);
+      return 0;
+    };
+  });
+}
+
 void add_commands(CLI::App& app, const GlobalOptions& global, const std::vector<std::string>& command_line,
                   Command& chosen) {
   add_info(app, chosen);
@@ -210,6 +236,7 @@ void add_commands(CLI::App& app, const GlobalOptions& global, const std::vector<
             return 0;
           });
   add_sim(app, global, chosen);
+  add_replicate(app, global, chosen);
   add_fit(app, global, chosen);
   add_init(app, global, chosen);
   add_compare(app, chosen);
