@@ -57,13 +57,30 @@ auto at_place(const std::string& place, Call&& call) {
   }
 }
 
-Work prepare_work(Config config, const RunArguments& arguments, Console& console) {
-  Work work{std::move(config), {}, {}};
-  work.inputs = prepare_inputs(work.config, arguments.max_memory_bytes, console);
-  settle(work.config, work.inputs, console);
+void refuse_warnings(const RunArguments& arguments, const Console& console) {
   if (arguments.strict && !console.warnings().empty())
     throw dsp::Fault(dsp::FaultKind::input, "strict.warning",
                      fmt::format("stopped at the first warning (--strict): {}", console.warnings().front()));
+}
+
+/// What is wrong with the library whatever the recordings hold, found before they are read.
+void check_library(const Config& config) {
+  dsp::Motion usual;
+  for (const char* name : {"t", "x", "v", "a", "r", "dr", "ddr", "y", "dy", "ddy", "f", "z"})
+    usual.signals.push_back({name, "", {}});
+  try {
+    at_place(config.library_place, [&] { return ident::make_library(config.library, config.fit.target, usual); });
+  } catch (const dsp::Fault& fault) {
+    if (fault.name() != "term.unknown_name") throw;  // a channel may have that name
+  }
+}
+
+Work prepare_work(Config config, const RunArguments& arguments, Console& console) {
+  check_library(config);
+  Work work{std::move(config), {}, {}};
+  work.inputs = prepare_inputs(work.config, arguments.max_memory_bytes, console);
+  settle(work.config, work.inputs, console);
+  refuse_warnings(arguments, console);
   return work;
 }
 
@@ -256,6 +273,7 @@ int run_identification(const RunArguments& arguments, Console& console) {
   const std::vector<Columns> columns = all_columns(work, console);
   IdentifyOptions options;
   const std::vector<RangeResult> ranges = identify_ranges(work, columns, arguments, options, console);
+  refuse_warnings(arguments, console);
   const std::string report = report_text(ranges);
   results.write("equation.txt", report);
   results.write("equation.tex", report_latex(ranges));

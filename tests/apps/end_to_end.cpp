@@ -287,9 +287,9 @@ TEST_CASE("terms that cannot be are refused before anything is computed", "[apps
   refused("\"2*a\"", "1", "library.target", {"2*a"});
   refused("\"x\"", "1", "library.duplicate", {"x"});
   refused("\"f\"", "50", "library.too_large", {"1327", "1000"});
-  refused("\"" + std::string(20000, '(') + "x" + std::string(20000, ')') + "\"", "1", "term.too_long", {});
+  refused(std::string("\"").append(20000, '(').append("x").append(20000, ')').append("\""), "1", "term.too_long", {});
   std::string million;
-  for (int i = 0; i < 1000000; ++i) million += "\"x*" + std::to_string(i) + "\",";
+  for (int i = 0; i < 1000000; ++i) million.append("\"x*").append(std::to_string(i)).append("\",");
   refused(million, "1", "library.too_large", {"1000003"});
 }
 
@@ -370,3 +370,45 @@ TEST_CASE("prep, check, init and a dry run do their part and no more", "[apps][e
   CHECK(support::run(folder, "$ARDENT run new/a.toml -o new-run").code == 0);
   expect(folder, "$ARDENT init new/a.csv", 5, {"[output.exists]", "--force"});
 }
+
+TEST_CASE("runs are compared, and what is no run is told", "[apps][end_to_end]") {
+  const Scratch& folder = bench();
+  REQUIRE(support::run(folder, "$ARDENT run duffing/response.csv -o first").code == 0);
+  REQUIRE(support::run(folder, "$ARDENT run duffing/response.csv -o second --set prepare.recipe=paper").code == 0);
+  const auto both = support::run(folder, "$ARDENT compare first second --truth duffing/truth.json");
+  CHECK(both.code == 0);
+  CHECK_THAT(both.out, Catch::Contains("range all") && Catch::Contains("-2500") && Catch::Contains("NMSE free_run"));
+  expect(folder, "$ARDENT compare duffing", 3, {"[run.incomplete]"});
+  fs::create_directory(folder / "deep");
+  put(folder, "deep/manifest.json", std::string(100'000, '[') + std::string(100'000, ']'));
+  expect(folder, "$ARDENT compare deep", 3, {"[run.damaged]", "64 levels"});
+  put(folder, "deep/manifest.json", "{\"a\": ");
+  expect(folder, "$ARDENT compare deep", 3, {"[run.damaged]", "no JSON"});
+}
+
+TEST_CASE("warnings stop a strict run and are listed in the manifest of any other", "[apps][end_to_end]") {
+  const Scratch& folder = bench();
+  const std::string command = "$ARDENT run duffing/response.csv --set 'library.terms=[\"f\", \"sqrt(x)\"]' -o warned";
+  expect(folder, command + " --strict", 3, {"[strict.warning]", "sqrt(x)"});
+  CHECK_FALSE(fs::exists(folder / "warned"));
+  expect(folder, command, 0, {"warning [term.left_out]"});
+  CHECK_THAT(bytes_of(folder / "warned/manifest.json"), Catch::Contains("[term.left_out]"));
+}
+
+TEST_CASE("a range called like a formula stays text", "[apps][end_to_end]") {
+  const Scratch& folder = bench();
+  put(folder, "formula.toml", "[[recording]]\nfile = \"duffing/response.csv\"\n[[range]]\nname = \"=1+1\"\n");
+  expect(folder, "$ARDENT run formula.toml -o formula", 0, {});
+  CHECK_THAT(bytes_of(folder / "formula/predictions.csv"), Catch::Contains("\n'=1+1,") && !Catch::Contains("\n=1+1"));
+}
+
+#ifndef ARDENT_SANITIZED  // the sanitizers' shadow alone is terabytes
+TEST_CASE("memory that runs out is a numerical failure, not a crash", "[apps][end_to_end]") {
+  const Scratch& folder = bench();
+  REQUIRE(support::run(folder, "$ARDENT sim duffing -o wide --duration 3000").code == 0);
+  expect(folder, "ulimit -v 600000; $ARDENT run wide/response.csv -o wide-run --set library.order=20", 4,
+         {"[memory.exhausted]", "MB"});
+  CHECK_FALSE(fs::exists(folder / "wide-run"));
+  CHECK_FALSE(fs::exists(folder / "wide-run.partial"));
+}
+#endif
