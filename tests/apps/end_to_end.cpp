@@ -405,8 +405,8 @@ TEST_CASE("a range called like a formula stays text", "[apps][end_to_end]") {
 #ifndef ARDENT_SANITIZED  // the sanitizers' shadow alone is terabytes
 TEST_CASE("memory that runs out is a numerical failure, not a crash", "[apps][end_to_end]") {
   const Scratch& folder = bench();
-  REQUIRE(support::run(folder, "$ARDENT sim duffing -o wide --duration 3000").code == 0);
-  expect(folder, "ulimit -v 600000; $ARDENT run wide/response.csv -o wide-run --set library.order=20", 4,
+  REQUIRE(support::run(folder, "$ARDENT sim duffing -o wide --duration 300").code == 0);
+  expect(folder, "ulimit -v 250000; $ARDENT run wide/response.csv -o wide-run --set library.order=40", 4,
          {"[memory.exhausted]", "MB"});
   CHECK_FALSE(fs::exists(folder / "wide-run"));
   CHECK_FALSE(fs::exists(folder / "wide-run.partial"));
