@@ -154,6 +154,9 @@ struct Expression::Impl {
   std::vector<Expression> switch_arguments;
   mu::Parser pointwise;
   std::vector<double> slots;  // what `pointwise` reads: signals, then signs
+  [[nodiscard]] std::string slot_name(std::size_t k) const {
+    return k < signals.size() ? signals[k] : fmt::format("switch_{}", k - signals.size());
+  }
 };
 
 Expression::Expression(std::string_view text, const std::vector<std::string>& signal_names)
@@ -196,10 +199,8 @@ Expression::Expression(std::string_view text, const std::vector<std::string>& si
   }
   impl_->slots.assign(impl_->signals.size() + impl_->switches.size(), 1.0);
   impl_->pointwise = bare_parser();
-  for (std::size_t i = 0; i < impl_->signals.size(); ++i)
-    impl_->pointwise.DefineVar(impl_->signals[i], &impl_->slots[i]);
-  for (std::size_t k = 0; k < impl_->switches.size(); ++k)
-    impl_->pointwise.DefineVar(fmt::format("switch_{}", k), &impl_->slots[impl_->signals.size() + k]);
+  for (std::size_t k = 0; k < impl_->slots.size(); ++k)
+    impl_->pointwise.DefineVar(impl_->slot_name(k), &impl_->slots[k]);
   impl_->pointwise.SetExpr(impl_->plain);
 }
 
@@ -226,22 +227,19 @@ VectorXd Expression::evaluate(const dsp::Motion& motion, SwitchSampling sampling
                      sampling == SwitchSampling::cell_average ? known_derivative(impl_->switches[k], motion) : nullptr,
                      motion.sample_rate_hz));
 
+  // Row by row: muParser's own loop over arrays starts threads, which nobody asked for and which spin when done.
+  std::vector<const double*> columns;
+  for (const std::string& name : impl_->signals) columns.push_back(motion.at(name).data());
+  for (const VectorXd& sign : signs) columns.push_back(sign.data());
+  std::vector<double> row(columns.size());
   mu::Parser parser = bare_parser();
-  // muParser reads arrays through pointers to their first element and does not write to them.
-  for (const std::string& name : impl_->signals) parser.DefineVar(name, const_cast<double*>(motion.at(name).data()));
-  for (std::size_t k = 0; k < signs.size(); ++k) parser.DefineVar(fmt::format("switch_{}", k), signs[k].data());
+  for (std::size_t k = 0; k < row.size(); ++k) parser.DefineVar(impl_->slot_name(k), &row[k]);
   parser.SetExpr(impl_->plain);
-  if (impl_->slots.empty()) return VectorXd::Constant(num_samples, parser.Eval());
+  if (row.empty()) return VectorXd::Constant(num_samples, parser.Eval());
   VectorXd values(num_samples);
-  constexpr Index chunk = 1 << 20;  // its count is an int
-  for (Index first = 0; first < num_samples; first += chunk) {
-    if (first > 0) {
-      for (const std::string& name : impl_->signals)
-        parser.DefineVar(name, const_cast<double*>(motion.at(name).data()) + first);
-      for (std::size_t k = 0; k < signs.size(); ++k)
-        parser.DefineVar(fmt::format("switch_{}", k), signs[k].data() + first);
-    }
-    parser.Eval(values.data() + first, static_cast<int>(std::min(chunk, num_samples - first)));
+  for (Index i = 0; i < num_samples; ++i) {
+    for (std::size_t k = 0; k < row.size(); ++k) row[k] = columns[k][i];
+    values(i) = parser.Eval();
   }
   return values;
 }
