@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "dsp/decimate.hpp"
+#include "dsp/faulty_samples.hpp"
 #include "dsp/recording.hpp"
 
 namespace dsp {
@@ -15,20 +16,24 @@ class BusRecorder {
   /// Throws std::invalid_argument as Decimator does.
   BusRecorder(const Recording& description, Eigen::Index num_frames, const std::optional<DecimateOptions>& options);
   ~BusRecorder();
-  /// Throws Fault sample.missing (input) once a bus sample is not finite.
+  /// Throws Fault sample.missing (input) for a sample that is not finite.
   void push(const Eigen::Ref<const FrameBlock>& frames);
-  /// The samples at the bus rate, under the description given.
+  /// The samples at the bus rate, under the description given, with what was found faulty in `bad` and `checks`, and on
+  /// the bus filled by prediction from both sides.
   [[nodiscard]] Recording finish();
   /// Of the filter from the recording to the bus; none when there is none.
   [[nodiscard]] std::optional<FilterSheet> sheet() const;
 
  private:
   void keep(const FrameBlock& frames);
-  void refuse(const FrameBlock& frames) const;
+  void refuse(const Eigen::Ref<const FrameBlock>& frames) const;
+  void fill(const SampleFaults& faults);
 
   Recording recording_;
+  double input_rate_hz_ = 0.0;
+  FaultySamples faulty_;
   std::optional<Decimator> decimator_;
-  Eigen::Index num_kept_ = 0;
+  Eigen::Index num_taken_ = 0, num_kept_ = 0;
 };
 
 }  // namespace dsp

@@ -13,7 +13,7 @@ namespace dsp {
 enum class SampleFault {
   clipped,  ///< stands at the limit of what the channel can show
   dropout,  ///< jumped to zero or beyond everything else the channel shows, and stays there
-  held,     ///< one value repeated although the channel had always moved
+  held,     ///< one value repeated where the channel had moved
 };
 [[nodiscard]] std::string_view to_string(SampleFault fault);
 
@@ -49,20 +49,27 @@ struct FaultySampleOptions {
 ///
 /// A channel is looked at in cells of 1.25 ms (one sample below 800 Hz). It stands still in a cell if no step from one
 /// sample to the next is larger than a floor. The floor is 0, equal values, unless the channel repeats its values for a
-/// while with noise on top, as a laser behind a converter does: then nine steps in ten are small and every cell has a
-/// large one, and the floor is 8 times the median step. How long the channel stands still as a rule (a laser: one
-/// update) is learnt from the record; forty times as long is a fault where it is rare, or where it ends in a jump that
-/// the channel does not make elsewhere.
+/// while with noise on top, as a laser behind a converter does: then four steps in five at least are small, every other
+/// cell at least has a large one, and the floor is 8 times the median step. How long the channel stands still as a rule
+/// (a laser: one update) is learnt from the record. A fault is
+/// - forty times as long, if that is rare and begins or ends at full pace, or ends in a jump, that is a step eight
+///   times as large as the usual ones and as those next to it;
+/// - four cells (64 samples) of equal values, if equal values are rare and it begins or ends at full pace;
+/// - eight cells (16 samples) at zero or at the extremes of the record, after a jump.
+/// What comes to rest by degrees, as friction or rounding have it, is none.
 ///
-/// Clipped is, first, what lies at a limit that is known. Secondly, without one, what equals the record's extreme
-/// value, if that value occurs at least ten times, twice or more in a row, and five times as often as the next lower
-/// value seen, which no smooth maximum does (2.4 at most). Extreme and count start anew with every more extreme value.
-/// Thirdly, eight cells of standing still beyond all that the moving channel shows, to 1/1000 of its range.
+/// Clipped is, first, what lies at a limit that is known, two samples or more in a row. Secondly, without one, what
+/// equals the record's extreme value, if that value occurs at least ten times, on three visits that skip the next value,
+/// and eight times as often as the next lower value seen, which no smooth maximum does (2.4 at most). Extreme and count start anew with every more extreme value. A record that spends 30 % at it rests there.
+/// Thirdly, where noise lies on repeated values, levels of the outermost 1/512 of the range that are met while standing
+/// still and four times as often as those next to them, if one such stretch lasts eight cells and is reached at a pace
+/// of three steps of the sensor a cell. A clipped stretch that has no other like it and noise on top is not found.
 ///
 /// checks, one a channel: sample.clipped (value: share of samples), sample.dropout, sample.held (value: seconds),
-/// sample.spike (value: how many; they stay), sample.constant, sample.quantised (value: effective bits), sample.offset
-/// (value: mean), sample.drift (value: of a line through the record, from end to end), sample.repeated (value: seconds
-/// for which each value is repeated as a rule). Never a Fault: what to refuse depends on what the channel is for.
+/// sample.spike (value: how many; they stay), sample.offset (value: mean), sample.drift (value: of a line through the
+/// record, from end to end); where they apply sample.constant (then nothing else), sample.quantised (value: effective
+/// bits), sample.repeated (value: seconds for which a value is repeated on average). A channel of at most eight values
+/// is a switch and has no faults. Never a Fault: what to refuse depends on what the channel is for.
 class FaultySamples {
  public:
   /// Throws std::invalid_argument for a rate that is not positive, no channels, or limits of another number.
@@ -80,18 +87,5 @@ class FaultySamples {
   struct State;
   std::unique_ptr<State> state_;
 };
-
-struct FillOptions {
-  double max_gap_s = 1.0;   ///< longer gaps are bridged by a straight line
-  Eigen::Index order = 64;  ///< of the predictors
-  double fit_s = 4.0;       ///< of the signal on either side that they are fitted to
-};
-
-/// Replaces the samples inside each gap (seconds from the first sample) by a prediction from before and one, backwards,
-/// from after, faded into each other; nothing outside changes. Meant for the bus, where a predictor reaches over a
-/// cycle: widen the gap by what the filter before it smears (23.6 ms down to 256 Hz). Gaps that touch are one; at an
-/// end of the record there is one prediction. Throws std::invalid_argument if nothing is left to predict from.
-void fill_gaps(Eigen::Ref<Eigen::VectorXd> samples, double sample_rate_hz, std::vector<Interval> gaps,
-               const FillOptions& options = {});
 
 }  // namespace dsp

@@ -194,9 +194,10 @@ Prepared prepare_from(const Recording& description, Index num_frames, const Prep
   prepared.decimation = whole_sheet(prepared.options, rate_hz, prepared.filter, raw);
   require_length(description, num_frames, prepared.filter, raw);
   const Recording& known = feed(recorder);
-  prepared.checks = known.checks;
   Recording bus = recorder.finish();
-  bus.bad = known.bad;
+  bus.bad.insert(bus.bad.begin(), known.bad.begin(), known.bad.end());
+  prepared.checks = known.checks;
+  prepared.checks.insert(prepared.checks.end(), bus.checks.begin(), bus.checks.end());
   finish(prepared, std::move(bus), raw);
   return prepared;
 }
