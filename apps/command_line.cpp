@@ -176,6 +176,12 @@ void add_sim(CLI::App& app, const GlobalOptions& global, Command& chosen) {
   command->add_option("--noise", arguments->noise,
                       "Share of each signal's standard deviation; qzs: times the sensors' own");
   command->add_option("--duration", arguments->duration_s, "Seconds");
+  command->add_flag("--frc", arguments->frc,
+                    "qzs: amplitude against frequency, swept up and down; --set from_hz, to_hz, step_hz, dwell_s, "
+                    "transition_s, amplitude_mm");
+  command->add_option("--programme", arguments->programme,
+                      "qzs: down (stepped sine, the default), up, or decay (released by hand); --set amplitude_mm, "
+                      "dwell_s, from_hz, to_hz, step_hz; decay: amplitude_mm, dwell_s, releases");
   command->add_flag("--raw", arguments->raw, "qzs: also the recording at 25.6 kHz");
   command->add_option("--twin", arguments->twin, "qzs: T0 or T1");
   command->add_option("--sensors", arguments->sensors, "qzs --raw: ideal, noise or full");

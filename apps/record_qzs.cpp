@@ -12,6 +12,8 @@
 #include "apps/atomic_file.hpp"
 #include "apps/interrupt.hpp"
 #include "apps/parameter_settings.hpp"
+#include "apps/response_report.hpp"
+#include "apps/rig_programme.hpp"
 #include "dsp/decimate.hpp"
 #include "dsp/sound_file.hpp"
 #include "sim/qzs_regimes.hpp"
@@ -30,12 +32,22 @@ constexpr Eigen::Index block_frames = 1 << 16;
 
 struct Setup {
   std::shared_ptr<const sim::QzsRig> rig;
-  std::string twin;
+  std::string twin, programme;
   double from_s = 0.0, duration_s = 0.0;  ///< the files' share of the test
   double rate_hz = sim::raw_rate_hz;
   sim::RawOptions raw;
   dsp::SoundContainer container = dsp::SoundContainer::rf64;
 };
+
+/// Parameters of the twin by name; what is not one may be a setting of `what` that `known` lists.
+void set_parameters(sim::QzsParameters& parameters, const Settings& settings, std::string_view what,
+                    std::string_view known) {
+  for (const auto& [name, value] : settings) try {
+      sim::set_parameter(parameters, name, value);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument(fmt::format("{}; {}: {}", error.what(), what, known));
+    }
+}
 
 Setup set_up(const SimulateArguments& arguments) {
   if (!arguments.raw && (arguments.sensors || arguments.container || arguments.from_s || arguments.rate_hz))
@@ -44,9 +56,12 @@ Setup set_up(const SimulateArguments& arguments) {
   try {
     Setup setup;
     setup.twin = arguments.twin.value_or("T0");
+    setup.programme = arguments.programme.value_or("down");
+    Settings settings = parse_settings(arguments.set);
+    const sim::Programme programme = rig_programme(setup.programme, settings);
     auto parameters = sim::qzs_twin(setup.twin);
-    for (const auto& [name, value] : parse_settings(arguments.set)) sim::set_parameter(parameters, name, value);
-    setup.rig = std::make_shared<const sim::QzsRig>(parameters, sim::stepped_sine_down());
+    set_parameters(parameters, settings, "of the programme", programme_settings(setup.programme));
+    setup.rig = std::make_shared<const sim::QzsRig>(parameters, programme);
     setup.from_s = arguments.from_s.value_or(0.0);
     setup.duration_s = arguments.duration_s.value_or(setup.rig->programme().duration_s);
     if (!(setup.from_s >= 0.0 && std::isfinite(setup.from_s)))
@@ -63,6 +78,14 @@ Setup set_up(const SimulateArguments& arguments) {
   } catch (const std::invalid_argument& error) {
     throw dsp::Fault(dsp::FaultKind::usage, "sim.option", fmt::format("sim {}", error.what()));
   }
+}
+
+/// What a hand did, from when to when; where it let go, x there.
+ordered_json manual_json(const sim::ManualForce& hand, double shift_s, const Eigen::VectorXd& x, double released_s) {
+  ordered_json row{{"from_s", hand.from_s + shift_s}, {"to_s", hand.to_s + shift_s}, {"why", hand.why}};
+  const auto n = static_cast<Eigen::Index>(std::llround(released_s * truth_rate_hz));
+  if (hand.grip_s > 0.0) row["released_at_m"] = n < x.size() ? ordered_json(x[n]) : ordered_json();
+  return row;
 }
 
 /// truth.csv (if asked for) and response.csv in one pass over the test; regimes and number of events into `truth`.
@@ -95,11 +118,22 @@ void write_motion(const Setup& setup, const fs::path& folder, bool with_truth, C
   }
   response.commit();
   if (exact) exact->commit();
-  for (const auto& span : sim::true_regimes(x, modes, truth_rate_hz))
+  sim::RegimeOptions regimes;
+  if (setup.programme == "decay") {  // over within two seconds: margins and runs of a sweep would leave nothing
+    regimes.stick_margin_s = 0.1;
+    regimes.min_duration_s = 0.5;
+  }
+  for (const auto& span : sim::true_regimes(x, modes, truth_rate_hz, regimes))
     if (span.to_s > setup.from_s)
       truth["regimes"].push_back({{"label", span.label},
                                   {"from_s", std::max(span.from_s - setup.from_s, 0.0)},
                                   {"to_s", std::min(span.to_s - setup.from_s, setup.duration_s)}});
+  const auto& hands = setup.rig->programme().manual;
+  truth["manual"] = ordered_json::array();
+  for (double start = 0.0; start < to_s; start += setup.rig->programme().duration_s)
+    for (const sim::ManualForce& hand : hands)
+      if (start + hand.to_s > setup.from_s && start + hand.from_s < to_s)
+        truth["manual"].push_back(manual_json(hand, start - setup.from_s, x, start + hand.to_s));
   truth["num_events"] = std::count_if(trajectory.events().begin(), trajectory.events().end(),
                                       [&](const auto& event) { return event.t_s >= setup.from_s; });
 }
@@ -174,10 +208,49 @@ ordered_json sensors_json(const Setup& setup) {
 
 }  // namespace
 
+std::vector<fs::path> sweep_qzs(const SimulateArguments& arguments, Console& console, ordered_json& truth) {
+  if (arguments.raw || arguments.sensors || arguments.container || arguments.from_s || arguments.rate_hz ||
+      arguments.duration_s || arguments.programme || arguments.noise)
+    throw dsp::Fault(
+        dsp::FaultKind::usage, "sim.option",
+        "sim qzs --frc: computes steady responses without sensors; --raw, --programme, --duration, --noise "
+        "and what belongs to them do not go with it");
+  const std::string twin = arguments.twin.value_or("T0");
+  try {
+    sim::FrequencyResponseOptions options;
+    Settings settings = parse_settings(arguments.set);
+    std::erase_if(settings,
+                  [&](const auto& setting) { return set_sweep_option(options, setting.first, setting.second); });
+    auto parameters = sim::qzs_twin(twin);
+    set_parameters(parameters, settings, "of the sweep", sweep_option_names());
+    console.step(fmt::format("sweeping {} mm up and down, {} to {} Hz", 1e3 * options.amplitude_m, options.from_hz,
+                             options.to_hz));
+    const ReportedResponse reported{sim::frequency_response(parameters, options), {}, {}};
+    truth["twin"] = twin;
+    for (const auto& [name, value] : sim::parameter_values(parameters)) truth["parameters"][name] = value;
+    append_terms(truth["terms"], sim::true_terms(parameters));
+    truth["sweep"] = sweep_json(options);
+    truth["frequency_response"] = response_json(reported.response);
+    const std::vector<fs::path> files{arguments.folder / "frc.csv", arguments.folder / "frc.json",
+                                      arguments.folder / "frc.svg"};
+    write_file(files[0], response_csv(reported));
+    write_file(
+        files[1],
+        ordered_json{{"sweep", truth["sweep"]}, {"frequency_response", truth["frequency_response"]}}.dump(2) + "\n");
+    write_file(files[2], to_svg(response_figure(reported, fmt::format("Twin {}, base motion of {:g} mm", twin,
+                                                                      1e3 * options.amplitude_m))));
+    if (!console.json()) console.result(response_text(reported.response));
+    return files;
+  } catch (const std::invalid_argument& error) {
+    throw dsp::Fault(dsp::FaultKind::usage, "sim.option", fmt::format("sim {}", error.what()));
+  }
+}
+
 std::vector<fs::path> record_qzs(const SimulateArguments& arguments, Console& console, ordered_json& truth) {
   const Setup setup = set_up(arguments);
   truth["noise"] = setup.raw.noise;
   truth["twin"] = setup.twin;
+  truth["programme"] = setup.programme;
   truth["from_s"] = setup.from_s;
   truth["duration_s"] = setup.duration_s;
   for (const auto& [name, value] : sim::parameter_values(setup.rig->parameters())) truth["parameters"][name] = value;

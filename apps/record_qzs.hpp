@@ -13,4 +13,8 @@ namespace apps {
 std::vector<std::filesystem::path> record_qzs(const SimulateArguments& arguments, Console& console,
                                               nlohmann::ordered_json& truth);
 
+/// `ardent sim qzs --frc`: the rig's frequency response, up and down; frc.csv, frc.json, frc.svg. As record_qzs.
+std::vector<std::filesystem::path> sweep_qzs(const SimulateArguments& arguments, Console& console,
+                                             nlohmann::ordered_json& truth);
+
 }  // namespace apps

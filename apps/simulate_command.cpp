@@ -60,9 +60,11 @@ void write_csv(const fs::path& path, const Table& table) {
 
 /// The systems of Section 4: response.csv, and their truth.
 std::vector<fs::path> simulate_system(const SimulateArguments& arguments, ordered_json& truth) {
-  if (arguments.raw || arguments.twin || arguments.sensors || arguments.container)
+  if (arguments.raw || arguments.twin || arguments.sensors || arguments.container || arguments.frc ||
+      arguments.programme)
     throw dsp::Fault(dsp::FaultKind::usage, "sim.option",
-                     fmt::format("sim {}: --raw, --twin, --sensors and --container belong to qzs", arguments.system));
+                     fmt::format("sim {}: --raw, --twin, --sensors, --container, --frc and --programme belong to qzs",
+                                 arguments.system));
   sim::Experiment experiment;
   try {
     experiment = sim::make_experiment(arguments.system, parse_settings(arguments.set));
@@ -111,7 +113,9 @@ void run_simulate(const SimulateArguments& arguments, Console& console) {
                      {"regimes", ordered_json::array()},
                      {"num_events", 0},
                      {"sensors", ordered_json::object()}};
-  auto files = arguments.system == "qzs" ? record_qzs(arguments, console, truth) : simulate_system(arguments, truth);
+  auto files = arguments.system != "qzs" ? simulate_system(arguments, truth)
+               : arguments.frc           ? sweep_qzs(arguments, console, truth)
+                                         : record_qzs(arguments, console, truth);
   files.push_back(arguments.folder / "truth.json");
   write_file(files.back(), truth.dump(2) + "\n");
   if (console.json()) {
@@ -120,8 +124,10 @@ void run_simulate(const SimulateArguments& arguments, Console& console) {
     console.result(summary.dump(2) + "\n");
     return;
   }
-  std::string text = fmt::format("{}: {} s, {} events\n", arguments.system, truth["duration_s"].get<double>(),
-                                 truth["num_events"].get<std::size_t>());
+  std::string text;
+  if (truth.contains("duration_s"))
+    text = fmt::format("{}: {} s, {} events\n", arguments.system, truth["duration_s"].get<double>(),
+                       truth["num_events"].get<std::size_t>());
   for (const auto& file : files) text += fmt::format("  {}\n", file.string());
   console.result(text);
 }

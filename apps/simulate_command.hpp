@@ -15,8 +15,10 @@ struct SimulateArguments {
   std::filesystem::path folder;  ///< made if missing; files of these names in it are replaced
   std::uint64_t seed = 1;
   std::optional<double> noise;           ///< share of each signal's standard deviation (0); qzs: times nominal (1)
-  std::optional<double> duration_s;      ///< 25; qzs: the programme's own 1800, beyond which it repeats
-  std::vector<std::string> set;          ///< "p=v": parameters of the system by name
+  std::optional<double> duration_s;      ///< 25; qzs: the programme's own, beyond which it repeats
+  std::vector<std::string> set;          ///< "p=v": parameters of the system by name; qzs: also of test and sweep
+  bool frc = false;                      ///< qzs: the frequency response instead of a test
+  std::optional<std::string> programme;  ///< qzs: the test, down, up or decay ("down")
   bool raw = false;                      ///< qzs: also the recording at 25.6 kHz
   std::optional<std::string> twin;       ///< qzs: T0 or T1 ("T0")
   std::optional<std::string> sensors;    ///< qzs --raw: ideal, noise or full ("full")
@@ -25,9 +27,9 @@ struct SimulateArguments {
   std::optional<std::string> container;  ///< qzs --raw: rf64, wav, w64, caf, flac, aiff ("rf64")
 };
 
-/// Writes response.csv and truth.json, for qzs --raw also recording.EXT, its sidecar recording.EXT.toml and truth.csv.
-/// Throws dsp::Fault: usage for unknown names and values that make no sense, numerics where the system blows up,
-/// output where the folder cannot be written.
+/// Writes truth.json and response.csv (qzs --frc: frc.csv, frc.json, frc.svg), for qzs --raw also recording.EXT, its
+/// sidecar recording.EXT.toml and truth.csv. Throws dsp::Fault: usage for unknown names and values that make no sense,
+/// numerics where the system blows up, output where the folder cannot be written.
 void run_simulate(const SimulateArguments& arguments, Console& console);
 
 }  // namespace apps

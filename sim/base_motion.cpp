@@ -15,30 +15,100 @@ double fraction(double value) {
   return value - std::floor(value);
 }
 
+/// 0 below u = 0, 1 from u = 1 on, twice differentiable between.
+double smooth_step(double u) {
+  if (u <= 0.0) return 0.0;
+  return u < 1.0 ? u * u * u * (10.0 + u * (-15.0 + 6.0 * u)) : 1.0;
+}
+
 }  // namespace
 
-Programme stepped_sine_down() {
-  constexpr double amplitude = 4.5e-3;
-  constexpr std::array late{1.46, 1.41, 1.36, 1.31, 1.26, 1.21, 1.16, 1.09, 0.94, 0.80};
-  Programme programme{.name = "stepped sine, down", .nodes = {}, .manual = {}, .duration_s = 1800.0};
-  for (int step = 0; step < 45; ++step) {
-    const double frequency = step < 35 ? 1.84 - 0.01 * step : late[static_cast<std::size_t>(step - 35)];
-    const double n = step + 1.0;
+double ManualForce::window(double t) const {
+  if (!(t > from_s && t < to_s)) return 0.0;
+  if (grip_s <= 0.0) {
+    const double s = std::sin(0.5 * two_pi * (t - from_s) / (to_s - from_s));
+    return s * s;
+  }
+  return smooth_step((t - from_s) / grip_s) * smooth_step((to_s - t) / release_s);
+}
+
+Programme stepped_sine(const SteppedSine& test) {
+  const auto positive = [](double frequency) { return frequency > 0.0 && std::isfinite(frequency); };
+  if (test.frequencies_hz.empty() || !std::all_of(test.frequencies_hz.begin(), test.frequencies_hz.end(), positive))
+    throw std::invalid_argument("stepped_sine: needs frequencies_hz, all positive");
+  if (!(test.dwell_s >= 4.0 && std::isfinite(test.dwell_s) && std::isfinite(test.amplitude_m)))
+    throw std::invalid_argument(
+        fmt::format("stepped_sine: dwell_s must be at least 4 s and amplitude_m finite, got {} and {}", test.dwell_s,
+                    test.amplitude_m));
+  const double quarter = 0.25 * test.dwell_s;
+  Programme programme{.name = "stepped sine", .nodes = {}, .manual = {}, .duration_s = 0.0};
+  for (std::size_t step = 0; step < test.frequencies_hz.size(); ++step) {
+    const double n = static_cast<double>(step) + 1.0;
     // Irrational turns spread the setting errors and the harmonics' phases evenly over the steps.
     const double spread = 2.0 * fraction(0.5 + n * 0.6180339887498949) - 1.0;
     const double psi2 = two_pi * fraction(n * 0.7548776662466927), psi3 = two_pi * fraction(n * 0.5698402909980532);
     for (int iteration = 0; iteration < 4; ++iteration) {
       const double residue = std::pow(0.35, iteration);
-      programme.nodes.push_back({.t_s = 40.0 * step + 10.0 * iteration,
-                                 .transition_s = iteration == 0 ? 3.0 : 1.5,
-                                 .frequency_hz = frequency,
-                                 .harmonics_m = {amplitude * (1.0 + 0.04 * spread * residue),
-                                                 std::polar(amplitude * (0.010 * residue + 0.0005), psi2),
-                                                 std::polar(amplitude * (0.007 * residue + 0.0005), psi3)}});
+      programme.nodes.push_back({.t_s = test.dwell_s * static_cast<double>(step) + quarter * iteration,
+                                 .transition_s = std::min(iteration == 0 ? 3.0 : 1.5, 0.8 * quarter),
+                                 .frequency_hz = test.frequencies_hz[step],
+                                 .harmonics_m = {test.amplitude_m * (1.0 + 0.04 * spread * residue),
+                                                 std::polar(test.amplitude_m * (0.010 * residue + 0.0005), psi2),
+                                                 std::polar(test.amplitude_m * (0.007 * residue + 0.0005), psi3)}});
     }
   }
-  programme.manual = {{905.0, 909.0, -0.8, 0.0, "payload pushed by hand onto the upper branch"},
-                      {980.0, 984.0, 0.0, -4.8, "payload held by hand"}};
+  programme.duration_s = test.dwell_s * static_cast<double>(test.frequencies_hz.size());
+  return programme;
+}
+
+Programme stepped_sine_down(double amplitude_m, double dwell_s) {
+  SteppedSine test{.frequencies_hz = {}, .amplitude_m = amplitude_m, .dwell_s = dwell_s};
+  for (int step = 0; step < 35; ++step) test.frequencies_hz.push_back(1.84 - 0.01 * step);
+  for (const double late : {1.46, 1.41, 1.36, 1.31, 1.26, 1.21, 1.16, 1.09, 0.94, 0.80})
+    test.frequencies_hz.push_back(late);
+  Programme programme = stepped_sine(test);
+  programme.name = "stepped sine, down";
+  const double push_s = 22.625 * dwell_s, stop_s = 24.5 * dwell_s;
+  programme.manual = {
+      {.from_s = push_s, .to_s = push_s + 4.0, .by_base = -0.8, .why = "payload pushed by hand onto the upper branch"},
+      {.from_s = stop_s, .to_s = stop_s + 4.0, .by_velocity_per_s = -4.8, .why = "payload held by hand"}};
+  return programme;
+}
+
+Programme stepped_sine_up(double amplitude_m, double dwell_s) {
+  SteppedSine test{.frequencies_hz = {}, .amplitude_m = amplitude_m, .dwell_s = dwell_s};
+  for (int step = 0; step < 13; ++step) test.frequencies_hz.push_back(0.80 + 0.05 * step);
+  for (int step = 1; step <= 20; ++step) test.frequencies_hz.push_back(1.40 + 0.01 * step);
+  Programme programme = stepped_sine(test);
+  programme.name = "stepped sine, up";
+  return programme;
+}
+
+Programme free_decay(const Releases& releases) {
+  if (!(releases.num_releases >= 1 && releases.num_releases <= 10000 && releases.dwell_s >= 8.0 &&
+        std::isfinite(releases.dwell_s) && releases.amplitude_m > 0.0 && std::isfinite(releases.amplitude_m)))
+    throw std::invalid_argument(
+        fmt::format("free_decay: need 1 to 10000 releases, a positive amplitude_m and a dwell_s of at least 8 s, got "
+                    "{}, {} and {}",
+                    releases.num_releases, releases.amplitude_m, releases.dwell_s));
+  constexpr double held_s = 4.0;
+  Programme programme{.name = "free decay",
+                      .nodes = {{.t_s = 0.0, .transition_s = 1.0, .frequency_hz = 1.0}},
+                      .manual = {},
+                      .duration_s = releases.dwell_s * releases.num_releases};
+  for (int k = 0; k < releases.num_releases; ++k) {
+    const double share = releases.num_releases > 1 ? 0.5 * k / (releases.num_releases - 1) : 0.0;
+    const double from_s = releases.dwell_s * k + 0.5;
+    // Firm enough to place the payload to a few per cent, damped beyond its own motion.
+    programme.manual.push_back({.from_s = from_s,
+                                .to_s = from_s + held_s,
+                                .by_velocity_per_s = -80.0,
+                                .stiffness_per_s2 = 2500.0,
+                                .hold_at_m = (k % 2 == 0 ? 1.0 : -1.0) * releases.amplitude_m * (1.0 - share),
+                                .grip_s = 2.0,
+                                .release_s = 0.02,
+                                .why = "payload held aside by hand, then let go"});
+  }
   return programme;
 }
 

@@ -16,11 +16,15 @@ struct ProgrammeNode {
   std::array<std::complex<double>, 3> harmonics_m{};
 };
 
-/// A hand at the payload from from_s to to_s: a force per mass (by_base * r'' + by_velocity * x') sin^2(pi u), u from
-/// 0 to 1. No part of any model, so a record names the interval.
+/// A hand at the payload from from_s to to_s: a force per mass
+///   w(t) (by_base * r'' + by_velocity * x' + stiffness * (hold_at - x)).
+/// It pushes (grip_s = 0: w = sin^2(pi u), u from 0 to 1) or grips, w rising over grip_s, and lets go at to_s, w
+/// falling over release_s before it. No part of any model, so a record names the interval.
 struct ManualForce {
   double from_s = 0.0, to_s = 0.0, by_base = 0.0, by_velocity_per_s = 0.0;
+  double stiffness_per_s2 = 0.0, hold_at_m = 0.0, grip_s = 0.0, release_s = 0.0;
   std::string why;
+  [[nodiscard]] double window(double t) const;  ///< w; 0 outside
 };
 
 struct Programme {
@@ -30,9 +34,30 @@ struct Programme {
   double duration_s = 0.0;  ///< after which it starts again, node 0 following the last
 };
 
-/// The 1800 s of a stepped-sine test from 1.84 down to 0.80 Hz, 45 steps of four feed-forward iterations whose
-/// residue of harmonics dies out, with a push onto the upper branch (905 s) and a stop by hand (980 s).
-[[nodiscard]] Programme stepped_sine_down();
+/// A stepped-sine test: each frequency for dwell_s, in four feed-forward iterations of a quarter whose errors of
+/// amplitude and residue of harmonics die out by 0.35 each.
+struct SteppedSine {
+  std::vector<double> frequencies_hz;
+  double amplitude_m = 4.5e-3, dwell_s = 40.0;
+};
+/// Throws std::invalid_argument unless there are frequencies, all positive, and dwell_s is at least 4 s.
+[[nodiscard]] Programme stepped_sine(const SteppedSine& test);
+
+/// 45 steps from 1.84 down to 0.80 Hz; in the 23rd a push onto the upper branch (905 s), in the 25th a stop by hand
+/// (980 s).
+[[nodiscard]] Programme stepped_sine_down(double amplitude_m = 4.5e-3, double dwell_s = 40.0);
+
+/// 33 steps from 0.80 up to 1.60 Hz: coarse where the payload is locked, fine beyond; ended before it breaks something.
+[[nodiscard]] Programme stepped_sine_up(double amplitude_m = 4.5e-3, double dwell_s = 40.0);
+
+/// The base at rest: a hand takes the payload aside and lets it go, num_releases times, to either side in turn, from
+/// amplitudes that fall evenly to half of the first.
+struct Releases {
+  double amplitude_m = 28e-3, dwell_s = 20.0;  ///< dwell: from one release to the next
+  int num_releases = 6;
+};
+/// Throws std::invalid_argument unless there is a release, an amplitude and a dwell of at least 8 s.
+[[nodiscard]] Programme free_decay(const Releases& releases = {});
 
 /// A pure sine stepped through these frequencies.
 struct SineSteps {

@@ -85,10 +85,9 @@ double QzsRig::pull(double t, double x, double v, double ddr) const {
   if (!programme_.manual.empty()) {
     const double inside = t - std::floor(t / programme_.duration_s) * programme_.duration_s;
     for (const auto& hand : programme_.manual)
-      if (inside > hand.from_s && inside < hand.to_s) {
-        const double window = std::sin(0.5 * two_pi * (inside - hand.from_s) / (hand.to_s - hand.from_s));
-        force += (hand.by_base * ddr + hand.by_velocity_per_s * v) * window * window;
-      }
+      if (const double window = hand.window(inside); window > 0.0)
+        force +=
+            window * (hand.by_base * ddr + hand.by_velocity_per_s * v + hand.stiffness_per_s2 * (hand.hold_at_m - x));
   }
   return force;
 }

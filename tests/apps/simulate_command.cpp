@@ -211,6 +211,63 @@ TEST_CASE("the excerpt that comes with the sources is what the command in its ma
   CHECK((difference > 0.0).count() < difference.size() / 1000);
 }
 
+TEST_CASE("the rig's other tests come with the same truth, and a hand that lets go is named",
+          "[apps][simulate_command]") {
+  const support::Scratch folder;
+  simulate({.system = "qzs",
+            .folder = folder / "up",
+            .duration_s = 40.0,
+            .set = {"amplitude_mm=6", "dwell_s=8", "mu_static=0.2"},
+            .programme = "up"});
+  CHECK(truth_of(folder / "up")["programme"] == "up");
+  CHECK(truth_of(folder / "up")["parameters"]["mu_static"] == 0.2);
+  const auto up = read_csv(folder / "up/response.csv");
+  const auto& r = up.columns.at("r");
+  CHECK(*std::max_element(r.begin(), r.end()) == Approx(6e-3).epsilon(0.06));
+
+  simulate({.system = "qzs",
+            .folder = folder / "decay",
+            .set = {"amplitude_mm=24", "dwell_s=9", "releases=2"},
+            .programme = "decay",
+            .raw = true});
+  const auto truth = truth_of(folder / "decay");
+  CHECK(truth["duration_s"] == 18.0);
+  REQUIRE(truth["manual"].size() == 2);
+  CHECK(truth["manual"][1]["to_s"] == 13.5);
+  CHECK(truth["manual"][0]["released_at_m"].get<double>() == Approx(0.024).epsilon(0.1));
+  CHECK(truth["manual"][1]["released_at_m"].get<double>() == Approx(-0.012).epsilon(0.1));
+  CHECK(truth["regimes"].size() > 2);
+  const auto sidecar = dsp::read_sidecar(dsp::sidecar_path(folder / "decay/recording.wav"));
+  REQUIRE(sidecar.bad.size() == 2);
+  CHECK(sidecar.bad[0].to_s == 4.5);
+}
+
+TEST_CASE("the rig's frequency response is written as a table, its jumps and a picture", "[apps][simulate_command]") {
+  const support::Scratch folder;
+  simulate({.system = "qzs",
+            .folder = folder / "frc",
+            .set = {"from_hz=1.4", "to_hz=1.6", "step_hz=0.02", "dwell_s=30", "mu_static=0.36"},
+            .frc = true});
+  const auto truth = truth_of(folder / "frc");
+  const auto& found = truth["frequency_response"];
+  // Static friction is overcome where (2 pi f)^2 A exceeds it: 1.4235 Hz.
+  CHECK(found["up"]["unlock_hz"].get<double>() == Approx(1.44));
+  CHECK(found["down"]["jump_hz"].get<double>() == Approx(1.48));
+  CHECK(found["down"]["lock_hz"].is_null());
+  CHECK(found["up"]["peak"]["f_hz"].get<double>() == Approx(1.6));
+  CHECK(nlohmann::json::parse(support::bytes_of(folder / "frc/frc.json"))["frequency_response"] == found);
+  std::istringstream table(support::bytes_of(folder / "frc/frc.csv"));
+  std::string line;
+  std::getline(table, line);
+  CHECK(line == "direction,f_hz,amplitude_m,mode,payload_amplitude_m,phase_deg,stuck_share");
+  std::getline(table, line);
+  CHECK(line == "up,1.4,0,locked,0.0045,,1");
+  int rows = 1;
+  while (std::getline(table, line)) ++rows;
+  CHECK(rows == 22);
+  CHECK(support::bytes_of(folder / "frc/frc.svg").find("</svg>") != std::string::npos);
+}
+
 TEST_CASE("what cannot be simulated is told in one line", "[apps][simulate_command]") {
   const support::Scratch folder;
   const auto usage = dsp::FaultKind::usage;
@@ -224,6 +281,14 @@ TEST_CASE("what cannot be simulated is told in one line", "[apps][simulate_comma
   fails({.system = "duffing", .folder = {}, .noise = -0.1}, "sim.noise", "-0.1");
   fails({.system = "duffing", .folder = {}, .duration_s = 0.0}, "sim.duration", "got 0");
   fails({.system = "duffing", .folder = {}, .raw = true}, "sim.option", "belong to qzs");
+  fails({.system = "duffing", .folder = {}, .frc = true}, "sim.option", "belong to qzs");
+  fails({.system = "qzs", .folder = {}, .programme = "sideways"}, "sim.option", "down, up, decay");
+  fails({.system = "qzs", .folder = {}, .set = {"dwell=3"}}, "sim.option", "of the programme: amplitude_mm, dwell_s");
+  fails({.system = "qzs", .folder = {}, .set = {"releases=2.5"}, .programme = "decay"}, "sim.option", "2.5");
+  fails({.system = "qzs", .folder = {}, .set = {"from_hz=1", "to_hz=2"}}, "sim.option", "cannot go from 1 to 2");
+  fails({.system = "qzs", .folder = {}, .set = {"step_hz=0"}, .frc = true}, "sim.option", "step_hz");
+  fails({.system = "qzs", .folder = {}, .set = {"step=1"}, .frc = true}, "sim.option", "of the sweep: from_hz");
+  fails({.system = "qzs", .folder = {}, .frc = true, .raw = true}, "sim.option", "--frc");
   fails({.system = "qzs", .folder = {}, .sensors = "ideal"}, "sim.option", "add --raw");
   fails({.system = "qzs", .folder = {}, .raw = true, .rate_hz = 25.6}, "sim.option", "must be whole");
   fails({.system = "qzs", .folder = {}, .raw = true, .from_s = -1.0}, "sim.option", "--from");

@@ -7,7 +7,8 @@
 namespace {
 
 const sim::Programme programmes[] = {sim::stepped_sine_down(),
-                                     sim::sine_steps({.frequencies_hz = {1.0, 1.5, 0.7}, .dwell_s = 7.0})};
+                                     sim::sine_steps({.frequencies_hz = {1.0, 1.5, 0.7}, .dwell_s = 7.0}),
+                                     sim::stepped_sine_up(6e-3, 12.0)};
 
 }  // namespace
 
@@ -68,4 +69,39 @@ TEST_CASE("impossible programmes are refused", "[sim][base_motion]") {
   auto overlapping = programmes[1];
   overlapping.nodes[1].t_s = 1.0;
   CHECK_THROWS_WITH(sim::BaseMotion(overlapping), Catch::Contains("must end by 1 s"));
+}
+
+TEST_CASE("a stepped sine settles on its amplitude and frequency by its fourth iteration", "[sim][base_motion]") {
+  for (const auto& programme : {sim::stepped_sine_up(3e-3, 20.0), sim::stepped_sine_down(3e-3, 20.0)}) {
+    const sim::BaseMotion base(programme);
+    for (std::size_t step = 0; 20.0 * static_cast<double>(step) < programme.duration_s; ++step) {
+      const auto& node = programme.nodes[4 * step + 3];
+      const double end_s = 20.0 * static_cast<double>(step + 1), f = node.frequency_hz;
+      double high = 0.0;
+      for (double t = end_s - 1.0 / f; t < end_s; t += 1e-3 / f) high = std::max(high, std::abs(base.at(t).r_m));
+      // What is left: 4 % and 1.7 % of harmonics, times 0.35^3, and 0.1 % of harmonics that stay.
+      CHECK(high == Approx(3e-3).epsilon(0.057 * 0.043 + 0.001));
+    }
+  }
+  CHECK(sim::stepped_sine_down(3e-3, 20.0).manual[0].from_s == 452.5);
+  CHECK_THROWS_AS(sim::stepped_sine({.frequencies_hz = {}}), std::invalid_argument);
+  CHECK_THROWS_AS(sim::stepped_sine({.frequencies_hz = {1.0}, .dwell_s = 3.0}), std::invalid_argument);
+}
+
+TEST_CASE("a hand grips and lets go smoothly, and the base of a free decay is at rest", "[sim][base_motion]") {
+  const auto programme = sim::free_decay({.amplitude_m = 20e-3, .dwell_s = 10.0, .num_releases = 3});
+  CHECK(programme.duration_s == 30.0);
+  REQUIRE(programme.manual.size() == 3);
+  CHECK(programme.manual[0].hold_at_m == 20e-3);
+  CHECK(programme.manual[1].hold_at_m == -15e-3);
+  CHECK(programme.manual[2].hold_at_m == 10e-3);
+  const auto& hand = programme.manual[1];
+  CHECK(hand.window(hand.from_s) == 0.0);
+  CHECK(hand.window(0.5 * (hand.from_s + hand.to_s) + 0.5) == 1.0);
+  CHECK(hand.window(hand.to_s - 0.01) == Approx(0.5));
+  CHECK(hand.window(hand.to_s) == 0.0);
+  const sim::BaseMotion base(programme);
+  for (double t = 0.0; t < 70.0; t += 0.37) CHECK(base.at(t).ddr_m_per_s2 == 0.0);
+  CHECK_THROWS_AS(sim::free_decay({.num_releases = 0}), std::invalid_argument);
+  CHECK_THROWS_AS(sim::free_decay({.dwell_s = 5.0}), std::invalid_argument);
 }
