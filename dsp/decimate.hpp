@@ -15,6 +15,7 @@ struct DecimateOptions {
                                    ///< passband_end_hz, when only the pass band must be free of aliases
   double passband_ripple_db = 1e-3;
   double stopband_attenuation_db = 120.0;
+  bool operator==(const DecimateOptions&) const = default;
 };
 
 /// One stage: output n is centred on input time n down / up. Column p of `taps` is the filter of the outputs that lie

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <utility>
 
 #include "dsp/bus.hpp"
 #include "dsp/filter_design.hpp"
@@ -183,23 +185,34 @@ VectorXd& displacement_of(Motion& motion) {
       ->values;
 }
 
-// `feed` pushes all frames into the recorder and returns the recording's description as it is known then.
-Prepared prepare_from(const Recording& description, Index num_frames, const PrepareOptions& options,
-                      const std::function<const Recording&(BusRecorder&)>& feed) {
-  const double rate_hz = description.sample_rate_hz;
-  Prepared prepared{.name = description.name, .options = resolved(options, rate_hz)};
-  BusRecorder recorder(description, num_frames, to_bus(prepared.options, rate_hz));
-  const auto raw = recorder.sheet();
-  prepared.filter = column_filter(prepared.options);
-  prepared.decimation = whole_sheet(prepared.options, rate_hz, prepared.filter, raw);
-  require_length(description, num_frames, prepared.filter, raw);
-  const Recording& known = feed(recorder);
-  Recording bus = recorder.finish();
-  bus.bad.insert(bus.bad.begin(), known.bad.begin(), known.bad.end());
-  prepared.checks = known.checks;
-  prepared.checks.insert(prepared.checks.end(), bus.checks.begin(), bus.checks.end());
-  finish(prepared, std::move(bus), raw);
-  return prepared;
+/// A bus being filled, for all ways of preparing that share it.
+struct Filling {
+  std::optional<DecimateOptions> filter;
+  std::unique_ptr<BusRecorder> recorder;
+};
+
+// One for each filter that `options` ask for; `place`: which of them serves each.
+std::vector<Filling> fillings(const Recording& description, Index num_frames,
+                              const std::vector<PrepareOptions>& options, std::vector<std::size_t>& place) {
+  std::vector<Filling> result;
+  for (const PrepareOptions& asked : options) {
+    const PrepareOptions o = resolved(asked, description.sample_rate_hz);
+    const auto filter = to_bus(o, description.sample_rate_hz);
+    const auto same = std::find_if(result.begin(), result.end(), [&](const Filling& f) { return f.filter == filter; });
+    place.push_back(static_cast<std::size_t>(same - result.begin()));
+    if (same == result.end())
+      result.push_back({filter, std::make_unique<BusRecorder>(description, num_frames, filter)});
+    require_length(description, num_frames, column_filter(o), result[place.back()].recorder->sheet());
+  }
+  return result;
+}
+
+BusRecording filled(Filling& filling, const Recording& known) {
+  BusRecording bus{filling.recorder->finish(), known.sample_rate_hz, filling.filter, filling.recorder->sheet()};
+  Recording& recording = bus.recording;
+  recording.bad.insert(recording.bad.begin(), known.bad.begin(), known.bad.end());
+  recording.checks.insert(recording.checks.begin(), known.checks.begin(), known.checks.end());
+  return bus;
 }
 
 void require_memory(const Recording& description, Index num_frames, double bus_rate_hz, std::size_t max_bytes) {
@@ -215,31 +228,53 @@ void require_memory(const Recording& description, Index num_frames, double bus_r
 
 }  // namespace
 
+Prepared prepare(BusRecording bus, const PrepareOptions& options) {
+  const double rate_hz = bus.input_rate_hz;
+  Prepared prepared{.name = bus.recording.name, .options = resolved(options, rate_hz)};
+  if (to_bus(prepared.options, rate_hz) != bus.filter)
+    throw std::invalid_argument("prepare: the bus was filled for other options");
+  prepared.filter = column_filter(prepared.options);
+  prepared.decimation = whole_sheet(prepared.options, rate_hz, prepared.filter, bus.sheet);
+  prepared.checks = std::move(bus.recording.checks);
+  finish(prepared, std::move(bus.recording), bus.sheet);
+  return prepared;
+}
+
 Prepared prepare(const Recording& recording, const PrepareOptions& options) {
   const Index n = recording.samples.rows();
-  return prepare_from(recording, n, options, [&](BusRecorder& recorder) -> const Recording& {
-    constexpr Index block = 8192;
-    for (Index first = 0; first < n; first += block)
-      recorder.push(FrameBlock(recording.samples.middleRows(first, std::min(block, n - first))));
-    return recording;
-  });
+  std::vector<std::size_t> place;
+  std::vector<Filling> buses = fillings(recording, n, {options}, place);
+  constexpr Index block = 8192;
+  for (Index first = 0; first < n; first += block)
+    buses.front().recorder->push(FrameBlock(recording.samples.middleRows(first, std::min(block, n - first))));
+  return prepare(filled(buses.front(), recording), options);
+}
+
+std::vector<std::shared_ptr<BusRecording>> read_bus(RecordingReader& reader, const std::vector<PrepareOptions>& options,
+                                                    const StreamOptions& stream) {
+  const Recording& description = reader.description();
+  const auto num_frames = static_cast<Index>(reader.num_frames());
+  for (const PrepareOptions& asked : options)
+    require_memory(description, num_frames, resolved(asked, description.sample_rate_hz).bus_rate_hz,
+                   stream.max_memory_bytes);
+  std::vector<std::size_t> place;
+  std::vector<Filling> buses = fillings(description, num_frames, options, place);
+  FrameBlock block;
+  Index done = 0;
+  while (const Index count = reader.read(block, stream.block_frames)) {
+    for (Filling& bus : buses) bus.recorder->push(block.topRows(count));
+    done += count;
+    if (stream.progress) stream.progress(static_cast<double>(done) / static_cast<double>(num_frames));
+  }
+  std::vector<std::shared_ptr<BusRecording>> full, result;
+  for (Filling& bus : buses) full.push_back(std::make_shared<BusRecording>(filled(bus, reader.description())));
+  for (const std::size_t i : place) result.push_back(full[i]);
+  return result;
 }
 
 Prepared prepare(RecordingReader& reader, const PrepareOptions& options, const StreamOptions& stream) {
-  const Recording& description = reader.description();
-  const auto num_frames = static_cast<Index>(reader.num_frames());
-  require_memory(description, num_frames, resolved(options, description.sample_rate_hz).bus_rate_hz,
-                 stream.max_memory_bytes);
-  return prepare_from(description, num_frames, options, [&](BusRecorder& recorder) -> const Recording& {
-    FrameBlock block;
-    Index done = 0;
-    while (const Index count = reader.read(block, stream.block_frames)) {
-      recorder.push(block.topRows(count));
-      done += count;
-      if (stream.progress) stream.progress(static_cast<double>(done) / static_cast<double>(num_frames));
-    }
-    return reader.description();
-  });
+  const auto bus = read_bus(reader, {options}, stream).front();
+  return prepare(std::move(*bus), options);
 }
 
 VectorXd regression_signal(const Prepared& prepared, std::string_view name) {

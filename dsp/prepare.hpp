@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -77,6 +78,22 @@ struct StreamOptions {
 /// (numerics) before it would pass max_memory_bytes.
 [[nodiscard]] Prepared prepare(RecordingReader& reader, const PrepareOptions& options,
                                const StreamOptions& stream = {});
+
+/// A recording brought down to the bus: all that preparation needs of its file.
+struct BusRecording {
+  Recording recording;                    ///< at the bus rate, faults of its samples filled and in `bad`
+  double input_rate_hz = 0.0;             ///< of the file
+  std::optional<DecimateOptions> filter;  ///< from the file to the bus; none: kept at its own rate
+  std::optional<FilterSheet> sheet;       ///< of that filter
+};
+
+/// One pass over a file for several ways of preparing it: a bus for each of `options`, one and the same where they ask
+/// for the same filter. Throws as prepare does.
+[[nodiscard]] std::vector<std::shared_ptr<BusRecording>> read_bus(RecordingReader& reader,
+                                                                  const std::vector<PrepareOptions>& options,
+                                                                  const StreamOptions& stream = {});
+/// The same, bit for bit, as from the file. Throws std::invalid_argument for a bus filled for other options.
+[[nodiscard]] Prepared prepare(BusRecording bus, const PrepareOptions& options);
 
 /// A signal as target or column of the regression: the bus signal through the column filter ("matched"), the signal
 /// itself ("paper"). Without a high-pass both are the signal at the regression rate. Throws std::invalid_argument for a

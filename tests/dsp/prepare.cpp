@@ -207,6 +207,38 @@ TEST_CASE("a file in blocks gives what the recording in memory gives", "[dsp][pr
   std::filesystem::remove_all(folder);
 }
 
+TEST_CASE("one pass over a file serves several ways of preparing it", "[dsp][prepare]") {
+  const auto file = std::filesystem::temp_directory_path() / "ardent-several-ways.csv";
+  {
+    std::ofstream out(file);
+    out.precision(17);
+    out << "y,r\n";
+    const auto samples = recording(800.0, 12000).samples;
+    for (Eigen::Index i = 0; i < samples.rows(); ++i) out << samples(i, 0) << ',' << samples(i, 1) << '\n';
+  }
+  std::ofstream(file.string() + ".toml") << "schema = 1\nrate = 800\n";
+  const dsp::PrepareOptions matched{.rate_hz = 25.0, .cutoff_hz = 10.0},
+      paper{.recipe = dsp::Recipe::paper, .rate_hz = 25.0, .cutoff_hz = 10.0},
+      narrow{.rate_hz = 25.0, .cutoff_hz = 6.0};
+  dsp::RecordingReader reader(file);
+  const std::vector<dsp::PrepareOptions> ways{matched, paper, narrow};
+  const auto buses = dsp::read_bus(reader, ways);
+  REQUIRE(buses.size() == 3);
+  CHECK(buses[0] == buses[1]);
+  CHECK(buses[0] != buses[2]);
+  std::size_t i = 0;
+  for (const auto& options : ways) {
+    dsp::RecordingReader alone(file);
+    const auto expected = dsp::prepare(alone, options), found = dsp::prepare(*buses[i++], options);
+    for (const char* name : {"x", "v", "a"}) CHECK((found.signals.at(name) == expected.signals.at(name)));
+    CHECK(found.signals.excluded == expected.signals.excluded);
+    CHECK(found.checks.size() == expected.checks.size());
+  }
+  CHECK_THROWS_AS(dsp::prepare(*buses[0], narrow), std::invalid_argument);
+  std::filesystem::remove(file);
+  std::filesystem::remove(file.string() + ".toml");
+}
+
 TEST_CASE("the zero of a laser is the mean of the bus where it may be used", "[dsp][prepare]") {
   auto record = recording(64.0, 3000);
   record.samples.col(0).array() += 5e-3;
