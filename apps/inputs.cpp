@@ -55,12 +55,8 @@ void find_regimes(Input& input, const Config& config, Console& console) {
   input.prepared.checks.push_back(judged(*input.power));
 }
 
-Input prepare_input(const RecordingConfig& recording, const Config& config, std::size_t max_memory_bytes,
-                    Console& console) {
-  const std::string name = recording.file.filename().string();
-  console.step(fmt::format("reading {}", name));
-  const dsp::ReadOptions options = read_options(recording, max_memory_bytes);
-  dsp::RecordingReader reader(recording.file, options);
+/// What is known of a recording before it is prepared.
+Input described(const dsp::RecordingReader& reader) {
   Input input;
   input.files = reader.files();
   if (!reader.sidecar().file.empty()) input.files.push_back(reader.sidecar().file);
@@ -68,22 +64,44 @@ Input prepare_input(const RecordingConfig& recording, const Config& config, std:
   const dsp::Recording& description = reader.description();
   input.x_is_difference =
       description.find(dsp::Role::x) < 0 && description.find(dsp::Role::y) >= 0 && description.find(dsp::Role::r) >= 0;
-  console.step(fmt::format("preparing {}", name));
-  input.prepared = dsp::prepare(reader, rate_settled(config.prepare, description.sample_rate_hz),
-                                {.max_memory_bytes = options.max_memory_bytes, .progress = [&](double share) {
-                                   check_interrupted();
-                                   console.progress("reading " + name, share);
-                                 }});
+  return input;
+}
+
+dsp::StreamOptions stream_options(const std::string& name, std::size_t max_memory_bytes, Console& console) {
+  return {.max_memory_bytes = max_memory_bytes, .progress = [&console, name](double share) {
+            check_interrupted();
+            console.progress("reading " + name, share);
+          }};
+}
+
+/// Everything after the signals: regimes, the power check, and what is said of them.
+void complete(Input& input, double recorded_hz, const Config& config, Console& console) {
+  const fs::path file = input.files.front();
+  const std::string name = file.filename().string();
   input.prepared.name = name;
   for (dsp::Check& check : input.prepared.checks)
-    check.message = without_folder(std::move(check.message), recording.file.parent_path());
+    check.message = without_folder(std::move(check.message), file.parent_path());
   find_regimes(input, config, console);
   report_checks(input.prepared.checks, name, console);
   const dsp::Motion& signals = input.prepared.signals;
   console.step(fmt::format(
       "{}: {} samples at {:.9g} Hz (recorded at {:.9g} Hz), {} at either end set aside, {} stretches excluded", name,
-      signals.num_samples(), signals.sample_rate_hz, description.sample_rate_hz, signals.edge_samples,
+      signals.num_samples(), signals.sample_rate_hz, recorded_hz, signals.edge_samples,
       input.prepared.excluded.size()));
+}
+
+Input prepare_input(const RecordingConfig& recording, const Config& config, std::size_t max_memory_bytes,
+                    Console& console) {
+  const std::string name = recording.file.filename().string();
+  console.step(fmt::format("reading {}", name));
+  const dsp::ReadOptions options = read_options(recording, max_memory_bytes);
+  dsp::RecordingReader reader(recording.file, options);
+  const double rate_hz = reader.description().sample_rate_hz;
+  Input input = described(reader);
+  console.step(fmt::format("preparing {}", name));
+  input.prepared = dsp::prepare(reader, rate_settled(config.prepare, rate_hz),
+                                stream_options(name, options.max_memory_bytes, console));
+  complete(input, rate_hz, config, console);
   return input;
 }
 
@@ -194,6 +212,36 @@ std::vector<Input> prepare_inputs(const Config& config, std::size_t max_memory_b
   std::vector<Input> inputs;
   for (const RecordingConfig& recording : config.recordings)
     inputs.push_back(prepare_input(recording, config, max_memory_bytes, console));
+  return inputs;
+}
+
+std::vector<Source> read_sources(const Config& config, const std::vector<dsp::PrepareOptions>& ways,
+                                 std::size_t max_memory_bytes, Console& console) {
+  std::vector<Source> sources;
+  for (const RecordingConfig& recording : config.recordings) {
+    const std::string name = recording.file.filename().string();
+    console.step(fmt::format("reading {}", name));
+    const dsp::ReadOptions options = read_options(recording, max_memory_bytes);
+    dsp::RecordingReader reader(recording.file, options);
+    std::vector<dsp::PrepareOptions> settled;
+    for (const dsp::PrepareOptions& way : ways)
+      settled.push_back(rate_settled(way, reader.description().sample_rate_hz));
+    Source source{described(reader), {}};
+    source.buses = dsp::read_bus(reader, settled, stream_options(name, options.max_memory_bytes, console));
+    sources.push_back(std::move(source));
+  }
+  return sources;
+}
+
+std::vector<Input> prepare_inputs(const std::vector<Source>& sources, std::size_t way, const Config& config,
+                                  Console& console) {
+  std::vector<Input> inputs;
+  for (const Source& source : sources) {
+    const dsp::BusRecording& bus = *source.buses.at(way);
+    inputs.push_back(source.described);
+    inputs.back().prepared = dsp::prepare(bus, rate_settled(config.prepare, bus.input_rate_hz));
+    complete(inputs.back(), bus.input_rate_hz, config, console);
+  }
   return inputs;
 }
 

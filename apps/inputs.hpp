@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,6 +31,18 @@ struct Input {
 
 /// Reads and prepares every recording. Progress and warnings go to the console.
 [[nodiscard]] std::vector<Input> prepare_inputs(const Config& config, std::size_t max_memory_bytes, Console& console);
+
+/// A recording of a config, read once for several ways of preparing it.
+struct Source {
+  Input described;                                        ///< what does not depend on the way
+  std::vector<std::shared_ptr<dsp::BusRecording>> buses;  ///< for each way
+};
+/// `ways` stand in for config.prepare.
+[[nodiscard]] std::vector<Source> read_sources(const Config& config, const std::vector<dsp::PrepareOptions>& ways,
+                                               std::size_t max_memory_bytes, Console& console);
+/// The same as prepare_inputs(config, ...) from the files, for sources read with config.prepare as number `way`.
+[[nodiscard]] std::vector<Input> prepare_inputs(const std::vector<Source>& sources, std::size_t way,
+                                                const Config& config, Console& console);
 
 /// Fills in what the config left to the recordings: ranges (the sidecar's; else low, high and mixed where
 /// there are two regimes of motion; else one "all", or one for each of several

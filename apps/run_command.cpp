@@ -6,15 +6,14 @@
 #include <algorithm>
 #include <chrono>
 #include <functional>
-#include <new>
 
 #include "apps/atomic_file.hpp"
-#include "apps/columns.hpp"
 #include "apps/config.hpp"
 #include "apps/identify.hpp"
 #include "apps/inputs.hpp"
 #include "apps/interrupt.hpp"
 #include "apps/printable.hpp"
+#include "apps/regression_columns.hpp"
 #include "apps/report_text.hpp"
 #include "apps/results_json.hpp"
 #include "apps/run_folder.hpp"
@@ -40,22 +39,11 @@ Config config_of(const RunArguments& arguments) {
   return config;
 }
 
-/// Everything between the config and the fits.
+/// Everything between the config and the columns.
 struct Work {
   Config config;
   std::vector<Input> inputs;
-  std::vector<ident::CandidateLibrary> libraries;  ///< one compiled for each recording, all of the same terms
 };
-
-/// A fault about terms, with their place in the config before it.
-template <class Call>
-auto at_place(const std::string& place, Call&& call) {
-  try {
-    return call();
-  } catch (const dsp::Fault& fault) {
-    throw dsp::Fault(fault.kind(), fault.name(), place + ": " + fault.what());
-  }
-}
 
 void refuse_warnings(const RunArguments& arguments, const Console& console) {
   if (arguments.strict && !console.warnings().empty())
@@ -63,79 +51,13 @@ void refuse_warnings(const RunArguments& arguments, const Console& console) {
                      fmt::format("stopped at the first warning (--strict): {}", console.warnings().front()));
 }
 
-/// What is wrong with the library whatever the recordings hold, found before they are read.
-void check_library(const Config& config) {
-  dsp::Motion usual;
-  for (const char* name : {"t", "x", "v", "a", "r", "dr", "ddr", "y", "dy", "ddy", "f", "z"})
-    usual.signals.push_back({name, "", {}});
-  try {
-    at_place(config.library_place, [&] { return ident::make_library(config.library, config.fit.target, usual); });
-  } catch (const dsp::Fault& fault) {
-    if (fault.name() != "term.unknown_name") throw;  // a channel may have that name
-  }
-}
-
 Work prepare_work(Config config, const RunArguments& arguments, Console& console) {
   check_library(config);
-  Work work{std::move(config), {}, {}};
+  Work work{std::move(config), {}};
   work.inputs = prepare_inputs(work.config, arguments.max_memory_bytes, console);
   settle(work.config, work.inputs, console);
   refuse_warnings(arguments, console);
   return work;
-}
-
-void compile_libraries(Work& work) {
-  const FitConfig& fit = work.config.fit;
-  for (const Input& input : work.inputs) {
-    const dsp::Motion& signals = input.prepared.signals;
-    if (signals.find(fit.target) == nullptr) {
-      std::string known;
-      for (const dsp::Signal& signal : signals.signals) known += (known.empty() ? "" : ", ") + signal.name;
-      throw dsp::Fault(dsp::FaultKind::usage, "target.unknown",
-                       fmt::format("{}: target: {} has no signal '{}', want one of {}.", fit.place, input.prepared.name,
-                                   fit.target, known));
-    }
-    work.libraries.push_back(at_place(work.config.library_place,
-                                      [&] { return ident::make_library(work.config.library, fit.target, signals); }));
-    for (const ident::Term& term : work.libraries.back().terms)
-      for (const std::string& signal : term.expression.signals())
-        if (signal == fit.target)
-          throw dsp::Fault(
-              dsp::FaultKind::usage, "library.target",
-              fmt::format("{}: the term '{}' contains the target {} and would explain it by itself. Remove it.",
-                          work.config.library_place, term.name, fit.target));
-  }
-}
-
-std::vector<Columns> all_columns(const Work& work, Console& console) {
-  std::vector<Columns> columns;
-  for (std::size_t i = 0; i < work.inputs.size(); ++i) {
-    const dsp::Prepared& prepared = work.inputs[i].prepared;
-    const std::size_t bytes =
-        sizeof(double) * static_cast<std::size_t>(prepared.signals.num_samples()) * work.libraries[i].terms.size();
-    console.step(fmt::format("{}: forming {} columns ({:.1f} MB)", prepared.name, work.libraries[i].terms.size(),
-                             1e-6 * static_cast<double>(bytes)));
-    try {
-      columns.push_back(form_columns(work.libraries[i], work.config.fit.target, prepared));
-      columns.back().regimes = work.inputs[i].regimes;
-    } catch (const std::bad_alloc&) {
-      throw dsp::Fault(dsp::FaultKind::numerics, "memory.exhausted",
-                       fmt::format("{}: no memory for {} columns, {:.1f} MB. Use fewer terms or a lower rate.",
-                                   prepared.name, work.libraries[i].terms.size(), 1e-6 * static_cast<double>(bytes)));
-    }
-  }
-  return columns;
-}
-
-IdentifyOptions identify_options(const Config& config, const dsp::Motion& signals, int num_threads) {
-  return {.target = config.fit.target,
-          .target_unit = signals.find(config.fit.target)->unit,
-          .methods = config.fit.methods,
-          .selection = config.fit.selection,
-          .tau = config.fit.tau,
-          .threshold = config.fit.threshold,
-          .unit_norm_threshold = config.fit.unit_norm_threshold,
-          .num_threads = num_threads};
 }
 
 fs::path output_folder(const RunArguments& arguments) {
@@ -227,21 +149,6 @@ void print_plan(const RunArguments& arguments, const Config& config, Console& co
   console.result(text + fmt::format("would write {}\n", place_apart(arguments, config).string()));
 }
 
-std::vector<RangeResult> identify_ranges(Work& work, const std::vector<Columns>& columns, const RunArguments& arguments,
-                                         IdentifyOptions& options, Console& console) {
-  options = identify_options(work.config, work.inputs.front().prepared.signals, arguments.num_threads);
-  std::vector<RangeResult> ranges;
-  for (Range& range : work.config.ranges) {
-    console.step(fmt::format("range {}: fitting", range.spec.name));
-    ranges.push_back(identify(range, columns, work.libraries.front(), options));
-    range.spec = ranges.back().spec;
-    for (const DroppedTerm& term : ranges.back().dropped)
-      console.warning("term.left_out",
-                      fmt::format("range {}: {} is left out: {}", range.spec.name, term.name, term.reason));
-  }
-  return ranges;
-}
-
 /// 4 and a message where a range has no method that selected anything.
 int exit_code_of(const std::vector<RangeResult>& ranges, Console& console) {
   int code = 0;
@@ -269,10 +176,10 @@ int run_identification(const RunArguments& arguments, Console& console) {
   Results results(arguments, "run", config);
   Work work = prepare_work(config, arguments, console);
   results.add_inputs(work.inputs);
-  compile_libraries(work);
-  const std::vector<Columns> columns = all_columns(work, console);
-  IdentifyOptions options;
-  const std::vector<RangeResult> ranges = identify_ranges(work, columns, arguments, options, console);
+  const auto libraries = compile_libraries(work.config, work.inputs);
+  const std::vector<Columns> columns = all_columns(work.config, work.inputs, libraries, console);
+  const IdentifyOptions options = identify_options(work.config, work.inputs, arguments.num_threads);
+  const auto ranges = identify_ranges(work.config, columns, libraries.front(), options, console);
   refuse_warnings(arguments, console);
   const std::string report = report_text(ranges);
   results.write("equation.txt", report);
@@ -298,9 +205,9 @@ void run_preparation(const RunArguments& arguments, Console& console) {
 }
 
 void run_check(const RunArguments& arguments, Console& console) {
-  Work work = prepare_work(config_of(arguments), arguments, console);
-  compile_libraries(work);
-  const std::vector<Columns> columns = all_columns(work, console);
+  const Work work = prepare_work(config_of(arguments), arguments, console);
+  const std::vector<Columns> columns =
+      all_columns(work.config, work.inputs, compile_libraries(work.config, work.inputs), console);
   std::string text;
   std::vector<dsp::Check> checks;
   for (const Input& input : work.inputs) {

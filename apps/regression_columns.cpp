@@ -1,0 +1,108 @@
+#include "apps/regression_columns.hpp"
+
+#include <fmt/format.h>
+
+#include <new>
+#include <string>
+
+#include "dsp/fault.hpp"
+
+namespace apps {
+namespace {
+
+/// A fault about terms, with their place in the config before it.
+template <class Call>
+auto at_place(const std::string& place, Call&& call) {
+  try {
+    return call();
+  } catch (const dsp::Fault& fault) {
+    throw dsp::Fault(fault.kind(), fault.name(), place + ": " + fault.what());
+  }
+}
+
+}  // namespace
+
+void check_library(const Config& config) {
+  dsp::Motion usual;
+  for (const char* name : {"t", "x", "v", "a", "r", "dr", "ddr", "y", "dy", "ddy", "f", "z"})
+    usual.signals.push_back({name, "", {}});
+  try {
+    at_place(config.library_place, [&] { return ident::make_library(config.library, config.fit.target, usual); });
+  } catch (const dsp::Fault& fault) {
+    if (fault.name() != "term.unknown_name") throw;  // a channel may have that name
+  }
+}
+
+std::vector<ident::CandidateLibrary> compile_libraries(const Config& config, const std::vector<Input>& inputs) {
+  const FitConfig& fit = config.fit;
+  std::vector<ident::CandidateLibrary> libraries;
+  for (const Input& input : inputs) {
+    const dsp::Motion& signals = input.prepared.signals;
+    if (signals.find(fit.target) == nullptr) {
+      std::string known;
+      for (const dsp::Signal& signal : signals.signals) known += (known.empty() ? "" : ", ") + signal.name;
+      throw dsp::Fault(dsp::FaultKind::usage, "target.unknown",
+                       fmt::format("{}: target: {} has no signal '{}', want one of {}.", fit.place, input.prepared.name,
+                                   fit.target, known));
+    }
+    libraries.push_back(
+        at_place(config.library_place, [&] { return ident::make_library(config.library, fit.target, signals); }));
+    for (const ident::Term& term : libraries.back().terms)
+      for (const std::string& signal : term.expression.signals())
+        if (signal == fit.target)
+          throw dsp::Fault(
+              dsp::FaultKind::usage, "library.target",
+              fmt::format("{}: the term '{}' contains the target {} and would explain it by itself. Remove it.",
+                          config.library_place, term.name, fit.target));
+  }
+  return libraries;
+}
+
+std::vector<Columns> all_columns(const Config& config, const std::vector<Input>& inputs,
+                                 const std::vector<ident::CandidateLibrary>& libraries, Console& console) {
+  std::vector<Columns> columns;
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    const dsp::Prepared& prepared = inputs[i].prepared;
+    const std::size_t bytes =
+        sizeof(double) * static_cast<std::size_t>(prepared.signals.num_samples()) * libraries[i].terms.size();
+    console.step(fmt::format("{}: forming {} columns ({:.1f} MB)", prepared.name, libraries[i].terms.size(),
+                             1e-6 * static_cast<double>(bytes)));
+    try {
+      columns.push_back(form_columns(libraries[i], config.fit.target, prepared));
+      columns.back().regimes = inputs[i].regimes;
+    } catch (const std::bad_alloc&) {
+      throw dsp::Fault(dsp::FaultKind::numerics, "memory.exhausted",
+                       fmt::format("{}: no memory for {} columns, {:.1f} MB. Use fewer terms or a lower rate.",
+                                   prepared.name, libraries[i].terms.size(), 1e-6 * static_cast<double>(bytes)));
+    }
+  }
+  return columns;
+}
+
+IdentifyOptions identify_options(const Config& config, const std::vector<Input>& inputs, int num_threads) {
+  return {.target = config.fit.target,
+          .target_unit = inputs.front().prepared.signals.find(config.fit.target)->unit,
+          .methods = config.fit.methods,
+          .selection = config.fit.selection,
+          .tau = config.fit.tau,
+          .threshold = config.fit.threshold,
+          .unit_norm_threshold = config.fit.unit_norm_threshold,
+          .num_threads = num_threads};
+}
+
+std::vector<RangeResult> identify_ranges(Config& config, const std::vector<Columns>& columns,
+                                         const ident::CandidateLibrary& library, const IdentifyOptions& options,
+                                         Console& console) {
+  std::vector<RangeResult> ranges;
+  for (Range& range : config.ranges) {
+    console.step(fmt::format("range {}: fitting", range.spec.name));
+    ranges.push_back(identify(range, columns, library, options));
+    range.spec = ranges.back().spec;
+    for (const DroppedTerm& term : ranges.back().dropped)
+      console.warning("term.left_out",
+                      fmt::format("range {}: {} is left out: {}", range.spec.name, term.name, term.reason));
+  }
+  return ranges;
+}
+
+}  // namespace apps

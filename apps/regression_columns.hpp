@@ -1,0 +1,33 @@
+#pragma once
+#include <vector>
+
+#include "apps/columns.hpp"
+#include "apps/config.hpp"
+#include "apps/console.hpp"
+#include "apps/identify.hpp"
+#include "apps/inputs.hpp"
+
+// From a config and its prepared recordings to what ranges are fitted on.
+
+namespace apps {
+
+/// Throws the dsp::Fault (usage) of a library that is wrong whatever the recordings hold; its place comes first.
+void check_library(const Config& config);
+
+/// The library compiled for each recording, all of the same terms. Throws dsp::Fault (usage): "target.unknown",
+/// "library.target", and what make_library throws, with its place.
+[[nodiscard]] std::vector<ident::CandidateLibrary> compile_libraries(const Config& config,
+                                                                     const std::vector<Input>& inputs);
+
+/// Columns and target of every recording, with its regimes. Throws dsp::Fault memory.exhausted (numerics).
+[[nodiscard]] std::vector<Columns> all_columns(const Config& config, const std::vector<Input>& inputs,
+                                               const std::vector<ident::CandidateLibrary>& libraries, Console& console);
+
+[[nodiscard]] IdentifyOptions identify_options(const Config& config, const std::vector<Input>& inputs, int num_threads);
+
+/// Every range of the config, whose specs get filled in what was left out. Terms that are left out are warned of.
+[[nodiscard]] std::vector<RangeResult> identify_ranges(Config& config, const std::vector<Columns>& columns,
+                                                       const ident::CandidateLibrary& library,
+                                                       const IdentifyOptions& options, Console& console);
+
+}  // namespace apps
