@@ -10,6 +10,7 @@
 
 #include "apps/interrupt.hpp"
 #include "dsp/fault.hpp"
+#include "ident/collinearity.hpp"
 #include "ident/multi_rvm.hpp"
 
 namespace apps {
@@ -174,6 +175,22 @@ ident::Fit fit_by(ident::Method method, const ident::RFactor& data, const Identi
   return ident::fit_ols(data);
 }
 
+/// Greatest magnitude on these rows of each signal the library uses.
+std::vector<std::pair<std::string, double>> largest_signals(const ident::CandidateLibrary& library,
+                                                            const std::vector<Row>& rows,
+                                                            const std::vector<Columns>& recordings) {
+  std::vector<std::pair<std::string, double>> largest;
+  for (const ident::Term& term : library.terms)
+    for (const std::string& name : term.expression.signals()) {
+      if (std::any_of(largest.begin(), largest.end(), [&](const auto& known) { return known.first == name; })) continue;
+      largest.emplace_back(name, 0.0);
+      for (const Row& row : rows)
+        if (const dsp::Signal* signal = recordings[row.recording].signals->find(name))
+          largest.back().second = std::max(largest.back().second, std::abs(signal->values(row.sample)));
+    }
+  return largest;
+}
+
 /// Indices into the fitted columns become indices into the library.
 void renumber(ident::Fit& fit, const std::vector<Index>& terms, Index num_terms) {
   for (Index& term : fit.relevant) term = terms[static_cast<std::size_t>(term)];
@@ -306,6 +323,9 @@ RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
   const std::vector<ident::RowSpan> spans = spans_of(result.rows.train);
   const std::vector<Course> courses =
       options.free_run ? courses_of(result.rows, recordings, split.usable) : std::vector<Course>();
+  const auto largest = largest_signals(library, result.rows.train, recordings);
+  std::vector<const ident::Term*> fitted_terms;
+  for (const Index j : terms) fitted_terms.push_back(&library.terms[static_cast<std::size_t>(j)]);
   const Columns& first = recordings[recording == 0 ? 0 : static_cast<std::size_t>(recording) - 1];
 
   for (const ident::Method method : options.methods) {
@@ -314,6 +334,8 @@ RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
     const auto solve_start = Clock::now();
     judged.fit = fit_by(method, data, options);
     judged.solve_s = seconds_since(solve_start);
+    for (std::string& remark : ident::collinearity_remarks(data, judged.fit, fitted_terms, largest))
+      judged.fit.remarks.push_back(std::move(remark));
     renumber(judged.fit, terms, num_terms);
     const MatrixXd kept_train = phi(Eigen::all, judged.fit.relevant),
                    kept_test = gather(result.rows.test, recordings, judged.fit.relevant);

@@ -5,6 +5,7 @@
 
 #include <Eigen/SVD>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -25,6 +26,8 @@ constexpr double flat = 1e-30;
 constexpr double same_column = 1e-12;
 // More sentences of one kind than this help nobody.
 constexpr std::size_t most_named = 5;
+// Condition index from which a combination is worth a person's attention.
+constexpr double remarkable_condition = 1e3;
 // Signals further from zero than this many deviations make their powers one another's images.
 constexpr double far_offset = 30.0;
 
@@ -64,15 +67,15 @@ std::string where_measured(const std::vector<const Term*>& terms,
       known.push_back(fmt::format("largest |{}| {:.2g}", signal, value));
       break;
     }
-  return known.empty() ? "" : fmt::format(": {}", fmt::join(known, ", "));
+  return fmt::format("{}", fmt::join(known, ", "));
 }
 
-std::string sentence(const NearDependence& found, const CandidateLibrary& library, const Fit& fit,
+std::string sentence(const NearDependence& found, const std::vector<const Term*>& all_terms, const Fit& fit,
                      const std::vector<std::pair<std::string, double>>& largest) {
   std::vector<const Term*> terms;
   std::vector<std::string> names, kept;
   for (const Index term : found.terms) {
-    terms.push_back(&library.terms[static_cast<std::size_t>(term)]);
+    terms.push_back(all_terms[static_cast<std::size_t>(term)]);
     names.push_back(terms.back()->name);
     if (std::binary_search(fit.relevant.begin(), fit.relevant.end(), term)) kept.push_back(names.back());
   }
@@ -82,8 +85,33 @@ std::string sentence(const NearDependence& found, const CandidateLibrary& librar
   if (names.size() == 1 && found.size <= same_column)
     return fmt::format("{} are the same column here but for a factor; {} was kept", all,
                        kept.empty() ? "neither" : fmt::format("{}", fmt::join(kept, " and ")));
-  return fmt::format("{} are nearly dependent here: one part in {:.2g} sets them apart{}", all,
-                     1.0 / std::max(found.size, same_column), where_measured(terms, largest));
+  const std::string where = where_measured(terms, largest);
+  return fmt::format("{} are nearly dependent here{}: one part in {:.2g} sets them apart", all,
+                     where.empty() ? "" : " (" + where + ")", 1.0 / std::max(found.size, same_column));
+}
+
+std::string sentence(const Rival& rival, const std::vector<const Term*>& terms,
+                     const std::vector<std::pair<std::string, double>>& largest) {
+  const auto [first, second] = std::minmax(rival.kept, rival.other);  // as in the library
+  const std::vector<const Term*> pair{terms[static_cast<std::size_t>(first)], terms[static_cast<std::size_t>(second)]};
+  const std::string where = where_measured(pair, largest);
+  return fmt::format("{} and {} cannot be told apart here{}; the exchange {} {:.2g} of 2 log evidence", pair[0]->name,
+                     pair[1]->name, where.empty() ? "" : ": " + where, rival.evidence_lost < 0.0 ? "gains" : "costs",
+                     std::abs(rival.evidence_lost));
+}
+
+/// Of each kept term the strongest rival.
+std::vector<Rival> best_exchanges(const std::vector<Rival>& strongest_first) {
+  std::vector<Rival> best;
+  for (const Rival& rival : strongest_first)
+    if (std::none_of(best.begin(), best.end(), [&](const Rival& known) { return known.kept == rival.kept; }))
+      best.push_back(rival);
+  return best;
+}
+
+bool is_pair(const NearDependence& near, const Rival& rival) {
+  const std::array pair{rival.kept, rival.other};
+  return std::is_permutation(near.terms.begin(), near.terms.end(), pair.begin(), pair.end());
 }
 
 // |mean| / deviation of a column beside the constant one: cotangent of the angle between them.
@@ -143,40 +171,45 @@ std::vector<Rival> rivals(const RFactor& data, const Fit& fit, double limit) {
   return found;
 }
 
-std::vector<std::string> collinearity_remarks(const RFactor& data, const Fit& fit, const CandidateLibrary& library,
+std::vector<std::string> collinearity_remarks(const RFactor& data, const Fit& fit,
+                                              const std::vector<const Term*>& terms,
                                               const std::vector<std::pair<std::string, double>>& largest) {
   std::vector<std::string> remarks;
-  const auto& terms = library.terms;
   const UnitProblem problem = unit_problem(data);
-  const auto constant = std::find_if(terms.begin(), terms.end(), [](const Term& term) { return term.name == "1"; });
-  for (std::size_t i = 0; constant != terms.end() && i < terms.size(); ++i) {
-    const bool a_signal = terms[i].expression.signals() == std::vector<std::string>{terms[i].name};
-    const auto column = static_cast<Index>(i);
-    const double offset = a_signal ? offset_of(problem, constant - terms.begin(), column) : 0.0;
+  const auto name = [&](Index column) { return terms[static_cast<std::size_t>(column)]->name; };
+  const auto is_kept = [&](Index column) {
+    return std::binary_search(fit.relevant.begin(), fit.relevant.end(), column);
+  };
+  const auto constant = std::find_if(terms.begin(), terms.end(), [](const Term* term) { return term->name == "1"; });
+  for (Index i = 0; constant != terms.end() && i < problem.num_terms(); ++i) {
+    const Term& term = *terms[static_cast<std::size_t>(i)];
+    const bool a_signal = term.expression.signals() == std::vector<std::string>{term.name};
+    const double offset = a_signal ? offset_of(problem, constant - terms.begin(), i) : 0.0;
     if (offset > far_offset)
       remarks.push_back(
           fmt::format("{} lies {:.3g} of its standard deviations from zero, which makes its powers nearly dependent: "
                       "subtract its mean",
-                      terms[i].name, offset));
+                      term.name, offset));
   }
-  const Collinearity found = collinearity(data);
+  Collinearity found = collinearity(data, remarkable_condition);
   for (const Index column : found.zero_columns)
-    remarks.push_back(terms[static_cast<std::size_t>(column)].name + " is zero throughout and was left out");
+    remarks.push_back(name(column) + " is zero throughout and was left out");
+  const std::vector<Rival> exchanges = best_exchanges(rivals(data, fit));
+  std::erase_if(found.dependences, [&](const NearDependence& near) {
+    if (near.size <= same_column) return false;
+    return std::none_of(near.terms.begin(), near.terms.end(), is_kept) ||
+           std::any_of(exchanges.begin(), exchanges.end(), [&](const Rival& rival) { return is_pair(near, rival); });
+  });
   for (std::size_t i = 0; i < std::min(most_named, found.dependences.size()); ++i)
-    remarks.push_back(sentence(found.dependences[i], library, fit, largest));
+    remarks.push_back(sentence(found.dependences[i], terms, fit, largest));
   if (found.dependences.size() > most_named)
     remarks.push_back(fmt::format("{} more combinations of terms are nearly dependent; condition number {:.2g}",
                                   found.dependences.size() - most_named, found.condition_number));
-  std::vector<Index> named;
-  for (const Rival& rival : rivals(data, fit)) {  // the strongest first; one for each kept term
-    if (std::find(named.begin(), named.end(), rival.kept) != named.end()) continue;
-    named.push_back(rival.kept);
-    const Term& kept = terms[static_cast<std::size_t>(rival.kept)];
-    const Term& other = terms[static_cast<std::size_t>(rival.other)];
-    remarks.push_back(fmt::format("{} and {} cannot be told apart here{}; the exchange costs {:.2g} of 2 log evidence",
-                                  kept.name, other.name, where_measured({&kept, &other}, largest),
-                                  rival.evidence_lost));
-  }
+  for (std::size_t i = 0; i < std::min(most_named, exchanges.size()); ++i)
+    remarks.push_back(sentence(exchanges[i], terms, largest));
+  if (exchanges.size() > most_named)
+    remarks.push_back(
+        fmt::format("{} more kept terms cannot be told apart from one left out", exchanges.size() - most_named));
   return remarks;
 }
 

@@ -37,10 +37,11 @@ struct Rival {
 [[nodiscard]] std::vector<Rival> rivals(const RFactor& data, const Fit& fit, double limit = 10.0);
 
 /// What a person should know of the library and the fit, one sentence each: "x and sin(x) cannot be told apart here:
-/// largest |x| 0.11", "x lies 300 of its standard deviations from zero: subtract its mean", equal columns by name.
-/// `largest`: greatest magnitude of each signal over the rows.
+/// largest |x| 0.11", "x lies 300 of its standard deviations from zero: subtract its mean", equal and zero columns by
+/// name, combinations with a kept term in them that one part in a thousand sets apart from zero.
+/// `terms`: of the columns of `data`, to which fit.relevant refers. `largest`: greatest magnitude of each signal.
 [[nodiscard]] std::vector<std::string> collinearity_remarks(const RFactor& data, const Fit& fit,
-                                                            const CandidateLibrary& library,
+                                                            const std::vector<const Term*>& terms,
                                                             const std::vector<std::pair<std::string, double>>& largest);
 
 }  // namespace ident

@@ -71,6 +71,18 @@ TEST_CASE("a Duffing oscillator is found, judged and run free", "[apps][identify
     for (const ident::FitStep& step : each.fit.steps) CHECK((step.term >= -1 && step.term < 11));
 }
 
+TEST_CASE("terms that cannot be told apart on the rows of a range are named, others not", "[apps][identify]") {
+  const auto said = [](const Bench& bench) {
+    const apps::RangeResult result = apps::identify(range(whole()), bench.columns, bench.library, all_methods());
+    std::string all;
+    for (const std::string& remark : result.fits.front().fit.remarks) all += remark + "\n";
+    return all;
+  };
+  CHECK_THAT(said(*duffing_bench(0.05, 7, {"sin(x)", "f"})),
+             Catch::Contains("x and sin(x)") && Catch::Contains("here") && Catch::Contains("largest |x| 0."));
+  CHECK_THAT(said(*duffing_bench(0.05, 7)), !Catch::Contains("nearly dependent") && !Catch::Contains("told apart"));
+}
+
 TEST_CASE("threads change nothing", "[apps][identify]") {
   const auto bench = duffing_bench(0.1, 3);
   const auto one = apps::identify(range(whole()), bench->columns, bench->library, all_methods(1));

@@ -39,7 +39,9 @@ Data data_of(const std::vector<std::string>& terms, double offset = 0.0, double 
 std::vector<std::string> remarks(const Data& data, const VectorXd& target) {
   const auto factor = ident::r_factor(data.phi, target);
   const double largest = data.motion.at("x").cwiseAbs().maxCoeff();
-  return ident::collinearity_remarks(factor, ident::fit_fast_rvm(factor), data.library, {{"x", largest}});
+  std::vector<const ident::Term*> terms;
+  for (const ident::Term& term : data.library.terms) terms.push_back(&term);
+  return ident::collinearity_remarks(factor, ident::fit_fast_rvm(factor), terms, {{"x", largest}});
 }
 
 bool any(const std::vector<std::string>& remarks, const std::string& piece) {
