@@ -26,6 +26,7 @@ struct FreeRun {
   double diverged_after_s = 0.0;  ///< from the start of its stretch; 0: it did not
   int num_stretches = 0;
   bool sticks = false;  ///< it came to rest on a switch at least once
+  bool applies = true;  ///< false: the rows are no time response, and none was to be expected
 };
 
 struct FreeRunOptions {

@@ -108,17 +108,14 @@ VectorXd gather_target(const std::vector<Row>& rows, const std::vector<Columns>&
   return target;
 }
 
-/// Rows that follow one another, without bridging from one recording to the next.
-std::vector<ident::RowSpan> spans_of(const std::vector<Row>& rows) {
-  std::vector<ident::RowSpan> spans;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const auto place = static_cast<Index>(i);
-    const bool follows =
-        i > 0 && rows[i].recording == rows[i - 1].recording && rows[i].sample == rows[i - 1].sample + 1;
-    if (!follows) spans.push_back({place, place});
-    spans.back().last = place + 1;
-  }
-  return spans;
+/// The place in time of each row, the records one behind the other.
+std::vector<Index> places_of(const std::vector<Row>& rows, const std::vector<Columns>& recordings) {
+  std::vector<Index> begin(recordings.size(), 0), places;
+  for (std::size_t r = 1; r < recordings.size(); ++r)
+    begin[r] = begin[r - 1] + recordings[r - 1].signals->num_samples();
+  places.reserve(rows.size());
+  for (const Row& row : rows) places.push_back(begin[row.recording] + row.sample);
+  return places;
 }
 
 /// The terms that can be told apart on these rows; the others are named with the reason.
@@ -320,7 +317,7 @@ RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
   result.accumulate_s = seconds_since(start);
   result.target.resize(num_train + num_test);
   result.target << train, test;
-  const std::vector<ident::RowSpan> spans = spans_of(result.rows.train);
+  const std::vector<Index> places = places_of(result.rows.train, recordings);
   const std::vector<Course> courses =
       options.free_run ? courses_of(result.rows, recordings, split.usable) : std::vector<Course>();
   const auto largest = largest_signals(library, result.rows.train, recordings);
@@ -342,7 +339,7 @@ RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
     const VectorXd fitted = kept_train * judged.fit.mean, forecast = kept_test * judged.fit.mean;
     judged.model = ident::make_model(library, judged.fit, options.target, options.target_unit, scale,
                                      ident::robust_covariance(kept_train, train - fitted));
-    judged.whiteness = ident::residual_whiteness(train - fitted, spans, first.signals->sample_rate_hz, first.band_hz);
+    judged.whiteness = ident::residual_whiteness(train - fitted, places, first.signals->sample_rate_hz, first.band_hz);
     const char* no_test = num_test == 0 ? "no test rows" : nullptr;
     judged.train = figure(ident::nmse(fitted, train), "the target is zero on all training rows");
     judged.train_centred = figure(ident::nmse_centred(fitted, train), "the target is constant on the training rows");
@@ -357,6 +354,7 @@ RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
         << ident::predictive_variance(kept_train, judged.fit.covariance, judged.fit.noise_variance).cwiseSqrt(),
         ident::predictive_variance(kept_test, judged.fit.covariance, judged.fit.noise_variance).cwiseSqrt();
     judged.free_run.nmse = nan;
+    judged.free_run.applies = options.free_run;
     if (!options.free_run)
       judged.free_run.reason = "the rows of a table are no time response";
     else if (num_test == 0)

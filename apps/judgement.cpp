@@ -16,6 +16,8 @@ constexpr double useless_free_run = 0.5;
 constexpr double carries_over = 10.0;  // test NMSE / training NMSE beyond this: fitted to its rows only
 constexpr double collinear = 1e6;      // condition number of unit-norm columns
 constexpr double poorly_known_cov = 0.3;
+// Noise alone gives a p-value below this in one fit of twenty: no proof of structure, no clean bill either.
+constexpr double doubtful_p_value = 0.05;
 constexpr double small_term = 3.0;  // times the residual's standard deviation, at the term's largest
 
 class Verdict {
@@ -52,6 +54,10 @@ void judge_residual(const JudgedFit& fit, Verdict& verdict) {
   const std::string statistic =
       fmt::format("Bartlett p = {:.2g}; the strongest 5 % of frequencies hold {:.0f} % of its power, 20 % if white",
                   whiteness.p_value, 100.0 * whiteness.peak_share);
+  if (whiteness.white && whiteness.p_value < doubtful_p_value) {
+    verdict.against(Trust::with_care, fmt::format("whether the residual is white is in doubt ({})", statistic));
+    return;
+  }
   if (whiteness.white) {
     verdict.remark(fmt::format("residual is white ({})", statistic));
     return;
@@ -78,8 +84,10 @@ void judge_predictions(const JudgedFit& fit, Verdict& verdict) {
   const FreeRun& run = fit.free_run;
   if (run.diverged_after_s > 0.0) {
     verdict.against(Trust::no, "free run " + run.reason);
-  } else if (!run.reason.empty()) {
+  } else if (!run.applies) {
     verdict.remark("no free run: " + run.reason);
+  } else if (!run.reason.empty()) {
+    verdict.against(Trust::with_care, "not confirmed by a free run: " + run.reason);
   } else if (run.nmse > useless_free_run) {
     verdict.against(Trust::no, fmt::format("free run does not follow x: NMSE {:.2g}", run.nmse));
   } else {

@@ -1,7 +1,10 @@
 #include "apps/regression_columns.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
+#include <array>
 #include <new>
 #include <string>
 
@@ -17,6 +20,30 @@ auto at_place(const std::string& place, Call&& call) {
     return call();
   } catch (const dsp::Fault& fault) {
     throw dsp::Fault(fault.kind(), fault.name(), place + ": " + fault.what());
+  }
+}
+
+/// Relative, payload's and base's motion of one order are one identity, relative = payload - base: with its other
+/// members among the terms the target explains itself. Without a base the first two are the same signal.
+void refuse_identity(const ident::CandidateLibrary& library, const std::string& target, const dsp::Motion& signals,
+                     const std::string& place) {
+  static constexpr std::array<std::array<const char*, 3>, 3> identities{
+      {{"x", "y", "r"}, {"v", "dy", "dr"}, {"a", "ddy", "ddr"}}};
+  const auto among_terms = [&](const std::string& name) {
+    return std::any_of(library.terms.begin(), library.terms.end(), [&](const auto& term) { return term.name == name; });
+  };
+  for (const auto& identity : identities) {
+    if (std::find(identity.begin(), identity.end(), target) == identity.end()) continue;
+    std::vector<std::string> others;
+    for (const std::string name : identity)
+      if (name != target && signals.find(name) != nullptr) others.push_back(name);
+    if (!others.empty() && std::all_of(others.begin(), others.end(), among_terms))
+      throw dsp::Fault(
+          dsp::FaultKind::usage, "library.target",
+          fmt::format("{}: the target {} is {} by definition and would explain itself. Remove {}.", place, target,
+                      others.size() == 1 ? "the term " + others.front() + " here, where no base moves,"
+                                         : fmt::format("made of the terms {}", fmt::join(others, " and ")),
+                      others.size() == 1 ? "it" : "one of them"));
   }
 }
 
@@ -47,6 +74,7 @@ std::vector<ident::CandidateLibrary> compile_libraries(const Config& config, con
     }
     libraries.push_back(
         at_place(config.library_place, [&] { return ident::make_library(config.library, fit.target, signals); }));
+    refuse_identity(libraries.back(), fit.target, signals, config.library_place);
     for (const ident::Term& term : libraries.back().terms)
       for (const std::string& signal : term.expression.signals())
         if (signal == fit.target)

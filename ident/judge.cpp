@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 #include "dsp/fft.hpp"
 
@@ -16,6 +17,8 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+// One fit in a hundred whose residual is noise is called coloured: the milder error of the two.
+constexpr double level_of_whiteness = 0.01;
 
 // P(sup |Brownian bridge| > z), the limit of the Kolmogorov-Smirnov statistic.
 double kolmogorov_tail(double z) {
@@ -56,22 +59,29 @@ BandShares band_shares(const Eigen::Ref<const VectorXd>& predicted, const Eigen:
   return {share(0.67448975), share(1.64485363), share(1.95996398)};
 }
 
-Whiteness residual_whiteness(const Eigen::Ref<const VectorXd>& residual, const std::vector<RowSpan>& spans,
+Whiteness residual_whiteness(const Eigen::Ref<const VectorXd>& residual, const std::vector<Index>& samples,
                              double sample_rate_hz, double band_hz) {
   Whiteness result;
-  // Each span is a record of its own; their periodograms are pooled on the grid of the longest one by laying the spans
-  // end to end with zeros between, which leaves the periodogram of white noise flat.
-  Index length = 0;
-  for (const RowSpan& span : spans) length += span.last - span.first;
-  if (length < 32 || !(residual.squaredNorm() > 0.0)) return result;
-  const dsp::RealFft fft(length);
-  const Eigen::VectorXcd spectrum = fft.forward(residual.head(length).array() - residual.head(length).mean());
+  const Index num_rows = residual.size();
+  if (static_cast<std::size_t>(num_rows) != samples.size())
+    throw std::invalid_argument("residual_whiteness: as many residuals as samples");
+  if (num_rows < 32 || !(residual.squaredNorm() > 0.0)) return result;
+  const Index length = samples.back() - samples.front() + 1;
+  VectorXd in_time = VectorXd::Zero(length);
+  const double mean = residual.mean();
+  for (Index i = 0; i < num_rows; ++i)
+    in_time(samples[static_cast<std::size_t>(i)] - samples.front()) = residual(i) - mean;
+  const Eigen::VectorXcd spectrum = dsp::RealFft(length).forward(in_time);
   const auto end =
       std::min<Index>(spectrum.size() - 1, static_cast<Index>(band_hz / sample_rate_hz * static_cast<double>(length)));
-  if (end < 16) return result;
+  // Zeros in the gaps correlate neighbouring ordinates, of which as many are independent as there are rows.
+  const double independent = static_cast<double>(end) * static_cast<double>(num_rows) / static_cast<double>(length);
+  if (independent < 16.0) return result;
 
   VectorXd power = spectrum.segment(1, end).cwiseAbs2();
   const double total = power.sum();
+  const double rounding = std::numeric_limits<double>::epsilon() * residual.norm();
+  if (total <= static_cast<double>(length) * rounding * rounding) return result;  // a constant residual
   double cumulated = 0.0, largest = 0.0;
   for (Index k = 0; k < end; ++k) {
     cumulated += power(k) / total;
@@ -79,13 +89,13 @@ Whiteness residual_whiteness(const Eigen::Ref<const VectorXd>& residual, const s
   }
   result.tested = true;
   result.num_frequencies = end;
-  const double slope = kolmogorov_tail(largest * std::sqrt(static_cast<double>(end)));
+  const double slope = kolmogorov_tail(largest * std::sqrt(independent));
   const double tone = static_cast<double>(end) * std::pow(1.0 - power.maxCoeff() / total, static_cast<double>(end - 1));
   result.p_value = std::min(1.0, 2.0 * std::min(slope, tone));
   const Index strongest = std::max<Index>(1, end / 20);
   std::sort(power.begin(), power.end(), std::greater<>());
   result.peak_share = power.head(strongest).sum() / total;
-  result.white = result.p_value >= 0.001;
+  result.white = result.p_value >= level_of_whiteness;
   return result;
 }
 
@@ -109,16 +119,6 @@ MatrixXd robust_covariance(const Eigen::Ref<const MatrixXd>& phi, const Eigen::R
   root = scale.cwiseInverse().asDiagonal() * root;
   const double correction = static_cast<double>(num_blocks) / std::max(1.0, static_cast<double>(num_blocks - 1));
   return correction * root * root.transpose();
-}
-
-std::vector<RowSpan> contiguous_spans(const std::vector<Index>& rows) {
-  std::vector<RowSpan> spans;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const auto place = static_cast<Index>(i);
-    if (i == 0 || rows[i] != rows[i - 1] + 1) spans.push_back({place, place});
-    spans.back().last = place + 1;
-  }
-  return spans;
 }
 
 }  // namespace ident

@@ -4,11 +4,6 @@
 
 namespace ident {
 
-/// Rows of a regression that follow one another in time without a gap: [first, last) of the gathered rows.
-struct RowSpan {
-  Eigen::Index first = 0, last = 0;
-};
-
 /// sum (predicted - actual)^2 / sum actual^2: the paper's NMSE, no mean removed. NaN where the target is zero
 /// throughout.
 [[nodiscard]] double nmse(const Eigen::Ref<const Eigen::VectorXd>& predicted,
@@ -39,18 +34,18 @@ struct Whiteness {
   double peak_share = 0.0;  ///< share of the residual's power in the strongest 5 % of frequencies; white noise: 0.20
   Eigen::Index num_frequencies = 0;
   bool tested = false;  ///< false: too few rows, or no residual at all
-  bool white = true;    ///< p_value >= 0.001
+  bool white = true;    ///< p_value >= 0.01
 };
-/// `spans` place the rows in time; gaps count as zeros. band_hz: where the filter's pass band ends.
+/// samples: number of each row's sample in its record, ascending; what lies between rows counts as zero, and as no
+/// evidence. band_hz: where the filter's pass band ends. Throws std::invalid_argument unless there are as many samples
+/// as residuals.
 [[nodiscard]] Whiteness residual_whiteness(const Eigen::Ref<const Eigen::VectorXd>& residual,
-                                           const std::vector<RowSpan>& spans, double sample_rate_hz, double band_hz);
+                                           const std::vector<Eigen::Index>& samples, double sample_rate_hz,
+                                           double band_hz);
 
 /// Covariance of the coefficients that does not assume a white residual: (Phi'Phi)^-1 S (Phi'Phi)^-1 with S from sums
 /// of phi_i e_i over about fifty consecutive blocks of rows ("sandwich"). phi: rows x b'. Zero columns: empty result.
 [[nodiscard]] Eigen::MatrixXd robust_covariance(const Eigen::Ref<const Eigen::MatrixXd>& phi,
                                                 const Eigen::Ref<const Eigen::VectorXd>& residual);
-
-/// Rows by index that follow one another, as spans of the gathered rows.
-[[nodiscard]] std::vector<RowSpan> contiguous_spans(const std::vector<Eigen::Index>& rows);
 
 }  // namespace ident

@@ -285,6 +285,7 @@ TEST_CASE("terms that cannot be are refused before anything is computed", "[apps
   refused("\"\"", "1", "term.syntax", {});
   refused("\"a\"", "1", "library.target", {"a"});
   refused("\"2*a\"", "1", "library.target", {"2*a"});
+  refused("\"ddy\"", "1", "library.target", {"a is the term ddy", "no base"});
   refused("\"x\"", "1", "library.duplicate", {"x"});
   refused("\"f\"", "50", "library.too_large", {"1327", "1000"});
   refused(std::string("\"").append(20000, '(').append("x").append(20000, ')').append("\""), "1", "term.too_long", {});
