@@ -188,16 +188,6 @@ std::vector<std::pair<std::string, double>> largest_signals(const ident::Candida
   return largest;
 }
 
-/// Indices into the fitted columns become indices into the library.
-void renumber(ident::Fit& fit, const std::vector<Index>& terms, Index num_terms) {
-  for (Index& term : fit.relevant) term = terms[static_cast<std::size_t>(term)];
-  for (ident::FitStep& step : fit.steps)
-    if (step.term >= 0) step.term = terms[static_cast<std::size_t>(step.term)];  // -1: all terms at once
-  VectorXd gain = VectorXd::Constant(num_terms, nan);
-  for (Index i = 0; i < fit.evidence_gain.size(); ++i) gain(terms[static_cast<std::size_t>(i)]) = fit.evidence_gain(i);
-  fit.evidence_gain = std::move(gain);
-}
-
 Figure figure(double value, const char* reason_without) {
   return std::isfinite(value) ? Figure{value, {}} : Figure{nan, reason_without};
 }
@@ -333,7 +323,7 @@ RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
     judged.solve_s = seconds_since(solve_start);
     for (std::string& remark : ident::collinearity_remarks(data, judged.fit, fitted_terms, largest))
       judged.fit.remarks.push_back(std::move(remark));
-    renumber(judged.fit, terms, num_terms);
+    ident::renumber(judged.fit, terms, num_terms);
     const MatrixXd kept_train = phi(Eigen::all, judged.fit.relevant),
                    kept_test = gather(result.rows.test, recordings, judged.fit.relevant);
     const VectorXd fitted = kept_train * judged.fit.mean, forecast = kept_test * judged.fit.mean;

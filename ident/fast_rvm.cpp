@@ -257,20 +257,8 @@ class Search {
   double tau_, noise_floor_ = 0.0, initial_noise_ = 0.0, smallest_sparsity_ = 0.0;
 };
 
-// Beyond this variance inflation terms hide one another, and a search from the empty model alone can stop short.
-constexpr double inflation_of_a_hard_library = 10.0, inflation_of_a_severe_one = 1e3, inflation_of_a_doubtful_one = 1e6;
-constexpr Index widest_full_start = 60;
-
-double largest_inflation(const UnitProblem& problem) {
-  std::vector<Index> all;
-  for (Index i = 0; i < problem.num_terms(); ++i)
-    if (problem.column_norm(i) > 0.0) all.push_back(i);
-  if (all.empty()) return 1.0;
-  const Posterior at = posterior(problem, all, VectorXd::Constant(static_cast<Index>(all.size()), flat));
-  double smallest = 1.0;
-  for (const Index i : all) smallest = std::min(smallest, at.sparsity(i));
-  return 1.0 / smallest;
-}
+// Beyond these variance inflations two more starts are worth their time, and the answer itself is in doubt.
+constexpr double inflation_of_a_severe_library = 1e3, inflation_of_a_doubtful_one = 1e6;
 
 }  // namespace
 
@@ -294,7 +282,7 @@ Fit fit_fast_rvm(const RFactor& data, const FastRvmOptions& options) {
       evidence && problem.num_terms() <= widest_full_start && problem.num_samples > problem.num_terms()
           ? largest_inflation(problem)
           : 1.0;
-  const bool hard = inflation > inflation_of_a_hard_library, severe = inflation > inflation_of_a_severe_one;
+  const bool hard = inflation > inflation_of_a_hard_library, severe = inflation > inflation_of_a_severe_library;
   const auto run = [&](Standing s, Fit& record) {
     do search.climb(s, record);
     while (evidence && record.status == FitStatus::converged &&

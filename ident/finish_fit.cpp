@@ -55,6 +55,18 @@ double condition_number(const UnitProblem& problem, const std::vector<Index>& ke
   return smallest > 0.0 ? s(0) / smallest : std::numeric_limits<double>::infinity();
 }
 
+double largest_inflation(const UnitProblem& problem) {
+  constexpr double flat = 1e-30;  // a prior so wide that the posterior is least squares
+  std::vector<Index> all;
+  for (Index i = 0; i < problem.num_terms(); ++i)
+    if (problem.column_norm(i) > 0.0) all.push_back(i);
+  if (all.empty()) return 1.0;
+  const Posterior at = posterior(problem, all, VectorXd::Constant(static_cast<Index>(all.size()), flat));
+  double smallest = 1.0;
+  for (const Index i : all) smallest = std::min(smallest, at.sparsity(i));
+  return 1.0 / smallest;
+}
+
 void finish_bayesian(const UnitProblem& problem, std::vector<Index> kept, VectorXd lambda, double noise_variance,
                      Fit& fit) {
   std::vector<std::size_t> order(kept.size());

@@ -19,4 +19,11 @@ void finish_least_squares(const UnitProblem& problem, std::vector<Eigen::Index> 
 /// Largest over smallest singular value of these unit-norm columns; infinite if one is zero.
 [[nodiscard]] double condition_number(const UnitProblem& problem, const std::vector<Eigen::Index>& kept);
 
+/// Largest variance inflation 1 / (1 - R^2) of any usable column on all others (no mean removed); 1 without columns.
+[[nodiscard]] double largest_inflation(const UnitProblem& problem);
+/// Beyond this inflation terms hide one another, and a search from the empty model alone can stop short; libraries
+/// wider than this are not started from the full model.
+inline constexpr double inflation_of_a_hard_library = 10.0;
+inline constexpr Eigen::Index widest_full_start = 60;
+
 }  // namespace ident

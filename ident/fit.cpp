@@ -1,6 +1,7 @@
 #include "ident/fit.hpp"
 
 #include <array>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -59,6 +60,16 @@ Method method_from_string(std::string_view name) {
     known += known.empty() ? std::string(text) : ", " + std::string(text);
   }
   throw std::invalid_argument("method must be one of " + known + "; got '" + std::string(name) + "'");
+}
+
+void renumber(Fit& fit, const std::vector<Eigen::Index>& terms, Eigen::Index num_terms) {
+  const auto old_gain = std::move(fit.evidence_gain);
+  fit.evidence_gain = Eigen::VectorXd::Constant(num_terms, std::numeric_limits<double>::quiet_NaN());
+  for (Eigen::Index i = 0; i < old_gain.size(); ++i)
+    fit.evidence_gain(terms[static_cast<std::size_t>(i)]) = old_gain(i);
+  for (Eigen::Index& term : fit.relevant) term = terms[static_cast<std::size_t>(term)];
+  for (FitStep& step : fit.steps)
+    if (step.term >= 0) step.term = terms[static_cast<std::size_t>(step.term)];
 }
 
 }  // namespace ident

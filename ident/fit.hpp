@@ -52,6 +52,10 @@ struct Fit {
   std::vector<std::string> remarks;  ///< sentences for a person: "columns nearly collinear: ..."
 };
 
+/// Makes the indices of a fit on the columns `terms` of a library into indices into that library of `num_terms`; the
+/// gains of the other terms are NaN.
+void renumber(Fit& fit, const std::vector<Eigen::Index>& terms, Eigen::Index num_terms);
+
 struct FastRvmOptions {
   Selection selection = Selection::evidence;
   double tau = -1.0;  ///< negative: ln m + 2 ln b (evidence) or 0 (type2)

@@ -43,6 +43,18 @@ class SharedSearch {
     fit.status = FitStatus::iteration_limit;
   }
 
+  // All usable terms at once, for libraries in which no term stands out alone.
+  void start_full() {
+    for (Index i = 0; i < targets_.front().num_terms(); ++i)
+      if (targets_.front().column_norm(i) > 0.0) kept_.push_back(i);
+    lambda_.assign(kept_.size(), flat);
+    look();
+    settle_noise();
+    apply(FitAction::reestimate, -1);
+  }
+
+  [[nodiscard]] double criterion() const { return 2.0 * log_evidence() - tau_ * static_cast<double>(kept_.size()); }
+
   void finish(MultiFit& fit) const {
     std::vector<std::size_t> order(kept_.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -163,6 +175,8 @@ class SharedSearch {
 
   // A column this close to the span of the others is rounding, not information.
   static constexpr double smallest_sparsity = 1e-28;
+  // A prior that lets every coefficient go where the data want it.
+  static constexpr double flat = 1e-30;
   const FastRvmOptions& options_;
   double tau_, num_samples_ = 0.0, num_targets_ = 0.0;
   std::vector<UnitProblem> targets_;
@@ -173,6 +187,59 @@ class SharedSearch {
   VectorXd quality_;  ///< b
 };
 
+MultiFit shared_fit(const RFactor& data, const FastRvmOptions& options, MultiFit begun) {
+  MultiFit fit = begun;
+  SharedSearch search(data, options, fit.tau);
+  search.climb(fit);
+  const bool hard = options.selection == Selection::evidence && data.num_samples > data.num_terms &&
+                    data.num_terms <= widest_full_start &&
+                    largest_inflation(unit_problem(data)) > inflation_of_a_hard_library;
+  if (hard) {
+    SharedSearch full(data, options, fit.tau);
+    full.start_full();
+    full.climb(begun);
+    if (full.criterion() > search.criterion() + 1e-6) {
+      full.finish(begun);
+      return begun;
+    }
+  }
+  search.finish(fit);
+  return fit;
+}
+
+// One target has nothing to share: the whole search of fit_fast_rvm, in this vocabulary.
+MultiFit of_one_target(Fit row) {
+  MultiFit fit;
+  fit.status = row.status;
+  fit.relevant = row.relevant;
+  fit.mean = row.mean;
+  fit.row_covariance = row.covariance / row.noise_variance;
+  fit.noise_covariance = MatrixXd::Constant(1, 1, row.noise_variance);
+  fit.lambda = row.alpha * row.noise_variance;
+  fit.log_evidence = row.log_evidence;
+  fit.tau = row.tau;
+  fit.iterations = row.iterations;
+  fit.steps = row.steps;
+  row.method = Method::multi_rvm;
+  fit.rows.push_back(std::move(row));
+  return fit;
+}
+
+// Every row ends as the shared fit did, which kept nothing.
+MultiFit without_terms(MultiFit fit, const RFactor& data) {
+  for (Index j = 0; j < data.num_targets(); ++j) {
+    const UnitProblem problem = unit_problem(data, j);
+    Fit row;
+    row.method = Method::multi_rvm;
+    row.tau = fit.tau;
+    if (!cannot_begin(problem, row))
+      finish_bayesian(problem, {}, VectorXd(), 1.0 / static_cast<double>(problem.num_samples), row);
+    row.status = fit.status;
+    fit.rows.push_back(std::move(row));
+  }
+  return fit;
+}
+
 }  // namespace
 
 MatrixXd MultiFit::standard_deviation() const {
@@ -182,32 +249,26 @@ MatrixXd MultiFit::standard_deviation() const {
 MultiFit fit_multi_rvm(const RFactor& data, const FastRvmOptions& options) {
   if (!(options.initial_noise_fraction > 0.0 && options.initial_noise_fraction < 1.0))
     throw std::invalid_argument("fit_multi_rvm: initial_noise_fraction must be in (0, 1)");
+  if (data.num_targets() == 1) return of_one_target(fit_fast_rvm(data, options));
   MultiFit fit;
   for (Index j = 0; j < data.num_targets(); ++j) {
     Fit row;
-    if (!cannot_begin(unit_problem(data, j), row)) continue;
-    fit.status = row.status;
-    return fit;
+    if (cannot_begin(unit_problem(data, j), row)) fit.status = row.status;
   }
+  if (fit.status != FitStatus::converged) return without_terms(std::move(fit), data);
   if (options.tau >= 0.0)
     fit.tau = options.tau;
   else if (options.selection == Selection::evidence)
     fit.tau = default_tau(data.num_samples, data.num_terms);
-  SharedSearch search(data, options, fit.tau);
-  search.climb(fit);
-  search.finish(fit);
+  fit = shared_fit(data, options, std::move(fit));
+  if (fit.relevant.empty()) return without_terms(std::move(fit), data);
 
   FastRvmOptions alone = options;
   alone.tau = fit.tau;
   for (Index j = 0; j < data.num_targets(); ++j) {
-    Fit row = fit_fast_rvm(select(data, fit.relevant, j), alone);
-    row.method = Method::multi_rvm;
-    for (Index& term : row.relevant) term = fit.relevant[static_cast<std::size_t>(term)];
-    for (FitStep& step : row.steps) step.term = fit.relevant[static_cast<std::size_t>(step.term)];
-    VectorXd gains = VectorXd::Zero(data.num_terms);
-    gains(fit.relevant) = row.evidence_gain;
-    row.evidence_gain = std::move(gains);
-    fit.rows.push_back(std::move(row));
+    fit.rows.push_back(fit_fast_rvm(select(data, fit.relevant, j), alone));
+    fit.rows.back().method = Method::multi_rvm;
+    renumber(fit.rows.back(), fit.relevant, data.num_terms);
   }
   return fit;
 }

@@ -41,7 +41,8 @@ apps::Range range(dsp::RangeSpec spec, int recording = 1, std::string regime = {
 apps::IdentifyOptions all_methods(int num_threads = 1) {
   return {.target = "a",
           .target_unit = "m/s^2",
-          .methods = {ident::Method::fast_rvm, ident::Method::slow_rvm, ident::Method::stlsq},
+          .methods = {ident::Method::fast_rvm, ident::Method::slow_rvm, ident::Method::stlsq, ident::Method::lasso,
+                      ident::Method::multi_rvm, ident::Method::ridge, ident::Method::ols},
           .num_threads = num_threads};
 }
 
@@ -52,7 +53,7 @@ TEST_CASE("a Duffing oscillator is found, judged and run free", "[apps][identify
   const apps::RangeResult result = apps::identify(range(whole()), bench->columns, bench->library, all_methods());
   CHECK(result.rows.train.size() == 1201);  // 60 % of 2001, rounded
   CHECK(result.rows.test.size() == 800);
-  REQUIRE(result.fits.size() == 3);
+  REQUIRE(result.fits.size() == 7);
   const apps::JudgedFit& fit = result.fits.front();
   std::vector<std::string> names;
   for (const ident::ModelTerm& term : fit.model.terms) names.push_back(term.name);

@@ -104,12 +104,38 @@ TEST_CASE("deviations of the shared fit are those of its errors", "[ident][multi
 TEST_CASE("targets that cannot be fitted end in a status", "[ident][multi_rvm]") {
   const MatrixXd phi = gaussian(50, 4, 7);
   MatrixXd targets = gaussian(50, 2, 8);
-  CHECK(ident::fit_multi_rvm(ident::r_factor(phi, targets)).status == ident::FitStatus::no_relevant_term);
+  const auto ends_as = [&](const MatrixXd& wanted, ident::FitStatus status) {
+    const auto fit = ident::fit_multi_rvm(ident::r_factor(phi, wanted));
+    CHECK(fit.status == status);
+    REQUIRE(static_cast<Index>(fit.rows.size()) == wanted.cols());
+    for (const ident::Fit& row : fit.rows) {
+      CHECK(row.status == status);
+      CHECK(row.method == ident::Method::multi_rvm);
+      CHECK(row.relevant.empty());
+      CHECK(row.evidence_gain.size() == 4);
+    }
+  };
+  ends_as(targets, ident::FitStatus::no_relevant_term);
+  ends_as(targets.col(0), ident::FitStatus::no_relevant_term);
   targets.col(1).setZero();
-  CHECK(ident::fit_multi_rvm(ident::r_factor(phi, targets)).status == ident::FitStatus::zero_target);
+  ends_as(targets, ident::FitStatus::zero_target);
+  ends_as(targets.col(1), ident::FitStatus::zero_target);
   targets << phi.col(0), phi.col(1) * 2.0;  // exact
   const auto exact = ident::fit_multi_rvm(ident::r_factor(phi, targets));
   CHECK(exact.relevant == Support{0, 1});
   CHECK(exact.mean.allFinite());
   CHECK(exact.noise_covariance.allFinite());
+}
+
+TEST_CASE("a library in which no term stands out alone is searched from the full model too", "[ident][multi_rvm]") {
+  // Wampler's two exact quintics on x = 0 .. 20: the forward search alone stops at two terms.
+  const VectorXd x = VectorXd::LinSpaced(21, 0.0, 20.0);
+  MatrixXd phi(21, 6), targets(21, 2);
+  for (Index j = 0; j < 6; ++j) phi.col(j) = x.array().pow(static_cast<double>(j));
+  targets.col(0) = phi.rowwise().sum();
+  targets.col(1) = phi * VectorXd{{1.0, 0.1, 0.01, 0.001, 0.0001, 0.00001}};
+  const auto fit = ident::fit_multi_rvm(ident::r_factor(phi, targets));
+  CHECK(fit.status == ident::FitStatus::converged);
+  CHECK(fit.relevant == Support{0, 1, 2, 3, 4, 5});
+  for (const ident::Fit& row : fit.rows) CHECK(row.relevant == Support{0, 1, 2, 3, 4, 5});
 }
