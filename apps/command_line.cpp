@@ -251,27 +251,27 @@ void add_commands(CLI::App& app, const GlobalOptions& global, const std::vector<
 
 struct Ending {
   int code = 0;
-  std::string name, kind, message;
+  std::string name{}, kind{}, message{}, lines{};
 };
 
 Ending ending_of(const dsp::Fault& fault) {
   switch (fault.kind()) {
     case dsp::FaultKind::usage:
-      return {code_usage, fault.name(), "usage", fault.what()};
+      return {code_usage, fault.name(), "usage", fault.what(), fault.lines()};
     case dsp::FaultKind::input:
-      return {code_input, fault.name(), "input", fault.what()};
+      return {code_input, fault.name(), "input", fault.what(), fault.lines()};
     case dsp::FaultKind::numerics:
-      return {code_numerics, fault.name(), "numerics", fault.what()};
+      return {code_numerics, fault.name(), "numerics", fault.what(), fault.lines()};
     case dsp::FaultKind::output:
-      return {code_output, fault.name(), "output", fault.what()};
+      return {code_output, fault.name(), "output", fault.what(), fault.lines()};
   }
-  return {code_bug, fault.name(), "bug", fault.what()};
+  return {code_bug, fault.name(), "bug", fault.what(), {}};
 }
 
 /// Does `action`; whatever it throws becomes how the program ends.
 Ending ending_of(const std::function<int()>& action) {
   try {
-    return {action(), {}, {}, {}};
+    return {.code = action()};
   } catch (const Interrupted& interrupted) {
     return {code_signal + interrupted.signal, "interrupted", "signal", "stopped by a signal; nothing was written"};
   } catch (const dsp::Fault& fault) {
@@ -287,8 +287,12 @@ Ending ending_of(const std::function<int()>& action) {
 
 int report(const Ending& ending, Console& console) {
   if (ending.name.empty()) return ending.code;
-  console.error(ending.name, ending.message);
-  if (console.json()) console.result(fault_json(ending.name, ending.kind, ending.code, ending.message));
+  console.error(ending.name, ending.message, ending.lines);
+  if (!console.json()) return ending.code;
+  try {
+    console.result(fault_json(ending.name, ending.kind, ending.code, ending.message, ending.lines));
+  } catch (const dsp::Fault&) {  // standard output takes nothing; how it ended is said above
+  }
   return ending.code;
 }
 
@@ -317,13 +321,7 @@ int run_command_line(int argc, const char* const* argv) {
   }
   Console console(
       {.verbosity = global.quiet ? -1 : global.verbosity, .json = global.json, .progress = global.progress});
-  const Ending ending = ending_of([&] { return chosen(console); });
-  try {
-    return report(ending, console);
-  } catch (const dsp::Fault& fault) {  // standard output itself cannot be written
-    console.error(fault.name(), fault.what());
-    return code_output;
-  }
+  return report(ending_of([&] { return chosen(console); }), console);
 }
 
 }  // namespace apps

@@ -28,7 +28,10 @@ void Console::result(std::string_view text) {
 }
 
 void Console::say(std::string_view line, bool shown) {
-  const std::string text = printable(line) + "\n";
+  put(printable(line) + "\n", shown);
+}
+
+void Console::put(const std::string& text, bool shown) {
   log_ += text;
   if (!shown) return;
   clear_progress();
@@ -45,8 +48,9 @@ void Console::warning(std::string_view name, std::string_view text) {
   warnings_.push_back(fmt::format("[{}] {}", name, printable(text)));
   say("warning " + warnings_.back(), options_.verbosity >= 0);
 }
-void Console::error(std::string_view name, std::string_view text) {
+void Console::error(std::string_view name, std::string_view text, std::string_view lines) {
   say(fmt::format("error [{}] {}", name, text), true);
+  if (!lines.empty()) put(std::string(lines), true);
 }
 
 void Console::progress(std::string_view what, double share) {

@@ -27,7 +27,8 @@ class Console {
   void step(std::string_view text);  ///< what is being done, one line
   void note(std::string_view text);  ///< with -v
   void warning(std::string_view name, std::string_view text);
-  void error(std::string_view name, std::string_view text);
+  /// `lines` follow as they are, to be copied.
+  void error(std::string_view name, std::string_view text, std::string_view lines = {});
   /// Share done of the step under way, redrawn in place on a terminal, at most ten times a second.
   void progress(std::string_view what, double share);
   /// Everything said so far except results and progress, one line each: no times, no paths of the machine of our own.
@@ -36,6 +37,7 @@ class Console {
 
  private:
   void say(std::string_view line, bool shown);
+  void put(const std::string& text, bool shown);
   void clear_progress();
   ConsoleOptions options_;
   bool draws_progress_ = false, progress_shown_ = false;

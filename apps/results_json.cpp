@@ -298,9 +298,11 @@ std::string checks_json(const std::vector<dsp::Check>& checks) {
   return text_of(document);
 }
 
-std::string fault_json(std::string_view name, std::string_view kind, int exit_code, std::string_view message) {
-  return text_of(
-      {{"error", {{"name", name}, {"kind", kind}, {"exit_code", exit_code}, {"message", printable(message)}}}});
+std::string fault_json(std::string_view name, std::string_view kind, int exit_code, std::string_view message,
+                       std::string_view lines) {
+  Json error{{"name", name}, {"kind", kind}, {"exit_code", exit_code}, {"message", printable(message)}};
+  if (!lines.empty()) error["lines"] = lines;
+  return text_of({{"error", std::move(error)}});
 }
 
 std::string info_json(const std::vector<RecordingInfo>& recordings) {

@@ -21,8 +21,9 @@ namespace apps {
 [[nodiscard]] std::string_view to_string(dsp::CheckStatus status);  ///< "ok", "note", "warning", "failed"
 /// What `ardent check --json` prints.
 [[nodiscard]] std::string checks_json(const std::vector<dsp::Check>& checks);
+/// `lines`: what the fault wants added to a file; left out where empty.
 [[nodiscard]] std::string fault_json(std::string_view name, std::string_view kind, int exit_code,
-                                     std::string_view message);
+                                     std::string_view message, std::string_view lines);
 
 /// One recording as `ardent info` shows it.
 struct RecordingInfo {

@@ -14,17 +14,19 @@ enum class FaultKind {
 
 /// The world disappoints. `what()` is one line: place, what was found, what was wanted, what to try.
 /// `name()` is stable and machine readable, e.g. "container.truncated"; tests and scripts rely on it.
-/// A caller's own nonsense is std::invalid_argument instead.
+/// `lines()`, usually empty, is text to be pasted into a file, to be shown as it is: whatever in it comes from a file
+/// is escaped already. A caller's own nonsense is std::invalid_argument instead.
 class Fault : public std::runtime_error {
  public:
-  Fault(FaultKind kind, std::string name, const std::string& message)
-      : std::runtime_error(message), kind_(kind), name_(std::move(name)) {}
+  Fault(FaultKind kind, std::string name, const std::string& message, std::string lines = {})
+      : std::runtime_error(message), kind_(kind), name_(std::move(name)), lines_(std::move(lines)) {}
   [[nodiscard]] FaultKind kind() const noexcept { return kind_; }
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
+  [[nodiscard]] const std::string& lines() const noexcept { return lines_; }
 
  private:
   FaultKind kind_;
-  std::string name_;
+  std::string name_, lines_;
 };
 
 enum class CheckStatus { ok, note, warning, failed };

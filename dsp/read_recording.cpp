@@ -132,11 +132,11 @@ struct RecordingReader::State {
           {channel.name, channel.role, calibration.unit, channel.delay_s, channel.highpass_hz, calibration.calibrated});
     }
     if (!missing.empty())
-      throw fault(
-          FaultKind::input, "calibration.missing",
-          fmt::format("{}: no calibration for {}. Add to {} (or read raw numbers with --uncalibrated):\n{}",
-                      description.name, names,
-                      clean_name((sidecar.file.empty() ? sidecar_path(recording) : sidecar.file).string()), missing));
+      throw Fault(FaultKind::input, "calibration.missing",
+                  fmt::format("{}: no calibration for {}. Add to {} (or read raw numbers with --uncalibrated):",
+                              description.name, names,
+                              clean_name((sidecar.file.empty() ? sidecar_path(recording) : sidecar.file).string())),
+                  missing);
     if (picks.empty())
       throw fault(FaultKind::input, "recording.empty", description.name + ": no channel but the clock");
   }

@@ -26,7 +26,7 @@ struct ReadOptions {
 /// them. Channels come in the sidecar's order; without a sidecar in the files', roles read off column names that are
 /// roles
 /// ("x", "y_mm", "ddr"). The frames delivered do not depend on the block size.
-/// Throws Fault: calibration.missing (its message holds the lines to add), channel.column, channel.length,
+/// Throws Fault: calibration.missing (its lines() are those to add), channel.column, channel.length,
 /// rate.mismatch, rate.missing, and whatever open_source and read_sidecar throw (input); channel.role, channel.name,
 /// channel.index, unit.role (usage).
 class RecordingReader {

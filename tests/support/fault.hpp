@@ -18,14 +18,15 @@ inline dsp::Fault fault_of(const std::function<void()>& act) {
   throw std::logic_error("unreachable");
 }
 
-/// Checks kind and name of the fault and that its message holds every piece, and is one line unless `lines`.
+/// Checks kind and name of the fault, that its message is one line and holds every piece, and its lines theirs.
 inline void check_fault(const std::function<void()>& act, dsp::FaultKind kind, const std::string& name,
-                        const std::vector<std::string>& pieces, bool lines = false) {
+                        const std::vector<std::string>& pieces, const std::vector<std::string>& lines = {}) {
   const auto fault = fault_of(act);
   CHECK(fault.kind() == kind);
   CHECK(fault.name() == name);
   for (const auto& piece : pieces) CHECK_THAT(fault.what(), Catch::Contains(piece));
-  if (!lines) CHECK(std::string(fault.what()).find('\n') == std::string::npos);
+  for (const auto& piece : lines) CHECK_THAT(fault.lines(), Catch::Contains(piece));
+  CHECK(std::string(fault.what()).find('\n') == std::string::npos);
 }
 
 }  // namespace support
