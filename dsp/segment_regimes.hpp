@@ -49,11 +49,18 @@ struct Segmentation {
 /// and v; samples marked in motion.excluded get that label. Throws std::invalid_argument for negative thresholds or
 /// high_leave_m above high_enter_m.
 ///
-/// Thresholds from the record: the dominant period T and the velocity amplitude V that nine of ten cycles in motion
-/// exceed give stick_speed = 0.08 V and stick_duration = T / 13 (a sine of amplitude V stays below 0.08 V for T / 39
-/// only). The high regime begins at a jump: the envelope grows by half or more within six periods, not out of a stick.
-/// high_enter lies midway (geometric) between the largest amplitude below and the smallest just above all jumps,
-/// high_leave at 0.85 of the smallest amplitude reached before the next fall. No jump: everything in motion is low.
+/// Thresholds from the record, T its dominant period:
+/// - stick: |v|, low-passed at 6.5 / T, below 0.05 of the velocity amplitude that 97 of 100 cycles in motion exceed, or
+///   below three times the noise of v (from the spectrum of x between 10 / T and 16 / T) where that is more, for T / 20
+///   longer than passing through zero at that slope would take. Shorter stops are not seen.
+/// - high, with a base: on the upper branch x moves in phase with r, on the lower one against it. high_enter is the
+///   geometric mean of the largest amplitude settled on the lower branch (up to ten periods before a jump) and the
+///   smallest settled after a jump; high_leave is 0.85 of the smallest settled on the upper branch, and below
+///   high_enter the motion is low again as soon as it is against the base. All motion in phase: all of it is high;
+///   never in phase, or branches of one size: all of it is low.
+/// - high, without one: a jump is a growth of the envelope by half within six periods, not out of a stick; high_enter
+/// is
+///   the geometric mean of the largest amplitude before and the smallest after, high_leave as above. No jump: low.
 [[nodiscard]] Segmentation segment_regimes(const Motion& motion, const SegmentOptions& options = {});
 
 }  // namespace dsp

@@ -1,10 +1,11 @@
 #!/bin/sh
-# The studies that are too long for every change: the paper's section 4 over many seeds, and the rig's record on five
-# seeds. What they print is what a report quotes.
+# The studies that are too long for every change: the paper's section 4 over many seeds, regimes of many programmes,
+# and the rig's record on five seeds. What they print is what a report quotes.
 set -eu
 ardent=build/release/ardent
 mkdir -p out/study
 build/release/test_apps "[slow]"
+build/release/test_apps "[study]"
 $ardent -q replicate all --seeds 20 --first-seed 9000 -o out/study/section4
 for seed in 11 12 13 14 15; do
   echo "rig, seed $seed"

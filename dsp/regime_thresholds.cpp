@@ -1,0 +1,205 @@
+#include "dsp/regime_thresholds.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+namespace dsp {
+namespace {
+
+using Eigen::Index;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double clear_phase = 0.3;   // |cosine| from which x is in phase with the base or against it
+constexpr double leave_share = 0.85;  // of the smallest amplitude on the upper branch
+constexpr double apart = 1.2;         // amplitudes of two branches differ by this factor at least
+
+// Velocity amplitude that 97 of 100 cycles in motion exceed; a cycle moves if it reaches a tenth of the record's.
+double small_velocity_amplitude(const RegimeSigns& signs) {
+  const Index period = signs.samples_in(signs.period_s);
+  std::vector<double> peaks;
+  for (Index first = 0; first + period <= signs.num_samples(); first += period)
+    peaks.push_back(signs.speed_m_per_s.segment(first, period).maxCoeff());
+  if (peaks.empty()) return signs.speed_m_per_s.maxCoeff();
+  std::sort(peaks.begin(), peaks.end());
+  const double bar = 0.1 * peaks[peaks.size() * 9 / 10];
+  peaks.erase(peaks.begin(), std::lower_bound(peaks.begin(), peaks.end(), bar));
+  return peaks.empty() ? 0.0 : peaks[peaks.size() * 3 / 100];
+}
+
+struct Jump {
+  Index at = 0;
+  double before_m = 0.0, after_m = 0.0;
+};
+
+void set_high(double enter_m, double leave_m, std::string remark, Segmentation& result) {
+  result.options.high_enter_m = enter_m;
+  if (result.options.high_leave_m == 0.0) result.options.high_leave_m = std::min(leave_m, enter_m);
+  if (std::isfinite(enter_m))
+    remark += fmt::format(": high begins above {:.3g} m and ends below {:.3g} m", enter_m, result.options.high_leave_m);
+  result.remarks.push_back(std::move(remark));
+}
+
+// ---- With a base: the branch is seen in the phase.
+
+enum class Branch : signed char { none = 0, lower = -1, upper = 1 };
+
+// Of each sample, with hysteresis; none in sticks, exclusions, and where the base is still.
+std::vector<Branch> branches(const RegimeSigns& signs, const std::vector<bool>& stuck) {
+  std::vector<Branch> result(stuck.size(), Branch::none);
+  Branch now = Branch::none;
+  for (std::size_t i = 0; i < stuck.size(); ++i) {
+    const double phase = signs.phase(static_cast<Index>(i));
+    if (phase > clear_phase) now = Branch::upper;
+    if (phase < -clear_phase) now = Branch::lower;
+    if (phase == 0.0 || stuck[i] || signs.excluded[i] != 0) now = Branch::none;
+    result[i] = now;
+  }
+  return result;
+}
+
+// Smallest envelope in [first, last) if all of it is on one branch.
+std::optional<double> envelope_on(Branch branch, const RegimeSigns& signs, const std::vector<Branch>& all, Index first,
+                                  Index last) {
+  if (first < 0 || last > signs.num_samples()) return std::nullopt;
+  for (Index i = first; i < last; ++i)
+    if (all[static_cast<std::size_t>(i)] != branch) return std::nullopt;
+  return signs.envelope_m.segment(first, last - first).minCoeff();
+}
+
+void choose_by_phase(const RegimeSigns& signs, const std::vector<bool>& stuck, Segmentation& result) {
+  const std::vector<Branch> all = branches(signs, stuck);
+  const auto branch = [&](Index i) { return all[static_cast<std::size_t>(i)]; };
+  const Index n = signs.num_samples(), settle = signs.samples_in(10.0 * signs.period_s);
+  // What is settled on a branch: ten periods away from where the branch begins and ends.
+  double largest_low = 0.0, smallest_high = infinity;
+  std::vector<double> high;
+  for (Index first = 0; first < n;) {
+    Index last = first;
+    while (last < n && branch(last) == branch(first)) ++last;
+    for (Index i = first + settle; i < last - settle; ++i) {
+      if (branch(first) == Branch::lower) largest_low = std::max(largest_low, signs.envelope_m(i));
+      if (branch(first) == Branch::upper) high.push_back(signs.envelope_m(i));
+    }
+    first = last;
+  }
+  if (!high.empty()) smallest_high = *std::min_element(high.begin(), high.end());
+  std::vector<Jump> jumps;
+  for (Index i = 1; i < n; ++i) {
+    if (branch(i - 1) != Branch::lower || branch(i) != Branch::upper) continue;
+    const auto before = envelope_on(Branch::lower, signs, all, i - 3 * settle, i - settle);
+    const auto after = envelope_on(Branch::upper, signs, all, i + settle / 2, i + 3 * settle / 2);
+    if (before && after) jumps.push_back({i, *before, *after});
+  }
+  if (high.empty()) return set_high(infinity, infinity, "x never moves in phase with the base: one regime", result);
+  double after = infinity;
+  if (jumps.empty()) {
+    const auto middle = high.begin() + static_cast<std::ptrdiff_t>(high.size() / 2);
+    std::nth_element(high.begin(), middle, high.end());
+    after = *middle;
+  } else {  // a slow jump grows for longer than ten periods: what lies right before it is not settled
+    largest_low = 0.0;
+  }
+  for (const Jump& jump : jumps) {
+    largest_low = std::max(largest_low, jump.before_m);
+    after = std::min(after, jump.after_m);
+  }
+  const double leave = leave_share * smallest_high;
+  if (largest_low == 0.0)
+    return set_high(0.6 * smallest_high, leave,
+                    fmt::format("x always moves in phase with the base, at {:.3g} m or more", smallest_high), result);
+  if (after < apart * largest_low)
+    return set_high(infinity, infinity,
+                    fmt::format("amplitudes in phase with the base ({:.3g} m) and against it ({:.3g} m) are not apart: "
+                                "one regime",
+                                after, largest_low),
+                    result);
+  set_high(std::sqrt(largest_low * after), leave,
+           fmt::format("{} jump{} up, from at most {:.3g} m against the base to at least {:.3g} m in phase with it",
+                       jumps.size(), jumps.size() == 1 ? "" : "s", largest_low, after),
+           result);
+}
+
+// ---- Without one: a jump is a growth of the envelope.
+
+// Places where the envelope grows (sign +1) or falls (-1) by half or more within `reach` samples, away from sticking:
+// the steepest place of each.
+std::vector<Jump> steep_places(const Eigen::VectorXd& envelope_m, const std::vector<bool>& stuck, Index reach,
+                               int sign) {
+  std::vector<Jump> found;
+  const double least = std::log(1.5);
+  double steepest = 0.0;
+  for (Index i = reach; i + reach < envelope_m.size(); ++i) {
+    const double before = envelope_m(i - reach), after = envelope_m(i + reach);
+    const double growth = before > 0.0 && after > 0.0 ? sign * std::log(after / before) : 0.0;
+    const bool clear = !stuck[static_cast<std::size_t>(i - reach)] && !stuck[static_cast<std::size_t>(i + reach)] &&
+                       !stuck[static_cast<std::size_t>(i)];
+    if (growth < least || !clear) {
+      steepest = 0.0;
+      continue;
+    }
+    if (steepest == 0.0) found.push_back({});
+    if (growth > steepest) found.back() = {i, before, after}, steepest = growth;
+  }
+  return found;
+}
+
+void choose_by_growth(const RegimeSigns& signs, const std::vector<bool>& stuck, Segmentation& result) {
+  const Index reach = signs.samples_in(std::max(3.0 * signs.period_s, result.options.envelope_window_s));
+  const auto up = steep_places(signs.envelope_m, stuck, reach, +1),
+             down = steep_places(signs.envelope_m, stuck, reach, -1);
+  if (up.empty()) return set_high(infinity, infinity, "the amplitude never jumps up: one regime of motion", result);
+  double largest_below = 0.0, smallest_above = infinity, smallest_high = infinity;
+  for (const Jump& jump : up) {
+    largest_below = std::max(largest_below, jump.before_m);
+    smallest_above = std::min(smallest_above, jump.after_m);
+    // High lasts from here to the next fall or stop.
+    Index end = signs.num_samples();
+    for (const Jump& fall : down)
+      if (fall.at > jump.at) end = std::min(end, fall.at - reach);
+    for (Index i = jump.at + reach; i < end && !stuck[static_cast<std::size_t>(i)]; ++i)
+      smallest_high = std::min(smallest_high, signs.envelope_m(i));
+  }
+  set_high(std::sqrt(largest_below * std::max(smallest_above, largest_below)), leave_share * smallest_high,
+           fmt::format("{} jump{} up, from at most {:.3g} m to at least {:.3g} m", up.size(), up.size() == 1 ? "" : "s",
+                       largest_below, smallest_above),
+           result);
+}
+
+}  // namespace
+
+bool against_base(const RegimeSigns& signs, Index sample) {
+  return signs.phase.size() > 0 && signs.phase(sample) < -clear_phase;
+}
+
+void choose_stick(const RegimeSigns& signs, Segmentation& result) {
+  SegmentOptions& options = result.options;
+  if (options.stick_duration_s == 0.0) options.stick_duration_s = signs.period_s / 20.0;
+  if (options.stick_speed_m_per_s > 0.0) return;
+  constexpr double share = 0.05, noise_deviations = 3.0;
+  const double by_motion = share * small_velocity_amplitude(signs),
+               by_noise = noise_deviations * signs.speed_noise_m_per_s;
+  options.stick_speed_m_per_s = std::max(by_motion, by_noise);
+  result.remarks.push_back(
+      fmt::format("a stop is slower than {:.2g} m/s for {:.2g} s: {}, a twentieth of the period of {:.2g} s",
+                  options.stick_speed_m_per_s, options.stick_duration_s,
+                  by_noise > by_motion ? fmt::format("{:g} times the noise of v", noise_deviations)
+                                       : fmt::format("{:g} % of the smaller velocity amplitudes", 100.0 * share),
+                  signs.period_s));
+}
+
+void choose_high(const RegimeSigns& signs, const std::vector<bool>& stuck, Segmentation& result) {
+  SegmentOptions& options = result.options;
+  if (options.high_enter_m > 0.0) {
+    if (options.high_leave_m == 0.0) options.high_leave_m = 0.55 * options.high_enter_m;
+  } else if (signs.phase.size() > 0 && !signs.phase.isZero(0.0)) {
+    choose_by_phase(signs, stuck, result);
+  } else {
+    choose_by_growth(signs, stuck, result);
+  }
+}
+
+}  // namespace dsp
