@@ -207,12 +207,13 @@ void add_replicate(CLI::App& app, const GlobalOptions& global, Command& chosen) 
   auto arguments = std::make_shared<ReplicateArguments>();
   command
       ->add_option("ITEM", arguments->items,
-                   "A case (duffing, coulomb, bouc-wen, bouc-wen-2, valanis-1 ... valanis-4), table-1 ... table-8, "
-                   "fig-2 ... fig-9, all")
+                   "A case (duffing, coulomb, bouc-wen, bouc-wen-2, valanis-1 ... valanis-4, qzs-low, qzs-high, "
+                   "qzs-mixed, qzs), table-1 ... table-12, fig-2 ... fig-9, fig-11 ... fig-13, all")
       ->required();
   command->add_option("--seeds", arguments->num_seeds, "How many draws of the noise")->capture_default_str();
   command->add_option("--first-seed", arguments->first_seed, "The first of them")->capture_default_str();
-  command->add_option("--noise", arguments->noise, "Share of each target's standard deviation")->capture_default_str();
+  command->add_option("--noise", arguments->noise,
+                      "Share of each target's standard deviation (0.1); qzs: times the sensors' own (1)");
   command->add_option("--selection", arguments->selection, "evidence or type2 (the paper's)")->capture_default_str();
   command->add_option("--tau", arguments->tau, "What a term's gain must exceed");
   command->callback([=, &global, &chosen] {

@@ -4,9 +4,10 @@
 
 namespace apps {
 
-/// One coefficient of Tables 1-8 of [QZS23] as printed, in our terms and signs; NaN: not printed. Text damage of the
-/// source (x^2/|x| for |v|, lost bars) is repaired; in Table 4 the two terms with lost bars are x|v| and |x||v|, the
-/// only pair of products that a least-squares fit of the printed equation allows.
+/// One coefficient of Tables 1-8 and 10-12 of [QZS23] as printed, in our terms and signs; NaN: not printed. Those of
+/// Tables 10-12 belong to columns of unit maximum. Text damage of the source (x^2/|x| for |v|, lost bars) is repaired;
+/// in Table 4 the two terms with lost bars are x|v| and |x||v|, the only pair of products that a least-squares fit of
+/// the printed equation allows.
 struct PaperTerm {
   int table = 0, row = 0;
   const char* where = "";  ///< condition on the rows, as in Section4Row
@@ -22,6 +23,13 @@ struct PaperSeconds {
   double fast_rvm = 0.0, slow_rvm = 0.0, sindy = 0.0;
 };
 [[nodiscard]] std::span<const PaperSeconds> paper_seconds();
+
+/// Table 9: NMSE of the acceleration by F-RVM, S-RVM and SINDy, for the regime whose equation is in `table`.
+struct PaperErrors {
+  int table = 0;
+  double train[3] = {}, test[3] = {};
+};
+[[nodiscard]] std::span<const PaperErrors> paper_errors();
 
 /// How a printed number relates to what the stated method gives.
 struct Verdict {

@@ -15,6 +15,7 @@
 #include "apps/response_report.hpp"
 #include "apps/rig_programme.hpp"
 #include "dsp/decimate.hpp"
+#include "dsp/sidecar.hpp"
 #include "dsp/sound_file.hpp"
 #include "sim/qzs_regimes.hpp"
 #include "sim/qzs_rig.hpp"
@@ -192,6 +193,14 @@ std::string sidecar(const Setup& setup) {
   return text;
 }
 
+/// The recording with its sidecar.
+fs::path record(const Setup& setup, const fs::path& folder, Console& console) {
+  const fs::path recording = folder / ("recording." + dsp::extension(setup.container));
+  write_recording(setup, recording, console);
+  write_file(dsp::sidecar_path(recording), sidecar(setup));
+  return recording;
+}
+
 ordered_json sensors_json(const Setup& setup) {
   ordered_json sensors{{"noise", setup.raw.noise}, {"channels", ordered_json::array()}};
   for (const auto& sensor : sim::rig_sensors(setup.raw.level, setup.rig->parameters()))
@@ -246,6 +255,10 @@ std::vector<fs::path> sweep_qzs(const SimulateArguments& arguments, Console& con
   }
 }
 
+fs::path write_rig_recording(const SimulateArguments& arguments, Console& console) {
+  return record(set_up(arguments), arguments.folder, console);
+}
+
 std::vector<fs::path> record_qzs(const SimulateArguments& arguments, Console& console, ordered_json& truth) {
   const Setup setup = set_up(arguments);
   truth["noise"] = setup.raw.noise;
@@ -260,11 +273,8 @@ std::vector<fs::path> record_qzs(const SimulateArguments& arguments, Console& co
   if (arguments.raw) {  // first: what the container cannot hold is refused at once
     truth["sensors"] = sensors_json(setup);
     truth["sensors"]["level"] = arguments.sensors.value_or("full");
-    const fs::path recording = arguments.folder / ("recording." + dsp::extension(setup.container));
-    const fs::path beside = recording.string() + ".toml";
-    write_recording(setup, recording, console);
-    write_file(beside, sidecar(setup));
-    files.insert(files.end(), {arguments.folder / "truth.csv", recording, beside});
+    const fs::path recording = record(setup, arguments.folder, console);
+    files.insert(files.end(), {arguments.folder / "truth.csv", recording, dsp::sidecar_path(recording)});
   }
   write_motion(setup, arguments.folder, arguments.raw, console, truth);
   return files;

@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <system_error>
 
 #include "apps/atomic_file.hpp"
 #include "apps/interrupt.hpp"
 #include "apps/replicate_output.hpp"
+#include "apps/section5_output.hpp"
 #include "apps/system_fault.hpp"
 
 namespace apps {
@@ -18,46 +20,90 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What is wanted of a case.
+/// What is wanted of a case of Section 4.
 struct Wanted {
   const Section4Case* definition = nullptr;
   bool table = false, figure = false;
+};
+
+/// What is wanted of Section 5.
+struct WantedOfRig {
+  std::vector<const Section5Case*> tables;
+  bool errors = false, responses = false, states = false, identified = false;  ///< table-9, fig-11, fig-12, fig-13
+  /// Table 9 and Figs. 12 and 13 need every regime.
+  [[nodiscard]] std::vector<const Section5Case*> cases() const {
+    if (!errors && !states && !identified) return tables;
+    std::vector<const Section5Case*> all;
+    for (const Section5Case& known : section5_cases()) all.push_back(&known);
+    return all;
+  }
+};
+
+struct Items {
+  std::vector<Wanted> cases;
+  WantedOfRig rig;
 };
 
 [[noreturn]] void refuse(const char* name, const std::string& text) {
   throw dsp::Fault(dsp::FaultKind::usage, name, "replicate: " + text);
 }
 
-std::vector<Wanted> wanted_of(const std::vector<std::string>& items) {
-  std::vector<Wanted> wanted;
-  for (const Section4Case& known : section4_cases()) wanted.push_back({&known, false, false});
-  for (const std::string& item : items) {
-    bool known = false;
-    for (Wanted& one : wanted) {
-      const bool whole = item == "all" || item == one.definition->name;
-      const bool table = whole || item == fmt::format("table-{}", one.definition->table);
-      const bool figure = whole || item == fmt::format("fig-{}", one.definition->figure);
-      one.table |= table;
-      one.figure |= figure;
-      known |= table || figure;
-    }
-    if (known) continue;
-    std::vector<std::string> names;
-    for (const Section4Case& one : section4_cases()) names.push_back(one.name);
-    refuse("replicate.item", fmt::format("'{}' is not known; there are table-1 to table-8, fig-2 to fig-9, {}, all",
-                                         item, fmt::join(names, ", ")));
+bool want_case(std::vector<Wanted>& cases, const std::string& item) {
+  bool known = false;
+  for (Wanted& one : cases) {
+    const bool whole = item == "all" || item == one.definition->name;
+    const bool table = whole || item == fmt::format("table-{}", one.definition->table);
+    const bool figure = whole || item == fmt::format("fig-{}", one.definition->figure);
+    one.table |= table;
+    one.figure |= figure;
+    known |= table || figure;
   }
-  std::erase_if(wanted, [](const Wanted& one) { return !one.table && !one.figure; });
-  if (wanted.empty()) refuse("replicate.item", "nothing to do; name a table, a figure, a case, or all");
-  return wanted;
+  return known;
+}
+
+bool want_rig(WantedOfRig& rig, const std::string& item) {
+  const bool whole = item == "all" || item == "qzs";
+  bool known = whole;
+  for (const Section5Case& one : section5_cases()) {
+    if (!whole && item != one.name && item != fmt::format("table-{}", one.table)) continue;
+    if (std::find(rig.tables.begin(), rig.tables.end(), &one) == rig.tables.end()) rig.tables.push_back(&one);
+    known = true;
+  }
+  for (const auto& [name, flag] : {std::pair{"table-9", &WantedOfRig::errors},
+                                   {"fig-11", &WantedOfRig::responses},
+                                   {"fig-12", &WantedOfRig::states},
+                                   {"fig-13", &WantedOfRig::identified}})
+    if (whole || item == name) rig.*flag = known = true;
+  return known;
+}
+
+Items items_of(const std::vector<std::string>& names) {
+  Items items;
+  for (const Section4Case& known : section4_cases()) items.cases.push_back({&known, false, false});
+  for (const std::string& name : names) {
+    const bool of_section4 = want_case(items.cases, name), of_section5 = want_rig(items.rig, name);
+    if (of_section4 || of_section5) continue;
+    std::vector<std::string> known;
+    for (const Section4Case& one : section4_cases()) known.push_back(one.name);
+    for (const Section5Case& one : section5_cases()) known.push_back(one.name);
+    refuse(
+        "replicate.item",
+        fmt::format("'{}' is not known; there are table-1 to table-12, fig-2 to fig-9, fig-11 to fig-13, {}, qzs, all",
+                    name, fmt::join(known, ", ")));
+  }
+  std::erase_if(items.cases, [](const Wanted& one) { return !one.table && !one.figure; });
+  if (names.empty()) refuse("replicate.item", "nothing to do; name a table, a figure, a case, or all");
+  return items;
 }
 
 ReplicateOptions options_of(const ReplicateArguments& arguments) {
+  constexpr double stated_noise = 0.1;
   if (arguments.num_seeds < 1)
     refuse("replicate.seeds", fmt::format("--seeds {}, want 1 or more", arguments.num_seeds));
-  if (!(arguments.noise >= 0.0) || !std::isfinite(arguments.noise))
-    refuse("replicate.noise", fmt::format("--noise {}, want 0 or more", arguments.noise));
-  ReplicateOptions options{arguments.num_seeds, arguments.first_seed, arguments.noise};
+  const double noise = arguments.noise.value_or(stated_noise);
+  if (!(noise >= 0.0) || !std::isfinite(noise))
+    refuse("replicate.noise", fmt::format("--noise {}, want 0 or more", noise));
+  ReplicateOptions options{arguments.num_seeds, arguments.first_seed, noise};
   if (arguments.selection == "type2")
     options.selection = ident::Selection::type2;
   else if (arguments.selection != "evidence")
@@ -81,16 +127,22 @@ std::string summary_of(const ReplicatedCase& replicated, int num_seeds) {
                      judged);
 }
 
-}  // namespace
+// One line a regime: T1 by the paper's recipe beside the print, and by ours.
+std::string summary_of(const Section5Replication& replication, const Section5Case& definition) {
+  const auto errors = [&](std::size_t way) {
+    return Section5View(replication, definition, section5_ways()[way], paper_candidates).errors("fast_rvm");
+  };
+  std::string text = fmt::format("{:<11} NMSE train/test", definition.name);
+  for (const PaperErrors& paper : paper_errors())
+    if (paper.table == definition.table) text += fmt::format(" paper {:.4f}/{:.4f}", paper.train[0], paper.test[0]);
+  for (std::size_t way = 0; way < section5_ways().size(); ++way)
+    text += fmt::format(", {} {:.2g}/{:.2g}", section5_ways()[way].name, errors(way).train, errors(way).test);
+  return text + "\n";
+}
 
-void run_replicate(const ReplicateArguments& arguments, Console& console) {
-  const ReplicateOptions options = options_of(arguments);
-  const auto wanted = wanted_of(arguments.items);
-  std::error_code error;
-  fs::create_directories(arguments.folder, error);
-  if (error) throw cannot_write(arguments.folder, error.value());
-
-  std::vector<ReplicatedCase> cases;
+/// Section 4: files, and the summary.
+std::string replicate_cases(const std::vector<Wanted>& wanted, const ReplicateOptions& options, const fs::path& folder,
+                            std::vector<ReplicatedCase>& cases, Console& console) {
   std::string summary;
   for (const Wanted& one : wanted) {
     const std::string& name = one.definition->name;
@@ -102,15 +154,53 @@ void run_replicate(const ReplicateArguments& arguments, Console& console) {
     auto comparisons = compare_with_paper(replication);
     cases.push_back({std::move(replication), std::move(comparisons)});
     if (one.table)
-      write_file(arguments.folder / fmt::format("table-{}.txt", one.definition->table),
-                 replicate_table(cases.back(), options));
+      write_file(folder / fmt::format("table-{}.txt", one.definition->table), replicate_table(cases.back(), options));
     if (one.figure)
-      write_file(arguments.folder / fmt::format("fig-{}.svg", one.definition->figure), replicate_figure(cases.back()));
+      write_file(folder / fmt::format("fig-{}.svg", one.definition->figure), replicate_figure(cases.back()));
     summary += summary_of(cases.back(), options.num_seeds);
   }
-  const std::string document = replicate_json(cases, options);
-  write_file(arguments.folder / "replicate.json", document);
-  console.result(console.json() ? document : summary);
+  return summary;
+}
+
+/// Section 5 likewise.
+std::string replicate_rig(const WantedOfRig& wanted, const Section5Options& options, const fs::path& folder,
+                          nlohmann::ordered_json& document, Console& console) {
+  if (wanted.responses) {
+    console.step("sweeping both twins up and down");
+    write_file(folder / "fig-11.svg", section5_sweeps_figure());
+  }
+  const auto cases = wanted.cases();
+  if (cases.empty()) return {};
+  const Section5Replication replication = replicate_section5(cases, options, folder, console);
+  if (wanted.errors) write_file(folder / "table-9.txt", section5_errors_table(replication, cases, options));
+  for (const Section5Case* one : wanted.tables)
+    write_file(folder / fmt::format("table-{}.txt", one->table), section5_table(replication, *one, options));
+  if (wanted.states) write_file(folder / "fig-12.svg", section5_states_figure(replication));
+  if (wanted.identified) write_file(folder / "fig-13.svg", section5_responses_figure(replication));
+  append_section5(document, replication, cases, options);
+  std::string summary;
+  for (const Section5Case* one : cases) summary += summary_of(replication, *one);
+  return summary;
+}
+
+}  // namespace
+
+void run_replicate(const ReplicateArguments& arguments, Console& console) {
+  const ReplicateOptions options = options_of(arguments);
+  const Items items = items_of(arguments.items);
+  std::error_code error;
+  fs::create_directories(arguments.folder, error);
+  if (error) throw cannot_write(arguments.folder, error.value());
+
+  std::vector<ReplicatedCase> cases;
+  std::string summary = replicate_cases(items.cases, options, arguments.folder, cases, console);
+  nlohmann::ordered_json document = replicate_json(cases, options);
+  summary += replicate_rig(
+      items.rig, {options.num_seeds, options.first_seed, arguments.noise.value_or(1.0), options.selection, options.tau},
+      arguments.folder, document, console);
+  const std::string text = document.dump(1) + "\n";
+  write_file(arguments.folder / "replicate.json", text);
+  console.result(console.json() ? text : summary);
 }
 
 }  // namespace apps

@@ -194,7 +194,21 @@ PlotPanel panel_of(const View& view, const HeldOutRun& run, const std::string& t
 
 }  // namespace
 
-std::string replicate_json(const std::vector<ReplicatedCase>& cases, const ReplicateOptions& options) {
+ordered_json comparison_json(const Comparison& c) {
+  return {{"table", c.table},
+          {"row", c.row},
+          {"term", c.term},
+          {"method", c.method},
+          {"quantity", c.quantity},
+          {"paper", c.paper},
+          {"expected", number_or_null(c.expected)},
+          {"ours", number_or_null(c.ours)},
+          {"ours_std", number_or_null(c.ours_std)},
+          {"verdict", c.verdict.verdict},
+          {"reason", c.verdict.reason}};
+}
+
+ordered_json replicate_json(const std::vector<ReplicatedCase>& cases, const ReplicateOptions& options) {
   ordered_json document{{"fits", ordered_json::array()},     {"free_run", ordered_json::array()},
                         {"one_step", ordered_json::array()}, {"bands", ordered_json::array()},
                         {"paper", ordered_json::array()},    {"accumulate", ordered_json::array()}};
@@ -217,21 +231,10 @@ std::string replicate_json(const std::vector<ReplicatedCase>& cases, const Repli
                                    {"within_50", band.shares.within_50},
                                    {"within_90", band.shares.within_90},
                                    {"within_95", band.shares.within_95}});
-    for (const Comparison& c : comparisons)
-      document["paper"].push_back({{"table", c.table},
-                                   {"row", c.row},
-                                   {"term", c.term},
-                                   {"method", c.method},
-                                   {"quantity", c.quantity},
-                                   {"paper", c.paper},
-                                   {"expected", number_or_null(c.expected)},
-                                   {"ours", number_or_null(c.ours)},
-                                   {"ours_std", number_or_null(c.ours_std)},
-                                   {"verdict", c.verdict.verdict},
-                                   {"reason", c.verdict.reason}});
+    for (const Comparison& c : comparisons) document["paper"].push_back(comparison_json(c));
     document["accumulate"].push_back({{"case", name}, {"seconds", replication.accumulate_seconds}});
   }
-  return document.dump(1) + "\n";
+  return document;
 }
 
 std::string replicate_table(const ReplicatedCase& replicated, const ReplicateOptions& options) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,11 @@ struct ReplicatedCase {
 };
 
 /// replicate.json of the contract: fits, free_run, paper; and with them one_step and bands at the held-out ratios.
-[[nodiscard]] std::string replicate_json(const std::vector<ReplicatedCase>& cases, const ReplicateOptions& options);
+[[nodiscard]] nlohmann::ordered_json replicate_json(const std::vector<ReplicatedCase>& cases,
+                                                    const ReplicateOptions& options);
+
+/// A row of its "paper".
+[[nodiscard]] nlohmann::ordered_json comparison_json(const Comparison& comparison);
 
 /// Our table beside the paper's, as text: every printed number with ours and the verdict, what was found how often.
 [[nodiscard]] std::string replicate_table(const ReplicatedCase& replicated, const ReplicateOptions& options);

@@ -65,7 +65,7 @@ TEST_CASE("replicate says what it does not know", "[apps][replicate]") {
     support::check_fault([&] { (void)replicate(scratch, arguments); }, dsp::FaultKind::usage, name, {piece});
   };
   fault({.items = {"table-99"}, .folder = {}, .tau = {}}, "replicate.item",
-        "'table-99' is not known; there are table-1");
+        "'table-99' is not known; there are table-1 to table-12");
   fault({.items = {}, .folder = {}, .tau = {}}, "replicate.item", "nothing to do");
   fault({.items = {"all"}, .folder = {}, .num_seeds = 0, .tau = {}}, "replicate.seeds", "--seeds 0");
   fault({.items = {"all"}, .folder = {}, .noise = -1.0, .tau = {}}, "replicate.noise", "--noise -1");
