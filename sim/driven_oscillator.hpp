@@ -1,0 +1,41 @@
+#pragma once
+#include <array>
+#include <complex>
+#include <functional>
+
+namespace sim {
+
+/// One degree of freedom driven by a sine u(t) = A cos(2 pi f t): q'' = acceleration(u, q, q', sgn q'). What friction
+/// sgn(q') brings holds q at rest while the rest of the forces stays below it (Filippov), or below static_friction.
+struct DrivenOscillator {
+  using Drive = std::array<double, 3>;  ///< u and its first and second derivatives
+  std::function<double(const Drive& drive, double q, double v, double sign)> acceleration;  ///< m/s^2
+  bool switches = false;         ///< whether it looks at the sign
+  double static_friction = 0.0;  ///< m/s^2; matters where it exceeds what the sign brings at rest
+  double x_per_drive = 0.0;      ///< relative motion x = q + x_per_drive u: -1 where q is absolute
+  double y_per_drive = 1.0;      ///< absolute motion y = q + y_per_drive u: 0 where q is, or where u is a force
+};
+
+struct OscillatorState {
+  double q = 0.0, v = 0.0;
+  int mode = 0;  ///< sign of q' in this instant, 0: held at rest
+};
+
+/// One period of the drive from a state at its crest.
+struct DrivenPeriod {
+  OscillatorState end;
+  double x_low = 0.0, x_high = 0.0, y_low = 0.0, y_high = 0.0;
+  std::complex<double> x_fundamental;  ///< times the drive's phase: its argument is x's phase against u
+  double stuck_share = 0.0;
+};
+
+/// The mode a state at the crest starts in.
+[[nodiscard]] int starting_mode(const DrivenOscillator& oscillator, double frequency_hz, double amplitude,
+                                const OscillatorState& state);
+
+/// Fourth-order Runge-Kutta in num_steps equal steps, split where q' changes sign, where q is caught and let go; each
+/// of these located to rounding. Values that are no longer finite are left to the caller to see.
+[[nodiscard]] DrivenPeriod run_period(const DrivenOscillator& oscillator, double frequency_hz, double amplitude,
+                                      const OscillatorState& start, int num_steps);
+
+}  // namespace sim
