@@ -16,6 +16,7 @@
 #include "apps/init_command.hpp"
 #include "apps/interrupt.hpp"
 #include "apps/replicate_command.hpp"
+#include "apps/response_command.hpp"
 #include "apps/results_json.hpp"
 #include "apps/run_command.hpp"
 #include "apps/simulate_command.hpp"
@@ -202,6 +203,31 @@ void add_sim(CLI::App& app, const GlobalOptions& global, Command& chosen) {
   });
 }
 
+void add_frc(CLI::App& app, const GlobalOptions& global, Command& chosen) {
+  auto* command = app.add_subcommand("frc", "Frequency response of an identified equation, with its uncertainty");
+  auto arguments = std::make_shared<ResponseArguments>();
+  command->add_option("RUN", arguments->run, "Run folder")->required();
+  command->add_option("--range", arguments->range, "Range whose equation it is; mixed, or the first, unless said");
+  command->add_option("--method", arguments->method, "Method that found it; fast_rvm unless said");
+  command->add_option("--draws", arguments->num_draws, "Draws of the coefficients; 0: no uncertainty")
+      ->check(CLI::Range(0, 100000))
+      ->capture_default_str();
+  command->add_option("--static-friction", arguments->static_friction,
+                      "What a resting payload withstands, m/s^2; slipping does not tell");
+  command->footer("--set from_hz, to_hz, step_hz, amplitude_mm of the base (amplitude, where a force drives)");
+  command->callback([=, &global, &chosen] {
+    chosen = [=, &global](Console& console) {
+      ResponseArguments all = *arguments;
+      all.folder = global.output;
+      all.seed = global.seed;
+      all.set = global.set;
+      all.num_threads = num_threads(global);
+      run_response(all, console);
+      return 0;
+    };
+  });
+}
+
 void add_replicate(CLI::App& app, const GlobalOptions& global, Command& chosen) {
   auto* command = app.add_subcommand("replicate", "The paper's tables and figures again, beside what it printed");
   auto arguments = std::make_shared<ReplicateArguments>();
@@ -243,6 +269,7 @@ void add_commands(CLI::App& app, const GlobalOptions& global, const std::vector<
             return 0;
           });
   add_sim(app, global, chosen);
+  add_frc(app, global, chosen);
   add_replicate(app, global, chosen);
   add_fit(app, global, chosen);
   add_init(app, global, chosen);

@@ -3,34 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "apps/printable.hpp"
+#include "apps/run_json.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Json read_json(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in)
-    throw dsp::Fault(dsp::FaultKind::input, "run.incomplete",
-                     fmt::format("{}: not there; want the folder of a finished run", file.string()));
-  constexpr int deepest = 64;  // ours reach 8; taking a document apart recurses
-  const auto shallow = [&](int depth, Json::parse_event_t, const Json&) {
-    if (depth <= deepest) return true;
-    throw dsp::Fault(dsp::FaultKind::input, "run.damaged",
-                     fmt::format("{}: nested more than {} levels deep", file.string(), deepest));
-  };
-  try {
-    return Json::parse(in, shallow);
-  } catch (const Json::exception&) {
-    throw dsp::Fault(dsp::FaultKind::input, "run.damaged", fmt::format("{}: no JSON document", file.string()));
-  }
-}
 
 /// One column of the comparison: what one run says in one range.
 struct Column {
@@ -125,11 +107,11 @@ std::string text_of(const Comparison& one, const Json& truth) {
 void run_compare(const CompareArguments& arguments, Console& console) {
   std::vector<std::pair<std::string, Json>> runs;
   for (const fs::path& run : arguments.runs) {
-    (void)read_json(run / "manifest.json");  // written last: its absence means the run did not finish
+    (void)read_run_json(run / "manifest.json");  // written last: its absence means the run did not finish
     const fs::path folder = run.has_filename() ? run : run.parent_path();
-    runs.emplace_back(folder.filename().string(), read_json(run / "metrics.json"));
+    runs.emplace_back(folder.filename().string(), read_run_json(run / "metrics.json"));
   }
-  const Json truth = arguments.truth.empty() ? Json() : read_json(arguments.truth);
+  const Json truth = arguments.truth.empty() ? Json() : read_run_json(arguments.truth);
   try {
     const std::vector<Comparison> all = comparisons(runs, arguments.method);
     if (console.json()) {

@@ -67,35 +67,36 @@ std::string response_csv(const ReportedResponse& reported) {
          rows(reported.response.down, reported.down, "down");
 }
 
+const std::array<ResponseEvent, 6>& response_events() {
+  using Jumps = sim::ResponseJumps;
+  static constexpr std::array<ResponseEvent, 6> events{
+      {{"up", "unlock_hz", "the locked payload breaks loose", &Jumps::unlock_up_hz},
+       {"up", "jump_hz", "the sliding payload jumps to more", &Jumps::jump_up_hz},
+       {"up", "fall_hz", "it falls to less", &Jumps::fall_up_hz},
+       {"down", "jump_hz", "it jumps to more", &Jumps::jump_down_hz},
+       {"down", "fall_hz", "it falls to less", &Jumps::fall_down_hz},
+       {"down", "lock_hz", "it locks", &Jumps::lock_down_hz}}};
+  return events;
+}
+
 ordered_json response_json(const sim::FrequencyResponse& response) {
-  const sim::ResponseJumps& jumps = response.jumps;
-  return {{"up",
-           {{"unlock_hz", number_or_null(jumps.unlock_up_hz)},
-            {"jump_hz", number_or_null(jumps.jump_up_hz)},
-            {"fall_hz", number_or_null(jumps.fall_up_hz)},
-            {"peak", peak_json(response.up)}}},
-          {"down",
-           {{"jump_hz", number_or_null(jumps.jump_down_hz)},
-            {"fall_hz", number_or_null(jumps.fall_down_hz)},
-            {"lock_hz", number_or_null(jumps.lock_down_hz)},
-            {"peak", peak_json(response.down)}}}};
+  ordered_json document{{"up", ordered_json::object()}, {"down", ordered_json::object()}};
+  for (const ResponseEvent& event : response_events())
+    document[event.way][event.key] = number_or_null(response.jumps.*event.frequency_hz);
+  document["up"]["peak"] = peak_json(response.up);
+  document["down"]["peak"] = peak_json(response.down);
+  return document;
 }
 
 std::string response_text(const sim::FrequencyResponse& response) {
   std::string text;
-  const auto line = [&](const char* what, double frequency_hz) {
-    text += fmt::format("  {:<44} {}\n", what,
-                        std::isfinite(frequency_hz) ? fmt::format("{:.5g} Hz", frequency_hz) : "does not happen");
-  };
-  const sim::ResponseJumps& jumps = response.jumps;
-  line("up: the locked payload breaks loose at", jumps.unlock_up_hz);
-  line("up: the sliding payload jumps to more at", jumps.jump_up_hz);
-  line("up: it falls to less at", jumps.fall_up_hz);
-  line("down: it jumps to more at", jumps.jump_down_hz);
-  line("down: it falls to less at", jumps.fall_down_hz);
-  line("down: it locks at", jumps.lock_down_hz);
+  for (const ResponseEvent& event : response_events()) {
+    const double hz = response.jumps.*event.frequency_hz;
+    text += fmt::format("  {:<5} {:<34} {}\n", event.way, event.sentence,
+                        std::isfinite(hz) ? fmt::format("{:.5g} Hz", hz) : "does not happen");
+  }
   for (const auto& [way, points] : {std::pair{"up", &response.up}, std::pair{"down", &response.down}})
-    text += fmt::format("  {:<44} {:.4g} mm at {:.5g} Hz\n", fmt::format("{}: largest relative amplitude", way),
+    text += fmt::format("  {:<5} {:<34} {:.4g} mm at {:.5g} Hz\n", way, "largest relative amplitude",
                         1e3 * sim::peak(*points).x_m, sim::peak(*points).frequency_hz);
   return text;
 }

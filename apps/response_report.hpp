@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
@@ -19,6 +20,13 @@ struct ReportedResponse {
   sim::FrequencyResponse response;
   ResponseBand up, down;
 };
+
+/// What can happen on the way, with its name in documents and in a sentence.
+struct ResponseEvent {
+  const char *way, *key, *sentence;
+  double sim::ResponseJumps::*frequency_hz;
+};
+[[nodiscard]] const std::array<ResponseEvent, 6>& response_events();
 
 /// frc.csv: direction, f_hz, amplitude_m (of x), mode (locked, stick-slip, slip), payload_amplitude_m, phase_deg of x
 /// after r (empty where locked), stuck_share; with bands also amplitude_std_m, amplitude_low_m, amplitude_high_m.

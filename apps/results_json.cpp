@@ -52,6 +52,17 @@ Json term_json(const ident::ModelTerm& term, std::string_view no_evidence) {
   return result;
 }
 
+/// Rows of a matrix; null where an entry is not finite or there is none.
+Json matrix_json(const Eigen::MatrixXd& matrix) {
+  if (matrix.size() == 0 || !matrix.allFinite()) return {};
+  Json rows = Json::array();
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+    rows.push_back(Json::array());
+    for (Eigen::Index j = 0; j < matrix.cols(); ++j) rows.back().push_back(matrix(i, j));
+  }
+  return rows;
+}
+
 Json nmse_json(const JudgedFit& fit) {
   Json result = Json::object();
   put(result, "train", fit.train);
@@ -216,6 +227,8 @@ std::string equation_json(const std::vector<RangeResult>& ranges) {
       row["terms"] = Json::array();
       for (const ident::ModelTerm& term : fit.model.terms)
         row["terms"].push_back(term_json(term, std::string(to_string(fit.fit.method)) + " computes no evidence"));
+      row["covariance"] = matrix_json(fit.model.covariance);
+      row["covariance_robust"] = matrix_json(fit.model.covariance_robust);
       document["equations"].push_back(std::move(row));
     }
   for (const RangeDisagreement& pair : compare_ranges(ranges)) {

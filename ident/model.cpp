@@ -70,7 +70,7 @@ double ModelTerm::t() const {
 
 Model make_model(const CandidateLibrary& library, const Fit& fit, const std::string& target,
                  const std::string& target_unit, const Eigen::VectorXd& column_scale, const Eigen::MatrixXd& robust) {
-  Model model{target, target_unit, {}, std::sqrt(fit.noise_variance)};
+  Model model{target, target_unit, {}, std::sqrt(fit.noise_variance), fit.covariance, robust};
   for (std::size_t j = 0; j < fit.relevant.size(); ++j) {
     const auto place = static_cast<Eigen::Index>(j), column = fit.relevant[j];
     const Term& term = library.terms[static_cast<std::size_t>(column)];

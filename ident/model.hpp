@@ -24,7 +24,9 @@ struct ModelTerm {
 struct Model {
   std::string target, target_unit;
   std::vector<ModelTerm> terms;
-  double noise_std = 0.0;  ///< of the target
+  double noise_std = 0.0;             ///< of the target
+  Eigen::MatrixXd covariance;         ///< of the coefficients, in the order of terms (Eq. 13)
+  Eigen::MatrixXd covariance_robust;  ///< without assuming a white residual; empty: not known
 };
 
 /// `column_scale` (b): largest magnitude of each library column over the training rows. `robust`: covariance from

@@ -143,27 +143,33 @@ Sweep sweep(const DrivenOscillator& oscillator, const std::vector<double>& frequ
   return result;
 }
 
-/// Where between its points the first change of a kind lies.
-double locate(const DrivenOscillator& oscillator, const Sweep& swept, SweepChange wanted, double amplitude,
-              double jump_factor, const SteadyOptions& options) {
+/// A change between two points of a sweep.
+struct Located {
+  double point_hz = nan, exact_hz = nan;  ///< the point after it, and where it is
+};
+
+/// The first change of a kind. What changes steeply but without a jump between two points is none.
+Located locate(const DrivenOscillator& oscillator, const Sweep& swept, SweepChange wanted, double amplitude,
+               double jump_factor, const SteadyOptions& options) {
   for (std::size_t k = 1; k < swept.points.size(); ++k) {
     const ResponsePoint& before = swept.points[k - 1];
     if (change_between(before, swept.points[k], jump_factor) != wanted) continue;
-    double here_hz = before.frequency_hz, beyond_hz = swept.points[k].frequency_hz;
+    ResponsePoint here = before, beyond = swept.points[k];
     OscillatorState state = swept.states[k - 1];
-    while (std::abs(beyond_hz - here_hz) > options.locate_hz) {
-      const double middle_hz = 0.5 * (here_hz + beyond_hz);
+    while (std::abs(beyond.frequency_hz - here.frequency_hz) > options.locate_hz) {
+      const double middle_hz = 0.5 * (here.frequency_hz + beyond.frequency_hz);
       const Settled settled = Shooting(oscillator, middle_hz, amplitude, options).settle(state);
       if (change_between(before, settled.point, jump_factor) == SweepChange::none) {
-        here_hz = middle_hz;
+        here = settled.point;
         state = settled.state;
       } else {
-        beyond_hz = middle_hz;
+        beyond = settled.point;
       }
     }
-    return beyond_hz;
+    if (change_between(here, beyond, std::sqrt(jump_factor)) == wanted)
+      return {swept.points[k].frequency_hz, beyond.frequency_hz};
   }
-  return nan;
+  return {};
 }
 
 }  // namespace
@@ -180,15 +186,17 @@ SteadyResponse steady_response(const DrivenOscillator& oscillator, const Frequen
                         .num_unsettled = up.num_unsettled + down.num_unsettled,
                         .diverged_hz = std::isnan(up.diverged_hz) ? down.diverged_hz : up.diverged_hz};
   if (!(steady.locate_hz > 0.0)) return result;
-  const auto find = [&](const Sweep& swept, SweepChange wanted) {
-    return locate(oscillator, swept, wanted, amplitude, factor, steady);
+  const auto find = [&](const Sweep& swept, SweepChange wanted, double ResponseJumps::*which) {
+    const Located located = locate(oscillator, swept, wanted, amplitude, factor, steady);
+    result.response.jumps.*which = located.point_hz;
+    result.located.*which = located.exact_hz;
   };
-  result.located = {.unlock_up_hz = find(up, SweepChange::unlock),
-                    .jump_up_hz = find(up, SweepChange::jump),
-                    .fall_up_hz = find(up, SweepChange::fall),
-                    .jump_down_hz = find(down, SweepChange::jump),
-                    .fall_down_hz = find(down, SweepChange::fall),
-                    .lock_down_hz = find(down, SweepChange::lock)};
+  find(up, SweepChange::unlock, &ResponseJumps::unlock_up_hz);
+  find(up, SweepChange::jump, &ResponseJumps::jump_up_hz);
+  find(up, SweepChange::fall, &ResponseJumps::fall_up_hz);
+  find(down, SweepChange::jump, &ResponseJumps::jump_down_hz);
+  find(down, SweepChange::fall, &ResponseJumps::fall_down_hz);
+  find(down, SweepChange::lock, &ResponseJumps::lock_down_hz);
   return result;
 }
 

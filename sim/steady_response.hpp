@@ -5,12 +5,12 @@
 namespace sim {
 
 struct SteadyOptions {
-  int steps_per_period = 96;
+  int steps_per_period = 64;
   int num_natural_periods = 6;  ///< integrated before the periodic motion is looked for: the way is found by dynamics
   int max_periods = 3000;       ///< of one frequency, after which it counts as unsettled
   double tolerance = 1e-8;      ///< change of state over a period, as a share of the amplitude
   double nearness = 0.1;        ///< a periodic motion further off than this share of the amplitude is another one
-  double locate_hz = 1e-4;      ///< jumps are located to this; 0: not at all
+  double locate_hz = 1e-4;      ///< jumps are located to this, and what is steep but no jump is left out; 0: neither
 };
 
 /// The frequency response of an oscillator whose steady motion is periodic.

@@ -42,12 +42,18 @@ TEST_CASE("the steady response of a linear oscillator is the closed form's", "[s
     for (const auto& point : *points) {
       const double w = two_pi * point.frequency_hz;
       const std::complex<double> x = 4.5e-3 * w * w / std::complex<double>(linear.k1 - w * w, linear.c * w);
-      // Runge-Kutta over 96 steps a period: (2 pi / 96)^4 / 120 of the amplitude a radian, over a response time.
-      CHECK(point.x_m == Approx(std::abs(x)).epsilon(2e-6));
-      CHECK(point.y_m == Approx(std::abs(x + 4.5e-3)).epsilon(2e-6));
-      CHECK(point.phase_rad == Approx(std::arg(x)).margin(2e-6));
+      // Runge-Kutta over 64 steps a period: (2 pi / 64)^4 / 120 of the amplitude a radian, over a response time.
+      CHECK(point.x_m == Approx(std::abs(x)).epsilon(1e-5));
+      CHECK(point.y_m == Approx(std::abs(x + 4.5e-3)).epsilon(1e-5));
+      CHECK(point.phase_rad == Approx(std::arg(x)).margin(1e-5));
       CHECK(point.stuck_share == 0.0);
     }
+  // Steps of 0.2 Hz go up a resonance by a factor of three: steep, but no jump.
+  for (const auto jump : {&sim::ResponseJumps::jump_up_hz, &sim::ResponseJumps::fall_up_hz,
+                          &sim::ResponseJumps::jump_down_hz, &sim::ResponseJumps::fall_down_hz}) {
+    CHECK(std::isnan(found.located.*jump));
+    CHECK(std::isnan(found.response.jumps.*jump));
+  }
 }
 
 TEST_CASE("a weakly damped Duffing oscillator follows harmonic balance, and jumps where it folds",
@@ -130,9 +136,9 @@ TEST_CASE("relative and absolute coordinates give one response", "[sim][steady_r
                                        .y_per_drive = 0.0};
   const auto a = sim::steady_response(relative, options), b = sim::steady_response(absolute, options);
   for (std::size_t k = 0; k < a.response.up.size(); ++k) {
-    CHECK(b.response.up[k].x_m == Approx(a.response.up[k].x_m).epsilon(1e-5));  // two discretisations
-    CHECK(b.response.up[k].y_m == Approx(a.response.up[k].y_m).epsilon(1e-5));
-    CHECK(b.response.up[k].phase_rad == Approx(a.response.up[k].phase_rad).margin(1e-5));
+    CHECK(b.response.up[k].x_m == Approx(a.response.up[k].x_m).epsilon(5e-5));  // two discretisations
+    CHECK(b.response.up[k].y_m == Approx(a.response.up[k].y_m).epsilon(5e-5));
+    CHECK(b.response.up[k].phase_rad == Approx(a.response.up[k].phase_rad).margin(5e-5));
   }
 }
 

@@ -1,0 +1,25 @@
+#pragma once
+#include <Eigen/Core>
+
+#include "apps/identified_equation.hpp"
+#include "sim/driven_oscillator.hpp"
+
+namespace apps {
+
+/// What the drive of an identified equation is.
+enum class DriveKind { base, force };
+
+struct EquationOscillator {
+  sim::DrivenOscillator oscillator;  ///< owns its terms; not to be shared between threads
+  DriveKind drive = DriveKind::base;
+  bool has_friction = false;  ///< a term jumps with the sign of the velocity
+};
+
+/// The equation with these coefficients, driven by a sine of its base's displacement, or of f where it has no base.
+/// Works in x where friction goes by sgn(v) and in y where it goes by sgn(dy). Throws dsp::Fault (usage,
+/// "frc.equation") for a target that is no acceleration of x or y, signals that are neither motion nor drive, switches
+/// of anything else, and equations without a drive.
+[[nodiscard]] EquationOscillator equation_oscillator(const IdentifiedEquation& equation,
+                                                     const Eigen::VectorXd& coefficients);
+
+}  // namespace apps

@@ -1,0 +1,120 @@
+#include "apps/identified_equation.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "apps/printable.hpp"
+#include "apps/run_json.hpp"
+#include "dsp/fault.hpp"
+#include "sim/noise.hpp"
+
+namespace apps {
+namespace {
+
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+const Json* chosen(const Json& equations, const std::string& range, const std::string& method) {
+  const Json* best = nullptr;
+  int best_rank = -1;
+  for (const Json& row : equations) {
+    const std::string its_range = row.at("range"), its_method = row.at("method");
+    if ((!range.empty() && its_range != range) || (!method.empty() && its_method != method)) continue;
+    const int rank = 2 * (its_range == "mixed") + (its_method == "fast_rvm");
+    if (rank > best_rank) best = &row, best_rank = rank;
+  }
+  return best;
+}
+
+Eigen::MatrixXd matrix_of(const Json& rows, Eigen::Index size) {
+  if (!rows.is_array() || static_cast<Eigen::Index>(rows.size()) != size) return {};
+  Eigen::MatrixXd matrix(size, size);
+  for (Eigen::Index i = 0; i < size; ++i)
+    for (Eigen::Index j = 0; j < size; ++j)
+      matrix(i, j) = rows.at(static_cast<std::size_t>(i)).at(static_cast<std::size_t>(j)).get<double>();
+  return matrix;
+}
+
+/// Whether prepared.csv has a column of the base.
+bool has_base(const fs::path& run) {
+  std::ifstream in(run / "prepared.csv", std::ios::binary);
+  std::string header;
+  std::getline(in, header);
+  header = "," + header + ",";
+  return header.find(",ddr,") != std::string::npos || header.find(",r,") != std::string::npos;
+}
+
+}  // namespace
+
+IdentifiedEquation read_equation(const fs::path& run, const std::string& range, const std::string& method) {
+  (void)read_run_json(run / "manifest.json");  // written last: its absence means the run did not finish
+  const Json document = read_run_json(run / "equation.json");
+  try {
+    const Json& equations = document.at("equations");
+    const Json* row = chosen(equations, range, method);
+    if (row == nullptr) {
+      std::string known;
+      for (const Json& one : equations)
+        known += fmt::format("{}{} by {}", known.empty() ? "" : ", ", one.at("range").get<std::string>(),
+                             one.at("method").get<std::string>());
+      throw dsp::Fault(dsp::FaultKind::usage, "run.no_such_equation",
+                       printable(fmt::format("{}: no equation of range '{}' by '{}'; there are: {}", run.string(),
+                                             range, method, known)));
+    }
+    IdentifiedEquation equation{.range = row->at("range"),
+                                .method = row->at("method"),
+                                .target = row->at("target"),
+                                .text = row->at("text"),
+                                .trust = row->at("trust"),
+                                .terms = {},
+                                .mean = {},
+                                .covariance = {},
+                                .robust = false,
+                                .scale = {},
+                                .base_measured = has_base(run)};
+    const Json& terms = row->at("terms");
+    const auto size = static_cast<Eigen::Index>(terms.size());
+    equation.mean.resize(size);
+    equation.scale.resize(size);
+    Eigen::VectorXd variance(size);
+    for (Eigen::Index i = 0; i < size; ++i) {
+      const Json& term = terms.at(static_cast<std::size_t>(i));
+      equation.terms.push_back(term.at("name"));
+      equation.mean[i] = term.at("mean");
+      equation.scale[i] = term.at("scale").is_number() ? term.at("scale").get<double>() : nan;
+      const double std = term.at("std").is_number() ? term.at("std").get<double>() : 0.0;
+      variance[i] = std * std;
+    }
+    equation.covariance = matrix_of(row->value("covariance_robust", Json()), size);
+    equation.robust = equation.covariance.size() > 0;
+    if (!equation.robust) equation.covariance = matrix_of(row->value("covariance", Json()), size);
+    if (equation.covariance.size() == 0) equation.covariance = variance.asDiagonal();
+    return equation;
+  } catch (const Json::exception& error) {
+    throw dsp::Fault(dsp::FaultKind::input, "run.damaged",
+                     fmt::format("{}: {}", (run / "equation.json").string(), error.what()));
+  }
+}
+
+Eigen::VectorXd drawn_coefficients(const IdentifiedEquation& equation, std::uint64_t seed, std::uint64_t draw) {
+  const Eigen::Index size = equation.mean.size();
+  // Coefficients differ by many powers of ten: the root is taken of their correlations.
+  const Eigen::VectorXd deviation = equation.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  const Eigen::VectorXd inverse = deviation.unaryExpr([](double d) { return d > 0.0 ? 1.0 / d : 0.0; });
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(inverse.asDiagonal() * equation.covariance *
+                                                              inverse.asDiagonal());
+  const sim::Noise noise(seed, draw);
+  Eigen::VectorXd z(size);
+  for (Eigen::Index i = 0; i < size; ++i) z[i] = noise.normal(static_cast<std::uint64_t>(i));
+  const Eigen::VectorXd spread = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  return equation.mean +
+         deviation.cwiseProduct(solver.eigenvectors() * spread.cwiseProduct(solver.eigenvectors().transpose() * z));
+}
+
+}  // namespace apps

@@ -1,0 +1,97 @@
+#include "apps/response_draws.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <exception>
+#include <limits>
+#include <thread>
+
+#include "apps/equation_oscillator.hpp"
+#include "apps/interrupt.hpp"
+
+namespace apps {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+/// Of values in order, between them.
+double quantile(const std::vector<double>& sorted, double share) {
+  const double place = share * static_cast<double>(sorted.size() - 1);
+  const auto k = std::min(static_cast<std::size_t>(place), sorted.size() - 2);
+  return sorted[k] + (place - static_cast<double>(k)) * (sorted[k + 1] - sorted[k]);
+}
+
+ResponseBand band_of(const std::vector<sim::SteadyResponse>& draws,
+                     std::vector<sim::ResponsePoint> sim::FrequencyResponse::*way, std::size_t num_points) {
+  ResponseBand band;
+  for (std::size_t k = 0; k < num_points; ++k) {  // a draw that ran away has fewer
+    std::vector<double> x, y;
+    for (const auto& draw : draws)
+      if (k < (draw.response.*way).size()) {
+        x.push_back((draw.response.*way)[k].x_m);
+        y.push_back((draw.response.*way)[k].y_m);
+      }
+    std::sort(x.begin(), x.end());
+    std::sort(y.begin(), y.end());
+    const bool enough = x.size() >= 2;
+    band.x_std_m.push_back(drawn_figure(x).std);
+    band.x_low_m.push_back(enough ? quantile(x, 0.025) : nan);
+    band.x_high_m.push_back(enough ? quantile(x, 0.975) : nan);
+    band.y_low_m.push_back(enough ? quantile(y, 0.025) : nan);
+    band.y_high_m.push_back(enough ? quantile(y, 0.975) : nan);
+  }
+  return band;
+}
+
+}  // namespace
+
+DrawnFigure drawn_figure(const std::vector<double>& values) {
+  double sum = 0.0, squares = 0.0;
+  int count = 0;
+  for (const double value : values)
+    if (std::isfinite(value)) sum += value, ++count;
+  const double mean = sum / count;
+  for (const double value : values)
+    if (std::isfinite(value)) squares += (value - mean) * (value - mean);
+  return {.mean = count > 0 ? mean : nan,
+          .std = count > 1 ? std::sqrt(squares / (count - 1)) : nan,
+          .share = values.empty() ? 0.0 : count / static_cast<double>(values.size())};
+}
+
+ResponseDraws response_draws(const IdentifiedEquation& equation, const sim::FrequencyResponseOptions& sweep,
+                             const DrawOptions& options) {
+  std::vector<sim::SteadyResponse> responses(static_cast<std::size_t>(options.num_draws));
+  std::vector<std::exception_ptr> failures(responses.size());
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&] {
+    for (std::size_t k = next++; k < responses.size(); k = next++) try {
+        check_interrupted();
+        auto driven = equation_oscillator(equation, drawn_coefficients(equation, options.seed, k));
+        driven.oscillator.static_friction = options.static_friction;
+        responses[k] = sim::steady_response(driven.oscillator, sweep, options.steady);
+      } catch (...) {
+        failures[k] = std::current_exception();
+      }
+  };
+  {
+    std::vector<std::jthread> threads;
+    for (int i = 1; i < std::min(options.num_threads, options.num_draws); ++i) threads.emplace_back(work);
+    work();
+  }
+  for (const auto& failure : failures)
+    if (failure) std::rethrow_exception(failure);
+  ResponseDraws draws;
+  const std::size_t num_points = sim::sweep_frequencies(sweep).size();
+  draws.up = band_of(responses, &sim::FrequencyResponse::up, num_points);
+  draws.down = band_of(responses, &sim::FrequencyResponse::down, num_points);
+  for (const auto& response : responses) {
+    draws.located.push_back(response.located);
+    draws.num_diverged += std::isfinite(response.diverged_hz);
+    draws.peak_up_m.push_back(response.response.up.empty() ? nan : sim::peak(response.response.up).x_m);
+    draws.peak_down_m.push_back(response.response.down.empty() ? nan : sim::peak(response.response.down).x_m);
+  }
+  return draws;
+}
+
+}  // namespace apps
