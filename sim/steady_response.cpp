@@ -159,7 +159,10 @@ Located locate(const DrivenOscillator& oscillator, const Sweep& swept, SweepChan
     while (std::abs(beyond.frequency_hz - here.frequency_hz) > options.locate_hz) {
       const double middle_hz = 0.5 * (here.frequency_hz + beyond.frequency_hz);
       const Settled settled = Shooting(oscillator, middle_hz, amplitude, options).settle(state);
-      if (change_between(before, settled.point, jump_factor) == SweepChange::none) {
+      const bool passed = before.locked != swept.points[k].locked
+                              ? settled.point.locked == swept.points[k].locked
+                              : change_between(before, settled.point, jump_factor) != SweepChange::none;
+      if (!passed) {
         here = settled.point;
         state = settled.state;
       } else {
