@@ -26,7 +26,8 @@ struct Standing {
 struct Move {
   FitAction action = FitAction::reestimate;
   Index term = -1;
-  double gain = 0.0;  ///< of the criterion 2 log evidence - tau x number of terms
+  double gain = 0.0;   ///< of the criterion 2 log evidence - tau x number of terms
+  Index leaving = -1;  ///< of an exchange
 };
 
 // A prior that lets a coefficient go where the data want it, and the flattest there is: best lambdas go with the square
@@ -55,8 +56,7 @@ class Search {
   // All usable terms at their best lambda given all others: for libraries in which no term stands out alone.
   Standing from_full() const {
     Standing s;
-    for (Index i = 0; i < problem_.num_terms(); ++i)
-      if (problem_.column_norm(i) > 0.0) s.kept.push_back(i);
+    s.kept = usable_terms(problem_);
     s.lambda.assign(s.kept.size(), flat);
     look(s);
     const auto spare = static_cast<double>(problem_.num_samples - static_cast<Index>(s.kept.size()));
@@ -69,6 +69,12 @@ class Search {
     look(s);
     s.noise = noise_of(s);
     return s;
+  }
+
+  void open(const Standing& s, Fit& fit) const {
+    record(s, {FitAction::start, -1}, fit);
+    fit.iterations = 0;
+    fit.steps.back().terms = s.kept;
   }
 
   // Drops the weakest term but `spared`, one after the other and nothing re-estimated but the noise, until all are
@@ -112,7 +118,7 @@ class Search {
       for (Index i = 0; i < problem_.num_terms(); ++i) {
         if (i == s.kept[j] || is_kept(without, i) || without.at.sparsity(i) <= smallest_sparsity_) continue;
         const double gain = evidence_gain(q(without, i)) - loss;
-        if (gain > best.gain) best = {FitAction::exchange, i, gain}, leaving = j;
+        if (gain > best.gain) best = {FitAction::exchange, i, gain, s.kept[j]}, leaving = j;
       }
     }
     if (best.term < 0) return false;
@@ -129,31 +135,29 @@ class Search {
   bool detour(Standing& s, Fit& fit) const {
     double best_criterion = criterion(s) + minimum_gain(s);
     Standing best;
-    Fit steps;
+    Fit best_path;
     for (Index i = 0; i < problem_.num_terms(); ++i) {
       if (is_kept(s, i) || s.at.sparsity(i) <= smallest_sparsity_) continue;
       Standing forced = s;
       forced.kept.push_back(i);
       forced.lambda.push_back(flat);
       look(forced);
-      Fit record;
-      thin_out(forced, record, i);
+      Fit path;
+      record(forced, {FitAction::add, i}, path);
+      thin_out(forced, path, i);
       if (strength(forced, i) <= tau_) continue;
-      const Move settle{FitAction::add, i, 0.0};
-      settle_all(forced);
-      look(forced);
+      if (settle_all(forced)) look(forced);
       forced.noise = noise_of(forced);
+      record(forced, {FitAction::reestimate, -1}, path);
       if (criterion(forced) <= best_criterion) continue;
       best_criterion = criterion(forced);
-      record.steps.insert(record.steps.begin(), {settle.action, i, log_evidence(problem_, forced.at, forced.noise),
-                                                 forced.noise * problem_.target_norm * problem_.target_norm});
       best = std::move(forced);
-      steps = std::move(record);
+      best_path = std::move(path);
     }
     if (best.kept.empty()) return false;
     s = std::move(best);
-    fit.steps.insert(fit.steps.end(), steps.steps.begin(), steps.steps.end());
-    fit.iterations += static_cast<int>(steps.steps.size());
+    fit.steps.insert(fit.steps.end(), best_path.steps.begin(), best_path.steps.end());
+    fit.iterations += best_path.iterations;
     return true;
   }
 
@@ -232,16 +236,34 @@ class Search {
     return std::max(noise_floor_, s.at.misfit / static_cast<double>(problem_.num_samples));
   }
 
-  // Re-estimates every kept lambda at once: far fewer moves than one by one. False, and nothing done, where the
-  // evidence would not rise by it, as it may not while terms still compete.
-  bool settle_all(Standing& s) const {
+  // Every kept lambda at its best for this noise, all at once.
+  Standing settled_at(const Standing& s, double noise) const {
     Standing all = s;
+    all.noise = noise;
     for (std::size_t j = 0; j < s.kept.size(); ++j) {
-      const double best = best_lambda(s.at.sparsity(s.kept[j]), s.at.quality(s.kept[j]), s.noise);
+      const double best = best_lambda(s.at.sparsity(s.kept[j]), s.at.quality(s.kept[j]), noise);
       if (std::isfinite(best)) all.lambda[j] = std::max(best, smallest_lambda);
     }
     look(all);
-    if (log_evidence(problem_, all.at, s.noise) < log_evidence(problem_, s.at, s.noise)) return false;
+    return all;
+  }
+
+  // Re-estimates every kept lambda at once: far fewer moves than one by one. False, and nothing done, where the
+  // evidence would not rise by it, as it may not while terms still compete.
+  bool settle_all(Standing& s) const {
+    const double before = log_evidence(problem_, s.at, s.noise);
+    const auto spare = static_cast<double>(problem_.num_samples - static_cast<Index>(s.kept.size()));
+    const double told = spare > 0.0 ? std::max(noise_floor_, s.at.residual / spare) : s.noise;
+    // Where the fit is all but exact the noise falls only by b' / m a move; the residual tells where it is going.
+    if (told < 0.25 * s.noise) {
+      Standing all = settled_at(s, told);
+      if (log_evidence(problem_, all.at, noise_of(all)) >= before) {
+        s.lambda = std::move(all.lambda);
+        return true;
+      }
+    }
+    Standing all = settled_at(s, s.noise);
+    if (log_evidence(problem_, all.at, s.noise) < before) return false;
     s.lambda = std::move(all.lambda);
     return true;
   }
@@ -249,7 +271,7 @@ class Search {
   void record(const Standing& s, const Move& move, Fit& fit) const {
     ++fit.iterations;
     fit.steps.push_back({move.action, move.term, log_evidence(problem_, s.at, s.noise),
-                         s.noise * problem_.target_norm * problem_.target_norm});
+                         s.noise * problem_.target_norm * problem_.target_norm, move.leaving});
   }
 
   const UnitProblem& problem_;
@@ -283,26 +305,27 @@ Fit fit_fast_rvm(const RFactor& data, const FastRvmOptions& options) {
           ? largest_inflation(problem)
           : 1.0;
   const bool hard = inflation > inflation_of_a_hard_library, severe = inflation > inflation_of_a_severe_library;
-  const auto run = [&](Standing s, Fit& record) {
+  const auto run = [&](Standing s, bool thinned, Fit& record) {
+    search.open(s, record);
+    if (thinned) search.thin_out(s, record);
     do search.climb(s, record);
     while (evidence && record.status == FitStatus::converged &&
            (search.exchange(s, record) || (severe && search.detour(s, record))));
     return s;
   };
-  Standing end = run(search.from_empty(), fit);
+  Standing end = run(search.from_empty(), false, fit);
   for (const bool thinned : {false, true}) {
     if (!(thinned ? severe : hard)) break;
-    Fit other = fit;
-    other.steps.clear();
-    other.iterations = 0;
-    other.status = FitStatus::converged;
-    Standing start = search.from_full();
-    if (thinned) search.thin_out(start, other);
-    Standing other_end = run(std::move(start), other);
-    if (search.criterion(other_end) > search.criterion(end) + 1e-6) {
-      fit = std::move(other);
+    Fit other;
+    other.method = Method::fast_rvm;
+    other.tau = fit.tau;
+    Standing other_end = run(search.from_full(), thinned, other);
+    const bool higher = search.criterion(other_end) > search.criterion(end) + 1e-6;
+    if (higher) {
+      std::swap(fit, other);
       end = std::move(other_end);
     }
+    fit.discarded_iterations += other.discarded_iterations + other.iterations;
   }
   if (inflation > inflation_of_a_doubtful_one)
     fit.remarks.push_back(fmt::format(

@@ -31,6 +31,43 @@ MatrixXd columns(const UnitProblem& problem, const std::vector<Index>& kept) {
   return A;
 }
 
+// Takes out of `kept` each column that the earlier ones make up but for rounding (Gram-Schmidt, done twice): the later
+// of two equal candidates is the one a person would miss least.
+void leave_out_dependent(const UnitProblem& problem, std::vector<Index>& kept, Fit& fit) {
+  // Unit vectors are known to some eps, sums of columns that were filtered one by one to some tens of eps.
+  constexpr double rounding = 64.0 * std::numeric_limits<double>::epsilon();
+  constexpr double negligible_share = 1e-6;
+  const auto n = static_cast<Index>(kept.size());
+  MatrixXd Q(problem.A.rows(), n), T = MatrixXd::Zero(n, n);
+  std::vector<Index> independent;
+  for (const Index term : kept) {
+    const auto r = static_cast<Index>(independent.size());
+    VectorXd beyond = problem.A.col(term), shares = VectorXd::Zero(r);
+    for (int pass = 0; pass < 2; ++pass) {
+      const VectorXd within = Q.leftCols(r).transpose() * beyond;
+      beyond -= Q.leftCols(r) * within;
+      shares += within;
+    }
+    const double left = beyond.norm();
+    if (left > rounding) {
+      Q.col(r) = beyond / left;
+      T.col(r).head(r) = shares;
+      T(r, r) = left;
+      independent.push_back(term);
+      continue;
+    }
+    Dependent found{term, {}};
+    const VectorXd weights = T.topLeftCorner(r, r).triangularView<Eigen::Upper>().solve(shares);
+    for (Index j = 0; j < r; ++j)
+      if (std::abs(weights(j)) > negligible_share * weights.cwiseAbs().maxCoeff())
+        found.of.push_back(independent[static_cast<std::size_t>(j)]);
+    fit.dependent.push_back(std::move(found));
+    fit.steps.push_back({FitAction::remove, term, nan, nan});
+    fit.status = FitStatus::rank_deficient;
+  }
+  kept = std::move(independent);
+}
+
 }  // namespace
 
 bool cannot_begin(const UnitProblem& problem, Fit& fit) {
@@ -48,6 +85,17 @@ bool cannot_begin(const UnitProblem& problem, Fit& fit) {
   return true;
 }
 
+std::vector<Index> usable_terms(const UnitProblem& problem) {
+  std::vector<Index> usable;
+  for (Index i = 0; i < problem.num_terms(); ++i)
+    if (problem.column_norm(i) > 0.0) usable.push_back(i);
+  return usable;
+}
+
+FitStep start_from(std::vector<Index> kept) {
+  return {FitAction::start, -1, nan, nan, -1, std::move(kept)};
+}
+
 double condition_number(const UnitProblem& problem, const std::vector<Index>& kept) {
   if (kept.empty()) return 1.0;
   const VectorXd s = Eigen::JacobiSVD<MatrixXd>(columns(problem, kept)).singularValues();
@@ -57,9 +105,7 @@ double condition_number(const UnitProblem& problem, const std::vector<Index>& ke
 
 double largest_inflation(const UnitProblem& problem) {
   constexpr double flat = 1e-30;  // a prior so wide that the posterior is least squares
-  std::vector<Index> all;
-  for (Index i = 0; i < problem.num_terms(); ++i)
-    if (problem.column_norm(i) > 0.0) all.push_back(i);
+  const std::vector<Index> all = usable_terms(problem);
   if (all.empty()) return 1.0;
   const Posterior at = posterior(problem, all, VectorXd::Constant(static_cast<Index>(all.size()), flat));
   double smallest = 1.0;
@@ -91,7 +137,10 @@ void finish_bayesian(const UnitProblem& problem, std::vector<Index> kept, Vector
     fit.evidence_gain(i) =
         at.sparsity(i) > 0.0 ? evidence_gain(at.quality(i) * at.quality(i) / at.sparsity(i) / noise_variance) : 0.0;
   fit.condition_number = condition_number(problem, fit.relevant);
-  if (fit.relevant.empty()) fit.status = FitStatus::no_relevant_term;
+  if (fit.relevant.empty())
+    fit.status = FitStatus::no_relevant_term;
+  else if (static_cast<Index>(fit.relevant.size()) >= problem.num_samples)
+    fit.status = FitStatus::too_few_rows;
   if (problem.num_terms() > 2 && static_cast<Index>(fit.relevant.size()) == problem.num_terms())
     fit.remarks.push_back(
         "every candidate term was kept: the library may lack what the target needs, or the residual is "
@@ -100,6 +149,11 @@ void finish_bayesian(const UnitProblem& problem, std::vector<Index> kept, Vector
 
 void finish_least_squares(const UnitProblem& problem, std::vector<Index> kept, double penalty, Fit& fit) {
   std::sort(kept.begin(), kept.end());
+  if (fit.status == FitStatus::too_few_rows) fit.status = FitStatus::converged;  // said of more terms
+  fit.alpha = VectorXd::Zero(0);
+  fit.mean = VectorXd::Zero(0);
+  fit.covariance = MatrixXd::Zero(0, 0);
+  if (penalty == 0.0) leave_out_dependent(problem, kept, fit);
   const auto n = static_cast<Index>(kept.size());
   fit.relevant = std::move(kept);
   if (n == 0) {
@@ -108,13 +162,13 @@ void finish_least_squares(const UnitProblem& problem, std::vector<Index> kept, d
     return;
   }
   const VectorXd scale = coefficient_scale(problem, fit.relevant);
+  const MatrixXd data_columns = columns(problem, fit.relevant);
   MatrixXd A = MatrixXd::Zero(problem.A.rows() + (penalty > 0.0 ? n : 0), n);
-  A.topRows(problem.A.rows()) = columns(problem, fit.relevant);
+  A.topRows(problem.A.rows()) = data_columns;
   if (penalty > 0.0) A.bottomRows(n).diagonal().setConstant(std::sqrt(penalty));
   VectorXd y = VectorXd::Zero(A.rows());
   y.head(problem.A.rows()) = problem.y;
 
-  const MatrixXd data_columns = A.topRows(problem.A.rows());
   Eigen::HouseholderQR<MatrixXd> qr(A);
   y.applyOnTheLeft(qr.householderQ().adjoint());
   const auto T = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
@@ -122,7 +176,8 @@ void finish_least_squares(const UnitProblem& problem, std::vector<Index> kept, d
   const MatrixXd root = T.solve(MatrixXd::Identity(n, n));
   const double residual =
       penalty > 0.0 ? (problem.y - data_columns * mean).squaredNorm() : y.tail(y.size() - n).squaredNorm();
-  const double noise = problem.num_samples > n ? residual / static_cast<double>(problem.num_samples - n) : 0.0;
+  const bool rows_to_spare = problem.num_samples > n;
+  const double noise = rows_to_spare ? residual / static_cast<double>(problem.num_samples - n) : nan;
   fit.mean = mean.cwiseProduct(scale);
   fit.noise_variance = noise * problem.target_norm * problem.target_norm;
   const MatrixXd scaled = std::sqrt(noise) * (scale.asDiagonal() * root);
@@ -131,6 +186,7 @@ void finish_least_squares(const UnitProblem& problem, std::vector<Index> kept, d
   fit.condition_number = condition_number(problem, fit.relevant);
   if (penalty == 0.0 && !(fit.condition_number < 0.1 / std::numeric_limits<double>::epsilon()))
     fit.status = FitStatus::rank_deficient;
+  if (!rows_to_spare && penalty == 0.0) fit.status = FitStatus::too_few_rows;
 }
 
 }  // namespace ident

@@ -12,8 +12,16 @@ namespace ident {
 void finish_bayesian(const UnitProblem& problem, std::vector<Eigen::Index> kept, Eigen::VectorXd lambda,
                      double noise_variance, Fit& fit);
 
-/// Least squares on `kept` by QR of unit-norm columns; fills mean, covariance, noise and condition number.
-/// `penalty` (ridge) is added to the unit-norm normal matrix as rows sqrt(penalty).
+/// The columns that are not zero throughout.
+[[nodiscard]] std::vector<Eigen::Index> usable_terms(const UnitProblem& problem);
+
+/// The first step of a fit that has not been solved yet.
+[[nodiscard]] FitStep start_from(std::vector<Eigen::Index> kept);
+
+/// Least squares on `kept` by QR of unit-norm columns; fills mean, covariance, noise and condition number. Of columns
+/// that depend on one another the later are left out, told in `fit.dependent` and as steps; status rank_deficient.
+/// Without a row to spare noise and covariance are NaN, status too_few_rows. `penalty` (ridge) is added to the
+/// unit-norm normal matrix as rows sqrt(penalty), which keeps all columns and the status.
 void finish_least_squares(const UnitProblem& problem, std::vector<Eigen::Index> kept, double penalty, Fit& fit);
 
 /// Largest over smallest singular value of these unit-norm columns; infinite if one is zero.

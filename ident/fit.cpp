@@ -33,7 +33,8 @@ constexpr std::array<std::pair<FitStatus, std::string_view>, 6> status_names{
      {FitStatus::rank_deficient, "rank_deficient"},
      {FitStatus::too_few_rows, "too_few_rows"},
      {FitStatus::zero_target, "zero_target"}}};
-constexpr std::array<std::pair<FitAction, std::string_view>, 4> action_names{{{FitAction::add, "add"},
+constexpr std::array<std::pair<FitAction, std::string_view>, 5> action_names{{{FitAction::start, "start"},
+                                                                              {FitAction::add, "add"},
                                                                               {FitAction::reestimate, "reestimate"},
                                                                               {FitAction::remove, "remove"},
                                                                               {FitAction::exchange, "exchange"}}};
@@ -63,13 +64,23 @@ Method method_from_string(std::string_view name) {
 }
 
 void renumber(Fit& fit, const std::vector<Eigen::Index>& terms, Eigen::Index num_terms) {
+  const auto move = [&](Eigen::Index& term) {
+    if (term >= 0) term = terms[static_cast<std::size_t>(term)];
+  };
   const auto old_gain = std::move(fit.evidence_gain);
   fit.evidence_gain = Eigen::VectorXd::Constant(num_terms, std::numeric_limits<double>::quiet_NaN());
   for (Eigen::Index i = 0; i < old_gain.size(); ++i)
     fit.evidence_gain(terms[static_cast<std::size_t>(i)]) = old_gain(i);
-  for (Eigen::Index& term : fit.relevant) term = terms[static_cast<std::size_t>(term)];
-  for (FitStep& step : fit.steps)
-    if (step.term >= 0) step.term = terms[static_cast<std::size_t>(step.term)];
+  for (Eigen::Index& term : fit.relevant) move(term);
+  for (FitStep& step : fit.steps) {
+    move(step.term);
+    move(step.leaving);
+    for (Eigen::Index& term : step.terms) move(term);
+  }
+  for (Dependent& dependent : fit.dependent) {
+    move(dependent.term);
+    for (Eigen::Index& term : dependent.of) move(term);
+  }
 }
 
 }  // namespace ident

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -20,17 +21,29 @@ enum class Method { ols, ridge, stlsq, lasso, fast_rvm, slow_rvm, multi_rvm };
 [[nodiscard]] Method method_from_string(std::string_view name);  ///< throws std::invalid_argument with the list
 [[nodiscard]] std::string_view to_string(Selection selection);
 
+/// rank_deficient: some terms are combinations of others and were left out, or nearly so. too_few_rows: fewer rows than
+/// terms, or no more rows than kept terms, so that nothing tells the noise.
 enum class FitStatus { converged, iteration_limit, no_relevant_term, rank_deficient, too_few_rows, zero_target };
 [[nodiscard]] std::string_view to_string(FitStatus status);
 
-enum class FitAction { add, reestimate, remove, exchange };
+enum class FitAction { start, add, reestimate, remove, exchange };
 [[nodiscard]] std::string_view to_string(FitAction action);
 
-/// One move of a fit, in order: what a reader would plot.
+/// One move of a fit, in order: what a reader would plot. The first is the start; additions, removals and exchanges
+/// replayed from there end at `relevant`.
 struct FitStep {
   FitAction action = FitAction::add;
-  Eigen::Index term = 0;  ///< index into the library; -1: all kept terms at once
-  double log_evidence = 0.0, noise_variance = 0.0;
+  Eigen::Index term = 0;                                      ///< index into the library; -1: all kept terms at once
+  double log_evidence = 0.0, noise_variance = 0.0;            ///< after the move; NaN: not computed
+  Eigen::Index leaving = -1;                                  ///< of an exchange: the term that `term` replaced
+  std::vector<Eigen::Index> terms = {};                       ///< of a start: what is kept from the outset
+  double penalty = std::numeric_limits<double>::quiet_NaN();  ///< lasso: lambda as a share of the largest useful one
+};
+
+/// A term left out because on these rows it is a combination of others, but for rounding.
+struct Dependent {
+  Eigen::Index term = 0;
+  std::vector<Eigen::Index> of;  ///< those that carry the combination
 };
 
 /// One regression of one target on a library, in the caller's units. A status, never a throw, for numerics that end
@@ -42,13 +55,15 @@ struct Fit {
   Eigen::VectorXd mean;                ///< mu (b'), Eq. 12 of [QZS23]
   Eigen::MatrixXd covariance;          ///< delta (b' x b'), Eq. 13, noise included
   Eigen::VectorXd alpha;               ///< inverse prior variances (b'); zero for methods without a prior
-  double noise_variance = 0.0;         ///< sigma^2 of the target
+  double noise_variance = 0.0;         ///< sigma^2 of the target; it and covariance NaN: no row is left to tell it
   double log_evidence = 0.0;           ///< Eq. 16 with its misprint corrected; NaN for methods without one
   Eigen::VectorXd evidence_gain;       ///< b (all terms): 2 dL of having the term, at its best alpha; NaN: not computed
   double tau = 0.0;                    ///< what a gain had to exceed
   double condition_number = 0.0;       ///< of the kept columns at unit norm
-  int iterations = 0;
+  int iterations = 0;                  ///< moves from the start that won to its end
+  int discarded_iterations = 0;        ///< of starts that ended lower
   std::vector<FitStep> steps;
+  std::vector<Dependent> dependent;  ///< least squares and what rests on it; then the status is rank_deficient
   std::vector<std::string> remarks;  ///< sentences for a person: "columns nearly collinear: ..."
 };
 
@@ -87,11 +102,11 @@ struct StlsqOptions {
   bool unit_norm = true;
   int max_iterations = 100;
 };
-/// Sequentially thresholded least squares, the regression of SINDy.
+/// Sequentially thresholded least squares, the regression of SINDy. Needs as many rows as terms.
 [[nodiscard]] Fit fit_stlsq(const RFactor& data, const StlsqOptions& options = {});
 
-/// Least squares on all terms (or on those given), by QR of unit-norm columns. ridge: penalty lambda on unit-norm
-/// columns.
+/// Least squares on all terms (or on those given), by QR of unit-norm columns; a column that depends on earlier ones is
+/// left out. ridge: penalty lambda on unit-norm columns, which keeps them all, and more terms than rows.
 [[nodiscard]] Fit fit_ols(const RFactor& data);
 [[nodiscard]] Fit fit_ols(const RFactor& data, const std::vector<Eigen::Index>& terms);
 struct RidgeOptions {
@@ -105,7 +120,7 @@ struct LassoOptions {
   double path_end = 1e-4;
 };
 /// Eq. 7 of [QZS23] by coordinate descent on R's columns along a lambda path; the reported coefficients are least
-/// squares on the support unless the support is empty.
+/// squares on the support unless the support is empty. Supports of as many terms as rows are passed over.
 [[nodiscard]] Fit fit_lasso(const RFactor& data, const LassoOptions& options = {});
 
 }  // namespace ident

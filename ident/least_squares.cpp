@@ -1,3 +1,6 @@
+#include <fmt/format.h>
+
+#include <cmath>
 #include <numeric>
 #include <stdexcept>
 
@@ -21,7 +24,13 @@ Fit least_squares(const RFactor& data, const std::vector<Eigen::Index>& terms, d
     fit.status = FitStatus::too_few_rows;
     return fit;
   }
-  finish_least_squares(problem, kept, penalty, fit);
+  fit.steps.push_back(start_from(kept));
+  finish_least_squares(problem, std::move(kept), penalty, fit);
+  if (penalty > 0.0 && std::isnan(fit.noise_variance))
+    fit.remarks.push_back(
+        fmt::format("{} rows for {} terms: nothing is left to tell the noise, so there are no error bars",
+                    problem.num_samples, fit.relevant.size()));
+  for (FitStep& step : fit.steps) step.noise_variance = fit.noise_variance;
   return fit;
 }
 

@@ -30,6 +30,7 @@ class SharedSearch {
   }
 
   void climb(MultiFit& fit) {
+    fit.steps.push_back({FitAction::start, -1, log_evidence(), mean_noise(), -1, kept_});
     while (fit.iterations < options_.max_iterations) {
       const auto [action, term] = best_move();
       if (term < 0) {
@@ -38,15 +39,14 @@ class SharedSearch {
       }
       apply(action, term);
       ++fit.iterations;
-      fit.steps.push_back({action, term, log_evidence(), std::exp(log_determinant_of_noise() / num_targets_)});
+      fit.steps.push_back({action, term, log_evidence(), mean_noise()});
     }
     fit.status = FitStatus::iteration_limit;
   }
 
   // All usable terms at once, for libraries in which no term stands out alone.
   void start_full() {
-    for (Index i = 0; i < targets_.front().num_terms(); ++i)
-      if (targets_.front().column_norm(i) > 0.0) kept_.push_back(i);
+    kept_ = usable_terms(targets_.front());
     lambda_.assign(kept_.size(), flat);
     look();
     settle_noise();
@@ -124,6 +124,7 @@ class SharedSearch {
     for (const UnitProblem& problem : targets_) sum += 2.0 * std::log(problem.target_norm);
     return sum;
   }
+  [[nodiscard]] double mean_noise() const { return std::exp(log_determinant_of_noise() / num_targets_); }
   [[nodiscard]] double log_evidence() const {
     return -0.5 * (num_samples_ * (num_targets_ * std::log(2.0 * std::numbers::pi) + log_determinant_of_noise()) +
                    num_targets_ * at_.front().log_determinant + omega_.llt().solve(misfit()).trace());

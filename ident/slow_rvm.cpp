@@ -21,12 +21,19 @@ struct Fixed {
   double noise = 0.0;
 };
 
-void drop(Fixed& s, std::size_t j, Fit& fit) {
+void record(const UnitProblem& problem, const Fixed& s, const Posterior& at, FitAction action, Index term, Fit& fit) {
+  fit.steps.push_back(
+      {action, term, log_evidence(problem, at, s.noise), s.noise * problem.target_norm * problem.target_norm});
+}
+
+void drop(const UnitProblem& problem, Fixed& s, std::size_t j, Posterior& at, Fit& fit) {
   const auto place = static_cast<Index>(j), last = s.lambda.size() - 1;
-  fit.steps.push_back({FitAction::remove, s.kept[j], 0.0, 0.0});
+  const Index term = s.kept[j];
   s.kept.erase(s.kept.begin() + static_cast<std::ptrdiff_t>(j));
   s.lambda.segment(place, last - place) = s.lambda.tail(last - place).eval();
   s.lambda.conservativeResize(last);
+  at = posterior(problem, s.kept, s.lambda);
+  record(problem, s, at, FitAction::remove, term, fit);
 }
 
 }  // namespace
@@ -46,15 +53,16 @@ Fit fit_slow_rvm(const RFactor& data, const SlowRvmOptions& options) {
   const auto m = static_cast<double>(problem.num_samples);
   const double floor = options.noise_floor_fraction / m;
   Fixed s;
-  for (Index i = 0; i < problem.num_terms(); ++i)
-    if (problem.column_norm(i) > 0.0) s.kept.push_back(i);
+  s.kept = usable_terms(problem);
   s.noise = options.initial_noise_fraction / m;
   // alpha = 1 / b for unit-norm columns: a prior wide enough to let every coefficient reach its place.
   s.lambda = VectorXd::Constant(static_cast<Index>(s.kept.size()), s.noise / static_cast<double>(problem.num_terms()));
 
   fit.status = FitStatus::iteration_limit;
+  Posterior at = posterior(problem, s.kept, s.lambda);
+  record(problem, s, at, FitAction::start, -1, fit);
+  fit.steps.back().terms = s.kept;
   for (; fit.iterations < options.max_iterations; ++fit.iterations) {
-    const Posterior at = posterior(problem, s.kept, s.lambda);
     // Well-determinedness gamma_i = 1 - alpha_i delta_ii, alpha_i <- gamma_i / mu_i^2 (Tipping 2001, Eqs. 16-18).
     const VectorXd shrink = (s.lambda.array() * at.root.rowwise().squaredNorm().array()).matrix();
     const double settled_noise = std::max(floor, at.residual / (m - static_cast<double>(s.kept.size()) + shrink.sum()));
@@ -74,12 +82,12 @@ Fit fit_slow_rvm(const RFactor& data, const SlowRvmOptions& options) {
     }
     const double noise_change = std::abs(std::log(settled_noise / s.noise));
     s.noise = settled_noise;
-    fit.steps.push_back({FitAction::reestimate, -1, log_evidence(problem, at, s.noise),
-                         s.noise * problem.target_norm * problem.target_norm});
+    at = posterior(problem, s.kept, s.lambda);
+    record(problem, s, at, FitAction::reestimate, -1, fit);
 
     bool pruned = false;
     for (std::size_t j = s.kept.size(); j-- > 0;)
-      if (!(s.lambda(static_cast<Index>(j)) < pruned_lambda)) drop(s, j, fit), pruned = true;
+      if (!(s.lambda(static_cast<Index>(j)) < pruned_lambda)) drop(problem, s, j, at, fit), pruned = true;
     if (pruned) continue;
     // Terms on their way out never settle (their alpha grows for ever); whether they do so is known from their gain.
     const bool settled = change < options.log_alpha_tolerance && noise_change < options.log_alpha_tolerance;
@@ -89,7 +97,7 @@ Fit fit_slow_rvm(const RFactor& data, const SlowRvmOptions& options) {
       fit.status = FitStatus::converged;
       break;
     }
-    drop(s, worst, fit);
+    drop(problem, s, worst, at, fit);
   }
   finish_bayesian(problem, s.kept, s.lambda, s.noise, fit);
   return fit;

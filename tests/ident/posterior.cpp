@@ -79,6 +79,20 @@ TEST_CASE("each promised gain equals the difference of two evidences", "[ident][
     const double q = at.quality(1) * at.quality(1) / at.sparsity(1) / unit_noise;
     CHECK(ident::evidence_gain(q) == Approx(2.0 * (evidence_by_rows(p, more, alphas, noise) - before)).epsilon(1e-8));
   }
+  SECTION("exchange of a kept for a left-out term") {
+    // As the search sums it up: the share of the leaving term lost, the gain of the other beside those that stay won.
+    const double share =
+        ident::evidence_share(at.sparsity(2), at.quality(2), lambda_of(p, kept, alpha, noise)(1), unit_noise);
+    const std::vector<Index> stay{0, 3};
+    const VectorXd stay_alpha{{0.3, 4.0}};
+    const auto without = ident::posterior(p.unit, stay, lambda_of(p, stay, stay_alpha, noise));
+    const double q = without.quality(1) * without.quality(1) / without.sparsity(1) / unit_noise;
+    const double lambda = ident::best_lambda(without.sparsity(1), without.quality(1), unit_noise);
+    REQUIRE(std::isfinite(lambda));
+    const VectorXd alphas{{0.3, 4.0, lambda / noise * std::pow(p.unit.column_norm(1), 2)}};
+    CHECK(ident::evidence_gain(q) - share ==
+          Approx(2.0 * (evidence_by_rows(p, {0, 3, 1}, alphas, noise) - before)).epsilon(1e-8));
+  }
   SECTION("removal and re-estimation of a kept term") {
     const double share =
         ident::evidence_share(at.sparsity(2), at.quality(2), lambda_of(p, kept, alpha, noise)(1), unit_noise);
