@@ -115,7 +115,10 @@ void add_fit(CLI::App& app, const GlobalOptions& global, Command& chosen) {
   command->add_option("TABLE", arguments->table, "CSV or another table that `run` reads")->required();
   command->add_option("--target", arguments->target, "Column to explain")->required();
   command->add_option("--terms", arguments->terms, "\"1,x,x^2\", or a file with a term a line")->required();
-  command->add_option("--methods", arguments->methods, "fast_rvm, slow_rvm, sindy, lasso, ridge, ols")
+  command
+      ->add_option("--methods", arguments->methods,
+                   "One or several, commas between: fast_rvm,slow_rvm,multi_rvm,sindy,lasso,ridge,ols")
+      ->type_name("NAME[,NAME]")
       ->delimiter(',')
       ->allow_extra_args(false);
   command->add_option("--selection", arguments->selection, "evidence or type2")
@@ -125,6 +128,13 @@ void add_fit(CLI::App& app, const GlobalOptions& global, Command& chosen) {
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   command->add_flag("--raw-threshold", arguments->raw_threshold, "Threshold on coefficients as they are");
+  command->add_option("--ridge-lambda", arguments->ridge_lambda, "Penalty of ridge, on columns of unit norm")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command
+      ->add_option("--lasso-lambda", arguments->lasso_lambda,
+                   "Penalty of lasso, a share of the largest useful one; by BIC if left out")
+      ->check(CLI::NonNegativeNumber);
   command->add_option("--where", arguments->where, "Condition on the rows");
   command->callback([=, &global, &chosen] {
     chosen = [=, &global](Console& console) {

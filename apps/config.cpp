@@ -151,6 +151,8 @@ FitConfig read_fit(const dsp::Settings& table) {
   result.selection = selection == "type2" ? ident::Selection::type2 : ident::Selection::evidence;
   result.tau = table.number("tau", result.tau, not_negative);
   result.threshold = table.number("threshold", result.threshold, not_negative);
+  result.ridge_lambda = table.number("ridge_lambda", result.ridge_lambda, positive);
+  result.lasso_lambda = table.number("lasso_lambda", result.lasso_lambda, not_negative);
   result.unit_norm_threshold = table.choice("threshold_on", "unit-norm", {"unit-norm", "raw"}) == "unit-norm";
   return result;
 }
@@ -232,8 +234,9 @@ std::string fit_text(const FitConfig& fit) {
   std::string text = fmt::format("[fit]\ntarget = {}\nmethods = {}\nselection = \"{}\"\n", dsp::toml_quoted(fit.target),
                                  text_array(methods), to_string(fit.selection));
   if (fit.tau >= 0.0) text += fmt::format("tau = {}\n", real(fit.tau));
-  return text + fmt::format("threshold = {}\nthreshold_on = \"{}\"\n\n", real(fit.threshold),
-                            fit.unit_norm_threshold ? "unit-norm" : "raw");
+  if (fit.lasso_lambda >= 0.0) text += fmt::format("lasso_lambda = {}\n", real(fit.lasso_lambda));
+  return text + fmt::format("ridge_lambda = {}\nthreshold = {}\nthreshold_on = \"{}\"\n\n", real(fit.ridge_lambda),
+                            real(fit.threshold), fit.unit_norm_threshold ? "unit-norm" : "raw");
 }
 
 std::string range_text(const Range& range) {

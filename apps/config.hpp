@@ -36,10 +36,12 @@ struct FitConfig {
   std::string target = "a";
   std::vector<ident::Method> methods = {ident::Method::fast_rvm, ident::Method::slow_rvm, ident::Method::stlsq};
   ident::Selection selection = ident::Selection::evidence;
-  double tau = -1.0;                ///< negative: ln m + 2 ln b (evidence) or 0 (type2)
-  double threshold = 0.02;          ///< of STLSQ
-  bool unit_norm_threshold = true;  ///< threshold on |c_j| ||phi_j|| / ||t||; else on |c_j| as it is
-  std::string place;                ///< of `target` in the config
+  double tau = -1.0;                                   ///< negative: ln m + 2 ln b (evidence) or 0 (type2)
+  double threshold = 0.02;                             ///< of STLSQ
+  bool unit_norm_threshold = true;                     ///< threshold on |c_j| ||phi_j|| / ||t||; else on |c_j| as it is
+  double ridge_lambda = ident::RidgeOptions{}.lambda;  ///< on unit-norm columns
+  double lasso_lambda = ident::LassoOptions{}.lambda;  ///< share of the largest useful one; negative: by BIC
+  std::string place;                                   ///< of `target` in the config
 };
 
 struct Config {

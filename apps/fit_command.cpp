@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "apps/columns.hpp"
+#include "apps/fit_outcome.hpp"
 #include "apps/identify.hpp"
 #include "apps/report_text.hpp"
 #include "apps/results_json.hpp"
@@ -132,15 +133,13 @@ int run_fit(const FitArguments& arguments, Console& console) {
       .tau = arguments.tau,
       .threshold = arguments.threshold,
       .unit_norm_threshold = !arguments.raw_threshold,
+      .ridge_lambda = arguments.ridge_lambda,
+      .lasso_lambda = arguments.lasso_lambda,
       .num_threads = arguments.num_threads,
       .free_run = false};
   const std::vector<RangeResult> ranges{identify({all, 1, {}}, columns, library, options)};
   console.result(console.json() ? metrics_json(ranges, options) : report_text(ranges));
-  const bool any = std::any_of(ranges.front().fits.begin(), ranges.front().fits.end(),
-                               [](const JudgedFit& fit) { return !fit.model.terms.empty(); });
-  if (!any)
-    console.error("fit.nothing_selected", fmt::format("{}: no method selected a term.", arguments.table.string()));
-  return any ? 0 : 4;
+  return outcome_of(ranges.front().fits, arguments.table.string(), console);
 }
 
 }  // namespace apps

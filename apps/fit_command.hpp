@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "apps/console.hpp"
+#include "ident/fit.hpp"
 
 namespace apps {
 
@@ -17,13 +18,14 @@ struct FitArguments {
   double tau = -1.0;  ///< negative: the default
   double threshold = 0.02;
   bool raw_threshold = false;
+  double ridge_lambda = ident::RidgeOptions{}.lambda, lasso_lambda = ident::LassoOptions{}.lambda;
   std::string where;  ///< condition on the rows
   int num_threads = 1;
 };
 
 /// Regression of one column of a table on expressions of the others, all rows at once, printed. Column names that are
-/// no names become some ("force [kN]" -> force_kN). Returns the exit code: 4 if no method selected anything.
-/// Throws dsp::Fault.
+/// no names become some ("force [kN]" -> force_kN). Returns the exit code: 4 if no method selected anything, or the
+/// rows determine none of the fits. Throws dsp::Fault.
 int run_fit(const FitArguments& arguments, Console& console);
 
 /// Terms separated by commas outside brackets. Throws dsp::Fault (usage, "term.syntax") for an empty one.

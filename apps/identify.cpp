@@ -1,6 +1,7 @@
 #include "apps/identify.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -161,9 +162,9 @@ ident::Fit fit_by(ident::Method method, const ident::RFactor& data, const Identi
     case ident::Method::stlsq:
       return ident::fit_stlsq(data, {.threshold = options.threshold, .unit_norm = options.unit_norm_threshold});
     case ident::Method::lasso:
-      return ident::fit_lasso(data);
+      return ident::fit_lasso(data, {.lambda = options.lasso_lambda});
     case ident::Method::ridge:
-      return ident::fit_ridge(data);
+      return ident::fit_ridge(data, {.lambda = options.ridge_lambda});
     case ident::Method::multi_rvm:
       return ident::fit_multi_rvm(data, {.selection = options.selection, .tau = options.tau}).rows.front();
     case ident::Method::ols:
@@ -186,6 +187,17 @@ std::vector<std::pair<std::string, double>> largest_signals(const ident::Candida
           largest.back().second = std::max(largest.back().second, std::abs(signal->values(row.sample)));
     }
   return largest;
+}
+
+/// Sentences on the terms that least squares left out because others make them up.
+void name_dependent(ident::Fit& fit, const ident::CandidateLibrary& library) {
+  const auto name = [&](Index term) { return library.terms[static_cast<std::size_t>(term)].name; };
+  for (const ident::Dependent& dependent : fit.dependent) {
+    std::vector<std::string> others;
+    for (const Index term : dependent.of) others.push_back(name(term));
+    fit.remarks.push_back(fmt::format("{} was left out: on the training rows it is a combination of {}",
+                                      name(dependent.term), fmt::join(others, ", ")));
+  }
 }
 
 Figure figure(double value, const char* reason_without) {
@@ -324,11 +336,13 @@ RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
     for (std::string& remark : ident::collinearity_remarks(data, judged.fit, fitted_terms, largest))
       judged.fit.remarks.push_back(std::move(remark));
     ident::renumber(judged.fit, terms, num_terms);
+    name_dependent(judged.fit, library);
+    const bool has_noise = std::isfinite(judged.fit.noise_variance);
     const MatrixXd kept_train = phi(Eigen::all, judged.fit.relevant),
                    kept_test = gather(result.rows.test, recordings, judged.fit.relevant);
     const VectorXd fitted = kept_train * judged.fit.mean, forecast = kept_test * judged.fit.mean;
     judged.model = ident::make_model(library, judged.fit, options.target, options.target_unit, scale,
-                                     ident::robust_covariance(kept_train, train - fitted));
+                                     has_noise ? ident::robust_covariance(kept_train, train - fitted) : MatrixXd());
     judged.whiteness = ident::residual_whiteness(train - fitted, places, first.signals->sample_rate_hz, first.band_hz);
     const char* no_test = num_test == 0 ? "no test rows" : nullptr;
     judged.train = figure(ident::nmse(fitted, train), "the target is zero on all training rows");
@@ -340,9 +354,13 @@ RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
     judged.predicted.resize(num_train + num_test);
     judged.predicted << fitted, forecast;
     judged.predicted_std.resize(num_train + num_test);
+    const VectorXd test_variance =
+        ident::predictive_variance(kept_test, judged.fit.covariance, judged.fit.noise_variance);
     judged.predicted_std
         << ident::predictive_variance(kept_train, judged.fit.covariance, judged.fit.noise_variance).cwiseSqrt(),
-        ident::predictive_variance(kept_test, judged.fit.covariance, judged.fit.noise_variance).cwiseSqrt();
+        test_variance.cwiseSqrt();
+    judged.bands = ident::band_shares(forecast, test_variance, test);
+    judged.bands_reason = no_test ? no_test : has_noise ? "" : "no row is left to tell the noise";
     judged.free_run.nmse = nan;
     judged.free_run.applies = options.free_run;
     if (!options.free_run)

@@ -38,6 +38,8 @@ struct JudgedFit {
   ident::Model model;
   ident::Whiteness whiteness;                       ///< of the training residual
   Figure train, test, train_centred, test_centred;  ///< NMSE
+  ident::BandShares bands;                          ///< share of the test targets inside their predictive bands
+  std::string bands_reason;                         ///< not empty: there are none
   FreeRun free_run;
   double solve_s = 0.0;
   Eigen::VectorXd predicted, predicted_std;  ///< training rows, then test rows
@@ -61,6 +63,7 @@ struct IdentifyOptions {
   ident::Selection selection = ident::Selection::evidence;
   double tau = -1.0, threshold = 0.02;
   bool unit_norm_threshold = true;
+  double ridge_lambda = ident::RidgeOptions{}.lambda, lasso_lambda = ident::LassoOptions{}.lambda;
   int num_threads = 1;
   bool free_run = true;  ///< false: the rows of a table are no time response
 };

@@ -115,6 +115,8 @@ IdentifyOptions identify_options(const Config& config, const std::vector<Input>&
           .tau = config.fit.tau,
           .threshold = config.fit.threshold,
           .unit_norm_threshold = config.fit.unit_norm_threshold,
+          .ridge_lambda = config.fit.ridge_lambda,
+          .lasso_lambda = config.fit.lasso_lambda,
           .num_threads = num_threads};
 }
 

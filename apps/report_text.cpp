@@ -42,7 +42,7 @@ std::string terms_table(const ident::Model& model) {
   for (const ident::ModelTerm& term : model.terms)
     text += fmt::format(
         "      {:<{}}  {:>13} +- {:<10} {:<10} {:>8} {:>9}  {}\n", term.name, width, ident::number(term.mean),
-        fmt::format("{:.3g}", term.std), optional_number(term.std_robust, "{:.3g}"),
+        optional_number(term.std, "{:.3g}"), optional_number(term.std_robust, "{:.3g}"),
         optional_number(term.coefficient_of_variation(), "{:.2g}"), optional_number(term.t(), "{:.3g}"), term.unit);
   return text;
 }
@@ -64,9 +64,12 @@ std::string fit_text(const JudgedFit& fit) {
   if (fit.model.terms.empty()) return text;
   text += terms_table(fit.model);
   text += fmt::format(
-      "      NMSE train {}, test {}, free run {}\n      about the mean: train {}, test {}; noise {:.3g} {}\n",
+      "      NMSE train {}, test {}, free run {}\n      about the mean: train {}, test {}; noise {} {}\n",
       figure(fit.train), figure(fit.test), figure({fit.free_run.nmse, fit.free_run.reason}), figure(fit.train_centred),
-      figure(fit.test_centred), fit.model.noise_std, fit.model.target_unit);
+      figure(fit.test_centred), optional_number(fit.model.noise_std, "{:.3g}"), fit.model.target_unit);
+  if (fit.bands_reason.empty())
+    text += fmt::format("      test rows inside their 50, 90 and 95 % bands: {:.1f}, {:.1f} and {:.1f} %\n",
+                        100.0 * fit.bands.within_50, 100.0 * fit.bands.within_90, 100.0 * fit.bands.within_95);
   return text;
 }
 

@@ -39,14 +39,15 @@ Json intervals_json(const std::vector<dsp::Interval>& intervals) {
 
 Json term_json(const ident::ModelTerm& term, std::string_view no_evidence) {
   Json result{{"name", term.name}, {"mean", term.mean}};
-  put(result, "std", term.std, "the noise could not be estimated");
+  put(result, "std", term.std, "no row is left to tell the noise");
   put(result, "std_robust", term.std_robust, "too few rows");
-  put(result, "cov", term.coefficient_of_variation(), "the coefficient is zero");
+  put(result, "cov", term.coefficient_of_variation(),
+      term.mean == 0.0 ? "the coefficient is zero" : "no row is left to tell the noise");
   result["unit"] = term.unit;
   result["scale"] = term.scale;
   result["mean_scaled"] = term.mean * term.scale;
-  put(result, "std_scaled", term.std * term.scale, "the noise could not be estimated");
-  put(result, "t", term.t(), "the standard deviation is zero");
+  put(result, "std_scaled", term.std * term.scale, "no row is left to tell the noise");
+  put(result, "t", term.t(), "the standard deviation is zero or unknown");
   put(result, "evidence_gain", term.evidence_gain, no_evidence);
   put(result, "inclusion_probability", term.inclusion_probability, no_evidence);
   return result;
@@ -77,12 +78,30 @@ Json nmse_json(const JudgedFit& fit) {
   return result;
 }
 
+/// A calibrated model has them near their names.
+Json bands_json(const JudgedFit& fit) {
+  Json result = Json::object();
+  const bool known = fit.bands_reason.empty();
+  for (const auto& [name, share] : {std::pair{"within_50", fit.bands.within_50},
+                                    {"within_90", fit.bands.within_90},
+                                    {"within_95", fit.bands.within_95}})
+    put(result, name, known ? share : std::nan(""), fit.bands_reason);
+  return result;
+}
+
 Json steps_json(const JudgedFit& fit, const std::vector<std::string>& terms) {
   Json result = Json::array();
   for (const ident::FitStep& step : fit.fit.steps) {
     Json row{{"action", to_string(step.action)}};
-    row["term"] = step.term < 0 ? Json() : Json(terms[static_cast<std::size_t>(step.term)]);
+    const auto name = [&](Eigen::Index term) { return Json(terms[static_cast<std::size_t>(term)]); };
+    row["term"] = step.term < 0 ? Json() : name(step.term);
     if (step.term < 0) row["term_reason"] = "all terms at once";
+    if (step.action == ident::FitAction::exchange) row["leaving"] = name(step.leaving);
+    if (step.action == ident::FitAction::start) {
+      row["terms"] = Json::array();
+      for (const Eigen::Index term : step.terms) row["terms"].push_back(name(term));
+    }
+    if (std::isfinite(step.penalty)) row["lambda"] = step.penalty;
     put(row, "log_evidence", step.log_evidence, "not computed");
     put(row, "noise_variance", step.noise_variance, "not computed");
     result.push_back(std::move(row));
@@ -99,6 +118,7 @@ Json method_json(const JudgedFit& fit, const RangeResult& range, const IdentifyO
   put(result, "tau", has_evidence ? fit.fit.tau : std::nan(""), no_evidence);
   result["status"] = to_string(fit.fit.status);
   result["iterations"] = fit.fit.iterations;
+  result["discarded_iterations"] = fit.fit.discarded_iterations;
   result["target"] = options.target;
   result["terms"] = Json::array();
   for (const ident::ModelTerm& term : fit.model.terms) result["terms"].push_back(term_json(term, no_evidence));
@@ -111,6 +131,7 @@ Json method_json(const JudgedFit& fit, const RangeResult& range, const IdentifyO
   put(result, "residual_peak_share", fit.whiteness.tested ? fit.whiteness.peak_share : std::nan(""),
       "too few rows, or no residual");
   result["nmse"] = nmse_json(fit);
+  result["bands"] = bands_json(fit);
   result["free_run_stretches"] = fit.free_run.num_stretches;
   result["seconds"] = {{"accumulate", range.accumulate_s}, {"solve", fit.solve_s}};
   result["steps"] = steps_json(fit, range.terms);

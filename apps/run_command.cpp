@@ -9,6 +9,7 @@
 
 #include "apps/atomic_file.hpp"
 #include "apps/config.hpp"
+#include "apps/fit_outcome.hpp"
 #include "apps/identify.hpp"
 #include "apps/inputs.hpp"
 #include "apps/interrupt.hpp"
@@ -149,19 +150,11 @@ void print_plan(const RunArguments& arguments, const Config& config, Console& co
   console.result(text + fmt::format("would write {}\n", place_apart(arguments, config).string()));
 }
 
-/// 4 and a message where a range has no method that selected anything.
+/// 4 and a message where a range has no fit to show.
 int exit_code_of(const std::vector<RangeResult>& ranges, Console& console) {
   int code = 0;
-  for (const RangeResult& range : ranges) {
-    const bool any = std::any_of(range.fits.begin(), range.fits.end(),
-                                 [](const JudgedFit& fit) { return !fit.model.terms.empty(); });
-    if (any) continue;
-    code = 4;
-    console.error(
-        "fit.nothing_selected",
-        fmt::format("range '{}': no method selected a term. Give other candidates, or lower fit.tau or fit.threshold.",
-                    range.spec.name));
-  }
+  for (const RangeResult& range : ranges)
+    code = std::max(code, outcome_of(range.fits, fmt::format("range '{}'", range.spec.name), console));
   return code;
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iterator>
 
 #include "apps/printable.hpp"
@@ -96,7 +97,10 @@ void write_predictions(const std::vector<RangeResult>& ranges, const std::vector
       append_number(line, range.target(i));
       for (const JudgedFit& fit : range.fits) {
         append_number(line, fit.predicted(i));
-        append_number(line, fit.predicted_std(i));
+        if (std::isfinite(fit.predicted_std(i)))
+          append_number(line, fit.predicted_std(i));
+        else
+          line += ',';  // there is none
       }
       line += '\n';
       sink(line);

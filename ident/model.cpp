@@ -107,7 +107,9 @@ std::string to_latex(const Model& model) {
   std::string text = latex_of(model.target) + " =";
   for (const ModelTerm& term : model.terms) {
     text += term.mean < 0.0 ? " -" : (&term == &model.terms.front() ? " " : " +");
-    text += fmt::format("\\underset{{({:.2g})}}{{{}}}", term.coefficient_of_variation(), number(std::abs(term.mean)));
+    const double cov = term.coefficient_of_variation();
+    const std::string size = number(std::abs(term.mean));
+    text += std::isfinite(cov) ? fmt::format("\\underset{{({:.2g})}}{{{}}}", cov, size) : size;
     if (term.name != "1") text += "\\," + latex_of(term.name);
   }
   return model.terms.empty() ? text + " 0" : text;
