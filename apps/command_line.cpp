@@ -258,6 +258,7 @@ void add_replicate(CLI::App& app, const GlobalOptions& global, Command& chosen) 
         throw dsp::Fault(dsp::FaultKind::usage, "usage", "replicate: -o DIR is missing. Say where the files are to go");
       ReplicateArguments all = *arguments;
       all.folder = global.output;
+      all.force = global.force;
       run_replicate(all, console);
       return 0;
     };

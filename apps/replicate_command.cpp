@@ -5,15 +5,17 @@
 
 #include <algorithm>
 #include <charconv>
+#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <system_error>
 
 #include "apps/atomic_file.hpp"
 #include "apps/interrupt.hpp"
 #include "apps/replicate_output.hpp"
+#include "apps/results_json.hpp"
+#include "apps/run_folder.hpp"
 #include "apps/section5_output.hpp"
-#include "apps/system_fault.hpp"
+#include "apps/sha256.hpp"
 
 namespace apps {
 namespace {
@@ -188,19 +190,31 @@ std::string replicate_rig(const WantedOfRig& wanted, const Section5Options& opti
 void run_replicate(const ReplicateArguments& arguments, Console& console) {
   const ReplicateOptions options = options_of(arguments);
   const Items items = items_of(arguments.items);
-  std::error_code error;
-  fs::create_directories(arguments.folder, error);
-  if (error) throw cannot_write(arguments.folder, error.value());
+  const auto start = std::chrono::steady_clock::now();
+  Manifest manifest;
+  manifest.command = "replicate";
+  manifest.arguments = arguments.items;
+  manifest.started_utc = utc_now();
+  manifest.seed = arguments.first_seed;
+  RunFolder results(arguments.folder, arguments.force);
+  const fs::path folder = results.path("replicate.json").parent_path();
 
   std::vector<ReplicatedCase> cases;
-  std::string summary = replicate_cases(items.cases, options, arguments.folder, cases, console);
+  std::string summary = replicate_cases(items.cases, options, folder, cases, console);
   nlohmann::ordered_json document = replicate_json(cases, options);
   summary += replicate_rig(
       items.rig, {options.num_seeds, options.first_seed, arguments.noise.value_or(1.0), options.selection, options.tau},
-      arguments.folder, document, console);
+      folder, document, console);
   const std::string text = document.dump(1) + "\n";
-  write_file(arguments.folder / "replicate.json", text);
-  console.result(console.json() ? text : summary);
+  results.write("replicate.json", text);
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.is_regular_file()) manifest.outputs.push_back({entry.path().filename().string(), sha256_file(entry)});
+  std::sort(manifest.outputs.begin(), manifest.outputs.end(),
+            [](const auto& a, const auto& b) { return a.path < b.path; });
+  manifest.finished_utc = utc_now();
+  results.commit(manifest_json(manifest));
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  console.result(console.json() ? text : summary + fmt::format("in {:.1f} s\n", seconds));
 }
 
 }  // namespace apps

@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "apps/replicate_statistics.hpp"
 #include "apps/svg_plot.hpp"
 
 namespace apps {
@@ -40,11 +41,18 @@ ordered_json fit_json(const CaseReplication& replication, const CaseFit& fit, co
                      {"mean", fit.fit.mean(j)},
                      {"std", number_or_null(std::sqrt(fit.fit.covariance(j, j)))}});
   }
-  for (const ident::FitStep& step : fit.fit.steps)
+  const auto name_of = [&](Index term) {
+    return term < 0 ? ordered_json(nullptr) : ordered_json(names_of(replication.study, {term}).front());
+  };
+  for (const ident::FitStep& step : fit.fit.steps) {
     steps.push_back({{"action", ident::to_string(step.action)},
-                     {"term", step.term < 0 ? ordered_json(nullptr)
-                                            : ordered_json(names_of(replication.study, {step.term}).front())},
-                     {"log_evidence", number_or_null(step.log_evidence)}});
+                     {"term", name_of(step.term)},
+                     {"log_evidence", number_or_null(step.log_evidence)},
+                     {"noise_variance", number_or_null(step.noise_variance)}});
+    if (step.action == ident::FitAction::start) steps.back()["terms"] = names_of(replication.study, step.terms);
+    if (step.action == ident::FitAction::exchange) steps.back()["leaving"] = name_of(step.leaving);
+    if (std::isfinite(step.penalty)) steps.back()["lambda"] = step.penalty;
+  }
   const bool bayesian = fit.method.ends_with("rvm");
   return {{"case", replication.study.definition->name},
           {"row", row.label()},
@@ -55,11 +63,12 @@ ordered_json fit_json(const CaseReplication& replication, const CaseFit& fit, co
           {"tau", bayesian ? ordered_json(fit.fit.tau) : ordered_json(nullptr)},
           {"status", ident::to_string(fit.fit.status)},
           {"iterations", fit.fit.iterations},
+          {"discarded_iterations", fit.fit.discarded_iterations},
           {"support_exact", row.truth_known ? ordered_json(fit.error.exact()) : ordered_json(nullptr)},
           {"false_terms", names_of(replication.study, fit.error.false_terms)},
           {"missing_terms", names_of(replication.study, fit.error.missing_terms)},
           {"terms", std::move(terms)},
-          {"noise_std", std::sqrt(fit.fit.noise_variance)},
+          {"noise_std", number_or_null(std::sqrt(fit.fit.noise_variance))},
           {"log_evidence", number_or_null(fit.fit.log_evidence)},
           {"condition_number", number_or_null(fit.fit.condition_number)},
           {"steps", std::move(steps)},
@@ -260,6 +269,7 @@ std::string replicate_table(const ReplicatedCase& replicated, const ReplicateOpt
   if (std::any_of(comparisons.begin(), comparisons.end(), [](const auto& c) { return c.quantity == "cov"; }))
     list("cov", ("Coefficients of variation (expected: noise-free columns, the stated noise)\n" + head).c_str());
   text += "Support\n" + supports(replication) + weak(replication, options) + "\n";
+  text += "Error bars, bands and times of the fast RVM\n" + statistics_text(replication, options.noise) + "\n";
   text += "Free run at held-out ratios, NMSE\n" + free_runs(replication) + "\n";
   text += fmt::format("CPU seconds, all rows\n{:<8} {:>12} {:>12} {:>12}\n", "method", "paper", "ours", "ratio");
   for (const Comparison& c : comparisons)

@@ -1,6 +1,9 @@
 #include "apps/results_json.hpp"
 
+#include <fmt/chrono.h>
+
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -400,6 +403,11 @@ std::string manifest_json(const Manifest& manifest) {
   document["inputs"] = files(manifest.inputs);
   document["outputs"] = files(manifest.outputs);
   return text_of(document);
+}
+
+std::string utc_now() {
+  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}",
+                     fmt::gmtime(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now())));
 }
 
 }  // namespace apps

@@ -51,5 +51,7 @@ struct Manifest {
   unsigned long long seed = 1;
 };
 [[nodiscard]] std::string manifest_json(const Manifest& manifest);
+/// Now, as the manifest writes it: 2026-01-31T12:00:00Z.
+[[nodiscard]] std::string utc_now();
 
 }  // namespace apps

@@ -1,6 +1,5 @@
 #include "apps/run_command.hpp"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,11 +24,6 @@
 namespace apps {
 namespace fs = std::filesystem;
 namespace {
-
-std::string utc_now() {
-  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}",
-                     fmt::gmtime(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now())));
-}
 
 Config config_of(const RunArguments& arguments) {
   Config config = read_config(arguments.input, arguments.set);

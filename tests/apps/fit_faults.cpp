@@ -128,3 +128,18 @@ TEST_CASE("the same table gives the same answer on each run, and penalties are o
   CHECK(fit(plain, "u,w", "ridge", "--ridge-lambda 100").out != fit(plain, "u,w", "ridge").out);
   CHECK(fit(plain, "u", "ridge", "--ridge-lambda 0").code == 2);
 }
+
+TEST_CASE("an equation that depends on the sign of the velocity is split by a condition", "[apps][fit_faults]") {
+  const Scratch folder;
+  REQUIRE(support::run(folder, "$ARDENT sim valanis-4 --set ratio=1 -o run").code == 0);
+  const auto split = [&](const std::string& where) {
+    const auto ended = support::run(folder,
+                                    "$ARDENT fit run/response.csv --target dz --methods fast_rvm --terms "
+                                    "'1,x,v,z,x^2,x*v,x*z,v^2,v*z,z^2,v*sin(x),f' --where '" +
+                                        where + "'");
+    CHECK(ended.code == 0);
+    return ended.out;
+  };
+  CHECK_THAT(split("v >= 0"), Catch::Contains("dz = 10 v - 20 v*z + 40 v*sin(x)\n"));
+  CHECK_THAT(split("v < 0"), Catch::Contains("dz = 10 v - 15 x*v + 20 v*z\n"));
+}

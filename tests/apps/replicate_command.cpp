@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "apps/paper_comparison.hpp"
@@ -15,6 +16,7 @@ namespace {
 
 json replicate(const support::Scratch& scratch, apps::ReplicateArguments arguments) {
   arguments.folder = scratch / "out";
+  arguments.force = true;
   apps::Console console({.verbosity = -1, .progress = apps::ProgressMode::never});
   apps::run_replicate(arguments, console);
   return json::parse(support::bytes_of(scratch / "out" / "replicate.json"));
@@ -57,6 +59,32 @@ TEST_CASE("replicate writes the table, the figure and the JSON of what was asked
       CHECK(entry.contains(key));
   CHECK_THAT(support::bytes_of(scratch / "out" / "table-1.txt"), Catch::Contains("not an uncertainty"));
   CHECK_THAT(support::bytes_of(scratch / "out" / "fig-3.svg"), Catch::Contains("free-run NMSE"));
+}
+
+TEST_CASE("a folder of results is replaced whole, only when told to, and never through a link", "[apps][replicate]") {
+  const support::Scratch scratch;
+  (void)replicate(scratch, {.items = {"table-2"}, .folder = {}, .tau = {}});
+  REQUIRE(std::filesystem::exists(scratch / "out" / "table-2.txt"));
+  apps::Console console({.verbosity = -1, .progress = apps::ProgressMode::never});
+  apps::ReplicateArguments again{.items = {"table-1"}, .folder = scratch / "out", .tau = {}};
+  support::check_fault([&] { apps::run_replicate(again, console); }, dsp::FaultKind::output, "output.exists",
+                       {"--force"});
+  again.force = true;
+  apps::run_replicate(again, console);
+  CHECK(std::filesystem::exists(scratch / "out" / "table-1.txt"));
+  CHECK_FALSE(std::filesystem::exists(scratch / "out" / "table-2.txt"));
+  CHECK(std::filesystem::exists(scratch / "out" / "manifest.json"));
+  std::filesystem::create_symlink(scratch / "out", scratch / "link");
+  again.folder = scratch / "link";
+  support::check_fault([&] { apps::run_replicate(again, console); }, dsp::FaultKind::output, "output.symlink", {});
+}
+
+TEST_CASE("seconds are per seed, whichever is the first", "[apps][replicate]") {
+  auto replication = apps::replicate_case(*apps::find_section4_case("duffing"), {.num_seeds = 2, .first_seed = 0});
+  for (apps::CaseFit& fit : replication.fits) fit.seconds = 1.0;
+  replication.accumulate_seconds = 0.25;
+  for (const auto& c : apps::compare_with_paper(replication))
+    if (c.quantity == "seconds") CHECK(c.ours == 2.25);  // two rows
 }
 
 TEST_CASE("replicate says what it does not know", "[apps][replicate]") {
@@ -115,6 +143,39 @@ TEST_CASE("free runs of exact equations stay close to the truth at ratios held o
       }
 }
 
+TEST_CASE("free runs over twenty seeds keep to the ambitious bars but for one in fifty", "[apps][replicate][slow]") {
+  struct Bar {
+    const char* name;
+    double all, at_125;  // Duffing at 1.25 is sensitive to its initial state
+  };
+  int over = 0, runs = 0;
+  for (const Bar bar : {Bar{"duffing", 3e-4, 3e-2},
+                        {"coulomb", 7.5e-4, 0.0},
+                        {"bouc-wen", 5e-5, 0.0},
+                        {"valanis-1", 1.7e-2, 0.0},
+                        {"valanis-2", 4e-3, 0.0},
+                        {"valanis-3", 2e-5, 0.0},
+                        {"valanis-4", 1.7e-2, 0.0}}) {
+    double largest = 0.0;
+    int above = 0, all = 0;
+    const auto replication =
+        apps::replicate_case(*apps::find_section4_case(bar.name), {.num_seeds = 20, .first_seed = 123450});
+    for (const auto& score : replication.scores) {
+      if (score.kind != "free_run" || score.signal != "x" || score.method != "fast_rvm") continue;
+      const double limit = score.ratio == 1.25 && bar.at_125 > 0.0 ? bar.at_125 : bar.all;
+      largest = std::max(largest, score.nmse / limit);
+      above += !(score.nmse <= limit);
+      ++all;
+    }
+    std::printf("%-10s %2d of %2d free runs above the bar, the worst at %.2f of it\n", bar.name, above, all, largest);
+    INFO(bar.name);
+    CHECK(largest <= 2.0);
+    over += above;
+    runs += all;
+  }
+  CHECK(over <= runs / 50);
+}
+
 TEST_CASE("the verdicts on the paper's tables", "[apps][replicate][paper]") {
   const auto duffing = verdicts("duffing");
   CHECK(duffing.at("mean fast_rvm within noise") == 5);
@@ -130,4 +191,15 @@ TEST_CASE("the verdicts on the paper's tables", "[apps][replicate][paper]") {
   const auto valanis = verdicts("valanis-4");
   CHECK(valanis.at("mean fast_rvm not reproducible") == 1);  // 39.0006 v sin(x)
   CHECK(valanis.at("mean sindy not reproducible") == 3);     // x^2, x v and what it does to v sin(x)
+  // The reasons are computed: without the record at resonance all that Table 8 prints would be within noise, and no
+  // single alternative is told as one where it is not.
+  for (const auto& [name, alternative] : {std::pair{"valanis-4", "without the record at ratio 1"},
+                                          {"bouc-wen-2", "v^2 and |x| v beside the printed terms"}}) {
+    const auto replication = apps::replicate_case(*apps::find_section4_case(name), {.first_seed = 80000});
+    for (const auto& c : apps::compare_with_paper(replication)) {
+      if (c.quantity != "mean" || c.verdict.verdict != "not reproducible") continue;
+      INFO(name << " " << c.row << " " << c.term << " " << c.method << ": " << c.verdict.reason);
+      CHECK_THAT(c.verdict.reason, Catch::Contains(alternative) && Catch::Contains("would explain the print"));
+    }
+  }
 }

@@ -145,6 +145,22 @@ TEST_CASE("the support is exact at 1, 2 and 5 % noise", "[apps][section4][paper]
     }
 }
 
+TEST_CASE("the support is exact in twenty moves down to no noise at all", "[apps][section4][paper]") {
+  for (const double noise : {1e-2, 1e-4, 1e-6, 0.0})
+    for (const char* name : {"duffing", "coulomb", "bouc-wen", "valanis-1", "valanis-2", "valanis-3", "valanis-4"})
+      for (const auto& regression : study(name).regressions) {
+        const auto data = apps::section4_factor(study(name), regression, noise, 62500);
+        for (std::size_t j = 0; j < regression.rows.size(); ++j) {
+          const auto fit = ident::fit_fast_rvm(apps::row_factor(data, j));
+          INFO(name << " row " << regression.rows[j].label() << " noise " << noise << ": " << fit.iterations
+                    << " moves");
+          CHECK(fit.status == ident::FitStatus::converged);
+          CHECK(apps::support_error(fit, regression.rows[j].truth).exact());
+          CHECK(fit.iterations <= 20);
+        }
+      }
+}
+
 TEST_CASE("Valanis IV at 20 % noise is right as often as the likelihood can tell x v from v sin(x)",
           "[apps][section4][paper]") {
   // With the true term swapped for its neighbour, 2 log L changes by N(-D, 4 D) where D is the squared misfit of the
