@@ -198,6 +198,11 @@ void add_sim(CLI::App& app, const GlobalOptions& global, Command& chosen) {
   command->add_option("--sensors", arguments->sensors, "qzs --raw: ideal, noise or full");
   command->add_option("--from", arguments->from_s, "qzs --raw: first second of the recording");
   command->add_option("--rate", arguments->rate_hz, "qzs --raw: rate of the recording, Hz; 25600 unless lower");
+  command->footer(
+      "Parameters of the system by --set name=number. qzs --raw, failing sensors (channel by name or place, seconds):\n"
+      "  --set rail=payload_laser:300:300.4       at the upper rail\n"
+      "  --set hold=2:300:300.4                   stuck at its value\n"
+      "  --set clip=payload_accelerometer:0:9:0.02  limited to +-0.02 V");
   command->add_option("--container", arguments->container, "qzs --raw: rf64, wav, w64, caf, flac, aiff");
   command->callback([=, &global, &chosen] {
     chosen = [=, &global](Console& console) {

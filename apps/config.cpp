@@ -207,7 +207,9 @@ std::string recording_text(const RecordingConfig& recording, const fs::path& fol
   return text + "\n";
 }
 
-std::string prepare_text(const dsp::PrepareOptions& prepare, const ZeroChoice& zero) {
+std::string prepare_text(const Config& config) {
+  const dsp::PrepareOptions& prepare = config.prepare;
+  const ZeroChoice& zero = config.zero;
   std::string text =
       fmt::format("[prepare]\nrecipe = \"{}\"\n", prepare.recipe == dsp::Recipe::paper ? "paper" : "matched");
   const auto known = [&](std::string_view key, double value) {
@@ -225,7 +227,7 @@ std::string prepare_text(const dsp::PrepareOptions& prepare, const ZeroChoice& z
   if (zero.kind == ZeroChoice::Kind::value) text += fmt::format("zero = {}\n", real(zero.value_m));
   if (zero.kind == ZeroChoice::Kind::none) text += "zero = \"none\"\n";
   if (zero.kind == ZeroChoice::Kind::regime_mean) text += "zero = \"regime-mean\"\n";
-  return text + "\n";
+  return text + fmt::format("max_clipped = {}\n\n", real(config.max_clipped));
 }
 
 std::string fit_text(const FitConfig& fit) {
@@ -266,6 +268,7 @@ Config read_config(const fs::path& input, const std::vector<std::string>& overri
   const dsp::Settings prepare = document.table("prepare"), library = document.table("library");
   config.prepare = read_prepare(prepare);
   config.zero = read_zero(prepare);
+  config.max_clipped = prepare.number("max_clipped", config.max_clipped, {.from = 0.0, .to = 1.0});
   const dsp::Settings segment = document.table("segment");
   config.segment = segment.flag("find", config.segment);
   config.segment_options = read_segment(segment);
@@ -285,7 +288,7 @@ Config read_config(const fs::path& input, const std::vector<std::string>& overri
 std::string to_toml(const Config& config, const fs::path& folder) {
   std::string text = fmt::format("schema = {}\n\n", schema);
   for (const RecordingConfig& recording : config.recordings) text += recording_text(recording, folder);
-  text += prepare_text(config.prepare, config.zero);
+  text += prepare_text(config);
   text += segment_text(config.segment, config.segment_options);
   text += fmt::format("[library]\norder = {}\nvariables = {}\nconstant = {}\nterms = {}\nmax_terms = {}\n\n",
                       config.library.order, text_array(config.library.variables), config.library.constant,

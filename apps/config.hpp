@@ -48,7 +48,8 @@ struct Config {
   std::vector<RecordingConfig> recordings;
   dsp::PrepareOptions prepare;
   ZeroChoice zero;
-  bool segment = true;  ///< look for amplitude regimes
+  double max_clipped = 0.01;  ///< of a training stretch, for any channel; more is refused
+  bool segment = true;        ///< look for amplitude regimes
   dsp::SegmentOptions segment_options;
   ident::LibraryOptions library;
   bool default_terms = false;  ///< `terms` was left out: sgn(v) and the inputs that were measured

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -14,6 +15,7 @@
 #include "apps/parameter_settings.hpp"
 #include "apps/response_report.hpp"
 #include "apps/rig_programme.hpp"
+#include "apps/sensor_fault_settings.hpp"
 #include "dsp/decimate.hpp"
 #include "dsp/sidecar.hpp"
 #include "dsp/sound_file.hpp"
@@ -58,7 +60,11 @@ Setup set_up(const SimulateArguments& arguments) {
     Setup setup;
     setup.twin = arguments.twin.value_or("T0");
     setup.programme = arguments.programme.value_or("down");
-    Settings settings = parse_settings(arguments.set);
+    std::vector<std::string> numbers = arguments.set;
+    setup.raw.faults = take_sensor_faults(numbers);
+    if (!arguments.raw && !setup.raw.faults.empty())
+      throw std::invalid_argument("qzs: rail, hold and clip are about the recording: add --raw");
+    Settings settings = parse_settings(numbers);
     const sim::Programme programme = rig_programme(setup.programme, settings);
     auto parameters = sim::qzs_twin(setup.twin);
     set_parameters(parameters, settings, "of the programme", programme_settings(setup.programme));
@@ -74,6 +80,10 @@ Setup set_up(const SimulateArguments& arguments) {
     setup.raw.level = sim::sensor_level(arguments.sensors.value_or("full"));
     setup.raw.noise = arguments.noise.value_or(1.0);
     setup.raw.seed = arguments.seed;
+    for (auto& fault : setup.raw.faults) {  // seconds of the recording, of the test from here on
+      fault.from_s += setup.from_s;
+      fault.to_s += setup.from_s;
+    }
     setup.container = dsp::sound_container(arguments.container.value_or("rf64"));
     return setup;
   } catch (const std::invalid_argument& error) {
@@ -212,6 +222,14 @@ ordered_json sensors_json(const Setup& setup) {
                                    {"offset", sensor.offset},
                                    {"lag_s", sensor.lag_s},
                                    {"highpass_hz", sensor.highpass_hz}});
+  for (const auto& fault : setup.raw.faults) {
+    constexpr std::array kinds{"rail", "hold", "clip"};
+    sensors["faults"].push_back({{"kind", kinds[static_cast<std::size_t>(fault.kind)]},
+                                 {"channel", sensors["channels"][static_cast<std::size_t>(fault.channel)]["name"]},
+                                 {"from_s", fault.from_s - setup.from_s},
+                                 {"to_s", fault.to_s - setup.from_s}});
+    if (fault.kind == sim::SensorFault::Kind::clip) sensors["faults"].back()["limit_v"] = fault.limit_v;
+  }
   return sensors;
 }
 

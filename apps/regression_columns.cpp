@@ -8,6 +8,7 @@
 #include <new>
 #include <string>
 
+#include "apps/clipped_training.hpp"
 #include "dsp/fault.hpp"
 
 namespace apps {
@@ -88,6 +89,7 @@ std::vector<ident::CandidateLibrary> compile_libraries(const Config& config, con
 
 std::vector<Columns> all_columns(const Config& config, const std::vector<Input>& inputs,
                                  const std::vector<ident::CandidateLibrary>& libraries, Console& console) {
+  for (const Range& range : config.ranges) require_unclipped(range, inputs, config.max_clipped);
   std::vector<Columns> columns;
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     const dsp::Prepared& prepared = inputs[i].prepared;

@@ -19,7 +19,8 @@ void check_library(const Config& config);
 [[nodiscard]] std::vector<ident::CandidateLibrary> compile_libraries(const Config& config,
                                                                      const std::vector<Input>& inputs);
 
-/// Columns and target of every recording, with its regimes. Throws dsp::Fault memory.exhausted (numerics).
+/// Columns and target of every recording, with its regimes. Throws dsp::Fault memory.exhausted (numerics)
+/// and sample.clipped (input).
 [[nodiscard]] std::vector<Columns> all_columns(const Config& config, const std::vector<Input>& inputs,
                                                const std::vector<ident::CandidateLibrary>& libraries, Console& console);
 

@@ -19,7 +19,8 @@ BusRecorder::BusRecorder(const Recording& description, Index num_frames, const s
                  .clock_start_s = description.clock_start_s,
                  .channels = description.channels},
       input_rate_hz_(description.sample_rate_hz),
-      faulty_(description.sample_rate_hz, description.channels) {
+      faulty_(description.sample_rate_hz, description.channels),
+      spectrum_(description.sample_rate_hz, static_cast<Index>(description.channels.size()), num_frames) {
   const auto num_channels = static_cast<Index>(description.channels.size());
   Index num_rows = num_frames;
   if (options) {
@@ -40,6 +41,7 @@ void BusRecorder::push(const Eigen::Ref<const FrameBlock>& frames) {
     refuse(frames);
     throw;
   }
+  spectrum_.push(frames);
   num_taken_ += frames.rows();
   if (decimator_)
     keep(decimator_->push(frames));
@@ -69,18 +71,19 @@ Recording BusRecorder::finish() {
   if (num_kept_ != recording_.samples.rows())
     recording_.samples.conservativeResize(num_kept_, recording_.samples.cols());
   SampleFaults faults = faulty_.finish();
-  fill(faults);
+  faults_ = std::move(faults.stretches);
+  fill();
   recording_.bad = std::move(faults.bad);
   recording_.checks = std::move(faults.checks);
   return std::move(recording_);
 }
 
 // On the bus a predictor reaches over a cycle; what the filter before it smears belongs to the gap.
-void BusRecorder::fill(const SampleFaults& faults) {
+void BusRecorder::fill() {
   const double smear_s = decimator_ ? decimator_->sheet().edge_s : 0.0;
   for (Index c = 0; c < recording_.samples.cols(); ++c) {
     std::vector<Interval> gaps;
-    for (const auto& stretch : faults.stretches)
+    for (const auto& stretch : faults_)
       if (stretch.channel == c)
         gaps.push_back({static_cast<double>(stretch.first) / input_rate_hz_ - smear_s,
                         static_cast<double>(stretch.last) / input_rate_hz_ + smear_s, ""});

@@ -1,9 +1,11 @@
 #pragma once
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "dsp/decimate.hpp"
 #include "dsp/faulty_samples.hpp"
+#include "dsp/raw_spectrum.hpp"
 #include "dsp/recording.hpp"
 
 namespace dsp {
@@ -21,18 +23,24 @@ class BusRecorder {
   /// The samples at the bus rate, under the description given, with what was found faulty in `bad` and `checks`, and on
   /// the bus filled by prediction from both sides.
   [[nodiscard]] Recording finish();
+  /// Where samples were found faulty, in frames of the recording; known after finish().
+  [[nodiscard]] const std::vector<FaultyStretch>& faults() const { return faults_; }
+  /// Of the recording, once all is pushed.
+  [[nodiscard]] const RawSpectrum& spectrum() const { return spectrum_; }
   /// Of the filter from the recording to the bus; none when there is none.
   [[nodiscard]] std::optional<FilterSheet> sheet() const;
 
  private:
   void keep(const FrameBlock& frames);
   void refuse(const Eigen::Ref<const FrameBlock>& frames) const;
-  void fill(const SampleFaults& faults);
+  void fill();
 
   Recording recording_;
   double input_rate_hz_ = 0.0;
   FaultySamples faulty_;
+  RawSpectrum spectrum_;
   std::optional<Decimator> decimator_;
+  std::vector<FaultyStretch> faults_;
   Eigen::Index num_taken_ = 0, num_kept_ = 0;
 };
 

@@ -100,7 +100,8 @@ double LevelHistogram::plateau(double sign) const {
     const int end = begin + plateau_bins;
     begin = end;
     const Bin next = group(begin);
-    if (top.all < least_count || 10 * top.still < 9 * top.all || top.all < ratio * next.all) break;
+    const std::int64_t added = top.all - next.all;  // what passes through is as often next to it
+    if (top.all < least_count || 10 * top.still < 9 * added || top.all < ratio * next.all) break;
     found = origin_ + width_ * (sign > 0 ? num_bins - end : end);
     top = next;  // a dropout may stand beyond the limit
   }

@@ -194,21 +194,32 @@ std::vector<FaultyStretch> FaultySamples::State::stood_still(Eigen::Index c, std
   const bool seldom_equal =
       static_cast<double>(track.standstill.num_equal_cells()) <= options.max_held_fraction * whole;
 
+  // A crest cut off once may be a value held there; at one level again and again it is a limit.
+  const auto is_crest = [](const StillRun& run) { return (run.level_in < run.level) == (run.level_out < run.level); };
+  const auto recurs = [&](double level) {
+    return std::count_if(track.standstill.runs().begin(), track.standstill.runs().end(), [&](const StillRun& run) {
+             return is_crest(run) && std::abs(run.level - level) <= 1e-3 * std::abs(level);
+           }) >= 2;
+  };
   std::vector<FaultyStretch> found;
   const double tiny = 1e-3 * (track.statistics.high() - track.statistics.low());
+  const auto is_extreme = [&](double level) {
+    return level >= track.statistics.high() - tiny || level <= track.statistics.low() + tiny;
+  };
+  const auto at_limit = [&](const StillRun& run) {
+    return (is_crest(run) && is_extreme(run.level)) || recurs(run.level);
+  };
   for (const auto& run : track.standstill.runs()) {
-    const bool outermost =
-        run.level == 0.0 || run.level >= track.statistics.high() - tiny || run.level <= track.statistics.low() + tiny;
+    const bool outermost = run.level == 0.0 || is_extreme(run.level);
     const bool jumps = run.jump_in >= jump_ratio || run.jump_out >= jump_ratio;
-    const bool crest = (run.level_in < run.level) == (run.level_out < run.level);
     if (outermost && run.jump_in >= jump_ratio && run.num_cells() >= least_dropout_cells * usual &&
         run.num_cells() * cell_frames >= least_dropout_frames)
       found.push_back(in_frames(c, SampleFault::dropout, run));
     else if (run.num_cells() >= long_cells && (jumps || (run.abrupt && !rests)))
-      found.push_back(in_frames(c, crest && !jumps ? SampleFault::clipped : SampleFault::held, run));
+      found.push_back(in_frames(c, !jumps && at_limit(run) ? SampleFault::clipped : SampleFault::held, run));
     else if (seldom_equal && run.num_equal >= std::max(least_equal_cells, least_equal_frames / cell_frames) &&
              run.abrupt && !jumps)
-      found.push_back(in_frames(c, crest ? SampleFault::clipped : SampleFault::held, run));
+      found.push_back(in_frames(c, at_limit(run) ? SampleFault::clipped : SampleFault::held, run));
   }
   return found;
 }
@@ -241,8 +252,10 @@ void FaultySamples::State::judge(Eigen::Index c, SampleFaults& faults) const {
     const double seconds = static_cast<double>(num_samples) / sample_rate_hz;
     std::string message = "none";
     if (!stretches.empty())
-      message = fmt::format("{} stretches, {:.6g} s in all, the first at {:.6g} s", stretches.size(), seconds,
-                            static_cast<double>(stretches.front().first) / sample_rate_hz);
+      message = fmt::format("{} stretch{}, {:.6g} s in all, the first at {:.6g} s at {:.6g} {}", stretches.size(),
+                            stretches.size() > 1 ? "es" : "", seconds,
+                            static_cast<double>(stretches.front().first) / sample_rate_hz, stretches.front().level,
+                            track.channel.unit);
     if (fault == SampleFault::clipped) message += clip_remark;
     if (fault == SampleFault::held) message += rest_remark;
     const bool clip = fault == SampleFault::clipped;
@@ -256,8 +269,7 @@ void FaultySamples::State::judge(Eigen::Index c, SampleFaults& faults) const {
       faults.stretches.push_back(stretch);
       faults.bad.push_back({static_cast<double>(stretch.first) / sample_rate_hz,
                             static_cast<double>(stretch.last) / sample_rate_hz,
-                            fmt::format("{}: {} at {:.6g} {}", track.channel.name, to_string(fault), stretch.level,
-                                        track.channel.unit)});
+                            fmt::format("{}: {}", track.channel.name, to_string(fault))});
     }
   }
 }

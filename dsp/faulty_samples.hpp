@@ -59,11 +59,12 @@ struct FaultySampleOptions {
 /// What comes to rest by degrees, as friction or rounding have it, is none.
 ///
 /// Clipped is, first, what lies at a limit that is known, two samples or more in a row. Secondly, without one, what
-/// equals the record's extreme value, if that value occurs at least ten times, on three visits that skip the next value,
-/// and eight times as often as the next lower value seen, which no smooth maximum does (2.4 at most). Extreme and count start anew with every more extreme value. A record that spends 30 % at it rests there.
-/// Thirdly, where noise lies on repeated values, levels of the outermost 1/512 of the range that are met while standing
-/// still and four times as often as those next to them, if one such stretch lasts eight cells and is reached at a pace
-/// of three steps of the sensor a cell. A clipped stretch that has no other like it and noise on top is not found.
+/// equals the record's extreme value, if that value occurs at least ten times, on three visits that skip the next
+/// value, and eight times as often as the next lower value seen, which no smooth maximum does (2.4 at most). Extreme
+/// and count start anew with every more extreme value. A record that spends 30 % at it rests there. Thirdly, where
+/// noise lies on repeated values, levels of the outermost 1/512 of the range that are met while standing still and four
+/// times as often as those next to them, if one such stretch lasts eight cells and is reached at a pace of three steps
+/// of the sensor a cell. A clipped stretch that has no other like it and noise on top is not found.
 ///
 /// checks, one a channel: sample.clipped (value: share of samples), sample.dropout, sample.held (value: seconds),
 /// sample.spike (value: how many; they stay), sample.offset (value: mean), sample.drift (value: of a line through the

@@ -66,6 +66,24 @@ void require_length(const Recording& description, Index num_frames, const Column
                             description.name, num_frames, least));
 }
 
+// A dead base is told only: a bench that stands still is one.
+void require_moving(const Recording& bus) {
+  for (const auto& check : bus.checks) {
+    if (check.name != "sample.constant") continue;
+    const auto channel = std::find_if(bus.channels.begin(), bus.channels.end(),
+                                      [&](const Channel& other) { return other.name == check.channel; });
+    const Role role = channel->role;
+    const bool needed = role == Role::x || role == Role::y || role == Role::a || role == Role::ddy ||
+                        (role == Role::ddr && bus.find(Role::ddy) >= 0);
+    if (needed)
+      throw Fault(
+          FaultKind::input, "sample.constant",
+          fmt::format("{}: channel '{}', role {}, never moves: {}. Choose another by use = {{ {} = \"...\" }} or "
+                      "leave it out of the sidecar",
+                      bus.name, channel->name, to_string(role), check.message, to_string(role)));
+  }
+}
+
 VectorXd clock(Index n, double rate_hz) {
   return VectorXd::LinSpaced(n, 0.0, static_cast<double>(n - 1)) / rate_hz;
 }
@@ -135,9 +153,15 @@ void bring_to_agree(Prepared& prepared, Recording& bus) {
 }
 
 void exclude(Prepared& prepared, const std::vector<Interval>& bad, double reach_s, double duration_s) {
-  for (const auto& interval : bad)
-    prepared.excluded.push_back(
-        {std::max(0.0, interval.from_s - reach_s), std::min(duration_s, interval.to_s + reach_s), interval.why});
+  for (const auto& interval : bad) {
+    const double from_s = std::max(0.0, interval.from_s - reach_s),
+                 to_s = std::min(duration_s, interval.to_s + reach_s);
+    auto& all = prepared.excluded;
+    if (!all.empty() && all.back().why == interval.why && from_s <= all.back().to_s && from_s >= all.back().from_s)
+      all.back().to_s = std::max(all.back().to_s, to_s);  // one crest after the other
+    else
+      all.push_back({from_s, to_s, interval.why});
+  }
   if (!prepared.highpass_hz.empty())
     prepared.excluded.push_back(
         {0.0, std::min(duration_s, 2.0 / *std::min_element(prepared.highpass_hz.begin(), prepared.highpass_hz.end())),
@@ -208,8 +232,15 @@ std::vector<Filling> fillings(const Recording& description, Index num_frames,
 }
 
 BusRecording filled(Filling& filling, const Recording& known) {
-  BusRecording bus{filling.recorder->finish(), known.sample_rate_hz, filling.filter, filling.recorder->sheet()};
+  BusRecording bus{filling.recorder->finish(), known.sample_rate_hz,         filling.filter,
+                   filling.recorder->sheet(),  filling.recorder->spectrum(), {}};
   Recording& recording = bus.recording;
+  require_moving(recording);
+  for (const auto& stretch : filling.recorder->faults())
+    if (stretch.fault == SampleFault::clipped)
+      bus.clipped.push_back({static_cast<double>(stretch.first) / known.sample_rate_hz,
+                             static_cast<double>(stretch.last) / known.sample_rate_hz,
+                             recording.channels[static_cast<std::size_t>(stretch.channel)].name});
   recording.bad.insert(recording.bad.begin(), known.bad.begin(), known.bad.end());
   recording.checks.insert(recording.checks.begin(), known.checks.begin(), known.checks.end());
   return bus;
@@ -235,7 +266,10 @@ Prepared prepare(BusRecording bus, const PrepareOptions& options) {
     throw std::invalid_argument("prepare: the bus was filled for other options");
   prepared.filter = column_filter(prepared.options);
   prepared.decimation = whole_sheet(prepared.options, rate_hz, prepared.filter, bus.sheet);
+  prepared.clipped = std::move(bus.clipped);
   prepared.checks = std::move(bus.recording.checks);
+  const auto folding = bus.spectrum.checks(bus.recording.channels, prepared.options.rate_hz, prepared.decimation);
+  prepared.checks.insert(prepared.checks.end(), folding.begin(), folding.end());
   finish(prepared, std::move(bus.recording), bus.sheet);
   return prepared;
 }

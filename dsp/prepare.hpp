@@ -10,6 +10,7 @@
 #include "dsp/column_filter.hpp"
 #include "dsp/decimate.hpp"
 #include "dsp/motion.hpp"
+#include "dsp/raw_spectrum.hpp"
 #include "dsp/read_recording.hpp"
 #include "dsp/recording.hpp"
 #include "dsp/sensor_consistency.hpp"
@@ -50,6 +51,7 @@ struct Prepared {
   Eigen::VectorXd raw_v, raw_a;           ///< at the regression rate, before the sensors were brought to agree; for the
                                           ///< power check; empty where they were not
   std::vector<Interval> excluded;         ///< with margins and reasons; marked in both motions
+  std::vector<Interval> clipped;          ///< of these, the clipped ones without margins; why: the channel's name
   std::vector<Check> checks;
 };
 
@@ -66,7 +68,7 @@ struct Prepared {
 /// The recording's bad stretches are excluded with the reach of the filters as margin, and where columns are
 /// high-passed its start, 2 / corner long. Edge samples are counted (check "prepare.edges"), not excluded: the ends are
 /// continued by linear prediction, which leaves them nearly as good as the rest. Throws Fault for a recording that
-/// cannot be used so.
+/// cannot be used so: sample.constant (input) where a channel the motion rests on shows one value only, ...
 [[nodiscard]] Prepared prepare(const Recording& recording, const PrepareOptions& options);
 
 struct StreamOptions {
@@ -85,6 +87,8 @@ struct BusRecording {
   double input_rate_hz = 0.0;             ///< of the file
   std::optional<DecimateOptions> filter;  ///< from the file to the bus; none: kept at its own rate
   std::optional<FilterSheet> sheet;       ///< of that filter
+  RawSpectrum spectrum;                   ///< of the file's samples
+  std::vector<Interval> clipped;          ///< as in Prepared
 };
 
 /// One pass over a file for several ways of preparing it: a bus for each of `options`, one and the same where they ask

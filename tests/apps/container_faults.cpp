@@ -1,0 +1,162 @@
+// Recordings whose containers or clocks are not what they should be, as the program meets them.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+
+#include "support/program.hpp"
+
+using support::bytes_of;
+using support::Scratch;
+
+namespace {
+
+void expect(const Scratch& folder, const std::string& command, int code, const std::vector<std::string>& pieces) {
+  CAPTURE(command);
+  const support::Ended ended = support::run(folder, command);
+  CAPTURE(ended.err);
+  CHECK(ended.code == code);
+  for (const std::string& piece : pieces) CHECK_THAT(ended.err + ended.out, Catch::Contains(piece));
+}
+
+/// Half a minute of the rig in rig/recording.wav, 24 bits at 256 Hz, with its sidecar.
+const Scratch& bench() {
+  static const Scratch folder;
+  static const support::Ended made =
+      support::run(folder, "$ARDENT -q sim qzs --raw -o rig --container wav --rate 256 --duration 30");
+  REQUIRE(made.code == 0);
+  return folder;
+}
+
+std::string wav() {
+  return bytes_of(bench() / "rig/recording.wav");
+}
+
+/// The recording with little-endian bytes of its header replaced, under a name of its own, with a sidecar.
+std::string patched(std::string bytes, const std::string& name, std::size_t at, std::uint64_t value, int count) {
+  for (int i = 0; i < count; ++i) bytes[at + static_cast<std::size_t>(i)] = static_cast<char>(value >> 8 * i & 0xff);
+  (void)bench().file(name + ".toml", bytes_of(bench() / "rig/recording.wav.toml"));
+  (void)bench().file(name, bytes);
+  return name;
+}
+
+std::size_t data_size_at() {
+  return wav().find("data") + 4;
+}
+
+std::string table(int num_rows, const std::function<std::string(int)>& row, const std::string& header = "t,x,v,a\n") {
+  std::string text = header;
+  for (int i = 0; i < num_rows; ++i) text += row(i) + "\n";
+  return text;
+}
+
+/// t, x, v, a of a decaying oscillation, its clock as given.
+std::string decay(int i, const std::string& time) {
+  const double t = 0.01 * i, e = std::exp(-0.1 * t);
+  return time + "," + std::to_string(e * std::sin(6 * t)) + "," + std::to_string(6 * e * std::cos(6 * t)) + "," +
+         std::to_string(-36 * e * std::sin(6 * t));
+}
+
+}  // namespace
+
+TEST_CASE("a recorder that died leaves a size of 0: refused, salvaged on request", "[apps][faults]") {
+  const std::string file = patched(wav(), "dead.wav", data_size_at(), 0, 4);
+  expect(bench(), "$ARDENT check " + file, 3, {"[container.unfinished]", "dead.wav", "7680", "--salvage"});
+  expect(bench(), "$ARDENT check --salvage " + file, 0, {"warning", "[container.unfinished]", "0 frames", "7680"});
+}
+
+TEST_CASE("a WAV that grew past 4 GiB is refused by its size, salvaged on request", "[apps][faults]") {
+  constexpr std::uint64_t num_bytes = (std::uint64_t{1} << 32) + 12 * 7680;  // the size wraps to the 7680 frames
+  const std::string file = patched(wav(), "wrapped.wav", data_size_at(), num_bytes & 0xffffffff, 4);
+  std::filesystem::resize_file(bench() / file, data_size_at() + 4 + num_bytes);  // a hole: takes no room
+  expect(bench(), "$ARDENT info " + file, 3, {"[container.wrapped]", "4 GiB", "--salvage"});
+  const auto salvaged = support::run(bench(), "$ARDENT info --salvage " + file);
+  CHECK(salvaged.code == 0);
+  CHECK_THAT(salvaged.out, Catch::Contains("357921"));  // 2^32 / 12 and the 7680 behind it
+  std::filesystem::remove(bench() / file);
+}
+
+TEST_CASE("sizes a stream left open are read to the end, with a note", "[apps][faults]") {
+  for (const std::uint64_t size : {std::uint64_t{0}, std::uint64_t{0xffffffff}}) {
+    std::string bytes = wav();
+    for (std::size_t i = 0; i < 4; ++i) bytes[data_size_at() + i] = '\xff';
+    const std::string file = patched(bytes, "open.wav", 4, size, 4);
+    expect(bench(), "$ARDENT check " + file, 0, {"note", "container."});
+  }
+}
+
+TEST_CASE("impossible headers and lossy codecs are refused", "[apps][faults]") {
+  const std::size_t format = wav().find("fmt ") + 8;
+  for (const std::uint64_t channels : {0, 65535})
+    expect(bench(), "$ARDENT info " + patched(wav(), "bad.wav", format + 2, channels, 2), 3,
+           {"[container.", "bad.wav"});
+  for (const std::uint64_t rate : {0, 1'000'000'000})
+    expect(bench(), "$ARDENT info " + patched(wav(), "bad.wav", format + 4, rate, 4), 3, {"[container.", "bad.wav"});
+  std::string ulaw = wav();
+  ulaw[format] = 7;
+  ulaw[format + 14] = 8;  // bits
+  ulaw[format + 12] = 4;  // bytes a frame
+  (void)bench().file("ulaw.wav", ulaw);
+  expect(bench(), "$ARDENT info ulaw.wav", 3, {"[container.lossy]", "ulaw.wav", "FLAC"});
+}
+
+TEST_CASE("universal file format is refused by what it is, with the remedy", "[apps][faults]") {
+  const Scratch folder;
+  (void)folder.file("sets.uff", "    -1\n    58\nacceleration\nNONE\n    -1\n");
+  expect(folder, "$ARDENT run sets.uff -o run", 3, {"[container.unsupported]", "sets.uff", "UFF", "CSV"});
+  CHECK_FALSE(std::filesystem::exists(folder / "run"));
+}
+
+TEST_CASE("a clock that goes back, repeats or trembles is refused with its line", "[apps][faults]") {
+  const Scratch folder;
+  const auto time = [](int i) { return std::to_string(0.01 * i); };
+  const auto with = [&](const std::function<std::string(int)>& clock) {
+    (void)folder.file("c.csv", table(2000, [&](int i) { return decay(i, clock(i)); }));
+  };
+  with([&](int i) { return i == 700 ? "3.5" : time(i); });
+  expect(folder, "$ARDENT run c.csv -o run", 3, {"[clock.", "c.csv", "702"});
+  with([&](int i) { return time(i == 700 ? 699 : i); });
+  expect(folder, "$ARDENT run c.csv -o run", 3, {"[clock.", "c.csv", "702"});
+  with([&](int i) { return std::to_string(0.01 * i + 0.003 * (i * 7919 % 13) / 13.0); });
+  expect(folder, "$ARDENT run c.csv -o run", 3, {"[clock.", "c.csv"});
+  CHECK_FALSE(std::filesystem::exists(folder / "run"));
+  with([&](int i) { return std::to_string(0.01 * i + 0.00004 * (i % 2)); });  // 0.4 % of a step
+  expect(folder, "$ARDENT run c.csv -o steady", 0, {});
+}
+
+TEST_CASE("a gap in the clock is named and its neighbourhood left out", "[apps][faults]") {
+  const Scratch folder;
+  (void)folder.file("gap.csv", table(2950, [](int row) {
+                      const int i = row < 1500 ? row : row + 50;
+                      return decay(i, std::to_string(0.01 * i));
+                    }));
+  expect(folder, "$ARDENT run gap.csv -o run", 0, {"warning", "clock.gap"});
+  CHECK_THAT(bytes_of(folder / "run/segments.json"), Catch::Contains("\"label\": \"excluded\""));
+}
+
+TEST_CASE("a sidecar's rate that the container contradicts is refused with both", "[apps][faults]") {
+  std::string sidecar = bytes_of(bench() / "rig/recording.wav.toml");
+  sidecar.replace(sidecar.find("rate = 256"), 10, "rate = 250");
+  (void)bench().file("rig/other.toml", sidecar);
+  (void)bench().file("other.toml", "[[recording]]\nfile = \"rig/recording.wav\"\nsidecar = \"rig/other.toml\"\n");
+  expect(bench(), "$ARDENT run other.toml -o run", 3, {"[rate.mismatch]", "256", "250"});
+}
+
+TEST_CASE("files of one recording must share rate and length, or be cut on request", "[apps][faults]") {
+  const Scratch folder;
+  const auto column = [&](const std::string& name, const std::string& header, int n, double step) {
+    (void)folder.file(
+        name,
+        table(
+            n, [&](int i) { return std::to_string(step * i) + "," + std::to_string(std::sin(6 * step * i)); }, header));
+  };
+  (void)folder.file("y.csv.toml",
+                    "[[channel]]\nname = \"y\"\nrole = \"y\"\nunit = \"m\"\n"
+                    "[[channel]]\nname = \"r\"\nrole = \"r\"\nunit = \"m\"\nfile = \"r.csv\"\n");
+  column("y.csv", "t,y\n", 2000, 0.01);
+  column("r.csv", "t,r\n", 4000, 0.005);
+  expect(folder, "$ARDENT run y.csv -o run", 3, {"[rate.mismatch]", "100", "200", "r.csv"});
+  column("r.csv", "t,r\n", 1900, 0.01);
+  expect(folder, "$ARDENT run y.csv -o run", 3, {"[channel.length]", "2000", "1900", "--salvage"});
+  expect(folder, "$ARDENT check --salvage y.csv", 0, {"warning", "1900"});
+}
