@@ -17,6 +17,13 @@ std::optional<Unit> unit_of_column(const SourceInfo& source, int column) {
   return find_unit(unit);
 }
 
+// A full scale in volts is no value of a channel that is to be in something else.
+bool lacks_sensitivity(const ChannelSpec& channel) {
+  const std::string wanted = channel.unit.empty() ? si_unit(channel.role) : find_unit(channel.unit).si;
+  return !channel.sensitivity && is_electrical(channel.full_scale->si) && !wanted.empty() &&
+         wanted != channel.full_scale->si;
+}
+
 std::string example_unit(Role role) {
   return role == Role::other || role == Role::f || role == Role::z ? "N" : si_unit(role);
 }
@@ -94,7 +101,9 @@ Calibration calibrate(const ChannelSpec& channel, const SourceInfo& source, int 
   const bool direct =
       channel.full_scale && !(channel.sensitivity && channel.full_scale->si == channel.sensitivity->electrical);
   Calibration calibration;
-  if (direct) {
+  if (direct && lacks_sensitivity(channel)) {
+    calibration.missing = sensitivity_line(channel.role);
+  } else if (direct) {
     calibration.scale = channel.full_scale->value;
     calibration.unit = channel.full_scale->si;
   } else {

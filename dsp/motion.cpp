@@ -24,10 +24,11 @@ struct Quantity {
   }
 };
 
-// muParser and CSV headers take letters, digits and '_'; names already in use get a number.
+// muParser and CSV headers take letters, digits and '_', muParser a hundred of them; names already in use get a number.
 std::string usable_name(const std::string& name, const std::vector<Signal>& taken) {
+  constexpr std::size_t most_characters = 60;
   std::string clean;
-  for (const unsigned char c : name) clean += std::isalnum(c) ? static_cast<char>(c) : '_';
+  for (const unsigned char c : name.substr(0, most_characters)) clean += std::isalnum(c) ? static_cast<char>(c) : '_';
   if (clean.empty() || std::isdigit(static_cast<unsigned char>(clean.front()))) clean = '_' + clean;
   const auto is_taken = [&](const std::string& s) {
     return std::any_of(taken.begin(), taken.end(), [&](const Signal& signal) { return signal.name == s; });
@@ -48,6 +49,12 @@ class MotionBuilder {
     Motion motion{.sample_rate_hz = rate_hz};
     motion.excluded.assign(static_cast<std::size_t>(n), 0);
     for (const auto& bad : recording_.bad) mark(motion, bad);
+    for (const auto& channel : recording_.channels) {
+      if (channel.calibrated) continue;
+      motion.uncalibrated.push_back(channel.name);
+      const Role role = channel.role;
+      if (role != Role::f && role != Role::z && role != Role::other) has_units_ = false;
+    }
     motion.edge_samples =
         std::min(n / 2, static_cast<Index>(std::ceil(rate_hz / (options_.band.cutoff_hz - options_.band.rolloff_hz))));
 
@@ -154,15 +161,15 @@ class MotionBuilder {
     return found.empty() ? "no channels" : found;
   }
 
-  static void add(Motion& motion, const std::array<const char*, 3>& names, Quantity& q) {
+  void add(Motion& motion, const std::array<const char*, 3>& names, Quantity& q) const {
     const std::array units{"m", "m/s", "m/s^2"};
     for (std::size_t i = 0; i < 3; ++i)
-      if (q.has(i)) motion.signals.push_back({names[i], units[i], std::move(q.values[i])});
+      if (q.has(i)) motion.signals.push_back({names[i], has_units_ ? units[i] : "", std::move(q.values[i])});
   }
 
   Recording recording_;
   const MotionOptions& options_;
-  bool has_base_ = false;
+  bool has_base_ = false, has_units_ = true;
 };
 }  // namespace
 

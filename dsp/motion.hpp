@@ -19,10 +19,11 @@ struct Signal {
 /// Sample i is at i / sample_rate_hz seconds from the start of the record.
 struct Motion {
   double sample_rate_hz = 0.0;
-  std::vector<Signal> signals;          ///< t first; all of one length
-  std::vector<unsigned char> excluded;  ///< per sample: 1 where the data must not be used (faults with their margins)
-  Eigen::Index edge_samples = 0;        ///< at either end: spoilt by filter and derivative ends; not in `excluded`
-  double dropped_power_fraction = 0.0;  ///< share of the displacement's power above the band edge
+  std::vector<Signal> signals;            ///< t first; all of one length
+  std::vector<unsigned char> excluded;    ///< per sample: 1 where the data must not be used (faults with their margins)
+  Eigen::Index edge_samples = 0;          ///< at either end: spoilt by filter and derivative ends; not in `excluded`
+  std::vector<std::string> uncalibrated;  ///< channels of raw numbers; signals that may rest on one have no unit
+  double dropped_power_fraction = 0.0;    ///< share of the displacement's power above the band edge
   [[nodiscard]] Eigen::Index num_samples() const { return signals.empty() ? 0 : signals.front().values.size(); }
   /// nullptr if there is no such signal.
   [[nodiscard]] const Signal* find(std::string_view name) const;

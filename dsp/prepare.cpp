@@ -97,6 +97,7 @@ Motion filtered(const Motion& bus, const ColumnFilter& filter) {
   out.signals.front().values = clock(n, out.sample_rate_hz);
   out.excluded.assign(static_cast<std::size_t>(n), 0);
   out.dropped_power_fraction = bus.dropped_power_fraction;
+  out.uncalibrated = bus.uncalibrated;
   return out;
 }
 

@@ -122,7 +122,7 @@ struct RecordingReader::State {
       if (!calibration.missing.empty()) calibration = {.scale = channel.sign, .unit = "", .calibrated = false};
       if (!calibration.calibrated)
         description.checks.push_back({"calibration.missing", channel.name, CheckStatus::warning, 0.0, 0.0,
-                                      "not calibrated: raw numbers, because --uncalibrated was given"});
+                                      "not calibrated: its numbers are raw, as they stand in the file"});
       if (!calibration.remark.empty())
         description.checks.push_back(note("calibration", channel.name, calibration.remark));
       pick.scale = calibration.scale;
@@ -137,8 +137,17 @@ struct RecordingReader::State {
                               description.name, names,
                               clean_name((sidecar.file.empty() ? sidecar_path(recording) : sidecar.file).string())),
                   missing);
-    if (picks.empty())
-      throw fault(FaultKind::input, "recording.empty", description.name + ": no channel but the clock");
+    if (!picks.empty()) return;
+    std::vector<std::string> left_out;
+    for (const auto& file : files)
+      left_out.insert(left_out.end(), file.source->info().left_out.begin(), file.source->info().left_out.end());
+    throw fault(FaultKind::input, "recording.empty",
+                fmt::format("{}: no channel but the clock{}", description.name,
+                            left_out.empty() ? ". Want a column of numbers beside it"
+                                             : fmt::format("; no column is {}. Want real double or single vectors "
+                                                           "(n x 1) as long as it, best called like signals (x, y, r, "
+                                                           "ddy, f) or named in a sidecar",
+                                                           fmt::join(left_out, ", "))));
   }
 
   // Whether one file's columns are the channels as they stand.

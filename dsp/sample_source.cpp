@@ -45,11 +45,17 @@ bool is_mat(std::string_view head) {
   return tail == std::string_view("\0\1IM", 4) || tail == std::string_view("\1\0MI", 4);
 }
 
+bool is_control(char c) {
+  return static_cast<unsigned char>(c) < 0x20 && c != '\t' && c != '\n' && c != '\r' && c != '\f';
+}
+
+// A few control codes may stand in the names of a table; of bytes at random every ninth is one, and none of text is
+// NUL.
 bool is_text(std::string_view head) {
-  return std::none_of(head.begin(), head.end(), [](char c) {
-    const auto code = static_cast<unsigned char>(c);
-    return code < 0x20 && c != '\t' && c != '\n' && c != '\r' && c != '\f';
-  });
+  constexpr std::ptrdiff_t always_borne = 4, one_in = 20;
+  const auto odd = std::count_if(head.begin(), head.end(), is_control);
+  return odd <= std::max(always_borne, static_cast<std::ptrdiff_t>(head.size()) / one_in) &&
+         head.find('\0') == std::string_view::npos;
 }
 
 // Containers that go by an extension; empty for one that tells nothing.
@@ -75,7 +81,7 @@ std::unique_ptr<SampleSource> open_by_content(std::unique_ptr<InputFile> file, c
     if (head.size() > other.offset && std::string_view(head).substr(other.offset).starts_with(other.magic))
       throw Fault(FaultKind::input, std::string(other.name), fmt::format("{}: {}", file->name(), other.message));
   if (is_text(head)) return open_table_file(std::move(file), options);
-  const auto odd = std::find_if(head.begin(), head.end(), [](char c) { return !is_text(std::string_view(&c, 1)); });
+  const auto odd = std::find_if(head.begin(), head.end(), is_control);
   throw Fault(
       FaultKind::input, "container.unknown",
       fmt::format("{}: no known container, and no text (byte {} is 0x{:02x}). Read are WAV, RF64, W64, CAF, FLAC, "

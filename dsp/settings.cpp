@@ -388,8 +388,9 @@ std::string Settings::place(std::string_view key) const {
 }
 
 Fault Settings::fault(std::string_view key, std::string name, std::string_view what) const {
+  const std::string path = clean_name(join(state_->path, key));
   return Fault(FaultKind::usage, std::move(name),
-               fmt::format("{}: {}: {}", place(key), clean_name(join(state_->path, key)), what));
+               fmt::format("{}: {}{}{}", place(key), path, path.empty() ? "" : ": ", what));
 }
 
 std::string toml_quoted(std::string_view text) {

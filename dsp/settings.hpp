@@ -71,7 +71,7 @@ class Settings {
 
   /// `file:line` of a key, of this table if the key is empty or absent.
   [[nodiscard]] std::string place(std::string_view key = {}) const;
-  /// A usage fault about a key: `place: key: what`.
+  /// A usage fault about a key, `place: key: what`, or about the whole document, `place: what`.
   [[nodiscard]] Fault fault(std::string_view key, std::string name, std::string_view what) const;
 
  private:

@@ -42,10 +42,11 @@ std::vector<double> read_corners(const Settings& channel) {
   return {corner_hz};
 }
 
-// full_scale and offset are said at the plug or after calibration; nothing else can be converted.
+// full_scale and offset are said at the plug or after calibration; nothing else can be converted. Volts without a
+// sensitivity want one: whoever reads the recording says so.
 void check_kind(const Settings& table, std::string_view key, const std::optional<Quantity>& quantity,
                 const ChannelSpec& channel) {
-  if (!quantity) return;
+  if (!quantity || (!channel.sensitivity && is_electrical(quantity->si))) return;
   const std::string measured = channel.sensitivity    ? channel.sensitivity->measured
                                : channel.unit.empty() ? quantity->si
                                                       : find_unit(channel.unit).si;

@@ -185,6 +185,10 @@ int derivative_order(std::string_view si) {
 
 }  // namespace
 
+bool is_electrical(std::string_view si) {
+  return si == "V" || si == "A" || si == "C";
+}
+
 bool is_unit(std::string_view name) {
   return find_row(trimmed(name)) != nullptr;
 }
@@ -219,7 +223,7 @@ Sensitivity parse_sensitivity(std::string_view text) {
                 fmt::format("'{}': want electrical per measured unit, for example \"100 mV/g\"", clean_name(text)));
   const Unit electrical = find_unit(ratio.substr(0, slash));
   const Unit measured = find_unit(without_brackets(trimmed(ratio.substr(slash + 1))));
-  if (electrical.si != "V" && electrical.si != "A" && electrical.si != "C")
+  if (!is_electrical(electrical.si))
     throw Fault(FaultKind::usage, "unit.syntax",
                 fmt::format("'{}': '{}' is no electrical unit (V, A, C). Want for example \"100 mV/g\"",
                             clean_name(text), electrical.name));

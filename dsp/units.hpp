@@ -14,6 +14,8 @@ struct Unit {
 /// Throws Fault unit.unknown (usage) with the nearest unit, or the hint that belongs to it.
 [[nodiscard]] Unit find_unit(std::string_view name);
 [[nodiscard]] bool is_unit(std::string_view name);
+/// V, A or C: what sensors give, before it is made into what they measure.
+[[nodiscard]] bool is_electrical(std::string_view si);
 
 /// "0.23 ms", "10 V": in SI.
 struct Quantity {

@@ -146,7 +146,7 @@ std::vector<std::string> term_texts(const LibraryOptions& options) {
     if (options.constant) texts.emplace_back("1");
     for (int degree = 1; degree <= options.order; ++degree) products_of_degree(options.variables, degree, texts);
   }
-  for (const std::string& term : options.terms) texts.push_back(without_spaces(term));
+  texts.insert(texts.end(), options.terms.begin(), options.terms.end());
   return texts;
 }
 
@@ -157,12 +157,13 @@ CandidateLibrary make_library(const LibraryOptions& options, const std::string& 
   for (const dsp::Signal& signal : signals.signals) names.push_back(signal.name);
   CandidateLibrary library;
   std::vector<std::string> seen;
-  for (const std::string& text : term_texts(options)) {
+  for (const std::string& as_written : term_texts(options)) {
+    const std::string text = without_spaces(as_written);
     if (std::find(seen.begin(), seen.end(), text) != seen.end())
       throw dsp::Fault(dsp::FaultKind::usage, "library.duplicate",
                        "library: the term '" + text + "' stands twice; remove one");
     seen.push_back(text);
-    Term term{text, Expression(text, names), {}};
+    Term term{text, Expression(as_written, names), {}};
     if (text == target)
       throw dsp::Fault(
           dsp::FaultKind::usage, "library.target",

@@ -53,6 +53,19 @@ std::string quoted(std::string_view text) {
   return "'" + shown + (text.size() > 60 ? "...'" : "'");
 }
 
+// muParser's words without the position at their end: it counts differently.
+std::string reason_of(const mu::Parser::exception_type& error) {
+  std::string message = error.GetMsg();
+  for (const char* tail : {" found at position", " at position"})
+    if (const auto at = message.rfind(tail); at != std::string::npos) message.erase(at);
+  return message;
+}
+
+std::string trimmed(std::string text) {
+  text.erase(text.find_last_not_of(" \t") + 1);
+  return text;
+}
+
 [[noreturn]] void refuse(const std::string& fault, std::string_view text, const std::string& why) {
   throw dsp::Fault(dsp::FaultKind::usage, fault, "expression " + quoted(text) + ": " + why);
 }
@@ -183,13 +196,14 @@ Expression::Expression(std::string_view text, const std::vector<std::string>& si
     std::sort(used.begin(), used.end());
     for (auto& [place, name] : used) impl_->signals.push_back(std::move(name));
   } catch (const mu::Parser::exception_type& error) {
-    const int position = error.GetPos() >= 0 ? error.GetPos() + 1 : 1;
+    // muParser counts from 0, and what is missing at the end two places beyond it.
+    const std::size_t position = std::min(static_cast<std::size_t>(std::max(error.GetPos(), 0)), text.size()) + 1;
     if (error.GetCode() == mu::ecUNASSIGNABLE_TOKEN)
       refuse(
           "term.unknown_name", text,
           fmt::format("position {}: {} is not known here; signals are {}; functions abs sgn sin cos exp log sqrt tanh",
-                      position, quoted(error.GetToken()), joined(signal_names)));
-    refuse("term.syntax", text, fmt::format("position {}: {}", position, error.GetMsg()));
+                      position, quoted(trimmed(error.GetToken())), joined(signal_names)));
+    refuse("term.syntax", text, fmt::format("position {}: {}", position, reason_of(error)));
   }
 
   impl_->plain = without_switches(impl_->text, impl_->switches);

@@ -42,6 +42,12 @@ TEST_CASE("the reader is chosen by content, and a wrong name is remarked on", "[
   CHECK(dsp::open_source(scratch.file("text.dat", "x,y\n1,2\n3,4\n"))->info().checks.empty());
 }
 
+TEST_CASE("control codes in a header are escaped, not taken for another container", "[dsp][sample_source]") {
+  const Scratch scratch;
+  const auto table = dsp::open_source(scratch.file("a.csv", "t,\x1b[31mred\x07,\xff\n0,1,2\n1,3,4\n"));
+  CHECK(table->info().columns == std::vector<std::string>{"t", "\\x1b[31mred\\x07", "\xef\xbf\xbd"});
+}
+
 TEST_CASE("known formats that are not read are refused with what helps", "[dsp][sample_source]") {
   const Scratch scratch;
   const auto refused = [&](const std::string& bytes, const std::string& name, const std::string& piece) {
@@ -59,4 +65,5 @@ TEST_CASE("known formats that are not read are refused with what helps", "[dsp][
           "container.unsupported", "UTF-8");
   refused("OggS....", "container.lossy", "lossy");
   refused(std::string("ab\0cd", 5), "container.unknown", "byte 2 is 0x00");
+  refused("ab\x01\x02\x03\x04\x05\x06", "container.unknown", "byte 2 is 0x01");
 }

@@ -93,7 +93,7 @@ TEST_CASE("what a sidecar gets wrong is told with its line", "[dsp][sidecar]") {
   refused("sensitivity = 100", "config.type", {"want a text"});
   refused("unit = \"mm\"\nsensitivity = \"100 mV/g\"", "unit.kind", {"rig.wav.toml:3", "m/s^2"});
   refused("unit = \"mm\"\nrole = \"ddy\"", "unit.role", {"role ddy is measured in m/s^2"});
-  refused("full_scale = \"5 V\"\nunit = \"mm\"", "unit.kind", {"want m", "sensitivity"});
+  refused("full_scale = \"5 N\"\nunit = \"mm\"", "unit.kind", {"want m", "sensitivity"});
   refused("full_scale = \"-5 V\"\nsensitivity = \"1 mV/g\"", "calibration.value", {"positive"});
   refused("sign = 2", "config.range", {"want 1 or -1"});
   refused("role = \"payload\"", "config.range", {"role must be one of"});
