@@ -66,15 +66,46 @@ int num_threads(const GlobalOptions& options) {
                                  : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-void add_info(CLI::App& app, Command& chosen) {
+/// A number not below zero, refused in one short line.
+CLI::Validator not_negative() {
+  return {[](const std::string& text) {
+            double value = 0.0;
+            return CLI::detail::lexical_cast(text, value) && value >= 0.0
+                       ? std::string()
+                       : fmt::format("want a number not below 0, got {}", text);
+          },
+          "NOT NEGATIVE"};
+}
+
+/// Options that may stand anywhere and would change nothing for a command are refused, not ignored.
+void refuse_unused(const CLI::App& app) {
+  static const std::map<std::string, std::vector<std::string>> unused{
+      {"info", {"--output", "--seed", "--dry-run", "--set"}},
+      {"check", {"--output"}},
+      {"sim", {"--dry-run"}},
+      {"replicate", {"--dry-run", "--seed", "--set"}},
+      {"fit", {"--output", "--seed", "--dry-run", "--set"}},
+      {"init", {"--seed", "--dry-run", "--set"}},
+      {"compare", {"--output", "--seed", "--dry-run", "--set"}},
+      {"terms", {"--output", "--seed", "--dry-run", "--set"}}};
+  const auto found = unused.find(app.get_subcommands().front()->get_name());
+  if (found == unused.end()) return;
+  for (const std::string& option : found->second)
+    if (app.get_option(option)->count() > 0)
+      throw dsp::Fault(dsp::FaultKind::usage, "usage",
+                       fmt::format("{}: {} has no effect on this command. Leave it out{}", found->first, option,
+                                   option == "--seed" && found->first == "replicate" ? ", or give --first-seed" : ""));
+}
+
+void add_info(CLI::App& app, const GlobalOptions& global, Command& chosen) {
   auto* command = app.add_subcommand("info", "What a recording is: container, channels, rate, length, sidecar");
   auto files = std::make_shared<std::vector<std::filesystem::path>>();
   auto salvage = std::make_shared<bool>(false);
   command->add_option("FILE", *files, "Recordings")->required();
   command->add_flag("--salvage", *salvage, "Also what is left of a truncated file");
-  command->callback([=, &chosen] {
-    chosen = [=](Console& console) {
-      run_info(*files, *salvage, console);
+  command->callback([=, &global, &chosen] {
+    chosen = [=, &global](Console& console) {
+      run_info(*files, *salvage, global.strict, console);
       return 0;
     };
   });
@@ -123,10 +154,8 @@ void add_fit(CLI::App& app, const GlobalOptions& global, Command& chosen) {
       ->allow_extra_args(false);
   command->add_option("--selection", arguments->selection, "evidence or type2")
       ->check(CLI::IsMember({"evidence", "type2"}));
-  command->add_option("--tau", arguments->tau, "What a term's gain must exceed")->check(CLI::NonNegativeNumber);
-  command->add_option("--threshold", arguments->threshold, "Of sindy")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
+  command->add_option("--tau", arguments->tau, "What a term's gain must exceed")->check(not_negative());
+  command->add_option("--threshold", arguments->threshold, "Of sindy")->check(not_negative())->capture_default_str();
   command->add_flag("--raw-threshold", arguments->raw_threshold, "Threshold on coefficients as they are");
   command->add_option("--ridge-lambda", arguments->ridge_lambda, "Penalty of ridge, on columns of unit norm")
       ->check(CLI::PositiveNumber)
@@ -139,6 +168,7 @@ void add_fit(CLI::App& app, const GlobalOptions& global, Command& chosen) {
   command->callback([=, &global, &chosen] {
     chosen = [=, &global](Console& console) {
       arguments->num_threads = num_threads(global);
+      arguments->strict = global.strict;
       return run_fit(*arguments, console);
     };
   });
@@ -272,7 +302,7 @@ void add_replicate(CLI::App& app, const GlobalOptions& global, Command& chosen) 
 
 void add_commands(CLI::App& app, const GlobalOptions& global, const std::vector<std::string>& command_line,
                   Command& chosen) {
-  add_info(app, chosen);
+  add_info(app, global, chosen);
   add_run(app, "check", "All checks of a run, nothing written", global, command_line, chosen,
           [](const RunArguments& arguments, Console& console) {
             run_check(arguments, console);
@@ -365,7 +395,11 @@ int run_command_line(int argc, const char* const* argv) {
   }
   Console console(
       {.verbosity = global.quiet ? -1 : global.verbosity, .json = global.json, .progress = global.progress});
-  return report(ending_of([&] { return chosen(console); }), console);
+  const auto action = [&] {
+    refuse_unused(app);
+    return chosen(console);
+  };
+  return report(ending_of(action), console);
 }
 
 }  // namespace apps

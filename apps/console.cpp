@@ -70,4 +70,10 @@ void Console::clear_progress() {
   progress_shown_ = false;
 }
 
+void refuse_warnings(bool strict, const Console& console) {
+  if (strict && !console.warnings().empty())
+    throw dsp::Fault(dsp::FaultKind::input, "strict.warning",
+                     fmt::format("stopped at the first warning (--strict): {}", console.warnings().front()));
+}
+
 }  // namespace apps

@@ -46,4 +46,7 @@ class Console {
   std::vector<std::string> warnings_;
 };
 
+/// Where `strict`, throws dsp::Fault (input, "strict.warning") if there has been a warning.
+void refuse_warnings(bool strict, const Console& console);
+
 }  // namespace apps

@@ -24,10 +24,11 @@ dsp::Fault usage(std::string name, const std::string& message) {
   return {dsp::FaultKind::usage, std::move(name), message};
 }
 
-/// The column's name as one that an expression can hold.
+/// The column's name as one that an expression can hold; muParser takes a hundred characters.
 std::string identifier(const std::string& column, std::size_t place) {
+  constexpr std::size_t most_characters = 60;
   std::string name;
-  for (const char c : column) {
+  for (const char c : column.substr(0, most_characters)) {
     if (std::isalnum(static_cast<unsigned char>(c)) != 0)
       name += c;
     else if (!name.empty() && name.back() != '_')
@@ -63,16 +64,30 @@ dsp::Motion read_table(const std::filesystem::path& file, Console& console) {
   return table;
 }
 
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view blanks = " \t\r\n";
+  const std::size_t from = std::min(text.find_first_not_of(blanks), text.size());
+  return text.substr(from, text.find_last_not_of(blanks) + 1 - from);
+}
+
+/// A dot before letters begins no number: such a text is the name of a file.
+bool looks_like_a_file(const std::string& argument) {
+  const std::size_t dot = argument.rfind('.');
+  return argument.find_first_of(",(") == std::string::npos && dot + 1 < argument.size() && dot != std::string::npos &&
+         std::isalpha(static_cast<unsigned char>(argument[dot + 1])) != 0;
+}
+
 std::vector<std::string> read_terms(const std::string& argument) {
   std::error_code ignored;
-  if (!std::filesystem::is_regular_file(argument, ignored)) return split_terms(argument);
+  if (!std::filesystem::is_regular_file(argument, ignored)) {
+    if (looks_like_a_file(argument)) throw usage("config.file", fmt::format("--terms: {}: no such file", argument));
+    return split_terms(argument);
+  }
   std::vector<std::string> terms;
   std::ifstream file(argument);
   for (std::string line; std::getline(file, line);) {
     line.erase(std::min(line.find('#'), line.size()));
-    const auto blank = [](char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; };
-    line.erase(std::remove_if(line.begin(), line.end(), blank), line.end());
-    if (!line.empty()) terms.push_back(line);
+    if (!trimmed(line).empty()) terms.emplace_back(trimmed(line));
   }
   return terms;
 }
@@ -98,12 +113,14 @@ std::vector<std::string> split_terms(const std::string& list) {
     depth += c == '(' ? 1 : c == ')' ? -1 : 0;
     if (c == ',' && depth == 0)
       terms.emplace_back();
-    else if (std::isspace(static_cast<unsigned char>(c)) == 0)
+    else
       terms.back() += c;
   }
-  for (std::size_t i = 0; i < terms.size(); ++i)
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    terms[i] = trimmed(terms[i]);
     if (terms[i].empty())
       throw usage("term.syntax", fmt::format("--terms: term {} of {} is empty.", i + 1, terms.size()));
+  }
   return terms;
 }
 
@@ -138,6 +155,9 @@ int run_fit(const FitArguments& arguments, Console& console) {
       .num_threads = arguments.num_threads,
       .free_run = false};
   const std::vector<RangeResult> ranges{identify({all, 1, {}}, columns, library, options)};
+  for (const DroppedTerm& term : ranges.front().dropped)
+    console.warning("term.left_out", fmt::format("{} is left out: {}", term.name, term.reason));
+  refuse_warnings(arguments.strict, console);
   console.result(console.json() ? metrics_json(ranges, options) : report_text(ranges));
   return outcome_of(ranges.front().fits, arguments.table.string(), console);
 }

@@ -21,6 +21,7 @@ struct FitArguments {
   double ridge_lambda = ident::RidgeOptions{}.lambda, lasso_lambda = ident::LassoOptions{}.lambda;
   std::string where;  ///< condition on the rows
   int num_threads = 1;
+  bool strict = false;
 };
 
 /// Regression of one column of a table on expressions of the others, all rows at once, printed. Column names that are

@@ -298,9 +298,12 @@ RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
   const Index num_train = static_cast<Index>(result.rows.train.size()),
               num_test = static_cast<Index>(result.rows.test.size());
   const Index num_terms = static_cast<Index>(library.terms.size());
-  for (std::size_t r = 0; r < recordings.size(); ++r)
-    if (covers(recording, r))
-      result.dropped.insert(result.dropped.end(), recordings[r].dropped.begin(), recordings[r].dropped.end());
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    if (!covers(recording, r)) continue;
+    result.dropped.insert(result.dropped.end(), recordings[r].dropped.begin(), recordings[r].dropped.end());
+    for (const std::string& channel : recordings[r].signals->uncalibrated)
+      result.uncalibrated.push_back(recordings[r].name + ": " + channel);
+  }
 
   const auto start = Clock::now();
   std::vector<Index> all(static_cast<std::size_t>(num_terms));

@@ -53,6 +53,7 @@ struct RangeResult {
   RangeRows rows;
   Eigen::VectorXd target;  ///< training rows, then test rows
   std::vector<DroppedTerm> dropped;
+  std::vector<std::string> uncalibrated;  ///< channels of raw numbers, with their recordings
   double accumulate_s = 0.0;
   std::vector<JudgedFit> fits;
 };

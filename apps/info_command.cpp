@@ -48,13 +48,17 @@ std::string text_of(const RecordingInfo& info) {
 
 }  // namespace
 
-void run_info(const std::vector<std::filesystem::path>& files, bool salvage, Console& console) {
+void run_info(const std::vector<std::filesystem::path>& files, bool salvage, bool strict, Console& console) {
   std::vector<RecordingInfo> recordings;
   std::string text;
   for (const std::filesystem::path& file : files) {
     recordings.push_back(info_of(file, salvage));
     text += text_of(recordings.back());
+    for (const dsp::Check& check : recordings.back().checks)
+      if (strict && (check.status == dsp::CheckStatus::warning || check.status == dsp::CheckStatus::failed))
+        console.warning(check.name, check.channel.empty() ? check.message : check.channel + ": " + check.message);
   }
+  refuse_warnings(strict, console);
   console.result(console.json() ? info_json(recordings) : text);
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "apps/atomic_file.hpp"
+#include "apps/results_json.hpp"
 #include "apps/system_fault.hpp"
 #include "dsp/read_recording.hpp"
 #include "dsp/settings.hpp"
@@ -11,12 +12,13 @@ namespace apps {
 namespace fs = std::filesystem;
 namespace {
 
-std::string draft_config(const std::string& recording) {
+/// `sidecar` empty: it lies beside the recording, where it is looked for.
+std::string draft_config(const std::string& recording, const std::string& sidecar) {
   return fmt::format(R"toml(schema = 1
 
 [[recording]]
 file = {}
-
+{}
 [prepare]
 recipe = "matched"       # columns formed first and filtered after; or "paper"
 # rate_hz = 25.6         # regression rate; left out: the record's own
@@ -38,7 +40,8 @@ methods = ["fast_rvm", "slow_rvm", "sindy"]
 # train_to = 500
 # where = "abs(v) > 0.004"
 )toml",
-                     dsp::toml_quoted(recording));
+                     dsp::toml_quoted(recording),
+                     sidecar.empty() ? "" : fmt::format("sidecar = {}\n", dsp::toml_quoted(sidecar)));
 }
 
 }  // namespace
@@ -53,8 +56,10 @@ void run_init(const fs::path& recording, const fs::path& folder, bool force, Con
       throw output_fault("output.exists", path, "is there already. Use --force to replace it or -o to write elsewhere");
   write_file(sidecar, sidecar_text);
   const fs::path from_config = fs::absolute(recording).lexically_proximate(fs::absolute(config).parent_path());
-  write_file(config, draft_config(from_config.generic_string()));
-  console.result(fmt::format("wrote {} and {}\n", sidecar.string(), config.string()));
+  const bool beside = !from_config.has_parent_path();
+  write_file(config, draft_config(from_config.generic_string(), beside ? "" : sidecar.filename().string()));
+  console.result(console.json() ? files_json({sidecar.string(), config.string()})
+                                : fmt::format("wrote {} and {}\n", sidecar.string(), config.string()));
 }
 
 }  // namespace apps

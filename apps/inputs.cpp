@@ -15,12 +15,13 @@ namespace {
 
 using Eigen::Index;
 
-/// Messages name files as they were found; outputs are not to hold where that is on this machine.
-std::string without_folder(std::string message, const fs::path& folder) {
-  const std::string prefix = folder.string() + "/";
-  for (std::size_t at = 0; folder != fs::path() && (at = message.find(prefix, at)) != std::string::npos;)
+/// Messages name files as they were found. Outputs are not to hold where that is on this machine, and the recording
+/// stands beside its checks.
+std::string without_place(std::string message, const fs::path& file) {
+  const std::string prefix = file.parent_path().string() + "/", name = file.filename().string() + ": ";
+  for (std::size_t at = 0; prefix != "/" && (at = message.find(prefix, at)) != std::string::npos;)
     message.erase(at, prefix.size());
-  return message;
+  return message.starts_with(name) ? message.substr(name.size()) : message;
 }
 
 void report_checks(const std::vector<dsp::Check>& checks, const std::string& name, Console& console) {
@@ -79,8 +80,7 @@ void complete(Input& input, double recorded_hz, const Config& config, Console& c
   const fs::path file = input.files.front();
   const std::string name = file.filename().string();
   input.prepared.name = name;
-  for (dsp::Check& check : input.prepared.checks)
-    check.message = without_folder(std::move(check.message), file.parent_path());
+  for (dsp::Check& check : input.prepared.checks) check.message = without_place(std::move(check.message), file);
   find_regimes(input, config, console);
   report_checks(input.prepared.checks, name, console);
   const dsp::Motion& signals = input.prepared.signals;

@@ -97,10 +97,26 @@ std::string range_text(const RangeResult& range) {
   return text + fits_text(range.fits);
 }
 
+/// Nothing where all channels are calibrated.
+std::string calibration_text(const std::vector<RangeResult>& ranges) {
+  const std::vector<std::string> raw = uncalibrated_channels(ranges);
+  if (raw.empty()) return {};
+  return printable(fmt::format("NOT CALIBRATED: numbers are raw and have no unit, from {}", fmt::join(raw, ", ")));
+}
+
 }  // namespace
 
+std::vector<std::string> uncalibrated_channels(const std::vector<RangeResult>& ranges) {
+  std::vector<std::string> channels;
+  for (const RangeResult& range : ranges)
+    for (const std::string& channel : range.uncalibrated)
+      if (std::find(channels.begin(), channels.end(), channel) == channels.end()) channels.push_back(channel);
+  return channels;
+}
+
 std::string report_text(const std::vector<RangeResult>& ranges) {
-  std::string text;
+  std::string text = calibration_text(ranges);
+  if (!text.empty()) text += "\n\n";
   for (const RangeResult& range : ranges) text += range_text(range) + "\n";
   const std::vector<RangeDisagreement> pairs = compare_ranges(ranges);
   for (const RangeDisagreement& pair : pairs) {
@@ -115,7 +131,8 @@ std::string report_text(const std::vector<RangeResult>& ranges) {
 }
 
 std::string report_latex(const std::vector<RangeResult>& ranges) {
-  std::string text;
+  std::string text = calibration_text(ranges);
+  if (!text.empty()) text = "% " + text + "\n";
   for (const RangeResult& range : ranges)
     for (const JudgedFit& fit : range.fits) {
       const Judgement judgement = judge(fit);

@@ -6,8 +6,11 @@
 
 namespace apps {
 
-/// The identified equations for a terminal: each with its error bars and, right under it, whether it is to be trusted;
-/// then what the ranges disagree on.
+/// Channels of raw numbers that any of the ranges rests on, "recording: channel", each once.
+[[nodiscard]] std::vector<std::string> uncalibrated_channels(const std::vector<RangeResult>& ranges);
+
+/// The identified equations for a terminal, under a line that names channels not calibrated if there are any: each with
+/// its error bars and, right under it, whether it is to be trusted; then what the ranges disagree on.
 [[nodiscard]] std::string report_text(const std::vector<RangeResult>& ranges);
 
 /// The same equations as LaTeX, the judgement as a comment before each.

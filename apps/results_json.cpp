@@ -9,6 +9,7 @@
 
 #include "apps/judgement.hpp"
 #include "apps/printable.hpp"
+#include "apps/report_text.hpp"
 #include "apps/version.hpp"
 
 namespace apps {
@@ -212,6 +213,25 @@ Json channel_json(const dsp::Channel& channel) {
           {"calibrated", channel.calibrated}, {"delay_s", channel.delay_s},      {"highpass_hz", channel.highpass_hz}};
 }
 
+Json calibration_json(const std::vector<std::string>& uncalibrated) {
+  Json result{{"calibrated", uncalibrated.empty()}};
+  if (uncalibrated.empty()) return result;
+  result["uncalibrated"] = Json::array();
+  for (const std::string& channel : uncalibrated) result["uncalibrated"].push_back(printable(channel));
+  return result;
+}
+
+/// The checks of all recordings, each with its recording.
+Json recorded_checks(const std::vector<Input>& inputs) {
+  Json result = Json::array();
+  for (const Input& input : inputs)
+    for (const dsp::Check& check : input.prepared.checks) {
+      result.push_back(check_json(check));
+      result.back()["recording"] = printable(input.prepared.name);
+    }
+  return result;
+}
+
 }  // namespace
 
 std::string_view to_string(dsp::CheckStatus status) {
@@ -220,7 +240,8 @@ std::string_view to_string(dsp::CheckStatus status) {
 }
 
 std::string metrics_json(const std::vector<RangeResult>& ranges, const IdentifyOptions& options) {
-  Json document{{"ranges", Json::array()}};
+  Json document = calibration_json(uncalibrated_channels(ranges));
+  document["ranges"] = Json::array();
   for (const RangeResult& range : ranges) {
     Json row{{"name", printable(range.spec.name)}, {"regime", range.regime.empty() ? Json() : Json(range.regime)}};
     if (range.regime.empty()) row["regime_reason"] = "the range is given by time, not by regime";
@@ -240,7 +261,8 @@ std::string metrics_json(const std::vector<RangeResult>& ranges, const IdentifyO
 }
 
 std::string equation_json(const std::vector<RangeResult>& ranges) {
-  Json document{{"equations", Json::array()}, {"disagreements", Json::array()}};
+  Json document = calibration_json(uncalibrated_channels(ranges));
+  document["equations"] = document["disagreements"] = Json::array();
   for (const RangeResult& range : ranges)
     for (const JudgedFit& fit : range.fits) {
       const Judgement judgement = judge(fit);
@@ -267,11 +289,17 @@ std::string equation_json(const std::vector<RangeResult>& ranges) {
 }
 
 std::string quality_json(const std::vector<Input>& inputs) {
-  Json document{{"checks", Json::array()}, {"pairs", Json::array()}, {"power_check", nullptr}};
+  std::vector<std::string> raw;
+  for (const Input& input : inputs)
+    for (const std::string& channel : input.prepared.signals.uncalibrated)
+      raw.push_back(input.prepared.name + ": " + channel);
+  Json document = calibration_json(raw);
+  document["checks"] = recorded_checks(inputs);
+  document["pairs"] = Json::array();
+  document["power_check"] = nullptr;
   document["power_check_reason"] = "displacement and acceleration of one body were not both measured";
   document["motion"] = Json::array();
   for (const Input& input : inputs) {
-    for (const dsp::Check& check : input.prepared.checks) document["checks"].push_back(check_json(check));
     for (const dsp::SensorRelation& relation : input.prepared.relations)
       document["pairs"].push_back(pair_json(relation));
     document["motion"].push_back(motion_json(input.prepared));
@@ -329,10 +357,8 @@ std::string segments_json(const std::vector<Input>& inputs) {
   return text_of(document);
 }
 
-std::string checks_json(const std::vector<dsp::Check>& checks) {
-  Json document{{"checks", Json::array()}};
-  for (const dsp::Check& check : checks) document["checks"].push_back(check_json(check));
-  return text_of(document);
+std::string checks_json(const std::vector<Input>& inputs) {
+  return text_of({{"checks", recorded_checks(inputs)}});
 }
 
 std::string fault_json(std::string_view name, std::string_view kind, int exit_code, std::string_view message,
@@ -369,6 +395,12 @@ std::string info_json(const std::vector<RecordingInfo>& recordings) {
   return text_of(document);
 }
 
+std::string files_json(const std::vector<std::string>& files) {
+  Json document{{"files", Json::array()}};
+  for (const std::string& file : files) document["files"].push_back(printable(file));
+  return text_of(document);
+}
+
 std::string terms_json(const std::vector<ident::FunctionHelp>& signals,
                        const std::vector<ident::FunctionHelp>& functions) {
   const auto list = [](const std::vector<ident::FunctionHelp>& entries) {
@@ -393,6 +425,7 @@ std::string manifest_json(const Manifest& manifest) {
   document["seed"] = manifest.seed;
   document["started_utc"] = manifest.started_utc;
   document["finished_utc"] = manifest.finished_utc;
+  document["calibrated"] = manifest.calibrated;
   document["warnings"] = Json::array();
   for (const std::string& warning : manifest.warnings) document["warnings"].push_back(printable(warning));
   const auto files = [](const std::vector<ManifestFile>& list) {

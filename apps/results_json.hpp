@@ -20,7 +20,7 @@ namespace apps {
 [[nodiscard]] std::string segments_json(const std::vector<Input>& inputs);
 [[nodiscard]] std::string_view to_string(dsp::CheckStatus status);  ///< "ok", "note", "warning", "failed"
 /// What `ardent check --json` prints.
-[[nodiscard]] std::string checks_json(const std::vector<dsp::Check>& checks);
+[[nodiscard]] std::string checks_json(const std::vector<Input>& inputs);
 /// `lines`: what the fault wants added to a file; left out where empty.
 [[nodiscard]] std::string fault_json(std::string_view name, std::string_view kind, int exit_code,
                                      std::string_view message, std::string_view lines);
@@ -37,6 +37,9 @@ struct RecordingInfo {
 };
 [[nodiscard]] std::string info_json(const std::vector<RecordingInfo>& recordings);
 
+/// What `ardent init --json` prints: the files it wrote.
+[[nodiscard]] std::string files_json(const std::vector<std::string>& files);
+
 /// What `ardent terms --json` prints.
 [[nodiscard]] std::string terms_json(const std::vector<ident::FunctionHelp>& signals,
                                      const std::vector<ident::FunctionHelp>& functions);
@@ -49,6 +52,7 @@ struct Manifest {
   std::vector<std::string> arguments, warnings;
   std::vector<ManifestFile> inputs, outputs;  ///< paths relative to the run folder
   unsigned long long seed = 1;
+  bool calibrated = true;  ///< false: some numbers are raw
 };
 [[nodiscard]] std::string manifest_json(const Manifest& manifest);
 /// Now, as the manifest writes it: 2026-01-31T12:00:00Z.

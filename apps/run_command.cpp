@@ -40,18 +40,12 @@ struct Work {
   std::vector<Input> inputs;
 };
 
-void refuse_warnings(const RunArguments& arguments, const Console& console) {
-  if (arguments.strict && !console.warnings().empty())
-    throw dsp::Fault(dsp::FaultKind::input, "strict.warning",
-                     fmt::format("stopped at the first warning (--strict): {}", console.warnings().front()));
-}
-
 Work prepare_work(Config config, const RunArguments& arguments, Console& console) {
   check_library(config);
   Work work{std::move(config), {}};
   work.inputs = prepare_inputs(work.config, arguments.max_memory_bytes, console);
   settle(work.config, work.inputs, console);
-  refuse_warnings(arguments, console);
+  refuse_warnings(arguments.strict, console);
   return work;
 }
 
@@ -115,6 +109,8 @@ class Results {
     write("log.txt", console.log());
     for (const std::string& name : written_) manifest_.outputs.push_back({name, sha256_file(folder_.path(name))});
     manifest_.warnings = console.warnings();
+    manifest_.calibrated = std::all_of(inputs.begin(), inputs.end(),
+                                       [](const Input& input) { return input.prepared.signals.uncalibrated.empty(); });
     manifest_.finished_utc = utc_now();
     folder_.commit(manifest_json(manifest_));
   }
@@ -167,7 +163,7 @@ int run_identification(const RunArguments& arguments, Console& console) {
   const std::vector<Columns> columns = all_columns(work.config, work.inputs, libraries, console);
   const IdentifyOptions options = identify_options(work.config, work.inputs, arguments.num_threads);
   const auto ranges = identify_ranges(work.config, columns, libraries.front(), options, console);
-  refuse_warnings(arguments, console);
+  refuse_warnings(arguments.strict, console);
   const std::string report = report_text(ranges);
   results.write("equation.txt", report);
   results.write("equation.tex", report_latex(ranges));
@@ -196,20 +192,16 @@ void run_check(const RunArguments& arguments, Console& console) {
   const std::vector<Columns> columns =
       all_columns(work.config, work.inputs, compile_libraries(work.config, work.inputs), console);
   std::string text;
-  std::vector<dsp::Check> checks;
-  for (const Input& input : work.inputs) {
-    for (const dsp::Check& check : input.prepared.checks) {
-      checks.push_back(check);
+  for (const Input& input : work.inputs)
+    for (const dsp::Check& check : input.prepared.checks)
       text += fmt::format("{:<8} {}: {}: {}\n", to_string(check.status), input.prepared.name, check.name,
                           printable(check.message));
-    }
-  }
   for (const Range& range : work.config.ranges) {
     const RangeRows rows = range_rows(range, columns);
     text += fmt::format("{:<8} range {}: {} training rows, {} test rows\n", "ok", range.spec.name, rows.train.size(),
                         rows.test.size());
   }
-  console.result(console.json() ? checks_json(checks) : text);
+  console.result(console.json() ? checks_json(work.inputs) : text);
 }
 
 }  // namespace apps

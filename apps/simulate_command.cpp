@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -12,6 +13,7 @@
 #include "apps/record_qzs.hpp"
 #include "apps/system_fault.hpp"
 #include "dsp/fault.hpp"
+#include "dsp/names.hpp"
 #include "sim/noise.hpp"
 #include "sim/simulate.hpp"
 #include "sim/systems.hpp"
@@ -61,10 +63,16 @@ void write_csv(const fs::path& path, const Table& table) {
 /// The systems of Section 4: response.csv, and their truth.
 std::vector<fs::path> simulate_system(const SimulateArguments& arguments, ordered_json& truth) {
   if (arguments.raw || arguments.twin || arguments.sensors || arguments.container || arguments.frc ||
-      arguments.programme)
+      arguments.programme || arguments.from_s || arguments.rate_hz)
     throw dsp::Fault(dsp::FaultKind::usage, "sim.option",
-                     fmt::format("sim {}: --raw, --twin, --sensors, --container, --frc and --programme belong to qzs",
+                     fmt::format("sim {}: --raw, --twin, --sensors, --container, --from, --rate, --frc and --programme "
+                                 "belong to qzs",
                                  arguments.system));
+  const auto names = sim::experiment_names();
+  if (std::find(names.begin(), names.end(), arguments.system) == names.end())
+    throw dsp::Fault(dsp::FaultKind::usage, "sim.option",
+                     fmt::format("sim: no system '{}'; there are {}, qzs", dsp::clean_name(arguments.system),
+                                 fmt::join(names, ", ")));
   sim::Experiment experiment;
   try {
     experiment = sim::make_experiment(arguments.system, parse_settings(arguments.set));

@@ -57,11 +57,14 @@ void write_prepared(const std::vector<const dsp::Prepared*>& recordings, const S
   const std::vector<std::string> names = signal_order(recordings);
   std::string header = several ? "recording," : "";
   for (const std::string& name : names) header += text_cell(name) + ",";
-  sink(header + "excluded\n");
+  const bool any_raw = std::any_of(recordings.begin(), recordings.end(),
+                                   [](const dsp::Prepared* one) { return !one->signals.uncalibrated.empty(); });
+  sink(header + (any_raw ? "excluded,uncalibrated\n" : "excluded\n"));
   for (const dsp::Prepared* recording : recordings) {
     std::vector<const dsp::Signal*> signals;
     for (const std::string& name : names) signals.push_back(recording->signals.find(name));
     const std::string label = several ? text_cell(recording->name) : "";
+    const char* end = !any_raw ? "\n" : recording->signals.uncalibrated.empty() ? ",0\n" : ",1\n";
     std::string line;
     for (Index i = 0; i < recording->signals.num_samples(); ++i) {
       line = label;
@@ -71,7 +74,8 @@ void write_prepared(const std::vector<const dsp::Prepared*>& recordings, const S
         else
           line += ",";
       }
-      line += is_set_aside(recording->signals, i) ? ",1\n" : ",0\n";
+      line += is_set_aside(recording->signals, i) ? ",1" : ",0";
+      line += end;
       sink(std::string_view(line).substr(several ? 0 : 1));
     }
   }
@@ -82,7 +86,9 @@ void write_predictions(const std::vector<RangeResult>& ranges, const std::vector
   if (ranges.empty()) return;
   std::string header = "range,recording,part,t,target";
   for (const JudgedFit& fit : ranges.front().fits) header += fmt::format(",{0},{0}_std", to_string(fit.fit.method));
-  sink(header + "\n");
+  const bool any_raw = std::any_of(recordings.begin(), recordings.end(),
+                                   [](const Columns& one) { return !one.signals->uncalibrated.empty(); });
+  sink(header + (any_raw ? ",uncalibrated\n" : "\n"));
   std::string line;
   for (const RangeResult& range : ranges) {
     const std::string name = text_cell(range.spec.name);
@@ -102,6 +108,7 @@ void write_predictions(const std::vector<RangeResult>& ranges, const std::vector
         else
           line += ',';  // there is none
       }
+      if (any_raw) line += recording.signals->uncalibrated.empty() ? ",0" : ",1";
       line += '\n';
       sink(line);
     }

@@ -13,11 +13,12 @@ namespace apps {
 using Sink = std::function<void(std::string_view)>;
 
 /// prepared.csv: t, r, y, x, v, a, ddr and what else there is, then `excluded`; SI, 17 significant digits. Several
-/// recordings follow one another with their name in a first column.
+/// recordings follow one another with their name in a first column. Where any of them is not calibrated a last column
+/// `uncalibrated` is 1 on its rows.
 void write_prepared(const std::vector<const dsp::Prepared*>& recordings, const Sink& sink);
 
 /// predictions.csv: a row for each row of each range: range, recording, part, t, the target, and for each method its
-/// prediction and the standard deviation of that.
+/// prediction and the standard deviation of that; then `uncalibrated` as above.
 void write_predictions(const std::vector<RangeResult>& ranges, const std::vector<Columns>& recordings,
                        const Sink& sink);
 

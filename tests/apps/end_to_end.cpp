@@ -50,6 +50,19 @@ void check_same_run(const Scratch& folder, const std::string& a, const std::stri
   }
 }
 
+/// A locale of our own in comma_AA, decimals behind a comma: bare systems have none that differs from C.
+void make_comma_locale(const Scratch& folder) {
+  put(folder, "comma", "LC_NUMERIC\ndecimal_point \",\"\nthousands_sep \".\"\ngrouping 3;3\nEND LC_NUMERIC\n");
+  std::string ascii = "<code_set_name> ANSI_X3.4-1968\n<mb_cur_min> 1\n<mb_cur_max> 1\nCHARMAP\n";
+  for (int c = 0; c < 128; ++c) {
+    char line[32] = "";
+    std::snprintf(line, sizeof line, "<U%04X> /x%02x c%d\n", c, c, c);
+    ascii += line;
+  }
+  put(folder, "ascii", "<escape_char> /\n" + ascii + "END CHARMAP\n");
+  (void)support::run(folder, "localedef -c -i ./comma -f ./ascii ./comma_AA");  // warns of what it lacks
+}
+
 }  // namespace
 
 TEST_CASE("help, version and terms are results", "[apps][end_to_end]") {
@@ -159,11 +172,11 @@ TEST_CASE("a run is the same from its own config and for any number of threads",
 
 TEST_CASE("locale, time zone, umask and a missing home change nothing", "[apps][end_to_end]") {
   const Scratch& folder = bench();
+  make_comma_locale(folder);
+  const std::string comma = "env -i LOCPATH=" + (folder / "").string() + " LC_ALL=comma_AA TZ=Asia/Kolkata ";
+  REQUIRE(support::run(folder, comma + "printf %.1f 2,5").out == "2,5");
   CHECK(support::run(folder, "$ARDENT run duffing/response.csv -o plain").code == 0);
-  CHECK(support::run(folder,
-                     "umask 077; env -i LC_ALL=de_DE.UTF-8 LANG=de_DE.UTF-8 TZ=Asia/Kolkata $ARDENT run "
-                     "duffing/response.csv -o odd")
-            .code == 0);
+  CHECK(support::run(folder, "umask 077; " + comma + "$ARDENT run duffing/response.csv -o odd").code == 0);
   check_same_run(folder, "plain", "odd");
 }
 
@@ -319,6 +332,8 @@ TEST_CASE("names from files reach neither the terminal raw nor the file system",
     table += std::to_string(0.01 * i) + "," + std::to_string(i % 7) + "," + std::to_string(i % 5) + "\n";
   put(folder, "a.csv", table);
   const auto info = support::run(folder, "$ARDENT info a.csv");
+  CHECK(info.code == 0);
+  CHECK_THAT(info.out, Catch::Contains("\\x1b[31mx"));
   CHECK(info.out.find('\x1b') == std::string::npos);
   CHECK(info.err.find('\x1b') == std::string::npos);
   const auto missing = support::run(folder, "$ARDENT info \"$(printf 'no\\033[2J\\nfile')\"");
