@@ -163,7 +163,7 @@ void add_fit(CLI::App& app, const GlobalOptions& global, Command& chosen) {
   command
       ->add_option("--lasso-lambda", arguments->lasso_lambda,
                    "Penalty of lasso, a share of the largest useful one; by BIC if left out")
-      ->check(CLI::NonNegativeNumber);
+      ->check(not_negative());
   command->add_option("--where", arguments->where, "Condition on the rows");
   command->callback([=, &global, &chosen] {
     chosen = [=, &global](Console& console) {
