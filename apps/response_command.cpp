@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -15,6 +16,7 @@
 #include "apps/printable.hpp"
 #include "apps/response_draws.hpp"
 #include "apps/response_report.hpp"
+#include "apps/steps_table.hpp"
 #include "apps/system_fault.hpp"
 #include "dsp/fault.hpp"
 
@@ -35,16 +37,56 @@ struct Result {
   ResponseDraws draws;
   int num_draws = 0;
   std::uint64_t seed = 1;
+  std::vector<StepPoint> steps;  ///< what the record itself came to
 };
+
+/// How far the equation's curves are from the record's steady amplitudes; each against the nearer of the two sweeps,
+/// because hands and chance decide which branch a test is on.
+struct Misfit {
+  int count = 0;
+  double rms = 0.0, worst = 0.0, worst_hz = 0.0;  ///< relative, of x
+};
+
+Misfit misfit_of(const Result& result) {
+  Misfit misfit;
+  double squares = 0.0;
+  for (const StepPoint& step : result.steps) {
+    if (step.locked) continue;  // what is left there is the sensors'
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const auto* points : {&result.steady.response.up, &result.steady.response.down})
+      for (std::size_t k = 1; k < points->size(); ++k) {
+        const sim::ResponsePoint &a = (*points)[k - 1], &b = (*points)[k];
+        const double share = (step.frequency_hz - a.frequency_hz) / (b.frequency_hz - a.frequency_hz);
+        if (!(share >= 0.0 && share <= 1.0)) continue;
+        const double x_m = a.x_m + share * (b.x_m - a.x_m);
+        if (std::abs(x_m - step.x_m) < std::abs(nearest)) nearest = x_m - step.x_m;
+      }
+    if (!std::isfinite(nearest)) continue;
+    const double relative = std::abs(nearest) / step.x_m;
+    ++misfit.count;
+    squares += relative * relative;
+    if (relative > misfit.worst) misfit.worst = relative, misfit.worst_hz = step.frequency_hz;
+  }
+  misfit.rms = std::sqrt(squares / std::max(misfit.count, 1));
+  return misfit;
+}
 
 [[noreturn]] void refuse(const std::string& why) {
   throw dsp::Fault(dsp::FaultKind::usage, "frc.option", "frc: " + why);
 }
 
-sim::FrequencyResponseOptions sweep_of(const std::vector<std::string>& set, DriveKind drive) {
+/// What was asked for; the amplitude left out is that of the record's steps, if it has some.
+sim::FrequencyResponseOptions sweep_of(const std::vector<std::string>& set, DriveKind drive,
+                                       const std::vector<StepPoint>& steps) {
   sim::FrequencyResponseOptions sweep;
   const char* amplitude = drive == DriveKind::base ? "amplitude_mm" : "amplitude";
-  bool amplitude_given = drive == DriveKind::base;
+  bool amplitude_given = drive == DriveKind::base || !steps.empty();
+  if (!steps.empty()) {
+    std::vector<double> drives;
+    for (const StepPoint& step : steps) drives.push_back(step.drive);
+    std::nth_element(drives.begin(), drives.begin() + static_cast<std::ptrdiff_t>(drives.size() / 2), drives.end());
+    sweep.amplitude_m = drives[drives.size() / 2];
+  }
   for (const auto& [name, value] : parse_settings(set)) {
     const bool known = name == amplitude || name == "from_hz" || name == "to_hz" || name == "step_hz";
     if (!known) refuse(fmt::format("no setting \"{}\"; there are from_hz, to_hz, step_hz, {}", name, amplitude));
@@ -68,7 +110,8 @@ Result respond(const ResponseArguments& arguments) {
   if (!(result.static_friction >= 0.0) || (arguments.static_friction && !driven.has_friction))
     refuse("--static-friction must not be negative, and needs an equation with sgn(v)");
   driven.oscillator.static_friction = result.static_friction;
-  result.sweep = sweep_of(arguments.set, driven.drive);
+  result.steps = read_final_steps(arguments.run);
+  result.sweep = sweep_of(arguments.set, driven.drive, result.steps);
   result.num_draws = arguments.num_draws;
   result.seed = arguments.seed;
   result.steady = sim::steady_response(driven.oscillator, result.sweep);
@@ -156,6 +199,9 @@ std::string text_of(const Result& result) {
     text += fmt::format("  {:<5} {:<34} {:.5g} mm at {:.5g} Hz{}\n", way, "largest relative amplitude",
                         1e3 * sim::peak(*points).x_m, sim::peak(*points).frequency_hz,
                         peaks->empty() ? "" : fmt::format(", sd {:.2g} mm", 1e3 * drawn_figure(*peaks).std));
+  if (const Misfit misfit = misfit_of(result); misfit.count > 0)
+    text += fmt::format("  from the record's {} steady amplitudes in motion it is {:.2g} % away (rms), at most {:.2g} % at {:.5g} Hz\n",
+                        misfit.count, 100.0 * misfit.rms, 100.0 * misfit.worst, misfit.worst_hz);
   for (const std::string& remark : remarks_of(result)) text += "  - " + remark + "\n";
   return text;
 }
@@ -188,9 +234,31 @@ Json json_of(const Result& result) {
   }
   document["frequency_response"]["up"]["peak"]["std_m"] = number_or_null(drawn_figure(result.draws.peak_up_m).std);
   document["frequency_response"]["down"]["peak"]["std_m"] = number_or_null(drawn_figure(result.draws.peak_down_m).std);
+  if (const Misfit misfit = misfit_of(result); misfit.count > 0)
+    document["record"] = {
+        {"num_steps", misfit.count}, {"rms", misfit.rms}, {"worst", misfit.worst}, {"worst_hz", misfit.worst_hz}};
   document["num_unsettled"] = result.steady.num_unsettled;
   document["remarks"] = remarks_of(result);
   return document;
+}
+
+/// The record's own end results over the equation's curves, as Fig. 11 of [QZS23] has them.
+void add_steps(PlotFigure& figure, const std::vector<StepPoint>& steps) {
+  for (const bool up : {true, false}) {
+    PlotSeries y{
+        up ? "record, up" : "record, down", {}, {}, PlotStyle::points, up ? PlotColour::orange : PlotColour::black};
+    std::vector<double> f, x_mm, y_mm;
+    for (const StepPoint& step : steps)
+      if (step.up == up) f.push_back(step.frequency_hz), x_mm.push_back(1e3 * step.x_m), y_mm.push_back(1e3 * step.y_m);
+    if (f.empty()) continue;
+    const auto size = static_cast<Eigen::Index>(f.size());
+    PlotSeries x = y;
+    x.x = y.x = Eigen::Map<const Eigen::VectorXd>(f.data(), size);
+    x.y = Eigen::Map<const Eigen::VectorXd>(x_mm.data(), size);
+    y.y = Eigen::Map<const Eigen::VectorXd>(y_mm.data(), size);
+    figure.panels[0].series.push_back(std::move(y));
+    figure.panels[1].series.push_back(std::move(x));
+  }
 }
 
 fs::path folder_of(const ResponseArguments& arguments) {
@@ -216,6 +284,7 @@ void run_response(const ResponseArguments& arguments, Console& console) {
   if (error) throw cannot_write(folder, error.value());
   PlotFigure figure = response_figure(reported, fmt::format("Response of the equation of range {} by {}",
                                                             result.equation.range, result.equation.method));
+  add_steps(figure, result.steps);
   figure.caption = remarks_of(result);
   const std::string document = json_of(result).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
   write_file(folder / "frc.csv", response_csv(reported));

@@ -18,6 +18,7 @@
 #include "apps/results_json.hpp"
 #include "apps/run_folder.hpp"
 #include "apps/sha256.hpp"
+#include "apps/steps_table.hpp"
 #include "apps/tables.hpp"
 #include "dsp/names.hpp"
 
@@ -73,6 +74,15 @@ std::vector<const dsp::Prepared*> prepared_of(const std::vector<Input>& inputs) 
   return prepared;
 }
 
+/// Of the recordings that are stepped sines.
+std::vector<RecordingSteps> steady_steps(const std::vector<Input>& inputs) {
+  std::vector<RecordingSteps> all;
+  for (const Input& input : inputs)
+    if (auto steps = dsp::find_steady_steps(input.prepared.signals); !steps.empty())
+      all.emplace_back(input.prepared.name, std::move(steps));
+  return all;
+}
+
 /// A run folder being filled, and the manifest that closes it.
 class Results {
  public:
@@ -105,6 +115,7 @@ class Results {
     stream("prepared.csv", [&](const Sink& sink) { write_prepared(prepared_of(inputs), sink); });
     write("quality.json", quality_json(inputs));
     write("segments.json", segments_json(inputs));
+    if (const auto steps = steady_steps(inputs); !steps.empty()) write("steps.csv", steps_csv(steps));
     write("config.toml", to_toml(config, folder_.destination()));
     write("log.txt", console.log());
     for (const std::string& name : written_) manifest_.outputs.push_back({name, sha256_file(folder_.path(name))});

@@ -22,9 +22,9 @@ namespace fs = std::filesystem;
 namespace {
 
 // What a folder without a manifest may hold and still be taken for an unfinished run of ours.
-constexpr std::array<std::string_view, 12> our_names{"config.toml",     "quality.json", "segments.json", "prepared.csv",
-                                                     "equation.txt",    "equation.tex", "equation.json", "metrics.json",
-                                                     "predictions.csv", "figures",      "report.html",   "log.txt"};
+constexpr std::array<std::string_view, 13> our_names{
+    "config.toml",  "quality.json",    "segments.json", "prepared.csv", "equation.txt", "equation.tex", "equation.json",
+    "metrics.json", "predictions.csv", "figures",       "report.html",  "log.txt",      "steps.csv"};
 
 enum class Occupant { nothing, complete, incomplete, foreign };
 

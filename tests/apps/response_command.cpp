@@ -8,6 +8,7 @@
 #include "apps/equation_oscillator.hpp"
 #include "apps/identified_equation.hpp"
 #include "apps/response_draws.hpp"
+#include "apps/steps_table.hpp"
 #include "sim/frequency_response.hpp"
 #include "support/fault.hpp"
 #include "support/program.hpp"
@@ -195,6 +196,35 @@ TEST_CASE("equations that have no answer to a sine are refused with the reason",
   check_fault([&] { (void)respond(arguments_for(folder)); }, dsp::FaultKind::input, "run.damaged", {"equation.json"});
 }
 
+TEST_CASE("a record's steady amplitudes come back from their table", "[apps][steps_table]") {
+  const Scratch folder;
+  CHECK(apps::read_final_steps(folder / "").empty());
+  const dsp::SteadyStep slipping{.from_s = 1.0,
+                                 .to_s = 2.0,
+                                 .frequency_hz = 1.25,
+                                 .drive = 4.5e-3,
+                                 .x_m = 7e-3,
+                                 .y_m = 3e-3,
+                                 .phase_rad = -1.0,
+                                 .direction = 1};
+  dsp::SteadyStep locked = slipping, iteration = slipping;
+  locked.locked = true;
+  locked.phase_rad = std::nan("");
+  locked.direction = -1;
+  iteration.tag = dsp::StepTag::iteration;
+  (void)folder.file("steps.csv", apps::steps_csv({{"a,\"b\"", {iteration, slipping, locked}}}));
+  const auto points = apps::read_final_steps(folder / "");
+  REQUIRE(points.size() == 2);
+  CHECK(points[0].frequency_hz == 1.25);
+  CHECK(points[0].x_m == 7e-3);
+  CHECK(points[0].up);
+  CHECK(!points[0].locked);
+  CHECK(points[1].locked);
+  CHECK(!points[1].up);
+  (void)folder.file("steps.csv", "f,x\n1,2\n");
+  check_fault([&] { (void)apps::read_final_steps(folder / ""); }, dsp::FaultKind::input, "run.damaged", {"steps.csv"});
+}
+
 TEST_CASE("a force drives an equation without a base", "[apps][response_command]") {
   const Scratch folder;
   make_run(folder, {equation_of("all", "a", {{"x", -50.0, 0.0}, {"v", -0.8, 0.0}, {"f", 2.0, 0.0}})}, "t,x,v,a,f");
@@ -217,8 +247,13 @@ TEST_CASE("the equation identified from the record that comes with the sources h
                     "[library]\norder = 0\nterms = [\"x\", \"v\", \"x^3\", \"sgn(v)\", \"ddr\"]\n[fit]\nmethods = "
                     "[\"fast_rvm\"]\n[[range]]\nname = \"mixed\"\nfrom = 0\nto = 1720\ntrain_to = 1000\n");
   REQUIRE(support::run(folder, "$ARDENT -q run qzs.toml -o run").code == 0);
+  // 45 frequencies, each set in four iterations: the last of each is the result, but where hands were at the payload.
+  const auto steps = apps::read_final_steps(folder / "run");
+  CHECK(steps.size() >= 43);
+  CHECK(steps.back().locked);
   auto arguments = arguments_for(folder);
   arguments.run = folder / "run";
+  arguments.set = {"amplitude_mm=4.5"};
   arguments.num_draws = 4;
   arguments.static_friction = 0.385;
   const json found = respond(arguments);
@@ -229,5 +264,7 @@ TEST_CASE("the equation identified from the record that comes with the sources h
   CHECK(response["up"]["peak"]["amplitude_m"].get<double>() == Approx(38.86e-3).epsilon(0.01));
   CHECK(response["down"]["peak"]["amplitude_m"].get<double>() == Approx(26.22e-3).epsilon(0.01));
   CHECK(found["covariance"] == "robust");
+  CHECK(found["record"]["num_steps"].get<int>() >= 42);
+  CHECK(found["record"]["rms"].get<double>() < 0.01);
   CHECK(found["located"]["down"]["jump_hz"]["draws_std"].get<double>() < 1e-3);
 }
