@@ -3,17 +3,16 @@
 #include <fmt/format.h>
 #include <sndfile.h>
 #include <soxr.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <numbers>
 #include <string>
 #include <vector>
 
+#include "bench/bench.hpp"
 #include "dsp/decimate.hpp"
 #include "dsp/read_recording.hpp"
 #include "dsp/sound_file.hpp"
@@ -22,21 +21,6 @@ namespace {
 
 constexpr int num_channels = 4, rate_hz = 25600, rounds = 7;
 constexpr Eigen::Index block = 65536;
-
-double cpu_s() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
-
-double timed(const std::function<void()>& work) {
-  const double start = cpu_s();
-  work();
-  return cpu_s() - start;
-}
 
 // Twenty lines of a measured-looking record: two tones and a little of every frequency.
 dsp::FrameBlock frames_at(Eigen::Index first, Eigen::Index count) {
@@ -57,15 +41,6 @@ void write_sidecar(const std::filesystem::path& recording) {
     out << fmt::format(
         "[[channel]]\nname = \"c{0}\"\nindex = {0}\nunit = \"m\"\nsensitivity = \"114 mV/mm\"\nfull_scale = \"5 V\"\n",
         c);
-}
-
-void bare_read(const std::filesystem::path& file) {
-  SF_INFO info{};
-  SNDFILE* sound = sf_open(file.c_str(), SFM_READ, &info);
-  std::vector<double> buffer(static_cast<std::size_t>(block * info.channels));
-  while (sf_readf_double(sound, buffer.data(), block) > 0) {
-  }
-  sf_close(sound);
 }
 
 void ours(const std::filesystem::path& file) {
@@ -98,8 +73,8 @@ void soxr_hq(const std::filesystem::path& file) {
 void compare(const std::string& title, const std::filesystem::path& file) {
   std::vector<double> over_read, under_soxr;
   for (int round = 0; round < rounds; ++round) {
-    const double read = timed([&] { bare_read(file); }), mine = timed([&] { ours(file); }),
-                 soxr = timed([&] { soxr_hq(file); });
+    const double read = bench::cpu_s([&] { bench::bare_read(file); }), mine = bench::cpu_s([&] { ours(file); }),
+                 soxr = bench::cpu_s([&] { soxr_hq(file); });
     over_read.push_back(mine / read);
     under_soxr.push_back(soxr / mine);
   }
@@ -114,9 +89,7 @@ void compare(const std::string& title, const std::filesystem::path& file) {
 
 }  // namespace
 
-int main() {
-  const auto folder = std::filesystem::temp_directory_path() / "ardent_bench";
-  std::filesystem::create_directories(folder);
+void bench::raw_part(const std::filesystem::path& folder) {
   constexpr Eigen::Index num_frames = 200 * rate_hz;
   for (const auto& [name, container] :
        {std::pair{"bench.wav", dsp::SoundContainer::rf64}, std::pair{"bench.flac", dsp::SoundContainer::flac}}) {
@@ -130,5 +103,4 @@ int main() {
     write_sidecar(file);
     compare(name, file);
   }
-  std::filesystem::remove_all(folder);
 }
