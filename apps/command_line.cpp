@@ -16,6 +16,7 @@
 #include "apps/init_command.hpp"
 #include "apps/interrupt.hpp"
 #include "apps/replicate_command.hpp"
+#include "apps/report_command.hpp"
 #include "apps/response_command.hpp"
 #include "apps/results_json.hpp"
 #include "apps/run_command.hpp"
@@ -195,6 +196,18 @@ void add_terms(CLI::App& app, Command& chosen) {
   });
 }
 
+void add_report(CLI::App& app, Command& chosen) {
+  auto* command = app.add_subcommand("report", "The page of a finished run again");
+  auto run = std::make_shared<std::filesystem::path>();
+  command->add_option("RUN", *run, "Run folder")->required();
+  command->callback([=, &chosen] {
+    chosen = [=](Console& console) {
+      run_report(*run, console);
+      return 0;
+    };
+  });
+}
+
 void add_compare(CLI::App& app, Command& chosen) {
   auto* command = app.add_subcommand("compare", "The equations of several runs side by side");
   auto arguments = std::make_shared<CompareArguments>();
@@ -233,7 +246,8 @@ void add_sim(CLI::App& app, const GlobalOptions& global, Command& chosen) {
       "  --set rail=payload_laser:300:300.4       at the upper rail\n"
       "  --set hold=2:300:300.4                   stuck at its value\n"
       "  --set clip=payload_accelerometer:0:9:0.02  limited to +-0.02 V");
-  command->add_option("--container", arguments->container, "qzs --raw: rf64, wav, w64, caf, flac, aiff");
+  command->add_option("--container", arguments->container,
+                      "qzs --raw: rf64 (as recording.wav, which holds more than 4 GiB), wav, w64, caf, flac, aiff");
   command->callback([=, &global, &chosen] {
     chosen = [=, &global](Console& console) {
       if (global.output.empty())
@@ -320,6 +334,7 @@ void add_commands(CLI::App& app, const GlobalOptions& global, const std::vector<
   add_fit(app, global, chosen);
   add_init(app, global, chosen);
   add_compare(app, chosen);
+  add_report(app, chosen);
   add_terms(app, chosen);
 }
 

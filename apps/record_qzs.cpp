@@ -56,6 +56,9 @@ Setup set_up(const SimulateArguments& arguments) {
   if (!arguments.raw && (arguments.sensors || arguments.container || arguments.from_s || arguments.rate_hz))
     throw dsp::Fault(dsp::FaultKind::usage, "sim.option",
                      "sim qzs: --sensors, --container, --from and --rate are about the recording: add --raw");
+  if (!arguments.raw && arguments.noise.value_or(0.0) != 0.0)
+    throw dsp::Fault(dsp::FaultKind::usage, "sim.option",
+                     "sim qzs: --noise is a factor on the sensors' own and response.csv has no sensors: add --raw");
   try {
     Setup setup;
     setup.twin = arguments.twin.value_or("T0");

@@ -112,6 +112,7 @@ TEST_CASE("a record becomes a run folder with everything in it", "[apps][end_to_
              Catch::Contains("x^3") && Catch::Contains("trusted") && Catch::Contains("results are in whole"));
   for (const std::string& name : run_files) CHECK(fs::is_regular_file(folder / ("whole/" + name)));
   for (const std::string name : {"whole.partial", "whole.lock"}) CHECK_FALSE(fs::exists(folder / name));
+  CHECK(support::run(folder, "$ARDENT report whole").out == bytes_of(folder / "whole/equation.txt"));
   const std::string metrics = bytes_of(folder / "whole/metrics.json");
   for (const char* key : {"ranges",
                           "name",
@@ -194,6 +195,10 @@ TEST_CASE("outputs hold no path, user or host of this machine", "[apps][end_to_e
     CHECK(text.find(unique_part) == std::string::npos);
     if (std::string(host).size() > 3) CHECK(text.find(host) == std::string::npos);
   }
+}
+
+TEST_CASE("only a finished run has a report", "[apps][end_to_end]") {
+  expect(bench(), "$ARDENT report duffing", 3, {"[run.incomplete]", "manifest.json"});
 }
 
 TEST_CASE("an earlier result stays unless forced", "[apps][end_to_end]") {

@@ -282,6 +282,7 @@ TEST_CASE("what cannot be simulated is told in one line", "[apps][simulate_comma
   fails({.system = "duffing", .folder = {}, .duration_s = 0.0}, "sim.duration", "got 0");
   fails({.system = "duffing", .folder = {}, .raw = true}, "sim.option", "belong to qzs");
   fails({.system = "duffing", .folder = {}, .frc = true}, "sim.option", "belong to qzs");
+  fails({.system = "qzs", .folder = {}, .noise = 3.0}, "sim.option", "add --raw");
   fails({.system = "qzs", .folder = {}, .programme = "sideways"}, "sim.option", "down, up, decay");
   fails({.system = "qzs", .folder = {}, .set = {"dwell=3"}}, "sim.option", "of the programme: amplitude_mm, dwell_s");
   fails({.system = "qzs", .folder = {}, .set = {"releases=2.5"}, .programme = "decay"}, "sim.option", "2.5");
