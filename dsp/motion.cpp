@@ -161,10 +161,31 @@ class MotionBuilder {
     return found.empty() ? "no channels" : found;
   }
 
+  // Of displacement, velocity and acceleration: as the channels say; the others follow from the displacement's.
+  std::array<std::string, 3> units() const {
+    constexpr std::array<std::array<Role, 3>, 3> roles{
+        {{Role::x, Role::y, Role::r}, {Role::v, Role::dy, Role::dr}, {Role::a, Role::ddy, Role::ddr}}};
+    constexpr std::array by_time{"", "/s", "/s^2"};
+    std::array<std::string, 3> found{"m", "", ""};
+    for (std::size_t order = 0; order < 3; ++order) {
+      const bool simple =
+          std::all_of(found[0].begin(), found[0].end(), [](unsigned char c) { return std::isalpha(c); });
+      if (order > 0 && simple) found[order] = found[0] + by_time[order];
+      for (const Role role : roles[order])
+        if (const Index channel = recording_.find(role); channel >= 0) {
+          const std::string& unit = recording_.channels[static_cast<std::size_t>(channel)].unit;
+          if (unit.empty()) continue;
+          found[order] = unit;
+          break;
+        }
+    }
+    return found;
+  }
+
   void add(Motion& motion, const std::array<const char*, 3>& names, Quantity& q) const {
-    const std::array units{"m", "m/s", "m/s^2"};
+    const auto units_found = units();
     for (std::size_t i = 0; i < 3; ++i)
-      if (q.has(i)) motion.signals.push_back({names[i], has_units_ ? units[i] : "", std::move(q.values[i])});
+      if (q.has(i)) motion.signals.push_back({names[i], has_units_ ? units_found[i] : "", std::move(q.values[i])});
   }
 
   Recording recording_;

@@ -128,3 +128,17 @@ TEST_CASE("a record without a displacement is refused with what was found", "[ds
   CHECK_THROWS_WITH(dsp::relative_motion(record, options), Catch::Contains("acc (ddy)"));
   CHECK_THROWS_AS(dsp::relative_motion(record, dsp::MotionOptions{}), std::invalid_argument);
 }
+
+TEST_CASE("what is not measured in metres keeps its unit through the derivatives", "[dsp][motion]") {
+  const auto units = [](const dsp::Motion& motion) {
+    return std::vector{motion.find("x")->unit, motion.find("v")->unit, motion.find("a")->unit};
+  };
+  const auto angle = dsp::relative_motion(
+      recording({{{.name = "pendulum", .role = dsp::Role::y, .unit = "rad"}, samples(payload, 0)}}), options);
+  CHECK(units(angle) == std::vector<std::string>{"rad", "rad/s", "rad/s^2"});
+  const auto mixed =
+      dsp::relative_motion(recording({{{.name = "laser", .role = dsp::Role::y, .unit = "V"}, samples(payload, 0)},
+                                      {{.name = "acc", .role = dsp::Role::ddy, .unit = "m/s^2"}, samples(payload, 2)}}),
+                           options);
+  CHECK(units(mixed) == std::vector<std::string>{"V", "V/s", "m/s^2"});
+}
