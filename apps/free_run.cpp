@@ -43,8 +43,12 @@ class Equation {
                                    const std::vector<double>& signs) const;
   [[nodiscard]] bool can_hold(std::size_t i) const { return holds_[i] != Holds::nothing; }
   /// Acceleration that keeps switch i at zero, and the speed at which it is.
-  [[nodiscard]] double held_acceleration(std::size_t i, double t) const { return hold_sign(i) * input("ddr", t); }
-  [[nodiscard]] double held_speed(std::size_t i, double t) const { return hold_sign(i) * input("dr", t); }
+  [[nodiscard]] double held_acceleration(std::size_t i, double t) const {
+    return hold_sign(i) == 0.0 ? 0.0 : hold_sign(i) * input("ddr", t);
+  }
+  [[nodiscard]] double held_speed(std::size_t i, double t) const {
+    return hold_sign(i) == 0.0 ? 0.0 : hold_sign(i) * input("dr", t);
+  }
   [[nodiscard]] std::size_t num_switches() const { return switches_.size(); }
   [[nodiscard]] bool of_payload() const { return of_payload_; }
   /// x from the position.
@@ -53,6 +57,8 @@ class Equation {
 
  private:
   enum class Holds { nothing, own_speed, other_speed };
+  enum class Source { time, relative_position, relative_speed, absolute_position, absolute_speed, measured };
+  [[nodiscard]] static Source source_of(const std::string& name);
   Part make_part(const std::string& text, double coefficient, const std::vector<std::string>& names);
   [[nodiscard]] double hold_sign(std::size_t i) const {
     return holds_[i] == Holds::own_speed ? 0.0 : of_payload_ ? 1.0 : -1.0;
@@ -61,7 +67,7 @@ class Equation {
     const auto found = inputs_.find(name);
     return found == inputs_.end() ? 0.0 : found->second.at(t);
   }
-  [[nodiscard]] double value_of(const std::string& name, double t, const double* state) const;
+  [[nodiscard]] double value_of(std::size_t signal, double t, const double* state) const;
   void evaluate_signals(double t, const double* state) const;
   [[nodiscard]] double evaluate(const Part& part, const std::vector<double>& signs) const;
 
@@ -69,6 +75,8 @@ class Equation {
   bool of_payload_, has_base_;
   double offset_ = 0.0;  ///< y - r - x: what was subtracted as the displacement's zero
   std::vector<std::string> signals_, switch_names_;
+  std::vector<Source> sources_;               ///< of each signal
+  std::vector<const Interpolant*> measured_;  ///< of each signal, where that is its source
   std::vector<Part> terms_, switches_;
   std::vector<Holds> holds_;
   std::map<std::string, Interpolant, std::less<>> inputs_;
@@ -127,19 +135,45 @@ void Equation::cover(Index first, Index last) {
     if (const dsp::Signal* signal = motion_->find(name))
       inputs_.insert_or_assign(name, Interpolant(signal->values, motion_->sample_rate_hz, first, last));
   };
-  for (const std::string& name : signals_)
-    if (name != "t" && name != "x" && name != "v" && name != "y" && name != "dy") add(name);
-  if (has_base_)
+  const bool needs_base = of_payload_ || std::find(holds_.begin(), holds_.end(), Holds::other_speed) != holds_.end() ||
+                          std::any_of(signals_.begin(), signals_.end(),
+                                      [](const std::string& name) { return name == "y" || name == "dy"; });
+  if (has_base_ && needs_base)
     for (const char* name : {"r", "dr", "ddr"}) add(name);
+  sources_.clear();
+  measured_.clear();
+  for (const std::string& name : signals_) {
+    sources_.push_back(source_of(name));
+    if (sources_.back() == Source::measured && inputs_.find(name) == inputs_.end()) add(name);
+    const auto input = inputs_.find(name);
+    measured_.push_back(input == inputs_.end() ? nullptr : &input->second);
+  }
 }
 
-double Equation::value_of(const std::string& name, double t, const double* state) const {
-  if (name == "t") return t;
-  if (name == "x") return x_at(t, state[0]);
-  if (name == "v") return of_payload_ ? state[1] - input("dr", t) : state[1];
-  if (name == "y") return of_payload_ ? state[0] : state[0] + input("r", t) + offset_;
-  if (name == "dy") return of_payload_ ? state[1] : state[1] + input("dr", t);
-  return input(name, t);
+Equation::Source Equation::source_of(const std::string& name) {
+  if (name == "t") return Source::time;
+  if (name == "x") return Source::relative_position;
+  if (name == "v") return Source::relative_speed;
+  if (name == "y") return Source::absolute_position;
+  return name == "dy" ? Source::absolute_speed : Source::measured;
+}
+
+double Equation::value_of(std::size_t signal, double t, const double* state) const {
+  switch (sources_[signal]) {
+    case Source::time:
+      return t;
+    case Source::relative_position:
+      return x_at(t, state[0]);
+    case Source::relative_speed:
+      return of_payload_ ? state[1] - input("dr", t) : state[1];
+    case Source::absolute_position:
+      return of_payload_ ? state[0] : state[0] + input("r", t) + offset_;
+    case Source::absolute_speed:
+      return of_payload_ ? state[1] : state[1] + input("dr", t);
+    case Source::measured:
+      break;
+  }
+  return measured_[signal] == nullptr ? 0.0 : measured_[signal]->at(t);
 }
 
 double Equation::x_at(double t, double position) const {
@@ -147,7 +181,7 @@ double Equation::x_at(double t, double position) const {
 }
 
 void Equation::evaluate_signals(double t, const double* state) const {
-  for (std::size_t i = 0; i < signals_.size(); ++i) values_[i] = value_of(signals_[i], t, state);
+  for (std::size_t i = 0; i < signals_.size(); ++i) values_[i] = value_of(i, t, state);
 }
 
 double Equation::evaluate(const Part& part, const std::vector<double>& signs) const {
@@ -307,6 +341,7 @@ bool run_stretch(const ident::Model& model, const Course& course, const Course::
                                         .start_s = start_s,
                                         .relative_tolerance = options.relative_tolerance,
                                         .absolute_tolerance = options.relative_tolerance,
+                                        .formula = sim::Formula::dormand_prince,
                                         .divergence_bound = options.divergence_factor};
   // Held on a switch nothing moves and steps would grow past the moment it is let go.
   if (equation->num_switches() > 0) simulate_options.max_step_s = 1.0 / motion.sample_rate_hz;

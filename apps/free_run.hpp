@@ -30,8 +30,8 @@ struct FreeRun {
 };
 
 struct FreeRunOptions {
-  double min_periods = 5.0;  ///< of the dominant frequency of x; shorter stretches are left out
-  double relative_tolerance = 1e-8;
+  double min_periods = 5.0;          ///< of the dominant frequency of x; shorter stretches are left out
+  double relative_tolerance = 1e-6;  ///< of a step; ten times less moves the NMSE by under a thousandth of itself
   double divergence_factor = 100.0;  ///< a state beyond this many times its largest measured magnitude has diverged
 };
 

@@ -366,12 +366,15 @@ RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
     judged.bands_reason = no_test ? no_test : has_noise ? "" : "no row is left to tell the noise";
     judged.free_run.nmse = nan;
     judged.free_run.applies = options.free_run;
+    const auto twin = std::find_if(result.fits.begin(), result.fits.end(), [&](const JudgedFit& earlier) {
+      return ident::same_equation(earlier.model, judged.model);
+    });
     if (!options.free_run)
       judged.free_run.reason = "the rows of a table are no time response";
     else if (num_test == 0)
       judged.free_run.reason = no_test;
     else
-      judged.free_run = free_run(judged.model, courses);
+      judged.free_run = twin != result.fits.end() ? twin->free_run : free_run(judged.model, courses);
     result.fits.push_back(std::move(judged));
   }
   return result;

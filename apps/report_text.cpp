@@ -47,15 +47,6 @@ std::string terms_table(const ident::Model& model) {
   return text;
 }
 
-/// The same terms, coefficients apart by next to nothing of their standard deviations.
-bool same_equation(const ident::Model& a, const ident::Model& b) {
-  constexpr double next_to_nothing = 0.01;
-  return std::equal(a.terms.begin(), a.terms.end(), b.terms.begin(), b.terms.end(),
-                    [](const ident::ModelTerm& one, const ident::ModelTerm& other) {
-                      return one.name == other.name && std::abs(one.mean - other.mean) <= next_to_nothing * one.std;
-                    });
-}
-
 std::string fit_text(const JudgedFit& fit) {
   std::string text = fmt::format("    {}\n", ident::to_text(fit.model));
   const Judgement judgement = judge(fit);
@@ -80,9 +71,8 @@ std::string fits_text(const std::vector<JudgedFit>& fits) {
         "  {}: {} after {} iterations, {} terms{}\n", to_string(fit->fit.method), to_string(fit->fit.status),
         fit->fit.iterations, fit->model.terms.size(),
         fit->model.terms.empty() ? "" : fmt::format(", condition number {:.3g}", fit->fit.condition_number));
-    const auto twin = std::find_if(fits.begin(), fit, [&](const JudgedFit& earlier) {
-      return !fit->model.terms.empty() && same_equation(earlier.model, fit->model);
-    });
+    const auto twin = std::find_if(
+        fits.begin(), fit, [&](const JudgedFit& earlier) { return ident::same_equation(earlier.model, fit->model); });
     text += twin == fit ? fit_text(*fit) : fmt::format("    the same equation as {}\n", to_string(twin->fit.method));
   }
   return text;

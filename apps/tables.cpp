@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
-#include <iterator>
 
 #include "apps/printable.hpp"
 
@@ -15,9 +15,16 @@ namespace {
 using Eigen::Index;
 
 constexpr std::array<std::string_view, 7> leading_signals{"t", "r", "y", "x", "v", "a", "ddr"};
+constexpr int promised_digits = 17;
 
-void append_number(std::string& line, double value) {
-  fmt::format_to(std::back_inserter(line), ",{:.17g}", value);
+/// A comma and the number: to so many digits, or (0) to as few as give it back when read.
+void append_number(std::string& line, double value, int digits) {
+  std::array<char, 32> text;
+  char* const end = text.data() + text.size();
+  const auto written = digits > 0 ? std::to_chars(text.data(), end, value, std::chars_format::general, digits)
+                                  : std::to_chars(text.data(), end, value);
+  line += ',';
+  line.append(text.data(), written.ptr);
 }
 
 /// The signals of all recordings, the promised ones first.
@@ -70,7 +77,7 @@ void write_prepared(const std::vector<const dsp::Prepared*>& recordings, const S
       line = label;
       for (const dsp::Signal* signal : signals) {
         if (signal != nullptr)
-          append_number(line, signal->values(i));
+          append_number(line, signal->values(i), promised_digits);
         else
           line += ",";
       }
@@ -91,20 +98,23 @@ void write_predictions(const std::vector<RangeResult>& ranges, const std::vector
   sink(header + (any_raw ? ",uncalibrated\n" : "\n"));
   std::string line;
   for (const RangeResult& range : ranges) {
-    const std::string name = text_cell(range.spec.name);
+    std::vector<std::string> labels;
+    for (const Columns& recording : recordings)
+      labels.push_back(text_cell(range.spec.name) + "," + text_cell(recording.name));
     const std::size_t num_train = range.rows.train.size();
     for (Index i = 0; i < range.target.size(); ++i) {
       const auto place = static_cast<std::size_t>(i);
       const bool train = place < num_train;
       const Row& row = train ? range.rows.train[place] : range.rows.test[place - num_train];
       const Columns& recording = recordings[row.recording];
-      line = fmt::format("{},{},{}", name, text_cell(recording.name), train ? "train" : "test");
-      append_number(line, static_cast<double>(row.sample) / recording.signals->sample_rate_hz);
-      append_number(line, range.target(i));
+      line = labels[row.recording];
+      line += train ? ",train" : ",test";
+      append_number(line, static_cast<double>(row.sample) / recording.signals->sample_rate_hz, 0);
+      append_number(line, range.target(i), 0);
       for (const JudgedFit& fit : range.fits) {
-        append_number(line, fit.predicted(i));
+        append_number(line, fit.predicted(i), 0);
         if (std::isfinite(fit.predicted_std(i)))
-          append_number(line, fit.predicted_std(i));
+          append_number(line, fit.predicted_std(i), 0);
         else
           line += ',';  // there is none
       }

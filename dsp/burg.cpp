@@ -11,7 +11,7 @@ Eigen::VectorXd burg(const Eigen::Ref<const Eigen::VectorXd>& x, Eigen::Index or
   const Eigen::Index n = x.size();
   if (order < 0 || order >= n)
     throw std::invalid_argument("burg: order must be in [0, " + std::to_string(n) + "), got " + std::to_string(order));
-  Eigen::VectorXd reflection = Eigen::VectorXd::Zero(order), forward = x, backward = x;
+  Eigen::VectorXd reflection = Eigen::VectorXd::Zero(order), forward = x, backward = x, previous = x;
   // Below this the errors are the rounding of x itself.
   const double floor =
       std::numeric_limits<double>::epsilon() * std::numeric_limits<double>::epsilon() * x.squaredNorm();
@@ -23,11 +23,9 @@ Eigen::VectorXd burg(const Eigen::Ref<const Eigen::VectorXd>& x, Eigen::Index or
     if (!(power > floor)) break;
     const double k = std::clamp(2.0 * f.dot(b) / power, -1.0, 1.0);
     reflection(m) = k;
-    for (Eigen::Index i = 0; i < f.size(); ++i) {
-      const double f_old = f(i);
-      f(i) -= k * b(i);
-      b(i) -= k * f_old;
-    }
+    previous.head(f.size()) = f;
+    f -= k * b;
+    b -= k * previous.head(f.size());
   }
   return reflection;
 }

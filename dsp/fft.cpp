@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <deque>
 #include <mutex>
 #include <stdexcept>
 #include <string>
@@ -30,23 +31,41 @@ fftw_complex* fftw_data(Eigen::VectorXcd& X) {
 }  // namespace
 
 struct RealFft::Plans {
-  explicit Plans(Eigen::Index size) : n(size) {
-    Eigen::VectorXd real(n);
-    Eigen::VectorXcd complex(n / 2 + 1);
-    const std::lock_guard lock(planner_mutex());
-    forward = fftw_plan_dft_r2c_1d(static_cast<int>(n), real.data(), fftw_data(complex), FFTW_ESTIMATE);
-    inverse = fftw_plan_dft_c2r_1d(static_cast<int>(n), fftw_data(complex), real.data(), FFTW_ESTIMATE);
-  }
+  explicit Plans(Eigen::Index size) : n(size) {}
   ~Plans() {
     const std::lock_guard lock(planner_mutex());
-    fftw_destroy_plan(forward);
-    fftw_destroy_plan(inverse);
+    for (const fftw_plan plan : {forward, inverse})
+      if (plan != nullptr) fftw_destroy_plan(plan);
   }
   Plans(const Plans&) = delete;
   Plans& operator=(const Plans&) = delete;
 
-  Eigen::Index n;
-  fftw_plan forward = nullptr, inverse = nullptr;
+  [[nodiscard]] fftw_plan forward_plan() const {
+    std::call_once(forward_made, [this] { forward = planned(fftw_plan_dft_r2c_1d); });
+    return forward;
+  }
+  [[nodiscard]] fftw_plan inverse_plan() const {
+    std::call_once(inverse_made, [this] {
+      inverse = planned([](int size, double* real, fftw_complex* complex, unsigned flags) {
+        return fftw_plan_dft_c2r_1d(size, complex, real, flags);
+      });
+    });
+    return inverse;
+  }
+
+  const Eigen::Index n;
+
+ private:
+  template <class Planner>
+  [[nodiscard]] fftw_plan planned(Planner&& planner) const {
+    Eigen::VectorXd real(n);
+    Eigen::VectorXcd complex(n / 2 + 1);
+    const std::lock_guard lock(planner_mutex());
+    return planner(static_cast<int>(n), real.data(), fftw_data(complex), FFTW_ESTIMATE);
+  }
+
+  mutable std::once_flag forward_made, inverse_made;
+  mutable fftw_plan forward = nullptr, inverse = nullptr;
 };
 
 Eigen::Index good_fft_size(Eigen::Index at_least) {
@@ -63,7 +82,23 @@ Eigen::Index good_fft_size(Eigen::Index at_least) {
 RealFft::RealFft(Eigen::Index n) {
   if (n < 1 || n > (Eigen::Index{1} << 30))
     throw std::invalid_argument("RealFft: length must be in [1, 2^30], got " + std::to_string(n));
-  plans_ = std::make_shared<const Plans>(n);
+  plans_ = plans_for(n);
+}
+
+std::shared_ptr<const RealFft::Plans> RealFft::plans_for(Eigen::Index n) {
+  // Making a plan costs as much as ten transforms, and one record is transformed at one length again and again.
+  constexpr std::size_t most_kept = 8;
+  static std::mutex mutex;
+  static std::deque<std::shared_ptr<const Plans>> latest_first;
+  const std::lock_guard lock(mutex);
+  auto found = std::find_if(latest_first.begin(), latest_first.end(), [n](const auto& plans) { return plans->n == n; });
+  if (found == latest_first.end()) {
+    latest_first.push_front(std::make_shared<const Plans>(n));
+    if (latest_first.size() > most_kept) latest_first.pop_back();
+  } else {
+    std::rotate(latest_first.begin(), found, found + 1);
+  }
+  return latest_first.front();
 }
 
 Eigen::Index RealFft::size() const {
@@ -75,10 +110,10 @@ Eigen::VectorXcd RealFft::forward(const Eigen::Ref<const Eigen::VectorXd>& x) co
   Eigen::VectorXcd X(plans_->n / 2 + 1);
   if (aligned(x.data())) {
     // A forward transform out of place leaves its input as it was.
-    fftw_execute_dft_r2c(plans_->forward, const_cast<double*>(x.data()), fftw_data(X));
+    fftw_execute_dft_r2c(plans_->forward_plan(), const_cast<double*>(x.data()), fftw_data(X));
   } else {
     Eigen::VectorXd copy = x;
-    fftw_execute_dft_r2c(plans_->forward, copy.data(), fftw_data(X));
+    fftw_execute_dft_r2c(plans_->forward_plan(), copy.data(), fftw_data(X));
   }
   return X;
 }
@@ -86,7 +121,7 @@ Eigen::VectorXcd RealFft::forward(const Eigen::Ref<const Eigen::VectorXd>& x) co
 Eigen::VectorXd RealFft::inverse(Eigen::VectorXcd X) const {
   if (X.size() != plans_->n / 2 + 1) throw std::invalid_argument("RealFft::inverse: wrong length");
   Eigen::VectorXd x(plans_->n);
-  fftw_execute_dft_c2r(plans_->inverse, fftw_data(X), x.data());
+  fftw_execute_dft_c2r(plans_->inverse_plan(), fftw_data(X), x.data());
   x /= static_cast<double>(plans_->n);
   return x;
 }

@@ -7,8 +7,9 @@ namespace dsp {
 /// The smallest even 2^a 3^b 5^c 7^d that is at least `at_least`: a length for which the transform is fast.
 [[nodiscard]] Eigen::Index good_fft_size(Eigen::Index at_least);
 
-/// Discrete Fourier transform of real sequences of one length n. Plans are made once, from estimates, so equal input
-/// gives equal bits; making one is serialised, using one is not, so one object may serve several threads.
+/// Discrete Fourier transform of real sequences of one length n. Plans are made when first used, from estimates, so
+/// equal input gives equal bits, and those of the last few lengths are kept for the next object; making one is
+/// serialised, using one is not, so one object may serve several threads.
 class RealFft {
  public:
   /// Throws std::invalid_argument for n < 1.
@@ -22,6 +23,7 @@ class RealFft {
 
  private:
   struct Plans;
+  static std::shared_ptr<const Plans> plans_for(Eigen::Index n);
   std::shared_ptr<const Plans> plans_;
 };
 

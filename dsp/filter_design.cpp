@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <limits>
 #include <numbers>
 #include <stdexcept>
@@ -258,12 +259,14 @@ double cascade_gain(const std::vector<FilterStage>& stages, double frequency_hz)
   double gain = 1.0;
   for (const FilterStage& stage : stages) {
     // All phases together are the taps at up times the rate; their response is the mean over the phases.
-    const Index half = (stage.taps.rows() - 1) / 2;
+    const auto half = static_cast<double>((stage.taps.rows() - 1) / 2);
+    const double angle = 2.0 * pi * frequency_hz / stage.input_rate_hz;
+    const std::complex<double> turn = std::polar(1.0, angle);
     double sum = 0.0;
-    for (Index phase = 0; phase < stage.taps.cols(); ++phase)
-      for (Index i = 0; i < stage.taps.rows(); ++i)
-        sum += stage.taps(i, phase) * std::cos(2.0 * pi * frequency_hz / stage.input_rate_hz *
-                                               (static_cast<double>(i - half) - static_cast<double>(phase) / stage.up));
+    for (Index phase = 0; phase < stage.taps.cols(); ++phase) {
+      std::complex<double> at = std::polar(1.0, -angle * (half + static_cast<double>(phase) / stage.up));
+      for (Index i = 0; i < stage.taps.rows(); ++i, at *= turn) sum += stage.taps(i, phase) * at.real();
+    }
     gain *= sum / stage.up;
   }
   return gain;

@@ -194,7 +194,9 @@ VectorXd passed_through(const VectorXd& x, double rate_hz, const std::function<C
 
 Complex highpass_response(const std::vector<double>& corners_hz, double frequency_hz) {
   Complex value = 1.0;
-  for (const double corner : corners_hz) value *= Complex(0.0, frequency_hz) / Complex(corner, frequency_hz);
+  // i f / (c + i f) without a complex division, which guards against overflow at several times the price.
+  for (const double corner : corners_hz)
+    value *= frequency_hz / (corner * corner + frequency_hz * frequency_hz) * Complex(frequency_hz, corner);
   return value;
 }
 

@@ -71,10 +71,13 @@ VectorXd ExtendedSpectrum::derivative(int order, const SpectralBand& band) const
   if (order < 0) throw std::invalid_argument("ExtendedSpectrum::derivative: order must not be negative");
   Eigen::VectorXcd product = Eigen::VectorXcd::Zero(spectrum_.size());
   constexpr std::complex<double> turns[] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
+  const std::complex<double> turn = turns[order % 4];
   for (Index k = 0; k < product.size(); ++k) {
     const double f = frequency_hz(k), gain = band.gain(f);
     if (f > band.rolloff_hz && gain == 0.0) break;
-    product(k) = spectrum_(k) * (gain * std::pow(2.0 * std::numbers::pi * f, order)) * turns[order % 4];
+    double factor = gain;
+    for (int i = 0; i < order; ++i) factor *= 2.0 * std::numbers::pi * f;
+    product(k) = spectrum_(k) * (factor * turn);
   }
   return fft_.inverse(std::move(product)).head(num_samples_).array() + (order == 0 ? mean_ : 0.0);
 }

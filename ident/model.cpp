@@ -115,6 +115,15 @@ std::string to_latex(const Model& model) {
   return model.terms.empty() ? text + " 0" : text;
 }
 
+bool same_equation(const Model& a, const Model& b) {
+  constexpr double next_to_nothing = 0.01;
+  return !a.terms.empty() && std::equal(a.terms.begin(), a.terms.end(), b.terms.begin(), b.terms.end(),
+                                        [](const ModelTerm& one, const ModelTerm& other) {
+                                          return one.name == other.name &&
+                                                 std::abs(one.mean - other.mean) <= next_to_nothing * one.std;
+                                        });
+}
+
 std::vector<Disagreement> disagreements(const Model& a, const std::string& name_a, const Model& b,
                                         const std::string& name_b, double limit) {
   std::vector<Disagreement> found;

@@ -42,6 +42,10 @@ struct Model {
 /// The same as LaTeX, each coefficient with its coefficient of variation underneath, as the paper prints it.
 [[nodiscard]] std::string to_latex(const Model& model);
 
+/// The same terms, coefficients apart by next to nothing (a hundredth) of their standard deviations. An equation
+/// without terms is like no other.
+[[nodiscard]] bool same_equation(const Model& a, const Model& b);
+
 /// What two equations of one library do not agree on: one sentence a term.
 struct Disagreement {
   std::string term, sentence;

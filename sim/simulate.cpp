@@ -1,5 +1,6 @@
 #include "sim/simulate.hpp"
 
+#include <arkode/arkode_erkstep.h>
 #include <cvode/cvode.h>
 #include <fmt/format.h>
 #include <nvector/nvector_serial.h>
@@ -25,12 +26,49 @@ struct Release {
     release(object);
   }
 };
-void free_cvode(void* memory) {
-  CVodeFree(&memory);
-}
+
+/// What the integrators of SUNDIALS have in common, but for their names. Their return flags are the same numbers.
+struct Calls {
+  void (*release)(void**);
+  int (*set_error_handler)(void*, CVErrHandlerFn, void*);
+  int (*set_user_data)(void*, void*);
+  int (*set_tolerances)(void*, realtype, N_Vector);
+  int (*set_stop_time)(void*, realtype);
+  int (*set_max_step)(void*, realtype);
+  int (*set_roots)(void*, int, CVRootFn);
+  int (*set_no_root_warning)(void*);
+  int (*evolve)(void*, realtype, N_Vector, realtype*, int);
+  int (*dense)(void*, realtype, int, N_Vector);
+  int (*restart)(void*, realtype, N_Vector);
+  int (*root_info)(void*, int*);
+  char* (*flag_name)(long);
+};
+constexpr Calls adams{CVodeFree,
+                      CVodeSetErrHandlerFn,
+                      CVodeSetUserData,
+                      CVodeSVtolerances,
+                      CVodeSetStopTime,
+                      CVodeSetMaxStep,
+                      CVodeRootInit,
+                      CVodeSetNoInactiveRootWarn,
+                      CVode,
+                      CVodeGetDky,
+                      CVodeReInit,
+                      CVodeGetRootInfo,
+                      CVodeGetReturnFlagName};
+constexpr Calls dormand_prince{
+    ERKStepFree,       ERKStepSetErrHandlerFn, ERKStepSetUserData,           ERKStepSVtolerances, ERKStepSetStopTime,
+    ERKStepSetMaxStep, ERKStepRootInit,        ERKStepSetNoInactiveRootWarn, ERKStepEvolve,       ERKStepGetDky,
+    ERKStepReset,      ERKStepGetRootInfo,     ERKStepGetReturnFlagName};
+static_assert(CV_ONE_STEP == ARK_ONE_STEP && CV_ROOT_RETURN == ARK_ROOT_RETURN && CV_SUCCESS == ARK_SUCCESS);
+
+struct ReleaseBy {
+  const Calls* calls = nullptr;
+  void operator()(void* memory) const { calls->release(&memory); }
+};
 using Vector = std::unique_ptr<_generic_N_Vector, Release<N_VDestroy>>;
 using FixedPoint = std::unique_ptr<_generic_SUNNonlinearSolver, Release<SUNNonlinSolFree>>;
-using Cvode = std::unique_ptr<void, Release<free_cvode>>;
+using Memory = std::unique_ptr<void, ReleaseBy>;
 
 void quiet(int, const char*, const char*, char*, void*) {}
 
@@ -64,7 +102,8 @@ struct Integrator::State {
   sundials::Context context;
   Vector y, dense;
   FixedPoint solver;
-  Cvode cvode;
+  const Calls* calls = &adams;
+  Memory memory;
   double begin = 0.0, end = 0.0, stop = 0.0;
   int mode = 0, pending_switch = -1;  ///< the switch that ended the last step
   SimulationStatus status = SimulationStatus::finished;
@@ -75,6 +114,7 @@ struct Integrator::State {
 
   [[nodiscard]] int num_states() const { return static_cast<int>(system.states.size()); }
   void start(const Eigen::Ref<const Eigen::VectorXd>& initial);
+  [[nodiscard]] int make_memory();
   void pass_event();
   void fail(SimulationStatus why, std::string text) {
     status = why;
@@ -91,7 +131,7 @@ int Integrator::State::rhs(double t, N_Vector y, N_Vector dydt, void* self) {
     double* out = NV_DATA_S(dydt);
     s.system.rhs(t, NV_DATA_S(y), s.mode, out);
     const bool finite = std::all_of(out, out + s.num_states(), [](double value) { return std::isfinite(value); });
-    return finite ? 0 : 1;  // 1: CVODE tries a smaller step
+    return finite ? 0 : 1;  // 1: SUNDIALS tries a smaller step
   } catch (...) {
     s.thrown = std::current_exception();
     return -1;
@@ -109,13 +149,26 @@ int Integrator::State::roots(double t, N_Vector y, double* values, void* self) {
   }
 }
 
+/// The integrator's memory, at `end` and `y`; its flags or'ed.
+int Integrator::State::make_memory() {
+  if (options.formula == Formula::dormand_prince) {
+    calls = &dormand_prince;
+    memory = Memory(ERKStepCreate(rhs, end, y.get(), context), {calls});
+    if (!memory) throw std::bad_alloc();
+    return ERKStepSetTableNum(memory.get(), ARKODE_DORMAND_PRINCE_7_4_5);
+  }
+  memory = Memory(CVodeCreate(CV_ADAMS, context), {calls});
+  solver.reset(SUNNonlinSol_FixedPoint(y.get(), 0, context));
+  if (!memory || !solver) throw std::bad_alloc();
+  const int made = CVodeInit(memory.get(), rhs, end, y.get());
+  return made | CVodeSetNonlinearSolver(memory.get(), solver.get());
+}
+
 void Integrator::State::start(const Eigen::Ref<const Eigen::VectorXd>& initial) {
   y.reset(N_VNew_Serial(num_states(), context));
   dense.reset(N_VNew_Serial(num_states(), context));
-  cvode.reset(CVodeCreate(CV_ADAMS, context));
-  solver.reset(y ? SUNNonlinSol_FixedPoint(y.get(), 0, context) : nullptr);
   Vector tolerances(N_VNew_Serial(num_states(), context));
-  if (!y || !dense || !cvode || !solver || !tolerances) throw std::bad_alloc();
+  if (!y || !dense || !tolerances) throw std::bad_alloc();
   std::copy(initial.begin(), initial.end(), NV_DATA_S(y.get()));
   for (int i = 0; i < num_states(); ++i)
     NV_DATA_S(tolerances.get())[i] = options.absolute_tolerance * (system.scales.empty() ? 1.0 : system.scales[i]);
@@ -123,20 +176,19 @@ void Integrator::State::start(const Eigen::Ref<const Eigen::VectorXd>& initial) 
   stop = options.start_s + options.duration_s;
   if (system.next_mode) mode = system.next_mode(end, NV_DATA_S(y.get()), 0, -1);
 
-  void* memory = cvode.get();
-  int flags = CVodeSetErrHandlerFn(memory, quiet, nullptr);
-  flags |= CVodeInit(memory, rhs, end, y.get());
-  flags |= CVodeSetUserData(memory, this);
-  flags |= CVodeSVtolerances(memory, options.relative_tolerance, tolerances.get());
-  flags |= CVodeSetNonlinearSolver(memory, solver.get());
-  flags |= CVodeSetStopTime(memory, stop);
+  int flags = make_memory();
+  void* const made = memory.get();
+  flags |= calls->set_error_handler(made, quiet, nullptr);
+  flags |= calls->set_user_data(made, this);
+  flags |= calls->set_tolerances(made, options.relative_tolerance, tolerances.get());
+  flags |= calls->set_stop_time(made, stop);
   const double inverse_step = std::max(inverse(system.max_step_s), inverse(options.max_step_s));
-  if (inverse_step > 0.0) flags |= CVodeSetMaxStep(memory, 1.0 / inverse_step);
+  if (inverse_step > 0.0) flags |= calls->set_max_step(made, 1.0 / inverse_step);
   if (system.num_switches > 0) {
-    flags |= CVodeRootInit(memory, system.num_switches, roots);
-    flags |= CVodeSetNoInactiveRootWarn(memory);
+    flags |= calls->set_roots(made, system.num_switches, roots);
+    flags |= calls->set_no_root_warning(made);
   }
-  if (flags != CV_SUCCESS) throw std::invalid_argument("simulate: " + system.name + ": CVODE refuses these options");
+  if (flags != CV_SUCCESS) throw std::invalid_argument("simulate: " + system.name + ": SUNDIALS refuses these options");
 }
 
 /// Lets the system choose its mode after the event that ended the last step, and forgets the smooth past before it.
@@ -145,8 +197,8 @@ void Integrator::State::pass_event() {
   mode = system.next_mode(end, NV_DATA_S(y.get()), before, pending_switch);
   events.push_back({end, pending_switch, before, mode});
   pending_switch = -1;
-  CVodeReInit(cvode.get(), end, y.get());
-  CVodeSetStopTime(cvode.get(), stop);
+  calls->restart(memory.get(), end, y.get());
+  calls->set_stop_time(memory.get(), stop);
 }
 
 Integrator::Integrator(System system, const Eigen::Ref<const Eigen::VectorXd>& initial, const SimulateOptions& options)
@@ -164,17 +216,17 @@ bool Integrator::step() {
   auto& s = *state_;
   if (s.status != SimulationStatus::finished) return false;
   if (s.pending_switch >= 0) s.pass_event();
-  // Closer to the end than CVODE can start from is the end.
+  // Closer to the end than SUNDIALS can start from is the end.
   const double rounding = 4.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(s.end), std::abs(s.stop));
   if (s.stop - s.end <= rounding) return false;
   double reached = s.end;
-  const int flag = CVode(s.cvode.get(), s.stop, s.y.get(), &reached, CV_ONE_STEP);
+  const int flag = s.calls->evolve(s.memory.get(), s.stop, s.y.get(), &reached, CV_ONE_STEP);
   if (s.thrown) std::rethrow_exception(std::exchange(s.thrown, nullptr));
   ++s.num_steps;
   if (flag < 0) {
     s.fail(SimulationStatus::diverged,
            fmt::format("{}: no step is small enough at t = {:.9g} s ({})", s.system.name, s.end,
-                       std::unique_ptr<char, Release<std::free>>(CVodeGetReturnFlagName(flag)).get()));
+                       std::unique_ptr<char, Release<std::free>>(s.calls->flag_name(flag)).get()));
     return false;
   }
   const double* y = NV_DATA_S(s.y.get());
@@ -188,7 +240,7 @@ bool Integrator::step() {
   s.end = reached;
   if (flag == CV_ROOT_RETURN) {
     std::vector<int> fired(static_cast<std::size_t>(s.system.num_switches));
-    CVodeGetRootInfo(s.cvode.get(), fired.data());
+    s.calls->root_info(s.memory.get(), fired.data());
     s.pending_switch =
         static_cast<int>(std::find_if(fired.begin(), fired.end(), [](int f) { return f != 0; }) - fired.begin());
   }
@@ -227,7 +279,7 @@ void Integrator::states(double t, double* y) const {
   auto& s = *state_;
   N_Vector source = s.y.get();
   if (t < s.end) {
-    CVodeGetDky(s.cvode.get(), std::max(t, s.begin), 0, s.dense.get());
+    s.calls->dense(s.memory.get(), std::max(t, s.begin), 0, s.dense.get());
     source = s.dense.get();
   }
   std::copy(NV_DATA_S(source), NV_DATA_S(source) + s.num_states(), y);

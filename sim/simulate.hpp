@@ -10,13 +10,19 @@ namespace sim {
 
 enum class SimulationStatus { finished, step_limit, diverged };
 
+/// How the solution goes from step to step. Adams: CVODE, of variable order, for long smooth stretches and tight
+/// tolerances. Dormand-Prince 5(4): ARKODE, of one step, for motion with an event every few steps, after which it goes
+/// on at full order.
+enum class Formula { adams, dormand_prince };
+
 struct SimulateOptions {
   double duration_s = 0.0;      ///< required
   double sample_rate_hz = 0.0;  ///< required: outputs at start_s + n / sample_rate_hz, both ends included
   double start_s = 0.0;
   double relative_tolerance = 1e-10;
   double absolute_tolerance = 1e-12;  ///< times System::scales
-  double max_step_s = 0.0;            ///< 0: no limit
+  Formula formula = Formula::adams;
+  double max_step_s = 0.0;  ///< 0: no limit
   long max_steps_per_output = 100000;
   double divergence_bound = 1e6;  ///< |y| beyond this (any state) ends the run as diverged
 };
@@ -32,7 +38,7 @@ struct Simulation {
   long num_steps = 0, num_rhs_evaluations = 0;
 };
 
-/// Integrates with SUNDIALS CVODE (Adams, fixed-point), root finding for the switches, restarting at each event.
+/// Integrates with SUNDIALS, root finding for the switches, restarting at each event.
 /// Throws std::invalid_argument for a missing duration or rate or a wrong number of initial values, and whatever the
 /// system's own functions throw.
 [[nodiscard]] Simulation simulate(const System& system, const Eigen::Ref<const Eigen::VectorXd>& initial,
