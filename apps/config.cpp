@@ -111,13 +111,6 @@ dsp::SegmentOptions read_segment(const dsp::Settings& table) {
   return result;
 }
 
-std::string segment_text(bool segment, const dsp::SegmentOptions& options) {
-  std::string text = fmt::format("[segment]\nfind = {}\n", segment);
-  for (const auto& [key, option] : segment_keys)
-    if (options.*option > 0.0) text += fmt::format("{} = {}\n", key, real(options.*option));
-  return text + "\n";
-}
-
 ident::LibraryOptions read_library(const dsp::Settings& table) {
   ident::LibraryOptions result;
   result.order = static_cast<int>(table.integer("order", result.order, {.from = 0, .to = 1000}));
@@ -193,6 +186,17 @@ std::string text_array(const std::vector<std::string>& texts) {
   std::vector<std::string> quoted;
   for (const std::string& text : texts) quoted.push_back(dsp::toml_quoted(text));
   return fmt::format("[{}]", fmt::join(quoted, ", "));
+}
+
+std::string segment_text(const Config& config, const fs::path& folder) {
+  std::string text = fmt::format("[segment]\nfind = {}\n", config.segment);
+  if (!config.segment_file.empty())
+    text += fmt::format("file = {}\n", dsp::toml_quoted(relative_to(config.segment_file, folder)));
+  if (config.split_by_direction) text += "split = \"sgn(v)\"\n";
+  for (const auto& [key, option] : segment_keys)
+    if (config.segment_options.*option > 0.0)
+      text += fmt::format("{} = {}\n", key, real(config.segment_options.*option));
+  return text + "\n";
 }
 
 std::string recording_text(const RecordingConfig& recording, const fs::path& folder) {
@@ -272,6 +276,8 @@ Config read_config(const fs::path& input, const std::vector<std::string>& overri
   const dsp::Settings segment = document.table("segment");
   config.segment = segment.flag("find", config.segment);
   config.segment_options = read_segment(segment);
+  config.segment_file = from_folder(input.parent_path(), segment.text("file", ""));
+  config.split_by_direction = segment.choice("split", "none", {"none", "sgn(v)"}) == "sgn(v)";
   config.library = read_library(library);
   config.default_terms = !library.has("terms") && config.library.order > 0;
   config.library_place = library.place(library.has("terms") ? "terms" : "order");
@@ -289,7 +295,7 @@ std::string to_toml(const Config& config, const fs::path& folder) {
   std::string text = fmt::format("schema = {}\n\n", schema);
   for (const RecordingConfig& recording : config.recordings) text += recording_text(recording, folder);
   text += prepare_text(config);
-  text += segment_text(config.segment, config.segment_options);
+  text += segment_text(config, folder);
   text += fmt::format("[library]\norder = {}\nvariables = {}\nconstant = {}\nterms = {}\nmax_terms = {}\n\n",
                       config.library.order, text_array(config.library.variables), config.library.constant,
                       text_array(config.library.terms), config.library.max_terms);

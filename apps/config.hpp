@@ -51,6 +51,8 @@ struct Config {
   double max_clipped = 0.01;  ///< of a training stretch, for any channel; more is refused
   bool segment = true;        ///< look for amplitude regimes
   dsp::SegmentOptions segment_options;
+  std::filesystem::path segment_file;  ///< segments.json of an earlier run, edited or not; empty: found in the record
+  bool split_by_direction = false;     ///< every range becomes two, v > 0 and v < 0
   ident::LibraryOptions library;
   bool default_terms = false;  ///< `terms` was left out: sgn(v) and the inputs that were measured
   FitConfig fit;

@@ -10,6 +10,7 @@
 #include <new>
 
 #include "apps/interrupt.hpp"
+#include "apps/regimes.hpp"
 #include "dsp/fault.hpp"
 #include "ident/collinearity.hpp"
 #include "ident/multi_rvm.hpp"
@@ -33,13 +34,6 @@ dsp::Fault range_fault(const dsp::RangeSpec& spec, std::string name, const std::
 struct Samples {
   std::vector<Index> usable, kept;
 };
-
-/// Whether a sample of this regime belongs to a range of that one.
-bool belongs(dsp::Regime regime, const std::string& wanted) {
-  if (wanted.empty()) return true;
-  if (wanted == "mixed") return regime == dsp::Regime::low || regime == dsp::Regime::high;
-  return to_string(regime) == wanted;
-}
 
 Samples samples_of(const Range& range, const Columns& columns, const std::vector<unsigned char>& where) {
   const dsp::RangeSpec& spec = range.spec;
@@ -375,6 +369,7 @@ RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
       judged.free_run.reason = no_test;
     else
       judged.free_run = twin != result.fits.end() ? twin->free_run : free_run(judged.model, courses);
+    if (options.target != "a" && options.target != "ddy") judged.free_run.applies = false;  // no equation of motion
     result.fits.push_back(std::move(judged));
   }
   return result;

@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "apps/interrupt.hpp"
+#include "apps/segments_file.hpp"
+#include "apps/sensor_checks.hpp"
 #include "dsp/names.hpp"
 #include "dsp/sidecar.hpp"
 
@@ -46,8 +48,12 @@ dsp::PrepareOptions rate_settled(dsp::PrepareOptions options, double sample_rate
 }
 
 void find_regimes(Input& input, const Config& config, Console& console) {
-  if (!config.segment) return;
-  input.segmentation = dsp::segment_regimes(input.prepared.bus, config.segment_options);
+  if (!config.segment_file.empty())
+    input.segmentation = apply_segments(read_segments(config.segment_file), config.segment_file, input.prepared);
+  else if (config.segment)
+    input.segmentation = dsp::segment_regimes(input.prepared.bus, config.segment_options);
+  else
+    return;
   input.regimes = regimes_at(input.segmentation, input.prepared);
   for (const std::string& remark : input.segmentation.remarks)
     console.note(fmt::format("{}: {}", input.prepared.name, remark));
@@ -61,6 +67,10 @@ Input described(const dsp::RecordingReader& reader) {
   Input input;
   input.files = reader.files();
   if (!reader.sidecar().file.empty()) input.files.push_back(reader.sidecar().file);
+  input.sidecar = (reader.sidecar().file.empty() ? dsp::sidecar_path(input.files.front()) : reader.sidecar().file)
+                      .filename()
+                      .string();
+  input.channels = reader.sidecar().channels;
   input.ranges = reader.sidecar().ranges;
   const dsp::Recording& description = reader.description();
   input.x_is_difference =
@@ -81,6 +91,8 @@ void complete(Input& input, double recorded_hz, const Config& config, Console& c
   const std::string name = file.filename().string();
   input.prepared.name = name;
   for (dsp::Check& check : input.prepared.checks) check.message = without_place(std::move(check.message), file);
+  for (dsp::Check& check : sensor_checks(input.prepared, input.channels, input.sidecar))
+    input.prepared.checks.push_back(std::move(check));
   find_regimes(input, config, console);
   report_checks(input.prepared.checks, name, console);
   const dsp::Motion& signals = input.prepared.signals;
@@ -116,8 +128,10 @@ std::vector<Range> ranges_of(const Input& input, int recording, bool alone) {
     result.spec.name = alone ? label : regime.empty() ? name : name + " " + label;
     return result;
   };
-  if (!has(dsp::Regime::low) || !has(dsp::Regime::high)) return {range("all", "")};
-  return {range("low", "low"), range("high", "high"), range("mixed", "mixed")};
+  const bool low = has(dsp::Regime::low), high = has(dsp::Regime::high);
+  if (low && high) return {range("low", "low"), range("high", "high"), range("mixed", "mixed")};
+  if (!has(dsp::Regime::stick) || (!low && !high)) return {range("all", "")};
+  return {range(low ? "low" : "high", low ? "low" : "high")};
 }
 
 std::vector<Range> default_ranges(const std::vector<Input>& inputs) {
@@ -136,13 +150,44 @@ std::vector<Range> default_ranges(const std::vector<Input>& inputs) {
   return ranges;
 }
 
-/// Mean of x over the first range of the recording.
-double regime_mean(const dsp::Prepared& prepared, const std::vector<Range>& ranges, int recording) {
+/// Every range as two, by the sign of the velocity: "low+" and "low-".
+std::vector<Range> split_by_direction(const std::vector<Range>& ranges) {
+  std::vector<Range> halves;
+  for (const Range& range : ranges)
+    for (const auto& [sign, condition] : {std::pair{"+", "v > 0"}, std::pair{"-", "v < 0"}}) {
+      Range half = range;
+      half.spec.name += sign;
+      half.spec.where = range.spec.where.empty() ? condition : fmt::format("({}) && {}", range.spec.where, condition);
+      halves.push_back(std::move(half));
+    }
+  return halves;
+}
+
+/// Whether two ranges may hold the same samples.
+bool may_overlap(const Range& a, const Range& b) {
+  const bool other_time = a.spec.to_s <= b.spec.from_s || b.spec.to_s <= a.spec.from_s || a.recording != b.recording;
+  const bool other_regime = !a.regime.empty() && !b.regime.empty() && a.regime != b.regime &&
+                            (a.regime == "mixed" ? b.regime == "stick" : a.regime == "stick" || b.regime != "mixed");
+  return !other_time && !other_regime && a.spec.where == b.spec.where;
+}
+
+/// Mean of x over the first range of the recording; where that is of a regime, over its first run.
+double regime_mean(const Input& input, const std::vector<Range>& ranges, int recording) {
+  const dsp::Prepared& prepared = input.prepared;
   const auto first = std::find_if(ranges.begin(), ranges.end(), [&](const Range& range) {
     return range.recording == 0 || range.recording == recording;
   });
   if (first == ranges.end()) return dsp::mean_displacement(prepared, 0.0, INFINITY);
-  return dsp::mean_displacement(prepared, first->spec.from_s, first->spec.to_s);
+  double from_s = first->spec.from_s, to_s = first->spec.to_s;
+  for (const dsp::Segment& segment : input.segmentation.segments) {
+    const double begin_s = static_cast<double>(segment.first) / prepared.bus.sample_rate_hz,
+                 end_s = static_cast<double>(segment.last) / prepared.bus.sample_rate_hz;
+    if (first->regime.empty() || !belongs(segment.regime, first->regime) || begin_s >= to_s || end_s <= from_s)
+      continue;
+    from_s = std::max(from_s, begin_s), to_s = std::min(to_s, end_s);
+    break;
+  }
+  return dsp::mean_displacement(prepared, from_s, to_s);
 }
 
 /// What a library of polynomials in x and v cannot do without: dry friction, and whatever drives the motion from
@@ -165,8 +210,7 @@ void settle_zero(Config& config, std::vector<Input>& inputs, Console& console) {
   if (config.zero.kind == ZeroChoice::Kind::none) return;
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     const bool mean = config.zero.kind == ZeroChoice::Kind::regime_mean;
-    const double zero_m =
-        mean ? regime_mean(inputs[i].prepared, config.ranges, static_cast<int>(i) + 1) : config.zero.value_m;
+    const double zero_m = mean ? regime_mean(inputs[i], config.ranges, static_cast<int>(i) + 1) : config.zero.value_m;
     dsp::set_displacement_zero(inputs[i].prepared, zero_m);
     console.step(fmt::format("{}: zero of x {:.6g} subtracted ({})", inputs[i].prepared.name, zero_m,
                              mean ? "mean of the first range" : "as given"));
@@ -205,6 +249,7 @@ std::vector<fs::path> input_files(const Config& config) {
     std::error_code ignored;
     if (fs::exists(sidecar, ignored)) files.push_back(sidecar);
   }
+  if (!config.segment_file.empty()) files.push_back(config.segment_file);
   return files;
 }
 
@@ -247,13 +292,12 @@ std::vector<Input> prepare_inputs(const std::vector<Source>& sources, std::size_
 
 void settle(Config& config, std::vector<Input>& inputs, Console& console) {
   if (config.ranges.empty()) config.ranges = default_ranges(inputs);
+  if (config.split_by_direction) config.ranges = split_by_direction(config.ranges);
+  config.split_by_direction = false;  // done: the ranges say it
   for (std::size_t a = 0; a < config.ranges.size(); ++a)
-    for (std::size_t b = 0; b < a; ++b) {
-      const dsp::RangeSpec &first = config.ranges[b].spec, &second = config.ranges[a].spec;
-      const bool apart = first.to_s <= second.from_s || second.to_s <= first.from_s ||
-                         config.ranges[a].recording != config.ranges[b].recording;
-      if (!apart) console.note(fmt::format("ranges {} and {} overlap", first.name, second.name));
-    }
+    for (std::size_t b = 0; b < a; ++b)
+      if (may_overlap(config.ranges[a], config.ranges[b]))
+        console.note(fmt::format("ranges {} and {} overlap", config.ranges[b].spec.name, config.ranges[a].spec.name));
   settle_terms(config, inputs);
   settle_zero(config, inputs, console);
   settle_prepare(config.prepare, inputs);

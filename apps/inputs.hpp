@@ -20,6 +20,8 @@ struct Input {
   std::vector<dsp::Regime> regimes;          ///< of each sample at the regression rate; empty likewise
   std::optional<PowerCheck> power;           ///< where displacement and acceleration of one body were measured
   std::vector<std::filesystem::path> files;  ///< all that were read: recording, further files, sidecar
+  std::string sidecar;                       ///< name of its sidecar, there or not
+  std::vector<dsp::ChannelSpec> channels;    ///< of its sidecar
   std::vector<dsp::RangeSpec> ranges;        ///< of its sidecar
   bool x_is_difference = false;              ///< x = y - r of two displacements, whose zeros mean nothing
 };
@@ -44,11 +46,11 @@ struct Source {
 [[nodiscard]] std::vector<Input> prepare_inputs(const std::vector<Source>& sources, std::size_t way,
                                                 const Config& config, Console& console);
 
-/// Fills in what the config left to the recordings: ranges (the sidecar's; else low, high and mixed where
-/// there are two regimes of motion; else one "all", or one for each of several
-/// recordings, named after it), further terms (sgn(v), and of ddr, f and z those that all recordings have), the zero of
-/// x, which is then subtracted, and the prepare options where all recordings
-/// agree. Throws dsp::Fault (usage, "range.*") with the range's place.
+/// Fills in what the config left to the recordings: ranges (the sidecar's; else low, high and mixed where there are two
+/// regimes of motion; the one there is where it sticks at times; else one "all", or one for each of several recordings,
+/// named after it; each in two by the sign of v if asked for), further terms (sgn(v), and of ddr, f and z those that
+/// all recordings have), the zero of x, which is then subtracted, and the prepare options where all recordings agree.
+/// Throws dsp::Fault (usage, "range.*") with the range's place.
 void settle(Config& config, std::vector<Input>& inputs, Console& console);
 
 }  // namespace apps

@@ -11,8 +11,9 @@ namespace {
 
 // Below this share of the target's power, structure in the residual spoils the error bars but not the equation.
 constexpr double negligible_nmse = 1e-3;
-// A free run that leaves more than this share of x's power unexplained does not describe the motion.
-constexpr double useless_free_run = 0.5;
+// A free run that leaves more than this share of x's power unexplained, a third of its amplitude, does not describe the
+// motion.
+constexpr double useless_free_run = 0.1;
 constexpr double carries_over = 10.0;  // test NMSE / training NMSE beyond this: fitted to its rows only
 constexpr double collinear = 1e6;      // condition number of unit-norm columns
 constexpr double poorly_known_cov = 0.3;

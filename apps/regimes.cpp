@@ -8,6 +8,12 @@ namespace apps {
 
 using Eigen::Index;
 
+bool belongs(dsp::Regime regime, const std::string& wanted) {
+  if (wanted.empty()) return true;
+  if (wanted == "mixed") return regime == dsp::Regime::low || regime == dsp::Regime::high;
+  return to_string(regime) == wanted;
+}
+
 std::vector<dsp::Regime> regimes_at(const dsp::Segmentation& segmentation, const dsp::Prepared& prepared) {
   std::vector<dsp::Regime> regimes(static_cast<std::size_t>(prepared.signals.num_samples()), dsp::Regime::excluded);
   const double ratio = prepared.bus.sample_rate_hz / prepared.signals.sample_rate_hz;
@@ -30,6 +36,12 @@ PowerCheck power_check(const dsp::Prepared& prepared, const std::vector<dsp::Reg
   return {balance(prepared.raw_v, prepared.raw_a, dsp::Regime::low),
           balance(prepared.raw_v, prepared.raw_a, dsp::Regime::high), balance(v, a, dsp::Regime::low),
           balance(v, a, dsp::Regime::high)};
+}
+
+double corrected_balance(const PowerCheck& power, const std::string& regime) {
+  if (regime == "low") return power.corrected_low;
+  if (regime == "high") return power.corrected_high;
+  return std::fmax(std::abs(power.corrected_low), std::abs(power.corrected_high));
 }
 
 dsp::Check judged(const PowerCheck& power) {

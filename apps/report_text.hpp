@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "apps/identify.hpp"
+#include "apps/inputs.hpp"
 
 namespace apps {
 
@@ -10,8 +11,12 @@ namespace apps {
 [[nodiscard]] std::vector<std::string> uncalibrated_channels(const std::vector<RangeResult>& ranges);
 
 /// The identified equations for a terminal, under a line that names channels not calibrated if there are any: each with
-/// its error bars and, right under it, whether it is to be trusted; then what the ranges disagree on.
+/// its error bars and, right under it, in one sentence whether it describes the record, and whether it is to be trusted;
+/// then what the ranges disagree on.
 [[nodiscard]] std::string report_text(const std::vector<RangeResult>& ranges);
+
+/// What is wrong with the recordings' sensors and samples, a line each; empty where nothing is.
+[[nodiscard]] std::string findings_text(const std::vector<Input>& inputs);
 
 /// The same equations as LaTeX, the judgement as a comment before each.
 [[nodiscard]] std::string report_latex(const std::vector<RangeResult>& ranges);

@@ -10,6 +10,7 @@
 #include "apps/judgement.hpp"
 #include "apps/printable.hpp"
 #include "apps/report_text.hpp"
+#include "apps/verdict.hpp"
 #include "apps/version.hpp"
 
 namespace apps {
@@ -168,11 +169,12 @@ Json filter_json(const dsp::FilterSheet& sheet) {
 Json pair_json(const dsp::SensorRelation& relation) {
   Json result{{"name", relation.name}};
   const bool known = relation.reason.empty();
-  put(result, "gain", known ? relation.gain : std::nan(""), relation.reason);
+  put(result, "gain", known ? relation.sign * relation.gain : std::nan(""), relation.reason);
   put(result, "gain_std", known ? relation.gain_std : std::nan(""), relation.reason);
   put(result, "lag_s", known ? relation.lag_s : std::nan(""), relation.reason);
   put(result, "lag_std_s", known ? relation.lag_std_s : std::nan(""), relation.reason);
   result["highpass_hz"] = relation.highpass_hz;
+  result["highpass_std_hz"] = relation.highpass_std_hz;
   put(result, "residual", known ? relation.residual : std::nan(""), relation.reason);
   return result;
 }
@@ -189,9 +191,15 @@ Json power_json(const PowerCheck& power) {
 
 Json segmentation_json(const dsp::Segmentation& segmentation) {
   const dsp::SegmentOptions& options = segmentation.options;
-  Json result{{"stick_speed_m_per_s", options.stick_speed_m_per_s}, {"stick_duration_s", options.stick_duration_s}};
-  put(result, "high_enter_m", options.high_enter_m, "the amplitude never jumps up");
-  put(result, "high_leave_m", options.high_leave_m, "the amplitude never jumps up");
+  Json result = Json::object();
+  const bool found = segmentation.envelope_m.size() > 0;
+  const auto threshold = [&](const char* key, double value) {
+    put(result, key, found ? value : std::nan(""), found ? "all motion is of one regime" : "regimes come from a file");
+  };
+  threshold("stick_speed_m_per_s", options.stick_speed_m_per_s);
+  threshold("stick_duration_s", options.stick_duration_s);
+  threshold("high_enter_m", options.high_enter_m);
+  threshold("high_leave_m", options.high_leave_m);
   result["remarks"] = segmentation.remarks;
   return result;
 }
@@ -263,13 +271,22 @@ std::string metrics_json(const std::vector<RangeResult>& ranges, const IdentifyO
 std::string equation_json(const std::vector<RangeResult>& ranges) {
   Json document = calibration_json(uncalibrated_channels(ranges));
   document["equations"] = document["disagreements"] = Json::array();
-  for (const RangeResult& range : ranges)
-    for (const JudgedFit& fit : range.fits) {
+  for (std::size_t place = 0; place < ranges.size(); ++place)
+    for (std::size_t method = 0; method < ranges[place].fits.size(); ++method) {
+      const RangeResult& range = ranges[place];
+      const JudgedFit& fit = range.fits[method];
       const Judgement judgement = judge(fit);
-      Json row{{"range", printable(range.spec.name)}, {"method", to_string(fit.fit.method)},
-               {"target", fit.model.target},          {"target_unit", fit.model.target_unit},
-               {"text", ident::to_text(fit.model)},   {"latex", ident::to_latex(fit.model)},
-               {"trust", to_string(judgement.trust)}, {"remarks", judgement.remarks}};
+      const Verdict words = verdict(ranges, place, method);
+      Json row{{"range", printable(range.spec.name)},
+               {"method", to_string(fit.fit.method)},
+               {"target", fit.model.target},
+               {"target_unit", fit.model.target_unit},
+               {"text", ident::to_text(fit.model)},
+               {"latex", ident::to_latex(fit.model)},
+               {"trust", to_string(judgement.trust)},
+               {"remarks", judgement.remarks},
+               {"describes", to_string(words.describes)},
+               {"verdict", printable(words.sentence)}};
       row["terms"] = Json::array();
       for (const ident::ModelTerm& term : fit.model.terms)
         row["terms"].push_back(term_json(term, std::string(to_string(fit.fit.method)) + " computes no evidence"));
@@ -309,51 +326,6 @@ std::string quality_json(const std::vector<Input>& inputs) {
     document["power_check"] = power_json(*input.power);
     document["power_check_reason"] = nullptr;
   }
-  return text_of(document);
-}
-
-namespace {
-
-struct LabelledStretch {
-  double from_s = 0.0, to_s = 0.0;
-  std::string label, reason;
-};
-
-std::vector<LabelledStretch> stretches_of(const Input& input) {
-  std::vector<LabelledStretch> stretches;
-  const dsp::Motion &signals = input.prepared.signals, &bus = input.prepared.bus;
-  for (const dsp::Segment& segment : input.segmentation.segments)
-    if (segment.regime != dsp::Regime::excluded)
-      stretches.push_back({static_cast<double>(segment.first) / bus.sample_rate_hz,
-                           static_cast<double>(segment.last) / bus.sample_rate_hz,
-                           std::string(to_string(segment.regime)), segment.reason});
-  for (const dsp::Interval& interval : input.prepared.excluded)
-    stretches.push_back({interval.from_s, interval.to_s, "excluded", interval.why});
-  const double end = static_cast<double>(signals.num_samples()) / signals.sample_rate_hz;
-  const double edge = static_cast<double>(signals.edge_samples) / signals.sample_rate_hz;
-  const std::string reason = "filters and derivatives lean on samples predicted beyond the record";
-  if (edge > 0.0) {
-    stretches.push_back({0.0, edge, "excluded", reason});
-    stretches.push_back({end - edge, end, "excluded", reason});
-  }
-  std::stable_sort(stretches.begin(), stretches.end(),
-                   [](const auto& a, const auto& b) { return a.from_s < b.from_s; });
-  return stretches;
-}
-
-}  // namespace
-
-std::string segments_json(const std::vector<Input>& inputs) {
-  Json document = Json::array();
-  for (const Input& input : inputs)
-    for (const LabelledStretch& stretch : stretches_of(input)) {
-      Json row{{"label", stretch.label},
-               {"from_s", stretch.from_s},
-               {"to_s", stretch.to_s},
-               {"reason", printable(stretch.reason)}};
-      if (inputs.size() > 1) row["recording"] = printable(input.prepared.name);
-      document.push_back(std::move(row));
-    }
   return text_of(document);
 }
 

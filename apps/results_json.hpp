@@ -17,7 +17,6 @@ namespace apps {
 [[nodiscard]] std::string metrics_json(const std::vector<RangeResult>& ranges, const IdentifyOptions& options);
 [[nodiscard]] std::string equation_json(const std::vector<RangeResult>& ranges);
 [[nodiscard]] std::string quality_json(const std::vector<Input>& inputs);
-[[nodiscard]] std::string segments_json(const std::vector<Input>& inputs);
 [[nodiscard]] std::string_view to_string(dsp::CheckStatus status);  ///< "ok", "note", "warning", "failed"
 /// What `ardent check --json` prints.
 [[nodiscard]] std::string checks_json(const std::vector<Input>& inputs);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <functional>
 
 #include "apps/atomic_file.hpp"
@@ -17,6 +18,7 @@
 #include "apps/report_text.hpp"
 #include "apps/results_json.hpp"
 #include "apps/run_folder.hpp"
+#include "apps/segments_file.hpp"
 #include "apps/sha256.hpp"
 #include "apps/steps_table.hpp"
 #include "apps/tables.hpp"
@@ -95,6 +97,7 @@ class Results {
       manifest_.arguments.push_back(fs::path(argument).is_absolute() ? relative_to_run(argument, folder_.destination())
                                                                      : argument);
     if (arguments.input.extension() == ".toml") add_input(arguments.input);
+    if (!config.segment_file.empty()) add_input(config.segment_file);
   }
   void add_inputs(const std::vector<Input>& inputs) {
     for (const Input& input : inputs)
@@ -151,6 +154,15 @@ void print_plan(const RunArguments& arguments, const Config& config, Console& co
   console.result(text + fmt::format("would write {}\n", place_apart(arguments, config).string()));
 }
 
+/// What the power check says of each range, the worst of its recordings.
+void note_power(std::vector<RangeResult>& ranges, const std::vector<Input>& inputs) {
+  for (RangeResult& range : ranges)
+    for (std::size_t i = 0; i < inputs.size(); ++i)
+      if (inputs[i].power && (range.recording == 0 || range.recording == static_cast<int>(i) + 1))
+        range.power_balance =
+            std::fmax(range.power_balance, std::abs(corrected_balance(*inputs[i].power, range.regime)));
+}
+
 /// 4 and a message where a range has no fit to show.
 int exit_code_of(const std::vector<RangeResult>& ranges, Console& console) {
   int code = 0;
@@ -173,9 +185,10 @@ int run_identification(const RunArguments& arguments, Console& console) {
   const auto libraries = compile_libraries(work.config, work.inputs);
   const std::vector<Columns> columns = all_columns(work.config, work.inputs, libraries, console);
   const IdentifyOptions options = identify_options(work.config, work.inputs, arguments.num_threads);
-  const auto ranges = identify_ranges(work.config, columns, libraries.front(), options, console);
+  auto ranges = identify_ranges(work.config, columns, libraries.front(), options, console);
+  note_power(ranges, work.inputs);
   refuse_warnings(arguments.strict, console);
-  const std::string report = report_text(ranges);
+  const std::string report = report_text(ranges) + findings_text(work.inputs);
   results.write("equation.txt", report);
   results.write("equation.tex", report_latex(ranges));
   results.write("equation.json", equation_json(ranges));

@@ -135,18 +135,6 @@ void bring_to_agree(Prepared& prepared, Recording& bus) {
   Equalised equal =
       equalise_sensors(bus, mask(bus.bad, bus.samples.rows(), bus.sample_rate_hz), prepared.options.scale);
   prepared.relations = std::move(equal.relations);
-  for (const auto& relation : prepared.relations) {
-    Check check{.name = "sensor.relation", .channel = relation.name, .value = relation.gain, .limit = 0.1};
-    check.status = relation.reason.empty() && std::abs(relation.gain - 1.0) <= check.limit ? CheckStatus::note
-                                                                                           : CheckStatus::warning;
-    check.message = relation.reason.empty()
-                        ? fmt::format(
-                              "accelerometer to displacement: gain {:.5f}, displacement {:.3f} ms late, corners "
-                              "[{:.4f}] Hz; corrected",
-                              relation.gain, 1e3 * relation.lag_s, fmt::join(relation.highpass_hz, ", "))
-                        : "left as they are: " + relation.reason;
-    prepared.checks.push_back(std::move(check));
-  }
   if (equal.highpass_hz.empty()) return;
   restore_low_frequencies(bus, equal.highpass_hz);
   prepared.filter = prepared.filter.with_highpass(equal.highpass_hz);
@@ -191,7 +179,10 @@ void finish(Prepared& prepared, Recording bus, const std::optional<FilterSheet>&
   const double duration_s = bus.duration_s();
   const ColumnFilter low_pass = prepared.filter;
   remove_delays(bus);
-  if (o.recipe == Recipe::matched && o.equalise) bring_to_agree(prepared, bus);
+  if (prepared.equalised())
+    bring_to_agree(prepared, bus);
+  else
+    prepared.relations = relate_pairs(bus, mask(bus.bad, bus.samples.rows(), bus.sample_rate_hz));
   bus.bad.clear();
   if (o.recipe == Recipe::paper)
     prepared.signals =

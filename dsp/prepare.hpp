@@ -53,6 +53,8 @@ struct Prepared {
   std::vector<Interval> excluded;         ///< with margins and reasons; marked in both motions
   std::vector<Interval> clipped;          ///< of these, the clipped ones without margins; why: the channel's name
   std::vector<Check> checks;
+  /// Whether the relations were used: only "matched" does, unless told not to.
+  [[nodiscard]] bool equalised() const { return options.recipe == Recipe::matched && options.equalise; }
 };
 
 /// The options with nothing left to choose for a recording at this rate. The bus rate divides the recording's rate and

@@ -43,18 +43,18 @@ std::vector<Segment> runs(const Labels& labels) {
   return segments;
 }
 
-// Short runs join their left neighbour (or become stick between two sticks); what was excluded stays so.
+// Short runs join their left neighbour (or become stick between two sticks); what was excluded stays so. A run that an
+// exclusion or an end of the record cuts may have been longer, and stays.
 std::vector<Segment> without_short_runs(std::vector<Segment> segments, Index shortest) {
   for (bool changed = true; changed;) {
     changed = false;
     for (std::size_t i = 0; i < segments.size() && !changed; ++i) {
       Segment& run = segments[i];
       if (run.regime == Regime::excluded || run.last - run.first >= shortest) continue;
-      const bool has_left = i > 0 && segments[i - 1].regime != Regime::excluded;
-      const bool has_right = i + 1 < segments.size() && segments[i + 1].regime != Regime::excluded;
-      if (!has_left && !has_right) continue;
-      if (run.regime == Regime::stick && !(has_left && has_right)) continue;  // a stop at an end is a stop
-      run.regime = segments[has_left ? i - 1 : i + 1].regime;
+      const bool whole = i > 0 && segments[i - 1].regime != Regime::excluded && i + 1 < segments.size() &&
+                         segments[i + 1].regime != Regime::excluded;
+      if (!whole) continue;
+      run.regime = segments[i - 1].regime;
       changed = true;
     }
     if (!changed) break;

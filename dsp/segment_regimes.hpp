@@ -34,7 +34,7 @@ struct SegmentOptions {
   double high_leave_m = 0.0;       ///< until it falls below this
   double envelope_window_s = 2.0;  ///< envelope: half of max - min of x over this window,
   double baseline_window_s = 6.0;  ///< after its mean over this one is removed
-  double min_duration_s = 10.0;    ///< shorter runs join the run to their left; between two stick runs they are stick
+  double min_duration_s = 10.0;    ///< shorter runs join the run to their left unless an exclusion or an end cuts them
 };
 
 /// Every sample has one label; segments follow one another without gap or overlap.

@@ -24,7 +24,8 @@ constexpr double two_pi = 2.0 * std::numbers::pi;
 // The measured ratio A / D'' and its weight, frequency by frequency.
 struct Ratio {
   std::vector<double> frequency_hz, weight;
-  std::vector<Complex> value;
+  std::vector<Complex> value;  // divided by sign and level
+  double sign = 1.0, level = 1.0;
   int num_windows = 0;
 };
 
@@ -69,6 +70,16 @@ Ratio measured_ratio(const VectorXd& displacement, const VectorXd& a, double rat
     ratio.weight.push_back(std::sqrt(power[k]));
     largest = std::max(largest, ratio.weight.back());
   }
+  double upright = 0.0, logs = 0.0, weights = 0.0;
+  for (std::size_t i = 0; i < ratio.value.size(); ++i) {
+    const double weight = ratio.weight[i] * ratio.weight[i];
+    upright += weight * ratio.value[i].real();
+    logs += weight * std::log(std::abs(ratio.value[i]));
+    weights += weight;
+  }
+  if (weights > 0.0 && std::isfinite(logs)) ratio.level = std::exp(logs / weights);
+  ratio.sign = upright < 0.0 ? -1.0 : 1.0;
+  for (Complex& value : ratio.value) value /= ratio.sign * ratio.level;
   for (double& weight : ratio.weight) weight /= largest;
   return ratio;
 }
@@ -223,7 +234,8 @@ SensorRelation relate_sensors(const Eigen::Ref<const VectorXd>& displacement,
     return relation;
   }
   const VectorXd std = best.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
-  relation.gain = std::exp(best.p(0));
+  relation.sign = ratio.sign;
+  relation.gain = ratio.level * std::exp(best.p(0));
   relation.gain_std = relation.gain * std(0);
   relation.lag_s = best.p(1);
   relation.lag_std_s = std(1);
@@ -231,26 +243,61 @@ SensorRelation relate_sensors(const Eigen::Ref<const VectorXd>& displacement,
     relation.highpass_hz.push_back(std::exp(best.p(k)));
     relation.highpass_std_hz.push_back(relation.highpass_hz.back() * std(k));
   }
+  // d(sum of corners) = sum of corner d(log corner)
+  VectorXd slope = VectorXd::Zero(best.p.size());
+  for (Index k = 2; k < best.p.size(); ++k) slope(k) = std::exp(best.p(k));
+  relation.highpass_sum_std_hz = std::sqrt(std::max(0.0, slope.dot(best.covariance * slope)));
   relation.residual = best.residual;
   return relation;
 }
 
+namespace {
+
+struct Pair {
+  const char* name;
+  Role displacement, acceleration;
+};
+constexpr Pair pairs[] = {{"r and ddr", Role::r, Role::ddr}, {"y and ddy", Role::y, Role::ddy}};
+
+bool can_be_corrected(const SensorRelation& relation) {
+  return relation.reason.empty() && relation.sign > 0.0;
+}
+
+SensorRelation relate_pair(const Recording& recording, const Pair& pair, const std::vector<unsigned char>& excluded,
+                           const RelateOptions& options) {
+  const Index d = recording.find(pair.displacement), a = recording.find(pair.acceleration);
+  SensorRelation relation =
+      relate_sensors(recording.samples.col(d), recording.samples.col(a), recording.sample_rate_hz, excluded, options);
+  relation.name = pair.name;
+  relation.displacement = recording.channels[static_cast<std::size_t>(d)].name;
+  relation.acceleration = recording.channels[static_cast<std::size_t>(a)].name;
+  relation.declared_hz = recording.channels[static_cast<std::size_t>(a)].highpass_hz;
+  return relation;
+}
+
+bool has(const Recording& recording, const Pair& pair) {
+  return recording.find(pair.displacement) >= 0 && recording.find(pair.acceleration) >= 0;
+}
+
+}  // namespace
+
+std::vector<SensorRelation> relate_pairs(const Recording& recording, const std::vector<unsigned char>& excluded,
+                                         const RelateOptions& options) {
+  std::vector<SensorRelation> relations;
+  for (const Pair& pair : pairs)
+    if (has(recording, pair)) relations.push_back(relate_pair(recording, pair, excluded, options));
+  return relations;
+}
+
 Equalised equalise_sensors(Recording& recording, const std::vector<unsigned char>& excluded, ScaleReference scale,
                            const RelateOptions& options) {
-  struct Pair {
-    const char* name;
-    Role displacement, acceleration;
-  };
   Equalised result;
-  constexpr Pair pairs[] = {{"r and ddr", Role::r, Role::ddr}, {"y and ddy", Role::y, Role::ddy}};
   std::optional<std::vector<double>> base_highpass;
   for (const Pair& pair : pairs) {
+    if (!has(recording, pair)) continue;
     const Index d = recording.find(pair.displacement), a = recording.find(pair.acceleration);
-    if (d < 0 || a < 0) continue;
-    SensorRelation relation =
-        relate_sensors(recording.samples.col(d), recording.samples.col(a), recording.sample_rate_hz, excluded, options);
-    relation.name = pair.name;
-    if (relation.reason.empty()) {
+    SensorRelation relation = relate_pair(recording, pair, excluded, options);
+    if (can_be_corrected(relation)) {
       const double lag_s = relation.lag_s;
       recording.samples.col(d) = passed_through(recording.samples.col(d), recording.sample_rate_hz,
                                                 [lag_s](double f) { return std::polar(1.0, two_pi * f * lag_s); });
@@ -260,8 +307,7 @@ Equalised equalise_sensors(Recording& recording, const std::vector<unsigned char
         recording.samples.col(d) *= relation.gain;
     }
     // Without a relation, the corners somebody wrote down.
-    const auto& corners =
-        relation.reason.empty() ? relation.highpass_hz : recording.channels[static_cast<std::size_t>(a)].highpass_hz;
+    const auto& corners = can_be_corrected(relation) ? relation.highpass_hz : relation.declared_hz;
     if (pair.acceleration == Role::ddr)
       base_highpass = corners;
     else

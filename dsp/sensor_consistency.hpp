@@ -9,13 +9,17 @@
 namespace dsp {
 
 /// What a displacement sensor D and an accelerometer A on one body say of one another:
-///   A / D = -(2 pi f)^2 gain e^{i 2 pi f lag} prod_k i f / (f_k + i f).
+///   A / D = -(2 pi f)^2 sign gain e^{i 2 pi f lag} prod_k i f / (f_k + i f).
 /// Only the ratio of their gains and the difference of their lags can be observed.
 struct SensorRelation {
-  std::string name;  ///< "y and ddy"
+  std::string name;                        ///< "y and ddy"
+  std::string displacement, acceleration;  ///< names of the channels
+  double sign = 1.0;                       ///< -1: one of the two is upside down; gain is positive
   double gain = 1.0, gain_std = 0.0;
   double lag_s = 0.0, lag_std_s = 0.0;               ///< positive: the displacement comes later
   std::vector<double> highpass_hz, highpass_std_hz;  ///< one-pole corners of the accelerometer's coupling, none to two
+  double highpass_sum_std_hz = 0.0;                  ///< of the corners' sum, which is better known than each
+  std::vector<double> declared_hz;                   ///< corners that the accelerometer's description names
   double residual = 0.0;                             ///< of the fit, relative to the measured ratio
   int num_windows = 0;
   std::string reason;  ///< not empty: the relation could not be found, and why
@@ -40,6 +44,11 @@ struct RelateOptions {
 /// Which of the two sensors of a pair is believed in scale.
 enum class ScaleReference { displacement, accelerometer };
 
+/// The pairs r and ddr, y and ddy of a recording, as far as it has them; nothing is changed.
+[[nodiscard]] std::vector<SensorRelation> relate_pairs(const Recording& recording,
+                                                       const std::vector<unsigned char>& excluded,
+                                                       const RelateOptions& options = {});
+
 struct Equalised {
   std::vector<SensorRelation> relations;  ///< base pair first, where there is one
   std::vector<double> highpass_hz;        ///< corners that all accelerations now share; columns must be given them too
@@ -47,8 +56,8 @@ struct Equalised {
 /// Brings the sensors of a recording to one clock, one scale and one high-pass, in place: displacements are advanced by
 /// their lag, accelerations (or displacements) rescaled, and the base acceleration is brought to the payload's
 /// high-pass (below 0.02 Hz to zero), which is never inverted. Channels of roles r, ddr, y, ddy; a pair that cannot be
-/// related stays as it is but for the corners its channel names, with the reason in its relation. Without an
-/// accelerometer pair nothing changes. Known delays must have been removed.
+/// related, or whose signs are opposite, stays as it is but for the corners its channel names, with the reason in its
+/// relation. Without an accelerometer pair nothing changes. Known delays must have been removed.
 Equalised equalise_sensors(Recording& recording, const std::vector<unsigned char>& excluded,
                            ScaleReference scale = ScaleReference::displacement, const RelateOptions& options = {});
 

@@ -157,3 +157,117 @@ TEST_CASE("the Silverbox is a Duffing oscillator, and filtering the signals firs
   auto paper = means(fit_of(folder, config, "--set prepare.recipe=paper"));
   CHECK(paper["y^3"] == Approx(-550000.0).epsilon(0.05));  // a quarter low
 }
+
+TEST_CASE("a forced oscillator's ring-down gives the coefficients known of it", "[apps][measured][decay]") {
+  if (missing("magmech_oscillator")) return;
+  const Scratch folder;
+  (void)folder.file("side.toml", "schema = 1\n[[channel]]\nname = \"strain\"\ncolumn = \"Strain_0\"\nrole = \"y\"\n");
+  // From where the strain begins to fall, for 1.48 s, about its rest (mean of the last 5 s), as in the reference fit.
+  const json fit = fit_of(
+      folder, "schema = 1\n[[recording]]\nfile = \"" +
+                  (data / "magmech_oscillator/decay_f_42p05_ampl_2p0_0.lvm").string() +
+                  "\"\nsidecar = \"side.toml\"\n[prepare]\ncutoff_hz = 150\nrolloff_hz = 120\nzero = 1.43002e-7\n"
+                  "[segment]\nfind = false\n[library]\norder = 0\nterms = [\"x\", \"v\", \"x^2\", \"x^3\"]\n"
+                  "[fit]\nmethods = [\"fast_rvm\"]\n[[range]]\nname = \"decay\"\nfrom = 12.213\nto = 15.2\n"
+                  "train_to = 13.693\n");
+  auto found = means(fit);  // per 1e-4 of strain there
+  CHECK(found["x"] == Approx(-53270.0).epsilon(0.02));
+  CHECK(found["v"] == Approx(-3.19).epsilon(0.06));
+  CHECK(found["x^2"] * 1e-4 == Approx(-4594.0).epsilon(0.02));
+  CHECK(found["x^3"] * 1e-8 == Approx(-5667.0).epsilon(0.04));
+  CHECK(fit["nmse"]["train"].get<double>() <= 1.5e-3);
+}
+
+TEST_CASE("a pendulum's free swings give sin, and its Taylor series where sin is not offered",
+          "[apps][measured][decay]") {
+  if (missing("pendulum")) return;
+  const Scratch folder;
+  (void)folder.file("side.toml", "schema = 1\n[[channel]]\nname = \"theta\"\ncolumn = \"theta_rad\"\nrole = \"y\"\n");
+  const auto swing = [&](const std::string& file, const std::string& prepare, const std::string& terms) {
+    return fit_of(folder, "schema = 1\n[[recording]]\nfile = \"" + (data / "pendulum" / file).string() +
+                              "\"\nsidecar = \"side.toml\"\n[prepare]\ncutoff_hz = 20\nrolloff_hz = 15\n" + prepare +
+                              "[segment]\nfind = false\n[library]\norder = 0\nterms = [" + terms +
+                              "]\n[fit]\nmethods = [\"ols\"]\n");
+  };
+  auto large = means(swing("swing_1kHz_segment1.csv", "zero = \"none\"\n", "\"sin(x)\", \"v\""));
+  CHECK(large["sin(x)"] == Approx(64.06).epsilon(0.005));
+  CHECK(large["v"] == Approx(-0.057).margin(0.01));
+  const json fit =
+      swing("swing_1kHz_segment1.csv", "zero = 3.141592653589793\n", "\"x\", \"x^3\", \"x^5\", \"v\", \"sgn(v)\"");
+  auto series = means(fit);
+  CHECK(series["x"] == Approx(-64.04).epsilon(0.005));
+  CHECK(series["x^3"] == Approx(10.67).epsilon(0.01));
+  CHECK(series["x^5"] == Approx(-0.516).epsilon(0.05));
+  CHECK(fit["nmse"]["test"].get<double>() <= 1.2e-4);
+  // An encoder at 10 kHz, whose raw derivative is one step a sample: 1.57 rad/s.
+  auto small = means(
+      swing("freeswing_10kHz.csv", "rate_hz = 100\nzero = 3.141592653589793\n", "\"x\", \"v\", \"sgn(v)\", \"1\""));
+  CHECK(small["x"] == Approx(-64.84).epsilon(0.005));
+}
+
+TEST_CASE("an irregular clock: gaps reported, the range split at them, the mean no merit", "[apps][measured]") {
+  if (missing("pneumatic_laser")) return;
+  const Scratch folder;
+  (void)folder.file("side.toml",
+                    "schema = 1\nrate = 100\nclock = \"interpolate\"\n"
+                    "[[channel]]\nname = \"clock\"\nindex = 1\nrole = \"t\"\nunit = \"ms\"\n"
+                    "[[channel]]\nname = \"laser\"\nindex = 5\nrole = \"y\"\nunit = \"mm\"\n"
+                    "[[channel]]\nname = \"pressure\"\nindex = 6\nunit = \"bar\"\n"
+                    "[[channel]]\nname = \"force\"\nindex = 7\nrole = \"f\"\nunit = \"N\"\n");
+  (void)folder.file("run.toml",
+                    "schema = 1\n[[recording]]\nfile = \"" + (data / "pneumatic_laser/O-ring_5bar.csv").string() +
+                        "\"\nsidecar = \"side.toml\"\n[prepare]\nrecipe = \"paper\"\ncutoff_hz = 20\nrolloff_hz = 15\n"
+                        "zero = \"none\"\n[segment]\nfind = false\n[library]\norder = 0\n"
+                        "terms = [\"pressure\", \"sgn(v)\", \"v\", \"1\"]\n[fit]\ntarget = \"f\"\nmethods = [\"ols\"]\n"
+                        "[[range]]\nname = \"moving\"\nwhere = \"abs(v) > 0.0005\"\n");
+  const auto ended = support::run(folder, "$ARDENT run run.toml -o run");
+  CAPTURE(ended.err);
+  REQUIRE(ended.code == 0);
+  for (const char* gap : {"skips 0.277 s", "skips 0.08 s", "skips 0.085 s"})
+    CHECK_THAT(ended.err, Catch::Contains(gap));
+  int excluded = 0;
+  for (const auto& segment : json::parse(support::bytes_of(folder / "run/segments.json")))
+    excluded += segment["reason"] == "gap in the clock";
+  CHECK(excluded == 3);
+  const json range = json::parse(support::bytes_of(folder / "run/metrics.json"))["ranges"][0];
+  CHECK(range["train_s"].size() == 3);
+  const json nmse = range["methods"][0]["nmse"];
+  CHECK(nmse["train"].get<double>() < 2e-5);  // of 250 N and little else
+  CHECK(nmse["train_centred"].get<double>() == Approx(0.0073).epsilon(0.3));
+  auto found = means(range["methods"][0]);
+  CHECK(found["sgn(v)"] == Approx(1.9).margin(0.8));
+}
+
+TEST_CASE("a friction damper with an inner state is not described, and that is said", "[apps][measured]") {
+  if (missing("band_friction_damper")) return;
+  const Scratch folder;
+  const json record = json::parse(support::bytes_of(data / "band_friction_damper/ds2_1Hz_36lb_1in.json"));
+  std::string table = "t_s,x_m,f_N\n";
+  for (const auto& row : record["data"])
+    table += row[0].dump() + "," + json(row[1].get<double>() * 0.0254).dump() + "," +
+             json(row[2].get<double>() * 4448.22).dump() + "\n";
+  (void)folder.file("damper.csv", table);
+  (void)folder.file("damper.csv.toml",
+                    "schema = 1\n[[channel]]\nname = \"x\"\ncolumn = \"x_m\"\nrole = \"x\"\n"
+                    "[[channel]]\nname = \"f\"\ncolumn = \"f_N\"\nrole = \"f\"\n");
+  const auto words = [&](const std::string& terms) {
+    (void)folder.file("run.toml",
+                      "schema = 1\n[[recording]]\nfile = \"damper.csv\"\n[prepare]\ncutoff_hz = 30\nrolloff_hz = 24\n"
+                      "zero = \"none\"\n[segment]\nfind = false\n[library]\norder = 0\nterms = [" +
+                          terms + "]\n[fit]\ntarget = \"f\"\nmethods = [\"fast_rvm\"]\n");
+    const auto ended = support::run(folder, "$ARDENT -q --force run run.toml -o run");
+    CAPTURE(ended.err);
+    REQUIRE(ended.code == 0);
+    return json::parse(support::bytes_of(folder / "run/equation.json"))["equations"][0];
+  };
+  for (const char* terms : {"\"sgn(v)\", \"v\", \"x\", \"1\"",
+                            "\"sgn(v)\", \"v\", \"x\", \"1\", \"x^3\", \"x*v\", \"abs(x)*sgn(v)\", "
+                            "\"x^2*sgn(v)\", \"v^3\""}) {
+    const json equation = words(terms);
+    CHECK(equation["describes"] == "no");
+    CHECK_THAT(equation["verdict"].get<std::string>(),
+               Catch::StartsWith("This equation does not describe the record") &&
+                   Catch::Contains(" % of the variation of f") && Catch::Contains("no equation from this library can"));
+    CHECK(equation["trust"] == "not to be trusted");
+  }
+}

@@ -1,0 +1,96 @@
+#include "apps/sensor_checks.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace apps {
+namespace {
+
+using Kind = dsp::SensorFaultKind;
+
+constexpr double tolerance = 0.1;  // no sensor's gain is off by more
+
+/// In the units a sensor's sheet uses.
+std::string sensitivity_text(const dsp::Sensitivity& sensitivity, double factor) {
+  const double value = sensitivity.value * factor;
+  if (sensitivity.electrical == "V" && sensitivity.measured == "m") return fmt::format("{:.5g} mV/mm", value);
+  if (sensitivity.electrical == "V" && sensitivity.measured == "m/s^2")
+    return fmt::format("{:.5g} mV/g", 1e3 * dsp::find_unit("g").factor * value);
+  return fmt::format("{:.5g} {}/({})", value, sensitivity.electrical, sensitivity.measured);
+}
+
+/// What the channel's numbers are to be multiplied by, as the key that does it.
+std::string scale_line(const dsp::SensorFault& fault, const dsp::ChannelSpec* channel) {
+  if (channel != nullptr && channel->sensitivity)
+    return fmt::format("sensitivity = \"{}\"", sensitivity_text(*channel->sensitivity, fault.sensitivity_factor));
+  if (fault.kind == Kind::unit && std::abs(std::log(1e-3 / fault.limit)) < 1e-6) return "unit = \"mm\"";
+  if (fault.kind == Kind::unit && std::abs(std::log(1e3 / fault.limit)) < 1e-6) return "unit = \"m\"";
+  if (fault.kind == Kind::unit && std::abs(std::log(0.0254 / fault.limit)) < 1e-6) return "unit = \"in\"";
+  if (fault.kind == Kind::unit) return fault.limit < 1.0 ? "unit = \"g\"" : "unit = \"m/s^2\"";
+  const dsp::Unit unit = channel != nullptr && !channel->unit.empty() ? dsp::find_unit(channel->unit) : dsp::Unit{};
+  const std::string si = !unit.si.empty() ? unit.si : channel != nullptr ? dsp::si_unit(channel->role) : "";
+  return fmt::format("full_scale = \"{:.6g} {}\"", unit.factor / fault.sensitivity_factor, si);
+}
+
+dsp::Check check_of(const dsp::SensorFault& fault, bool corrected, const dsp::ChannelSpec* channel,
+                    const std::string& sidecar) {
+  dsp::Check check{.name = "sensor." + std::string(to_string(fault.kind)),
+                   .channel = fault.channel,
+                   .value = fault.value,
+                   .limit = fault.limit};
+  const bool too_much = fault.kind == Kind::polarity || fault.kind == Kind::unit ||
+                        (fault.kind == Kind::gain && std::abs(fault.value - 1.0) > tolerance);
+  check.status = corrected && !too_much ? dsp::CheckStatus::note : dsp::CheckStatus::warning;
+  const bool either = fault.kind == Kind::polarity;
+  check.message =
+      fmt::format("{}; {}. In {}, [[channel]] name = \"{}\"{}: {}", fault.sentence,
+                  !corrected || either ? "not corrected" : "corrected here", sidecar, fault.channel,
+                  either ? " or its partner, whichever is wired the wrong way round" : "", remedy(fault, channel));
+  return check;
+}
+
+}  // namespace
+
+std::string remedy(const dsp::SensorFault& fault, const dsp::ChannelSpec* channel) {
+  switch (fault.kind) {
+    case Kind::polarity:
+      return fmt::format("sign = {}", channel != nullptr && channel->sign < 0.0 ? 1 : -1);
+    case Kind::unit:
+    case Kind::gain:
+      return scale_line(fault, channel);
+    case Kind::lag:
+      return fmt::format("delay = \"{:.4g} ms\"",
+                         1e3 * (fault.delay_s + (channel != nullptr ? channel->delay_s : 0.0)));
+    case Kind::corner:
+      return fmt::format("highpass = [{:.4g}]", fmt::join(fault.highpass_hz, ", "));
+  }
+  return {};
+}
+
+std::vector<dsp::Check> sensor_checks(const dsp::Prepared& prepared, const std::vector<dsp::ChannelSpec>& channels,
+                                      const std::string& sidecar) {
+  std::vector<dsp::Check> checks;
+  for (const dsp::SensorRelation& relation : prepared.relations) {
+    const bool known = relation.reason.empty(), corrected = prepared.equalised() && relation.sign > 0.0;
+    dsp::Check pair{.name = "sensor.relation", .channel = relation.name, .value = relation.gain, .limit = tolerance};
+    pair.status = known ? dsp::CheckStatus::ok : dsp::CheckStatus::warning;
+    pair.message = known
+                       ? fmt::format(
+                             "accelerometer to displacement: gain {:.5f}, displacement {:.3f} ms late, "
+                             "corners [{:.4f}] Hz",
+                             relation.sign * relation.gain, 1e3 * relation.lag_s, fmt::join(relation.highpass_hz, ", "))
+                       : "not compared: " + relation.reason;
+    checks.push_back(std::move(pair));
+    for (const dsp::SensorFault& fault : sensor_faults(relation, prepared.options.scale)) {
+      const auto spec = std::find_if(channels.begin(), channels.end(),
+                                     [&](const dsp::ChannelSpec& channel) { return channel.name == fault.channel; });
+      checks.push_back(check_of(fault, corrected, spec == channels.end() ? nullptr : &*spec, sidecar));
+    }
+  }
+  return checks;
+}
+
+}  // namespace apps

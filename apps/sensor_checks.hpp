@@ -1,0 +1,23 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "dsp/prepare.hpp"
+#include "dsp/sensor_faults.hpp"
+#include "dsp/sidecar.hpp"
+
+namespace apps {
+
+/// Lines for a sidecar's [[channel]] that would have kept the fault away, given what it says now (nullptr: nothing):
+/// `sensitivity = "102 mV/g"`. A lag adds to the delay that is there.
+[[nodiscard]] std::string remedy(const dsp::SensorFault& fault, const dsp::ChannelSpec* channel);
+
+/// Rows of quality.json, one line each, for what the sensors of a recording say of one another: "sensor.polarity",
+/// "sensor.unit", "sensor.gain", "sensor.lag", "sensor.corner", each with what to change; a note where it was
+/// corrected, a warning where it was not or is too much for a sensor's tolerance; and "sensor.relation" for each pair,
+/// a warning where none could be found. `sidecar`: its file name, for messages.
+[[nodiscard]] std::vector<dsp::Check> sensor_checks(const dsp::Prepared& prepared,
+                                                    const std::vector<dsp::ChannelSpec>& channels,
+                                                    const std::string& sidecar);
+
+}  // namespace apps

@@ -1,0 +1,125 @@
+#include "apps/sensor_checks.hpp"
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "dsp/sound_file.hpp"
+#include "support/program.hpp"
+#include "support/rig.hpp"
+
+using nlohmann::json;
+using support::Scratch;
+
+namespace {
+
+using Lines = std::vector<std::pair<std::string, std::string>>;  // name and message of a check
+
+/// Two minutes of the rig with sensors that have noise and nothing else.
+support::RigRecord record(std::uint64_t seed) {
+  return support::rig_record(
+      sim::qzs_twin("T0"),
+      sim::sine_steps(
+          {.frequencies_hz = {1.7, 1.6, 1.5, 1.45}, .amplitude_m = 4.5e-3, .dwell_s = 30.0, .transition_s = 2.0}),
+      {.level = sim::SensorLevel::noise, .seed = seed});
+}
+
+/// What a recipe raises of the sensors: everything of theirs that is not "ok".
+Lines raised(const dsp::Recording& recording, dsp::Recipe recipe, const std::vector<dsp::ChannelSpec>& channels = {}) {
+  const auto prepared =
+      dsp::prepare(recording, {.recipe = recipe, .rate_hz = 25.6, .cutoff_hz = 10.24, .rolloff_hz = 8.0});
+  Lines lines;
+  for (const dsp::Check& check : apps::sensor_checks(prepared, channels, "side.toml"))
+    if (check.status != dsp::CheckStatus::ok)
+      lines.emplace_back((check.status == dsp::CheckStatus::warning ? "! " : "") + check.name, check.message);
+  return lines;
+}
+
+std::vector<dsp::ChannelSpec> described() {
+  std::vector<dsp::ChannelSpec> channels;
+  for (const auto& sensor : sim::rig_sensors(sim::SensorLevel::ideal, sim::qzs_twin("T0"))) {
+    dsp::ChannelSpec channel;
+    channel.name = sensor.name;
+    channel.sensitivity = dsp::parse_sensitivity(sensor.unit == "m" ? "114.286 mV/mm" : "100 mV/g");
+    channels.push_back(channel);
+  }
+  return channels;
+}
+
+}  // namespace
+
+TEST_CASE("a wrong sensor is one line with the line that mends it", "[apps][sensor_checks]") {
+  const dsp::Recording clean = record(81).recording;
+  CHECK(raised(clean, dsp::Recipe::matched).empty());
+  CHECK(raised(clean, dsp::Recipe::paper).empty());
+  const auto with = [&](double base_laser, double payload_accelerometer) {
+    dsp::Recording recording = clean;
+    recording.samples.col(0) *= base_laser;
+    recording.samples.col(3) *= payload_accelerometer;
+    return recording;
+  };
+  const auto one = [&](const dsp::Recording& recording, const std::string& name, const std::string& line) {
+    const Lines lines = raised(recording, dsp::Recipe::matched, described());
+    INFO(name);
+    REQUIRE(lines.size() == 1);
+    CHECK(lines[0].first == name);
+    CHECK_THAT(lines[0].second, Catch::Contains("In side.toml, [[channel]] name = \"") && Catch::Contains(line) &&
+                                    !Catch::Contains("\n"));
+  };
+  one(with(1.0, 1.02), "sensor.gain", "payload_accelerometer\": sensitivity = \"10");
+  one(with(1.0, -1.0), "! sensor.polarity", "payload_accelerometer\" or its partner");
+  one(with(1000.0, 1.0), "! sensor.unit", "base_laser\": sensitivity = \"1.14");
+  one(with(1.0, 1.0 / 9.80665), "! sensor.unit", "payload_accelerometer\": sensitivity = \"10.");
+  dsp::Recording late = clean;  // 1.7 samples at 256 Hz, as a mixture of the two neighbours' neighbours
+  const Eigen::Index n = late.samples.rows();
+  for (Eigen::Index i = 2; i < n; ++i)
+    late.samples(i, 1) = 0.3 * clean.samples(i - 1, 1) + 0.7 * clean.samples(i - 2, 1);
+  one(late, "sensor.lag", "payload_laser\": delay = \"6.6");
+  // A recipe that takes the sensors as they are says that nothing was corrected.
+  const Lines uncorrected = raised(with(1.0, 1.02), dsp::Recipe::paper);
+  REQUIRE(uncorrected.size() == 1);
+  CHECK(uncorrected[0].first == "! sensor.gain");
+  CHECK_THAT(uncorrected[0].second, Catch::Contains("not corrected"));
+}
+
+TEST_CASE("lines for a channel given by its unit", "[apps][sensor_checks]") {
+  dsp::ChannelSpec channel;
+  channel.role = dsp::Role::ddy;
+  channel.unit = "g";
+  const dsp::SensorFault gain{.kind = dsp::SensorFaultKind::gain, .sensitivity_factor = 1.02};
+  CHECK(apps::remedy(gain, &channel) == "full_scale = \"9.61436 m/s^2\"");  // 9.80665 / 1.02
+  const dsp::SensorFault unit{.kind = dsp::SensorFaultKind::unit, .limit = 1e-3};
+  CHECK(apps::remedy(unit, &channel) == "unit = \"mm\"");
+  channel.delay_s = 1e-3;
+  CHECK(apps::remedy({.kind = dsp::SensorFaultKind::lag, .delay_s = 5e-4}, &channel) == "delay = \"1.5 ms\"");
+  CHECK(apps::remedy({.kind = dsp::SensorFaultKind::corner, .highpass_hz = {0.4, 0.3}}, &channel) ==
+        "highpass = [0.4, 0.3]");
+}
+
+TEST_CASE("sensors of twenty clean records raise nothing", "[.][study][sensor_checks]") {
+  for (std::uint64_t seed = 201; seed <= 220; ++seed) {
+    INFO("seed " << seed);
+    const dsp::Recording clean = record(seed).recording;
+    CHECK(raised(clean, dsp::Recipe::matched).empty());
+    CHECK(raised(clean, dsp::Recipe::paper).empty());
+  }
+}
+
+TEST_CASE("the report and quality.json name what a sidecar gets wrong", "[apps][sensor_checks]") {
+  const Scratch folder;
+  const std::string bus = std::string(ARDENT_DATA) + "/qzs_bus_256.flac";
+  std::string side = support::bytes_of(bus + ".toml");
+  const auto at = side.rfind("100 mV/g");  // the payload's accelerometer, said to be the other way round
+  side.insert(at + 9, "\nsign = -1");
+  (void)folder.file("side.toml", side);
+  (void)folder.file("run.toml", "schema = 1\n[[recording]]\nfile = \"" + bus +
+                                    "\"\nsidecar = \"side.toml\"\n[prepare]\nrate_hz = 25.6\ncutoff_hz = 10.24\n"
+                                    "[library]\norder = 1\n[fit]\nmethods = [\"ols\"]\n");
+  const auto ended = support::run(folder, "$ARDENT run run.toml -o run");
+  CAPTURE(ended.err);
+  REQUIRE(ended.code == 0);
+  CHECK_THAT(ended.err, Catch::Contains("[sensor.polarity]"));
+  const auto report = support::bytes_of(folder / "run/equation.txt");
+  CHECK_THAT(report, Catch::Contains("opposite signs") && Catch::Contains("sign = 1"));
+  const json quality = json::parse(support::bytes_of(folder / "run/quality.json"));
+  CHECK(quality["pairs"][1]["gain"].get<double>() == Approx(-0.989).margin(2e-3));
+}

@@ -1,0 +1,111 @@
+#include "apps/verdict.hpp"
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "support/program.hpp"
+
+using apps::Describes;
+using nlohmann::json;
+using support::Scratch;
+
+namespace {
+
+/// A range with one fit of a = -50 x - 0.8 v that leaves `error` of the target over and runs free to `free_run`.
+apps::RangeResult range(const std::string& name, double free_run, double error, double stiffness = -50.0) {
+  apps::RangeResult result;
+  result.spec.name = result.regime = name;
+  result.target = Eigen::VectorXd::Constant(2, 1.0);
+  apps::JudgedFit fit;
+  fit.model = {
+      "a", "m/s^2", {{.name = "x", .mean = stiffness, .scale = 0.02}, {.name = "v", .mean = -0.8, .scale = 0.2}}};
+  fit.train = fit.train_centred = fit.test = fit.test_centred = {error, {}};
+  fit.whiteness = {.p_value = 0.4, .peak_share = 0.2, .tested = true, .white = true};
+  fit.free_run.nmse = free_run;
+  fit.free_run.applies = true;
+  result.fits = {fit};
+  return result;
+}
+
+apps::Verdict of(const apps::RangeResult& result) {
+  return apps::verdict({result}, 0, 0);
+}
+
+}  // namespace
+
+TEST_CASE("the free run decides whether an equation describes its record", "[apps][verdict]") {
+  auto good = range("low", 1e-4, 1e-5);
+  CHECK(of(good).describes == Describes::yes);
+  CHECK_THAT(of(good).sentence, Catch::StartsWith("This equation describes the record: left to itself it follows x"));
+  CHECK(of(range("low", 0.05, 1e-5)).describes == Describes::in_part);
+  // A one-step error of half a per cent hides a free run that fails.
+  CHECK(of(range("low", 0.37, 5e-3)).describes == Describes::no);
+  CHECK_THAT(of(range("low", 0.37, 5e-3)).sentence,
+             Catch::StartsWith("This equation does not describe the record") && Catch::Contains("0.37"));
+  auto away = good;
+  away.fits[0].free_run.diverged_after_s = 3.0;
+  away.fits[0].free_run.reason = "diverged after 3 s";
+  CHECK(of(away).describes == Describes::no);
+  auto none = good;
+  none.fits[0].free_run.reason = "no test stretch is long enough";
+  CHECK(of(none).describes == Describes::unknown);
+  CHECK_THAT(of(none).sentence, Catch::Contains("is not known") && Catch::Contains("long enough"));
+}
+
+TEST_CASE("sensors out of step and rows it was fitted to take the yes away", "[apps][verdict]") {
+  auto result = range("low", 1e-4, 1e-5);
+  result.power_balance = 3e-4;
+  CHECK(of(result).describes == Describes::yes);
+  CHECK_THAT(of(result).sentence, Catch::Contains("in step"));
+  result.power_balance = 0.3;
+  CHECK(of(result).describes == Describes::in_part);
+  CHECK_THAT(of(result).sentence, Catch::Contains("reads as damping"));
+  result = range("low", 1e-4, 1e-3);
+  result.fits[0].test = result.fits[0].test_centred = {0.05, {}};
+  CHECK(of(result).describes == Describes::in_part);
+}
+
+TEST_CASE("ranges that have another equation are named with the terms", "[apps][verdict]") {
+  const auto low = range("low", 1e-4, 1e-5), high = range("high", 1e-4, 1e-5, -51.0);
+  CHECK(apps::verdict({low, high}, 0, 0).describes == Describes::yes);
+  CHECK_THAT(apps::verdict({low, high}, 0, 0).sentence, Catch::Contains("high agrees"));
+  const auto other = range("high", 1e-4, 1e-5, -70.0);
+  CHECK(apps::verdict({low, other}, 0, 0).describes == Describes::in_part);
+  CHECK_THAT(apps::verdict({low, other}, 0, 0).sentence, Catch::Contains("high has another x"));
+  CHECK(apps::verdict({low, range("mixed", 1e-4, 1e-5, -70.0)}, 0, 0).describes == Describes::yes);
+}
+
+TEST_CASE("a force law is judged by what it leaves over", "[apps][verdict]") {
+  auto law = range("all", 0.0, 0.01);
+  law.fits[0].free_run.applies = false;
+  law.fits[0].free_run.reason = "an equation for f is no equation of motion";
+  CHECK(of(law).describes == Describes::yes);
+  law.fits[0].whiteness.white = false;
+  CHECK(of(law).describes == Describes::in_part);
+  law.fits[0].test_centred = {0.22, {}};
+  CHECK(of(law).describes == Describes::no);
+  CHECK_THAT(of(law).sentence, Catch::Contains("22 %") && Catch::Contains("inner state is missing"));
+  law.fits[0].model.terms.clear();
+  CHECK_THAT(of(law).sentence, Catch::Contains("No equation was found"));
+}
+
+TEST_CASE("a rig inside the library is described, one with physics outside it is not", "[apps][verdict][rig]") {
+  const Scratch folder;
+  const auto words = [&](const std::string& twin) {
+    const auto made = support::run(
+        folder, "$ARDENT -q sim qzs --raw --rate 256 --container flac --twin " + twin + " --duration 900 -o " + twin);
+    REQUIRE(made.code == 0);
+    const auto ended = support::run(
+        folder, "$ARDENT -q run " + twin + "/recording.flac -o " + twin +
+                    "-run --set prepare.rate_hz=25.6 --set prepare.cutoff_hz=10.24 --set library.order=0 --set "
+                    "'library.terms=[\"x\",\"v\",\"x^3\",\"sgn(v)\",\"ddr\"]' --set 'fit.methods=[\"fast_rvm\"]'");
+    CAPTURE(ended.err);
+    REQUIRE(ended.code == 0);
+    return json::parse(support::bytes_of(folder / (twin + "-run/equation.json")))["equations"][0];
+  };
+  const json inside = words("T0"), outside = words("T1");
+  CHECK(inside["describes"] == "yes");
+  CHECK(outside["describes"] == "no");
+  CHECK_THAT(outside["verdict"].get<std::string>(), Catch::StartsWith("This equation does not describe the record"));
+  CHECK(outside["trust"] == "not to be trusted");
+}
