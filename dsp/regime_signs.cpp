@@ -82,7 +82,8 @@ double displacement_noise(const VectorXd& x, double rate_hz, double period_s) {
 VectorXd phase_between(const VectorXd& x, const VectorXd& r, Index half) {
   const VectorXd xx = moving_mean(x.cwiseAbs2(), half), rr = moving_mean(r.cwiseAbs2(), half),
                  xr = moving_mean(x.cwiseProduct(r), half);
-  const double still = 0.01 * rr.maxCoeff();  // a tenth of the largest amplitude
+  // A tenth of its largest amplitude, or a fiftieth of x's, is no motion of a base.
+  const double still = std::max(0.01 * rr.maxCoeff(), 4e-4 * xx.maxCoeff());
   return VectorXd::NullaryExpr(
       x.size(), [&](Index i) { return rr(i) > still && xx(i) > 0.0 ? xr(i) / std::sqrt(xx(i) * rr(i)) : 0.0; });
 }

@@ -18,6 +18,7 @@ struct RegimeSigns {
   /// still; empty where no base was measured
   Eigen::VectorXd phase;
   std::vector<unsigned char> excluded;
+  [[nodiscard]] bool base_moves() const { return phase.size() > 0 && !phase.isZero(0.0); }
   [[nodiscard]] Eigen::Index num_samples() const { return envelope_m.size(); }
   /// At least 1.
   [[nodiscard]] Eigen::Index samples_in(double seconds) const;

@@ -178,6 +178,7 @@ bool against_base(const RegimeSigns& signs, Index sample) {
 void choose_stick(const RegimeSigns& signs, Segmentation& result) {
   SegmentOptions& options = result.options;
   if (options.stick_duration_s == 0.0) options.stick_duration_s = signs.period_s / 20.0;
+  if (options.stick_margin_s == 0.0) options.stick_margin_s = signs.base_moves() ? 1.0 : signs.period_s / 6.0;
   if (options.stick_speed_m_per_s > 0.0) return;
   constexpr double share = 0.05, noise_deviations = 3.0;
   const double by_motion = share * small_velocity_amplitude(signs),
@@ -195,7 +196,7 @@ void choose_high(const RegimeSigns& signs, const std::vector<bool>& stuck, Segme
   SegmentOptions& options = result.options;
   if (options.high_enter_m > 0.0) {
     if (options.high_leave_m == 0.0) options.high_leave_m = 0.55 * options.high_enter_m;
-  } else if (signs.phase.size() > 0 && !signs.phase.isZero(0.0)) {
+  } else if (signs.base_moves()) {
     choose_by_phase(signs, stuck, result);
   } else {
     choose_by_growth(signs, stuck, result);

@@ -29,7 +29,7 @@ struct Segment {
 struct SegmentOptions {
   double stick_speed_m_per_s = 0.0;  ///< slower than this for stick_duration_s is a stop
   double stick_duration_s = 0.0;
-  double stick_margin_s = 1.0;     ///< stops are dilated by this to either side
+  double stick_margin_s = 0.0;     ///< stops are dilated by this to either side
   double high_enter_m = 0.0;       ///< the amplitude envelope above this is high,
   double high_leave_m = 0.0;       ///< until it falls below this
   double envelope_window_s = 2.0;  ///< envelope: half of max - min of x over this window,
@@ -52,7 +52,8 @@ struct Segmentation {
 /// Thresholds from the record, T its dominant period:
 /// - stick: |v|, low-passed at 6.5 / T, below 0.05 of the velocity amplitude that 97 of 100 cycles in motion exceed, or
 ///   below three times the noise of v (from the spectrum of x between 10 / T and 16 / T) where that is more, for T / 20
-///   longer than passing through zero at that slope would take. Shorter stops are not seen.
+///   longer than passing through zero at that slope would take. Shorter stops are not seen. Margins of 1 s; where the
+///   base is still, of T / 6, because friction ends a free decay within seconds.
 /// - high, with a base: on the upper branch x moves in phase with r, on the lower one against it. high_enter is the
 ///   geometric mean of the largest amplitude settled on the lower branch (up to ten periods before a jump) and the
 ///   smallest settled after a jump; high_leave is 0.85 of the smallest settled on the upper branch, and below
