@@ -21,6 +21,7 @@
 #include "apps/results_json.hpp"
 #include "apps/run_command.hpp"
 #include "apps/simulate_command.hpp"
+#include "apps/study_command.hpp"
 #include "apps/terms_command.hpp"
 #include "apps/version.hpp"
 
@@ -112,10 +113,10 @@ void add_info(CLI::App& app, const GlobalOptions& global, Command& chosen) {
   });
 }
 
-/// run, prep and check share their arguments.
-void add_run(CLI::App& app, const char* name, const char* help, const GlobalOptions& global,
-             const std::vector<std::string>& command_line, Command& chosen,
-             std::function<int(const RunArguments&, Console&)> action) {
+/// run, prep, check and study share their arguments.
+CLI::App* add_run(CLI::App& app, const char* name, const char* help, const GlobalOptions& global,
+                  const std::vector<std::string>& command_line, Command& chosen,
+                  std::function<int(const RunArguments&, Console&)> action) {
   auto* command = app.add_subcommand(name, help);
   auto arguments = std::make_shared<RunArguments>();
   auto max_memory_mb = std::make_shared<std::size_t>(0);
@@ -139,6 +140,24 @@ void add_run(CLI::App& app, const char* name, const char* help, const GlobalOpti
       return action(all, console);
     };
   });
+  return command;
+}
+
+void add_study(CLI::App& app, const GlobalOptions& global, const std::vector<std::string>& command_line,
+               Command& chosen) {
+  auto varied = std::make_shared<StudyArguments>();
+  auto* command = add_run(app, "study", "How an identification depends on its settings", global, command_line, chosen,
+                          [varied](const RunArguments& arguments, Console& console) {
+                            varied->run = arguments;
+                            return run_study(*varied, console);
+                          });
+  command
+      ->add_option(
+          "--over", varied->over,
+          "order, cutoff_hz, rolloff_hz, tau, threshold, selection, recipe, train_share, target, or any key of "
+          "a config: KEY=V1,V2,...")
+      ->allow_extra_args(false);
+  command->add_flag("--grid", varied->grid, "Every combination instead of one setting at a time");
 }
 
 void add_fit(CLI::App& app, const GlobalOptions& global, Command& chosen) {
@@ -328,6 +347,7 @@ void add_commands(CLI::App& app, const GlobalOptions& global, const std::vector<
             run_preparation(arguments, console);
             return 0;
           });
+  add_study(app, global, command_line, chosen);
   add_sim(app, global, chosen);
   add_frc(app, global, chosen);
   add_replicate(app, global, chosen);

@@ -146,7 +146,39 @@ FitConfig read_fit(const dsp::Settings& table) {
   result.threshold = table.number("threshold", result.threshold, not_negative);
   result.ridge_lambda = table.number("ridge_lambda", result.ridge_lambda, positive);
   result.lasso_lambda = table.number("lasso_lambda", result.lasso_lambda, not_negative);
+  result.train_share = table.number("train_share", result.train_share, {.from = 0.0, .to = 1.0, .above = true});
   result.unit_norm_threshold = table.choice("threshold_on", "unit-norm", {"unit-norm", "raw"}) == "unit-norm";
+  return result;
+}
+
+/// Short names of what is worth varying; other keys are written in full.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 9> study_keys{{{"order", "library.order"},
+                                                                                   {"cutoff_hz", "prepare.cutoff_hz"},
+                                                                                   {"rolloff_hz", "prepare.rolloff_hz"},
+                                                                                   {"recipe", "prepare.recipe"},
+                                                                                   {"tau", "fit.tau"},
+                                                                                   {"threshold", "fit.threshold"},
+                                                                                   {"selection", "fit.selection"},
+                                                                                   {"train_share", "fit.train_share"},
+                                                                                   {"target", "fit.target"}}};
+
+std::vector<StudyAxis> read_study(const dsp::Settings& table) {
+  std::vector<StudyAxis> result;
+  for (const std::string& key : table.keys()) {
+    const std::string full = study_key(key);
+    if (full == key) {
+      std::vector<std::string_view> known;
+      for (const auto& [name, path] : study_keys) known.push_back(name);
+      throw table.fault(key, "config.unknown_key", fmt::format("want one of {}", fmt::join(known, ", ")));
+    }
+    StudyAxis axis{full, {}};
+    if (key == "recipe" || key == "selection" || key == "target")
+      axis.values = table.texts(key);
+    else
+      for (const double value : table.numbers(key)) axis.values.push_back(fmt::format("{}", value));
+    if (axis.values.empty()) throw table.fault(key, "config.missing", "no value. Give at least one");
+    result.push_back(std::move(axis));
+  }
   return result;
 }
 
@@ -241,6 +273,7 @@ std::string fit_text(const FitConfig& fit) {
                                  text_array(methods), to_string(fit.selection));
   if (fit.tau >= 0.0) text += fmt::format("tau = {}\n", real(fit.tau));
   if (fit.lasso_lambda >= 0.0) text += fmt::format("lasso_lambda = {}\n", real(fit.lasso_lambda));
+  text += fmt::format("train_share = {}\n", real(fit.train_share));
   return text + fmt::format("ridge_lambda = {}\nthreshold = {}\nthreshold_on = \"{}\"\n\n", real(fit.ridge_lambda),
                             real(fit.threshold), fit.unit_norm_threshold ? "unit-norm" : "raw");
 }
@@ -257,6 +290,12 @@ std::string range_text(const Range& range) {
 }
 
 }  // namespace
+
+std::string study_key(const std::string& name) {
+  const auto known =
+      std::find_if(study_keys.begin(), study_keys.end(), [&](const auto& key) { return key.first == name; });
+  return known == study_keys.end() ? name : std::string(known->second);
+}
 
 Config read_config(const fs::path& input, const std::vector<std::string>& overrides) {
   const bool is_config = input.extension() == ".toml";
@@ -282,6 +321,7 @@ Config read_config(const fs::path& input, const std::vector<std::string>& overri
   config.default_terms = !library.has("terms") && config.library.order > 0;
   config.library_place = library.place(library.has("terms") ? "terms" : "order");
   config.fit = read_fit(document.table("fit"));
+  config.study = read_study(document.table("study"));
   config.ranges = read_range_tables(document, config.recordings);
   if (config.recordings.empty() && document.has("channel"))
     throw document.fault("", "config.missing", "this is a sidecar, not a config. Name the recording beside it");

@@ -38,10 +38,17 @@ struct FitConfig {
   ident::Selection selection = ident::Selection::evidence;
   double tau = -1.0;                                   ///< negative: ln m + 2 ln b (evidence) or 0 (type2)
   double threshold = 0.02;                             ///< of STLSQ
+  double train_share = 0.6;                            ///< of a range's rows, where its train_to is left out
   bool unit_norm_threshold = true;                     ///< threshold on |c_j| ||phi_j|| / ||t||; else on |c_j| as it is
   double ridge_lambda = ident::RidgeOptions{}.lambda;  ///< on unit-norm columns
   double lasso_lambda = ident::LassoOptions{}.lambda;  ///< share of the largest useful one; negative: by BIC
   std::string place;                                   ///< of `target` in the config
+};
+
+/// A setting and the values a study gives it, as `--set` would take them.
+struct StudyAxis {
+  std::string key;  ///< "library.order"
+  std::vector<std::string> values;
 };
 
 struct Config {
@@ -56,13 +63,17 @@ struct Config {
   ident::LibraryOptions library;
   bool default_terms = false;  ///< `terms` was left out: sgn(v) and the inputs that were measured
   FitConfig fit;
-  std::vector<Range> ranges;  ///< empty: one for each recording, named after it
-  std::string library_place;  ///< file:line of `terms`, for messages
+  std::vector<StudyAxis> study;  ///< [study]: what `ardent study` varies; a run takes no notice
+  std::vector<Range> ranges;     ///< empty: one for each recording, named after it
+  std::string library_place;     ///< file:line of `terms`, for messages
 };
 
 /// Reads INPUT: a config where its name ends in .toml, else a recording with the defaults for the rest. Overrides read
 /// `a.b=c`. Throws dsp::Fault (usage, config.*): every message begins with file:line.
 [[nodiscard]] Config read_config(const std::filesystem::path& input, const std::vector<std::string>& overrides = {});
+
+/// The full key of a setting that a study may call by a short name: "order" is "library.order". Others stay.
+[[nodiscard]] std::string study_key(const std::string& name);
 
 /// The config as TOML with nothing left to a default but what differs between recordings. Files are written relative
 /// to `folder`, where the text is to live.

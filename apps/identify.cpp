@@ -23,7 +23,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double training_share = 0.6;
 
 dsp::Fault range_fault(const dsp::RangeSpec& spec, std::string name, const std::string& what) {
   const std::string place = spec.place.empty() ? "" : spec.place + ": ";
@@ -62,10 +61,11 @@ std::vector<unsigned char> condition_rows(const dsp::RangeSpec& spec, const dsp:
   }
 }
 
-/// First sample that is tested: train_to, or the first after 60 % of the rows.
-Index split_sample(const dsp::RangeSpec& spec, const dsp::Motion& signals, const std::vector<Index>& kept) {
+/// First sample that is tested: train_to, or the first after the training share of the rows.
+Index split_sample(const Range& range, const dsp::Motion& signals, const std::vector<Index>& kept) {
+  const dsp::RangeSpec& spec = range.spec;
   if (spec.train_to_s) return static_cast<Index>(std::ceil(*spec.train_to_s * signals.sample_rate_hz - 1e-9));
-  const auto num_train = static_cast<std::size_t>(std::llround(training_share * static_cast<double>(kept.size())));
+  const auto num_train = static_cast<std::size_t>(std::llround(range.train_share * static_cast<double>(kept.size())));
   return num_train < kept.size() ? kept[num_train] : signals.num_samples();
 }
 
@@ -251,7 +251,7 @@ SplitSamples split_range(const Range& range, const std::vector<Columns>& recordi
     const dsp::Motion& signals = *recordings[r].signals;
     longest_s = std::max(longest_s, static_cast<double>(signals.num_samples()) / signals.sample_rate_hz);
     const Samples samples = samples_of(range, recordings[r], condition_rows(spec, signals));
-    const Index split = split_sample(spec, signals, samples.kept);
+    const Index split = split_sample(range, signals, samples.kept);
     for (const Index i : samples.kept) (i < split ? result.rows.train : result.rows.test).push_back({r, i});
     add_stretches(samples.usable, 0, split, signals.sample_rate_hz, result.rows.train_s);
     add_stretches(samples.usable, split, signals.num_samples(), signals.sample_rate_hz, result.rows.test_s);

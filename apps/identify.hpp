@@ -72,7 +72,7 @@ struct IdentifyOptions {
 };
 
 /// Samples of the range: inside [from, to), not excluded, not at a spoilt end, of its regime, `where` true; training
-/// rows before train_to, or the first 60 % of each recording's rows. Throws dsp::Fault (usage, "range.outside",
+/// rows before train_to, or the first train_share of each recording's rows. Throws dsp::Fault (usage, "range.outside",
 /// "range.empty", "term.*" for the condition) with the range's place in the config.
 [[nodiscard]] RangeRows range_rows(const Range& range, const std::vector<Columns>& recordings);
 

@@ -37,16 +37,6 @@ void report_checks(const std::vector<dsp::Check>& checks, const std::string& nam
   }
 }
 
-/// A raw recording is brought down to the paper's 25.6 Hz unless a rate is asked for: nothing in a suspension moves at
-/// kilohertz.
-dsp::PrepareOptions rate_settled(dsp::PrepareOptions options, double sample_rate_hz) {
-  constexpr double raw_from_hz = 2000.0, regression_rate_hz = 25.6, cutoff_hz = 10.24;
-  if (options.rate_hz > 0.0 || options.cutoff_hz > 0.0 || sample_rate_hz < raw_from_hz) return options;
-  options.rate_hz = regression_rate_hz;
-  options.cutoff_hz = cutoff_hz;
-  return options;
-}
-
 void find_regimes(Input& input, const Config& config, Console& console) {
   if (!config.segment_file.empty())
     input.segmentation = apply_segments(read_segments(config.segment_file), config.segment_file, input.prepared);
@@ -231,6 +221,14 @@ void settle_prepare(dsp::PrepareOptions& options, const std::vector<Input>& inpu
 
 }  // namespace
 
+dsp::PrepareOptions rate_settled(dsp::PrepareOptions options, double sample_rate_hz) {
+  constexpr double raw_from_hz = 2000.0, regression_rate_hz = 25.6, cutoff_hz = 10.24;
+  if (options.rate_hz > 0.0 || options.cutoff_hz > 0.0 || sample_rate_hz < raw_from_hz) return options;
+  options.rate_hz = regression_rate_hz;
+  options.cutoff_hz = cutoff_hz;
+  return options;
+}
+
 dsp::ReadOptions read_options(const RecordingConfig& recording, std::size_t max_memory_bytes) {
   dsp::ReadOptions options;
   options.sidecar = recording.sidecar;
@@ -298,6 +296,7 @@ void settle(Config& config, std::vector<Input>& inputs, Console& console) {
     for (std::size_t b = 0; b < a; ++b)
       if (may_overlap(config.ranges[a], config.ranges[b]))
         console.note(fmt::format("ranges {} and {} overlap", config.ranges[b].spec.name, config.ranges[a].spec.name));
+  for (Range& range : config.ranges) range.train_share = config.fit.train_share;
   settle_terms(config, inputs);
   settle_zero(config, inputs, console);
   settle_prepare(config.prepare, inputs);

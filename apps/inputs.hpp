@@ -28,6 +28,10 @@ struct Input {
 
 [[nodiscard]] dsp::ReadOptions read_options(const RecordingConfig& recording, std::size_t max_memory_bytes);
 
+/// A raw recording is brought down to the paper's 25.6 Hz unless a rate or a cut-off is asked for: nothing in a
+/// suspension moves at kilohertz.
+[[nodiscard]] dsp::PrepareOptions rate_settled(dsp::PrepareOptions options, double sample_rate_hz);
+
 /// The files a run would read, without reading them: recordings and sidecars that are there.
 [[nodiscard]] std::vector<std::filesystem::path> input_files(const Config& config);
 

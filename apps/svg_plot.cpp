@@ -90,25 +90,37 @@ std::string text_element(double x, double y, const char* anchor, const std::stri
                      escaped(text));
 }
 
+/// Where an axis has ticks, and what stands there.
+struct Tick {
+  double value = 0.0;
+  std::string label;
+};
+
+std::vector<Tick> ticks_of(const Limits& limits, int most, const std::vector<std::string>& names) {
+  std::vector<Tick> ticks;
+  for (std::size_t i = 0; i < names.size(); ++i) ticks.push_back({static_cast<double>(i), names[i]});
+  if (!names.empty()) return ticks;
+  const std::vector<double> values = nice_ticks(limits.first, limits.second, most);
+  for (const double value : values)
+    ticks.push_back({value, tick_label(value, values.size() > 1 ? values[1] - values[0] : 1.0)});
+  return ticks;
+}
+
 std::string axes(const PlotPanel& panel, const Frame& frame) {
   std::string out = fmt::format(
       "<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" fill=\"none\" stroke=\"#444444\"/>\n",
       frame.left, frame.top, frame.width, frame.height);
   const double bottom = frame.top + frame.height;
-  const auto x_ticks = nice_ticks(frame.x.first, frame.x.second, most_x_ticks);
-  for (const double tick : x_ticks) {
-    const double x = frame.at(tick, frame.y.first).first;
+  for (const auto& [value, label] : ticks_of(frame.x, most_x_ticks, panel.x_names)) {
+    const double x = frame.at(value, frame.y.first).first;
     out += fmt::format("<path d=\"M{:.2f} {:.2f}V{:.2f}\" stroke=\"#dddddd\"/>\n", x, frame.top, bottom);
-    out +=
-        text_element(x, bottom + 16.0, "middle", tick_label(tick, x_ticks.size() > 1 ? x_ticks[1] - x_ticks[0] : 1.0));
+    out += text_element(x, bottom + 16.0, "middle", label);
   }
-  const auto y_ticks = nice_ticks(frame.y.first, frame.y.second, most_y_ticks);
-  for (const double tick : y_ticks) {
-    const double y = frame.at(frame.x.first, tick).second;
+  for (const auto& [value, label] : ticks_of(frame.y, most_y_ticks, panel.y_names)) {
+    const double y = frame.at(frame.x.first, value).second;
     out += fmt::format("<path d=\"M{:.2f} {:.2f}H{:.2f}\" stroke=\"#dddddd\"/>\n", frame.left, y,
                        frame.left + frame.width);
-    out += text_element(frame.left - 6.0, y + 4.0, "end",
-                        tick_label(tick, y_ticks.size() > 1 ? y_ticks[1] - y_ticks[0] : 1.0));
+    out += text_element(frame.left - 6.0, y + 4.0, "end", label);
   }
   out += text_element(frame.left + 0.5 * frame.width, bottom + 36.0, "middle", panel.x_label);
   const double middle = frame.top + 0.5 * frame.height, label = frame.left - 56.0;

@@ -35,6 +35,7 @@ struct PrepareOptions {
   AccelerationSource acceleration = AccelerationSource::automatic;
   bool equalise = true;  ///< "matched": displacements and accelerometers of one body brought to agree
   ScaleReference scale = ScaleReference::displacement;
+  bool operator==(const PrepareOptions&) const = default;
 };
 
 /// A recording ready for regression.

@@ -1,0 +1,65 @@
+#pragma once
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "apps/config.hpp"
+#include "apps/console.hpp"
+#include "apps/identify.hpp"
+
+// How an identification depends on what a person had to choose (Sec. 5.2 of [QZS23] does this by hand).
+
+namespace apps {
+
+/// "KEY=V1,V2,..." as typed; KEY in full or by its short name. Commas in brackets or quotes do not part. Throws
+/// dsp::Fault (usage, "study.over").
+[[nodiscard]] StudyAxis parse_axis(const std::string& text);
+
+/// What is worth varying where nothing was asked for: order (unless the terms are all given by name), tau, the
+/// threshold of sindy, the training share and the cut-off, each from well below to above what `config` has. rate_hz: of
+/// the first recording.
+[[nodiscard]] std::vector<StudyAxis> default_axes(const Config& config, double rate_hz);
+
+/// One combination of settings, on top of the config.
+struct StudyCell {
+  int axis = -1;                                             ///< varied alone; -1: the config as it is, or a grid
+  std::vector<std::pair<std::string, std::string>> setting;  ///< key and value; none: as it is
+  [[nodiscard]] std::string label() const;                   ///< "library.order=2 fit.tau=10"; "as it is"
+};
+/// The config as it is and each value of each axis alone; or, as a grid, every combination.
+[[nodiscard]] std::vector<StudyCell> study_cells(const std::vector<StudyAxis>& axes, bool grid);
+
+/// What one cell gave on one range; models and figures only.
+struct StudyRange {
+  std::string name;
+  std::vector<std::string> terms;  ///< of the library
+  std::size_t num_train = 0, num_test = 0;
+  std::vector<JudgedFit> fits;
+};
+struct StudyResult {
+  StudyCell cell;
+  std::vector<StudyRange> ranges;
+  std::string trouble;  ///< not empty: numerics ended it, and how
+};
+
+struct StudyRequest {
+  std::filesystem::path input;
+  std::vector<std::string> set;         ///< overrides of every cell
+  std::function<void(Config&)> adjust;  ///< applied to every cell's config
+  std::vector<StudyCell> cells;
+  double sample_rate_hz = 0.0;  ///< of the first recording
+  std::size_t max_memory_bytes = 0;
+  int num_threads = 1;
+  bool strict = false;
+};
+
+/// Every recording is read once, prepared once for each way of preparing, and its columns are formed once for each
+/// library; each cell's fits are those of a run with its settings, but that a cell with fit.train_share takes no notice
+/// of train_to, and that a cut-off takes a given roll-off with it in proportion. In a study of single axes, those of
+/// tau and selection are fitted by the relevance vector machines only, that of the threshold by sindy. Throws
+/// dsp::Fault for what is wrong with a setting before anything is read.
+[[nodiscard]] std::vector<StudyResult> run_cells(const StudyRequest& request, Console& console);
+
+}  // namespace apps

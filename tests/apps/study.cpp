@@ -1,0 +1,139 @@
+#include "apps/study.hpp"
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "support/fault.hpp"
+#include "support/program.hpp"
+
+using nlohmann::json;
+using support::Scratch;
+
+namespace {
+
+/// A folder with a simulated Duffing oscillator and a config for it.
+const Scratch& bench() {
+  static const Scratch folder;
+  static const support::Ended made = support::run(folder, "$ARDENT sim duffing -o duffing --noise 0.02");
+  REQUIRE(made.code == 0);
+  (void)folder.file("duffing.toml",
+                    "schema = 1\n[[recording]]\nfile = \"duffing/response.csv\"\n[prepare]\ncutoff_hz = 20\nrolloff_hz "
+                    "= 16\n[library]\norder = 3\nterms = [\"f\"]\n[fit]\nmethods = [\"fast_rvm\", \"sindy\"]\n");
+  return folder;
+}
+
+/// The fits of the first range of a run's metrics.json, in the form of a study's cells.
+json fits_of(const Scratch& folder, const std::string& run) {
+  return json::parse(support::bytes_of(folder / (run + "/metrics.json")))["ranges"][0]["methods"];
+}
+
+void check_same(const json& cell, const json& fit) {
+  CAPTURE(cell["setting"].dump(), cell["method"].dump());
+  CHECK(cell["method"] == fit["method"]);
+  for (const char* key : {"train", "test", "free_run"}) CHECK(cell["nmse"][key] == fit["nmse"][key]);
+  REQUIRE(cell["terms"].size() == fit["terms"].size());
+  for (std::size_t i = 0; i < fit["terms"].size(); ++i)
+    for (const char* key : {"name", "mean", "std"}) CHECK(cell["terms"][i][key] == fit["terms"][i][key]);
+}
+
+}  // namespace
+
+TEST_CASE("an axis is read from what was typed", "[apps][study_command]") {
+  const apps::StudyAxis cutoff = apps::parse_axis("cutoff_hz=6,8,10.24");
+  CHECK(cutoff.key == "prepare.cutoff_hz");
+  CHECK(cutoff.values == std::vector<std::string>{"6", "8", "10.24"});
+  const apps::StudyAxis terms = apps::parse_axis("library.terms=[\"x\", \"v\"],[\"x\",\"exp(x,)\"]");
+  CHECK(terms.key == "library.terms");
+  CHECK(terms.values == std::vector<std::string>{"[\"x\", \"v\"]", "[\"x\",\"exp(x,)\"]"});
+  for (const char* text : {"tau", "=1,2", "speed=1", "tau=1,,2", "tau="}) {
+    CAPTURE(text);
+    support::check_fault([&] { (void)apps::parse_axis(text); }, dsp::FaultKind::usage, "study.over",
+                         {text, "want KEY"});
+  }
+}
+
+TEST_CASE("cells are each value alone, or every combination", "[apps][study_command]") {
+  const std::vector<apps::StudyAxis> axes{{"library.order", {"1", "2", "3"}}, {"fit.tau", {"5", "10"}}};
+  const auto alone = apps::study_cells(axes, false), grid = apps::study_cells(axes, true);
+  REQUIRE(alone.size() == 1 + 3 + 2);
+  CHECK(alone[0].label() == "as it is");
+  CHECK(alone[4].label() == "fit.tau=5");
+  CHECK(alone[4].axis == 1);
+  REQUIRE(grid.size() == 3 * 2);
+  CHECK(grid[1].label() == "library.order=1 fit.tau=10");
+  CHECK(grid[1].axis == -1);
+}
+
+TEST_CASE("every cell of a study is a run with its settings", "[apps][study_command]") {
+  const Scratch& folder = bench();
+  const auto ended = support::run(folder,
+                                  "$ARDENT study duffing.toml -o study --over order=2,3 --over cutoff_hz=10,20 "
+                                  "--over train_share=0.4 --over tau=60");
+  CAPTURE(ended.err);
+  REQUIRE(ended.code == 0);
+  for (const char* name : {"study.txt", "study.csv", "study.svg"})
+    CHECK(std::filesystem::exists(folder / ("study/" + std::string(name))) == (std::string(name) != "study.svg"));
+  const json cells = json::parse(support::bytes_of(folder / "study/study.json"))["cells"];
+  REQUIRE(cells.size() == 2 * (1 + 2 + 2 + 1) + 1);  // tau is no affair of sindy's
+
+  const std::map<std::string, std::string> runs{
+      {"{}", ""},
+      {"{\"library.order\":\"2\"}", "--set library.order=2"},
+      {"{\"prepare.cutoff_hz\":\"10\"}", "--set prepare.cutoff_hz=10 --set prepare.rolloff_hz=8"},
+      {"{\"fit.train_share\":\"0.4\"}", "--set fit.train_share=0.4"},
+      {"{\"fit.tau\":\"60\"}", "--set fit.tau=60"}};
+  std::size_t compared = 0;
+  for (const auto& [setting, options] : runs) {
+    CAPTURE(setting);
+    REQUIRE(support::run(folder, "$ARDENT --force run duffing.toml -o alone " + options).code == 0);
+    const json fits = fits_of(folder, "alone");
+    for (const json& cell : cells) {
+      if (cell["setting"].dump() != setting) continue;
+      check_same(cell, cell["method"] == "fast_rvm" ? fits[0] : fits[1]);
+      ++compared;
+    }
+  }
+  CHECK(compared == 2 * 4 + 1);
+  CHECK_THAT(ended.out, Catch::Contains("kept in how many of 7 settings") && Catch::Contains("x^3"));
+}
+
+TEST_CASE("a study may stand in the config, and be a grid", "[apps][study_command]") {
+  const Scratch& folder = bench();
+  (void)folder.file("own.toml", support::bytes_of(folder / "duffing.toml") +
+                                    "[study]\norder = [1, 3]\nselection = [\"evidence\", \"type2\"]\n");
+  const auto ended = support::run(folder, "$ARDENT --json study own.toml -o own --grid");
+  REQUIRE(ended.code == 0);
+  const json document = json::parse(ended.out);
+  CHECK(document["axes"].size() == 2);
+  CHECK(document["cells"].size() == 2 * 2 * 2);
+  std::size_t few = 1000, many = 0;
+  for (const json& cell : document["cells"])
+    (cell["setting"]["library.order"] == "1" ? few : many) = cell["terms"].size();
+  CHECK(few < many);
+  CHECK(support::run(folder, "$ARDENT run own.toml -o own-run").code == 0);  // a run takes no notice of [study]
+}
+
+TEST_CASE("what is wrong with a study is said before anything is read", "[apps][study_command]") {
+  const Scratch& folder = bench();
+  const auto expect = [&](const std::string& command, int code, const std::string& piece) {
+    CAPTURE(command);
+    const auto ended = support::run(folder, "$ARDENT study " + command);
+    CHECK(ended.code == code);
+    CHECK_THAT(ended.err, Catch::Contains(piece));
+  };
+  expect("duffing.toml -o bad --over speed=1", 2, "study.over");
+  expect("duffing.toml -o bad --over order=many", 2, "library.order");
+  expect("duffing.toml -o bad --over train_share=0", 2, "train_share");
+  expect("nothing.csv -o bad", 3, "nothing.csv");
+  expect("duffing.toml -o duffing", 2, "output.overlap");
+  CHECK_FALSE(std::filesystem::exists(folder / "bad"));
+  CHECK(support::run(folder, "$ARDENT study duffing.toml -o twice --over order=1").code == 0);
+  expect("duffing.toml -o twice --over order=1", 5, "output.exists");
+  expect("duffing.toml -o twice --over order=1 --force", 0, "order=1");
+  (void)folder.file("odd.toml", support::bytes_of(folder / "duffing.toml") + "[study]\nspeed = [1]\n");
+  expect("odd.toml -o bad", 2, "want one of order");
+  const auto plan = support::run(folder, "$ARDENT --dry-run study duffing.toml -o bad --over order=1,2");
+  CHECK(plan.code == 0);
+  CHECK_THAT(plan.out, Catch::Contains("library.order=2") && Catch::Contains("would write bad"));
+  CHECK_FALSE(std::filesystem::exists(folder / "bad"));
+}
