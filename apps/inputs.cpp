@@ -28,8 +28,8 @@ std::string without_place(std::string message, const fs::path& file) {
 
 void report_checks(const std::vector<dsp::Check>& checks, const std::string& name, Console& console) {
   for (const dsp::Check& check : checks) {
-    const std::string line =
-        fmt::format("{}: {}{}", name, check.channel.empty() ? "" : check.channel + ": ", check.message);
+    const bool named = check.channel.empty() || check.message.starts_with(check.channel);
+    const std::string line = fmt::format("{}: {}{}", name, named ? "" : check.channel + ": ", check.message);
     if (check.status == dsp::CheckStatus::warning || check.status == dsp::CheckStatus::failed)
       console.warning(check.name, line);
     else if (check.status == dsp::CheckStatus::note)

@@ -200,8 +200,9 @@ std::string text_of(const Result& result) {
                         1e3 * sim::peak(*points).x_m, sim::peak(*points).frequency_hz,
                         peaks->empty() ? "" : fmt::format(", sd {:.2g} mm", 1e3 * drawn_figure(*peaks).std));
   if (const Misfit misfit = misfit_of(result); misfit.count > 0)
-    text += fmt::format("  from the record's {} steady amplitudes in motion it is {:.2g} % away (rms), at most {:.2g} % at {:.5g} Hz\n",
-                        misfit.count, 100.0 * misfit.rms, 100.0 * misfit.worst, misfit.worst_hz);
+    text += fmt::format(
+        "  from the record's {} steady amplitudes in motion it is {:.2g} % away (rms), at most {:.2g} % at {:.5g} Hz\n",
+        misfit.count, 100.0 * misfit.rms, 100.0 * misfit.worst, misfit.worst_hz);
   for (const std::string& remark : remarks_of(result)) text += "  - " + remark + "\n";
   return text;
 }

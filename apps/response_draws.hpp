@@ -18,7 +18,7 @@ struct DrawnFigure {
 
 /// What draws of the coefficients make of a frequency response.
 struct ResponseDraws {
-  ResponseBand up, down;  ///< for every frequency of the sweep
+  ResponseBand up, down;                    ///< for every frequency of the sweep
   std::vector<sim::ResponseJumps> located;  ///< of each draw
   std::vector<double> peak_up_m, peak_down_m;
   int num_diverged = 0;

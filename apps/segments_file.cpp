@@ -26,20 +26,40 @@ std::vector<dsp::Interval> edges_of(const dsp::Motion& signals) {
   return {{0.0, edge, why}, {end - edge, end, why}};
 }
 
+/// What is left of a stretch outside of the excluded ones, in order of time.
+std::vector<LabelledStretch> outside(const LabelledStretch& stretch, std::vector<dsp::Interval> excluded) {
+  std::sort(excluded.begin(), excluded.end(), [](const auto& a, const auto& b) { return a.from_s < b.from_s; });
+  std::vector<LabelledStretch> left;
+  LabelledStretch rest = stretch;
+  const auto keep_until = [&](double end_s) {
+    LabelledStretch part = rest;
+    part.to_s = std::min(end_s, rest.to_s);
+    if (part.from_s < part.to_s) left.push_back(part);
+  };
+  for (const dsp::Interval& interval : excluded) {
+    keep_until(interval.from_s);
+    rest.from_s = std::max(rest.from_s, interval.to_s);
+  }
+  keep_until(stretch.to_s);
+  return left;
+}
+
 std::vector<LabelledStretch> stretches_of(const Input& input) {
-  std::vector<LabelledStretch> stretches;
   const dsp::Motion &signals = input.prepared.signals, &bus = input.prepared.bus;
-  for (const dsp::Segment& segment : input.segmentation.segments)
-    if (segment.regime != dsp::Regime::excluded)
-      stretches.push_back({segment.regime,
-                           static_cast<double>(segment.first) / bus.sample_rate_hz,
-                           static_cast<double>(segment.last) / bus.sample_rate_hz,
-                           segment.reason,
-                           {}});
-  for (const dsp::Interval& interval : input.prepared.excluded)
+  std::vector<dsp::Interval> excluded = input.prepared.excluded;
+  for (const dsp::Interval& edge : edges_of(signals)) excluded.push_back(edge);
+  std::vector<LabelledStretch> stretches;
+  for (const dsp::Interval& interval : excluded)
     stretches.push_back({dsp::Regime::excluded, interval.from_s, interval.to_s, interval.why, {}});
-  for (const dsp::Interval& edge : edges_of(signals))
-    stretches.push_back({dsp::Regime::excluded, edge.from_s, edge.to_s, edge.why, {}});
+  for (const dsp::Segment& segment : input.segmentation.segments) {
+    if (segment.regime == dsp::Regime::excluded) continue;
+    const LabelledStretch whole{segment.regime,
+                                static_cast<double>(segment.first) / bus.sample_rate_hz,
+                                static_cast<double>(segment.last) / bus.sample_rate_hz,
+                                segment.reason,
+                                {}};
+    for (LabelledStretch& part : outside(whole, excluded)) stretches.push_back(std::move(part));
+  }
   std::stable_sort(stretches.begin(), stretches.end(),
                    [](const auto& a, const auto& b) { return a.from_s < b.from_s; });
   return stretches;

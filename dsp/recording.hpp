@@ -19,10 +19,10 @@ enum class Role { other, t, r, dr, ddr, y, dy, ddy, x, v, a, f, z };
 struct Channel {
   std::string name;
   Role role = Role::other;
-  std::string unit;              ///< of the samples: SI ("m", "m/s^2", "N", "V", "rad", ...)
-  double delay_s = 0.0;          ///< known lag of this channel behind the clock; not yet removed
+  std::string unit;                 ///< of the samples: SI ("m", "m/s^2", "N", "V", "rad", ...)
+  double delay_s = 0.0;             ///< known lag of this channel behind the clock; not yet removed
   std::vector<double> highpass_hz;  ///< known corners of its AC coupling, one pole each
-  bool calibrated = true;        ///< false: samples are raw units because the user asked for that
+  bool calibrated = true;           ///< false: samples are raw units because the user asked for that
 };
 
 /// A stretch of a recording that must not be used, in seconds from its first sample.
@@ -33,12 +33,12 @@ struct Interval {
 
 /// Simultaneous channels on one clock. Sample i is at i / sample_rate_hz seconds from the start.
 struct Recording {
-  std::string name;              ///< for messages: the file it came from
+  std::string name;  ///< for messages: the file it came from
   double sample_rate_hz = 0.0;
-  double clock_start_s = 0.0;    ///< what the record's own clock said at the first sample
+  double clock_start_s = 0.0;  ///< what the record's own clock said at the first sample
   std::vector<Channel> channels;
-  Eigen::MatrixXd samples;       ///< num_samples x num_channels, SI
-  std::vector<Interval> bad;     ///< annotated, faulty or missing stretches, margins not yet added
+  Eigen::MatrixXd samples;    ///< num_samples x num_channels, SI
+  std::vector<Interval> bad;  ///< annotated, faulty or missing stretches, margins not yet added
   std::vector<Check> checks;
   [[nodiscard]] double duration_s() const { return static_cast<double>(samples.rows()) / sample_rate_hz; }
   /// Column with this role, or -1.

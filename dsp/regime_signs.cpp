@@ -125,13 +125,16 @@ RegimeSigns regime_signs(const Motion& motion, const SegmentOptions& options) {
 namespace {
 
 // How long x stood still in [first, last), where it was slower than `slow`: the time spent there less what passing
-// through would take at the rate at which v falls from twice that speed before, and rises to it after.
+// through would take at the rate at which v falls from twice that speed before, and rises to it after. What an end of
+// the record cuts is passed as it is on the other side.
 Index stood_still(const VectorXd& speed, Index first, Index last, double slow, Index reach) {
   Index before = 0, after = 0;
   while (before < reach && first - before > 0 && speed(first - before) < 2.0 * slow) ++before;
   while (after < reach && last - 1 + after < speed.size() - 1 && speed(last - 1 + after) < 2.0 * slow) ++after;
   if (before == reach) before = 0;  // it never moves faster: no passage
   if (after == reach) after = 0;
+  if (first == 0) before = after;
+  if (last == speed.size()) after = before;
   return last - first - before - after;
 }
 

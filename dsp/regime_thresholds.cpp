@@ -125,6 +125,13 @@ void choose_by_phase(const RegimeSigns& signs, const std::vector<bool>& stuck, S
 
 // ---- Without one: a jump is a growth of the envelope.
 
+// Whether the envelope keeps within half of itself over [first, last), which lies in the record.
+bool settled(const Eigen::VectorXd& envelope_m, Index first, Index last) {
+  if (first < 0 || last > envelope_m.size()) return false;
+  const auto stretch = envelope_m.segment(first, last - first);
+  return stretch.maxCoeff() < 1.5 * stretch.minCoeff();
+}
+
 // Places where the envelope grows (sign +1) or falls (-1) by half or more within `reach` samples, away from sticking:
 // the steepest place of each.
 std::vector<Jump> steep_places(const Eigen::VectorXd& envelope_m, const std::vector<bool>& stuck, Index reach,
@@ -149,8 +156,12 @@ std::vector<Jump> steep_places(const Eigen::VectorXd& envelope_m, const std::vec
 
 void choose_by_growth(const RegimeSigns& signs, const std::vector<bool>& stuck, Segmentation& result) {
   const Index reach = signs.samples_in(std::max(3.0 * signs.period_s, result.options.envelope_window_s));
-  const auto up = steep_places(signs.envelope_m, stuck, reach, +1),
-             down = steep_places(signs.envelope_m, stuck, reach, -1);
+  auto up = steep_places(signs.envelope_m, stuck, reach, +1);
+  const auto down = steep_places(signs.envelope_m, stuck, reach, -1);
+  const Index settle = signs.samples_in(10.0 * signs.period_s);
+  std::erase_if(up, [&](const Jump& jump) {  // what starts from rest, or beats, leaves no regime
+    return !settled(signs.envelope_m, jump.at - reach - settle, jump.at - reach);
+  });
   if (up.empty()) return set_high(infinity, infinity, "the amplitude never jumps up: one regime of motion", result);
   double largest_below = 0.0, smallest_above = infinity, smallest_high = infinity;
   for (const Jump& jump : up) {
@@ -180,9 +191,15 @@ void choose_stick(const RegimeSigns& signs, Segmentation& result) {
   if (options.stick_duration_s == 0.0) options.stick_duration_s = signs.period_s / 20.0;
   if (options.stick_margin_s == 0.0) options.stick_margin_s = signs.base_moves() ? 1.0 : signs.period_s / 6.0;
   if (options.stick_speed_m_per_s > 0.0) return;
-  constexpr double share = 0.05, noise_deviations = 3.0;
-  const double by_motion = share * small_velocity_amplitude(signs),
+  constexpr double share = 0.05, noise_deviations = 3.0, largest_share = 0.3;
+  const double amplitude = small_velocity_amplitude(signs), by_motion = share * amplitude,
                by_noise = noise_deviations * signs.speed_noise_m_per_s;
+  if (by_noise > largest_share * amplitude) {
+    result.remarks.push_back(
+        fmt::format("stops are not looked for: v has {:.2g} m/s of noise beside amplitudes of {:.2g}",
+                    signs.speed_noise_m_per_s, amplitude));
+    return;
+  }
   options.stick_speed_m_per_s = std::max(by_motion, by_noise);
   result.remarks.push_back(
       fmt::format("a stop is slower than {:.2g} m/s for {:.2g} s: {}, a twentieth of the period of {:.2g} s",

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -18,7 +19,7 @@ inline Eigen::VectorXd gaussian(Eigen::Index n, std::uint32_t seed, double devia
 /// for it.
 struct SweptHarmonics {
   double start_hz = 1.66, sweep_hz_per_s = -2e-3;
-  std::vector<double> amplitudes = {8e-3, 0.0, 6e-4, 5e-5};  ///< of harmonics 1, 2, ...
+  std::array<double, 4> amplitudes{8e-3, 0.0, 6e-4, 5e-5};  ///< of harmonics 1, 2, ...
 
   struct Point {
     double x, v, a;
