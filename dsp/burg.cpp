@@ -5,27 +5,68 @@
 #include <stdexcept>
 #include <string>
 
+#include "dsp/dispatch.hpp"
+
 namespace dsp {
+
+namespace {
+
+typedef double Lanes __attribute__((vector_size(8 * sizeof(double)), aligned(8), may_alias));
+
+Lanes& lanes(double* x) {
+  return *reinterpret_cast<Lanes*>(x);
+}
+
+double sum(const Lanes& x) {
+  return ((x[0] + x[1]) + (x[2] + x[3])) + ((x[4] + x[5]) + (x[6] + x[7]));
+}
+
+// Of the pairs f[i + 1], b[i] that the next order meets.
+struct Products {
+  double cross = 0.0, power = 0.0;
+};
+
+// One order of the lattice, f -= k b and b -= k f over n pairs, and what the next order asks of the result, in a
+// single pass: f[i + 1] is updated twice, which is cheaper than to read again what has just been written.
+ARDENT_DISPATCH Products reflect(double* f, double* b, Eigen::Index n, double k) {
+  Lanes cross = {}, power = {};
+  Eigen::Index i = 0;
+  for (; i + 9 <= n; i += 8) {
+    const Lanes next = lanes(f + i + 1) - k * lanes(b + i + 1);
+    const Lanes forward = lanes(f + i) - k * lanes(b + i), backward = lanes(b + i) - k * lanes(f + i);
+    lanes(f + i) = forward;
+    lanes(b + i) = backward;
+    cross += next * backward;
+    power += next * next + backward * backward;
+  }
+  Products products{sum(cross), sum(power)};
+  for (; i < n; ++i) {
+    const double forward = f[i] - k * b[i], backward = b[i] - k * f[i];
+    f[i] = forward;
+    b[i] = backward;
+    if (i + 1 == n) break;
+    const double next = f[i + 1] - k * b[i + 1];
+    products.cross += next * backward;
+    products.power += next * next + backward * backward;
+  }
+  return products;
+}
+
+}  // namespace
 
 Eigen::VectorXd burg(const Eigen::Ref<const Eigen::VectorXd>& x, Eigen::Index order) {
   const Eigen::Index n = x.size();
   if (order < 0 || order >= n)
     throw std::invalid_argument("burg: order must be in [0, " + std::to_string(n) + "), got " + std::to_string(order));
-  Eigen::VectorXd reflection = Eigen::VectorXd::Zero(order), forward = x, backward = x, previous = x;
+  // Errors of the best predictors of order m: forward of sample m + i, backward of sample i.
+  Eigen::VectorXd reflection = Eigen::VectorXd::Zero(order), forward = x, backward = x;
   // Below this the errors are the rounding of x itself.
   const double floor =
       std::numeric_limits<double>::epsilon() * std::numeric_limits<double>::epsilon() * x.squaredNorm();
-  for (Eigen::Index m = 0; m < order; ++m) {
-    // Errors of the best predictors of order m, forward of sample m + 1 + i, backward of sample i.
-    auto f = forward.tail(n - m - 1);
-    auto b = backward.head(n - m - 1);
-    const double power = f.squaredNorm() + b.squaredNorm();
-    if (!(power > floor)) break;
-    const double k = std::clamp(2.0 * f.dot(b) / power, -1.0, 1.0);
-    reflection(m) = k;
-    previous.head(f.size()) = f;
-    f -= k * b;
-    b -= k * previous.head(f.size());
+  Products products = reflect(forward.data(), backward.data(), n, 0.0);
+  for (Eigen::Index m = 0; m < order && products.power > floor; ++m) {
+    reflection(m) = std::clamp(2.0 * products.cross / products.power, -1.0, 1.0);
+    products = reflect(forward.data() + m + 1, backward.data(), n - m - 1, reflection(m));
   }
   return reflection;
 }

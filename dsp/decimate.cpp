@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "dsp/burg.hpp"
+#include "dsp/dispatch.hpp"
 #include "dsp/filter_design.hpp"
 
 namespace dsp {
@@ -16,13 +17,6 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-// Compiled for the processors at hand and chosen when the program starts: four channels are then one register.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define ARDENT_DISPATCH __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#else
-#define ARDENT_DISPATCH
-#endif
 
 // out[c] = sum_i taps[i] x[i][c] for C neighbouring channels of frames `stride` apart, in four partial sums that are
 // added last: one order whatever the block, and four chains for the processor to overlap.

@@ -132,11 +132,13 @@ std::vector<unsigned char> mask(const std::vector<Interval>& bad, Index n, doubl
 
 void bring_to_agree(Prepared& prepared, Recording& bus) {
   keep_raw(prepared, bus);
+  ColumnSpectra spectra(bus);
   Equalised equal =
-      equalise_sensors(bus, mask(bus.bad, bus.samples.rows(), bus.sample_rate_hz), prepared.options.scale);
+      equalise_sensors(spectra, mask(bus.bad, bus.samples.rows(), bus.sample_rate_hz), prepared.options.scale);
+  restore_low_frequencies(spectra, equal.highpass_hz);
+  spectra.store();
   prepared.relations = std::move(equal.relations);
   if (equal.highpass_hz.empty()) return;
-  restore_low_frequencies(bus, equal.highpass_hz);
   prepared.filter = prepared.filter.with_highpass(equal.highpass_hz);
   prepared.highpass_hz = std::move(equal.highpass_hz);
 }
@@ -179,10 +181,12 @@ void finish(Prepared& prepared, Recording bus, const std::optional<FilterSheet>&
   const double duration_s = bus.duration_s();
   const ColumnFilter low_pass = prepared.filter;
   remove_delays(bus);
-  if (prepared.equalised())
+  if (prepared.equalised()) {
     bring_to_agree(prepared, bus);
-  else
-    prepared.relations = relate_pairs(bus, mask(bus.bad, bus.samples.rows(), bus.sample_rate_hz));
+  } else {
+    ColumnSpectra spectra(bus);
+    prepared.relations = relate_pairs(spectra, mask(bus.bad, bus.samples.rows(), bus.sample_rate_hz));
+  }
   bus.bad.clear();
   if (o.recipe == Recipe::paper)
     prepared.signals =

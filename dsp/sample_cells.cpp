@@ -3,16 +3,10 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "dsp/dispatch.hpp"
+
 namespace dsp {
 namespace {
-
-// Compiled for the processors at hand and chosen when the program starts: four channels are then one register. No
-// products are summed here, so all give the same bits.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define ARDENT_DISPATCH __attribute__((target_clones("arch=x86-64-v3", "default")))
-#else
-#define ARDENT_DISPATCH
-#endif
 
 // N neighbouring columns at once. One chain of sums a column, in the order of the frames.
 template <int N>

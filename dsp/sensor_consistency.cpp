@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "dsp/fft.hpp"
-#include "dsp/spectral.hpp"
 
 namespace dsp {
 namespace {
@@ -20,6 +19,9 @@ using Eigen::VectorXd;
 using Complex = std::complex<double>;
 
 constexpr double two_pi = 2.0 * std::numbers::pi;
+
+// The displacement's, made only where the record is long enough.
+using SpectrumOf = std::function<const ExtendedSpectrum&()>;
 
 // The measured ratio A / D'' and its weight, frequency by frequency.
 struct Ratio {
@@ -32,16 +34,16 @@ struct Ratio {
 // D is differentiated before it is cut into windows: the ratio is then flat but for the sensors themselves, and what a
 // window smears from one frequency to its neighbours does no harm. Dividing spectra by f^2 afterwards costs 1e-3 in
 // gain.
-Ratio measured_ratio(const VectorXd& displacement, const VectorXd& a, double rate_hz,
+Ratio measured_ratio(const SpectrumOf& displacement, const Eigen::Ref<const VectorXd>& a, double rate_hz,
                      const std::vector<unsigned char>& excluded, const RelateOptions& options) {
   const Index length = static_cast<Index>(std::lround(options.window_s * rate_hz)), step = length / 2;
   const auto bins = static_cast<std::size_t>(length / 2 + 1);
   std::vector<Complex> cross(bins);
   std::vector<double> power(bins);
   Ratio ratio;
-  if (length < 16 || length > displacement.size()) return ratio;
+  if (length < 16 || length > a.size()) return ratio;
   const double edge_hz = std::min(2.0 * options.to_hz, 0.4 * rate_hz);
-  const VectorXd d = ExtendedSpectrum(displacement, rate_hz).derivative(2, {edge_hz, 1.2 * edge_hz});
+  const VectorXd d = displacement().derivative(2, {edge_hz, 1.2 * edge_hz});
   const RealFft fft(length);
   const VectorXd window = VectorXd::NullaryExpr(length, [&](Index i) {
     return 0.5 - 0.5 * std::cos(two_pi * (static_cast<double>(i) + 0.5) / static_cast<double>(length));
@@ -50,7 +52,7 @@ Ratio measured_ratio(const VectorXd& displacement, const VectorXd& a, double rat
     const auto begin = excluded.begin() + std::min<std::ptrdiff_t>(first, std::ssize(excluded));
     const auto end = excluded.begin() + std::min<std::ptrdiff_t>(first + length, std::ssize(excluded));
     if (std::any_of(begin, end, [](unsigned char bad) { return bad != 0; })) continue;
-    const auto spectrum = [&](const VectorXd& x) {
+    const auto spectrum = [&](const Eigen::Ref<const VectorXd>& x) {
       const auto part = x.segment(first, length);
       return fft.forward(((part.array() - part.mean()) * window.array()).matrix());
     };
@@ -197,23 +199,9 @@ Fitted fit_poles(const Ratio& ratio, Index poles) {
   return best;
 }
 
-VectorXd passed_through(const VectorXd& x, double rate_hz, const std::function<Complex(double)>& response) {
-  return ExtendedSpectrum(x, rate_hz).filtered(response);
-}
-
-}  // namespace
-
-Complex highpass_response(const std::vector<double>& corners_hz, double frequency_hz) {
-  Complex value = 1.0;
-  // i f / (c + i f) without a complex division, which guards against overflow at several times the price.
-  for (const double corner : corners_hz)
-    value *= frequency_hz / (corner * corner + frequency_hz * frequency_hz) * Complex(frequency_hz, corner);
-  return value;
-}
-
-SensorRelation relate_sensors(const Eigen::Ref<const VectorXd>& displacement,
-                              const Eigen::Ref<const VectorXd>& acceleration, double sample_rate_hz,
-                              const std::vector<unsigned char>& excluded, const RelateOptions& options) {
+SensorRelation related(const SpectrumOf& displacement, const Eigen::Ref<const VectorXd>& acceleration,
+                       double sample_rate_hz, const std::vector<unsigned char>& excluded,
+                       const RelateOptions& options) {
   SensorRelation relation;
   const Ratio ratio = measured_ratio(displacement, acceleration, sample_rate_hz, excluded, options);
   relation.num_windows = ratio.num_windows;
@@ -251,6 +239,24 @@ SensorRelation relate_sensors(const Eigen::Ref<const VectorXd>& displacement,
   return relation;
 }
 
+}  // namespace
+
+Complex highpass_response(const std::vector<double>& corners_hz, double frequency_hz) {
+  Complex value = 1.0;
+  // i f / (c + i f) without a complex division, which guards against overflow at several times the price.
+  for (const double corner : corners_hz)
+    value *= frequency_hz / (corner * corner + frequency_hz * frequency_hz) * Complex(frequency_hz, corner);
+  return value;
+}
+
+SensorRelation relate_sensors(const Eigen::Ref<const VectorXd>& displacement,
+                              const Eigen::Ref<const VectorXd>& acceleration, double sample_rate_hz,
+                              const std::vector<unsigned char>& excluded, const RelateOptions& options) {
+  std::optional<ExtendedSpectrum> spectrum;
+  return related([&]() -> const ExtendedSpectrum& { return spectrum.emplace(displacement, sample_rate_hz); },
+                 acceleration, sample_rate_hz, excluded, options);
+}
+
 namespace {
 
 struct Pair {
@@ -263,11 +269,12 @@ bool can_be_corrected(const SensorRelation& relation) {
   return relation.reason.empty() && relation.sign > 0.0;
 }
 
-SensorRelation relate_pair(const Recording& recording, const Pair& pair, const std::vector<unsigned char>& excluded,
+SensorRelation relate_pair(ColumnSpectra& spectra, const Pair& pair, const std::vector<unsigned char>& excluded,
                            const RelateOptions& options) {
+  const Recording& recording = spectra.recording();
   const Index d = recording.find(pair.displacement), a = recording.find(pair.acceleration);
-  SensorRelation relation =
-      relate_sensors(recording.samples.col(d), recording.samples.col(a), recording.sample_rate_hz, excluded, options);
+  SensorRelation relation = related([&]() -> const ExtendedSpectrum& { return spectra.of(d); },
+                                    recording.samples.col(a), recording.sample_rate_hz, excluded, options);
   relation.name = pair.name;
   relation.displacement = recording.channels[static_cast<std::size_t>(d)].name;
   relation.acceleration = recording.channels[static_cast<std::size_t>(a)].name;
@@ -281,30 +288,30 @@ bool has(const Recording& recording, const Pair& pair) {
 
 }  // namespace
 
-std::vector<SensorRelation> relate_pairs(const Recording& recording, const std::vector<unsigned char>& excluded,
+std::vector<SensorRelation> relate_pairs(ColumnSpectra& spectra, const std::vector<unsigned char>& excluded,
                                          const RelateOptions& options) {
   std::vector<SensorRelation> relations;
   for (const Pair& pair : pairs)
-    if (has(recording, pair)) relations.push_back(relate_pair(recording, pair, excluded, options));
+    if (has(spectra.recording(), pair)) relations.push_back(relate_pair(spectra, pair, excluded, options));
   return relations;
 }
 
-Equalised equalise_sensors(Recording& recording, const std::vector<unsigned char>& excluded, ScaleReference scale,
+Equalised equalise_sensors(ColumnSpectra& spectra, const std::vector<unsigned char>& excluded, ScaleReference scale,
                            const RelateOptions& options) {
+  const Recording& recording = spectra.recording();
   Equalised result;
   std::optional<std::vector<double>> base_highpass;
   for (const Pair& pair : pairs) {
     if (!has(recording, pair)) continue;
-    const Index d = recording.find(pair.displacement), a = recording.find(pair.acceleration);
-    SensorRelation relation = relate_pair(recording, pair, excluded, options);
+    SensorRelation relation = relate_pair(spectra, pair, excluded, options);
     if (can_be_corrected(relation)) {
-      const double lag_s = relation.lag_s;
-      recording.samples.col(d) = passed_through(recording.samples.col(d), recording.sample_rate_hz,
-                                                [lag_s](double f) { return std::polar(1.0, two_pi * f * lag_s); });
-      if (scale == ScaleReference::displacement)
-        recording.samples.col(a) /= relation.gain;
-      else
-        recording.samples.col(d) *= relation.gain;
+      const bool displacement_counts = scale == ScaleReference::displacement;
+      const double lag_s = relation.lag_s, gain = displacement_counts ? 1.0 : relation.gain;
+      spectra.change(recording.find(pair.displacement)).multiply([&](double f) {
+        return std::polar(gain, two_pi * f * lag_s);
+      });
+      if (displacement_counts)
+        spectra.change(recording.find(pair.acceleration)).multiply([&](double) { return 1.0 / relation.gain; });
     }
     // Without a relation, the corners somebody wrote down.
     const auto& corners = can_be_corrected(relation) ? relation.highpass_hz : relation.declared_hz;
@@ -315,32 +322,34 @@ Equalised equalise_sensors(Recording& recording, const std::vector<unsigned char
     result.relations.push_back(std::move(relation));
   }
   // The base acceleration takes on the payload's coupling; both lose what lies below any useful frequency.
-  const bool coupled = !result.highpass_hz.empty() || (base_highpass && !base_highpass->empty());
+  const auto& shared = result.highpass_hz;
+  const bool coupled = !shared.empty() || (base_highpass && !base_highpass->empty());
   for (const Role role : {Role::ddr, Role::ddy}) {
     const Index a = recording.find(role);
     if (a < 0 || result.relations.empty() || !coupled) continue;
-    const std::vector<double> own = role == Role::ddr && base_highpass ? *base_highpass : result.highpass_hz;
-    recording.samples.col(a) = passed_through(recording.samples.col(a), recording.sample_rate_hz, [&](double f) {
+    const std::vector<double>& own = role == Role::ddr && base_highpass ? *base_highpass : shared;
+    spectra.change(a).multiply([&](double f) {
       constexpr double lowest_hz = 0.02;
-      return f < lowest_hz ? Complex(0.0) : highpass_response(result.highpass_hz, f) / highpass_response(own, f);
+      if (f < lowest_hz) return Complex(0.0);
+      return own == shared ? Complex(1.0) : highpass_response(shared, f) / highpass_response(own, f);
     });
   }
   return result;
 }
 
-void restore_low_frequencies(Recording& recording, const std::vector<double>& highpass_hz) {
+void restore_low_frequencies(ColumnSpectra& spectra, const std::vector<double>& highpass_hz) {
   if (highpass_hz.empty()) return;
   const double upper_hz = *std::max_element(highpass_hz.begin(), highpass_hz.end());
-  // 1 where the accelerometer counts, 0 where the displacement does.
+  // 1 where the displacement counts, 0 where the accelerometer does.
   const SpectralBand low{upper_hz / 2.0, upper_hz};
   for (const auto& [displacement, acceleration] : {std::pair{Role::r, Role::ddr}, std::pair{Role::y, Role::ddy}}) {
-    const Index d = recording.find(displacement), a = recording.find(acceleration);
+    const Index d = spectra.recording().find(displacement), a = spectra.recording().find(acceleration);
     if (d < 0 || a < 0) continue;
-    const VectorXd slow = ExtendedSpectrum(recording.samples.col(d), recording.sample_rate_hz).derivative(2, low);
-    recording.samples.col(a) =
-        slow + passed_through(recording.samples.col(a), recording.sample_rate_hz, [&](double f) {
-          return f <= low.rolloff_hz ? Complex(0.0) : (1.0 - low.gain(f)) / highpass_response(highpass_hz, f);
-        });
+    ExtendedSpectrum& whole = spectra.change(a);
+    whole.multiply([&](double f) {
+      return f <= low.rolloff_hz ? Complex(0.0) : (1.0 - low.gain(f)) / highpass_response(highpass_hz, f);
+    });
+    whole.add(spectra.of(d), [&](double f) { return -two_pi * f * two_pi * f * low.gain(f); });
   }
 }
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "dsp/recording.hpp"
+#include "dsp/column_spectra.hpp"
 
 namespace dsp {
 
@@ -45,7 +45,7 @@ struct RelateOptions {
 enum class ScaleReference { displacement, accelerometer };
 
 /// The pairs r and ddr, y and ddy of a recording, as far as it has them; nothing is changed.
-[[nodiscard]] std::vector<SensorRelation> relate_pairs(const Recording& recording,
+[[nodiscard]] std::vector<SensorRelation> relate_pairs(ColumnSpectra& spectra,
                                                        const std::vector<unsigned char>& excluded,
                                                        const RelateOptions& options = {});
 
@@ -53,19 +53,19 @@ struct Equalised {
   std::vector<SensorRelation> relations;  ///< base pair first, where there is one
   std::vector<double> highpass_hz;        ///< corners that all accelerations now share; columns must be given them too
 };
-/// Brings the sensors of a recording to one clock, one scale and one high-pass, in place: displacements are advanced by
-/// their lag, accelerations (or displacements) rescaled, and the base acceleration is brought to the payload's
-/// high-pass (below 0.02 Hz to zero), which is never inverted. Channels of roles r, ddr, y, ddy; a pair that cannot be
-/// related, or whose signs are opposite, stays as it is but for the corners its channel names, with the reason in its
-/// relation. Without an accelerometer pair nothing changes. Known delays must have been removed.
-Equalised equalise_sensors(Recording& recording, const std::vector<unsigned char>& excluded,
+/// Brings the sensors of a recording to one clock, one scale and one high-pass, in its spectra: displacements are
+/// advanced by their lag, accelerations (or displacements) rescaled, and the base acceleration is brought to the
+/// payload's high-pass (below 0.02 Hz to zero), which is never inverted. Channels of roles r, ddr, y, ddy; a pair that
+/// cannot be related, or whose signs are opposite, stays as it is but for the corners its channel names, with the
+/// reason in its relation. Without an accelerometer pair nothing changes. Known delays must have been removed.
+Equalised equalise_sensors(ColumnSpectra& spectra, const std::vector<unsigned char>& excluded,
                            ScaleReference scale = ScaleReference::displacement, const RelateOptions& options = {});
 
-/// Gives accelerations that passed these corners (roles ddr and ddy) back what the corners took, in place: above the
-/// highest corner by dividing by the high-pass, which costs no more than a factor sqrt(2) of noise a pole there; below
-/// half of it, where that would amplify drift, from the displacement of the same body instead, with a smooth passage.
-/// Their mean becomes zero. A body without a displacement keeps its acceleration as it is.
-void restore_low_frequencies(Recording& recording, const std::vector<double>& highpass_hz);
+/// Gives accelerations that passed these corners (roles ddr and ddy) back what the corners took, in their spectra:
+/// above the highest corner by dividing by the high-pass, which costs no more than a factor sqrt(2) of noise a pole
+/// there; below half of it, where that would amplify drift, from the displacement of the same body instead, with a
+/// smooth passage. Their mean becomes zero. A body without a displacement keeps its acceleration as it is.
+void restore_low_frequencies(ColumnSpectra& spectra, const std::vector<double>& highpass_hz);
 
 /// rho = <v a> / (sigma_v sigma_a) over the samples of the mask: the power that stays. In steady motion it is zero but
 /// for a boundary term 1 / (omega duration); a phase error of phi between v and a makes it sin(phi). NaN without

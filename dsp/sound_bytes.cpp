@@ -26,7 +26,7 @@ std::int64_t SoundBytes::read(void* into, std::int64_t count) {
 }
 
 bool SoundBytes::fill() {
-  constexpr std::size_t piece_bytes = std::size_t{1} << 18;
+  constexpr std::size_t piece_bytes = std::size_t{1} << 15;
   start_ = position_;
   const auto head_bytes = static_cast<std::int64_t>(head_.size());
   if (start_ < head_bytes) {

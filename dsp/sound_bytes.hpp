@@ -9,9 +9,9 @@
 
 namespace dsp {
 
-/// A sound file as a decoder sees it: read ahead in large pieces, with patches where sizes had to be put right. A
-/// decoder written in C must not see exceptions, so a read error is kept, looks like the end of the file, and is thrown
-/// by rethrow().
+/// A sound file as a decoder sees it: read ahead in pieces that the processor's cache holds until they are taken, with
+/// patches where sizes had to be put right. A decoder written in C must not see exceptions, so a read error is kept,
+/// looks like the end of the file, and is thrown by rethrow().
 class SoundBytes {
  public:
   /// A head that is not empty stands for the first `replaced` bytes.

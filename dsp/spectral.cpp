@@ -61,10 +61,26 @@ double ExtendedSpectrum::frequency_hz(Index bin) const {
   return static_cast<double>(bin) * sample_rate_hz_ / static_cast<double>(fft_.size());
 }
 
-VectorXd ExtendedSpectrum::filtered(const std::function<std::complex<double>(double)>& response) const {
-  Eigen::VectorXcd product(spectrum_.size());
-  for (Index k = 0; k < spectrum_.size(); ++k) product(k) = spectrum_(k) * response(frequency_hz(k));
-  return fft_.inverse(std::move(product)).head(num_samples_).array() + mean_ * response(0.0).real();
+VectorXd ExtendedSpectrum::signal() const {
+  return fft_.inverse(spectrum_).head(num_samples_).array() + mean_;
+}
+
+VectorXd ExtendedSpectrum::filtered(const Response& response) const {
+  ExtendedSpectrum product = *this;
+  product.multiply(response);
+  return product.signal();
+}
+
+void ExtendedSpectrum::multiply(const Response& response) {
+  for (Index k = 0; k < spectrum_.size(); ++k) spectrum_(k) *= response(frequency_hz(k));
+  mean_ *= response(0.0).real();
+}
+
+void ExtendedSpectrum::add(const ExtendedSpectrum& other, const Response& response) {
+  if (other.num_samples_ != num_samples_ || other.spectrum_.size() != spectrum_.size())
+    throw std::invalid_argument("ExtendedSpectrum::add: another length");
+  for (Index k = 0; k < spectrum_.size(); ++k) spectrum_(k) += other.spectrum_(k) * response(frequency_hz(k));
+  mean_ += other.mean_ * response(0.0).real();
 }
 
 VectorXd ExtendedSpectrum::derivative(int order, const SpectralBand& band) const {

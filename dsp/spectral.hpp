@@ -15,15 +15,22 @@ struct SpectralBand {
 };
 
 /// The spectrum of a whole record, its mean removed and its ends extended by linear prediction so that it closes on
-/// itself, ready for any linear time-invariant operator. Costs one FFT to make and one inverse FFT per operator.
+/// itself, ready for any linear time-invariant operator. Costs one FFT to make and one inverse FFT per signal had from
+/// it.
 class ExtendedSpectrum {
  public:
   /// Throws std::invalid_argument for a rate that is not positive, fewer than 8 samples or a non-finite sample.
   ExtendedSpectrum(const Eigen::Ref<const Eigen::VectorXd>& signal, double sample_rate_hz,
                    const ExtensionOptions& options = {});
-  /// The signal passed through `response` (a function of frequency in Hz, f >= 0), as long as the signal. The record's
-  /// mean passes with response(0), whose real part counts.
-  [[nodiscard]] Eigen::VectorXd filtered(const std::function<std::complex<double>(double)>& response) const;
+  /// A function of frequency in Hz, f >= 0. A record's mean passes with response(0), whose real part counts.
+  using Response = std::function<std::complex<double>(double)>;
+  /// The signal, as it is or passed through `response`, as long as the signal.
+  [[nodiscard]] Eigen::VectorXd signal() const;
+  [[nodiscard]] Eigen::VectorXd filtered(const Response& response) const;
+  /// The same without the way back: the signal becomes the filtered one.
+  void multiply(const Response& response);
+  /// Adds another signal passed through `response`. Throws std::invalid_argument unless it is as long.
+  void add(const ExtendedSpectrum& other, const Response& response);
   /// d^order(signal)/dt^order within the band: the spectrum times (i 2 pi f)^order gain(f). order 0 is the low-pass
   /// alone.
   [[nodiscard]] Eigen::VectorXd derivative(int order, const SpectralBand& band) const;

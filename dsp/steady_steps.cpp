@@ -1,6 +1,6 @@
 #include "dsp/steady_steps.hpp"
 
-#include <Eigen/QR>
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -26,17 +26,21 @@ struct Harmonics {
   Index num_rows = 0;
 };
 
-/// Least squares on samples [first, last), on about forty a period where there are more.
+/// Least squares on samples [first, last), on about forty a period where there are more. Over a period and more sines
+/// are nearly orthogonal, so the normal equations lose nothing; the turn of one row to the next is multiplied up.
 Harmonics fit_harmonics(const VectorXd& signal, Index first, Index last, double rate_hz, double f, int count) {
   const Index stride = std::max<Index>(1, static_cast<Index>(rate_hz / (40.0 * f)));
   const Index n = (last - first + stride - 1) / stride;
   Eigen::MatrixXd columns(n, 2 * count + 1);
   VectorXd values(n);
-  for (Index i = 0; i < n; ++i) {
-    const Index sample = first + i * stride;
-    const Complex turn = std::polar(1.0, two_pi * std::fmod(f * static_cast<double>(sample) / rate_hz, 1.0));
+  const auto turned = [&](Index samples) {
+    return std::polar(1.0, two_pi * std::fmod(f * static_cast<double>(samples) / rate_hz, 1.0));
+  };
+  const Complex per_row = turned(stride);
+  Complex turn = turned(first);
+  for (Index i = 0; i < n; ++i, turn *= per_row) {
     Complex power = 1.0;
-    values[i] = signal[sample];
+    values[i] = signal[first + i * stride];
     columns(i, 0) = 1.0;
     for (int h = 1; h <= count; ++h) {
       power *= turn;
@@ -44,7 +48,8 @@ Harmonics fit_harmonics(const VectorXd& signal, Index first, Index last, double 
       columns(i, 2 * h) = -power.imag();
     }
   }
-  const VectorXd c = columns.householderQr().solve(values);
+  const Eigen::MatrixXd normal = columns.transpose().lazyProduct(columns);
+  const VectorXd c = normal.ldlt().solve(columns.transpose() * values);
   Harmonics fit;
   for (int h = 1; h <= count; ++h) fit.z.emplace_back(c[2 * h - 1], c[2 * h]);
   fit.residual = std::sqrt((values - columns * c).squaredNorm() / static_cast<double>(n));
@@ -52,33 +57,29 @@ Harmonics fit_harmonics(const VectorXd& signal, Index first, Index last, double 
   return fit;
 }
 
-/// Half of max - min of the waveform; of two added up.
-double amplitude_of(const std::vector<Complex>& a, const std::vector<Complex>& b = {}) {
-  constexpr int points = 720;
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (int i = 0; i < points; ++i) {
-    const Complex turn = std::polar(1.0, two_pi * i / points);
-    Complex power = 1.0;
-    double value = 0.0;
-    for (std::size_t h = 0; h < a.size(); ++h) {
-      power *= turn;
-      value += (a[h] * power).real() + (h < b.size() ? (b[h] * power).real() : 0.0);
-    }
-    low = std::min(low, value), high = std::max(high, value);
+/// A period of a waveform, or of its speed per radian, at points evenly spread.
+VectorXd period_of(const std::vector<Complex>& z, bool speed = false) {
+  constexpr Index points = 720;
+  static const Eigen::VectorXcd turns = Eigen::VectorXcd::NullaryExpr(
+      points, [](Index i) { return std::polar(1.0, two_pi * static_cast<double>(i) / points); });
+  VectorXd values = VectorXd::Zero(points);
+  for (std::size_t k = 0; k < z.size(); ++k) {
+    const auto h = static_cast<Index>(k + 1);
+    const Complex factor = speed ? Complex(0.0, static_cast<double>(h)) * z[k] : z[k];
+    for (Index i = 0; i < points; ++i) values[i] += (factor * turns[h * i % points]).real();
   }
-  return 0.5 * (high - low);
+  return values;
+}
+
+/// Half of max - min.
+double amplitude_of(const VectorXd& period) {
+  return 0.5 * (period.maxCoeff() - period.minCoeff());
 }
 
 /// Share of a period of the waveform spent slower than a tenth of its largest speed; of a sine 0.064.
 double share_at_rest(const std::vector<Complex>& z) {
-  constexpr int points = 720;
-  VectorXd speed = VectorXd::Zero(points);
-  for (int i = 0; i < points; ++i)
-    for (std::size_t h = 0; h < z.size(); ++h)
-      speed[i] -= static_cast<double>(h + 1) *
-                  (z[h] * std::polar(1.0, two_pi * i * static_cast<double>(h + 1) / points)).imag();
-  const double limit = 0.1 * speed.cwiseAbs().maxCoeff();
-  return static_cast<double>((speed.cwiseAbs().array() < limit).count()) / points;
+  const VectorXd speed = period_of(z, true).cwiseAbs();
+  return (speed.array() < 0.1 * speed.maxCoeff()).cast<double>().mean();
 }
 
 /// A stretch of the drive judged as a whole.
@@ -244,10 +245,11 @@ class Finder {
                     .frequency_hz = f,
                     .drive = std::abs(drive.z[0])};
     step.drive_distortion = std::hypot(std::abs(drive.z[1]), std::abs(drive.z[2])) / step.drive;
-    step.x_m = amplitude_of(response.z);
+    const VectorXd x_period = period_of(response.z);
+    step.x_m = amplitude_of(x_period);
     const Signal* y = motion_.find("y");
-    step.y_m = y != nullptr       ? amplitude_of(fit_harmonics(y->values, first, end, rate_hz_, f, count).z)
-               : base_ != nullptr ? amplitude_of(response.z, drive.z)
+    step.y_m = y != nullptr       ? amplitude_of(period_of(fit_harmonics(y->values, first, end, rate_hz_, f, count).z))
+               : base_ != nullptr ? amplitude_of(x_period + period_of(drive.z))
                                   : nan;
     constexpr double locked_share = 0.02;  // of the base's motion: sensors disagree by as much
     step.locked = base_ != nullptr && step.x_m < locked_share * step.drive;

@@ -169,6 +169,7 @@ void Integrator::State::start(const Eigen::Ref<const Eigen::VectorXd>& initial) 
   dense.reset(N_VNew_Serial(num_states(), context));
   Vector tolerances(N_VNew_Serial(num_states(), context));
   if (!y || !dense || !tolerances) throw std::bad_alloc();
+  N_VEnableFusedOps_Serial(y.get(), SUNTRUE);  // states are few: a call costs more than the sums in it
   std::copy(initial.begin(), initial.end(), NV_DATA_S(y.get()));
   for (int i = 0; i < num_states(); ++i)
     NV_DATA_S(tolerances.get())[i] = options.absolute_tolerance * (system.scales.empty() ? 1.0 : system.scales[i]);

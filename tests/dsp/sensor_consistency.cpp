@@ -94,7 +94,9 @@ TEST_CASE("power that cannot be there shows a phase error and goes with it", "[d
     return dsp::power_balance(same, recording.samples.col(1), use);
   };
   CHECK(std::abs(rho({})) > 0.2);  // atan(0.4 / 1.6) = 14 degrees: sine 0.24
-  const auto equal = dsp::equalise_sensors(recording, {});
+  dsp::ColumnSpectra spectra(recording);
+  const auto equal = dsp::equalise_sensors(spectra, {});
+  spectra.store();
   REQUIRE(equal.highpass_hz.size() == 1);
   CHECK(std::abs(rho(equal.highpass_hz)) <= 2e-3);
 }
@@ -117,7 +119,9 @@ TEST_CASE("low frequencies that a coupling took come back from the displacement,
   recording.samples.col(1) =
       dsp::ExtendedSpectrum(a, rate_hz).filtered([&](double f) { return dsp::highpass_response(corners_hz, f); });
   recording.samples.col(1).array() += 0.02;
-  dsp::restore_low_frequencies(recording, corners_hz);
+  dsp::ColumnSpectra spectra(recording);
+  dsp::restore_low_frequencies(spectra, corners_hz);
+  spectra.store();
   // Away from the ends, where the coupling's past is unknown.
   const Index skip = 256 * 20;
   CHECK((recording.samples.col(1) - a).segment(skip, n - 2 * skip).cwiseAbs().maxCoeff() <=
