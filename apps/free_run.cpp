@@ -23,6 +23,9 @@ using Eigen::Index;
 
 constexpr int max_switches = 12;  // 3^12 modes
 
+/// Which side of each switch the motion is on: -1, 0 (held on it), 1.
+using Signs = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, max_switches, 1>;
+
 /// An expression of the model, with the places of its signals and switches among those of the whole equation.
 struct Part {
   ident::Expression expression;
@@ -36,11 +39,10 @@ class Equation {
   Equation(const ident::Model& model, const dsp::Motion& motion);
   /// Makes the measured inputs available over samples [first, last).
   void cover(Index first, Index last);
-  [[nodiscard]] double acceleration(double t, const double* state, const std::vector<double>& signs) const;
+  [[nodiscard]] double acceleration(double t, const double* state, const Signs& signs) const;
   [[nodiscard]] double switch_value(std::size_t i, double t, const double* state) const;
   /// d/dt of switch i where it is a velocity (then a switch can hold the motion); `signs` of all switches.
-  [[nodiscard]] double switch_rate(std::size_t i, double t, const double* state,
-                                   const std::vector<double>& signs) const;
+  [[nodiscard]] double switch_rate(std::size_t i, double t, const double* state, const Signs& signs) const;
   [[nodiscard]] bool can_hold(std::size_t i) const { return holds_[i] != Holds::nothing; }
   /// Acceleration that keeps switch i at zero, and the speed at which it is.
   [[nodiscard]] double held_acceleration(std::size_t i, double t) const {
@@ -69,7 +71,7 @@ class Equation {
   }
   [[nodiscard]] double value_of(std::size_t signal, double t, const double* state) const;
   void evaluate_signals(double t, const double* state) const;
-  [[nodiscard]] double evaluate(const Part& part, const std::vector<double>& signs) const;
+  [[nodiscard]] double evaluate(const Part& part, const Signs& signs) const;
 
   const dsp::Motion* motion_;
   bool of_payload_, has_base_;
@@ -184,7 +186,7 @@ void Equation::evaluate_signals(double t, const double* state) const {
   for (std::size_t i = 0; i < signals_.size(); ++i) values_[i] = value_of(i, t, state);
 }
 
-double Equation::evaluate(const Part& part, const std::vector<double>& signs) const {
+double Equation::evaluate(const Part& part, const Signs& signs) const {
   part_values_.resize(part.signals.size());
   part_signs_.resize(part.switches.size());
   for (std::size_t i = 0; i < part.signals.size(); ++i) part_values_[i] = values_[part.signals[i]];
@@ -192,7 +194,7 @@ double Equation::evaluate(const Part& part, const std::vector<double>& signs) co
   return part.expression.evaluate(part_values_.data(), part_signs_.data());
 }
 
-double Equation::acceleration(double t, const double* state, const std::vector<double>& signs) const {
+double Equation::acceleration(double t, const double* state, const Signs& signs) const {
   evaluate_signals(t, state);
   double sum = 0.0;
   for (const Part& term : terms_) sum += term.coefficient * evaluate(term, signs);
@@ -204,13 +206,13 @@ double Equation::switch_value(std::size_t i, double t, const double* state) cons
   return evaluate(switches_[i], {});
 }
 
-double Equation::switch_rate(std::size_t i, double t, const double* state, const std::vector<double>& signs) const {
+double Equation::switch_rate(std::size_t i, double t, const double* state, const Signs& signs) const {
   return acceleration(t, state, signs) - held_acceleration(i, t);
 }
 
-/// Which side of each switch the motion is on: -1, 0 (held on it), 1, coded as a whole number to the base 3.
-std::vector<double> signs_of(int mode, std::size_t num_switches) {
-  std::vector<double> signs(num_switches);
+/// The sides of all switches, coded as a whole number to the base 3.
+Signs signs_of(int mode, std::size_t num_switches) {
+  Signs signs(static_cast<Index>(num_switches));
   for (double& sign : signs) {
     sign = mode % 3 - 1;
     mode /= 3;
@@ -218,14 +220,14 @@ std::vector<double> signs_of(int mode, std::size_t num_switches) {
   return signs;
 }
 
-int mode_of(const std::vector<double>& signs) {
+int mode_of(const Signs& signs) {
   int mode = 0;
-  for (auto sign = signs.rbegin(); sign != signs.rend(); ++sign) mode = 3 * mode + static_cast<int>(*sign) + 1;
+  for (Index i = signs.size(); i-- > 0;) mode = 3 * mode + static_cast<int>(signs[i]) + 1;
   return mode;
 }
 
 /// Where the motion goes from switch i: back onto it from both sides (Filippov: it is held, 0), or to one side.
-double side_after(const Equation& equation, std::size_t i, double t, const double* state, std::vector<double> signs) {
+double side_after(const Equation& equation, std::size_t i, double t, const double* state, Signs signs) {
   const double before = signs[i];
   if (!equation.can_hold(i)) {
     const double value = equation.switch_value(i, t, state);
@@ -250,7 +252,7 @@ sim::System switched_system(const std::shared_ptr<const Equation>& equation, dou
   system.states = {equation->of_payload() ? "y" : "x", equation->of_payload() ? "dy" : "v"};
   system.rhs = [=](double t, const double* y, int mode, double* dydt) {
     const auto state = physical(y);
-    const std::vector<double> signs = signs_of(mode, num);
+    const Signs signs = signs_of(mode, num);
     const auto held = std::find(signs.begin(), signs.end(), 0.0);
     dydt[0] = state[1] / position_scale;
     dydt[1] = (held == signs.end() ? equation->acceleration(t, state.data(), signs)
@@ -263,9 +265,9 @@ sim::System switched_system(const std::shared_ptr<const Equation>& equation, dou
   // there.
   system.switching = [=](double t, const double* y, int mode, double* values) {
     const auto state = physical(y);
-    const std::vector<double> signs = signs_of(mode, num);
+    const Signs signs = signs_of(mode, num);
     for (std::size_t i = 0; i < num; ++i) {
-      std::vector<double> side = signs;
+      Signs side = signs;
       const bool on = signs[i] == 0.0;
       side[i] = 1.0;
       values[2 * i] = on ? equation->switch_rate(i, t, state.data(), side) : equation->switch_value(i, t, state.data());
@@ -274,10 +276,10 @@ sim::System switched_system(const std::shared_ptr<const Equation>& equation, dou
     }
   };
   system.next_mode = [=](double t, double* y, int mode, int which) {
-    std::vector<double> signs = signs_of(mode, num);
+    Signs signs = signs_of(mode, num);
     const auto state = physical(y);
     if (which < 0) {
-      signs.assign(num, 1.0);
+      signs.setOnes();
       for (std::size_t i = 0; i < num; ++i) {
         const double value = equation->switch_value(i, t, state.data());
         signs[i] = value == 0.0 ? side_after(*equation, i, t, state.data(), signs) : value < 0.0 ? -1.0 : 1.0;
@@ -348,7 +350,7 @@ bool run_stretch(const ident::Model& model, const Course& course, const Course::
   const sim::Simulation run =
       sim::simulate(switched_system(equation, position_scale, speed_scale), initial, simulate_options);
   for (const sim::Event& event : run.events) {
-    const std::vector<double> signs = signs_of(event.mode_after, equation->num_switches());
+    const Signs signs = signs_of(event.mode_after, equation->num_switches());
     result.sticks = result.sticks || std::find(signs.begin(), signs.end(), 0.0) != signs.end();
   }
   if (run.status != sim::SimulationStatus::finished) {

@@ -18,19 +18,33 @@ using Eigen::Index;
 using Eigen::VectorXd;
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// out[c] = sum_i taps[i] x[i][c] for C neighbouring channels of frames `stride` apart, in four partial sums that are
-// added last: one order whatever the block, and four chains for the processor to overlap.
-template <int C>
-inline __attribute__((always_inline)) void weigh(const double* x, Index stride, const double* taps, Index length,
-                                                 double* out) {
+// out[n][c] = sum_i taps[i] x[i + n hop][c] for C neighbouring channels of frames `stride` apart and N outputs, which
+// share the taps as they are loaded. Each in four partial sums that are added last: one order whatever the block, and
+// chains for the processor to overlap.
+template <int C, int N>
+inline __attribute__((always_inline)) void weigh(const double* x, Index stride, Index hop, const double* taps,
+                                                 Index length, double* out) {
   typedef double Channels __attribute__((vector_size(C * sizeof(double)), aligned(8), may_alias));
-  Channels sums[4] = {};
+  Channels sums[N][4] = {};
+  const auto add = [&](Index i, int part) {
+    for (int n = 0; n < N; ++n)
+      sums[n][part] += taps[i] * *reinterpret_cast<const Channels*>(x + (i + n * hop) * stride);
+  };
   Index i = 0;
   for (; i + 4 <= length; i += 4)
-    for (int part = 0; part < 4; ++part)
-      sums[part] += taps[i + part] * *reinterpret_cast<const Channels*>(x + (i + part) * stride);
-  for (; i < length; ++i) sums[0] += taps[i] * *reinterpret_cast<const Channels*>(x + i * stride);
-  *reinterpret_cast<Channels*>(out) = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+    for (int part = 0; part < 4; ++part) add(i + part, part);
+  for (; i < length; ++i) add(i, 0);
+  for (int n = 0; n < N; ++n)
+    *reinterpret_cast<Channels*>(out + n * stride) = (sums[n][0] + sums[n][1]) + (sums[n][2] + sums[n][3]);
+}
+
+template <int N>
+inline __attribute__((always_inline)) void weigh_channels(const double* x, Index num_channels, Index hop,
+                                                          const double* taps, Index length, double* out) {
+  Index c = 0;
+  for (; c + 4 <= num_channels; c += 4) weigh<4, N>(x + c, num_channels, hop, taps, length, out + c);
+  for (; c + 2 <= num_channels; c += 2) weigh<2, N>(x + c, num_channels, hop, taps, length, out + c);
+  for (; c < num_channels; ++c) weigh<1, N>(x + c, num_channels, hop, taps, length, out + c);
 }
 
 // The same for a single channel, whose rows are neighbours: eight partial sums, one a lane.
@@ -52,12 +66,12 @@ ARDENT_DISPATCH void weigh_all(const double* x, Index num_channels, Index hop, c
     for (Index n = 0; n < count; ++n, x += hop) out[n] = weigh_one(x, taps, length);
     return;
   }
-  for (Index n = 0; n < count; ++n, x += hop * num_channels, out += num_channels) {
-    Index c = 0;
-    for (; c + 4 <= num_channels; c += 4) weigh<4>(x + c, num_channels, taps, length, out + c);
-    for (; c + 2 <= num_channels; c += 2) weigh<2>(x + c, num_channels, taps, length, out + c);
-    for (; c < num_channels; ++c) weigh<1>(x + c, num_channels, taps, length, out + c);
-  }
+  constexpr int together = 2;
+  Index n = 0;
+  for (; n + together <= count; n += together)
+    weigh_channels<together>(x + n * hop * num_channels, num_channels, hop, taps, length, out + n * num_channels);
+  for (; n < count; ++n)
+    weigh_channels<1>(x + n * hop * num_channels, num_channels, hop, taps, length, out + n * num_channels);
 }
 
 // One stage of the stream. Rows are numbered from the record's first; the buffer begins at row first_.

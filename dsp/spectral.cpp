@@ -61,14 +61,18 @@ double ExtendedSpectrum::frequency_hz(Index bin) const {
   return static_cast<double>(bin) * sample_rate_hz_ / static_cast<double>(fft_.size());
 }
 
+VectorXd ExtendedSpectrum::back(Eigen::VectorXcd spectrum, double mean) const {
+  return fft_.inverse(std::move(spectrum)).head(num_samples_).array() + mean;
+}
+
 VectorXd ExtendedSpectrum::signal() const {
-  return fft_.inverse(spectrum_).head(num_samples_).array() + mean_;
+  return back(spectrum_, mean_);
 }
 
 VectorXd ExtendedSpectrum::filtered(const Response& response) const {
-  ExtendedSpectrum product = *this;
-  product.multiply(response);
-  return product.signal();
+  Eigen::VectorXcd product(spectrum_.size());
+  for (Index k = 0; k < spectrum_.size(); ++k) product(k) = spectrum_(k) * response(frequency_hz(k));
+  return back(std::move(product), mean_ * response(0.0).real());
 }
 
 void ExtendedSpectrum::multiply(const Response& response) {
@@ -95,7 +99,7 @@ VectorXd ExtendedSpectrum::derivative(int order, const SpectralBand& band) const
     for (int i = 0; i < order; ++i) factor *= 2.0 * std::numbers::pi * f;
     product(k) = spectrum_(k) * (factor * turn);
   }
-  return fft_.inverse(std::move(product)).head(num_samples_).array() + (order == 0 ? mean_ : 0.0);
+  return back(std::move(product), order == 0 ? mean_ : 0.0);
 }
 
 double ExtendedSpectrum::power_fraction_above(double limit_hz) const {

@@ -39,6 +39,7 @@ class ExtendedSpectrum {
 
  private:
   [[nodiscard]] double frequency_hz(Eigen::Index bin) const;
+  [[nodiscard]] Eigen::VectorXd back(Eigen::VectorXcd spectrum, double mean) const;
 
   double sample_rate_hz_ = 0.0, mean_ = 0.0;
   Eigen::Index num_samples_ = 0;

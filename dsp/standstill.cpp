@@ -81,8 +81,7 @@ void Standstill::follow(std::span<const SampleCell> cells, const StepScale& scal
       low_ = std::min(low_, cell.mean);
       high_ = std::max(high_, cell.mean);
     }
-    std::copy_backward(steps_.begin(), steps_.end() - 1, steps_.end());
-    steps_[0] = cell.step;
+    steps_ = {cell.step, steps_[0], steps_[1], steps_[2]};
     levels_before_ = {cell.mean, levels_before_[0]};
     ++cell_;
   }
