@@ -51,7 +51,7 @@ void add_global_options(CLI::App& app, GlobalOptions& options) {
   app.add_option("--threads", options.num_threads,
                  "Threads; 0: as many as there are processors. The results are the same")
       ->check(CLI::Range(0, 1024))
-      ->capture_default_str();
+      ->option_text("INT=0");
   app.add_flag("--dry-run", options.dry_run, "Say what would be done");
   app.add_flag("--force", options.force, "Replace an earlier result");
   app.add_flag("--strict", options.strict, "Warnings are errors");
@@ -59,7 +59,8 @@ void add_global_options(CLI::App& app, GlobalOptions& options) {
   const std::map<std::string, ProgressMode> modes{
       {"auto", ProgressMode::automatic}, {"always", ProgressMode::always}, {"never", ProgressMode::never}};
   app.add_option("--progress", options.progress, "auto (on a terminal), always or never")
-      ->transform(CLI::CheckedTransformer(modes));
+      ->transform(CLI::CheckedTransformer(modes))
+      ->option_text("WHEN=auto");
   app.set_version_flag("--version", version_text());
 }
 
@@ -123,8 +124,9 @@ CLI::App* add_run(CLI::App& app, const char* name, const char* help, const Globa
   command->add_option("INPUT", arguments->input, "A config (NAME.toml), or a recording")->required();
   command->add_flag("--salvage", arguments->salvage, "Read what is left of a truncated recording");
   command->add_flag("--uncalibrated", arguments->uncalibrated, "Channels without a sensitivity stay raw");
-  command->add_option("--max-memory", *max_memory_mb, "Most memory a recording may take, MB")
-      ->check(CLI::Range(1, 1 << 30));
+  command->add_option("--max-memory", *max_memory_mb, "Most memory a recording may take")
+      ->check(CLI::Range(1, 1 << 30))
+      ->option_text("MB");
   command->callback([=, &global, &chosen] {
     chosen = [=, &global](Console& console) {
       RunArguments all = *arguments;
@@ -289,7 +291,7 @@ void add_frc(CLI::App& app, const GlobalOptions& global, Command& chosen) {
   command->add_option("--method", arguments->method, "Method that found it; fast_rvm unless said");
   command->add_option("--draws", arguments->num_draws, "Draws of the coefficients; 0: no uncertainty")
       ->check(CLI::Range(0, 100000))
-      ->capture_default_str();
+      ->option_text("INT=40");
   command->add_option("--static-friction", arguments->static_friction,
                       "What a resting payload withstands, m/s^2; slipping does not tell");
   command->footer("--set from_hz, to_hz, step_hz, amplitude_mm of the base (amplitude, where a force drives)");

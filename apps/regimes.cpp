@@ -48,6 +48,13 @@ dsp::Check judged(const PowerCheck& power) {
   constexpr double limit = 0.02;  // velocity and acceleration out of phase by about a degree
   const double raw = std::fmax(std::abs(power.raw_low), std::abs(power.raw_high));
   const double corrected = std::fmax(std::abs(power.corrected_low), std::abs(power.corrected_high));
+  if (!std::isfinite(raw))
+    return {"power.balance",
+            "",
+            dsp::CheckStatus::note,
+            raw,
+            limit,
+            "power balance not computed: no regime of motion has rows with velocity and acceleration"};
   return {"power.balance",
           "",
           raw > limit ? dsp::CheckStatus::warning : dsp::CheckStatus::ok,
