@@ -86,15 +86,19 @@ RealFft::RealFft(Eigen::Index n) {
 }
 
 std::shared_ptr<const RealFft::Plans> RealFft::plans_for(Eigen::Index n) {
-  // Making a plan costs as much as ten transforms, and one record is transformed at one length again and again.
-  constexpr std::size_t most_kept = 8;
+  // Making a plan costs as much as ten transforms, and one record is transformed at one length again and again. Plans
+  // hold as many numbers as they transform: of long ones only the latest is kept.
+  constexpr Eigen::Index most_samples_kept = Eigen::Index{1} << 20;
   static std::mutex mutex;
   static std::deque<std::shared_ptr<const Plans>> latest_first;
   const std::lock_guard lock(mutex);
   auto found = std::find_if(latest_first.begin(), latest_first.end(), [n](const auto& plans) { return plans->n == n; });
   if (found == latest_first.end()) {
     latest_first.push_front(std::make_shared<const Plans>(n));
-    if (latest_first.size() > most_kept) latest_first.pop_back();
+    Eigen::Index kept = 0;
+    const auto too_much = std::find_if(latest_first.begin() + 1, latest_first.end(),
+                                       [&](const auto& plans) { return (kept += plans->n) + n > most_samples_kept; });
+    latest_first.erase(too_much, latest_first.end());
   } else {
     std::rotate(latest_first.begin(), found, found + 1);
   }

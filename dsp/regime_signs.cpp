@@ -14,15 +14,16 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-VectorXd moving_mean(const VectorXd& x, Index half) {
-  VectorXd sum(x.size() + 1);
-  sum(0) = 0.0;
+// Of an expression, sample by sample, so that products need no room of their own.
+template <class Expression>
+VectorXd moving_mean(const Eigen::MatrixBase<Expression>& x, Index half) {
   const double centre = x.mean();  // summed about the mean: no digits lost to an offset
-  for (Index i = 0; i < x.size(); ++i) sum(i + 1) = sum(i) + (x(i) - centre);
   VectorXd mean(x.size());
-  for (Index i = 0; i < x.size(); ++i) {
-    const Index from = std::max<Index>(0, i - half), to = std::min(x.size(), i + half + 1);
-    mean(i) = centre + (sum(to) - sum(from)) / static_cast<double>(to - from);
+  double sum = 0.0;
+  for (Index i = 0, from = 0, to = 0; i < x.size(); ++i) {
+    for (; to < std::min(x.size(), i + half + 1); ++to) sum += x.coeff(to) - centre;
+    for (; from < i - half; ++from) sum -= x.coeff(from) - centre;
+    mean(i) = centre + sum / static_cast<double>(to - from);
   }
   return mean;
 }
@@ -80,12 +81,15 @@ double displacement_noise(const VectorXd& x, double rate_hz, double period_s) {
 }
 
 VectorXd phase_between(const VectorXd& x, const VectorXd& r, Index half) {
-  const VectorXd xx = moving_mean(x.cwiseAbs2(), half), rr = moving_mean(r.cwiseAbs2(), half),
-                 xr = moving_mean(x.cwiseProduct(r), half);
+  VectorXd phase = moving_mean(x.cwiseProduct(r), half);
+  VectorXd power = moving_mean(x.cwiseAbs2(), half);
+  const double largest = power.maxCoeff();
+  phase.array() *= (power.array() > 0.0).select(power.array().rsqrt(), 0.0);
+  power = moving_mean(r.cwiseAbs2(), half);
   // A tenth of its largest amplitude, or a fiftieth of x's, is no motion of a base.
-  const double still = std::max(0.01 * rr.maxCoeff(), 4e-4 * xx.maxCoeff());
-  return VectorXd::NullaryExpr(
-      x.size(), [&](Index i) { return rr(i) > still && xx(i) > 0.0 ? xr(i) / std::sqrt(xx(i) * rr(i)) : 0.0; });
+  const double still = std::max(0.01 * power.maxCoeff(), 4e-4 * largest);
+  phase.array() *= (power.array() > still).select(power.array().rsqrt(), 0.0);
+  return phase;
 }
 
 }  // namespace
@@ -95,30 +99,33 @@ Index RegimeSigns::samples_in(double seconds) const {
 }
 
 RegimeSigns regime_signs(const Motion& motion, const SegmentOptions& options) {
-  const VectorXd &x = motion.at("x"), &v = motion.at("v");
-  RegimeSigns signs{.sample_rate_hz = motion.sample_rate_hz, .excluded = motion.excluded};
-  signs.excluded.resize(static_cast<std::size_t>(x.size()), 0);
-  const auto swing_of = [&](const VectorXd& signal) -> VectorXd {
-    return signal - moving_mean(signal, signs.samples_in(options.baseline_window_s / 2));
-  };
-  const VectorXd swing = swing_of(x);
-  const Index half = signs.samples_in(options.envelope_window_s / 2);
-  signs.envelope_m = 0.5 * (moving_max(swing, half) + moving_max(-swing, half));
-
-  signs.period_s = dominant_period_s(v, motion.sample_rate_hz);
+  const VectorXd& v = motion.at("v");
+  const double rate_hz = motion.sample_rate_hz;
+  RegimeSigns signs{.sample_rate_hz = rate_hz, .excluded = motion.excluded};
+  signs.excluded.resize(static_cast<std::size_t>(v.size()), 0);
+  signs.period_s = dominant_period_s(v, rate_hz);
   const SpectralBand slow{5.0 / signs.period_s, 6.5 / signs.period_s};
-  if (slow.cutoff_hz < motion.sample_rate_hz / 2 && v.size() >= 8) {
-    signs.speed_m_per_s =
-        ExtendedSpectrum(v, motion.sample_rate_hz).filtered([&](double f) { return slow.gain(f); }).cwiseAbs();
-    // Derived, noise of density S in x has (2 pi f)^2 S.
-    signs.speed_noise_m_per_s =
-        2.0 * std::numbers::pi *
-        std::sqrt(displacement_noise(swing, motion.sample_rate_hz, signs.period_s) * std::pow(slow.cutoff_hz, 3) / 3.0);
-  } else {
-    signs.speed_m_per_s = v.cwiseAbs();
+  const bool has_faster = slow.cutoff_hz < rate_hz / 2 && v.size() >= 8;
+  const auto swing_of = [&](const char* name) -> VectorXd {
+    VectorXd swing = moving_mean(motion.at(name), signs.samples_in(options.baseline_window_s / 2));
+    swing = motion.at(name) - swing;
+    return swing;
+  };
+  {  // long records: what is used up is let go
+    const VectorXd x = swing_of("x");
+    if (has_faster)  // derived, noise of density S in x has (2 pi f)^2 S
+      signs.speed_noise_m_per_s =
+          2.0 * std::numbers::pi *
+          std::sqrt(displacement_noise(x, rate_hz, signs.period_s) * std::pow(slow.cutoff_hz, 3) / 3.0);
+    if (motion.find("r") != nullptr) signs.phase = phase_between(x, swing_of("r"), signs.samples_in(signs.period_s));
+    const Index half = signs.samples_in(options.envelope_window_s / 2);
+    signs.envelope_m = moving_max(x, half);
+    signs.envelope_m = 0.5 * (signs.envelope_m + moving_max(-x, half));
   }
-  if (motion.find("r") != nullptr)
-    signs.phase = phase_between(swing, swing_of(motion.at("r")), signs.samples_in(signs.period_s));
+  if (has_faster)
+    signs.speed_m_per_s = ExtendedSpectrum(v, rate_hz).filtered([&](double f) { return slow.gain(f); }).cwiseAbs();
+  else
+    signs.speed_m_per_s = v.cwiseAbs();
   return signs;
 }
 
