@@ -18,7 +18,8 @@ std::vector<std::pair<std::string, double>> parse_settings(const std::vector<std
     const bool is_number = equals != std::string::npos && equals > 0 &&
                            std::from_chars(setting.data() + equals + 1, end, value).ptr == end &&
                            equals + 1 < setting.size() && std::isfinite(value);
-    if (!is_number) throw std::invalid_argument(fmt::format("--set: got \"{}\", want parameter=number", setting));
+    if (!is_number)
+      throw std::invalid_argument(fmt::format("--set: got \"{}\", want parameter=number, a finite one", setting));
     parsed.emplace_back(setting.substr(0, equals), value);
   }
   return parsed;

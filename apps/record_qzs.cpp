@@ -16,6 +16,7 @@
 #include "apps/response_report.hpp"
 #include "apps/rig_programme.hpp"
 #include "apps/sensor_fault_settings.hpp"
+#include "apps/system_fault.hpp"
 #include "dsp/decimate.hpp"
 #include "dsp/sidecar.hpp"
 #include "dsp/sound_file.hpp"
@@ -52,6 +53,11 @@ void set_parameters(sim::QzsParameters& parameters, const Settings& settings, st
     }
 }
 
+dsp::Fault refused(const std::invalid_argument& error) {
+  const std::string_view why = error.what();
+  return {dsp::FaultKind::usage, "sim.option", fmt::format("sim {}{}", why.starts_with("qzs: ") ? "" : "qzs: ", why)};
+}
+
 Setup set_up(const SimulateArguments& arguments) {
   if (!arguments.raw && (arguments.sensors || arguments.container || arguments.from_s || arguments.rate_hz))
     throw dsp::Fault(dsp::FaultKind::usage, "sim.option",
@@ -84,13 +90,16 @@ Setup set_up(const SimulateArguments& arguments) {
     setup.raw.noise = arguments.noise.value_or(1.0);
     setup.raw.seed = arguments.seed;
     for (auto& fault : setup.raw.faults) {  // seconds of the recording, of the test from here on
+      if (fault.from_s >= setup.duration_s)
+        throw std::invalid_argument(fmt::format("qzs: a sensor is to fail at {:g} s, the recording ends at {:g} s",
+                                                fault.from_s, setup.duration_s));
       fault.from_s += setup.from_s;
       fault.to_s += setup.from_s;
     }
     setup.container = dsp::sound_container(arguments.container.value_or("rf64"));
     return setup;
   } catch (const std::invalid_argument& error) {
-    throw dsp::Fault(dsp::FaultKind::usage, "sim.option", fmt::format("sim {}", error.what()));
+    throw refused(error);
   }
 }
 
@@ -183,6 +192,22 @@ void write_recording(const Setup& setup, const fs::path& file, Console& console)
   writer.close();
 }
 
+/// Throws dsp::Fault output.space where the files would not fit.
+void require_space(const Setup& setup, const SimulateArguments& arguments) {
+  constexpr double bytes_per_response = 140.0, bytes_per_truth = 110.0, bytes_per_sample = 3.0;
+  double bytes = setup.duration_s * truth_rate_hz / rows_per_response * bytes_per_response;
+  if (arguments.raw)
+    bytes +=
+        setup.duration_s * (truth_rate_hz * bytes_per_truth + setup.rate_hz * sim::num_raw_channels * bytes_per_sample);
+  std::error_code unknown;
+  const auto available = static_cast<double>(fs::space(arguments.folder, unknown).available);
+  if (!unknown && bytes > available)
+    throw output_fault(
+        "output.space", arguments.folder,
+        fmt::format("{:.3g} MB are needed, {:.3g} MB free. Shorten --duration or write elsewhere with -o", 1e-6 * bytes,
+                    1e-6 * available));
+}
+
 /// What a person at the rig would know: nominal sensitivities, and that hands were at the payload.
 std::string sidecar(const Setup& setup) {
   std::string text =
@@ -272,7 +297,7 @@ std::vector<fs::path> sweep_qzs(const SimulateArguments& arguments, Console& con
     if (!console.json()) console.result(response_text(reported.response));
     return files;
   } catch (const std::invalid_argument& error) {
-    throw dsp::Fault(dsp::FaultKind::usage, "sim.option", fmt::format("sim {}", error.what()));
+    throw refused(error);
   }
 }
 
@@ -280,8 +305,9 @@ fs::path write_rig_recording(const SimulateArguments& arguments, Console& consol
   return record(set_up(arguments), arguments.folder, console);
 }
 
-std::vector<fs::path> record_qzs(const SimulateArguments& arguments, Console& console, ordered_json& truth) {
+std::vector<fs::path> record_qzs(const SimulateArguments& arguments, Console& console, ordered_json& truth) try {
   const Setup setup = set_up(arguments);
+  require_space(setup, arguments);
   truth["noise"] = setup.raw.noise;
   truth["twin"] = setup.twin;
   truth["programme"] = setup.programme;
@@ -299,6 +325,9 @@ std::vector<fs::path> record_qzs(const SimulateArguments& arguments, Console& co
   }
   write_motion(setup, arguments.folder, arguments.raw, console, truth);
   return files;
+} catch (const sim::Diverged& error) {
+  throw dsp::Fault(dsp::FaultKind::numerics, "sim.diverged",
+                   fmt::format("sim {}. Try other parameters or a shorter --duration", error.what()));
 }
 
 }  // namespace apps

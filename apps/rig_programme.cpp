@@ -53,6 +53,9 @@ sim::Programme stepped(bool up, Settings& settings) {
 }  // namespace
 
 sim::Programme rig_programme(std::string_view name, Settings& settings) {
+  for (const auto& [key, value] : settings)
+    if (key == "amplitude_mm" && !(value > 0.0))
+      throw std::invalid_argument(fmt::format("qzs: amplitude_mm must be positive, got {}", value));
   if (name == "down" || name == "up") return stepped(name == "up", settings);
   if (name != "decay")
     throw std::invalid_argument(fmt::format("qzs: no programme \"{}\"; there are down, up, decay", name));

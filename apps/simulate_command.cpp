@@ -106,13 +106,7 @@ void check_numbers(const SimulateArguments& arguments) {
                      fmt::format("sim: --duration must be at least {} s, got {}", 1.0 / sample_rate_hz, duration_s));
 }
 
-}  // namespace
-
-void run_simulate(const SimulateArguments& arguments, Console& console) {
-  check_numbers(arguments);
-  std::error_code error;
-  fs::create_directories(arguments.folder, error);
-  if (error) throw cannot_write(arguments.folder, error.value());
+void simulate_into(const SimulateArguments& arguments, Console& console) {
   ordered_json truth{{"system", arguments.system},
                      {"seed", arguments.seed},
                      {"noise", 0.0},
@@ -138,6 +132,21 @@ void run_simulate(const SimulateArguments& arguments, Console& console) {
                        truth["num_events"].get<std::size_t>());
   for (const auto& file : files) text += fmt::format("  {}\n", file.string());
   console.result(text);
+}
+
+}  // namespace
+
+void run_simulate(const SimulateArguments& arguments, Console& console) {
+  check_numbers(arguments);
+  std::error_code error;
+  const bool is_new = fs::create_directories(arguments.folder, error);
+  if (error) throw cannot_write(arguments.folder, error.value());
+  try {
+    simulate_into(arguments, console);
+  } catch (...) {
+    if (is_new) fs::remove(arguments.folder, error);  // if it is empty
+    throw;
+  }
 }
 
 }  // namespace apps

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 namespace sim {
 namespace {
@@ -41,7 +40,7 @@ QzsParameters qzs_twin(std::string_view name) {
             .time_modulation = 0.1,
             .bounce_hz = 10.7,
             .second_highpass_hz = 0.30};
-  throw std::invalid_argument(fmt::format("no twin \"{}\"; there are T0, T1", name));
+  throw std::invalid_argument(fmt::format("qzs: no twin \"{}\"; there are T0, T1", name));
 }
 
 void set_parameter(QzsParameters& parameters, std::string_view name, double value) {
@@ -73,6 +72,17 @@ std::vector<TrueTerm> true_terms(const QzsParameters& p) {
 
 QzsRig::QzsRig(const QzsParameters& parameters, const Programme& programme)
     : parameters_(parameters), programme_(programme), base_(programme) {
+  const auto need = [](bool met, std::string_view what, double got) {
+    if (!met) throw std::invalid_argument(fmt::format("qzs: need {}, got {}", what, got));
+  };
+  need(parameters.stribeck_m_per_s >= 0.0, "stribeck_m_per_s >= 0", parameters.stribeck_m_per_s);
+  need(std::abs(parameters.position_modulation) < 1.0, "|position_modulation| < 1", parameters.position_modulation);
+  need(std::abs(parameters.time_modulation) < 1.0, "|time_modulation| < 1", parameters.time_modulation);
+  need(parameters.position_period_m > 0.0, "position_period_m > 0", parameters.position_period_m);
+  need(parameters.time_period_s > 0.0, "time_period_s > 0", parameters.time_period_s);
+  need(parameters.bounce_hz >= 0.0, "bounce_hz >= 0", parameters.bounce_hz);
+  need(parameters.bounce_damping >= 0.0, "bounce_damping >= 0", parameters.bounce_damping);
+  need(parameters.second_highpass_hz >= 0.0, "second_highpass_hz >= 0", parameters.second_highpass_hz);
   // Otherwise a payload let go would be caught again at once, without end.
   if (!(parameters.mu_static >= parameters.mu_kinetic && parameters.mu_kinetic >= 0.0))
     throw std::invalid_argument(fmt::format("qzs: need 0 <= mu_kinetic <= mu_static, got {} and {}",
@@ -147,9 +157,10 @@ QzsTrajectory::QzsTrajectory(std::shared_ptr<const QzsRig> rig, double duration_
 void QzsTrajectory::next_stretch() {
   const bool new_step = stretch_ == num_stretches_;
   if (new_step) {
-    if (!integrator_.step()) throw std::runtime_error("qzs: " + integrator_.reason());
+    if (!integrator_.step()) throw Diverged(integrator_.reason());
     stretch_ = 0;
-    num_stretches_ = static_cast<int>(std::ceil((integrator_.end_s() - integrator_.begin_s()) / widest_stretch_s));
+    num_stretches_ =
+        std::max(1, static_cast<int>(std::ceil((integrator_.end_s() - integrator_.begin_s()) / widest_stretch_s)));
     // A new mode or a new direction: the acceleration starts afresh, and v exactly at 0 after an event.
     double y[2];
     integrator_.states(integrator_.begin_s(), y);
@@ -163,6 +174,9 @@ void QzsTrajectory::next_stretch() {
                : integrator_.begin_s() + stretch_ * (integrator_.end_s() - integrator_.begin_s()) / num_stretches_;
   double y[2];
   integrator_.states(end_s_, y);
+  constexpr double far_m = 1e6;  // squares and cubes of what a sensor sees must stay numbers
+  if (!(std::abs(y[0]) < far_m))
+    throw Diverged(fmt::format("qzs: the payload runs away: x = {:.3g} m at {:.6g} s", y[0], end_s_));
   const double a1 =
       rig_->acceleration(end_s_, y[0], y[1], rig_->base().at(end_s_, near_).ddr_m_per_s2, integrator_.mode());
   const double h = end_s_ - begin_s_;
@@ -174,15 +188,15 @@ void QzsTrajectory::next_stretch() {
 
 const QzsState& QzsTrajectory::at(double t) {
   state_.t_s = t;
-  if (t <= 0.0) return state_;
+  if (t <= 0.0 && end_s_ == 0.0) return state_;
   if (!(t >= begin_s_ && t <= duration_s_))
     throw std::invalid_argument(
         fmt::format("QzsTrajectory: times must increase up to {} s, got {} after {}", duration_s_, t, begin_s_));
   while (t > end_s_) next_stretch();
   const auto& p = x_powers_;
-  const double h = end_s_ - begin_s_, u = (t - begin_s_) / h;
+  const double h = end_s_ - begin_s_, u = h > 0.0 ? (t - begin_s_) / h : 0.0;
   state_.x = p[0] + u * (p[1] + u * (p[2] + u * (p[3] + u * (p[4] + u * p[5]))));
-  state_.v = (p[1] + u * (2.0 * p[2] + u * (3.0 * p[3] + u * (4.0 * p[4] + u * 5.0 * p[5])))) / h;
+  state_.v = h > 0.0 ? (p[1] + u * (2.0 * p[2] + u * (3.0 * p[3] + u * (4.0 * p[4] + u * 5.0 * p[5])))) / h : v_;
   state_.mode = integrator_.mode();
   state_.base = rig_->base().at(t, near_);
   state_.a = rig_->acceleration(t, state_.x, state_.v, state_.base.ddr_m_per_s2, state_.mode);

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <memory>
+#include <stdexcept>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -38,6 +39,7 @@ enum QzsMode { qzs_slip_down = -1, qzs_stick = 0, qzs_slip_up = 1 };
 
 class QzsRig {
  public:
+  /// Throws std::invalid_argument for friction, periods or frequencies that no rig has.
   QzsRig(const QzsParameters& parameters, const Programme& programme);
   [[nodiscard]] const QzsParameters& parameters() const { return parameters_; }
   [[nodiscard]] const Programme& programme() const { return programme_; }
@@ -55,6 +57,11 @@ class QzsRig {
   BaseMotion base_;
 };
 
+/// The payload runs away, or cannot be integrated further; what() says when.
+struct Diverged : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 struct QzsState {
   double t_s = 0.0, x = 0.0, v = 0.0, a = 0.0;  ///< relative motion, SI
   BaseState base;
@@ -68,7 +75,8 @@ struct QzsState {
 class QzsTrajectory {
  public:
   QzsTrajectory(std::shared_ptr<const QzsRig> rig, double duration_s);
-  /// Rest before t = 0. Throws std::invalid_argument for a t before the stretch of the last one, or past the end.
+  /// Rest before t = 0. Throws std::invalid_argument for a t before the stretch of the last one, or past the end;
+  /// Diverged where the motion has no end.
   [[nodiscard]] const QzsState& at(double t);
   [[nodiscard]] const QzsRig& rig() const { return *rig_; }
   [[nodiscard]] const std::vector<Event>& events() const { return integrator_.events(); }

@@ -135,7 +135,7 @@ SensorLevel sensor_level(std::string_view name) {
   if (name == "ideal") return SensorLevel::ideal;
   if (name == "noise") return SensorLevel::noise;
   if (name == "full") return SensorLevel::full;
-  throw std::invalid_argument(fmt::format("no sensors \"{}\"; there are ideal, noise, full", name));
+  throw std::invalid_argument(fmt::format("qzs: no sensors \"{}\"; there are ideal, noise, full", name));
 }
 
 std::array<RigSensor, num_raw_channels> rig_sensors(SensorLevel level, const QzsParameters& parameters) {

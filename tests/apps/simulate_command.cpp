@@ -298,7 +298,17 @@ TEST_CASE("what cannot be simulated is told in one line", "[apps][simulate_comma
   // 13 981 s of 4 channels of 24 bits at 25.6 kHz are 4 GiB.
   fails({.system = "qzs", .folder = {}, .duration_s = 14000.0, .raw = true, .container = "wav"}, "container.limit",
         "rf64");
-  CHECK(fs::is_empty(folder / "out"));
+  for (const std::string setting : {"bounce_hz=-5", "stribeck_m_per_s=-1", "position_modulation=3",
+                                    "position_period_m=0", "amplitude_mm=-4", "k1=nan"})
+    fails({.system = "qzs", .folder = {}, .set = {setting}}, "sim.option", setting.substr(0, setting.find('=')));
+  fails({.system = "qzs", .folder = {}, .duration_s = 20.0, .set = {"clip=payload_laser:30:40:1"}, .raw = true},
+        "sim.option", "fail at 30 s");
+  CHECK_FALSE(fs::exists(folder / "out"));  // nothing was there before
+  check_fault([&] { simulate({.system = "qzs", .folder = folder / "out", .duration_s = 1e12, .raw = true}); },
+              dsp::FaultKind::output, "output.space", {"MB free", "--duration"});
+  for (const std::string setting : {"k3=-1e9", "c=-5"})
+    check_fault([&] { simulate({.system = "qzs", .folder = folder / "out", .duration_s = 20.0, .set = {setting}}); },
+                dsp::FaultKind::numerics, "sim.diverged", {"Try"});
   // A softening spring pulled past its crest runs away.
   check_fault([&] { simulate({.system = "duffing", .folder = folder / "out", .set = {"epsilon=-100"}}); },
               dsp::FaultKind::numerics, "sim.diverged", {"passed 1e+06", "Try"});

@@ -146,6 +146,7 @@ TEST_CASE("the rig's state at a time does not depend on the times asked for befo
     REQUIRE(state.a == expected.a);
   }
   CHECK_THROWS_AS(coarse.at(9.0), std::invalid_argument);
+  CHECK_THROWS_AS(coarse.at(0.0), std::invalid_argument);
   CHECK_THROWS_AS(coarse.at(10.1), std::invalid_argument);
 }
 
@@ -226,6 +227,9 @@ TEST_CASE("a twin's parameters are found and set by name", "[sim][qzs_rig]") {
   CHECK_THROWS_WITH(sim::qzs_twin("T2"), Catch::Contains("T0, T1"));
   parameters.mu_kinetic = 0.6;
   CHECK_THROWS_WITH(sim::QzsRig(parameters, sim::stepped_sine_down()), Catch::Contains("mu_kinetic <= mu_static"));
+  parameters = sim::qzs_twin("T1");
+  parameters.time_modulation = -1.0;
+  CHECK_THROWS_WITH(sim::QzsRig(parameters, sim::stepped_sine_down()), Catch::Contains("|time_modulation| < 1"));
   const auto terms = sim::true_terms(sim::qzs_twin("T0"));
   CHECK(std::any_of(terms.begin(), terms.end(), [](const auto& t) { return t.name == "x^3" && t.value == -9.5e4; }));
 }
