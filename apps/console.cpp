@@ -70,6 +70,10 @@ void Console::clear_progress() {
   progress_shown_ = false;
 }
 
+std::string channel_prefix(const dsp::Check& check) {
+  return check.channel.empty() || check.message.starts_with(check.channel) ? "" : check.channel + ": ";
+}
+
 void refuse_warnings(bool strict, const Console& console) {
   if (strict && !console.warnings().empty())
     throw dsp::Fault(dsp::FaultKind::input, "strict.warning",

@@ -46,6 +46,9 @@ class Console {
   std::vector<std::string> warnings_;
 };
 
+/// "channel: " for a check of one channel whose message does not begin with its name, else nothing.
+[[nodiscard]] std::string channel_prefix(const dsp::Check& check);
+
 /// Where `strict`, throws dsp::Fault (input, "strict.warning") if there has been a warning.
 void refuse_warnings(bool strict, const Console& console);
 

@@ -42,7 +42,8 @@ std::string text_of(const RecordingInfo& info) {
     text += fmt::format("  bad        {:g} s to {:g} s: {}\n", bad.from_s, bad.to_s, printable(bad.why));
   for (const dsp::Check& check : info.checks)
     if (check.status != dsp::CheckStatus::ok)
-      text += fmt::format("  {:<10} {}: {}\n", to_string(check.status), check.name, printable(check.message));
+      text += fmt::format("  {:<10} {}: {}{}\n", to_string(check.status), check.name, printable(channel_prefix(check)),
+                          printable(check.message));
   return text;
 }
 
@@ -56,7 +57,7 @@ void run_info(const std::vector<std::filesystem::path>& files, bool salvage, boo
     text += text_of(recordings.back());
     for (const dsp::Check& check : recordings.back().checks)
       if (strict && (check.status == dsp::CheckStatus::warning || check.status == dsp::CheckStatus::failed))
-        console.warning(check.name, check.channel.empty() ? check.message : check.channel + ": " + check.message);
+        console.warning(check.name, channel_prefix(check) + check.message);
   }
   refuse_warnings(strict, console);
   console.result(console.json() ? info_json(recordings) : text);

@@ -28,8 +28,7 @@ std::string without_place(std::string message, const fs::path& file) {
 
 void report_checks(const std::vector<dsp::Check>& checks, const std::string& name, Console& console) {
   for (const dsp::Check& check : checks) {
-    const bool named = check.channel.empty() || check.message.starts_with(check.channel);
-    const std::string line = fmt::format("{}: {}{}", name, named ? "" : check.channel + ": ", check.message);
+    const std::string line = fmt::format("{}: {}{}", name, channel_prefix(check), check.message);
     if (check.status == dsp::CheckStatus::warning || check.status == dsp::CheckStatus::failed)
       console.warning(check.name, line);
     else if (check.status == dsp::CheckStatus::note)
@@ -49,7 +48,7 @@ void find_regimes(Input& input, const Config& config, Console& console) {
     console.note(fmt::format("{}: {}", input.prepared.name, remark));
   if (input.prepared.raw_v.size() == 0) return;
   input.power = power_check(input.prepared, input.regimes);
-  input.prepared.checks.push_back(judged(*input.power));
+  input.prepared.checks.push_back(judged(*input.power, input.prepared.relations));
 }
 
 /// What is known of a recording before it is prepared.

@@ -111,6 +111,29 @@ ordered_json manual_json(const sim::ManualForce& hand, double shift_s, const Eig
   return row;
 }
 
+void append_regimes(const Setup& setup, const Eigen::VectorXd& x, const std::vector<int>& modes, ordered_json& truth) {
+  sim::RegimeOptions regimes;
+  if (setup.programme == "decay") {  // over within two seconds: margins and runs of a sweep would leave nothing
+    regimes.stick_margin_s = 0.1;
+    regimes.min_duration_s = 0.5;
+  }
+  for (const auto& span : sim::true_regimes(x, modes, truth_rate_hz, regimes))
+    if (span.to_s > setup.from_s)
+      truth["regimes"].push_back({{"label", span.label},
+                                  {"from_s", std::max(span.from_s - setup.from_s, 0.0)},
+                                  {"to_s", std::min(span.to_s - setup.from_s, setup.duration_s)}});
+}
+
+void append_hands(const Setup& setup, const Eigen::VectorXd& x, ordered_json& truth) {
+  const double to_s = setup.from_s + setup.duration_s;
+  const auto& programme = setup.rig->programme();
+  truth["manual"] = ordered_json::array();
+  for (double start = 0.0; start < to_s; start += programme.duration_s)
+    for (const sim::ManualForce& hand : programme.manual)
+      if (start + hand.to_s > setup.from_s && start + hand.from_s < to_s)
+        truth["manual"].push_back(manual_json(hand, start - setup.from_s, x, start + hand.to_s));
+}
+
 /// truth.csv (if asked for) and response.csv in one pass over the test; regimes and number of events into `truth`.
 void write_motion(const Setup& setup, const fs::path& folder, bool with_truth, Console& console, ordered_json& truth) {
   const double to_s = setup.from_s + setup.duration_s;
@@ -141,27 +164,13 @@ void write_motion(const Setup& setup, const fs::path& folder, bool with_truth, C
   }
   response.commit();
   if (exact) exact->commit();
-  sim::RegimeOptions regimes;
-  if (setup.programme == "decay") {  // over within two seconds: margins and runs of a sweep would leave nothing
-    regimes.stick_margin_s = 0.1;
-    regimes.min_duration_s = 0.5;
-  }
-  for (const auto& span : sim::true_regimes(x, modes, truth_rate_hz, regimes))
-    if (span.to_s > setup.from_s)
-      truth["regimes"].push_back({{"label", span.label},
-                                  {"from_s", std::max(span.from_s - setup.from_s, 0.0)},
-                                  {"to_s", std::min(span.to_s - setup.from_s, setup.duration_s)}});
-  const auto& hands = setup.rig->programme().manual;
-  truth["manual"] = ordered_json::array();
-  for (double start = 0.0; start < to_s; start += setup.rig->programme().duration_s)
-    for (const sim::ManualForce& hand : hands)
-      if (start + hand.to_s > setup.from_s && start + hand.from_s < to_s)
-        truth["manual"].push_back(manual_json(hand, start - setup.from_s, x, start + hand.to_s));
+  append_regimes(setup, x, modes, truth);
+  append_hands(setup, x, truth);
   truth["num_events"] = std::count_if(trajectory.events().begin(), trajectory.events().end(),
                                       [&](const auto& event) { return event.t_s >= setup.from_s; });
 }
-
-/// The band of the 256 Hz bus in twin and preparation alike, for any rate: flat, and free of aliases, up to 30 / 256.
+/// The band of the 256 Hz bus at the preparation's own cut-off, for any rate: flat, and free of aliases, up to 30 /
+/// 256.
 dsp::DecimateOptions bus(double rate_hz) {
   const double passband_end_hz = rate_hz * 30.0 / 256.0;
   return {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace apps {
@@ -44,7 +45,7 @@ double corrected_balance(const PowerCheck& power, const std::string& regime) {
   return std::fmax(std::abs(power.corrected_low), std::abs(power.corrected_high));
 }
 
-dsp::Check judged(const PowerCheck& power) {
+dsp::Check judged(const PowerCheck& power, const std::vector<dsp::SensorRelation>& relations) {
   constexpr double limit = 0.02;  // velocity and acceleration out of phase by about a degree
   const double raw = std::fmax(std::abs(power.raw_low), std::abs(power.raw_high));
   const double corrected = std::fmax(std::abs(power.corrected_low), std::abs(power.corrected_high));
@@ -55,14 +56,17 @@ dsp::Check judged(const PowerCheck& power) {
             raw,
             limit,
             "power balance not computed: no regime of motion has rows with velocity and acceleration"};
+  const bool agree = std::all_of(relations.begin(), relations.end(),
+                                 [](const auto& pair) { return pair.reason.empty() && pair.sign > 0.0; });
   return {"power.balance",
           "",
           raw > limit ? dsp::CheckStatus::warning : dsp::CheckStatus::ok,
           raw,
           limit,
-          fmt::format("velocity and acceleration {}: power balance {:.2g} as measured, {:.2g} after the sensors were "
-                      "brought to agree",
-                      raw > limit ? "are out of step" : "are in step", raw, corrected)};
+          fmt::format("velocity and acceleration {}: power balance {:.2g} as measured, {}",
+                      raw > limit ? "are out of step" : "are in step", raw,
+                      agree ? fmt::format("{:.2g} after the sensors were brought to agree", corrected)
+                            : "and the sensors could not be brought to agree")};
 }
 
 }  // namespace apps

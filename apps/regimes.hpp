@@ -25,6 +25,6 @@ struct PowerCheck {
 [[nodiscard]] double corrected_balance(const PowerCheck& power, const std::string& regime);
 
 /// As a row of quality.json ("power.balance"): a warning where the raw signals are out of step.
-[[nodiscard]] dsp::Check judged(const PowerCheck& power);
+[[nodiscard]] dsp::Check judged(const PowerCheck& power, const std::vector<dsp::SensorRelation>& relations);
 
 }  // namespace apps

@@ -218,8 +218,8 @@ void run_check(const RunArguments& arguments, Console& console) {
   std::string text;
   for (const Input& input : work.inputs)
     for (const dsp::Check& check : input.prepared.checks)
-      text += fmt::format("{:<8} {}: {}: {}\n", to_string(check.status), input.prepared.name, check.name,
-                          printable(check.message));
+      text += fmt::format("{:<8} {}: {}: {}{}\n", to_string(check.status), input.prepared.name, check.name,
+                          printable(channel_prefix(check)), printable(check.message));
   for (const Range& range : work.config.ranges) {
     const RangeRows rows = range_rows(range, columns);
     text += fmt::format("{:<8} range {}: {} training rows, {} test rows\n", "ok", range.spec.name, rows.train.size(),
