@@ -36,6 +36,22 @@ void report_checks(const std::vector<dsp::Check>& checks, const std::string& nam
   }
 }
 
+/// Told where everything that moves lies within the filters' reach of something excluded, as free decays do.
+void tell_if_nothing_moves(Input& input) {
+  const auto has = [&](dsp::Regime regime) {
+    return std::find(input.regimes.begin(), input.regimes.end(), regime) != input.regimes.end();
+  };
+  if (!has(dsp::Regime::stick) || !has(dsp::Regime::excluded) || has(dsp::Regime::low) || has(dsp::Regime::high))
+    return;
+  const auto& signals = input.prepared.signals;
+  input.prepared.checks.push_back(
+      {.name = "regime.no_motion",
+       .status = dsp::CheckStatus::warning,
+       .message = fmt::format("only rest is left: whatever moves lies within {:.2g} s, the filters' reach, of samples "
+                              "that are excluded. A higher prepare.rate_hz and prepare.cutoff_hz reach less far",
+                              static_cast<double>(signals.edge_samples) / signals.sample_rate_hz)});
+}
+
 void find_regimes(Input& input, const Config& config, Console& console) {
   if (!config.segment_file.empty())
     input.segmentation = apply_segments(read_segments(config.segment_file), config.segment_file, input.prepared);
@@ -46,6 +62,7 @@ void find_regimes(Input& input, const Config& config, Console& console) {
   input.regimes = regimes_at(input.segmentation, input.prepared);
   for (const std::string& remark : input.segmentation.remarks)
     console.note(fmt::format("{}: {}", input.prepared.name, remark));
+  tell_if_nothing_moves(input);
   if (input.prepared.raw_v.size() == 0) return;
   input.power = power_check(input.prepared, input.regimes);
   input.prepared.checks.push_back(judged(*input.power, input.prepared.relations));

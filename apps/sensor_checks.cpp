@@ -11,8 +11,6 @@ namespace {
 
 using Kind = dsp::SensorFaultKind;
 
-constexpr double tolerance = 0.1;  // no sensor's gain is off by more
-
 /// In the units a sensor's sheet uses.
 std::string sensitivity_text(const dsp::Sensitivity& sensitivity, double factor) {
   const double value = sensitivity.value * factor;
@@ -35,19 +33,23 @@ std::string scale_line(const dsp::SensorFault& fault, const dsp::ChannelSpec* ch
   return fmt::format("full_scale = \"{:.6g} {}\"", unit.factor / fault.sensitivity_factor, si);
 }
 
+/// Of a pair whose lag and corners are corrected: scales and signs that are off by too much are left as they are.
+bool corrects(const dsp::SensorRelation& relation, const dsp::SensorFault& fault) {
+  const bool of_scale = fault.kind == Kind::unit || fault.kind == Kind::gain;
+  return fault.kind != Kind::polarity && (!of_scale || gain_is_plausible(relation));
+}
+
 dsp::Check check_of(const dsp::SensorFault& fault, bool corrected, const dsp::ChannelSpec* channel,
                     const std::string& sidecar) {
   dsp::Check check{.name = "sensor." + std::string(to_string(fault.kind)),
                    .channel = fault.channel,
                    .value = fault.value,
                    .limit = fault.limit};
-  const bool too_much = fault.kind == Kind::polarity || fault.kind == Kind::unit ||
-                        (fault.kind == Kind::gain && std::abs(fault.value - 1.0) > tolerance);
-  check.status = corrected && !too_much ? dsp::CheckStatus::note : dsp::CheckStatus::warning;
+  check.status = corrected ? dsp::CheckStatus::note : dsp::CheckStatus::warning;
   const bool either = fault.kind == Kind::polarity;
   check.message =
       fmt::format("{}; {}. In {}, [[channel]] name = \"{}\"{}: {}", fault.sentence,
-                  !corrected || either ? "not corrected" : "corrected here", sidecar, fault.channel,
+                  corrected ? "corrected here" : "not corrected", sidecar, fault.channel,
                   either ? " or its partner, whichever is wired the wrong way round" : "", remedy(fault, channel));
   return check;
 }
@@ -75,7 +77,8 @@ std::vector<dsp::Check> sensor_checks(const dsp::Prepared& prepared, const std::
   std::vector<dsp::Check> checks;
   for (const dsp::SensorRelation& relation : prepared.relations) {
     const bool known = relation.reason.empty(), corrected = prepared.equalised() && relation.sign > 0.0;
-    dsp::Check pair{.name = "sensor.relation", .channel = relation.name, .value = relation.gain, .limit = tolerance};
+    dsp::Check pair{
+        .name = "sensor.relation", .channel = relation.name, .value = relation.gain, .limit = dsp::largest_gain_error};
     pair.status = known ? dsp::CheckStatus::ok : dsp::CheckStatus::warning;
     pair.message = known
                        ? fmt::format(
@@ -87,7 +90,8 @@ std::vector<dsp::Check> sensor_checks(const dsp::Prepared& prepared, const std::
     for (const dsp::SensorFault& fault : sensor_faults(relation, prepared.options.scale)) {
       const auto spec = std::find_if(channels.begin(), channels.end(),
                                      [&](const dsp::ChannelSpec& channel) { return channel.name == fault.channel; });
-      checks.push_back(check_of(fault, corrected, spec == channels.end() ? nullptr : &*spec, sidecar));
+      checks.push_back(
+          check_of(fault, corrected && corrects(relation, fault), spec == channels.end() ? nullptr : &*spec, sidecar));
     }
   }
   return checks;

@@ -167,6 +167,29 @@ std::string line(const PlotSeries& series, const Frame& frame) {
 }
 
 // In the upper right corner, on a ground that hides the lines behind it.
+// Share of a panel's points, and of places on its lines, in a box; of long series every so many.
+double covered(const PlotPanel& panel, const Frame& frame, double left, double top, double width, double height) {
+  constexpr Index most = 2000, between = 8;
+  double inside = 0.0;
+  for (const PlotSeries& series : panel.series) {
+    const Index n = std::min(series.x.size(), series.y.size()), stride = std::max<Index>(1, n / most);
+    const bool is_line = series.style != PlotStyle::points;
+    double hits = 0.0;
+    for (Index i = 0; i < n; i += stride) {
+      const Index next = is_line ? std::min(i + stride, n - 1) : i;
+      const auto from = frame.at(series.x(i), series.y(i)), to = frame.at(series.x(next), series.y(next));
+      for (Index k = 0; k < (is_line ? between : 1); ++k) {
+        const double u = static_cast<double>(k) / static_cast<double>(between);
+        const double x = std::lerp(from.first, to.first, u), y = std::lerp(from.second, to.second, u);
+        hits += x >= left && x <= left + width && y >= top && y <= top + height;  // never where it is not finite
+      }
+    }
+    if (n > 0) inside += hits / static_cast<double>(n);
+  }
+  return inside;
+}
+
+// In the corner where it hides least; of equals upper before lower, right before left.
 std::string legend(const PlotPanel& panel, const Frame& frame) {
   std::size_t longest = 0;
   int entries = 0;
@@ -176,8 +199,12 @@ std::string legend(const PlotPanel& panel, const Frame& frame) {
   }
   if (entries == 0) return "";
   const double width = 44.0 + 6.6 * static_cast<double>(longest), height = 6.0 + 16.0 * entries;
-  const double left = frame.left + frame.width - width - 6.0;
-  double y = frame.top + 6.0;
+  const double right = frame.left + frame.width - width - 6.0, low = frame.top + frame.height - height - 6.0;
+  double left = right, y = frame.top + 6.0, least = std::numeric_limits<double>::infinity();
+  for (const auto& [at_left, at_top] : {Pixel{right, frame.top + 6.0}, Pixel{frame.left + 6.0, frame.top + 6.0},
+                                        Pixel{right, low}, Pixel{frame.left + 6.0, low}})
+    if (const double hidden = covered(panel, frame, at_left, at_top, width, height); hidden < least)
+      least = hidden, left = at_left, y = at_top;
   std::string out = fmt::format(
       "<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" fill=\"#ffffff\" fill-opacity=\"0.85\" "
       "stroke=\"#cccccc\"/>\n",

@@ -106,7 +106,7 @@ Agreement agreement(const std::vector<RangeResult>& ranges, std::size_t range, s
   }
   if (!disagree.empty()) return {true, fmt::format("{}", fmt::join(disagree, ", "))};
   if (agree.empty()) return {};
-  return {false, fmt::format("{} agree{}", fmt::join(agree, " and "), agree.size() == 1 ? "s" : "")};
+  return {false, fmt::format("{} agree{} to a tenth", fmt::join(agree, " and "), agree.size() == 1 ? "s" : "")};
 }
 
 const char* opening(Describes describes) {

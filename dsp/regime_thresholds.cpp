@@ -17,17 +17,27 @@ constexpr double clear_phase = 0.3;   // |cosine| from which x is in phase with 
 constexpr double leave_share = 0.85;  // of the smallest amplitude on the upper branch
 constexpr double apart = 1.2;         // amplitudes of two branches differ by this factor at least
 
-// Velocity amplitude that 97 of 100 cycles in motion exceed; a cycle moves if it reaches a tenth of the record's.
-double small_velocity_amplitude(const RegimeSigns& signs) {
+/// Velocity amplitudes of cycles. A cycle moves if it reaches a tenth of the record's.
+struct CycleAmplitudes {
+  double small = 0.0;  ///< that 97 of 100 cycles in motion exceed
+  double shown = 0.0;  ///< that noise is held against: the same; where most cycles rest, the median of the others
+};
+
+CycleAmplitudes velocity_amplitudes(const RegimeSigns& signs) {
   const Index period = signs.samples_in(signs.period_s);
   std::vector<double> peaks;
   for (Index first = 0; first + period <= signs.num_samples(); first += period)
     peaks.push_back(signs.speed_m_per_s.segment(first, period).maxCoeff());
-  if (peaks.empty()) return signs.speed_m_per_s.maxCoeff();
+  if (peaks.empty()) return {signs.speed_m_per_s.maxCoeff(), signs.speed_m_per_s.maxCoeff()};
   std::sort(peaks.begin(), peaks.end());
-  const double bar = 0.1 * peaks[peaks.size() * 9 / 10];
-  peaks.erase(peaks.begin(), std::lower_bound(peaks.begin(), peaks.end(), bar));
-  return peaks.empty() ? 0.0 : peaks[peaks.size() * 3 / 100];
+  const auto above = [&](double bar) { return std::lower_bound(peaks.begin(), peaks.end(), bar); };
+  const auto part = [&](auto from, std::ptrdiff_t percent) { return from[(peaks.end() - from) * percent / 100]; };
+  constexpr double clear_of_noise = 5.0;
+  const auto clear = above(clear_of_noise * signs.speed_noise_m_per_s);
+  if (clear != peaks.end() && 2 * (peaks.end() - clear) < peaks.end() - peaks.begin())
+    return {part(above(0.1 * part(clear, 90)), 3), part(clear, 50)};
+  const double small = part(above(0.1 * part(peaks.begin(), 90)), 3);
+  return {small, small};
 }
 
 struct Jump {
@@ -192,12 +202,12 @@ void choose_stick(const RegimeSigns& signs, Segmentation& result) {
   if (options.stick_margin_s == 0.0) options.stick_margin_s = signs.base_moves() ? 1.0 : signs.period_s / 6.0;
   if (options.stick_speed_m_per_s > 0.0) return;
   constexpr double share = 0.05, noise_deviations = 3.0, largest_share = 0.3;
-  const double amplitude = small_velocity_amplitude(signs), by_motion = share * amplitude,
-               by_noise = noise_deviations * signs.speed_noise_m_per_s;
-  if (by_noise > largest_share * amplitude) {
+  const CycleAmplitudes amplitudes = velocity_amplitudes(signs);
+  const double by_motion = share * amplitudes.small, by_noise = noise_deviations * signs.speed_noise_m_per_s;
+  if (by_noise > largest_share * amplitudes.shown) {
     result.remarks.push_back(
         fmt::format("stops are not looked for: v has {:.2g} m/s of noise beside amplitudes of {:.2g}",
-                    signs.speed_noise_m_per_s, amplitude));
+                    signs.speed_noise_m_per_s, amplitudes.shown));
     return;
   }
   options.stick_speed_m_per_s = std::max(by_motion, by_noise);

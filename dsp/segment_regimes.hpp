@@ -53,8 +53,8 @@ struct Segmentation {
 /// - stick: |v|, low-passed at 6.5 / T, below 0.05 of the velocity amplitude that 97 of 100 cycles in motion exceed, or
 ///   below three times the noise of v (from the spectrum of x between 10 / T and 16 / T) where that is more, for T / 20
 ///   longer than passing through zero at that slope would take. Shorter stops are not seen, and none are looked for
-///   where three times the noise is more than 0.3 of that amplitude. Margins of 1 s; where the base is still, of T / 6,
-///   because friction ends a free decay within seconds.
+///   where three times the noise is more than 0.3 of that amplitude (where most cycles rest: of the median of the
+///   others). Margins of 1 s; where the base is still, of T / 6, because friction ends a free decay within seconds.
 /// - high, with a base: on the upper branch x moves in phase with r, on the lower one against it. high_enter is the
 ///   geometric mean of the largest amplitude settled on the lower branch (up to ten periods before a jump) and the
 ///   smallest settled after a jump; high_leave is 0.85 of the smallest settled on the upper branch, and below

@@ -296,6 +296,10 @@ std::vector<SensorRelation> relate_pairs(ColumnSpectra& spectra, const std::vect
   return relations;
 }
 
+bool gain_is_plausible(const SensorRelation& relation) {
+  return std::abs(relation.gain - 1.0) <= largest_gain_error;
+}
+
 Equalised equalise_sensors(ColumnSpectra& spectra, const std::vector<unsigned char>& excluded, ScaleReference scale,
                            const RelateOptions& options) {
   const Recording& recording = spectra.recording();
@@ -306,12 +310,13 @@ Equalised equalise_sensors(ColumnSpectra& spectra, const std::vector<unsigned ch
     SensorRelation relation = relate_pair(spectra, pair, excluded, options);
     if (can_be_corrected(relation)) {
       const bool displacement_counts = scale == ScaleReference::displacement;
-      const double lag_s = relation.lag_s, gain = displacement_counts ? 1.0 : relation.gain;
+      const double lag_s = relation.lag_s, ratio = gain_is_plausible(relation) ? relation.gain : 1.0;
+      const double gain = displacement_counts ? 1.0 : ratio;
       spectra.change(recording.find(pair.displacement)).multiply([&](double f) {
         return std::polar(gain, two_pi * f * lag_s);
       });
       if (displacement_counts)
-        spectra.change(recording.find(pair.acceleration)).multiply([&](double) { return 1.0 / relation.gain; });
+        spectra.change(recording.find(pair.acceleration)).multiply([&](double) { return 1.0 / ratio; });
     }
     // Without a relation, the corners somebody wrote down.
     const auto& corners = can_be_corrected(relation) ? relation.highpass_hz : relation.declared_hz;

@@ -49,15 +49,21 @@ enum class ScaleReference { displacement, accelerometer };
                                                        const std::vector<unsigned char>& excluded,
                                                        const RelateOptions& options = {});
 
+/// No sensor's gain is off by more; a ratio beyond it is a wrong unit or a wrong sheet, and which of the two sensors is
+/// right cannot be told from it.
+inline constexpr double largest_gain_error = 0.1;
+[[nodiscard]] bool gain_is_plausible(const SensorRelation& relation);
+
 struct Equalised {
   std::vector<SensorRelation> relations;  ///< base pair first, where there is one
   std::vector<double> highpass_hz;        ///< corners that all accelerations now share; columns must be given them too
 };
 /// Brings the sensors of a recording to one clock, one scale and one high-pass, in its spectra: displacements are
-/// advanced by their lag, accelerations (or displacements) rescaled, and the base acceleration is brought to the
-/// payload's high-pass (below 0.02 Hz to zero), which is never inverted. Channels of roles r, ddr, y, ddy; a pair that
-/// cannot be related, or whose signs are opposite, stays as it is but for the corners its channel names, with the
-/// reason in its relation. Without an accelerometer pair nothing changes. Known delays must have been removed.
+/// advanced by their lag, accelerations (or displacements) rescaled where the gain is plausible, and the base
+/// acceleration is brought to the payload's high-pass (below 0.02 Hz to zero), which is never inverted. Channels of
+/// roles r, ddr, y, ddy; a pair that cannot be related, or whose signs are opposite, stays as it is but for the corners
+/// its channel names, with the reason in its relation. Without an accelerometer pair nothing changes. Known delays must
+/// have been removed.
 Equalised equalise_sensors(ColumnSpectra& spectra, const std::vector<unsigned char>& excluded,
                            ScaleReference scale = ScaleReference::displacement, const RelateOptions& options = {});
 

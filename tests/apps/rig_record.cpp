@@ -64,3 +64,33 @@ TEST_CASE("half an hour of raw record gives friction and damping to a per cent",
   for (const auto& term : literal["terms"])
     if (term["name"] == "v") CHECK(term["mean"].get<double>() < -2.4);
 }
+
+TEST_CASE("free decays of the payload give spring, damping and friction where filters do not reach the hand",
+          "[apps][rig][decay]") {
+  const Scratch folder;
+  REQUIRE(support::run(folder, "$ARDENT -q sim qzs --raw --programme decay -o decay").code == 0);
+  const std::string run = "$ARDENT run decay/recording.wav --set 'fit.methods=[\"fast_rvm\"]' ";
+  // At 25.6 Hz their reach is longer than any decay.
+  const auto narrow = support::run(folder, run + "-o narrow");
+  CHECK(narrow.code == 0);
+  CHECK_THAT(narrow.err, Catch::Contains("[regime.no_motion]"));
+  const auto wide = support::run(
+      folder,
+      run +
+          "-o wide --set prepare.rate_hz=256 --set prepare.cutoff_hz=30 --set prepare.acceleration=displacement "
+          "--set prepare.zero=none --set fit.train_share=0.8 --set library.order=0 "
+          "--set 'library.terms=[\"1\",\"x\",\"v\",\"x^2\",\"x^3\",\"sgn(v)\"]'");
+  CAPTURE(wide.err);
+  REQUIRE(wide.code == 0);
+  CHECK_THAT(wide.err, !Catch::Contains("[regime.no_motion]"));
+  std::map<std::string, double> found;
+  const json fit = range_of(json::parse(support::bytes_of(folder / "wide/metrics.json")), "low");
+  for (const auto& term : fit["terms"]) found[term["name"]] = term["mean"];
+  // About the lasers' zero, 1.9 mm off: k1 + 3 k3 z^2 etc. Friction and damping share what a decay of 1.5 s tells.
+  const double k3 = 95000.0 / (0.996 * 0.996), zero_m = 1.9e-3;
+  CHECK(found["x"] == Approx(-50.0 - 3.0 * k3 * zero_m * zero_m).epsilon(0.01));
+  CHECK(found["x^2"] == Approx(-3.0 * k3 * zero_m).epsilon(0.05));
+  CHECK(found["x^3"] == Approx(-k3).epsilon(0.02));
+  CHECK(found["v"] == Approx(-0.8).epsilon(0.10));
+  CHECK(found["sgn(v)"] == Approx(-0.08).epsilon(0.05));
+}

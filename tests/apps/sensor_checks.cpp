@@ -69,6 +69,12 @@ TEST_CASE("a wrong sensor is one line with the line that mends it", "[apps][sens
   one(with(1.0, -1.0), "! sensor.polarity", "payload_accelerometer\" or its partner");
   one(with(1000.0, 1.0), "! sensor.unit", "base_laser\": sensitivity = \"1.14");
   one(with(1.0, 1.0 / 9.80665), "! sensor.unit", "payload_accelerometer\": sensitivity = \"10.");
+  for (const Lines& lines :
+       {raised(with(1000.0, 1.0), dsp::Recipe::matched), raised(with(1.0, 1.0 / 9.80665), dsp::Recipe::matched),
+        raised(with(1.0, 1.3), dsp::Recipe::matched), raised(with(1.0, -1.0), dsp::Recipe::matched)}) {
+    REQUIRE(lines.size() == 1);  // beyond what sensors differ by nothing is touched
+    CHECK_THAT(lines[0].second, Catch::Contains("not corrected"));
+  }
   dsp::Recording late = clean;  // 1.7 samples at 256 Hz, as a mixture of the two neighbours' neighbours
   const Eigen::Index n = late.samples.rows();
   for (Eigen::Index i = 2; i < n; ++i)

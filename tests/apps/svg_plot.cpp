@@ -64,3 +64,16 @@ TEST_CASE("a figure is a whole document with its labels, escaped", "[apps][svg_p
   CHECK(svg.find("nan") == std::string::npos);
   CHECK(svg == apps::to_svg(figure));
 }
+
+TEST_CASE("a legend stands where it hides least", "[apps][svg_plot]") {
+  const auto legend_at = [](const VectorXd& y) {
+    apps::PlotFigure figure;
+    figure.panels = {{"", "", "", {{"a curve", VectorXd::LinSpaced(50, 0, 1), y}}, {}, {}}};
+    const std::string svg = apps::to_svg(figure);
+    const auto at = svg.rfind("<rect x=\"");
+    return std::stod(svg.substr(at + 9));
+  };
+  const VectorXd rising = VectorXd::LinSpaced(50, 0, 1);
+  CHECK(legend_at(rising) < 150.0);
+  CHECK(legend_at(rising.reverse()) > 250.0);
+}

@@ -68,7 +68,7 @@ TEST_CASE("sensors out of step and rows it was fitted to take the yes away", "[a
 TEST_CASE("ranges that have another equation are named with the terms", "[apps][verdict]") {
   const auto low = range("low", 1e-4, 1e-5), high = range("high", 1e-4, 1e-5, -51.0);
   CHECK(apps::verdict({low, high}, 0, 0).describes == Describes::yes);
-  CHECK_THAT(apps::verdict({low, high}, 0, 0).sentence, Catch::Contains("high agrees"));
+  CHECK_THAT(apps::verdict({low, high}, 0, 0).sentence, Catch::Contains("high agrees to a tenth"));
   const auto other = range("high", 1e-4, 1e-5, -70.0);
   CHECK(apps::verdict({low, other}, 0, 0).describes == Describes::in_part);
   CHECK_THAT(apps::verdict({low, other}, 0, 0).sentence, Catch::Contains("high has another x"));
