@@ -129,7 +129,7 @@ TEST_CASE("what is no recording, or only part of one, ends with 3 and what was f
                {"4", "$ARDENT run cut.wav -o o", 3, {"[container.truncated] cut.wav", "800", "700", "--salvage"}},
                {"4", "$ARDENT check cut.wav --salvage", 0, {"[container.truncated]", "800", "700"}},
                {"15",
-                "(while :; do touch written.wav; done) & writer=$!; sleep 0.2; "
+                "(while :; do touch -c written.wav; done) & writer=$!; sleep 0.2; "
                 "$ARDENT run written.wav -o o; code=$?; kill $writer; exit $code",
                 3,
                 {"[file.changed] written.wav", "changed while it was read"}}});
