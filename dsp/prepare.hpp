@@ -70,8 +70,9 @@ struct Prepared {
 /// sensors stay as they are.
 /// The recording's bad stretches are excluded with the reach of the filters as margin, and where columns are
 /// high-passed its start, 2 / corner long. Edge samples, which lean on linear prediction beyond the ends, are counted
-/// (Motion::edge_samples, check "prepare.edges") and not marked: who gathers rows leaves them out. Throws Fault for a recording that
-/// cannot be used so: sample.constant (input) where a channel the motion rests on shows one value only, ...
+/// (Motion::edge_samples, check "prepare.edges") and not marked: who gathers rows leaves them out. Throws Fault for a
+/// recording that cannot be used so: sample.constant (input) where a channel the motion rests on shows one value only,
+/// ...
 [[nodiscard]] Prepared prepare(const Recording& recording, const PrepareOptions& options);
 
 struct StreamOptions {

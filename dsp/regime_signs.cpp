@@ -122,10 +122,14 @@ RegimeSigns regime_signs(const Motion& motion, const SegmentOptions& options) {
     signs.envelope_m = moving_max(x, half);
     signs.envelope_m = 0.5 * (signs.envelope_m + moving_max(-x, half));
   }
-  if (has_faster)
-    signs.speed_m_per_s = ExtendedSpectrum(v, rate_hz).filtered([&](double f) { return slow.gain(f); }).cwiseAbs();
-  else
-    signs.speed_m_per_s = v.cwiseAbs();
+  if (has_faster) {
+    ExtendedSpectrum spectrum(v, rate_hz);
+    spectrum.multiply([&](double f) { return slow.gain(f); });
+    signs.speed_m_per_s = std::move(spectrum).signal();
+  } else {
+    signs.speed_m_per_s = v;
+  }
+  signs.speed_m_per_s = signs.speed_m_per_s.cwiseAbs();
   return signs;
 }
 

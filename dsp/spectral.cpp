@@ -62,11 +62,18 @@ double ExtendedSpectrum::frequency_hz(Index bin) const {
 }
 
 VectorXd ExtendedSpectrum::back(Eigen::VectorXcd spectrum, double mean) const {
-  return fft_.inverse(std::move(spectrum)).head(num_samples_).array() + mean;
+  VectorXd signal = fft_.inverse(std::move(spectrum));
+  signal.conservativeResize(num_samples_);  // in place: a record may be long
+  signal.array() += mean;
+  return signal;
 }
 
-VectorXd ExtendedSpectrum::signal() const {
+VectorXd ExtendedSpectrum::signal() const& {
   return back(spectrum_, mean_);
+}
+
+VectorXd ExtendedSpectrum::signal() && {
+  return back(std::move(spectrum_), mean_);
 }
 
 VectorXd ExtendedSpectrum::filtered(const Response& response) const {

@@ -25,7 +25,8 @@ class ExtendedSpectrum {
   /// A function of frequency in Hz, f >= 0. A record's mean passes with response(0), whose real part counts.
   using Response = std::function<std::complex<double>(double)>;
   /// The signal, as it is or passed through `response`, as long as the signal.
-  [[nodiscard]] Eigen::VectorXd signal() const;
+  [[nodiscard]] Eigen::VectorXd signal() const&;
+  [[nodiscard]] Eigen::VectorXd signal() &&;
   [[nodiscard]] Eigen::VectorXd filtered(const Response& response) const;
   /// The same without the way back: the signal becomes the filtered one.
   void multiply(const Response& response);
