@@ -42,7 +42,7 @@ struct FilterSheet {
 class Decimator {
  public:
   /// Throws std::invalid_argument if the pass band does not fit below the output's Nyquist frequency, or for a ratio
-  /// that is no fraction of whole numbers up to 4096.
+  /// that is not is_designable (filter_design.hpp).
   Decimator(double input_rate_hz, Eigen::Index num_channels, const DecimateOptions& options);
   ~Decimator();
   Decimator(Decimator&&) noexcept;

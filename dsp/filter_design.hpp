@@ -12,6 +12,11 @@ namespace dsp {
 /// std::invalid_argument as Decimator does.
 [[nodiscard]] std::vector<FilterStage> design_decimation(double input_rate_hz, const DecimateOptions& options);
 
+/// Whether there is such a design within bounds: the ratio is a fraction of whole numbers, its last stage (taps per
+/// output x phases) has at most 2^18 coefficients, and the whole with its data sheet takes seconds at most. Throws
+/// std::invalid_argument for bands that do not fit the rates.
+[[nodiscard]] bool is_designable(double input_rate_hz, const DecimateOptions& options);
+
 /// Gain of the cascade at a frequency of its input, from the taps.
 [[nodiscard]] double cascade_gain(const std::vector<FilterStage>& stages, double frequency_hz);
 

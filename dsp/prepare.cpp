@@ -9,6 +9,7 @@
 
 #include "dsp/bus.hpp"
 #include "dsp/filter_design.hpp"
+#include "dsp/prepare_filters.hpp"
 
 namespace dsp {
 namespace {
@@ -21,22 +22,6 @@ SpectralBand state_band(const PrepareOptions& o) {
 }
 SpectralBand column_band(const PrepareOptions& o) {
   return {o.rolloff_hz, o.cutoff_hz};
-}
-
-// Flat to well above the states' band, and free of aliases as far.
-std::optional<DecimateOptions> to_bus(const PrepareOptions& o, double sample_rate_hz) {
-  if (o.bus_rate_hz >= sample_rate_hz) return std::nullopt;
-  const double pass_hz = std::max(o.state_cutoff_hz, std::min(1.5 * o.state_cutoff_hz, 0.4 * o.bus_rate_hz));
-  return DecimateOptions{
-      .output_rate_hz = o.bus_rate_hz, .passband_end_hz = pass_hz, .stopband_start_hz = o.bus_rate_hz - pass_hz};
-}
-
-std::optional<DecimateOptions> to_regression(const PrepareOptions& o) {
-  if (o.rate_hz >= o.bus_rate_hz) return std::nullopt;
-  return DecimateOptions{
-      .output_rate_hz = o.rate_hz,
-      .passband_end_hz = o.cutoff_hz,
-      .stopband_start_hz = 1.25 * o.cutoff_hz < o.rate_hz / 2.0 ? 1.25 * o.cutoff_hz : o.rate_hz / 2.0};
 }
 
 ColumnFilter column_filter(const PrepareOptions& o) {

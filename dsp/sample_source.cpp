@@ -24,9 +24,6 @@ struct Foreign {
 constexpr std::array foreign{
     Foreign{"\x89HDF\r\n\x1a\n", 0, "container.unsupported", "HDF5 or MATLAB v7.3 is not read. Save it with -v7"},
     Foreign{"\x89HDF\r\n\x1a\n", 512, "container.unsupported", "MATLAB v7.3 is not read. Save it with -v7"},
-    Foreign{"    -1\n", 0, "container.unsupported", "universal file format (UFF) is not read. Export it as CSV"},
-    Foreign{"    -1 ", 0, "container.unsupported", "universal file format (UFF) is not read. Export it as CSV"},
-    Foreign{"    -1\r", 0, "container.unsupported", "universal file format (UFF) is not read. Export it as CSV"},
     Foreign{"TDSm", 0, "container.unsupported", "TDMS is not read. Export it as CSV or LVM"},
     Foreign{"MDF     ", 0, "container.unsupported", "MDF is not read. Export it as CSV or MATLAB v5"},
     Foreign{"PK\x03\x04", 0, "container.unsupported", "a ZIP or spreadsheet file is not read. Export it as CSV"},
@@ -38,6 +35,18 @@ constexpr std::array foreign{
     Foreign{"ID3", 0, "container.lossy", "MPEG audio is lossy. Want WAV, RF64, W64, CAF, FLAC or AIFF"},
     Foreign{"\xff\xfb", 0, "container.lossy", "MPEG audio is lossy. Want WAV, RF64, W64, CAF, FLAC or AIFF"},
 };
+
+// Sets between lines of "    -1", blank lines or a byte order mark before the first.
+bool is_universal_file(std::string_view head) {
+  if (head.starts_with("\xef\xbb\xbf")) head.remove_prefix(3);
+  while (true) {
+    const auto end = std::min(head.find('\n'), head.size());
+    const std::string_view line = head.substr(0, end), text = line.substr(0, line.find_last_not_of(" \t\r") + 1);
+    if (!text.empty()) return text == "    -1";
+    if (end == head.size()) return false;
+    head.remove_prefix(end + 1);
+  }
+}
 
 bool is_mat(std::string_view head) {
   if (head.size() < 128) return false;
@@ -77,6 +86,9 @@ std::unique_ptr<SampleSource> open_by_content(std::unique_ptr<InputFile> file, c
   const std::string head = file->text(0, 4096);
   if (is_sound(head)) return open_sound_file(std::move(file), options);
   if (is_mat(head)) return open_mat_file(std::move(file), options);
+  if (is_universal_file(head))
+    throw Fault(FaultKind::input, "container.unsupported",
+                file->name() + ": universal file format (UFF) is not read. Export it as CSV");
   for (const auto& other : foreign)
     if (head.size() > other.offset && std::string_view(head).substr(other.offset).starts_with(other.magic))
       throw Fault(FaultKind::input, std::string(other.name), fmt::format("{}: {}", file->name(), other.message));

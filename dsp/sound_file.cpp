@@ -91,7 +91,11 @@ class SoundFile : public SampleSource {
     info_.checks.insert(info_.checks.end(), header_.checks.begin(), header_.checks.end());
     if (size_check) info_.checks.push_back(*size_check);
     const bool streamed = header_.state == SoundHeader::State::streamed;
-    if (header_.container == "FLAC" && (streamed || salvage_)) count_frames(streamed);
+    if (header_.container != "FLAC") return;
+    if (streamed || salvage_)
+      count_frames(streamed);
+    else
+      try_last_frame();
   }
 
   Eigen::Index read(FrameBlock& block, Eigen::Index max_frames) override {
@@ -174,6 +178,20 @@ class SoundFile : public SampleSource {
         warning("container.truncated", static_cast<double>(info_.num_frames), static_cast<double>(promised),
                 fmt::format("{}: the header promises {} frames, {} could be decoded; these were read", name(), promised,
                             info_.num_frames)));
+  }
+
+  // A FLAC cut short shows without decoding all of it: its last frame is not there. Reading will say where it ends.
+  void try_last_frame() {
+    if (info_.num_frames == 0) return;
+    std::vector<double> frame(info_.columns.size());
+    const bool there = sf_seek(handle_.get(), info_.num_frames - 1, SEEK_SET) >= 0 &&
+                       sf_readf_double(handle_.get(), frame.data(), 1) == 1;
+    bytes_->rethrow();
+    open();
+    if (there) return;
+    info_.checks.push_back(warning("container.truncated", 0.0, static_cast<double>(info_.num_frames),
+                                   fmt::format("{}: the header promises {} frames, the last of which cannot be decoded",
+                                               name(), info_.num_frames)));
   }
 
   SoundHeader header_;

@@ -98,17 +98,38 @@ Steps find_steps(const Stamps& stamps) {
   return found;
 }
 
+double deviation_s(const Stamps& stamps, const Steps& steps, double rate_hz) {
+  double worst_s = 0;
+  for (const auto& stretch : steps.stretches)
+    worst_s = std::max(worst_s, deviation_s(stamps.time_s, stretch.first, stretch.last, rate_hz));
+  return worst_s;
+}
+
+// The roundest rate that the stamps allow. Where they tremble, the first and last, of which the rate was measured, do
+// too: a round rate that leaves them no further off than the measured one is the recorder's.
+double roundest_allowed(const Stamps& stamps, const Steps& steps, double measured_hz, double uncertainty,
+                        double jitter) {
+  const double rate_hz = roundest_rate(measured_hz, uncertainty + jitter);
+  constexpr double no_further = 1.1;
+  const double most_s = no_further * deviation_s(stamps, steps, measured_hz) + rounding_s(stamps);
+  return deviation_s(stamps, steps, rate_hz) <= most_s ? rate_hz : roundest_rate(measured_hz, uncertainty);
+}
+
 double choose_rate(const Stamps& stamps, const ClockOptions& options, const Steps& steps, Clock& clock) {
   const double measured_hz = 1 / steps.mean_s, uncertainty = std::max(steps.uncertainty_s / steps.mean_s, 1e-9);
+  const double span_s = steps.mean_s * static_cast<double>(stamps.time_s.size() - steps.stretches.size());
+  const double off_s = deviation_s(stamps, steps, measured_hz);
+  const double jitter_s = off_s > rounding_s(stamps) ? std::min(2 * off_s, most_jitter_steps * steps.mean_s) : 0.0;
+  const double jitter = jitter_s * static_cast<double>(steps.stretches.size()) / span_s;
   if (options.rate_hz) {
-    const double tolerance = std::max(0.5 * uncertainty, 1e-6);
+    const double tolerance = std::max({0.5 * uncertainty, jitter, 1e-6});
     if (std::abs(*options.rate_hz / measured_hz - 1) > tolerance)
       throw Fault(FaultKind::input, "rate.mismatch",
                   fmt::format("{}: the sidecar says {} Hz, the time column {:.9g} Hz. Correct the one that is wrong",
                               stamps.name, *options.rate_hz, measured_hz));
     return *options.rate_hz;
   }
-  const double rate_hz = roundest_rate(measured_hz, uncertainty);
+  const double rate_hz = roundest_allowed(stamps, steps, measured_hz, uncertainty, jitter);
   if (options.header_rate_hz)
     clock.checks.push_back(
         note(CheckStatus::warning, "clock.header", *options.header_rate_hz, rate_hz,

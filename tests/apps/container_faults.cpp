@@ -7,17 +7,10 @@
 #include "support/program.hpp"
 
 using support::bytes_of;
+using support::expect;
 using support::Scratch;
 
 namespace {
-
-void expect(const Scratch& folder, const std::string& command, int code, const std::vector<std::string>& pieces) {
-  CAPTURE(command);
-  const support::Ended ended = support::run(folder, command);
-  CAPTURE(ended.err);
-  CHECK(ended.code == code);
-  for (const std::string& piece : pieces) CHECK_THAT(ended.err + ended.out, Catch::Contains(piece));
-}
 
 /// Half a minute of the rig in rig/recording.wav, 24 bits at 256 Hz, with its sidecar.
 const Scratch& bench() {
@@ -87,23 +80,65 @@ TEST_CASE("sizes a stream left open are read to the end, with a note", "[apps][f
 
 TEST_CASE("impossible headers and lossy codecs are refused", "[apps][faults]") {
   const std::size_t format = wav().find("fmt ") + 8;
-  for (const std::uint64_t channels : {0, 65535})
-    expect(bench(), "$ARDENT info " + patched(wav(), "bad.wav", format + 2, channels, 2), 3,
-           {"[container.", "bad.wav"});
-  for (const std::uint64_t rate : {0, 1'000'000'000})
-    expect(bench(), "$ARDENT info " + patched(wav(), "bad.wav", format + 4, rate, 4), 3, {"[container.", "bad.wav"});
-  std::string ulaw = wav();
-  ulaw[format] = 7;
-  ulaw[format + 14] = 8;  // bits
-  ulaw[format + 12] = 4;  // bytes a frame
-  (void)bench().file("ulaw.wav", ulaw);
-  expect(bench(), "$ARDENT info ulaw.wav", 3, {"[container.lossy]", "ulaw.wav", "FLAC"});
+  const auto refused = [&](std::size_t at, std::uint64_t value, int count, const char* name, const char* piece) {
+    expect(bench(), "$ARDENT info " + patched(wav(), "bad.wav", at, value, count), 3, {name, "bad.wav", piece});
+  };
+  refused(format + 2, 0, 2, "[container.damaged]", "header cannot be read");
+  refused(format + 2, 65535, 2, "[container.damaged]", "Too many channels");
+  refused(format + 4, 0, 4, "[container.damaged]", "header cannot be read");
+  refused(format + 4, 1'000'000'000, 4, "[container.limit]", "1 to 100000000 Hz");
+  const auto coded = [&](int tag, int bits) {
+    std::string bytes = wav();
+    bytes[format] = static_cast<char>(tag);
+    bytes[format + 14] = static_cast<char>(bits);
+    bytes[format + 12] = static_cast<char>(4 * bits / 8);  // bytes a frame
+    (void)bench().file("coded.wav", bytes);
+  };
+  for (const int law : {6, 7}) {  // A and mu
+    coded(law, 8);
+    expect(bench(), "$ARDENT info coded.wav", 3, {"[container.lossy]", "coded.wav", "FLAC"});
+  }
+  // IMA ADPCM in blocks of 36 bytes: 4 + 32 bytes for 65 samples of one channel.
+  const auto little = [](std::uint32_t value, int count) {
+    std::string bytes;
+    for (int i = 0; i < count; ++i) bytes += static_cast<char>(value >> 8 * i & 0xff);
+    return bytes;
+  };
+  const std::string adpcm = "WAVEfmt " + little(20, 4) + little(0x11, 2) + little(1, 2) + little(8000, 4) +
+                            little(4430, 4) + little(36, 2) + little(4, 2) + little(2, 2) + little(65, 2) + "fact" +
+                            little(4, 4) + little(650, 4) + "data" + little(360, 4) + std::string(360, '\0');
+  (void)bench().file("adpcm.wav", "RIFF" + little(static_cast<std::uint32_t>(adpcm.size()), 4) + adpcm);
+  expect(bench(), "$ARDENT info adpcm.wav", 3, {"[container.lossy]", "adpcm.wav", "FLAC"});
+  (void)bench().file("vorbis.ogg", "OggS" + std::string(2, '\2') + std::string(60, '\0'));
+  expect(bench(), "$ARDENT info vorbis.ogg", 3, {"[container.lossy]", "vorbis.ogg", "Ogg", "FLAC"});
+}
+
+TEST_CASE("a FLAC cut short is told where its header is believed, and refused where it is read", "[apps][faults]") {
+  const Scratch folder;
+  REQUIRE(support::run(folder, "$ARDENT -q sim qzs --raw -o rig --container flac --rate 256 --duration 60").code == 0);
+  expect(folder, "$ARDENT info rig/recording.flac", 0, {"15360"});
+  CHECK(support::run(folder, "$ARDENT info rig/recording.flac").out.find("container.truncated") == std::string::npos);
+  const auto size = std::filesystem::file_size(folder / "rig/recording.flac");
+  for (const double share : {0.98, 0.5, 0.05}) {
+    CAPTURE(share);
+    std::filesystem::resize_file(folder / "rig/recording.flac",
+                                 static_cast<std::uintmax_t>(share * static_cast<double>(size)));
+    expect(folder, "$ARDENT info rig/recording.flac", 0,
+           {"warning", "container.truncated", "promises 15360 frames", "last"});
+    expect(folder, "$ARDENT check rig/recording.flac", 3, {"[container.truncated]", "15360", "--salvage"});
+  }
 }
 
 TEST_CASE("universal file format is refused by what it is, with the remedy", "[apps][faults]") {
   const Scratch folder;
-  (void)folder.file("sets.uff", "    -1\n    58\nacceleration\nNONE\n    -1\n");
-  expect(folder, "$ARDENT run sets.uff -o run", 3, {"[container.unsupported]", "sets.uff", "UFF", "CSV"});
+  const std::string set = "    -1\n    58\nacceleration\nNONE\n    -1\n";
+  for (const std::string before : {"", "\n", "\xef\xbb\xbf", "\xef\xbb\xbf\r\n   \n"}) {
+    (void)folder.file("sets.uff", before + set);
+    expect(folder, "$ARDENT run sets.uff -o run", 3, {"[container.unsupported]", "sets.uff", "UFF", "CSV"});
+  }
+  // A number alone on a line is no such file.
+  (void)folder.file("minus.csv", "\n-1\n1\n-1\n");
+  CHECK(support::run(folder, "$ARDENT info minus.csv").err.find("UFF") == std::string::npos);
   CHECK_FALSE(std::filesystem::exists(folder / "run"));
 }
 
@@ -114,14 +149,29 @@ TEST_CASE("a clock that goes back, repeats or trembles is refused with its line"
     (void)folder.file("c.csv", table(2000, [&](int i) { return decay(i, clock(i)); }));
   };
   with([&](int i) { return i == 700 ? "3.5" : time(i); });
-  expect(folder, "$ARDENT run c.csv -o run", 3, {"[clock.", "c.csv", "702"});
+  expect(folder, "$ARDENT run c.csv -o run", 3, {"[clock.backwards]", "c.csv:702", "back from 6.99", "to 3.5 s"});
   with([&](int i) { return time(i == 700 ? 699 : i); });
-  expect(folder, "$ARDENT run c.csv -o run", 3, {"[clock.", "c.csv", "702"});
+  expect(folder, "$ARDENT run c.csv -o run", 3, {"[clock.repeated]", "c.csv:702", "time 6.99 s stands twice"});
   with([&](int i) { return std::to_string(0.01 * i + 0.003 * (i * 7919 % 13) / 13.0); });
-  expect(folder, "$ARDENT run c.csv -o run", 3, {"[clock.", "c.csv"});
+  expect(folder, "$ARDENT run c.csv -o run", 3,
+         {"[clock.jitter]", "c.csv:2", "off an even 99.99", "clock = \"interpolate\""});
   CHECK_FALSE(std::filesystem::exists(folder / "run"));
-  with([&](int i) { return std::to_string(0.01 * i + 0.00004 * (i % 2)); });  // 0.4 % of a step
-  expect(folder, "$ARDENT run c.csv -o steady", 0, {});
+}
+
+TEST_CASE("a clock that trembles within a hundredth of a step keeps its round rate, with a warning", "[apps][faults]") {
+  const Scratch folder;
+  for (const double late : {0.004, 0.008}) {  // of a step, every other stamp
+    (void)folder.file("c.csv",
+                      table(2000, [&](int i) { return decay(i, std::to_string(0.01 * i + 0.01 * late * (i % 2))); }));
+    CAPTURE(late);
+    expect(folder, "$ARDENT info c.csv", 0, {"rate       100 Hz", "clock.jitter"});
+    expect(folder, "$ARDENT run c.csv --force -o steady", 0,
+           {"warning", "[clock.jitter]", "off an even 100 Hz by up to " + std::to_string(late / 2).substr(0, 5)});
+  }
+  // A rate that is not round, and no further from it than that, is left as measured.
+  (void)folder.file("c.csv",
+                    table(2000, [&](int i) { return decay(i, std::to_string(0.010002 * i + 0.00008 * (i % 2))); }));
+  CHECK(support::run(folder, "$ARDENT info c.csv").out.find("100 Hz") == std::string::npos);
 }
 
 TEST_CASE("a gap in the clock is named and its neighbourhood left out", "[apps][faults]") {

@@ -5,17 +5,11 @@
 #include "support/program.hpp"
 
 using support::bytes_of;
+using support::expect;
 using support::Scratch;
 namespace fs = std::filesystem;
 
 namespace {
-
-void expect(const Scratch& folder, const std::string& command, int code, const std::vector<std::string>& pieces) {
-  CAPTURE(command);
-  const support::Ended ended = support::run(folder, command);
-  CHECK(ended.code == code);
-  for (const std::string& piece : pieces) CHECK_THAT(ended.err, Catch::Contains(piece));
-}
 
 /// A folder with a simulated Duffing oscillator in duffing/response.csv.
 const Scratch& bench() {

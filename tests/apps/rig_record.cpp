@@ -34,17 +34,19 @@ TEST_CASE("half an hour of raw record gives friction and damping to a per cent",
       "[library]\norder = 0\nterms = [\"x\", \"v\", \"x^3\", \"sgn(v)\", \"ddr\"]\n[fit]\nmethods = [\"fast_rvm\"]\n"
       "[[range]]\nname = \"low\"\nfrom = 2.9\nto = 830\ntrain_to = 500\n"
       "[[range]]\nname = \"high\"\nfrom = 1440\nto = 1720\ntrain_to = 1560\n"
+      "[[range]]\nname = \"middle\"\nfrom = 2.9\nto = 1390\ntrain_to = 1000\n"
       "[[range]]\nname = \"mixed\"\nfrom = 0\nto = 1720\ntrain_to = 1000\n");
   const auto ended = support::run(folder, "$ARDENT -q run qzs.toml -o matched");
   CAPTURE(ended.err);
   REQUIRE(ended.code == 0);
   const json metrics = json::parse(support::bytes_of(folder / "matched/metrics.json"));
-  const json low = range_of(metrics, "low"), high = range_of(metrics, "high"), mixed = range_of(metrics, "mixed");
+  const json low = range_of(metrics, "low"), high = range_of(metrics, "high"), middle = range_of(metrics, "middle"),
+             mixed = range_of(metrics, "mixed");
   CHECK(nmse(low, "train") <= 3e-6);
   CHECK(nmse(low, "test") <= 4e-6);
   CHECK(nmse(mixed, "train") <= 6e-6);
   CHECK(nmse(mixed, "test") <= 2e-5);
-  for (const json& fit : {low, high}) CHECK(nmse(fit, "free_run") <= 2e-4);
+  for (const json& fit : {low, high, middle}) CHECK(nmse(fit, "free_run") <= 2e-4);
 
   std::map<std::string, double> found;
   for (const auto& term : mixed["terms"]) found[term["name"]] = term["mean"];

@@ -10,19 +10,10 @@
 
 using nlohmann::json;
 using support::bytes_of;
+using support::expect;
 using support::Scratch;
 
 namespace {
-
-support::Ended expect(const Scratch& folder, const std::string& command, int code,
-                      const std::vector<std::string>& pieces) {
-  CAPTURE(command);
-  const support::Ended ended = support::run(folder, command);
-  CAPTURE(ended.err);
-  CHECK(ended.code == code);
-  for (const std::string& piece : pieces) CHECK_THAT(ended.err + ended.out, Catch::Contains(piece));
-  return ended;
-}
 
 /// A minute of an oscillation at 100 Hz that no one needs to excuse; `spoil` changes the rows.
 struct Row {
@@ -181,7 +172,7 @@ TEST_CASE("too few samples for the filters are refused with the least", "[apps][
   const Scratch folder;
   const auto unspoilt = [](int, Row&) {};
   write_table(folder, unspoilt, 1);
-  expect(folder, "$ARDENT run m.csv -o one", 3, {"m.csv"});
+  expect(folder, "$ARDENT run m.csv -o one", 3, {"[rate.missing]", "m.csv"});
   write_table(folder, unspoilt, 6);
   expect(folder, "$ARDENT run m.csv -o six", 3, {"[sample.too_few]", "6 samples", "at least 13"});
   write_table(folder, unspoilt, 300);
@@ -223,14 +214,26 @@ TEST_CASE("values beyond all measure are refused, tiny ones scaled", "[apps][fau
   });
   expect(folder, "$ARDENT run m.csv -o huge", 3, {"[sample.huge]", "'y'", "1e+300", "30 s"});
   CHECK_FALSE(std::filesystem::exists(folder / "huge"));
-  for (const double unit : {1e-150, 1e-310, 1e90}) {
+  const auto identified = [&](double unit) {
     write_table(folder, [&](int, Row& row) { row.y *= unit, row.r *= unit; });
-    const auto ended = support::run(
-        folder, "$ARDENT run m.csv --force -o scaled --set library.order=1 --set 'library.terms=[\"ddr\"]'");
-    CAPTURE(unit, ended.err);
-    CHECK((ended.code == 0 || ended.code == 4));  // found, or said to be beyond the numbers
+    const auto ended = expect(
+        folder, "$ARDENT run m.csv --force -o scaled --set library.order=1 --set 'library.terms=[\"ddr\"]'", 0, {});
     CHECK(ended.out.find("nan") == std::string::npos);
-    if (ended.code == 0) CHECK(bytes_of(folder / "scaled/metrics.json").find("nan") == std::string::npos);
+    return json::parse(bytes_of(folder / "scaled/metrics.json"))["ranges"][0]["methods"][0];
+  };
+  const json usual = identified(1.0);
+  for (const double unit : {1e-150, 1e-310, 1e90}) {
+    CAPTURE(unit);
+    const json fit = identified(unit);
+    REQUIRE(fit["terms"].size() == usual["terms"].size());
+    for (std::size_t i = 0; i < fit["terms"].size(); ++i)  // accelerations of 1e-310 hold five digits
+      CHECK(fit["terms"][i]["mean"].get<double>() == Approx(usual["terms"][i]["mean"].get<double>()).epsilon(1e-4));
+    if (unit > 1e-300) {
+      CHECK(fit["nmse"]["train"].get<double>() == Approx(usual["nmse"]["train"].get<double>()).epsilon(1e-3));
+      continue;
+    }
+    CHECK(fit["nmse"]["train"].is_null());  // a square of them is zero
+    CHECK_THAT(fit["nmse"].dump(), Catch::Contains("the target is zero on all training rows"));
   }
 }
 
@@ -242,6 +245,15 @@ TEST_CASE("any rate below the recording's is reached, none above it", "[apps][fa
   CHECK(motion["rate_hz"] == 17.5);
   CHECK(motion["num_samples"] == 1050);
   CHECK(motion["decimation"]["alias_rejection_db"].get<double>() >= 120.0);
+  // 100 / 17.501 is no fraction that a filter could be made for; what is named instead serves.
+  for (const char* odd : {"17.501", "3.14159265", "99.9999"}) {
+    const auto refused = expect(folder, std::string("$ARDENT prep m.csv -o odd --set prepare.rate_hz=") + odd, 2,
+                                {"[prepare.rate]", odd, "100 Hz", "nearest"});
+    const std::string nearest = refused.err.substr(refused.err.find("can be had is ") + 14);
+    CHECK(std::stod(nearest) == Approx(std::stod(odd)).epsilon(5e-3));
+    expect(folder, "$ARDENT prep m.csv --force -o even --set prepare.rate_hz=" + nearest, 0, {});
+  }
+  CHECK_FALSE(std::filesystem::exists(folder / "odd"));
   expect(folder, "$ARDENT prep m.csv -o above --set prepare.rate_hz=250", 2, {"[prepare.rate]", "250", "100"});
   expect(folder, "$ARDENT prep m.csv -o above --set prepare.cutoff_hz=55", 2, {"[prepare.cutoff]", "55", "50"});
 }
@@ -253,6 +265,16 @@ TEST_CASE("ends that lean on predicted samples are trimmed and counted", "[apps]
   const json quality = json::parse(bytes_of(folder / "ends/quality.json"));
   const int edge = quality["motion"][0]["edge_samples"];
   CHECK(edge > 0);
+  bool told = false;
+  for (const auto& check : quality["checks"]) {
+    if (check["name"] != "prepare.edges") continue;
+    told = true;
+    CHECK(check["status"] == "note");
+    CHECK(check["value"].get<double>() == Approx(edge / 20.0));
+    CHECK_THAT(check["message"].get<std::string>(),
+               Catch::Contains(std::to_string(edge) + " samples") && Catch::Contains("either end"));
+  }
+  CHECK(told);
   const json range = json::parse(bytes_of(folder / "ends/metrics.json"))["ranges"][0];
   CHECK(range["num_train"].get<int>() + range["num_test"].get<int>() ==
         quality["motion"][0]["num_samples"].get<int>() - 2 * edge);

@@ -90,6 +90,27 @@ TEST_CASE("output n is centred on n / output rate: a tone comes out in phase and
   }
 }
 
+TEST_CASE("what comes out is late by a millionth of a second at most", "[dsp][decimate]") {
+  // Phase of a tone by least squares, away from the ends.
+  for (const auto& [input_hz, options] :
+       {std::pair{25600.0, to_bus}, std::pair{25600.0, to_regression}, std::pair{256.0, to_regression}}) {
+    for (const double f : {0.8, 1.7, 6.0}) {
+      const MatrixXd out = dsp::decimate(tone(static_cast<Index>(12 * input_hz), input_hz, f), input_hz, options);
+      double sine = 0.0, cosine = 0.0;
+      const double rate_hz = options.output_rate_hz;
+      const auto first = static_cast<Index>(3 * rate_hz), count = static_cast<Index>(std::round(5 * rate_hz));
+      for (Index n = first; n < first + count; ++n) {  // half periods of every tone
+        const double angle = two_pi * f * static_cast<double>(n) / rate_hz;
+        sine += out(n, 0) * std::sin(angle);
+        cosine += out(n, 0) * std::cos(angle);
+      }
+      const double late_s = (0.3 - std::atan2(cosine, sine)) / (two_pi * f);
+      CAPTURE(input_hz, f, late_s);
+      CHECK(std::abs(late_s) <= 1e-6);
+    }
+  }
+}
+
 TEST_CASE("every tone that would fold is 120 dB down, by direct convolution too", "[dsp][decimate]") {
   // A second computation: the outputs as plain sums over the cascade's combined impulse response.
   const double input_hz = 2560.0;
@@ -150,6 +171,13 @@ TEST_CASE("what cannot be asked of a decimator is refused", "[dsp][decimate]") {
   CHECK_THROWS_AS(dsp::Decimator(100.0, 1, {.output_rate_hz = 20.0}), std::invalid_argument);
   CHECK_THROWS_AS(dsp::Decimator(100.0, 0, {.output_rate_hz = 20.0, .passband_end_hz = 8.0}), std::invalid_argument);
   CHECK_THROWS_AS(dsp::Decimator(100.0 * std::numbers::pi, 1, {.output_rate_hz = 20.0, .passband_end_hz = 8.0}),
+                  std::invalid_argument);
+  // Nothing takes long to refuse: these would need tens of millions of coefficients.
+  CHECK_FALSE(dsp::is_designable(25600.0, {.output_rate_hz = 31.4159, .passband_end_hz = 5.0}));
+  CHECK_FALSE(dsp::is_designable(25600.0, {.output_rate_hz = 25600.0 / 10007, .passband_end_hz = 1.0}));
+  CHECK_FALSE(dsp::is_designable(25600.0, {.output_rate_hz = 25.6, .passband_end_hz = 12.7999}));
+  CHECK(dsp::is_designable(25600.0, to_regression));
+  CHECK_THROWS_AS(dsp::design_decimation(25600.0, {.output_rate_hz = 25600.0 / 10007, .passband_end_hz = 1.0}),
                   std::invalid_argument);
   CHECK_THROWS_WITH(dsp::decimate(VectorXd::Ones(100), 2560.0, {.output_rate_hz = 25.6, .passband_end_hz = 10.24}),
                     Catch::Contains("are the least"));

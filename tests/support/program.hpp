@@ -3,11 +3,13 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <catch2/catch.hpp>
 #include <chrono>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "support/scratch.hpp"
 
@@ -50,6 +52,17 @@ class Running {
 /// Runs a shell command in a folder to its end.
 inline Ended run(const Scratch& folder, const std::string& command) {
   return Running(folder / "", command).wait();
+}
+
+/// The same, where it must end with this exit code and say these pieces on either stream.
+inline Ended expect(const Scratch& folder, const std::string& command, int code,
+                    const std::vector<std::string>& pieces) {
+  CAPTURE(command);
+  const Ended ended = run(folder, command);
+  CAPTURE(ended.err);
+  CHECK(ended.code == code);
+  for (const std::string& piece : pieces) CHECK_THAT(ended.err + ended.out, Catch::Contains(piece));
+  return ended;
 }
 
 /// Waits until `condition` holds; false after half a minute.

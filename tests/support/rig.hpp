@@ -18,7 +18,7 @@ inline constexpr double rig_bus_hz = 256.0;
 /// The rig's four sensors on the 256 Hz bus in SI by their nominal sensitivities, and what the payload truly did.
 struct RigRecord {
   dsp::Recording recording;
-  Eigen::VectorXd x;
+  Eigen::VectorXd x, v;
   std::vector<int> modes;  ///< sim::QzsMode
 };
 
@@ -58,9 +58,11 @@ inline RigRecord rig_record(const sim::QzsParameters& parameters, const sim::Pro
 
   sim::QzsTrajectory trajectory(rig, programme.duration_s);
   result.x.resize(num_rows);
+  result.v.resize(num_rows);
   for (Eigen::Index i = 0; i < num_rows; ++i) {
     const auto& state = trajectory.at(static_cast<double>(i) / rig_bus_hz);
     result.x(i) = state.x;
+    result.v(i) = state.v;
     result.modes.push_back(state.mode);
   }
   return result;

@@ -1,0 +1,66 @@
+// Raw recordings give the same bytes whatever the blocks and threads.
+#include <catch2/catch.hpp>
+#include <cstring>
+
+#include "dsp/prepare.hpp"
+#include "support/program.hpp"
+
+using support::bytes_of;
+using support::expect;
+using support::Scratch;
+
+namespace {
+
+bool same_bits(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+  return a.size() == b.size() &&
+         std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
+}
+
+bool same_bits(const dsp::Motion& a, const dsp::Motion& b) {
+  bool same = a.signals.size() == b.signals.size() && a.excluded == b.excluded;
+  for (std::size_t i = 0; same && i < a.signals.size(); ++i)
+    same = a.signals[i].name == b.signals[i].name && same_bits(a.signals[i].values, b.signals[i].values);
+  return same;
+}
+
+/// Ten seconds of the rig at 25.6 kHz: more than three blocks of 65536 frames.
+const Scratch& bench() {
+  static const Scratch folder;
+  static const support::Ended made =
+      support::run(folder, "$ARDENT -q sim qzs --raw -o rig --container flac --duration 10 --set hold=1:5:5.2");
+  REQUIRE(made.code == 0);
+  return folder;
+}
+
+}  // namespace
+
+TEST_CASE("a raw recording is prepared to the same bits by blocks of any size", "[apps][streamed_runs]") {
+  const auto prepared = [](Eigen::Index block_frames) {
+    dsp::RecordingReader reader(bench() / "rig/recording.flac");
+    REQUIRE(reader.num_frames() > 3 * 65536);
+    return dsp::prepare(reader, {.rate_hz = 25.6, .cutoff_hz = 10.24}, {.block_frames = block_frames});
+  };
+  const auto usual = prepared(8192);
+  REQUIRE(usual.signals.num_samples() == 256);
+  for (const Eigen::Index block_frames : {1, 7, 1000, 65536}) {
+    CAPTURE(block_frames);
+    const auto other = prepared(block_frames);
+    CHECK(same_bits(other.signals, usual.signals));
+    CHECK(same_bits(other.bus, usual.bus));
+    CHECK(other.excluded.size() == usual.excluded.size());
+  }
+}
+
+TEST_CASE("a raw recording is identified to the same bytes by one thread and two", "[apps][streamed_runs]") {
+  const std::string settings =
+      " rig/recording.flac --set prepare.rate_hz=25.6 --set prepare.cutoff_hz=10.24 --set library.order=3";
+  expect(bench(), "$ARDENT run --threads 1 -o one" + settings, 0, {});
+  expect(bench(), "$ARDENT run --threads 2 -o two" + settings, 0, {});
+  for (const char* name : {"prepared.csv", "equation.json", "equation.txt", "predictions.csv", "segments.json",
+                           "quality.json", "config.toml"}) {
+    CAPTURE(name);
+    const std::string one = bytes_of(bench() / (std::string("one/") + name));
+    CHECK_FALSE(one.empty());
+    CHECK((one == bytes_of(bench() / (std::string("two/") + name))));
+  }
+}
