@@ -2,7 +2,9 @@
 #include <catch2/catch.hpp>
 #include <cstring>
 
+#include "dsp/input_file.hpp"
 #include "dsp/prepare.hpp"
+#include "dsp/sound_file.hpp"
 #include "support/program.hpp"
 
 using support::bytes_of;
@@ -64,3 +66,26 @@ TEST_CASE("a raw recording is identified to the same bytes by one thread and two
     CHECK((one == bytes_of(bench() / (std::string("two/") + name))));
   }
 }
+
+#ifndef ARDENT_SANITIZED
+TEST_CASE("an hour at 256 Hz takes no more memory than half an hour's 150 MB and 30 kB for each further second",
+          "[apps][streamed_runs]") {
+  const Scratch folder;
+  const std::filesystem::path whole = ARDENT_DATA "/qzs_bus_256.flac";
+  (void)folder.file("rig.toml", bytes_of(whole.string() + ".toml"));
+  {  // in a scope of its own: a program started from here would count the frames as its own
+    dsp::FrameBlock frames;
+    constexpr Eigen::Index half_an_hour = 1800 * 256;
+    REQUIRE(dsp::open_sound_file(std::make_unique<dsp::InputFile>(whole), {})->read(frames, half_an_hour) ==
+            half_an_hour);
+    dsp::SoundFileWriter writer(folder / "hour.wav",
+                                {.format = dsp::SampleFormat::pcm24, .sample_rate_hz = 256, .num_channels = 4});
+    for (int half = 0; half < 2; ++half) writer.write(frames);
+    writer.close();
+  }
+  (void)folder.file("hour.toml",
+                    "[[recording]]\nfile = \"hour.wav\"\nsidecar = \"rig.toml\"\n[prepare]\nrate_hz = 25.6\n"
+                    "cutoff_hz = 10.24\n");
+  CHECK(expect(folder, "$ARDENT -q run hour.toml -o hour", 0, {}).peak_kb <= 150'000 + 1800 * 30);
+}
+#endif

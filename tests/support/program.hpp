@@ -1,5 +1,6 @@
 #pragma once
 #include <fcntl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -18,6 +19,7 @@ namespace support {
 struct Ended {
   int code = 0;  ///< exit code, or 128 + signal
   std::string out, err;
+  long peak_kb = 0;  ///< most memory it held at a time
 };
 
 /// A shell command under way in a folder, "$ARDENT" being the built program.
@@ -39,9 +41,10 @@ class Running {
   void send(int signal) const { ::kill(pid_, signal); }
   Ended wait() {
     int status = 0;
-    ::waitpid(pid_, &status, 0);
+    rusage used{};
+    ::wait4(pid_, &status, 0, &used);
     return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), bytes_of(out_ / "out"),
-            bytes_of(out_ / "err")};
+            bytes_of(out_ / "err"), used.ru_maxrss};
   }
 
  private:
