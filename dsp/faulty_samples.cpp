@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -101,7 +102,7 @@ struct FaultySamples::State {
 
   State(double rate_hz, std::vector<Channel> channels, const FaultySampleOptions& chosen);
   void take(const Eigen::RowVectorXd& before, const Eigen::Ref<const FrameBlock>& frames,
-            const std::vector<SampleCell>& cells);
+            std::span<const SampleCell> cells);
   void judge(Eigen::Index c, SampleFaults& faults) const;
   [[nodiscard]] std::vector<FaultyStretch> clipped(Eigen::Index c, std::string& remark) const;
   [[nodiscard]] std::vector<FaultyStretch> stood_still(Eigen::Index c, std::string& remark) const;
@@ -123,23 +124,32 @@ FaultySamples::State::State(double rate_hz, std::vector<Channel> channels, const
 }
 
 void FaultySamples::State::take(const Eigen::RowVectorXd& before, const Eigen::Ref<const FrameBlock>& frames,
-                                const std::vector<SampleCell>& cells) {
+                                std::span<const SampleCell> cells) {
   // A single step of every cell, of every fourth where that is enough, at a place that wanders through the cell.
-  const bool draws = cell_frames < 8 || num_cells % 4 == 0;
-  const Eigen::Index place = num_cells / 4 * 7 % cell_frames;
+  const Eigen::Index spacing = cell_frames < 8 ? 1 : 4;
+  const std::size_t count = cells.size() / tracks.size();
   for (std::size_t c = 0; c < tracks.size(); ++c) {
     auto& track = tracks[c];
     const auto samples = frames.col(static_cast<Eigen::Index>(c));
-    if (track.upper.concerns(cells[c])) track.upper.scan(samples, num_frames);
-    if (track.lower.concerns(cells[c])) track.lower.scan(samples, num_frames);
-    track.cells.push_back(cells[c]);
-    if (draws && place < frames.rows())
-      track.steps.push_back(
-          std::abs(samples(place) - (place > 0 ? samples(place - 1) : before(static_cast<Eigen::Index>(c)))));
-    if (track.cells.size() == cells_per_chunk) track.follow_chunk();
+    Eigen::Index row = 0, index = num_cells;
+    for (const auto& cell : cells.subspan(c * count, count)) {
+      for (auto* side : {&track.upper, &track.lower})
+        if (side->concerns(cell))
+          side->scan(samples.segment(row, std::min(cell_frames, samples.size() - row)), num_frames + row);
+      track.cells.push_back(cell);
+      if (index % spacing == 0) {
+        const Eigen::Index place = row + index / 4 * 7 % cell_frames;
+        if (place < samples.size())
+          track.steps.push_back(
+              std::abs(samples(place) - (place > 0 ? samples(place - 1) : before(static_cast<Eigen::Index>(c)))));
+      }
+      if (track.cells.size() == cells_per_chunk) track.follow_chunk();
+      row += cell_frames;
+      ++index;
+    }
   }
   num_frames += frames.rows();
-  ++num_cells;
+  num_cells += static_cast<Eigen::Index>(count);
 }
 
 FaultyStretch FaultySamples::State::in_frames(Eigen::Index c, SampleFault fault, const StillRun& run) const {

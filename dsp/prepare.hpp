@@ -76,7 +76,7 @@ struct Prepared {
 [[nodiscard]] Prepared prepare(const Recording& recording, const PrepareOptions& options);
 
 struct StreamOptions {
-  Eigen::Index block_frames = 8192;  ///< read at a time; changes nothing in the result
+  Eigen::Index block_frames = 16384;  ///< read at a time; changes nothing in the result
   std::size_t max_memory_bytes = std::size_t{4} << 30;
   std::function<void(double)> progress = {};  ///< called with the share read so far; may throw to stop
 };

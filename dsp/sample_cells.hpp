@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <algorithm>
+#include <span>
 #include <vector>
 
 #include "dsp/decimate.hpp"
@@ -18,38 +19,40 @@ struct SampleCell {
 class CellCutter {
  public:
   CellCutter(Eigen::Index frames_per_cell, Eigen::Index num_channels);
-  /// Calls on_cell(before, frames, cells) for every cell that became complete: the frame before it (at the start, its
-  /// own first), its frames, one cell a channel. Throws std::invalid_argument for a value that is not finite.
-  template <class OnCell>
-  void push(const Eigen::Ref<const FrameBlock>& frames, const OnCell& on_cell) {
-    Eigen::Index row = 0;
-    while (row < frames.rows()) {
-      if (num_waiting_ == 0 && frames.rows() - row >= waiting_.rows()) {
-        cut(frames.middleRows(row, waiting_.rows()), on_cell);
-        row += waiting_.rows();
-        continue;
+  /// Calls on_cells(before, frames, cells) for the cells that became complete, some hundred at a time: the frame before
+  /// them (at the start, their own first), their frames, and the cells, those of the first channel first. Throws
+  /// std::invalid_argument for a value that is not finite.
+  template <class OnCells>
+  void push(const Eigen::Ref<const FrameBlock>& frames, const OnCells& on_cells) {
+    const Eigen::Index cell = waiting_.rows();
+    for (Eigen::Index row = 0, count = 0; row < frames.rows(); row += count) {
+      const Eigen::Index left = frames.rows() - row;
+      if (num_waiting_ == 0 && left >= cell) {
+        count = std::min(left / cell, most_cells) * cell;
+        cut(frames.middleRows(row, count), on_cells);
+      } else {
+        count = std::min(cell - num_waiting_, left);
+        waiting_.middleRows(num_waiting_, count) = frames.middleRows(row, count);
+        num_waiting_ += count;
+        if (num_waiting_ == cell) finish(on_cells);
       }
-      const auto count = std::min(waiting_.rows() - num_waiting_, frames.rows() - row);
-      waiting_.middleRows(num_waiting_, count) = frames.middleRows(row, count);
-      num_waiting_ += count;
-      row += count;
-      if (num_waiting_ == waiting_.rows()) finish(on_cell);
     }
   }
   /// The last, incomplete cell, if there is one.
-  template <class OnCell>
-  void finish(const OnCell& on_cell) {
-    if (num_waiting_ > 0) cut(waiting_.topRows(num_waiting_), on_cell);
+  template <class OnCells>
+  void finish(const OnCells& on_cells) {
+    if (num_waiting_ > 0) cut(waiting_.topRows(num_waiting_), on_cells);
     num_waiting_ = 0;
   }
 
  private:
   using Frames = Eigen::Ref<const FrameBlock>;
-  template <class OnCell>
-  void cut(const Frames& frames, const OnCell& on_cell) {
+  static constexpr Eigen::Index most_cells = 256;
+  template <class OnCells>
+  void cut(const Frames& frames, const OnCells& on_cells) {
     if (before_.size() == 0) before_ = frames.row(0);
     measure(frames);
-    on_cell(before_, frames, cells_);
+    on_cells(before_, frames, std::span<const SampleCell>(cells_));
     before_ = frames.row(frames.rows() - 1);
   }
   void measure(const Frames& frames);

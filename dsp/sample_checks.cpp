@@ -12,20 +12,29 @@ void SampleStatistics::follow(std::span<const SampleCell> cells, std::span<const
   if (num_cells_ == 0 && !cells.empty()) origin_ = cells.front().mean;
   constexpr double beyond = 10.0;
   const double threshold = beyond * std::max(scale.large, scale.smallest);
+  double low = low_, high = high_, sum = sum_, sum_squares = sum_squares_, moment = moment_;  // in registers
+  const SampleCell* last = &last_;
   for (const auto& cell : cells) {
-    low_ = std::min(low_, cell.low);
-    high_ = std::max(high_, cell.high);
+    low = std::min(low, cell.low);
+    high = std::max(high, cell.high);
     if (few_values()) {
       note_value(cell.low);
       note_value(cell.high);
     }
     const double level = cell.mean - origin_;
-    sum_ += level;
-    sum_squares_ += level * level;
-    moment_ += level * static_cast<double>(num_cells_);
-    look_for_spikes(cell, threshold);
+    sum += level;
+    sum_squares += level * level;
+    moment += level * static_cast<double>(num_cells_);
+    if (cell.step > threshold || burst_.num_cells > 0) look_for_spikes(*last, cell, threshold);
+    last = &cell;
     ++num_cells_;
   }
+  low_ = low;
+  high_ = high;
+  sum_ = sum;
+  sum_squares_ = sum_squares;
+  moment_ = moment;
+  last_ = *last;
   for (const double step : steps) {
     num_changes_ += step > scale.floor;
     if (step > 0.0) note_step(step);
@@ -50,17 +59,17 @@ void SampleStatistics::note_step(double step) {
 
 // A spike sticks out of its surroundings by about one step, there and back, within three cells; a burst rings longer, a
 // pulse takes many steps to rise, a jump does not come back.
-void SampleStatistics::look_for_spikes(const SampleCell& cell, double threshold) {
+void SampleStatistics::look_for_spikes(const SampleCell& last, const SampleCell& cell, double threshold) {
   if (cell.step > threshold) {
     if (burst_.num_cells == 0) {
-      burst_.before = last_;
+      burst_.before = last;
       burst_.hull = cell;
     }
     burst_.hull.low = std::min(burst_.hull.low, cell.low);
     burst_.hull.high = std::max(burst_.hull.high, cell.high);
     burst_.hull.step = std::max(burst_.hull.step, cell.step);
     ++burst_.num_cells;
-  } else if (burst_.num_cells > 0) {
+  } else {
     const auto& [before, hull, num_cells] = burst_;
     const double out =
         std::max(hull.high - std::max(before.high, cell.high), std::min(before.low, cell.low) - hull.low);
@@ -75,7 +84,6 @@ void SampleStatistics::look_for_spikes(const SampleCell& cell, double threshold)
     }
     burst_.num_cells = 0;
   }
-  last_ = cell;
 }
 
 double SampleStatistics::repeats() const {

@@ -41,7 +41,7 @@ class SampleStatistics {
   };
   void note_value(double value);
   void note_step(double step);
-  void look_for_spikes(const SampleCell& cell, double threshold);
+  void look_for_spikes(const SampleCell& last, const SampleCell& cell, double threshold);
 
   double low_ = std::numeric_limits<double>::infinity(), high_ = -low_;
   Eigen::Index num_cells_ = 0;

@@ -52,7 +52,14 @@ void StepScale::learn(std::span<const SampleCell> cells, std::span<const double>
 void Standstill::follow(std::span<const SampleCell> cells, const StepScale& scale) {
   // Slower than this it comes to rest by degrees.
   const double pace = std::max({0.5 * scale.typical, 2.0 * scale.smallest, 3.0 * scale.floor});
-  for (const auto& cell : cells) {
+  while (!cells.empty()) {
+    if (const std::size_t count = num_moving(cells, scale.floor); count > 0) {
+      pass(cells.first(count));
+      cells = cells.subspan(count);
+      continue;
+    }
+    const auto& cell = cells.front();
+    cells = cells.subspan(1);
     const bool still = cell.step <= scale.floor && cell_ > 0;
     if (ripening_ > 0 && --ripening_ == 0) {
       const double after = std::max({cell.step, steps_[0], steps_[1], scale.typical});
@@ -81,10 +88,28 @@ void Standstill::follow(std::span<const SampleCell> cells, const StepScale& scal
       low_ = std::min(low_, cell.mean);
       high_ = std::max(high_, cell.mean);
     }
-    steps_ = {cell.step, steps_[0], steps_[1], steps_[2]};
-    levels_before_ = {cell.mean, levels_before_[0]};
+    note(cell);
     ++cell_;
   }
+}
+
+// How many cells only have to be counted: an open run, one still ripening, and levels take more.
+std::size_t Standstill::num_moving(std::span<const SampleCell> cells, double floor) const {
+  if (is_open_ || ripening_ > 0 || floor > 0.0) return 0;
+  const auto still = std::find_if(cells.begin(), cells.end(), [](const auto& cell) { return cell.step <= 0.0; });
+  return static_cast<std::size_t>(still - cells.begin());
+}
+
+void Standstill::pass(std::span<const SampleCell> moving) {
+  const auto count = static_cast<Eigen::Index>(moving.size());
+  cells_in_runs_[1] += count;
+  cell_ += count;
+  for (const auto& cell : moving.last(std::min(moving.size(), steps_.size()))) note(cell);
+}
+
+void Standstill::note(const SampleCell& cell) {
+  steps_ = {cell.step, steps_[0], steps_[1], steps_[2]};
+  levels_before_ = {cell.mean, levels_before_[0]};
 }
 
 void Standstill::close(const StepScale& scale) {

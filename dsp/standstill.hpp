@@ -48,6 +48,9 @@ class Standstill {
   [[nodiscard]] std::int64_t num_equal_cells() const { return num_equal_; }  ///< in the whole record
 
  private:
+  [[nodiscard]] std::size_t num_moving(std::span<const SampleCell> cells, double floor) const;
+  void pass(std::span<const SampleCell> moving);
+  void note(const SampleCell& cell);
   void close(const StepScale& scale);
 
   Eigen::Index cell_ = 0;          // the next one

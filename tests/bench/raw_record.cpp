@@ -1,5 +1,6 @@
-// The raw part of a run against a bare read of the same file, and against soxr at its own high quality: CPU seconds of
-// one thread, in turn, as ratios of each round.
+// The raw part of a run, with all it does to each sample, against a bare read of the same file; and the decimator alone
+// against soxr at its own high quality, both read and calibrated. CPU seconds of one thread, in turn, as ratios of each
+// round.
 #include <fmt/format.h>
 #include <sndfile.h>
 #include <soxr.h>
@@ -14,6 +15,7 @@
 
 #include "bench/bench.hpp"
 #include "dsp/decimate.hpp"
+#include "dsp/prepare.hpp"
 #include "dsp/read_recording.hpp"
 #include "dsp/sound_file.hpp"
 
@@ -43,7 +45,13 @@ void write_sidecar(const std::filesystem::path& recording) {
         c);
 }
 
-void ours(const std::filesystem::path& file) {
+// What `ardent run` does with a raw file.
+void whole_part(const std::filesystem::path& file) {
+  dsp::RecordingReader reader(file);
+  static_cast<void>(dsp::read_bus(reader, {{.rate_hz = 25.6, .cutoff_hz = 10.24, .rolloff_hz = 8.0}}));
+}
+
+void decimator_alone(const std::filesystem::path& file) {
   dsp::RecordingReader reader(file);
   dsp::Decimator decimator(rate_hz, num_channels,
                            {.output_rate_hz = 256.0, .passband_end_hz = 30.0, .stopband_start_hz = 226.0});
@@ -70,21 +78,24 @@ void soxr_hq(const std::filesystem::path& file) {
   sf_close(sound);
 }
 
+std::string summary(std::vector<double> ratios) {
+  std::sort(ratios.begin(), ratios.end());
+  return fmt::format("{:.2f} ({:.2f} to {:.2f})", ratios[rounds / 2], ratios.front(), ratios.back());
+}
+
 void compare(const std::string& title, const std::filesystem::path& file) {
-  std::vector<double> over_read, under_soxr;
+  std::vector<double> over_read, alone_over_read, soxr_over_alone;
   for (int round = 0; round < rounds; ++round) {
-    const double read = bench::cpu_s([&] { bench::bare_read(file); }), mine = bench::cpu_s([&] { ours(file); }),
-                 soxr = bench::cpu_s([&] { soxr_hq(file); });
-    over_read.push_back(mine / read);
-    under_soxr.push_back(soxr / mine);
+    const double read = bench::cpu_s([&] { bench::bare_read(file); }), whole = bench::cpu_s([&] { whole_part(file); }),
+                 alone = bench::cpu_s([&] { decimator_alone(file); }), soxr = bench::cpu_s([&] { soxr_hq(file); });
+    over_read.push_back(whole / read);
+    alone_over_read.push_back(alone / read);
+    soxr_over_alone.push_back(soxr / alone);
   }
-  std::sort(over_read.begin(), over_read.end());
-  std::sort(under_soxr.begin(), under_soxr.end());
-  fmt::print(
-      "{}: read, calibrate and decimate = {:.2f} x a bare read ({:.2f} to {:.2f}); soxr HQ = {:.2f} x that ({:.2f} to "
-      "{:.2f})\n",
-      title, over_read[rounds / 2], over_read.front(), over_read.back(), under_soxr[rounds / 2], under_soxr.front(),
-      under_soxr.back());
+  fmt::print("{}: the raw part (calibrate, look for faults, spectrum, decimate) / a bare read = {}\n", title,
+             summary(over_read));
+  fmt::print("{}: the decimator alone / a bare read = {}, soxr HQ / that = {}\n", title, summary(alone_over_read),
+             summary(soxr_over_alone));
 }
 
 }  // namespace
