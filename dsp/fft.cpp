@@ -110,8 +110,14 @@ Eigen::Index RealFft::size() const {
 }
 
 Eigen::VectorXcd RealFft::forward(const Eigen::Ref<const Eigen::VectorXd>& x) const {
+  Eigen::VectorXcd X;
+  forward(x, X);
+  return X;
+}
+
+void RealFft::forward(const Eigen::Ref<const Eigen::VectorXd>& x, Eigen::VectorXcd& X) const {
   if (x.size() != plans_->n) throw std::invalid_argument("RealFft::forward: wrong length");
-  Eigen::VectorXcd X(plans_->n / 2 + 1);
+  X.resize(plans_->n / 2 + 1);
   if (aligned(x.data())) {
     // A forward transform out of place leaves its input as it was.
     fftw_execute_dft_r2c(plans_->forward_plan(), const_cast<double*>(x.data()), fftw_data(X));
@@ -119,7 +125,6 @@ Eigen::VectorXcd RealFft::forward(const Eigen::Ref<const Eigen::VectorXd>& x) co
     Eigen::VectorXd copy = x;
     fftw_execute_dft_r2c(plans_->forward_plan(), copy.data(), fftw_data(X));
   }
-  return X;
 }
 
 Eigen::VectorXd RealFft::inverse(Eigen::VectorXcd X) const {

@@ -60,9 +60,15 @@ void RawSpectrum::push(const Eigen::Ref<const FrameBlock>& frames) {
 }
 
 void RawSpectrum::transform() {
+  Eigen::RowVectorXd mean = held_.row(0);
+  for (Index i = 1; i < held_.rows(); ++i) mean += held_.row(i);  // all channels at once
+  mean /= static_cast<double>(held_.rows());
+  VectorXd stretch(held_.rows());
+  Eigen::VectorXcd spectrum;
   for (Index c = 0; c < held_.cols(); ++c) {
-    const VectorXd stretch = (held_.col(c).array() - held_.col(c).mean()) * window_.array();
-    sum_.col(c) += fft_.forward(stretch).cwiseAbs2();
+    stretch = (held_.col(c).array() - mean(c)) * window_.array();
+    fft_.forward(stretch, spectrum);
+    sum_.col(c) += spectrum.cwiseAbs2();
   }
   ++num_stretches_;
 }

@@ -15,6 +15,7 @@
 #include <tuple>
 #include <utility>
 
+#include "dsp/flac_end.hpp"
 #include "dsp/names.hpp"
 #include "dsp/sound_bytes.hpp"
 #include "dsp/sound_header.hpp"
@@ -182,7 +183,7 @@ class SoundFile : public SampleSource {
 
   // A FLAC cut short shows without decoding all of it: its last frame is not there. Reading will say where it ends.
   void try_last_frame() {
-    if (info_.num_frames == 0) return;
+    if (info_.num_frames == 0 || ends_in_last_frame(bytes_->file(), info_.num_frames)) return;
     std::vector<double> frame(info_.columns.size());
     const bool there = sf_seek(handle_.get(), info_.num_frames - 1, SEEK_SET) >= 0 &&
                        sf_readf_double(handle_.get(), frame.data(), 1) == 1;

@@ -8,8 +8,10 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <csignal>
+#include <fstream>
 #include <random>
 
+#include "dsp/flac_end.hpp"
 #include "dsp/input_file.hpp"
 #include "support/fault.hpp"
 #include "support/fuzz.hpp"
@@ -199,6 +201,23 @@ TEST_CASE("a truncated file is refused with both counts, and salvaged on request
     CHECK((rest - frames.topRows(rest.rows())).cwiseAbs().maxCoeff() <= std::ldexp(0.5, -23));
     CHECK(source->info().checks.back().name == "container.truncated");
     CHECK(source->info().checks.back().status == dsp::CheckStatus::warning);
+  }
+}
+
+TEST_CASE("a FLAC's last frame is known by number and checksum without decoding", "[dsp][sound_file]") {
+  const Scratch scratch;
+  for (const Eigen::Index num_frames : {1, 4096, 4097, 20'000, 63 * 4096, 129 * 4096, 2049 * 4096}) {
+    INFO(num_frames);  // frame numbers of one, two and three bytes
+    const auto file = write(scratch, noise(num_frames, 1, 0.9), {.container = SoundContainer::flac});
+    CHECK(dsp::ends_in_last_frame(dsp::InputFile(file), num_frames));
+    CHECK_FALSE(dsp::ends_in_last_frame(dsp::InputFile(file), num_frames + 4096));
+    CHECK_FALSE(dsp::ends_in_last_frame(dsp::InputFile(file), std::max<Eigen::Index>(0, num_frames - 4096)));
+    auto bytes = support::bytes_of(file);
+    bytes[bytes.size() - 5] ^= 1;
+    std::ofstream(file, std::ios::binary) << bytes;
+    CHECK_FALSE(dsp::ends_in_last_frame(dsp::InputFile(file), num_frames));
+    std::filesystem::resize_file(file, bytes.size() - 1);
+    CHECK_FALSE(dsp::ends_in_last_frame(dsp::InputFile(file), num_frames));
   }
 }
 
