@@ -130,9 +130,15 @@ std::vector<RangeResult> identify_ranges(Config& config, const std::vector<Colum
     console.step(fmt::format("range {}: fitting", range.spec.name));
     ranges.push_back(identify(range, columns, library, options));
     range.spec = ranges.back().spec;
-    for (const DroppedTerm& term : ranges.back().dropped)
-      console.warning("term.left_out",
-                      fmt::format("range {}: {} is left out: {}", range.spec.name, term.name, term.reason));
+    for (const DroppedTerm& term : ranges.back().dropped) {
+      const std::string text = fmt::format("range {}: {} is left out: {}", range.spec.name, term.name, term.reason);
+      // The constant comes with every polynomial, and behind AC-coupled sensors it says nothing.
+      const auto& asked = config.library.terms;
+      if (term.name == "1" && std::find(asked.begin(), asked.end(), "1") == asked.end())
+        console.note(text);
+      else
+        console.warning("term.left_out", text);
+    }
   }
   return ranges;
 }

@@ -81,7 +81,7 @@ double sum(const std::vector<double>& values) {
 }
 
 std::string corners(const std::vector<double>& hz) {
-  return hz.empty() ? std::string("none") : fmt::format("{:.3f} Hz", fmt::join(hz, " Hz and "));
+  return hz.empty() ? std::string("none") : fmt::format("{:.4f} Hz", fmt::join(hz, " Hz and "));
 }
 
 SensorFault corner(const SensorRelation& r) {
@@ -91,8 +91,10 @@ SensorFault corner(const SensorRelation& r) {
                     .std = r.highpass_sum_std_hz};
   fault.limit = std::max(least_corner_hz, least_corner_share * sum(r.declared_hz));
   fault.highpass_hz = r.highpass_hz;
-  fault.sentence = fmt::format("{}: coupling corners {}, together {:.3f} +- {:.3f} Hz; its description says {}",
-                               r.acceleration, corners(r.highpass_hz), fault.value, fault.std, corners(r.declared_hz));
+  const bool several = r.highpass_hz.size() > 1;
+  fault.sentence = fmt::format("{}: coupling corner{} {} (+- {:.2g} Hz{}); its description says {}", r.acceleration,
+                               several ? "s" : "", corners(r.highpass_hz), fault.std, several ? " on their sum" : "",
+                               corners(r.declared_hz));
   return fault;
 }
 
