@@ -92,9 +92,10 @@ std::string real(double value) {
 }
 
 /// Keys of [segment] and the options they set.
-constexpr std::array<std::pair<std::string_view, double dsp::SegmentOptions::*>, 8> segment_keys{
+constexpr std::array<std::pair<std::string_view, double dsp::SegmentOptions::*>, 9> segment_keys{
     {{"stick_speed_m_per_s", &dsp::SegmentOptions::stick_speed_m_per_s},
      {"stick_duration_s", &dsp::SegmentOptions::stick_duration_s},
+     {"stick_acceleration_share", &dsp::SegmentOptions::stick_acceleration_share},
      {"stick_margin_s", &dsp::SegmentOptions::stick_margin_s},
      {"high_enter_m", &dsp::SegmentOptions::high_enter_m},
      {"high_leave_m", &dsp::SegmentOptions::high_leave_m},

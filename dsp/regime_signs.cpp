@@ -129,6 +129,11 @@ RegimeSigns regime_signs(const Motion& motion, const SegmentOptions& options) {
   } else {
     signs.speed_m_per_s = v;
   }
+  if (const Signal* a = motion.find("a"); a != nullptr) {
+    signs.reversals = reversals(signs.speed_m_per_s, a->values, signs.samples_in(signs.period_s));
+    std::erase_if(signs.reversals,
+                  [&](const Reversal& r) { return signs.excluded[static_cast<std::size_t>(r.at)] != 0; });
+  }
   signs.speed_m_per_s = signs.speed_m_per_s.cwiseAbs();
   return signs;
 }
@@ -157,14 +162,18 @@ std::vector<bool> stick_mask(const RegimeSigns& signs, const SegmentOptions& opt
   constexpr Index least = 3;  // fewer samples can lie about a reversal
   const Index shortest = std::max(least, signs.samples_in(options.stick_duration_s)),
               margin = signs.samples_in(options.stick_margin_s), reach = signs.samples_in(signs.period_s / 4.0);
+  const auto stop = [&](Index first, Index last) {
+    std::fill(stuck.begin() + std::max<Index>(0, first - margin), stuck.begin() + std::min(speed.size(), last + margin),
+              true);
+  };
   for (Index i = 0; i < speed.size();) {
     Index end = i;
     while (end < speed.size() && speed(end) < options.stick_speed_m_per_s) ++end;
-    if (end - i >= shortest && stood_still(speed, i, end, options.stick_speed_m_per_s, reach) >= shortest)
-      std::fill(stuck.begin() + std::max<Index>(0, i - margin), stuck.begin() + std::min(speed.size(), end + margin),
-                true);
+    if (end - i >= shortest && stood_still(speed, i, end, options.stick_speed_m_per_s, reach) >= shortest) stop(i, end);
     i = end + 1;
   }
+  for (const Reversal& reversal : signs.reversals)
+    if (is_halt(reversal, options.stick_acceleration_share)) stop(reversal.at, reversal.at);
   return stuck;
 }
 

@@ -211,12 +211,16 @@ void choose_stick(const RegimeSigns& signs, Segmentation& result) {
     return;
   }
   options.stick_speed_m_per_s = std::max(by_motion, by_noise);
+  if (options.stick_acceleration_share == 0.0) options.stick_acceleration_share = halting_share(signs.reversals);
   result.remarks.push_back(
       fmt::format("a stop is slower than {:.2g} m/s for {:.2g} s: {}, a twentieth of the period of {:.2g} s",
                   options.stick_speed_m_per_s, options.stick_duration_s,
                   by_noise > by_motion ? fmt::format("{:g} times the noise of v", noise_deviations)
                                        : fmt::format("{:g} % of the smaller velocity amplitudes", 100.0 * share),
                   signs.period_s));
+  if (options.stick_acceleration_share > 0.0)
+    result.remarks.push_back(fmt::format("a reversal is a stop where the acceleration falls below {:.2g} of itself",
+                                         options.stick_acceleration_share));
 }
 
 void choose_high(const RegimeSigns& signs, const std::vector<bool>& stuck, Segmentation& result) {

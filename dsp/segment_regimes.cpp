@@ -26,7 +26,6 @@ Labels label(const RegimeSigns& signs, const SegmentOptions& options, const std:
       high = true;
     else if (level < options.high_leave_m || against_base(signs, place))
       high = false;
-    if (stuck[i]) high = false;
     labels[i] = stuck[i] ? Regime::stick : high ? Regime::high : Regime::low;
     if (signs.excluded[i] != 0) labels[i] = Regime::excluded;
   }
@@ -80,8 +79,9 @@ Regime regime_from_string(std::string_view name) {
 }
 
 Segmentation segment_regimes(const Motion& motion, const SegmentOptions& options) {
-  if (options.stick_speed_m_per_s < 0.0 || options.stick_duration_s < 0.0 || options.high_enter_m < 0.0 ||
-      options.high_leave_m < 0.0 || options.envelope_window_s <= 0.0 || options.baseline_window_s <= 0.0)
+  if (options.stick_speed_m_per_s < 0.0 || options.stick_duration_s < 0.0 || options.stick_acceleration_share < 0.0 ||
+      options.high_enter_m < 0.0 || options.high_leave_m < 0.0 || options.envelope_window_s <= 0.0 ||
+      options.baseline_window_s <= 0.0)
     throw std::invalid_argument("segment_regimes: thresholds must not be negative and windows must be positive");
   if (options.high_enter_m > 0.0 && options.high_leave_m > options.high_enter_m)
     throw std::invalid_argument("segment_regimes: high_leave_m lies above high_enter_m");
