@@ -65,11 +65,14 @@ class MotionBuilder {
 
     has_base_ = r.has(0) || r.has(1) || r.has(2) || (x.has(0) && y.has(0));
     complete_displacements(r, y, x);
-    complete_relative(r, y, x);
-    if (r.has(0)) complete(r);
-    if (y.has(0)) complete(y);
+    {
+      const ExtendedSpectrum of_x = spectrum(x.values[0]);
+      complete_relative(r, y, x, of_x);
+      motion.dropped_power_fraction = of_x.power_fraction_above(options_.band.cutoff_hz);
+    }
+    for (Quantity* q : {&r, &y})
+      if (q->has(0) && !(q->has(1) && q->has(2))) complete(*q, spectrum(q->values[0]));
 
-    motion.dropped_power_fraction = spectrum(x.values[0]).power_fraction_above(options_.band.cutoff_hz);
     motion.signals.push_back({"t", "s", VectorXd::LinSpaced(n, 0.0, static_cast<double>(n - 1)) / rate_hz});
     add(motion, {"x", "v", "a"}, x);
     add(motion, {"r", "dr", "ddr"}, r);
@@ -124,21 +127,16 @@ class MotionBuilder {
   }
 
   // Derivatives not yet there, from the highest measured one below them.
-  void complete(Quantity& q) const {
-    if (!q.has(1) && !q.has(2)) {
-      const ExtendedSpectrum displacement = spectrum(q.values[0]);
-      q.set(1, displacement.derivative(1, options_.band), false);
-      q.set(2, displacement.derivative(2, options_.band), false);
-    }
-    if (!q.has(1)) q.set(1, spectrum(q.values[0]).derivative(1, options_.band), false);
+  void complete(Quantity& q, const ExtendedSpectrum& displacement) const {
+    if (!q.has(1)) q.set(1, displacement.derivative(1, options_.band), false);
     if (!q.has(2))
       q.set(2,
             q.measured[1] ? spectrum(q.values[1]).derivative(1, options_.band)
-                          : spectrum(q.values[0]).derivative(2, options_.band),
+                          : displacement.derivative(2, options_.band),
             false);
   }
 
-  void complete_relative(const Quantity& r, const Quantity& y, Quantity& x) const {
+  void complete_relative(const Quantity& r, const Quantity& y, Quantity& x, const ExtendedSpectrum& of_x) const {
     for (const std::size_t i : {1, 2}) {
       if (x.has(i) || !y.measured[i] || (has_base_ && !r.measured[i])) continue;
       if (has_base_)
@@ -151,7 +149,7 @@ class MotionBuilder {
                   recording_.name + ": the acceleration is to come from accelerometers, found " + roles_found() +
                       ", wanted a, or ddy and ddr; set prepare.acceleration to displacement");
     if (options_.acceleration == AccelerationSource::displacement) x.set(2, {}, false);
-    complete(x);
+    complete(x, of_x);
   }
 
   std::string roles_found() const {
