@@ -56,8 +56,7 @@ dsp::Check judged(const PowerCheck& power, const std::vector<dsp::SensorRelation
             raw,
             limit,
             "power balance not computed: no regime of motion has rows with velocity and acceleration"};
-  const bool agree = std::all_of(relations.begin(), relations.end(),
-                                 [](const auto& pair) { return pair.reason.empty() && pair.sign > 0.0; });
+  const bool agree = std::all_of(relations.begin(), relations.end(), dsp::can_be_corrected);
   return {"power.balance",
           "",
           raw > limit ? dsp::CheckStatus::warning : dsp::CheckStatus::ok,

@@ -7,16 +7,12 @@
 #include <map>
 #include <set>
 
+#include "dsp/order_statistics.hpp"
+
 namespace apps {
 namespace {
 
 using Eigen::Index;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 std::string error_text(const CaseReplication& replication, double noise) {
   int covered = 0, total = 0;
@@ -40,8 +36,8 @@ std::string error_text(const CaseReplication& replication, double noise) {
   if (total == 0) return {};
   double least = HUGE_VAL, most = 0.0;
   for (const auto& [term, values] : errors) {
-    least = std::min(least, median(values));
-    most = std::max(most, median(values));
+    least = std::min(least, dsp::median(values));
+    most = std::max(most, dsp::median(values));
   }
   return fmt::format(
       "95 % intervals hold {} of {} coefficients; largest error {:.2f} deviations\n"

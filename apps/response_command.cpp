@@ -19,6 +19,7 @@
 #include "apps/steps_table.hpp"
 #include "apps/system_fault.hpp"
 #include "dsp/fault.hpp"
+#include "dsp/order_statistics.hpp"
 
 namespace apps {
 namespace {
@@ -84,8 +85,7 @@ sim::FrequencyResponseOptions sweep_of(const std::vector<std::string>& set, Driv
   if (!steps.empty()) {
     std::vector<double> drives;
     for (const StepPoint& step : steps) drives.push_back(step.drive);
-    std::nth_element(drives.begin(), drives.begin() + static_cast<std::ptrdiff_t>(drives.size() / 2), drives.end());
-    sweep.amplitude_m = drives[drives.size() / 2];
+    sweep.amplitude_m = dsp::median(std::move(drives));
   }
   for (const auto& [name, value] : parse_settings(set)) {
     const bool known = name == amplitude || name == "from_hz" || name == "to_hz" || name == "step_hz";

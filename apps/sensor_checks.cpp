@@ -76,7 +76,7 @@ std::vector<dsp::Check> sensor_checks(const dsp::Prepared& prepared, const std::
                                       const std::string& sidecar) {
   std::vector<dsp::Check> checks;
   for (const dsp::SensorRelation& relation : prepared.relations) {
-    const bool known = relation.reason.empty(), corrected = prepared.equalised() && relation.sign > 0.0;
+    const bool known = relation.reason.empty(), corrected = prepared.equalised() && can_be_corrected(relation);
     dsp::Check pair{
         .name = "sensor.relation", .channel = relation.name, .value = relation.gain, .limit = dsp::largest_gain_error};
     pair.status = known ? dsp::CheckStatus::ok : dsp::CheckStatus::warning;

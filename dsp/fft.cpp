@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <deque>
 #include <mutex>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 
@@ -77,6 +79,12 @@ Eigen::Index good_fft_size(Eigen::Index at_least) {
   Eigen::Index n = std::max<Eigen::Index>(2, at_least + at_least % 2);
   while (!is_good(n)) n += 2;
   return n;
+}
+
+Eigen::VectorXd hann_window(Eigen::Index n) {
+  return Eigen::VectorXd::NullaryExpr(n, [n](Eigen::Index i) {
+    return 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * (static_cast<double>(i) + 0.5) / static_cast<double>(n));
+  });
 }
 
 RealFft::RealFft(Eigen::Index n) {

@@ -7,6 +7,9 @@ namespace dsp {
 /// The smallest even 2^a 3^b 5^c 7^d that is at least `at_least`: a length for which the transform is fast.
 [[nodiscard]] Eigen::Index good_fft_size(Eigen::Index at_least);
 
+/// Hann's window of n samples: 1/2 - 1/2 cos(2 pi (i + 1/2) / n).
+[[nodiscard]] Eigen::VectorXd hann_window(Eigen::Index n);
+
 /// Discrete Fourier transform of real sequences of one length n. Plans are made when first used, from estimates, so
 /// equal input gives equal bits, and those of the last few lengths are kept for the next object; making one is
 /// serialised, using one is not, so one object may serve several threads.

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 
 namespace dsp {
@@ -35,10 +34,7 @@ RawSpectrum::RawSpectrum(double sample_rate_hz, Index num_channels, Index num_fr
   if (!(sample_rate_hz > 0.0) || num_channels < 1)
     throw std::invalid_argument("RawSpectrum: want a positive rate and a channel at least");
   const Index size = fft_.size();
-  window_.resize(size);
-  for (Index i = 0; i < size; ++i)
-    window_(i) =
-        0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * (static_cast<double>(i) + 0.5) / static_cast<double>(size));
+  window_ = hann_window(size);
   window_ *=
       std::sqrt(2.0) / (static_cast<double>(size) * std::sqrt(window_.squaredNorm() / static_cast<double>(size)));
   stride_ = std::max(size, (num_frames - size) / (num_stretches - 1));

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "dsp/fft.hpp"
+#include "dsp/order_statistics.hpp"
 #include "dsp/spectral.hpp"
 
 namespace dsp {
@@ -43,12 +44,6 @@ VectorXd moving_max(const VectorXd& x, Index half) {
   return largest;
 }
 
-VectorXd hann(Index n) {
-  return VectorXd::NullaryExpr(n, [&](Index i) {
-    return 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * (static_cast<double>(i) + 0.5) / static_cast<double>(n));
-  });
-}
-
 // 1 / the power-weighted mean frequency of v between 0.1 Hz and an eighth of the rate.
 double dominant_period_s(const VectorXd& v, double rate_hz) {
   const Eigen::VectorXcd spectrum = RealFft(v.size()).forward(v);
@@ -66,7 +61,7 @@ double dominant_period_s(const VectorXd& v, double rate_hz) {
 // harmonic, where the motion has little left. An exponential distribution's median is ln 2 times its mean; a Hann
 // window keeps the leap between the record's ends out.
 double displacement_noise(const VectorXd& x, double rate_hz, double period_s) {
-  const VectorXd window = hann(x.size());
+  const VectorXd window = hann_window(x.size());
   const Eigen::VectorXcd spectrum = RealFft(x.size()).forward(((x.array() - x.mean()) * window.array()).matrix());
   std::vector<double> levels;
   for (Index k = 1; k < spectrum.size(); ++k) {
@@ -75,9 +70,7 @@ double displacement_noise(const VectorXd& x, double rate_hz, double period_s) {
       levels.push_back(std::norm(spectrum(k)));
   }
   if (levels.empty()) return 0.0;
-  const auto middle = levels.begin() + static_cast<std::ptrdiff_t>(levels.size() / 2);
-  std::nth_element(levels.begin(), middle, levels.end());
-  return 2.0 * *middle / std::numbers::ln2 / (rate_hz * window.squaredNorm());
+  return 2.0 * median(std::move(levels)) / std::numbers::ln2 / (rate_hz * window.squaredNorm());
 }
 
 VectorXd phase_between(const VectorXd& x, const VectorXd& r, Index half) {

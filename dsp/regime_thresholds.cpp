@@ -7,6 +7,8 @@
 #include <limits>
 #include <optional>
 
+#include "dsp/order_statistics.hpp"
+
 namespace dsp {
 namespace {
 
@@ -107,9 +109,7 @@ void choose_by_phase(const RegimeSigns& signs, const std::vector<bool>& stuck, S
   if (high.empty()) return set_high(infinity, infinity, "x never moves in phase with the base: one regime", result);
   double after = infinity;
   if (jumps.empty()) {
-    const auto middle = high.begin() + static_cast<std::ptrdiff_t>(high.size() / 2);
-    std::nth_element(high.begin(), middle, high.end());
-    after = *middle;
+    after = median(std::move(high));
   } else {  // a slow jump grows for longer than ten periods: what lies right before it is not settled
     largest_low = 0.0;
   }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dsp/order_statistics.hpp"
+
 namespace dsp {
 namespace {
 
@@ -12,13 +14,6 @@ using Eigen::VectorXd;
 constexpr double brief_depth = 0.6;
 constexpr double deep = 0.5;                  // a dip that only a halt makes
 constexpr double normal_deviations = 1.4826;  // in a median absolute deviation
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
-}
 
 std::vector<Index> sign_changes(const VectorXd& v) {
   std::vector<Index> found;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "dsp/fft.hpp"
+#include "dsp/order_statistics.hpp"
 
 namespace dsp {
 namespace {
@@ -45,9 +46,7 @@ Ratio measured_ratio(const SpectrumOf& displacement, const Eigen::Ref<const Vect
   const double edge_hz = std::min(2.0 * options.to_hz, 0.4 * rate_hz);
   const VectorXd d = displacement().derivative(2, {edge_hz, 1.2 * edge_hz});
   const RealFft fft(length);
-  const VectorXd window = VectorXd::NullaryExpr(length, [&](Index i) {
-    return 0.5 - 0.5 * std::cos(two_pi * (static_cast<double>(i) + 0.5) / static_cast<double>(length));
-  });
+  const VectorXd window = hann_window(length);
   for (Index first = 0; first + length <= d.size(); first += step) {
     const auto begin = excluded.begin() + std::min<std::ptrdiff_t>(first, std::ssize(excluded));
     const auto end = excluded.begin() + std::min<std::ptrdiff_t>(first + length, std::ssize(excluded));
@@ -180,9 +179,7 @@ double median_error(const Ratio& ratio, const VectorXd& p) {
   std::vector<double> errors;
   for (std::size_t i = 0; i < ratio.value.size(); ++i)
     errors.push_back(ratio.weight[i] * std::abs(ratio.value[i] - model(ratio.frequency_hz[i])));
-  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end());
-  return std::max(*middle, 1e-12);
+  return std::max(median(std::move(errors)), 1e-12);
 }
 
 // With so many poles, from several corners; then twice more with the median error as the scale of the soft L1.
@@ -265,10 +262,6 @@ struct Pair {
 };
 constexpr Pair pairs[] = {{"r and ddr", Role::r, Role::ddr}, {"y and ddy", Role::y, Role::ddy}};
 
-bool can_be_corrected(const SensorRelation& relation) {
-  return relation.reason.empty() && relation.sign > 0.0;
-}
-
 SensorRelation relate_pair(ColumnSpectra& spectra, const Pair& pair, const std::vector<unsigned char>& excluded,
                            const RelateOptions& options) {
   const Recording& recording = spectra.recording();
@@ -294,6 +287,10 @@ std::vector<SensorRelation> relate_pairs(ColumnSpectra& spectra, const std::vect
   for (const Pair& pair : pairs)
     if (has(spectra.recording(), pair)) relations.push_back(relate_pair(spectra, pair, excluded, options));
   return relations;
+}
+
+bool can_be_corrected(const SensorRelation& relation) {
+  return relation.reason.empty() && relation.sign > 0.0;
 }
 
 bool gain_is_plausible(const SensorRelation& relation) {

@@ -49,6 +49,9 @@ enum class ScaleReference { displacement, accelerometer };
                                                        const std::vector<unsigned char>& excluded,
                                                        const RelateOptions& options = {});
 
+/// Whether lag and corners of a pair can be corrected: the two were related, neither is upside down.
+[[nodiscard]] bool can_be_corrected(const SensorRelation& relation);
+
 /// No sensor's gain is off by more; a ratio beyond it is a wrong unit or a wrong sheet, and which of the two sensors is
 /// right cannot be told from it.
 inline constexpr double largest_gain_error = 0.1;

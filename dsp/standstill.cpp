@@ -4,19 +4,13 @@
 #include <cmath>
 #include <iterator>
 
+#include "dsp/order_statistics.hpp"
+
 namespace dsp {
 namespace {
 
 constexpr Eigen::Index least_cells = 8, least_equal_cells = 4;
 constexpr double jump_ratio = 8.0;
-
-// The value that `fraction` of the others do not exceed.
-double quantile(std::vector<double>& values, double fraction) {
-  if (values.empty()) return 0.0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 }  // namespace
 
@@ -24,7 +18,7 @@ void StepScale::learn(std::span<const SampleCell> cells, std::span<const double>
   std::vector<double> values;
   std::copy_if(steps.begin(), steps.end(), std::back_inserter(values), [](double step) { return step > 0.0; });
   // Of those that are not zero: there are many zeros where a channel is clipped.
-  const double candidate = 2 * values.size() >= steps.size() ? 8.0 * quantile(values, 0.5) : 0.0;
+  const double candidate = 2 * values.size() >= steps.size() ? 8.0 * quantile_in_place(values, 0.5) : 0.0;
   const auto share_above = [&](const auto& items, const auto& step_of) {
     const auto above = std::count_if(items.begin(), items.end(), [&](const auto& x) { return step_of(x) > candidate; });
     return static_cast<double>(above) / static_cast<double>(items.size());
@@ -41,10 +35,10 @@ void StepScale::learn(std::span<const SampleCell> cells, std::span<const double>
   for (std::size_t i = 0; i < cells.size(); i += stride) values.push_back(cells[i].step);
   for (const double step : values)
     if (step > 0.0) smallest = std::min(smallest, step);
-  large = quantile(values, 0.9);
+  large = quantile_in_place(values, 0.9);
   std::erase_if(values, [&](double step) { return step <= floor; });
   if (values.empty()) return;
-  typical = quantile(values, 0.5);
+  typical = quantile_in_place(values, 0.5);
   std::erase_if(values, [&](double step) { return step <= 1.5 * floor; });  // rare noise
   if (!values.empty()) least = *std::min_element(values.begin(), values.end());
 }

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "dsp/fft.hpp"
+#include "dsp/order_statistics.hpp"
 
 namespace dsp {
 namespace {
@@ -163,12 +164,6 @@ std::vector<Run> runs_of(std::size_t begin, std::size_t end, std::size_t min_cou
     first = last;
   }
   return runs;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 class Finder {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "dsp/order_statistics.hpp"
 #include "dsp/table_layout.hpp"
 
 namespace dsp {
@@ -73,10 +74,7 @@ Steps find_steps(const Stamps& stamps) {
   const auto& time_s = stamps.time_s;
   std::vector<double> steps(time_s.size() - 1);
   for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = time_s[i + 1] - time_s[i];
-  auto sorted = steps;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  const double gap_s = 1.5 * *middle + 2 * stamps.printed_to_s;
+  const double gap_s = 1.5 * median(steps) + 2 * stamps.printed_to_s;
   Steps found;
   found.least_s = std::numeric_limits<double>::infinity();
   std::size_t first = 0, count = 0;
@@ -220,10 +218,9 @@ Clock interpolated_clock(const Stamps& stamps, double rate_hz) {
   }
   // Rounding must not put the last frame behind the last row.
   clock.position.back() = std::max(clock.position.back(), static_cast<double>(clock.num_frames - 1));
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
+  const double usual_s = median(std::move(steps));
   for (std::size_t i = 1; i < time_s.size(); ++i)
-    if (time_s[i] - time_s[i - 1] > gap_steps * *middle) add_gap(stamps, i, clock);
+    if (time_s[i] - time_s[i - 1] > gap_steps * usual_s) add_gap(stamps, i, clock);
   clock.checks.push_back(note(CheckStatus::warning, "clock.interpolated", rows, static_cast<double>(clock.num_frames),
                               fmt::format("{}: {} uneven rows were interpolated onto {} Hz as the sidecar asks",
                                           stamps.name, time_s.size(), rate_hz)));

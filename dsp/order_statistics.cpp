@@ -1,0 +1,29 @@
+#include "dsp/order_statistics.hpp"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace dsp {
+namespace {
+
+double nth(std::span<double> values, std::size_t n) {
+  const auto place = values.begin() + static_cast<std::ptrdiff_t>(n);
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
+}
+
+}  // namespace
+
+double median(std::vector<double> values) {
+  return nth(values, values.size() / 2);
+}
+
+double quantile(std::vector<double> values, double share) {
+  return quantile_in_place(values, share);
+}
+
+double quantile_in_place(std::span<double> values, double share) {
+  return values.empty() ? 0.0 : nth(values, static_cast<std::size_t>(share * static_cast<double>(values.size() - 1)));
+}
+
+}  // namespace dsp
