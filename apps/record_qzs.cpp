@@ -103,45 +103,68 @@ Setup set_up(const SimulateArguments& arguments) {
   }
 }
 
+/// Exact x and modes at truth_rate_hz.
+struct Motion {
+  std::vector<double> x;
+  std::vector<int> modes;
+
+  void keep(const sim::QzsState& state) {
+    x.push_back(state.x);
+    modes.push_back(state.mode);
+  }
+  [[nodiscard]] Eigen::Map<const Eigen::VectorXd> signal() const { return {x.data(), std::ssize(x)}; }
+};
+
 /// What a hand did, from when to when; where it let go, x there.
-ordered_json manual_json(const sim::ManualForce& hand, double shift_s, const Eigen::VectorXd& x, double released_s) {
+ordered_json manual_json(const sim::ManualForce& hand, double shift_s, const Motion& motion, double released_s) {
   ordered_json row{{"from_s", hand.from_s + shift_s}, {"to_s", hand.to_s + shift_s}, {"why", hand.why}};
-  const auto n = static_cast<Eigen::Index>(std::llround(released_s * truth_rate_hz));
-  if (hand.grip_s > 0.0) row["released_at_m"] = n < x.size() ? ordered_json(x[n]) : ordered_json();
+  const auto n = static_cast<std::size_t>(std::llround(released_s * truth_rate_hz));
+  if (hand.grip_s > 0.0) row["released_at_m"] = n < motion.x.size() ? ordered_json(motion.x[n]) : ordered_json();
   return row;
 }
 
-void append_regimes(const Setup& setup, const Eigen::VectorXd& x, const std::vector<int>& modes, ordered_json& truth) {
-  sim::RegimeOptions regimes;
+/// The levels of the whole programme, however little of it was asked for; `motion` is continued for that.
+sim::RegimeOptions programme_levels(sim::QzsTrajectory& trajectory, Motion motion) {
+  const sim::Programme& programme = trajectory.rig().programme();
+  try {
+    for (std::size_t n = motion.x.size(); static_cast<double>(n) <= programme.duration_s * truth_rate_hz; ++n) {
+      if (n % 4096 == 0) check_interrupted();
+      motion.keep(trajectory.at(static_cast<double>(n) / truth_rate_hz));
+    }
+  } catch (const sim::Diverged&) {  // only beyond what was asked for: what comes before it counts
+  }
+  return sim::true_levels(motion.signal(), motion.modes, truth_rate_hz, programme);
+}
+
+void append_regimes(const Setup& setup, const Motion& motion, sim::RegimeOptions regimes, ordered_json& truth) {
   if (setup.programme == "decay") {  // over within two seconds: margins and runs of a sweep would leave nothing
     regimes.stick_margin_s = 0.1;
     regimes.min_duration_s = 0.5;
   }
-  for (const auto& span : sim::true_regimes(x, modes, truth_rate_hz, regimes))
+  for (const auto& span : sim::true_regimes(motion.signal(), motion.modes, truth_rate_hz, regimes))
     if (span.to_s > setup.from_s)
       truth["regimes"].push_back({{"label", span.label},
                                   {"from_s", std::max(span.from_s - setup.from_s, 0.0)},
                                   {"to_s", std::min(span.to_s - setup.from_s, setup.duration_s)}});
 }
 
-void append_hands(const Setup& setup, const Eigen::VectorXd& x, ordered_json& truth) {
+void append_hands(const Setup& setup, const Motion& motion, ordered_json& truth) {
   const double to_s = setup.from_s + setup.duration_s;
   const auto& programme = setup.rig->programme();
   truth["manual"] = ordered_json::array();
   for (double start = 0.0; start < to_s; start += programme.duration_s)
     for (const sim::ManualForce& hand : programme.manual)
       if (start + hand.to_s > setup.from_s && start + hand.from_s < to_s)
-        truth["manual"].push_back(manual_json(hand, start - setup.from_s, x, start + hand.to_s));
+        truth["manual"].push_back(manual_json(hand, start - setup.from_s, motion, start + hand.to_s));
 }
 
 /// truth.csv (if asked for) and response.csv in one pass over the test; regimes and number of events into `truth`.
 void write_motion(const Setup& setup, const fs::path& folder, bool with_truth, Console& console, ordered_json& truth) {
   const double to_s = setup.from_s + setup.duration_s;
-  sim::QzsTrajectory trajectory(setup.rig, to_s);
+  sim::QzsTrajectory trajectory(setup.rig, std::max(to_s, setup.rig->programme().duration_s));
   const auto num_rows = static_cast<Eigen::Index>(std::floor(to_s * truth_rate_hz)) + 1;
   const auto first_row = static_cast<Eigen::Index>(std::ceil(setup.from_s * truth_rate_hz));
-  Eigen::VectorXd x(num_rows);
-  std::vector<int> modes(static_cast<std::size_t>(num_rows));
+  Motion motion;
   AtomicFile response(folder / "response.csv");
   std::optional<AtomicFile> exact;
   response.write("t,x,v,a,r,dr,ddr\n");
@@ -149,8 +172,7 @@ void write_motion(const Setup& setup, const fs::path& folder, bool with_truth, C
   for (Eigen::Index n = 0; n < num_rows; ++n) {
     const auto& s = trajectory.at(static_cast<double>(n) / truth_rate_hz);
     const double t = s.t_s - setup.from_s;
-    x[n] = s.x;
-    modes[static_cast<std::size_t>(n)] = s.mode;
+    motion.keep(s);
     if (n >= first_row && (n - first_row) % rows_per_response == 0)
       response.write(fmt::format("{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n", t, s.x, s.v, s.a,
                                  s.base.r_m, s.base.dr_m_per_s, s.base.ddr_m_per_s2));
@@ -164,10 +186,11 @@ void write_motion(const Setup& setup, const fs::path& folder, bool with_truth, C
   }
   response.commit();
   if (exact) exact->commit();
-  append_regimes(setup, x, modes, truth);
-  append_hands(setup, x, truth);
-  truth["num_events"] = std::count_if(trajectory.events().begin(), trajectory.events().end(),
-                                      [&](const auto& event) { return event.t_s >= setup.from_s; });
+  truth["num_events"] = std::count_if(trajectory.events().begin(), trajectory.events().end(), [&](const auto& event) {
+    return event.t_s >= setup.from_s && event.t_s <= to_s;
+  });
+  append_hands(setup, motion, truth);
+  append_regimes(setup, motion, programme_levels(trajectory, motion), truth);
 }
 /// The band of the 256 Hz bus at the preparation's own cut-off, for any rate: flat, and free of aliases, up to 30 /
 /// 256.

@@ -74,7 +74,84 @@ std::vector<Run> join_short(const std::vector<Run>& runs, double min_samples) {
   return joined;
 }
 
+/// A frequency of the moving base, from when to when.
+struct Dwell {
+  double frequency_hz, from_s, to_s;
+};
+
+std::vector<Dwell> dwells_of(const Programme& programme) {
+  std::vector<Dwell> dwells;
+  for (std::size_t i = 0; i < programme.nodes.size(); ++i) {
+    const ProgrammeNode& node = programme.nodes[i];
+    const double to_s = i + 1 < programme.nodes.size() ? programme.nodes[i + 1].t_s : programme.duration_s;
+    if (node.harmonics_m[0] == 0.0) continue;
+    if (!dwells.empty() && dwells.back().to_s == node.t_s && dwells.back().frequency_hz == node.frequency_hz)
+      dwells.back().to_s = to_s;
+    else
+      dwells.push_back({node.frequency_hz, node.t_s, to_s});
+  }
+  return dwells;
+}
+
+/// What x has settled to at the end of a dwell; no amplitude if it does not count.
+struct Swing {
+  double amplitude_m = 0.0;
+  bool upper = false;
+};
+
+/// From exact x, r and modes at a rate.
+Swing settled_swing(const Dwell& dwell, const std::vector<ManualForce>& hands,
+                    const Eigen::Ref<const Eigen::VectorXd>& x, const Eigen::VectorXd& r, const std::vector<int>& modes,
+                    double sample_rate_hz) {
+  double from_s = dwell.to_s - (dwell.to_s - dwell.from_s) / 3.0;
+  for (const ManualForce& hand : hands)
+    if (hand.from_s < dwell.to_s) from_s = std::max(from_s, hand.to_s);
+  const auto sample = [&](double t_s) { return static_cast<Index>(std::ceil(t_s * sample_rate_hz)); };
+  const Index first = sample(from_s), last = sample(dwell.to_s), cycle = sample(1.0 / dwell.frequency_hz);
+  if (last > x.size() || last - first < cycle ||
+      std::find(modes.begin() + first, modes.begin() + last, static_cast<int>(qzs_stick)) != modes.begin() + last)
+    return {};
+  const auto end = x.segment(last - cycle, cycle);
+  return {0.5 * (end.maxCoeff() - end.minCoeff()),
+          x.segment(first, last - first).dot(r.segment(first, last - first)) > 0.0};
+}
+
+Eigen::VectorXd base_motion(const Programme& programme, Index num_samples, double sample_rate_hz) {
+  const BaseMotion base(programme);
+  std::size_t near = 0;
+  Eigen::VectorXd r(num_samples);
+  for (Index n = 0; n < num_samples; ++n) r[n] = base.at(static_cast<double>(n) / sample_rate_hz, near).r_m;
+  return r;
+}
+
 }  // namespace
+
+RegimeOptions true_levels(const Eigen::Ref<const Eigen::VectorXd>& x, const std::vector<int>& modes,
+                          double sample_rate_hz, const Programme& programme) {
+  if (x.size() != static_cast<Index>(modes.size()) || !(sample_rate_hz > 0.0))
+    throw std::invalid_argument("true_levels: needs a rate and one mode for each x");
+  const Eigen::VectorXd r = base_motion(programme, x.size(), sample_rate_hz);
+  double smallest_upper = INFINITY, before_to_s = -1.0, log_of_jumps = 0.0;
+  int num_jumps = 0;
+  Swing before;
+  for (const Dwell& dwell : dwells_of(programme)) {
+    const Swing swing = settled_swing(dwell, programme.manual, x, r, modes, sample_rate_hz);
+    if (swing.upper) {
+      smallest_upper = std::min(smallest_upper, swing.amplitude_m);
+      if (before_to_s == dwell.from_s && before.amplitude_m > 0.0 && !before.upper) {
+        log_of_jumps += 0.5 * std::log(before.amplitude_m * swing.amplitude_m);
+        ++num_jumps;
+      }
+    }
+    before = swing;
+    before_to_s = dwell.to_s;
+  }
+  RegimeOptions options;
+  options.high_leave_m = 0.8 * smallest_upper;
+  options.high_enter_m = num_jumps > 0 ? std::exp(log_of_jumps / num_jumps) : options.high_leave_m;
+  options.high_leave_m = std::min(options.high_leave_m, options.high_enter_m);
+  return options;
+}
 
 std::vector<RegimeSpan> true_regimes(const Eigen::Ref<const Eigen::VectorXd>& x, const std::vector<int>& modes,
                                      double sample_rate_hz, const RegimeOptions& options) {

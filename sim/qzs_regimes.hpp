@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "sim/base_motion.hpp"
+
 namespace sim {
 
 /// What the payload truly did from from_s to to_s: "stick", "low" or "high" amplitude.
@@ -12,15 +14,26 @@ struct RegimeSpan {
 };
 
 struct RegimeOptions {
-  double stick_margin_s = 1.0;                         ///< either side of every true stick
-  double high_enter_m = 17e-3, high_leave_m = 9.5e-3;  ///< of the envelope: between the branches of stepped_sine_down
-  double envelope_s = 2.0, mean_s = 6.0;  ///< half of max - min over the one, of x less its mean over the other
-  double min_duration_s = 10.0;           ///< shorter runs join the run before them; between sticks they are stick
+  double stick_margin_s = 1.0;                    ///< either side of every true stick
+  double high_enter_m = 0.0, high_leave_m = 0.0;  ///< required, of the envelope: true_levels
+  double envelope_s = 2.0, mean_s = 6.0;          ///< half of max - min over the one, of x less its mean over the other
+  double min_duration_s = 10.0;  ///< shorter runs join the run before them; between sticks they are stick
 };
+
+/// The two levels of a programme, from its dwells (a frequency of the moving base, its iterations together) in exact x
+/// and modes, as below, from the programme's start on. The last third of a dwell counts, from where no hand is at the
+/// payload: unless it sticks there, it is on the upper branch if x goes with the base's r (positive correlation), else
+/// on the lower, with the amplitude of its last cycle, half of max - min.
+/// high_enter_m: geometric mean of the amplitudes before and after a jump up, which is from a lower dwell to an upper
+/// one right behind it; of all of them if there are several. high_leave_m: four fifths of the smallest upper amplitude,
+/// at most high_enter_m. Upper dwells but no jump up: both levels are that. No upper dwell: both are infinite, nothing
+/// is high. Throws std::invalid_argument unless there is one mode for each x, and a rate.
+[[nodiscard]] RegimeOptions true_levels(const Eigen::Ref<const Eigen::VectorXd>& x, const std::vector<int>& modes,
+                                        double sample_rate_hz, const Programme& programme);
 
 /// Exact x and modes (QzsMode) at a rate, as stretches in order without gaps.
 [[nodiscard]] std::vector<RegimeSpan> true_regimes(const Eigen::Ref<const Eigen::VectorXd>& x,
                                                    const std::vector<int>& modes, double sample_rate_hz,
-                                                   const RegimeOptions& options = {});
+                                                   const RegimeOptions& options);
 
 }  // namespace sim

@@ -1,6 +1,4 @@
-// Regimes found in the rig's records against what its payload truly did. Truth is read from the exact motion by
-// sim::true_regimes; its levels are set for each programme from exact amplitudes of its steps: the geometric mean of
-// the last before the jump and the first after it, and a fifth below the smallest on the upper branch.
+// Regimes found in the rig's records against what its payload truly did: sim::true_regimes of the exact motion.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdio>
@@ -19,7 +17,6 @@ struct Case {
   sim::QzsParameters rig;
   sim::Programme programme;
   sim::RawOptions raw;
-  double high_enter_m = 17e-3, high_leave_m = 9.5e-3;  ///< of the truth
 };
 
 std::vector<double> steps(double from_hz, double to_hz, double by_hz, const std::vector<double>& then = {}) {
@@ -67,41 +64,24 @@ std::vector<Case> programmes() {
   damped.c = 1.0, damped.mu_kinetic = 0.06;
   firm.k1 = 80.0, firm.mu_kinetic = 0.10, firm.mu_static = 0.45;
   return {
-      {"down, 4 mm", t0, sweep(steps(1.75, 1.25, -0.05, {0.6}), 4e-3, 20), {.seed = 51}, 16.2e-3, 13.4e-3},
-      {"down, 5.5 mm", t0, sweep(steps(1.90, 1.34, -0.04), 5.5e-3, 35, 3), {.seed = 52}, 19.4e-3, 17.8e-3},
-      {"60 s dwells", t0, sweep({1.60, 1.52, 1.47, 1.40, 1.30, 0.7}, 4.5e-3, 60, 3), {.seed = 53}, 17e-3, 15.7e-3},
-      {"12 s dwells", t0, sweep(steps(1.6, 1.4, -0.02, {0.7, 0.7}), 4.5e-3, 12, 1.5), {.seed = 54}, 17.8e-3, 17e-3},
-      {"up, 5 mm", t0, sweep(steps(1.20, 1.60, 0.05), 5e-3, 20), {.seed = 55}, 17e-3, 12e-3},
+      {"down, 4 mm", t0, sweep(steps(1.75, 1.25, -0.05, {0.6}), 4e-3, 20), {.seed = 51}},
+      {"down, 5.5 mm", t0, sweep(steps(1.90, 1.34, -0.04), 5.5e-3, 35, 3), {.seed = 52}},
+      {"60 s dwells", t0, sweep({1.60, 1.52, 1.47, 1.40, 1.30, 0.7}, 4.5e-3, 60, 3), {.seed = 53}},
+      {"12 s dwells", t0, sweep(steps(1.6, 1.4, -0.02, {0.7, 0.7}), 4.5e-3, 12, 1.5), {.seed = 54}},
+      {"up, 5 mm", t0, sweep(steps(1.20, 1.60, 0.05), 5e-3, 20), {.seed = 55}},
       {"T1 up, 4 mm", t1, sweep(steps(1.40, 1.70, 0.05), 4e-3, 25), {.seed = 56}},
-      {"T1 down, 4 mm", t1, sweep(steps(1.70, 1.22, -0.04), 4e-3, 25), {.seed = 57}, 16.3e-3, 13e-3},
-      {"T1, noise x10", t1, sweep(steps(1.80, 1.30, -0.05), 5.5e-3, 25), {.noise = 10, .seed = 58}, 19.7e-3, 16.8e-3},
-      {"noise x30",
-       t0,
-       sweep(steps(1.75, 1.30, -0.05, {0.6, 0.6}), 5e-3, 25),
-       {.noise = 30, .seed = 59},
-       18.8e-3,
-       16.2e-3},
-      {"decays", t0, with_decays(sweep({1.60, 1.53, 1.50, 1.45, 1.45}, 4.2e-3, 25), 3, 30), {.seed = 60}, 16e-3, 16e-3},
-      {"soft spring", soft, sweep(steps(1.60, 1.10, -0.05), 4.5e-3, 30), {.seed = 61}, 16.8e-3, 13.7e-3},
+      {"T1 down, 4 mm", t1, sweep(steps(1.70, 1.22, -0.04), 4e-3, 25), {.seed = 57}},
+      {"T1, noise x10", t1, sweep(steps(1.80, 1.30, -0.05), 5.5e-3, 25), {.noise = 10, .seed = 58}},
+      {"noise x30", t0, sweep(steps(1.75, 1.30, -0.05, {0.6, 0.6}), 5e-3, 25), {.noise = 30, .seed = 59}},
+      {"decays", t0, with_decays(sweep({1.60, 1.53, 1.50, 1.45, 1.45}, 4.2e-3, 25), 3, 30), {.seed = 60}},
+      {"soft spring", soft, sweep(steps(1.60, 1.10, -0.05), 4.5e-3, 30), {.seed = 61}},
       {"pushed and held",
        damped,
        by_hand(sweep({1.75, 1.70, 1.65, 1.60, 1.55, 1.50, 1.45, 1.40, 1.35, 0.6}, 5e-3, 25), 60, 90),
-       {.seed = 62},
-       18.8e-3,
-       16e-3},
-      {"firm spring", firm, sweep(steps(2.00, 1.40, -0.05, {0.7}), 4.8e-3, 28), {.seed = 63}, 21.6e-3, 12e-3},
-      {"T1 decays",
-       t1,
-       with_decays(sweep({1.62, 1.55, 1.48, 1.42, 1.42}, 5e-3, 30), 3, 35),
-       {.seed = 64},
-       18e-3,
-       18e-3},
-      {"5 mm, noise x3",
-       t0,
-       sweep(steps(1.72, 1.36, -0.06, {0.65, 0.5}), 5e-3, 45, 4),
-       {.noise = 3, .seed = 65},
-       18e-3,
-       16e-3},
+       {.seed = 62}},
+      {"firm spring", firm, sweep(steps(2.00, 1.40, -0.05, {0.7}), 4.8e-3, 28), {.seed = 63}},
+      {"T1 decays", t1, with_decays(sweep({1.62, 1.55, 1.48, 1.42, 1.42}, 5e-3, 30), 3, 35), {.seed = 64}},
+      {"5 mm, noise x3", t0, sweep(steps(1.72, 1.36, -0.06, {0.65, 0.5}), 5e-3, 45, 4), {.noise = 3, .seed = 65}},
       {"T1 up, 6 mm", t1, sweep(steps(1.05, 1.55, 0.05), 6e-3, 22), {.seed = 66}},
   };
 }
@@ -114,41 +94,19 @@ std::vector<Case> later_programmes() {
   weak.k3 = 7e4, weak.c = 0.9;
   less_friction.mu_static = 0.35, less_friction.k1 = 53.0;
   return {
-      {"down, 3.8 mm", t0, sweep(steps(1.76, 0.96, -0.05), 3.8e-3, 27, 2.5), {.seed = 301}, 14.8e-3, 5.8e-3},
-      {"firm, noise x3",
-       firm,
-       sweep(steps(1.86, 1.06, -0.05), 4.4e-3, 32, 3),
-       {.noise = 3, .seed = 302},
-       18.5e-3,
-       5.7e-3},
-      {"slick, 3.9 mm", slick, sweep(steps(1.70, 0.90, -0.04), 3.9e-3, 21), {.seed = 303}, 16.5e-3, 5.8e-3},
-      {"weak, noise x10",
-       weak,
-       sweep(steps(1.72, 1.0, -0.06), 4.2e-3, 36, 3),
-       {.noise = 10, .seed = 304},
-       16.9e-3,
-       6.6e-3},
-      {"5.2 mm, noise x30",
-       t0,
-       sweep(steps(1.85, 1.25, -0.05, {0.7}), 5.2e-3, 26),
-       {.noise = 30, .seed = 305},
-       18.5e-3,
-       15e-3},
+      {"down, 3.8 mm", t0, sweep(steps(1.76, 0.96, -0.05), 3.8e-3, 27, 2.5), {.seed = 301}},
+      {"firm, noise x3", firm, sweep(steps(1.86, 1.06, -0.05), 4.4e-3, 32, 3), {.noise = 3, .seed = 302}},
+      {"slick, 3.9 mm", slick, sweep(steps(1.70, 0.90, -0.04), 3.9e-3, 21), {.seed = 303}},
+      {"weak, noise x10", weak, sweep(steps(1.72, 1.0, -0.06), 4.2e-3, 36, 3), {.noise = 10, .seed = 304}},
+      {"5.2 mm, noise x30", t0, sweep(steps(1.85, 1.25, -0.05, {0.7}), 5.2e-3, 26), {.noise = 30, .seed = 305}},
       {"up, 4.3 mm", t0, sweep(steps(1.30, 1.70, 0.04), 4.3e-3, 18, 1.5), {.seed = 306}},
-      {"65 s dwells", t0, sweep({1.72, 1.55, 1.42, 1.28, 1.14, 1.03}, 4e-3, 65, 3), {.seed = 307}, 14e-3, 6.7e-3},
+      {"65 s dwells", t0, sweep({1.72, 1.55, 1.42, 1.28, 1.14, 1.03}, 4e-3, 65, 3), {.seed = 307}},
       {"decays, 4.6 mm",
        t0,
        with_decays(sweep({1.65, 1.54, 1.46, 1.38, 1.38}, 4.6e-3, 24), 3, 28),
-       {.noise = 3, .seed = 308},
-       16.7e-3,
-       16.7e-3},
-      {"T1 down, 5.4 mm",
-       t1,
-       sweep(steps(1.75, 1.2, -0.05, {0.7}), 5.4e-3, 24),
-       {.noise = 3, .seed = 309},
-       19.5e-3,
-       14.1e-3},
-      {"T1, less friction", less_friction, sweep(steps(1.72, 1.0, -0.06), 4.4e-3, 29), {.seed = 310}, 17.4e-3, 7.1e-3},
+       {.noise = 3, .seed = 308}},
+      {"T1 down, 5.4 mm", t1, sweep(steps(1.75, 1.2, -0.05, {0.7}), 5.4e-3, 24), {.noise = 3, .seed = 309}},
+      {"T1, less friction", less_friction, sweep(steps(1.72, 1.0, -0.06), 4.4e-3, 29), {.seed = 310}},
   };
 }
 
@@ -185,8 +143,8 @@ double boundary_error(const std::vector<sim::RegimeSpan>& truth, const std::vect
 
 Score score(const Case& tested) {
   const support::RigRecord record = support::rig_record(tested.rig, tested.programme, tested.raw);
-  const auto truth = sim::true_regimes(record.x, record.modes, support::rig_bus_hz,
-                                       {.high_enter_m = tested.high_enter_m, .high_leave_m = tested.high_leave_m});
+  const auto levels = sim::true_levels(record.x, record.modes, support::rig_bus_hz, tested.programme);
+  const auto truth = sim::true_regimes(record.x, record.modes, support::rig_bus_hz, levels);
   const dsp::Prepared prepared =
       dsp::prepare(record.recording, {.rate_hz = 25.6, .cutoff_hz = 10.24, .rolloff_hz = 8.0});
   const auto found = dsp::segment_regimes(prepared.bus).segments;

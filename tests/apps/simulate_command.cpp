@@ -161,6 +161,30 @@ TEST_CASE("an excerpt of the rig's test is that part of the whole", "[apps][simu
   CHECK(truth.columns.at("x").front() == all.columns.at("x")[768]);
 }
 
+TEST_CASE("regimes are the truth of any programme, and of its part what they are of the whole",
+          "[apps][simulate_command]") {
+  const support::Scratch folder;
+  apps::SimulateArguments up{
+      .system = "qzs",
+      .folder = folder / "whole",
+      .set = {"amplitude_mm=3", "mu_static=0.15", "from_hz=1.1", "to_hz=1.25", "step_hz=0.05", "dwell_s=20"},
+      .programme = "up"};
+  simulate(up);
+  // Loose at the second step, where (2 pi f)^2 A exceeds mu_static, it goes with the base: 9 mm, but the upper branch.
+  const auto whole = truth_of(folder / "whole")["regimes"];
+  REQUIRE(whole.size() == 2);
+  CHECK(whole[0]["label"] == "stick");
+  CHECK(whole[1]["label"] == "high");
+  CHECK(whole[1]["to_s"] == 80.0);
+  up.folder = folder / "part";
+  up.duration_s = 35.0;  // no step of it is seen to its end
+  simulate(up);
+  const auto part = truth_of(folder / "part")["regimes"];
+  REQUIRE(part.size() == 2);
+  CHECK(part[1]["label"] == "high");
+  CHECK(part[1]["from_s"] == whole[1]["from_s"]);
+}
+
 TEST_CASE("a recording at a lower rate is the raw one decimated", "[apps][simulate_command]") {
   const support::Scratch folder;
   simulate({.system = "qzs", .folder = folder / "bus", .duration_s = 30.0, .raw = true, .rate_hz = 256.0});
