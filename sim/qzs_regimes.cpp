@@ -106,8 +106,9 @@ Swing settled_swing(const Dwell& dwell, const std::vector<ManualForce>& hands,
   double from_s = dwell.to_s - (dwell.to_s - dwell.from_s) / 3.0;
   for (const ManualForce& hand : hands)
     if (hand.from_s < dwell.to_s) from_s = std::max(from_s, hand.to_s);
-  const auto sample = [&](double t_s) { return static_cast<Index>(std::ceil(t_s * sample_rate_hz)); };
-  const Index first = sample(from_s), last = sample(dwell.to_s), cycle = sample(1.0 / dwell.frequency_hz);
+  const auto first = static_cast<Index>(std::ceil(from_s * sample_rate_hz)),
+             last = static_cast<Index>(std::floor(dwell.to_s * sample_rate_hz)),
+             cycle = static_cast<Index>(std::ceil(sample_rate_hz / dwell.frequency_hz));
   if (last > x.size() || last - first < cycle ||
       std::find(modes.begin() + first, modes.begin() + last, static_cast<int>(qzs_stick)) != modes.begin() + last)
     return {};

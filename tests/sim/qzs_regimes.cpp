@@ -61,6 +61,9 @@ TEST_CASE("a dwell tells nothing if the payload sticks or a hand is at it to the
   stuck.stick_at(35.0);  // no lower dwell right before the upper one
   stuck.check(0.8 * 27e-3, 0.8 * 27e-3);
 
+  Made between = made;  // a dwell that ends between two samples is seen to its end
+  between.programme.duration_s += 0.5 / rate;
+  between.check(18e-3, 16e-3);
   Made cut = made;
   cut.x.conservativeResize(cut.x.size() - 1);
   cut.modes.pop_back();
