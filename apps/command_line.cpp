@@ -275,6 +275,7 @@ void add_sim(CLI::App& app, const GlobalOptions& global, Command& chosen) {
         throw dsp::Fault(dsp::FaultKind::usage, "usage", "sim: -o DIR is missing. Say where the files are to go");
       SimulateArguments all = *arguments;
       all.folder = global.output;
+      all.force = global.force;
       all.seed = global.seed;
       all.set = global.set;
       run_simulate(all, console);

@@ -8,7 +8,7 @@ ardent=build/release/ardent
 mkdir -p out
 
 echo "simulating 1800 s of the rig at 25.6 kHz, four channels ..."
-$ardent -q sim qzs --raw -o out/rig --seed 1
+$ardent -q --force sim qzs --raw -o out/rig --seed 1
 
 cat > out/qzs.toml <<'END'
 schema = 1

@@ -16,6 +16,7 @@
 #include "apps/response_report.hpp"
 #include "apps/rig_programme.hpp"
 #include "apps/sensor_fault_settings.hpp"
+#include "apps/simulation_folder.hpp"
 #include "apps/system_fault.hpp"
 #include "dsp/decimate.hpp"
 #include "dsp/sidecar.hpp"
@@ -320,6 +321,7 @@ std::vector<fs::path> sweep_qzs(const SimulateArguments& arguments, Console& con
     truth["frequency_response"] = response_json(reported.response);
     const std::vector<fs::path> files{arguments.folder / "frc.csv", arguments.folder / "frc.json",
                                       arguments.folder / "frc.svg"};
+    clear_simulation(arguments.folder);
     write_file(files[0], response_csv(reported));
     write_file(
         files[1],
@@ -340,6 +342,7 @@ fs::path write_rig_recording(const SimulateArguments& arguments, Console& consol
 std::vector<fs::path> record_qzs(const SimulateArguments& arguments, Console& console, ordered_json& truth) try {
   const Setup setup = set_up(arguments);
   require_space(setup, arguments);
+  clear_simulation(arguments.folder);
   truth["noise"] = setup.raw.noise;
   truth["twin"] = setup.twin;
   truth["programme"] = setup.programme;

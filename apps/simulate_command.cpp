@@ -11,6 +11,7 @@
 #include "apps/atomic_file.hpp"
 #include "apps/parameter_settings.hpp"
 #include "apps/record_qzs.hpp"
+#include "apps/simulation_folder.hpp"
 #include "apps/system_fault.hpp"
 #include "dsp/fault.hpp"
 #include "dsp/names.hpp"
@@ -85,6 +86,7 @@ std::vector<fs::path> simulate_system(const SimulateArguments& arguments, ordere
   if (run.status != sim::SimulationStatus::finished)
     throw dsp::Fault(dsp::FaultKind::numerics, "sim.diverged",
                      fmt::format("sim {}. Try other parameters or a shorter --duration", run.reason));
+  clear_simulation(arguments.folder);
   const fs::path file = arguments.folder / "response.csv";
   write_csv(file, response(experiment, run, noise, arguments.seed));
   truth["noise"] = noise;
@@ -138,6 +140,7 @@ void simulate_into(const SimulateArguments& arguments, Console& console) {
 
 void run_simulate(const SimulateArguments& arguments, Console& console) {
   check_numbers(arguments);
+  require_no_simulation(arguments.folder, arguments.force);
   std::error_code error;
   const bool is_new = fs::create_directories(arguments.folder, error);
   if (error) throw cannot_write(arguments.folder, error.value());

@@ -12,7 +12,8 @@ namespace apps {
 /// `ardent sim SYSTEM -o DIR ...` as it was typed; what is left out has the default named here.
 struct SimulateArguments {
   std::string system;            ///< duffing, coulomb, bouc-wen, valanis-1 ... valanis-4, linear, qzs
-  std::filesystem::path folder;  ///< made if missing; files of these names in it are replaced
+  std::filesystem::path folder;  ///< made if missing
+  bool force = false;            ///< an earlier simulation there is replaced
   std::uint64_t seed = 1;
   std::optional<double> noise;           ///< share of each signal's standard deviation (0); qzs: times nominal (1)
   std::optional<double> duration_s;      ///< 25; qzs: the programme's own, beyond which it repeats
@@ -29,7 +30,7 @@ struct SimulateArguments {
 
 /// Writes truth.json and response.csv (qzs --frc: frc.csv, frc.json, frc.svg), for qzs --raw also recording.EXT, its
 /// sidecar recording.EXT.toml and truth.csv. Throws dsp::Fault: usage for unknown names and values that make no sense,
-/// numerics where the system blows up, output where the folder cannot be written.
+/// numerics where the system blows up, output where the folder cannot be written, or holds a simulation already.
 void run_simulate(const SimulateArguments& arguments, Console& console);
 
 }  // namespace apps

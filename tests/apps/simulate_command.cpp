@@ -2,8 +2,10 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 
 #include "dsp/decimate.hpp"
@@ -12,6 +14,7 @@
 #include "dsp/sound_file.hpp"
 #include "sim/qzs_sensors.hpp"
 #include "support/fault.hpp"
+#include "support/program.hpp"
 #include "support/scratch.hpp"
 
 using support::check_fault;
@@ -113,8 +116,13 @@ TEST_CASE("the rig's recording holds what the sensors gave, and its sidecar what
           "[apps][simulate_command]") {
   const support::Scratch folder;
   for (const std::string container : {"rf64", "flac"}) {
-    simulate(
-        {.system = "qzs", .folder = folder / "rig", .seed = 5, .duration_s = 3.0, .raw = true, .container = container});
+    simulate({.system = "qzs",
+              .folder = folder / "rig",
+              .force = true,
+              .seed = 5,
+              .duration_s = 3.0,
+              .raw = true,
+              .container = container});
     const auto file = folder / ("rig/recording." + dsp::extension(dsp::sound_container(container)));
     const auto sidecar = dsp::read_sidecar(dsp::sidecar_path(file));
     REQUIRE(sidecar.channels.size() == 4);
@@ -318,6 +326,34 @@ TEST_CASE("the rig's frequency response is written as a table, its jumps and a p
   while (std::getline(table, line)) ++rows;
   CHECK(rows == 22);
   CHECK(support::bytes_of(folder / "frc/frc.svg").find("</svg>") != std::string::npos);
+}
+
+TEST_CASE("an earlier simulation is replaced only by force, and then whole", "[apps][simulate_command]") {
+  const support::Scratch folder;
+  simulate({.system = "qzs", .folder = folder / "out", .duration_s = 1.0, .raw = true, .rate_hz = 256.0});
+  const auto names = [&] {
+    std::set<std::string> found;
+    for (const auto& entry : fs::directory_iterator(folder / "out")) found.insert(entry.path().filename().string());
+    return found;
+  };
+  const auto first = names();
+  const std::string truth = support::bytes_of(folder / "out/truth.json");
+  check_fault([&] { simulate({.system = "duffing", .folder = folder / "out"}); }, dsp::FaultKind::output,
+              "output.exists", {"holds a simulation", "--force", "-o"});
+  // What is refused for another reason leaves the old one, too.
+  CHECK_THROWS_AS(simulate({.system = "pendulum", .folder = folder / "out", .force = true}), dsp::Fault);
+  CHECK_THROWS_AS(simulate({.system = "duffing", .folder = folder / "out", .force = true, .set = {"epsilon=-100"}}),
+                  dsp::Fault);
+  CHECK(names() == first);
+  CHECK(support::bytes_of(folder / "out/truth.json") == truth);
+
+  std::ofstream(folder / "out/notes.txt") << "mine";
+  simulate({.system = "duffing", .folder = folder / "out", .force = true});
+  CHECK(names() == std::set<std::string>{"notes.txt", "response.csv", "truth.json"});
+  CHECK(truth_of(folder / "out")["system"] == "duffing");
+  CHECK(support::run(folder, "$ARDENT -q sim coulomb -o out").code == 5);
+  CHECK(support::run(folder, "$ARDENT -q sim coulomb -o out --force").code == 0);
+  CHECK(truth_of(folder / "out")["system"] == "coulomb");
 }
 
 TEST_CASE("what cannot be simulated is told in one line", "[apps][simulate_command]") {

@@ -33,7 +33,7 @@ void write_config(const std::filesystem::path& file, const std::string& recordin
 
 void bench::whole_run(const std::filesystem::path& ardent, const std::filesystem::path& folder) {
   const std::string program = ardent.string(), at = folder.string();
-  command(fmt::format("{} -q sim qzs --raw -o {}/rig --seed 1", program, at));
+  command(fmt::format("{} -q --force sim qzs --raw -o {}/rig --seed 1", program, at));
   const std::filesystem::path recording = folder / "rig" / "recording.wav";
   write_config(folder / "qzs.toml", "rig/recording.wav");
   for (const std::string& methods :
