@@ -95,7 +95,7 @@ std::string real(double value) {
 constexpr std::array<std::pair<std::string_view, double dsp::SegmentOptions::*>, 9> segment_keys{
     {{"stick_speed_m_per_s", &dsp::SegmentOptions::stick_speed_m_per_s},
      {"stick_duration_s", &dsp::SegmentOptions::stick_duration_s},
-     {"stick_acceleration_share", &dsp::SegmentOptions::stick_acceleration_share},
+     {"stick_halt_s", &dsp::SegmentOptions::stick_halt_s},
      {"stick_margin_s", &dsp::SegmentOptions::stick_margin_s},
      {"high_enter_m", &dsp::SegmentOptions::high_enter_m},
      {"high_leave_m", &dsp::SegmentOptions::high_leave_m},

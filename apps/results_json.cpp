@@ -198,7 +198,7 @@ Json segmentation_json(const dsp::Segmentation& segmentation) {
   };
   threshold("stick_speed_m_per_s", options.stick_speed_m_per_s);
   threshold("stick_duration_s", options.stick_duration_s);
-  threshold("stick_acceleration_share", options.stick_acceleration_share);
+  threshold("stick_halt_s", options.stick_halt_s);
   threshold("stick_margin_s", options.stick_margin_s);
   threshold("high_enter_m", options.high_enter_m);
   threshold("high_leave_m", options.high_leave_m);

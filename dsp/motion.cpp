@@ -183,7 +183,10 @@ class MotionBuilder {
   void add(Motion& motion, const std::array<const char*, 3>& names, Quantity& q) const {
     const auto units_found = units();
     for (std::size_t i = 0; i < 3; ++i)
-      if (q.has(i)) motion.signals.push_back({names[i], has_units_ ? units_found[i] : "", std::move(q.values[i])});
+      if (q.has(i)) {
+        motion.signals.push_back({names[i], has_units_ ? units_found[i] : "", std::move(q.values[i])});
+        if (!q.measured[i]) motion.signals.back().flat_to_hz = options_.band.rolloff_hz;
+      }
   }
 
   Recording recording_;

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,6 +14,7 @@ namespace dsp {
 struct Signal {
   std::string name, unit;
   Eigen::VectorXd values;
+  double flat_to_hz = std::numeric_limits<double>::infinity();  ///< a derivative that was computed ends above
 };
 
 /// Named signals on one clock: what candidate terms, targets and conditions are evaluated on.

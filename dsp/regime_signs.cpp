@@ -85,6 +85,35 @@ VectorXd phase_between(const VectorXd& x, const VectorXd& r, Index half) {
   return phase;
 }
 
+// Turns of v, which still has its sign, and what a does there; both behind a rigid mount.
+void look_at_reversals(const Motion& motion, const Signal& a, const SpectralBand& slow, RegimeSigns& signs) {
+  // High enough for short halts, and below the mains' hum where that is high enough.
+  constexpr double per_period = 26.0, enough = 16.0, below_mains_hz = 38.0;
+  const double rate_hz = signs.sample_rate_hz;
+  double cutoff_hz = per_period / signs.period_s;
+  if (below_mains_hz * signs.period_s >= enough) cutoff_hz = std::min(cutoff_hz, below_mains_hz);
+  if (cutoff_hz > 0.4 * rate_hz || cutoff_hz > a.flat_to_hz) return;
+  const Index period = signs.samples_in(signs.period_s);
+  VectorXd& v = signs.speed_m_per_s;
+  const auto turns = [&] {
+    auto found = sign_changes(v, period);
+    std::erase_if(found, [&](Index i) { return signs.excluded[static_cast<std::size_t>(i)] != 0; });
+    return found;
+  };
+  signs.halts_below_hz = cutoff_hz;
+  ReversalOptions options{.sample_rate_hz = rate_hz, .cutoff_hz = cutoff_hz, .samples_per_period = period};
+  const auto found = turns();
+  signs.mount = find_mount(motion, v, found, cutoff_hz, period);
+  if (signs.mount.is_rigid()) {
+    signs.reversals = reversals(found, v, a.values, options);
+    return;
+  }
+  const MountError error = mount_error(motion, signs.mount, slow, {1.2 * cutoff_hz, 1.4 * cutoff_hz});
+  v -= error.velocity;
+  options.short_halts = false;  // what is left of the ringing is as large
+  signs.reversals = reversals(turns(), v, a.values - error.acceleration, options);
+}
+
 }  // namespace
 
 Index RegimeSigns::samples_in(double seconds) const {
@@ -96,7 +125,12 @@ RegimeSigns regime_signs(const Motion& motion, const SegmentOptions& options) {
   const double rate_hz = motion.sample_rate_hz;
   RegimeSigns signs{.sample_rate_hz = rate_hz, .excluded = motion.excluded};
   signs.excluded.resize(static_cast<std::size_t>(v.size()), 0);
-  signs.period_s = dominant_period_s(v, rate_hz);
+  // A payload that hardly leaves its base has no period of its own.
+  const Signal* base_speed = motion.find("dr");
+  if (base_speed != nullptr)
+    signs.base_speed_m_per_s = std::sqrt(2.0 * base_speed->values.squaredNorm() / static_cast<double>(v.size()));
+  const bool follows = base_speed != nullptr && v.squaredNorm() < 0.1 * base_speed->values.squaredNorm();
+  signs.period_s = dominant_period_s(follows ? base_speed->values : v, rate_hz);
   const SpectralBand slow{5.0 / signs.period_s, 6.5 / signs.period_s};
   const bool has_faster = slow.cutoff_hz < rate_hz / 2 && v.size() >= 8;
   const auto swing_of = [&](const char* name) -> VectorXd {
@@ -122,11 +156,7 @@ RegimeSigns regime_signs(const Motion& motion, const SegmentOptions& options) {
   } else {
     signs.speed_m_per_s = v;
   }
-  if (const Signal* a = motion.find("a"); a != nullptr) {
-    signs.reversals = reversals(signs.speed_m_per_s, a->values, signs.samples_in(signs.period_s));
-    std::erase_if(signs.reversals,
-                  [&](const Reversal& r) { return signs.excluded[static_cast<std::size_t>(r.at)] != 0; });
-  }
+  if (const Signal* a = motion.find("a"); a != nullptr && has_faster) look_at_reversals(motion, *a, slow, signs);
   signs.speed_m_per_s = signs.speed_m_per_s.cwiseAbs();
   return signs;
 }
@@ -159,14 +189,24 @@ std::vector<bool> stick_mask(const RegimeSigns& signs, const SegmentOptions& opt
     std::fill(stuck.begin() + std::max<Index>(0, first - margin), stuck.begin() + std::min(speed.size(), last + margin),
               true);
   };
+  // Slow for a moment, but turning at once by the acceleration: noise of v.
+  const std::vector<Reversal>& reversals = signs.reversals;
+  const auto turns_at_once = [&](Index first, Index last) {
+    const auto in = std::lower_bound(reversals.begin(), reversals.end(), first,
+                                     [](const Reversal& reversal, Index place) { return reversal.at < place; });
+    return last - first < reach && in != reversals.end() && in->at < last && in->at_once;
+  };
   for (Index i = 0; i < speed.size();) {
     Index end = i;
     while (end < speed.size() && speed(end) < options.stick_speed_m_per_s) ++end;
-    if (end - i >= shortest && stood_still(speed, i, end, options.stick_speed_m_per_s, reach) >= shortest) stop(i, end);
+    if (end - i >= shortest && !turns_at_once(i, end) &&
+        stood_still(speed, i, end, options.stick_speed_m_per_s, reach) >= shortest)
+      stop(i, end);
     i = end + 1;
   }
-  for (const Reversal& reversal : signs.reversals)
-    if (is_halt(reversal, options.stick_acceleration_share)) stop(reversal.at, reversal.at);
+  for (const Reversal& reversal : reversals)
+    if (reversal.halt_s > 0.0 && reversal.halt_s >= options.stick_halt_s)
+      stop(reversal.at, reversal.at + signs.samples_in(reversal.halt_s));
   return stuck;
 }
 

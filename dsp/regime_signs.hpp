@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "dsp/motion.hpp"
+#include "dsp/mount.hpp"
 #include "dsp/reversals.hpp"
 #include "dsp/segment_regimes.hpp"
 
@@ -15,7 +16,10 @@ struct RegimeSigns {
   Eigen::VectorXd envelope_m;        ///< half of max - min of x over a window, after its moving mean is removed
   Eigen::VectorXd speed_m_per_s;     ///< |v| below 6.5 / period: a stop of period / 13 is half a wave there
   double speed_noise_m_per_s = 0.0;  ///< rms of what in v is no motion, in the same band; 0 where v ends below it
-  std::vector<Reversal> reversals;   ///< of v in that band, by a in its own; none where there is no a
+  double base_speed_m_per_s = 0.0;   ///< amplitude of a sine of its power; 0 without a base
+  Mount mount;                       ///< whose ringing is taken off v and a before they are looked at
+  std::vector<Reversal> reversals;   ///< of v in that band, by a below halts_below_hz
+  double halts_below_hz = 0.0;       ///< 0: a does not reach far enough to tell halts
   /// cosine between x and the base's displacement over two periods: 1 in phase, -1 against it, 0 where the base is
   /// still; empty where no base was measured
   Eigen::VectorXd phase;
@@ -30,7 +34,7 @@ struct RegimeSigns {
 [[nodiscard]] RegimeSigns regime_signs(const Motion& motion, const SegmentOptions& options);
 
 /// Stops: at least options.stick_duration_s (and three samples) slower than options.stick_speed_m_per_s, or a reversal
-/// below options.stick_acceleration_share; dilated by options.stick_margin_s to either side.
+/// with a halt of options.stick_halt_s or more; dilated by options.stick_margin_s to either side.
 [[nodiscard]] std::vector<bool> stick_mask(const RegimeSigns& signs, const SegmentOptions& options);
 
 }  // namespace dsp

@@ -15,9 +15,10 @@ namespace {
 using Eigen::Index;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double clear_phase = 0.3;   // |cosine| from which x is in phase with the base or against it
-constexpr double leave_share = 0.85;  // of the smallest amplitude on the upper branch
-constexpr double apart = 1.2;         // amplitudes of two branches differ by this factor at least
+constexpr double clear_phase = 0.3;             // |cosine| from which x is in phase with the base or against it
+constexpr double leave_share = 0.8;             // of the smallest amplitude on the upper branch
+constexpr double leave_share_by_growth = 0.85;  // where that is told by growth
+constexpr double apart = 1.2;                   // amplitudes of two branches differ by this factor at least
 
 /// Velocity amplitudes of cycles. A cycle moves if it reaches a tenth of the record's.
 struct CycleAmplitudes {
@@ -59,7 +60,8 @@ void set_high(double enter_m, double leave_m, std::string remark, Segmentation& 
 
 enum class Branch : signed char { none = 0, lower = -1, upper = 1 };
 
-// Of each sample, with hysteresis; none in sticks, exclusions, and where the base is still.
+// Of each sample, with hysteresis; none in sticks and where the base is still. What is excluded has a branch, too:
+// faults are filled, and clipping leaves out just what lies behind a jump.
 std::vector<Branch> branches(const RegimeSigns& signs, const std::vector<bool>& stuck) {
   std::vector<Branch> result(stuck.size(), Branch::none);
   Branch now = Branch::none;
@@ -67,19 +69,36 @@ std::vector<Branch> branches(const RegimeSigns& signs, const std::vector<bool>& 
     const double phase = signs.phase(static_cast<Index>(i));
     if (phase > clear_phase) now = Branch::upper;
     if (phase < -clear_phase) now = Branch::lower;
-    if (phase == 0.0 || stuck[i] || signs.excluded[i] != 0) now = Branch::none;
+    if (phase == 0.0 || stuck[i]) now = Branch::none;
     result[i] = now;
   }
   return result;
 }
 
-// Smallest envelope in [first, last) if all of it is on one branch.
-std::optional<double> envelope_on(Branch branch, const RegimeSigns& signs, const std::vector<Branch>& all, Index first,
-                                  Index last) {
-  if (first < 0 || last > signs.num_samples()) return std::nullopt;
-  for (Index i = first; i < last; ++i)
-    if (all[static_cast<std::size_t>(i)] != branch) return std::nullopt;
-  return signs.envelope_m.segment(first, last - first).minCoeff();
+// What the envelope has settled to where a branch begins (direction 1) or ends (-1) at `edge`: its mean over the first
+// so many periods, six and more from there, that it keeps within a share of itself.
+std::optional<double> settled_from(Index edge, int direction, double periods, double share, const RegimeSigns& signs,
+                                   const std::vector<Branch>& all) {
+  const Index window = signs.samples_in(periods * signs.period_s), step = signs.samples_in(signs.period_s);
+  const Branch branch = all[static_cast<std::size_t>(direction > 0 ? edge : edge - 1)];
+  for (Index away = 6 * step; away < 100 * step; away += step) {
+    const Index first = direction > 0 ? edge + away : edge - away - window;
+    if (first < 0 || first + window > signs.num_samples()) return std::nullopt;
+    for (Index i = first; i < first + window; ++i)
+      if (all[static_cast<std::size_t>(i)] != branch) return std::nullopt;
+    const auto envelope = signs.envelope_m.segment(first, window);
+    if (const double mean = envelope.mean(); envelope.maxCoeff() - envelope.minCoeff() < share * mean) return mean;
+  }
+  return std::nullopt;
+}
+
+// A slow jump lingers for some ten periods where the lower branch ends: long rest tells that from a dwell. Behind a
+// jump it swings; as soon as that is over counts, the next dwell has another amplitude.
+std::optional<double> settled_from(Index edge, int direction, const RegimeSigns& signs,
+                                   const std::vector<Branch>& all) {
+  const auto strictly = direction < 0 ? settled_from(edge, direction, 18.0, 0.025, signs, all)
+                                      : settled_from(edge, direction, 6.0, 0.02, signs, all);
+  return strictly ? strictly : settled_from(edge, direction, 6.0, 0.05, signs, all);
 }
 
 void choose_by_phase(const RegimeSigns& signs, const std::vector<bool>& stuck, Segmentation& result) {
@@ -102,24 +121,24 @@ void choose_by_phase(const RegimeSigns& signs, const std::vector<bool>& stuck, S
   std::vector<Jump> jumps;
   for (Index i = 1; i < n; ++i) {
     if (branch(i - 1) != Branch::lower || branch(i) != Branch::upper) continue;
-    const auto before = envelope_on(Branch::lower, signs, all, i - 3 * settle, i - settle);
-    const auto after = envelope_on(Branch::upper, signs, all, i + settle / 2, i + 3 * settle / 2);
+    const auto before = settled_from(i, -1, signs, all), after = settled_from(i, +1, signs, all);
     if (before && after) jumps.push_back({i, *before, *after});
   }
   if (high.empty()) return set_high(infinity, infinity, "x never moves in phase with the base: one regime", result);
-  double after = infinity;
+  double after = 0.0;
   if (jumps.empty()) {
     after = median(std::move(high));
   } else {  // a slow jump grows for longer than ten periods: what lies right before it is not settled
     largest_low = 0.0;
-  }
-  for (const Jump& jump : jumps) {
-    largest_low = std::max(largest_low, jump.before_m);
-    after = std::min(after, jump.after_m);
+    for (const Jump& jump : jumps) {
+      largest_low = std::max(largest_low, jump.before_m);
+      after += std::log(jump.after_m) / static_cast<double>(jumps.size());
+    }
+    after = std::exp(after);
   }
   const double leave = leave_share * smallest_high;
   if (largest_low == 0.0)
-    return set_high(0.6 * smallest_high, leave,
+    return set_high(leave, leave,
                     fmt::format("x always moves in phase with the base, at {:.3g} m or more", smallest_high), result);
   if (after < apart * largest_low)
     return set_high(infinity, infinity,
@@ -127,8 +146,8 @@ void choose_by_phase(const RegimeSigns& signs, const std::vector<bool>& stuck, S
                                 "one regime",
                                 after, largest_low),
                     result);
-  set_high(std::sqrt(largest_low * after), leave,
-           fmt::format("{} jump{} up, from at most {:.3g} m against the base to at least {:.3g} m in phase with it",
+  set_high(std::max(0.625 * after, 1.1 * largest_low), leave,
+           fmt::format("{} jump{} up, from at most {:.3g} m against the base to {:.3g} m in phase with it",
                        jumps.size(), jumps.size() == 1 ? "" : "s", largest_low, after),
            result);
 }
@@ -184,7 +203,7 @@ void choose_by_growth(const RegimeSigns& signs, const std::vector<bool>& stuck, 
     for (Index i = jump.at + reach; i < end && !stuck[static_cast<std::size_t>(i)]; ++i)
       smallest_high = std::min(smallest_high, signs.envelope_m(i));
   }
-  set_high(std::sqrt(largest_below * std::max(smallest_above, largest_below)), leave_share * smallest_high,
+  set_high(std::sqrt(largest_below * std::max(smallest_above, largest_below)), leave_share_by_growth * smallest_high,
            fmt::format("{} jump{} up, from at most {:.3g} m to at least {:.3g} m", up.size(), up.size() == 1 ? "" : "s",
                        largest_below, smallest_above),
            result);
@@ -203,24 +222,33 @@ void choose_stick(const RegimeSigns& signs, Segmentation& result) {
   if (options.stick_speed_m_per_s > 0.0) return;
   constexpr double share = 0.05, noise_deviations = 3.0, largest_share = 0.3;
   const CycleAmplitudes amplitudes = velocity_amplitudes(signs);
-  const double by_motion = share * amplitudes.small, by_noise = noise_deviations * signs.speed_noise_m_per_s;
-  if (by_noise > largest_share * amplitudes.shown) {
+  const double by_motion = share * amplitudes.small, by_base = 0.02 * signs.base_speed_m_per_s;
+  double by_noise = noise_deviations * signs.speed_noise_m_per_s;
+  if (signs.base_moves() && amplitudes.shown < std::max(by_noise, by_base)) {
+    by_noise = std::max(by_noise, by_base);  // what does not leave its base is stuck to it
+  } else if (by_noise > largest_share * amplitudes.shown) {
     result.remarks.push_back(
         fmt::format("stops are not looked for: v has {:.2g} m/s of noise beside amplitudes of {:.2g}",
                     signs.speed_noise_m_per_s, amplitudes.shown));
     return;
   }
   options.stick_speed_m_per_s = std::max(by_motion, by_noise);
-  if (options.stick_acceleration_share == 0.0) options.stick_acceleration_share = halting_share(signs.reversals);
+  if (options.stick_halt_s == 0.0 && signs.halts_below_hz > 0.0)
+    options.stick_halt_s = shortest_halt_s(signs.halts_below_hz);
   result.remarks.push_back(
       fmt::format("a stop is slower than {:.2g} m/s for {:.2g} s: {}, a twentieth of the period of {:.2g} s",
                   options.stick_speed_m_per_s, options.stick_duration_s,
                   by_noise > by_motion ? fmt::format("{:g} times the noise of v", noise_deviations)
                                        : fmt::format("{:g} % of the smaller velocity amplitudes", 100.0 * share),
                   signs.period_s));
-  if (options.stick_acceleration_share > 0.0)
-    result.remarks.push_back(fmt::format("a reversal is a stop where the acceleration falls below {:.2g} of itself",
-                                         options.stick_acceleration_share));
+  if (!signs.mount.is_rigid())
+    result.remarks.push_back(
+        fmt::format("the sensors' mount rings at {:.3g} Hz (damping {:.2g}): taken off before stops are looked for",
+                    signs.mount.frequency_hz, signs.mount.damping));
+  if (!signs.reversals.empty())
+    result.remarks.push_back(fmt::format(
+        "a reversal is a stop where the acceleration below {:.3g} Hz is nothing{}", signs.halts_below_hz,
+        signs.mount.is_rigid() ? fmt::format(", or fits a halt of {:.2g} s and more", options.stick_halt_s) : ""));
 }
 
 void choose_high(const RegimeSigns& signs, const std::vector<bool>& stuck, Segmentation& result) {

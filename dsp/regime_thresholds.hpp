@@ -3,7 +3,7 @@
 
 namespace dsp {
 
-/// Fills in stick_speed_m_per_s, stick_duration_s and stick_acceleration_share where they are 0, with a remark: rules
+/// Fills in stick_speed_m_per_s, stick_duration_s and stick_halt_s where they are 0, with a remark: rules
 /// at segment_regimes.
 void choose_stick(const RegimeSigns& signs, Segmentation& result);
 

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "dsp/order_statistics.hpp"
+#include "dsp/short_low_pass.hpp"
+#include "dsp/turn_fit.hpp"
 
 namespace dsp {
 namespace {
@@ -11,87 +13,191 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double brief_depth = 0.6;
-constexpr double deep = 0.5;                  // a dip that only a halt makes
+constexpr double least_waves_per_period = 12.0;  // else a half wave of the motion is too short for the fit
+// As shares of the acceleration before a leap to nothing: how far below nothing the low-pass takes it, what is nothing,
+// and what has hardly begun to grow again.
+constexpr double undershoot = 0.045, nothing = 0.06, ringing = 0.135, small = 0.15;
+constexpr double worth_looking = 0.92;  // of the acceleration beside it: what a halt of a fiftieth of a wave leaves
+constexpr double at_once = 0.3;         // of the acceleration before it: what no standstill leaves
 constexpr double normal_deviations = 1.4826;  // in a median absolute deviation
 
-std::vector<Index> sign_changes(const VectorXd& v) {
-  std::vector<Index> found;
-  for (Index i = 1; i < v.size(); ++i)
-    if ((v(i) >= 0.0) != (v(i - 1) >= 0.0)) found.push_back(i);
-  return found;
+// Of a turn: the acceleration about it, low-passed and towards the new sign.
+struct Turn {
+  Index at;
+  double before, beside;  // largest value right before; smaller of the largest before and after
+  double least, still;    // least value at it; least that its size does not exceed for a wave and a half there
+  Index until;            // from the least value on it stays small up to here
+};
+
+class Look {
+ public:
+  Look(const VectorXd& v, const VectorXd& a, double sample_rate_hz, double cutoff_hz, Index beside)
+      : v_(v),
+        a_(a),
+        low_pass_(cutoff_hz, sample_rate_hz),
+        fit_(low_pass_, cutoff_hz / sample_rate_hz),
+        wave_(sample_rate_hz / cutoff_hz),
+        beside_(std::max({beside, fit_.before(), fit_.after()})) {}
+
+  [[nodiscard]] Index from_end() const { return beside_ + low_pass_.reach() + 1; }
+
+  [[nodiscard]] Turn at(Index turn) const {
+    const VectorXd course = about(turn, beside_, beside_);
+    const auto early = static_cast<Index>(std::lround(0.45 * wave_)), late = static_cast<Index>(std::lround(wave_));
+    const Index still = late + late / 2;
+    double least_size = INFINITY;
+    for (Index i = beside_ - late; i + still <= std::min(course.size(), beside_ + 4 * late); ++i)
+      least_size = std::min(least_size, course.segment(i, still).cwiseAbs().maxCoeff());
+    const double before = course.segment(beside_ - late, late).maxCoeff();
+    Index until = 0;
+    const double least = course.segment(beside_ - early, early + late + 1).minCoeff(&until);
+    for (until += beside_ - early; until < course.size() && std::abs(course(until)) <= small * before;) ++until;
+    return {.at = turn,
+            .before = before,
+            .beside = std::min(course.head(beside_).maxCoeff(), course.tail(beside_).maxCoeff()),
+            .least = least,
+            .still = least_size,
+            .until = turn + std::max<Index>(0, until - beside_)};
+  }
+
+  [[nodiscard]] TurnFit::Result fit(Index turn) const { return fit_(about(turn, fit_.before(), fit_.after())); }
+
+ private:
+  [[nodiscard]] VectorXd about(Index turn, Index before, Index after) const {
+    const VectorXd course = low_pass_(a_, turn - before, before + after + 1);
+    return v_(turn) >= 0.0 ? course : -course;
+  }
+
+  const VectorXd &v_, &a_;
+  ShortLowPass low_pass_;
+  TurnFit fit_;
+  double wave_;
+  Index beside_;
+};
+
+bool stands(const Turn& turn) {
+  return turn.still <= nothing * turn.before ||
+         (turn.least <= -undershoot * turn.before && turn.still <= ringing * turn.before);
 }
 
-// Robust deviation of a's means, from how far three in a row about reversals are from a straight line.
-template <class Mean>
-double noise_of(const std::vector<Index>& places, Index length, const Mean& mean) {
-  std::vector<double> bends;
-  for (const Index i : places)
-    for (Index k = i - 4 * length; k <= i + 4 * length; k += length)
-      bends.push_back(std::abs(mean(k - length) - 2.0 * mean(k) + mean(k + length)));
-  return normal_deviations * quantile(std::move(bends), 0.5) / std::sqrt(6.0);
+double level(const std::vector<Turn>& turns, double share) {
+  std::vector<double> levels;
+  for (const Turn& turn : turns) levels.push_back(turn.beside);
+  return quantile(std::move(levels), share);
+}
+
+struct Plain {
+  double noise = 0.0;      ///< rms of what the fit leaves
+  double level = 0.0;      ///< accelerations up to which friction counts for most
+  double gain = INFINITY;  ///< more than a halt that is none gains by chance
+};
+
+// A halt begins where the pull falls to static friction: at the record's smaller accelerations. In larger ones other
+// forces bend the course more than the fit can follow.
+Plain plain_reversals(const std::vector<Turn>& turns, const Look& look) {
+  const double clear = 0.05 * level(turns, 0.95);  // less is what is left of rest
+  std::vector<Turn> moving = turns;
+  std::erase_if(moving, [clear](const Turn& turn) { return turn.beside <= clear; });
+  Plain plain{.level = 1.1 * level(moving, 0.5)};
+  std::vector<Index> places;
+  for (const Turn& turn : moving)
+    if (turn.beside <= plain.level && !stands(turn)) places.push_back(turn.at);
+  constexpr std::size_t fewest = 10, most = 256;
+  if (places.size() < fewest) return plain;
+  std::vector<double> gains, rests;
+  for (std::size_t k = 0; k < std::min(most, places.size()); ++k) {
+    const TurnFit::Result fitted = look.fit(places[places.size() <= most ? k : k * places.size() / most]);
+    gains.push_back(fitted.gain);
+    rests.push_back(fitted.rms);
+  }
+  const double usual = quantile(gains, 0.5), noise = quantile(std::move(rests), 0.5);
+  for (double& gain : gains) gain = std::abs(gain - usual);
+  constexpr double deviations = 6.0, noises = 10.0;
+  plain.noise = noise;
+  plain.gain = std::max(usual + deviations * normal_deviations * quantile(std::move(gains), 0.5), noises * noise);
+  return plain;
+}
+
+// A halt that the fit finds and chance does not explain; `clear`: by so much that it needs no others about it.
+struct Fitted {
+  double halt_s = 0.0;
+  bool clear = false;
+};
+
+// Halts come in rows, or where a standstill begins or ends; chance does not.
+void keep_company(std::vector<Reversal>& all, const std::vector<Fitted>& fitted, Index reach) {
+  const auto halts = [&](std::size_t k) { return all[k].halt_s > 0.0 || fitted[k].halt_s > 0.0; };
+  std::vector<std::size_t> kept;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    if (fitted[k].halt_s == 0.0) continue;
+    bool company = fitted[k].clear;
+    for (std::size_t other = k; other > 0 && all[k].at - all[other - 1].at <= reach; --other)
+      company |= halts(other - 1);
+    for (std::size_t other = k + 1; other < all.size() && all[other].at - all[k].at <= reach; ++other)
+      company |= halts(other);
+    if (company) kept.push_back(k);
+  }
+  for (const std::size_t k : kept) all[k].halt_s = fitted[k].halt_s;
 }
 
 }  // namespace
 
-std::vector<Reversal> reversals(const VectorXd& v, const VectorXd& a, Index samples_per_period) {
-  const Index beside = samples_per_period / 8, half = std::max<Index>(1, samples_per_period / 120),
-              length = 2 * half + 1, about = std::max<Index>(2, samples_per_period / 40),
-              apart = samples_per_period / 6, from_end = std::max(samples_per_period / 4, 6 * length);
-  const auto mean_over = [&](Index i, Index reach) { return a.segment(i - reach, 2 * reach + 1).mean(); };
-  const auto mean = [&](Index i) { return mean_over(i, half); };
-  std::vector<Index> places = sign_changes(v);
-  std::erase_if(places, [&](Index i) { return i < from_end || i + from_end >= v.size(); });
-  struct Turn {
-    Index at;
-    double least, longer, beside;  // accelerations towards the new sign; longer: the least over three times as long
+std::vector<Index> sign_changes(const VectorXd& v, Index samples_per_period) {
+  const Index together = samples_per_period / 12, apart = samples_per_period / 6, from_end = samples_per_period / 4;
+  struct Group {
+    Index first, last, count;
   };
-  std::vector<Turn> turns;
-  std::vector<double> levels;
-  for (std::size_t p = 0; p < places.size(); ++p) {
-    const Index i = places[p];
-    if (p > 0 && i - places[p - 1] < apart) continue;
-    if (p + 1 < places.size() && places[p + 1] - i < apart) continue;
-    const double sign = v(i) >= 0.0 ? 1.0 : -1.0;
-    double before = 0.0, after = 0.0, least = INFINITY;
-    Index dip = i;
-    for (Index k = 0; k <= beside; ++k) {
-      const double earlier = sign * mean(i - k), later = sign * mean(i + k);
-      before = std::max(before, earlier);
-      after = std::max(after, later);
-      if (k > about) continue;
-      if (earlier < least) least = earlier, dip = i - k;
-      if (later < least) least = later, dip = i + k;
-    }
-    levels.push_back(std::min(before, after));
-    turns.push_back({i, least, sign * mean_over(dip, 3 * half + 1), levels.back()});
+  std::vector<Group> groups;
+  for (Index i = 1; i < v.size(); ++i) {
+    if ((v(i) >= 0.0) == (v(i - 1) >= 0.0)) continue;
+    if (!groups.empty() && i - groups.back().last <= together)
+      groups.back() = {groups.back().first, i, groups.back().count + 1};
+    else
+      groups.push_back({i, i, 1});
   }
-  const double clear = std::max(4.0 * noise_of(places, length, mean), 0.05 * quantile(levels, 0.95));
-  std::erase_if(turns, [&](const Turn& turn) { return turn.beside <= clear; });
-  std::vector<double> shares, longer_shares;
-  for (const Turn& turn : turns) {
-    shares.push_back(turn.least / turn.beside);
-    longer_shares.push_back(turn.longer / turn.beside);
+  std::vector<Index> turns;
+  for (std::size_t k = 0; k < groups.size(); ++k) {
+    const Group& group = groups[k];
+    const bool alone = (k == 0 || group.first - groups[k - 1].last >= apart) &&
+                       (k + 1 == groups.size() || groups[k + 1].first - group.last >= apart);
+    if (alone && group.count % 2 == 1 && group.first >= from_end && group.last + from_end < v.size())
+      turns.push_back(group.first);
   }
-  const double usual = quantile(shares, 0.5), usual_longer = quantile(longer_shares, 0.5);
+  return turns;
+}
+
+double shortest_halt_s(double cutoff_hz) {
+  return TurnFit::shortest_halt_waves / cutoff_hz;
+}
+
+std::vector<Reversal> reversals(const std::vector<Index>& turns, const VectorXd& v, const VectorXd& a,
+                                const ReversalOptions& options) {
+  const double rate_hz = options.sample_rate_hz, cutoff_hz = options.cutoff_hz;
+  if (cutoff_hz * static_cast<double>(options.samples_per_period) < least_waves_per_period * rate_hz ||
+      cutoff_hz >= 0.4 * rate_hz)
+    return {};
+  const Look look(v, a, rate_hz, cutoff_hz, options.samples_per_period / 8);
+  std::vector<Turn> seen;
+  for (const Index turn : turns)
+    if (turn >= look.from_end() && turn + look.from_end() < v.size()) seen.push_back(look.at(turn));
+  std::erase_if(seen, [clear = 0.01 * level(seen, 0.95)](const Turn& turn) { return turn.beside <= clear; });
+  const Plain plain = plain_reversals(seen, look);
+  std::erase_if(seen, [&](const Turn& turn) { return turn.beside <= 4.0 * plain.noise; });
+
   std::vector<Reversal> result;
-  for (std::size_t k = 0; k < turns.size(); ++k)
-    result.push_back({turns[k].at, shares[k], usual_longer - longer_shares[k] < brief_depth * (usual - shares[k])});
+  std::vector<Fitted> fitted;
+  for (const Turn& turn : seen) {
+    result.push_back({.at = turn.at, .at_once = turn.still > at_once * turn.before});
+    fitted.emplace_back();
+    if (stands(turn)) {
+      result.back().halt_s = std::max(static_cast<double>(turn.until - turn.at) / rate_hz, shortest_halt_s(cutoff_hz));
+    } else if (options.short_halts && turn.beside <= plain.level && turn.least < worth_looking * turn.beside) {
+      const TurnFit::Result fit = look.fit(turn.at);
+      if (fit.gain >= plain.gain) fitted.back() = {fit.halt_samples / rate_hz, fit.gain >= 2.0 * plain.gain};
+    }
+  }
+  keep_company(result, fitted, 2 * options.samples_per_period);
   return result;
-}
-
-double halting_share(const std::vector<Reversal>& reversals) {
-  constexpr double most = 0.8, deviations = 9.0;
-  std::vector<double> shares;
-  for (const Reversal& reversal : reversals)
-    if (reversal.acceleration_share > deep) shares.push_back(reversal.acceleration_share);
-  const double centre = quantile(shares, 0.5);
-  for (double& share : shares) share = std::abs(share - centre);
-  return std::clamp(centre - deviations * normal_deviations * quantile(std::move(shares), 0.5), 0.0, most);
-}
-
-bool is_halt(const Reversal& reversal, double halting_share) {
-  return reversal.acceleration_share < halting_share && (reversal.brief || reversal.acceleration_share < deep);
 }
 
 }  // namespace dsp

@@ -4,29 +4,39 @@
 
 namespace dsp {
 
+/// Where v changes its sign for good: changes within a twelfth of a period of one another are noise about one turn (its
+/// first change is kept, if the sign did change), and those closer than a sixth to others, or a quarter to an end of the
+/// record, are left out.
+[[nodiscard]] std::vector<Eigen::Index> sign_changes(const Eigen::VectorXd& v, Eigen::Index samples_per_period);
+
 /// A place where a motion turns.
 struct Reversal {
   Eigen::Index at = 0;
-  /// Least acceleration there as a share of that on either side: near 1 where the motion turns at once, however
-  /// friction changes its force, and near 0 where it halts, for what halts is not accelerated.
-  double acceleration_share = 1.0;
-  bool brief = false;  ///< over three times as long the dip is less than 0.6 as deep: an edge on either side
+  double halt_s = 0.0;   ///< how long the motion stands there; 0: no halt can be told
+  bool at_once = false;  ///< the acceleration stays so large that no standstill of a wave of the band can be in it
 };
 
-/// Where v changes its sign, by the acceleration a towards the new sign, averaged over a sixtieth of a period (at least
-/// three samples): its least value within a fortieth of a period over the smaller of its largest values within an
-/// eighth before and after. Left out is what cannot be told: reversals closer than a sixth of a period to another or a
-/// quarter to an end of the record, and accelerations below four times the noise of a or a twentieth of the record's.
-[[nodiscard]] std::vector<Reversal> reversals(const Eigen::VectorXd& v, const Eigen::VectorXd& a,
-                                              Eigen::Index samples_per_period);
+struct ReversalOptions {
+  double sample_rate_hz = 0.0;
+  double cutoff_hz = 0.0;  ///< of the acceleration
+  Eigen::Index samples_per_period = 0;
+  bool short_halts = true;  ///< false: only those in which the acceleration is seen to be nothing
+};
 
-/// Share below which a reversal may be a halt: nine robust deviations below the median of those above a half, at most
-/// 0.8. At least 0: where plain reversals scatter so widely (noise, a sensor on a mount that rings), none is told
-/// apart.
-[[nodiscard]] double halting_share(const std::vector<Reversal>& reversals);
+/// Looks at the acceleration a about each turn, low-passed at cutoff_hz. Dry friction makes it leap there; if the
+/// payload halts, it is nothing in between. A wave of the band and more is seen as such, or as the swing of the
+/// low-pass beyond nothing. Shorter halts are fitted (turn_fit.hpp), at the record's smaller accelerations, and
+/// believed where they explain more than chance: six robust deviations above what they seem to explain at those
+/// reversals, ten times the noise, and unless it is twice that another halt within two periods. From accelerometers on
+/// a 256 Hz bus halts of 1 to 2 ms are told, at tenfold noise of some 4 ms, at thirtyfold of some 7 ms. Where friction
+/// rises steadily towards zero speed (Stribeck) every reversal dips, and only standing still is told.
+///
+/// Left out are turns whose acceleration stays below four times its noise or a hundredth of the record's. None are
+/// found where cutoff_hz is less than twelve oscillations a period or does not fit sample_rate_hz.
+[[nodiscard]] std::vector<Reversal> reversals(const std::vector<Eigen::Index>& turns, const Eigen::VectorXd& v,
+                                              const Eigen::VectorXd& a, const ReversalOptions& options);
 
-/// Below this share, and either brief or below a half: a halt shorter than the average leaves a shallow dip, but so
-/// does a slow swing of the acceleration.
-[[nodiscard]] bool is_halt(const Reversal& reversal, double halting_share);
+/// The shortest halt that is looked for.
+[[nodiscard]] double shortest_halt_s(double cutoff_hz);
 
 }  // namespace dsp

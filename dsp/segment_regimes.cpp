@@ -42,14 +42,14 @@ std::vector<Segment> runs(const Labels& labels) {
   return segments;
 }
 
-// Short runs join their left neighbour (or become stick between two sticks); what was excluded stays so. A run that an
-// exclusion or an end of the record cuts may have been longer, and stays.
+// Short runs join their left neighbour (or become stick between two sticks); a stop, and what was excluded, stays so
+// however short. A run that an exclusion or an end of the record cuts may have been longer, and stays.
 std::vector<Segment> without_short_runs(std::vector<Segment> segments, Index shortest) {
   for (bool changed = true; changed;) {
     changed = false;
     for (std::size_t i = 0; i < segments.size() && !changed; ++i) {
       Segment& run = segments[i];
-      if (run.regime == Regime::excluded || run.last - run.first >= shortest) continue;
+      if (run.regime == Regime::excluded || run.regime == Regime::stick || run.last - run.first >= shortest) continue;
       const bool whole = i > 0 && segments[i - 1].regime != Regime::excluded && i + 1 < segments.size() &&
                          segments[i + 1].regime != Regime::excluded;
       if (!whole) continue;
@@ -79,7 +79,7 @@ Regime regime_from_string(std::string_view name) {
 }
 
 Segmentation segment_regimes(const Motion& motion, const SegmentOptions& options) {
-  if (options.stick_speed_m_per_s < 0.0 || options.stick_duration_s < 0.0 || options.stick_acceleration_share < 0.0 ||
+  if (options.stick_speed_m_per_s < 0.0 || options.stick_duration_s < 0.0 || options.stick_halt_s < 0.0 ||
       options.high_enter_m < 0.0 || options.high_leave_m < 0.0 || options.envelope_window_s <= 0.0 ||
       options.baseline_window_s <= 0.0)
     throw std::invalid_argument("segment_regimes: thresholds must not be negative and windows must be positive");

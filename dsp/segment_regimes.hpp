@@ -29,9 +29,8 @@ struct Segment {
 struct SegmentOptions {
   double stick_speed_m_per_s = 0.0;  ///< slower than this for stick_duration_s is a stop
   double stick_duration_s = 0.0;
-  /// A reversal with less than this share of the acceleration on either side is a stop, too. Not chosen where
-  /// stick_speed_m_per_s is given.
-  double stick_acceleration_share = 0.0;
+  /// A reversal at which the motion halts for so long is a stop, too: see reversals.hpp.
+  double stick_halt_s = 0.0;
   double stick_margin_s = 0.0;     ///< stops are dilated by this to either side
   double high_enter_m = 0.0;       ///< the amplitude envelope above this is high,
   double high_leave_m = 0.0;       ///< until it falls below this
@@ -58,19 +57,23 @@ struct Segmentation {
 ///   longer than passing through zero at that slope would take. None are looked for where three times the noise is more
 ///   than 0.3 of that amplitude (where most cycles rest: of the median of the others). Margins of 1 s; where the base
 ///   is still, of T / 6, because friction ends a free decay within seconds.
-/// - shorter stops, by the acceleration, where the motion has it: it keeps its sign while the velocity passes zero, and
-///   falls to zero if the payload halts there. reversals.hpp says how far. From accelerometers on a 256 Hz bus halts of
-///   5 ms are seen, at tenfold noise of 12 ms; from a displacement's second derivative, those of half a wave of
-///   its band. At thirtyfold noise, and behind a mount that rings (T1's cord), plain reversals scatter too much, and
-///   halts below T / 20 remain unseen.
-/// - high, with a base: on the upper branch x moves in phase with r, on the lower one against it. high_enter is the
-///   geometric mean of the largest amplitude settled on the lower branch (up to ten periods before a jump) and the
-///   smallest settled after a jump; high_leave is 0.85 of the smallest settled on the upper branch, and below
-///   high_enter the motion is low again as soon as it is against the base. All motion in phase: all of it is high;
-///   never in phase, or branches of one size: all of it is low.
+///   Where the base moves and v reaches less than that noise, or a fiftieth of the base's velocity, the payload is
+///   taken to follow its base: all of that is stick.
+/// - shorter stops, by the acceleration, where the motion has a measured one: it keeps its sign while the velocity
+/// passes
+///   zero, and is nothing while the payload halts. reversals.hpp says what is told. A mount that rings between body and
+///   sensors is looked for (mount.hpp) and its ringing taken off first. What is slow for a moment but turns at once by
+///   its acceleration is no stop.
+/// - high, with a base: on the upper branch x moves in phase with r, on the lower one against it. high_enter is five
+///   eighths of the amplitude that x settles to behind a jump up (kept within 2 % for six periods; of several jumps the
+///   geometric mean), where a jump is steepest, and at least 1.1 times what it had settled to before; without a jump,
+///   the median settled on the upper branch and the largest on the lower stand for them. high_leave is four fifths of
+///   the smallest settled on the upper branch, and below high_enter the motion is low again as soon as it is against
+///   the base. All motion in phase: all above high_leave is high; never in phase, or branches of one size (less than a
+///   fifth apart): all of it is low.
 /// - high, without one: a jump is a growth of the envelope by half within six periods, not out of a stick, after ten
 ///   periods in which it kept within a factor of 1.5; high_enter is the geometric mean of the largest amplitude before
-///   and the smallest after, high_leave as above. No jump: low.
+///   and the smallest after, high_leave 0.85 of the smallest on the upper branch. No jump: low.
 [[nodiscard]] Segmentation segment_regimes(const Motion& motion, const SegmentOptions& options = {});
 
 }  // namespace dsp

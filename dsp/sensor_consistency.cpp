@@ -113,7 +113,7 @@ class Model {
 struct Fitted {
   VectorXd p;
   MatrixXd covariance;
-  double residual = 0.0, cost = std::numeric_limits<double>::infinity();
+  double residual = 0.0, mean_error = 0.0, cost = std::numeric_limits<double>::infinity();
 };
 
 // Levenberg-Marquardt on sum rho(|e|^2), rho(z) = 2 (sqrt(1 + z / s^2) - 1) s^2, as reweighted least squares.
@@ -128,7 +128,7 @@ Fitted fit_from(const Ratio& ratio, VectorXd p, double scale) {
     }
     return sum;
   };
-  Fitted best{p, {}, 0.0, cost(p)};
+  Fitted best{.p = p, .covariance = {}, .cost = cost(p)};
   MatrixXd normal = MatrixXd::Zero(n, n);
   double damping = 1e-3, weighted = 0.0, weights = 0.0;
   for (int iteration = 0; iteration < 200 && damping < 1e12; ++iteration) {
@@ -165,12 +165,15 @@ Fitted fit_from(const Ratio& ratio, VectorXd p, double scale) {
   const double noise = 1.5 * weighted / std::max(1.0, 2.0 * weights - static_cast<double>(n));
   best.covariance = noise * normal.ldlt().solve(MatrixXd::Identity(n, n));
   const Model model(best.p);
-  double misfit = 0.0, size = 0.0;
+  double misfit = 0.0, size = 0.0, errors = 0.0;
   for (std::size_t i = 0; i < ratio.value.size(); ++i) {
-    misfit += std::norm(ratio.weight[i] * (ratio.value[i] - model(ratio.frequency_hz[i])));
+    const double error = ratio.weight[i] * std::abs(ratio.value[i] - model(ratio.frequency_hz[i]));
+    misfit += error * error;
+    errors += ratio.weight[i] * error;
     size += std::norm(ratio.weight[i] * ratio.value[i]);
   }
   best.residual = std::sqrt(misfit / size);
+  best.mean_error = errors / size;
   return best;
 }
 
@@ -208,10 +211,12 @@ SensorRelation related(const SpectrumOf& displacement, const Eigen::Ref<const Ve
                       std::to_string(options.min_windows);
     return relation;
   }
+  // Errors or their squares: a few bins spoilt, by clipping that nobody found, say, outweigh all others in the squares.
   Fitted best = fit_poles(ratio, 0);
   for (Index poles = 1; poles <= 2; ++poles) {
     Fitted more = fit_poles(ratio, poles);
-    if (more.residual < (1.0 - options.pole_gain) * best.residual) best = std::move(more);
+    const double bar = 1.0 - options.pole_gain;
+    if (more.residual < bar * best.residual || more.mean_error < bar * best.mean_error) best = std::move(more);
   }
   if (best.residual > 0.5) {
     relation.reason = "the two sensors do not describe one motion";

@@ -132,7 +132,7 @@ RegimeOptions true_levels(const Eigen::Ref<const Eigen::VectorXd>& x, const std:
   if (x.size() != static_cast<Index>(modes.size()) || !(sample_rate_hz > 0.0))
     throw std::invalid_argument("true_levels: needs a rate and one mode for each x");
   const Eigen::VectorXd r = base_motion(programme, x.size(), sample_rate_hz);
-  double smallest_upper = INFINITY, before_to_s = -1.0, log_of_jumps = 0.0;
+  double smallest_upper = INFINITY, before_to_s = -1.0, largest_before = 0.0, log_after = 0.0;
   int num_jumps = 0;
   Swing before;
   for (const Dwell& dwell : dwells_of(programme)) {
@@ -140,7 +140,8 @@ RegimeOptions true_levels(const Eigen::Ref<const Eigen::VectorXd>& x, const std:
     if (swing.upper) {
       smallest_upper = std::min(smallest_upper, swing.amplitude_m);
       if (before_to_s == dwell.from_s && before.amplitude_m > 0.0 && !before.upper) {
-        log_of_jumps += 0.5 * std::log(before.amplitude_m * swing.amplitude_m);
+        largest_before = std::max(largest_before, before.amplitude_m);
+        log_after += std::log(swing.amplitude_m);
         ++num_jumps;
       }
     }
@@ -149,7 +150,8 @@ RegimeOptions true_levels(const Eigen::Ref<const Eigen::VectorXd>& x, const std:
   }
   RegimeOptions options;
   options.high_leave_m = 0.8 * smallest_upper;
-  options.high_enter_m = num_jumps > 0 ? std::exp(log_of_jumps / num_jumps) : options.high_leave_m;
+  options.high_enter_m = options.high_leave_m;
+  if (num_jumps > 0) options.high_enter_m = std::max(0.625 * std::exp(log_after / num_jumps), 1.1 * largest_before);
   options.high_leave_m = std::min(options.high_leave_m, options.high_enter_m);
   return options;
 }

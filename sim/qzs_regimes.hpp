@@ -24,8 +24,9 @@ struct RegimeOptions {
 /// and modes, as below, from the programme's start on. The last third of a dwell counts, from where no hand is at the
 /// payload: unless it sticks there, it is on the upper branch if x goes with the base's r (positive correlation), else
 /// on the lower, with the amplitude of its last cycle, half of max - min.
-/// high_enter_m: geometric mean of the amplitudes before and after a jump up, which is from a lower dwell to an upper
-/// one right behind it; of all of them if there are several. high_leave_m: four fifths of the smallest upper amplitude,
+/// high_enter_m: five eighths of the amplitude after a jump up, which is from a lower dwell to an upper one right behind
+/// it (the geometric mean if there are several), where a jump is steepest; at least 1.1 times the largest amplitude
+/// before one. high_leave_m: four fifths of the smallest upper amplitude,
 /// at most high_enter_m. Upper dwells but no jump up: both levels are that. No upper dwell: both are infinite, nothing
 /// is high. Throws std::invalid_argument unless there is one mode for each x, and a rate.
 [[nodiscard]] RegimeOptions true_levels(const Eigen::Ref<const Eigen::VectorXd>& x, const std::vector<int>& modes,

@@ -244,19 +244,21 @@ TEST_CASE("regimes of sixteen programmes", "[.][study][regimes]") {
   }
 }
 
-TEST_CASE("regimes of ten programmes invented afterwards", "[.][study][regimes]") {
+TEST_CASE("regimes of ten programmes that linger where the payload halts for milliseconds", "[.][study][regimes]") {
   int good = 0;
   for (const Case& tested : later_programmes()) {
     const Score s = score(tested);
     print(tested.name, s);
     good += meets_bar(s);
   }
-  // Steps in which stops last about a sample, and T1's stops behind its cord, stay unseen.
-  CHECK(good >= 7);
+  // "down, 3.8 mm" has a step whose halts last 60 us, some of which fall on a sample; "T1, less friction" comes within
+  // 0.01 m/s^2 of halting for its last ten seconds.
+  CHECK(good >= 8);
 }
 
-TEST_CASE("regimes of twenty random programmes", "[.][study][regimes]") {
-  constexpr int first = 0, count = 20;
+namespace {
+
+int good_of_random(int first, int count) {
   int good = 0;
   for (int index = first; index < first + count; ++index) try {
       const Case tested = random_programme(index);
@@ -267,7 +269,17 @@ TEST_CASE("regimes of twenty random programmes", "[.][study][regimes]") {
       std::printf("%d: %s\n", index, error.what());
     }
   std::printf("%d of %d meet the bar\n", good, count);
-  CHECK(good >= 16);
+  return good;
+}
+
+}  // namespace
+
+TEST_CASE("regimes of twenty random programmes", "[.][study][regimes]") {
+  CHECK(good_of_random(0, 20) == 20);
+}
+
+TEST_CASE("regimes of twenty random programmes that no rule was settled on", "[.][study][regimes]") {
+  CHECK(good_of_random(100, 20) >= 18);
 }
 
 TEST_CASE("regimes of the whole test, six seeds, noise up to thirtyfold", "[.][study][regimes]") {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include "support/signals.hpp"
@@ -12,75 +13,113 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double rate_hz = 256.0;
+constexpr double rate_hz = 256.0, half_s = 0.4;
+constexpr Index period = 205;
+constexpr int finer = 32;  // a leap lies between samples: each is the mean of so many
 
 struct Course {
   VectorXd v, a;
+  std::vector<double> leaps_s;  ///< where half waves end
 };
 
-// Half sines of v at 1.25 Hz to and fro, `halt_s` of rest after each; friction lowers the acceleration by `drop` m/s^2
-// over the first half of each, as it does at a reversal. a is exact but for noise, and as steep.
-Course course(double halt_s, double drop, double noise, unsigned seed) {
-  const double half_s = 0.4, amplitude = 0.05, omega = std::numbers::pi / half_s;
-  const auto n = static_cast<Index>(60.0 * rate_hz);
-  Course result{VectorXd::Zero(n), support::gaussian(n, seed, noise)};
-  for (Index i = 0; i < n; ++i) {
-    const double t = static_cast<double>(i) / rate_hz, number = std::floor(t / (half_s + halt_s)),
-                 in_it = t - number * (half_s + halt_s), sign = std::fmod(number, 2.0) == 0.0 ? 1.0 : -1.0;
-    if (in_it >= half_s) {
-      result.v(i) = 1e-9 * sign;  // a halt: it turns when it ends
-      continue;
+// Half sines of v at 1.25 Hz to and fro; friction makes the acceleration leap from 0.55 to 0.3 m/s^2 at each end, and
+// after half wave k the payload rests for halt_s(k).
+Course course(const std::function<double(int)>& halt_s, double noise, unsigned seed) {
+  const auto n = static_cast<Index>(120.0 * rate_hz);
+  Course result{support::gaussian(n, seed + 100, 1e-4), support::gaussian(n, seed, noise), {}};
+  double begin_s = 0.0, end_s = half_s, sign = 1.0;
+  int number = 0;
+  for (Index i = 0; i < n; ++i)
+    for (int part = 0; part < finer; ++part) {
+      const double t = (static_cast<double>(i) + (part + 0.5) / finer - 0.5) / rate_hz;
+      if (t >= end_s) {
+        result.leaps_s.push_back(end_s);
+        begin_s = end_s + halt_s(number++);
+        end_s = begin_s + half_s;
+        sign = -sign;
+      }
+      if (t < begin_s) continue;
+      const double phase = std::numbers::pi * (t - begin_s) / half_s;
+      result.a(i) += sign * (0.425 * std::cos(phase) - 0.125) / finer;
+      result.v(i) += sign * 0.425 * std::sin(phase) * half_s / std::numbers::pi / finer;  // only its sign counts
     }
-    const double slower = in_it < half_s / 2 ? in_it : half_s - in_it;
-    result.v(i) = sign * (amplitude * std::sin(omega * in_it) - drop * slower);
-    result.a(i) += sign * (amplitude * omega * std::cos(omega * in_it) - (in_it < half_s / 2 ? drop : -drop));
-  }
   return result;
 }
 
-std::vector<dsp::Reversal> reversals(const Course& c, double halt_s) {
-  return dsp::reversals(c.v, c.a, static_cast<Index>(2.0 * (0.4 + halt_s) * rate_hz));
+std::vector<dsp::Reversal> reversals(const Course& c) {
+  return dsp::reversals(dsp::sign_changes(c.v, period), c.v, c.a,
+                        {.sample_rate_hz = rate_hz, .cutoff_hz = 32.0, .samples_per_period = period});
 }
 
 }  // namespace
 
-TEST_CASE("a halt takes the acceleration away, a plain reversal does not", "[dsp][reversals]") {
-  for (const double noise : {0.0, 0.005, 0.02}) {
+TEST_CASE("plain reversals are no halts, however noisy", "[dsp][reversals]") {
+  for (const double noise : {0.0, 0.002, 0.005, 0.02}) {
     INFO("noise " << noise);
-    const auto plain = reversals(course(0.0, 0.1, noise, 11), 0.0);
-    REQUIRE(plain.size() > 140);
-    const double bar = dsp::halting_share(plain);
-    CHECK(bar > 0.5);
-    for (const auto& r : plain) CHECK_FALSE(dsp::is_halt(r, bar));
-    for (const double halt_s : {0.012, 0.02, 0.04}) {
-      const auto halting = reversals(course(halt_s, 0.1, noise, 12), halt_s);
-      REQUIRE(halting.size() > 130);
-      for (const auto& r : halting) CHECK(r.acceleration_share < 0.4);
-      for (const auto& r : halting) CHECK(dsp::is_halt(r, bar));
-    }
+    const auto found = reversals(course([](int) { return 0.0; }, noise, 11));
+    CHECK(found.size() > 280);
+    CHECK(std::none_of(found.begin(), found.end(), [](const auto& r) { return r.halt_s > 0.0; }));
+    CHECK(std::all_of(found.begin(), found.end(), [](const auto& r) { return r.at_once; }));
   }
 }
 
-TEST_CASE("a shallow dip is a halt only if it has edges", "[dsp][reversals]") {
-  // Dips at every tenth reversal, of 12 ms and of 120 ms; either takes less than half of three samples' mean.
-  const auto halts_seen = [](double half_width_s, double depth) {
-    Course c = course(0.0, 0.0, 0.002, 14);
-    for (Index i = 0; i < c.a.size(); ++i) {
-      const double t = static_cast<double>(i) / rate_hz, number = std::round(t / 0.4), away_s = t - 0.4 * number;
-      if (static_cast<int>(number) % 10 == 0 && std::abs(away_s) < half_width_s)
-        c.a(i) *= 1.0 - 0.5 * depth * (1.0 + std::cos(std::numbers::pi * away_s / half_width_s));
+TEST_CASE("halts shorter than a sample are found among plain reversals, with their length", "[dsp][reversals]") {
+  for (const double halt_s : {0.0025, 0.006, 0.012, 0.02}) {
+    INFO("halts of " << halt_s << " s");
+    // Three in a row of every thirty.
+    const Course c = course([&](int k) { return k % 30 < 3 ? halt_s : 0.0; }, 0.0005, 12);
+    const auto found = reversals(c);
+    int halts = 0;
+    for (std::size_t k = 0; k < c.leaps_s.size(); ++k) {
+      const auto at = std::find_if(found.begin(), found.end(), [&](const auto& r) {
+        return std::abs(static_cast<double>(r.at) / rate_hz - c.leaps_s[k]) < 0.03;
+      });
+      if (at == found.end()) continue;  // at the ends of the record
+      CHECK((at->halt_s > 0.0) == (k % 30 < 3));
+      // The grid of halts is as fine as 2 ms at its short end and 5 ms at the other.
+      if (k % 30 >= 3) continue;
+      CHECK(at->halt_s == Approx(halt_s).margin(0.003));
+      ++halts;
     }
-    const auto all = reversals(c, 0.0);
-    const double bar = dsp::halting_share(all);
-    return std::count_if(all.begin(), all.end(), [&](const auto& r) { return dsp::is_halt(r, bar); });
+    CHECK(halts > 25);
+  }
+}
+
+TEST_CASE("a halt alone must be clear, and may be left to others", "[dsp][reversals]") {
+  const auto halts_seen = [](double halt_s, double noise, bool short_halts) {
+    const Course c = course([&](int k) { return k % 31 == 0 ? halt_s : 0.0; }, noise, 13);
+    const auto found = dsp::reversals(
+        dsp::sign_changes(c.v, period), c.v, c.a,
+        {.sample_rate_hz = rate_hz, .cutoff_hz = 32.0, .samples_per_period = period, .short_halts = short_halts});
+    return std::count_if(found.begin(), found.end(), [](const auto& r) { return r.halt_s > 0.0; });
   };
-  CHECK(halts_seen(0.006, 0.8) == 14);
-  CHECK(halts_seen(0.060, 0.4) == 0);
+  CHECK(halts_seen(0.012, 0.0005, true) >= 9);
+  CHECK(halts_seen(0.012, 0.0005, false) == 0);  // no wave of 32 Hz fits into it
+  CHECK(halts_seen(0.1, 0.0005, false) >= 9);    // three do
+  CHECK(halts_seen(0.001, 0.01, true) == 0);
 }
 
 TEST_CASE("reversals nobody can tell are left out", "[dsp][reversals]") {
-  const auto noisy = course(0.0, 0.1, 0.5, 13);
-  CHECK(reversals(noisy, 0.0).empty());
-  CHECK(dsp::reversals(VectorXd::Ones(500), VectorXd::Zero(500), 100).empty());
-  CHECK(dsp::halting_share({}) == 0.0);
+  const VectorXd v = VectorXd::Ones(500), a = VectorXd::Zero(500);
+  CHECK(dsp::sign_changes(v, 100).empty());
+  CHECK(dsp::reversals({}, v, a, {.sample_rate_hz = rate_hz, .cutoff_hz = 32.0, .samples_per_period = 100}).empty());
+  const Course c = course([](int) { return 0.05; }, 0.0, 15);
+  const auto turns = dsp::sign_changes(c.v, period);
+  // Ten oscillations a period are too few, and a cut-off beyond the band is none.
+  CHECK(dsp::reversals(turns, c.v, c.a, {.sample_rate_hz = rate_hz, .cutoff_hz = 12.0, .samples_per_period = period})
+            .empty());
+  CHECK(dsp::reversals(turns, c.v, c.a, {.sample_rate_hz = rate_hz, .cutoff_hz = 110.0, .samples_per_period = period})
+            .empty());
+}
+
+TEST_CASE("changes of sign close together are one turn or none", "[dsp][reversals]") {
+  VectorXd v = VectorXd::NullaryExpr(
+      1000, [](Index i) { return std::cos(std::numbers::pi * (static_cast<double>(i) + 0.5) / 100.0); });
+  const auto plain = dsp::sign_changes(v, 200);
+  CHECK(plain == std::vector<Index>{50, 150, 250, 350, 450, 550, 650, 750, 850});  // the last is too near the end
+  v(353) *= -1.0;                                                                  // back again, and over for good
+  v(610) *= -1.0;                                                                  // a touch of zero, and no turn
+  CHECK(dsp::sign_changes(v, 200) == plain);
+  v(480) *= -1.0;  // too close to 450 for either to be told
+  CHECK(dsp::sign_changes(v, 200).size() == plain.size() - 1);
 }

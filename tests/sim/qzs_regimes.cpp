@@ -43,11 +43,12 @@ struct Made {
 TEST_CASE("levels lie between the branches at the jump, and below the smallest of the upper one",
           "[sim][qzs_regimes]") {
   const double none = std::numeric_limits<double>::infinity();
-  Made({-10e-3, -12e-3, 27e-3, 20e-3}).check(18e-3, 16e-3);
-  Made({-10e-3, -12e-3, 27e-3, 25e-3}).check(18e-3, 18e-3);  // never leaves above where it enters
-  Made({-8e-3, 32e-3, -12e-3, 27e-3, 10e-3}).check(std::sqrt(16e-3 * 18e-3), 8e-3);  // the mean of two jumps
-  Made({30e-3, 25e-3, -12e-3}).check(20e-3, 20e-3);                                  // only down
-  Made({-10e-3, -12e-3}).check(none, none);                                          // none
+  Made({-10e-3, -12e-3, 27e-3, 20e-3}).check(16.875e-3, 16e-3);
+  Made({-10e-3, -12e-3, 27e-3, 25e-3}).check(16.875e-3, 16.875e-3);  // never leaves above where it enters
+  Made({-8e-3, 32e-3, -12e-3, 27e-3, 10e-3}).check(0.625 * std::sqrt(32e-3 * 27e-3), 8e-3);  // the mean of two jumps
+  Made({-10e-3, -18e-3, 24e-3}).check(1.1 * 18e-3, 0.8 * 24e-3);  // clear of the lower branch
+  Made({30e-3, 25e-3, -12e-3}).check(20e-3, 20e-3);               // only down
+  Made({-10e-3, -12e-3}).check(none, none);                       // none
 }
 
 TEST_CASE("a dwell tells nothing if the payload sticks or a hand is at it to the end, or the motion ends before",
@@ -55,24 +56,24 @@ TEST_CASE("a dwell tells nothing if the payload sticks or a hand is at it to the
   const Made made({-10e-3, -12e-3, 27e-3, 20e-3});
   Made stuck = made;
   stuck.stick_at(72.0);  // before the last third of the last dwell
-  stuck.check(18e-3, 16e-3);
+  stuck.check(16.875e-3, 16e-3);
   stuck.stick_at(75.0);
-  stuck.check(18e-3, 18e-3);
+  stuck.check(16.875e-3, 16.875e-3);
   stuck.stick_at(35.0);  // no lower dwell right before the upper one
   stuck.check(0.8 * 27e-3, 0.8 * 27e-3);
 
   Made between = made;  // a dwell that ends between two samples is seen to its end
   between.programme.duration_s += 0.5 / rate;
-  between.check(18e-3, 16e-3);
+  between.check(16.875e-3, 16e-3);
   Made cut = made;
   cut.x.conservativeResize(cut.x.size() - 1);
   cut.modes.pop_back();
-  cut.check(18e-3, 18e-3);
+  cut.check(16.875e-3, 16.875e-3);
 
   Made pushed = made;
   pushed.programme.manual = {{.from_s = 55.0, .to_s = 59.0, .by_base = -0.8, .why = "pushed"}};
   pushed.x.segment(40 * 256, 19 * 256) *= -0.5;
-  pushed.check(18e-3, 16e-3);
+  pushed.check(16.875e-3, 16e-3);
   pushed.programme.manual[0].to_s = 59.5;  // no cycle of 1.6 Hz left
   pushed.check(16e-3, 16e-3);
 }
@@ -85,7 +86,7 @@ TEST_CASE("a base at rest makes no dwell, and iterations of a step are one", "[s
   whole.programme.nodes.insert(whole.programme.nodes.begin() + 2, whole.programme.nodes[1]);
   whole.programme.nodes[2].t_s = 30.0;
   whole.stick_at(29.0);  // the end of an iteration is not that of the step
-  whole.check(18e-3, 16e-3);
+  whole.check(16.875e-3, 16e-3);
 }
 
 TEST_CASE("levels need one mode for each x", "[sim][qzs_regimes]") {

@@ -85,14 +85,14 @@ TEST_CASE("the twin's truth has the values two other programs agree on, and its 
   REQUIRE(regimes.size() == std::size(expected));
   for (std::size_t i = 0; i < regimes.size(); ++i) {
     CHECK(regimes[i].label == expected[i].first);
-    CHECK(regimes[i].to_s == Approx(expected[i].second).margin(0.15));
+    CHECK(regimes[i].to_s == Approx(expected[i].second).margin(0.3));  // half a cycle, in which the envelope steps
   }
   // The levels once chosen by eye for this programme tell the same but for a few samples.
   const auto by_eye = sim::true_regimes(x, modes, rate, {.high_enter_m = 17e-3, .high_leave_m = 9.5e-3});
   REQUIRE(by_eye.size() == regimes.size());
   double apart_s = 0.0;
   for (std::size_t i = 0; i < regimes.size(); ++i) apart_s += std::abs(regimes[i].to_s - by_eye[i].to_s);
-  CHECK(apart_s < 1e-4 * 1800.0);
+  CHECK(apart_s < 2e-4 * 1800.0);
 }
 
 TEST_CASE("a payload let go on a linear spring loses 2 mu / k1 of amplitude with every half swing", "[sim][qzs_rig]") {

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "dsp/decimate.hpp"
+#include "dsp/bus.hpp"
 #include "dsp/recording.hpp"
 #include "sim/qzs_rig.hpp"
 #include "sim/qzs_sensors.hpp"
@@ -22,38 +22,36 @@ struct RigRecord {
   std::vector<int> modes;  ///< sim::QzsMode
 };
 
-/// Hands at the payload are annotated, as a person would.
+/// As the product reads it: samples found faulty are filled and marked. Hands at the payload are annotated, as a person
+/// would.
 inline RigRecord rig_record(const sim::QzsParameters& parameters, const sim::Programme& programme,
                             const sim::RawOptions& raw = {}) {
   const auto rig = std::make_shared<const sim::QzsRig>(parameters, programme);
   sim::RawRecorder recorder(rig, programme.duration_s, raw);
-  dsp::Decimator decimator(
-      sim::raw_rate_hz, sim::num_raw_channels,
-      {.output_rate_hz = rig_bus_hz, .passband_end_hz = 30.0, .stopband_start_hz = rig_bus_hz - 30.0});
+  dsp::Recording description;
+  description.name = programme.name;
+  description.sample_rate_hz = sim::raw_rate_hz;
+  const auto sensors = sim::rig_sensors(sim::SensorLevel::ideal, parameters);
+  Eigen::RowVectorXd scale(sim::num_raw_channels);
+  for (std::size_t c = 0; c < sensors.size(); ++c) {
+    description.channels.push_back(
+        {.name = sensors[c].name, .role = dsp::role_from_string(sensors[c].role), .unit = sensors[c].unit});
+    scale(static_cast<Eigen::Index>(c)) = sim::raw_full_scale_v / sensors[c].volts_per_unit;
+  }
+  dsp::BusRecorder bus(
+      description, static_cast<Eigen::Index>(std::llround(programme.duration_s * sim::raw_rate_hz)),
+      dsp::DecimateOptions{
+          .output_rate_hz = rig_bus_hz, .passband_end_hz = 30.0, .stopband_start_hz = rig_bus_hz - 30.0});
+  while (true) {
+    dsp::FrameBlock frames = recorder.next(1 << 16);
+    if (frames.rows() == 0) break;
+    frames.array().rowwise() *= scale.array();
+    bus.push(frames);
+  }
   RigRecord result;
   dsp::Recording& recording = result.recording;
-  recording.name = programme.name;
-  recording.sample_rate_hz = rig_bus_hz;
-  const auto num_rows = static_cast<Eigen::Index>(std::llround(programme.duration_s * rig_bus_hz));
-  recording.samples.resize(num_rows, sim::num_raw_channels);
-  Eigen::Index done = 0;
-  const auto keep = [&](const dsp::FrameBlock& rows) {
-    const Eigen::Index count = std::min<Eigen::Index>(rows.rows(), num_rows - done);
-    recording.samples.middleRows(done, count) = rows.topRows(count);
-    done += count;
-  };
-  while (true) {
-    const dsp::FrameBlock frames = recorder.next(1 << 16);
-    if (frames.rows() == 0) break;
-    keep(decimator.push(frames));
-  }
-  keep(decimator.finish());
-  const auto sensors = sim::rig_sensors(sim::SensorLevel::ideal, parameters);
-  for (std::size_t c = 0; c < sensors.size(); ++c) {
-    recording.channels.push_back(
-        {.name = sensors[c].name, .role = dsp::role_from_string(sensors[c].role), .unit = sensors[c].unit});
-    recording.samples.col(static_cast<Eigen::Index>(c)) *= sim::raw_full_scale_v / sensors[c].volts_per_unit;
-  }
+  recording = bus.finish();
+  const Eigen::Index num_rows = recording.samples.rows();
   for (const auto& hand : programme.manual) recording.bad.push_back({hand.from_s, hand.to_s, hand.why});
 
   sim::QzsTrajectory trajectory(rig, programme.duration_s);

@@ -1,0 +1,34 @@
+#pragma once
+#include <Eigen/Core>
+#include <vector>
+
+#include "dsp/motion.hpp"
+
+namespace dsp {
+
+/// A spring with a damper between a body and the sensors on it, which read
+/// (2 z w s + w^2) / (s^2 + 2 z w s + w^2) times what the body does; w = 2 pi frequency_hz, z = damping.
+struct Mount {
+  double frequency_hz = 0.0;  ///< 0: rigid
+  double damping = 0.0;
+  [[nodiscard]] bool is_rigid() const { return frequency_hz == 0.0; }
+};
+
+/// Friction leaps at every reversal, and a mount rings after each. Between reversals a sensor's acceleration is a
+/// smooth function of x, v and the base's acceleration; a decaying oscillation beside a constant, x, x^2, x^3, v and
+/// that acceleration is fitted to every one of up to 120 half waves, with frequency and damping common to all. Rigid
+/// unless it has 4.5 to 18 oscillations a period, explains seven tenths of what these leave of the median half wave,
+/// and that is a hundredth of the acceleration or more. `motion`: x and a, on one clock; with a measured base also ddr.
+/// `v` (of few harmonics) is that of x, `turns` its reversals.
+[[nodiscard]] Mount find_mount(const Motion& motion, const Eigen::VectorXd& v, const std::vector<Eigen::Index>& turns,
+                               double cutoff_hz, Eigen::Index samples_per_period);
+
+/// What the mount adds to the body's relative acceleration below band.cutoff_hz, and to its velocity below
+/// slow.cutoff_hz: to be taken off. From y and ddy, or from x and a where there is no base.
+struct MountError {
+  Eigen::VectorXd velocity, acceleration;
+};
+[[nodiscard]] MountError mount_error(const Motion& motion, const Mount& mount, const SpectralBand& slow,
+                                     const SpectralBand& band);
+
+}  // namespace dsp
