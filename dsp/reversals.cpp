@@ -18,7 +18,7 @@ constexpr double least_waves_per_period = 12.0;  // else a half wave of the moti
 // and what has hardly begun to grow again.
 constexpr double undershoot = 0.045, nothing = 0.06, ringing = 0.135, small = 0.15;
 constexpr double worth_looking = 0.92;  // of the acceleration beside it: what a halt of a fiftieth of a wave leaves
-constexpr double at_once = 0.3;         // of the acceleration before it: what no standstill leaves
+constexpr double at_once = 0.2;         // of the larger one about it: what no standstill leaves
 constexpr double normal_deviations = 1.4826;  // in a median absolute deviation
 
 // Of a turn: the acceleration about it, low-passed and towards the new sign.
@@ -87,9 +87,10 @@ double level(const std::vector<Turn>& turns, double share) {
 }
 
 struct Plain {
-  double noise = 0.0;      ///< rms of what the fit leaves
-  double level = 0.0;      ///< accelerations up to which friction counts for most
-  double gain = INFINITY;  ///< more than a halt that is none gains by chance
+  double noise = 0.0;          ///< rms of what the fit leaves
+  double level = 0.0;          ///< accelerations up to which friction counts for most
+  double gain = INFINITY;      ///< more than a halt that is none gains by chance
+  double row_gain = INFINITY;  ///< and more than the mean of a row of them
 };
 
 // A halt begins where the pull falls to static friction: at the record's smaller accelerations. In larger ones other
@@ -112,32 +113,61 @@ Plain plain_reversals(const std::vector<Turn>& turns, const Look& look) {
   }
   const double usual = quantile(gains, 0.5), noise = quantile(std::move(rests), 0.5);
   for (double& gain : gains) gain = std::abs(gain - usual);
-  constexpr double deviations = 6.0, noises = 10.0;
+  constexpr double deviations = 6.0, noises = 10.0, row_deviations = 2.0, row_noises = 4.0;
   plain.noise = noise;
-  plain.gain = std::max(usual + deviations * normal_deviations * quantile(std::move(gains), 0.5), noises * noise);
+  const double deviation = normal_deviations * quantile(std::move(gains), 0.5);
+  plain.gain = std::max(usual + deviations * deviation, noises * noise);
+  plain.row_gain = std::max(usual + row_deviations * deviation, row_noises * noise);
   return plain;
 }
 
-// A halt that the fit finds and chance does not explain; `clear`: by so much that it needs no others about it.
+// What the fit says of one turn; nothing where it was not asked.
 struct Fitted {
-  double halt_s = 0.0;
-  bool clear = false;
+  double halt_s = 0.0, gain = 0.0;
+  bool asked = false;
 };
 
-// Halts come in rows, or where a standstill begins or ends; chance does not.
-void keep_company(std::vector<Reversal>& all, const std::vector<Fitted>& fitted, Index reach) {
-  const auto halts = [&](std::size_t k) { return all[k].halt_s > 0.0 || fitted[k].halt_s > 0.0; };
-  std::vector<std::size_t> kept;
+// Where halts that are not clear each for itself come in rows: the median gain of seven to eleven such turns, within
+// three periods to either side, is more than chance; and from there on as long as at least every other turn gains
+// clearly, five at most.
+std::vector<bool> in_rows(const std::vector<Reversal>& all, const std::vector<Fitted>& fitted, const Plain& plain,
+                          Index reach) {
+  const std::ptrdiff_t n = std::ssize(all), beside = 5;
+  const auto at = [](auto& items, std::ptrdiff_t i) -> auto& {
+    return items[static_cast<std::size_t>(i)];
+  };
+  const auto gains = [&](std::ptrdiff_t i) { return i >= 0 && i < n && at(fitted, i).gain >= 2.0 * plain.noise; };
+  std::vector<bool> row(all.size(), false);
+  for (std::ptrdiff_t k = 0; k < n; ++k) {
+    std::vector<double> about;
+    for (std::ptrdiff_t i = std::max<std::ptrdiff_t>(0, k - beside); i <= std::min(k + beside, n - 1); ++i)
+      if (at(fitted, i).asked && at(fitted, i).gain < plain.gain &&
+          2 * std::abs(at(all, i).at - at(all, k).at) <= 3 * reach)
+        about.push_back(at(fitted, i).gain);
+    if (about.size() < 7 || quantile(std::move(about), 0.5) < plain.row_gain) continue;
+    for (const std::ptrdiff_t step : {-1, 1})
+      for (std::ptrdiff_t i = k; std::abs(i - k) <= beside && (gains(i) || gains(i + step)); i += step)
+        if (i >= 0 && i < n) row[static_cast<std::size_t>(i)] = true;
+  }
+  return row;
+}
+
+// Halts come in rows, or where a standstill begins or ends; chance does not. `reach`: two periods.
+void believe(std::vector<Reversal>& all, const std::vector<Fitted>& fitted, const Plain& plain, Index reach) {
+  const std::vector<bool> row = in_rows(all, fitted, plain, reach);
+  const auto halts = [&](std::size_t k) { return all[k].halt_s > 0.0 || fitted[k].gain >= plain.gain || row[k]; };
+  std::vector<std::size_t> believed;
   for (std::size_t k = 0; k < all.size(); ++k) {
     if (fitted[k].halt_s == 0.0) continue;
-    bool company = fitted[k].clear;
-    for (std::size_t other = k; other > 0 && all[k].at - all[other - 1].at <= reach; --other)
-      company |= halts(other - 1);
-    for (std::size_t other = k + 1; other < all.size() && all[other].at - all[k].at <= reach; ++other)
-      company |= halts(other);
-    if (company) kept.push_back(k);
+    bool is = fitted[k].gain >= 2.0 * plain.gain;
+    if (!is && fitted[k].gain >= plain.gain) {
+      for (std::size_t i = k; i > 0 && all[k].at - all[i - 1].at <= reach; --i) is |= halts(i - 1);
+      for (std::size_t i = k + 1; i < all.size() && all[i].at - all[k].at <= reach; ++i) is |= halts(i);
+    }
+    is |= row[k] && fitted[k].gain >= 1.5 * plain.noise;
+    if (is) believed.push_back(k);
   }
-  for (const std::size_t k : kept) all[k].halt_s = fitted[k].halt_s;
+  for (const std::size_t k : believed) all[k].halt_s = fitted[k].halt_s;
 }
 
 }  // namespace
@@ -187,16 +217,18 @@ std::vector<Reversal> reversals(const std::vector<Index>& turns, const VectorXd&
   std::vector<Reversal> result;
   std::vector<Fitted> fitted;
   for (const Turn& turn : seen) {
-    result.push_back({.at = turn.at, .at_once = turn.still > at_once * turn.before});
+    result.push_back({.at = turn.at, .at_once = turn.still > at_once * std::max(turn.before, turn.beside)});
     fitted.emplace_back();
     if (stands(turn)) {
       result.back().halt_s = std::max(static_cast<double>(turn.until - turn.at) / rate_hz, shortest_halt_s(cutoff_hz));
     } else if (options.short_halts && turn.beside <= plain.level && turn.least < worth_looking * turn.beside) {
       const TurnFit::Result fit = look.fit(turn.at);
-      if (fit.gain >= plain.gain) fitted.back() = {fit.halt_samples / rate_hz, fit.gain >= 2.0 * plain.gain};
+      fitted.back() = {fit.halt_samples / rate_hz, fit.gain, true};
+    } else {
+      fitted.back().asked = options.short_halts && turn.beside <= plain.level;  // and it gains nothing
     }
   }
-  keep_company(result, fitted, 2 * options.samples_per_period);
+  believe(result, fitted, plain, 2 * options.samples_per_period);
   return result;
 }
 

@@ -5,8 +5,8 @@
 namespace dsp {
 
 /// Where v changes its sign for good: changes within a twelfth of a period of one another are noise about one turn (its
-/// first change is kept, if the sign did change), and those closer than a sixth to others, or a quarter to an end of the
-/// record, are left out.
+/// first change is kept, if the sign did change), and those closer than a sixth to others, or a quarter to an end of
+/// the record, are left out.
 [[nodiscard]] std::vector<Eigen::Index> sign_changes(const Eigen::VectorXd& v, Eigen::Index samples_per_period);
 
 /// A place where a motion turns.
@@ -27,9 +27,10 @@ struct ReversalOptions {
 /// payload halts, it is nothing in between. A wave of the band and more is seen as such, or as the swing of the
 /// low-pass beyond nothing. Shorter halts are fitted (turn_fit.hpp), at the record's smaller accelerations, and
 /// believed where they explain more than chance: six robust deviations above what they seem to explain at those
-/// reversals, ten times the noise, and unless it is twice that another halt within two periods. From accelerometers on
-/// a 256 Hz bus halts of 1 to 2 ms are told, at tenfold noise of some 4 ms, at thirtyfold of some 7 ms. Where friction
-/// rises steadily towards zero speed (Stribeck) every reversal dips, and only standing still is told.
+/// reversals and ten times the noise, and unless it is twice that another halt within two periods; or in rows, where
+/// the median of up to eleven explains two deviations and four times the noise. From accelerometers on a 256 Hz bus
+/// halts of 1 to 2 ms are told, at thirtyfold noise rows of some 3 ms. Where friction rises steadily towards zero speed
+/// (Stribeck) every reversal dips, and only standing still is told.
 ///
 /// Left out are turns whose acceleration stays below four times its noise or a hundredth of the record's. None are
 /// found where cutoff_hz is less than twelve oscillations a period or does not fit sample_rate_hz.
