@@ -92,7 +92,7 @@ void look_at_reversals(const Motion& motion, const Signal& a, const SpectralBand
   const double rate_hz = signs.sample_rate_hz;
   double cutoff_hz = per_period / signs.period_s;
   if (below_mains_hz * signs.period_s >= enough) cutoff_hz = std::min(cutoff_hz, below_mains_hz);
-  if (cutoff_hz > 0.4 * rate_hz || cutoff_hz > a.flat_to_hz) return;
+  if (cutoff_hz >= 0.4 * rate_hz || cutoff_hz > a.flat_to_hz) return;
   const Index period = signs.samples_in(signs.period_s);
   VectorXd& v = signs.speed_m_per_s;
   const auto turns = [&] {
@@ -205,7 +205,7 @@ std::vector<bool> stick_mask(const RegimeSigns& signs, const SegmentOptions& opt
     i = end + 1;
   }
   for (const Reversal& reversal : reversals)
-    if (reversal.halt_s > 0.0 && reversal.halt_s >= options.stick_halt_s)
+    if (options.stick_halt_s > 0.0 && reversal.halt_s >= options.stick_halt_s)
       stop(reversal.at, reversal.at + signs.samples_in(reversal.halt_s));
   return stuck;
 }

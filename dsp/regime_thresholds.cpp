@@ -107,16 +107,18 @@ void choose_by_phase(const RegimeSigns& signs, const std::vector<bool>& stuck, S
   const Index n = signs.num_samples(), settle = signs.samples_in(10.0 * signs.period_s);
   // What is settled on a branch: ten periods away from where the branch begins and ends.
   double largest_low = 0.0, smallest_high = infinity;
-  std::vector<double> high;
+  std::vector<double> high, high_excluded;
   for (Index first = 0; first < n;) {
     Index last = first;
     while (last < n && branch(last) == branch(first)) ++last;
     for (Index i = first + settle; i < last - settle; ++i) {
-      if (branch(first) == Branch::lower) largest_low = std::max(largest_low, signs.envelope_m(i));
-      if (branch(first) == Branch::upper) high.push_back(signs.envelope_m(i));
+      const bool is_excluded = signs.excluded[static_cast<std::size_t>(i)] != 0;
+      if (branch(first) == Branch::lower && !is_excluded) largest_low = std::max(largest_low, signs.envelope_m(i));
+      if (branch(first) == Branch::upper) (is_excluded ? high_excluded : high).push_back(signs.envelope_m(i));
     }
     first = last;
   }
+  if (high.empty()) high = std::move(high_excluded);  // all of it clipped: better than to call it low
   if (!high.empty()) smallest_high = *std::min_element(high.begin(), high.end());
   std::vector<Jump> jumps;
   for (Index i = 1; i < n; ++i) {
@@ -234,12 +236,13 @@ void choose_stick(const RegimeSigns& signs, Segmentation& result) {
   }
   options.stick_speed_m_per_s = std::max(by_motion, by_noise);
   if (options.stick_halt_s == 0.0 && signs.halts_below_hz > 0.0)
-    options.stick_halt_s = shortest_halt_s(signs.halts_below_hz);
+    options.stick_halt_s = 0.9 * shortest_halt_s(signs.halts_below_hz);  // all that are told, whatever the rounding
   result.remarks.push_back(
       fmt::format("a stop is slower than {:.2g} m/s for {:.2g} s: {}, a twentieth of the period of {:.2g} s",
                   options.stick_speed_m_per_s, options.stick_duration_s,
-                  by_noise > by_motion ? fmt::format("{:g} times the noise of v", noise_deviations)
-                                       : fmt::format("{:g} % of the smaller velocity amplitudes", 100.0 * share),
+                  by_noise <= by_motion ? fmt::format("{:g} % of the smaller velocity amplitudes", 100.0 * share)
+                  : by_noise == by_base ? std::string("a fiftieth of the base's, which the payload hardly leaves")
+                                        : fmt::format("{:g} times the noise of v", noise_deviations),
                   signs.period_s));
   if (!signs.mount.is_rigid())
     result.remarks.push_back(

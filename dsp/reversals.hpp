@@ -12,7 +12,7 @@ namespace dsp {
 /// A place where a motion turns.
 struct Reversal {
   Eigen::Index at = 0;
-  double halt_s = 0.0;   ///< how long the motion stands there; 0: no halt can be told
+  double halt_s = 0.0;   ///< how long the motion stands there, at least; 0: no halt can be told
   bool at_once = false;  ///< the acceleration stays so large that no standstill of a wave of the band can be in it
 };
 
@@ -27,10 +27,10 @@ struct ReversalOptions {
 /// payload halts, it is nothing in between. A wave of the band and more is seen as such, or as the swing of the
 /// low-pass beyond nothing. Shorter halts are fitted (turn_fit.hpp), at the record's smaller accelerations, and
 /// believed where they explain more than chance: six robust deviations above what they seem to explain at those
-/// reversals and ten times the noise, and unless it is twice that another halt within two periods; or in rows, where
-/// the median of up to eleven explains two deviations and four times the noise. From accelerometers on a 256 Hz bus
-/// halts of 1 to 2 ms are told, at thirtyfold noise rows of some 3 ms. Where friction rises steadily towards zero speed
-/// (Stribeck) every reversal dips, and only standing still is told.
+/// reversals and ten times the noise, and, unless it is twice that, where another halt lies within two periods; or in
+/// rows, where the median of up to eleven explains two deviations and four times the noise. From accelerometers on a
+/// 256 Hz bus halts of 1 to 2 ms are told, at thirtyfold noise rows of some 3 ms. Where friction rises steadily towards
+/// zero speed (Stribeck) every reversal dips, and only standing still is told.
 ///
 /// Left out are turns whose acceleration stays below four times its noise or a hundredth of the record's. None are
 /// found where cutoff_hz is less than twelve oscillations a period or does not fit sample_rate_hz.

@@ -29,7 +29,8 @@ struct Segment {
 struct SegmentOptions {
   double stick_speed_m_per_s = 0.0;  ///< slower than this for stick_duration_s is a stop
   double stick_duration_s = 0.0;
-  /// A reversal at which the motion halts for so long is a stop, too: see reversals.hpp.
+  /// A reversal at which the motion halts for so long is a stop, too: see reversals.hpp. 0 where stick_speed_m_per_s is
+  /// given or stops are not looked for: none is.
   double stick_halt_s = 0.0;
   double stick_margin_s = 0.0;     ///< stops are dilated by this to either side
   double high_enter_m = 0.0;       ///< the amplitude envelope above this is high,
@@ -59,18 +60,18 @@ struct Segmentation {
 ///   is still, of T / 6, because friction ends a free decay within seconds.
 ///   Where the base moves and v reaches less than that noise, or a fiftieth of the base's velocity, the payload is
 ///   taken to follow its base: all of that is stick.
-/// - shorter stops, by the acceleration, where the motion has a measured one: it keeps its sign while the velocity
-/// passes
-///   zero, and is nothing while the payload halts. reversals.hpp says what is told. A mount that rings between body and
-///   sensors is looked for (mount.hpp) and its ringing taken off first. What is slow for a moment but turns at once by
-///   its acceleration is no stop.
+/// - shorter stops, by the acceleration, where it is measured, or computed, up to 26 / T (38 Hz where that is above
+///   16 / T): it keeps its sign while the velocity passes zero, and is nothing while the payload halts. reversals.hpp
+///   says what is told. A mount that rings between body and sensors is looked for (mount.hpp) and its ringing taken off
+///   first. What is slow for less than T / 4 but turns at once by its acceleration is no stop.
 /// - high, with a base: on the upper branch x moves in phase with r, on the lower one against it. high_enter is five
-///   eighths of the amplitude that x settles to behind a jump up (kept within 2 % for six periods; of several jumps the
-///   geometric mean), where a jump is steepest, and at least 1.1 times what it had settled to before; without a jump,
-///   the median settled on the upper branch and the largest on the lower stand for them. high_leave is four fifths of
-///   the smallest settled on the upper branch, and below high_enter the motion is low again as soon as it is against
-///   the base. All motion in phase: all above high_leave is high; never in phase, or branches of one size (less than a
-///   fifth apart): all of it is low.
+///   eighths of the amplitude that x settles to behind a jump up (kept within 2 %, else 5 %, for six periods; of
+///   several jumps the geometric mean), where a jump is steepest, and at least 1.1 times what it had settled to before
+///   (2.5 % for eighteen periods, else 5 % for six), excluded or not: what clipping leaves out lies right behind a
+///   jump; without a jump, the median settled on the upper branch and the largest on the lower stand for them.
+///   high_leave is four fifths of the smallest settled on the upper branch, and below high_enter the motion is low
+///   again as soon as it is against the base. All motion in phase: all above high_leave is high; never in phase, or
+///   branches of one size (less than a fifth apart): all of it is low.
 /// - high, without one: a jump is a growth of the envelope by half within six periods, not out of a stick, after ten
 ///   periods in which it kept within a factor of 1.5; high_enter is the geometric mean of the largest amplitude before
 ///   and the smallest after, high_leave 0.85 of the smallest on the upper branch. No jump: low.

@@ -211,12 +211,15 @@ SensorRelation related(const SpectrumOf& displacement, const Eigen::Ref<const Ve
                       std::to_string(options.min_windows);
     return relation;
   }
-  // Errors or their squares: a few bins spoilt, by clipping that nobody found, say, outweigh all others in the squares.
+  // By the rms of the errors or, if that gets no worse, their mean: a few bins spoilt, by clipping that nobody found,
+  // say, outweigh all others in the squares.
   Fitted best = fit_poles(ratio, 0);
   for (Index poles = 1; poles <= 2; ++poles) {
     Fitted more = fit_poles(ratio, poles);
     const double bar = 1.0 - options.pole_gain;
-    if (more.residual < bar * best.residual || more.mean_error < bar * best.mean_error) best = std::move(more);
+    if (more.residual < bar * best.residual ||
+        (more.mean_error < bar * best.mean_error && more.residual < 1.1 * best.residual))
+      best = std::move(more);
   }
   if (best.residual > 0.5) {
     relation.reason = "the two sensors do not describe one motion";

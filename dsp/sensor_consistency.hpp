@@ -29,7 +29,7 @@ struct RelateOptions {
   double window_s = 40.0;  ///< Hann, half overlapping; windows with excluded samples are left out
   double from_hz = 0.7, to_hz = 6.0;
   int min_windows = 4;
-  double pole_gain = 0.2;  ///< one more pole must lower the error, or its square, by this share
+  double pole_gain = 0.2;  ///< one more pole must lower the rms or the mean error by this share
 };
 
 /// Fits the relation to the cross-spectrum of two records of one length (SI, any rate), robustly (soft L1).

@@ -278,9 +278,8 @@ TEST_CASE("regimes of twenty random programmes", "[.][study][regimes]") {
   CHECK(good_of_random(0, 20) == 20);
 }
 
-TEST_CASE("regimes of thirty random programmes looked at last", "[.][study][regimes]") {
-  // 22 at first sight; then rows of halts were looked for, which found one more.
-  CHECK(good_of_random(200, 30) >= 23);
+TEST_CASE("regimes of thirty random programmes drawn after the last rule was settled", "[.][study][regimes]") {
+  CHECK(good_of_random(300, 30) >= 29);  // at first sight; 316 misses the start of a slow jump by 1.5 cycles
 }
 
 TEST_CASE("regimes of the whole test, both twins, six seeds, noise up to thirtyfold", "[.][study][regimes]") {

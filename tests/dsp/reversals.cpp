@@ -74,7 +74,8 @@ TEST_CASE("halts shorter than a sample are found among plain reversals, with the
       const auto at = std::find_if(found.begin(), found.end(), [&](const auto& r) {
         return std::abs(static_cast<double>(r.at) / rate_hz - c.leaps_s[k]) < 0.03;
       });
-      if (at == found.end()) continue;  // at the ends of the record
+      if (c.leaps_s[k] < 1.0 || c.leaps_s[k] > 119.0) continue;  // at the ends of the record
+      REQUIRE(at != found.end());
       CHECK((at->halt_s > 0.0) == (k % 30 < 3));
       // The grid of halts is as fine as 2 ms at its short end and 5 ms at the other.
       if (k % 30 >= 3) continue;
@@ -82,6 +83,22 @@ TEST_CASE("halts shorter than a sample are found among plain reversals, with the
       ++halts;
     }
     CHECK(halts > 25);
+  }
+}
+
+TEST_CASE("no halt that is told is shorter than the shortest, at any cut-off", "[dsp][reversals]") {
+  const Course c = course([](int k) { return k % 30 < 3 ? 0.0025 : 0.0; }, 0.0002, 16);
+  for (const double cutoff_hz : {30.0, 32.5, 34.4, 37.9, 38.0}) {
+    INFO(cutoff_hz);
+    int halts = 0;
+    for (const auto& r :
+         dsp::reversals(dsp::sign_changes(c.v, period), c.v, c.a,
+                        {.sample_rate_hz = rate_hz, .cutoff_hz = cutoff_hz, .samples_per_period = period}))
+      if (r.halt_s > 0.0) {
+        CHECK(r.halt_s >= dsp::shortest_halt_s(cutoff_hz) * (1.0 - 1e-12));
+        ++halts;
+      }
+    CHECK(halts > 20);
   }
 }
 

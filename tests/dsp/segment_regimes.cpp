@@ -128,6 +128,33 @@ TEST_CASE("excluded samples keep their label and short runs join their neighbour
   CHECK(found.segments[2].regime == Regime::low);
 }
 
+TEST_CASE("where noise hides stops none are found, by speed or by halts", "[dsp][segment_regimes]") {
+  // 1.25 Hz for two minutes at 256 Hz, a velocity that is mostly noise, and an acceleration that stands at every turn.
+  const Index n = 120 * 256;
+  VectorXd x(n), v(n), a(n);
+  for (Index i = 0; i < n; ++i) {
+    const double angle = two_pi * 1.25 * static_cast<double>(i) / 256.0;
+    x(i) = 0.01 * std::sin(angle);
+    v(i) = 0.01 * two_pi * 1.25 * std::cos(angle);
+    a(i) = std::abs(std::cos(angle)) < 0.2 ? 0.0 : -0.01 * std::pow(two_pi * 1.25, 2) * std::sin(angle);
+  }
+  const auto stuck = [&](double noise_m) {
+    const VectorXd noisy = x + support::gaussian(n, 31, noise_m);
+    const auto found = dsp::segment_regimes(support::motion_of(256.0, {{"x", noisy}, {"v", v}, {"a", a}}));
+    return std::any_of(found.segments.begin(), found.segments.end(),
+                       [](const auto& segment) { return segment.regime == Regime::stick; });
+  };
+  CHECK(stuck(1e-6));
+  CHECK_FALSE(stuck(8e-3));
+}
+
+TEST_CASE("a speed that is given is the only sign of a stop", "[dsp][segment_regimes]") {
+  const auto p = programme({{60, 0.02, 0.02, Regime::low}, {30, 0, 0, Regime::stick}}, 1.5, 1e-5, 6);
+  const auto found = dsp::segment_regimes(p.motion, {.stick_speed_m_per_s = 0.01, .stick_duration_s = 0.1});
+  CHECK(found.options.stick_halt_s == 0.0);
+  CHECK(agreement(p, found) > 0.95);
+}
+
 TEST_CASE("thresholds that make no sense are refused", "[dsp][segment_regimes]") {
   const auto p = programme({{20, 0.007, 0.007, Regime::low}}, 1.5, 1e-5, 7);
   CHECK_THROWS_AS(dsp::segment_regimes(p.motion, {.high_enter_m = 0.01, .high_leave_m = 0.02}), std::invalid_argument);
