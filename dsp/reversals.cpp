@@ -113,7 +113,7 @@ Plain plain_reversals(const std::vector<Turn>& turns, const Look& look) {
   }
   const double usual = quantile(gains, 0.5), noise = quantile(std::move(rests), 0.5);
   for (double& gain : gains) gain = std::abs(gain - usual);
-  constexpr double deviations = 6.0, noises = 10.0, row_deviations = 2.0, row_noises = 4.0;
+  constexpr double deviations = 6.0, noises = 12.0, row_deviations = 2.0, row_noises = 5.0;
   plain.noise = noise;
   const double deviation = normal_deviations * quantile(std::move(gains), 0.5);
   plain.gain = std::max(usual + deviations * deviation, noises * noise);

@@ -27,8 +27,8 @@ struct ReversalOptions {
 /// payload halts, it is nothing in between. A wave of the band and more is seen as such, or as the swing of the
 /// low-pass beyond nothing. Shorter halts are fitted (turn_fit.hpp), at the record's smaller accelerations, and
 /// believed where they explain more than chance: six robust deviations above what they seem to explain at those
-/// reversals and ten times the noise, and, unless it is twice that, where another halt lies within two periods; or in
-/// rows, where the median of up to eleven explains two deviations and four times the noise. From accelerometers on a
+/// reversals and twelve times the noise, and, unless it is twice that, where another halt lies within two periods; or
+/// in rows, where the median of up to eleven explains two deviations and five times the noise. From accelerometers on a
 /// 256 Hz bus halts of 1 to 2 ms are told, at thirtyfold noise rows of some 3 ms. Where friction rises steadily towards
 /// zero speed (Stribeck) every reversal dips, and only standing still is told.
 ///
