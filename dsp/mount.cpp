@@ -85,7 +85,7 @@ struct Candidate {
   double level;  // largest acceleration about it
 };
 
-// Half waves of common length and of small accelerations, in which friction's leap counts for most.
+// Half waves of usual length and of small accelerations, in which friction's leap counts for most.
 std::vector<Candidate> choose(const VectorXd& a, const std::vector<Index>& turns, Index period) {
   std::vector<Candidate> all;
   std::vector<double> levels;
@@ -99,11 +99,7 @@ std::vector<Candidate> choose(const VectorXd& a, const std::vector<Index>& turns
   std::erase_if(levels, [&](double level) { return level <= 0.05 * largest; });
   const double middle = quantile(levels, 0.5);
   std::erase_if(all, [&](const Candidate& c) { return c.level <= 0.05 * largest || c.level > middle; });
-  constexpr std::size_t most = 120;
-  std::vector<Candidate> drawn;
-  for (std::size_t k = 0; k < std::min(most, all.size()); ++k)
-    drawn.push_back(all[all.size() <= most ? k : k * all.size() / most]);
-  return drawn;
+  return drawn_evenly(all, 120);
 }
 
 HalfWaves half_waves(const Motion& motion, const VectorXd& v, const std::vector<Index>& turns, double cutoff_hz,

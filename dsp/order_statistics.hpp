@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -12,5 +13,14 @@ namespace dsp {
 
 /// The same without a copy: `values` are reordered.
 [[nodiscard]] double quantile_in_place(std::span<double> values, double share);
+
+/// At most `most` of the items, drawn evenly in their order; all if there are no more.
+template <class Item>
+[[nodiscard]] std::vector<Item> drawn_evenly(const std::vector<Item>& items, std::size_t most) {
+  if (items.size() <= most) return items;
+  std::vector<Item> drawn;
+  for (std::size_t k = 0; k < most; ++k) drawn.push_back(items[k * items.size() / most]);
+  return drawn;
+}
 
 }  // namespace dsp

@@ -224,25 +224,26 @@ void choose_stick(const RegimeSigns& signs, Segmentation& result) {
   if (options.stick_speed_m_per_s > 0.0) return;
   constexpr double share = 0.05, noise_deviations = 3.0, largest_share = 0.3;
   const CycleAmplitudes amplitudes = velocity_amplitudes(signs);
-  const double by_motion = share * amplitudes.small, by_base = 0.02 * signs.base_speed_m_per_s;
-  double by_noise = noise_deviations * signs.speed_noise_m_per_s;
-  if (signs.base_moves() && amplitudes.shown < std::max(by_noise, by_base)) {
-    by_noise = std::max(by_noise, by_base);  // what does not leave its base is stuck to it
-  } else if (by_noise > largest_share * amplitudes.shown) {
+  const double by_motion = share * amplitudes.small, by_base = 0.02 * signs.base_speed_m_per_s,
+               by_noise = noise_deviations * signs.speed_noise_m_per_s;
+  // What does not leave its base is stuck to it.
+  const bool rests = signs.base_moves() && amplitudes.shown < std::max(by_noise, by_base);
+  if (!rests && by_noise > largest_share * amplitudes.shown) {
     result.remarks.push_back(
         fmt::format("stops are not looked for: v has {:.2g} m/s of noise beside amplitudes of {:.2g}",
                     signs.speed_noise_m_per_s, amplitudes.shown));
     return;
   }
-  options.stick_speed_m_per_s = std::max(by_motion, by_noise);
+  const double floor = rests ? std::max(by_noise, by_base) : by_noise;
+  options.stick_speed_m_per_s = std::max(by_motion, floor);
   if (options.stick_halt_s == 0.0 && signs.halts_below_hz > 0.0)
     options.stick_halt_s = 0.9 * shortest_halt_s(signs.halts_below_hz);  // all that are told, whatever the rounding
   result.remarks.push_back(
       fmt::format("a stop is slower than {:.2g} m/s for {:.2g} s: {}, a twentieth of the period of {:.2g} s",
                   options.stick_speed_m_per_s, options.stick_duration_s,
-                  by_noise <= by_motion ? fmt::format("{:g} % of the smaller velocity amplitudes", 100.0 * share)
-                  : by_noise == by_base ? std::string("a fiftieth of the base's, which the payload hardly leaves")
-                                        : fmt::format("{:g} times the noise of v", noise_deviations),
+                  floor <= by_motion ? fmt::format("{:g} % of the smaller velocity amplitudes", 100.0 * share)
+                  : floor > by_noise ? std::string("a fiftieth of the base's, which the payload hardly leaves")
+                                     : fmt::format("{:g} times the noise of v", noise_deviations),
                   signs.period_s));
   if (!signs.mount.is_rigid())
     result.remarks.push_back(

@@ -3,8 +3,8 @@
 
 namespace dsp {
 
-/// Fills in stick_speed_m_per_s, stick_duration_s and stick_halt_s where they are 0, with a remark: rules
-/// at segment_regimes.
+/// Fills in stick_duration_s, stick_speed_m_per_s and, unless that was given, stick_halt_s where they are 0, with a
+/// remark: rules at segment_regimes.
 void choose_stick(const RegimeSigns& signs, Segmentation& result);
 
 /// Fills in high_enter_m and high_leave_m likewise; infinity where all motion is of one regime.

@@ -18,7 +18,7 @@ constexpr double least_waves_per_period = 12.0;  // else a half wave of the moti
 // and what has hardly begun to grow again.
 constexpr double undershoot = 0.045, nothing = 0.06, ringing = 0.135, small = 0.15;
 constexpr double worth_looking = 0.92;  // of the acceleration beside it: what a halt of a fiftieth of a wave leaves
-constexpr double at_once = 0.2;         // of the larger one about it: what no standstill leaves
+constexpr double kept = 0.2;            // of the larger one about it: what no standstill leaves
 constexpr double normal_deviations = 1.4826;  // in a median absolute deviation
 
 // Of a turn: the acceleration about it, low-passed and towards the new sign.
@@ -90,7 +90,7 @@ struct Plain {
   double noise = 0.0;          ///< rms of what the fit leaves
   double level = 0.0;          ///< accelerations up to which friction counts for most
   double gain = INFINITY;      ///< more than a halt that is none gains by chance
-  double row_gain = INFINITY;  ///< and more than the mean of a row of them
+  double row_gain = INFINITY;  ///< and more than the median of a row of them
 };
 
 // A halt begins where the pull falls to static friction: at the record's smaller accelerations. In larger ones other
@@ -106,8 +106,8 @@ Plain plain_reversals(const std::vector<Turn>& turns, const Look& look) {
   constexpr std::size_t fewest = 10, most = 256;
   if (places.size() < fewest) return plain;
   std::vector<double> gains, rests;
-  for (std::size_t k = 0; k < std::min(most, places.size()); ++k) {
-    const TurnFit::Result fitted = look.fit(places[places.size() <= most ? k : k * places.size() / most]);
+  for (const Index place : drawn_evenly(places, most)) {
+    const TurnFit::Result fitted = look.fit(place);
     gains.push_back(fitted.gain);
     rests.push_back(fitted.rms);
   }
@@ -217,7 +217,7 @@ std::vector<Reversal> reversals(const std::vector<Index>& turns, const VectorXd&
   std::vector<Reversal> result;
   std::vector<Fitted> fitted;
   for (const Turn& turn : seen) {
-    result.push_back({.at = turn.at, .at_once = turn.still > at_once * std::max(turn.before, turn.beside)});
+    result.push_back({.at = turn.at, .at_once = turn.still > kept * std::max(turn.before, turn.beside)});
     fitted.emplace_back();
     if (stands(turn)) {
       result.back().halt_s = std::max(static_cast<double>(turn.until - turn.at) / rate_hz, shortest_halt_s(cutoff_hz));

@@ -21,8 +21,7 @@ class ShortLowPass {
  private:
   Eigen::Index reach_ = 0;
   Eigen::VectorXd taps_;
-  Eigen::VectorXd impulse_;  // on a fine grid over +-reach, as the next
-  Eigen::Matrix<double, Eigen::Dynamic, 3> switched_;
+  Eigen::Matrix<double, Eigen::Dynamic, 3> switched_;  // on a fine grid over +-reach
   double second_moment_ = 0.0;
 };
 
