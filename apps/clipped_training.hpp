@@ -1,7 +1,7 @@
 #pragma once
 #include <vector>
 
-#include "apps/inputs.hpp"
+#include "apps/config/inputs.hpp"
 #include "apps/range.hpp"
 
 namespace apps {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "apps/interrupt.hpp"
+#include "apps/process/interrupt.hpp"
 
 namespace apps {
 namespace {

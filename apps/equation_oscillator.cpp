@@ -6,9 +6,9 @@
 #include <array>
 #include <memory>
 
-#include "apps/printable.hpp"
+#include "apps/process/printable.hpp"
 #include "dsp/fault.hpp"
-#include "ident/expression.hpp"
+#include "ident/library/expression.hpp"
 
 namespace apps {
 namespace {

@@ -2,7 +2,7 @@
 #include <Eigen/Core>
 
 #include "apps/identified_equation.hpp"
-#include "sim/driven_oscillator.hpp"
+#include "sim/ode/driven_oscillator.hpp"
 
 namespace apps {
 

@@ -11,9 +11,9 @@
 #include <optional>
 
 #include "apps/interpolant.hpp"
-#include "apps/interrupt.hpp"
-#include "dsp/fft.hpp"
-#include "ident/expression.hpp"
+#include "apps/process/interrupt.hpp"
+#include "dsp/filter/fft.hpp"
+#include "ident/library/expression.hpp"
 #include "sim/simulate.hpp"
 
 namespace apps {

@@ -8,8 +8,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "apps/printable.hpp"
-#include "apps/run_json.hpp"
+#include "apps/output/run_json.hpp"
+#include "apps/process/printable.hpp"
 #include "dsp/fault.hpp"
 #include "sim/noise.hpp"
 

@@ -4,7 +4,7 @@
 #include <memory>
 #include <stdexcept>
 
-#include "ident/expression.hpp"
+#include "ident/library/expression.hpp"
 
 namespace apps {
 namespace {

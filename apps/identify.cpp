@@ -9,11 +9,11 @@
 #include <limits>
 #include <new>
 
-#include "apps/interrupt.hpp"
+#include "apps/process/interrupt.hpp"
 #include "apps/regimes.hpp"
 #include "dsp/fault.hpp"
-#include "ident/collinearity.hpp"
-#include "ident/multi_rvm.hpp"
+#include "ident/library/collinearity.hpp"
+#include "ident/regression/multi_rvm.hpp"
 
 namespace apps {
 namespace {

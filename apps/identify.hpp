@@ -9,8 +9,8 @@
 #include "apps/free_run.hpp"
 #include "apps/range.hpp"
 #include "ident/fit.hpp"
-#include "ident/judge.hpp"
 #include "ident/model.hpp"
+#include "ident/validate/judge.hpp"
 
 namespace apps {
 

@@ -1,7 +1,7 @@
 #pragma once
 #include <string>
 
-#include "dsp/sidecar.hpp"
+#include "dsp/io/sidecar.hpp"
 
 namespace apps {
 

@@ -10,20 +10,20 @@
 #include <stdexcept>
 #include <string>
 
-#include "apps/atomic_file.hpp"
-#include "apps/interrupt.hpp"
-#include "apps/parameter_settings.hpp"
-#include "apps/response_report.hpp"
+#include "apps/config/parameter_settings.hpp"
+#include "apps/config/sensor_fault_settings.hpp"
+#include "apps/output/response_report.hpp"
+#include "apps/process/atomic_file.hpp"
+#include "apps/process/interrupt.hpp"
+#include "apps/process/simulation_folder.hpp"
+#include "apps/process/system_fault.hpp"
 #include "apps/rig_programme.hpp"
-#include "apps/sensor_fault_settings.hpp"
-#include "apps/simulation_folder.hpp"
-#include "apps/system_fault.hpp"
 #include "dsp/decimate.hpp"
-#include "dsp/sidecar.hpp"
-#include "dsp/sound_file.hpp"
-#include "sim/qzs_regimes.hpp"
-#include "sim/qzs_rig.hpp"
-#include "sim/qzs_sensors.hpp"
+#include "dsp/io/sidecar.hpp"
+#include "dsp/io/sound_file.hpp"
+#include "sim/rig/qzs_regimes.hpp"
+#include "sim/rig/qzs_rig.hpp"
+#include "sim/rig/qzs_sensors.hpp"
 
 namespace apps {
 namespace {

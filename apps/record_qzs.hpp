@@ -3,8 +3,8 @@
 #include <nlohmann/json_fwd.hpp>
 #include <vector>
 
-#include "apps/console.hpp"
-#include "apps/simulate_command.hpp"
+#include "apps/cli/simulate_command.hpp"
+#include "apps/process/console.hpp"
 
 namespace apps {
 

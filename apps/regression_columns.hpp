@@ -2,10 +2,10 @@
 #include <vector>
 
 #include "apps/columns.hpp"
-#include "apps/config.hpp"
-#include "apps/console.hpp"
+#include "apps/config/config.hpp"
+#include "apps/config/inputs.hpp"
 #include "apps/identify.hpp"
-#include "apps/inputs.hpp"
+#include "apps/process/console.hpp"
 
 // From a config and its prepared recordings to what ranges are fitted on.
 

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "apps/equation_oscillator.hpp"
-#include "apps/interrupt.hpp"
+#include "apps/process/interrupt.hpp"
 
 namespace apps {
 namespace {

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "apps/identified_equation.hpp"
-#include "apps/response_report.hpp"
-#include "sim/steady_response.hpp"
+#include "apps/output/response_report.hpp"
+#include "sim/ode/steady_response.hpp"
 
 namespace apps {
 

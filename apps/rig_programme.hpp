@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "sim/base_motion.hpp"
+#include "sim/rig/base_motion.hpp"
 
 namespace apps {
 

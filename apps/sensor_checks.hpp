@@ -2,9 +2,9 @@
 #include <string>
 #include <vector>
 
+#include "dsp/io/sidecar.hpp"
 #include "dsp/prepare.hpp"
-#include "dsp/sensor_faults.hpp"
-#include "dsp/sidecar.hpp"
+#include "dsp/sensors/sensor_faults.hpp"
 
 namespace apps {
 

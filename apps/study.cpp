@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-#include "apps/interrupt.hpp"
+#include "apps/process/interrupt.hpp"
 #include "apps/regression_columns.hpp"
 
 namespace apps {

@@ -5,9 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "apps/config.hpp"
-#include "apps/console.hpp"
+#include "apps/config/config.hpp"
 #include "apps/identify.hpp"
+#include "apps/process/console.hpp"
 
 // How an identification depends on what a person had to choose (Sec. 5.2 of [QZS23] does this by hand).
 

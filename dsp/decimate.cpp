@@ -7,9 +7,9 @@
 #include <limits>
 #include <stdexcept>
 
-#include "dsp/burg.hpp"
-#include "dsp/dispatch.hpp"
-#include "dsp/filter_design.hpp"
+#include "dsp/filter/burg.hpp"
+#include "dsp/filter/dispatch.hpp"
+#include "dsp/filter/filter_design.hpp"
 
 namespace dsp {
 namespace {

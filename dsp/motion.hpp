@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "dsp/filter/spectral.hpp"
 #include "dsp/recording.hpp"
-#include "dsp/spectral.hpp"
 
 namespace dsp {
 

@@ -7,9 +7,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "dsp/bus.hpp"
-#include "dsp/filter_design.hpp"
-#include "dsp/prepare_filters.hpp"
+#include "dsp/filter/filter_design.hpp"
+#include "dsp/prepare/bus.hpp"
+#include "dsp/prepare/prepare_filters.hpp"
 
 namespace dsp {
 namespace {

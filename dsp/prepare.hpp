@@ -7,13 +7,13 @@
 #include <string_view>
 #include <vector>
 
-#include "dsp/column_filter.hpp"
 #include "dsp/decimate.hpp"
+#include "dsp/filter/column_filter.hpp"
 #include "dsp/motion.hpp"
-#include "dsp/raw_spectrum.hpp"
 #include "dsp/read_recording.hpp"
 #include "dsp/recording.hpp"
-#include "dsp/sensor_consistency.hpp"
+#include "dsp/samples/raw_spectrum.hpp"
+#include "dsp/sensors/sensor_consistency.hpp"
 
 namespace dsp {
 

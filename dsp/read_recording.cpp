@@ -6,11 +6,11 @@
 #include <optional>
 #include <sstream>
 
-#include "dsp/bridge_gaps.hpp"
-#include "dsp/calibrate.hpp"
-#include "dsp/dispatch.hpp"
+#include "dsp/filter/dispatch.hpp"
+#include "dsp/io/calibrate.hpp"
+#include "dsp/io/recording_files.hpp"
 #include "dsp/names.hpp"
-#include "dsp/recording_files.hpp"
+#include "dsp/samples/bridge_gaps.hpp"
 
 namespace dsp {
 namespace {

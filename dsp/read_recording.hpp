@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "dsp/decimate.hpp"
+#include "dsp/io/sidecar.hpp"
 #include "dsp/recording.hpp"
-#include "dsp/sidecar.hpp"
 
 namespace dsp {
 

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "dsp/regime_thresholds.hpp"
+#include "dsp/regimes/regime_thresholds.hpp"
 
 namespace dsp {
 namespace {

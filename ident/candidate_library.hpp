@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "dsp/motion.hpp"
-#include "ident/expression.hpp"
+#include "ident/library/expression.hpp"
 
 namespace ident {
 

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "ident/finish_fit.hpp"
+#include "ident/regression/finish_fit.hpp"
 
 namespace ident {
 namespace {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "dsp/sound_file.hpp"
+#include "dsp/io/sound_file.hpp"
 #include "support/mat.hpp"
 #include "support/program.hpp"
 

@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "apps/section4.hpp"
-#include "ident/judge.hpp"
+#include "apps/paper/section4.hpp"
+#include "ident/validate/judge.hpp"
 #include "sim/simulate.hpp"
 
 using Eigen::Index;

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "dsp/column_filter.hpp"
 #include "dsp/decimate.hpp"
+#include "dsp/filter/column_filter.hpp"
+#include "dsp/filter/spectral.hpp"
 #include "dsp/prepare.hpp"
-#include "dsp/spectral.hpp"
 #include "support/program.hpp"
 #include "support/rig.hpp"
 #include "support/signals.hpp"

@@ -7,7 +7,7 @@
 
 #include "dsp/prepare.hpp"
 #include "dsp/segment_regimes.hpp"
-#include "sim/qzs_regimes.hpp"
+#include "sim/rig/qzs_regimes.hpp"
 #include "support/rig.hpp"
 
 using Eigen::Index;

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
-#include "dsp/sound_file.hpp"
+#include "dsp/io/sound_file.hpp"
 #include "support/program.hpp"
 #include "support/rig.hpp"
 

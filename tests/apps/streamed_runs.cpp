@@ -2,9 +2,9 @@
 #include <catch2/catch.hpp>
 #include <cstring>
 
-#include "dsp/input_file.hpp"
+#include "dsp/io/input_file.hpp"
+#include "dsp/io/sound_file.hpp"
 #include "dsp/prepare.hpp"
-#include "dsp/sound_file.hpp"
 #include "support/program.hpp"
 
 using support::bytes_of;

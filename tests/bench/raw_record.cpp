@@ -15,9 +15,9 @@
 
 #include "bench/bench.hpp"
 #include "dsp/decimate.hpp"
+#include "dsp/io/sound_file.hpp"
 #include "dsp/prepare.hpp"
 #include "dsp/read_recording.hpp"
-#include "dsp/sound_file.hpp"
 
 namespace {
 

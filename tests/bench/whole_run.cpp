@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/sha256.hpp"
+#include "apps/process/sha256.hpp"
 #include "bench/bench.hpp"
 
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "dsp/filter_design.hpp"
+#include "dsp/filter/filter_design.hpp"
 #include "support/signals.hpp"
 
 using Eigen::Index;

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "dsp/sound_file.hpp"
+#include "dsp/io/sound_file.hpp"
 #include "support/fault.hpp"
 #include "support/scratch.hpp"
 

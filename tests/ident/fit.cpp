@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "ident/multi_rvm.hpp"
+#include "ident/regression/multi_rvm.hpp"
 #include "support/random.hpp"
 
 using Eigen::Index;

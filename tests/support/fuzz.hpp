@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "dsp/fault.hpp"
-#include "dsp/sample_source.hpp"
+#include "dsp/io/sample_source.hpp"
 
 namespace support {
 

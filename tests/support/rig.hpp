@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "dsp/bus.hpp"
+#include "dsp/prepare/bus.hpp"
 #include "dsp/recording.hpp"
-#include "sim/qzs_rig.hpp"
-#include "sim/qzs_sensors.hpp"
+#include "sim/rig/qzs_rig.hpp"
+#include "sim/rig/qzs_sensors.hpp"
 
 namespace support {
 

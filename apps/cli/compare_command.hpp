@@ -1,0 +1,20 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "apps/process/console.hpp"
+
+namespace apps {
+
+struct CompareArguments {
+  std::vector<std::filesystem::path> runs;  ///< run folders, one column each
+  std::filesystem::path truth;              ///< truth.json of a simulation, or empty
+  std::string method = "fast_rvm";          ///< the first method of a run that does not have it
+};
+
+/// `ardent compare`: the equations of several runs side by side, range by range, with coefficients of variation and
+/// NMSE. Throws dsp::Fault (input, "run.incomplete", "run.damaged") for a folder that holds no finished run.
+void run_compare(const CompareArguments& arguments, Console& console);
+
+}  // namespace apps

@@ -1,0 +1,66 @@
+#include "apps/cli/info_command.hpp"
+
+#include <fmt/format.h>
+
+#include "apps/output/results_json.hpp"
+#include "apps/process/printable.hpp"
+#include "dsp/read_recording.hpp"
+
+namespace apps {
+namespace {
+
+RecordingInfo info_of(const std::filesystem::path& file, bool salvage) {
+  dsp::ReadOptions options;
+  options.salvage = salvage;
+  options.uncalibrated = true;  // what is missing shows as such; only a run needs it
+  const dsp::RecordingReader reader(file, options);
+  const dsp::Recording& recording = reader.description();
+  return {file.string(),
+          reader.container(),
+          reader.sidecar().file.string(),
+          recording.sample_rate_hz,
+          reader.num_frames(),
+          recording.channels,
+          recording.bad,
+          recording.checks,
+          reader.sidecar().ranges};
+}
+
+std::string text_of(const RecordingInfo& info) {
+  std::string text = fmt::format(
+      "{}\n  container  {}\n  rate       {:.12g} Hz\n  samples    {}\n  duration   {:.9g} s\n  sidecar    {}\n",
+      printable(info.file), info.container, info.sample_rate_hz, info.num_samples,
+      static_cast<double>(info.num_samples) / info.sample_rate_hz,
+      info.sidecar.empty() ? "none found" : printable(info.sidecar));
+  for (const dsp::Channel& channel : info.channels)
+    text += fmt::format("  channel    {:<16} role {:<6} unit {}{}\n", printable(channel.name), to_string(channel.role),
+                        channel.unit.empty() ? "-" : printable(channel.unit),
+                        channel.calibrated ? "" : " (not calibrated)");
+  for (const dsp::RangeSpec& range : info.ranges)
+    text += fmt::format("  range      {} from {:g} s to {:g} s\n", printable(range.name), range.from_s, range.to_s);
+  for (const dsp::Interval& bad : info.bad)
+    text += fmt::format("  bad        {:g} s to {:g} s: {}\n", bad.from_s, bad.to_s, printable(bad.why));
+  for (const dsp::Check& check : info.checks)
+    if (check.status != dsp::CheckStatus::ok)
+      text += fmt::format("  {:<10} {}: {}{}\n", to_string(check.status), check.name, printable(channel_prefix(check)),
+                          printable(check.message));
+  return text;
+}
+
+}  // namespace
+
+void run_info(const std::vector<std::filesystem::path>& files, bool salvage, bool strict, Console& console) {
+  std::vector<RecordingInfo> recordings;
+  std::string text;
+  for (const std::filesystem::path& file : files) {
+    recordings.push_back(info_of(file, salvage));
+    text += text_of(recordings.back());
+    for (const dsp::Check& check : recordings.back().checks)
+      if (strict && (check.status == dsp::CheckStatus::warning || check.status == dsp::CheckStatus::failed))
+        console.warning(check.name, channel_prefix(check) + check.message);
+  }
+  refuse_warnings(strict, console);
+  console.result(console.json() ? info_json(recordings) : text);
+}
+
+}  // namespace apps

@@ -1,0 +1,65 @@
+#include "apps/cli/init_command.hpp"
+
+#include <fmt/format.h>
+
+#include "apps/output/results_json.hpp"
+#include "apps/process/atomic_file.hpp"
+#include "apps/process/system_fault.hpp"
+#include "dsp/io/settings.hpp"
+#include "dsp/read_recording.hpp"
+
+namespace apps {
+namespace fs = std::filesystem;
+namespace {
+
+/// `sidecar` empty: it lies beside the recording, where it is looked for.
+std::string draft_config(const std::string& recording, const std::string& sidecar) {
+  return fmt::format(R"toml(schema = 1
+
+[[recording]]
+file = {}
+{}
+[prepare]
+recipe = "matched"       # columns formed first and filtered after; or "paper"
+# rate_hz = 25.6         # regression rate; left out: the record's own
+# cutoff_hz = 10.24      # columns and derivatives go to zero here
+# zero = "regime-mean"   # of x; or "none" or a number in metres
+
+[library]
+order = 3                # polynomials in x and v
+terms = []               # further ones: ["sgn(v)", "ddr"]
+
+[fit]
+target = "a"
+methods = ["fast_rvm", "slow_rvm", "sindy"]
+
+# [[range]]              # none: the whole record, its first 60 % for training
+# name = "low"
+# from = 0
+# to = 830
+# train_to = 500
+# where = "abs(v) > 0.004"
+)toml",
+                     dsp::toml_quoted(recording),
+                     sidecar.empty() ? "" : fmt::format("sidecar = {}\n", dsp::toml_quoted(sidecar)));
+}
+
+}  // namespace
+
+void run_init(const fs::path& recording, const fs::path& folder, bool force, Console& console) {
+  const fs::path place = folder.empty() ? recording.parent_path() : folder;
+  const fs::path sidecar = place / dsp::sidecar_path(recording.filename()),
+                 config = place / recording.stem().concat(".toml");
+  const std::string sidecar_text = dsp::draft_sidecar(recording);
+  for (const fs::path& path : {sidecar, config})
+    if (fs::exists(fs::symlink_status(path)) && !force)
+      throw output_fault("output.exists", path, "is there already. Use --force to replace it or -o to write elsewhere");
+  write_file(sidecar, sidecar_text);
+  const fs::path from_config = fs::absolute(recording).lexically_proximate(fs::absolute(config).parent_path());
+  const bool beside = !from_config.has_parent_path();
+  write_file(config, draft_config(from_config.generic_string(), beside ? "" : sidecar.filename().string()));
+  console.result(console.json() ? files_json({sidecar.string(), config.string()})
+                                : fmt::format("wrote {} and {}\n", sidecar.string(), config.string()));
+}
+
+}  // namespace apps

@@ -1,0 +1,60 @@
+#pragma once
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/config/config.hpp"
+#include "apps/process/console.hpp"
+#include "apps/regimes.hpp"
+#include "dsp/prepare.hpp"
+#include "dsp/read_recording.hpp"
+
+namespace apps {
+
+/// A recording of a config, read and prepared, and where it came from.
+struct Input {
+  dsp::Prepared prepared;
+  dsp::Segmentation segmentation;            ///< on the bus; no segments: not asked for
+  std::vector<dsp::Regime> regimes;          ///< of each sample at the regression rate; empty likewise
+  std::optional<PowerCheck> power;           ///< where displacement and acceleration of one body were measured
+  std::vector<std::filesystem::path> files;  ///< all that were read: recording, further files, sidecar
+  std::string sidecar;                       ///< name of its sidecar, there or not
+  std::vector<dsp::ChannelSpec> channels;    ///< of its sidecar
+  std::vector<dsp::RangeSpec> ranges;        ///< of its sidecar
+  bool x_is_difference = false;              ///< x = y - r of two displacements, whose zeros mean nothing
+};
+
+[[nodiscard]] dsp::ReadOptions read_options(const RecordingConfig& recording, std::size_t max_memory_bytes);
+
+/// A raw recording is brought down to the paper's 25.6 Hz unless a rate or a cut-off is asked for: nothing in a
+/// suspension moves at kilohertz.
+[[nodiscard]] dsp::PrepareOptions rate_settled(dsp::PrepareOptions options, double sample_rate_hz);
+
+/// The files a run would read, without reading them: recordings and sidecars that are there.
+[[nodiscard]] std::vector<std::filesystem::path> input_files(const Config& config);
+
+/// Reads and prepares every recording. Progress and warnings go to the console.
+[[nodiscard]] std::vector<Input> prepare_inputs(const Config& config, std::size_t max_memory_bytes, Console& console);
+
+/// A recording of a config, read once for several ways of preparing it.
+struct Source {
+  Input described;                                        ///< what does not depend on the way
+  std::vector<std::shared_ptr<dsp::BusRecording>> buses;  ///< for each way
+};
+/// `ways` stand in for config.prepare.
+[[nodiscard]] std::vector<Source> read_sources(const Config& config, const std::vector<dsp::PrepareOptions>& ways,
+                                               std::size_t max_memory_bytes, Console& console);
+/// The same as prepare_inputs(config, ...) from the files, for sources read with config.prepare as number `way`.
+[[nodiscard]] std::vector<Input> prepare_inputs(const std::vector<Source>& sources, std::size_t way,
+                                                const Config& config, Console& console);
+
+/// Fills in what the config left to the recordings: ranges (the sidecar's; else low, high and mixed where there are two
+/// regimes of motion; the one there is where it sticks at times; else one "all", or one for each of several recordings,
+/// named after it; each in two by the sign of v if asked for), further terms (sgn(v), and of ddr, f and z those that
+/// all recordings have), the zero of x, which is then subtracted, and the prepare options where all recordings agree.
+/// Throws dsp::Fault (usage, "range.*") with the range's place.
+void settle(Config& config, std::vector<Input>& inputs, Console& console);
+
+}  // namespace apps

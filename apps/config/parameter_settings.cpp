@@ -1,0 +1,36 @@
+#include "apps/config/parameter_settings.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+namespace apps {
+
+std::vector<std::pair<std::string, double>> parse_settings(const std::vector<std::string>& settings) {
+  std::vector<std::pair<std::string, double>> parsed;
+  for (const auto& setting : settings) {
+    const auto equals = setting.find('=');
+    double value = 0.0;
+    const char* end = setting.data() + setting.size();
+    const bool is_number = equals != std::string::npos && equals > 0 &&
+                           std::from_chars(setting.data() + equals + 1, end, value).ptr == end &&
+                           equals + 1 < setting.size() && std::isfinite(value);
+    if (!is_number)
+      throw std::invalid_argument(fmt::format("--set: got \"{}\", want parameter=number, a finite one", setting));
+    parsed.emplace_back(setting.substr(0, equals), value);
+  }
+  return parsed;
+}
+
+void append_terms(nlohmann::ordered_json& array, const std::vector<sim::TrueTerm>& terms) {
+  for (const auto& term : terms) {
+    nlohmann::ordered_json row{{"row", term.row}, {"target", term.target}, {"name", term.name}, {"value", term.value}};
+    if (!term.where.empty()) row["where"] = term.where;
+    array.push_back(std::move(row));
+  }
+}
+
+}  // namespace apps

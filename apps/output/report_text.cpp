@@ -1,0 +1,155 @@
+#include "apps/output/report_text.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/judgement.hpp"
+#include "apps/process/printable.hpp"
+#include "apps/verdict.hpp"
+
+namespace apps {
+namespace {
+
+std::string figure(const Figure& value) {
+  return value.reason.empty() ? fmt::format("{:.3g}", value.value) : fmt::format("none ({})", value.reason);
+}
+
+std::string optional_number(double value, const char* format) {
+  return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : std::string("-");
+}
+
+std::string stretches(const std::vector<dsp::Interval>& intervals) {
+  if (intervals.empty()) return "none";
+  std::vector<std::string> texts;
+  constexpr std::size_t most = 4;
+  for (const dsp::Interval& interval : intervals) {
+    if (texts.size() == most) {
+      texts.push_back(fmt::format("and {} more", intervals.size() - most));
+      break;
+    }
+    texts.push_back(fmt::format("{:.6g} to {:.6g} s", interval.from_s, interval.to_s));
+  }
+  return fmt::format("{}", fmt::join(texts, ", "));
+}
+
+std::string terms_table(const ident::Model& model) {
+  std::size_t width = 4;
+  for (const ident::ModelTerm& term : model.terms) width = std::max(width, term.name.size());
+  std::string text = fmt::format("      {:<{}}  {:>13}    {:<10} {:<10} {:>8} {:>9}  {}\n", "term", width, "mean",
+                                 "std", "robust", "CoV", "t", "unit");
+  for (const ident::ModelTerm& term : model.terms)
+    text += fmt::format(
+        "      {:<{}}  {:>13} +- {:<10} {:<10} {:>8} {:>9}  {}\n", term.name, width, ident::number(term.mean),
+        optional_number(term.std, "{:.3g}"), optional_number(term.std_robust, "{:.3g}"),
+        optional_number(term.coefficient_of_variation(), "{:.2g}"), optional_number(term.t(), "{:.3g}"), term.unit);
+  return text;
+}
+
+std::string fit_text(const JudgedFit& fit, const std::string& verdict_sentence) {
+  std::string text = fmt::format("    {}\n    {}\n", ident::to_text(fit.model), verdict_sentence);
+  const Judgement judgement = judge(fit);
+  text += fmt::format("    {}:\n", to_string(judgement.trust));
+  for (const std::string& remark : judgement.remarks) text += fmt::format("      - {}\n", remark);
+  if (fit.model.terms.empty()) return text;
+  text += terms_table(fit.model);
+  text += fmt::format(
+      "      NMSE train {}, test {}, free run {}\n      about the mean: train {}, test {}; noise {} {}\n",
+      figure(fit.train), figure(fit.test), figure({fit.free_run.nmse, fit.free_run.reason}), figure(fit.train_centred),
+      figure(fit.test_centred), optional_number(fit.model.noise_std, "{:.3g}"), fit.model.target_unit);
+  if (fit.bands_reason.empty())
+    text += fmt::format("      test rows inside their 50, 90 and 95 % bands: {:.1f}, {:.1f} and {:.1f} %\n",
+                        100.0 * fit.bands.within_50, 100.0 * fit.bands.within_90, 100.0 * fit.bands.within_95);
+  return text;
+}
+
+std::string fits_text(const std::vector<RangeResult>& ranges, std::size_t range) {
+  const std::vector<JudgedFit>& fits = ranges[range].fits;
+  std::string text;
+  for (auto fit = fits.begin(); fit != fits.end(); ++fit) {
+    text += fmt::format(
+        "  {}: {} after {} iterations, {} terms{}\n", to_string(fit->fit.method), to_string(fit->fit.status),
+        fit->fit.iterations, fit->model.terms.size(),
+        fit->model.terms.empty() ? "" : fmt::format(", condition number {:.3g}", fit->fit.condition_number));
+    const auto twin = std::find_if(
+        fits.begin(), fit, [&](const JudgedFit& earlier) { return ident::same_equation(earlier.model, fit->model); });
+    const auto method = static_cast<std::size_t>(fit - fits.begin());
+    text += twin == fit ? fit_text(*fit, verdict(ranges, range, method).sentence)
+                        : fmt::format("    the same equation as {}\n", to_string(twin->fit.method));
+  }
+  return text;
+}
+
+std::string range_text(const std::vector<RangeResult>& ranges, std::size_t place) {
+  const RangeResult& range = ranges[place];
+  std::string text =
+      fmt::format("range {}: {} training rows ({}), {} test rows ({}){}\n", range.spec.name, range.rows.train.size(),
+                  stretches(range.rows.train_s), range.rows.test.size(), stretches(range.rows.test_s),
+                  range.spec.where.empty() ? "" : ", where " + range.spec.where);
+  for (const DroppedTerm& term : range.dropped) text += fmt::format("  left out: {} ({})\n", term.name, term.reason);
+  return text + fits_text(ranges, place);
+}
+
+/// Nothing where all channels are calibrated.
+std::string calibration_text(const std::vector<RangeResult>& ranges) {
+  const std::vector<std::string> raw = uncalibrated_channels(ranges);
+  if (raw.empty()) return {};
+  return printable(fmt::format("NOT CALIBRATED: numbers are raw and have no unit, from {}", fmt::join(raw, ", ")));
+}
+
+}  // namespace
+
+std::vector<std::string> uncalibrated_channels(const std::vector<RangeResult>& ranges) {
+  std::vector<std::string> channels;
+  for (const RangeResult& range : ranges)
+    for (const std::string& channel : range.uncalibrated)
+      if (std::find(channels.begin(), channels.end(), channel) == channels.end()) channels.push_back(channel);
+  return channels;
+}
+
+std::string report_text(const std::vector<RangeResult>& ranges) {
+  std::string text = calibration_text(ranges);
+  if (!text.empty()) text += "\n\n";
+  for (std::size_t range = 0; range < ranges.size(); ++range) text += range_text(ranges, range) + "\n";
+  const std::vector<RangeDisagreement> pairs = compare_ranges(ranges);
+  for (const RangeDisagreement& pair : pairs) {
+    if (pair.method != pairs.front().method) break;  // the other methods' are in equation.json
+    text += fmt::format("{} and {} disagree ({}):\n", pair.range_a, pair.range_b, pair.method);
+    for (const ident::Disagreement& term : pair.terms) text += fmt::format("  - {}\n", term.sentence);
+  }
+  if (!pairs.empty())
+    text += "a term that only one of them has, or that changes its sign, is not the physics of both\n";
+  if (!text.empty() && text.ends_with("\n\n")) text.pop_back();
+  return text;
+}
+
+std::string findings_text(const std::vector<Input>& inputs) {
+  std::string text;
+  for (const Input& input : inputs)
+    for (const dsp::Check& check : input.prepared.checks) {
+      const bool told = check.status == dsp::CheckStatus::warning || check.status == dsp::CheckStatus::failed ||
+                        (check.status == dsp::CheckStatus::note && check.name.starts_with("sensor."));
+      if (told) text += fmt::format("  - {}: {}\n", printable(input.prepared.name), printable(check.message));
+    }
+  return text.empty() ? text : "\nsensors and samples:\n" + text;
+}
+
+std::string report_latex(const std::vector<RangeResult>& ranges) {
+  std::string text = calibration_text(ranges);
+  if (!text.empty()) text = "% " + text + "\n";
+  for (std::size_t place = 0; place < ranges.size(); ++place)
+    for (std::size_t method = 0; method < ranges[place].fits.size(); ++method) {
+      const RangeResult& range = ranges[place];
+      const JudgedFit& fit = range.fits[method];
+      const Judgement judgement = judge(fit);
+      text += fmt::format("% {}\n% {}, {}: {}: {}\n\\begin{{equation}}\n  {}\n\\end{{equation}}\n",
+                          printable(verdict(ranges, place, method).sentence), printable(range.spec.name),
+                          to_string(fit.fit.method), to_string(judgement.trust),
+                          printable(fmt::format("{}", fmt::join(judgement.remarks, "; "))), ident::to_latex(fit.model));
+    }
+  return text;
+}
+
+}  // namespace apps

@@ -1,0 +1,24 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "apps/config/inputs.hpp"
+#include "apps/identify.hpp"
+
+namespace apps {
+
+/// Channels of raw numbers that any of the ranges rests on, "recording: channel", each once.
+[[nodiscard]] std::vector<std::string> uncalibrated_channels(const std::vector<RangeResult>& ranges);
+
+/// The identified equations for a terminal, under a line that names channels not calibrated if there are any: each with
+/// its error bars and, right under it, in one sentence whether it describes the record, and whether it is to be
+/// trusted; then what the ranges disagree on.
+[[nodiscard]] std::string report_text(const std::vector<RangeResult>& ranges);
+
+/// What is wrong with the recordings' sensors and samples, a line each; empty where nothing is.
+[[nodiscard]] std::string findings_text(const std::vector<Input>& inputs);
+
+/// The same equations as LaTeX, the judgement as a comment before each.
+[[nodiscard]] std::string report_latex(const std::vector<RangeResult>& ranges);
+
+}  // namespace apps

@@ -1,0 +1,138 @@
+#include "apps/output/response_report.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace apps {
+namespace {
+
+using nlohmann::ordered_json;
+using Points = std::vector<sim::ResponsePoint>;
+
+constexpr double degrees = 57.29577951308232;
+
+const char* mode_of(const sim::ResponsePoint& point) {
+  return point.locked ? "locked" : point.stuck_share > 0.0 ? "stick-slip" : "slip";
+}
+
+std::string rows(const Points& points, const ResponseBand& band, const char* direction) {
+  std::string text;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const sim::ResponsePoint& point = points[k];
+    text += fmt::format(
+        "{},{:.6g},{:.9g},{},{:.9g},{},{:.6g}", direction, point.frequency_hz, point.x_m, mode_of(point), point.y_m,
+        std::isfinite(point.phase_rad) ? fmt::format("{:.6g}", degrees * point.phase_rad) : "", point.stuck_share);
+    if (!band.x_std_m.empty())
+      text += fmt::format(",{:.6g},{:.9g},{:.9g}", band.x_std_m[k], band.x_low_m[k], band.x_high_m[k]);
+    text += "\n";
+  }
+  return text;
+}
+
+ordered_json number_or_null(double value) {
+  return std::isfinite(value) ? ordered_json(value) : ordered_json();
+}
+
+ordered_json peak_json(const Points& points) {
+  const sim::ResponsePoint& peak = sim::peak(points);
+  return {{"f_hz", peak.frequency_hz}, {"amplitude_m", peak.x_m}, {"payload_amplitude_m", peak.y_m}};
+}
+
+/// The curve of one sweep, and dashed what bounds 95 % of the draws.
+void add_series(PlotPanel& panel, const Points& points, const char* label, PlotColour colour,
+                double sim::ResponsePoint::*amplitude, const std::vector<double>& low,
+                const std::vector<double>& high) {
+  const auto count = static_cast<Eigen::Index>(points.size());
+  PlotSeries line{label, Eigen::VectorXd(count), Eigen::VectorXd(count), PlotStyle::line, colour};
+  for (Eigen::Index k = 0; k < count; ++k) {
+    line.x[k] = points[static_cast<std::size_t>(k)].frequency_hz;
+    line.y[k] = 1e3 * (points[static_cast<std::size_t>(k)].*amplitude);
+  }
+  for (const auto* bound : {&low, &high})
+    if (!bound->empty())
+      panel.series.push_back({bound == &low ? fmt::format("{}, 95 % of draws", label) : "", line.x,
+                              1e3 * Eigen::Map<const Eigen::VectorXd>(bound->data(), count), PlotStyle::dashed,
+                              colour});
+  panel.series.push_back(std::move(line));
+}
+
+}  // namespace
+
+std::string response_csv(const ReportedResponse& reported) {
+  std::string text = "direction,f_hz,amplitude_m,mode,payload_amplitude_m,phase_deg,stuck_share";
+  if (!reported.up.x_std_m.empty()) text += ",amplitude_std_m,amplitude_low_m,amplitude_high_m";
+  return text + "\n" + rows(reported.response.up, reported.up, "up") +
+         rows(reported.response.down, reported.down, "down");
+}
+
+const std::array<ResponseEvent, 6>& response_events() {
+  using Jumps = sim::ResponseJumps;
+  static constexpr std::array<ResponseEvent, 6> events{
+      {{"up", "unlock_hz", "the locked payload breaks loose", &Jumps::unlock_up_hz},
+       {"up", "jump_hz", "the sliding payload jumps to more", &Jumps::jump_up_hz},
+       {"up", "fall_hz", "it falls to less", &Jumps::fall_up_hz},
+       {"down", "jump_hz", "it jumps to more", &Jumps::jump_down_hz},
+       {"down", "fall_hz", "it falls to less", &Jumps::fall_down_hz},
+       {"down", "lock_hz", "it locks", &Jumps::lock_down_hz}}};
+  return events;
+}
+
+ordered_json response_json(const sim::FrequencyResponse& response) {
+  ordered_json document{{"up", ordered_json::object()}, {"down", ordered_json::object()}};
+  for (const ResponseEvent& event : response_events())
+    document[event.way][event.key] = number_or_null(response.jumps.*event.frequency_hz);
+  document["up"]["peak"] = peak_json(response.up);
+  document["down"]["peak"] = peak_json(response.down);
+  return document;
+}
+
+std::string response_text(const sim::FrequencyResponse& response) {
+  std::string text;
+  for (const ResponseEvent& event : response_events()) {
+    const double hz = response.jumps.*event.frequency_hz;
+    text += fmt::format("  {:<5} {:<34} {}\n", event.way, event.sentence,
+                        std::isfinite(hz) ? fmt::format("{:.5g} Hz", hz) : "does not happen");
+  }
+  for (const auto& [way, points] : {std::pair{"up", &response.up}, std::pair{"down", &response.down}})
+    text += fmt::format("  {:<5} {:<34} {:.4g} mm at {:.5g} Hz\n", way, "largest relative amplitude",
+                        1e3 * sim::peak(*points).x_m, sim::peak(*points).frequency_hz);
+  return text;
+}
+
+PlotFigure response_figure(const ReportedResponse& reported, std::string_view title) {
+  PlotFigure figure;
+  figure.title = title;
+  figure.panels = {{.title = "payload", .x_label = "frequency (Hz)", .y_label = "amplitude of y (mm)", .series = {}},
+                   {.title = "relative", .x_label = "frequency (Hz)", .y_label = "amplitude of x (mm)", .series = {}}};
+  const auto add = [&](const Points& points, const ResponseBand& band, const char* label, PlotColour colour) {
+    add_series(figure.panels[0], points, label, colour, &sim::ResponsePoint::y_m, band.y_low_m, band.y_high_m);
+    add_series(figure.panels[1], points, label, colour, &sim::ResponsePoint::x_m, band.x_low_m, band.x_high_m);
+  };
+  add(reported.response.up, reported.up, "up", PlotColour::vermilion);
+  add(reported.response.down, reported.down, "down", PlotColour::blue);
+  return figure;
+}
+
+bool set_sweep_option(sim::FrequencyResponseOptions& options, std::string_view name, double value) {
+  if (name == "from_hz") return options.from_hz = value, true;
+  if (name == "to_hz") return options.to_hz = value, true;
+  if (name == "step_hz") return options.step_hz = value, true;
+  if (name == "dwell_s") return options.dwell_s = value, true;
+  if (name == "transition_s") return options.transition_s = value, true;
+  if (name == "amplitude_mm") return options.amplitude_m = 1e-3 * value, true;
+  return false;
+}
+
+ordered_json sweep_json(const sim::FrequencyResponseOptions& options) {
+  return {{"from_hz", options.from_hz},           {"to_hz", options.to_hz},
+          {"step_hz", options.step_hz},           {"dwell_s", options.dwell_s},
+          {"transition_s", options.transition_s}, {"amplitude_m", options.amplitude_m}};
+}
+
+std::string_view sweep_option_names() {
+  return "from_hz, to_hz, step_hz, dwell_s, transition_s, amplitude_mm";
+}
+
+}  // namespace apps

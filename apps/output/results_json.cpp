@@ -1,0 +1,420 @@
+#include "apps/output/results_json.hpp"
+
+#include <fmt/chrono.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "apps/judgement.hpp"
+#include "apps/output/report_text.hpp"
+#include "apps/process/printable.hpp"
+#include "apps/process/version.hpp"
+#include "apps/verdict.hpp"
+
+namespace apps {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string text_of(const Json& document) {
+  return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+/// A number, or null with the reason beside it.
+void put(Json& object, const std::string& key, double value, std::string_view reason) {
+  if (std::isfinite(value))
+    object[key] = value;
+  else {
+    object[key] = nullptr;
+    object[key + "_reason"] = reason;
+  }
+}
+
+void put(Json& object, const std::string& key, const Figure& figure) {
+  put(object, key, figure.value, figure.reason);
+}
+
+Json intervals_json(const std::vector<dsp::Interval>& intervals) {
+  Json result = Json::array();
+  for (const dsp::Interval& interval : intervals) result.push_back({interval.from_s, interval.to_s});
+  return result;
+}
+
+Json term_json(const ident::ModelTerm& term, std::string_view no_evidence) {
+  Json result{{"name", term.name}, {"mean", term.mean}};
+  put(result, "std", term.std, "no row is left to tell the noise");
+  put(result, "std_robust", term.std_robust, "too few rows");
+  put(result, "cov", term.coefficient_of_variation(),
+      term.mean == 0.0 ? "the coefficient is zero" : "no row is left to tell the noise");
+  result["unit"] = term.unit;
+  result["scale"] = term.scale;
+  result["mean_scaled"] = term.mean * term.scale;
+  put(result, "std_scaled", term.std * term.scale, "no row is left to tell the noise");
+  put(result, "t", term.t(), "the standard deviation is zero or unknown");
+  put(result, "evidence_gain", term.evidence_gain, no_evidence);
+  put(result, "inclusion_probability", term.inclusion_probability, no_evidence);
+  return result;
+}
+
+/// Rows of a matrix; null where an entry is not finite or there is none.
+Json matrix_json(const Eigen::MatrixXd& matrix) {
+  if (matrix.size() == 0 || !matrix.allFinite()) return {};
+  Json rows = Json::array();
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+    rows.push_back(Json::array());
+    for (Eigen::Index j = 0; j < matrix.cols(); ++j) rows.back().push_back(matrix(i, j));
+  }
+  return rows;
+}
+
+Json nmse_json(const JudgedFit& fit) {
+  Json result = Json::object();
+  put(result, "train", fit.train);
+  put(result, "test", fit.test);
+  put(result, "train_centred", fit.train_centred);
+  put(result, "test_centred", fit.test_centred);
+  if (fit.free_run.reason.empty())
+    result["free_run"] = fit.free_run.nmse;
+  else
+    result["free_run"] = nullptr;
+  result["free_run_reason"] = fit.free_run.reason.empty() ? Json() : Json(fit.free_run.reason);
+  return result;
+}
+
+/// A calibrated model has them near their names.
+Json bands_json(const JudgedFit& fit) {
+  Json result = Json::object();
+  const bool known = fit.bands_reason.empty();
+  for (const auto& [name, share] : {std::pair{"within_50", fit.bands.within_50},
+                                    {"within_90", fit.bands.within_90},
+                                    {"within_95", fit.bands.within_95}})
+    put(result, name, known ? share : std::nan(""), fit.bands_reason);
+  return result;
+}
+
+Json steps_json(const JudgedFit& fit, const std::vector<std::string>& terms) {
+  Json result = Json::array();
+  for (const ident::FitStep& step : fit.fit.steps) {
+    Json row{{"action", to_string(step.action)}};
+    const auto name = [&](Eigen::Index term) { return Json(terms[static_cast<std::size_t>(term)]); };
+    row["term"] = step.term < 0 ? Json() : name(step.term);
+    if (step.term < 0) row["term_reason"] = "all terms at once";
+    if (step.action == ident::FitAction::exchange) row["leaving"] = name(step.leaving);
+    if (step.action == ident::FitAction::start) {
+      row["terms"] = Json::array();
+      for (const Eigen::Index term : step.terms) row["terms"].push_back(name(term));
+    }
+    if (std::isfinite(step.penalty)) row["lambda"] = step.penalty;
+    put(row, "log_evidence", step.log_evidence, "not computed");
+    put(row, "noise_variance", step.noise_variance, "not computed");
+    result.push_back(std::move(row));
+  }
+  return result;
+}
+
+Json method_json(const JudgedFit& fit, const RangeResult& range, const IdentifyOptions& options) {
+  const std::string no_evidence = std::string(to_string(fit.fit.method)) + " computes no evidence";
+  const bool has_evidence = std::isfinite(fit.fit.log_evidence);
+  Json result{{"method", to_string(fit.fit.method)}};
+  result["selection"] = has_evidence ? Json(to_string(options.selection)) : Json();
+  if (!has_evidence) result["selection_reason"] = no_evidence;
+  put(result, "tau", has_evidence ? fit.fit.tau : std::nan(""), no_evidence);
+  result["status"] = to_string(fit.fit.status);
+  result["iterations"] = fit.fit.iterations;
+  result["discarded_iterations"] = fit.fit.discarded_iterations;
+  result["target"] = options.target;
+  result["terms"] = Json::array();
+  for (const ident::ModelTerm& term : fit.model.terms) result["terms"].push_back(term_json(term, no_evidence));
+  put(result, "noise_std", fit.model.noise_std, "no degree of freedom is left");
+  put(result, "log_evidence", fit.fit.log_evidence, no_evidence);
+  put(result, "condition_number", fit.fit.condition_number, "no term was selected");
+  put(result, "residual_whiteness", fit.whiteness.tested ? fit.whiteness.p_value : std::nan(""),
+      "too few rows, or no residual");
+  result["residual_white"] = fit.whiteness.tested ? Json(fit.whiteness.white) : Json();
+  put(result, "residual_peak_share", fit.whiteness.tested ? fit.whiteness.peak_share : std::nan(""),
+      "too few rows, or no residual");
+  result["nmse"] = nmse_json(fit);
+  result["bands"] = bands_json(fit);
+  result["free_run_stretches"] = fit.free_run.num_stretches;
+  result["seconds"] = {{"accumulate", range.accumulate_s}, {"solve", fit.solve_s}};
+  result["steps"] = steps_json(fit, range.terms);
+  return result;
+}
+
+Json check_json(const dsp::Check& check) {
+  Json result{{"name", check.name}, {"channel", printable(check.channel)}, {"status", to_string(check.status)}};
+  put(result, "value", check.value, "no single number says it");
+  put(result, "limit", check.limit, "there is none");
+  result["message"] = printable(check.message);
+  return result;
+}
+
+Json filter_json(const dsp::FilterSheet& sheet) {
+  Json stages = Json::array();
+  for (const dsp::FilterStage& stage : sheet.stages)
+    stages.push_back({{"up", stage.up},
+                      {"down", stage.down},
+                      {"input_rate_hz", stage.input_rate_hz},
+                      {"num_taps", stage.taps.size()}});
+  Json result{{"stages", std::move(stages)}};
+  put(result, "passband_ripple_db", sheet.passband_ripple_db, "not measured");
+  put(result, "alias_rejection_db", sheet.alias_rejection_db, "nothing folds");
+  put(result, "delay_removed_s", sheet.delay_s, "not measured");
+  put(result, "edge_s", sheet.edge_s, "not measured");
+  return result;
+}
+
+Json pair_json(const dsp::SensorRelation& relation) {
+  Json result{{"name", relation.name}};
+  const bool known = relation.reason.empty();
+  put(result, "gain", known ? relation.sign * relation.gain : std::nan(""), relation.reason);
+  put(result, "gain_std", known ? relation.gain_std : std::nan(""), relation.reason);
+  put(result, "lag_s", known ? relation.lag_s : std::nan(""), relation.reason);
+  put(result, "lag_std_s", known ? relation.lag_std_s : std::nan(""), relation.reason);
+  result["highpass_hz"] = relation.highpass_hz;
+  result["highpass_std_hz"] = relation.highpass_std_hz;
+  put(result, "residual", known ? relation.residual : std::nan(""), relation.reason);
+  return result;
+}
+
+Json power_json(const PowerCheck& power) {
+  const auto pair = [](double low, double high) {
+    Json result = Json::object();
+    put(result, "low", low, "no such regime");
+    put(result, "high", high, "no such regime");
+    return result;
+  };
+  return {{"raw", pair(power.raw_low, power.raw_high)}, {"corrected", pair(power.corrected_low, power.corrected_high)}};
+}
+
+Json segmentation_json(const dsp::Segmentation& segmentation) {
+  const dsp::SegmentOptions& options = segmentation.options;
+  Json result = Json::object();
+  const bool found = segmentation.envelope_m.size() > 0;
+  const auto threshold = [&](const char* key, double value) {
+    put(result, key, found ? value : std::nan(""), found ? "all motion is of one regime" : "regimes come from a file");
+  };
+  threshold("stick_speed_m_per_s", options.stick_speed_m_per_s);
+  threshold("stick_duration_s", options.stick_duration_s);
+  threshold("stick_halt_s", options.stick_halt_s);
+  threshold("stick_margin_s", options.stick_margin_s);
+  threshold("high_enter_m", options.high_enter_m);
+  threshold("high_leave_m", options.high_leave_m);
+  result["remarks"] = segmentation.remarks;
+  return result;
+}
+
+Json motion_json(const dsp::Prepared& recording) {
+  Json result{{"recording", printable(recording.name)},
+              {"rate_hz", recording.signals.sample_rate_hz},
+              {"bus_rate_hz", recording.bus.sample_rate_hz},
+              {"num_samples", recording.signals.num_samples()},
+              {"edge_samples", recording.signals.edge_samples}};
+  put(result, "dropped_power_fraction", recording.bus.dropped_power_fraction, "not computed");
+  result["decimation"] = recording.decimation ? filter_json(*recording.decimation) : Json();
+  if (!recording.decimation) result["decimation_reason"] = "the record stays at its own rate";
+  return result;
+}
+
+Json channel_json(const dsp::Channel& channel) {
+  return {{"name", printable(channel.name)},  {"role", to_string(channel.role)}, {"unit", printable(channel.unit)},
+          {"calibrated", channel.calibrated}, {"delay_s", channel.delay_s},      {"highpass_hz", channel.highpass_hz}};
+}
+
+Json calibration_json(const std::vector<std::string>& uncalibrated) {
+  Json result{{"calibrated", uncalibrated.empty()}};
+  if (uncalibrated.empty()) return result;
+  result["uncalibrated"] = Json::array();
+  for (const std::string& channel : uncalibrated) result["uncalibrated"].push_back(printable(channel));
+  return result;
+}
+
+/// The checks of all recordings, each with its recording.
+Json recorded_checks(const std::vector<Input>& inputs) {
+  Json result = Json::array();
+  for (const Input& input : inputs)
+    for (const dsp::Check& check : input.prepared.checks) {
+      result.push_back(check_json(check));
+      result.back()["recording"] = printable(input.prepared.name);
+    }
+  return result;
+}
+
+}  // namespace
+
+std::string_view to_string(dsp::CheckStatus status) {
+  constexpr std::string_view words[] = {"ok", "note", "warning", "failed"};
+  return words[static_cast<int>(status)];
+}
+
+std::string metrics_json(const std::vector<RangeResult>& ranges, const IdentifyOptions& options) {
+  Json document = calibration_json(uncalibrated_channels(ranges));
+  document["ranges"] = Json::array();
+  for (const RangeResult& range : ranges) {
+    Json row{{"name", printable(range.spec.name)}, {"regime", range.regime.empty() ? Json() : Json(range.regime)}};
+    if (range.regime.empty()) row["regime_reason"] = "the range is given by time, not by regime";
+    row["train_s"] = intervals_json(range.rows.train_s);
+    row["test_s"] = intervals_json(range.rows.test_s);
+    row["num_train"] = range.rows.train.size();
+    row["num_test"] = range.rows.test.size();
+    row["where"] = range.spec.where;
+    row["left_out"] = Json::array();
+    for (const DroppedTerm& term : range.dropped)
+      row["left_out"].push_back({{"name", term.name}, {"reason", term.reason}});
+    row["methods"] = Json::array();
+    for (const JudgedFit& fit : range.fits) row["methods"].push_back(method_json(fit, range, options));
+    document["ranges"].push_back(std::move(row));
+  }
+  return text_of(document);
+}
+
+std::string equation_json(const std::vector<RangeResult>& ranges) {
+  Json document = calibration_json(uncalibrated_channels(ranges));
+  document["equations"] = document["disagreements"] = Json::array();
+  for (std::size_t place = 0; place < ranges.size(); ++place)
+    for (std::size_t method = 0; method < ranges[place].fits.size(); ++method) {
+      const RangeResult& range = ranges[place];
+      const JudgedFit& fit = range.fits[method];
+      const Judgement judgement = judge(fit);
+      const Verdict words = verdict(ranges, place, method);
+      Json row{{"range", printable(range.spec.name)},
+               {"method", to_string(fit.fit.method)},
+               {"target", fit.model.target},
+               {"target_unit", fit.model.target_unit},
+               {"text", ident::to_text(fit.model)},
+               {"latex", ident::to_latex(fit.model)},
+               {"trust", to_string(judgement.trust)},
+               {"remarks", judgement.remarks},
+               {"describes", to_string(words.describes)},
+               {"verdict", printable(words.sentence)}};
+      row["terms"] = Json::array();
+      for (const ident::ModelTerm& term : fit.model.terms)
+        row["terms"].push_back(term_json(term, std::string(to_string(fit.fit.method)) + " computes no evidence"));
+      row["covariance"] = matrix_json(fit.model.covariance);
+      row["covariance_robust"] = matrix_json(fit.model.covariance_robust);
+      document["equations"].push_back(std::move(row));
+    }
+  for (const RangeDisagreement& pair : compare_ranges(ranges)) {
+    Json row{{"method", pair.method},
+             {"ranges", {printable(pair.range_a), printable(pair.range_b)}},
+             {"terms", Json::array()}};
+    for (const ident::Disagreement& term : pair.terms)
+      row["terms"].push_back({{"name", term.term}, {"sentence", printable(term.sentence)}});
+    document["disagreements"].push_back(std::move(row));
+  }
+  return text_of(document);
+}
+
+std::string quality_json(const std::vector<Input>& inputs) {
+  std::vector<std::string> raw;
+  for (const Input& input : inputs)
+    for (const std::string& channel : input.prepared.signals.uncalibrated)
+      raw.push_back(input.prepared.name + ": " + channel);
+  Json document = calibration_json(raw);
+  document["checks"] = recorded_checks(inputs);
+  document["pairs"] = Json::array();
+  document["power_check"] = nullptr;
+  document["power_check_reason"] = "displacement and acceleration of one body were not both measured";
+  document["motion"] = Json::array();
+  for (const Input& input : inputs) {
+    for (const dsp::SensorRelation& relation : input.prepared.relations)
+      document["pairs"].push_back(pair_json(relation));
+    document["motion"].push_back(motion_json(input.prepared));
+    if (!input.segmentation.segments.empty())
+      document["motion"].back()["segmentation"] = segmentation_json(input.segmentation);
+    if (!input.power || !document["power_check"].is_null()) continue;
+    document["power_check"] = power_json(*input.power);
+    document["power_check_reason"] = nullptr;
+  }
+  return text_of(document);
+}
+
+std::string checks_json(const std::vector<Input>& inputs) {
+  return text_of({{"checks", recorded_checks(inputs)}});
+}
+
+std::string fault_json(std::string_view name, std::string_view kind, int exit_code, std::string_view message,
+                       std::string_view lines) {
+  Json error{{"name", name}, {"kind", kind}, {"exit_code", exit_code}, {"message", printable(message)}};
+  if (!lines.empty()) error["lines"] = lines;
+  return text_of({{"error", std::move(error)}});
+}
+
+std::string info_json(const std::vector<RecordingInfo>& recordings) {
+  Json document{{"recordings", Json::array()}};
+  for (const RecordingInfo& info : recordings) {
+    Json row{{"file", printable(info.file)},
+             {"container", info.container},
+             {"rate_hz", info.sample_rate_hz},
+             {"num_samples", info.num_samples},
+             {"duration_s", static_cast<double>(info.num_samples) / info.sample_rate_hz}};
+    row["sidecar"] = info.sidecar.empty() ? Json() : Json(printable(info.sidecar));
+    row["channels"] = Json::array();
+    for (const dsp::Channel& channel : info.channels) row["channels"].push_back(channel_json(channel));
+    row["ranges"] = Json::array();
+    for (const dsp::RangeSpec& range : info.ranges) {
+      Json spec{{"name", printable(range.name)}, {"from_s", range.from_s}};
+      put(spec, "to_s", range.to_s, "to the end");
+      row["ranges"].push_back(std::move(spec));
+    }
+    row["bad"] = Json::array();
+    for (const dsp::Interval& bad : info.bad)
+      row["bad"].push_back({{"from_s", bad.from_s}, {"to_s", bad.to_s}, {"why", printable(bad.why)}});
+    row["checks"] = Json::array();
+    for (const dsp::Check& check : info.checks) row["checks"].push_back(check_json(check));
+    document["recordings"].push_back(std::move(row));
+  }
+  return text_of(document);
+}
+
+std::string files_json(const std::vector<std::string>& files) {
+  Json document{{"files", Json::array()}};
+  for (const std::string& file : files) document["files"].push_back(printable(file));
+  return text_of(document);
+}
+
+std::string terms_json(const std::vector<ident::FunctionHelp>& signals,
+                       const std::vector<ident::FunctionHelp>& functions) {
+  const auto list = [](const std::vector<ident::FunctionHelp>& entries) {
+    Json result = Json::array();
+    for (const ident::FunctionHelp& entry : entries)
+      result.push_back({{"name", entry.name}, {"meaning", entry.meaning}});
+    return result;
+  };
+  return text_of({{"signals", list(signals)}, {"functions", list(functions)}});
+}
+
+std::string manifest_json(const Manifest& manifest) {
+  Json document{{"schema", 1},
+                {"program", "ardent"},
+                {"version", version()},
+                {"build", build_flags()},
+                {"libraries", Json::object()}};
+  for (const LibraryVersion& library : library_versions()) document["libraries"][library.name] = library.version;
+  document["command"] = manifest.command;
+  document["arguments"] = Json::array();
+  for (const std::string& argument : manifest.arguments) document["arguments"].push_back(printable(argument));
+  document["seed"] = manifest.seed;
+  document["started_utc"] = manifest.started_utc;
+  document["finished_utc"] = manifest.finished_utc;
+  document["calibrated"] = manifest.calibrated;
+  document["warnings"] = Json::array();
+  for (const std::string& warning : manifest.warnings) document["warnings"].push_back(printable(warning));
+  const auto files = [](const std::vector<ManifestFile>& list) {
+    Json result = Json::array();
+    for (const ManifestFile& file : list) result.push_back({{"path", printable(file.path)}, {"sha256", file.sha256}});
+    return result;
+  };
+  document["inputs"] = files(manifest.inputs);
+  document["outputs"] = files(manifest.outputs);
+  return text_of(document);
+}
+
+std::string utc_now() {
+  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}",
+                     fmt::gmtime(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now())));
+}
+
+}  // namespace apps

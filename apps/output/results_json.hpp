@@ -1,0 +1,60 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "apps/config/inputs.hpp"
+#include "apps/identify.hpp"
+#include "dsp/fault.hpp"
+#include "dsp/prepare.hpp"
+
+namespace apps {
+
+// The documents of a run folder, with the keys that scripts rely on. Numbers that do not exist are null with
+// KEY_reason beside them; text is made valid UTF-8.
+
+[[nodiscard]] std::string metrics_json(const std::vector<RangeResult>& ranges, const IdentifyOptions& options);
+[[nodiscard]] std::string equation_json(const std::vector<RangeResult>& ranges);
+[[nodiscard]] std::string quality_json(const std::vector<Input>& inputs);
+[[nodiscard]] std::string_view to_string(dsp::CheckStatus status);  ///< "ok", "note", "warning", "failed"
+/// What `ardent check --json` prints.
+[[nodiscard]] std::string checks_json(const std::vector<Input>& inputs);
+/// `lines`: what the fault wants added to a file; left out where empty.
+[[nodiscard]] std::string fault_json(std::string_view name, std::string_view kind, int exit_code,
+                                     std::string_view message, std::string_view lines);
+
+/// One recording as `ardent info` shows it.
+struct RecordingInfo {
+  std::string file, container, sidecar;  ///< sidecar empty: none found
+  double sample_rate_hz = 0.0;
+  long long num_samples = 0;
+  std::vector<dsp::Channel> channels;
+  std::vector<dsp::Interval> bad;
+  std::vector<dsp::Check> checks;
+  std::vector<dsp::RangeSpec> ranges;
+};
+[[nodiscard]] std::string info_json(const std::vector<RecordingInfo>& recordings);
+
+/// What `ardent init --json` prints: the files it wrote.
+[[nodiscard]] std::string files_json(const std::vector<std::string>& files);
+
+/// What `ardent terms --json` prints.
+[[nodiscard]] std::string terms_json(const std::vector<ident::FunctionHelp>& signals,
+                                     const std::vector<ident::FunctionHelp>& functions);
+
+struct ManifestFile {
+  std::string path, sha256;
+};
+struct Manifest {
+  std::string command, started_utc, finished_utc;
+  std::vector<std::string> arguments, warnings;
+  std::vector<ManifestFile> inputs, outputs;  ///< paths relative to the run folder
+  unsigned long long seed = 1;
+  bool calibrated = true;  ///< false: some numbers are raw
+};
+[[nodiscard]] std::string manifest_json(const Manifest& manifest);
+/// Now, as the manifest writes it: 2026-01-31T12:00:00Z.
+[[nodiscard]] std::string utc_now();
+
+}  // namespace apps

@@ -1,0 +1,216 @@
+#include "apps/output/segments_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "apps/process/printable.hpp"
+
+namespace apps {
+namespace fs = std::filesystem;
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Eigen::Index;
+
+/// Both ends of a record, where they are spoilt.
+std::vector<dsp::Interval> edges_of(const dsp::Motion& signals) {
+  const double end = static_cast<double>(signals.num_samples()) / signals.sample_rate_hz;
+  const double edge = static_cast<double>(signals.edge_samples) / signals.sample_rate_hz;
+  if (edge == 0.0) return {};
+  const char* why = "filters and derivatives lean on samples predicted beyond the record";
+  return {{0.0, edge, why}, {end - edge, end, why}};
+}
+
+/// What is left of a stretch outside of the excluded ones, in order of time.
+std::vector<LabelledStretch> outside(const LabelledStretch& stretch, std::vector<dsp::Interval> excluded) {
+  std::sort(excluded.begin(), excluded.end(), [](const auto& a, const auto& b) { return a.from_s < b.from_s; });
+  std::vector<LabelledStretch> left;
+  LabelledStretch rest = stretch;
+  const auto keep_until = [&](double end_s) {
+    LabelledStretch part = rest;
+    part.to_s = std::min(end_s, rest.to_s);
+    if (part.from_s < part.to_s) left.push_back(part);
+  };
+  for (const dsp::Interval& interval : excluded) {
+    keep_until(interval.from_s);
+    rest.from_s = std::max(rest.from_s, interval.to_s);
+  }
+  keep_until(stretch.to_s);
+  return left;
+}
+
+std::vector<LabelledStretch> stretches_of(const Input& input) {
+  const dsp::Motion &signals = input.prepared.signals, &bus = input.prepared.bus;
+  std::vector<dsp::Interval> excluded = input.prepared.excluded;
+  for (const dsp::Interval& edge : edges_of(signals)) excluded.push_back(edge);
+  std::vector<LabelledStretch> stretches;
+  for (const dsp::Interval& interval : excluded)
+    stretches.push_back({dsp::Regime::excluded, interval.from_s, interval.to_s, interval.why, {}});
+  for (const dsp::Segment& segment : input.segmentation.segments) {
+    if (segment.regime == dsp::Regime::excluded) continue;
+    const LabelledStretch whole{segment.regime,
+                                static_cast<double>(segment.first) / bus.sample_rate_hz,
+                                static_cast<double>(segment.last) / bus.sample_rate_hz,
+                                segment.reason,
+                                {}};
+    for (LabelledStretch& part : outside(whole, excluded)) stretches.push_back(std::move(part));
+  }
+  std::stable_sort(stretches.begin(), stretches.end(),
+                   [](const auto& a, const auto& b) { return a.from_s < b.from_s; });
+  return stretches;
+}
+
+dsp::Fault segments_fault(std::string name, const fs::path& file, std::size_t number, const std::string& what) {
+  const std::string place = number == 0 ? file.string() : fmt::format("{}: stretch {}", file.string(), number);
+  return {dsp::FaultKind::usage, std::move(name), fmt::format("{}: {}.", place, what)};
+}
+
+LabelledStretch read_stretch(const Json& row, const fs::path& file, std::size_t number) {
+  const auto wrong = [&](std::string name, const std::string& what) {
+    return segments_fault(std::move(name), file, number, what);
+  };
+  if (!row.is_object()) throw wrong("segments.syntax", "want {\"label\": ..., \"from_s\": ..., \"to_s\": ...}");
+  for (const auto& [key, value] : row.items())
+    if (key != "label" && key != "from_s" && key != "to_s" && key != "reason" && key != "recording")
+      throw wrong("segments.syntax",
+                  fmt::format("unknown key '{}', want label, from_s, to_s, reason, recording", printable(key, 80)));
+  const auto text = [&](const char* key) {
+    if (!row.contains(key)) return std::string();
+    if (!row[key].is_string()) throw wrong("segments.syntax", fmt::format("{} is no text in quotes", key));
+    return row[key].get<std::string>();
+  };
+  const auto seconds = [&](const char* key) {
+    if (!row.contains(key) || !row[key].is_number()) throw wrong("segments.time", fmt::format("{} is no number", key));
+    return row[key].get<double>();
+  };
+  LabelledStretch stretch{dsp::Regime::excluded, seconds("from_s"), seconds("to_s"), text("reason"), text("recording")};
+  try {
+    stretch.label = dsp::regime_from_string(text("label"));
+  } catch (const std::invalid_argument&) {
+    throw wrong("segments.label",
+                fmt::format("label '{}', want low, high, stick or excluded", printable(text("label"), 80)));
+  }
+  if (!(stretch.from_s >= 0.0 && stretch.from_s < stretch.to_s))
+    throw wrong("segments.time",
+                fmt::format("from_s {:g} and to_s {:g}, want 0 <= from_s < to_s", stretch.from_s, stretch.to_s));
+  return stretch;
+}
+
+bool known(const dsp::Interval& stretch, const std::vector<dsp::Interval>& excluded) {
+  constexpr double rounding_s = 1e-6;
+  return std::any_of(excluded.begin(), excluded.end(), [&](const dsp::Interval& other) {
+    return other.from_s <= stretch.from_s + rounding_s && other.to_s >= stretch.to_s - rounding_s;
+  });
+}
+
+void exclude(dsp::Prepared& prepared, const dsp::Interval& stretch) {
+  dsp::mark(prepared.bus, stretch);
+  dsp::mark(prepared.signals, stretch);
+  prepared.excluded.push_back(stretch);
+}
+
+/// Samples [first, last) of a stretch: a time on a sample up to rounding is that sample.
+dsp::Segment samples_of(const LabelledStretch& stretch, const dsp::Motion& bus) {
+  const auto sample = [&](double t_s) {
+    const double place = std::ceil(t_s * bus.sample_rate_hz - 1e-6);
+    return static_cast<Index>(std::min(place, static_cast<double>(bus.num_samples())));
+  };
+  return {stretch.label, sample(stretch.from_s), sample(stretch.to_s), stretch.reason};
+}
+
+/// What each sample belongs to, as an index into the segments; -1: none of them. Excluded wins, then the later one.
+std::vector<int> owners(const std::vector<dsp::Segment>& segments, Index num_samples) {
+  std::vector<int> owner(static_cast<std::size_t>(num_samples), -1);
+  for (const bool excluded : {false, true})
+    for (std::size_t i = 0; i < segments.size(); ++i)
+      if ((segments[i].regime == dsp::Regime::excluded) == excluded)
+        std::fill(owner.begin() + segments[i].first, owner.begin() + segments[i].last, static_cast<int>(i));
+  return owner;
+}
+
+}  // namespace
+
+std::string segments_json(const std::vector<Input>& inputs) {
+  std::string text;
+  for (const Input& input : inputs)
+    for (const LabelledStretch& stretch : stretches_of(input)) {
+      Json row{{"label", to_string(stretch.label)},
+               {"from_s", stretch.from_s},
+               {"to_s", stretch.to_s},
+               {"reason", printable(stretch.reason)}};
+      if (inputs.size() > 1) row["recording"] = printable(input.prepared.name);
+      text += (text.empty() ? "  " : ",\n  ") + row.dump(-1, ' ', false, Json::error_handler_t::replace);
+    }
+  return text.empty() ? "[]\n" : "[\n" + text + "\n]\n";
+}
+
+std::vector<LabelledStretch> read_segments(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  if (!in) throw segments_fault("segments.syntax", file, 0, "cannot be read");
+  Json document;
+  try {
+    document = Json::parse(bytes);
+  } catch (const Json::parse_error& error) {
+    const auto line =
+        1 + std::count(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, bytes.size())),
+                       '\n');
+    throw segments_fault("segments.syntax", file, 0,
+                         fmt::format("no JSON at line {}: a comma or a bracket is missing "
+                                     "or too many",
+                                     line));
+  }
+  if (!document.is_array() || document.empty())
+    throw segments_fault("segments.syntax", file, 0, "want a list of stretches in [ ]");
+  std::vector<LabelledStretch> stretches;
+  for (std::size_t i = 0; i < document.size(); ++i) stretches.push_back(read_stretch(document[i], file, i + 1));
+  return stretches;
+}
+
+dsp::Segmentation apply_segments(const std::vector<LabelledStretch>& stretches, const fs::path& file,
+                                 dsp::Prepared& prepared) {
+  const std::vector<dsp::Interval> edges = edges_of(prepared.signals);
+  std::vector<dsp::Segment> asked;
+  for (const LabelledStretch& stretch : stretches) {
+    const bool meant = stretch.recording.empty() || stretch.recording == printable(prepared.name);
+    const bool is_edge =
+        stretch.label == dsp::Regime::excluded && known({stretch.from_s, stretch.to_s, {}}, edges);  // set aside anyway
+    if (meant && !is_edge) asked.push_back(samples_of(stretch, prepared.bus));
+  }
+  if (asked.empty())
+    throw segments_fault("segments.recording", file, 0,
+                         fmt::format("no stretch is meant for {}", printable(prepared.name)));
+  asked.push_back({dsp::Regime::excluded, 0, 0, fmt::format("no stretch of {} covers it", file.filename().string())});
+  const auto nowhere = static_cast<int>(asked.size()) - 1;
+  std::vector<int> owner = owners(asked, prepared.bus.num_samples());
+  std::replace(owner.begin(), owner.end(), -1, nowhere);
+
+  dsp::Segmentation result;
+  result.remarks = {fmt::format("regimes as in {}", file.filename().string())};
+  const std::vector<unsigned char> ruled_out = prepared.bus.excluded;
+  const auto label = [&](std::size_t i) {
+    return ruled_out[i] != 0 ? dsp::Regime::excluded : asked[static_cast<std::size_t>(owner[i])].regime;
+  };
+  for (std::size_t i = 0; i < owner.size(); ++i) {
+    const auto place = static_cast<Index>(i);
+    if (i == 0 || owner[i] != owner[i - 1] || label(i) != label(i - 1))
+      result.segments.push_back({label(i), place, place, asked[static_cast<std::size_t>(owner[i])].reason});
+    result.segments.back().last = place + 1;
+  }
+  std::vector<dsp::Interval> ruled_out_s = edges;
+  ruled_out_s.insert(ruled_out_s.end(), prepared.excluded.begin(), prepared.excluded.end());
+  for (const dsp::Segment& segment : result.segments) {
+    const double rate_hz = prepared.bus.sample_rate_hz;
+    const dsp::Interval stretch{static_cast<double>(segment.first) / rate_hz,
+                                static_cast<double>(segment.last - 1) / rate_hz, segment.reason};
+    if (segment.regime == dsp::Regime::excluded && !known(stretch, ruled_out_s)) exclude(prepared, stretch);
+  }
+  return result;
+}
+
+}  // namespace apps

@@ -1,0 +1,69 @@
+#include "apps/output/steps_table.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <sstream>
+
+#include "apps/output/tables.hpp"
+#include "dsp/fault.hpp"
+
+namespace apps {
+namespace {
+
+constexpr const char* header =
+    "recording,from_s,to_s,f_hz,drive_amplitude,amplitude_m,payload_amplitude_m,phase_deg,direction,mode,"
+    "drive_distortion,tag";
+constexpr double degrees = 57.29577951308232;
+
+std::string cell(double value) {
+  return std::isfinite(value) ? fmt::format("{:.9g}", value) : "";
+}
+
+}  // namespace
+
+std::string steps_csv(const std::vector<RecordingSteps>& recordings) {
+  std::string text = std::string(header) + "\n";
+  for (const auto& [name, steps] : recordings)
+    for (const dsp::SteadyStep& s : steps)
+      text += fmt::format("{},{:.6f},{:.6f},{:.7g},{},{},{},{},{},{},{:.4g},{}\n", text_cell(name), s.from_s, s.to_s,
+                          s.frequency_hz, cell(s.drive), cell(s.x_m), cell(s.y_m), cell(degrees * s.phase_rad),
+                          s.direction > 0   ? "up"
+                          : s.direction < 0 ? "down"
+                                            : "",
+                          s.locked  ? "locked"
+                          : s.stops ? "stick-slip"
+                                    : "slip",
+                          s.drive_distortion, to_string(s.tag));
+  return text;
+}
+
+std::vector<StepPoint> read_final_steps(const std::filesystem::path& run) {
+  std::ifstream in(run / "steps.csv", std::ios::binary);
+  std::vector<StepPoint> points;
+  std::string line;
+  if (!in || !std::getline(in, line)) return points;
+  const auto damaged = [&](std::string_view what) {
+    return dsp::Fault(dsp::FaultKind::input, "run.damaged", fmt::format("{}: {}", (run / "steps.csv").string(), what));
+  };
+  if (line != header) throw damaged("not the columns of a stepped sine");
+  while (std::getline(in, line)) {
+    std::vector<std::string> cells;
+    std::istringstream row(line.substr(line.rfind('"') == std::string::npos ? 0 : line.rfind('"') + 1));
+    for (std::string one; std::getline(row, one, ',');) cells.push_back(one);
+    if (cells.size() != 12) throw damaged(fmt::format("row {} has {} cells, not 12", points.size() + 2, cells.size()));
+    if (cells[11] != "final") continue;
+    try {
+      points.push_back({std::stod(cells[3]), std::stod(cells[4]), std::stod(cells[5]),
+                        cells[6].empty() ? std::numeric_limits<double>::quiet_NaN() : std::stod(cells[6]),
+                        cells[8] == "up", cells[9] == "locked"});
+    } catch (const std::exception&) {
+      throw damaged("a number is missing or is none: " + line);
+    }
+  }
+  return points;
+}
+
+}  // namespace apps

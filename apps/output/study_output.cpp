@@ -1,0 +1,252 @@
+#include "apps/output/study_output.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "apps/output/svg_plot.hpp"
+#include "apps/output/tables.hpp"
+
+namespace apps {
+namespace {
+
+using Eigen::Index;
+using nlohmann::ordered_json;
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+double value_of(const Figure& figure) {
+  return figure.reason.empty() ? figure.value : nan;
+}
+
+std::string shown(double value) {
+  return std::isfinite(value) ? fmt::format("{:.3g}", value) : "none";
+}
+
+std::vector<std::string> kept(const JudgedFit& fit) {
+  std::vector<std::string> names;
+  for (const ident::ModelTerm& term : fit.model.terms) names.push_back(term.name);
+  return names;
+}
+
+/// What one term was through the study.
+struct Persistence {
+  std::string term;
+  int kept = 0;
+  double least = HUGE_VAL, greatest = -HUGE_VAL;
+};
+
+/// All fits of one range by one method.
+struct Series {
+  std::string range, method;
+  std::vector<const JudgedFit*> fits;
+  std::vector<Persistence> terms;  ///< in the order of the largest library
+};
+
+std::vector<Series> series_of(const std::vector<StudyResult>& results) {
+  std::vector<Series> all;
+  for (const StudyResult& result : results)
+    for (const StudyRange& range : result.ranges)
+      for (const JudgedFit& fit : range.fits) {
+        const std::string method(to_string(fit.fit.method));
+        auto at = std::find_if(all.begin(), all.end(),
+                               [&](const Series& s) { return s.range == range.name && s.method == method; });
+        if (at == all.end()) at = all.insert(all.end(), {range.name, method, {}, {}});
+        at->fits.push_back(&fit);
+        for (const std::string& name : range.terms)
+          if (std::none_of(at->terms.begin(), at->terms.end(), [&](const auto& term) { return term.term == name; }))
+            at->terms.push_back({name});
+        for (const ident::ModelTerm& term : fit.model.terms)
+          for (Persistence& one : at->terms)
+            if (one.term == term.name) {
+              ++one.kept;
+              one.least = std::min(one.least, term.mean);
+              one.greatest = std::max(one.greatest, term.mean);
+            }
+      }
+  return all;
+}
+
+std::string persistence_text(const Series& series) {
+  std::string text = fmt::format("{}, {}: kept in how many of {} settings, and between which coefficients\n",
+                                 series.range, series.method, series.fits.size());
+  for (const Persistence& term : series.terms) {
+    if (term.kept == 0) continue;
+    text += fmt::format("  {:<12} {:>4}  {:.4g} to {:.4g}{}\n", term.term, term.kept, term.least, term.greatest,
+                        term.least * term.greatest < 0.0 ? ", changes sign" : "");
+  }
+  return text;
+}
+
+/// The fit that a figure shows of a cell: by the first method there.
+const JudgedFit* shown_fit(const StudyResult& result, std::size_t range) {
+  return range < result.ranges.size() && !result.ranges[range].fits.empty() ? &result.ranges[range].fits.front()
+                                                                            : nullptr;
+}
+
+double exponent(double nmse) {
+  return nmse > 0.0 ? std::log10(nmse) : nan;
+}
+
+PlotPanel errors_panel(const std::vector<const StudyResult*>& cells, std::size_t range, const std::string& title,
+                       const std::vector<std::string>& names) {
+  const auto n = static_cast<Index>(cells.size());
+  PlotPanel panel{title, "", "log10 NMSE", {}, std::pair{-0.5, static_cast<double>(n) - 0.5}, {}, names, {}};
+  const auto add = [&](const char* label, PlotColour colour, auto&& nmse) {
+    PlotSeries line{label, Eigen::VectorXd::LinSpaced(n, 0.0, static_cast<double>(n - 1)), Eigen::VectorXd(n),
+                    PlotStyle::line, colour};
+    for (Index i = 0; i < n; ++i) {
+      const JudgedFit* fit = shown_fit(*cells[static_cast<std::size_t>(i)], range);
+      line.y(i) = fit == nullptr ? nan : exponent(nmse(*fit));
+    }
+    PlotSeries dots{"", line.x, line.y, PlotStyle::points, colour};
+    panel.series.push_back(std::move(line));
+    panel.series.push_back(std::move(dots));
+  };
+  add("train", PlotColour::black, [](const JudgedFit& fit) { return value_of(fit.train); });
+  add("test", PlotColour::vermilion, [](const JudgedFit& fit) { return value_of(fit.test); });
+  add("free run", PlotColour::blue, [](const JudgedFit& fit) { return fit.free_run.nmse; });
+  double low = 0.0, high = -12.0;
+  for (const PlotSeries& series : panel.series)
+    for (const double value : series.y)
+      if (std::isfinite(value)) low = std::min(low, value), high = std::max(high, value);
+  panel.y_limits = {low - 0.3, std::max(high, low) + 0.3 + 0.35 * (std::max(high, low) - low + 1.0)};
+  return panel;
+}
+
+PlotPanel terms_panel(const std::vector<const StudyResult*>& cells, std::size_t range,
+                      const std::vector<std::string>& terms, const std::vector<std::string>& names) {
+  PlotPanel panel{"terms kept",
+                  "",
+                  "",
+                  {},
+                  std::pair{-0.5, static_cast<double>(cells.size()) - 0.5},
+                  std::pair{-0.5, static_cast<double>(terms.size()) - 0.5},
+                  names,
+                  terms};
+  for (const bool positive : {true, false}) {
+    std::vector<double> x, y;
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      const JudgedFit* fit = shown_fit(*cells[i], range);
+      if (fit == nullptr) continue;
+      for (const ident::ModelTerm& term : fit->model.terms)
+        if ((term.mean > 0.0) == positive) {
+          x.push_back(static_cast<double>(i));
+          y.push_back(static_cast<double>(std::find(terms.begin(), terms.end(), term.name) - terms.begin()));
+        }
+    }
+    const auto vector = [](const std::vector<double>& v) {
+      return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(v.data(), static_cast<Index>(v.size())));
+    };
+    panel.series.push_back(
+        {"", vector(x), vector(y), PlotStyle::points, positive ? PlotColour::vermilion : PlotColour::blue});
+  }
+  return panel;
+}
+
+}  // namespace
+
+std::string study_text(const std::vector<StudyResult>& results, const std::vector<StudyAxis>& axes) {
+  std::string text;
+  for (const StudyAxis& axis : axes) text += fmt::format("{}: {}\n", axis.key, fmt::join(axis.values, ", "));
+  std::size_t width = 8;
+  for (const StudyResult& result : results) width = std::max(width, result.cell.label().size());
+  text += fmt::format("\n{:<{}}  {:<8} {:<9} {:>5} {:>9} {:>9} {:>9}  {}\n", "setting", width, "range", "method",
+                      "terms", "train", "test", "free run", "kept");
+  for (const StudyResult& result : results) {
+    if (!result.trouble.empty()) text += fmt::format("{:<{}}  {}\n", result.cell.label(), width, result.trouble);
+    for (const StudyRange& range : result.ranges)
+      for (const JudgedFit& fit : range.fits)
+        text += fmt::format("{:<{}}  {:<8} {:<9} {:>5} {:>9} {:>9} {:>9}  {}\n", result.cell.label(), width, range.name,
+                            to_string(fit.fit.method), fit.model.terms.size(), shown(value_of(fit.train)),
+                            shown(value_of(fit.test)), shown(fit.free_run.nmse), fmt::join(kept(fit), " "));
+  }
+  for (const Series& series : series_of(results)) text += "\n" + persistence_text(series);
+  return text;
+}
+
+std::string study_csv(const std::vector<StudyResult>& results) {
+  const auto cell = [](double value) { return std::isfinite(value) ? fmt::format("{:.17g}", value) : std::string(); };
+  std::string text = "setting,range,method,num_terms,nmse_train,nmse_test,nmse_free_run,terms\n";
+  for (const StudyResult& result : results)
+    for (const StudyRange& range : result.ranges)
+      for (const JudgedFit& fit : range.fits)
+        text += fmt::format("{},{},{},{},{},{},{},{}\n", text_cell(result.cell.label()), text_cell(range.name),
+                            to_string(fit.fit.method), fit.model.terms.size(), cell(value_of(fit.train)),
+                            cell(value_of(fit.test)), cell(fit.free_run.nmse),
+                            text_cell(fmt::format("{}", fmt::join(kept(fit), " "))));
+  return text;
+}
+
+std::string study_json(const std::vector<StudyResult>& results, const std::vector<StudyAxis>& axes) {
+  const auto number = [](double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(); };
+  ordered_json document{{"axes", ordered_json::array()}, {"cells", ordered_json::array()}};
+  for (const StudyAxis& axis : axes) document["axes"].push_back({{"key", axis.key}, {"values", axis.values}});
+  for (const StudyResult& result : results) {
+    ordered_json setting = ordered_json::object();
+    for (const auto& [key, value] : result.cell.setting) setting[key] = value;
+    if (!result.trouble.empty())
+      document["cells"].push_back({{"setting", setting}, {"range", nullptr}, {"reason", result.trouble}});
+    for (const StudyRange& range : result.ranges)
+      for (const JudgedFit& fit : range.fits) {
+        ordered_json terms = ordered_json::array();
+        for (const ident::ModelTerm& term : fit.model.terms)
+          terms.push_back({{"name", term.name}, {"mean", term.mean}, {"std", number(term.std)}, {"unit", term.unit}});
+        document["cells"].push_back(
+            {{"setting", setting},
+             {"range", range.name},
+             {"method", to_string(fit.fit.method)},
+             {"status", to_string(fit.fit.status)},
+             {"tau", number(fit.fit.tau)},
+             {"num_train", range.num_train},
+             {"num_test", range.num_test},
+             {"nmse",
+              {{"train", number(value_of(fit.train))},
+               {"test", number(value_of(fit.test))},
+               {"free_run", number(fit.free_run.nmse)},
+               {"free_run_reason", fit.free_run.reason.empty() ? ordered_json() : ordered_json(fit.free_run.reason)}}},
+             {"terms", std::move(terms)}});
+      }
+  }
+  return document.dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+}
+
+std::string study_figure(const std::vector<StudyResult>& results, const std::vector<StudyAxis>& axes,
+                         std::size_t range) {
+  PlotFigure figure;
+  std::string name;
+  std::vector<std::string> terms;
+  for (const StudyResult& result : results) {
+    if (range >= result.ranges.size()) continue;
+    name = result.ranges[range].name;
+    for (const std::string& term : result.ranges[range].terms)
+      if (std::find(terms.begin(), terms.end(), term) == terms.end()) terms.push_back(term);
+  }
+  figure.title = fmt::format("Range {}: errors and terms", name);
+  figure.panel_height_px = std::max(300.0, 110.0 + 15.0 * static_cast<double>(terms.size()));
+  const bool grid = std::none_of(results.begin(), results.end(), [](const auto& one) { return one.cell.axis >= 0; });
+  for (int axis = grid ? -1 : 0; axis < (grid ? 0 : static_cast<int>(axes.size())); ++axis) {
+    std::vector<const StudyResult*> cells;
+    std::vector<std::string> names;
+    for (const StudyResult& result : results) {
+      if (result.cell.axis != axis) continue;
+      cells.push_back(&result);
+      names.push_back(grid ? fmt::format("{}", cells.size()) : result.cell.setting.front().second);
+      if (grid) figure.caption.push_back(fmt::format("{}: {}", cells.size(), result.cell.label()));
+    }
+    std::string method;
+    for (const StudyResult* cell : cells)
+      if (const JudgedFit* fit = shown_fit(*cell, range)) method = to_string(fit->fit.method);
+    const std::string title =
+        fmt::format("{}, {}", grid ? "settings" : axes[static_cast<std::size_t>(axis)].key, method);
+    figure.panels.push_back(errors_panel(cells, range, title, names));
+    figure.panels.push_back(terms_panel(cells, range, terms, names));
+  }
+  figure.caption.push_back("Dots: terms kept, with a positive (vermilion) or a negative (blue) coefficient.");
+  return to_svg(figure);
+}
+
+}  // namespace apps

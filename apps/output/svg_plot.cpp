@@ -1,0 +1,310 @@
+#include "apps/output/svg_plot.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace apps {
+namespace {
+
+using Eigen::Index;
+using Pixel = std::pair<double, double>;
+using Limits = std::pair<double, double>;
+
+constexpr double margin_left = 72.0, margin_right = 14.0, margin_top = 30.0, margin_bottom = 46.0;
+constexpr double title_height = 30.0, line_height = 18.0, gap = 10.0;
+constexpr int most_x_ticks = 7, most_y_ticks = 6;
+
+const char* colour_of(PlotColour colour) {
+  switch (colour) {
+    case PlotColour::black:
+      return "#000000";
+    case PlotColour::vermilion:
+      return "#d55e00";
+    case PlotColour::blue:
+      return "#0072b2";
+    case PlotColour::green:
+      return "#009e73";
+    case PlotColour::orange:
+      return "#e69f00";
+    case PlotColour::purple:
+      return "#cc79a7";
+    case PlotColour::sky:
+      return "#56b4e9";
+  }
+  return "#000000";
+}
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '<')
+      out += "&lt;";
+    else if (c == '>')
+      out += "&gt;";
+    else if (c == '&')
+      out += "&amp;";
+    else if (c == '"')
+      out += "&quot;";
+    else if (static_cast<unsigned char>(c) >= 0x20)
+      out += c;
+  }
+  return out;
+}
+
+Limits limits_of(const PlotPanel& panel, Eigen::VectorXd PlotSeries::*values, const std::optional<Limits>& given) {
+  if (given) return *given;
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const PlotSeries& series : panel.series)
+    for (const double value : series.*values)
+      if (std::isfinite(value)) low = std::min(low, value), high = std::max(high, value);
+  if (!(low <= high)) return {0.0, 1.0};
+  const double size = std::max(std::abs(low), std::abs(high));
+  const double margin = high - low > 1e-12 * size ? 0.04 * (high - low) : size > 0.0 ? 0.5 * size : 0.5;
+  return {low - margin, high + margin};
+}
+
+// A tick's label with as many decimals as its step needs.
+std::string tick_label(double value, double step) {
+  const double size = std::max(std::abs(value), step);
+  if (size >= 1e5 || step < 1e-4) return fmt::format("{:.4g}", std::abs(value) < 1e-9 * step ? 0.0 : value);
+  const int decimals = std::max(0, -static_cast<int>(std::floor(std::log10(step) + 1e-9)));
+  const std::string text = fmt::format("{:.{}f}", value, decimals);
+  return text.find_first_not_of("-0.") == std::string::npos ? text.substr(text.front() == '-' ? 1 : 0) : text;
+}
+
+/// The drawing area of a panel and the way from data to pixels.
+struct Frame {
+  double left, top, width, height;
+  Limits x, y;
+  [[nodiscard]] Pixel at(double px, double py) const {
+    return {left + width * (px - x.first) / (x.second - x.first),
+            top + height * (1.0 - (py - y.first) / (y.second - y.first))};
+  }
+};
+
+std::string text_element(double x, double y, const char* anchor, const std::string& text, const char* more = "") {
+  return fmt::format("<text x=\"{:.2f}\" y=\"{:.2f}\" text-anchor=\"{}\"{}>{}</text>\n", x, y, anchor, more,
+                     escaped(text));
+}
+
+/// Where an axis has ticks, and what stands there.
+struct Tick {
+  double value = 0.0;
+  std::string label;
+};
+
+std::vector<Tick> ticks_of(const Limits& limits, int most, const std::vector<std::string>& names) {
+  std::vector<Tick> ticks;
+  for (std::size_t i = 0; i < names.size(); ++i) ticks.push_back({static_cast<double>(i), names[i]});
+  if (!names.empty()) return ticks;
+  const std::vector<double> values = nice_ticks(limits.first, limits.second, most);
+  for (const double value : values)
+    ticks.push_back({value, tick_label(value, values.size() > 1 ? values[1] - values[0] : 1.0)});
+  return ticks;
+}
+
+std::string axes(const PlotPanel& panel, const Frame& frame) {
+  std::string out = fmt::format(
+      "<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" fill=\"none\" stroke=\"#444444\"/>\n",
+      frame.left, frame.top, frame.width, frame.height);
+  const double bottom = frame.top + frame.height;
+  for (const auto& [value, label] : ticks_of(frame.x, most_x_ticks, panel.x_names)) {
+    const double x = frame.at(value, frame.y.first).first;
+    out += fmt::format("<path d=\"M{:.2f} {:.2f}V{:.2f}\" stroke=\"#dddddd\"/>\n", x, frame.top, bottom);
+    out += text_element(x, bottom + 16.0, "middle", label);
+  }
+  for (const auto& [value, label] : ticks_of(frame.y, most_y_ticks, panel.y_names)) {
+    const double y = frame.at(frame.x.first, value).second;
+    out += fmt::format("<path d=\"M{:.2f} {:.2f}H{:.2f}\" stroke=\"#dddddd\"/>\n", frame.left, y,
+                       frame.left + frame.width);
+    out += text_element(frame.left - 6.0, y + 4.0, "end", label);
+  }
+  out += text_element(frame.left + 0.5 * frame.width, bottom + 36.0, "middle", panel.x_label);
+  const double middle = frame.top + 0.5 * frame.height, label = frame.left - 56.0;
+  out += text_element(label, middle, "middle", panel.y_label,
+                      fmt::format(" transform=\"rotate(-90 {:.2f} {:.2f})\"", label, middle).c_str());
+  out += text_element(frame.left + 0.5 * frame.width, frame.top - 9.0, "middle", panel.title, " font-weight=\"bold\"");
+  return out;
+}
+
+std::string points(const PlotSeries& series, const Frame& frame) {
+  std::string path;
+  for (Index i = 0; i < std::min(series.x.size(), series.y.size()); ++i) {
+    if (!std::isfinite(series.x(i)) || !std::isfinite(series.y(i))) continue;
+    const auto [x, y] = frame.at(series.x(i), series.y(i));
+    path += fmt::format("M{:.2f} {:.2f}h0", x, y);  // a round cap of no length is a dot
+  }
+  return path.empty() ? ""
+                      : fmt::format("<path d=\"{}\" stroke=\"{}\" stroke-width=\"5\" stroke-linecap=\"round\"/>\n",
+                                    path, colour_of(series.colour));
+}
+
+std::string line(const PlotSeries& series, const Frame& frame) {
+  std::string path;
+  std::vector<Pixel> run;
+  const auto flush = [&] {
+    const char* command = "M";
+    for (const auto& [x, y] : thinned(run)) {
+      path += fmt::format("{}{:.2f} {:.2f}", command, x, y);
+      command = "L";
+    }
+    run.clear();
+  };
+  for (Index i = 0; i < std::min(series.x.size(), series.y.size()); ++i) {
+    if (std::isfinite(series.x(i)) && std::isfinite(series.y(i)))
+      run.push_back(frame.at(series.x(i), series.y(i)));
+    else
+      flush();
+  }
+  flush();
+  if (path.empty()) return "";
+  return fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{}\"{} stroke-linejoin=\"round\"/>\n",
+                     path, colour_of(series.colour), series.style == PlotStyle::dashed ? "1.6" : "1.3",
+                     series.style == PlotStyle::dashed ? " stroke-dasharray=\"6 4\"" : "");
+}
+
+// In the upper right corner, on a ground that hides the lines behind it.
+// Share of a panel's points, and of places on its lines, in a box; of long series every so many.
+double covered(const PlotPanel& panel, const Frame& frame, double left, double top, double width, double height) {
+  constexpr Index most = 2000, between = 8;
+  double inside = 0.0;
+  for (const PlotSeries& series : panel.series) {
+    const Index n = std::min(series.x.size(), series.y.size()), stride = std::max<Index>(1, n / most);
+    const bool is_line = series.style != PlotStyle::points;
+    double hits = 0.0;
+    for (Index i = 0; i < n; i += stride) {
+      const Index next = is_line ? std::min(i + stride, n - 1) : i;
+      const auto from = frame.at(series.x(i), series.y(i)), to = frame.at(series.x(next), series.y(next));
+      for (Index k = 0; k < (is_line ? between : 1); ++k) {
+        const double u = static_cast<double>(k) / static_cast<double>(between);
+        const double x = std::lerp(from.first, to.first, u), y = std::lerp(from.second, to.second, u);
+        hits += x >= left && x <= left + width && y >= top && y <= top + height;  // never where it is not finite
+      }
+    }
+    if (n > 0) inside += hits / static_cast<double>(n);
+  }
+  return inside;
+}
+
+// In the corner where it hides least; of equals upper before lower, right before left.
+std::string legend(const PlotPanel& panel, const Frame& frame) {
+  std::size_t longest = 0;
+  int entries = 0;
+  for (const PlotSeries& series : panel.series) {
+    longest = std::max(longest, series.label.size());
+    entries += !series.label.empty();
+  }
+  if (entries == 0) return "";
+  const double width = 44.0 + 6.6 * static_cast<double>(longest), height = 6.0 + 16.0 * entries;
+  const double right = frame.left + frame.width - width - 6.0, low = frame.top + frame.height - height - 6.0;
+  double left = right, y = frame.top + 6.0, least = std::numeric_limits<double>::infinity();
+  for (const auto& [at_left, at_top] : {Pixel{right, frame.top + 6.0}, Pixel{frame.left + 6.0, frame.top + 6.0},
+                                        Pixel{right, low}, Pixel{frame.left + 6.0, low}})
+    if (const double hidden = covered(panel, frame, at_left, at_top, width, height); hidden < least)
+      least = hidden, left = at_left, y = at_top;
+  std::string out = fmt::format(
+      "<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" fill=\"#ffffff\" fill-opacity=\"0.85\" "
+      "stroke=\"#cccccc\"/>\n",
+      left, y, width, height);
+  for (const PlotSeries& series : panel.series) {
+    if (series.label.empty()) continue;
+    y += 16.0;
+    PlotSeries key = series;
+    key.x = Eigen::Vector2d(0.0, 1.0);
+    key.y = Eigen::Vector2d::Zero();
+    const Frame place{left + 6.0, y - 4.0, 24.0, 0.0, {0.0, 1.0}, {-1.0, 1.0}};
+    out += series.style == PlotStyle::points ? points(key, place) : line(key, place);
+    out += text_element(left + 36.0, y, "start", series.label);
+  }
+  return out;
+}
+
+std::string panel_element(const PlotPanel& panel, double left, double top, double width, double height, int number) {
+  const Frame frame{left + margin_left,
+                    top + margin_top,
+                    width - margin_left - margin_right,
+                    height - margin_top - margin_bottom,
+                    limits_of(panel, &PlotSeries::x, panel.x_limits),
+                    limits_of(panel, &PlotSeries::y, panel.y_limits)};
+  std::string out = axes(panel, frame);
+  out += fmt::format(
+      "<clipPath id=\"p{}\"><rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\"/></clipPath>\n"
+      "<g clip-path=\"url(#p{})\">\n",
+      number, frame.left, frame.top, frame.width, frame.height, number);
+  for (const PlotSeries& series : panel.series)
+    out += series.style == PlotStyle::points ? points(series, frame) : line(series, frame);
+  return out + "</g>\n" + legend(panel, frame);
+}
+
+}  // namespace
+
+std::vector<double> nice_ticks(double low, double high, int most) {
+  const double rough = (high - low) / most;
+  if (!(rough > 0.0) || !std::isfinite(rough)) return {};
+  const double decade = std::pow(10.0, std::floor(std::log10(rough)));
+  double step = 10.0 * decade;
+  for (const double factor : {1.0, 2.0, 5.0})
+    if (factor * decade >= rough * (1.0 - 1e-12)) {
+      step = factor * decade;
+      break;
+    }
+  std::vector<double> ticks;
+  for (double n = std::ceil(low / step - 1e-9); n * step <= high + 1e-9 * step; ++n) ticks.push_back(n * step);
+  return ticks;
+}
+
+std::vector<Pixel> thinned(const std::vector<Pixel>& pixels) {
+  std::vector<Pixel> out;
+  const bool ascending =
+      std::is_sorted(pixels.begin(), pixels.end(), [](const Pixel& a, const Pixel& b) { return a.first < b.first; });
+  for (std::size_t first = 0; first < pixels.size();) {
+    if (!ascending) {
+      const Pixel& p = pixels[first++];
+      const bool last = first == pixels.size();
+      if (out.empty() || last || std::hypot(p.first - out.back().first, p.second - out.back().second) >= 0.33)
+        out.push_back(p);
+      continue;
+    }
+    std::size_t end = first, least = first, greatest = first;
+    for (; end < pixels.size() && std::floor(pixels[end].first) == std::floor(pixels[first].first); ++end) {
+      if (pixels[end].second < pixels[least].second) least = end;
+      if (pixels[end].second > pixels[greatest].second) greatest = end;
+    }
+    std::vector<std::size_t> corners{first, least, greatest, end - 1};
+    std::sort(corners.begin(), corners.end());
+    corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+    for (const std::size_t corner : corners) out.push_back(pixels[corner]);
+    first = end;
+  }
+  return out;
+}
+
+std::string to_svg(const PlotFigure& figure) {
+  const int columns = std::max(1, std::min(figure.columns, static_cast<int>(figure.panels.size())));
+  const int rows = (static_cast<int>(figure.panels.size()) + columns - 1) / columns;
+  const double width = columns * figure.panel_width_px + (columns + 1) * gap;
+  const double panels_top = figure.title.empty() ? gap : title_height;
+  const double caption_top = panels_top + rows * (figure.panel_height_px + gap);
+  const double height = caption_top + line_height * static_cast<double>(figure.caption.size()) + gap;
+  std::string out = fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} {1:.0f}\" "
+      "font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n",
+      width, height);
+  if (!figure.title.empty())
+    out += text_element(0.5 * width, 20.0, "middle", figure.title, " font-size=\"15\" font-weight=\"bold\"");
+  for (std::size_t i = 0; i < figure.panels.size(); ++i) {
+    const auto number = static_cast<int>(i);
+    out += panel_element(figure.panels[i], gap + (number % columns) * (figure.panel_width_px + gap),
+                         panels_top + (number / columns) * (figure.panel_height_px + gap), figure.panel_width_px,
+                         figure.panel_height_px, number);
+  }
+  for (std::size_t i = 0; i < figure.caption.size(); ++i)
+    out +=
+        text_element(2.0 * gap, caption_top + line_height * (static_cast<double>(i) + 0.7), "start", figure.caption[i]);
+  return out + "</svg>\n";
+}
+
+}  // namespace apps

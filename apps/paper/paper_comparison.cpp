@@ -1,0 +1,230 @@
+#include "apps/paper/paper_comparison.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <set>
+#include <stdexcept>
+
+namespace apps {
+namespace {
+
+using Eigen::Index;
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double stated_noise = 0.10;
+
+struct Place {
+  std::size_t regression = 0, row = 0;
+};
+
+std::optional<Place> place_of(const Section4Study& study, const PaperTerm& paper) {
+  for (std::size_t g = 0; g < study.regressions.size(); ++g)
+    for (std::size_t j = 0; j < study.regressions[g].rows.size(); ++j) {
+      const Section4Row& row = study.regressions[g].rows[j];
+      if (row.row == paper.row && row.where == paper.where) return Place{g, j};
+    }
+  return std::nullopt;
+}
+
+Index column_of(const Section4Study& study, const char* term) {
+  const auto& terms = study.library.terms;
+  return std::find_if(terms.begin(), terms.end(), [&](const auto& known) { return known.name == term; }) -
+         terms.begin();
+}
+
+double printed_mean(const PaperTerm& paper, const std::string& method) {
+  return method == "fast_rvm" ? paper.fast_rvm : method == "slow_rvm" ? paper.slow_rvm : paper.sindy;
+}
+
+struct Expected {
+  double mean = 0.0, deviation = 0.0;
+};
+
+// The terms printed for this row and method.
+std::vector<Index> printed_terms(const Section4Study& study, const PaperTerm& paper, const std::string& method,
+                                 Place place) {
+  const Section4Row& row = study.regressions[place.regression].rows[place.row];
+  std::vector<Index> kept;
+  for (const PaperTerm& other : paper_terms())
+    if (other.table == paper.table && other.row == paper.row && row.where == other.where &&
+        std::isfinite(printed_mean(other, method)))
+      kept.push_back(column_of(study, other.term));
+  return kept;
+}
+
+// Least squares on the terms printed for this row and method: the true coefficients where the truth is among them,
+// else those of the best equivalent; with the deviation of an estimate under the stated noise.
+Expected expected_of(const Section4Study& study, const PaperTerm& paper, const std::string& method, Place place) {
+  const Section4Regression& regression = study.regressions[place.regression];
+  const Section4Row& row = regression.rows[place.row];
+  const std::vector<Index> kept = printed_terms(study, paper, method, place);
+  const Index wanted = column_of(study, paper.term);
+  const Index j = std::find(kept.begin(), kept.end(), wanted) - kept.begin();
+  const double mean = row.truth_known
+                          ? row.truth(wanted)
+                          : ident::fit_ols(ident::r_factor(regression.phi(Eigen::all, kept), row.values)).mean(j);
+  return {mean, unit_deviations(regression, kept)(j) * stated_noise * row.std};
+}
+
+// The samples of a regression outside the training record that goes furthest from x = 0, and that record's ratio.
+struct Milder {
+  double left_out_ratio = 0.0;
+  std::vector<Index> rows;  // of the regression
+  double target_std = 0.0;  // over what is left of the training set
+};
+Milder without_widest_record(const Section4Study& study, const Section4Regression& regression, const Section4Row& row) {
+  const std::vector<double>& ratios = study.definition->training_ratios;
+  const Index length = study.training.num_samples() / static_cast<Index>(ratios.size());
+  Index widest = 0;
+  study.training.at("x").cwiseAbs().maxCoeff(&widest);
+  widest /= length;
+  Milder milder{ratios[static_cast<std::size_t>(widest)], {}, 0.0};
+  for (std::size_t i = 0; i < regression.samples.size(); ++i)
+    if (regression.samples[i] / length != widest) milder.rows.push_back(static_cast<Index>(i));
+  const Eigen::VectorXd& whole = study.training.at(row.target);
+  Eigen::VectorXd rest(whole.size() - length);
+  rest << whole.head(widest * length), whole.tail(whole.size() - (widest + 1) * length);
+  milder.target_std = std::sqrt((rest.array() - rest.mean()).square().mean());
+  return milder;
+}
+
+// A print that its stated origin cannot give, held against another origin.
+std::string explanation_of(const Section4Study& study, const PaperTerm& paper, const std::string& method, Place place) {
+  const Section4Regression& regression = study.regressions[place.regression];
+  const Section4Row& row = regression.rows[place.row];
+  std::vector<Index> kept = printed_terms(study, paper, method, place);
+  Expected other;
+  std::string origin;
+  if (row.truth_known) {
+    const Milder milder = without_widest_record(study, regression, row);
+    Section4Regression rest;
+    rest.phi = regression.phi(milder.rows, Eigen::all);
+    rest.rows.push_back(row);
+    rest.rows.front().values = row.values(milder.rows);
+    const Index j = std::find(kept.begin(), kept.end(), column_of(study, paper.term)) - kept.begin();
+    other = {row.truth(column_of(study, paper.term)),
+             unit_deviations(rest, kept)(j) * stated_noise * milder.target_std};
+    origin =
+        fmt::format("a training set without the record at ratio {:g}, the one with large x", milder.left_out_ratio);
+  } else {
+    for (const char* beside : {"v^2", "abs(x)*v"})
+      if (const Index column = column_of(study, beside); std::find(kept.begin(), kept.end(), column) == kept.end())
+        kept.push_back(column);
+    const Index j = std::find(kept.begin(), kept.end(), column_of(study, paper.term)) - kept.begin();
+    other = {ident::fit_ols(ident::r_factor(regression.phi(Eigen::all, kept), row.values)).mean(j),
+             unit_deviations(regression, kept)(j) * stated_noise * row.std};
+    origin = "a fit with v^2 and |x| v beside the printed terms, dropped without a refit";
+  }
+  const double off = (printed_mean(paper, method) - other.mean) / other.deviation;
+  return fmt::format(
+      "{:+.2g} from that of {}{}", off, origin,
+      std::abs(off) <= deviations_allowed ? ", which would explain the print" : ", which explains it no better");
+}
+
+// Means over the seeds whose fit by `method` keeps the term.
+struct Found {
+  double mean = nan, deviation = nan, cov = nan;
+};
+Found found_by(const CaseReplication& replication, Place place, Index column, const std::string& method) {
+  double mean = 0.0, deviation = 0.0, cov = 0.0;
+  int count = 0;
+  for (const CaseFit& fit : replication.fits) {
+    if (fit.regression != place.regression || fit.row != place.row || fit.method != method) continue;
+    const auto& kept = fit.fit.relevant;
+    const auto at = std::lower_bound(kept.begin(), kept.end(), column);
+    if (at == kept.end() || *at != column) continue;
+    const Index j = at - kept.begin();
+    const double sd = std::sqrt(fit.fit.covariance(j, j));
+    mean += fit.fit.mean(j);
+    deviation += sd;
+    cov += sd / std::abs(fit.fit.mean(j));
+    ++count;
+  }
+  if (count == 0) return {};
+  return {mean / count, deviation / count, cov / count};
+}
+
+Comparison compare_mean(const CaseReplication& replication, const PaperTerm& paper, Place place,
+                        const std::string& method) {
+  const Section4Row& row = replication.study.regressions[place.regression].rows[place.row];
+  const Index column = column_of(replication.study, paper.term);
+  const Expected expected = expected_of(replication.study, paper, method, place);
+  const bool false_term = row.truth_known && row.truth(column) == 0.0;
+  const Found found = found_by(replication, place, column, false_term ? "sindy_raw" : method);
+  const double printed = printed_mean(paper, method);
+  Verdict verdict = judge_coefficient(printed, expected.mean, expected.deviation);
+  if (verdict.verdict == "not reproducible")
+    verdict.reason += "; " + explanation_of(replication.study, paper, method, place);
+  return {paper.table, row.label(),   paper.term, method,          "mean",
+          printed,     expected.mean, found.mean, found.deviation, std::move(verdict)};
+}
+
+Comparison compare_cov(const CaseReplication& replication, const PaperTerm& paper, Place place,
+                       const std::string& method) {
+  const Section4Row& row = replication.study.regressions[place.regression].rows[place.row];
+  const bool fast = method == "fast_rvm";
+  const double printed = fast ? paper.cov_fast_rvm : paper.cov_slow_rvm;
+  const double expected =
+      expected_cov(printed_mean(paper, method), expected_of(replication.study, paper, method, place).deviation);
+  const double noise = stated_noise * row.std;
+  Verdict verdict = judge_cov(printed, fast ? expected / noise : expected);
+  if (fast && verdict.verdict == "within noise")
+    verdict = {"not reproducible",
+               fmt::format("not an uncertainty: the noise's deviation {:.3g} is left out; {:.2g} / {:.3g} = {:.2g}",
+                           noise, expected, noise, expected / noise)};
+  else if (fast)
+    verdict.reason += fmt::format(", even with the noise's deviation {:.3g} left out", noise);
+  const Found found = found_by(replication, place, column_of(replication.study, paper.term), method);
+  return {paper.table, row.label(), paper.term, method, "cov", printed, expected, found.cov, nan, std::move(verdict)};
+}
+
+void compare_seconds(const CaseReplication& replication, std::vector<Comparison>& comparisons) {
+  for (const PaperSeconds& paper : paper_seconds()) {
+    if (paper.table != replication.study.definition->table) continue;
+    for (const auto& [method, seconds] :
+         {std::pair{"fast_rvm", paper.fast_rvm}, {"slow_rvm", paper.slow_rvm}, {"sindy", paper.sindy}}) {
+      double sum = 0.0;
+      std::set<std::uint64_t> seeds;
+      for (const CaseFit& fit : replication.fits) {
+        if (fit.method != method) continue;
+        sum += fit.seconds;
+        seeds.insert(fit.seed);
+      }
+      const double ours = sum / static_cast<double>(seeds.size()) + replication.accumulate_seconds;
+      comparisons.push_back({paper.table,
+                             "",
+                             "",
+                             method,
+                             "seconds",
+                             seconds,
+                             nan,
+                             ours,
+                             nan,
+                             {"not reproducible", "another machine and another program"}});
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<Comparison> compare_with_paper(const CaseReplication& replication) {
+  std::vector<Comparison> comparisons;
+  for (const PaperTerm& paper : paper_terms()) {
+    if (paper.table != replication.study.definition->table) continue;
+    const auto place = place_of(replication.study, paper);
+    if (!place) throw std::logic_error("compare_with_paper: no such row");
+    for (const char* method : {"fast_rvm", "slow_rvm", "sindy"})
+      if (std::isfinite(printed_mean(paper, method)))
+        comparisons.push_back(compare_mean(replication, paper, *place, method));
+    for (const char* method : {"slow_rvm", "fast_rvm"})
+      if (std::isfinite(paper.cov_slow_rvm)) comparisons.push_back(compare_cov(replication, paper, *place, method));
+  }
+  compare_seconds(replication, comparisons);
+  return comparisons;
+}
+
+}  // namespace apps

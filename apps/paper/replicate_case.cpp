@@ -1,0 +1,181 @@
+#include "apps/paper/replicate_case.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <limits>
+
+#include "apps/identified_system.hpp"
+#include "ident/regression/multi_rvm.hpp"
+#include "sim/noise.hpp"
+
+namespace apps {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Beyond this many times the largest true magnitude of any state a run has diverged.
+constexpr double divergence_factor = 100.0;
+constexpr std::uint64_t first_held_out_id = 5000;  // of noise sequences, apart from the training's
+
+double cpu_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+struct NamedMethod {
+  const char* name;
+  std::function<ident::Fit(const ident::RFactor&)> fit;
+};
+
+std::vector<NamedMethod> methods(const ReplicateOptions& options) {
+  return {{"fast_rvm",
+           [&](const auto& data) {
+             return ident::fit_fast_rvm(data, {.selection = options.selection, .tau = options.tau});
+           }},
+          {"slow_rvm",
+           [&](const auto& data) {
+             return ident::fit_slow_rvm(data, {.selection = options.selection, .tau = options.tau});
+           }},
+          {"sindy", [](const auto& data) { return ident::fit_stlsq(data); }},
+          {"sindy_raw",
+           [](const auto& data) { return ident::fit_stlsq(data, {.threshold = raw_threshold, .unit_norm = false}); }},
+          {"lasso", [](const auto& data) { return ident::fit_lasso(data); }},
+          {"ols", [](const auto& data) { return ident::fit_ols(data); }}};
+}
+
+SupportError error_of(const ident::Fit& fit, const Section4Row& row) {
+  return row.truth_known ? support_error(fit, row.truth) : SupportError{};
+}
+
+void fit_seed(CaseReplication& result, const ReplicateOptions& options, std::uint64_t seed) {
+  for (std::size_t g = 0; g < result.study.regressions.size(); ++g) {
+    const Section4Regression& regression = result.study.regressions[g];
+    double begun = cpu_seconds();
+    const auto data = section4_factor(result.study, regression, options.noise, seed);
+    result.accumulate_seconds += (cpu_seconds() - begun) / options.num_seeds;
+    const auto add = [&](std::size_t row, std::string method, ident::Fit fit, double seconds) {
+      SupportError error = error_of(fit, regression.rows[row]);
+      result.fits.push_back({seed, g, row, std::move(method), std::move(fit), std::move(error), seconds});
+    };
+    for (std::size_t j = 0; j < regression.rows.size(); ++j) {
+      const auto own = row_factor(data, j);
+      for (const NamedMethod& method : methods(options)) {
+        begun = cpu_seconds();
+        ident::Fit fit = method.fit(own);
+        add(j, method.name, std::move(fit), cpu_seconds() - begun);
+      }
+    }
+    begun = cpu_seconds();
+    ident::MultiFit multi = ident::fit_multi_rvm(data, {.selection = options.selection, .tau = options.tau});
+    const double seconds = (cpu_seconds() - begun) / static_cast<double>(regression.rows.size());
+    for (std::size_t j = 0; j < multi.rows.size(); ++j) add(j, "multi_rvm", std::move(multi.rows[j]), seconds);
+  }
+}
+
+std::vector<IdentifiedRow> identified(const CaseReplication& result, std::uint64_t seed, const std::string& method) {
+  std::vector<IdentifiedRow> rows;
+  for (const CaseFit& fit : result.fits)
+    if (fit.seed == seed && fit.method == method)
+      rows.push_back({result.row_of(fit).row, result.row_of(fit).where, fit.fit.relevant, fit.fit.mean});
+  return rows;
+}
+
+// The columns of these library terms on a record.
+MatrixXd columns_on(const Section4Study& study, const std::vector<Index>& terms, const dsp::Motion& motion) {
+  MatrixXd phi(motion.num_samples(), static_cast<Index>(terms.size()));
+  for (std::size_t k = 0; k < terms.size(); ++k)
+    phi.col(static_cast<Index>(k)) = study.library.terms[static_cast<std::size_t>(terms[k])].expression.evaluate(
+        motion, ident::SwitchSampling::point);
+  return phi;
+}
+
+sim::Simulation run_identified(CaseReplication& result, const Section4Record& record, std::uint64_t seed,
+                               const std::string& method) {
+  const Section4Case& definition = *result.study.definition;
+  const auto experiment = sim::make_experiment(definition.system, {{"ratio", record.ratio}});
+  const std::vector<std::string> states(experiment.system.states.begin(),
+                                        experiment.system.states.begin() + definition.num_rows);
+  const auto system =
+      identified_system(result.study.library, identified(result, seed, method), states, experiment.system.forcing);
+  const Index samples = record.motion.num_samples();
+  const double rate = record.motion.sample_rate_hz;
+  const MatrixXd truth = record.simulation.states.leftCols(definition.num_rows);
+  auto run = sim::simulate(system, experiment.initial.head(definition.num_rows),
+                           {.duration_s = static_cast<double>(samples - 1) / rate,
+                            .sample_rate_hz = rate,
+                            .relative_tolerance = 1e-8,
+                            .absolute_tolerance = 1e-10,
+                            .divergence_bound = divergence_factor * truth.cwiseAbs().maxCoeff()});
+  for (Index j = 0; j < definition.num_rows; ++j) {
+    HeldOutScore score{seed, method, "free_run", record.ratio, states[static_cast<std::size_t>(j)], 0.0, "finished"};
+    score.nmse = ident::nmse(run.states.col(j), truth.col(j).head(run.states.rows()));
+    if (run.status != sim::SimulationStatus::finished) {
+      score.nmse = std::numeric_limits<double>::quiet_NaN();
+      score.status = "diverged: " + run.reason;
+    }
+    result.scores.push_back(std::move(score));
+  }
+  return run;
+}
+
+// Rates predicted from the true states, and how well their bands hold noisy ones.
+void score_rates(CaseReplication& result, const ReplicateOptions& options, const Section4Record& record,
+                 std::uint64_t seed) {
+  std::vector<std::string> names;
+  for (const dsp::Signal& signal : record.motion.signals) names.push_back(signal.name);
+  for (const CaseFit& fit : result.fits) {
+    if (fit.seed != seed || fit.method != "fast_rvm") continue;
+    const Section4Row& row = result.row_of(fit);
+    std::vector<Index> samples;
+    const auto holds = ident::rows_where(ident::Expression(row.where.empty() ? "1" : row.where, names), record.motion);
+    for (std::size_t i = 0; i < holds.size(); ++i)
+      if (holds[i] != 0) samples.push_back(static_cast<Index>(i));
+    const MatrixXd phi = columns_on(result.study, fit.fit.relevant, record.motion)(samples, Eigen::all);
+    const VectorXd predicted = phi * fit.fit.mean, actual = record.motion.at(row.target)(samples);
+    result.scores.push_back(
+        {seed, fit.method, "one_step", record.ratio, row.target, ident::nmse(predicted, actual), "finished"});
+    if (!(options.noise > 0.0)) continue;
+    const sim::Noise draw(seed, first_held_out_id + 10 * static_cast<std::uint64_t>(std::lround(100.0 * record.ratio)) +
+                                    static_cast<std::uint64_t>(row.row));
+    VectorXd noisy = actual;
+    for (Index i = 0; i < noisy.size(); ++i)
+      noisy(i) +=
+          options.noise * row.std * draw.normal(static_cast<std::uint64_t>(samples[static_cast<std::size_t>(i)]));
+    const VectorXd variance = ident::predictive_variance(phi, fit.fit.covariance, fit.fit.noise_variance);
+    result.bands.push_back({seed, row.label(), record.ratio, ident::band_shares(predicted, variance, noisy)});
+  }
+}
+
+}  // namespace
+
+CaseReplication replicate_case(const Section4Case& definition, const ReplicateOptions& options,
+                               const std::function<void(double)>& between) {
+  const auto done = [&](double share) {
+    if (between) between(share);
+  };
+  CaseReplication result;
+  result.study = section4_study(definition);
+  for (const double ratio : definition.held_out_ratios) result.runs.push_back({section4_record(definition, ratio), {}});
+  for (int k = 0; k < options.num_seeds; ++k) {
+    done(static_cast<double>(k) / options.num_seeds);
+    const std::uint64_t seed = options.first_seed + static_cast<std::uint64_t>(k);
+    fit_seed(result, options, seed);
+    for (HeldOutRun& run : result.runs) {
+      auto simulated = run_identified(result, run.record, seed, "fast_rvm");
+      score_rates(result, options, run.record, seed);
+      if (k > 0) continue;
+      run.identified = std::move(simulated);
+      for (const char* method : {"slow_rvm", "sindy"}) (void)run_identified(result, run.record, seed, method);
+    }
+  }
+  done(1.0);
+  return result;
+}
+
+}  // namespace apps

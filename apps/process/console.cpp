@@ -1,0 +1,83 @@
+#include "apps/process/console.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+
+#include "apps/process/printable.hpp"
+#include "apps/process/system_fault.hpp"
+
+namespace apps {
+namespace {
+constexpr std::chrono::milliseconds redraw_interval{100};
+constexpr int bar_width = 30;
+}  // namespace
+
+Console::Console(const ConsoleOptions& options) : options_(options) {
+  draws_progress_ = options.verbosity >= 0 && options.progress != ProgressMode::never &&
+                    (options.progress == ProgressMode::always || ::isatty(STDERR_FILENO) != 0);
+}
+
+void Console::result(std::string_view text) {
+  clear_progress();
+  const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
+  if (!written && errno != EPIPE) throw cannot_write("standard output", errno);
+}
+
+void Console::say(std::string_view line, bool shown) {
+  put(printable(line) + "\n", shown);
+}
+
+void Console::put(const std::string& text, bool shown) {
+  log_ += text;
+  if (!shown) return;
+  clear_progress();
+  std::fwrite(text.data(), 1, text.size(), stderr);
+}
+
+void Console::step(std::string_view text) {
+  say(text, options_.verbosity >= 0);
+}
+void Console::note(std::string_view text) {
+  say(text, options_.verbosity >= 1);
+}
+void Console::warning(std::string_view name, std::string_view text) {
+  warnings_.push_back(fmt::format("[{}] {}", name, printable(text)));
+  say("warning " + warnings_.back(), options_.verbosity >= 0);
+}
+void Console::error(std::string_view name, std::string_view text, std::string_view lines) {
+  say(fmt::format("error [{}] {}", name, text), true);
+  if (!lines.empty()) put(std::string(lines), true);
+}
+
+void Console::progress(std::string_view what, double share) {
+  const auto now = std::chrono::steady_clock::now();
+  if (!draws_progress_ || (now - drawn_ < redraw_interval && share < 1.0)) return;
+  drawn_ = now;
+  progress_shown_ = true;
+  const int filled = static_cast<int>(share * bar_width + 0.5);
+  const std::string line = fmt::format("\r{} [{:#<{}}{:{}}] {:3.0f} %", printable(what, 60), "", filled, "",
+                                       bar_width - filled, 100 * share);
+  std::fwrite(line.data(), 1, line.size(), stderr);
+}
+
+void Console::clear_progress() {
+  if (!progress_shown_) return;
+  std::fputs("\r\033[K", stderr);
+  progress_shown_ = false;
+}
+
+std::string channel_prefix(const dsp::Check& check) {
+  return check.channel.empty() || check.message.starts_with(check.channel) ? "" : check.channel + ": ";
+}
+
+void refuse_warnings(bool strict, const Console& console) {
+  if (strict && !console.warnings().empty())
+    throw dsp::Fault(dsp::FaultKind::input, "strict.warning",
+                     fmt::format("stopped at the first warning (--strict): {}", console.warnings().front()));
+}
+
+}  // namespace apps

@@ -1,0 +1,32 @@
+#include "apps/process/interrupt.hpp"
+
+#include <csignal>
+
+namespace apps {
+namespace {
+
+volatile std::sig_atomic_t pending_signal = 0;  // a signal handler may touch nothing else
+
+extern "C" void remember(int signal) {
+  pending_signal = signal;
+  std::signal(signal, SIG_DFL);
+}
+
+}  // namespace
+
+void install_signal_handlers() {
+  struct sigaction action {};
+  action.sa_handler = remember;
+  sigemptyset(&action.sa_mask);
+  action.sa_flags = SA_RESTART;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
+}
+
+void check_interrupted() {
+  if (pending_signal != 0) throw Interrupted{pending_signal};
+}
+
+}  // namespace apps

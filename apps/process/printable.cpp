@@ -1,0 +1,58 @@
+#include "apps/process/printable.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+
+namespace apps {
+namespace {
+
+struct Decoded {
+  std::uint32_t code_point = 0;
+  std::size_t num_bytes = 0;  // 0: not UTF-8
+};
+
+Decoded decode(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned char first = byte(0);
+  if (first < 0x80) return {first, 1};
+  const std::size_t size = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
+  if (first < 0xC2 || first > 0xF4 || size > text.size()) return {};
+  std::uint32_t code_point = first & (0x7Fu >> size);
+  for (std::size_t i = 1; i < size; ++i) {
+    if ((byte(i) & 0xC0) != 0x80) return {};
+    code_point = (code_point << 6) | (byte(i) & 0x3F);
+  }
+  const bool overlong = (size == 3 && code_point < 0x800) || (size == 4 && code_point < 0x10000);
+  const bool surrogate = code_point >= 0xD800 && code_point <= 0xDFFF;
+  return overlong || surrogate || code_point > 0x10FFFF ? Decoded{} : Decoded{code_point, size};
+}
+
+bool turns_the_text(std::uint32_t c) {
+  return (c >= 0x202A && c <= 0x202E) || (c >= 0x2066 && c <= 0x2069) || c == 0x200E || c == 0x200F || c == 0x2028 ||
+         c == 0x2029;
+}
+
+}  // namespace
+
+std::string printable(std::string_view text, std::size_t longest) {
+  std::string result;
+  while (!text.empty()) {
+    if (result.size() >= longest) return result + "...";
+    const Decoded next = decode(text);
+    if (next.num_bytes == 0) {
+      result += "\xEF\xBF\xBD";
+    } else if (next.code_point < 0x20 || (next.code_point >= 0x7F && next.code_point < 0xA0)) {
+      result += fmt::format("\\x{:02x}", next.code_point);
+    } else if (turns_the_text(next.code_point)) {
+      result += fmt::format("\\u{{{:04x}}}", next.code_point);
+    } else {
+      result += text.substr(0, next.num_bytes);
+    }
+    text.remove_prefix(std::max<std::size_t>(next.num_bytes, 1));
+  }
+  return result;
+}
+
+}  // namespace apps

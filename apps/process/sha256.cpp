@@ -1,0 +1,61 @@
+#include "apps/process/sha256.hpp"
+
+#include <fmt/format.h>
+#include <openssl/evp.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <memory>
+#include <new>
+#include <system_error>
+#include <vector>
+
+#include "dsp/fault.hpp"
+
+namespace apps {
+namespace {
+
+class Digest {
+ public:
+  Digest() : context_(EVP_MD_CTX_new(), &EVP_MD_CTX_free) {
+    if (!context_ || EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr) != 1) throw std::bad_alloc();
+  }
+  void update(const void* bytes, std::size_t size) { EVP_DigestUpdate(context_.get(), bytes, size); }
+  std::string hexadecimal() {
+    std::array<unsigned char, EVP_MAX_MD_SIZE> bytes{};
+    unsigned int size = 0;
+    EVP_DigestFinal_ex(context_.get(), bytes.data(), &size);
+    std::string text;
+    for (unsigned int i = 0; i < size; ++i) text += fmt::format("{:02x}", bytes[i]);
+    return text;
+  }
+
+ private:
+  std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context_;
+};
+
+}  // namespace
+
+std::string sha256(std::string_view bytes) {
+  Digest digest;
+  digest.update(bytes.data(), bytes.size());
+  return digest.hexadecimal();
+}
+
+std::string sha256_file(const std::filesystem::path& path) {
+  const auto unreadable = [&] {
+    return dsp::Fault(dsp::FaultKind::input, "file.unreadable",
+                      fmt::format("{}: cannot be read: {}.", path.string(), std::system_category().message(errno)));
+  };
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rbe"), &std::fclose);
+  if (!file) throw unreadable();
+  Digest digest;
+  std::vector<char> block(1 << 18);
+  while (const std::size_t size = std::fread(block.data(), 1, block.size(), file.get()))
+    digest.update(block.data(), size);
+  if (std::ferror(file.get()) != 0) throw unreadable();
+  return digest.hexadecimal();
+}
+
+}  // namespace apps

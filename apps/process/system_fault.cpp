@@ -1,0 +1,38 @@
+#include "apps/process/system_fault.hpp"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <system_error>
+
+namespace apps {
+namespace {
+std::string_view remedy(int error) {
+  switch (error) {
+    case ENOSPC:
+    case EDQUOT:
+      return "Free some space or choose another place with -o";
+    case EFBIG:
+      return "Raise the file size limit (ulimit -f) or choose another place with -o";
+    case ENOENT:
+      return "Make its parent folder first";
+    case EACCES:
+    case EPERM:
+    case EROFS:
+      return "Choose a place you may write to with -o";
+    default:
+      return "Choose another place with -o";
+  }
+}
+}  // namespace
+
+dsp::Fault output_fault(std::string name, const std::filesystem::path& path, std::string_view text) {
+  return {dsp::FaultKind::output, std::move(name), fmt::format("{}: {}.", path.string(), text)};
+}
+
+dsp::Fault cannot_write(const std::filesystem::path& path, int error) {
+  return output_fault("output.write", path,
+                      fmt::format("cannot write: {}. {}", std::system_category().message(error), remedy(error)));
+}
+
+}  // namespace apps

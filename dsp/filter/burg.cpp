@@ -1,0 +1,124 @@
+#include "dsp/filter/burg.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "dsp/filter/dispatch.hpp"
+
+namespace dsp {
+
+namespace {
+
+typedef double Lanes __attribute__((vector_size(8 * sizeof(double)), aligned(8), may_alias));
+
+Lanes& lanes(double* x) {
+  return *reinterpret_cast<Lanes*>(x);
+}
+
+double sum(const Lanes& x) {
+  return ((x[0] + x[1]) + (x[2] + x[3])) + ((x[4] + x[5]) + (x[6] + x[7]));
+}
+
+// Of the pairs f[i + 1], b[i] that the next order meets.
+struct Products {
+  double cross = 0.0, power = 0.0;
+};
+
+// One order of the lattice, f -= k b and b -= k f over n pairs, and what the next order asks of the result, in a
+// single pass: f[i + 1] is updated twice, which is cheaper than to read again what has just been written.
+ARDENT_DISPATCH Products reflect(double* f, double* b, Eigen::Index n, double k) {
+  Lanes cross = {}, power = {};
+  Eigen::Index i = 0;
+  for (; i + 9 <= n; i += 8) {
+    const Lanes next = lanes(f + i + 1) - k * lanes(b + i + 1);
+    const Lanes forward = lanes(f + i) - k * lanes(b + i), backward = lanes(b + i) - k * lanes(f + i);
+    lanes(f + i) = forward;
+    lanes(b + i) = backward;
+    cross += next * backward;
+    power += next * next + backward * backward;
+  }
+  Products products{sum(cross), sum(power)};
+  for (; i < n; ++i) {
+    const double forward = f[i] - k * b[i], backward = b[i] - k * f[i];
+    f[i] = forward;
+    b[i] = backward;
+    if (i + 1 == n) break;
+    const double next = f[i + 1] - k * b[i + 1];
+    products.cross += next * backward;
+    products.power += next * next + backward * backward;
+  }
+  return products;
+}
+
+}  // namespace
+
+Eigen::VectorXd burg(const Eigen::Ref<const Eigen::VectorXd>& x, Eigen::Index order) {
+  const Eigen::Index n = x.size();
+  if (order < 0 || order >= n)
+    throw std::invalid_argument("burg: order must be in [0, " + std::to_string(n) + "), got " + std::to_string(order));
+  // Errors of the best predictors of order m: forward of sample m + i, backward of sample i.
+  Eigen::VectorXd reflection = Eigen::VectorXd::Zero(order), forward = x, backward = x;
+  // Below this the errors are the rounding of x itself.
+  const double floor =
+      std::numeric_limits<double>::epsilon() * std::numeric_limits<double>::epsilon() * x.squaredNorm();
+  Products products = reflect(forward.data(), backward.data(), n, 0.0);
+  for (Eigen::Index m = 0; m < order && products.power > floor; ++m) {
+    reflection(m) = std::clamp(2.0 * products.cross / products.power, -1.0, 1.0);
+    products = reflect(forward.data() + m + 1, backward.data(), n - m - 1, reflection(m));
+  }
+  return reflection;
+}
+
+Eigen::VectorXd predict_forward(const Eigen::Ref<const Eigen::VectorXd>& x,
+                                const Eigen::Ref<const Eigen::VectorXd>& reflection, Eigen::Index count) {
+  const Eigen::Index order = reflection.size();
+  if (x.size() <= order) throw std::invalid_argument("predict_forward: not more samples than coefficients");
+  // Backward errors of order 0 .. order - 1 of the newest sample, grown over the last samples of x.
+  Eigen::VectorXd backward = Eigen::VectorXd::Zero(order + 1);
+  for (Eigen::Index i = x.size() - order - 1; i < x.size(); ++i) {
+    double f = x(i), newer = f;
+    for (Eigen::Index m = 0; m < order; ++m) {
+      const double b = backward(m);
+      backward(m) = newer;
+      newer = b - reflection(m) * f;
+      f -= reflection(m) * b;
+    }
+  }
+  Eigen::VectorXd after(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    double f = 0.0;  // the forward error of full order: the new sample brings nothing unforeseen
+    for (Eigen::Index m = order - 1; m >= 0; --m) {
+      f += reflection(m) * backward(m);
+      backward(m + 1) = backward(m) - reflection(m) * f;
+    }
+    backward(0) = after(i) = f;
+  }
+  return after;
+}
+
+ExtensionOptions resolved(const ExtensionOptions& options, Eigen::Index num_samples, double sample_rate_hz) {
+  const bool fast = sample_rate_hz > 100.0;
+  ExtensionOptions result = options;
+  if (result.num_samples <= 0)
+    result.num_samples = std::min(num_samples, static_cast<Eigen::Index>(10.0 * sample_rate_hz) + 1);
+  if (result.order <= 0) result.order = fast ? 128 : 64;
+  if (result.fit_samples <= 0) result.fit_samples = (fast ? 40 : 8) * result.order;
+  result.fit_samples = std::min(result.fit_samples, num_samples);
+  // A third of the samples at most: a longer predictor would be fitted to its own noise.
+  result.order = std::min(result.order, result.fit_samples / 3);
+  return result;
+}
+
+Eigen::VectorXd extend_after(const Eigen::Ref<const Eigen::VectorXd>& x, const ExtensionOptions& options) {
+  const auto end = x.tail(options.fit_samples);
+  return predict_forward(end, burg(end, options.order), options.num_samples);
+}
+
+Eigen::VectorXd extend_before(const Eigen::Ref<const Eigen::VectorXd>& x, const ExtensionOptions& options) {
+  const Eigen::VectorXd reversed = x.head(options.fit_samples).reverse();
+  return extend_after(reversed, options).reverse();
+}
+
+}  // namespace dsp

@@ -1,0 +1,79 @@
+#include "dsp/filter/column_filter.hpp"
+
+#include <complex>
+#include <optional>
+#include <stdexcept>
+
+#include "dsp/sensors/sensor_consistency.hpp"
+
+namespace dsp {
+
+struct ColumnFilter::Impl {
+  double input_rate_hz = 0.0, output_rate_hz = 0.0, edge_s = 0.0;
+  std::optional<SpectralBand> band;  ///< of a taper
+  DecimateOptions decimation;        ///< otherwise
+  FilterSheet sheet;
+  std::vector<double> highpass_hz;
+  double lowest_hz = 0.0;
+
+  [[nodiscard]] std::complex<double> response(double f) const {
+    const double gain = band ? band->gain(f) : 1.0;
+    if (highpass_hz.empty()) return gain;
+    return f < lowest_hz ? 0.0 : gain * highpass_response(highpass_hz, f);
+  }
+};
+
+ColumnFilter ColumnFilter::taper(double sample_rate_hz, const SpectralBand& band) {
+  if (!(band.rolloff_hz > 0.0) || !(band.cutoff_hz > band.rolloff_hz) || !(band.cutoff_hz <= sample_rate_hz / 2.0))
+    throw std::invalid_argument("ColumnFilter: 0 < rolloff_hz < cutoff_hz <= half the sample rate is required");
+  Impl impl{.input_rate_hz = sample_rate_hz, .output_rate_hz = sample_rate_hz, .band = band};
+  impl.edge_s = 1.0 / (band.cutoff_hz - band.rolloff_hz);
+  ColumnFilter filter;
+  filter.impl_ = std::make_shared<const Impl>(std::move(impl));
+  return filter;
+}
+
+ColumnFilter ColumnFilter::decimation(double input_rate_hz, const DecimateOptions& options) {
+  Impl impl{.input_rate_hz = input_rate_hz, .output_rate_hz = options.output_rate_hz, .decimation = options};
+  impl.sheet = Decimator(input_rate_hz, 1, options).sheet();
+  impl.edge_s = impl.sheet.edge_s;
+  ColumnFilter filter;
+  filter.impl_ = std::make_shared<const Impl>(std::move(impl));
+  return filter;
+}
+
+ColumnFilter ColumnFilter::with_highpass(const std::vector<double>& corners_hz, double lowest_hz) const {
+  for (const double corner_hz : corners_hz)
+    if (!(corner_hz > 0.0)) throw std::invalid_argument("ColumnFilter::with_highpass: corners must be positive");
+  Impl impl = *impl_;
+  impl.highpass_hz = corners_hz;
+  impl.lowest_hz = lowest_hz;
+  ColumnFilter filter;
+  filter.impl_ = std::make_shared<const Impl>(std::move(impl));
+  return filter;
+}
+
+Eigen::VectorXd ColumnFilter::apply(const Eigen::Ref<const Eigen::VectorXd>& bus_signal) const {
+  const auto spectral = [this](const Eigen::Ref<const Eigen::VectorXd>& signal) {
+    return ExtendedSpectrum(signal, impl_->output_rate_hz).filtered([this](double f) { return impl_->response(f); });
+  };
+  if (impl_->band) return spectral(bus_signal);
+  // The high-pass is linear and time-invariant, so it may as well come after the decimation, where it is cheap.
+  Eigen::VectorXd decimated = decimate(bus_signal, impl_->input_rate_hz, impl_->decimation);
+  return impl_->highpass_hz.empty() ? decimated : spectral(decimated);
+}
+
+double ColumnFilter::input_rate_hz() const {
+  return impl_->input_rate_hz;
+}
+double ColumnFilter::output_rate_hz() const {
+  return impl_->output_rate_hz;
+}
+double ColumnFilter::edge_s() const {
+  return impl_->edge_s;
+}
+const FilterSheet& ColumnFilter::sheet() const {
+  return impl_->sheet;
+}
+
+}  // namespace dsp

@@ -1,0 +1,76 @@
+#include "dsp/filter/short_low_pass.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+
+namespace dsp {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr double attenuation_db = 40.0, transition_share = 0.4;  // Kaiser's design: width of the transition / cut-off
+constexpr Index fine = 64;                                       // points of the grid a sample
+
+double kernel(double t, double reach, double cycles_per_sample) {
+  const double u = t / reach;
+  if (std::abs(u) >= 1.0) return 0.0;
+  const double beta = 0.5842 * std::pow(attenuation_db - 21.0, 0.4) + 0.07886 * (attenuation_db - 21.0);
+  const double phase = 2.0 * std::numbers::pi * cycles_per_sample * t;
+  const double sinc = std::abs(phase) < 1e-9 ? 1.0 : std::sin(phase) / phase;
+  return sinc * std::cyl_bessel_i(0.0, beta * std::sqrt(1.0 - u * u));
+}
+
+}  // namespace
+
+ShortLowPass::ShortLowPass(double cutoff_hz, double sample_rate_hz) {
+  if (!(cutoff_hz > 0.0) || !(cutoff_hz < sample_rate_hz / 2.0))
+    throw std::invalid_argument("ShortLowPass: 0 < cutoff_hz < sample_rate_hz / 2 is required");
+  const double cutoff = cutoff_hz / sample_rate_hz;
+  const double length = (attenuation_db - 7.95) / (14.36 * transition_share * cutoff);
+  reach_ = std::max<Index>(1, static_cast<Index>(std::ceil(length / 2.0)));
+  const auto reach = static_cast<double>(reach_);
+
+  taps_ = VectorXd::NullaryExpr(2 * reach_ + 1,
+                                [&](Index i) { return kernel(static_cast<double>(i - reach_), reach, cutoff); });
+  taps_ /= taps_.sum();
+
+  // Integrated once, twice, three times by the trapezoidal rule: t^k switched on is k! times the (k + 1)-fold integral.
+  const Index n = 2 * reach_ * fine + 1;
+  VectorXd integral =
+      VectorXd::NullaryExpr(n, [&](Index i) { return kernel(static_cast<double>(i) / fine - reach, reach, cutoff); });
+  integral /= integral.sum() / static_cast<double>(fine);
+  switched_.resize(n, 3);
+  for (int power = 0; power < 3; ++power) {
+    double sum = 0.0, before = 0.0;
+    for (double& value : integral) {
+      sum += 0.5 * (before + value) / fine;
+      before = std::exchange(value, sum);
+    }
+    switched_.col(power) = integral * (power == 2 ? 2.0 : 1.0);
+  }
+  second_moment_ = switched_(n - 1, 2) - reach * reach;
+}
+
+VectorXd ShortLowPass::operator()(const VectorXd& signal, Index first, Index count) const {
+  VectorXd result(count);
+  for (Index i = 0; i < count; ++i) result(i) = taps_.dot(signal.segment(first + i - reach_, taps_.size()));
+  return result;
+}
+
+double ShortLowPass::passed(int power, double t) const {
+  return power == 0 ? 1.0 : power == 1 ? t : t * t + second_moment_;
+}
+
+double ShortLowPass::switched_on(int power, double t) const {
+  const double place = (t + static_cast<double>(reach_)) * fine;
+  if (place <= 0.0) return 0.0;
+  const auto below = static_cast<Index>(place);
+  if (below + 1 >= switched_.rows()) return passed(power, t);
+  const double share = place - static_cast<double>(below);
+  return (1.0 - share) * switched_(below, power) + share * switched_(below + 1, power);
+}
+
+}  // namespace dsp

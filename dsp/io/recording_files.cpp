@@ -1,0 +1,156 @@
+#include "dsp/io/recording_files.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "dsp/names.hpp"
+
+namespace dsp {
+namespace {
+
+namespace fs = std::filesystem;
+
+Fault fault(FaultKind kind, std::string name, const std::string& message) {
+  return Fault(kind, std::move(name), message);
+}
+
+}  // namespace
+
+OpenFile open_file(const fs::path& path, const fs::path& as_written, const Sidecar& sidecar,
+                   const ReadOptions& options) {
+  OpenOptions how{.salvage = options.salvage, .max_memory_bytes = options.max_memory_bytes};
+  for (const auto& channel : sidecar.channels)
+    if (channel.role == Role::t && channel.file == as_written) {
+      how.time_column = channel.index > 0        ? std::to_string(channel.index)
+                        : channel.column.empty() ? channel.name
+                                                 : channel.column;
+      how.time_unit = channel.unit;
+    }
+  how.rate_hz = sidecar.rate_hz;
+  how.interpolate = sidecar.interpolate;
+  return {path, clean_name(path.filename().string()), open_source(path, how), {}};
+}
+
+std::vector<OpenFile> open_files(const fs::path& recording, const Sidecar& sidecar, const ReadOptions& options) {
+  std::vector<OpenFile> files;
+  const bool used =
+      sidecar.channels.empty() || std::any_of(sidecar.channels.begin(), sidecar.channels.end(),
+                                              [](const ChannelSpec& channel) { return channel.file.empty(); });
+  if (used) files.push_back(open_file(recording, "", sidecar, options));
+  for (const auto& channel : sidecar.channels) {
+    const auto path = channel.file.empty() ? recording : recording.parent_path() / channel.file;
+    const bool known = std::any_of(files.begin(), files.end(), [&](const OpenFile& file) { return file.path == path; });
+    if (!known) files.push_back(open_file(path, channel.file, sidecar, options));
+  }
+  return files;
+}
+
+std::vector<ChannelSpec> channels_of(const OpenFile& file) {
+  const auto& info = file.source->info();
+  std::vector<ChannelSpec> channels;
+  for (int i = 0; i < static_cast<int>(info.columns.size()); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (i == info.time_column || (at < info.partial.size() && info.partial[at])) continue;
+    ChannelSpec channel;
+    channel.index = i + 1;
+    channel.name = info.named ? split_unit(info.columns[at]).base : fmt::format("channel{}", i + 1);
+    channel.place = file.name;
+    try {
+      channel.role = role_from_string(channel.name);
+    } catch (const std::invalid_argument&) {
+    }
+    if (channel.role == Role::t) channel.role = Role::other;
+    channels.push_back(std::move(channel));
+  }
+  return channels;
+}
+
+int find_column(const ChannelSpec& channel, const OpenFile& file, int place_in_file) {
+  const auto& info = file.source->info();
+  const int count = static_cast<int>(info.columns.size());
+  const auto& wanted = channel.column.empty() ? channel.name : channel.column;
+  int found = -1;
+  if (channel.index > 0) {
+    found = channel.index - 1;
+  } else if (channel.column.empty() && !info.named) {
+    found = place_in_file;
+  } else {
+    for (int i = 0; i < count && found < 0; ++i) {
+      const auto& column = info.columns[static_cast<std::size_t>(i)];
+      if (i != info.time_column && (column == wanted || split_unit(column).base == wanted)) found = i;
+    }
+    if (found < 0)
+      throw fault(
+          FaultKind::input, "channel.column",
+          fmt::format("{}: channel '{}': no column '{}' in {}; there are {}{}", channel.place, channel.name, wanted,
+                      file.name, info.named ? fmt::format("{}", fmt::join(info.columns, ", ")) : "no names, use index",
+                      info.left_out.empty() ? "" : fmt::format("; no column is {}", fmt::join(info.left_out, ", "))));
+  }
+  if (found >= count || found == info.time_column)
+    throw fault(FaultKind::usage, "channel.index",
+                fmt::format("{}: channel '{}': {} has {} columns, got index {}{}", channel.place, channel.name,
+                            file.name, count, found + 1, found == info.time_column ? ", which is its clock" : ""));
+  return found;
+}
+
+double agree_on_rate(const std::vector<OpenFile>& files, const Sidecar& sidecar) {
+  std::optional<double> agreed = sidecar.rate_hz;
+  std::string from = agreed ? "the sidecar" : "";
+  for (const auto& file : files) {
+    const double rate_hz = file.source->info().sample_rate_hz;
+    if (rate_hz == 0) continue;
+    if (!agreed) {
+      agreed = rate_hz;
+      from = file.name;
+      continue;
+    }
+    const double difference_hz = std::abs(*agreed - rate_hz);
+    const bool rounded = rate_hz == std::floor(rate_hz) && difference_hz < 1 && difference_hz < 1e-3 * rate_hz;
+    if (difference_hz > 1e-6 * rate_hz && !(rounded && sidecar.rate_hz))
+      throw fault(FaultKind::input, "rate.mismatch",
+                  fmt::format("{}: {} Hz, but {} says {} Hz. Correct the one that is wrong", file.name, rate_hz, from,
+                              *agreed));
+  }
+  if (!agreed)
+    throw fault(FaultKind::input, "rate.missing",
+                fmt::format("{}: holds no time and no rate. Put rate = 1000 (what it was, in Hz) into {}",
+                            files[0].name, sidecar_path(files[0].name).string()));
+  return *agreed;
+}
+
+std::int64_t agree_on_length(const std::vector<OpenFile>& files, bool salvage, std::vector<Check>& checks) {
+  std::int64_t shortest = files[0].source->info().num_frames;
+  for (const auto& file : files) {
+    const auto frames = file.source->info().num_frames;
+    if (frames == shortest) continue;
+    const auto message = fmt::format("{} has {} frames, {} has {}", files[0].name, files[0].source->info().num_frames,
+                                     file.name, frames);
+    if (!salvage)
+      throw fault(FaultKind::input, "channel.length",
+                  message + ". Try --salvage to use what they share from the start");
+    shortest = std::min(shortest, frames);
+    checks.push_back({"channel.length", "", CheckStatus::warning, static_cast<double>(shortest), 0.0,
+                      fmt::format("{}; the first {} were used", message, shortest)});
+  }
+  if (shortest == 0) throw fault(FaultKind::input, "recording.empty", fmt::format("{}: no samples", files[0].name));
+  return shortest;
+}
+
+double agree_on_start(const std::vector<OpenFile>& files, double rate_hz) {
+  std::optional<double> start_s;
+  for (const auto& file : files) {
+    const auto& info = file.source->info();
+    if (info.time_column < 0) continue;
+    if (start_s && std::abs(info.clock_start_s - *start_s) > 0.5 / rate_hz)
+      throw fault(FaultKind::input, "clock.start",
+                  fmt::format("{}: starts at {} s, another file of the recording at {} s: not one clock", file.name,
+                              info.clock_start_s, *start_s));
+    if (!start_s) start_s = info.clock_start_s;
+  }
+  return start_s.value_or(0.0);
+}
+
+}  // namespace dsp

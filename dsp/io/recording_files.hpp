@@ -1,0 +1,44 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dsp/io/sample_source.hpp"
+#include "dsp/io/sidecar.hpp"
+#include "dsp/read_recording.hpp"
+
+namespace dsp {
+
+/// One file of a recording, open.
+struct OpenFile {
+  std::filesystem::path path;
+  std::string name;
+  std::unique_ptr<SampleSource> source;
+  FrameBlock block;
+};
+
+/// Opens a file with what its sidecar says of its clock; `as_written` is how the sidecar's channels name it.
+[[nodiscard]] OpenFile open_file(const std::filesystem::path& path, const std::filesystem::path& as_written,
+                                 const Sidecar& sidecar, const ReadOptions& options);
+/// The recording itself, if any channel lies in it, and every file its channels name, each once.
+[[nodiscard]] std::vector<OpenFile> open_files(const std::filesystem::path& recording, const Sidecar& sidecar,
+                                               const ReadOptions& options);
+
+/// A channel for every column that is neither the clock nor shorter than the rest; a name that is a role is one.
+[[nodiscard]] std::vector<ChannelSpec> channels_of(const OpenFile& file);
+/// 0-based column of a channel, which is the `place_in_file`-th of its file. Throws Fault channel.column,
+/// channel.index.
+[[nodiscard]] int find_column(const ChannelSpec& channel, const OpenFile& file, int place_in_file);
+
+/// The one rate of all files; a whole rate of a sound file may be the sidecar's, rounded. Throws Fault rate.mismatch,
+/// rate.missing.
+[[nodiscard]] double agree_on_rate(const std::vector<OpenFile>& files, const Sidecar& sidecar);
+/// The one length; with `salvage` the shortest, and a warning. Throws Fault channel.length, recording.empty.
+[[nodiscard]] std::int64_t agree_on_length(const std::vector<OpenFile>& files, bool salvage,
+                                           std::vector<Check>& checks);
+/// What the clocks say at the first sample. Throws Fault clock.start if they differ by more than half a sample.
+[[nodiscard]] double agree_on_start(const std::vector<OpenFile>& files, double rate_hz);
+
+}  // namespace dsp

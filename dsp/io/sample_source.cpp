@@ -1,0 +1,119 @@
+#include "dsp/io/sample_source.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+#include "dsp/io/input_file.hpp"
+#include "dsp/io/mat_file.hpp"
+#include "dsp/io/sound_file.hpp"
+#include "dsp/io/sound_header.hpp"
+#include "dsp/io/table_file.hpp"
+
+namespace dsp {
+namespace {
+
+struct Foreign {
+  std::string_view magic;
+  std::size_t offset;
+  std::string_view name, message;
+};
+// Recognised so that the refusal can say what helps.
+constexpr std::array foreign{
+    Foreign{"\x89HDF\r\n\x1a\n", 0, "container.unsupported", "HDF5 or MATLAB v7.3 is not read. Save it with -v7"},
+    Foreign{"\x89HDF\r\n\x1a\n", 512, "container.unsupported", "MATLAB v7.3 is not read. Save it with -v7"},
+    Foreign{"TDSm", 0, "container.unsupported", "TDMS is not read. Export it as CSV or LVM"},
+    Foreign{"MDF     ", 0, "container.unsupported", "MDF is not read. Export it as CSV or MATLAB v5"},
+    Foreign{"PK\x03\x04", 0, "container.unsupported", "a ZIP or spreadsheet file is not read. Export it as CSV"},
+    Foreign{"\x1f\x8b", 0, "container.unsupported", "a gzip file is not read. Unpack it first"},
+    Foreign{"\xff\xfe", 0, "container.unsupported", "UTF-16 text is not read. Save it as UTF-8"},
+    Foreign{"\xfe\xff", 0, "container.unsupported", "UTF-16 text is not read. Save it as UTF-8"},
+    Foreign{"{", 0, "container.unsupported", "JSON is not read. Write its rows as CSV"},
+    Foreign{"OggS", 0, "container.lossy", "Ogg holds lossy codecs. Want WAV, RF64, W64, CAF, FLAC or AIFF"},
+    Foreign{"ID3", 0, "container.lossy", "MPEG audio is lossy. Want WAV, RF64, W64, CAF, FLAC or AIFF"},
+    Foreign{"\xff\xfb", 0, "container.lossy", "MPEG audio is lossy. Want WAV, RF64, W64, CAF, FLAC or AIFF"},
+};
+
+// Sets between lines of "    -1", blank lines or a byte order mark before the first.
+bool is_universal_file(std::string_view head) {
+  if (head.starts_with("\xef\xbb\xbf")) head.remove_prefix(3);
+  while (true) {
+    const auto end = std::min(head.find('\n'), head.size());
+    const std::string_view line = head.substr(0, end), text = line.substr(0, line.find_last_not_of(" \t\r") + 1);
+    if (!text.empty()) return text == "    -1";
+    if (end == head.size()) return false;
+    head.remove_prefix(end + 1);
+  }
+}
+
+bool is_mat(std::string_view head) {
+  if (head.size() < 128) return false;
+  const auto tail = head.substr(124, 4);  // version 0x0100 and "MI", as the writer's byte order has it
+  return tail == std::string_view("\0\1IM", 4) || tail == std::string_view("\1\0MI", 4);
+}
+
+bool is_control(char c) {
+  return static_cast<unsigned char>(c) < 0x20 && c != '\t' && c != '\n' && c != '\r' && c != '\f';
+}
+
+// A few control codes may stand in the names of a table; of bytes at random every ninth is one, and none of text is
+// NUL.
+bool is_text(std::string_view head) {
+  constexpr std::ptrdiff_t always_borne = 4, one_in = 20;
+  const auto odd = std::count_if(head.begin(), head.end(), is_control);
+  return odd <= std::max(always_borne, static_cast<std::ptrdiff_t>(head.size()) / one_in) &&
+         head.find('\0') == std::string_view::npos;
+}
+
+// Containers that go by an extension; empty for one that tells nothing.
+std::vector<std::string_view> containers_of(std::string extension) {
+  for (char& c : extension)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  if (extension == ".wav" || extension == ".wave" || extension == ".rf64") return {"WAV", "RF64"};
+  if (extension == ".w64") return {"W64"};
+  if (extension == ".caf") return {"CAF"};
+  if (extension == ".flac") return {"FLAC"};
+  if (extension == ".aif" || extension == ".aiff" || extension == ".aifc") return {"AIFF"};
+  if (extension == ".mat") return {"MATLAB"};
+  if (extension == ".csv" || extension == ".tsv" || extension == ".txt") return {"CSV", "text", "LabVIEW"};
+  if (extension == ".lvm") return {"LabVIEW"};
+  return {};
+}
+
+std::unique_ptr<SampleSource> open_by_content(std::unique_ptr<InputFile> file, const OpenOptions& options) {
+  const std::string head = file->text(0, 4096);
+  if (is_sound(head)) return open_sound_file(std::move(file), options);
+  if (is_mat(head)) return open_mat_file(std::move(file), options);
+  if (is_universal_file(head))
+    throw Fault(FaultKind::input, "container.unsupported",
+                file->name() + ": universal file format (UFF) is not read. Export it as CSV");
+  for (const auto& other : foreign)
+    if (head.size() > other.offset && std::string_view(head).substr(other.offset).starts_with(other.magic))
+      throw Fault(FaultKind::input, std::string(other.name), fmt::format("{}: {}", file->name(), other.message));
+  if (is_text(head)) return open_table_file(std::move(file), options);
+  const auto odd = std::find_if(head.begin(), head.end(), is_control);
+  throw Fault(
+      FaultKind::input, "container.unknown",
+      fmt::format("{}: no known container, and no text (byte {} is 0x{:02x}). Read are WAV, RF64, W64, CAF, FLAC, "
+                  "AIFF, MATLAB v5, CSV and LabVIEW text",
+                  file->name(), odd - head.begin(), static_cast<unsigned char>(*odd)));
+}
+
+}  // namespace
+
+std::unique_ptr<SampleSource> open_source(const std::filesystem::path& file, const OpenOptions& options) {
+  auto input = std::make_unique<InputFile>(file);
+  const std::string name = input->name();
+  auto source = open_by_content(std::move(input), options);
+  const auto expected = containers_of(file.extension().string());
+  const auto& container = source->info().container;
+  if (!expected.empty() &&
+      std::none_of(expected.begin(), expected.end(), [&](auto kind) { return container.starts_with(kind); }))
+    source->add_check({"container.extension", "", CheckStatus::warning, 0.0, 0.0,
+                       fmt::format("{}: by its content this is {}, whatever its name says", name, container)});
+  return source;
+}
+
+}  // namespace dsp

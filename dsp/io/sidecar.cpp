@@ -1,0 +1,221 @@
+#include "dsp/io/sidecar.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+
+#include "dsp/names.hpp"
+
+namespace dsp {
+namespace {
+
+// Runs `parse` and puts the key's place before the message of whatever it throws.
+template <typename Parse>
+auto placed(const Settings& table, std::string_view key, Parse parse) {
+  try {
+    return parse();
+  } catch (const Fault& fault) {
+    throw table.fault(key, fault.name(), fault.what());
+  }
+}
+
+std::optional<Quantity> read_quantity(const Settings& table, std::string_view key) {
+  const auto text = table.find_text(key);
+  if (!text) return std::nullopt;
+  return placed(table, key, [&] { return parse_quantity(*text); });
+}
+
+// "0.23 ms", or a plain number in SI.
+double read_in(const Settings& table, std::string_view key, std::string_view si, double fallback) {
+  if (!table.is_text(key)) return table.number(key, fallback);
+  const auto quantity = *read_quantity(table, key);
+  if (quantity.si != si)
+    throw table.fault(key, "unit.kind", fmt::format("got a quantity in {}, want {}", quantity.si, si));
+  return quantity.value;
+}
+
+std::vector<double> read_corners(const Settings& channel) {
+  if (!channel.is_text("highpass")) return channel.numbers("highpass", {.from = 0, .above = true});
+  const double corner_hz = read_in(channel, "highpass", "Hz", 0);
+  if (!(corner_hz > 0)) throw channel.fault("highpass", "config.range", "want a frequency above 0 Hz");
+  return {corner_hz};
+}
+
+// full_scale and offset are said at the plug or after calibration; nothing else can be converted. Volts without a
+// sensitivity want one: whoever reads the recording says so.
+void check_kind(const Settings& table, std::string_view key, const std::optional<Quantity>& quantity,
+                const ChannelSpec& channel) {
+  if (!quantity || (!channel.sensitivity && is_electrical(quantity->si))) return;
+  const std::string measured = channel.sensitivity    ? channel.sensitivity->measured
+                               : channel.unit.empty() ? quantity->si
+                                                      : find_unit(channel.unit).si;
+  if (quantity->si == measured || (channel.sensitivity && quantity->si == channel.sensitivity->electrical)) return;
+  throw table.fault(
+      key, "unit.kind",
+      fmt::format("got a quantity in {}, want {}{}", quantity->si, measured,
+                  channel.sensitivity ? " or " + channel.sensitivity->electrical : " (or give a sensitivity)"));
+}
+
+void read_calibration(const Settings& table, ChannelSpec& channel) {
+  if (const auto text = table.find_text("sensitivity"))
+    channel.sensitivity = placed(table, "sensitivity", [&] { return parse_sensitivity(*text); });
+  if (const auto text = table.find_text("unit")) {
+    const auto unit = placed(table, "unit", [&] { return find_unit(*text); });
+    channel.unit = unit.name;
+    if (channel.sensitivity && channel.sensitivity->measured != unit.si)
+      throw table.fault(
+          "unit", "unit.kind",
+          fmt::format("got {}, but the sensitivity measures {}", unit.name, channel.sensitivity->measured));
+  }
+  channel.full_scale = read_quantity(table, "full_scale");
+  if (channel.full_scale && !(channel.full_scale->value > 0))
+    throw table.fault("full_scale", "calibration.value",
+                      "want a positive quantity (turn a channel round with sign = -1)");
+  channel.offset = read_quantity(table, "offset");
+  check_kind(table, "full_scale", channel.full_scale, channel);
+  check_kind(table, "offset", channel.offset, channel);
+  channel.sign = table.number("sign", 1.0);
+  if (std::abs(channel.sign) != 1.0)
+    throw table.fault("sign", "config.range", fmt::format("got {}, want 1 or -1", channel.sign));
+}
+
+void check_role(const Settings& table, const ChannelSpec& channel) {
+  const std::string si = channel.sensitivity     ? channel.sensitivity->measured
+                         : !channel.unit.empty() ? find_unit(channel.unit).si
+                                                 : si_unit(channel.role);
+  if (!fits(channel.role, si))
+    throw table.fault("role", "unit.role",
+                      fmt::format("role {} is measured in {}, but this channel's unit is {}", to_string(channel.role),
+                                  si_unit(channel.role), si));
+}
+
+ChannelSpec read_channel(const Settings& table) {
+  ChannelSpec channel;
+  channel.place = table.place();
+  channel.name = clean_name(table.need_text("name"));
+  if (channel.name.empty()) throw table.fault("name", "config.range", "want a name that is not blank");
+  channel.file = table.text("file", "");
+  table.exclusive("index", "column");
+  constexpr double most_columns = 100'000;
+  channel.index = static_cast<int>(table.integer("index", 0, {.from = 1, .to = most_columns}));
+  channel.column = clean_name(table.text("column", ""));
+  if (const auto role = table.find_text("role")) {
+    try {
+      channel.role = role_from_string(*role);
+    } catch (const std::invalid_argument& error) {
+      throw table.fault("role", "config.range", error.what());
+    }
+  }
+  read_calibration(table, channel);
+  check_role(table, channel);
+  channel.delay_s = read_in(table, "delay", "s", 0.0);
+  channel.coupling = table.has("coupling") ? table.choice("coupling", "", {"AC", "DC", "IEPE"}) : "";
+  channel.highpass_hz = read_corners(table);
+  channel.sensor = table.notes("sensor");
+  return channel;
+}
+
+void check_distinct(const std::vector<ChannelSpec>& channels) {
+  for (std::size_t i = 0; i < channels.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (channels[i].name == channels[j].name)
+        throw Fault(FaultKind::usage, "channel.name",
+                    fmt::format("{}: channel '{}' has been described already ({}); names must differ",
+                                channels[i].place, channels[i].name, channels[j].place));
+}
+
+std::vector<Interval> read_bad(const Settings& document) {
+  std::vector<Interval> bad;
+  for (const auto& table : document.tables("bad")) {
+    const double from_s = table.need_number("from"), to_s = table.need_number("to");
+    if (!(from_s < to_s))
+      throw table.fault("to", "config.range", fmt::format("got from = {}, to = {}: want from below to", from_s, to_s));
+    bad.push_back({from_s, to_s, clean_name(table.text("why", "annotated"))});
+  }
+  return bad;
+}
+
+Sidecar read_document(const Settings& document) {
+  document.check_schema(1);
+  Sidecar sidecar;
+  sidecar.title = clean_name(document.text("title", ""));
+  sidecar.start = clean_name(document.moment("start"));
+  sidecar.rate_hz = read_rate(document, "rate");
+  sidecar.interpolate = document.choice("clock", "regular", {"regular", "interpolate"}) == "interpolate";
+  if (sidecar.interpolate && !sidecar.rate_hz)
+    throw document.fault("clock", "config.missing",
+                         "interpolate needs a rate to interpolate onto, for example rate = 100");
+  for (const auto& table : document.tables("channel")) sidecar.channels.push_back(read_channel(table));
+  check_distinct(sidecar.channels);
+  sidecar.ranges = read_ranges(document);
+  sidecar.bad = read_bad(document);
+  document.finish();
+  return sidecar;
+}
+
+}  // namespace
+
+std::filesystem::path sidecar_path(const std::filesystem::path& recording) {
+  auto path = recording;
+  path += ".toml";
+  return path;
+}
+
+std::optional<double> read_rate(const Settings& table, std::string_view key) {
+  constexpr double highest_hz = 1e9;
+  if (!table.is_text(key)) return table.find_number(key, {.from = 0, .to = highest_hz, .above = true});
+  const std::string text = *table.find_text(key);
+  const auto parse = [](std::string_view part) {
+    double value = 0;
+    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), value);
+    return error == std::errc() && end == part.data() + part.size() ? value : std::nan("");
+  };
+  const auto slash = text.find('/');
+  const double rate_hz = slash == std::string::npos ? parse(text)
+                                                    : parse(std::string_view(text).substr(0, slash)) /
+                                                          parse(std::string_view(text).substr(slash + 1));
+  if (!(rate_hz > 0) || !(rate_hz <= highest_hz))
+    throw table.fault(
+        key, "config.range",
+        fmt::format("got '{}', want Hz as a positive number or a ratio such as \"51200/3\"", clean_name(text)));
+  return rate_hz;
+}
+
+std::vector<RangeSpec> read_ranges(const Settings& document) {
+  std::vector<RangeSpec> ranges;
+  for (const auto& table : document.tables("range")) {
+    RangeSpec range;
+    range.place = table.place();
+    range.name = clean_name(table.text("name", fmt::format("range{}", ranges.size() + 1)));
+    range.from_s = table.number("from", 0.0, {.from = 0});
+    range.to_s = table.number("to", std::numeric_limits<double>::infinity());
+    range.train_to_s = table.find_number("train_to");
+    range.where = table.text("where", "");
+    if (!(range.from_s < range.to_s))
+      throw table.fault("to", "config.range",
+                        fmt::format("got from = {}, to = {}: want from below to", range.from_s, range.to_s));
+    if (range.train_to_s && !(*range.train_to_s > range.from_s && *range.train_to_s <= range.to_s))
+      throw table.fault(
+          "train_to", "config.range",
+          fmt::format("got {}, want above {} and at most {}", *range.train_to_s, range.from_s, range.to_s));
+    for (const auto& other : ranges)
+      if (other.name == range.name)
+        throw table.fault("name", "config.range",
+                          fmt::format("range '{}' is there already ({})", range.name, other.place));
+    ranges.push_back(std::move(range));
+  }
+  return ranges;
+}
+
+Sidecar read_sidecar(const std::filesystem::path& file) {
+  auto sidecar = read_document(Settings::from_file(file));
+  sidecar.file = file;
+  return sidecar;
+}
+
+Sidecar parse_sidecar(std::string_view text, const std::string& name) {
+  return read_document(Settings::from_text(text, name));
+}
+
+}  // namespace dsp

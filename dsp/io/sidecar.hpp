@@ -1,0 +1,72 @@
+#pragma once
+#include <filesystem>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "dsp/io/settings.hpp"
+#include "dsp/io/units.hpp"
+#include "dsp/recording.hpp"
+
+namespace dsp {
+
+/// One [[channel]] of a sidecar.
+struct ChannelSpec {
+  std::string name;
+  std::filesystem::path file;  ///< beside the sidecar, same clock; empty: the recording itself
+  int index = 0;               ///< 1-based place in the file; 0: found by column
+  std::string column;          ///< empty: by index, else the column called like the channel
+  Role role = Role::other;
+  std::string unit;  ///< as written; empty: SI of the sensitivity's measured unit
+  std::optional<Sensitivity> sensitivity;
+  std::optional<Quantity> full_scale;  ///< what 1.0 in the file stands for, electrical or measured
+  std::optional<Quantity> offset;      ///< subtracted, electrical or measured
+  double sign = 1.0;
+  double delay_s = 0.0;
+  std::string coupling;             ///< AC, DC, IEPE or empty
+  std::vector<double> highpass_hz;  ///< corners of the AC coupling, one pole each
+  std::map<std::string, std::string> sensor;
+  std::string place;  ///< file:line, for messages
+};
+
+/// One [[range]] of a sidecar or a config, seconds from the first sample.
+struct RangeSpec {
+  std::string name;
+  double from_s = 0.0, to_s = std::numeric_limits<double>::infinity();  ///< infinity: to the end
+  std::optional<double> train_to_s;
+  std::string where;  ///< condition, empty: all samples
+  std::string place;
+};
+
+/// What a person knows about a recording, in NAME.ext.toml beside it:
+///   schema = 1, title, rate (number or "51200/3", Hz), start, clock ("regular" or "interpolate": an irregular time
+///   column is interpolated onto `rate`); [[channel]] name, index | column, file, role, unit, sensitivity, full_scale,
+///   offset, sign (1 or -1), delay ("0.23 ms" or seconds), coupling, highpass (Hz, number or array), sensor (free
+///   table);
+///   [[range]] name, from, to, train_to, where; [[bad]] from, to, why.
+struct Sidecar {
+  std::filesystem::path file;  ///< empty if there is none
+  std::string title, start;
+  std::optional<double> rate_hz;
+  bool interpolate = false;
+  std::vector<ChannelSpec> channels;  ///< empty: the columns as the file names them
+  std::vector<RangeSpec> ranges;
+  std::vector<Interval> bad;
+};
+
+/// NAME.ext.toml
+[[nodiscard]] std::filesystem::path sidecar_path(const std::filesystem::path& recording);
+/// Throws Fault (usage): config.*, unit.*, calibration.value, channel.role, channel.name.
+[[nodiscard]] Sidecar read_sidecar(const std::filesystem::path& file);
+[[nodiscard]] Sidecar parse_sidecar(std::string_view text, const std::string& name);
+
+/// The [[range]] tables of a document; a fault (config.range) where `from` is not below `to`, train_to lies outside, or
+/// two ranges share a name.
+[[nodiscard]] std::vector<RangeSpec> read_ranges(const Settings& document);
+/// A rate: a positive number or "51200/3".
+[[nodiscard]] std::optional<double> read_rate(const Settings& table, std::string_view key);
+
+}  // namespace dsp

@@ -1,0 +1,397 @@
+#include "dsp/io/sound_file.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sndfile.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+#include <system_error>
+#include <tuple>
+#include <utility>
+
+#include "dsp/io/flac_end.hpp"
+#include "dsp/io/sound_bytes.hpp"
+#include "dsp/io/sound_header.hpp"
+#include "dsp/names.hpp"
+
+namespace dsp {
+namespace {
+
+using Handle = std::unique_ptr<SNDFILE, int (*)(SNDFILE*)>;
+
+[[noreturn]] void refuse(std::string name, const std::string& message) {
+  throw Fault(FaultKind::input, std::move(name), message);
+}
+
+SF_VIRTUAL_IO* virtual_calls() {
+  static const auto of = [](void* self) -> SoundBytes& { return *static_cast<SoundBytes*>(self); };
+  static SF_VIRTUAL_IO calls{[](void* self) { return of(self).size(); },
+                             [](sf_count_t offset, int whence, void* self) { return of(self).seek(offset, whence); },
+                             [](void* into, sf_count_t count, void* self) { return of(self).read(into, count); },
+                             [](const void*, sf_count_t, void*) { return sf_count_t{0}; },
+                             [](void* self) { return of(self).tell(); }};
+  return &calls;
+}
+
+struct Codec {
+  int subtype;
+  std::string_view name;
+  bool scaled;
+};
+constexpr std::array codecs{
+    Codec{SF_FORMAT_PCM_S8, "8 bit", true},         Codec{SF_FORMAT_PCM_U8, "8 bit", true},
+    Codec{SF_FORMAT_PCM_16, "16 bit", true},        Codec{SF_FORMAT_PCM_24, "24 bit", true},
+    Codec{SF_FORMAT_PCM_32, "32 bit", true},        Codec{SF_FORMAT_FLOAT, "32 bit float", false},
+    Codec{SF_FORMAT_DOUBLE, "64 bit float", false}, Codec{SF_FORMAT_ALAC_16, "ALAC 16 bit", true},
+    Codec{SF_FORMAT_ALAC_20, "ALAC 20 bit", true},  Codec{SF_FORMAT_ALAC_24, "ALAC 24 bit", true},
+    Codec{SF_FORMAT_ALAC_32, "ALAC 32 bit", true},
+};
+
+Check warning(std::string name, double value, double limit, std::string message) {
+  return {std::move(name), "", CheckStatus::warning, value, limit, std::move(message)};
+}
+
+// What is wrong with the sizes: a fault, or a warning when what is left is to be read.
+std::optional<Check> judge(const SoundHeader& header, const InputFile& file, bool salvage) {
+  using State = SoundHeader::State;
+  if (header.state == State::complete || header.state == State::streamed) return std::nullopt;
+  const auto frame = std::max<std::uint64_t>(header.frame_bytes, 1);
+  const auto promised = header.promised_bytes / frame, present = header.present_bytes / frame;
+  const auto [name, what] =
+      header.state == State::truncated
+          ? std::pair{"container.truncated",
+                      fmt::format("the header promises {} frames, {} are there", promised, present)}
+      : header.state == State::unfinished
+          ? std::pair{"container.unfinished",
+                      fmt::format("the header says 0 frames, {} follow it: the recorder stopped without finishing",
+                                  present)}
+          : std::pair{
+                "container.wrapped",
+                fmt::format("the header says {} frames, {} follow it{}", promised, present,
+                            header.present_bytes > 0xffffffff ? ": sizes beyond 4 GiB do not fit its 32 bits" : "")};
+  const auto message = fmt::format("{}: {}", file.name(), what);
+  if (!salvage) refuse(name, message + ". Try --salvage to read what is there");
+  return warning(name, static_cast<double>(present), static_cast<double>(promised),
+                 message + "; what is there was read");
+}
+
+class SoundFile : public SampleSource {
+ public:
+  SoundFile(std::unique_ptr<InputFile> file, const OpenOptions& options)
+      : header_(read_sound_header(*file)), salvage_(options.salvage), handle_(nullptr, sf_close) {
+    const auto size_check = judge(header_, *file, salvage_);
+    bytes_ = std::make_unique<SoundBytes>(std::move(file), header_.salvage, header_.data_offset);
+    SF_INFO sound = open();
+    describe(sound);
+    info_.checks.insert(info_.checks.end(), header_.checks.begin(), header_.checks.end());
+    if (size_check) info_.checks.push_back(*size_check);
+    const bool streamed = header_.state == SoundHeader::State::streamed;
+    if (header_.container != "FLAC") return;
+    if (streamed || salvage_)
+      count_frames(streamed);
+    else
+      try_last_frame();
+  }
+
+  Eigen::Index read(FrameBlock& block, Eigen::Index max_frames) override {
+    block.resize(max_frames, static_cast<Eigen::Index>(info_.columns.size()));
+    const auto got = static_cast<Eigen::Index>(sf_readf_double(handle_.get(), block.data(), max_frames));
+    bytes_->rethrow();
+    num_read_ += got;
+    // A cut FLAC ends in an error; when it is salvaged, that is behind the last frame counted.
+    const bool past_end = salvage_ && num_read_ == info_.num_frames;
+    if (sf_error(handle_.get()) != SF_ERR_NO_ERROR && !past_end) damaged(sf_strerror(handle_.get()));
+    if (got == 0 && max_frames > 0) {
+      if (num_read_ < info_.num_frames) damaged("the data end there");
+      bytes_->file().check_unchanged();
+    }
+    if (got < max_frames) block.conservativeResize(got, Eigen::NoChange);
+    return got;
+  }
+
+ private:
+  [[nodiscard]] const std::string& name() const { return bytes_->file().name(); }
+
+  [[noreturn]] void damaged(std::string_view why) const {
+    // Whether a FLAC holds the frames it promises shows only on decoding them.
+    if (header_.container == "FLAC")
+      refuse("container.truncated",
+             fmt::format("{}: the header promises {} frames, {} could be decoded ({}). Try --salvage to read what is "
+                         "there",
+                         name(), info_.num_frames, num_read_, clean_name(why)));
+    refuse("container.damaged", fmt::format("{}: cannot be decoded beyond frame {} of {}: {}", name(), num_read_,
+                                            info_.num_frames, clean_name(why)));
+  }
+
+  void describe(const SF_INFO& sound) {
+    constexpr int highest_rate_hz = 100'000'000, most_channels = 1024;
+    const auto codec = std::find_if(codecs.begin(), codecs.end(), [&](const Codec& known) {
+      return known.subtype == (sound.format & SF_FORMAT_SUBMASK);
+    });
+    if (codec == codecs.end())
+      refuse("container.lossy",
+             fmt::format("{}: its codec is lossy, companded or rare; want 16, 24 or 32 bit PCM, float or "
+                         "FLAC",
+                         name()));
+    if (sound.channels < 1 || sound.channels > most_channels || sound.samplerate < 1 ||
+        sound.samplerate > highest_rate_hz)
+      refuse("container.limit", fmt::format("{}: {} channels at {} Hz; want 1 to {} channels at 1 to {} Hz", name(),
+                                            sound.channels, sound.samplerate, most_channels, highest_rate_hz));
+    info_.container = fmt::format("{}, {}", header_.container, codec->name);
+    info_.sample_rate_hz = sound.samplerate;
+    info_.num_frames = sound.frames;
+    info_.columns.resize(static_cast<std::size_t>(sound.channels));
+    info_.units.resize(info_.columns.size());
+    info_.scaled = codec->scaled;
+    if (const char* comment = sf_get_string(handle_.get(), SF_STR_COMMENT))
+      info_.checks.push_back({"container.comment", "", CheckStatus::note, 0.0, 0.0, clean_name(comment)});
+  }
+
+  SF_INFO open() {
+    SF_INFO sound{};
+    bytes_->seek(0, SEEK_SET);
+    handle_.reset(sf_open_virtual(virtual_calls(), SFM_READ, &sound, bytes_.get()));
+    bytes_->rethrow();
+    if (!handle_)
+      refuse("container.damaged", fmt::format("{}: {} header cannot be read: {}", name(), header_.container,
+                                              clean_name(sf_strerror(nullptr))));
+    return sound;
+  }
+
+  // FLAC that promises no count, or perhaps too many frames. The decoder does not recover from having failed, hence the
+  // second opening.
+  void count_frames(bool streamed) {
+    std::vector<double> frames(std::size_t{4096} * info_.columns.size());
+    const auto promised = info_.num_frames;
+    info_.num_frames = 0;
+    const auto take = [&] { return sf_readf_double(handle_.get(), frames.data(), 4096); };
+    for (sf_count_t got = take(); got > 0; got = take()) info_.num_frames += got;
+    bytes_->rethrow();
+    open();
+    if (streamed || info_.num_frames == promised) return;
+    info_.checks.push_back(
+        warning("container.truncated", static_cast<double>(info_.num_frames), static_cast<double>(promised),
+                fmt::format("{}: the header promises {} frames, {} could be decoded; these were read", name(), promised,
+                            info_.num_frames)));
+  }
+
+  // A FLAC cut short shows without decoding all of it: its last frame is not there. Reading will say where it ends.
+  void try_last_frame() {
+    if (info_.num_frames == 0 || ends_in_last_frame(bytes_->file(), info_.num_frames)) return;
+    std::vector<double> frame(info_.columns.size());
+    const bool there = sf_seek(handle_.get(), info_.num_frames - 1, SEEK_SET) >= 0 &&
+                       sf_readf_double(handle_.get(), frame.data(), 1) == 1;
+    bytes_->rethrow();
+    open();
+    if (there) return;
+    info_.checks.push_back(warning("container.truncated", 0.0, static_cast<double>(info_.num_frames),
+                                   fmt::format("{}: the header promises {} frames, the last of which cannot be decoded",
+                                               name(), info_.num_frames)));
+  }
+
+  SoundHeader header_;
+  bool salvage_;
+  std::unique_ptr<SoundBytes> bytes_;
+  Handle handle_;  // after bytes_: closed before them
+  std::int64_t num_read_ = 0;
+};
+
+// ---- writing
+
+int container_format(SoundContainer container) {
+  switch (container) {
+    case SoundContainer::rf64:
+      return SF_FORMAT_RF64;
+    case SoundContainer::wav:
+      return SF_FORMAT_WAV;
+    case SoundContainer::w64:
+      return SF_FORMAT_W64;
+    case SoundContainer::caf:
+      return SF_FORMAT_CAF;
+    case SoundContainer::flac:
+      return SF_FORMAT_FLAC;
+    default:
+      return SF_FORMAT_AIFF;
+  }
+}
+
+struct SampleLayout {
+  int subtype, bits;
+  bool integer;
+};
+SampleLayout sample_layout(SampleFormat format) {
+  switch (format) {
+    case SampleFormat::pcm16:
+      return {SF_FORMAT_PCM_16, 16, true};
+    case SampleFormat::pcm24:
+      return {SF_FORMAT_PCM_24, 24, true};
+    case SampleFormat::float32:
+      return {SF_FORMAT_FLOAT, 32, false};
+    default:
+      return {SF_FORMAT_DOUBLE, 64, false};
+  }
+}
+
+constexpr std::array container_names{"rf64", "wav", "w64", "caf", "flac", "aiff"};  // in the order of SoundContainer
+
+// Most bytes of samples in a container whose sizes have 32 bits: the rest of 4 GiB is left for its other chunks.
+constexpr std::int64_t most_bytes_32 = (std::int64_t{1} << 32) - (1 << 20);
+bool has_32_bit_sizes(SoundContainer container) {
+  return container == SoundContainer::wav || container == SoundContainer::aiff;
+}
+
+void check_options(const std::string& name, const SoundFileOptions& options) {
+  const auto reject = [&](const std::string& why) {
+    throw Fault(FaultKind::usage, "container.limit", name + ": " + why);
+  };
+  if (options.num_channels < 1 || !(options.sample_rate_hz > 0))
+    throw std::invalid_argument("SoundFileWriter: num_channels and sample_rate_hz must be positive");
+  const double rate_hz = options.sample_rate_hz;
+  if (rate_hz != std::floor(rate_hz) || rate_hz > 100e6)
+    reject(fmt::format("a sound file holds whole rates only, got {} Hz. Try a table (CSV)", rate_hz));
+  if (options.container == SoundContainer::flac) {
+    const bool rate_fits = rate_hz <= 655'350 && (rate_hz <= 65'535 || std::fmod(rate_hz, 10) == 0);
+    if (options.num_channels > 8 || !rate_fits || !sample_layout(options.format).integer)
+      reject(
+          "FLAC holds at most 8 channels of 16 or 24 bit, up to 65535 Hz or multiples of 10 up to 655350 Hz. Try rf64");
+  }
+  if (options.num_channels > 1024) reject(fmt::format("got {} channels, want at most 1024", options.num_channels));
+  const std::int64_t bytes = options.num_frames * options.num_channels * (sample_layout(options.format).bits / 8);
+  if (has_32_bit_sizes(options.container) && bytes > most_bytes_32)
+    reject(fmt::format("{} bytes of samples do not fit into {}, whose sizes have 32 bits. Try rf64", bytes,
+                       container_names[static_cast<std::size_t>(options.container)]));
+}
+
+[[noreturn]] void cannot_write(const std::string& name, const std::string& why) {
+  throw Fault(FaultKind::output, "output.write", fmt::format("{}: cannot be written: {}", name, why));
+}
+
+}  // namespace
+
+std::unique_ptr<SampleSource> open_sound_file(std::unique_ptr<InputFile> file, const OpenOptions& options) {
+  return std::make_unique<SoundFile>(std::move(file), options);
+}
+
+SoundContainer sound_container(std::string_view name) {
+  for (std::size_t i = 0; i < container_names.size(); ++i)
+    if (container_names[i] == name) return static_cast<SoundContainer>(i);
+  throw std::invalid_argument(
+      fmt::format("container must be one of {}; got '{}'", fmt::join(container_names, ", "), clean_name(name)));
+}
+
+std::string extension(SoundContainer container) {
+  return container == SoundContainer::rf64 ? "wav" : container_names[static_cast<std::size_t>(container)];
+}
+
+struct SoundFileWriter::State {
+  std::filesystem::path file, part;
+  std::string name;
+  SoundFileOptions options;
+  SampleLayout layout{};
+  int descriptor = -1;
+  Handle handle{nullptr, sf_close};
+  std::int64_t num_frames = 0;
+  std::vector<std::int64_t> num_clipped;
+  std::vector<int> steps;
+
+  ~State() {
+    handle.reset();
+    if (descriptor < 0) return;
+    ::close(descriptor);
+    ::unlink(part.c_str());
+  }
+
+  void open() {
+    part = file;
+    part.replace_filename(fmt::format(".{}.part-{}", file.filename().string(), ::getpid()));
+    ::unlink(part.c_str());
+    descriptor = ::open(part.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+    if (descriptor < 0)
+      throw Fault(FaultKind::output, "output.open",
+                  fmt::format("{}: cannot be made: {}", name, std::generic_category().message(errno)));
+    SF_INFO sound{};
+    sound.samplerate = static_cast<int>(options.sample_rate_hz);
+    sound.channels = options.num_channels;
+    sound.format = container_format(options.container) | layout.subtype;
+    handle.reset(sf_open_fd(descriptor, SFM_WRITE, &sound, SF_FALSE));
+    if (!handle) cannot_write(name, sf_strerror(nullptr));
+    // Small files become plain WAV, which everything reads.
+    sf_command(handle.get(), SFC_RF64_AUTO_DOWNGRADE, nullptr, SF_TRUE);
+    if (!options.comment.empty()) sf_set_string(handle.get(), SF_STR_COMMENT, options.comment.c_str());
+  }
+
+  // Nearest step, ties to even, left-aligned in 32 bits as libsndfile takes integers; its own conversion wraps or
+  // truncates.
+  void quantise(const Eigen::Ref<const FrameBlock>& frames) {
+    const double full = std::ldexp(1.0, layout.bits - 1);
+    const int shift = 1 << (32 - layout.bits);
+    steps.resize(static_cast<std::size_t>(frames.size()));
+    auto out = steps.begin();
+    for (Eigen::Index i = 0; i < frames.rows(); ++i)
+      for (Eigen::Index j = 0; j < frames.cols(); ++j) {
+        const double value = frames(i, j);
+        if (!std::isfinite(value)) throw std::invalid_argument("SoundFileWriter: integer samples must be finite");
+        const double step = std::nearbyint(value * full), held = std::clamp(step, -full, full - 1);
+        if (step != held) ++num_clipped[static_cast<std::size_t>(j)];
+        *out++ = static_cast<int>(held) * shift;
+      }
+  }
+};
+
+SoundFileWriter::SoundFileWriter(const std::filesystem::path& file, const SoundFileOptions& options)
+    : state_(std::make_unique<State>()) {
+  state_->file = file;
+  state_->name = clean_name(file.string());
+  state_->options = options;
+  state_->layout = sample_layout(options.format);
+  state_->num_clipped.resize(static_cast<std::size_t>(std::max(options.num_channels, 0)));
+  check_options(state_->name, options);
+  state_->open();
+}
+
+SoundFileWriter::~SoundFileWriter() = default;
+SoundFileWriter::SoundFileWriter(SoundFileWriter&&) noexcept = default;
+SoundFileWriter& SoundFileWriter::operator=(SoundFileWriter&&) noexcept = default;
+
+void SoundFileWriter::write(const Eigen::Ref<const FrameBlock>& frames) {
+  auto& state = *state_;
+  if (frames.cols() != state.options.num_channels)
+    throw std::invalid_argument(fmt::format("SoundFileWriter: frames have {} channels, the file {}", frames.cols(),
+                                            state.options.num_channels));
+  auto counted = state.options;
+  counted.num_frames = state.num_frames + frames.rows();
+  check_options(state.name, counted);
+  if (state.layout.integer) state.quantise(frames);
+  // A row-major Ref has contiguous rows, but rows may lie further apart than they are long.
+  const FrameBlock packed =
+      state.layout.integer || frames.outerStride() == frames.cols() ? FrameBlock() : FrameBlock(frames);
+  const double* values = packed.size() > 0 ? packed.data() : frames.data();
+  const auto written = state.layout.integer ? sf_writef_int(state.handle.get(), state.steps.data(), frames.rows())
+                                            : sf_writef_double(state.handle.get(), values, frames.rows());
+  if (written != frames.rows()) cannot_write(state.name, clean_name(sf_strerror(state.handle.get())));
+  state.num_frames += frames.rows();
+}
+
+void SoundFileWriter::close() {
+  auto& state = *state_;
+  if (sf_close(state.handle.release()) != 0 || ::fsync(state.descriptor) != 0)
+    cannot_write(state.name, std::generic_category().message(errno));
+  if (::rename(state.part.c_str(), state.file.c_str()) != 0)
+    cannot_write(state.name, std::generic_category().message(errno));
+  ::close(std::exchange(state.descriptor, -1));
+}
+
+std::int64_t SoundFileWriter::num_frames() const {
+  return state_->num_frames;
+}
+const std::vector<std::int64_t>& SoundFileWriter::num_clipped() const {
+  return state_->num_clipped;
+}
+
+}  // namespace dsp

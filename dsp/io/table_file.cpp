@@ -1,0 +1,156 @@
+#include "dsp/io/table_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+#include "dsp/io/rows_on_clock.hpp"
+#include "dsp/io/table_layout.hpp"
+#include "dsp/io/text_lines.hpp"
+#include "dsp/io/units.hpp"
+#include "dsp/names.hpp"
+
+namespace dsp {
+namespace {
+
+bool is_skipped(std::string_view line) {
+  const auto start = line.find_first_not_of(" \t");
+  return start == std::string_view::npos || line[start] == '#' || line[start] == '%';
+}
+
+class TableFile : public RowsOnClock {
+ public:
+  TableFile(std::unique_ptr<InputFile> file, const OpenOptions& options)
+      : file_(std::move(file)), salvage_(options.salvage), layout_(table_layout(*file_)), lines_(rows()) {
+    choose_time(options);
+    describe();
+    scan(options);
+    lines_ = rows();
+  }
+
+ private:
+  [[nodiscard]] TextLines rows() const { return TextLines(*file_, layout_.data_offset, layout_.first_line); }
+
+  [[nodiscard]] Fault fault(std::string name, const std::string& what) const {
+    return Fault(FaultKind::input, std::move(name), fmt::format("{}:{}: {}", file_->name(), lines_.number(), what));
+  }
+
+  void choose_time(const OpenOptions& options) {
+    const auto& wanted = options.time_column;
+    if (wanted.empty()) return;
+    layout_.time_column = -1;
+    int number = 0;
+    const auto [end, error] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), number);
+    const bool by_number = error == std::errc() && end == wanted.data() + wanted.size();
+    for (int i = 0; i < layout_.num_columns; ++i)
+      if (by_number ? i + 1 == number : layout_.columns[static_cast<std::size_t>(i)] == wanted) layout_.time_column = i;
+    if (layout_.time_column < 0)
+      throw Fault(FaultKind::usage, "channel.index",
+                  fmt::format("{}: no time column '{}' among {} columns", file_->name(), clean_name(wanted),
+                              layout_.num_columns));
+    if (!options.time_unit.empty()) layout_.units[static_cast<std::size_t>(layout_.time_column)] = options.time_unit;
+  }
+
+  void describe() {
+    static constexpr auto separator_name = [](char c) {
+      return c == '\t' ? "tab" : c == ';' ? "semicolon" : c == ' ' ? "blank" : "comma";
+    };
+    info_.container = fmt::format("{}, {} separated{}", layout_.format, separator_name(layout_.separator),
+                                  layout_.decimal_comma ? ", decimal comma" : "");
+    info_.columns = layout_.columns;
+    info_.units = layout_.units;
+    info_.partial = layout_.partial;
+    info_.named = layout_.named;
+    info_.time_column = layout_.time_column;
+  }
+
+  // Counts the fields of a line, keeps the one of the clock; false for a cut last line that is to be left out.
+  bool scan_row(std::string_view line, std::string_view& time) {
+    int count = 0;
+    std::string_view field;
+    for (Fields fields(line, layout_.separator); fields.next(field); ++count)
+      if (count == layout_.time_column) time = field;
+    if (count == layout_.num_columns + 1 && field.find_first_not_of(" \t") == std::string_view::npos) --count;
+    if (count == layout_.num_columns || (layout_.comments_behind && count > layout_.num_columns)) return true;
+    const auto what = fmt::format("{} columns, want {} as in the rows above", count, layout_.num_columns);
+    if (lines_.ended()) throw fault("table.ragged", what + fmt::format("; column {} is the last there", count));
+    if (!salvage_) throw fault("table.cut", what + ": the last line is cut. Try --salvage to leave it out");
+    info_.checks.push_back(
+        {"table.cut", "", CheckStatus::warning, static_cast<double>(count), static_cast<double>(layout_.num_columns),
+         fmt::format("{}:{}: the last line is cut and was left out", file_->name(), lines_.number())});
+    return false;
+  }
+
+  void scan(const OpenOptions& options) {
+    Stamps stamps{{}, 0.0, layout_.first_line, file_->name()};
+    const auto most_rows = options.max_memory_bytes / sizeof(double);
+    std::string_view line, time;
+    while (lines_.next(line)) {
+      if (is_skipped(line)) {
+        stamps.skipped_before.push_back(info_.num_frames);
+        continue;
+      }
+      if (!scan_row(line, time)) break;
+      ++info_.num_frames;
+      if (layout_.time_column < 0) continue;
+      if (stamps.time_s.size() >= most_rows)
+        throw fault("memory.limit", "more rows than --max-memory allows; give the rate in the sidecar");
+      add_stamp(stamps, time);
+    }
+    if (info_.num_frames == 0) throw fault("table.empty", "no rows");
+    if (!lines_.ended())
+      info_.checks.push_back({"table.end", "", CheckStatus::note, 0.0, 0.0,
+                              fmt::format("{}:{}: the last line has no end; if it was cut, its last number is wrong",
+                                          file_->name(), lines_.number())});
+    if (layout_.time_column < 0) {
+      info_.sample_rate_hz = layout_.rate_hz.value_or(0.0);
+      return;
+    }
+    set_clock(even_clock(
+        stamps, {.rate_hz = options.rate_hz, .header_rate_hz = layout_.rate_hz, .interpolate = options.interpolate}));
+  }
+
+  void add_stamp(Stamps& stamps, std::string_view text) const {
+    double value = 0;
+    const auto& unit = layout_.units[static_cast<std::size_t>(layout_.time_column)];
+    const double factor = unit.empty() ? 1.0 : find_unit(unit).factor;
+    if (parse_cell(text, layout_.decimal_comma, value) != Cell::number)
+      throw fault("table.cell", fmt::format("column {}: '{}' is no time", layout_.time_column + 1, clean_name(text)));
+    stamps.time_s.push_back(value * factor);
+    // The finest digit printed anywhere: some writers leave zeros at the end away.
+    const double digit = last_digit(text) * factor;
+    stamps.printed_to_s = stamps.time_s.size() == 1 ? digit : std::min(stamps.printed_to_s, digit);
+  }
+
+  void finish_reading() override { file_->check_unchanged(); }
+
+  void read_row(Eigen::RowVectorXd& row) override {
+    std::string_view line, field;
+    do {
+      if (!lines_.next(line))
+        throw Fault(FaultKind::input, "file.changed",
+                    fmt::format("{}: became shorter while it was read", file_->name()));
+    } while (is_skipped(line));
+    int column = 0;
+    for (Fields fields(line, layout_.separator); column < layout_.num_columns && fields.next(field); ++column)
+      if (parse_cell(field, layout_.decimal_comma, row[column]) == Cell::bad)
+        throw fault("table.cell", fmt::format("column {}: '{}' is no number", column + 1, clean_name(field)));
+    for (; column < layout_.num_columns; ++column) row[column] = std::numeric_limits<double>::quiet_NaN();
+  }
+
+  std::unique_ptr<InputFile> file_;
+  bool salvage_;
+  TableLayout layout_;
+  TextLines lines_;
+};
+
+}  // namespace
+
+std::unique_ptr<SampleSource> open_table_file(std::unique_ptr<InputFile> file, const OpenOptions& options) {
+  return std::make_unique<TableFile>(std::move(file), options);
+}
+
+}  // namespace dsp

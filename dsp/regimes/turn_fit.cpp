@@ -1,0 +1,99 @@
+#include "dsp/regimes/turn_fit.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace dsp {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// In waves of the cut-off frequency.
+constexpr double waves_before = 1.75, waves_after = 2.35, farthest_place = 0.75;
+constexpr std::ptrdiff_t places_per_wave = 32, num_places = 2 * 24 + 1;
+constexpr std::array halts{0.0, TurnFit::shortest_halt_waves, 0.12, 0.18, 0.25, 0.35, 0.45, 0.6, 0.75, 0.9, 1.05, 1.2};
+
+// Columns: 1, t, t^2 until the turn, then the same from the end of the halt on. Places in samples from the middle.
+MatrixXd course(const ShortLowPass& low_pass, Index before, Index after, double wave, double turn, double halt) {
+  MatrixXd columns(before + after + 1, 6);
+  for (Index i = 0; i < columns.rows(); ++i) {
+    const double t = static_cast<double>(i - before) - turn;
+    double scale = 1.0;
+    for (int power = 0; power < 3; ++power, scale /= wave) {
+      columns(i, power) = scale * (low_pass.passed(power, t) - low_pass.switched_on(power, t));
+      columns(i, 3 + power) = scale * low_pass.switched_on(power, t - halt);
+    }
+  }
+  return columns;
+}
+
+double misfit(const MatrixXd& basis, const VectorXd& a) {
+  return a.squaredNorm() - (basis.transpose() * a).squaredNorm();
+}
+
+}  // namespace
+
+TurnFit::TurnFit(const ShortLowPass& low_pass, double cutoff_cycles_per_sample)
+    : before_(static_cast<Index>(std::ceil(waves_before / cutoff_cycles_per_sample))),
+      after_(static_cast<Index>(std::ceil(waves_after / cutoff_cycles_per_sample))),
+      wave_(1.0 / cutoff_cycles_per_sample) {
+  for (const double halt : halts) {
+    Bases bases;
+    for (std::ptrdiff_t place = 0; place < num_places; ++place) {
+      const double turn = (static_cast<double>(place) / places_per_wave - farthest_place) * wave_;
+      const MatrixXd columns = course(low_pass, before_, after_, wave_, turn, halt * wave_);
+      bases.push_back(Eigen::HouseholderQR<MatrixXd>(columns).householderQ() *
+                      MatrixXd::Identity(columns.rows(), columns.cols()));
+    }
+    by_halt_.push_back(std::move(bases));
+  }
+}
+
+// Downhill from a place; between places by the parabola through three.
+TurnFit::Least TurnFit::least_about(const Bases& bases, const VectorXd& a, std::ptrdiff_t place) {
+  const auto at = [&](std::ptrdiff_t k) { return misfit(bases[static_cast<std::size_t>(k)], a); };
+  Least least{place, at(place)};
+  double before = INFINITY, after = INFINITY;  // at its neighbours
+  for (std::ptrdiff_t k = place + 1; k < num_places; ++k) {
+    if (after = at(k); after >= least.misfit) break;
+    before = least.misfit;
+    least = {k, after};
+    after = INFINITY;
+  }
+  if (least.place == place)
+    for (std::ptrdiff_t k = place - 1; k >= 0; --k) {
+      if (before = at(k); before >= least.misfit) break;
+      after = least.misfit;
+      least = {k, before};
+      before = INFINITY;
+    }
+  if (const double bend = before - 2.0 * least.misfit + after; std::isfinite(bend) && bend > 0.0)
+    least.misfit = std::max(0.0, least.misfit - (after - before) * (after - before) / (8.0 * bend));
+  return least;
+}
+
+TurnFit::Result TurnFit::operator()(const VectorXd& a) const {
+  std::ptrdiff_t place = 0;
+  double lowest = INFINITY;
+  for (std::ptrdiff_t k = 2; k < num_places; k += 4)
+    if (const double here = misfit(by_halt_.front()[static_cast<std::size_t>(k)], a); here < lowest)
+      lowest = here, place = k;
+
+  double without = 0.0, least = INFINITY;
+  std::size_t best = 0;
+  for (std::size_t k = 0; k < halts.size(); ++k) {
+    const Least here = least_about(by_halt_[k], a, place);
+    place = here.place;
+    if (k == 0) without = here.misfit;
+    if (here.misfit < least) least = here.misfit, best = k;
+  }
+  return {.halt_samples = halts[best] * wave_,
+          .gain = std::sqrt(std::max(0.0, without - least)),
+          .rms = std::sqrt(least / static_cast<double>(a.size()))};
+}
+
+}  // namespace dsp

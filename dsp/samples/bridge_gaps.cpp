@@ -1,0 +1,114 @@
+#include "dsp/samples/bridge_gaps.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace dsp {
+
+GapBridge::GapBridge(BridgeOptions options) : options_(std::move(options)), open_(options_.channels.size()) {
+  held_.resize(0, static_cast<Eigen::Index>(open_.size()));
+}
+
+void GapBridge::push(FrameBlock frames) {
+  const auto begin = held_.rows();
+  if (begin == 0) {
+    held_ = std::move(frames);
+  } else {
+    held_.conservativeResize(begin + frames.rows(), Eigen::NoChange);
+    held_.bottomRows(frames.rows()) = frames;
+  }
+  for (Eigen::Index channel = 0; channel < held_.cols(); ++channel) check_channel(channel, begin);
+}
+
+void GapBridge::check_channel(Eigen::Index channel, Eigen::Index begin) {
+  constexpr double largest = 1e100;
+  auto& open = open_[static_cast<std::size_t>(channel)];
+  const auto& name = options_.channels[static_cast<std::size_t>(channel)];
+  for (Eigen::Index i = begin; i < held_.rows(); ++i) {
+    const double value = held_(i, channel);
+    const auto frame = held_first_ + i;
+    if (std::abs(value) <= largest) {
+      if (open.first >= 0) close(channel, frame, value, true);
+      open.before = value;
+      open.has_before = true;
+      continue;
+    }
+    if (std::isfinite(value))
+      throw Fault(FaultKind::input, "sample.huge",
+                  fmt::format("{}: channel '{}' is {} at {:.6g} s: no measurement", options_.name, name, value,
+                              static_cast<double>(frame) / options_.sample_rate_hz));
+    if (open.first < 0) open.first = frame;
+    ++open.num_missing;
+    const double gap_s = static_cast<double>(frame - open.first + 1) / options_.sample_rate_hz;
+    const double fraction = static_cast<double>(open.num_missing) / static_cast<double>(options_.num_frames);
+    if (gap_s > options_.max_gap_s || fraction > options_.max_missing_fraction)
+      throw Fault(
+          FaultKind::input, "sample.missing",
+          fmt::format(
+              "{}: channel '{}' has no values from {:.6g} s on ({} missing so far); bridged are gaps up to {} s "
+              "and {} % of a channel. Leave the channel out or cut the recording",
+              options_.name, name, static_cast<double>(open.first) / options_.sample_rate_hz, open.num_missing,
+              options_.max_gap_s, 100 * options_.max_missing_fraction));
+  }
+}
+
+void GapBridge::close(Eigen::Index channel, std::int64_t end, double behind, bool has_behind) {
+  auto& open = open_[static_cast<std::size_t>(channel)];
+  const double before = open.has_before ? open.before : behind;
+  if (!has_behind) behind = before;
+  const auto steps = static_cast<double>(end - open.first + 1);
+  for (auto frame = open.first; frame < end; ++frame) {
+    const double share = static_cast<double>(frame - open.first + 1) / steps;
+    held_(static_cast<Eigen::Index>(frame - held_first_), channel) = (1 - share) * before + share * behind;
+  }
+  const double from_s = static_cast<double>(open.first) / options_.sample_rate_hz;
+  const double to_s = static_cast<double>(end) / options_.sample_rate_hz;
+  bridged_.push_back(
+      {from_s, to_s, fmt::format("no values in {}", options_.channels[static_cast<std::size_t>(channel)])});
+  if (open.num_gaps++ == 0) open.first_place_s = from_s;
+  open.first = -1;
+}
+
+void GapBridge::finish() {
+  const auto end = held_first_ + held_.rows();
+  for (std::size_t channel = 0; channel < open_.size(); ++channel)
+    if (open_[channel].first >= 0) close(static_cast<Eigen::Index>(channel), end, 0.0, false);
+}
+
+Eigen::Index GapBridge::num_ready() const {
+  auto ready = held_first_ + held_.rows();
+  for (const auto& open : open_)
+    if (open.first >= 0) ready = std::min(ready, open.first);
+  return static_cast<Eigen::Index>(ready - held_first_);
+}
+
+Eigen::Index GapBridge::take(FrameBlock& block, Eigen::Index max_frames) {
+  const auto count = std::min(num_ready(), max_frames);
+  if (count == held_.rows()) {
+    block.swap(held_);
+    held_.resize(0, block.cols());
+  } else {
+    block = held_.topRows(count);
+    held_ = held_.bottomRows(held_.rows() - count).eval();
+  }
+  held_first_ += count;
+  return count;
+}
+
+std::vector<Check> GapBridge::checks() const {
+  std::vector<Check> checks;
+  for (std::size_t channel = 0; channel < open_.size(); ++channel) {
+    const auto& open = open_[channel];
+    if (open.num_gaps == 0) continue;
+    checks.push_back(
+        {"sample.missing", options_.channels[channel], CheckStatus::warning, static_cast<double>(open.num_missing),
+         options_.max_missing_fraction * static_cast<double>(options_.num_frames),
+         fmt::format("{} values missing in {} gaps, the first at {:.6g} s; bridged by straight lines and marked bad",
+                     open.num_missing, open.num_gaps, open.first_place_s)});
+  }
+  return checks;
+}
+
+}  // namespace dsp

@@ -1,0 +1,320 @@
+#include "dsp/samples/faulty_samples.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <span>
+#include <stdexcept>
+#include <utility>
+
+#include "dsp/regimes/standstill.hpp"
+#include "dsp/samples/clipping.hpp"
+#include "dsp/samples/sample_cells.hpp"
+#include "dsp/samples/sample_checks.hpp"
+
+namespace dsp {
+namespace {
+
+constexpr std::size_t cells_per_chunk = 4096;  ///< at least five seconds: a dropout does not teach what is usual
+constexpr std::size_t least_cells_to_learn = 256;
+constexpr Eigen::Index least_dropout_cells = 8, least_dropout_frames = 16;
+constexpr Eigen::Index least_equal_cells = 4, least_equal_frames = 64;
+constexpr double jump_ratio = 8.0;
+constexpr double max_extreme_fraction = 0.3;  ///< of a record at its extreme value: that is where it rests
+
+// A rounded crest that stands still for eight cells has risen by 2.25 steps over the two cells before (parabola).
+bool is_cut_off(const StillRun& run) {
+  return run.num_cells() >= 8 && run.rise >= 6.0;
+}
+
+Eigen::Index frames_per_cell(double sample_rate_hz) {
+  constexpr double cell_s = 1.25e-3;
+  return std::max<Eigen::Index>(1, std::llround(cell_s * sample_rate_hz));
+}
+
+double tolerant(double limit, double tolerance) {
+  return std::isfinite(limit) ? limit - tolerance * std::abs(limit) : limit;
+}
+
+bool overlaps(const FaultyStretch& a, const std::vector<FaultyStretch>& others) {
+  return std::any_of(others.begin(), others.end(),
+                     [&](const FaultyStretch& b) { return a.first < b.last && b.first < a.last; });
+}
+
+// In order, overlapping and close ones joined.
+std::vector<FaultyStretch> merged(std::vector<FaultyStretch> stretches, Eigen::Index gap) {
+  std::sort(stretches.begin(), stretches.end(),
+            [](const auto& a, const auto& b) { return std::pair(a.first, a.last) < std::pair(b.first, b.last); });
+  std::vector<FaultyStretch> result;
+  for (const auto& stretch : stretches)
+    if (!result.empty() && stretch.first - result.back().last <= gap)
+      result.back().last = std::max(result.back().last, stretch.last);
+    else
+      result.push_back(stretch);
+  return result;
+}
+
+// One channel's way through the record.
+struct Track {
+  Channel channel;
+  ExtremeValue upper, lower;
+  std::vector<SampleCell> cells;  // of the chunk
+  std::vector<double> steps;      // single ones, drawn from it
+  StepScale scale;
+  bool has_scale = false;
+  Standstill standstill;
+  SampleStatistics statistics;
+
+  void follow_chunk() {
+    if (cells.empty()) return;
+    if (!has_scale || cells.size() >= least_cells_to_learn) scale.learn(cells, steps);
+    has_scale = true;
+    standstill.follow(cells, scale);
+    statistics.follow(cells, steps, scale);
+    cells.clear();
+    steps.clear();
+  }
+};
+
+}  // namespace
+
+std::string_view to_string(SampleFault fault) {
+  switch (fault) {
+    case SampleFault::clipped:
+      return "clipped";
+    case SampleFault::dropout:
+      return "dropout";
+    case SampleFault::held:
+      return "held";
+  }
+  return "";
+}
+
+struct FaultySamples::State {
+  double sample_rate_hz;
+  FaultySampleOptions options;
+  Eigen::Index cell_frames, merge_gap, num_frames = 0, num_cells = 0;
+  CellCutter cutter;
+  std::vector<Track> tracks;
+
+  State(double rate_hz, std::vector<Channel> channels, const FaultySampleOptions& chosen);
+  void take(const Eigen::RowVectorXd& before, const Eigen::Ref<const FrameBlock>& frames,
+            std::span<const SampleCell> cells);
+  void judge(Eigen::Index c, SampleFaults& faults) const;
+  [[nodiscard]] std::vector<FaultyStretch> clipped(Eigen::Index c, std::string& remark) const;
+  [[nodiscard]] std::vector<FaultyStretch> stood_still(Eigen::Index c, std::string& remark) const;
+  [[nodiscard]] FaultyStretch in_frames(Eigen::Index c, SampleFault fault, const StillRun& run) const;
+};
+
+FaultySamples::State::State(double rate_hz, std::vector<Channel> channels, const FaultySampleOptions& chosen)
+    : sample_rate_hz(rate_hz),
+      options(chosen),
+      cell_frames(frames_per_cell(rate_hz)),
+      merge_gap(std::llround(chosen.merge_gap_s * rate_hz)),
+      cutter(cell_frames, static_cast<Eigen::Index>(channels.size())) {
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const auto limits = options.limits.empty() ? ChannelLimits{} : options.limits[c];
+    tracks.push_back({std::move(channels[c]),
+                      ExtremeValue(1.0, tolerant(limits.high, options.limit_tolerance), merge_gap),
+                      ExtremeValue(-1.0, tolerant(-limits.low, options.limit_tolerance), merge_gap)});
+  }
+}
+
+void FaultySamples::State::take(const Eigen::RowVectorXd& before, const Eigen::Ref<const FrameBlock>& frames,
+                                std::span<const SampleCell> cells) {
+  // A single step of every cell, of every fourth where that is enough, at a place that wanders through the cell.
+  const Eigen::Index spacing = cell_frames < 8 ? 1 : 4;
+  const std::size_t count = cells.size() / tracks.size();
+  for (std::size_t c = 0; c < tracks.size(); ++c) {
+    auto& track = tracks[c];
+    const auto samples = frames.col(static_cast<Eigen::Index>(c));
+    Eigen::Index row = 0, index = num_cells;
+    for (const auto& cell : cells.subspan(c * count, count)) {
+      for (auto* side : {&track.upper, &track.lower})
+        if (side->concerns(cell))
+          side->scan(samples.segment(row, std::min(cell_frames, samples.size() - row)), num_frames + row);
+      track.cells.push_back(cell);
+      if (index % spacing == 0) {
+        const Eigen::Index place = row + index / 4 * 7 % cell_frames;
+        if (place < samples.size())
+          track.steps.push_back(
+              std::abs(samples(place) - (place > 0 ? samples(place - 1) : before(static_cast<Eigen::Index>(c)))));
+      }
+      if (track.cells.size() == cells_per_chunk) track.follow_chunk();
+      row += cell_frames;
+      ++index;
+    }
+  }
+  num_frames += frames.rows();
+  num_cells += static_cast<Eigen::Index>(count);
+}
+
+FaultyStretch FaultySamples::State::in_frames(Eigen::Index c, SampleFault fault, const StillRun& run) const {
+  // It may have begun anywhere in the cell before, and end anywhere in the one behind.
+  const Eigen::Index first = std::max<Eigen::Index>(0, (run.first - 1) * cell_frames);
+  const Eigen::Index last = std::min(num_frames, run.last * cell_frames + cell_frames - 1);
+  return {c, fault, first, last, run.level};
+}
+
+std::vector<FaultyStretch> FaultySamples::State::clipped(Eigen::Index c, std::string& remark) const {
+  const auto& track = tracks[static_cast<std::size_t>(c)];
+  // One sample may be a chance hit; two like updates make a symmetric crest.
+  constexpr Eigen::Index at_limit = 2;
+  const Eigen::Index usual = track.standstill.usual_cells();
+  const double update =
+      std::max(track.statistics.repeats(), usual > 1 ? static_cast<double>(usual * cell_frames) : 1.0);
+  const auto at_extreme = static_cast<Eigen::Index>(std::ceil(2.5 * update));
+  std::vector<FaultyStretch> found;
+  for (const double sign : {1.0, -1.0}) {
+    const auto& side = sign > 0 ? track.upper : track.lower;
+    for (const auto& stretch : side.at_limit().list())
+      if (stretch.longest >= at_limit)
+        found.push_back({c, SampleFault::clipped, stretch.first, stretch.last, side.value()});
+    if (side.piled_up(at_extreme)) {
+      const double fraction = static_cast<double>(side.count()) / static_cast<double>(num_frames);
+      if (fraction > max_extreme_fraction)
+        remark = fmt::format("; {:.0f} % of the record is at {:.6g} {}: taken for rest", 100 * fraction, side.value(),
+                             track.channel.unit);
+      else
+        for (const auto& stretch : side.at_extreme().list())
+          found.push_back({c, SampleFault::clipped, stretch.first, stretch.last, side.value()});
+    }
+    const double plateau = track.standstill.levels().plateau(sign);
+    const auto on_plateau = [&](const StillRun& run) { return sign * run.level >= sign * plateau; };
+    const auto& runs = track.standstill.extreme_runs();
+    if (std::any_of(runs.begin(), runs.end(), [&](const auto& run) { return on_plateau(run) && is_cut_off(run); }))
+      for (const auto& run : runs)
+        if (on_plateau(run)) found.push_back(in_frames(c, SampleFault::clipped, run));
+  }
+  return merged(std::move(found), merge_gap);
+}
+
+std::vector<FaultyStretch> FaultySamples::State::stood_still(Eigen::Index c, std::string& remark) const {
+  const auto& track = tracks[static_cast<std::size_t>(c)];
+  const Eigen::Index usual = track.standstill.usual_cells(), long_cells = options.held_updates * usual;
+  Eigen::Index num_still = 0;
+  for (const auto& run : track.standstill.runs())
+    if (run.num_cells() >= long_cells) num_still += run.num_cells();
+  const double whole = static_cast<double>(num_cells), fraction = static_cast<double>(num_still) / whole;
+  const bool rests = fraction > options.max_held_fraction;
+  if (rests) remark = fmt::format("; {:.0f} % of the record stands still: taken for rest", 100 * fraction);
+  const bool seldom_equal =
+      static_cast<double>(track.standstill.num_equal_cells()) <= options.max_held_fraction * whole;
+
+  // A crest cut off once may be a value held there; at one level again and again it is a limit.
+  const auto is_crest = [](const StillRun& run) { return (run.level_in < run.level) == (run.level_out < run.level); };
+  const auto recurs = [&](double level) {
+    return std::count_if(track.standstill.runs().begin(), track.standstill.runs().end(), [&](const StillRun& run) {
+             return is_crest(run) && std::abs(run.level - level) <= 1e-3 * std::abs(level);
+           }) >= 2;
+  };
+  std::vector<FaultyStretch> found;
+  const double tiny = 1e-3 * (track.statistics.high() - track.statistics.low());
+  const auto is_extreme = [&](double level) {
+    return level >= track.statistics.high() - tiny || level <= track.statistics.low() + tiny;
+  };
+  const auto at_limit = [&](const StillRun& run) {
+    return (is_crest(run) && is_extreme(run.level)) || recurs(run.level);
+  };
+  for (const auto& run : track.standstill.runs()) {
+    const bool outermost = run.level == 0.0 || is_extreme(run.level);
+    const bool jumps = run.jump_in >= jump_ratio || run.jump_out >= jump_ratio;
+    if (outermost && run.jump_in >= jump_ratio && run.num_cells() >= least_dropout_cells * usual &&
+        run.num_cells() * cell_frames >= least_dropout_frames)
+      found.push_back(in_frames(c, SampleFault::dropout, run));
+    else if (run.num_cells() >= long_cells && (jumps || (run.abrupt && !rests)))
+      found.push_back(in_frames(c, !jumps && at_limit(run) ? SampleFault::clipped : SampleFault::held, run));
+    else if (seldom_equal && run.num_equal >= std::max(least_equal_cells, least_equal_frames / cell_frames) &&
+             run.abrupt && !jumps)
+      found.push_back(in_frames(c, at_limit(run) ? SampleFault::clipped : SampleFault::held, run));
+  }
+  return found;
+}
+
+void FaultySamples::State::judge(Eigen::Index c, SampleFaults& faults) const {
+  const auto& track = tracks[static_cast<std::size_t>(c)];
+  auto checks =
+      track.statistics.checks(track.channel, static_cast<double>(cell_frames) / sample_rate_hz, sample_rate_hz);
+  faults.checks.insert(faults.checks.end(), checks.begin(), checks.end());
+  if (track.statistics.few_values()) return;
+
+  std::string clip_remark, rest_remark;
+  const auto clips = clipped(c, clip_remark);
+  const auto still = stood_still(c, rest_remark);
+  std::array<std::vector<FaultyStretch>, 3> by_fault;  // each stretch once: a dropout may look clipped and held, too
+  auto& [kept_clips, dropouts, held] = by_fault;
+  std::copy_if(still.begin(), still.end(), std::back_inserter(dropouts),
+               [](const auto& x) { return x.fault == SampleFault::dropout; });
+  for (const auto& some : {clips, still})
+    std::copy_if(some.begin(), some.end(), std::back_inserter(kept_clips),
+                 [&](const auto& x) { return x.fault == SampleFault::clipped && !overlaps(x, dropouts); });
+  std::copy_if(still.begin(), still.end(), std::back_inserter(held), [&](const auto& x) {
+    return x.fault == SampleFault::held && !overlaps(x, kept_clips) && !overlaps(x, dropouts);
+  });
+
+  for (const SampleFault fault : {SampleFault::clipped, SampleFault::dropout, SampleFault::held}) {
+    const auto stretches = merged(by_fault[static_cast<std::size_t>(fault)], merge_gap);
+    Eigen::Index num_samples = 0;
+    for (const auto& stretch : stretches) num_samples += stretch.last - stretch.first;
+    const double seconds = static_cast<double>(num_samples) / sample_rate_hz;
+    std::string message = "none";
+    if (!stretches.empty())
+      message = fmt::format("{} stretch{}, {:.6g} s in all, the first at {:.6g} s at {:.6g} {}", stretches.size(),
+                            stretches.size() > 1 ? "es" : "", seconds,
+                            static_cast<double>(stretches.front().first) / sample_rate_hz, stretches.front().level,
+                            track.channel.unit);
+    if (fault == SampleFault::clipped) message += clip_remark;
+    if (fault == SampleFault::held) message += rest_remark;
+    const bool clip = fault == SampleFault::clipped;
+    faults.checks.push_back({fmt::format("sample.{}", to_string(fault)), track.channel.name,
+                             !stretches.empty()  ? CheckStatus::warning
+                             : message != "none" ? CheckStatus::note
+                                                 : CheckStatus::ok,
+                             clip ? static_cast<double>(num_samples) / static_cast<double>(num_frames) : seconds, 0.0,
+                             message});
+    for (const auto& stretch : stretches) {
+      faults.stretches.push_back(stretch);
+      faults.bad.push_back({static_cast<double>(stretch.first) / sample_rate_hz,
+                            static_cast<double>(stretch.last) / sample_rate_hz,
+                            fmt::format("{}: {}", track.channel.name, to_string(fault))});
+    }
+  }
+}
+
+FaultySamples::FaultySamples(double sample_rate_hz, std::vector<Channel> channels, const FaultySampleOptions& options) {
+  if (!(sample_rate_hz > 0.0) || !std::isfinite(sample_rate_hz))
+    throw std::invalid_argument(fmt::format("FaultySamples: sample_rate_hz must be positive, got {}", sample_rate_hz));
+  if (channels.empty()) throw std::invalid_argument("FaultySamples: no channels");
+  if (!options.limits.empty() && options.limits.size() != channels.size())
+    throw std::invalid_argument(
+        fmt::format("FaultySamples: limits for {} channels, there are {}", options.limits.size(), channels.size()));
+  state_ = std::make_unique<State>(sample_rate_hz, std::move(channels), options);
+}
+FaultySamples::~FaultySamples() = default;
+FaultySamples::FaultySamples(FaultySamples&&) noexcept = default;
+FaultySamples& FaultySamples::operator=(FaultySamples&&) noexcept = default;
+
+void FaultySamples::push(const Eigen::Ref<const FrameBlock>& frames) {
+  if (frames.cols() != static_cast<Eigen::Index>(state_->tracks.size()))
+    throw std::invalid_argument(
+        fmt::format("FaultySamples: {} columns, want {}", frames.cols(), state_->tracks.size()));
+  state_->cutter.push(
+      frames, [&](const auto& before, const auto& part, const auto& cells) { state_->take(before, part, cells); });
+}
+
+SampleFaults FaultySamples::finish() {
+  state_->cutter.finish(
+      [&](const auto& before, const auto& part, const auto& cells) { state_->take(before, part, cells); });
+  SampleFaults faults;
+  for (std::size_t c = 0; c < state_->tracks.size(); ++c) {
+    state_->tracks[c].follow_chunk();
+    state_->tracks[c].standstill.finish();
+    if (state_->num_frames > 0) state_->judge(static_cast<Eigen::Index>(c), faults);
+  }
+  return faults;
+}
+
+}  // namespace dsp

@@ -1,0 +1,381 @@
+#include "dsp/sensors/sensor_consistency.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+#include "dsp/filter/fft.hpp"
+#include "dsp/order_statistics.hpp"
+
+namespace dsp {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Complex = std::complex<double>;
+
+constexpr double two_pi = 2.0 * std::numbers::pi;
+
+// The displacement's, made only where the record is long enough.
+using SpectrumOf = std::function<const ExtendedSpectrum&()>;
+
+// The measured ratio A / D'' and its weight, frequency by frequency.
+struct Ratio {
+  std::vector<double> frequency_hz, weight;
+  std::vector<Complex> value;  // divided by sign and level
+  double sign = 1.0, level = 1.0;
+  int num_windows = 0;
+};
+
+// D is differentiated before it is cut into windows: the ratio is then flat but for the sensors themselves, and what a
+// window smears from one frequency to its neighbours does no harm. Dividing spectra by f^2 afterwards costs 1e-3 in
+// gain.
+Ratio measured_ratio(const SpectrumOf& displacement, const Eigen::Ref<const VectorXd>& a, double rate_hz,
+                     const std::vector<unsigned char>& excluded, const RelateOptions& options) {
+  const Index length = static_cast<Index>(std::lround(options.window_s * rate_hz)), step = length / 2;
+  const auto bins = static_cast<std::size_t>(length / 2 + 1);
+  std::vector<Complex> cross(bins);
+  std::vector<double> power(bins);
+  Ratio ratio;
+  if (length < 16 || length > a.size()) return ratio;
+  const double edge_hz = std::min(2.0 * options.to_hz, 0.4 * rate_hz);
+  const VectorXd d = displacement().derivative(2, {edge_hz, 1.2 * edge_hz});
+  const RealFft fft(length);
+  const VectorXd window = hann_window(length);
+  for (Index first = 0; first + length <= d.size(); first += step) {
+    const auto begin = excluded.begin() + std::min<std::ptrdiff_t>(first, std::ssize(excluded));
+    const auto end = excluded.begin() + std::min<std::ptrdiff_t>(first + length, std::ssize(excluded));
+    if (std::any_of(begin, end, [](unsigned char bad) { return bad != 0; })) continue;
+    const auto spectrum = [&](const Eigen::Ref<const VectorXd>& x) {
+      const auto part = x.segment(first, length);
+      return fft.forward(((part.array() - part.mean()) * window.array()).matrix());
+    };
+    const Eigen::VectorXcd D = spectrum(d), A = spectrum(a);
+    for (std::size_t k = 0; k < bins; ++k) {
+      cross[k] += A(static_cast<Index>(k)) * std::conj(D(static_cast<Index>(k)));
+      power[k] += std::norm(D(static_cast<Index>(k)));
+    }
+    ++ratio.num_windows;
+  }
+  double largest = 0.0;
+  for (std::size_t k = 1; k < bins; ++k) {
+    const double f = static_cast<double>(k) * rate_hz / static_cast<double>(length);
+    if (f < options.from_hz || f > options.to_hz || !(power[k] > 0.0)) continue;
+    ratio.frequency_hz.push_back(f);
+    ratio.value.push_back(cross[k] / power[k]);
+    ratio.weight.push_back(std::sqrt(power[k]));
+    largest = std::max(largest, ratio.weight.back());
+  }
+  double upright = 0.0, logs = 0.0, weights = 0.0;
+  for (std::size_t i = 0; i < ratio.value.size(); ++i) {
+    const double weight = ratio.weight[i] * ratio.weight[i];
+    upright += weight * ratio.value[i].real();
+    logs += weight * std::log(std::abs(ratio.value[i]));
+    weights += weight;
+  }
+  if (weights > 0.0 && std::isfinite(logs)) ratio.level = std::exp(logs / weights);
+  ratio.sign = upright < 0.0 ? -1.0 : 1.0;
+  for (Complex& value : ratio.value) value /= ratio.sign * ratio.level;
+  for (double& weight : ratio.weight) weight /= largest;
+  return ratio;
+}
+
+// Parameters: log gain, lag, then log corners; four at most.
+class Model {
+ public:
+  using Slope = Eigen::Matrix<Complex, Eigen::Dynamic, 1, 0, 4, 1>;
+  explicit Model(const VectorXd& p)
+      : gain_(std::exp(p(0))), lag_s_(p(1)), corners_hz_(p.tail(p.size() - 2).array().exp()) {}
+  Complex operator()(double f) const {
+    Complex value = std::polar(gain_, two_pi * f * lag_s_);
+    for (const double corner_hz : corners_hz_) value *= Complex(0.0, f) / Complex(corner_hz, f);
+    return value;
+  }
+  // Derivatives of a value of the model by the parameters.
+  Slope slope(double f, Complex value) const {
+    Slope slope(2 + corners_hz_.size());
+    slope(0) = value;
+    slope(1) = Complex(0.0, two_pi * f) * value;
+    for (Index k = 0; k < corners_hz_.size(); ++k) slope(2 + k) = -value * corners_hz_(k) / Complex(corners_hz_(k), f);
+    return slope;
+  }
+
+ private:
+  double gain_, lag_s_;
+  Eigen::ArrayXd corners_hz_;
+};
+
+struct Fitted {
+  VectorXd p;
+  MatrixXd covariance;
+  double residual = 0.0, mean_error = 0.0, cost = std::numeric_limits<double>::infinity();
+};
+
+// Levenberg-Marquardt on sum rho(|e|^2), rho(z) = 2 (sqrt(1 + z / s^2) - 1) s^2, as reweighted least squares.
+Fitted fit_from(const Ratio& ratio, VectorXd p, double scale) {
+  const Index n = p.size();
+  const auto cost = [&](const VectorXd& at) {
+    const Model model(at);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < ratio.value.size(); ++i) {
+      const Complex e = ratio.weight[i] * (ratio.value[i] - model(ratio.frequency_hz[i]));
+      sum += 2.0 * (std::sqrt(1.0 + std::norm(e) / (scale * scale)) - 1.0);
+    }
+    return sum;
+  };
+  Fitted best{.p = p, .covariance = {}, .cost = cost(p)};
+  MatrixXd normal = MatrixXd::Zero(n, n);
+  double damping = 1e-3, weighted = 0.0, weights = 0.0;
+  for (int iteration = 0; iteration < 200 && damping < 1e12; ++iteration) {
+    normal.setZero();
+    VectorXd gradient = VectorXd::Zero(n);
+    weighted = weights = 0.0;
+    const Model model(best.p);
+    for (std::size_t i = 0; i < ratio.value.size(); ++i) {
+      const double f = ratio.frequency_hz[i];
+      const Complex m = model(f), e = ratio.weight[i] * (ratio.value[i] - m);
+      const double robust = 1.0 / std::sqrt(1.0 + std::norm(e) / (scale * scale));
+      const Model::Slope slope = model.slope(f, ratio.weight[i] * m);
+      normal += robust * (slope.conjugate() * slope.transpose()).real();
+      gradient += robust * (slope.conjugate() * e).real();
+      weighted += robust * std::norm(e);
+      weights += robust;
+    }
+    MatrixXd damped = normal;
+    damped.diagonal() *= 1.0 + damping;
+    const VectorXd step = damped.ldlt().solve(gradient);
+    const VectorXd next = best.p + step;
+    const double next_cost = step.allFinite() ? cost(next) : std::numeric_limits<double>::infinity();
+    if (next_cost < best.cost) {
+      const bool settled = best.cost - next_cost < 1e-10 * best.cost;
+      best.p = next;
+      best.cost = next_cost;
+      damping *= 0.2;
+      if (settled) break;
+    } else {
+      damping *= 5.0;
+    }
+  }
+  // A Hann window makes neighbouring bins share 1.5 bins' worth of information.
+  const double noise = 1.5 * weighted / std::max(1.0, 2.0 * weights - static_cast<double>(n));
+  best.covariance = noise * normal.ldlt().solve(MatrixXd::Identity(n, n));
+  const Model model(best.p);
+  double misfit = 0.0, size = 0.0, errors = 0.0;
+  for (std::size_t i = 0; i < ratio.value.size(); ++i) {
+    const double error = ratio.weight[i] * std::abs(ratio.value[i] - model(ratio.frequency_hz[i]));
+    misfit += error * error;
+    errors += ratio.weight[i] * error;
+    size += std::norm(ratio.weight[i] * ratio.value[i]);
+  }
+  best.residual = std::sqrt(misfit / size);
+  best.mean_error = errors / size;
+  return best;
+}
+
+double median_error(const Ratio& ratio, const VectorXd& p) {
+  const Model model(p);
+  std::vector<double> errors;
+  for (std::size_t i = 0; i < ratio.value.size(); ++i)
+    errors.push_back(ratio.weight[i] * std::abs(ratio.value[i] - model(ratio.frequency_hz[i])));
+  return std::max(median(std::move(errors)), 1e-12);
+}
+
+// With so many poles, from several corners; then twice more with the median error as the scale of the soft L1.
+Fitted fit_poles(const Ratio& ratio, Index poles) {
+  Fitted best;
+  for (const double start_hz : {0.1, 0.4, 1.0}) {
+    VectorXd p = VectorXd::Zero(2 + poles);
+    for (Index k = 0; k < poles; ++k) p(2 + k) = std::log(start_hz * (1.0 + 0.5 * static_cast<double>(k)));
+    Fitted fitted = fit_from(ratio, p, 0.1);
+    if (best.p.size() == 0 || fitted.cost < best.cost) best = std::move(fitted);
+    if (poles == 0) break;
+  }
+  for (int round = 0; round < 2; ++round) best = fit_from(ratio, best.p, median_error(ratio, best.p));
+  return best;
+}
+
+SensorRelation related(const SpectrumOf& displacement, const Eigen::Ref<const VectorXd>& acceleration,
+                       double sample_rate_hz, const std::vector<unsigned char>& excluded,
+                       const RelateOptions& options) {
+  SensorRelation relation;
+  const Ratio ratio = measured_ratio(displacement, acceleration, sample_rate_hz, excluded, options);
+  relation.num_windows = ratio.num_windows;
+  if (ratio.num_windows < options.min_windows) {
+    relation.reason = "too little of the record is free of faults: " + std::to_string(ratio.num_windows) +
+                      " windows of " + std::to_string(static_cast<int>(options.window_s)) + " s, wanted " +
+                      std::to_string(options.min_windows);
+    return relation;
+  }
+  // By the rms of the errors or, if that gets no worse, their mean: a few bins spoilt, by clipping that nobody found,
+  // say, outweigh all others in the squares.
+  Fitted best = fit_poles(ratio, 0);
+  for (Index poles = 1; poles <= 2; ++poles) {
+    Fitted more = fit_poles(ratio, poles);
+    const double bar = 1.0 - options.pole_gain;
+    if (more.residual < bar * best.residual ||
+        (more.mean_error < bar * best.mean_error && more.residual < 1.1 * best.residual))
+      best = std::move(more);
+  }
+  if (best.residual > 0.5) {
+    relation.reason = "the two sensors do not describe one motion";
+    relation.residual = best.residual;
+    return relation;
+  }
+  const VectorXd std = best.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  relation.sign = ratio.sign;
+  relation.gain = ratio.level * std::exp(best.p(0));
+  relation.gain_std = relation.gain * std(0);
+  relation.lag_s = best.p(1);
+  relation.lag_std_s = std(1);
+  for (Index k = 2; k < best.p.size(); ++k) {
+    relation.highpass_hz.push_back(std::exp(best.p(k)));
+    relation.highpass_std_hz.push_back(relation.highpass_hz.back() * std(k));
+  }
+  // d(sum of corners) = sum of corner d(log corner)
+  VectorXd slope = VectorXd::Zero(best.p.size());
+  for (Index k = 2; k < best.p.size(); ++k) slope(k) = std::exp(best.p(k));
+  relation.highpass_sum_std_hz = std::sqrt(std::max(0.0, slope.dot(best.covariance * slope)));
+  relation.residual = best.residual;
+  return relation;
+}
+
+}  // namespace
+
+Complex highpass_response(const std::vector<double>& corners_hz, double frequency_hz) {
+  Complex value = 1.0;
+  // i f / (c + i f) without a complex division, which guards against overflow at several times the price.
+  for (const double corner : corners_hz)
+    value *= frequency_hz / (corner * corner + frequency_hz * frequency_hz) * Complex(frequency_hz, corner);
+  return value;
+}
+
+SensorRelation relate_sensors(const Eigen::Ref<const VectorXd>& displacement,
+                              const Eigen::Ref<const VectorXd>& acceleration, double sample_rate_hz,
+                              const std::vector<unsigned char>& excluded, const RelateOptions& options) {
+  std::optional<ExtendedSpectrum> spectrum;
+  return related([&]() -> const ExtendedSpectrum& { return spectrum.emplace(displacement, sample_rate_hz); },
+                 acceleration, sample_rate_hz, excluded, options);
+}
+
+namespace {
+
+struct Pair {
+  const char* name;
+  Role displacement, acceleration;
+};
+constexpr Pair pairs[] = {{"r and ddr", Role::r, Role::ddr}, {"y and ddy", Role::y, Role::ddy}};
+
+SensorRelation relate_pair(ColumnSpectra& spectra, const Pair& pair, const std::vector<unsigned char>& excluded,
+                           const RelateOptions& options) {
+  const Recording& recording = spectra.recording();
+  const Index d = recording.find(pair.displacement), a = recording.find(pair.acceleration);
+  SensorRelation relation = related([&]() -> const ExtendedSpectrum& { return spectra.of(d); },
+                                    recording.samples.col(a), recording.sample_rate_hz, excluded, options);
+  relation.name = pair.name;
+  relation.displacement = recording.channels[static_cast<std::size_t>(d)].name;
+  relation.acceleration = recording.channels[static_cast<std::size_t>(a)].name;
+  relation.declared_hz = recording.channels[static_cast<std::size_t>(a)].highpass_hz;
+  return relation;
+}
+
+bool has(const Recording& recording, const Pair& pair) {
+  return recording.find(pair.displacement) >= 0 && recording.find(pair.acceleration) >= 0;
+}
+
+}  // namespace
+
+std::vector<SensorRelation> relate_pairs(ColumnSpectra& spectra, const std::vector<unsigned char>& excluded,
+                                         const RelateOptions& options) {
+  std::vector<SensorRelation> relations;
+  for (const Pair& pair : pairs)
+    if (has(spectra.recording(), pair)) relations.push_back(relate_pair(spectra, pair, excluded, options));
+  return relations;
+}
+
+bool can_be_corrected(const SensorRelation& relation) {
+  return relation.reason.empty() && relation.sign > 0.0;
+}
+
+bool gain_is_plausible(const SensorRelation& relation) {
+  return std::abs(relation.gain - 1.0) <= largest_gain_error;
+}
+
+Equalised equalise_sensors(ColumnSpectra& spectra, const std::vector<unsigned char>& excluded, ScaleReference scale,
+                           const RelateOptions& options) {
+  const Recording& recording = spectra.recording();
+  Equalised result;
+  std::optional<std::vector<double>> base_highpass;
+  for (const Pair& pair : pairs) {
+    if (!has(recording, pair)) continue;
+    SensorRelation relation = relate_pair(spectra, pair, excluded, options);
+    if (can_be_corrected(relation)) {
+      const bool displacement_counts = scale == ScaleReference::displacement;
+      const double lag_s = relation.lag_s, ratio = gain_is_plausible(relation) ? relation.gain : 1.0;
+      const double gain = displacement_counts ? 1.0 : ratio;
+      spectra.change(recording.find(pair.displacement)).multiply([&](double f) {
+        return std::polar(gain, two_pi * f * lag_s);
+      });
+      if (displacement_counts)
+        spectra.change(recording.find(pair.acceleration)).multiply([&](double) { return 1.0 / ratio; });
+    }
+    // Without a relation, the corners somebody wrote down.
+    const auto& corners = can_be_corrected(relation) ? relation.highpass_hz : relation.declared_hz;
+    if (pair.acceleration == Role::ddr)
+      base_highpass = corners;
+    else
+      result.highpass_hz = corners;
+    result.relations.push_back(std::move(relation));
+  }
+  // The base acceleration takes on the payload's coupling; both lose what lies below any useful frequency.
+  const auto& shared = result.highpass_hz;
+  const bool coupled = !shared.empty() || (base_highpass && !base_highpass->empty());
+  for (const Role role : {Role::ddr, Role::ddy}) {
+    const Index a = recording.find(role);
+    if (a < 0 || result.relations.empty() || !coupled) continue;
+    const std::vector<double>& own = role == Role::ddr && base_highpass ? *base_highpass : shared;
+    spectra.change(a).multiply([&](double f) {
+      constexpr double lowest_hz = 0.02;
+      if (f < lowest_hz) return Complex(0.0);
+      return own == shared ? Complex(1.0) : highpass_response(shared, f) / highpass_response(own, f);
+    });
+  }
+  return result;
+}
+
+void restore_low_frequencies(ColumnSpectra& spectra, const std::vector<double>& highpass_hz) {
+  if (highpass_hz.empty()) return;
+  const double upper_hz = *std::max_element(highpass_hz.begin(), highpass_hz.end());
+  // 1 where the displacement counts, 0 where the accelerometer does.
+  const SpectralBand low{upper_hz / 2.0, upper_hz};
+  for (const auto& [displacement, acceleration] : {std::pair{Role::r, Role::ddr}, std::pair{Role::y, Role::ddy}}) {
+    const Index d = spectra.recording().find(displacement), a = spectra.recording().find(acceleration);
+    if (d < 0 || a < 0) continue;
+    ExtendedSpectrum& whole = spectra.change(a);
+    whole.multiply([&](double f) {
+      return f <= low.rolloff_hz ? Complex(0.0) : (1.0 - low.gain(f)) / highpass_response(highpass_hz, f);
+    });
+    whole.add(spectra.of(d), [&](double f) { return -two_pi * f * two_pi * f * low.gain(f); });
+  }
+}
+
+double power_balance(const Eigen::Ref<const VectorXd>& velocity, const Eigen::Ref<const VectorXd>& acceleration,
+                     const std::vector<unsigned char>& use) {
+  double va = 0.0, vv = 0.0, aa = 0.0, v_sum = 0.0, a_sum = 0.0, count = 0.0;
+  for (Index i = 0; i < velocity.size(); ++i) {
+    if (use[static_cast<std::size_t>(i)] == 0) continue;
+    v_sum += velocity(i), a_sum += acceleration(i), count += 1.0;
+  }
+  for (Index i = 0; i < velocity.size(); ++i) {
+    if (use[static_cast<std::size_t>(i)] == 0) continue;
+    const double v = velocity(i) - v_sum / count, a = acceleration(i) - a_sum / count;
+    va += v * a, vv += v * v, aa += a * a;
+  }
+  return vv > 0.0 && aa > 0.0 ? va / std::sqrt(vv * aa) : std::numeric_limits<double>::quiet_NaN();
+}
+
+}  // namespace dsp

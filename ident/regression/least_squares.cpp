@@ -1,0 +1,58 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+
+#include "ident/fit.hpp"
+#include "ident/regression/finish_fit.hpp"
+
+namespace ident {
+namespace {
+
+Fit least_squares(const RFactor& data, const std::vector<Eigen::Index>& terms, double penalty, Method method) {
+  const UnitProblem problem = unit_problem(data);
+  Fit fit;
+  fit.method = method;
+  if (cannot_begin(problem, fit)) return fit;
+  std::vector<Eigen::Index> kept;
+  for (const Eigen::Index term : terms) {
+    if (term < 0 || term >= problem.num_terms()) throw std::invalid_argument("fit_ols: no such term");
+    if (problem.column_norm(term) > 0.0) kept.push_back(term);
+  }
+  if (penalty == 0.0 && problem.num_samples < static_cast<Eigen::Index>(kept.size())) {
+    fit.status = FitStatus::too_few_rows;
+    return fit;
+  }
+  fit.steps.push_back(start_from(kept));
+  finish_least_squares(problem, std::move(kept), penalty, fit);
+  if (penalty > 0.0 && std::isnan(fit.noise_variance))
+    fit.remarks.push_back(
+        fmt::format("{} rows for {} terms: nothing is left to tell the noise, so there are no error bars",
+                    problem.num_samples, fit.relevant.size()));
+  for (FitStep& step : fit.steps) step.noise_variance = fit.noise_variance;
+  return fit;
+}
+
+std::vector<Eigen::Index> all_terms(const RFactor& data) {
+  std::vector<Eigen::Index> all(static_cast<std::size_t>(data.num_terms));
+  std::iota(all.begin(), all.end(), Eigen::Index{0});
+  return all;
+}
+
+}  // namespace
+
+Fit fit_ols(const RFactor& data) {
+  return least_squares(data, all_terms(data), 0.0, Method::ols);
+}
+
+Fit fit_ols(const RFactor& data, const std::vector<Eigen::Index>& terms) {
+  return least_squares(data, terms, 0.0, Method::ols);
+}
+
+Fit fit_ridge(const RFactor& data, const RidgeOptions& options) {
+  if (!(options.lambda > 0.0)) throw std::invalid_argument("fit_ridge: lambda must be positive");
+  return least_squares(data, all_terms(data), options.lambda, Method::ridge);
+}
+
+}  // namespace ident

@@ -1,0 +1,59 @@
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "ident/fit.hpp"
+#include "ident/regression/finish_fit.hpp"
+
+namespace ident {
+namespace {
+
+using Eigen::Index;
+
+std::vector<Index> below_threshold(const UnitProblem& problem, const StlsqOptions& options, const Fit& fit) {
+  std::vector<Index> small;
+  for (std::size_t j = 0; j < fit.relevant.size(); ++j) {
+    const double scale = options.unit_norm ? problem.column_norm(fit.relevant[j]) / problem.target_norm : 1.0;
+    if (!(std::abs(fit.mean(static_cast<Index>(j))) * scale >= options.threshold)) small.push_back(fit.relevant[j]);
+  }
+  return small;
+}
+
+}  // namespace
+
+Fit fit_stlsq(const RFactor& data, const StlsqOptions& options) {
+  if (!(options.threshold >= 0.0)) throw std::invalid_argument("fit_stlsq: threshold must not be negative");
+  const UnitProblem problem = unit_problem(data);
+  Fit fit;
+  fit.method = Method::stlsq;
+  if (cannot_begin(problem, fit)) return fit;
+  std::vector<Index> kept = usable_terms(problem);
+  if (problem.num_samples < static_cast<Index>(kept.size())) {
+    fit.status = FitStatus::too_few_rows;
+    return fit;
+  }
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  fit.steps.push_back(start_from(kept));
+  for (std::size_t solved = 0;;) {
+    ++fit.iterations;
+    finish_least_squares(problem, kept, 0.0, fit);
+    for (; solved < fit.steps.size(); ++solved) fit.steps[solved].noise_variance = fit.noise_variance;
+    const std::vector<Index> small = below_threshold(problem, options, fit);
+    if (small.empty()) break;
+    if (fit.iterations >= options.max_iterations) {
+      fit.status = FitStatus::iteration_limit;
+      break;
+    }
+    kept.clear();
+    for (std::size_t i = 0, next = 0; i < fit.relevant.size(); ++i) {
+      if (next == small.size() || fit.relevant[i] != small[next]) {
+        kept.push_back(fit.relevant[i]);
+        continue;
+      }
+      fit.steps.push_back({FitAction::remove, small[next++], nan, nan});
+    }
+  }
+  return fit;
+}
+
+}  // namespace ident

@@ -1,0 +1,165 @@
+#include "sim/ode/driven_oscillator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace sim {
+namespace {
+
+constexpr double two_pi = 6.283185307179586;
+
+/// Zero of g between 0 and `end`, where its signs differ, by the Illinois variant of false position.
+template <class Function>
+double zero_of(const Function& g, double end, double at_begin, double at_end) {
+  double low = 0.0, high = end;
+  for (int i = 0; i < 60 && high - low > 1e-13 * end; ++i) {
+    const double middle = std::clamp(high - at_end * (high - low) / (at_end - at_begin), low, high);
+    const double value = g(middle);
+    if (value == 0.0) return middle;
+    if ((value > 0.0) == (at_end > 0.0)) {
+      if (high - middle < 1e-13 * end) return middle;
+      high = middle, at_end = value;
+      at_begin *= 0.5;
+    } else {
+      if (middle - low < 1e-13 * end) return middle;
+      low = middle, at_begin = value;
+      at_end *= 0.5;
+    }
+  }
+  return 0.5 * (low + high);
+}
+
+/// Extends [low, high] by a stretch of motion, a cubic between values and slopes at its ends.
+void extend(double& low, double& high, double z0, double dz0, double z1, double dz1, double h) {
+  low = std::min({low, z0, z1}), high = std::max({high, z0, z1});
+  if (!(dz0 * dz1 < 0.0)) return;
+  // z'(u) / h = a u^2 + b u + dz0 h, u from 0 to 1.
+  const double d0 = h * dz0, d1 = h * dz1, rise = z1 - z0;
+  const double a = 3.0 * (d0 + d1 - 2.0 * rise), b = 2.0 * (3.0 * rise - 2.0 * d0 - d1);
+  const double root = std::sqrt(std::max(b * b - 4.0 * a * d0, 0.0));
+  const double u = 2.0 * d0 / (d0 > 0.0 ? -b + root : -b - root);
+  if (!(u > 0.0 && u < 1.0)) return;
+  const double z = z0 + u * (d0 + u * (0.5 * b + u * a / 3.0));
+  low = std::min(low, z), high = std::max(high, z);
+}
+
+class Stepper {
+ public:
+  Stepper(const DrivenOscillator& oscillator, double frequency_hz, double amplitude)
+      : oscillator_(oscillator), w_(two_pi * frequency_hz), amplitude_(amplitude) {}
+
+  [[nodiscard]] DrivenOscillator::Drive drive(double t) const {
+    const double u = amplitude_ * std::cos(w_ * t);
+    return {u, -amplitude_ * w_ * std::sin(w_ * t), -w_ * w_ * u};
+  }
+
+  /// State after h in the mode of `s`, whatever its velocity does meanwhile.
+  [[nodiscard]] OscillatorState slip(double t, const OscillatorState& s, double h) const {
+    const double sign = s.mode;
+    const auto begin = drive(t), middle = drive(t + 0.5 * h), end = drive(t + h);
+    const double v1 = s.v, a1 = oscillator_.acceleration(begin, s.q, v1, sign);
+    const double v2 = s.v + 0.5 * h * a1, a2 = oscillator_.acceleration(middle, s.q + 0.5 * h * v1, v2, sign);
+    const double v3 = s.v + 0.5 * h * a2, a3 = oscillator_.acceleration(middle, s.q + 0.5 * h * v2, v3, sign);
+    const double v4 = s.v + h * a3, a4 = oscillator_.acceleration(end, s.q + h * v3, v4, sign);
+    return {s.q + h / 6.0 * (v1 + 2.0 * (v2 + v3) + v4), s.v + h / 6.0 * (a1 + 2.0 * (a2 + a3) + a4), s.mode};
+  }
+
+  struct Rest {
+    double pull, limit;
+  };
+  /// The forces on a resting q without friction, and what friction can hold.
+  [[nodiscard]] Rest at_rest(double t, double q) const {
+    const auto u = drive(t);
+    const double up = oscillator_.acceleration(u, q, 0.0, 1.0), down = oscillator_.acceleration(u, q, 0.0, -1.0);
+    return {0.5 * (up + down), std::max(0.5 * (down - up), oscillator_.static_friction)};
+  }
+  [[nodiscard]] int mode_at_rest(double t, double q) const {
+    const Rest rest = at_rest(t, q);
+    return std::abs(rest.pull) <= rest.limit ? 0 : rest.pull > 0.0 ? 1 : -1;
+  }
+
+  /// Goes on from t by at most h, to the next event or the end; returns by how much.
+  double advance(double t, OscillatorState& s, double h) const {
+    if (s.mode == 0) return held(t, s, h);
+    const OscillatorState end = slip(t, s, h);
+    if (!oscillator_.switches || !(s.mode * end.v < 0.0)) {
+      s = end;
+      return h;
+    }
+    if (s.v == 0.0 && s.mode * slip(t, s, 1e-3 * h).v <= 0.0) {  // let go by rounding only: nothing moves yet
+      s.mode = 0;
+      return h;
+    }
+    // From a start at rest the velocity leaves zero first: look for the zero beyond.
+    const double begin = s.v == 0.0 ? 1e-3 * h : 0.0;
+    const OscillatorState from = begin > 0.0 ? slip(t, s, begin) : s;
+    const double passed = begin + zero_of([&](double d) { return slip(t, s, begin + d).v; }, h - begin, from.v, end.v);
+    s = slip(t, s, passed);
+    s.v = 0.0;
+    s.mode = mode_at_rest(t + passed, s.q);
+    return passed;
+  }
+
+ private:
+  double held(double t, OscillatorState& s, double h) const {
+    const int leaves = mode_at_rest(t + h, s.q);
+    if (leaves == 0) return h;
+    s.mode = leaves;
+    const auto excess = [&](double d) {
+      const Rest rest = at_rest(t + d, s.q);
+      return leaves * rest.pull - rest.limit;
+    };
+    const double at_begin = excess(0.0);
+    return at_begin < 0.0 ? zero_of(excess, h, at_begin, excess(h)) : 0.0;
+  }
+
+  const DrivenOscillator& oscillator_;
+  double w_, amplitude_;
+};
+
+}  // namespace
+
+int starting_mode(const DrivenOscillator& oscillator, double frequency_hz, double amplitude,
+                  const OscillatorState& state) {
+  if (!oscillator.switches) return 1;
+  if (state.v != 0.0) return state.v > 0.0 ? 1 : -1;
+  return Stepper(oscillator, frequency_hz, amplitude).mode_at_rest(0.0, state.q);
+}
+
+DrivenPeriod run_period(const DrivenOscillator& oscillator, double frequency_hz, double amplitude,
+                        const OscillatorState& start, int num_steps) {
+  const Stepper stepper(oscillator, frequency_hz, amplitude);
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  DrivenPeriod period{.end = start,
+                      .x_low = infinity,
+                      .x_high = -infinity,
+                      .y_low = infinity,
+                      .y_high = -infinity,
+                      .x_fundamental = {}};
+  const double step_s = 1.0 / (frequency_hz * num_steps), tiny_s = 1e-12 * step_s;
+  OscillatorState& s = period.end;
+  double stuck_s = 0.0;
+  for (int i = 0; i < num_steps; ++i) {
+    const double begin_s = i * step_s;
+    period.x_fundamental +=
+        (s.q + oscillator.x_per_drive * stepper.drive(begin_s)[0]) * std::polar(1.0, -two_pi * i / num_steps);
+    for (double done_s = 0.0; step_s - done_s > tiny_s;) {
+      const OscillatorState before = s;
+      const auto drive = stepper.drive(begin_s + done_s);
+      const double passed_s = stepper.advance(begin_s + done_s, s, step_s - done_s);
+      done_s += passed_s;
+      if (before.mode == 0) stuck_s += passed_s;
+      const auto after = stepper.drive(begin_s + done_s);
+      const double px = oscillator.x_per_drive, py = oscillator.y_per_drive;
+      extend(period.x_low, period.x_high, before.q + px * drive[0], before.v + px * drive[1], s.q + px * after[0],
+             s.v + px * after[1], passed_s);
+      extend(period.y_low, period.y_high, before.q + py * drive[0], before.v + py * drive[1], s.q + py * after[0],
+             s.v + py * after[1], passed_s);
+    }
+  }
+  period.stuck_share = stuck_s * frequency_hz;
+  return period;
+}
+
+}  // namespace sim

@@ -1,0 +1,205 @@
+#include "apps/cli/replicate_command.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "apps/paper/paper_comparison.hpp"
+#include "support/fault.hpp"
+#include "support/scratch.hpp"
+
+using nlohmann::json;
+
+namespace {
+
+json replicate(const support::Scratch& scratch, apps::ReplicateArguments arguments) {
+  arguments.folder = scratch / "out";
+  arguments.force = true;
+  apps::Console console({.verbosity = -1, .progress = apps::ProgressMode::never});
+  apps::run_replicate(arguments, console);
+  return json::parse(support::bytes_of(scratch / "out" / "replicate.json"));
+}
+
+// Verdicts of the case's printed numbers, counted by quantity, method and verdict.
+std::map<std::string, int> verdicts(const char* name) {
+  const auto replication = apps::replicate_case(*apps::find_section4_case(name), {.first_seed = 80000});
+  std::map<std::string, int> counts;
+  for (const auto& c : apps::compare_with_paper(replication))
+    ++counts[c.quantity + " " + c.method + " " + c.verdict.verdict];
+  return counts;
+}
+
+}  // namespace
+
+TEST_CASE("replicate writes the table, the figure and the JSON of what was asked", "[apps][replicate]") {
+  const support::Scratch scratch;
+  const auto document = replicate(scratch, {.items = {"table-1", "fig-3"}, .folder = {}, .first_seed = 7, .tau = {}});
+  CHECK(std::filesystem::exists(scratch / "out" / "table-1.txt"));
+  CHECK(std::filesystem::exists(scratch / "out" / "fig-3.svg"));
+  CHECK_FALSE(std::filesystem::exists(scratch / "out" / "fig-2.svg"));
+  CHECK_FALSE(std::filesystem::exists(scratch / "out" / "table-2.txt"));
+  const auto& fits = document.at("fits");
+  REQUIRE(fits.size() == 2 * 2 * 7);  // two cases, two rows, seven methods
+  for (const auto& fit : fits) {
+    CHECK((fit.at("case") == "duffing" || fit.at("case") == "coulomb"));
+    CHECK(fit.at("seed") == 7);
+    CHECK(fit.at("noise") == 0.1);
+    for (const char* key :
+         {"row", "method", "selection", "support_exact", "false_terms", "missing_terms", "terms", "seconds"})
+      CHECK(fit.contains(key));
+    for (const auto& term : fit.at("terms"))
+      for (const char* key : {"name", "true", "mean", "std"}) CHECK(term.contains(key));
+  }
+  REQUIRE(document.at("free_run").size() == 2 * 4 * 2 * 3);  // cases, ratios, signals, methods
+  for (const auto& run : document.at("free_run")) CHECK(run.at("nmse").get<double>() < 0.1);
+  for (const auto& entry : document.at("paper"))
+    for (const char* key : {"table", "row", "term", "method", "paper", "ours", "ours_std", "verdict"})
+      CHECK(entry.contains(key));
+  CHECK_THAT(support::bytes_of(scratch / "out" / "table-1.txt"), Catch::Contains("not an uncertainty"));
+  CHECK_THAT(support::bytes_of(scratch / "out" / "fig-3.svg"), Catch::Contains("free-run NMSE"));
+}
+
+TEST_CASE("a folder of results is replaced whole, only when told to, and never through a link", "[apps][replicate]") {
+  const support::Scratch scratch;
+  (void)replicate(scratch, {.items = {"table-2"}, .folder = {}, .tau = {}});
+  REQUIRE(std::filesystem::exists(scratch / "out" / "table-2.txt"));
+  apps::Console console({.verbosity = -1, .progress = apps::ProgressMode::never});
+  apps::ReplicateArguments again{.items = {"table-1"}, .folder = scratch / "out", .tau = {}};
+  support::check_fault([&] { apps::run_replicate(again, console); }, dsp::FaultKind::output, "output.exists",
+                       {"--force"});
+  again.force = true;
+  apps::run_replicate(again, console);
+  CHECK(std::filesystem::exists(scratch / "out" / "table-1.txt"));
+  CHECK_FALSE(std::filesystem::exists(scratch / "out" / "table-2.txt"));
+  CHECK(std::filesystem::exists(scratch / "out" / "manifest.json"));
+  std::filesystem::create_symlink(scratch / "out", scratch / "link");
+  again.folder = scratch / "link";
+  support::check_fault([&] { apps::run_replicate(again, console); }, dsp::FaultKind::output, "output.symlink", {});
+}
+
+TEST_CASE("seconds are per seed, whichever is the first", "[apps][replicate]") {
+  auto replication = apps::replicate_case(*apps::find_section4_case("duffing"), {.num_seeds = 2, .first_seed = 0});
+  for (apps::CaseFit& fit : replication.fits) fit.seconds = 1.0;
+  replication.accumulate_seconds = 0.25;
+  for (const auto& c : apps::compare_with_paper(replication))
+    if (c.quantity == "seconds") CHECK(c.ours == 2.25);  // two rows
+}
+
+TEST_CASE("replicate says what it does not know", "[apps][replicate]") {
+  const support::Scratch scratch;
+  const auto fault = [&](apps::ReplicateArguments arguments, const std::string& name, const std::string& piece) {
+    support::check_fault([&] { (void)replicate(scratch, arguments); }, dsp::FaultKind::usage, name, {piece});
+  };
+  fault({.items = {"table-99"}, .folder = {}, .tau = {}}, "replicate.item",
+        "'table-99' is not known; there are table-1 to table-12");
+  fault({.items = {}, .folder = {}, .tau = {}}, "replicate.item", "nothing to do");
+  fault({.items = {"all"}, .folder = {}, .num_seeds = 0, .tau = {}}, "replicate.seeds", "--seeds 0");
+  fault({.items = {"all"}, .folder = {}, .noise = -1.0, .tau = {}}, "replicate.noise", "--noise -1");
+  fault({.items = {"all"}, .folder = {}, .selection = "best", .tau = {}}, "replicate.selection", "evidence or type2");
+  fault({.items = {"all"}, .folder = {}, .tau = -2.0}, "replicate.tau", "--tau -2");
+}
+
+TEST_CASE("selection and tau reach the fits", "[apps][replicate]") {
+  const support::Scratch scratch;
+  const auto type2 = replicate(scratch, {.items = {"table-1"}, .folder = {}, .selection = "type2", .tau = {}});
+  int false_terms = 0;
+  for (const auto& fit : type2.at("fits"))
+    if (fit.at("method") == "fast_rvm") false_terms += static_cast<int>(fit.at("false_terms").size());
+  CHECK(false_terms >= 1);
+  const auto strict = replicate(scratch, {.items = {"table-1"}, .folder = {}, .tau = 1e5});
+  for (const auto& fit : strict.at("fits"))
+    if (fit.at("method") == "fast_rvm" && fit.at("row") == "2") CHECK(fit.at("missing_terms").size() >= 2);
+}
+
+TEST_CASE("the two-state equivalent of Bouc-Wen diverges at 0.75 and says so", "[apps][replicate]") {
+  const auto replication = apps::replicate_case(*apps::find_section4_case("bouc-wen-2"), {.first_seed = 80100});
+  int diverged = 0;
+  for (const auto& score : replication.scores) {
+    INFO(score.method << " " << score.kind << " " << score.signal << " at " << score.ratio << ": " << score.nmse);
+    if (score.kind == "one_step" && score.signal == "a") CHECK(score.nmse <= 0.013);
+    if (score.kind != "free_run") continue;
+    if (score.ratio == 0.75) {
+      CHECK(std::isnan(score.nmse));
+      CHECK_THAT(score.status, Catch::Contains("diverged") && Catch::Contains("t = "));
+      ++diverged;
+    } else if (score.signal == "v") {
+      CHECK(score.nmse <= 0.006);
+    }
+  }
+  CHECK(diverged == 6);  // two signals, three methods
+}
+
+TEST_CASE("free runs of exact equations stay close to the truth at ratios held out", "[apps][replicate]") {
+  // What one draw in a thousand may reach: about three times the worst of twenty.
+  const std::map<std::string, double> bars{
+      {"bouc-wen", 1e-4}, {"valanis-3", 5e-5}, {"valanis-2", 8e-3}, {"valanis-1", 3e-2}, {"valanis-4", 3e-2}};
+  for (const auto& [name, bar] : bars)
+    for (const auto& score : apps::replicate_case(*apps::find_section4_case(name), {.first_seed = 80200}).scores)
+      if (score.kind == "free_run" && score.signal == "x" && score.method == "fast_rvm") {
+        INFO(name << " at " << score.ratio << ", seed " << score.seed);
+        CHECK(score.nmse <= bar);
+      }
+}
+
+TEST_CASE("free runs over twenty seeds keep to the ambitious bars but for one in fifty", "[apps][replicate][slow]") {
+  struct Bar {
+    const char* name;
+    double all, at_125;  // Duffing at 1.25 is sensitive to its initial state
+  };
+  int over = 0, runs = 0;
+  for (const Bar bar : {Bar{"duffing", 3e-4, 3e-2},
+                        {"coulomb", 7.5e-4, 0.0},
+                        {"bouc-wen", 5e-5, 0.0},
+                        {"valanis-1", 1.7e-2, 0.0},
+                        {"valanis-2", 4e-3, 0.0},
+                        {"valanis-3", 2e-5, 0.0},
+                        {"valanis-4", 1.7e-2, 0.0}}) {
+    double largest = 0.0;
+    int above = 0, all = 0;
+    const auto replication =
+        apps::replicate_case(*apps::find_section4_case(bar.name), {.num_seeds = 20, .first_seed = 123450});
+    for (const auto& score : replication.scores) {
+      if (score.kind != "free_run" || score.signal != "x" || score.method != "fast_rvm") continue;
+      const double limit = score.ratio == 1.25 && bar.at_125 > 0.0 ? bar.at_125 : bar.all;
+      largest = std::max(largest, score.nmse / limit);
+      above += !(score.nmse <= limit);
+      ++all;
+    }
+    std::printf("%-10s %2d of %2d free runs above the bar, the worst at %.2f of it\n", bar.name, above, all, largest);
+    INFO(bar.name);
+    CHECK(largest <= 2.0);
+    over += above;
+    runs += all;
+  }
+  CHECK(over <= runs / 50);
+}
+
+TEST_CASE("the verdicts on the paper's tables", "[apps][replicate][paper]") {
+  const auto duffing = verdicts("duffing");
+  CHECK(duffing.at("mean fast_rvm within noise") == 5);
+  CHECK(duffing.at("mean sindy within noise") == 5);
+  CHECK(duffing.at("cov slow_rvm within noise") == 5);
+  CHECK(duffing.at("cov fast_rvm not reproducible") == 5);  // none of them is an uncertainty
+  const auto coulomb = verdicts("coulomb");
+  CHECK(coulomb.at("cov slow_rvm misprint") == 1);
+  CHECK(coulomb.at("cov fast_rvm misprint") == 2);
+  const auto bouc_wen = verdicts("bouc-wen");
+  CHECK(bouc_wen.at("mean slow_rvm within noise") == 6);
+  CHECK(bouc_wen.at("cov fast_rvm misprint") == 2);
+  const auto valanis = verdicts("valanis-4");
+  CHECK(valanis.at("mean fast_rvm not reproducible") == 1);  // 39.0006 v sin(x)
+  CHECK(valanis.at("mean sindy not reproducible") == 3);     // x^2, x v and what it does to v sin(x)
+  // The reasons are computed: without the record at resonance all that Table 8 prints would be within noise, and no
+  // single alternative is told as one where it is not.
+  for (const auto& [name, alternative] : {std::pair{"valanis-4", "without the record at ratio 1"},
+                                          {"bouc-wen-2", "v^2 and |x| v beside the printed terms"}}) {
+    const auto replication = apps::replicate_case(*apps::find_section4_case(name), {.first_seed = 80000});
+    for (const auto& c : apps::compare_with_paper(replication)) {
+      if (c.quantity != "mean" || c.verdict.verdict != "not reproducible") continue;
+      INFO(name << " " << c.row << " " << c.term << " " << c.method << ": " << c.verdict.reason);
+      CHECK_THAT(c.verdict.reason, Catch::Contains(alternative) && Catch::Contains("would explain the print"));
+    }
+  }
+}

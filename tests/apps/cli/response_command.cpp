@@ -1,0 +1,270 @@
+#include "apps/cli/response_command.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "apps/equation_oscillator.hpp"
+#include "apps/identified_equation.hpp"
+#include "apps/output/steps_table.hpp"
+#include "apps/response_draws.hpp"
+#include "sim/ode/frequency_response.hpp"
+#include "support/fault.hpp"
+#include "support/program.hpp"
+
+using nlohmann::json;
+using support::check_fault;
+using support::Scratch;
+
+namespace {
+
+struct Coefficient {
+  std::string name;
+  double mean = 0.0, std = 0.0;
+};
+
+json equation_of(const std::string& range, const std::string& target, const std::vector<Coefficient>& terms) {
+  json row{{"range", range},
+           {"method", "fast_rvm"},
+           {"target", target},
+           {"text", target + " = ..."},
+           {"trust", "trusted"},
+           {"terms", json::array()},
+           {"covariance_robust", nullptr}};
+  for (const auto& term : terms) {
+    row["terms"].push_back({{"name", term.name}, {"mean", term.mean}, {"std", term.std}, {"scale", 0.03}});
+    row["covariance"].push_back(std::vector<double>(terms.size(), 0.0));
+    row["covariance"].back().back() = 0.0;
+    row["covariance"].back()[row["covariance"].size() - 1] = term.std * term.std;
+  }
+  return row;
+}
+
+/// A run folder with these equations, as far as the frequency response looks at one.
+void make_run(const Scratch& folder, const std::vector<json>& equations, const std::string& header) {
+  (void)folder.file("manifest.json", "{}");
+  (void)folder.file("equation.json", json{{"equations", equations}}.dump());
+  (void)folder.file("prepared.csv", header + "\n");
+}
+
+const std::vector<Coefficient> t0{
+    {"x", -50.0, 0.02}, {"v", -0.8, 1e-3}, {"x^3", -9.5e4, 40.0}, {"sgn(v)", -0.08, 1e-4}, {"ddr", -1.0, 3e-4}};
+
+apps::ResponseArguments arguments_for(const Scratch& folder) {
+  apps::ResponseArguments arguments;
+  arguments.run = folder / "";
+  arguments.folder = folder / "frc";
+  return arguments;
+}
+
+json respond(const apps::ResponseArguments& arguments) {
+  apps::Console console({.verbosity = -1});
+  apps::run_response(arguments, console);
+  return json::parse(support::bytes_of(arguments.folder / "frc.json"));
+}
+
+}  // namespace
+
+TEST_CASE("the true equation with its static friction answers as the rig does", "[apps][response_command]") {
+  const Scratch folder;
+  make_run(folder, {equation_of("all", "a", t0)}, "t,r,y,x,v,a,ddr");
+  auto arguments = arguments_for(folder);
+  arguments.static_friction = 0.385;
+  arguments.set = {"from_hz=0.79", "to_hz=1.56"};
+  arguments.num_draws = 0;
+  const json found = respond(arguments);
+  CHECK(found["frequency_response"]["up"]["unlock_hz"].get<double>() == Approx(1.48));
+  CHECK(found["frequency_response"]["down"]["jump_hz"].get<double>() == Approx(1.49));
+  CHECK(found["frequency_response"]["down"]["lock_hz"].get<double>() == Approx(0.82));
+  CHECK(found["located"]["up"]["unlock_hz"]["value"].get<double>() == Approx(1.47212).margin(1.1e-4));
+  CHECK(found["located"]["up"]["unlock_hz"]["draws_std"].is_null());
+
+  // Without it, friction at rest is the sliding one: it breaks loose where (2 pi f)^2 A passes 0.08 m/s^2.
+  arguments.static_friction.reset();
+  arguments.set = {"from_hz=0.6", "to_hz=0.8"};
+  const json sliding = respond(arguments);
+  CHECK(sliding["located"]["up"]["unlock_hz"]["value"].get<double>() ==
+        Approx(std::sqrt(0.08 / 4.5e-3) / (2.0 * M_PI)).margin(1.1e-4));
+  CHECK(sliding["located"]["down"]["lock_hz"]["value"].get<double>() ==
+        Approx(std::sqrt(0.08 / 4.5e-3) / (2.0 * M_PI)).margin(0.005));  // with what is left of x on the spring
+  CHECK(sliding["remarks"][0].get<std::string>().find("static friction cannot be identified") != std::string::npos);
+}
+
+TEST_CASE("uncertain coefficients spread amplitudes and jumps, the same for any number of threads",
+          "[apps][response_command]") {
+  const Scratch folder;
+  // Only damping is uncertain and the oscillator is linear: the amplitude's deviation follows from its slope.
+  const std::vector<Coefficient> linear{{"x", -50.0, 0.0}, {"v", -0.8, 0.02}, {"ddr", -1.0, 0.0}};
+  make_run(folder, {equation_of("all", "a", linear)}, "t,r,y,x,v,a,ddr");
+  auto arguments = arguments_for(folder);
+  arguments.set = {"from_hz=1.0", "to_hz=1.2", "step_hz=0.1"};
+  arguments.num_draws = 400;
+  (void)respond(arguments);
+  const std::string one = support::bytes_of(folder / "frc/frc.csv"),
+                    document = support::bytes_of(folder / "frc/frc.json");
+  arguments.num_threads = 3;
+  (void)respond(arguments);
+  CHECK(support::bytes_of(folder / "frc/frc.csv") == one);
+  CHECK(support::bytes_of(folder / "frc/frc.json") == document);
+  std::istringstream table(one);
+  std::string line;
+  std::getline(table, line);
+  CHECK(line.find(",amplitude_std_m,amplitude_low_m,amplitude_high_m") != std::string::npos);
+  while (std::getline(table, line)) {
+    std::vector<std::string> cells;
+    std::istringstream row(line);
+    for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
+    const double w = 2.0 * M_PI * std::stod(cells[1]), x = std::stod(cells[2]), std = std::stod(cells[7]);
+    const double stiffness = 50.0 - w * w, damping = 0.8 * w;
+    const double slope = x * damping * w / (stiffness * stiffness + damping * damping);
+    CHECK(std == Approx(0.02 * slope).epsilon(4.0 / std::sqrt(2.0 * 400)));  // four standard errors
+    CHECK(std::stod(cells[9]) - std::stod(cells[8]) == Approx(2 * 1.96 * std).epsilon(0.25));
+  }
+}
+
+TEST_CASE("draws of the coefficients have the covariance they are drawn from", "[apps][identified_equation]") {
+  apps::IdentifiedEquation equation;
+  equation.mean = Eigen::Vector3d(1e5, -2.0, 3e-4);
+  const Eigen::Vector3d deviation(100.0, 0.1, 1e-6);
+  Eigen::Matrix3d correlation;
+  correlation << 1.0, 0.8, -0.3, 0.8, 1.0, 0.1, -0.3, 0.1, 1.0;
+  equation.covariance = deviation.asDiagonal() * correlation * deviation.asDiagonal();
+  constexpr int count = 4000;
+  Eigen::Matrix3d found = Eigen::Matrix3d::Zero();
+  for (int k = 0; k < count; ++k) {
+    const Eigen::Vector3d z =
+        (apps::drawn_coefficients(equation, 7, static_cast<std::uint64_t>(k)) - equation.mean).cwiseQuotient(deviation);
+    found += z * z.transpose() / count;
+  }
+  CHECK((found - correlation).cwiseAbs().maxCoeff() < 4.0 * std::sqrt(2.0 / count));  // four standard errors
+}
+
+TEST_CASE("an equation for the payload's absolute acceleration answers as that for the relative one",
+          "[apps][equation_oscillator]") {
+  apps::IdentifiedEquation relative{.target = "a", .terms = {"x", "v", "sgn(v)", "ddr"}, .base_measured = true};
+  apps::IdentifiedEquation absolute{.target = "ddy", .terms = {"x", "v", "sgn(v)"}, .base_measured = true};
+  apps::IdentifiedEquation grounded{.target = "ddy", .terms = {"y", "r", "dy", "sgn(dy)"}, .base_measured = true};
+  apps::IdentifiedEquation same{.target = "a", .terms = {"y", "r", "dy", "sgn(dy)", "ddr"}, .base_measured = true};
+  const auto answer = [](const apps::IdentifiedEquation& equation, const Eigen::VectorXd& coefficients) {
+    return sim::steady_response(apps::equation_oscillator(equation, coefficients).oscillator,
+                                {.from_hz = 0.9, .to_hz = 1.5, .step_hz = 0.2})
+        .response;
+  };
+  const auto a = answer(relative, Eigen::Vector4d(-50.0, -0.8, -0.08, -1.0));
+  const auto b = answer(absolute, Eigen::Vector3d(-50.0, -0.8, -0.08));
+  const auto c = answer(grounded, Eigen::Vector4d(-50.0, 50.0, -0.8, -0.08));
+  const auto d = answer(same, (Eigen::VectorXd(5) << -50.0, 50.0, -0.8, -0.08, -1.0).finished());
+  for (std::size_t k = 0; k < a.up.size(); ++k) {
+    CHECK(b.up[k].x_m == Approx(a.up[k].x_m).epsilon(1e-12));
+    CHECK(d.up[k].x_m == Approx(c.up[k].x_m).epsilon(1e-12));
+    CHECK(c.up[k].x_m != Approx(a.up[k].x_m).epsilon(0.01));
+  }
+}
+
+TEST_CASE("equations that have no answer to a sine are refused with the reason", "[apps][response_command]") {
+  const auto usage = dsp::FaultKind::usage;
+  const auto refused = [&](const std::string& target, const std::vector<Coefficient>& terms, const std::string& header,
+                           const std::string& piece) {
+    const Scratch folder;
+    make_run(folder, {equation_of("all", target, terms)}, header);
+    check_fault([&] { (void)respond(arguments_for(folder)); }, usage, "frc.equation", {piece});
+  };
+  refused("r", {{"x", 1.0, 0.0}}, "t,r,x,v", "not an equation of motion");
+  refused("a", {{"x", -1.0, 0.0}}, "t,r,x,v", "nothing in it moves with the base");
+  refused("a", {{"x", -1.0, 0.0}}, "t,x,v", "no base and no force");
+  refused("a", {{"z", -1.0, 0.0}, {"ddr", -1.0, 0.0}}, "t,r,x,v", "the term z");
+  refused("a", {{"sgn(x)", -1.0, 0.0}, {"ddr", -1.0, 0.0}}, "t,r,x,v", "sgn(x)");
+  refused("a", {{"sgn(v)", -1.0, 0.0}, {"sgn(dy)", -1.0, 0.0}, {"ddr", -1.0, 0.0}}, "t,r,x,v", "at once");
+  refused("a", {}, "t,r,x,v", "no term");
+
+  const Scratch folder;
+  check_fault([&] { (void)respond(arguments_for(folder)); }, dsp::FaultKind::input, "run.incomplete",
+              {"manifest.json"});
+  make_run(folder, {equation_of("low", "a", t0), equation_of("mixed", "a", t0)}, "t,r,y,x,v,a,ddr");
+  CHECK(apps::read_equation(folder / "", "", "").range == "mixed");
+  CHECK(apps::read_equation(folder / "", "low", "").range == "low");
+  auto arguments = arguments_for(folder);
+  arguments.range = "high";
+  check_fault([&] { (void)respond(arguments); }, usage, "run.no_such_equation", {"low by fast_rvm", "mixed"});
+  arguments = arguments_for(folder);
+  arguments.set = {"dwell_s=3"};
+  check_fault([&] { (void)respond(arguments); }, usage, "frc.option", {"dwell_s", "amplitude_mm"});
+  arguments.set = {"from_hz=3"};
+  check_fault([&] { (void)respond(arguments); }, usage, "frc.option", {"from_hz"});
+  (void)folder.file("equation.json", "{\"equations\": [{}]}");
+  check_fault([&] { (void)respond(arguments_for(folder)); }, dsp::FaultKind::input, "run.damaged", {"equation.json"});
+}
+
+TEST_CASE("a record's steady amplitudes come back from their table", "[apps][steps_table]") {
+  const Scratch folder;
+  CHECK(apps::read_final_steps(folder / "").empty());
+  const dsp::SteadyStep slipping{.from_s = 1.0,
+                                 .to_s = 2.0,
+                                 .frequency_hz = 1.25,
+                                 .drive = 4.5e-3,
+                                 .x_m = 7e-3,
+                                 .y_m = 3e-3,
+                                 .phase_rad = -1.0,
+                                 .direction = 1};
+  dsp::SteadyStep locked = slipping, iteration = slipping;
+  locked.locked = true;
+  locked.phase_rad = std::nan("");
+  locked.direction = -1;
+  iteration.tag = dsp::StepTag::iteration;
+  (void)folder.file("steps.csv", apps::steps_csv({{"a,\"b\"", {iteration, slipping, locked}}}));
+  const auto points = apps::read_final_steps(folder / "");
+  REQUIRE(points.size() == 2);
+  CHECK(points[0].frequency_hz == 1.25);
+  CHECK(points[0].x_m == 7e-3);
+  CHECK(points[0].up);
+  CHECK(!points[0].locked);
+  CHECK(points[1].locked);
+  CHECK(!points[1].up);
+  (void)folder.file("steps.csv", "f,x\n1,2\n");
+  check_fault([&] { (void)apps::read_final_steps(folder / ""); }, dsp::FaultKind::input, "run.damaged", {"steps.csv"});
+}
+
+TEST_CASE("a force drives an equation without a base", "[apps][response_command]") {
+  const Scratch folder;
+  make_run(folder, {equation_of("all", "a", {{"x", -50.0, 0.0}, {"v", -0.8, 0.0}, {"f", 2.0, 0.0}})}, "t,x,v,a,f");
+  auto arguments = arguments_for(folder);
+  arguments.num_draws = 0;
+  check_fault([&] { (void)respond(arguments); }, dsp::FaultKind::usage, "frc.option", {"--set amplitude="});
+  arguments.set = {"from_hz=1", "to_hz=1.2", "step_hz=0.1", "amplitude=0.3"};
+  const json found = respond(arguments);
+  const double w = 2.0 * M_PI * 1.1;
+  CHECK(found["frequency_response"]["up"]["peak"]["amplitude_m"].get<double>() ==
+        Approx(0.6 / std::hypot(50.0 - w * w, 0.8 * w)).epsilon(1e-5));
+}
+
+TEST_CASE("the equation identified from the record that comes with the sources has the rig's frequency response",
+          "[apps][response_command][rig]") {
+  const Scratch folder;
+  (void)folder.file("qzs.toml",
+                    "schema = 1\n[[recording]]\nfile = \"" ARDENT_DATA
+                    "/qzs_bus_256.flac\"\n[prepare]\nrate_hz = 25.6\ncutoff_hz = 10.24\nrolloff_hz = 8\n"
+                    "[library]\norder = 0\nterms = [\"x\", \"v\", \"x^3\", \"sgn(v)\", \"ddr\"]\n[fit]\nmethods = "
+                    "[\"fast_rvm\"]\n[[range]]\nname = \"mixed\"\nfrom = 0\nto = 1720\ntrain_to = 1000\n");
+  REQUIRE(support::run(folder, "$ARDENT -q run qzs.toml -o run").code == 0);
+  // 45 frequencies, each set in four iterations: the last of each is the result, but where hands were at the payload.
+  const auto steps = apps::read_final_steps(folder / "run");
+  CHECK(steps.size() >= 43);
+  CHECK(steps.back().locked);
+  auto arguments = arguments_for(folder);
+  arguments.run = folder / "run";
+  arguments.set = {"amplitude_mm=4.5"};
+  arguments.num_draws = 4;
+  arguments.static_friction = 0.385;
+  const json found = respond(arguments);
+  const auto& response = found["frequency_response"];
+  CHECK(response["up"]["unlock_hz"].get<double>() == Approx(1.48).margin(0.0101));
+  CHECK(response["down"]["jump_hz"].get<double>() == Approx(1.49).margin(0.0101));
+  CHECK(response["down"]["lock_hz"].get<double>() == Approx(0.82).epsilon(0.02));
+  CHECK(response["up"]["peak"]["amplitude_m"].get<double>() == Approx(38.86e-3).epsilon(0.01));
+  CHECK(response["down"]["peak"]["amplitude_m"].get<double>() == Approx(26.22e-3).epsilon(0.01));
+  CHECK(found["covariance"] == "robust");
+  CHECK(found["record"]["num_steps"].get<int>() >= 42);
+  CHECK(found["record"]["rms"].get<double>() < 0.01);
+  CHECK(found["located"]["down"]["jump_hz"]["draws_std"].get<double>() < 1e-3);
+}

@@ -1,0 +1,69 @@
+#include "dsp/io/sample_source.hpp"
+
+#include <sys/stat.h>
+
+#include <catch2/catch.hpp>
+
+#include "dsp/io/sound_file.hpp"
+#include "support/fault.hpp"
+#include "support/scratch.hpp"
+
+using dsp::FaultKind;
+using support::check_fault;
+using support::Scratch;
+
+TEST_CASE("what is no file is named for what it is", "[dsp][sample_source]") {
+  const Scratch scratch;
+  const auto refused = [](const std::filesystem::path& path, const std::string& name, const std::string& piece) {
+    check_fault([&] { (void)dsp::open_source(path); }, FaultKind::input, name, {piece});
+  };
+  refused(scratch / "nothing.wav", "file.missing", "No such file");
+  refused(scratch / "", "file.kind", "a directory");
+  refused("/dev/null", "file.kind", "a device");
+  refused(scratch.file("empty.wav", ""), "file.empty", "0 bytes");
+  REQUIRE(::mkfifo((scratch / "pipe").c_str(), 0600) == 0);
+  refused(scratch / "pipe", "file.kind", "a pipe");
+}
+
+TEST_CASE("the reader is chosen by content, and a wrong name is remarked on", "[dsp][sample_source]") {
+  const Scratch scratch;
+  dsp::SoundFileWriter writer(scratch / "sound.csv", {.sample_rate_hz = 100, .num_channels = 1});
+  writer.write(dsp::FrameBlock::Zero(10, 1));
+  writer.close();
+  const auto sound = dsp::open_source(scratch / "sound.csv");
+  CHECK(sound->info().container == "WAV, 24 bit");
+  REQUIRE(sound->info().checks.size() == 1);
+  CHECK(sound->info().checks[0].name == "container.extension");
+  CHECK(sound->info().checks[0].status == dsp::CheckStatus::warning);
+  const auto text = dsp::open_source(scratch.file("text.wav", "x,y\n1,2\n3,4\n"));
+  CHECK(text->info().container == "CSV, comma separated");
+  CHECK(text->info().checks.size() == 1);
+  CHECK(dsp::open_source(scratch.file("text.csv", "x,y\n1,2\n3,4\n"))->info().checks.empty());
+  CHECK(dsp::open_source(scratch.file("text.dat", "x,y\n1,2\n3,4\n"))->info().checks.empty());
+}
+
+TEST_CASE("control codes in a header are escaped, not taken for another container", "[dsp][sample_source]") {
+  const Scratch scratch;
+  const auto table = dsp::open_source(scratch.file("a.csv", "t,\x1b[31mred\x07,\xff\n0,1,2\n1,3,4\n"));
+  CHECK(table->info().columns == std::vector<std::string>{"t", "\\x1b[31mred\\x07", "\xef\xbf\xbd"});
+}
+
+TEST_CASE("known formats that are not read are refused with what helps", "[dsp][sample_source]") {
+  const Scratch scratch;
+  const auto refused = [&](const std::string& bytes, const std::string& name, const std::string& piece) {
+    check_fault([&] { (void)dsp::open_source(scratch.file("a", bytes)); }, FaultKind::input, name, {piece});
+  };
+  refused("    -1\n    58\n", "container.unsupported", "UFF");
+  refused("\x89HDF\r\n\x1a\n....", "container.unsupported", "-v7");
+  refused(std::string(512, ' ') + "\x89HDF\r\n\x1a\n....", "container.unsupported", "-v7");
+  refused("{\"data\": [[1, 2]]}", "container.unsupported", "CSV");
+  refused("TDSm....", "container.unsupported", "TDMS");
+  refused("PK\x03\x04....", "container.unsupported", "spreadsheet");
+  refused(std::string("\xff\xfe"
+                      "1\0,\0",
+                      6),
+          "container.unsupported", "UTF-8");
+  refused("OggS....", "container.lossy", "lossy");
+  refused(std::string("ab\0cd", 5), "container.unknown", "byte 2 is 0x00");
+  refused("ab\x01\x02\x03\x04\x05\x06", "container.unknown", "byte 2 is 0x01");
+}

@@ -1,0 +1,166 @@
+#include "dsp/io/settings.hpp"
+
+#include <rapidcheck/catch.h>
+
+#include <catch2/catch.hpp>
+
+#include "support/fault.hpp"
+#include "support/scratch.hpp"
+
+using dsp::FaultKind;
+using dsp::Settings;
+using support::check_fault;
+
+namespace {
+constexpr const char* config = R"toml(schema = 1
+[prepare]
+rate_hz = 25.6
+zero = "none"
+[library]
+order = 3
+terms = ["sgn(v)", "ddr"]
+[[range]]
+name = "low"
+to = 830
+[[range]]
+name = "high"
+from = 1440
+)toml";
+}  // namespace
+
+TEST_CASE("settings come typed, with their fallbacks", "[dsp][settings]") {
+  const auto settings = Settings::from_text(config, "run.toml");
+  const auto prepare = settings.table("prepare");
+  CHECK(prepare.number("rate_hz", 1.0) == 25.6);
+  CHECK(prepare.number("cutoff_hz", 10.24) == 10.24);
+  CHECK(prepare.is_text("zero"));
+  CHECK(prepare.choice("zero", "regime-mean", {"regime-mean", "none"}) == "none");
+  CHECK(settings.table("library").integer("order", 0) == 3);
+  CHECK(settings.table("library").texts("terms") == std::vector<std::string>{"sgn(v)", "ddr"});
+  const auto ranges = settings.tables("range");
+  REQUIRE(ranges.size() == 2);
+  CHECK(ranges[0].need_number("to") == 830.0);  // a whole number will do
+  CHECK(ranges[1].text("name", "") == "high");
+  CHECK_FALSE(settings.has("fit"));
+  CHECK_FALSE(settings.table("fit").find_text("target").has_value());
+  CHECK(ranges[1].place("from") == "run.toml:13");
+}
+
+TEST_CASE("a key nobody asked for is an error with its line and the nearest known key", "[dsp][settings]") {
+  const auto settings = Settings::from_text("a = 1\n[fit]\ntargte = \"a\"\n", "run.toml");
+  (void)settings.number("a", 0);
+  (void)settings.table("fit").text("target", "a");
+  check_fault([&] { settings.finish(); }, FaultKind::usage, "config.unknown_key",
+              {"run.toml:3:", "'fit.targte'", "Did you mean 'target'?"});
+  const auto whole = Settings::from_text("[mystery]\nx = 1\n", "run.toml");
+  (void)whole.has("schema");
+  check_fault([&] { whole.finish(); }, FaultKind::usage, "config.unknown_key", {"run.toml:1:", "'mystery'", "schema"});
+  const auto inner = Settings::from_text("[[range]]\nform = 1\n", "run.toml");
+  for (const auto& range : inner.tables("range")) (void)range.number("from", 0);
+  check_fault([&] { inner.finish(); }, FaultKind::usage, "config.unknown_key",
+              {"run.toml:2:", "'range.0.form'", "Did you mean 'from'?"});
+}
+
+TEST_CASE("a table of notes may hold anything", "[dsp][settings]") {
+  const auto settings = Settings::from_text("sensor = { model = \"ZX2\", serial = 12, day = 2022-11-02 }", "s.toml");
+  const auto notes = settings.notes("sensor");
+  CHECK(notes.at("model") == "ZX2");
+  CHECK(notes.at("serial") == "12");
+  CHECK(notes.at("day") == "2022-11-02");
+  settings.finish();
+}
+
+TEST_CASE("wrong types and values out of range say what was found and wanted", "[dsp][settings]") {
+  const auto settings =
+      Settings::from_text("n = \"three\"\nr = -1\nk = 2.5\nb = 1\nw = \"fst_rvm\"\nv = nan\n", "c.toml");
+  check_fault([&] { (void)settings.number("n", 0); }, FaultKind::usage, "config.type",
+              {"c.toml:1: n: got the text 'three', want a number"});
+  check_fault([&] { (void)settings.number("r", 0, {.from = 0, .above = true}); }, FaultKind::usage, "config.range",
+              {"c.toml:2: r: got -1, want a number, above 0"});
+  check_fault([&] { (void)settings.number("r", 0, {.from = 0, .to = 4}); }, FaultKind::usage, "config.range",
+              {"0 to 4"});
+  check_fault([&] { (void)settings.integer("k", 0); }, FaultKind::usage, "config.type", {"c.toml:3", "whole number"});
+  check_fault([&] { (void)settings.flag("b", false); }, FaultKind::usage, "config.type", {"true or false"});
+  check_fault(
+      [&] {
+        (void)settings.choice("w", "", {"fast_rvm", "sindy"});
+      },
+      FaultKind::usage, "config.range", {"fast_rvm, sindy", "Did you mean 'fast_rvm'?"});
+  check_fault([&] { (void)settings.number("v", 0); }, FaultKind::usage, "config.range", {"nan", "finite"});
+  check_fault([&] { (void)settings.need_text("title"); }, FaultKind::usage, "config.missing", {"c.toml", "title"});
+  check_fault([&] { (void)settings.table("k"); }, FaultKind::usage, "config.type", {"want a table [k]"});
+  check_fault([&] { (void)settings.tables("k"); }, FaultKind::usage, "config.type", {"[[k]]"});
+  check_fault([&] { settings.exclusive("n", "r"); }, FaultKind::usage, "config.range", {"cannot stand beside 'n'"});
+}
+
+TEST_CASE("syntax errors carry file and line", "[dsp][settings]") {
+  check_fault([] { (void)Settings::from_text("a = 1\nb = \n", "c.toml"); }, FaultKind::usage, "config.syntax",
+              {"c.toml:2:"});
+  check_fault([] { (void)Settings::from_text("a = 1\na = 2\n", "c.toml"); }, FaultKind::usage, "config.syntax",
+              {"c.toml:2:"});
+  check_fault([] { (void)Settings::from_text("a = " + std::string(100'000, '['), "c.toml"); }, FaultKind::usage,
+              "config.syntax", {"c.toml:1:"});
+}
+
+TEST_CASE("another schema is refused with the version that can read it", "[dsp][settings]") {
+  Settings::from_text("", "c.toml").check_schema(1);
+  Settings::from_text("schema = 1", "c.toml").check_schema(1);
+  check_fault([] { Settings::from_text("\nschema = 2", "c.toml").check_schema(1); }, FaultKind::usage, "config.schema",
+              {"c.toml:2", "got 2", "reads 1", "newer version"});
+}
+
+TEST_CASE("overrides replace, add and reach into arrays", "[dsp][settings]") {
+  const auto settings =
+      Settings::from_text(config, "run.toml",
+                          {"prepare.rate_hz=51.2", "fit.target=ddy", "range.0.to=5", "range.2.name=mixed",
+                           "library.terms=[\"x*v\"]", "library.terms.1=abs(x)"});
+  CHECK(settings.table("prepare").number("rate_hz", 0) == 51.2);
+  CHECK(settings.table("fit").text("target", "a") == "ddy");
+  CHECK(settings.tables("range").at(0).number("to", 0) == 5.0);
+  CHECK(settings.tables("range").at(2).text("name", "") == "mixed");
+  CHECK(settings.table("library").texts("terms") == std::vector<std::string>{"x*v", "abs(x)"});
+}
+
+TEST_CASE("a fault in an override names the override", "[dsp][settings]") {
+  const auto settings = Settings::from_text(config, "run.toml", {"range.0.to=soon", "fit.targt=a"});
+  check_fault([&] { (void)settings.tables("range")[0].number("to", 0); }, FaultKind::usage, "config.type",
+              {"--set range.0.to=soon: range.0.to: got the text 'soon'"});
+  for (const char* key : {"schema", "prepare", "library", "range", "fit"}) (void)settings.has(key);
+  (void)settings.table("fit").has("target");
+  for (const char* key : {"rate_hz", "zero"}) (void)settings.table("prepare").has(key);
+  for (const char* key : {"order", "terms"}) (void)settings.table("library").has(key);
+  for (const auto& range : settings.tables("range"))
+    for (const char* key : {"name", "from", "to"}) (void)range.has(key);
+  check_fault([&] { settings.finish(); }, FaultKind::usage, "config.unknown_key",
+              {"--set fit.targt=a: unknown key 'fit.targt'", "Did you mean 'target'?"});
+  for (const char* bad : {"novalue", "=3", "a..b=1", "range.7.to=1", "schema.x=1"})
+    check_fault([&] { (void)Settings::from_text(config, "run.toml", {bad}); }, FaultKind::usage, "config.override",
+                {"--set ", bad});
+}
+
+TEST_CASE("a settings file that is not there or not a file is a fault", "[dsp][settings]") {
+  const support::Scratch scratch;
+  check_fault([&] { (void)Settings::from_file(scratch / "none.toml"); }, FaultKind::usage, "config.file",
+              {"no such file"});
+  check_fault([&] { (void)Settings::from_file(scratch / ""); }, FaultKind::usage, "config.file", {"regular file"});
+  CHECK(Settings::from_file(scratch.file("c.toml", "a = 7")).integer("a", 0) == 7);
+}
+
+TEST_CASE("any text survives being quoted", "[dsp][settings]") {
+  rc::prop("quoted and read again", [](const std::vector<std::uint8_t>& codes) {
+    std::string text;
+    for (const auto code : codes) text += static_cast<char>(code & 0x7f);
+    const auto settings = Settings::from_text("a = " + dsp::toml_quoted(text), "q.toml");
+    RC_ASSERT(settings.need_text("a") == text);
+  });
+}
+
+TEST_CASE("no text whatever crashes the reader of settings", "[dsp][settings]") {
+  rc::prop("parsed or refused", [](std::string text) {
+    try {
+      (void)Settings::from_text(text, "fuzz.toml", {text});
+    } catch (const dsp::Fault& fault) {
+      RC_ASSERT(fault.kind() == FaultKind::usage);
+    }
+  });
+}

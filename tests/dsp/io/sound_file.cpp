@@ -1,0 +1,383 @@
+#include "dsp/io/sound_file.hpp"
+
+#include <rapidcheck/catch.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <csignal>
+#include <fstream>
+#include <random>
+
+#include "dsp/io/flac_end.hpp"
+#include "dsp/io/input_file.hpp"
+#include "support/fault.hpp"
+#include "support/fuzz.hpp"
+#include "support/scratch.hpp"
+
+using dsp::FaultKind;
+using dsp::SampleFormat;
+using dsp::SoundContainer;
+using support::check_fault;
+using support::Scratch;
+
+namespace {
+
+constexpr std::array containers{SoundContainer::rf64, SoundContainer::wav,  SoundContainer::w64,
+                                SoundContainer::caf,  SoundContainer::flac, SoundContainer::aiff};
+
+dsp::FrameBlock noise(Eigen::Index frames, Eigen::Index channels, double amplitude) {
+  std::mt19937 generator(7);
+  std::uniform_real_distribution<double> uniform(-amplitude, amplitude);
+  return dsp::FrameBlock::NullaryExpr(frames, channels, [&] { return uniform(generator); });
+}
+
+std::filesystem::path write(const Scratch& scratch, const dsp::FrameBlock& frames, dsp::SoundFileOptions options,
+                            const std::string& name = "") {
+  options.num_channels = static_cast<int>(frames.cols());
+  options.num_frames = frames.rows();
+  if (options.sample_rate_hz == 0) options.sample_rate_hz = 25600;
+  const auto file = scratch / (name.empty() ? "a." + dsp::extension(options.container) : name);
+  dsp::SoundFileWriter writer(file, options);
+  writer.write(frames);
+  writer.close();
+  return file;
+}
+
+std::unique_ptr<dsp::SampleSource> open(const std::filesystem::path& file, bool salvage = false) {
+  return dsp::open_sound_file(std::make_unique<dsp::InputFile>(file), {.salvage = salvage});
+}
+
+dsp::FrameBlock read_all(dsp::SampleSource& source, Eigen::Index block_frames) {
+  dsp::FrameBlock all(source.info().num_frames, static_cast<Eigen::Index>(source.info().columns.size())), block;
+  Eigen::Index done = 0;
+  while (const auto got = source.read(block, block_frames)) {
+    REQUIRE(done + got <= all.rows());
+    all.middleRows(done, got) = block;
+    done += got;
+  }
+  REQUIRE(done == all.rows());
+  return all;
+}
+
+// Where the size of the samples stands in each container, and how wide it is.
+struct SizeField {
+  std::size_t at;
+  int bytes;
+  bool big;
+};
+SizeField size_field(const std::string& bytes) {
+  if (bytes.starts_with("riff")) return {bytes.find("data\xf3\xac") + 16, 8, false};
+  if (bytes.starts_with("caff")) return {bytes.find("data") + 4, 8, true};
+  if (bytes.starts_with("FORM")) return {bytes.find("SSND") + 4, 4, true};
+  return {bytes.find("data") + 4, 4, false};
+}
+std::string with_size(std::string bytes, std::uint64_t value) {
+  const auto [at, count, big] = size_field(bytes);
+  for (int i = 0; i < count; ++i) bytes[at + i] = static_cast<char>(value >> 8 * (big ? count - 1 - i : i) & 0xff);
+  return bytes;
+}
+
+}  // namespace
+
+TEST_CASE("every container gives back what was written, whatever the block size", "[dsp][sound_file]") {
+  const Scratch scratch;
+  const auto frames = noise(3001, 3, 0.999);
+  for (const auto container : containers)
+    for (const auto format : {SampleFormat::pcm16, SampleFormat::pcm24, SampleFormat::float32, SampleFormat::float64}) {
+      if (container == SoundContainer::flac && format > SampleFormat::pcm24) continue;
+      const auto file = write(scratch, frames, {.container = container, .format = format});
+      INFO(file << " format " << static_cast<int>(format));
+      const auto source = open(file);
+      CHECK(source->info().sample_rate_hz == 25600.0);
+      CHECK(source->info().num_frames == 3001);
+      CHECK(source->info().scaled == (format <= SampleFormat::pcm24));
+      const auto back = read_all(*source, 700);
+      // Integers: half a step. Floats: one rounding to 24 bits of mantissa. Doubles: exact.
+      const double tolerance = format == SampleFormat::pcm16     ? std::ldexp(0.5, -15)
+                               : format == SampleFormat::pcm24   ? std::ldexp(0.5, -23)
+                               : format == SampleFormat::float32 ? std::ldexp(1.0, -25)
+                                                                 : 0.0;
+      CHECK((back - frames).cwiseAbs().maxCoeff() <= tolerance);
+      for (const Eigen::Index block_frames : {1, 7, 100'000}) CHECK(read_all(*open(file), block_frames) == back);
+    }
+}
+
+TEST_CASE("a float container keeps what lies beyond full scale", "[dsp][sound_file]") {
+  const Scratch scratch;
+  dsp::FrameBlock frames(2, 1);
+  frames << 9.81, -1.5;
+  CHECK(read_all(*open(write(scratch, frames, {.format = SampleFormat::float64})), 10) == frames);
+}
+
+TEST_CASE("an integer container clips and counts instead of wrapping", "[dsp][sound_file]") {
+  const Scratch scratch;
+  dsp::FrameBlock frames(4, 2);
+  frames << 1.5, 0.0, -1.5, 0.25, 1.0, -1.0, 0.5, 3.0;
+  for (const auto container : containers) {
+    const auto file = scratch / ("c." + dsp::extension(container));
+    dsp::SoundFileWriter writer(file,
+                                {.container = container, .sample_rate_hz = 1000, .num_channels = 2, .num_frames = 4});
+    writer.write(frames);
+    writer.close();
+    CHECK(writer.num_clipped() == std::vector<std::int64_t>{3, 1});
+    const double top = 1 - std::ldexp(1.0, -23);
+    dsp::FrameBlock clipped(4, 2);
+    clipped << top, 0.0, -1.0, 0.25, top, -1.0, 0.5, top;
+    CHECK(read_all(*open(file), 10) == clipped);
+  }
+  dsp::SoundFileWriter writer(scratch / "n.wav", {.sample_rate_hz = 1000, .num_channels = 1});
+  CHECK_THROWS_AS(writer.write(dsp::FrameBlock::Constant(1, 1, std::nan(""))), std::invalid_argument);
+}
+
+TEST_CASE("a writer that is not closed leaves nothing, and a closed one nothing but the file", "[dsp][sound_file]") {
+  const Scratch scratch;
+  { dsp::SoundFileWriter(scratch / "a.wav", {.sample_rate_hz = 1000, .num_channels = 1}).write(noise(10, 1, 1)); }
+  CHECK(std::filesystem::is_empty(scratch / ""));
+  write(scratch, noise(10, 1, 1), {});
+  CHECK(std::distance(std::filesystem::directory_iterator(scratch / ""), {}) == 1);
+  check_fault([&] { dsp::SoundFileWriter(scratch / "no/a.wav", {.sample_rate_hz = 1, .num_channels = 1}); },
+              FaultKind::output, "output.open", {"a.wav"});
+}
+
+TEST_CASE("a full disk is a fault and leaves nothing", "[dsp][sound_file]") {
+  const Scratch scratch;
+  rlimit before{};
+  REQUIRE(getrlimit(RLIMIT_FSIZE, &before) == 0);
+  const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit small{1 << 16, before.rlim_max};
+  REQUIRE(setrlimit(RLIMIT_FSIZE, &small) == 0);
+  const auto fault = support::fault_of([&] {
+    dsp::SoundFileWriter writer(scratch / "a.wav", {.sample_rate_hz = 1000, .num_channels = 4});
+    for (int i = 0; i < 10; ++i) writer.write(noise(1000, 4, 1));
+    writer.close();
+  });
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, old_handler);
+  CHECK(fault.kind() == FaultKind::output);
+  CHECK(fault.name() == "output.write");
+  CHECK(std::filesystem::is_empty(scratch / ""));
+}
+
+TEST_CASE("what a container cannot hold is refused before writing, with the remedy", "[dsp][sound_file]") {
+  const Scratch scratch;
+  const auto refused = [&](const dsp::SoundFileOptions& options, const std::vector<std::string>& pieces) {
+    check_fault([&] { dsp::SoundFileWriter(scratch / "a", options); }, FaultKind::usage, "container.limit", pieces);
+    CHECK(std::filesystem::is_empty(scratch / ""));
+  };
+  for (const auto container : {SoundContainer::wav, SoundContainer::aiff})
+    refused({.container = container, .sample_rate_hz = 25600, .num_channels = 4, .num_frames = 358'000'000},
+            {"4296000000 bytes", "Try rf64"});
+  refused({.container = SoundContainer::flac, .sample_rate_hz = 25600, .num_channels = 9}, {"at most 8", "Try rf64"});
+  refused({.container = SoundContainer::flac, .sample_rate_hz = 65536, .num_channels = 1}, {"multiples of 10"});
+  refused(
+      {.container = SoundContainer::flac, .format = SampleFormat::float32, .sample_rate_hz = 100, .num_channels = 1},
+      {"16 or 24 bit"});
+  refused({.sample_rate_hz = 25.6, .num_channels = 1}, {"whole rates only", "25.6", "CSV"});
+  refused({.sample_rate_hz = 100, .num_channels = 2000}, {"2000 channels"});
+}
+
+TEST_CASE("a truncated file is refused with both counts, and salvaged on request", "[dsp][sound_file]") {
+  const Scratch scratch;
+  const auto frames = noise(20'000, 2, 0.9);
+  for (const auto container : containers) {
+    const auto file = write(scratch, frames, {.container = container});
+    const auto whole = support::bytes_of(file);
+    INFO(file);
+    std::filesystem::resize_file(file, whole.size() / 2);
+    // A FLAC shows it on decoding only; the others before a sample is read.
+    check_fault(
+        [&] {
+          (void)(container == SoundContainer::flac ? read_all(*open(file), 1000).rows()
+                                                   : open(file)->info().num_frames);
+        },
+        FaultKind::input, "container.truncated", {"20000 frames", "--salvage"});
+    const auto source = open(file, true);
+    const auto rest = read_all(*source, 1000);
+    CHECK(rest.rows() > 8000);  // FLAC: whole blocks of 4096
+    CHECK(rest.rows() < 10'100);
+    CHECK((rest - frames.topRows(rest.rows())).cwiseAbs().maxCoeff() <= std::ldexp(0.5, -23));
+    CHECK(source->info().checks.back().name == "container.truncated");
+    CHECK(source->info().checks.back().status == dsp::CheckStatus::warning);
+  }
+}
+
+TEST_CASE("a FLAC's last frame is known by number and checksum without decoding", "[dsp][sound_file]") {
+  const Scratch scratch;
+  for (const Eigen::Index num_frames : {1, 4096, 4097, 20'000, 63 * 4096, 129 * 4096, 2049 * 4096}) {
+    INFO(num_frames);  // frame numbers of one, two and three bytes
+    const auto file = write(scratch, noise(num_frames, 1, 0.9), {.container = SoundContainer::flac});
+    CHECK(dsp::ends_in_last_frame(dsp::InputFile(file), num_frames));
+    CHECK_FALSE(dsp::ends_in_last_frame(dsp::InputFile(file), num_frames + 4096));
+    CHECK_FALSE(dsp::ends_in_last_frame(dsp::InputFile(file), std::max<Eigen::Index>(0, num_frames - 4096)));
+    auto bytes = support::bytes_of(file);
+    bytes[bytes.size() - 5] ^= 1;
+    std::ofstream(file, std::ios::binary) << bytes;
+    CHECK_FALSE(dsp::ends_in_last_frame(dsp::InputFile(file), num_frames));
+    std::filesystem::resize_file(file, bytes.size() - 1);
+    CHECK_FALSE(dsp::ends_in_last_frame(dsp::InputFile(file), num_frames));
+  }
+}
+
+TEST_CASE("data size 0 with samples behind it is a recorder that died", "[dsp][sound_file]") {
+  const Scratch scratch;
+  const auto frames = noise(20'000, 2, 0.9);
+  for (const auto container : {SoundContainer::wav, SoundContainer::w64, SoundContainer::caf, SoundContainer::aiff}) {
+    const auto bytes = support::bytes_of(write(scratch, frames, {.container = container}));
+    const auto file = scratch.file("dead", with_size(bytes, container == SoundContainer::w64 ? 24 : 0));
+    INFO(dsp::extension(container));
+    check_fault([&] { (void)open(file); }, FaultKind::input, "container.unfinished",
+                {"0 frames", "20000", "--salvage"});
+    const auto source = open(file, true);
+    CHECK((read_all(*source, 1000) - frames).cwiseAbs().maxCoeff() <= std::ldexp(0.5, -23));
+    CHECK(source->info().checks.back().name == "container.unfinished");
+  }
+}
+
+TEST_CASE("sizes left open by the writer are read to the end, with a note", "[dsp][sound_file]") {
+  const Scratch scratch;
+  const auto frames = noise(2000, 2, 0.9);
+  const auto bytes = support::bytes_of(write(scratch, frames, {.container = SoundContainer::wav}));
+  const auto data_open = scratch.file("open.wav", with_size(bytes, 0xffffffff));
+  for (const std::uint32_t riff_size : {0u, 0xffffffffu}) {
+    auto patched = support::bytes_of(data_open);
+    for (int i = 0; i < 4; ++i) patched[4 + i] = static_cast<char>(riff_size >> 8 * i & 0xff);
+    const auto source = open(scratch.file("open.wav", patched));
+    CHECK(read_all(*source, 300).rows() == 2000);
+    REQUIRE(source->info().checks.size() == 2);
+    CHECK(source->info().checks[0].status == dsp::CheckStatus::note);
+  }
+}
+
+TEST_CASE("a WAV whose sizes wrapped at 4 GiB is found out and salvaged", "[dsp][sound_file]") {
+  const Scratch scratch;
+  const auto frames = noise(1000, 8, 0.9);
+  const auto bytes = support::bytes_of(write(scratch, frames, {.container = SoundContainer::wav}));
+  const std::uint64_t data = size_field(bytes).at + 4, samples = 194'560'000ull * 24;  // 4.7 GB, as a hole
+  const auto file = scratch.file("long.wav", with_size(bytes, samples % (1ull << 32)));
+  std::filesystem::resize_file(file, data + samples);
+  check_fault([&] { (void)open(file); }, FaultKind::input, "container.wrapped",
+              {"194560000 follow it", "4 GiB", "--salvage"});
+  const auto source = open(file, true);
+  CHECK(source->info().num_frames == 194'560'000);
+  dsp::FrameBlock block;
+  REQUIRE(source->read(block, 1000) == 1000);
+  CHECK((block - frames).cwiseAbs().maxCoeff() <= std::ldexp(0.5, -23));
+}
+
+TEST_CASE("a lossy or companded codec is refused", "[dsp][sound_file]") {
+  const Scratch scratch;
+  auto bytes = support::bytes_of(
+      write(scratch, noise(2000, 1, 0.9), {.container = SoundContainer::wav, .format = SampleFormat::pcm16}));
+  const auto format = bytes.find("fmt ") + 8;
+  bytes[format] = 7;       // mu-law
+  bytes[format + 14] = 8;  // bits
+  bytes[format + 12] = 1;  // bytes a frame
+  check_fault([&] { (void)open(scratch.file("ulaw.wav", bytes)); }, FaultKind::input, "container.lossy", {"lossy"});
+}
+
+TEST_CASE("impossible channel counts and rates are refused", "[dsp][sound_file]") {
+  const Scratch scratch;
+  const auto bytes = support::bytes_of(write(scratch, noise(2000, 1, 0.9), {.container = SoundContainer::wav}));
+  const auto format = bytes.find("fmt ") + 8;
+  const auto patched = [&](std::size_t at, std::uint32_t value, int count) {
+    auto copy = bytes;
+    for (int i = 0; i < count; ++i) copy[format + at + i] = static_cast<char>(value >> 8 * i & 0xff);
+    return scratch.file("p.wav", copy);
+  };
+  for (const std::uint32_t channels : {0u, 65'535u})
+    CHECK(support::fault_of([&] { (void)open(patched(2, channels, 2)); }).kind() == FaultKind::input);
+  for (const std::uint32_t rate : {0u, 1'000'000'000u, 0x80000000u})
+    CHECK(support::fault_of([&] { (void)open(patched(4, rate, 4)); }).kind() == FaultKind::input);
+}
+
+TEST_CASE("a cut header is refused with the byte", "[dsp][sound_file]") {
+  const Scratch scratch;
+  const auto bytes = support::bytes_of(write(scratch, noise(100, 1, 0.9), {.container = SoundContainer::wav}));
+  check_fault([&] { (void)open(scratch.file("cut.wav", bytes.substr(0, 30))); }, FaultKind::input, "container.damaged",
+              {"byte 30 of 30", "'data'"});
+}
+
+TEST_CASE("a file that changes while it is read is a fault", "[dsp][sound_file]") {
+  const Scratch scratch;
+  const auto file = write(scratch, noise(2000, 2, 0.9), {});
+  const auto source = open(file);
+  dsp::FrameBlock block;
+  REQUIRE(source->read(block, 1500) == 1500);
+  std::ofstream(file, std::ios::app) << "more";
+  check_fault(
+      [&] {
+        while (source->read(block, 1500) > 0) {
+        }
+      },
+      FaultKind::input, "file.changed", {"changed while it was read"});
+}
+
+TEST_CASE("a device that fails to deliver a block is a fault", "[dsp][sound_file]") {
+  const Scratch scratch;
+  const auto file = write(scratch, noise(200'000, 2, 0.9), {});
+  const auto source = open(file);
+  // Stands in for a bad sector: the descriptor goes away under the reader.
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
+    std::error_code error;
+    if (std::filesystem::read_symlink(entry, error) == file) ::close(std::stoi(entry.path().filename().string()));
+  }
+  dsp::FrameBlock block;
+  check_fault(
+      [&] {
+        while (source->read(block, 1000) > 0) {
+        }
+      },
+      FaultKind::input, "file.read", {"cannot be read at byte"});
+}
+
+TEST_CASE("no damage whatever crashes the sound reader or makes it deliver more than it promised",
+          "[dsp][sound_file]") {
+  const Scratch scratch;
+  const auto frames = noise(300, 2, 0.9);
+  std::vector<std::string> originals;
+  for (const auto container : containers)
+    originals.push_back(support::bytes_of(write(scratch, frames, {.container = container})));
+  rc::prop("cut and flipped", [&] {
+    auto bytes = *rc::gen::elementOf(originals);
+    // Most of what can go wrong goes wrong in the header.
+    const int flips = *rc::gen::inRange(0, 4);
+    for (int i = 0; i < flips; ++i)
+      bytes[*rc::gen::inRange<std::size_t>(0, *rc::gen::element<std::size_t>(64, 256, bytes.size()))] =
+          *rc::gen::arbitrary<char>();
+    if (*rc::gen::arbitrary<bool>()) bytes.resize(*rc::gen::inRange<std::size_t>(1, bytes.size()));
+    const auto file = scratch.file("fuzz", bytes);
+    for (const bool salvage : {false, true}) support::check_whole_or_refused([&] { return open(file, salvage); }, 128);
+  });
+}
+
+// Hidden: writes 4.4 GB. Run it by its tag.
+TEST_CASE("an RF64 beyond 4 GiB is written and read back whole", "[dsp][sound_file][.large]") {
+  const Scratch scratch;
+  constexpr Eigen::Index block_frames = 100'000, num_blocks = 56;
+  dsp::FrameBlock frames(block_frames, 100);
+  const auto fill = [&](Eigen::Index block) {
+    for (Eigen::Index i = 0; i < frames.size(); ++i)
+      frames.data()[i] = static_cast<double>((block * 1'000'003 + i * 7919) % 65'521);
+  };
+  dsp::SoundFileWriter writer(scratch / "long.rf64",
+                              {.format = SampleFormat::float64, .sample_rate_hz = 25600, .num_channels = 100});
+  for (Eigen::Index block = 0; block < num_blocks; ++block) {
+    fill(block);
+    writer.write(frames);
+  }
+  writer.close();
+  CHECK(std::filesystem::file_size(scratch / "long.rf64") > std::uintmax_t{1} << 32);
+  const auto source = open(scratch / "long.rf64");
+  CHECK(source->info().container == "RF64, 64 bit float");
+  CHECK(source->info().num_frames == block_frames * num_blocks);
+  dsp::FrameBlock back;
+  for (Eigen::Index block = 0; block < num_blocks; ++block) {
+    fill(block);
+    REQUIRE(source->read(back, block_frames) == block_frames);
+    REQUIRE((back - frames).cwiseAbs().maxCoeff() == 0.0);
+  }
+  CHECK(source->read(back, 1) == 0);
+}

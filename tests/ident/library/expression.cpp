@@ -1,0 +1,105 @@
+#include "ident/library/expression.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "support/fault.hpp"
+#include "support/motion.hpp"
+
+using Eigen::Index;
+using Eigen::VectorXd;
+using support::motion_of;
+
+namespace {
+
+const std::vector<std::string> names{"t", "x", "v", "a", "ddr"};
+
+dsp::Motion sine_motion(double rate_hz, Index num_samples, double frequency_hz, double phase) {
+  const double w = 2.0 * std::numbers::pi * frequency_hz;
+  const VectorXd t = VectorXd::LinSpaced(num_samples, 0.0, static_cast<double>(num_samples - 1) / rate_hz);
+  const auto angle = (w * t.array() + phase).eval();
+  return motion_of(
+      rate_hz,
+      {{"t", t}, {"x", angle.sin()}, {"v", w * angle.cos()}, {"a", -w * w * angle.sin()}, {"ddr", angle.cos()}});
+}
+
+}  // namespace
+
+TEST_CASE("an expression is the function a reader sees", "[ident][expression]") {
+  const auto motion = sine_motion(100.0, 50, 1.3, 0.2);
+  const VectorXd x = motion.at("x"), v = motion.at("v");
+  const auto value = [&](const char* text) { return ident::Expression(text, names).evaluate(motion); };
+  CHECK(value("x^2*v").isApprox((x.array().square() * v.array()).matrix(), 1e-15));
+  CHECK(value("-x^2").isApprox(-x.array().square().matrix(), 1e-15));
+  CHECK(value("abs(x)*v").isApprox((x.array().abs() * v.array()).matrix(), 1e-15));
+  CHECK(value("exp(x)*tanh(v)").isApprox((x.array().exp() * v.array().tanh()).matrix(), 1e-15));
+  CHECK(value("1") == VectorXd::Ones(50));
+  CHECK(ident::Expression("v*x + ddr", names).signals() == std::vector<std::string>{"v", "x", "ddr"});
+}
+
+TEST_CASE("pointwise and column-wise evaluation agree", "[ident][expression]") {
+  const auto motion = sine_motion(50.0, 40, 0.7, 1.0);
+  const ident::Expression term("sgn(v)*x^2 + sgn(x - 0.1)*v", names);
+  REQUIRE(term.switches() == std::vector<std::string>{"v", "x-0.1"});
+  REQUIRE(term.signals() == std::vector<std::string>{"v", "x"});
+  const VectorXd column = term.evaluate(motion, ident::SwitchSampling::point);
+  for (Index i = 0; i < 40; ++i) {
+    const double values[] = {motion.at("v")(i), motion.at("x")(i)};
+    const double signs[] = {values[0] > 0 ? 1.0 : -1.0, values[1] > 0.1 ? 1.0 : -1.0};
+    CHECK(term.evaluate(values, signs) == Approx(column(i)).epsilon(1e-15));
+  }
+}
+
+TEST_CASE("a cell-averaged sign keeps the place of the switch between samples", "[ident][expression]") {
+  // The mean of sgn(v) over one cell of width h around each sample, by fine sampling: a second computation.
+  const double rate = 64.0, frequency = 1.7;
+  const auto motion = sine_motion(rate, 200, frequency, 0.4);
+  const VectorXd column = ident::Expression("sgn(v)", names).evaluate(motion);
+  const double w = 2.0 * std::numbers::pi * frequency;
+  double worst = 0.0;
+  for (Index i = 0; i < 200; ++i) {
+    double mean = 0.0;
+    constexpr int fine = 2000;
+    for (int k = 0; k < fine; ++k) {
+      const double t = motion.at("t")(i) + ((k + 0.5) / fine - 0.5) / rate;
+      mean += std::cos(w * t + 0.4) > 0.0 ? 1.0 / fine : -1.0 / fine;
+    }
+    worst = std::max(worst, std::abs(column(i) - mean));
+  }
+  // v is straight within a cell up to (w h)^2 / 24 = 1e-3 of its change there.
+  CHECK(worst <= 4e-3);
+  const VectorXd points = ident::Expression("sgn(v)", names).evaluate(motion, ident::SwitchSampling::point);
+  CHECK((points - column).cwiseAbs().maxCoeff() > 0.5);
+}
+
+TEST_CASE("conditions select rows", "[ident][expression]") {
+  const auto motion = sine_motion(100.0, 100, 1.0, 0.0);
+  const auto rows = ident::rows_where(ident::Expression("abs(v) > 2 && t < 0.5", names), motion);
+  for (Index i = 0; i < 100; ++i)
+    CHECK(bool(rows[static_cast<std::size_t>(i)]) == (std::abs(motion.at("v")(i)) > 2 && motion.at("t")(i) < 0.5));
+  const auto none = ident::rows_where(ident::Expression("log(x - 10) > 0", names), motion);  // not a number: not a row
+  CHECK(std::count(none.begin(), none.end(), 1) == 0);
+}
+
+TEST_CASE("texts that are no term are refused with their place", "[ident][expression]") {
+  const auto refused = [](const std::string& text, const std::string& name, const std::string& part) {
+    INFO(text.substr(0, 50));
+    support::check_fault([&] { ident::Expression(text, names); }, dsp::FaultKind::usage, name, {part});
+  };
+  refused("x*+/v", "term.syntax", "position");
+  refused("x**v", "term.syntax", "position 3");
+  refused("x*w", "term.unknown_name", "position 3");
+  refused("x = 5", "term.assignment", "position 3");
+  refused("x, v", "term.syntax", "position 2");
+  refused("", "term.syntax", "empty");
+  refused("   ", "term.syntax", "empty");
+  refused("sgn(v*sgn(x))", "term.syntax", "sgn stands inside sgn");
+  refused("system(x)", "term.unknown_name", "'system'");
+  refused("sin()", "term.syntax", "position");
+  refused(std::string(20000, '(') + "x" + std::string(20000, ')'), "term.too_long", "characters");
+  refused(std::string(200, '(') + "x" + std::string(200, ')'), "term.too_long", "nested");
+  refused("x ? v : a", "term.syntax", "position");
+  refused(std::string("x\x01"), "term.syntax", "");
+}
