@@ -7,6 +7,7 @@
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "apps/output/run_json.hpp"
 #include "apps/process/printable.hpp"
@@ -20,16 +21,32 @@ using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-const Json* chosen(const Json& equations, const std::string& range, const std::string& method) {
-  const Json* best = nullptr;
+/// An equation and the range it is of.
+struct Row {
+  std::string range;
+  const Json* equation = nullptr;
+};
+
+/// The one that was asked for; what was not asked for is as the run chose it where it has that, else the first.
+std::optional<Row> chosen(const Json& document, const std::string& range, const std::string& method) {
+  std::optional<Row> best;
   int best_rank = -1;
-  for (const Json& row : equations) {
-    const std::string its_range = row.at("range"), its_method = row.at("method");
-    if ((!range.empty() && its_range != range) || (!method.empty() && its_method != method)) continue;
-    const int rank = 2 * (its_range == "mixed") + (its_method == "fast_rvm");
-    if (rank > best_rank) best = &row, best_rank = rank;
-  }
+  for (const Json& candidate : document.at("ranges"))
+    for (const Json& equation : candidate.at("methods")) {
+      const std::string its_range = candidate.at("name"), its_method = equation.at("method");
+      if ((!range.empty() && its_range != range) || (!method.empty() && its_method != method)) continue;
+      const Json& choice = document.at("chosen");
+      const int rank = 2 * (its_range == choice.at("range")) + (its_method == choice.at("method"));
+      if (rank > best_rank) best = Row{its_range, &equation}, best_rank = rank;
+    }
   return best;
+}
+
+Verdict verdict_of(const std::string& word, const fs::path& run) {
+  if (const auto verdict = verdict_from_string(word)) return *verdict;
+  throw dsp::Fault(dsp::FaultKind::input, "run.damaged",
+                   fmt::format("{}: the verdict is '{}', want describes, in_part, does_not or undecided",
+                               (run / "equation.json").string(), printable(word)));
 }
 
 Eigen::MatrixXd matrix_of(const Json& rows, Eigen::Index size) {
@@ -56,29 +73,30 @@ IdentifiedEquation read_equation(const fs::path& run, const std::string& range, 
   (void)read_run_json(run / "manifest.json");  // written last: its absence means the run did not finish
   const Json document = read_run_json(run / "equation.json");
   try {
-    const Json& equations = document.at("equations");
-    const Json* row = chosen(equations, range, method);
-    if (row == nullptr) {
+    const std::optional<Row> found = chosen(document, range, method);
+    if (!found) {
       std::string known;
-      for (const Json& one : equations)
-        known += fmt::format("{}{} by {}", known.empty() ? "" : ", ", one.at("range").get<std::string>(),
-                             one.at("method").get<std::string>());
+      for (const Json& one : document.at("ranges"))
+        for (const Json& equation : one.at("methods"))
+          known += fmt::format("{}{} by {}", known.empty() ? "" : ", ", one.at("name").get<std::string>(),
+                               equation.at("method").get<std::string>());
       throw dsp::Fault(dsp::FaultKind::usage, "run.no_such_equation",
                        printable(fmt::format("{}: no equation of range '{}' by '{}'; there are: {}", run.string(),
                                              range, method, known)));
     }
-    IdentifiedEquation equation{.range = row->at("range"),
-                                .method = row->at("method"),
-                                .target = row->at("target"),
-                                .text = row->at("text"),
-                                .trust = row->at("trust"),
+    const Json& row = *found->equation;
+    IdentifiedEquation equation{.range = found->range,
+                                .method = row.at("method"),
+                                .target = row.at("target"),
+                                .text = row.at("text"),
+                                .verdict = verdict_of(row.at("verdict"), run),
                                 .terms = {},
                                 .mean = {},
                                 .covariance = {},
                                 .robust = false,
                                 .scale = {},
                                 .base_measured = has_base(run)};
-    const Json& terms = row->at("terms");
+    const Json& terms = row.at("terms");
     const auto size = static_cast<Eigen::Index>(terms.size());
     equation.mean.resize(size);
     equation.scale.resize(size);
@@ -91,9 +109,9 @@ IdentifiedEquation read_equation(const fs::path& run, const std::string& range, 
       const double std = term.at("std").is_number() ? term.at("std").get<double>() : 0.0;
       variance[i] = std * std;
     }
-    equation.covariance = matrix_of(row->value("covariance_robust", Json()), size);
+    equation.covariance = matrix_of(row.value("covariance_robust", Json()), size);
     equation.robust = equation.covariance.size() > 0;
-    if (!equation.robust) equation.covariance = matrix_of(row->value("covariance", Json()), size);
+    if (!equation.robust) equation.covariance = matrix_of(row.value("covariance", Json()), size);
     if (equation.covariance.size() == 0) equation.covariance = variance.asDiagonal();
     return equation;
   } catch (const Json::exception& error) {

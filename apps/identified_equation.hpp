@@ -5,11 +5,14 @@
 #include <string>
 #include <vector>
 
+#include "apps/judgement.hpp"
+
 namespace apps {
 
 /// An equation of motion as a finished run left it.
 struct IdentifiedEquation {
-  std::string range, method, target, text, trust;
+  std::string range, method, target, text;
+  Verdict verdict = Verdict::undecided;  ///< whether it describes its record
   std::vector<std::string> terms;
   Eigen::VectorXd mean;
   Eigen::MatrixXd covariance;  ///< of the coefficients; the one that does not assume a white residual where known
@@ -18,8 +21,8 @@ struct IdentifiedEquation {
   bool base_measured = false;  ///< the record has a base: x is relative to it
 };
 
-/// Reads the equation of a range and method from a run folder's equation.json. Left out, the range is "mixed" if there
-/// is one, else the first; the method is fast_rvm if there is one, else the first. Throws dsp::Fault: "run.incomplete",
+/// Reads the equation of a range and method from a run folder's equation.json. Left out, each is as
+/// the run chose it, or the first. Throws dsp::Fault: "run.incomplete",
 /// "run.damaged" (input), "run.no_such_equation" (usage) with what there is.
 [[nodiscard]] IdentifiedEquation read_equation(const std::filesystem::path& run, const std::string& range,
                                                const std::string& method);

@@ -7,6 +7,7 @@
 
 #include "apps/columns.hpp"
 #include "apps/free_run.hpp"
+#include "apps/judgement.hpp"
 #include "apps/range.hpp"
 #include "ident/fit.hpp"
 #include "ident/model.hpp"
@@ -42,6 +43,7 @@ struct JudgedFit {
   ident::BandShares bands;                          ///< share of the test targets inside their predictive bands
   std::string bands_reason;                         ///< not empty: there are none
   FreeRun free_run;
+  Judgement judgement;  ///< as judge (apps/verdict.hpp) leaves it: it compares ranges
   double solve_s = 0.0;
   Eigen::VectorXd predicted, predicted_std;  ///< training rows, then test rows
 };

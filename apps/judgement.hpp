@@ -1,30 +1,24 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "apps/identify.hpp"
-
 namespace apps {
 
-enum class Trust { yes, with_care, no };
-/// "trusted", "to be taken with care", "not to be trusted".
-[[nodiscard]] std::string_view to_string(Trust trust);
+/// Whether an equation describes the record it was identified from.
+enum class Verdict { describes, in_part, does_not, undecided };
+/// "describes", "in_part", "does_not", "undecided".
+[[nodiscard]] std::string_view to_string(Verdict verdict);
+/// Nothing for another word.
+[[nodiscard]] std::optional<Verdict> verdict_from_string(std::string_view word);
 
-/// Whether an equation describes its record, in sentences for a person: what speaks against it first, then what it
-/// rests on. Never empty.
+/// The one judgement of an equation: the verdict, the sentence that says it with what it rests on, and remarks on what
+/// a reader of its coefficients must know.
 struct Judgement {
-  Trust trust = Trust::yes;
+  Verdict verdict = Verdict::undecided;
+  std::string sentence;
   std::vector<std::string> remarks;
 };
-[[nodiscard]] Judgement judge(const JudgedFit& fit);
-
-/// What the equations of two ranges, found by one method from one library, do not agree on.
-struct RangeDisagreement {
-  std::string method, range_a, range_b;
-  std::vector<ident::Disagreement> terms;
-};
-/// Every pair of ranges that disagree.
-[[nodiscard]] std::vector<RangeDisagreement> compare_ranges(const std::vector<RangeResult>& ranges);
 
 }  // namespace apps

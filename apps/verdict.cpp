@@ -9,14 +9,21 @@
 namespace apps {
 namespace {
 
-constexpr double follows = 0.02, follows_in_part = 0.1;   // free-run NMSE of x
-constexpr double in_step = 0.02;                          // power balance: a degree between v and a
-constexpr double explained = 0.1;                         // share of the target's power that may be left over
-constexpr double carries_over = 10.0, negligible = 1e-3;  // test NMSE / training NMSE, where the former matters
+constexpr double follows = 0.02, follows_in_part = 0.1;  // free-run NMSE of x
+constexpr double in_step = 0.02;                         // power balance: a degree between v and a
+constexpr double explained = 0.1;                        // fraction of the target's power that may be left over
+// Below this fraction of the target's power, structure in the residual spoils the error bars but not the equation.
+constexpr double negligible = 1e-3;
+constexpr double carries_over = 10.0;  // test NMSE / training NMSE beyond this: fitted to its rows only
 constexpr double matters = 0.05, same = 0.1;
+constexpr double collinear = 1e6;  // condition number of unit-norm columns
+constexpr double poorly_known_cov = 0.3;
+// Noise alone gives a p-value below this in one fit of twenty: no proof of structure, no clean bill either.
+constexpr double doubtful_p_value = 0.05;
+constexpr double small_term = 3.0;  // times the residual's standard deviation, at the term's largest
 
-std::string percent(double share) {
-  return fmt::format("{:.2g} %", 100.0 * share);
+std::string percent(double fraction) {
+  return fmt::format("{:.2g} %", 100.0 * fraction);
 }
 
 /// About the mean: of a force about its rest the mean is most of the power and none of the news.
@@ -24,35 +31,45 @@ const Figure& error_of(const JudgedFit& fit) {
   return fit.test_centred.reason.empty() ? fit.test_centred : fit.train_centred;
 }
 
-/// Where there is no motion to be left to, the error alone has to tell.
-Describes by_error(const JudgedFit& fit) {
-  const Figure& error = error_of(fit);
-  if (!error.reason.empty()) return Describes::unknown;
-  if (error.value > explained) return Describes::no;
-  return error.value <= follows && fit.whiteness.tested && fit.whiteness.white ? Describes::yes : Describes::in_part;
+bool structured(const JudgedFit& fit) {
+  return fit.whiteness.tested && !fit.whiteness.white;
 }
 
-Describes by_free_run(const FreeRun& run) {
-  if (run.diverged_after_s > 0.0) return Describes::no;
-  if (!run.reason.empty()) return Describes::unknown;
-  return run.nmse <= follows ? Describes::yes : run.nmse <= follows_in_part ? Describes::in_part : Describes::no;
+bool fitted_to_its_rows(const JudgedFit& fit) {
+  return fit.train.reason.empty() && fit.test.reason.empty() && fit.test.value > negligible &&
+         fit.test.value > carries_over * fit.train.value;
+}
+
+/// Where there is no free run to be had, the error one step ahead has to decide.
+Verdict by_error(const JudgedFit& fit) {
+  const Figure& error = error_of(fit);
+  if (!error.reason.empty()) return Verdict::undecided;
+  if (error.value > explained) return Verdict::does_not;
+  return error.value <= follows && fit.whiteness.tested && fit.whiteness.white ? Verdict::describes : Verdict::in_part;
+}
+
+Verdict by_free_run(const FreeRun& run) {
+  if (run.diverged_after_s > 0.0) return Verdict::does_not;
+  if (!run.reason.empty()) return Verdict::undecided;
+  if (run.nmse <= follows) return Verdict::describes;
+  return run.nmse <= follows_in_part ? Verdict::in_part : Verdict::does_not;
 }
 
 std::string free_run_clause(const FreeRun& run) {
-  if (run.diverged_after_s > 0.0) return "left to itself it runs away (free run " + run.reason + ")";
+  if (run.diverged_after_s > 0.0) return "the free run " + run.reason;
   if (!run.applies) return {};
-  if (!run.reason.empty()) return "it was not left to itself (no free run: " + run.reason + ")";
-  const char* how = run.nmse <= follows           ? "it follows x"
-                    : run.nmse <= follows_in_part ? "it follows x roughly"
-                                                  : "it does not follow x";
-  return fmt::format("left to itself {} (free run NMSE {:.2g})", how, run.nmse);
+  if (!run.reason.empty()) return "there is no free run (" + run.reason + ")";
+  const char* how = run.nmse <= follows           ? "follows x"
+                    : run.nmse <= follows_in_part ? "follows x roughly"
+                                                  : "does not follow x";
+  return fmt::format("the free run {} (NMSE {:.2g}{})", how, run.nmse, run.sticks ? ", sticking at times" : "");
 }
 
 std::string residual_clause(const JudgedFit& fit) {
   const Figure& error = error_of(fit);
-  std::string text = error.reason.empty() ? fmt::format("step by step it leaves {} of the variation of {} unexplained",
+  std::string text = error.reason.empty() ? fmt::format("one step ahead {} of the variation of {} is unexplained",
                                                         percent(error.value), fit.model.target)
-                                          : std::string("its error step by step is not known");
+                                          : std::string("the error one step ahead is not known");
   if (fit.whiteness.tested) text += fit.whiteness.white ? ", as noise" : ", and that is structure";
   return text;
 }
@@ -60,9 +77,15 @@ std::string residual_clause(const JudgedFit& fit) {
 std::string power_clause(double balance) {
   if (!std::isfinite(balance)) return {};
   return std::abs(balance) <= in_step
-             ? fmt::format("the sensors are in step (power check {:.1g})", std::abs(balance))
-             : fmt::format("velocity and acceleration are out of step (power check {:.2g}), which reads as damping",
+             ? fmt::format("the sensors are in step (power balance {:.1g})", std::abs(balance))
+             : fmt::format("velocity and acceleration are out of step (power balance {:.2g}), which reads as damping",
                            std::abs(balance));
+}
+
+std::string carry_over_clause(const JudgedFit& fit) {
+  if (!fitted_to_its_rows(fit)) return {};
+  return fmt::format("it does not carry over: NMSE {:.2g} on the test rows, {:.2g} on the training rows",
+                     fit.test.value, fit.train.value);
 }
 
 /// Terms that matter in one of two equations and are not the same in the other.
@@ -106,51 +129,134 @@ Agreement agreement(const std::vector<RangeResult>& ranges, std::size_t range, s
   }
   if (!disagree.empty()) return {true, fmt::format("{}", fmt::join(disagree, ", "))};
   if (agree.empty()) return {};
-  return {false, fmt::format("{} agree{} to a tenth", fmt::join(agree, " and "), agree.size() == 1 ? "s" : "")};
+  return {false, fmt::format("{} agree{} within 10 %", fmt::join(agree, " and "), agree.size() == 1 ? "s" : "")};
 }
 
-const char* opening(Describes describes) {
-  switch (describes) {
-    case Describes::yes:
+const char* opening(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::describes:
       return "This equation describes the record";
-    case Describes::in_part:
+    case Verdict::in_part:
       return "This equation describes the record in part";
-    case Describes::no:
+    case Verdict::does_not:
       return "This equation does not describe the record";
-    case Describes::unknown:
+    case Verdict::undecided:
       break;
   }
-  return "Whether this equation describes the record is not known";
+  return "Whether this equation describes the record is undecided";
+}
+
+void remark_on_residual(const JudgedFit& fit, std::vector<std::string>& remarks) {
+  const ident::Whiteness& whiteness = fit.whiteness;
+  if (!whiteness.tested) {
+    remarks.emplace_back("whether the residual is white could not be tested");
+    return;
+  }
+  const std::string statistic =
+      fmt::format("Bartlett p = {:.2g}; the strongest 5 % of frequencies hold {:.0f} % of its power, 20 % if white",
+                  whiteness.p_value, 100.0 * whiteness.peak_share);
+  if (whiteness.white) {
+    remarks.push_back(whiteness.p_value < doubtful_p_value
+                          ? fmt::format("whether the residual is white is in doubt ({})", statistic)
+                          : fmt::format("residual is white ({})", statistic));
+    return;
+  }
+  double largest_ratio = 1.0;
+  for (const ident::ModelTerm& term : fit.model.terms)
+    if (term.std > 0.0 && std::isfinite(term.std_robust))
+      largest_ratio = std::max(largest_ratio, term.std_robust / term.std);
+  remarks.push_back(fmt::format("residual is not white: structure remains ({})", statistic));
+  remarks.push_back(
+      fmt::format("standard deviations assume white noise; without that they are up to {:.2g} times larger, and terms "
+                  "may be kept that only fit the structure",
+                  largest_ratio));
+}
+
+void remark_on_terms(const JudgedFit& fit, std::vector<std::string>& remarks) {
+  remarks.insert(remarks.end(), fit.fit.remarks.begin(), fit.fit.remarks.end());
+  if (fit.fit.condition_number > collinear)
+    remarks.push_back(
+        fmt::format("the kept columns are nearly collinear: condition number {:.2g}", fit.fit.condition_number));
+  std::vector<std::string> poor, small;
+  for (const ident::ModelTerm& term : fit.model.terms) {
+    const double std = std::max(term.std, std::isfinite(term.std_robust) ? term.std_robust : 0.0);
+    if (const double cov = std / std::abs(term.mean); cov > poorly_known_cov)
+      poor.push_back(fmt::format("{} (CoV {:.2g})", term.name, cov));
+    // With structure left in the residual, a term no larger than the residual may be there only to fit it.
+    if (structured(fit) && std::abs(term.mean) * term.scale < small_term * fit.model.noise_std)
+      small.push_back(term.name);
+  }
+  if (!poor.empty()) remarks.push_back(fmt::format("poorly determined: {}", fmt::join(poor, ", ")));
+  if (!small.empty())
+    remarks.push_back(fmt::format("never larger than {:g} times the residual, so perhaps only fitted to it: {}",
+                                  small_term, fmt::join(small, ", ")));
+}
+
+Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range, std::size_t method) {
+  const JudgedFit& fit = ranges[range].fits[method];
+  if (fit.model.terms.empty())
+    return {Verdict::does_not, "No equation was found: no candidate term earned its place.", {}};
+  Judgement result{fit.free_run.applies ? by_free_run(fit.free_run) : by_error(fit), {}, {}};
+  const Figure& error = error_of(fit);
+  const bool left_over = error.reason.empty() && error.value > explained;
+  if (result.verdict == Verdict::undecided && left_over) result.verdict = Verdict::does_not;
+
+  const bool converged = fit.fit.status == ident::FitStatus::converged;
+  const bool spoilt = structured(fit) && fit.train.reason.empty() && fit.train.value > negligible;
+  const double balance = ranges[range].power_balance;
+  const bool out_of_step = std::isfinite(balance) && std::abs(balance) > in_step;
+  const Agreement others = agreement(ranges, range, method);
+  if (result.verdict == Verdict::describes &&
+      (!converged || left_over || spoilt || fitted_to_its_rows(fit) || out_of_step || others.other))
+    result.verdict = Verdict::in_part;
+
+  std::vector<std::string> clauses{free_run_clause(fit.free_run), residual_clause(fit), carry_over_clause(fit),
+                                   power_clause(balance), others.clause};
+  if (!converged) clauses.push_back(fmt::format("the fit ended as {}", to_string(fit.fit.status)));
+  if (result.verdict == Verdict::does_not && left_over && structured(fit))
+    clauses.emplace_back("no equation from this library can: a term or an inner state is missing");
+  std::erase_if(clauses, [](const std::string& clause) { return clause.empty(); });
+  result.sentence = fmt::format("{}: {}.", opening(result.verdict), fmt::join(clauses, "; "));
+  remark_on_residual(fit, result.remarks);
+  remark_on_terms(fit, result.remarks);
+  return result;
 }
 
 }  // namespace
 
-std::string_view to_string(Describes describes) {
-  if (describes == Describes::yes) return "yes";
-  if (describes == Describes::in_part) return "in part";
-  return describes == Describes::no ? "no" : "unknown";
+void judge(std::vector<RangeResult>& ranges) {
+  for (std::size_t range = 0; range < ranges.size(); ++range)
+    for (std::size_t method = 0; method < ranges[range].fits.size(); ++method)
+      ranges[range].fits[method].judgement = judgement_of(ranges, range, method);
 }
 
-Verdict verdict(const std::vector<RangeResult>& ranges, std::size_t range, std::size_t method) {
-  const JudgedFit& fit = ranges[range].fits[method];
-  if (fit.model.terms.empty()) return {Describes::no, "No equation was found: no candidate term earned its place."};
-  Verdict result{fit.free_run.applies ? by_free_run(fit.free_run) : by_error(fit), {}};
-  const Figure& error = error_of(fit);
-  const bool left_over = error.reason.empty() && error.value > explained;
-  const bool own_rows_only = fit.train.reason.empty() && fit.test.reason.empty() && fit.test.value > negligible &&
-                             fit.test.value > carries_over * fit.train.value;
-  const double balance = ranges[range].power_balance;
-  const bool out_of_step = std::isfinite(balance) && std::abs(balance) > in_step;
-  if (result.describes == Describes::unknown && left_over) result.describes = Describes::no;
-  const Agreement others = agreement(ranges, range, method);
-  if (result.describes == Describes::yes && (left_over || own_rows_only || out_of_step || others.other))
-    result.describes = Describes::in_part;
-  std::vector<std::string> clauses{free_run_clause(fit.free_run), residual_clause(fit), power_clause(balance),
-                                   others.clause};
-  if (result.describes == Describes::no && left_over && fit.whiteness.tested && !fit.whiteness.white)
-    clauses.emplace_back("no equation from this library can: a term or an inner state is missing");
-  std::erase_if(clauses, [](const std::string& clause) { return clause.empty(); });
-  result.sentence = fmt::format("{}: {}.", opening(result.describes), fmt::join(clauses, "; "));
+std::size_t chosen_method(const RangeResult& range) {
+  const auto fast = std::find_if(range.fits.begin(), range.fits.end(),
+                                 [](const JudgedFit& fit) { return fit.fit.method == ident::Method::fast_rvm; });
+  return fast == range.fits.end() ? 0 : static_cast<std::size_t>(fast - range.fits.begin());
+}
+
+std::optional<ChosenFit> chosen_fit(const std::vector<RangeResult>& ranges) {
+  if (ranges.empty()) return std::nullopt;
+  const auto mixed =
+      std::find_if(ranges.begin(), ranges.end(), [](const RangeResult& range) { return range.spec.name == "mixed"; });
+  const auto range = mixed == ranges.end() ? ranges.begin() : mixed;
+  if (range->fits.empty()) return std::nullopt;
+  return ChosenFit{static_cast<std::size_t>(range - ranges.begin()), chosen_method(*range)};
+}
+
+std::vector<RangeDisagreement> compare_ranges(const std::vector<RangeResult>& ranges) {
+  std::vector<RangeDisagreement> result;
+  if (ranges.empty()) return result;
+  for (std::size_t method = 0; method < ranges.front().fits.size(); ++method)
+    for (std::size_t a = 0; a < ranges.size(); ++a)
+      for (std::size_t b = a + 1; b < ranges.size(); ++b) {
+        const std::string &name_a = ranges[a].spec.name, &name_b = ranges[b].spec.name;
+        auto terms = ident::disagreements(ranges[a].fits[method].model, name_a, ranges[b].fits[method].model, name_b);
+        if (!terms.empty())
+          result.push_back(
+              {std::string(to_string(ranges[a].fits[method].fit.method)), name_a, name_b, std::move(terms)});
+      }
   return result;
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -7,21 +8,30 @@
 
 namespace apps {
 
-enum class Describes { yes, in_part, no, unknown };
-/// "yes", "in part", "no", "unknown".
-[[nodiscard]] std::string_view to_string(Describes describes);
+/// Judges every fit of every range and stores the result in its `judgement`; the fits of one range are compared with
+/// those of the others by the same method. The free run decides: x followed to 2 % of its power is describes, to 10 %
+/// in part, worse or diverged is does not describe. Describes is taken down to in part by a fit that did not converge,
+/// structure in a residual of more than a thousandth of the target's power, a power balance beyond 0.02, a test error
+/// ten times the training error, or another equation in another range. Without a free run it is undecided, and does
+/// not describe where more than a tenth of the target's power is left over. Ranges agree where the terms that matter
+/// (a twentieth of the target's largest or more) are in both and within 10 %.
+void judge(std::vector<RangeResult>& ranges);
 
-/// Whether an equation describes its record, as one sentence for a person, and what that rests on.
-struct Verdict {
-  Describes describes = Describes::unknown;
-  std::string sentence;
+/// The equation that speaks for a run: of range "mixed" if there is one, else of the first; by fast_rvm if that was
+/// asked for, else by the first method. Nothing if there is no fit.
+struct ChosenFit {
+  std::size_t range = 0, method = 0;
 };
+[[nodiscard]] std::optional<ChosenFit> chosen_fit(const std::vector<RangeResult>& ranges);
+/// The same within one range.
+[[nodiscard]] std::size_t chosen_method(const RangeResult& range);
 
-/// Of fit `method` of range `range`. The free run decides: x followed to 2 % of its power is yes, to 10 % in part,
-/// worse or diverged is no. A power balance beyond 0.02, a test error ten times the training error, or another equation
-/// in another range takes a yes down to in part; without a free run it is unknown, and no where more than a tenth of
-/// the target's power is left over. Ranges agree where the terms that matter (a twentieth of the target's largest or
-/// more) are in both and within 10 %.
-[[nodiscard]] Verdict verdict(const std::vector<RangeResult>& ranges, std::size_t range, std::size_t method);
+/// What the equations of two ranges, found by one method from one library, do not agree on.
+struct RangeDisagreement {
+  std::string method, range_a, range_b;
+  std::vector<ident::Disagreement> terms;
+};
+/// Every pair of ranges that disagree.
+[[nodiscard]] std::vector<RangeDisagreement> compare_ranges(const std::vector<RangeResult>& ranges);
 
 }  // namespace apps

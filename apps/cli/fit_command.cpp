@@ -13,6 +13,7 @@
 #include "apps/output/fit_outcome.hpp"
 #include "apps/output/report_text.hpp"
 #include "apps/output/results_json.hpp"
+#include "apps/verdict.hpp"
 #include "dsp/io/sample_source.hpp"
 
 namespace apps {
@@ -154,7 +155,8 @@ int run_fit(const FitArguments& arguments, Console& console) {
       .lasso_lambda = arguments.lasso_lambda,
       .num_threads = arguments.num_threads,
       .free_run = false};
-  const std::vector<RangeResult> ranges{identify({all, 1, {}}, columns, library, options)};
+  std::vector<RangeResult> ranges{identify({all, 1, {}}, columns, library, options)};
+  judge(ranges);
   for (const DroppedTerm& term : ranges.front().dropped)
     console.warning("term.left_out", fmt::format("{} is left out: {}", term.name, term.reason));
   refuse_warnings(arguments.strict, console);

@@ -22,6 +22,7 @@
 #include "apps/process/run_folder.hpp"
 #include "apps/process/sha256.hpp"
 #include "apps/regression_columns.hpp"
+#include "apps/verdict.hpp"
 #include "dsp/names.hpp"
 
 namespace apps {
@@ -187,6 +188,7 @@ int run_identification(const RunArguments& arguments, Console& console) {
   const IdentifyOptions options = identify_options(work.config, work.inputs, arguments.num_threads);
   auto ranges = identify_ranges(work.config, columns, libraries.front(), options, console);
   note_power(ranges, work.inputs);
+  judge(ranges);
   refuse_warnings(arguments.strict, console);
   const std::string report = report_text(ranges) + findings_text(work.inputs);
   results.write("equation.txt", report);

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/judgement.hpp"
 #include "apps/process/printable.hpp"
 #include "apps/verdict.hpp"
 
@@ -48,11 +47,9 @@ std::string terms_table(const ident::Model& model) {
   return text;
 }
 
-std::string fit_text(const JudgedFit& fit, const std::string& verdict_sentence) {
-  std::string text = fmt::format("    {}\n    {}\n", ident::to_text(fit.model), verdict_sentence);
-  const Judgement judgement = judge(fit);
-  text += fmt::format("    {}:\n", to_string(judgement.trust));
-  for (const std::string& remark : judgement.remarks) text += fmt::format("      - {}\n", remark);
+std::string fit_text(const JudgedFit& fit) {
+  std::string text = fmt::format("    {}\n    {}\n", ident::to_text(fit.model), fit.judgement.sentence);
+  for (const std::string& remark : fit.judgement.remarks) text += fmt::format("      - {}\n", remark);
   if (fit.model.terms.empty()) return text;
   text += terms_table(fit.model);
   text += fmt::format(
@@ -65,8 +62,7 @@ std::string fit_text(const JudgedFit& fit, const std::string& verdict_sentence) 
   return text;
 }
 
-std::string fits_text(const std::vector<RangeResult>& ranges, std::size_t range) {
-  const std::vector<JudgedFit>& fits = ranges[range].fits;
+std::string fits_text(const std::vector<JudgedFit>& fits) {
   std::string text;
   for (auto fit = fits.begin(); fit != fits.end(); ++fit) {
     text += fmt::format(
@@ -75,21 +71,18 @@ std::string fits_text(const std::vector<RangeResult>& ranges, std::size_t range)
         fit->model.terms.empty() ? "" : fmt::format(", condition number {:.3g}", fit->fit.condition_number));
     const auto twin = std::find_if(
         fits.begin(), fit, [&](const JudgedFit& earlier) { return ident::same_equation(earlier.model, fit->model); });
-    const auto method = static_cast<std::size_t>(fit - fits.begin());
-    text += twin == fit ? fit_text(*fit, verdict(ranges, range, method).sentence)
-                        : fmt::format("    the same equation as {}\n", to_string(twin->fit.method));
+    text += twin == fit ? fit_text(*fit) : fmt::format("    the same equation as {}\n", to_string(twin->fit.method));
   }
   return text;
 }
 
-std::string range_text(const std::vector<RangeResult>& ranges, std::size_t place) {
-  const RangeResult& range = ranges[place];
+std::string range_text(const RangeResult& range) {
   std::string text =
       fmt::format("range {}: {} training rows ({}), {} test rows ({}){}\n", range.spec.name, range.rows.train.size(),
                   stretches(range.rows.train_s), range.rows.test.size(), stretches(range.rows.test_s),
                   range.spec.where.empty() ? "" : ", where " + range.spec.where);
   for (const DroppedTerm& term : range.dropped) text += fmt::format("  left out: {} ({})\n", term.name, term.reason);
-  return text + fits_text(ranges, place);
+  return text + fits_text(range.fits);
 }
 
 /// Nothing where all channels are calibrated.
@@ -112,7 +105,7 @@ std::vector<std::string> uncalibrated_channels(const std::vector<RangeResult>& r
 std::string report_text(const std::vector<RangeResult>& ranges) {
   std::string text = calibration_text(ranges);
   if (!text.empty()) text += "\n\n";
-  for (std::size_t range = 0; range < ranges.size(); ++range) text += range_text(ranges, range) + "\n";
+  for (const RangeResult& range : ranges) text += range_text(range) + "\n";
   const std::vector<RangeDisagreement> pairs = compare_ranges(ranges);
   for (const RangeDisagreement& pair : pairs) {
     if (pair.method != pairs.front().method) break;  // the other methods' are in equation.json
@@ -139,16 +132,12 @@ std::string findings_text(const std::vector<Input>& inputs) {
 std::string report_latex(const std::vector<RangeResult>& ranges) {
   std::string text = calibration_text(ranges);
   if (!text.empty()) text = "% " + text + "\n";
-  for (std::size_t place = 0; place < ranges.size(); ++place)
-    for (std::size_t method = 0; method < ranges[place].fits.size(); ++method) {
-      const RangeResult& range = ranges[place];
-      const JudgedFit& fit = range.fits[method];
-      const Judgement judgement = judge(fit);
-      text += fmt::format("% {}\n% {}, {}: {}: {}\n\\begin{{equation}}\n  {}\n\\end{{equation}}\n",
-                          printable(verdict(ranges, place, method).sentence), printable(range.spec.name),
-                          to_string(fit.fit.method), to_string(judgement.trust),
-                          printable(fmt::format("{}", fmt::join(judgement.remarks, "; "))), ident::to_latex(fit.model));
-    }
+  for (const RangeResult& range : ranges)
+    for (const JudgedFit& fit : range.fits)
+      text +=
+          fmt::format("% {}\n% {}, {}: {}\n\\begin{{equation}}\n  {}\n\\end{{equation}}\n",
+                      printable(fit.judgement.sentence), printable(range.spec.name), to_string(fit.fit.method),
+                      printable(fmt::format("{}", fmt::join(fit.judgement.remarks, "; "))), ident::to_latex(fit.model));
   return text;
 }
 

@@ -11,8 +11,8 @@ namespace apps {
 [[nodiscard]] std::vector<std::string> uncalibrated_channels(const std::vector<RangeResult>& ranges);
 
 /// The identified equations for a terminal, under a line that names channels not calibrated if there are any: each with
-/// its error bars and, right under it, in one sentence whether it describes the record, and whether it is to be
-/// trusted; then what the ranges disagree on.
+/// its error bars and, right under it, in one sentence whether it describes the record, then remarks; last what the
+/// ranges disagree on.
 [[nodiscard]] std::string report_text(const std::vector<RangeResult>& ranges);
 
 /// What is wrong with the recordings' sensors and samples, a line each; empty where nothing is.

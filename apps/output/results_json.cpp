@@ -6,8 +6,8 @@
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 
-#include "apps/judgement.hpp"
 #include "apps/output/report_text.hpp"
 #include "apps/process/printable.hpp"
 #include "apps/process/version.hpp"
@@ -231,6 +231,25 @@ Json calibration_json(const std::vector<std::string>& uncalibrated) {
   return result;
 }
 
+Json equation_row(const JudgedFit& fit) {
+  const std::string method(to_string(fit.fit.method));
+  Json row{{"method", method},
+           {"target", fit.model.target},
+           {"target_unit", fit.model.target_unit},
+           {"text", ident::to_text(fit.model)},
+           {"latex", ident::to_latex(fit.model)},
+           {"verdict", to_string(fit.judgement.verdict)},
+           {"sentence", printable(fit.judgement.sentence)},
+           {"remarks", Json::array()},
+           {"terms", Json::array()}};
+  for (const std::string& remark : fit.judgement.remarks) row["remarks"].push_back(printable(remark));
+  for (const ident::ModelTerm& term : fit.model.terms)
+    row["terms"].push_back(term_json(term, method + " computes no evidence"));
+  row["covariance"] = matrix_json(fit.model.covariance);
+  row["covariance_robust"] = matrix_json(fit.model.covariance_robust);
+  return row;
+}
+
 /// The checks of all recordings, each with its recording.
 Json recorded_checks(const std::vector<Input>& inputs) {
   Json result = Json::array();
@@ -272,30 +291,18 @@ std::string metrics_json(const std::vector<RangeResult>& ranges, const IdentifyO
 
 std::string equation_json(const std::vector<RangeResult>& ranges) {
   Json document = calibration_json(uncalibrated_channels(ranges));
-  document["equations"] = document["disagreements"] = Json::array();
-  for (std::size_t place = 0; place < ranges.size(); ++place)
-    for (std::size_t method = 0; method < ranges[place].fits.size(); ++method) {
-      const RangeResult& range = ranges[place];
-      const JudgedFit& fit = range.fits[method];
-      const Judgement judgement = judge(fit);
-      const Verdict words = verdict(ranges, place, method);
-      Json row{{"range", printable(range.spec.name)},
-               {"method", to_string(fit.fit.method)},
-               {"target", fit.model.target},
-               {"target_unit", fit.model.target_unit},
-               {"text", ident::to_text(fit.model)},
-               {"latex", ident::to_latex(fit.model)},
-               {"trust", to_string(judgement.trust)},
-               {"remarks", judgement.remarks},
-               {"describes", to_string(words.describes)},
-               {"verdict", printable(words.sentence)}};
-      row["terms"] = Json::array();
-      for (const ident::ModelTerm& term : fit.model.terms)
-        row["terms"].push_back(term_json(term, std::string(to_string(fit.fit.method)) + " computes no evidence"));
-      row["covariance"] = matrix_json(fit.model.covariance);
-      row["covariance_robust"] = matrix_json(fit.model.covariance_robust);
-      document["equations"].push_back(std::move(row));
-    }
+  const std::optional<ChosenFit> chosen = chosen_fit(ranges);
+  document["chosen"] = nullptr;
+  if (chosen)
+    document["chosen"] = {{"range", printable(ranges[chosen->range].spec.name)},
+                          {"method", to_string(ranges[chosen->range].fits[chosen->method].fit.method)}};
+  document["ranges"] = document["disagreements"] = Json::array();
+  for (const RangeResult& range : ranges) {
+    Json row{{"name", printable(range.spec.name)}, {"verdict", nullptr}, {"methods", Json::array()}};
+    if (!range.fits.empty()) row["verdict"] = to_string(range.fits[chosen_method(range)].judgement.verdict);
+    for (const JudgedFit& fit : range.fits) row["methods"].push_back(equation_row(fit));
+    document["ranges"].push_back(std::move(row));
+  }
   for (const RangeDisagreement& pair : compare_ranges(ranges)) {
     Json row{{"method", pair.method},
              {"ranges", {printable(pair.range_a), printable(pair.range_b)}},

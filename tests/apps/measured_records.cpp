@@ -109,11 +109,11 @@ TEST_CASE("thirteen terms for one tone and ten cycles are not printed bare", "[a
       CHECK(fit["terms"].size() >= 7);
       CHECK(fit["residual_whiteness"].get<double>() < 0.05);
     }
-    const json verdicts = json::parse(support::bytes_of(folder / "run/equation.json"))["equations"];
-    REQUIRE(verdicts.size() == 2);
-    for (const json& equation : verdicts) CHECK(equation["trust"] != "trusted");
+    const json ranges = json::parse(support::bytes_of(folder / "run/equation.json"))["ranges"];
+    REQUIRE(ranges.size() == 2);
+    for (const json& range : ranges) CHECK(range["verdict"] != "describes");
     const std::string report = support::bytes_of(folder / "run/equation.txt");
-    CHECK_THAT(report, Catch::Contains("residual is not white") && Catch::Contains("not to be trusted"));
+    CHECK_THAT(report, Catch::Contains("residual is not white"));
     CHECK_THAT(report, Catch::Contains("slip and heavier disagree") && Catch::Contains("opposite signs"));
   }
 }
@@ -258,16 +258,15 @@ TEST_CASE("a friction damper with an inner state is not described, and that is s
     const auto ended = support::run(folder, "$ARDENT -q --force run run.toml -o run");
     CAPTURE(ended.err);
     REQUIRE(ended.code == 0);
-    return json::parse(support::bytes_of(folder / "run/equation.json"))["equations"][0];
+    return json::parse(support::bytes_of(folder / "run/equation.json"))["ranges"][0]["methods"][0];
   };
   for (const char* terms : {"\"sgn(v)\", \"v\", \"x\", \"1\"",
                             "\"sgn(v)\", \"v\", \"x\", \"1\", \"x^3\", \"x*v\", \"abs(x)*sgn(v)\", "
                             "\"x^2*sgn(v)\", \"v^3\""}) {
     const json equation = words(terms);
-    CHECK(equation["describes"] == "no");
-    CHECK_THAT(equation["verdict"].get<std::string>(),
+    CHECK(equation["verdict"] == "does_not");
+    CHECK_THAT(equation["sentence"].get<std::string>(),
                Catch::StartsWith("This equation does not describe the record") &&
                    Catch::Contains(" % of the variation of f") && Catch::Contains("no equation from this library can"));
-    CHECK(equation["trust"] == "not to be trusted");
   }
 }

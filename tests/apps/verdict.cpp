@@ -5,7 +5,7 @@
 
 #include "support/program.hpp"
 
-using apps::Describes;
+using apps::Verdict;
 using nlohmann::json;
 using support::Scratch;
 
@@ -27,63 +27,103 @@ apps::RangeResult range(const std::string& name, double free_run, double error, 
   return result;
 }
 
-apps::Verdict of(const apps::RangeResult& result) {
-  return apps::verdict({result}, 0, 0);
+/// The judgement of the first range's fit beside the others.
+apps::Judgement of(std::vector<apps::RangeResult> ranges) {
+  apps::judge(ranges);
+  return ranges[0].fits[0].judgement;
+}
+apps::Judgement of(const apps::RangeResult& range) {
+  return of(std::vector{range});
 }
 
 }  // namespace
 
 TEST_CASE("the free run decides whether an equation describes its record", "[apps][verdict]") {
   auto good = range("low", 1e-4, 1e-5);
-  CHECK(of(good).describes == Describes::yes);
-  CHECK_THAT(of(good).sentence, Catch::StartsWith("This equation describes the record: left to itself it follows x"));
-  CHECK(of(range("low", 0.05, 1e-5)).describes == Describes::in_part);
+  CHECK(of(good).verdict == Verdict::describes);
+  CHECK_THAT(of(good).sentence, Catch::StartsWith("This equation describes the record: the free run follows x"));
+  CHECK(of(range("low", 0.05, 1e-5)).verdict == Verdict::in_part);
   // A one-step error of half a per cent hides a free run that fails.
-  CHECK(of(range("low", 0.37, 5e-3)).describes == Describes::no);
+  CHECK(of(range("low", 0.37, 5e-3)).verdict == Verdict::does_not);
   CHECK_THAT(of(range("low", 0.37, 5e-3)).sentence,
              Catch::StartsWith("This equation does not describe the record") && Catch::Contains("0.37"));
   auto away = good;
   away.fits[0].free_run.diverged_after_s = 3.0;
   away.fits[0].free_run.reason = "diverged after 3 s";
-  CHECK(of(away).describes == Describes::no);
+  CHECK(of(away).verdict == Verdict::does_not);
   auto none = good;
   none.fits[0].free_run.reason = "no test stretch is long enough";
-  CHECK(of(none).describes == Describes::unknown);
-  CHECK_THAT(of(none).sentence, Catch::Contains("is not known") && Catch::Contains("long enough"));
+  CHECK(of(none).verdict == Verdict::undecided);
+  CHECK_THAT(of(none).sentence, Catch::Contains("is undecided") && Catch::Contains("long enough"));
 }
 
 TEST_CASE("sensors out of step and rows it was fitted to take the yes away", "[apps][verdict]") {
   auto result = range("low", 1e-4, 1e-5);
   result.power_balance = 3e-4;
-  CHECK(of(result).describes == Describes::yes);
+  CHECK(of(result).verdict == Verdict::describes);
   CHECK_THAT(of(result).sentence, Catch::Contains("in step"));
   result.power_balance = 0.3;
-  CHECK(of(result).describes == Describes::in_part);
+  CHECK(of(result).verdict == Verdict::in_part);
   CHECK_THAT(of(result).sentence, Catch::Contains("reads as damping"));
   result = range("low", 1e-4, 1e-3);
   result.fits[0].test = result.fits[0].test_centred = {0.05, {}};
-  CHECK(of(result).describes == Describes::in_part);
+  CHECK(of(result).verdict == Verdict::in_part);
+}
+
+TEST_CASE("structure in a residual that matters, and a fit that did not converge, take describes down",
+          "[apps][verdict]") {
+  auto result = range("low", 1e-4, 5e-3);
+  CHECK(of(result).verdict == Verdict::describes);
+  result.fits[0].whiteness.white = false;
+  CHECK(of(result).verdict == Verdict::in_part);
+  CHECK_THAT(of(result).sentence, Catch::Contains("structure"));
+  // A tenth of a per mille of the power spoils error bars, not the equation.
+  auto small = range("low", 1e-4, 1e-4);
+  small.fits[0].whiteness.white = false;
+  CHECK(of(small).verdict == Verdict::describes);
+  auto unfinished = range("low", 1e-4, 1e-5);
+  unfinished.fits[0].fit.status = ident::FitStatus::iteration_limit;
+  CHECK(of(unfinished).verdict == Verdict::in_part);
+  CHECK_THAT(of(unfinished).sentence, Catch::Contains("iteration_limit"));
+}
+
+TEST_CASE("every verdict is read back from its word", "[apps][verdict]") {
+  for (const Verdict verdict : {Verdict::describes, Verdict::in_part, Verdict::does_not, Verdict::undecided})
+    CHECK(apps::verdict_from_string(to_string(verdict)) == verdict);
+  CHECK_FALSE(apps::verdict_from_string("trusted").has_value());
+}
+
+TEST_CASE("the chosen fit is fast_rvm's of the mixed range, or the first", "[apps][verdict]") {
+  CHECK_FALSE(apps::chosen_fit({}).has_value());
+  auto low = range("low", 1e-4, 1e-5), mixed = range("mixed", 1e-4, 1e-5);
+  low.fits[0].fit.method = ident::Method::slow_rvm;
+  low.fits.push_back(low.fits[0]);
+  low.fits[1].fit.method = ident::Method::fast_rvm;
+  CHECK(apps::chosen_method(low) == 1);
+  CHECK(apps::chosen_fit({low, mixed})->range == 1);
+  CHECK(apps::chosen_fit({low})->range == 0);
+  CHECK(apps::chosen_fit({low})->method == 1);
 }
 
 TEST_CASE("ranges that have another equation are named with the terms", "[apps][verdict]") {
   const auto low = range("low", 1e-4, 1e-5), high = range("high", 1e-4, 1e-5, -51.0);
-  CHECK(apps::verdict({low, high}, 0, 0).describes == Describes::yes);
-  CHECK_THAT(apps::verdict({low, high}, 0, 0).sentence, Catch::Contains("high agrees to a tenth"));
+  CHECK(of({low, high}).verdict == Verdict::describes);
+  CHECK_THAT(of({low, high}).sentence, Catch::Contains("high agrees within 10 %"));
   const auto other = range("high", 1e-4, 1e-5, -70.0);
-  CHECK(apps::verdict({low, other}, 0, 0).describes == Describes::in_part);
-  CHECK_THAT(apps::verdict({low, other}, 0, 0).sentence, Catch::Contains("high has another x"));
-  CHECK(apps::verdict({low, range("mixed", 1e-4, 1e-5, -70.0)}, 0, 0).describes == Describes::yes);
+  CHECK(of({low, other}).verdict == Verdict::in_part);
+  CHECK_THAT(of({low, other}).sentence, Catch::Contains("high has another x"));
+  CHECK(of({low, range("mixed", 1e-4, 1e-5, -70.0)}).verdict == Verdict::describes);
 }
 
 TEST_CASE("a force law is judged by what it leaves over", "[apps][verdict]") {
   auto law = range("all", 0.0, 0.01);
   law.fits[0].free_run.applies = false;
   law.fits[0].free_run.reason = "an equation for f is no equation of motion";
-  CHECK(of(law).describes == Describes::yes);
+  CHECK(of(law).verdict == Verdict::describes);
   law.fits[0].whiteness.white = false;
-  CHECK(of(law).describes == Describes::in_part);
+  CHECK(of(law).verdict == Verdict::in_part);
   law.fits[0].test_centred = {0.22, {}};
-  CHECK(of(law).describes == Describes::no);
+  CHECK(of(law).verdict == Verdict::does_not);
   CHECK_THAT(of(law).sentence, Catch::Contains("22 %") && Catch::Contains("inner state is missing"));
   law.fits[0].model.terms.clear();
   CHECK_THAT(of(law).sentence, Catch::Contains("No equation was found"));
@@ -101,11 +141,10 @@ TEST_CASE("a rig inside the library is described, one with physics outside it is
                     "'library.terms=[\"x\",\"v\",\"x^3\",\"sgn(v)\",\"ddr\"]' --set 'fit.methods=[\"fast_rvm\"]'");
     CAPTURE(ended.err);
     REQUIRE(ended.code == 0);
-    return json::parse(support::bytes_of(folder / (twin + "-run/equation.json")))["equations"][0];
+    return json::parse(support::bytes_of(folder / (twin + "-run/equation.json")))["ranges"][0]["methods"][0];
   };
   const json inside = words("T0"), outside = words("T1");
-  CHECK(inside["describes"] == "yes");
-  CHECK(outside["describes"] == "no");
-  CHECK_THAT(outside["verdict"].get<std::string>(), Catch::StartsWith("This equation does not describe the record"));
-  CHECK(outside["trust"] == "not to be trusted");
+  CHECK(inside["verdict"] == "describes");
+  CHECK(outside["verdict"] == "does_not");
+  CHECK_THAT(outside["sentence"].get<std::string>(), Catch::StartsWith("This equation does not describe the record"));
 }

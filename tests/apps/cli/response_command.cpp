@@ -24,27 +24,24 @@ struct Coefficient {
   double mean = 0.0, std = 0.0;
 };
 
-json equation_of(const std::string& range, const std::string& target, const std::vector<Coefficient>& terms) {
-  json row{{"range", range},
-           {"method", "fast_rvm"},
-           {"target", target},
-           {"text", target + " = ..."},
-           {"trust", "trusted"},
-           {"terms", json::array()},
-           {"covariance_robust", nullptr}};
+/// A range of a run's equation.json with one equation.
+json range_of(const std::string& range, const std::string& target, const std::vector<Coefficient>& terms) {
+  json row{{"method", "fast_rvm"},   {"target", target},       {"text", target + " = ..."},
+           {"verdict", "describes"}, {"terms", json::array()}, {"covariance_robust", nullptr}};
   for (const auto& term : terms) {
     row["terms"].push_back({{"name", term.name}, {"mean", term.mean}, {"std", term.std}, {"scale", 0.03}});
     row["covariance"].push_back(std::vector<double>(terms.size(), 0.0));
     row["covariance"].back().back() = 0.0;
     row["covariance"].back()[row["covariance"].size() - 1] = term.std * term.std;
   }
-  return row;
+  return {{"name", range}, {"verdict", "describes"}, {"methods", json::array({row})}};
 }
 
 /// A run folder with these equations, as far as the frequency response looks at one.
-void make_run(const Scratch& folder, const std::vector<json>& equations, const std::string& header) {
+void make_run(const Scratch& folder, const std::vector<json>& ranges, const std::string& header) {
+  const json document{{"chosen", {{"range", ranges.back()["name"]}, {"method", "fast_rvm"}}}, {"ranges", ranges}};
   (void)folder.file("manifest.json", "{}");
-  (void)folder.file("equation.json", json{{"equations", equations}}.dump());
+  (void)folder.file("equation.json", document.dump());
   (void)folder.file("prepared.csv", header + "\n");
 }
 
@@ -68,7 +65,7 @@ json respond(const apps::ResponseArguments& arguments) {
 
 TEST_CASE("the true equation with its static friction answers as the rig does", "[apps][response_command]") {
   const Scratch folder;
-  make_run(folder, {equation_of("all", "a", t0)}, "t,r,y,x,v,a,ddr");
+  make_run(folder, {range_of("all", "a", t0)}, "t,r,y,x,v,a,ddr");
   auto arguments = arguments_for(folder);
   arguments.static_friction = 0.385;
   arguments.set = {"from_hz=0.79", "to_hz=1.56"};
@@ -96,7 +93,7 @@ TEST_CASE("uncertain coefficients spread amplitudes and jumps, the same for any 
   const Scratch folder;
   // Only damping is uncertain and the oscillator is linear: the amplitude's deviation follows from its slope.
   const std::vector<Coefficient> linear{{"x", -50.0, 0.0}, {"v", -0.8, 0.02}, {"ddr", -1.0, 0.0}};
-  make_run(folder, {equation_of("all", "a", linear)}, "t,r,y,x,v,a,ddr");
+  make_run(folder, {range_of("all", "a", linear)}, "t,r,y,x,v,a,ddr");
   auto arguments = arguments_for(folder);
   arguments.set = {"from_hz=1.0", "to_hz=1.2", "step_hz=0.1"};
   arguments.num_draws = 400;
@@ -167,7 +164,7 @@ TEST_CASE("equations that have no answer to a sine are refused with the reason",
   const auto refused = [&](const std::string& target, const std::vector<Coefficient>& terms, const std::string& header,
                            const std::string& piece) {
     const Scratch folder;
-    make_run(folder, {equation_of("all", target, terms)}, header);
+    make_run(folder, {range_of("all", target, terms)}, header);
     check_fault([&] { (void)respond(arguments_for(folder)); }, usage, "frc.equation", {piece});
   };
   refused("r", {{"x", 1.0, 0.0}}, "t,r,x,v", "not an equation of motion");
@@ -181,7 +178,7 @@ TEST_CASE("equations that have no answer to a sine are refused with the reason",
   const Scratch folder;
   check_fault([&] { (void)respond(arguments_for(folder)); }, dsp::FaultKind::input, "run.incomplete",
               {"manifest.json"});
-  make_run(folder, {equation_of("low", "a", t0), equation_of("mixed", "a", t0)}, "t,r,y,x,v,a,ddr");
+  make_run(folder, {range_of("low", "a", t0), range_of("mixed", "a", t0)}, "t,r,y,x,v,a,ddr");
   CHECK(apps::read_equation(folder / "", "", "").range == "mixed");
   CHECK(apps::read_equation(folder / "", "low", "").range == "low");
   auto arguments = arguments_for(folder);
@@ -227,7 +224,7 @@ TEST_CASE("a record's steady amplitudes come back from their table", "[apps][ste
 
 TEST_CASE("a force drives an equation without a base", "[apps][response_command]") {
   const Scratch folder;
-  make_run(folder, {equation_of("all", "a", {{"x", -50.0, 0.0}, {"v", -0.8, 0.0}, {"f", 2.0, 0.0}})}, "t,x,v,a,f");
+  make_run(folder, {range_of("all", "a", {{"x", -50.0, 0.0}, {"v", -0.8, 0.0}, {"f", 2.0, 0.0}})}, "t,x,v,a,f");
   auto arguments = arguments_for(folder);
   arguments.num_draws = 0;
   check_fault([&] { (void)respond(arguments); }, dsp::FaultKind::usage, "frc.option", {"--set amplitude="});
