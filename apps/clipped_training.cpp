@@ -28,7 +28,7 @@ std::map<std::string, Clipped> clipped_within(const std::vector<dsp::Interval>& 
 
 }  // namespace
 
-void require_unclipped(const Range& range, const std::vector<Input>& inputs, double max_share) {
+void require_unclipped(const ident::Range& range, const std::vector<Input>& inputs, double max_share) {
   constexpr double training_share = 0.6;
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     if (range.recording > 0 && static_cast<std::size_t>(range.recording) != i + 1) continue;

@@ -42,8 +42,8 @@ std::optional<Row> chosen(const Json& document, const std::string& range, const 
   return best;
 }
 
-Verdict verdict_of(const std::string& word, const fs::path& run) {
-  if (const auto verdict = verdict_from_string(word)) return *verdict;
+ident::Verdict verdict_of(const std::string& word, const fs::path& run) {
+  if (const auto verdict = ident::verdict_from_string(word)) return *verdict;
   throw dsp::Fault(dsp::FaultKind::input, "run.damaged",
                    fmt::format("{}: the verdict is '{}', want describes, in_part, does_not or undecided",
                                (run / "equation.json").string(), printable(word)));

@@ -5,14 +5,14 @@
 #include <string>
 #include <vector>
 
-#include "apps/judgement.hpp"
+#include "ident/verdict.hpp"
 
 namespace apps {
 
 /// An equation of motion as a finished run left it.
 struct IdentifiedEquation {
   std::string range, method, target, text;
-  Verdict verdict = Verdict::undecided;  ///< whether it describes its record
+  ident::Verdict verdict = ident::Verdict::undecided;  ///< whether it describes its record
   std::vector<std::string> terms;
   Eigen::VectorXd mean;
   Eigen::MatrixXd covariance;  ///< of the coefficients; the one that does not assume a white residual where known

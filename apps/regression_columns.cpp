@@ -9,7 +9,9 @@
 #include <string>
 
 #include "apps/clipped_training.hpp"
+#include "apps/process/interrupt.hpp"
 #include "dsp/fault.hpp"
+#include "ident/validate/judge.hpp"
 
 namespace apps {
 namespace {
@@ -87,10 +89,10 @@ std::vector<ident::CandidateLibrary> compile_libraries(const Config& config, con
   return libraries;
 }
 
-std::vector<Columns> all_columns(const Config& config, const std::vector<Input>& inputs,
-                                 const std::vector<ident::CandidateLibrary>& libraries, Console& console) {
-  for (const Range& range : config.ranges) require_unclipped(range, inputs, config.max_clipped);
-  std::vector<Columns> columns;
+std::vector<ident::Columns> all_columns(const Config& config, const std::vector<Input>& inputs,
+                                        const std::vector<ident::CandidateLibrary>& libraries, Console& console) {
+  for (const ident::Range& range : config.ranges) require_unclipped(range, inputs, config.max_clipped);
+  std::vector<ident::Columns> columns;
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     const dsp::Prepared& prepared = inputs[i].prepared;
     const std::size_t bytes =
@@ -98,8 +100,9 @@ std::vector<Columns> all_columns(const Config& config, const std::vector<Input>&
     console.step(fmt::format("{}: forming {} columns ({:.1f} MB)", prepared.name, libraries[i].terms.size(),
                              1e-6 * static_cast<double>(bytes)));
     try {
-      columns.push_back(form_columns(libraries[i], config.fit.target, prepared));
+      columns.push_back(ident::form_columns(libraries[i], config.fit.target, prepared, check_interrupted));
       columns.back().regimes = inputs[i].regimes;
+      columns.back().power = inputs[i].power;
     } catch (const std::bad_alloc&) {
       throw dsp::Fault(dsp::FaultKind::numerics, "memory.exhausted",
                        fmt::format("{}: no memory for {} columns, {:.1f} MB. Use fewer terms or a lower rate.",
@@ -109,7 +112,7 @@ std::vector<Columns> all_columns(const Config& config, const std::vector<Input>&
   return columns;
 }
 
-IdentifyOptions identify_options(const Config& config, const std::vector<Input>& inputs, int num_threads) {
+ident::IdentifyOptions identify_options(const Config& config, const std::vector<Input>& inputs, int num_threads) {
   return {.target = config.fit.target,
           .target_unit = inputs.front().prepared.signals.find(config.fit.target)->unit,
           .methods = config.fit.methods,
@@ -119,18 +122,19 @@ IdentifyOptions identify_options(const Config& config, const std::vector<Input>&
           .unit_norm_threshold = config.fit.unit_norm_threshold,
           .ridge_lambda = config.fit.ridge_lambda,
           .lasso_lambda = config.fit.lasso_lambda,
-          .num_threads = num_threads};
+          .num_threads = num_threads,
+          .poll = check_interrupted};
 }
 
-std::vector<RangeResult> identify_ranges(Config& config, const std::vector<Columns>& columns,
-                                         const ident::CandidateLibrary& library, const IdentifyOptions& options,
-                                         Console& console) {
-  std::vector<RangeResult> ranges;
-  for (Range& range : config.ranges) {
+std::vector<ident::RangeResult> identify_ranges(Config& config, const std::vector<ident::Columns>& columns,
+                                                const ident::CandidateLibrary& library,
+                                                const ident::IdentifyOptions& options, Console& console) {
+  std::vector<ident::RangeResult> ranges;
+  for (ident::Range& range : config.ranges) {
     console.step(fmt::format("range {}: fitting", range.spec.name));
-    ranges.push_back(identify(range, columns, library, options));
+    ranges.push_back(ident::identify(range, columns, library, options));
     range.spec = ranges.back().spec;
-    for (const DroppedTerm& term : ranges.back().dropped) {
+    for (const ident::DroppedTerm& term : ranges.back().dropped) {
       const std::string text = fmt::format("range {}: {} is left out: {}", range.spec.name, term.name, term.reason);
       // The constant comes with every polynomial, and behind AC-coupled sensors it says nothing.
       const auto& asked = config.library.terms;
@@ -140,6 +144,7 @@ std::vector<RangeResult> identify_ranges(Config& config, const std::vector<Colum
         console.warning("term.left_out", text);
     }
   }
+  ident::judge(ranges);
   return ranges;
 }
 

@@ -1,11 +1,11 @@
 #pragma once
 #include <vector>
 
-#include "apps/columns.hpp"
 #include "apps/config/config.hpp"
 #include "apps/config/inputs.hpp"
-#include "apps/identify.hpp"
 #include "apps/process/console.hpp"
+#include "ident/columns.hpp"
+#include "ident/identify.hpp"
 
 // From a config and its prepared recordings to what ranges are fitted on.
 
@@ -19,16 +19,19 @@ void check_library(const Config& config);
 [[nodiscard]] std::vector<ident::CandidateLibrary> compile_libraries(const Config& config,
                                                                      const std::vector<Input>& inputs);
 
-/// Columns and target of every recording, with its regimes. Throws dsp::Fault memory.exhausted (numerics)
+/// ident::Columns and target of every recording, with its regimes. Throws dsp::Fault memory.exhausted (numerics)
 /// and sample.clipped (input).
-[[nodiscard]] std::vector<Columns> all_columns(const Config& config, const std::vector<Input>& inputs,
-                                               const std::vector<ident::CandidateLibrary>& libraries, Console& console);
+[[nodiscard]] std::vector<ident::Columns> all_columns(const Config& config, const std::vector<Input>& inputs,
+                                                      const std::vector<ident::CandidateLibrary>& libraries,
+                                                      Console& console);
 
-[[nodiscard]] IdentifyOptions identify_options(const Config& config, const std::vector<Input>& inputs, int num_threads);
+[[nodiscard]] ident::IdentifyOptions identify_options(const Config& config, const std::vector<Input>& inputs,
+                                                      int num_threads);
 
 /// Every range of the config, whose specs get filled in what was left out. Terms that are left out are warned of.
-[[nodiscard]] std::vector<RangeResult> identify_ranges(Config& config, const std::vector<Columns>& columns,
-                                                       const ident::CandidateLibrary& library,
-                                                       const IdentifyOptions& options, Console& console);
+[[nodiscard]] std::vector<ident::RangeResult> identify_ranges(Config& config,
+                                                              const std::vector<ident::Columns>& columns,
+                                                              const ident::CandidateLibrary& library,
+                                                              const ident::IdentifyOptions& options, Console& console);
 
 }  // namespace apps

@@ -50,7 +50,7 @@ Config config_of(const StudyRequest& request, const StudyCell& cell) {
   Config config = read_config(request.input, overrides);
   if (request.adjust) request.adjust(config);
   if (has(cell, train_share))
-    for (Range& range : config.ranges) range.spec.train_to_s.reset();
+    for (ident::Range& range : config.ranges) range.spec.train_to_s.reset();
   keep_concerned(config.fit.methods, cell);
   check_library(config);
   return config;
@@ -60,7 +60,7 @@ Config config_of(const StudyRequest& request, const StudyCell& cell) {
 std::string preparation_key(Config config) {
   config.library = {};
   config.fit = {};
-  for (Range& range : config.ranges) range.spec.train_to_s.reset();
+  for (ident::Range& range : config.ranges) range.spec.train_to_s.reset();
   return to_toml(config, ".");
 }
 
@@ -77,15 +77,15 @@ struct Job {
   Config config;
 };
 
-/// Columns of one library on one preparation.
+/// ident::Columns of one library on one preparation.
 struct FormedColumns {
   std::vector<ident::CandidateLibrary> libraries;
-  std::vector<Columns> columns;
+  std::vector<ident::Columns> columns;
 };
 
-StudyRange summary_of(RangeResult result) {
+StudyRange summary_of(ident::RangeResult result) {
   StudyRange range{result.spec.name, std::move(result.terms), result.rows.train.size(), result.rows.test.size(), {}};
-  for (JudgedFit& fit : result.fits) {
+  for (ident::JudgedFit& fit : result.fits) {
     fit.predicted.resize(0);
     fit.predicted_std.resize(0);
     range.fits.push_back(std::move(fit));
@@ -193,15 +193,16 @@ std::vector<StudyResult> run_cells(const StudyRequest& request, Console& console
       settle(job.config, inputs, zero_is_set ? silent : teller);
       refuse_warnings(request.strict, console);
       if (has(result.cell, train_share))  // ranges of a sidecar have come in
-        for (Range& range : job.config.ranges) range.spec.train_to_s.reset();
+        for (ident::Range& range : job.config.ranges) range.spec.train_to_s.reset();
       try {
         FormedColumns& data = formed[library_key(job.config)];
         if (data.libraries.empty()) {
           data.libraries = compile_libraries(job.config, inputs);
           data.columns = all_columns(job.config, inputs, data.libraries, silent);
         }
-        const IdentifyOptions options = identify_options(job.config, inputs, request.num_threads);
-        for (RangeResult& range : identify_ranges(job.config, data.columns, data.libraries.front(), options, silent))
+        const ident::IdentifyOptions options = identify_options(job.config, inputs, request.num_threads);
+        for (ident::RangeResult& range :
+             identify_ranges(job.config, data.columns, data.libraries.front(), options, silent))
           result.ranges.push_back(summary_of(std::move(range)));
       } catch (const dsp::Fault& fault) {
         if (fault.kind() != dsp::FaultKind::numerics) throw;

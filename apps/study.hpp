@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "apps/config/config.hpp"
-#include "apps/identify.hpp"
 #include "apps/process/console.hpp"
+#include "ident/identify.hpp"
 
 // How an identification depends on what a person had to choose (Sec. 5.2 of [QZS23] does this by hand).
 
@@ -36,7 +36,7 @@ struct StudyRange {
   std::string name;
   std::vector<std::string> terms;  ///< of the library
   std::size_t num_train = 0, num_test = 0;
-  std::vector<JudgedFit> fits;
+  std::vector<ident::JudgedFit> fits;
 };
 struct StudyResult {
   StudyCell cell;

@@ -199,11 +199,14 @@ struct Decimator::State {
 };
 
 Decimator::Decimator(double input_rate_hz, Index num_channels, const DecimateOptions& options)
-    : state_(std::make_unique<State>()) {
+    : Decimator(measure(design_decimation(input_rate_hz, options), input_rate_hz, options), num_channels) {}
+
+Decimator::Decimator(const FilterSheet& design, Index num_channels) : state_(std::make_unique<State>()) {
   if (num_channels < 1) throw std::invalid_argument("Decimator: num_channels must be at least 1");
-  state_->sheet = measure(design_decimation(input_rate_hz, options), input_rate_hz, options);
+  state_->sheet = design;
   state_->num_channels = num_channels;
-  state_->least_frames = std::max<Index>(8, static_cast<Index>(std::ceil(state_->sheet.edge_s * input_rate_hz)) + 1);
+  const double reach = design.stages.empty() ? 0.0 : design.edge_s * design.stages.front().input_rate_hz;
+  state_->least_frames = std::max<Index>(8, static_cast<Index>(std::ceil(reach)) + 1);
   const auto& stages = state_->sheet.stages;
   for (std::size_t i = 0; i < stages.size(); ++i) state_->stages.emplace_back(stages[i], num_channels);
 }
@@ -233,24 +236,29 @@ const FilterSheet& Decimator::sheet() const {
   return state_->sheet;
 }
 
-Eigen::MatrixXd decimate(const Eigen::Ref<const Eigen::MatrixXd>& samples, double sample_rate_hz,
-                         const DecimateOptions& options, FilterSheet* sheet) {
-  Decimator decimator(sample_rate_hz, samples.cols(), options);
+Eigen::MatrixXd decimate(const Eigen::Ref<const Eigen::MatrixXd>& samples, const FilterSheet& design) {
+  Decimator decimator(design, samples.cols());
   constexpr Index block = 16384;
-  Eigen::MatrixXd all;
+  double ratio = 1.0;
+  for (const FilterStage& stage : design.stages) ratio *= static_cast<double>(stage.up) / stage.down;
+  Eigen::MatrixXd all(static_cast<Index>(static_cast<double>(samples.rows()) * ratio) + 2, samples.cols());
   Index num_outputs = 0;
   const auto keep = [&](const FrameBlock& outputs) {
     all.middleRows(num_outputs, outputs.rows()) = outputs;
     num_outputs += outputs.rows();
   };
-  all.resize(static_cast<Index>(static_cast<double>(samples.rows()) * options.output_rate_hz / sample_rate_hz) + 2,
-             samples.cols());
   for (Index first = 0; first < samples.rows(); first += block)
     keep(decimator.push(FrameBlock(samples.middleRows(first, std::min(block, samples.rows() - first)))));
   keep(decimator.finish());
-  if (sheet != nullptr) *sheet = decimator.sheet();
   all.conservativeResize(num_outputs, Eigen::NoChange);
   return all;
+}
+
+Eigen::MatrixXd decimate(const Eigen::Ref<const Eigen::MatrixXd>& samples, double sample_rate_hz,
+                         const DecimateOptions& options, FilterSheet* sheet) {
+  const Decimator designed(sample_rate_hz, samples.cols(), options);
+  if (sheet != nullptr) *sheet = designed.sheet();
+  return decimate(samples, designed.sheet());
 }
 
 }  // namespace dsp

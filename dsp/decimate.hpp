@@ -44,6 +44,8 @@ class Decimator {
   /// Throws std::invalid_argument if the pass band does not fit below the output's Nyquist frequency, or for a ratio
   /// that is not is_designable (filter_design.hpp).
   Decimator(double input_rate_hz, Eigen::Index num_channels, const DecimateOptions& options);
+  /// The filter of another one again, without designing it anew.
+  Decimator(const FilterSheet& design, Eigen::Index num_channels);
   ~Decimator();
   Decimator(Decimator&&) noexcept;
   Decimator& operator=(Decimator&&) noexcept;
@@ -61,5 +63,7 @@ class Decimator {
 /// One-shot form for a signal in memory: column by column, the same numbers as the stream.
 [[nodiscard]] Eigen::MatrixXd decimate(const Eigen::Ref<const Eigen::MatrixXd>& samples, double sample_rate_hz,
                                        const DecimateOptions& options, FilterSheet* sheet = nullptr);
+/// The same by a filter that is designed already. Throws std::invalid_argument for fewer samples than it is long.
+[[nodiscard]] Eigen::MatrixXd decimate(const Eigen::Ref<const Eigen::MatrixXd>& samples, const FilterSheet& design);
 
 }  // namespace dsp

@@ -51,6 +51,7 @@ struct Prepared {
   std::vector<SensorRelation> relations;  ///< between displacement and accelerometer of base and payload
   Eigen::VectorXd raw_v, raw_a;           ///< at the regression rate, before the sensors were brought to agree; for the
                                           ///< power check; empty where they were not
+  bool x_is_difference = false;           ///< x = y - r of two displacements, whose zeros mean nothing
   std::vector<Interval> excluded;         ///< with margins and reasons; marked in both motions
   std::vector<Interval> clipped;          ///< of these, the clipped ones without margins; why: the channel's name
   std::vector<Check> checks;

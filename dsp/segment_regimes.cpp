@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -96,6 +97,18 @@ Segmentation segment_regimes(const Motion& motion, const SegmentOptions& options
       without_short_runs(runs(label(signs, result.options, stuck)), signs.samples_in(options.min_duration_s));
   result.envelope_m = std::move(signs.envelope_m);
   return result;
+}
+
+std::vector<Regime> regimes_at(const Segmentation& segmentation, const Motion& bus, const Motion& signals) {
+  std::vector<Regime> regimes(static_cast<std::size_t>(signals.num_samples()), Regime::excluded);
+  const double ratio = bus.sample_rate_hz / signals.sample_rate_hz;
+  auto segment = segmentation.segments.begin();
+  for (std::size_t i = 0; i < regimes.size(); ++i) {
+    const auto on_bus = static_cast<Index>(std::llround(static_cast<double>(i) * ratio));
+    while (segment != segmentation.segments.end() && segment->last <= on_bus) ++segment;
+    if (segment != segmentation.segments.end()) regimes[i] = segment->regime;
+  }
+  return regimes;
 }
 
 }  // namespace dsp

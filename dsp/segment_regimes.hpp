@@ -77,4 +77,8 @@ struct Segmentation {
 ///   and the smallest after, high_leave 0.85 of the smallest on the upper branch. No jump: low.
 [[nodiscard]] Segmentation segment_regimes(const Motion& motion, const SegmentOptions& options = {});
 
+/// The regime of each sample of `signals`, the same motion as `bus` at a lower rate.
+[[nodiscard]] std::vector<Regime> regimes_at(const Segmentation& segmentation, const Motion& bus,
+                                             const Motion& signals);
+
 }  // namespace dsp

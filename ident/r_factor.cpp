@@ -81,29 +81,31 @@ RFactor RFactorBuilder::finish() const {
   return {std::move(R), num_terms_, num_samples_};
 }
 
-RFactor r_factor(const Eigen::Ref<const MatrixXd>& phi, const Eigen::Ref<const MatrixXd>& targets, int num_threads) {
-  if (phi.rows() != targets.rows()) throw std::invalid_argument("r_factor: phi and targets differ in their rows");
-  if (!phi.allFinite() || !targets.allFinite()) throw std::invalid_argument("r_factor: a value is not finite");
-  const Index width = phi.cols() + targets.cols(), shard_rows = shard_leaves * leaf_rows(width);
-  const Index num_shards = std::max<Index>(1, (phi.rows() + shard_rows - 1) / shard_rows);
+RFactor r_factor(Index num_rows, Index num_terms, Index num_targets, const RowReader& read, int num_threads) {
+  const Index width = num_terms + num_targets, leaf = leaf_rows(width), shard_rows = shard_leaves * leaf;
+  const Index num_shards = std::max<Index>(1, (num_rows + shard_rows - 1) / shard_rows);
 
   // Powers of two taken out of each column: exact, and no square overflows or vanishes.
-  Eigen::RowVectorXd scale(width);
-  for (Index j = 0; j < width; ++j) {
-    const auto column = j < phi.cols() ? phi.col(j) : targets.col(j - phi.cols());
-    const double largest = column.size() == 0 ? 0.0 : column.cwiseAbs().maxCoeff();
-    scale(j) = largest > 0.0 ? std::ldexp(1.0, std::ilogb(largest)) : 1.0;
+  Eigen::RowVectorXd scale = Eigen::RowVectorXd::Zero(width);
+  MatrixXd block;
+  for (Index first = 0; first < num_rows; first += leaf) {
+    block.resize(std::min(leaf, num_rows - first), width);
+    read(first, block);
+    if (!block.allFinite()) throw std::invalid_argument("r_factor: a value is not finite");
+    scale = scale.cwiseMax(block.cwiseAbs().colwise().maxCoeff());
   }
+  for (double& largest : scale) largest = largest > 0.0 ? std::ldexp(1.0, std::ilogb(largest)) : 1.0;
 
   std::vector<RFactor> shards(static_cast<std::size_t>(num_shards));
   const auto factor = [&](Index shard) {
-    RFactorBuilder builder(phi.cols(), targets.cols());
-    const Index block = leaf_rows(width), end = std::min(phi.rows(), (shard + 1) * shard_rows);
-    for (Index first = shard * shard_rows; first < end; first += block) {
-      const Index count = std::min(block, end - first);
-      MatrixXd rows(count, width);
-      rows << phi.middleRows(first, count), targets.middleRows(first, count);
-      builder.push(rows.array().rowwise() / scale.array());
+    RFactorBuilder builder(num_terms, num_targets);
+    const Index end = std::min(num_rows, (shard + 1) * shard_rows);
+    MatrixXd rows;
+    for (Index first = shard * shard_rows; first < end; first += leaf) {
+      rows.resize(std::min(leaf, end - first), width);
+      read(first, rows);
+      rows.array().rowwise() /= scale.array();
+      builder.push(rows);
     }
     shards[static_cast<std::size_t>(shard)] = builder.finish();
   };
@@ -120,6 +122,14 @@ RFactor r_factor(const Eigen::Ref<const MatrixXd>& phi, const Eigen::Ref<const M
   for (std::size_t i = 1; i < shards.size(); ++i) whole = merge(whole, shards[i]);
   whole.R.array().rowwise() *= scale.array();
   return whole;
+}
+
+RFactor r_factor(const Eigen::Ref<const MatrixXd>& phi, const Eigen::Ref<const MatrixXd>& targets, int num_threads) {
+  if (phi.rows() != targets.rows()) throw std::invalid_argument("r_factor: phi and targets differ in their rows");
+  const auto read = [&](Index first, Eigen::Ref<MatrixXd> block) {
+    block << phi.middleRows(first, block.rows()), targets.middleRows(first, block.rows());
+  };
+  return r_factor(phi.rows(), phi.cols(), targets.cols(), read, num_threads);
 }
 
 RFactor r_factor(const Eigen::Ref<const MatrixXd>& phi, const Eigen::Ref<const MatrixXd>& targets) {

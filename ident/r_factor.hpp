@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <functional>
 #include <vector>
 
 namespace ident {
@@ -35,6 +36,12 @@ class RFactorBuilder {
 /// The same bits as r_factor, with the leaves shared out among threads along the same tree.
 [[nodiscard]] RFactor r_factor(const Eigen::Ref<const Eigen::MatrixXd>& phi,
                                const Eigen::Ref<const Eigen::MatrixXd>& targets, int num_threads);
+/// The same bits again from rows that are read block by block, twice, and never held together: `read` writes rows
+/// [first, first + block.rows()) of [Phi T] into `block`, whose columns are the terms and then the targets; with more
+/// than one thread it is called from several at once. Throws std::invalid_argument if a value is not finite.
+using RowReader = std::function<void(Eigen::Index first, Eigen::Ref<Eigen::MatrixXd> block)>;
+[[nodiscard]] RFactor r_factor(Eigen::Index num_rows, Eigen::Index num_terms, Eigen::Index num_targets,
+                               const RowReader& read, int num_threads = 1);
 /// As if their rows were stacked. Throws std::invalid_argument if the shapes differ.
 [[nodiscard]] RFactor merge(const RFactor& a, const RFactor& b);
 /// The same data with only these terms (indices ascending or not) and one target.

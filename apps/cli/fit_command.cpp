@@ -8,13 +8,13 @@
 #include <limits>
 #include <utility>
 
-#include "apps/columns.hpp"
-#include "apps/identify.hpp"
 #include "apps/output/fit_outcome.hpp"
 #include "apps/output/report_text.hpp"
 #include "apps/output/results_json.hpp"
-#include "apps/verdict.hpp"
 #include "dsp/io/sample_source.hpp"
+#include "ident/columns.hpp"
+#include "ident/identify.hpp"
+#include "ident/validate/judge.hpp"
 
 namespace apps {
 namespace {
@@ -136,14 +136,14 @@ int run_fit(const FitArguments& arguments, Console& console) {
   const std::vector<std::string> terms = read_terms(arguments.terms);
   const ident::CandidateLibrary library =
       ident::make_library({.order = 0, .variables = {}, .terms = terms}, arguments.target, table);
-  const std::vector<Columns> columns{
-      form_columns(library, arguments.target, table, arguments.table.filename().string())};
+  const std::vector<ident::Columns> columns{
+      ident::form_columns(library, arguments.target, table, arguments.table.filename().string())};
   dsp::RangeSpec all;
   all.name = "all";
   all.to_s = all.train_to_s.emplace(static_cast<double>(table.num_samples()));
   all.where = arguments.where;
   all.place = "--where";
-  const IdentifyOptions options{
+  const ident::IdentifyOptions options{
       .target = arguments.target,
       .target_unit = table.find(arguments.target)->unit,
       .methods = methods_of(arguments.methods),
@@ -155,9 +155,9 @@ int run_fit(const FitArguments& arguments, Console& console) {
       .lasso_lambda = arguments.lasso_lambda,
       .num_threads = arguments.num_threads,
       .free_run = false};
-  std::vector<RangeResult> ranges{identify({all, 1, {}}, columns, library, options)};
-  judge(ranges);
-  for (const DroppedTerm& term : ranges.front().dropped)
+  std::vector<ident::RangeResult> ranges{ident::identify({all, 1, {}}, columns, library, options)};
+  ident::judge(ranges);
+  for (const ident::DroppedTerm& term : ranges.front().dropped)
     console.warning("term.left_out", fmt::format("{} is left out: {}", term.name, term.reason));
   refuse_warnings(arguments.strict, console);
   console.result(console.json() ? metrics_json(ranges, options) : report_text(ranges));

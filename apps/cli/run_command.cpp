@@ -9,7 +9,6 @@
 
 #include "apps/config/config.hpp"
 #include "apps/config/inputs.hpp"
-#include "apps/identify.hpp"
 #include "apps/output/fit_outcome.hpp"
 #include "apps/output/report_text.hpp"
 #include "apps/output/results_json.hpp"
@@ -22,8 +21,8 @@
 #include "apps/process/run_folder.hpp"
 #include "apps/process/sha256.hpp"
 #include "apps/regression_columns.hpp"
-#include "apps/verdict.hpp"
 #include "dsp/names.hpp"
+#include "ident/identify.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;
@@ -155,19 +154,10 @@ void print_plan(const RunArguments& arguments, const Config& config, Console& co
   console.result(text + fmt::format("would write {}\n", place_apart(arguments, config).string()));
 }
 
-/// What the power check says of each range, the worst of its recordings.
-void note_power(std::vector<RangeResult>& ranges, const std::vector<Input>& inputs) {
-  for (RangeResult& range : ranges)
-    for (std::size_t i = 0; i < inputs.size(); ++i)
-      if (inputs[i].power && (range.recording == 0 || range.recording == static_cast<int>(i) + 1))
-        range.power_balance =
-            std::fmax(range.power_balance, std::abs(corrected_balance(*inputs[i].power, range.regime)));
-}
-
 /// 4 and a message where a range has no fit to show.
-int exit_code_of(const std::vector<RangeResult>& ranges, Console& console) {
+int exit_code_of(const std::vector<ident::RangeResult>& ranges, Console& console) {
   int code = 0;
-  for (const RangeResult& range : ranges)
+  for (const ident::RangeResult& range : ranges)
     code = std::max(code, outcome_of(range.fits, fmt::format("range '{}'", range.spec.name), console));
   return code;
 }
@@ -184,11 +174,9 @@ int run_identification(const RunArguments& arguments, Console& console) {
   Work work = prepare_work(config, arguments, console);
   results.add_inputs(work.inputs);
   const auto libraries = compile_libraries(work.config, work.inputs);
-  const std::vector<Columns> columns = all_columns(work.config, work.inputs, libraries, console);
-  const IdentifyOptions options = identify_options(work.config, work.inputs, arguments.num_threads);
+  const std::vector<ident::Columns> columns = all_columns(work.config, work.inputs, libraries, console);
+  const ident::IdentifyOptions options = identify_options(work.config, work.inputs, arguments.num_threads);
   auto ranges = identify_ranges(work.config, columns, libraries.front(), options, console);
-  note_power(ranges, work.inputs);
-  judge(ranges);
   refuse_warnings(arguments.strict, console);
   const std::string report = report_text(ranges) + findings_text(work.inputs);
   results.write("equation.txt", report);
@@ -215,15 +203,15 @@ void run_preparation(const RunArguments& arguments, Console& console) {
 
 void run_check(const RunArguments& arguments, Console& console) {
   const Work work = prepare_work(config_of(arguments), arguments, console);
-  const std::vector<Columns> columns =
+  const std::vector<ident::Columns> columns =
       all_columns(work.config, work.inputs, compile_libraries(work.config, work.inputs), console);
   std::string text;
   for (const Input& input : work.inputs)
     for (const dsp::Check& check : input.prepared.checks)
       text += fmt::format("{:<8} {}: {}: {}{}\n", to_string(check.status), input.prepared.name, check.name,
                           printable(channel_prefix(check)), printable(check.message));
-  for (const Range& range : work.config.ranges) {
-    const RangeRows rows = range_rows(range, columns);
+  for (const ident::Range& range : work.config.ranges) {
+    const ident::RangeRows rows = ident::range_rows(range, columns);
     text += fmt::format("{:<8} range {}: {} training rows, {} test rows\n", "ok", range.spec.name, rows.train.size(),
                         rows.test.size());
   }

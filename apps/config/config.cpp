@@ -198,8 +198,9 @@ int recording_number(const dsp::Settings& range, const std::vector<RecordingConf
                                 fmt::join(known, ", "), known.size()));
 }
 
-std::vector<Range> read_range_tables(const dsp::Settings& document, const std::vector<RecordingConfig>& recordings) {
-  std::vector<Range> result;
+std::vector<ident::Range> read_range_tables(const dsp::Settings& document,
+                                            const std::vector<RecordingConfig>& recordings) {
+  std::vector<ident::Range> result;
   const std::vector<dsp::Settings> tables = document.tables("range");
   for (dsp::RangeSpec& spec : dsp::read_ranges(document)) result.push_back({std::move(spec), 0, {}});
   for (std::size_t i = 0; i < result.size(); ++i) {
@@ -279,7 +280,7 @@ std::string fit_text(const FitConfig& fit) {
                             real(fit.threshold), fit.unit_norm_threshold ? "unit-norm" : "raw");
 }
 
-std::string range_text(const Range& range) {
+std::string range_text(const ident::Range& range) {
   std::string text = fmt::format("[[range]]\nname = {}\n", dsp::toml_quoted(range.spec.name));
   if (range.recording > 0) text += fmt::format("recording = {}\n", range.recording);
   if (!range.regime.empty()) text += fmt::format("regime = \"{}\"\n", range.regime);
@@ -341,7 +342,7 @@ std::string to_toml(const Config& config, const fs::path& folder) {
                       config.library.order, text_array(config.library.variables), config.library.constant,
                       text_array(config.library.terms), config.library.max_terms);
   text += fit_text(config.fit);
-  for (const Range& range : config.ranges) text += range_text(range);
+  for (const ident::Range& range : config.ranges) text += range_text(range);
   text.pop_back();
   return text;
 }

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "apps/range.hpp"
 #include "dsp/prepare.hpp"
 #include "dsp/segment_regimes.hpp"
 #include "ident/candidate_library.hpp"
 #include "ident/fit.hpp"
+#include "ident/ranges.hpp"
 
 namespace apps {
 
@@ -63,9 +63,9 @@ struct Config {
   ident::LibraryOptions library;
   bool default_terms = false;  ///< `terms` was left out: sgn(v) and the inputs that were measured
   FitConfig fit;
-  std::vector<StudyAxis> study;  ///< [study]: what `ardent study` varies; a run takes no notice
-  std::vector<Range> ranges;     ///< empty: one for each recording, named after it
-  std::string library_place;     ///< file:line of `terms`, for messages
+  std::vector<StudyAxis> study;      ///< [study]: what `ardent study` varies; a run takes no notice
+  std::vector<ident::Range> ranges;  ///< empty: one for each recording, named after it
+  std::string library_place;         ///< file:line of `terms`, for messages
 };
 
 /// Reads INPUT: a config where its name ends in .toml, else a recording with the defaults for the rest. Overrides read

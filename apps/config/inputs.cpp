@@ -36,36 +36,13 @@ void report_checks(const std::vector<dsp::Check>& checks, const std::string& nam
   }
 }
 
-/// Told where everything that moves lies within the filters' reach of something excluded, as free decays do.
-void tell_if_nothing_moves(Input& input) {
-  const auto has = [&](dsp::Regime regime) {
-    return std::find(input.regimes.begin(), input.regimes.end(), regime) != input.regimes.end();
-  };
-  if (!has(dsp::Regime::stick) || !has(dsp::Regime::excluded) || has(dsp::Regime::low) || has(dsp::Regime::high))
-    return;
-  const auto& signals = input.prepared.signals;
-  input.prepared.checks.push_back(
-      {.name = "regime.no_motion",
-       .status = dsp::CheckStatus::warning,
-       .message = fmt::format("only rest is left: whatever moves lies within {:.2g} s, the filters' reach, of samples "
-                              "that are excluded. A higher prepare.rate_hz and prepare.cutoff_hz reach less far",
-                              static_cast<double>(signals.edge_samples) / signals.sample_rate_hz)});
-}
-
 void find_regimes(Input& input, const Config& config, Console& console) {
   if (!config.segment_file.empty())
-    input.segmentation = apply_segments(read_segments(config.segment_file), config.segment_file, input.prepared);
+    ident::set_regimes(input, apply_segments(read_segments(config.segment_file), config.segment_file, input.prepared));
   else if (config.segment)
-    input.segmentation = dsp::segment_regimes(input.prepared.bus, config.segment_options);
-  else
-    return;
-  input.regimes = regimes_at(input.segmentation, input.prepared);
+    ident::set_regimes(input, dsp::segment_regimes(input.prepared.bus, config.segment_options));
   for (const std::string& remark : input.segmentation.remarks)
     console.note(fmt::format("{}: {}", input.prepared.name, remark));
-  tell_if_nothing_moves(input);
-  if (input.prepared.raw_v.size() == 0) return;
-  input.power = power_check(input.prepared, input.regimes);
-  input.prepared.checks.push_back(judged(*input.power, input.prepared.relations));
 }
 
 /// What is known of a recording before it is prepared.
@@ -78,9 +55,6 @@ Input described(const dsp::RecordingReader& reader) {
                       .string();
   input.channels = reader.sidecar().channels;
   input.ranges = reader.sidecar().ranges;
-  const dsp::Recording& description = reader.description();
-  input.x_is_difference =
-      description.find(dsp::Role::x) < 0 && description.find(dsp::Role::y) >= 0 && description.find(dsp::Role::r) >= 0;
   return input;
 }
 
@@ -123,100 +97,23 @@ Input prepare_input(const RecordingConfig& recording, const Config& config, std:
   return input;
 }
 
-/// The ranges of a recording for which neither config nor sidecar names any.
-std::vector<Range> ranges_of(const Input& input, int recording, bool alone) {
-  const auto has = [&](dsp::Regime regime) {
-    return std::find(input.regimes.begin(), input.regimes.end(), regime) != input.regimes.end();
-  };
-  const std::string name = alone ? "" : fs::path(input.prepared.name).stem().string();
-  const auto range = [&](const std::string& label, const std::string& regime) {
-    Range result{{}, recording, regime};
-    result.spec.name = alone ? label : regime.empty() ? name : name + " " + label;
-    return result;
-  };
-  const bool low = has(dsp::Regime::low), high = has(dsp::Regime::high);
-  if (low && high) return {range("low", "low"), range("high", "high"), range("mixed", "mixed")};
-  if (!has(dsp::Regime::stick) || (!low && !high)) return {range("all", "")};
-  return {range(low ? "low" : "high", low ? "low" : "high")};
-}
-
-std::vector<Range> default_ranges(const std::vector<Input>& inputs) {
-  std::vector<Range> ranges;
-  for (std::size_t i = 0; i < inputs.size(); ++i) {
-    const int recording = static_cast<int>(i) + 1;
-    for (const dsp::RangeSpec& spec : inputs[i].ranges) ranges.push_back({spec, recording, {}});
-    if (!inputs[i].ranges.empty()) continue;
-    for (Range& range : ranges_of(inputs[i], recording, inputs.size() == 1)) {
-      const bool taken = std::any_of(ranges.begin(), ranges.end(),
-                                     [&](const Range& other) { return other.spec.name == range.spec.name; });
-      if (taken) range.spec.name += fmt::format("-{}", recording);
-      ranges.push_back(std::move(range));
-    }
-  }
-  return ranges;
-}
-
-/// Every range as two, by the sign of the velocity: "low+" and "low-".
-std::vector<Range> split_by_direction(const std::vector<Range>& ranges) {
-  std::vector<Range> halves;
-  for (const Range& range : ranges)
-    for (const auto& [sign, condition] : {std::pair{"+", "v > 0"}, std::pair{"-", "v < 0"}}) {
-      Range half = range;
-      half.spec.name += sign;
-      half.spec.where = range.spec.where.empty() ? condition : fmt::format("({}) && {}", range.spec.where, condition);
-      halves.push_back(std::move(half));
-    }
-  return halves;
-}
-
-/// Whether two ranges may hold the same samples.
-bool may_overlap(const Range& a, const Range& b) {
-  const bool other_time = a.spec.to_s <= b.spec.from_s || b.spec.to_s <= a.spec.from_s || a.recording != b.recording;
-  const bool other_regime = !a.regime.empty() && !b.regime.empty() && a.regime != b.regime &&
-                            (a.regime == "mixed" ? b.regime == "stick" : a.regime == "stick" || b.regime != "mixed");
-  return !other_time && !other_regime && a.spec.where == b.spec.where;
-}
-
-/// Mean of x over the first range of the recording; where that is of a regime, over its first run.
-double regime_mean(const Input& input, const std::vector<Range>& ranges, int recording) {
-  const dsp::Prepared& prepared = input.prepared;
-  const auto first = std::find_if(ranges.begin(), ranges.end(), [&](const Range& range) {
-    return range.recording == 0 || range.recording == recording;
-  });
-  if (first == ranges.end()) return dsp::mean_displacement(prepared, 0.0, INFINITY);
-  double from_s = first->spec.from_s, to_s = first->spec.to_s;
-  for (const dsp::Segment& segment : input.segmentation.segments) {
-    const double begin_s = static_cast<double>(segment.first) / prepared.bus.sample_rate_hz,
-                 end_s = static_cast<double>(segment.last) / prepared.bus.sample_rate_hz;
-    if (first->regime.empty() || !belongs(segment.regime, first->regime) || begin_s >= to_s || end_s <= from_s)
-      continue;
-    from_s = std::max(from_s, begin_s), to_s = std::min(to_s, end_s);
-    break;
-  }
-  return dsp::mean_displacement(prepared, from_s, to_s);
-}
-
-/// What a library of polynomials in x and v cannot do without: dry friction, and whatever drives the motion from
-/// outside.
-void settle_terms(Config& config, const std::vector<Input>& inputs) {
-  if (!config.default_terms) return;
-  config.library.terms = {"sgn(v)"};
-  for (const char* name : {"ddr", "f", "z"})
-    if (std::all_of(inputs.begin(), inputs.end(),
-                    [&](const Input& input) { return input.prepared.signals.find(name) != nullptr; }))
-      config.library.terms.emplace_back(name);
+std::vector<const ident::Record*> records_of(const std::vector<Input>& inputs) {
+  std::vector<const ident::Record*> records;
+  for (const Input& input : inputs) records.push_back(&input);
+  return records;
 }
 
 void settle_zero(Config& config, std::vector<Input>& inputs, Console& console) {
   if (config.zero.kind == ZeroChoice::Kind::automatic) {
     const bool difference =
-        std::any_of(inputs.begin(), inputs.end(), [](const Input& input) { return input.x_is_difference; });
+        std::any_of(inputs.begin(), inputs.end(), [](const Input& input) { return input.prepared.x_is_difference; });
     config.zero.kind = difference ? ZeroChoice::Kind::regime_mean : ZeroChoice::Kind::none;
   }
   if (config.zero.kind == ZeroChoice::Kind::none) return;
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     const bool mean = config.zero.kind == ZeroChoice::Kind::regime_mean;
-    const double zero_m = mean ? regime_mean(inputs[i], config.ranges, static_cast<int>(i) + 1) : config.zero.value_m;
+    const double zero_m =
+        mean ? ident::mean_of_first_range(inputs[i], config.ranges, static_cast<int>(i) + 1) : config.zero.value_m;
     dsp::set_displacement_zero(inputs[i].prepared, zero_m);
     console.step(fmt::format("{}: zero of x {:.6g} subtracted ({})", inputs[i].prepared.name, zero_m,
                              mean ? "mean of the first range" : "as given"));
@@ -305,15 +202,15 @@ std::vector<Input> prepare_inputs(const std::vector<Source>& sources, std::size_
 }
 
 void settle(Config& config, std::vector<Input>& inputs, Console& console) {
-  if (config.ranges.empty()) config.ranges = default_ranges(inputs);
-  if (config.split_by_direction) config.ranges = split_by_direction(config.ranges);
+  if (config.ranges.empty()) config.ranges = ident::default_ranges(records_of(inputs));
+  if (config.split_by_direction) config.ranges = ident::split_by_direction(config.ranges);
   config.split_by_direction = false;  // done: the ranges say it
   for (std::size_t a = 0; a < config.ranges.size(); ++a)
     for (std::size_t b = 0; b < a; ++b)
-      if (may_overlap(config.ranges[a], config.ranges[b]))
+      if (ident::may_overlap(config.ranges[a], config.ranges[b]))
         console.note(fmt::format("ranges {} and {} overlap", config.ranges[b].spec.name, config.ranges[a].spec.name));
-  for (Range& range : config.ranges) range.train_share = config.fit.train_share;
-  settle_terms(config, inputs);
+  for (ident::Range& range : config.ranges) range.train_share = config.fit.train_share;
+  if (config.default_terms) config.library.terms = ident::default_terms(records_of(inputs));
   settle_zero(config, inputs, console);
   settle_prepare(config.prepare, inputs);
 }

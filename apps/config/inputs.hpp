@@ -7,23 +7,17 @@
 
 #include "apps/config/config.hpp"
 #include "apps/process/console.hpp"
-#include "apps/regimes.hpp"
 #include "dsp/prepare.hpp"
 #include "dsp/read_recording.hpp"
+#include "ident/record.hpp"
 
 namespace apps {
 
 /// A recording of a config, read and prepared, and where it came from.
-struct Input {
-  dsp::Prepared prepared;
-  dsp::Segmentation segmentation;            ///< on the bus; no segments: not asked for
-  std::vector<dsp::Regime> regimes;          ///< of each sample at the regression rate; empty likewise
-  std::optional<PowerCheck> power;           ///< where displacement and acceleration of one body were measured
+struct Input : ident::Record {
   std::vector<std::filesystem::path> files;  ///< all that were read: recording, further files, sidecar
   std::string sidecar;                       ///< name of its sidecar, there or not
   std::vector<dsp::ChannelSpec> channels;    ///< of its sidecar
-  std::vector<dsp::RangeSpec> ranges;        ///< of its sidecar
-  bool x_is_difference = false;              ///< x = y - r of two displacements, whose zeros mean nothing
 };
 
 [[nodiscard]] dsp::ReadOptions read_options(const RecordingConfig& recording, std::size_t max_memory_bytes);

@@ -7,15 +7,15 @@
 
 namespace apps {
 
-int outcome_of(const std::vector<JudgedFit>& fits, const std::string& place, Console& console) {
-  const auto undetermined = [](const JudgedFit& fit) {
+int outcome_of(const std::vector<ident::JudgedFit>& fits, const std::string& place, Console& console) {
+  const auto undetermined = [](const ident::JudgedFit& fit) {
     return fit.fit.status == ident::FitStatus::too_few_rows || fit.fit.status == ident::FitStatus::rank_deficient;
   };
   if (std::any_of(fits.begin(), fits.end(),
-                  [&](const JudgedFit& fit) { return !fit.model.terms.empty() && !undetermined(fit); }))
+                  [&](const ident::JudgedFit& fit) { return !fit.model.terms.empty() && !undetermined(fit); }))
     return 0;
   std::vector<std::string> ends;
-  for (const JudgedFit& fit : fits)
+  for (const ident::JudgedFit& fit : fits)
     if (undetermined(fit))
       ends.push_back(fmt::format("{} ended as {}", to_string(fit.fit.method), to_string(fit.fit.status)));
   if (ends.empty())

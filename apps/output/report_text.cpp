@@ -7,12 +7,12 @@
 #include <cmath>
 
 #include "apps/process/printable.hpp"
-#include "apps/verdict.hpp"
+#include "ident/validate/judge.hpp"
 
 namespace apps {
 namespace {
 
-std::string figure(const Figure& value) {
+std::string figure(const ident::Figure& value) {
   return value.reason.empty() ? fmt::format("{:.3g}", value.value) : fmt::format("none ({})", value.reason);
 }
 
@@ -47,7 +47,7 @@ std::string terms_table(const ident::Model& model) {
   return text;
 }
 
-std::string fit_text(const JudgedFit& fit) {
+std::string fit_text(const ident::JudgedFit& fit) {
   std::string text = fmt::format("    {}\n    {}\n", ident::to_text(fit.model), fit.judgement.sentence);
   for (const std::string& remark : fit.judgement.remarks) text += fmt::format("      - {}\n", remark);
   if (fit.model.terms.empty()) return text;
@@ -62,31 +62,33 @@ std::string fit_text(const JudgedFit& fit) {
   return text;
 }
 
-std::string fits_text(const std::vector<JudgedFit>& fits) {
+std::string fits_text(const std::vector<ident::JudgedFit>& fits) {
   std::string text;
   for (auto fit = fits.begin(); fit != fits.end(); ++fit) {
     text += fmt::format(
         "  {}: {} after {} iterations, {} terms{}\n", to_string(fit->fit.method), to_string(fit->fit.status),
         fit->fit.iterations, fit->model.terms.size(),
         fit->model.terms.empty() ? "" : fmt::format(", condition number {:.3g}", fit->fit.condition_number));
-    const auto twin = std::find_if(
-        fits.begin(), fit, [&](const JudgedFit& earlier) { return ident::same_equation(earlier.model, fit->model); });
+    const auto twin = std::find_if(fits.begin(), fit, [&](const ident::JudgedFit& earlier) {
+      return ident::same_equation(earlier.model, fit->model);
+    });
     text += twin == fit ? fit_text(*fit) : fmt::format("    the same equation as {}\n", to_string(twin->fit.method));
   }
   return text;
 }
 
-std::string range_text(const RangeResult& range) {
+std::string range_text(const ident::RangeResult& range) {
   std::string text =
       fmt::format("range {}: {} training rows ({}), {} test rows ({}){}\n", range.spec.name, range.rows.train.size(),
                   stretches(range.rows.train_s), range.rows.test.size(), stretches(range.rows.test_s),
                   range.spec.where.empty() ? "" : ", where " + range.spec.where);
-  for (const DroppedTerm& term : range.dropped) text += fmt::format("  left out: {} ({})\n", term.name, term.reason);
+  for (const ident::DroppedTerm& term : range.dropped)
+    text += fmt::format("  left out: {} ({})\n", term.name, term.reason);
   return text + fits_text(range.fits);
 }
 
 /// Nothing where all channels are calibrated.
-std::string calibration_text(const std::vector<RangeResult>& ranges) {
+std::string calibration_text(const std::vector<ident::RangeResult>& ranges) {
   const std::vector<std::string> raw = uncalibrated_channels(ranges);
   if (raw.empty()) return {};
   return printable(fmt::format("NOT CALIBRATED: numbers are raw and have no unit, from {}", fmt::join(raw, ", ")));
@@ -94,20 +96,20 @@ std::string calibration_text(const std::vector<RangeResult>& ranges) {
 
 }  // namespace
 
-std::vector<std::string> uncalibrated_channels(const std::vector<RangeResult>& ranges) {
+std::vector<std::string> uncalibrated_channels(const std::vector<ident::RangeResult>& ranges) {
   std::vector<std::string> channels;
-  for (const RangeResult& range : ranges)
+  for (const ident::RangeResult& range : ranges)
     for (const std::string& channel : range.uncalibrated)
       if (std::find(channels.begin(), channels.end(), channel) == channels.end()) channels.push_back(channel);
   return channels;
 }
 
-std::string report_text(const std::vector<RangeResult>& ranges) {
+std::string report_text(const std::vector<ident::RangeResult>& ranges) {
   std::string text = calibration_text(ranges);
   if (!text.empty()) text += "\n\n";
-  for (const RangeResult& range : ranges) text += range_text(range) + "\n";
-  const std::vector<RangeDisagreement> pairs = compare_ranges(ranges);
-  for (const RangeDisagreement& pair : pairs) {
+  for (const ident::RangeResult& range : ranges) text += range_text(range) + "\n";
+  const std::vector<ident::RangeDisagreement> pairs = ident::compare_ranges(ranges);
+  for (const ident::RangeDisagreement& pair : pairs) {
     if (pair.method != pairs.front().method) break;  // the other methods' are in equation.json
     text += fmt::format("{} and {} disagree ({}):\n", pair.range_a, pair.range_b, pair.method);
     for (const ident::Disagreement& term : pair.terms) text += fmt::format("  - {}\n", term.sentence);
@@ -129,11 +131,11 @@ std::string findings_text(const std::vector<Input>& inputs) {
   return text.empty() ? text : "\nsensors and samples:\n" + text;
 }
 
-std::string report_latex(const std::vector<RangeResult>& ranges) {
+std::string report_latex(const std::vector<ident::RangeResult>& ranges) {
   std::string text = calibration_text(ranges);
   if (!text.empty()) text = "% " + text + "\n";
-  for (const RangeResult& range : ranges)
-    for (const JudgedFit& fit : range.fits)
+  for (const ident::RangeResult& range : ranges)
+    for (const ident::JudgedFit& fit : range.fits)
       text +=
           fmt::format("% {}\n% {}, {}: {}\n\\begin{{equation}}\n  {}\n\\end{{equation}}\n",
                       printable(fit.judgement.sentence), printable(range.spec.name), to_string(fit.fit.method),

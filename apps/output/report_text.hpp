@@ -3,22 +3,22 @@
 #include <vector>
 
 #include "apps/config/inputs.hpp"
-#include "apps/identify.hpp"
+#include "ident/identify.hpp"
 
 namespace apps {
 
 /// Channels of raw numbers that any of the ranges rests on, "recording: channel", each once.
-[[nodiscard]] std::vector<std::string> uncalibrated_channels(const std::vector<RangeResult>& ranges);
+[[nodiscard]] std::vector<std::string> uncalibrated_channels(const std::vector<ident::RangeResult>& ranges);
 
 /// The identified equations for a terminal, under a line that names channels not calibrated if there are any: each with
 /// its error bars and, right under it, in one sentence whether it describes the record, then remarks; last what the
 /// ranges disagree on.
-[[nodiscard]] std::string report_text(const std::vector<RangeResult>& ranges);
+[[nodiscard]] std::string report_text(const std::vector<ident::RangeResult>& ranges);
 
 /// What is wrong with the recordings' sensors and samples, a line each; empty where nothing is.
 [[nodiscard]] std::string findings_text(const std::vector<Input>& inputs);
 
 /// The same equations as LaTeX, the judgement as a comment before each.
-[[nodiscard]] std::string report_latex(const std::vector<RangeResult>& ranges);
+[[nodiscard]] std::string report_latex(const std::vector<ident::RangeResult>& ranges);
 
 }  // namespace apps

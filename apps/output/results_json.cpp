@@ -11,7 +11,7 @@
 #include "apps/output/report_text.hpp"
 #include "apps/process/printable.hpp"
 #include "apps/process/version.hpp"
-#include "apps/verdict.hpp"
+#include "ident/validate/judge.hpp"
 
 namespace apps {
 namespace {
@@ -32,7 +32,7 @@ void put(Json& object, const std::string& key, double value, std::string_view re
   }
 }
 
-void put(Json& object, const std::string& key, const Figure& figure) {
+void put(Json& object, const std::string& key, const ident::Figure& figure) {
   put(object, key, figure.value, figure.reason);
 }
 
@@ -69,7 +69,7 @@ Json matrix_json(const Eigen::MatrixXd& matrix) {
   return rows;
 }
 
-Json nmse_json(const JudgedFit& fit) {
+Json nmse_json(const ident::JudgedFit& fit) {
   Json result = Json::object();
   put(result, "train", fit.train);
   put(result, "test", fit.test);
@@ -84,7 +84,7 @@ Json nmse_json(const JudgedFit& fit) {
 }
 
 /// A calibrated model has them near their names.
-Json bands_json(const JudgedFit& fit) {
+Json bands_json(const ident::JudgedFit& fit) {
   Json result = Json::object();
   const bool known = fit.bands_reason.empty();
   for (const auto& [name, share] : {std::pair{"within_50", fit.bands.within_50},
@@ -94,7 +94,7 @@ Json bands_json(const JudgedFit& fit) {
   return result;
 }
 
-Json steps_json(const JudgedFit& fit, const std::vector<std::string>& terms) {
+Json steps_json(const ident::JudgedFit& fit, const std::vector<std::string>& terms) {
   Json result = Json::array();
   for (const ident::FitStep& step : fit.fit.steps) {
     Json row{{"action", to_string(step.action)}};
@@ -114,7 +114,7 @@ Json steps_json(const JudgedFit& fit, const std::vector<std::string>& terms) {
   return result;
 }
 
-Json method_json(const JudgedFit& fit, const RangeResult& range, const IdentifyOptions& options) {
+Json method_json(const ident::JudgedFit& fit, const ident::RangeResult& range, const ident::IdentifyOptions& options) {
   const std::string no_evidence = std::string(to_string(fit.fit.method)) + " computes no evidence";
   const bool has_evidence = std::isfinite(fit.fit.log_evidence);
   Json result{{"method", to_string(fit.fit.method)}};
@@ -179,7 +179,7 @@ Json pair_json(const dsp::SensorRelation& relation) {
   return result;
 }
 
-Json power_json(const PowerCheck& power) {
+Json power_json(const dsp::PowerCheck& power) {
   const auto pair = [](double low, double high) {
     Json result = Json::object();
     put(result, "low", low, "no such regime");
@@ -231,7 +231,7 @@ Json calibration_json(const std::vector<std::string>& uncalibrated) {
   return result;
 }
 
-Json equation_row(const JudgedFit& fit) {
+Json equation_row(const ident::JudgedFit& fit) {
   const std::string method(to_string(fit.fit.method));
   Json row{{"method", method},
            {"target", fit.model.target},
@@ -268,10 +268,10 @@ std::string_view to_string(dsp::CheckStatus status) {
   return words[static_cast<int>(status)];
 }
 
-std::string metrics_json(const std::vector<RangeResult>& ranges, const IdentifyOptions& options) {
+std::string metrics_json(const std::vector<ident::RangeResult>& ranges, const ident::IdentifyOptions& options) {
   Json document = calibration_json(uncalibrated_channels(ranges));
   document["ranges"] = Json::array();
-  for (const RangeResult& range : ranges) {
+  for (const ident::RangeResult& range : ranges) {
     Json row{{"name", printable(range.spec.name)}, {"regime", range.regime.empty() ? Json() : Json(range.regime)}};
     if (range.regime.empty()) row["regime_reason"] = "the range is given by time, not by regime";
     row["train_s"] = intervals_json(range.rows.train_s);
@@ -280,30 +280,30 @@ std::string metrics_json(const std::vector<RangeResult>& ranges, const IdentifyO
     row["num_test"] = range.rows.test.size();
     row["where"] = range.spec.where;
     row["left_out"] = Json::array();
-    for (const DroppedTerm& term : range.dropped)
+    for (const ident::DroppedTerm& term : range.dropped)
       row["left_out"].push_back({{"name", term.name}, {"reason", term.reason}});
     row["methods"] = Json::array();
-    for (const JudgedFit& fit : range.fits) row["methods"].push_back(method_json(fit, range, options));
+    for (const ident::JudgedFit& fit : range.fits) row["methods"].push_back(method_json(fit, range, options));
     document["ranges"].push_back(std::move(row));
   }
   return text_of(document);
 }
 
-std::string equation_json(const std::vector<RangeResult>& ranges) {
+std::string equation_json(const std::vector<ident::RangeResult>& ranges) {
   Json document = calibration_json(uncalibrated_channels(ranges));
-  const std::optional<ChosenFit> chosen = chosen_fit(ranges);
+  const std::optional<ident::ChosenFit> chosen = ident::chosen_fit(ranges);
   document["chosen"] = nullptr;
   if (chosen)
     document["chosen"] = {{"range", printable(ranges[chosen->range].spec.name)},
                           {"method", to_string(ranges[chosen->range].fits[chosen->method].fit.method)}};
   document["ranges"] = document["disagreements"] = Json::array();
-  for (const RangeResult& range : ranges) {
+  for (const ident::RangeResult& range : ranges) {
     Json row{{"name", printable(range.spec.name)}, {"verdict", nullptr}, {"methods", Json::array()}};
-    if (!range.fits.empty()) row["verdict"] = to_string(range.fits[chosen_method(range)].judgement.verdict);
-    for (const JudgedFit& fit : range.fits) row["methods"].push_back(equation_row(fit));
+    if (!range.fits.empty()) row["verdict"] = to_string(range.fits[ident::chosen_method(range)].judgement.verdict);
+    for (const ident::JudgedFit& fit : range.fits) row["methods"].push_back(equation_row(fit));
     document["ranges"].push_back(std::move(row));
   }
-  for (const RangeDisagreement& pair : compare_ranges(ranges)) {
+  for (const ident::RangeDisagreement& pair : ident::compare_ranges(ranges)) {
     Json row{{"method", pair.method},
              {"ranges", {printable(pair.range_a), printable(pair.range_b)}},
              {"terms", Json::array()}};

@@ -5,17 +5,18 @@
 #include <vector>
 
 #include "apps/config/inputs.hpp"
-#include "apps/identify.hpp"
 #include "dsp/fault.hpp"
 #include "dsp/prepare.hpp"
+#include "ident/identify.hpp"
 
 namespace apps {
 
 // The documents of a run folder, with the keys that scripts rely on. Numbers that do not exist are null with
 // KEY_reason beside them; text is made valid UTF-8.
 
-[[nodiscard]] std::string metrics_json(const std::vector<RangeResult>& ranges, const IdentifyOptions& options);
-[[nodiscard]] std::string equation_json(const std::vector<RangeResult>& ranges);
+[[nodiscard]] std::string metrics_json(const std::vector<ident::RangeResult>& ranges,
+                                       const ident::IdentifyOptions& options);
+[[nodiscard]] std::string equation_json(const std::vector<ident::RangeResult>& ranges);
 [[nodiscard]] std::string quality_json(const std::vector<Input>& inputs);
 [[nodiscard]] std::string_view to_string(dsp::CheckStatus status);  ///< "ok", "note", "warning", "failed"
 /// What `ardent check --json` prints.

@@ -18,7 +18,7 @@ using nlohmann::ordered_json;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-double value_of(const Figure& figure) {
+double value_of(const ident::Figure& figure) {
   return figure.reason.empty() ? figure.value : nan;
 }
 
@@ -26,7 +26,7 @@ std::string shown(double value) {
   return std::isfinite(value) ? fmt::format("{:.3g}", value) : "none";
 }
 
-std::vector<std::string> kept(const JudgedFit& fit) {
+std::vector<std::string> kept(const ident::JudgedFit& fit) {
   std::vector<std::string> names;
   for (const ident::ModelTerm& term : fit.model.terms) names.push_back(term.name);
   return names;
@@ -42,7 +42,7 @@ struct Persistence {
 /// All fits of one range by one method.
 struct Series {
   std::string range, method;
-  std::vector<const JudgedFit*> fits;
+  std::vector<const ident::JudgedFit*> fits;
   std::vector<Persistence> terms;  ///< in the order of the largest library
 };
 
@@ -50,7 +50,7 @@ std::vector<Series> series_of(const std::vector<StudyResult>& results) {
   std::vector<Series> all;
   for (const StudyResult& result : results)
     for (const StudyRange& range : result.ranges)
-      for (const JudgedFit& fit : range.fits) {
+      for (const ident::JudgedFit& fit : range.fits) {
         const std::string method(to_string(fit.fit.method));
         auto at = std::find_if(all.begin(), all.end(),
                                [&](const Series& s) { return s.range == range.name && s.method == method; });
@@ -82,7 +82,7 @@ std::string persistence_text(const Series& series) {
 }
 
 /// The fit that a figure shows of a cell: by the first method there.
-const JudgedFit* shown_fit(const StudyResult& result, std::size_t range) {
+const ident::JudgedFit* shown_fit(const StudyResult& result, std::size_t range) {
   return range < result.ranges.size() && !result.ranges[range].fits.empty() ? &result.ranges[range].fits.front()
                                                                             : nullptr;
 }
@@ -99,16 +99,16 @@ PlotPanel errors_panel(const std::vector<const StudyResult*>& cells, std::size_t
     PlotSeries line{label, Eigen::VectorXd::LinSpaced(n, 0.0, static_cast<double>(n - 1)), Eigen::VectorXd(n),
                     PlotStyle::line, colour};
     for (Index i = 0; i < n; ++i) {
-      const JudgedFit* fit = shown_fit(*cells[static_cast<std::size_t>(i)], range);
+      const ident::JudgedFit* fit = shown_fit(*cells[static_cast<std::size_t>(i)], range);
       line.y(i) = fit == nullptr ? nan : exponent(nmse(*fit));
     }
     PlotSeries dots{"", line.x, line.y, PlotStyle::points, colour};
     panel.series.push_back(std::move(line));
     panel.series.push_back(std::move(dots));
   };
-  add("train", PlotColour::black, [](const JudgedFit& fit) { return value_of(fit.train); });
-  add("test", PlotColour::vermilion, [](const JudgedFit& fit) { return value_of(fit.test); });
-  add("free run", PlotColour::blue, [](const JudgedFit& fit) { return fit.free_run.nmse; });
+  add("train", PlotColour::black, [](const ident::JudgedFit& fit) { return value_of(fit.train); });
+  add("test", PlotColour::vermilion, [](const ident::JudgedFit& fit) { return value_of(fit.test); });
+  add("free run", PlotColour::blue, [](const ident::JudgedFit& fit) { return fit.free_run.nmse; });
   double low = 0.0, high = -12.0;
   for (const PlotSeries& series : panel.series)
     for (const double value : series.y)
@@ -130,7 +130,7 @@ PlotPanel terms_panel(const std::vector<const StudyResult*>& cells, std::size_t 
   for (const bool positive : {true, false}) {
     std::vector<double> x, y;
     for (std::size_t i = 0; i < cells.size(); ++i) {
-      const JudgedFit* fit = shown_fit(*cells[i], range);
+      const ident::JudgedFit* fit = shown_fit(*cells[i], range);
       if (fit == nullptr) continue;
       for (const ident::ModelTerm& term : fit->model.terms)
         if ((term.mean > 0.0) == positive) {
@@ -159,7 +159,7 @@ std::string study_text(const std::vector<StudyResult>& results, const std::vecto
   for (const StudyResult& result : results) {
     if (!result.trouble.empty()) text += fmt::format("{:<{}}  {}\n", result.cell.label(), width, result.trouble);
     for (const StudyRange& range : result.ranges)
-      for (const JudgedFit& fit : range.fits)
+      for (const ident::JudgedFit& fit : range.fits)
         text += fmt::format("{:<{}}  {:<8} {:<9} {:>5} {:>9} {:>9} {:>9}  {}\n", result.cell.label(), width, range.name,
                             to_string(fit.fit.method), fit.model.terms.size(), shown(value_of(fit.train)),
                             shown(value_of(fit.test)), shown(fit.free_run.nmse), fmt::join(kept(fit), " "));
@@ -173,7 +173,7 @@ std::string study_csv(const std::vector<StudyResult>& results) {
   std::string text = "setting,range,method,num_terms,nmse_train,nmse_test,nmse_free_run,terms\n";
   for (const StudyResult& result : results)
     for (const StudyRange& range : result.ranges)
-      for (const JudgedFit& fit : range.fits)
+      for (const ident::JudgedFit& fit : range.fits)
         text += fmt::format("{},{},{},{},{},{},{},{}\n", text_cell(result.cell.label()), text_cell(range.name),
                             to_string(fit.fit.method), fit.model.terms.size(), cell(value_of(fit.train)),
                             cell(value_of(fit.test)), cell(fit.free_run.nmse),
@@ -191,7 +191,7 @@ std::string study_json(const std::vector<StudyResult>& results, const std::vecto
     if (!result.trouble.empty())
       document["cells"].push_back({{"setting", setting}, {"range", nullptr}, {"reason", result.trouble}});
     for (const StudyRange& range : result.ranges)
-      for (const JudgedFit& fit : range.fits) {
+      for (const ident::JudgedFit& fit : range.fits) {
         ordered_json terms = ordered_json::array();
         for (const ident::ModelTerm& term : fit.model.terms)
           terms.push_back({{"name", term.name}, {"mean", term.mean}, {"std", number(term.std)}, {"unit", term.unit}});
@@ -239,7 +239,7 @@ std::string study_figure(const std::vector<StudyResult>& results, const std::vec
     }
     std::string method;
     for (const StudyResult* cell : cells)
-      if (const JudgedFit* fit = shown_fit(*cell, range)) method = to_string(fit->fit.method);
+      if (const ident::JudgedFit* fit = shown_fit(*cell, range)) method = to_string(fit->fit.method);
     const std::string title =
         fmt::format("{}, {}", grid ? "settings" : axes[static_cast<std::size_t>(axis)].key, method);
     figure.panels.push_back(errors_panel(cells, range, title, names));

@@ -88,30 +88,31 @@ void write_prepared(const std::vector<const dsp::Prepared*>& recordings, const S
   }
 }
 
-void write_predictions(const std::vector<RangeResult>& ranges, const std::vector<Columns>& recordings,
+void write_predictions(const std::vector<ident::RangeResult>& ranges, const std::vector<ident::Columns>& recordings,
                        const Sink& sink) {
   if (ranges.empty()) return;
   std::string header = "range,recording,part,t,target";
-  for (const JudgedFit& fit : ranges.front().fits) header += fmt::format(",{0},{0}_std", to_string(fit.fit.method));
+  for (const ident::JudgedFit& fit : ranges.front().fits)
+    header += fmt::format(",{0},{0}_std", to_string(fit.fit.method));
   const bool any_raw = std::any_of(recordings.begin(), recordings.end(),
-                                   [](const Columns& one) { return !one.signals->uncalibrated.empty(); });
+                                   [](const ident::Columns& one) { return !one.signals->uncalibrated.empty(); });
   sink(header + (any_raw ? ",uncalibrated\n" : "\n"));
   std::string line;
-  for (const RangeResult& range : ranges) {
+  for (const ident::RangeResult& range : ranges) {
     std::vector<std::string> labels;
-    for (const Columns& recording : recordings)
+    for (const ident::Columns& recording : recordings)
       labels.push_back(text_cell(range.spec.name) + "," + text_cell(recording.name));
     const std::size_t num_train = range.rows.train.size();
     for (Index i = 0; i < range.target.size(); ++i) {
       const auto place = static_cast<std::size_t>(i);
       const bool train = place < num_train;
       const Row& row = train ? range.rows.train[place] : range.rows.test[place - num_train];
-      const Columns& recording = recordings[row.recording];
+      const ident::Columns& recording = recordings[row.recording];
       line = labels[row.recording];
       line += train ? ",train" : ",test";
       append_number(line, static_cast<double>(row.sample) / recording.signals->sample_rate_hz, 0);
       append_number(line, range.target(i), 0);
-      for (const JudgedFit& fit : range.fits) {
+      for (const ident::JudgedFit& fit : range.fits) {
         append_number(line, fit.predicted(i), 0);
         if (std::isfinite(fit.predicted_std(i)))
           append_number(line, fit.predicted_std(i), 0);

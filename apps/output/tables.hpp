@@ -4,8 +4,8 @@
 #include <string_view>
 #include <vector>
 
-#include "apps/identify.hpp"
 #include "dsp/prepare.hpp"
+#include "ident/identify.hpp"
 
 namespace apps {
 
@@ -19,7 +19,7 @@ void write_prepared(const std::vector<const dsp::Prepared*>& recordings, const S
 
 /// predictions.csv: a row for each row of each range: range, recording, part, t, the target, and for each method its
 /// prediction and the standard deviation of that; then `uncalibrated` as above.
-void write_predictions(const std::vector<RangeResult>& ranges, const std::vector<Columns>& recordings,
+void write_predictions(const std::vector<ident::RangeResult>& ranges, const std::vector<ident::Columns>& recordings,
                        const Sink& sink);
 
 /// A text as a cell of a CSV file: quoted where it must be, with ' before what a spreadsheet would take for a formula.

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "apps/paper/section4.hpp"
-#include "ident/validate/judge.hpp"
+#include "ident/validate/metrics.hpp"
 
 namespace apps {
 

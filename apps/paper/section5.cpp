@@ -72,19 +72,19 @@ Config config_of(const fs::path& recording, const Section5Way& way, const Sectio
   config.fit.tau = options.tau;
   // x is zero where it is in the low regime at rest, whatever regime is wanted.
   for (const Section5Case& known : section5_cases()) {
-    Range range;
+    ident::Range range;
     range.spec = {known.regime, known.from_s, known.to_s, known.train_to_s, {}, {}};
     config.ranges.push_back(range);
   }
   return config;
 }
 
-const Range& range_of(const Config& config, const Section5Case& definition) {
+const ident::Range& range_of(const Config& config, const Section5Case& definition) {
   return *std::find_if(config.ranges.begin(), config.ranges.end(),
-                       [&](const Range& range) { return range.spec.name == definition.regime; });
+                       [&](const ident::Range& range) { return range.spec.name == definition.regime; });
 }
 
-Section5States states_of(const Section5Case& definition, const RangeResult& result, const dsp::Motion& signals) {
+Section5States states_of(const Section5Case& definition, const ident::RangeResult& result, const dsp::Motion& signals) {
   std::vector<Index> samples;
   for (const auto* part : {&result.rows.train, &result.rows.test})
     for (const Row& row : *part) samples.push_back(row.sample);
@@ -101,16 +101,16 @@ void fit_all(const std::vector<Candidates>& candidates, Config config, std::vect
     config.library = offered.library;
     const auto libraries = compile_libraries(config, inputs);
     const auto columns = all_columns(config, inputs, libraries, console);
-    const IdentifyOptions options = identify_options(config, inputs, 1);
+    const ident::IdentifyOptions options = identify_options(config, inputs, 1);
     for (const Section5Case* definition : offered.cases) {
       check_interrupted();
-      RangeResult result = identify(range_of(config, *definition), columns, libraries.front(), options);
+      ident::RangeResult result = ident::identify(range_of(config, *definition), columns, libraries.front(), options);
       if (first_seed && &way == section5_ways().data() && offered.name == paper_candidates)
         into.states.push_back(states_of(*definition, result, prepared.signals));
       if (!first_seed) {
         result.rows = {};
         result.target.resize(0);
-        for (JudgedFit& fit : result.fits) fit.predicted.resize(0), fit.predicted_std.resize(0);
+        for (ident::JudgedFit& fit : result.fits) fit.predicted.resize(0), fit.predicted_std.resize(0);
       }
       into.fits.push_back({seed, definition, &way, offered.name, std::move(result)});
     }

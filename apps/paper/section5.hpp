@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "apps/identify.hpp"
 #include "apps/process/console.hpp"
-#include "apps/regimes.hpp"
+#include "dsp/sensors/power_check.hpp"
 #include "dsp/sensors/sensor_consistency.hpp"
+#include "ident/identify.hpp"
 
 // Section 5 of [QZS23] on the rig's twins: the record is simulated at 25.6 kHz, written, read back and identified as a
 // measured one would be.
@@ -50,14 +50,14 @@ struct Section5Fit {
   const Section5Case* definition = nullptr;
   const Section5Way* way = nullptr;
   std::string candidates;
-  RangeResult result;  ///< rows, targets and predictions of the first seed only
+  ident::RangeResult result;  ///< rows, targets and predictions of the first seed only
 };
 
 /// What is known of the sensors of one record.
 struct Section5Sensors {
   std::uint64_t seed = 0;
   const Section5Way* way = nullptr;
-  PowerCheck power;
+  dsp::PowerCheck power;
   std::vector<dsp::SensorRelation> relations;
 };
 

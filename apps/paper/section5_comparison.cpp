@@ -38,13 +38,13 @@ VectorXd values_on(const std::string& term, const dsp::Motion& motion) {
 }
 
 template <class Value>
-double mean_over(const std::vector<const JudgedFit*>& fits, Value&& value) {
+double mean_over(const std::vector<const ident::JudgedFit*>& fits, Value&& value) {
   double sum = 0.0;
-  for (const JudgedFit* fit : fits) sum += value(*fit);
+  for (const ident::JudgedFit* fit : fits) sum += value(*fit);
   return fits.empty() ? nan : sum / static_cast<double>(fits.size());
 }
 
-const ident::ModelTerm* find(const JudgedFit& fit, const std::string& name) {
+const ident::ModelTerm* find(const ident::JudgedFit& fit, const std::string& name) {
   for (const ident::ModelTerm& term : fit.model.terms)
     if (term.name == name) return &term;
   return nullptr;
@@ -70,10 +70,10 @@ Section5View::Section5View(const Section5Replication& replication, const Section
     if (fit.definition == &definition && fit.way == &way && fit.candidates == candidates) fits_.push_back(&fit);
 }
 
-std::vector<const JudgedFit*> Section5View::fits(const std::string& method) const {
-  std::vector<const JudgedFit*> result;
+std::vector<const ident::JudgedFit*> Section5View::fits(const std::string& method) const {
+  std::vector<const ident::JudgedFit*> result;
   for (const Section5Fit* fit : fits_)
-    for (const JudgedFit& judged : fit->result.fits)
+    for (const ident::JudgedFit& judged : fit->result.fits)
       if (to_string(judged.fit.method) == method) result.push_back(&judged);
   return result;
 }
@@ -82,7 +82,7 @@ FoundTerm Section5View::term(const std::string& method, const std::string& name)
   FoundTerm found;
   const auto all = fits(method);
   found.fits = static_cast<int>(all.size());
-  for (const JudgedFit* fit : all)
+  for (const ident::JudgedFit* fit : all)
     if (const ident::ModelTerm* term = find(*fit, name)) {
       found.mean += term->mean;
       found.std += term->std;
@@ -101,13 +101,13 @@ FoundTerm Section5View::term(const std::string& method, const std::string& name)
 FoundErrors Section5View::errors(const std::string& method) const {
   const auto all = fits(method);
   FoundErrors found;
-  found.train = mean_over(all, [](const JudgedFit& fit) { return fit.train.value; });
-  found.test = mean_over(all, [](const JudgedFit& fit) { return fit.test.value; });
-  found.free_run = mean_over(all, [](const JudgedFit& fit) { return fit.free_run.nmse; });
-  found.noise_std = mean_over(all, [](const JudgedFit& fit) { return fit.model.noise_std; });
-  found.seconds = mean_over(all, [](const JudgedFit& fit) { return fit.solve_s; });
+  found.train = mean_over(all, [](const ident::JudgedFit& fit) { return fit.train.value; });
+  found.test = mean_over(all, [](const ident::JudgedFit& fit) { return fit.test.value; });
+  found.free_run = mean_over(all, [](const ident::JudgedFit& fit) { return fit.free_run.nmse; });
+  found.noise_std = mean_over(all, [](const ident::JudgedFit& fit) { return fit.model.noise_std; });
+  found.seconds = mean_over(all, [](const ident::JudgedFit& fit) { return fit.solve_s; });
   for (const Section5Fit* fit : fits_) found.seconds += fit->result.accumulate_s / static_cast<double>(fits_.size());
-  for (const JudgedFit* fit : all)
+  for (const ident::JudgedFit* fit : all)
     if (!fit->free_run.reason.empty()) found.free_run_reason = fit->free_run.reason;
   return found;
 }
@@ -122,14 +122,14 @@ std::vector<std::string> Section5View::kept(const std::string& method) const {
 
 double Section5View::target_rms(bool train) const {
   if (fits_.empty()) return nan;
-  const RangeResult& result = fits_.front()->result;
+  const ident::RangeResult& result = fits_.front()->result;
   const auto num_train = static_cast<Index>(result.rows.train.size());
   const VectorXd rows = train ? result.target.head(num_train) : result.target.tail(result.target.size() - num_train);
   return std::sqrt(rows.squaredNorm() / static_cast<double>(rows.size()));
 }
 
 double Section5View::damping_over_supply(const std::string& method) const {
-  return mean_over(fits(method), [](const JudgedFit& fit) {
+  return mean_over(fits(method), [](const ident::JudgedFit& fit) {
     const ident::ModelTerm *x = find(fit, "x"), *v = find(fit, "v"), *ddr = find(fit, "ddr");
     if (x == nullptr || v == nullptr || ddr == nullptr) return nan;
     std::vector<std::pair<std::string, double>> terms;

@@ -46,7 +46,7 @@ class Section5View {
   [[nodiscard]] double damping_over_supply(const std::string& method) const;
 
  private:
-  [[nodiscard]] std::vector<const JudgedFit*> fits(const std::string& method) const;
+  [[nodiscard]] std::vector<const ident::JudgedFit*> fits(const std::string& method) const;
   std::vector<const Section5Fit*> fits_;
 };
 

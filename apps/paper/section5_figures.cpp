@@ -80,7 +80,7 @@ std::string section5_responses_figure(const Section5Replication& replication) {
       return one.definition == states.definition && one.candidates == paper_candidates &&
              one.way == section5_ways().data();
     });
-    const JudgedFit& judged = fit->result.fits.front();
+    const ident::JudgedFit& judged = fit->result.fits.front();
     const std::string name = states.definition->regime + " amplitude";
     const double split_s = states.definition->train_to_s;
     const auto num_train = static_cast<Index>(fit->result.rows.train.size());

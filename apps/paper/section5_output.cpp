@@ -99,7 +99,7 @@ std::string quantity_rows(const std::vector<Comparison>& rows, int table, const 
   return text;
 }
 
-ordered_json support_json(const Section5Fit& fit, const JudgedFit& judged) {
+ordered_json support_json(const Section5Fit& fit, const ident::JudgedFit& judged) {
   if (fit.way->twin != "T0")
     return {
         {"support_exact", nullptr}, {"false_terms", ordered_json::array()}, {"missing_terms", ordered_json::array()}};
@@ -113,7 +113,7 @@ ordered_json support_json(const Section5Fit& fit, const JudgedFit& judged) {
   return {{"support_exact", wrong.empty() && missing.empty()}, {"false_terms", wrong}, {"missing_terms", missing}};
 }
 
-ordered_json fit_json(const Section5Fit& fit, const JudgedFit& judged, const Section5Options& options) {
+ordered_json fit_json(const Section5Fit& fit, const ident::JudgedFit& judged, const Section5Options& options) {
   ordered_json terms = ordered_json::array();
   for (const ident::ModelTerm& term : judged.model.terms)
     terms.push_back({{"name", term.name},
@@ -227,7 +227,7 @@ std::string section5_table(const Section5Replication& replication, const Section
 void append_section5(ordered_json& document, const Section5Replication& replication,
                      const std::vector<const Section5Case*>& cases, const Section5Options& options) {
   for (const Section5Fit& fit : replication.fits)
-    for (const JudgedFit& judged : fit.result.fits) {
+    for (const ident::JudgedFit& judged : fit.result.fits) {
       document["fits"].push_back(fit_json(fit, judged, options));
       const FreeRun& run = judged.free_run;
       document["free_run"].push_back({{"case", fit.definition->name},

@@ -11,8 +11,7 @@ namespace dsp {
 struct ColumnFilter::Impl {
   double input_rate_hz = 0.0, output_rate_hz = 0.0, edge_s = 0.0;
   std::optional<SpectralBand> band;  ///< of a taper
-  DecimateOptions decimation;        ///< otherwise
-  FilterSheet sheet;
+  FilterSheet sheet;                 ///< of a decimation otherwise
   std::vector<double> highpass_hz;
   double lowest_hz = 0.0;
 
@@ -34,7 +33,7 @@ ColumnFilter ColumnFilter::taper(double sample_rate_hz, const SpectralBand& band
 }
 
 ColumnFilter ColumnFilter::decimation(double input_rate_hz, const DecimateOptions& options) {
-  Impl impl{.input_rate_hz = input_rate_hz, .output_rate_hz = options.output_rate_hz, .decimation = options};
+  Impl impl{.input_rate_hz = input_rate_hz, .output_rate_hz = options.output_rate_hz};
   impl.sheet = Decimator(input_rate_hz, 1, options).sheet();
   impl.edge_s = impl.sheet.edge_s;
   ColumnFilter filter;
@@ -59,7 +58,7 @@ Eigen::VectorXd ColumnFilter::apply(const Eigen::Ref<const Eigen::VectorXd>& bus
   };
   if (impl_->band) return spectral(bus_signal);
   // The high-pass is linear and time-invariant, so it may as well come after the decimation, where it is cheap.
-  Eigen::VectorXd decimated = decimate(bus_signal, impl_->input_rate_hz, impl_->decimation);
+  Eigen::VectorXd decimated = decimate(bus_signal, impl_->sheet);
   return impl_->highpass_hz.empty() ? decimated : spectral(decimated);
 }
 

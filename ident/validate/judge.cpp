@@ -1,124 +1,263 @@
 #include "ident/validate/judge.hpp"
 
-#include <Eigen/QR>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <stdexcept>
-
-#include "dsp/filter/fft.hpp"
 
 namespace ident {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-// One fit in a hundred whose residual is noise is called coloured: the milder error of the two.
-constexpr double level_of_whiteness = 0.01;
+constexpr double follows = 0.02, follows_in_part = 0.1;  // free-run NMSE of x
+constexpr double in_step = 0.02;                         // power balance: a degree between v and a
+constexpr double explained = 0.1;                        // fraction of the target's power that may be left over
+// Below this fraction of the target's power, structure in the residual spoils the error bars but not the equation.
+constexpr double negligible = 1e-3;
+constexpr double carries_over = 10.0;  // test NMSE / training NMSE beyond this: fitted to its rows only
+constexpr double matters = 0.05, same = 0.1;
+constexpr double collinear = 1e6;  // condition number of unit-norm columns
+constexpr double poorly_known_cov = 0.3;
+// Noise alone gives a p-value below this in one fit of twenty: no proof of structure, no clean bill either.
+constexpr double doubtful_p_value = 0.05;
+constexpr double small_term = 3.0;  // times the residual's standard deviation, at the term's largest
 
-// P(sup |Brownian bridge| > z), the limit of the Kolmogorov-Smirnov statistic.
-double kolmogorov_tail(double z) {
-  if (z < 0.2) return 1.0;  // the alternating series converges slowly there, and the answer is 1 to 12 digits
-  double tail = 0.0;
-  for (int k = 1; k <= 100; ++k) tail += (k % 2 == 1 ? 2.0 : -2.0) * std::exp(-2.0 * k * k * z * z);
-  return std::clamp(tail, 0.0, 1.0);
+std::string percent(double fraction) {
+  return fmt::format("{:.2g} %", 100.0 * fraction);
+}
+
+/// About the mean: of a force about its rest the mean is most of the power and none of the news.
+const Figure& error_of(const JudgedFit& fit) {
+  return fit.test_centred.reason.empty() ? fit.test_centred : fit.train_centred;
+}
+
+bool structured(const JudgedFit& fit) {
+  return fit.whiteness.tested && !fit.whiteness.white;
+}
+
+bool fitted_to_its_rows(const JudgedFit& fit) {
+  return fit.train.reason.empty() && fit.test.reason.empty() && fit.test.value > negligible &&
+         fit.test.value > carries_over * fit.train.value;
+}
+
+/// Where there is no free run to be had, the error one step ahead has to decide.
+Verdict by_error(const JudgedFit& fit) {
+  const Figure& error = error_of(fit);
+  if (!error.reason.empty()) return Verdict::undecided;
+  if (error.value > explained) return Verdict::does_not;
+  return error.value <= follows && fit.whiteness.tested && fit.whiteness.white ? Verdict::describes : Verdict::in_part;
+}
+
+Verdict by_free_run(const FreeRun& run) {
+  if (run.diverged_after_s > 0.0) return Verdict::does_not;
+  if (!run.reason.empty()) return Verdict::undecided;
+  if (run.nmse <= follows) return Verdict::describes;
+  return run.nmse <= follows_in_part ? Verdict::in_part : Verdict::does_not;
+}
+
+std::string free_run_clause(const FreeRun& run) {
+  if (run.diverged_after_s > 0.0) return "the free run " + run.reason;
+  if (!run.applies) return {};
+  if (!run.reason.empty()) return "there is no free run (" + run.reason + ")";
+  const char* how = run.nmse <= follows           ? "follows x"
+                    : run.nmse <= follows_in_part ? "follows x roughly"
+                                                  : "does not follow x";
+  return fmt::format("the free run {} (NMSE {:.2g}{})", how, run.nmse, run.sticks ? ", sticking at times" : "");
+}
+
+std::string residual_clause(const JudgedFit& fit) {
+  const Figure& error = error_of(fit);
+  std::string text = error.reason.empty() ? fmt::format("one step ahead {} of the variation of {} is unexplained",
+                                                        percent(error.value), fit.model.target)
+                                          : std::string("the error one step ahead is not known");
+  if (fit.whiteness.tested) text += fit.whiteness.white ? ", as noise" : ", and that is structure";
+  return text;
+}
+
+std::string power_clause(double balance) {
+  if (!std::isfinite(balance)) return {};
+  return std::abs(balance) <= in_step
+             ? fmt::format("the sensors are in step (power balance {:.1g})", std::abs(balance))
+             : fmt::format("velocity and acceleration are out of step (power balance {:.2g}), which reads as damping",
+                           std::abs(balance));
+}
+
+std::string carry_over_clause(const JudgedFit& fit) {
+  if (!fitted_to_its_rows(fit)) return {};
+  return fmt::format("it does not carry over: NMSE {:.2g} on the test rows, {:.2g} on the training rows",
+                     fit.test.value, fit.train.value);
+}
+
+/// Terms that matter in one of two equations and are not the same in the other.
+std::vector<std::string> unlike(const RangeResult& a, const RangeResult& b, std::size_t method) {
+  std::vector<std::string> names;
+  const auto one_way = [&](const RangeResult& one, const RangeResult& other) {
+    const double bar = matters * one.target.cwiseAbs().maxCoeff();
+    const auto& others = other.fits[method].model.terms;
+    for (const ModelTerm& term : one.fits[method].model.terms) {
+      if (std::abs(term.mean) * term.scale < bar) continue;
+      const auto twin = std::find_if(others.begin(), others.end(), [&](const auto& t) { return t.name == term.name; });
+      const bool alike = twin != others.end() && std::abs(twin->mean - term.mean) <= same * std::abs(term.mean);
+      if (!alike && std::find(names.begin(), names.end(), term.name) == names.end()) names.push_back(term.name);
+    }
+  };
+  one_way(a, b);
+  one_way(b, a);
+  return names;
+}
+
+/// Ranges that share no samples are the ones whose agreement says something: mixed holds low and high.
+bool apart(const RangeResult& a, const RangeResult& b) {
+  return a.regime != "mixed" && b.regime != "mixed";
+}
+
+struct Agreement {
+  bool other = false;  // some range has another equation
+  std::string clause;
+};
+
+Agreement agreement(const std::vector<RangeResult>& ranges, std::size_t range, std::size_t method) {
+  std::vector<std::string> agree, disagree;
+  for (std::size_t other = 0; other < ranges.size(); ++other) {
+    if (other == range || !apart(ranges[range], ranges[other]) || ranges[other].fits[method].model.terms.empty())
+      continue;
+    const auto names = unlike(ranges[range], ranges[other], method);
+    if (names.empty())
+      agree.push_back(ranges[other].spec.name);
+    else
+      disagree.push_back(fmt::format("{} has another {}", ranges[other].spec.name, fmt::join(names, ", ")));
+  }
+  if (!disagree.empty()) return {true, fmt::format("{}", fmt::join(disagree, ", "))};
+  if (agree.empty()) return {};
+  return {false, fmt::format("{} agree{} within 10 %", fmt::join(agree, " and "), agree.size() == 1 ? "s" : "")};
+}
+
+const char* opening(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::describes:
+      return "This equation describes the record";
+    case Verdict::in_part:
+      return "This equation describes the record in part";
+    case Verdict::does_not:
+      return "This equation does not describe the record";
+    case Verdict::undecided:
+      break;
+  }
+  return "Whether this equation describes the record is undecided";
+}
+
+void remark_on_residual(const JudgedFit& fit, std::vector<std::string>& remarks) {
+  const Whiteness& whiteness = fit.whiteness;
+  if (!whiteness.tested) {
+    remarks.emplace_back("whether the residual is white could not be tested");
+    return;
+  }
+  const std::string statistic =
+      fmt::format("Bartlett p = {:.2g}; the strongest 5 % of frequencies hold {:.0f} % of its power, 20 % if white",
+                  whiteness.p_value, 100.0 * whiteness.peak_share);
+  if (whiteness.white) {
+    remarks.push_back(whiteness.p_value < doubtful_p_value
+                          ? fmt::format("whether the residual is white is in doubt ({})", statistic)
+                          : fmt::format("residual is white ({})", statistic));
+    return;
+  }
+  double largest_ratio = 1.0;
+  for (const ModelTerm& term : fit.model.terms)
+    if (term.std > 0.0 && std::isfinite(term.std_robust))
+      largest_ratio = std::max(largest_ratio, term.std_robust / term.std);
+  remarks.push_back(fmt::format("residual is not white: structure remains ({})", statistic));
+  remarks.push_back(
+      fmt::format("standard deviations assume white noise; without that they are up to {:.2g} times larger, and terms "
+                  "may be kept that only fit the structure",
+                  largest_ratio));
+}
+
+void remark_on_terms(const JudgedFit& fit, std::vector<std::string>& remarks) {
+  remarks.insert(remarks.end(), fit.fit.remarks.begin(), fit.fit.remarks.end());
+  if (fit.fit.condition_number > collinear)
+    remarks.push_back(
+        fmt::format("the kept columns are nearly collinear: condition number {:.2g}", fit.fit.condition_number));
+  std::vector<std::string> poor, small;
+  for (const ModelTerm& term : fit.model.terms) {
+    const double std = std::max(term.std, std::isfinite(term.std_robust) ? term.std_robust : 0.0);
+    if (const double cov = std / std::abs(term.mean); cov > poorly_known_cov)
+      poor.push_back(fmt::format("{} (CoV {:.2g})", term.name, cov));
+    // With structure left in the residual, a term no larger than the residual may be there only to fit it.
+    if (structured(fit) && std::abs(term.mean) * term.scale < small_term * fit.model.noise_std)
+      small.push_back(term.name);
+  }
+  if (!poor.empty()) remarks.push_back(fmt::format("poorly determined: {}", fmt::join(poor, ", ")));
+  if (!small.empty())
+    remarks.push_back(fmt::format("never larger than {:g} times the residual, so perhaps only fitted to it: {}",
+                                  small_term, fmt::join(small, ", ")));
+}
+
+Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range, std::size_t method) {
+  const JudgedFit& fit = ranges[range].fits[method];
+  if (fit.model.terms.empty())
+    return {Verdict::does_not, "No equation was found: no candidate term earned its place.", {}};
+  Judgement result{fit.free_run.applies ? by_free_run(fit.free_run) : by_error(fit), {}, {}};
+  const Figure& error = error_of(fit);
+  const bool left_over = error.reason.empty() && error.value > explained;
+  if (result.verdict == Verdict::undecided && left_over) result.verdict = Verdict::does_not;
+
+  const bool converged = fit.fit.status == FitStatus::converged;
+  const bool spoilt = structured(fit) && fit.train.reason.empty() && fit.train.value > negligible;
+  const double balance = ranges[range].power_balance;
+  const bool out_of_step = std::isfinite(balance) && std::abs(balance) > in_step;
+  const Agreement others = agreement(ranges, range, method);
+  if (result.verdict == Verdict::describes &&
+      (!converged || left_over || spoilt || fitted_to_its_rows(fit) || out_of_step || others.other))
+    result.verdict = Verdict::in_part;
+
+  std::vector<std::string> clauses{free_run_clause(fit.free_run), residual_clause(fit), carry_over_clause(fit),
+                                   power_clause(balance), others.clause};
+  if (!converged) clauses.push_back(fmt::format("the fit ended as {}", to_string(fit.fit.status)));
+  if (result.verdict == Verdict::does_not && left_over && structured(fit))
+    clauses.emplace_back("no equation from this library can: a term or an inner state is missing");
+  std::erase_if(clauses, [](const std::string& clause) { return clause.empty(); });
+  result.sentence = fmt::format("{}: {}.", opening(result.verdict), fmt::join(clauses, "; "));
+  remark_on_residual(fit, result.remarks);
+  remark_on_terms(fit, result.remarks);
+  return result;
 }
 
 }  // namespace
 
-double nmse(const Eigen::Ref<const VectorXd>& predicted, const Eigen::Ref<const VectorXd>& actual) {
-  const double size = actual.squaredNorm();
-  return size > 0.0 ? (predicted - actual).squaredNorm() / size : nan;
+void judge(std::vector<RangeResult>& ranges) {
+  for (std::size_t range = 0; range < ranges.size(); ++range)
+    for (std::size_t method = 0; method < ranges[range].fits.size(); ++method)
+      ranges[range].fits[method].judgement = judgement_of(ranges, range, method);
 }
 
-double nmse_centred(const Eigen::Ref<const VectorXd>& predicted, const Eigen::Ref<const VectorXd>& actual) {
-  if (actual.size() == 0) return nan;
-  const double size = (actual.array() - actual.mean()).matrix().squaredNorm();
-  // Below this the variation is the rounding of a constant.
-  const double rounding = std::numeric_limits<double>::epsilon() * actual.norm();
-  return size > rounding * rounding ? (predicted - actual).squaredNorm() / size : nan;
+std::size_t chosen_method(const RangeResult& range) {
+  const auto fast = std::find_if(range.fits.begin(), range.fits.end(),
+                                 [](const JudgedFit& fit) { return fit.fit.method == Method::fast_rvm; });
+  return fast == range.fits.end() ? 0 : static_cast<std::size_t>(fast - range.fits.begin());
 }
 
-VectorXd predictive_variance(const Eigen::Ref<const MatrixXd>& phi, const Eigen::Ref<const MatrixXd>& covariance,
-                             double noise_variance) {
-  if (phi.cols() == 0) return VectorXd::Constant(phi.rows(), noise_variance);
-  return ((phi * covariance).cwiseProduct(phi).rowwise().sum().array() + noise_variance).matrix();
+std::optional<ChosenFit> chosen_fit(const std::vector<RangeResult>& ranges) {
+  if (ranges.empty()) return std::nullopt;
+  const auto mixed =
+      std::find_if(ranges.begin(), ranges.end(), [](const RangeResult& range) { return range.spec.name == "mixed"; });
+  const auto range = mixed == ranges.end() ? ranges.begin() : mixed;
+  if (range->fits.empty()) return std::nullopt;
+  return ChosenFit{static_cast<std::size_t>(range - ranges.begin()), chosen_method(*range)};
 }
 
-BandShares band_shares(const Eigen::Ref<const VectorXd>& predicted, const Eigen::Ref<const VectorXd>& variance,
-                       const Eigen::Ref<const VectorXd>& actual) {
-  if (actual.size() == 0) return {nan, nan, nan};
-  const auto z = ((actual - predicted).array().abs() / variance.array().sqrt()).eval();
-  const auto share = [&](double quantile) {
-    return static_cast<double>((z <= quantile).count()) / static_cast<double>(z.size());
-  };
-  return {share(0.67448975), share(1.64485363), share(1.95996398)};
-}
-
-Whiteness residual_whiteness(const Eigen::Ref<const VectorXd>& residual, const std::vector<Index>& samples,
-                             double sample_rate_hz, double band_hz) {
-  Whiteness result;
-  const Index num_rows = residual.size();
-  if (static_cast<std::size_t>(num_rows) != samples.size())
-    throw std::invalid_argument("residual_whiteness: as many residuals as samples");
-  if (num_rows < 32 || !(residual.squaredNorm() > 0.0)) return result;
-  const Index length = samples.back() - samples.front() + 1;
-  VectorXd in_time = VectorXd::Zero(length);
-  const double mean = residual.mean();
-  for (Index i = 0; i < num_rows; ++i)
-    in_time(samples[static_cast<std::size_t>(i)] - samples.front()) = residual(i) - mean;
-  const Eigen::VectorXcd spectrum = dsp::RealFft(length).forward(in_time);
-  const auto end =
-      std::min<Index>(spectrum.size() - 1, static_cast<Index>(band_hz / sample_rate_hz * static_cast<double>(length)));
-  // Zeros in the gaps correlate neighbouring ordinates, of which as many are independent as there are rows.
-  const double independent = static_cast<double>(end) * static_cast<double>(num_rows) / static_cast<double>(length);
-  if (independent < 16.0) return result;
-
-  VectorXd power = spectrum.segment(1, end).cwiseAbs2();
-  const double total = power.sum();
-  const double rounding = std::numeric_limits<double>::epsilon() * residual.norm();
-  if (total <= static_cast<double>(length) * rounding * rounding) return result;  // a constant residual
-  double cumulated = 0.0, largest = 0.0;
-  for (Index k = 0; k < end; ++k) {
-    cumulated += power(k) / total;
-    largest = std::max(largest, std::abs(cumulated - static_cast<double>(k + 1) / static_cast<double>(end)));
-  }
-  result.tested = true;
-  result.num_frequencies = end;
-  const double slope = kolmogorov_tail(largest * std::sqrt(independent));
-  const double tone = static_cast<double>(end) * std::pow(1.0 - power.maxCoeff() / total, static_cast<double>(end - 1));
-  result.p_value = std::min(1.0, 2.0 * std::min(slope, tone));
-  const Index strongest = std::max<Index>(1, end / 20);
-  std::sort(power.begin(), power.end(), std::greater<>());
-  result.peak_share = power.head(strongest).sum() / total;
-  result.white = result.p_value >= level_of_whiteness;
+std::vector<RangeDisagreement> compare_ranges(const std::vector<RangeResult>& ranges) {
+  std::vector<RangeDisagreement> result;
+  if (ranges.empty()) return result;
+  for (std::size_t method = 0; method < ranges.front().fits.size(); ++method)
+    for (std::size_t a = 0; a < ranges.size(); ++a)
+      for (std::size_t b = a + 1; b < ranges.size(); ++b) {
+        const std::string &name_a = ranges[a].spec.name, &name_b = ranges[b].spec.name;
+        auto terms = disagreements(ranges[a].fits[method].model, name_a, ranges[b].fits[method].model, name_b);
+        if (!terms.empty())
+          result.push_back(
+              {std::string(to_string(ranges[a].fits[method].fit.method)), name_a, name_b, std::move(terms)});
+      }
   return result;
-}
-
-MatrixXd robust_covariance(const Eigen::Ref<const MatrixXd>& phi, const Eigen::Ref<const VectorXd>& residual) {
-  const Index rows = phi.rows(), terms = phi.cols();
-  if (terms == 0 || rows <= terms) return {};
-  const VectorXd scale = phi.colwise().stableNorm();
-  if (!(scale.minCoeff() > 0.0)) return {};
-  const MatrixXd unit = phi * scale.cwiseInverse().asDiagonal();
-  const MatrixXd R = Eigen::HouseholderQR<MatrixXd>(unit).matrixQR().topRows(terms).triangularView<Eigen::Upper>();
-  const Index num_blocks = std::clamp<Index>(rows / 4, 1, 50);
-  MatrixXd sums = MatrixXd::Zero(terms, num_blocks);
-  for (Index block = 0; block < num_blocks; ++block) {
-    const Index first = block * rows / num_blocks, count = (block + 1) * rows / num_blocks - first;
-    sums.col(block) = unit.middleRows(first, count).transpose() * residual.segment(first, count);
-  }
-  // (Phi'Phi)^-1 = R^-1 R^-T; the factor corrects for the few blocks.
-  const auto upper = R.triangularView<Eigen::Upper>();
-  MatrixXd root = upper.transpose().solve(sums);
-  root = upper.solve(root);
-  root = scale.cwiseInverse().asDiagonal() * root;
-  const double correction = static_cast<double>(num_blocks) / std::max(1.0, static_cast<double>(num_blocks - 1));
-  return correction * root * root.transpose();
 }
 
 }  // namespace ident

@@ -1,51 +1,37 @@
 #pragma once
-#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <string_view>
 #include <vector>
+
+#include "ident/identify.hpp"
 
 namespace ident {
 
-/// sum (predicted - actual)^2 / sum actual^2: the paper's NMSE, no mean removed. NaN where the target is zero
-/// throughout.
-[[nodiscard]] double nmse(const Eigen::Ref<const Eigen::VectorXd>& predicted,
-                          const Eigen::Ref<const Eigen::VectorXd>& actual);
-/// The same about the mean of `actual`. NaN where the target is constant.
-[[nodiscard]] double nmse_centred(const Eigen::Ref<const Eigen::VectorXd>& predicted,
-                                  const Eigen::Ref<const Eigen::VectorXd>& actual);
+/// Judges every fit of every range and stores the result in its `judgement`; the fits of one range are compared with
+/// those of the others by the same method. The free run decides: x followed to 2 % of its power is describes, to 10 %
+/// in part, worse or diverged is does not describe. Describes is taken down to in part by a fit that did not converge,
+/// structure in a residual of more than a thousandth of the target's power, a power balance beyond 0.02, a test error
+/// ten times the training error, or another equation in another range. Without a free run it is undecided, and does
+/// not describe where more than a tenth of the target's power is left over. Ranges agree where the terms that matter
+/// (a twentieth of the target's largest or more) are in both and within 10 %.
+void judge(std::vector<RangeResult>& ranges);
 
-/// Variance of the predictive distribution of each row: sigma^2 + phi' delta phi (Eqs. 35-37 of [QZS23], with
-/// Phi delta Phi' for the misprinted Phi' delta Phi). phi: rows x b', covariance b' x b'.
-[[nodiscard]] Eigen::VectorXd predictive_variance(const Eigen::Ref<const Eigen::MatrixXd>& phi,
-                                                  const Eigen::Ref<const Eigen::MatrixXd>& covariance,
-                                                  double noise_variance);
-
-/// Share of the values inside the central 50, 90 and 95 % bands of their predictive distributions. NaN for no values.
-struct BandShares {
-  double within_50 = 0.0, within_90 = 0.0, within_95 = 0.0;
+/// The equation that speaks for a run: of range "mixed" if there is one, else of the first; by fast_rvm if that was
+/// asked for, else by the first method. Nothing if there is no fit.
+struct ChosenFit {
+  std::size_t range = 0, method = 0;
 };
-[[nodiscard]] BandShares band_shares(const Eigen::Ref<const Eigen::VectorXd>& predicted,
-                                     const Eigen::Ref<const Eigen::VectorXd>& variance,
-                                     const Eigen::Ref<const Eigen::VectorXd>& actual);
+[[nodiscard]] std::optional<ChosenFit> chosen_fit(const std::vector<RangeResult>& ranges);
+/// The same within one range.
+[[nodiscard]] std::size_t chosen_method(const RangeResult& range);
 
-/// Is a residual noise, or is there structure left in it? Judged inside the band that the column filter passes, since
-/// everything above it was removed on purpose.
-struct Whiteness {
-  double p_value = 1.0;     ///< of two tests together: Bartlett's (the cumulated periodogram against a straight line)
-                            ///< sees colour, Fisher's (its largest ordinate) sees a tone
-  double peak_share = 0.0;  ///< share of the residual's power in the strongest 5 % of frequencies; white noise: 0.20
-  Eigen::Index num_frequencies = 0;
-  bool tested = false;  ///< false: too few rows, or no residual at all
-  bool white = true;    ///< p_value >= 0.01
+/// What the equations of two ranges, found by one method from one library, do not agree on.
+struct RangeDisagreement {
+  std::string method, range_a, range_b;
+  std::vector<Disagreement> terms;
 };
-/// samples: number of each row's sample in its record, ascending; what lies between rows counts as zero, and as no
-/// evidence. band_hz: where the filter's pass band ends. Throws std::invalid_argument unless there are as many samples
-/// as residuals.
-[[nodiscard]] Whiteness residual_whiteness(const Eigen::Ref<const Eigen::VectorXd>& residual,
-                                           const std::vector<Eigen::Index>& samples, double sample_rate_hz,
-                                           double band_hz);
-
-/// Covariance of the coefficients that does not assume a white residual: (Phi'Phi)^-1 S (Phi'Phi)^-1 with S from sums
-/// of phi_i e_i over about fifty consecutive blocks of rows ("sandwich"). phi: rows x b'. Zero columns: empty result.
-[[nodiscard]] Eigen::MatrixXd robust_covariance(const Eigen::Ref<const Eigen::MatrixXd>& phi,
-                                                const Eigen::Ref<const Eigen::VectorXd>& residual);
+/// Every pair of ranges that disagree.
+[[nodiscard]] std::vector<RangeDisagreement> compare_ranges(const std::vector<RangeResult>& ranges);
 
 }  // namespace ident

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "apps/paper/section4.hpp"
-#include "ident/validate/judge.hpp"
+#include "ident/validate/metrics.hpp"
 #include "sim/simulate.hpp"
 
 using Eigen::Index;

@@ -1,22 +1,22 @@
-#include "apps/verdict.hpp"
+#include "ident/validate/judge.hpp"
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
 #include "support/program.hpp"
 
-using apps::Verdict;
+using ident::Verdict;
 using nlohmann::json;
 using support::Scratch;
 
 namespace {
 
 /// A range with one fit of a = -50 x - 0.8 v that leaves `error` of the target over and runs free to `free_run`.
-apps::RangeResult range(const std::string& name, double free_run, double error, double stiffness = -50.0) {
-  apps::RangeResult result;
+ident::RangeResult range(const std::string& name, double free_run, double error, double stiffness = -50.0) {
+  ident::RangeResult result;
   result.spec.name = result.regime = name;
   result.target = Eigen::VectorXd::Constant(2, 1.0);
-  apps::JudgedFit fit;
+  ident::JudgedFit fit;
   fit.model = {
       "a", "m/s^2", {{.name = "x", .mean = stiffness, .scale = 0.02}, {.name = "v", .mean = -0.8, .scale = 0.2}}};
   fit.train = fit.train_centred = fit.test = fit.test_centred = {error, {}};
@@ -28,11 +28,11 @@ apps::RangeResult range(const std::string& name, double free_run, double error, 
 }
 
 /// The judgement of the first range's fit beside the others.
-apps::Judgement of(std::vector<apps::RangeResult> ranges) {
-  apps::judge(ranges);
+ident::Judgement of(std::vector<ident::RangeResult> ranges) {
+  ident::judge(ranges);
   return ranges[0].fits[0].judgement;
 }
-apps::Judgement of(const apps::RangeResult& range) {
+ident::Judgement of(const ident::RangeResult& range) {
   return of(std::vector{range});
 }
 
@@ -89,20 +89,20 @@ TEST_CASE("structure in a residual that matters, and a fit that did not converge
 
 TEST_CASE("every verdict is read back from its word", "[apps][verdict]") {
   for (const Verdict verdict : {Verdict::describes, Verdict::in_part, Verdict::does_not, Verdict::undecided})
-    CHECK(apps::verdict_from_string(to_string(verdict)) == verdict);
-  CHECK_FALSE(apps::verdict_from_string("trusted").has_value());
+    CHECK(ident::verdict_from_string(to_string(verdict)) == verdict);
+  CHECK_FALSE(ident::verdict_from_string("trusted").has_value());
 }
 
 TEST_CASE("the chosen fit is fast_rvm's of the mixed range, or the first", "[apps][verdict]") {
-  CHECK_FALSE(apps::chosen_fit({}).has_value());
+  CHECK_FALSE(ident::chosen_fit({}).has_value());
   auto low = range("low", 1e-4, 1e-5), mixed = range("mixed", 1e-4, 1e-5);
   low.fits[0].fit.method = ident::Method::slow_rvm;
   low.fits.push_back(low.fits[0]);
   low.fits[1].fit.method = ident::Method::fast_rvm;
-  CHECK(apps::chosen_method(low) == 1);
-  CHECK(apps::chosen_fit({low, mixed})->range == 1);
-  CHECK(apps::chosen_fit({low})->range == 0);
-  CHECK(apps::chosen_fit({low})->method == 1);
+  CHECK(ident::chosen_method(low) == 1);
+  CHECK(ident::chosen_fit({low, mixed})->range == 1);
+  CHECK(ident::chosen_fit({low})->range == 0);
+  CHECK(ident::chosen_fit({low})->method == 1);
 }
 
 TEST_CASE("ranges that have another equation are named with the terms", "[apps][verdict]") {

@@ -54,6 +54,19 @@ TEST_CASE("one thread and two give the same bits", "[ident][r_factor]") {
   CHECK(ident::r_factor(phi, target, 3).R == one);
 }
 
+TEST_CASE("rows read block by block give the bits of the matrix in memory", "[ident][r_factor]") {
+  const MatrixXd phi = 1e-160 * gaussian(3001, 5, 4), target = 1e160 * gaussian(3001, 1, 5);
+  const auto read = [&](Index first, Eigen::Ref<MatrixXd> block) {
+    block << phi.middleRows(first, block.rows()), target.middleRows(first, block.rows());
+  };
+  CHECK(ident::r_factor(3001, 5, 1, read, 2).R == ident::r_factor(phi, target).R);
+  const auto spoilt = [&](Index first, Eigen::Ref<MatrixXd> block) {
+    read(first, block);
+    if (first > 0) block(0, 2) = std::numeric_limits<double>::quiet_NaN();
+  };
+  CHECK_THROWS_AS(ident::r_factor(3001, 5, 1, spoilt), std::invalid_argument);
+}
+
 TEST_CASE("merging shards in any order equals factoring the stacked rows", "[ident][r_factor]") {
   rc::check("any sharding", [] {
     const auto cuts = *rc::gen::container<std::vector<int>>(4, rc::gen::inRange(0, 700));

@@ -7,7 +7,7 @@
 
 #include "apps/paper/paper_tables.hpp"
 #include "ident/regression/multi_rvm.hpp"
-#include "ident/validate/judge.hpp"
+#include "ident/validate/metrics.hpp"
 #include "support/random.hpp"
 
 using Eigen::Index;

@@ -1,4 +1,4 @@
-#include "ident/validate/judge.hpp"
+#include "ident/validate/metrics.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -23,7 +23,7 @@ std::vector<Index> every_sample(Index count) {
 
 }  // namespace
 
-TEST_CASE("NMSE as the paper defines it and about the mean", "[ident][judge]") {
+TEST_CASE("NMSE as the paper defines it and about the mean", "[ident][metrics]") {
   const VectorXd actual{{1.0, 2.0, 3.0}}, predicted{{1.0, 2.0, 4.0}};
   CHECK(ident::nmse(predicted, actual) == Approx(1.0 / 14.0));
   CHECK(ident::nmse_centred(predicted, actual) == Approx(1.0 / 2.0));
@@ -31,7 +31,7 @@ TEST_CASE("NMSE as the paper defines it and about the mean", "[ident][judge]") {
   CHECK(std::isnan(ident::nmse_centred(predicted, VectorXd::Constant(3, 0.1))));
 }
 
-TEST_CASE("predictive bands hold the share of new targets they promise", "[ident][judge]") {
+TEST_CASE("predictive bands hold the share of new targets they promise", "[ident][metrics]") {
   // Few rows, so that the coefficients' own uncertainty is a visible part of the variance.
   ident::BandShares mean;
   for (unsigned seed = 0; seed < 300; ++seed) {
@@ -53,7 +53,7 @@ TEST_CASE("predictive bands hold the share of new targets they promise", "[ident
   CHECK(mean.within_95 == Approx(0.943).margin(0.02));
 }
 
-TEST_CASE("a white residual passes, a tone in it does not", "[ident][judge]") {
+TEST_CASE("a white residual passes, a tone in it does not", "[ident][metrics]") {
   const Index n = 4000;
   int refused = 0;
   for (unsigned seed = 0; seed < 200; ++seed)
@@ -69,7 +69,7 @@ TEST_CASE("a white residual passes, a tone in it does not", "[ident][judge]") {
   CHECK(judged.peak_share > pure.peak_share + 0.02);
 }
 
-TEST_CASE("a residual that is white up to the filter's band edge passes within that band", "[ident][judge]") {
+TEST_CASE("a residual that is white up to the filter's band edge passes within that band", "[ident][metrics]") {
   VectorXd smooth = gaussian(6000, 1, 9);
   VectorXd filtered = smooth;
   for (Index i = 4; i < 5996; ++i) filtered(i) = smooth.segment(i - 4, 9).mean();  // low-pass: nothing beyond 11 Hz
@@ -77,7 +77,7 @@ TEST_CASE("a residual that is white up to the filter's band edge passes within t
   CHECK(ident::residual_whiteness(filtered, every_sample(6000), 100.0, 1.5).white);
 }
 
-TEST_CASE("gaps between the rows are neither structure nor evidence", "[ident][judge]") {
+TEST_CASE("gaps between the rows are neither structure nor evidence", "[ident][metrics]") {
   // Rows gated by a motion of 2 Hz, as `where = "abs(v) > ..."` leaves them.
   const Index n = 4000;
   std::vector<Index> rows;
@@ -113,13 +113,30 @@ TEST_CASE("gaps between the rows are neither structure nor evidence", "[ident][j
   CHECK_THROWS_AS(ident::residual_whiteness(VectorXd::Ones(count), every_sample(n), 100.0, 6.0), std::invalid_argument);
 }
 
-TEST_CASE("too little to test is said, not guessed", "[ident][judge]") {
+TEST_CASE("too little to test is said, not guessed", "[ident][metrics]") {
   CHECK_FALSE(ident::residual_whiteness(gaussian(20, 1, 1), every_sample(20), 100.0, 50.0).tested);
   CHECK_FALSE(ident::residual_whiteness(VectorXd::Constant(500, 0.1), every_sample(500), 100.0, 50.0).tested);
   CHECK_FALSE(ident::residual_whiteness(VectorXd::Zero(500), every_sample(500), 100.0, 50.0).tested);
 }
 
-TEST_CASE("robust deviations are right where the residual is coloured and where it is not", "[ident][judge]") {
+TEST_CASE("block scores do not depend on the pieces in which rows come", "[ident][metrics]") {
+  const Index n = 1003;
+  const MatrixXd phi = gaussian(n, 2, 7);
+  const VectorXd residual = gaussian(n, 1, 8);
+  ident::BlockScores pieces(2, n);
+  for (Index first = 0; first < n; first += 17)
+    pieces.add(phi.middleRows(first, std::min<Index>(17, n - first)),
+               residual.segment(first, std::min<Index>(17, n - first)));
+  MatrixXd direct(2, 50);
+  for (Index block = 0; block < 50; ++block) {
+    const Index first = block * n / 50, count = (block + 1) * n / 50 - first;
+    direct.col(block) = phi.middleRows(first, count).transpose() * residual.segment(first, count);
+  }
+  // Sums of some twenty products of order one, added in another order.
+  CHECK((pieces.sums() - direct).cwiseAbs().maxCoeff() <= 1e-13);
+}
+
+TEST_CASE("robust deviations are right where the residual is coloured and where it is not", "[ident][metrics]") {
   for (const double memory : {0.0, 0.9}) {
     double promised = 0.0, plain = 0.0, happened = 0.0;
     constexpr int draws = 300;
@@ -133,9 +150,14 @@ TEST_CASE("robust deviations are right where the residual is coloured and where 
         phi(i, 0) = 0.9 * phi(i - 1, 0) + shock(i);
         noise(i) += memory * noise(i - 1);
       }
-      const auto fit = ident::fit_ols(ident::r_factor(phi, 2.0 * phi + noise));
+      const auto data = ident::r_factor(phi, 2.0 * phi + noise);
+      const auto fit = ident::fit_ols(data);
       const VectorXd residual = 2.0 * phi.col(0) + noise - phi.col(0) * fit.mean(0);
-      promised += ident::robust_covariance(phi, residual)(0, 0) / draws;
+      ident::BlockScores scores(1, n);
+      for (const Index first : {0, 700, 1400})  // as rows come by, in pieces that are no blocks
+        scores.add(phi.middleRows(first, std::min<Index>(700, n - first)),
+                   residual.segment(first, std::min<Index>(700, n - first)));
+      promised += ident::robust_covariance(data, scores)(0, 0) / draws;
       plain += fit.covariance(0, 0) / draws;
       happened += std::pow(fit.mean(0) - 2.0, 2) / draws;
     }

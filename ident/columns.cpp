@@ -1,4 +1,4 @@
-#include "apps/columns.hpp"
+#include "ident/columns.hpp"
 
 #include <fmt/format.h>
 
@@ -6,17 +6,15 @@
 #include <limits>
 #include <utility>
 
-#include "apps/process/interrupt.hpp"
-
-namespace apps {
+namespace ident {
 namespace {
 
 using Eigen::Index;
 using Eigen::VectorXd;
 
-Columns empty_columns(const ident::CandidateLibrary& library, const dsp::Motion& signals, const std::string& name,
+Columns empty_columns(const CandidateLibrary& library, const dsp::Motion& signals, const std::string& name,
                       double band_hz, VectorXd target) {
-  Columns result{name, &signals, band_hz, {}, std::move(target), {}, {}};
+  Columns result{name, &signals, band_hz, {}, std::move(target), {}, {}, {}};
   result.phi.resize(signals.num_samples(), static_cast<Index>(library.terms.size()));
   return result;
 }
@@ -47,20 +45,20 @@ VectorXd through_filter(const VectorXd& values, const dsp::ColumnFilter& filter)
 
 }  // namespace
 
-Columns form_columns(const ident::CandidateLibrary& library, const std::string& target, const dsp::Prepared& prepared) {
+Columns form_columns(const CandidateLibrary& library, const std::string& target, const dsp::Prepared& prepared,
+                     const std::function<void()>& poll) {
   const bool matched = prepared.options.recipe == dsp::Recipe::matched;
   const dsp::Motion& source = matched ? prepared.bus : prepared.signals;
   Columns result = empty_columns(library, prepared.signals, prepared.name, prepared.options.rolloff_hz,
                                  dsp::regression_signal(prepared, target));
   for (Index column = 0; column < result.phi.cols(); ++column) {
-    check_interrupted();
-    const ident::Term& term = library.terms[static_cast<std::size_t>(column)];
+    if (poll) poll();
+    const Term& term = library.terms[static_cast<std::size_t>(column)];
     if (prepared.signals.find(term.name) != nullptr) {
       result.phi.col(column) = dsp::regression_signal(prepared, term.name);
       continue;
     }
-    VectorXd values =
-        term.expression.evaluate(source, matched ? ident::SwitchSampling::cell_average : ident::SwitchSampling::point);
+    VectorXd values = term.expression.evaluate(source, matched ? SwitchSampling::cell_average : SwitchSampling::point);
     if (const Index bad = first_bad(values, source); bad >= 0) {
       drop(result, column, term.name, source, values, bad);
       continue;
@@ -74,12 +72,12 @@ Columns form_columns(const ident::CandidateLibrary& library, const std::string& 
   return result;
 }
 
-Columns form_columns(const ident::CandidateLibrary& library, const std::string& target, const dsp::Motion& table,
+Columns form_columns(const CandidateLibrary& library, const std::string& target, const dsp::Motion& table,
                      const std::string& name) {
   Columns result = empty_columns(library, table, name, 0.5 * table.sample_rate_hz, table.at(target));
   for (Index column = 0; column < result.phi.cols(); ++column) {
-    const ident::Term& term = library.terms[static_cast<std::size_t>(column)];
-    const VectorXd values = term.expression.evaluate(table, ident::SwitchSampling::point);
+    const Term& term = library.terms[static_cast<std::size_t>(column)];
+    const VectorXd values = term.expression.evaluate(table, SwitchSampling::point);
     if (const Index bad = first_bad(values, table); bad >= 0)
       drop(result, column, term.name, table, values, bad);
     else
@@ -88,4 +86,4 @@ Columns form_columns(const ident::CandidateLibrary& library, const std::string& 
   return result;
 }
 
-}  // namespace apps
+}  // namespace ident

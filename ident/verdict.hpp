@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-namespace apps {
+namespace ident {
 
 /// Whether an equation describes the record it was identified from.
 enum class Verdict { describes, in_part, does_not, undecided };
@@ -21,4 +21,4 @@ struct Judgement {
   std::vector<std::string> remarks;
 };
 
-}  // namespace apps
+}  // namespace ident

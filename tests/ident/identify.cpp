@@ -1,4 +1,4 @@
-#include "apps/identify.hpp"
+#include "ident/identify.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -11,7 +11,7 @@ namespace {
 struct Bench {
   dsp::Motion motion;
   ident::CandidateLibrary library;
-  std::vector<apps::Columns> columns;
+  std::vector<ident::Columns> columns;
 };
 
 std::unique_ptr<Bench> duffing_bench(double noise_share, std::uint32_t seed, std::vector<std::string> terms = {"f"}) {
@@ -23,7 +23,7 @@ std::unique_ptr<Bench> duffing_bench(double noise_share, std::uint32_t seed, std
     signal.values += support::gaussian(signal.values.size(), seed, noise_share * deviation);
   }
   bench->library = ident::make_library({.order = 3, .terms = std::move(terms)}, "a", bench->motion);
-  bench->columns.push_back(apps::form_columns(bench->library, "a", bench->motion, "duffing"));
+  bench->columns.push_back(ident::form_columns(bench->library, "a", bench->motion, "duffing"));
   return bench;
 }
 
@@ -34,11 +34,11 @@ dsp::RangeSpec whole() {
   return spec;
 }
 
-apps::Range range(dsp::RangeSpec spec, int recording = 1, std::string regime = {}) {
+ident::Range range(dsp::RangeSpec spec, int recording = 1, std::string regime = {}) {
   return {std::move(spec), recording, std::move(regime)};
 }
 
-apps::IdentifyOptions all_methods(int num_threads = 1) {
+ident::IdentifyOptions all_methods(int num_threads = 1) {
   return {.target = "a",
           .target_unit = "m/s^2",
           .methods = {ident::Method::fast_rvm, ident::Method::slow_rvm, ident::Method::stlsq, ident::Method::lasso,
@@ -50,11 +50,11 @@ apps::IdentifyOptions all_methods(int num_threads = 1) {
 
 TEST_CASE("a Duffing oscillator is found, judged and run free", "[apps][identify]") {
   const auto bench = duffing_bench(0.05, 7);
-  const apps::RangeResult result = apps::identify(range(whole()), bench->columns, bench->library, all_methods());
+  const ident::RangeResult result = ident::identify(range(whole()), bench->columns, bench->library, all_methods());
   CHECK(result.rows.train.size() == 1201);  // 60 % of 2001, rounded
   CHECK(result.rows.test.size() == 800);
   REQUIRE(result.fits.size() == 7);
-  const apps::JudgedFit& fit = result.fits.front();
+  const ident::JudgedFit& fit = result.fits.front();
   std::vector<std::string> names;
   for (const ident::ModelTerm& term : fit.model.terms) names.push_back(term.name);
   CHECK(names == std::vector<std::string>{"x", "v", "x^3", "f"});
@@ -73,13 +73,13 @@ TEST_CASE("a Duffing oscillator is found, judged and run free", "[apps][identify
   CHECK(fit.bands.within_90 == Approx(0.90).margin(0.042));
   CHECK(fit.bands.within_95 == Approx(0.95).margin(0.031));
   CHECK(fit.bands_reason.empty());
-  for (const apps::JudgedFit& each : result.fits)
+  for (const ident::JudgedFit& each : result.fits)
     for (const ident::FitStep& step : each.fit.steps) CHECK((step.term >= -1 && step.term < 11));
 }
 
 TEST_CASE("terms that cannot be told apart on the rows of a range are named, others not", "[apps][identify]") {
   const auto said = [](const Bench& bench) {
-    const apps::RangeResult result = apps::identify(range(whole()), bench.columns, bench.library, all_methods());
+    const ident::RangeResult result = ident::identify(range(whole()), bench.columns, bench.library, all_methods());
     std::string all;
     for (const std::string& remark : result.fits.front().fit.remarks) all += remark + "\n";
     return all;
@@ -91,8 +91,8 @@ TEST_CASE("terms that cannot be told apart on the rows of a range are named, oth
 
 TEST_CASE("threads change nothing", "[apps][identify]") {
   const auto bench = duffing_bench(0.1, 3);
-  const auto one = apps::identify(range(whole()), bench->columns, bench->library, all_methods(1));
-  const auto two = apps::identify(range(whole()), bench->columns, bench->library, all_methods(2));
+  const auto one = ident::identify(range(whole()), bench->columns, bench->library, all_methods(1));
+  const auto two = ident::identify(range(whole()), bench->columns, bench->library, all_methods(2));
   for (std::size_t i = 0; i < one.fits.size(); ++i) {
     CHECK(one.fits[i].fit.relevant == two.fits[i].fit.relevant);
     CHECK(one.fits[i].fit.mean == two.fits[i].fit.mean);
@@ -109,7 +109,7 @@ TEST_CASE("rows are those inside, not excluded, not at the ends, where the condi
   spec.to_s = 20.0;
   spec.train_to_s = 12.0;
   spec.where = "v > 0";
-  const apps::RangeRows rows = apps::range_rows(range(spec), bench->columns);
+  const ident::RangeRows rows = ident::range_rows(range(spec), bench->columns);
   Eigen::Index expected_train = 0, expected_test = 0;
   for (Eigen::Index i = 10; i < 1000; ++i)
     if ((i < 500 || i >= 550) && bench->motion.at("v")(i) > 0.0) ++(i < 600 ? expected_train : expected_test);
@@ -129,22 +129,22 @@ TEST_CASE("a range outside the recording or without rows is told with its place"
   dsp::RangeSpec spec = whole();
   spec.from_s = 100.0;
   spec.to_s = 200.0;
-  support::check_fault([&] { (void)apps::range_rows(range(spec), bench->columns); }, dsp::FaultKind::usage,
+  support::check_fault([&] { (void)ident::range_rows(range(spec), bench->columns); }, dsp::FaultKind::usage,
                        "range.outside", {"config.toml:9", "100 to 200 s", "0 to 40.02 s"});
   spec = whole();
   spec.where = "x > 1e6";
-  support::check_fault([&] { (void)apps::range_rows(range(spec), bench->columns); }, dsp::FaultKind::usage,
+  support::check_fault([&] { (void)ident::range_rows(range(spec), bench->columns); }, dsp::FaultKind::usage,
                        "range.empty", {"config.toml:9", "no training row"});
   spec.where = "q > 0";
-  support::check_fault([&] { (void)apps::range_rows(range(spec), bench->columns); }, dsp::FaultKind::usage,
+  support::check_fault([&] { (void)ident::range_rows(range(spec), bench->columns); }, dsp::FaultKind::usage,
                        "term.unknown_name", {"config.toml:9", "where", "q"});
 }
 
 TEST_CASE("terms that are not finite, zero, constant or repeated are named and left out", "[apps][identify]") {
   const auto bench = duffing_bench(0.02, 5, {"f", "sqrt(x)", "1/(x-x)", "abs(x)^2", "0*x", "cos(0*x)", "2*v"});
-  const apps::RangeResult result = apps::identify(range(whole()), bench->columns, bench->library, all_methods());
+  const ident::RangeResult result = ident::identify(range(whole()), bench->columns, bench->library, all_methods());
   const auto reason = [&](const std::string& name) {
-    for (const apps::DroppedTerm& term : result.dropped)
+    for (const ident::DroppedTerm& term : result.dropped)
       if (term.name == name) return term.reason;
     return std::string("kept");
   };
@@ -161,16 +161,16 @@ TEST_CASE("terms that are not finite, zero, constant or repeated are named and l
 TEST_CASE("a library of which nothing is left is a numerical fault", "[apps][identify]") {
   auto bench = duffing_bench(0.0, 1);
   bench->library = ident::make_library({.order = 0, .terms = {"sqrt(-1-x^2)"}}, "a", bench->motion);
-  bench->columns.front() = apps::form_columns(bench->library, "a", bench->motion, "duffing");
-  support::check_fault([&] { (void)apps::identify(range(whole()), bench->columns, bench->library, all_methods()); },
+  bench->columns.front() = ident::form_columns(bench->library, "a", bench->motion, "duffing");
+  support::check_fault([&] { (void)ident::identify(range(whole()), bench->columns, bench->library, all_methods()); },
                        dsp::FaultKind::numerics, "library.nothing_left", {"sqrt(-1-x^2)", "not finite"});
 }
 
 TEST_CASE("a zero target ends in a status with no figures and no NaN", "[apps][identify]") {
   const auto bench = duffing_bench(0.0, 1);
   bench->columns.front().target.setZero();
-  const apps::RangeResult result = apps::identify(range(whole()), bench->columns, bench->library, all_methods());
-  for (const apps::JudgedFit& fit : result.fits) {
+  const ident::RangeResult result = ident::identify(range(whole()), bench->columns, bench->library, all_methods());
+  for (const ident::JudgedFit& fit : result.fits) {
     CHECK(fit.fit.status == ident::FitStatus::zero_target);
     CHECK_THAT(fit.train.reason, Catch::Contains("zero"));
     CHECK_FALSE(fit.free_run.reason.empty());
@@ -179,11 +179,11 @@ TEST_CASE("a zero target ends in a status with no figures and no NaN", "[apps][i
 
 TEST_CASE("rows of several recordings are joined, each split for itself", "[apps][identify]") {
   const auto a = duffing_bench(0.02, 1), b = duffing_bench(0.02, 2);
-  std::vector<apps::Columns> columns{a->columns.front(), b->columns.front()};
-  const apps::RangeResult joined = apps::identify(range(whole(), 0), columns, a->library, all_methods());
+  std::vector<ident::Columns> columns{a->columns.front(), b->columns.front()};
+  const ident::RangeResult joined = ident::identify(range(whole(), 0), columns, a->library, all_methods());
   CHECK(joined.rows.train.size() == 2402);
   CHECK(joined.rows.train_s.size() == 2);
-  const apps::RangeResult second = apps::identify(range(whole(), 2), columns, a->library, all_methods());
+  const ident::RangeResult second = ident::identify(range(whole(), 2), columns, a->library, all_methods());
   CHECK(second.rows.train.front().recording == 1);
   CHECK(joined.fits[0].model.terms[0].std < second.fits[0].model.terms[0].std);
 }
@@ -191,9 +191,9 @@ TEST_CASE("rows of several recordings are joined, each split for itself", "[apps
 TEST_CASE("a column that others add up to is left out by name, and error bars that rows cannot tell are none",
           "[apps][identify]") {
   const auto bench = duffing_bench(0.02, 5, {"f", "x+v"});
-  apps::IdentifyOptions options = all_methods();
+  ident::IdentifyOptions options = all_methods();
   options.methods = {ident::Method::ols, ident::Method::stlsq};
-  for (const apps::JudgedFit& fit : apps::identify(range(whole()), bench->columns, bench->library, options).fits) {
+  for (const ident::JudgedFit& fit : ident::identify(range(whole()), bench->columns, bench->library, options).fits) {
     CHECK(fit.fit.status == ident::FitStatus::rank_deficient);
     CHECK_THAT(fit.fit.remarks, Catch::VectorContains(
                                     std::string("x+v was left out: on the training rows it is a combination of x, v")));
@@ -204,9 +204,9 @@ TEST_CASE("a column that others add up to is left out by name, and error bars th
   few.train_to_s = 0.1;  // 5 rows for 11 terms
   options.methods = {ident::Method::ridge, ident::Method::lasso, ident::Method::stlsq, ident::Method::ols};
   const auto plain = duffing_bench(0.02, 5);
-  const auto result = apps::identify(range(few), plain->columns, plain->library, options);
+  const auto result = ident::identify(range(few), plain->columns, plain->library, options);
   REQUIRE(result.rows.train.size() == 5);
-  const apps::JudgedFit& ridge = result.fits.front();
+  const ident::JudgedFit& ridge = result.fits.front();
   CHECK(std::isnan(ridge.model.noise_std));
   for (const ident::ModelTerm& term : ridge.model.terms) CHECK((std::isnan(term.std) && std::isnan(term.std_robust)));
   CHECK_FALSE(ridge.bands_reason.empty());

@@ -1,10 +1,10 @@
-#include "apps/judgement.hpp"
+#include "ident/verdict.hpp"
 
 #include <algorithm>
 #include <array>
 #include <utility>
 
-namespace apps {
+namespace ident {
 namespace {
 constexpr std::array<std::pair<Verdict, std::string_view>, 4> words{{{Verdict::describes, "describes"},
                                                                      {Verdict::in_part, "in_part"},
@@ -21,4 +21,4 @@ std::optional<Verdict> verdict_from_string(std::string_view word) {
   return found == words.end() ? std::nullopt : std::optional(found->first);
 }
 
-}  // namespace apps
+}  // namespace ident

@@ -1,0 +1,78 @@
+#pragma once
+#include <Eigen/Core>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ident/columns.hpp"
+#include "ident/fit.hpp"
+#include "ident/model.hpp"
+#include "ident/ranges.hpp"
+#include "ident/record.hpp"
+#include "ident/validate/free_run.hpp"
+#include "ident/validate/metrics.hpp"
+#include "ident/verdict.hpp"
+
+namespace ident {
+
+/// A number that may be missing for a reason that can be told.
+struct Figure {
+  double value = 0.0;
+  std::string reason;  ///< not empty: there is no value
+};
+
+/// One method on one range, with all that is needed to judge it.
+struct JudgedFit {
+  Fit fit;  ///< terms are those of the library
+  Model model;
+  Whiteness whiteness;                              ///< of the training residual
+  Figure train, test, train_centred, test_centred;  ///< NMSE
+  BandShares bands;                                 ///< share of the test targets inside their predictive bands
+  std::string bands_reason;                         ///< not empty: there are none
+  FreeRun free_run;
+  Judgement judgement;  ///< filled in by judge (validate/judge.hpp), which compares ranges
+  double solve_s = 0.0;
+  Eigen::VectorXd predicted, predicted_std;  ///< training rows, then test rows
+};
+
+struct RangeResult {
+  dsp::RangeSpec spec;             ///< with what was left out filled in
+  int recording = 0;               ///< 1-based; 0: all
+  std::string regime;              ///< as in Range
+  std::vector<std::string> terms;  ///< of the library
+  RangeRows rows;
+  Eigen::VectorXd target;  ///< training rows, then test rows
+  std::vector<DroppedTerm> dropped;
+  std::vector<std::string> uncalibrated;  ///< channels of raw numbers, with their recordings
+  double accumulate_s = 0.0;
+  double power_balance = std::numeric_limits<double>::quiet_NaN();  ///< of corrected v and a; NaN: nothing to check
+  std::vector<JudgedFit> fits;
+};
+
+struct IdentifyOptions {
+  std::string target = "a", target_unit;
+  std::vector<Method> methods = {Method::fast_rvm, Method::slow_rvm, Method::stlsq};
+  Selection selection = Selection::evidence;
+  double tau = -1.0, threshold = 0.02;
+  bool unit_norm_threshold = true;
+  double ridge_lambda = RidgeOptions{}.lambda, lasso_lambda = LassoOptions{}.lambda;
+  int num_threads = 1;
+  bool free_run = true;             ///< false: the rows of a table are no time response
+  std::function<void()> poll = {};  ///< called between fits and within free runs; may throw to stop
+};
+
+/// Fits each method on the training rows of a range and judges all but what other ranges say of it (judgement).
+/// `columns` are those of each recording, of one library. Throws dsp::Fault as range_rows does, and (numerics,
+/// "library.nothing_left") where no candidate is left.
+[[nodiscard]] RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
+                                   const CandidateLibrary& library, const IdentifyOptions& options);
+
+/// The usual case in one call: the ranges of a record (its own, else default_ranges), about the zero of x that a
+/// difference of two displacements needs, by the library given; judged. Throws as make_library, form_columns and
+/// identify do; target_unit is the record's.
+[[nodiscard]] std::vector<RangeResult> identify(Record record, const LibraryOptions& library,
+                                                IdentifyOptions options = {});
+
+}  // namespace ident

@@ -1,0 +1,125 @@
+#include "ident/ranges.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "dsp/fault.hpp"
+
+namespace ident {
+namespace {
+
+using Eigen::Index;
+
+dsp::Fault range_fault(const dsp::RangeSpec& spec, std::string name, const std::string& what) {
+  const std::string place = spec.place.empty() ? "" : spec.place + ": ";
+  return {dsp::FaultKind::usage, std::move(name), fmt::format("{}range '{}': {}.", place, spec.name, what)};
+}
+
+/// The samples of one recording between two times of the range, those that may be used at all, and those `where` keeps.
+struct Samples {
+  std::vector<Index> usable, kept;
+};
+
+Samples samples_of(const Range& range, const Columns& columns, const std::vector<unsigned char>& where) {
+  const dsp::RangeSpec& spec = range.spec;
+  const dsp::Motion& signals = *columns.signals;
+  Samples result;
+  const Index length = signals.num_samples();
+  for (Index i = signals.edge_samples; i < length - signals.edge_samples; ++i) {
+    const double t = static_cast<double>(i) / signals.sample_rate_hz;
+    const auto place = static_cast<std::size_t>(i);
+    if (t < spec.from_s || t >= spec.to_s || (!signals.excluded.empty() && signals.excluded[place] != 0)) continue;
+    if (!columns.regimes.empty() && !belongs(columns.regimes[place], range.regime)) continue;
+    result.usable.push_back(i);
+    if (where.empty() || where[place] != 0) result.kept.push_back(i);
+  }
+  return result;
+}
+
+std::vector<unsigned char> condition_rows(const dsp::RangeSpec& spec, const dsp::Motion& signals) {
+  if (spec.where.empty()) return {};
+  std::vector<std::string> names;
+  for (const dsp::Signal& signal : signals.signals) names.push_back(signal.name);
+  try {
+    return rows_where(Expression(spec.where, names), signals);
+  } catch (const dsp::Fault& fault) {
+    throw dsp::Fault(fault.kind(), fault.name(), fmt::format("{}: where: {}", spec.place, fault.what()));
+  }
+}
+
+/// First sample that is tested: train_to, or the first after the training share of the rows.
+Index split_sample(const Range& range, const dsp::Motion& signals, const std::vector<Index>& kept) {
+  const dsp::RangeSpec& spec = range.spec;
+  if (spec.train_to_s) return static_cast<Index>(std::ceil(*spec.train_to_s * signals.sample_rate_hz - 1e-9));
+  const auto num_train = static_cast<std::size_t>(std::llround(range.train_share * static_cast<double>(kept.size())));
+  return num_train < kept.size() ? kept[num_train] : signals.num_samples();
+}
+
+void add_stretches(const std::vector<Index>& samples, Index from, Index to, double rate_hz,
+                   std::vector<dsp::Interval>& into) {
+  Index previous = -2;
+  for (const Index i : samples) {
+    if (i < from || i >= to) continue;
+    if (i != previous + 1) into.push_back({static_cast<double>(i) / rate_hz, 0.0, {}});
+    into.back().to_s = static_cast<double>(i + 1) / rate_hz;
+    previous = i;
+  }
+}
+
+}  // namespace
+
+bool belongs(dsp::Regime regime, const std::string& wanted) {
+  if (wanted.empty()) return true;
+  if (wanted == "mixed") return regime == dsp::Regime::low || regime == dsp::Regime::high;
+  return to_string(regime) == wanted;
+}
+
+bool may_overlap(const Range& a, const Range& b) {
+  const bool other_time = a.spec.to_s <= b.spec.from_s || b.spec.to_s <= a.spec.from_s || a.recording != b.recording;
+  const bool other_regime = !a.regime.empty() && !b.regime.empty() && a.regime != b.regime &&
+                            (a.regime == "mixed" ? b.regime == "stick" : a.regime == "stick" || b.regime != "mixed");
+  return !other_time && !other_regime && a.spec.where == b.spec.where;
+}
+
+std::vector<Range> split_by_direction(const std::vector<Range>& ranges) {
+  std::vector<Range> halves;
+  for (const Range& range : ranges)
+    for (const auto& [sign, condition] : {std::pair{"+", "v > 0"}, std::pair{"-", "v < 0"}}) {
+      Range half = range;
+      half.spec.name += sign;
+      half.spec.where = range.spec.where.empty() ? condition : fmt::format("({}) && {}", range.spec.where, condition);
+      halves.push_back(std::move(half));
+    }
+  return halves;
+}
+
+RangeRows range_rows(const Range& range, const std::vector<Columns>& recordings) {
+  const dsp::RangeSpec& spec = range.spec;
+  RangeRows result;
+  result.usable.resize(recordings.size());
+  double longest_s = 0.0;
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    if (!range.covers(r)) continue;
+    const dsp::Motion& signals = *recordings[r].signals;
+    longest_s = std::max(longest_s, static_cast<double>(signals.num_samples()) / signals.sample_rate_hz);
+    const Samples samples = samples_of(range, recordings[r], condition_rows(spec, signals));
+    const Index split = split_sample(range, signals, samples.kept);
+    for (const Index i : samples.kept) (i < split ? result.train : result.test).push_back({r, i});
+    add_stretches(samples.usable, 0, split, signals.sample_rate_hz, result.train_s);
+    add_stretches(samples.usable, split, signals.num_samples(), signals.sample_rate_hz, result.test_s);
+    result.usable[r] = samples.usable;
+  }
+  if (spec.from_s >= longest_s || (std::isfinite(spec.to_s) && spec.to_s > longest_s * (1.0 + 1e-9) + 1e-9))
+    throw range_fault(spec, "range.outside",
+                      fmt::format("got {:g} to {:g} s, want it inside the recording, 0 to {:.9g} s", spec.from_s,
+                                  spec.to_s, longest_s));
+  if (result.train.empty())
+    throw range_fault(spec, "range.empty",
+                      "no training row is left. Widen it, lower what `where` asks, or move train_to");
+  return result;
+}
+
+}  // namespace ident

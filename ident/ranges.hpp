@@ -1,0 +1,52 @@
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "dsp/io/sidecar.hpp"
+#include "dsp/recording.hpp"
+#include "ident/columns.hpp"
+
+namespace ident {
+
+/// Rows that are fitted together: intervals of time, of one recording or of all, in one amplitude regime or in any.
+struct Range {
+  dsp::RangeSpec spec;
+  int recording = 0;         ///< 1-based; 0: all
+  std::string regime;        ///< "low", "high", "stick", "mixed" (low and high), or empty: any
+  double train_share = 0.6;  ///< of its rows, where its train_to is left out
+  /// Whether it is about the recording at this index (0-based).
+  [[nodiscard]] bool covers(std::size_t index) const {
+    return recording == 0 || static_cast<std::size_t>(recording) == index + 1;
+  }
+};
+
+/// Whether a sample of this regime belongs to a range of that one: as Range::regime.
+[[nodiscard]] bool belongs(dsp::Regime regime, const std::string& wanted);
+
+/// Whether two ranges may hold the same samples.
+[[nodiscard]] bool may_overlap(const Range& a, const Range& b);
+
+/// Every range as two, by the sign of the velocity: "low+" and "low-".
+[[nodiscard]] std::vector<Range> split_by_direction(const std::vector<Range>& ranges);
+
+/// A sample of one of the recordings.
+struct Row {
+  std::size_t recording = 0;
+  Eigen::Index sample = 0;
+};
+
+/// Rows that are fitted together, and rows they are tried on; in the order of recordings and time.
+struct RangeRows {
+  std::vector<Row> train, test;
+  std::vector<dsp::Interval> train_s, test_s;       ///< intervals without an excluded gap; rows that `where` drops do
+                                                    ///< not split
+  std::vector<std::vector<Eigen::Index>> usable{};  ///< per recording: samples of the range before `where`
+};
+
+/// Samples of the range: inside [from, to), not excluded, not at a spoilt end, of its regime, `where` true; training
+/// rows before train_to, or the first train_share of each recording's rows. Throws dsp::Fault (usage, "range.outside",
+/// "range.empty", "term.*" for the condition) with the range's place in the config.
+[[nodiscard]] RangeRows range_rows(const Range& range, const std::vector<Columns>& recordings);
+
+}  // namespace ident

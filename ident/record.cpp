@@ -1,0 +1,108 @@
+#include "ident/record.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+#include "dsp/fault.hpp"
+
+namespace ident {
+namespace {
+
+/// A warning where everything that moves lies within the filters' reach of something excluded, as free decays do.
+void warn_if_nothing_moves(Record& record) {
+  const auto has = [&](dsp::Regime regime) {
+    return std::find(record.regimes.begin(), record.regimes.end(), regime) != record.regimes.end();
+  };
+  if (!has(dsp::Regime::stick) || !has(dsp::Regime::excluded) || has(dsp::Regime::low) || has(dsp::Regime::high))
+    return;
+  const auto& signals = record.prepared.signals;
+  record.prepared.checks.push_back(
+      {.name = "regime.no_motion",
+       .status = dsp::CheckStatus::warning,
+       .message = fmt::format("only rest is left: whatever moves lies within {:.2g} s, the filters' reach, of samples "
+                              "that are excluded. A higher prepare.rate_hz and prepare.cutoff_hz reach less far",
+                              static_cast<double>(signals.edge_samples) / signals.sample_rate_hz)});
+}
+
+/// The ranges of a recording for which neither config nor sidecar names any.
+std::vector<Range> ranges_of(const Record& record, int recording, bool alone) {
+  const auto has = [&](dsp::Regime regime) {
+    return std::find(record.regimes.begin(), record.regimes.end(), regime) != record.regimes.end();
+  };
+  const std::string name = alone ? "" : std::filesystem::path(record.prepared.name).stem().string();
+  const auto range = [&](const std::string& label, const std::string& regime) {
+    Range result{{}, recording, regime};
+    result.spec.name = alone ? label : regime.empty() ? name : name + " " + label;
+    return result;
+  };
+  const bool low = has(dsp::Regime::low), high = has(dsp::Regime::high);
+  if (low && high) return {range("low", "low"), range("high", "high"), range("mixed", "mixed")};
+  if (!has(dsp::Regime::stick) || (!low && !high)) return {range("all", "")};
+  return {range(low ? "low" : "high", low ? "low" : "high")};
+}
+
+}  // namespace
+
+void set_regimes(Record& record, dsp::Segmentation segmentation) {
+  record.segmentation = std::move(segmentation);
+  record.regimes = dsp::regimes_at(record.segmentation, record.prepared.bus, record.prepared.signals);
+  warn_if_nothing_moves(record);
+  if (record.prepared.raw_v.size() == 0) return;
+  record.power = dsp::power_check(record.prepared, record.regimes);
+  record.prepared.checks.push_back(check_of(*record.power, record.prepared.relations));
+}
+
+Record find_regimes(dsp::Prepared prepared, const dsp::SegmentOptions& options) {
+  Record record{.prepared = std::move(prepared)};
+  set_regimes(record, dsp::segment_regimes(record.prepared.bus, options));
+  return record;
+}
+
+std::vector<Range> default_ranges(const std::vector<const Record*>& records) {
+  std::vector<Range> ranges;
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const int recording = static_cast<int>(i) + 1;
+    for (const dsp::RangeSpec& spec : records[i]->ranges) ranges.push_back({spec, recording, {}});
+    if (!records[i]->ranges.empty()) continue;
+    for (Range& range : ranges_of(*records[i], recording, records.size() == 1)) {
+      const bool taken = std::any_of(ranges.begin(), ranges.end(),
+                                     [&](const Range& other) { return other.spec.name == range.spec.name; });
+      if (taken) range.spec.name += fmt::format("-{}", recording);
+      ranges.push_back(std::move(range));
+    }
+  }
+  return ranges;
+}
+
+std::vector<std::string> default_terms(const std::vector<const Record*>& records) {
+  std::vector<std::string> terms{"sgn(v)"};
+  for (const char* name : {"ddr", "f", "z"})
+    if (std::all_of(records.begin(), records.end(),
+                    [&](const Record* record) { return record->prepared.signals.find(name) != nullptr; }))
+      terms.emplace_back(name);
+  return terms;
+}
+
+double mean_of_first_range(const Record& record, const std::vector<Range>& ranges, int recording) {
+  const dsp::Prepared& prepared = record.prepared;
+  const auto first = std::find_if(ranges.begin(), ranges.end(), [&](const Range& range) {
+    return range.recording == 0 || range.recording == recording;
+  });
+  if (first == ranges.end()) return dsp::mean_displacement(prepared, 0.0, INFINITY);
+  double from_s = first->spec.from_s, to_s = first->spec.to_s;
+  for (const dsp::Segment& segment : record.segmentation.segments) {
+    const double begin_s = static_cast<double>(segment.first) / prepared.bus.sample_rate_hz,
+                 end_s = static_cast<double>(segment.last) / prepared.bus.sample_rate_hz;
+    if (first->regime.empty() || !belongs(segment.regime, first->regime) || begin_s >= to_s || end_s <= from_s)
+      continue;
+    from_s = std::max(from_s, begin_s), to_s = std::min(to_s, end_s);
+    break;
+  }
+  return dsp::mean_displacement(prepared, from_s, to_s);
+}
+
+}  // namespace ident

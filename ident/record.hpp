@@ -1,0 +1,41 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dsp/prepare.hpp"
+#include "dsp/segment_regimes.hpp"
+#include "dsp/sensors/power_check.hpp"
+#include "ident/ranges.hpp"
+
+namespace ident {
+
+/// A prepared recording with its amplitude regimes: what ranges are cut from.
+struct Record {
+  dsp::Prepared prepared;
+  dsp::Segmentation segmentation;        ///< at the intermediate rate; no segments: regimes were not looked for
+  std::vector<dsp::Regime> regimes;      ///< of each sample at the regression rate; empty likewise
+  std::optional<dsp::PowerCheck> power;  ///< where displacement and acceleration of one body were measured
+  std::vector<dsp::RangeSpec> ranges;    ///< that a person named; none: they follow from the regimes
+};
+
+/// Gives the record these regimes, the power check in each of them, and the checks that follow ("power.balance",
+/// "regime.no_motion").
+void set_regimes(Record& record, dsp::Segmentation segmentation);
+
+/// The same with the regimes found in the record: dsp::segment_regimes.
+[[nodiscard]] Record find_regimes(dsp::Prepared prepared, const dsp::SegmentOptions& options = {});
+
+/// The ranges of records for which nobody named any: low, high and mixed where there are two regimes of motion; the
+/// one there is where it sticks at times; else "all". Of several records each has its own, named after it.
+[[nodiscard]] std::vector<Range> default_ranges(const std::vector<const Record*>& records);
+
+/// What a library of polynomials in x and v cannot do without: dry friction, sgn(v), and of ddr, f and z, which drive
+/// the motion from outside, those that all records have.
+[[nodiscard]] std::vector<std::string> default_terms(const std::vector<const Record*>& records);
+
+/// Mean of x (m) over the first range of the recording with this 1-based number; where that is of a regime, over its
+/// first run. Lasers' zeros mean nothing, so this is what is subtracted from a difference of two.
+[[nodiscard]] double mean_of_first_range(const Record& record, const std::vector<Range>& ranges, int recording);
+
+}  // namespace ident

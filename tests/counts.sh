@@ -1,0 +1,36 @@
+#!/bin/sh
+# Counts of the tree: code lines (no blanks, no comments) by folder, long functions, long files, long commands.
+# Usage: tests/counts.sh [TREE]
+set -eu
+cd "${1:-$(dirname "$0")/..}"
+
+code() { # code FILE...: lines that are neither blank nor comments
+  awk '{ line = $0; sub(/^[ \t]+/, "", line) } line != "" && line !~ /^\/\// && line !~ /^\*/ { n++ } END { print n + 0 }' "$@"
+}
+sources() { find "$@" -name '*.hpp' -o -name '*.cpp' | sort; }
+
+total=0
+for folder in dsp ident sim apps tests; do
+  lines=$(sources $folder | xargs cat | code)
+  printf '%-8s %6d code lines in %d files\n' $folder "$lines" "$(sources $folder | wc -l)"
+  total=$((total + lines))
+done
+printf '%-8s %6d code lines\n' total "$total"
+
+# The layout is clang-format's: a function at namespace scope begins in column 0 and ends with a brace in column 0.
+sources dsp ident sim apps | xargs awk '
+  FNR == 1 { inside = 0 }
+  !inside && /^[A-Za-z].*\{$/ && !/^(namespace|struct|class|enum|extern|union)/ { inside = 1; lines = 0; name = $0; from = FNR }
+  inside { line = $0; sub(/^[ \t]+/, "", line); if (line != "" && line !~ /^\/\//) lines++ }
+  inside && /^\}/ { functions++; if (lines - 2 > 60) { over++; printf "function of %d lines: %s:%d\n", lines - 2, FILENAME, from } inside = 0 }
+  END { printf "%d functions, %d of more than 60 lines\n", functions, over }'
+sources dsp ident sim apps | while read -r file; do
+  lines=$(wc -l < "$file")
+  [ "$lines" -le 400 ] || printf 'file of %d lines: %s\n' "$lines" "$file"
+done
+commands=apps/cli
+[ -d $commands ] && sources $commands | while read -r file; do
+  lines=$(code "$file")
+  [ "$lines" -le 100 ] || printf 'command of %d code lines: %s\n' "$lines" "$file"
+done
+[ ! -f ident/regression/fast_rvm.cpp ] || printf 'Algorithm 1, ident/regression/fast_rvm.cpp: %d code lines\n' "$(code ident/regression/fast_rvm.cpp)"
