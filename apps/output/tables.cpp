@@ -106,7 +106,7 @@ void write_predictions(const std::vector<ident::RangeResult>& ranges, const std:
     for (Index i = 0; i < range.target.size(); ++i) {
       const auto place = static_cast<std::size_t>(i);
       const bool train = place < num_train;
-      const Row& row = train ? range.rows.train[place] : range.rows.test[place - num_train];
+      const ident::Row& row = train ? range.rows.train[place] : range.rows.test[place - num_train];
       const ident::Columns& recording = recordings[row.recording];
       line = labels[row.recording];
       line += train ? ",train" : ",test";

@@ -87,7 +87,7 @@ const ident::Range& range_of(const Config& config, const Section5Case& definitio
 Section5States states_of(const Section5Case& definition, const ident::RangeResult& result, const dsp::Motion& signals) {
   std::vector<Index> samples;
   for (const auto* part : {&result.rows.train, &result.rows.test})
-    for (const Row& row : *part) samples.push_back(row.sample);
+    for (const ident::Row& row : *part) samples.push_back(row.sample);
   return {&definition, signals.at("t")(samples), signals.at("x")(samples), signals.at("v")(samples)};
 }
 
