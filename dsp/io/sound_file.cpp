@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <system_error>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 
 #include "dsp/io/flac_end.hpp"
@@ -30,13 +31,19 @@ using Handle = std::unique_ptr<SNDFILE, int (*)(SNDFILE*)>;
   throw Fault(FaultKind::input, std::move(name), message);
 }
 
+/// What libsndfile calls for a SoundBytes or a SoundOutput.
+template <class File>
 SF_VIRTUAL_IO* virtual_calls() {
-  static const auto of = [](void* self) -> SoundBytes& { return *static_cast<SoundBytes*>(self); };
-  static SF_VIRTUAL_IO calls{[](void* self) { return of(self).size(); },
+  static const auto of = [](void* self) -> File& { return *static_cast<File*>(self); };
+  static SF_VIRTUAL_IO calls{[](void* self) { return sf_count_t{of(self).size()}; },
                              [](sf_count_t offset, int whence, void* self) { return of(self).seek(offset, whence); },
                              [](void* into, sf_count_t count, void* self) { return of(self).read(into, count); },
-                             [](const void*, sf_count_t, void*) { return sf_count_t{0}; },
-                             [](void* self) { return of(self).tell(); }};
+                             [](const void* bytes, sf_count_t count, void* self) {
+                               if constexpr (std::is_same_v<File, SoundOutput>)
+                                 return sf_count_t{of(self).write(bytes, count)};
+                               return sf_count_t{0};
+                             },
+                             [](void* self) { return sf_count_t{of(self).tell()}; }};
   return &calls;
 }
 
@@ -157,7 +164,7 @@ class SoundFile : public SampleSource {
   SF_INFO open() {
     SF_INFO sound{};
     bytes_->seek(0, SEEK_SET);
-    handle_.reset(sf_open_virtual(virtual_calls(), SFM_READ, &sound, bytes_.get()));
+    handle_.reset(sf_open_virtual(virtual_calls<SoundBytes>(), SFM_READ, &sound, bytes_.get()));
     bytes_->rethrow();
     if (!handle_)
       refuse("container.damaged", fmt::format("{}: {} header cannot be read: {}", name(), header_.container,
@@ -269,17 +276,6 @@ void check_options(const std::string& name, const SoundFileOptions& options) {
                        container_names[static_cast<std::size_t>(options.container)]));
 }
 
-SF_VIRTUAL_IO* output_calls() {
-  static const auto of = [](void* self) -> SoundOutput& { return *static_cast<SoundOutput*>(self); };
-  static SF_VIRTUAL_IO calls{
-      [](void* self) { return of(self).size(); },
-      [](sf_count_t offset, int whence, void* self) { return of(self).seek(offset, whence); },
-      [](void* into, sf_count_t count, void* self) { return of(self).read(into, count); },
-      [](const void* bytes, sf_count_t count, void* self) { return of(self).write(bytes, count); },
-      [](void* self) { return of(self).tell(); }};
-  return &calls;
-}
-
 [[noreturn]] void cannot_write(const std::string& name, const std::string& why) {
   throw Fault(FaultKind::output, "output.write", fmt::format("{}: cannot be written: {}", name, why));
 }
@@ -333,7 +329,7 @@ struct SoundFileWriter::State {
     sound.channels = options.num_channels;
     sound.format = container_format(options.container) | layout.subtype;
     output.emplace(descriptor);
-    handle.reset(sf_open_virtual(output_calls(), SFM_WRITE, &sound, &*output));
+    handle.reset(sf_open_virtual(virtual_calls<SoundOutput>(), SFM_WRITE, &sound, &*output));
     check_output();
     if (!handle) cannot_write(name, sf_strerror(nullptr));
     // Small files become plain WAV, which everything reads.

@@ -192,7 +192,7 @@ TEST_CASE("outputs hold no path, user or host of this machine", "[apps][end_to_e
 }
 
 TEST_CASE("only a finished run has a report", "[apps][end_to_end]") {
-  expect(bench(), "$ARDENT report duffing", 3, {"[run.incomplete]", "manifest.json"});
+  expect(bench(), "$ARDENT report duffing", 3, {"[run.incomplete]", "equation.txt"});
 }
 
 TEST_CASE("an earlier result stays unless forced", "[apps][end_to_end]") {

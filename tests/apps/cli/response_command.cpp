@@ -55,6 +55,7 @@ apps::ResponseArguments arguments_for(const Scratch& folder) {
   apps::ResponseArguments arguments;
   arguments.run = folder / "";
   arguments.folder = folder / "frc";
+  arguments.force = true;
   return arguments;
 }
 
