@@ -13,9 +13,7 @@
 #include "apps/config/parameter_settings.hpp"
 #include "apps/config/sensor_fault_settings.hpp"
 #include "apps/output/response_report.hpp"
-#include "apps/process/atomic_file.hpp"
 #include "apps/process/interrupt.hpp"
-#include "apps/process/simulation_folder.hpp"
 #include "apps/process/system_fault.hpp"
 #include "apps/rig_programme.hpp"
 #include "dsp/decimate.hpp"
@@ -160,16 +158,17 @@ void append_hands(const Setup& setup, const Motion& motion, ordered_json& truth)
 }
 
 /// truth.csv (if asked for) and response.csv in one pass over the test; regimes and number of events into `truth`.
-void write_motion(const Setup& setup, const fs::path& folder, bool with_truth, Console& console, ordered_json& truth) {
+void write_motion(const Setup& setup, const OutputFolder& folder, bool with_truth, Console& console,
+                  ordered_json& truth) {
   const double to_s = setup.from_s + setup.duration_s;
   sim::QzsTrajectory trajectory(setup.rig, std::max(to_s, setup.rig->programme().duration_s));
   const auto num_rows = static_cast<Eigen::Index>(std::floor(to_s * truth_rate_hz)) + 1;
   const auto first_row = static_cast<Eigen::Index>(std::ceil(setup.from_s * truth_rate_hz));
   Motion motion;
-  AtomicFile response(folder / "response.csv");
-  std::optional<AtomicFile> exact;
+  OutputFile response = folder.file("response.csv");
+  std::optional<OutputFile> exact;
   response.write("t,x,v,a,r,dr,ddr\n");
-  if (with_truth) exact.emplace(folder / "truth.csv").write("t,x,v,r,ddr,mode\n");
+  if (with_truth) exact.emplace(folder.file("truth.csv")).write("t,x,v,r,ddr,mode\n");
   for (Eigen::Index n = 0; n < num_rows; ++n) {
     const auto& s = trajectory.at(static_cast<double>(n) / truth_rate_hz);
     const double t = s.t_s - setup.from_s;
@@ -185,8 +184,8 @@ void write_motion(const Setup& setup, const fs::path& folder, bool with_truth, C
       console.progress("motion", static_cast<double>(n) / static_cast<double>(num_rows));
     }
   }
-  response.commit();
-  if (exact) exact->commit();
+  response.close();
+  if (exact) exact->close();
   truth["num_events"] = std::count_if(trajectory.events().begin(), trajectory.events().end(), [&](const auto& event) {
     return event.t_s >= setup.from_s && event.t_s <= to_s;
   });
@@ -201,15 +200,16 @@ dsp::DecimateOptions bus(double rate_hz) {
       .output_rate_hz = rate_hz, .passband_end_hz = passband_end_hz, .stopband_start_hz = rate_hz - passband_end_hz};
 }
 
-void write_recording(const Setup& setup, const fs::path& file, Console& console) {
+void write_recording(const Setup& setup, const OutputFolder& folder, const std::string& name, Console& console) {
   sim::RawRecorder recorder(setup.rig, setup.from_s + setup.duration_s, setup.raw);
   const std::int64_t skipped = std::llround(setup.from_s * sim::raw_rate_hz);
-  dsp::SoundFileWriter writer(file, {.container = setup.container,
-                                     .format = dsp::SampleFormat::pcm24,
-                                     .sample_rate_hz = setup.rate_hz,
-                                     .num_channels = sim::num_raw_channels,
-                                     .num_frames = std::llround(setup.duration_s * setup.rate_hz),
-                                     .comment = {}});
+  dsp::SoundFileWriter writer(folder.path(name), {.container = setup.container,
+                                                  .format = dsp::SampleFormat::pcm24,
+                                                  .sample_rate_hz = setup.rate_hz,
+                                                  .num_channels = sim::num_raw_channels,
+                                                  .num_frames = std::llround(setup.duration_s * setup.rate_hz),
+                                                  .comment = {},
+                                                  .shown = folder.shown(name)});
   std::optional<dsp::Decimator> decimator;
   if (setup.rate_hz < sim::raw_rate_hz) decimator.emplace(sim::raw_rate_hz, sim::num_raw_channels, bus(setup.rate_hz));
   for (std::int64_t begin = 0; begin < recorder.num_frames();) {
@@ -226,17 +226,17 @@ void write_recording(const Setup& setup, const fs::path& file, Console& console)
 }
 
 /// Throws dsp::Fault output.space where the files would not fit.
-void require_space(const Setup& setup, const SimulateArguments& arguments) {
+void require_space(const Setup& setup, const SimulateArguments& arguments, const OutputFolder& folder) {
   constexpr double bytes_per_response = 140.0, bytes_per_truth = 110.0, bytes_per_sample = 3.0;
   double bytes = setup.duration_s * truth_rate_hz / rows_per_response * bytes_per_response;
   if (arguments.raw)
     bytes +=
         setup.duration_s * (truth_rate_hz * bytes_per_truth + setup.rate_hz * sim::num_raw_channels * bytes_per_sample);
   std::error_code unknown;
-  const auto available = static_cast<double>(fs::space(arguments.folder, unknown).available);
+  const auto available = static_cast<double>(fs::space(folder.path("response.csv").parent_path(), unknown).available);
   if (!unknown && bytes > available)
     throw output_fault(
-        "output.space", arguments.folder,
+        "output.space", folder.destination(),
         fmt::format("{:.3g} MB are needed, {:.3g} MB free. Shorten --duration or write elsewhere with -o", 1e-6 * bytes,
                     1e-6 * available));
 }
@@ -265,11 +265,11 @@ std::string sidecar(const Setup& setup) {
 }
 
 /// The recording with its sidecar.
-fs::path record(const Setup& setup, const fs::path& folder, Console& console) {
-  const fs::path recording = folder / ("recording." + dsp::extension(setup.container));
-  write_recording(setup, recording, console);
-  write_file(dsp::sidecar_path(recording), sidecar(setup));
-  return recording;
+std::string record(const Setup& setup, const OutputFolder& folder, const fs::path& inside, Console& console) {
+  const fs::path recording = inside / ("recording." + dsp::extension(setup.container));
+  write_recording(setup, folder, recording.string(), console);
+  folder.write(dsp::sidecar_path(recording).string(), sidecar(setup));
+  return recording.string();
 }
 
 ordered_json sensors_json(const Setup& setup) {
@@ -296,7 +296,8 @@ ordered_json sensors_json(const Setup& setup) {
 
 }  // namespace
 
-std::vector<fs::path> sweep_qzs(const SimulateArguments& arguments, Console& console, ordered_json& truth) {
+std::vector<std::string> sweep_qzs(const SimulateArguments& arguments, const OutputFolder& folder, Console& console,
+                                   ordered_json& truth) {
   if (arguments.raw || arguments.sensors || arguments.container || arguments.from_s || arguments.rate_hz ||
       arguments.duration_s || arguments.programme || arguments.noise)
     throw dsp::Fault(
@@ -319,30 +320,28 @@ std::vector<fs::path> sweep_qzs(const SimulateArguments& arguments, Console& con
     append_terms(truth["terms"], sim::true_terms(parameters));
     truth["sweep"] = sweep_json(options);
     truth["frequency_response"] = response_json(reported.response);
-    const std::vector<fs::path> files{arguments.folder / "frc.csv", arguments.folder / "frc.json",
-                                      arguments.folder / "frc.svg"};
-    clear_simulation(arguments.folder);
-    write_file(files[0], response_csv(reported));
-    write_file(
-        files[1],
+    folder.write("frc.csv", response_csv(reported));
+    folder.write(
+        "frc.json",
         ordered_json{{"sweep", truth["sweep"]}, {"frequency_response", truth["frequency_response"]}}.dump(2) + "\n");
-    write_file(files[2], to_svg(response_figure(reported, fmt::format("Twin {}, base motion of {:g} mm", twin,
-                                                                      1e3 * options.amplitude_m))));
+    folder.write("frc.svg", to_svg(response_figure(reported, fmt::format("Twin {}, base motion of {:g} mm", twin,
+                                                                         1e3 * options.amplitude_m))));
     if (!console.json()) console.result(response_text(reported.response));
-    return files;
+    return {"frc.csv", "frc.json", "frc.svg"};
   } catch (const std::invalid_argument& error) {
     throw refused(error);
   }
 }
 
-fs::path write_rig_recording(const SimulateArguments& arguments, Console& console) {
-  return record(set_up(arguments), arguments.folder, console);
+std::string write_rig_recording(const SimulateArguments& arguments, const OutputFolder& folder,
+                                const std::string& inside, Console& console) {
+  return record(set_up(arguments), folder, inside, console);
 }
 
-std::vector<fs::path> record_qzs(const SimulateArguments& arguments, Console& console, ordered_json& truth) try {
+std::vector<std::string> record_qzs(const SimulateArguments& arguments, const OutputFolder& folder, Console& console,
+                                    ordered_json& truth) try {
   const Setup setup = set_up(arguments);
-  require_space(setup, arguments);
-  clear_simulation(arguments.folder);
+  require_space(setup, arguments, folder);
   truth["noise"] = setup.raw.noise;
   truth["twin"] = setup.twin;
   truth["programme"] = setup.programme;
@@ -351,14 +350,14 @@ std::vector<fs::path> record_qzs(const SimulateArguments& arguments, Console& co
   for (const auto& [name, value] : sim::parameter_values(setup.rig->parameters())) truth["parameters"][name] = value;
   append_terms(truth["terms"], sim::true_terms(setup.rig->parameters()));
 
-  std::vector<fs::path> files{arguments.folder / "response.csv"};
+  std::vector<std::string> files{"response.csv"};
   if (arguments.raw) {  // first: what the container cannot hold is refused at once
     truth["sensors"] = sensors_json(setup);
     truth["sensors"]["level"] = arguments.sensors.value_or("full");
-    const fs::path recording = record(setup, arguments.folder, console);
-    files.insert(files.end(), {arguments.folder / "truth.csv", recording, dsp::sidecar_path(recording)});
+    const std::string recording = record(setup, folder, "", console);
+    files.insert(files.end(), {"truth.csv", recording, dsp::sidecar_path(recording).string()});
   }
-  write_motion(setup, arguments.folder, arguments.raw, console, truth);
+  write_motion(setup, folder, arguments.raw, console, truth);
   return files;
 } catch (const sim::Diverged& error) {
   throw dsp::Fault(dsp::FaultKind::numerics, "sim.diverged",

@@ -243,7 +243,8 @@ void add_compare(CLI::App& app, Command& chosen) {
   });
 }
 
-void add_sim(CLI::App& app, const GlobalOptions& global, Command& chosen) {
+void add_sim(CLI::App& app, const GlobalOptions& global, const std::vector<std::string>& command_line,
+             Command& chosen) {
   auto* command = app.add_subcommand("sim", "A known system's response and truth, as files");
   auto arguments = std::make_shared<SimulateArguments>();
   command->add_option("SYSTEM", arguments->system, "duffing, coulomb, bouc-wen, valanis-1 ... valanis-4, linear, qzs")
@@ -278,13 +279,15 @@ void add_sim(CLI::App& app, const GlobalOptions& global, Command& chosen) {
       all.force = global.force;
       all.seed = global.seed;
       all.set = global.set;
+      all.command_line = command_line;
       run_simulate(all, console);
       return 0;
     };
   });
 }
 
-void add_frc(CLI::App& app, const GlobalOptions& global, Command& chosen) {
+void add_frc(CLI::App& app, const GlobalOptions& global, const std::vector<std::string>& command_line,
+             Command& chosen) {
   auto* command = app.add_subcommand("frc", "Frequency response of an identified equation, with its uncertainty");
   auto arguments = std::make_shared<ResponseArguments>();
   command->add_option("RUN", arguments->run, "Run folder")->required();
@@ -303,13 +306,16 @@ void add_frc(CLI::App& app, const GlobalOptions& global, Command& chosen) {
       all.seed = global.seed;
       all.set = global.set;
       all.num_threads = num_threads(global);
+      all.force = global.force;
+      all.command_line = command_line;
       run_response(all, console);
       return 0;
     };
   });
 }
 
-void add_replicate(CLI::App& app, const GlobalOptions& global, Command& chosen) {
+void add_replicate(CLI::App& app, const GlobalOptions& global, const std::vector<std::string>& command_line,
+                   Command& chosen) {
   auto* command = app.add_subcommand("replicate", "The paper's tables and figures again, beside what it printed");
   auto arguments = std::make_shared<ReplicateArguments>();
   command
@@ -330,6 +336,7 @@ void add_replicate(CLI::App& app, const GlobalOptions& global, Command& chosen) 
       ReplicateArguments all = *arguments;
       all.folder = global.output;
       all.force = global.force;
+      all.command_line = command_line;
       run_replicate(all, console);
       return 0;
     };
@@ -351,9 +358,9 @@ void add_commands(CLI::App& app, const GlobalOptions& global, const std::vector<
             return 0;
           });
   add_study(app, global, command_line, chosen);
-  add_sim(app, global, chosen);
-  add_frc(app, global, chosen);
-  add_replicate(app, global, chosen);
+  add_sim(app, global, command_line, chosen);
+  add_frc(app, global, command_line, chosen);
+  add_replicate(app, global, command_line, chosen);
   add_fit(app, global, chosen);
   add_init(app, global, chosen);
   add_compare(app, chosen);

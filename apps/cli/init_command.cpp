@@ -3,7 +3,8 @@
 #include <fmt/format.h>
 
 #include "apps/output/results_json.hpp"
-#include "apps/process/atomic_file.hpp"
+#include "apps/process/output_file.hpp"
+#include "apps/process/staging_folder.hpp"
 #include "apps/process/system_fault.hpp"
 #include "dsp/io/settings.hpp"
 #include "dsp/read_recording.hpp"
@@ -44,6 +45,17 @@ methods = ["fast_rvm", "slow_rvm", "sindy"]
                      sidecar.empty() ? "" : fmt::format("sidecar = {}\n", dsp::toml_quoted(sidecar)));
 }
 
+void require_free(const fs::path& file, bool force) {
+  require_no_link(file);
+  std::error_code unknown;
+  const auto status = fs::symlink_status(file, unknown);
+  if (!fs::exists(status)) return;
+  if (!fs::is_regular_file(status))
+    throw output_fault("output.foreign", file, "is there and is no file. Choose another place with -o");
+  if (!force)
+    throw output_fault("output.exists", file, "is there already. Use --force to replace it or -o to write elsewhere");
+}
+
 }  // namespace
 
 void run_init(const fs::path& recording, const fs::path& folder, bool force, Console& console) {
@@ -51,13 +63,14 @@ void run_init(const fs::path& recording, const fs::path& folder, bool force, Con
   const fs::path sidecar = place / dsp::sidecar_path(recording.filename()),
                  config = place / recording.stem().concat(".toml");
   const std::string sidecar_text = dsp::draft_sidecar(recording);
-  for (const fs::path& path : {sidecar, config})
-    if (fs::exists(fs::symlink_status(path)) && !force)
-      throw output_fault("output.exists", path, "is there already. Use --force to replace it or -o to write elsewhere");
-  write_file(sidecar, sidecar_text);
+  for (const fs::path& path : {sidecar, config}) require_free(path, force);
   const fs::path from_config = fs::absolute(recording).lexically_proximate(fs::absolute(config).parent_path());
   const bool beside = !from_config.has_parent_path();
-  write_file(config, draft_config(from_config.generic_string(), beside ? "" : sidecar.filename().string()));
+  StagingFolder staging(sidecar);
+  write_file(staging.fresh(sidecar), sidecar, sidecar_text);
+  write_file(staging.fresh(config), config,
+             draft_config(from_config.generic_string(), beside ? "" : sidecar.filename().string()));
+  staging.place({sidecar, config}, force);
   console.result(console.json() ? files_json({sidecar.string(), config.string()})
                                 : fmt::format("wrote {} and {}\n", sidecar.string(), config.string()));
 }

@@ -12,15 +12,11 @@
 #include "apps/output/results_json.hpp"
 #include "apps/paper/replicate_output.hpp"
 #include "apps/paper/section5_output.hpp"
-#include "apps/process/atomic_file.hpp"
 #include "apps/process/interrupt.hpp"
-#include "apps/process/run_folder.hpp"
-#include "apps/process/sha256.hpp"
+#include "apps/process/output_folder.hpp"
 
 namespace apps {
 namespace {
-
-namespace fs = std::filesystem;
 
 /// What is wanted of a case of Section 4.
 struct Wanted {
@@ -143,8 +139,8 @@ std::string summary_of(const Section5Replication& replication, const Section5Cas
 }
 
 /// Section 4: files, and the summary.
-std::string replicate_cases(const std::vector<Wanted>& wanted, const ReplicateOptions& options, const fs::path& folder,
-                            std::vector<ReplicatedCase>& cases, Console& console) {
+std::string replicate_cases(const std::vector<Wanted>& wanted, const ReplicateOptions& options,
+                            const OutputFolder& folder, std::vector<ReplicatedCase>& cases, Console& console) {
   std::string summary;
   for (const Wanted& one : wanted) {
     const std::string& name = one.definition->name;
@@ -156,29 +152,28 @@ std::string replicate_cases(const std::vector<Wanted>& wanted, const ReplicateOp
     auto comparisons = compare_with_paper(replication);
     cases.push_back({std::move(replication), std::move(comparisons)});
     if (one.table)
-      write_file(folder / fmt::format("table-{}.txt", one.definition->table), replicate_table(cases.back(), options));
-    if (one.figure)
-      write_file(folder / fmt::format("fig-{}.svg", one.definition->figure), replicate_figure(cases.back()));
+      folder.write(fmt::format("table-{}.txt", one.definition->table), replicate_table(cases.back(), options));
+    if (one.figure) folder.write(fmt::format("fig-{}.svg", one.definition->figure), replicate_figure(cases.back()));
     summary += summary_of(cases.back(), options.num_seeds);
   }
   return summary;
 }
 
 /// Section 5 likewise.
-std::string replicate_rig(const WantedOfRig& wanted, const Section5Options& options, const fs::path& folder,
+std::string replicate_rig(const WantedOfRig& wanted, const Section5Options& options, const OutputFolder& folder,
                           nlohmann::ordered_json& document, Console& console) {
   if (wanted.responses) {
     console.step("sweeping both twins up and down");
-    write_file(folder / "fig-11.svg", section5_sweeps_figure());
+    folder.write("fig-11.svg", section5_sweeps_figure());
   }
   const auto cases = wanted.cases();
   if (cases.empty()) return {};
   const Section5Replication replication = replicate_section5(cases, options, folder, console);
-  if (wanted.errors) write_file(folder / "table-9.txt", section5_errors_table(replication, cases, options));
+  if (wanted.errors) folder.write("table-9.txt", section5_errors_table(replication, cases, options));
   for (const Section5Case* one : wanted.tables)
-    write_file(folder / fmt::format("table-{}.txt", one->table), section5_table(replication, *one, options));
-  if (wanted.states) write_file(folder / "fig-12.svg", section5_states_figure(replication));
-  if (wanted.identified) write_file(folder / "fig-13.svg", section5_responses_figure(replication));
+    folder.write(fmt::format("table-{}.txt", one->table), section5_table(replication, *one, options));
+  if (wanted.states) folder.write("fig-12.svg", section5_states_figure(replication));
+  if (wanted.identified) folder.write("fig-13.svg", section5_responses_figure(replication));
   append_section5(document, replication, cases, options);
   std::string summary;
   for (const Section5Case* one : cases) summary += summary_of(replication, *one);
@@ -191,13 +186,8 @@ void run_replicate(const ReplicateArguments& arguments, Console& console) {
   const ReplicateOptions options = options_of(arguments);
   const Items items = items_of(arguments.items);
   const auto start = std::chrono::steady_clock::now();
-  Manifest manifest;
-  manifest.command = "replicate";
-  manifest.arguments = arguments.items;
-  manifest.started_utc = utc_now();
-  manifest.seed = arguments.first_seed;
-  RunFolder results(arguments.folder, arguments.force);
-  const fs::path folder = results.path("replicate.json").parent_path();
+  OutputFolder folder(arguments.folder, arguments.force);
+  Manifest manifest = begin_manifest("replicate", arguments.command_line, arguments.first_seed, folder.destination());
 
   std::vector<ReplicatedCase> cases;
   std::string summary = replicate_cases(items.cases, options, folder, cases, console);
@@ -206,13 +196,8 @@ void run_replicate(const ReplicateArguments& arguments, Console& console) {
       items.rig, {options.num_seeds, options.first_seed, arguments.noise.value_or(1.0), options.selection, options.tau},
       folder, document, console);
   const std::string text = document.dump(1) + "\n";
-  results.write("replicate.json", text);
-  for (const auto& entry : fs::directory_iterator(folder))
-    if (entry.is_regular_file()) manifest.outputs.push_back({entry.path().filename().string(), sha256_file(entry)});
-  std::sort(manifest.outputs.begin(), manifest.outputs.end(),
-            [](const auto& a, const auto& b) { return a.path < b.path; });
-  manifest.finished_utc = utc_now();
-  results.commit(manifest_json(manifest));
+  folder.write("replicate.json", text);
+  folder.commit(std::move(manifest));
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   console.result(console.json() ? text : summary + fmt::format("in {:.1f} s\n", seconds));
 }

@@ -21,6 +21,7 @@ struct ReplicateArguments {
                                        ///< the rig: times the sensors' own (1)
   std::string selection = "evidence";  ///< or "type2", the paper's own
   std::optional<double> tau;           ///< ln m + 2 ln b (evidence), 0 (type2)
+  std::vector<std::string> command_line{};
 };
 
 /// Sections 4 and 5 of [QZS23] again: writes replicate.json, table-N.txt and fig-N.svg. Throws dsp::Fault: usage for

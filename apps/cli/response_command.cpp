@@ -7,16 +7,14 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
-#include <system_error>
 
 #include "apps/config/parameter_settings.hpp"
 #include "apps/equation_oscillator.hpp"
 #include "apps/identified_equation.hpp"
 #include "apps/output/response_report.hpp"
 #include "apps/output/steps_table.hpp"
-#include "apps/process/atomic_file.hpp"
+#include "apps/process/output_folder.hpp"
 #include "apps/process/printable.hpp"
-#include "apps/process/system_fault.hpp"
 #include "apps/response_draws.hpp"
 #include "dsp/fault.hpp"
 #include "dsp/order_statistics.hpp"
@@ -271,6 +269,10 @@ fs::path folder_of(const ResponseArguments& arguments) {
 }  // namespace
 
 void run_response(const ResponseArguments& arguments, Console& console) {
+  const fs::path equation = arguments.run / "equation.json";
+  require_apart(folder_of(arguments), {equation});
+  OutputFolder folder(folder_of(arguments), arguments.force);
+  Manifest manifest = begin_manifest("frc", arguments.command_line, arguments.seed, folder.destination());
   const Result result = [&] {
     try {
       return respond(arguments);
@@ -279,19 +281,19 @@ void run_response(const ResponseArguments& arguments, Console& console) {
     }
   }();
   const ReportedResponse reported{result.steady.response, result.draws.up, result.draws.down};
-  const fs::path folder = folder_of(arguments);
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw cannot_write(folder, error.value());
   PlotFigure figure = response_figure(reported, fmt::format("Response of the equation of range {} by {}",
                                                             result.equation.range, result.equation.method));
   add_steps(figure, result.steps);
   figure.caption = remarks_of(result);
   const std::string document = json_of(result).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-  write_file(folder / "frc.csv", response_csv(reported));
-  write_file(folder / "frc.svg", to_svg(figure));
-  write_file(folder / "frc.json", document);
-  console.result(console.json() ? document : text_of(result) + fmt::format("\nresults are in {}\n", folder.string()));
+  folder.write("frc.csv", response_csv(reported));
+  folder.write("frc.svg", to_svg(figure));
+  folder.write("frc.json", document);
+  add_input(manifest, equation, folder.destination());
+  folder.commit(std::move(manifest));
+  console.result(console.json()
+                     ? document
+                     : text_of(result) + fmt::format("\nresults are in {}\n", folder.destination().string()));
 }
 
 }  // namespace apps

@@ -18,11 +18,13 @@ struct ResponseArguments {
   std::optional<double> static_friction;  ///< m/s^2, known from elsewhere
   std::vector<std::string> set;           ///< from_hz, to_hz, step_hz, amplitude_mm; amplitude for a force
   int num_threads = 1;
+  bool force = false;  ///< an earlier result there is replaced
+  std::vector<std::string> command_line{};
 };
 
 /// The frequency response of an identified equation, up and down, with the spread that the uncertainty of its
-/// coefficients brings to amplitudes and jumps: frc.csv, frc.json, frc.svg. Threads do not change a bit. Throws
-/// dsp::Fault: as read_equation and equation_oscillator, "frc.option" (usage), "frc.diverged" (numerics).
+/// coefficients brings to amplitudes and jumps: frc.csv, frc.json, frc.svg, manifest.json. Threads do not change a bit.
+/// Throws dsp::Fault: as read_equation and equation_oscillator, "frc.option" (usage), "frc.diverged" (numerics).
 void run_response(const ResponseArguments& arguments, Console& console);
 
 }  // namespace apps

@@ -15,11 +15,9 @@
 #include "apps/output/segments_file.hpp"
 #include "apps/output/steps_table.hpp"
 #include "apps/output/tables.hpp"
-#include "apps/process/atomic_file.hpp"
 #include "apps/process/interrupt.hpp"
+#include "apps/process/output_folder.hpp"
 #include "apps/process/printable.hpp"
-#include "apps/process/run_folder.hpp"
-#include "apps/process/sha256.hpp"
 #include "apps/regression_columns.hpp"
 #include "dsp/names.hpp"
 #include "ident/identify.hpp"
@@ -56,12 +54,6 @@ fs::path output_folder(const RunArguments& arguments) {
   return arguments.folder.empty() ? fs::path(dsp::slug(arguments.input.stem().string()) + "-run") : arguments.folder;
 }
 
-std::string relative_to_run(const fs::path& path, const fs::path& folder) {
-  return fs::weakly_canonical(fs::absolute(path))
-      .lexically_relative(fs::weakly_canonical(fs::absolute(folder)))
-      .generic_string();
-}
-
 /// The run folder's place, once it is known to touch no input.
 fs::path place_apart(const RunArguments& arguments, const Config& config) {
   std::vector<fs::path> inputs = input_files(config);
@@ -89,28 +81,22 @@ std::vector<RecordingSteps> steady_steps(const std::vector<Input>& inputs) {
 class Results {
  public:
   Results(const RunArguments& arguments, std::string command, const Config& config)
-      : folder_(place_apart(arguments, config), arguments.force) {
-    manifest_.command = std::move(command);
-    manifest_.started_utc = utc_now();
-    manifest_.seed = arguments.seed;
-    for (const std::string& argument : arguments.command_line)  // where things lie on this machine is nobody's business
-      manifest_.arguments.push_back(fs::path(argument).is_absolute() ? relative_to_run(argument, folder_.destination())
-                                                                     : argument);
-    if (arguments.input.extension() == ".toml") add_input(arguments.input);
-    if (!config.segment_file.empty()) add_input(config.segment_file);
+      : folder_(place_apart(arguments, config), arguments.force),
+        manifest_(begin_manifest(std::move(command), arguments.command_line, arguments.seed, folder_.destination())) {
+    if (arguments.input.extension() == ".toml") add_input(manifest_, arguments.input, folder_.destination());
+    if (!config.segment_file.empty()) add_input(manifest_, config.segment_file, folder_.destination());
   }
   void add_inputs(const std::vector<Input>& inputs) {
     for (const Input& input : inputs)
-      for (const fs::path& file : input.files) add_input(file);
+      for (const fs::path& file : input.files) add_input(manifest_, file, folder_.destination());
   }
   void write(const std::string& name, std::string_view bytes) {
     stream(name, [&](const Sink& sink) { sink(bytes); });
   }
   void stream(const std::string& name, const std::function<void(const Sink&)>& fill) {
-    AtomicFile file(folder_.path(name));
+    OutputFile file = folder_.file(name);
     fill([&](std::string_view bytes) { file.write(bytes); });
-    file.commit();
-    written_.push_back(name);
+    file.close();
     check_interrupted();
   }
   /// What every run folder holds, and the manifest last.
@@ -121,22 +107,16 @@ class Results {
     if (const auto steps = steady_steps(inputs); !steps.empty()) write("steps.csv", steps_csv(steps));
     write("config.toml", to_toml(config, folder_.destination()));
     write("log.txt", console.log());
-    for (const std::string& name : written_) manifest_.outputs.push_back({name, sha256_file(folder_.path(name))});
     manifest_.warnings = console.warnings();
     manifest_.calibrated = std::all_of(inputs.begin(), inputs.end(),
                                        [](const Input& input) { return input.prepared.signals.uncalibrated.empty(); });
-    manifest_.finished_utc = utc_now();
-    folder_.commit(manifest_json(manifest_));
+    folder_.commit(std::move(manifest_));
   }
   [[nodiscard]] const fs::path& destination() const { return folder_.destination(); }
 
  private:
-  void add_input(const fs::path& path) {
-    manifest_.inputs.push_back({relative_to_run(path, folder_.destination()), sha256_file(path)});
-  }
-  RunFolder folder_;
+  OutputFolder folder_;
   Manifest manifest_;
-  std::vector<std::string> written_;
 };
 
 /// What a run would do, from the headers of its recordings.

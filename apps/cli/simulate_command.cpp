@@ -6,12 +6,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
-#include <system_error>
 
 #include "apps/config/parameter_settings.hpp"
-#include "apps/process/atomic_file.hpp"
-#include "apps/process/simulation_folder.hpp"
-#include "apps/process/system_fault.hpp"
+#include "apps/process/output_folder.hpp"
 #include "apps/record_qzs.hpp"
 #include "dsp/fault.hpp"
 #include "dsp/names.hpp"
@@ -23,7 +20,6 @@ namespace apps {
 namespace {
 
 using nlohmann::ordered_json;
-namespace fs = std::filesystem;
 
 constexpr double sample_rate_hz = 100.0, default_duration_s = 25.0;  // as in Section 4 of [QZS23]
 constexpr std::uint64_t first_noise_id = 1000;
@@ -53,16 +49,17 @@ Table response(const sim::Experiment& experiment, const sim::Simulation& run, do
   return table;
 }
 
-void write_csv(const fs::path& path, const Table& table) {
+std::string csv_of(const Table& table) {
   std::string text = fmt::format("{}\n", fmt::join(table.names, ","));
   for (Eigen::Index n = 0; n < table.values.rows(); ++n)
     for (Eigen::Index c = 0; c < table.values.cols(); ++c)
       text += fmt::format("{:.17g}{}", table.values(n, c), c + 1 < table.values.cols() ? ',' : '\n');
-  write_file(path, text);
+  return text;
 }
 
 /// The systems of Section 4: response.csv, and their truth.
-std::vector<fs::path> simulate_system(const SimulateArguments& arguments, ordered_json& truth) {
+std::vector<std::string> simulate_system(const SimulateArguments& arguments, const OutputFolder& folder,
+                                         ordered_json& truth) {
   if (arguments.raw || arguments.twin || arguments.sensors || arguments.container || arguments.frc ||
       arguments.programme || arguments.from_s || arguments.rate_hz)
     throw dsp::Fault(dsp::FaultKind::usage, "sim.option",
@@ -86,16 +83,14 @@ std::vector<fs::path> simulate_system(const SimulateArguments& arguments, ordere
   if (run.status != sim::SimulationStatus::finished)
     throw dsp::Fault(dsp::FaultKind::numerics, "sim.diverged",
                      fmt::format("sim {}. Try other parameters or a shorter --duration", run.reason));
-  clear_simulation(arguments.folder);
-  const fs::path file = arguments.folder / "response.csv";
-  write_csv(file, response(experiment, run, noise, arguments.seed));
+  folder.write("response.csv", csv_of(response(experiment, run, noise, arguments.seed)));
   truth["noise"] = noise;
   truth["duration_s"] = duration_s;
   truth["omega_n"] = experiment.omega_n;
   for (const auto& [name, value] : experiment.parameters) truth["parameters"][name] = value;
   append_terms(truth["terms"], experiment.truth);
   truth["num_events"] = run.events.size();
-  return {file};
+  return {"response.csv"};
 }
 
 void check_numbers(const SimulateArguments& arguments) {
@@ -108,7 +103,10 @@ void check_numbers(const SimulateArguments& arguments) {
                      fmt::format("sim: --duration must be at least {} s, got {}", 1.0 / sample_rate_hz, duration_s));
 }
 
-void simulate_into(const SimulateArguments& arguments, Console& console) {
+}  // namespace
+
+void run_simulate(const SimulateArguments& arguments, Console& console) {
+  check_numbers(arguments);
   ordered_json truth{{"system", arguments.system},
                      {"seed", arguments.seed},
                      {"noise", 0.0},
@@ -117,14 +115,17 @@ void simulate_into(const SimulateArguments& arguments, Console& console) {
                      {"regimes", ordered_json::array()},
                      {"num_events", 0},
                      {"sensors", ordered_json::object()}};
-  auto files = arguments.system != "qzs" ? simulate_system(arguments, truth)
-               : arguments.frc           ? sweep_qzs(arguments, console, truth)
-                                         : record_qzs(arguments, console, truth);
-  files.push_back(arguments.folder / "truth.json");
-  write_file(files.back(), truth.dump(2) + "\n");
+  OutputFolder folder(arguments.folder, arguments.force);
+  Manifest manifest = begin_manifest("sim", arguments.command_line, arguments.seed, folder.destination());
+  auto files = arguments.system != "qzs" ? simulate_system(arguments, folder, truth)
+               : arguments.frc           ? sweep_qzs(arguments, folder, console, truth)
+                                         : record_qzs(arguments, folder, console, truth);
+  files.emplace_back("truth.json");
+  folder.write(files.back(), truth.dump(2) + "\n");
+  folder.commit(std::move(manifest));
   if (console.json()) {
     ordered_json summary{{"system", arguments.system}, {"seed", arguments.seed}, {"files", ordered_json::array()}};
-    for (const auto& file : files) summary["files"].push_back(file.string());
+    for (const auto& file : files) summary["files"].push_back(folder.shown(file).string());
     console.result(summary.dump(2) + "\n");
     return;
   }
@@ -132,24 +133,8 @@ void simulate_into(const SimulateArguments& arguments, Console& console) {
   if (truth.contains("duration_s"))
     text = fmt::format("{}: {} s, {} events\n", arguments.system, truth["duration_s"].get<double>(),
                        truth["num_events"].get<std::size_t>());
-  for (const auto& file : files) text += fmt::format("  {}\n", file.string());
+  for (const auto& file : files) text += fmt::format("  {}\n", folder.shown(file).string());
   console.result(text);
-}
-
-}  // namespace
-
-void run_simulate(const SimulateArguments& arguments, Console& console) {
-  check_numbers(arguments);
-  require_no_simulation(arguments.folder, arguments.force);
-  std::error_code error;
-  const bool is_new = fs::create_directories(arguments.folder, error);
-  if (error) throw cannot_write(arguments.folder, error.value());
-  try {
-    simulate_into(arguments, console);
-  } catch (...) {
-    if (is_new) fs::remove(arguments.folder, error);  // if it is empty
-    throw;
-  }
 }
 
 }  // namespace apps

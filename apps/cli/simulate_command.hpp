@@ -11,9 +11,9 @@ namespace apps {
 
 /// `ardent sim SYSTEM -o DIR ...` as it was typed; what is left out has the default named here.
 struct SimulateArguments {
-  std::string system;            ///< duffing, coulomb, bouc-wen, valanis-1 ... valanis-4, linear, qzs
-  std::filesystem::path folder;  ///< made if missing
-  bool force = false;            ///< an earlier simulation there is replaced
+  std::string system;  ///< duffing, coulomb, bouc-wen, valanis-1 ... valanis-4, linear, qzs
+  std::filesystem::path folder;
+  bool force = false;  ///< an earlier result there is replaced
   std::uint64_t seed = 1;
   std::optional<double> noise;           ///< share of each signal's standard deviation (0); qzs: times nominal (1)
   std::optional<double> duration_s;      ///< 25; qzs: the programme's own, beyond which it repeats
@@ -26,11 +26,12 @@ struct SimulateArguments {
   std::optional<double> from_s;          ///< qzs --raw: the files begin this far into the test (0)
   std::optional<double> rate_hz;         ///< qzs --raw: the recording decimated to this rate, flat to 30/256 of it
   std::optional<std::string> container;  ///< qzs --raw: rf64, wav, w64, caf, flac, aiff ("rf64")
+  std::vector<std::string> command_line{};
 };
 
 /// Writes truth.json and response.csv (qzs --frc: frc.csv, frc.json, frc.svg), for qzs --raw also recording.EXT, its
-/// sidecar recording.EXT.toml and truth.csv. Throws dsp::Fault: usage for unknown names and values that make no sense,
-/// numerics where the system blows up, output where the folder cannot be written, or holds a simulation already.
+/// sidecar recording.EXT.toml and truth.csv; manifest.json last. Throws dsp::Fault: usage for unknown names and values
+/// that make no sense, numerics where the system blows up, output as OutputFolder.
 void run_simulate(const SimulateArguments& arguments, Console& console);
 
 }  // namespace apps

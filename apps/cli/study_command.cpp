@@ -4,13 +4,10 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <system_error>
 
 #include "apps/config/inputs.hpp"
 #include "apps/output/study_output.hpp"
-#include "apps/process/atomic_file.hpp"
-#include "apps/process/run_folder.hpp"
-#include "apps/process/system_fault.hpp"
+#include "apps/process/output_folder.hpp"
 #include "dsp/names.hpp"
 
 namespace apps {
@@ -30,11 +27,6 @@ fs::path folder_of(const RunArguments& run, const Config& config) {
   std::vector<fs::path> inputs = input_files(config);
   inputs.push_back(run.input);
   require_apart(folder, inputs);
-  std::error_code error;
-  if (!run.force && fs::exists(folder / "study.json", error))
-    throw dsp::Fault(
-        dsp::FaultKind::output, "output.exists",
-        fmt::format("{}: holds a study. Use --force to replace it or -o to write elsewhere", folder.string()));
   return folder;
 }
 
@@ -66,7 +58,7 @@ int run_study(const StudyArguments& arguments, Console& console) {
   };
   Config config = read_config(run.input, run.set);
   adjust(config);
-  const fs::path folder = folder_of(run, config);
+  const fs::path place = folder_of(run, config);
   const double rate_hz = dsp::RecordingReader(config.recordings.front().file,
                                               read_options(config.recordings.front(), run.max_memory_bytes))
                              .description()
@@ -78,21 +70,25 @@ int run_study(const StudyArguments& arguments, Console& console) {
   if (run.dry_run) {
     std::string text;
     for (const StudyCell& cell : request.cells) text += cell.label() + "\n";
-    console.result(text + fmt::format("would write {}\n", folder.string()));
+    console.result(text + fmt::format("would write {}\n", place.string()));
     return 0;
   }
+  OutputFolder folder(place, run.force);
+  Manifest manifest = begin_manifest("study", run.command_line, run.seed, folder.destination());
+  std::vector<fs::path> inputs = input_files(config);
+  if (run.input.extension() == ".toml") inputs.push_back(run.input);
+  for (const fs::path& input : inputs) add_input(manifest, input, folder.destination());
   const std::vector<StudyResult> results = run_cells(request, console);
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw cannot_write(folder, error.value());
   const std::string text = study_text(results, axes), json = study_json(results, axes);
-  write_file(folder / "study.txt", text);
-  write_file(folder / "study.csv", study_csv(results));
+  folder.write("study.txt", text);
+  folder.write("study.csv", study_csv(results));
   const auto names = range_names(results);
   for (std::size_t i = 0; i < names.size(); ++i)
-    write_file(folder / fmt::format("study-{}.svg", dsp::slug(names[i])), study_figure(results, axes, i));
-  write_file(folder / "study.json", json);
-  console.result(console.json() ? json : fmt::format("{}\nresults are in {}\n", text, folder.string()));
+    folder.write(fmt::format("study-{}.svg", dsp::slug(names[i])), study_figure(results, axes, i));
+  folder.write("study.json", json);
+  manifest.warnings = console.warnings();
+  folder.commit(std::move(manifest));
+  console.result(console.json() ? json : fmt::format("{}\nresults are in {}\n", text, folder.destination().string()));
   if (!kept_nothing(results)) return 0;
   console.error("fit.nothing_selected",
                 "no setting selected a term. Give other candidates, or lower fit.tau or fit.threshold.");

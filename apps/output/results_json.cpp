@@ -1,16 +1,14 @@
 #include "apps/output/results_json.hpp"
 
-#include <fmt/chrono.h>
+#include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "apps/output/report_text.hpp"
 #include "apps/process/printable.hpp"
-#include "apps/process/version.hpp"
 #include "ident/validate/judge.hpp"
 
 namespace apps {
@@ -391,37 +389,6 @@ std::string terms_json(const std::vector<ident::FunctionHelp>& signals,
     return result;
   };
   return text_of({{"signals", list(signals)}, {"functions", list(functions)}});
-}
-
-std::string manifest_json(const Manifest& manifest) {
-  Json document{{"schema", 1},
-                {"program", "ardent"},
-                {"version", version()},
-                {"build", build_flags()},
-                {"libraries", Json::object()}};
-  for (const LibraryVersion& library : library_versions()) document["libraries"][library.name] = library.version;
-  document["command"] = manifest.command;
-  document["arguments"] = Json::array();
-  for (const std::string& argument : manifest.arguments) document["arguments"].push_back(printable(argument));
-  document["seed"] = manifest.seed;
-  document["started_utc"] = manifest.started_utc;
-  document["finished_utc"] = manifest.finished_utc;
-  document["calibrated"] = manifest.calibrated;
-  document["warnings"] = Json::array();
-  for (const std::string& warning : manifest.warnings) document["warnings"].push_back(printable(warning));
-  const auto files = [](const std::vector<ManifestFile>& list) {
-    Json result = Json::array();
-    for (const ManifestFile& file : list) result.push_back({{"path", printable(file.path)}, {"sha256", file.sha256}});
-    return result;
-  };
-  document["inputs"] = files(manifest.inputs);
-  document["outputs"] = files(manifest.outputs);
-  return text_of(document);
-}
-
-std::string utc_now() {
-  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}",
-                     fmt::gmtime(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now())));
 }
 
 }  // namespace apps

@@ -44,18 +44,4 @@ struct RecordingInfo {
 [[nodiscard]] std::string terms_json(const std::vector<ident::FunctionHelp>& signals,
                                      const std::vector<ident::FunctionHelp>& functions);
 
-struct ManifestFile {
-  std::string path, sha256;
-};
-struct Manifest {
-  std::string command, started_utc, finished_utc;
-  std::vector<std::string> arguments, warnings;
-  std::vector<ManifestFile> inputs, outputs;  ///< paths relative to the run folder
-  unsigned long long seed = 1;
-  bool calibrated = true;  ///< false: some numbers are raw
-};
-[[nodiscard]] std::string manifest_json(const Manifest& manifest);
-/// Now, as the manifest writes it: 2026-01-31T12:00:00Z.
-[[nodiscard]] std::string utc_now();
-
 }  // namespace apps

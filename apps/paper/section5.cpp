@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "apps/process/interrupt.hpp"
+#include "apps/process/path.hpp"
 #include "apps/process/system_fault.hpp"
 #include "apps/record_qzs.hpp"
 #include "apps/regression_columns.hpp"
@@ -20,18 +21,19 @@ using Eigen::VectorXd;
 /// A folder for a raw record; goes away with the object.
 class RawFolder {
  public:
-  explicit RawFolder(fs::path path) : path_(std::move(path)) {
+  RawFolder(const OutputFolder& folder, const std::string& name) : path_(folder.path(name)) {
     std::error_code error;
     fs::create_directories(path_, error);
-    if (error) throw cannot_write(path_, error.value());
+    if (error) throw cannot_write(folder.shown(name), error.value());
   }
   RawFolder(const RawFolder&) = delete;
   RawFolder& operator=(const RawFolder&) = delete;
   ~RawFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
+    try {
+      remove_tree(path_);
+    } catch (...) {  // goes with the folder it is in
+    }
   }
-  [[nodiscard]] const fs::path& path() const { return path_; }
 
  private:
   fs::path path_;
@@ -138,19 +140,19 @@ const std::vector<Section5Way>& section5_ways() {
 }
 
 Section5Replication replicate_section5(const std::vector<const Section5Case*>& cases, const Section5Options& options,
-                                       const fs::path& folder, Console& console) {
+                                       const OutputFolder& folder, Console& console) {
   const auto candidates = candidates_of(cases);
   Section5Replication result;
   for (int k = 0; k < options.num_seeds; ++k)
     for (const char* twin : {"T1", "T0"}) {
       SimulateArguments simulation{.system = "qzs", .seed = options.first_seed + static_cast<std::uint64_t>(k)};
-      const RawFolder raw(folder / "rig.partial");
-      simulation.folder = raw.path();
+      const std::string name = "rig.partial";
+      const RawFolder raw(folder, name);
       simulation.noise = options.noise;
       simulation.raw = true;
       simulation.twin = twin;
       console.step(fmt::format("simulating the raw record of {}, seed {}", twin, simulation.seed));
-      const fs::path recording = write_rig_recording(simulation, console);
+      const fs::path recording = folder.path(write_rig_recording(simulation, folder, name, console));
 
       std::vector<const Section5Way*> ways;
       std::vector<dsp::PrepareOptions> prepares;

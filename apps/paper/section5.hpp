@@ -1,11 +1,11 @@
 #pragma once
 #include <cstdint>
-#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "apps/process/console.hpp"
 #include "dsp/sensors/power_check.hpp"
+#include "apps/process/output_folder.hpp"
 #include "dsp/sensors/sensor_consistency.hpp"
 #include "ident/identify.hpp"
 
@@ -76,7 +76,7 @@ struct Section5Replication {
 /// Simulates each twin for every seed into a folder inside `folder`, which is removed again (553 MB while it lasts),
 /// and fits `cases`. Throws dsp::Fault, output where the folder cannot take it.
 [[nodiscard]] Section5Replication replicate_section5(const std::vector<const Section5Case*>& cases,
-                                                     const Section5Options& options,
-                                                     const std::filesystem::path& folder, Console& console);
+                                                     const Section5Options& options, const OutputFolder& folder,
+                                                     Console& console);
 
 }  // namespace apps

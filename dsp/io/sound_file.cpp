@@ -13,11 +13,13 @@
 #include <stdexcept>
 #include <system_error>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 
 #include "dsp/io/flac_end.hpp"
 #include "dsp/io/sound_bytes.hpp"
 #include "dsp/io/sound_header.hpp"
+#include "dsp/io/sound_output.hpp"
 #include "dsp/names.hpp"
 
 namespace dsp {
@@ -29,13 +31,19 @@ using Handle = std::unique_ptr<SNDFILE, int (*)(SNDFILE*)>;
   throw Fault(FaultKind::input, std::move(name), message);
 }
 
+/// What libsndfile calls for a SoundBytes or a SoundOutput.
+template <class File>
 SF_VIRTUAL_IO* virtual_calls() {
-  static const auto of = [](void* self) -> SoundBytes& { return *static_cast<SoundBytes*>(self); };
-  static SF_VIRTUAL_IO calls{[](void* self) { return of(self).size(); },
+  static const auto of = [](void* self) -> File& { return *static_cast<File*>(self); };
+  static SF_VIRTUAL_IO calls{[](void* self) { return sf_count_t{of(self).size()}; },
                              [](sf_count_t offset, int whence, void* self) { return of(self).seek(offset, whence); },
                              [](void* into, sf_count_t count, void* self) { return of(self).read(into, count); },
-                             [](const void*, sf_count_t, void*) { return sf_count_t{0}; },
-                             [](void* self) { return of(self).tell(); }};
+                             [](const void* bytes, sf_count_t count, void* self) {
+                               if constexpr (std::is_same_v<File, SoundOutput>)
+                                 return sf_count_t{of(self).write(bytes, count)};
+                               return sf_count_t{0};
+                             },
+                             [](void* self) { return sf_count_t{of(self).tell()}; }};
   return &calls;
 }
 
@@ -156,7 +164,7 @@ class SoundFile : public SampleSource {
   SF_INFO open() {
     SF_INFO sound{};
     bytes_->seek(0, SEEK_SET);
-    handle_.reset(sf_open_virtual(virtual_calls(), SFM_READ, &sound, bytes_.get()));
+    handle_.reset(sf_open_virtual(virtual_calls<SoundBytes>(), SFM_READ, &sound, bytes_.get()));
     bytes_->rethrow();
     if (!handle_)
       refuse("container.damaged", fmt::format("{}: {} header cannot be read: {}", name(), header_.container,
@@ -295,7 +303,8 @@ struct SoundFileWriter::State {
   SoundFileOptions options;
   SampleLayout layout{};
   int descriptor = -1;
-  Handle handle{nullptr, sf_close};
+  std::optional<SoundOutput> output;
+  Handle handle{nullptr, sf_close};  // after output: closed before it
   std::int64_t num_frames = 0;
   std::vector<std::int64_t> num_clipped;
   std::vector<int> steps;
@@ -319,11 +328,17 @@ struct SoundFileWriter::State {
     sound.samplerate = static_cast<int>(options.sample_rate_hz);
     sound.channels = options.num_channels;
     sound.format = container_format(options.container) | layout.subtype;
-    handle.reset(sf_open_fd(descriptor, SFM_WRITE, &sound, SF_FALSE));
+    output.emplace(descriptor);
+    handle.reset(sf_open_virtual(virtual_calls<SoundOutput>(), SFM_WRITE, &sound, &*output));
+    check_output();
     if (!handle) cannot_write(name, sf_strerror(nullptr));
     // Small files become plain WAV, which everything reads.
     sf_command(handle.get(), SFC_RF64_AUTO_DOWNGRADE, nullptr, SF_TRUE);
     if (!options.comment.empty()) sf_set_string(handle.get(), SF_STR_COMMENT, options.comment.c_str());
+  }
+
+  void check_output() const {
+    if (output->error() != 0) cannot_write(name, std::generic_category().message(output->error()));
   }
 
   // Nearest step, ties to even, left-aligned in 32 bits as libsndfile takes integers; its own conversion wraps or
@@ -347,7 +362,7 @@ struct SoundFileWriter::State {
 SoundFileWriter::SoundFileWriter(const std::filesystem::path& file, const SoundFileOptions& options)
     : state_(std::make_unique<State>()) {
   state_->file = file;
-  state_->name = clean_name(file.string());
+  state_->name = clean_name((options.shown.empty() ? file : options.shown).string());
   state_->options = options;
   state_->layout = sample_layout(options.format);
   state_->num_clipped.resize(static_cast<std::size_t>(std::max(options.num_channels, 0)));
@@ -374,14 +389,17 @@ void SoundFileWriter::write(const Eigen::Ref<const FrameBlock>& frames) {
   const double* values = packed.size() > 0 ? packed.data() : frames.data();
   const auto written = state.layout.integer ? sf_writef_int(state.handle.get(), state.steps.data(), frames.rows())
                                             : sf_writef_double(state.handle.get(), values, frames.rows());
+  state.check_output();
   if (written != frames.rows()) cannot_write(state.name, clean_name(sf_strerror(state.handle.get())));
   state.num_frames += frames.rows();
 }
 
 void SoundFileWriter::close() {
   auto& state = *state_;
-  if (sf_close(state.handle.release()) != 0 || ::fsync(state.descriptor) != 0)
-    cannot_write(state.name, std::generic_category().message(errno));
+  const int failed = sf_close(state.handle.release());
+  state.check_output();
+  if (failed != 0) cannot_write(state.name, sf_error_number(failed));
+  if (::fsync(state.descriptor) != 0) cannot_write(state.name, std::generic_category().message(errno));
   if (::rename(state.part.c_str(), state.file.c_str()) != 0)
     cannot_write(state.name, std::generic_category().message(errno));
   ::close(std::exchange(state.descriptor, -1));

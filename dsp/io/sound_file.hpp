@@ -32,6 +32,7 @@ struct SoundFileOptions {
   int num_channels = 0;         ///< required
   std::int64_t num_frames = 0;  ///< required for WAV and AIFF, whose sizes have 32 bits: beyond is refused at once
   std::string comment{};
+  std::filesystem::path shown{};  ///< what messages call the file; empty: its path
 };
 
 /// Streams frames into a new file. It grows under a name of its own beside `file` and takes the place of `file` in

@@ -105,7 +105,7 @@ TEST_CASE("a record becomes a run folder with everything in it", "[apps][end_to_
   CHECK_THAT(ended.out,
              Catch::Contains("x^3") && Catch::Contains("This equation describes the record") && Catch::Contains("results are in whole"));
   for (const std::string& name : run_files) CHECK(fs::is_regular_file(folder / ("whole/" + name)));
-  for (const std::string name : {"whole.partial", "whole.lock"}) CHECK_FALSE(fs::exists(folder / name));
+  CHECK_FALSE(fs::exists(folder / ".whole.ardent"));
   CHECK(support::run(folder, "$ARDENT report whole").out == bytes_of(folder / "whole/equation.txt"));
   const std::string metrics = bytes_of(folder / "whole/metrics.json");
   for (const char* key : {"ranges",
@@ -192,7 +192,7 @@ TEST_CASE("outputs hold no path, user or host of this machine", "[apps][end_to_e
 }
 
 TEST_CASE("only a finished run has a report", "[apps][end_to_end]") {
-  expect(bench(), "$ARDENT report duffing", 3, {"[run.incomplete]", "manifest.json"});
+  expect(bench(), "$ARDENT report duffing", 3, {"[run.incomplete]", "equation.txt"});
 }
 
 TEST_CASE("an earlier result stays unless forced", "[apps][end_to_end]") {
@@ -223,7 +223,7 @@ TEST_CASE("where nothing can be written the run ends with 5 and leaves nothing",
   const Scratch& folder = bench();
   expect(folder, "ulimit -f 8; $ARDENT run duffing/response.csv -o limited", 5, {"[output.write]", "File too large"});
   CHECK_FALSE(fs::exists(folder / "limited"));
-  CHECK_FALSE(fs::exists(folder / "limited.partial"));
+  CHECK_FALSE(fs::exists(folder / ".limited.ardent"));
   expect(folder, "$ARDENT run duffing/response.csv -o /proc/none/run", 5, {"[output.write]", "/proc/none"});
   expect(folder, "$ARDENT info duffing/response.csv > /dev/full", 5,
          {"[output.write]", "standard output", "No space left"});
@@ -245,18 +245,17 @@ TEST_CASE("a full disk keeps the old result", "[apps][end_to_end]") {
   CHECK_THAT(ended.out, Catch::Contains("code 5\nrun\nrecipe = \"matched\""));
 }
 
-TEST_CASE("a run killed while writing is called incomplete and redone by force", "[apps][end_to_end]") {
+TEST_CASE("what a run killed while writing left is cleared by the next one", "[apps][end_to_end]") {
   const Scratch& folder = bench();
   REQUIRE(support::run(folder, "$ARDENT sim duffing -o long --duration 400 --noise 0.1").code == 0);
   support::Running running(folder / "", "exec $ARDENT run long/response.csv -o killed");
-  CHECK(support::eventually([&] { return fs::exists(folder / "killed.partial/equation.txt"); }));
+  CHECK(support::eventually([&] { return fs::exists(folder / ".killed.ardent/new/killed/equation.txt"); }));
   running.send(SIGKILL);
   CHECK(running.wait().code == 128 + SIGKILL);
-  CHECK_FALSE(fs::exists(folder / "killed/manifest.json"));
-  expect(folder, "$ARDENT run duffing/response.csv -o killed", 5, {"[output.incomplete]", "incomplete", "--force"});
-  expect(folder, "$ARDENT run duffing/response.csv -o killed --force", 0, {});
+  CHECK_FALSE(fs::exists(folder / "killed"));
+  expect(folder, "$ARDENT run duffing/response.csv -o killed", 0, {});
   CHECK(fs::exists(folder / "killed/manifest.json"));
-  CHECK_FALSE(fs::exists(folder / "killed.partial"));
+  CHECK_FALSE(fs::exists(folder / ".killed.ardent"));
 }
 
 TEST_CASE("a signal ends a run without leaving anything", "[apps][end_to_end]") {
@@ -264,12 +263,12 @@ TEST_CASE("a signal ends a run without leaving anything", "[apps][end_to_end]") 
   REQUIRE(support::run(folder, "$ARDENT sim duffing -o longer --duration 400 --noise 0.1").code == 0);
   for (const int signal : {SIGINT, SIGTERM}) {
     support::Running running(folder / "", "exec $ARDENT run longer/response.csv -o stopped");
-    CHECK(support::eventually([&] { return fs::exists(folder / "stopped.partial"); }));
+    CHECK(support::eventually([&] { return fs::exists(folder / ".stopped.ardent"); }));
     running.send(signal);
     const support::Ended ended = running.wait();
     CHECK(ended.code == 128 + signal);
     CHECK_THAT(ended.err, Catch::Contains("[interrupted]"));
-    for (const char* name : {"stopped", "stopped.partial", "stopped.lock"}) CHECK_FALSE(fs::exists(folder / name));
+    for (const char* name : {"stopped", ".stopped.ardent"}) CHECK_FALSE(fs::exists(folder / name));
   }
 }
 
@@ -424,6 +423,6 @@ TEST_CASE("memory that runs out is a numerical failure, not a crash", "[apps][en
   expect(folder, "ulimit -v 250000; $ARDENT run wide/response.csv -o wide-run --set library.order=40", 4,
          {"[memory.exhausted]", "MB"});
   CHECK_FALSE(fs::exists(folder / "wide-run"));
-  CHECK_FALSE(fs::exists(folder / "wide-run.partial"));
+  CHECK_FALSE(fs::exists(folder / ".wide-run.ardent"));
 }
 #endif

@@ -52,6 +52,7 @@ apps::ResponseArguments arguments_for(const Scratch& folder) {
   apps::ResponseArguments arguments;
   arguments.run = folder / "";
   arguments.folder = folder / "frc";
+  arguments.force = true;
   return arguments;
 }
 

@@ -339,7 +339,7 @@ TEST_CASE("an earlier simulation is replaced only by force, and then whole", "[a
   const auto first = names();
   const std::string truth = support::bytes_of(folder / "out/truth.json");
   check_fault([&] { simulate({.system = "duffing", .folder = folder / "out"}); }, dsp::FaultKind::output,
-              "output.exists", {"holds a simulation", "--force", "-o"});
+              "output.exists", {"holds earlier results", "--force", "-o"});
   // What is refused for another reason leaves the old one, too.
   CHECK_THROWS_AS(simulate({.system = "pendulum", .folder = folder / "out", .force = true}), dsp::Fault);
   CHECK_THROWS_AS(simulate({.system = "duffing", .folder = folder / "out", .force = true, .set = {"epsilon=-100"}}),
@@ -348,8 +348,12 @@ TEST_CASE("an earlier simulation is replaced only by force, and then whole", "[a
   CHECK(support::bytes_of(folder / "out/truth.json") == truth);
 
   std::ofstream(folder / "out/notes.txt") << "mine";
+  check_fault([&] { simulate({.system = "duffing", .folder = folder / "out", .force = true}); }, dsp::FaultKind::output,
+              "output.foreign", {"out/notes.txt"});
+  CHECK(support::bytes_of(folder / "out/truth.json") == truth);
+  fs::remove(folder / "out/notes.txt");
   simulate({.system = "duffing", .folder = folder / "out", .force = true});
-  CHECK(names() == std::set<std::string>{"notes.txt", "response.csv", "truth.json"});
+  CHECK(names() == std::set<std::string>{"manifest.json", "response.csv", "truth.json"});
   CHECK(truth_of(folder / "out")["system"] == "duffing");
   CHECK(support::run(folder, "$ARDENT -q sim coulomb -o out").code == 5);
   CHECK(support::run(folder, "$ARDENT -q sim coulomb -o out --force").code == 0);

@@ -1,0 +1,127 @@
+#include "apps/output/manifest.hpp"
+
+#include <fmt/chrono.h>
+
+#include <algorithm>
+#include <chrono>
+#include <nlohmann/json.hpp>
+
+#include "apps/output/run_json.hpp"
+#include "apps/process/path.hpp"
+#include "apps/process/printable.hpp"
+#include "apps/process/sha256.hpp"
+#include "apps/process/version.hpp"
+#include "dsp/fault.hpp"
+
+namespace apps {
+namespace fs = std::filesystem;
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr const char* program_name = "ardent";
+
+std::optional<std::vector<ManifestFile>> outputs_of(const Json& document) {
+  const auto text = [](const Json& object, const char* key) {
+    const auto member = object.is_object() ? object.find(key) : object.end();
+    return member != object.end() && member->is_string() ? member->get<std::string>() : std::string();
+  };
+  if (text(document, "program") != program_name || !document.contains("outputs")) return std::nullopt;
+  const Json& list = document.at("outputs");
+  if (!list.is_array()) return std::nullopt;
+  std::vector<ManifestFile> outputs;
+  for (const Json& file : list) {
+    outputs.push_back({text(file, "path"), text(file, "sha256")});
+    if (!is_plain(outputs.back().path)) return std::nullopt;  // what is listed may be deleted
+  }
+  return outputs;
+}
+
+/// One argument, the paths in it as manifest_path says. A path may be the whole of it or a value: -oPATH, key=PATH,
+/// key="PATH", key=PATH,PATH.
+std::string argument_shown(const std::string& argument, const fs::path& folder) {
+  constexpr const char* around_values = "=,\"'";
+  std::string text;
+  std::size_t begin = argument.starts_with("-o") ? 2 : 0;
+  text = argument.substr(0, begin);
+  while (begin <= argument.size()) {
+    const std::size_t end = std::min(argument.find_first_of(around_values, begin), argument.size());
+    const fs::path value = argument.substr(begin, end - begin), normal = value.lexically_normal();
+    const bool leads_out = value.is_absolute() || (!normal.empty() && *normal.begin() == "..");
+    text += leads_out ? manifest_path(value, folder) : value.string();
+    if (end < argument.size()) text += argument[end];
+    begin = end + 1;
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string manifest_json(const Manifest& manifest) {
+  Json document{{"schema", 1},
+                {"program", program_name},
+                {"version", version()},
+                {"build", build_flags()},
+                {"libraries", Json::object()}};
+  for (const LibraryVersion& library : library_versions()) document["libraries"][library.name] = library.version;
+  document["command"] = manifest.command;
+  document["arguments"] = Json::array();
+  for (const std::string& argument : manifest.arguments) document["arguments"].push_back(printable(argument));
+  document["seed"] = manifest.seed;
+  document["started_utc"] = manifest.started_utc;
+  document["finished_utc"] = manifest.finished_utc;
+  document["calibrated"] = manifest.calibrated;
+  document["warnings"] = Json::array();
+  for (const std::string& warning : manifest.warnings) document["warnings"].push_back(printable(warning));
+  const auto files = [](const std::vector<ManifestFile>& list) {
+    Json result = Json::array();
+    for (const ManifestFile& file : list) result.push_back({{"path", printable(file.path)}, {"sha256", file.sha256}});
+    return result;
+  };
+  document["inputs"] = files(manifest.inputs);
+  document["outputs"] = files(manifest.outputs);
+  return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::optional<std::vector<ManifestFile>> listed_outputs(const fs::path& folder) {
+  std::error_code unknown;
+  const fs::path file = folder / manifest_name;
+  if (!fs::is_regular_file(fs::symlink_status(file, unknown))) return std::nullopt;
+  try {
+    return outputs_of(read_run_json(file));
+  } catch (const dsp::Fault&) {  // no JSON
+    return std::nullopt;
+  }
+}
+
+std::string manifest_path(const fs::path& file, const fs::path& folder) {
+  const fs::path place = resolved_path(folder), found = resolved_path(file);
+  return lies_in(found, place.parent_path()) ? found.lexically_relative(place).generic_string()
+                                             : found.filename().string();
+}
+
+std::vector<std::string> manifest_arguments(const std::vector<std::string>& command_line, const fs::path& folder) {
+  std::vector<std::string> arguments;
+  for (const std::string& argument : command_line) arguments.push_back(argument_shown(argument, folder));
+  return arguments;
+}
+
+Manifest begin_manifest(std::string command, const std::vector<std::string>& command_line, std::uint64_t seed,
+                        const fs::path& folder) {
+  Manifest manifest;
+  manifest.command = std::move(command);
+  manifest.started_utc = utc_now();
+  manifest.arguments = manifest_arguments(command_line, folder);
+  manifest.seed = seed;
+  return manifest;
+}
+
+void add_input(Manifest& manifest, const fs::path& input, const fs::path& folder) {
+  manifest.inputs.push_back({manifest_path(input, folder), sha256_file(input)});
+}
+
+std::string utc_now() {
+  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}",
+                     fmt::gmtime(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now())));
+}
+
+}  // namespace apps

@@ -1,0 +1,49 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace apps {
+
+struct ManifestFile {
+  std::string path, sha256;
+};
+
+/// What manifest.json says of a folder of results: how it came about and every file in it but itself.
+struct Manifest {
+  std::string command, started_utc, finished_utc;
+  std::vector<std::string> arguments, warnings;
+  std::vector<ManifestFile> inputs;   ///< as manifest_path says
+  std::vector<ManifestFile> outputs;  ///< paths relative to the folder, sorted
+  std::uint64_t seed = 1;
+  bool calibrated = true;  ///< false: some numbers are raw
+};
+
+inline constexpr const char* manifest_name = "manifest.json";  ///< written last
+
+[[nodiscard]] std::string manifest_json(const Manifest& manifest);
+
+/// The outputs listed by the manifest.json of `folder`; nothing if there is none or Ardent did not write it.
+[[nodiscard]] std::optional<std::vector<ManifestFile>> listed_outputs(const std::filesystem::path& folder);
+
+/// A file as the manifest of the results in `folder` names it: relative to `folder` where it is in it or in the folder
+/// that holds it ("../x.wav"), else the name alone, so that no manifest says where a person keeps things.
+[[nodiscard]] std::string manifest_path(const std::filesystem::path& file, const std::filesystem::path& folder);
+
+/// A command line with every path in it that is absolute or leads out of the current folder written as manifest_path.
+[[nodiscard]] std::vector<std::string> manifest_arguments(const std::vector<std::string>& command_line,
+                                                          const std::filesystem::path& folder);
+
+/// The manifest of a command that begins now and writes into `folder`.
+[[nodiscard]] Manifest begin_manifest(std::string command, const std::vector<std::string>& command_line,
+                                      std::uint64_t seed, const std::filesystem::path& folder);
+
+/// Throws dsp::Fault (input, "file.unreadable").
+void add_input(Manifest& manifest, const std::filesystem::path& input, const std::filesystem::path& folder);
+
+/// Now, as the manifest writes it: 2026-01-31T12:00:00Z.
+[[nodiscard]] std::string utc_now();
+
+}  // namespace apps
