@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
-#include <thread>
+
+#include "dsp/for_each_index.hpp"
 
 namespace ident {
 namespace {
@@ -96,7 +97,8 @@ RFactor r_factor(const Eigen::Ref<const MatrixXd>& phi, const Eigen::Ref<const M
   }
 
   std::vector<RFactor> shards(static_cast<std::size_t>(num_shards));
-  const auto factor = [&](Index shard) {
+  dsp::for_each_index(shards.size(), num_threads, [&](std::size_t place) {
+    const auto shard = static_cast<Index>(place);
     RFactorBuilder builder(phi.cols(), targets.cols());
     const Index block = leaf_rows(width), end = std::min(phi.rows(), (shard + 1) * shard_rows);
     for (Index first = shard * shard_rows; first < end; first += block) {
@@ -105,16 +107,8 @@ RFactor r_factor(const Eigen::Ref<const MatrixXd>& phi, const Eigen::Ref<const M
       rows << phi.middleRows(first, count), targets.middleRows(first, count);
       builder.push(rows.array().rowwise() / scale.array());
     }
-    shards[static_cast<std::size_t>(shard)] = builder.finish();
-  };
-  std::vector<std::thread> threads;
-  const Index num_workers = std::min<Index>(std::max(1, num_threads), num_shards);
-  for (Index worker = 1; worker < num_workers; ++worker)
-    threads.emplace_back([&, worker] {
-      for (Index shard = worker; shard < num_shards; shard += num_workers) factor(shard);
-    });
-  for (Index shard = 0; shard < num_shards; shard += num_workers) factor(shard);
-  for (std::thread& thread : threads) thread.join();
+    shards[place] = builder.finish();
+  });
 
   RFactor whole = shards.front();
   for (std::size_t i = 1; i < shards.size(); ++i) whole = merge(whole, shards[i]);

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cctype>
-#include <fstream>
 #include <limits>
+#include <sstream>
 #include <utility>
 
 #include "apps/columns.hpp"
@@ -14,6 +14,7 @@
 #include "apps/output/report_text.hpp"
 #include "apps/output/results_json.hpp"
 #include "dsp/io/sample_source.hpp"
+#include "dsp/io/small_file.hpp"
 
 namespace apps {
 namespace {
@@ -79,12 +80,11 @@ bool looks_like_a_file(const std::string& argument) {
 
 std::vector<std::string> read_terms(const std::string& argument) {
   std::error_code ignored;
-  if (!std::filesystem::is_regular_file(argument, ignored)) {
-    if (looks_like_a_file(argument)) throw usage("config.file", fmt::format("--terms: {}: no such file", argument));
+  if (!std::filesystem::is_regular_file(argument, ignored) && !looks_like_a_file(argument))
     return split_terms(argument);
-  }
   std::vector<std::string> terms;
-  std::ifstream file(argument);
+  std::istringstream file(dsp::read_small_file(
+      argument, {.kind = dsp::FaultKind::usage, .fault = "config.file", .wanted = "a file of --terms"}));
   for (std::string line; std::getline(file, line);) {
     line.erase(std::min(line.find('#'), line.size()));
     if (!trimmed(line).empty()) terms.emplace_back(trimmed(line));
