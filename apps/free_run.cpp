@@ -344,7 +344,8 @@ bool run_stretch(const ident::Model& model, const Course& course, const Course::
                                         .relative_tolerance = options.relative_tolerance,
                                         .absolute_tolerance = options.relative_tolerance,
                                         .formula = sim::Formula::dormand_prince,
-                                        .divergence_bound = options.divergence_factor};
+                                        .divergence_bound = options.divergence_factor,
+                                        .poll = check_interrupted};
   // Held on a switch nothing moves and steps would grow past the moment it is let go.
   if (equation->num_switches() > 0) simulate_options.max_step_s = 1.0 / motion.sample_rate_hz;
   const sim::Simulation run =

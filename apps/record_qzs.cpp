@@ -162,7 +162,7 @@ void append_hands(const Setup& setup, const Motion& motion, ordered_json& truth)
 /// truth.csv (if asked for) and response.csv in one pass over the test; regimes and number of events into `truth`.
 void write_motion(const Setup& setup, const fs::path& folder, bool with_truth, Console& console, ordered_json& truth) {
   const double to_s = setup.from_s + setup.duration_s;
-  sim::QzsTrajectory trajectory(setup.rig, std::max(to_s, setup.rig->programme().duration_s));
+  sim::QzsTrajectory trajectory(setup.rig, std::max(to_s, setup.rig->programme().duration_s), check_interrupted);
   const auto num_rows = static_cast<Eigen::Index>(std::floor(to_s * truth_rate_hz)) + 1;
   const auto first_row = static_cast<Eigen::Index>(std::ceil(setup.from_s * truth_rate_hz));
   Motion motion;
@@ -305,7 +305,7 @@ std::vector<fs::path> sweep_qzs(const SimulateArguments& arguments, Console& con
         "and what belongs to them do not go with it");
   const std::string twin = arguments.twin.value_or("T0");
   try {
-    sim::FrequencyResponseOptions options;
+    sim::FrequencyResponseOptions options{.poll = check_interrupted};
     Settings settings = parse_settings(arguments.set);
     std::erase_if(settings,
                   [&](const auto& setting) { return set_sweep_option(options, setting.first, setting.second); });
@@ -342,6 +342,9 @@ fs::path write_rig_recording(const SimulateArguments& arguments, Console& consol
 std::vector<fs::path> record_qzs(const SimulateArguments& arguments, Console& console, ordered_json& truth) try {
   const Setup setup = set_up(arguments);
   require_space(setup, arguments);
+  constexpr double bytes_per_row = 2.0 * (sizeof(double) + sizeof(int));  // of Motion, whose vectors grow by doubling
+  require_memory((setup.from_s + setup.duration_s) * truth_rate_hz * bytes_per_row, "sim qzs",
+                 "Shorten --duration or lower --from");
   clear_simulation(arguments.folder);
   truth["noise"] = setup.raw.noise;
   truth["twin"] = setup.twin;
