@@ -338,8 +338,9 @@ RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
     const MatrixXd kept_train = phi(Eigen::all, judged.fit.relevant),
                    kept_test = gather(result.rows.test, recordings, judged.fit.relevant);
     const VectorXd fitted = kept_train * judged.fit.mean, forecast = kept_test * judged.fit.mean;
-    judged.model = ident::make_model(library, judged.fit, options.target, options.target_unit, scale,
-                                     has_noise ? ident::robust_covariance(kept_train, train - fitted) : MatrixXd());
+    judged.model = ident::make_model(
+        library, judged.fit, options.target, options.target_unit, scale,
+        judged.fit.covariance.allFinite() ? ident::robust_covariance(kept_train, train - fitted) : MatrixXd());
     judged.whiteness = ident::residual_whiteness(train - fitted, places, first.signals->sample_rate_hz, first.band_hz);
     const char* no_test = num_test == 0 ? "no test rows" : nullptr;
     judged.train = figure(ident::nmse(fitted, train), "the target is zero on all training rows");
