@@ -15,7 +15,7 @@ namespace {
 
 // The signals a term may hold, in this order; x and v are relative to the base, y and dy are not.
 enum Place { place_x, place_v, place_y, place_dy, place_r, place_dr, place_ddr, place_f, num_places };
-const std::vector<std::string> names{"x", "v", "y", "dy", "r", "dr", "ddr", "f"};
+constexpr std::array<const char*, num_places> names{"x", "v", "y", "dy", "r", "dr", "ddr", "f"};
 
 struct PlacedTerm {
   ident::Expression expression;
@@ -33,7 +33,9 @@ std::vector<PlacedTerm> placed_terms(const IdentifiedEquation& equation, const E
   std::vector<PlacedTerm> terms;
   for (std::size_t i = 0; i < equation.terms.size(); ++i) {
     try {
-      terms.push_back({ident::Expression(equation.terms[i], names), coefficients[static_cast<Eigen::Index>(i)], {}});
+      terms.push_back({ident::Expression(equation.terms[i], {names.begin(), names.end()}),
+                       coefficients[static_cast<Eigen::Index>(i)],
+                       {}});
     } catch (const dsp::Fault&) {
       refuse(equation, fmt::format("the term {} needs more than x, v, y, dy, the base's motion and f: no steady "
                                    "response to a sine follows from it",

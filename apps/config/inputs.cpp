@@ -4,10 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <numeric>
+#include <tuple>
 
 #include "apps/output/segments_file.hpp"
 #include "apps/process/interrupt.hpp"
 #include "apps/sensor_checks.hpp"
+#include "dsp/io/input_file.hpp"
 #include "dsp/io/sidecar.hpp"
 #include "dsp/names.hpp"
 
@@ -169,12 +173,42 @@ std::vector<Range> split_by_direction(const std::vector<Range>& ranges) {
   return halves;
 }
 
-/// Whether two ranges may hold the same samples.
-bool may_overlap(const Range& a, const Range& b) {
-  const bool other_time = a.spec.to_s <= b.spec.from_s || b.spec.to_s <= a.spec.from_s || a.recording != b.recording;
-  const bool other_regime = !a.regime.empty() && !b.regime.empty() && a.regime != b.regime &&
-                            (a.regime == "mixed" ? b.regime == "stick" : a.regime == "stick" || b.regime != "mixed");
-  return !other_time && !other_regime && a.spec.where == b.spec.where;
+/// Whether samples may belong to both regimes of ranges.
+bool may_share(std::string_view a, std::string_view b) {
+  if (a.empty() || b.empty() || a == b) return true;
+  return (a == "mixed" && b != "stick") || (b == "mixed" && a != "stick");
+}
+
+/// Pairs of ranges that may hold the same samples, the later first; no more than `most` of them.
+std::vector<std::pair<std::size_t, std::size_t>> overlaps(const std::vector<Range>& ranges, std::size_t most) {
+  std::vector<std::size_t> by_begin(ranges.size());
+  std::iota(by_begin.begin(), by_begin.end(), std::size_t{0});
+  std::stable_sort(by_begin.begin(), by_begin.end(),
+                   [&](std::size_t a, std::size_t b) { return ranges[a].spec.from_s < ranges[b].spec.from_s; });
+  std::map<std::tuple<int, std::string, std::string>, std::vector<std::size_t>> begun;  // recording, where, regime
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
+  for (const std::size_t next : by_begin) {
+    const Range& range = ranges[next];
+    for (const char* regime : {"", "low", "high", "stick", "mixed"}) {
+      if (!may_share(regime, range.regime)) continue;
+      auto& others = begun[{range.recording, range.spec.where, regime}];
+      std::erase_if(others, [&](std::size_t other) { return ranges[other].spec.to_s <= range.spec.from_s; });
+      for (const std::size_t other : others) pairs.emplace_back(std::max(next, other), std::min(next, other));
+    }
+    if (pairs.size() >= most) break;
+    begun[{range.recording, range.spec.where, range.regime}].push_back(next);
+  }
+  std::sort(pairs.begin(), pairs.end());
+  pairs.resize(std::min(pairs.size(), most));
+  return pairs;
+}
+
+void note_overlaps(const std::vector<Range>& ranges, Console& console) {
+  constexpr std::size_t most_notes = 100;
+  const auto pairs = overlaps(ranges, most_notes);
+  for (const auto& [a, b] : pairs)
+    console.note(fmt::format("ranges {} and {} overlap", ranges[b].spec.name, ranges[a].spec.name));
+  if (pairs.size() == most_notes) console.note("further ranges may overlap");
 }
 
 /// Mean of x over the first range of the recording; where that is of a regime, over its first run.
@@ -258,12 +292,16 @@ dsp::ReadOptions read_options(const RecordingConfig& recording, std::size_t max_
 std::vector<fs::path> input_files(const Config& config) {
   std::vector<fs::path> files;
   for (const RecordingConfig& recording : config.recordings) {
+    const dsp::InputFile there(recording.file);  // said before anything is made for the results
     files.push_back(recording.file);
     const fs::path sidecar = recording.sidecar.empty() ? dsp::sidecar_path(recording.file) : recording.sidecar;
     std::error_code ignored;
     if (fs::exists(sidecar, ignored)) files.push_back(sidecar);
   }
-  if (!config.segment_file.empty()) files.push_back(config.segment_file);
+  if (!config.segment_file.empty()) {
+    const dsp::InputFile there(config.segment_file);
+    files.push_back(config.segment_file);
+  }
   return files;
 }
 
@@ -308,10 +346,7 @@ void settle(Config& config, std::vector<Input>& inputs, Console& console) {
   if (config.ranges.empty()) config.ranges = default_ranges(inputs);
   if (config.split_by_direction) config.ranges = split_by_direction(config.ranges);
   config.split_by_direction = false;  // done: the ranges say it
-  for (std::size_t a = 0; a < config.ranges.size(); ++a)
-    for (std::size_t b = 0; b < a; ++b)
-      if (may_overlap(config.ranges[a], config.ranges[b]))
-        console.note(fmt::format("ranges {} and {} overlap", config.ranges[b].spec.name, config.ranges[a].spec.name));
+  note_overlaps(config.ranges, console);
   for (Range& range : config.ranges) range.train_share = config.fit.train_share;
   settle_terms(config, inputs);
   settle_zero(config, inputs, console);
