@@ -17,7 +17,7 @@
 namespace apps {
 namespace {
 
-const std::vector<std::string> names{"x", "v", "y", "dy", "r", "dr", "ddr", "f"};  // all that terms may look at
+constexpr std::array<const char*, 8> names{"x", "v", "y", "dy", "r", "dr", "ddr", "f"};  // all that terms may look at
 
 [[noreturn]] void refuse(const IdentifiedEquation& equation, const std::string& why) {
   throw dsp::Fault(
@@ -36,7 +36,7 @@ struct Contents {
 Contents contents_of(const IdentifiedEquation& equation) {
   Contents contents;
   for (const std::string& term : equation.terms) try {
-      const ident::Expression expression(term, names);
+      const ident::Expression expression(term, {names.begin(), names.end()});
       contents.signals.insert(expression.signals().begin(), expression.signals().end());
       contents.switches.insert(expression.switches().begin(), expression.switches().end());
     } catch (const dsp::Fault&) {

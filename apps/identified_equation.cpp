@@ -4,7 +4,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -12,6 +11,7 @@
 #include "apps/output/run_json.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/fault.hpp"
+#include "dsp/io/input_file.hpp"
 #include "sim/noise.hpp"
 
 namespace apps {
@@ -60,10 +60,9 @@ Eigen::MatrixXd matrix_of(const Json& rows, Eigen::Index size) {
 
 /// Whether prepared.csv has a column of the base.
 bool has_base(const fs::path& run) {
-  std::ifstream in(run / "prepared.csv", std::ios::binary);
-  std::string header;
-  std::getline(in, header);
-  header = "," + header + ",";
+  constexpr std::size_t most_bytes = 1 << 20;  // of a header
+  const std::string begin = dsp::InputFile(run / "prepared.csv").text(0, most_bytes);
+  const std::string header = "," + begin.substr(0, begin.find('\n')) + ",";
   return header.find(",ddr,") != std::string::npos || header.find(",r,") != std::string::npos;
 }
 

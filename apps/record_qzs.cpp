@@ -161,7 +161,7 @@ void append_hands(const Setup& setup, const Motion& motion, ordered_json& truth)
 void write_motion(const Setup& setup, const OutputFolder& folder, bool with_truth, Console& console,
                   ordered_json& truth) {
   const double to_s = setup.from_s + setup.duration_s;
-  sim::QzsTrajectory trajectory(setup.rig, std::max(to_s, setup.rig->programme().duration_s));
+  sim::QzsTrajectory trajectory(setup.rig, std::max(to_s, setup.rig->programme().duration_s), check_interrupted);
   const auto num_rows = static_cast<Eigen::Index>(std::floor(to_s * truth_rate_hz)) + 1;
   const auto first_row = static_cast<Eigen::Index>(std::ceil(setup.from_s * truth_rate_hz));
   Motion motion;
@@ -306,7 +306,7 @@ std::vector<std::string> sweep_qzs(const SimulateArguments& arguments, const Out
         "and what belongs to them do not go with it");
   const std::string twin = arguments.twin.value_or("T0");
   try {
-    sim::FrequencyResponseOptions options;
+    sim::FrequencyResponseOptions options{.poll = check_interrupted};
     Settings settings = parse_settings(arguments.set);
     std::erase_if(settings,
                   [&](const auto& setting) { return set_sweep_option(options, setting.first, setting.second); });
@@ -342,6 +342,9 @@ std::vector<std::string> record_qzs(const SimulateArguments& arguments, const Ou
                                     ordered_json& truth) try {
   const Setup setup = set_up(arguments);
   require_space(setup, arguments, folder);
+  constexpr double bytes_per_row = 2.0 * (sizeof(double) + sizeof(int));  // of Motion, whose vectors grow by doubling
+  require_memory((setup.from_s + setup.duration_s) * truth_rate_hz * bytes_per_row, "sim qzs",
+                 "Shorten --duration or lower --from");
   truth["noise"] = setup.raw.noise;
   truth["twin"] = setup.twin;
   truth["programme"] = setup.programme;

@@ -1,14 +1,12 @@
 #include "apps/response_draws.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <exception>
 #include <limits>
-#include <thread>
 
 #include "apps/equation_oscillator.hpp"
 #include "apps/process/interrupt.hpp"
+#include "dsp/for_each_index.hpp"
 
 namespace apps {
 namespace {
@@ -62,25 +60,13 @@ DrawnFigure drawn_figure(const std::vector<double>& values) {
 ResponseDraws response_draws(const IdentifiedEquation& equation, const sim::FrequencyResponseOptions& sweep,
                              const DrawOptions& options) {
   std::vector<sim::SteadyResponse> responses(static_cast<std::size_t>(options.num_draws));
-  std::vector<std::exception_ptr> failures(responses.size());
-  std::atomic<std::size_t> next = 0;
-  const auto work = [&] {
-    for (std::size_t k = next++; k < responses.size(); k = next++) try {
-        check_interrupted();
-        auto driven = equation_oscillator(equation, drawn_coefficients(equation, options.seed, k));
-        driven.oscillator.static_friction = options.static_friction;
-        responses[k] = sim::steady_response(driven.oscillator, sweep, options.steady);
-      } catch (...) {
-        failures[k] = std::current_exception();
-      }
-  };
-  {
-    std::vector<std::jthread> threads;
-    for (int i = 1; i < std::min(options.num_threads, options.num_draws); ++i) threads.emplace_back(work);
-    work();
-  }
-  for (const auto& failure : failures)
-    if (failure) std::rethrow_exception(failure);
+  sim::SteadyOptions steady = options.steady;
+  steady.poll = check_interrupted;
+  dsp::for_each_index(responses.size(), options.num_threads, [&](std::size_t k) {
+    auto driven = equation_oscillator(equation, drawn_coefficients(equation, options.seed, k));
+    driven.oscillator.static_friction = options.static_friction;
+    responses[k] = sim::steady_response(driven.oscillator, sweep, steady);
+  });
   ResponseDraws draws;
   const std::size_t num_points = sim::sweep_frequencies(sweep).size();
   draws.up = band_of(responses, &sim::FrequencyResponse::up, num_points);

@@ -12,7 +12,7 @@
 namespace apps {
 namespace {
 
-const std::string train_share = "fit.train_share", cutoff = "prepare.cutoff_hz", rolloff = "prepare.rolloff_hz";
+constexpr const char *train_share = "fit.train_share", *cutoff = "prepare.cutoff_hz", *rolloff = "prepare.rolloff_hz";
 
 std::string number(double value) {
   return fmt::format("{:.6g}", value);

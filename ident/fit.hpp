@@ -55,7 +55,8 @@ struct Fit {
   Eigen::VectorXd mean;                ///< mu (b'), Eq. 12 of [QZS23]
   Eigen::MatrixXd covariance;          ///< delta (b' x b'), Eq. 13, noise included
   Eigen::VectorXd alpha;               ///< inverse prior variances (b'); zero for methods without a prior
-  double noise_variance = 0.0;         ///< sigma^2 of the target; it and covariance NaN: no row is left to tell it
+  double noise_variance = 0.0;         ///< sigma^2 of the target; it and covariance NaN: no row is left to tell it,
+                                       ///< or the square of such units is beyond what a double holds
   double log_evidence = 0.0;           ///< Eq. 16 with its misprint corrected; NaN for methods without one
   Eigen::VectorXd evidence_gain;       ///< b (all terms): 2 dL of having the term, at its best alpha; NaN: not computed
   double tau = 0.0;                    ///< what a gain had to exceed

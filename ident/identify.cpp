@@ -307,7 +307,7 @@ Prediction predict(const Fit& fit, const std::vector<Row>& rows, const std::vect
 /// Covariance without the assumption that the residual is white; empty where nothing tells the noise.
 MatrixXd robust_covariance_of(const Fit& fit, const RangeData& range, const std::vector<Row>& rows,
                               const std::vector<Columns>& recordings, const VectorXd& residual) {
-  if (!std::isfinite(fit.noise_variance)) return {};
+  if (!fit.covariance.allFinite()) return {};
   std::vector<Index> positions;
   for (const Index term : fit.relevant)
     positions.push_back(std::lower_bound(range.terms.begin(), range.terms.end(), term) - range.terms.begin());
@@ -350,7 +350,7 @@ FreeRun free_run_of(const JudgedFit& judged, const std::vector<JudgedFit>& earli
     run.reason = "no test rows";
   else
     run = twin != earlier.end() ? twin->free_run
-                                : free_run(judged.model, range.courses, {.before_stretch = options.poll});
+                                : free_run(judged.model, range.courses, {.poll = options.poll});
   run.applies = options.free_run && (options.target == "a" || options.target == "ddy");  // else no equation of motion
   return run;
 }

@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
-#include <thread>
+
+#include "dsp/for_each_index.hpp"
 
 namespace ident {
 namespace {
@@ -97,7 +98,8 @@ RFactor r_factor(Index num_rows, Index num_terms, Index num_targets, const RowRe
   for (double& largest : scale) largest = largest > 0.0 ? std::ldexp(1.0, std::ilogb(largest)) : 1.0;
 
   std::vector<RFactor> shards(static_cast<std::size_t>(num_shards));
-  const auto factor = [&](Index shard) {
+  dsp::for_each_index(shards.size(), num_threads, [&](std::size_t place) {
+    const auto shard = static_cast<Index>(place);
     RFactorBuilder builder(num_terms, num_targets);
     const Index end = std::min(num_rows, (shard + 1) * shard_rows);
     MatrixXd rows;
@@ -107,16 +109,8 @@ RFactor r_factor(Index num_rows, Index num_terms, Index num_targets, const RowRe
       rows.array().rowwise() /= scale.array();
       builder.push(rows);
     }
-    shards[static_cast<std::size_t>(shard)] = builder.finish();
-  };
-  std::vector<std::thread> threads;
-  const Index num_workers = std::min<Index>(std::max(1, num_threads), num_shards);
-  for (Index worker = 1; worker < num_workers; ++worker)
-    threads.emplace_back([&, worker] {
-      for (Index shard = worker; shard < num_shards; shard += num_workers) factor(shard);
-    });
-  for (Index shard = 0; shard < num_shards; shard += num_workers) factor(shard);
-  for (std::thread& thread : threads) thread.join();
+    shards[place] = builder.finish();
+  });
 
   RFactor whole = shards.front();
   for (std::size_t i = 1; i < shards.size(); ++i) whole = merge(whole, shards[i]);

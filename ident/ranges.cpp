@@ -4,6 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <numeric>
+#include <string_view>
+#include <tuple>
 #include <utility>
 
 #include "dsp/fault.hpp"
@@ -69,6 +73,12 @@ void add_stretches(const std::vector<Index>& samples, Index from, Index to, doub
   }
 }
 
+/// Whether samples may belong to both regimes of ranges.
+bool may_share(std::string_view a, std::string_view b) {
+  if (a.empty() || b.empty() || a == b) return true;
+  return (a == "mixed" && b != "stick") || (b == "mixed" && a != "stick");
+}
+
 }  // namespace
 
 bool belongs(dsp::Regime regime, const std::string& wanted) {
@@ -77,11 +87,27 @@ bool belongs(dsp::Regime regime, const std::string& wanted) {
   return to_string(regime) == wanted;
 }
 
-bool may_overlap(const Range& a, const Range& b) {
-  const bool other_time = a.spec.to_s <= b.spec.from_s || b.spec.to_s <= a.spec.from_s || a.recording != b.recording;
-  const bool other_regime = !a.regime.empty() && !b.regime.empty() && a.regime != b.regime &&
-                            (a.regime == "mixed" ? b.regime == "stick" : a.regime == "stick" || b.regime != "mixed");
-  return !other_time && !other_regime && a.spec.where == b.spec.where;
+std::vector<std::pair<std::size_t, std::size_t>> overlaps(const std::vector<Range>& ranges, std::size_t most) {
+  std::vector<std::size_t> by_begin(ranges.size());
+  std::iota(by_begin.begin(), by_begin.end(), std::size_t{0});
+  std::stable_sort(by_begin.begin(), by_begin.end(),
+                   [&](std::size_t a, std::size_t b) { return ranges[a].spec.from_s < ranges[b].spec.from_s; });
+  std::map<std::tuple<int, std::string, std::string>, std::vector<std::size_t>> begun;  // recording, where, regime
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
+  for (const std::size_t next : by_begin) {
+    const Range& range = ranges[next];
+    for (const char* regime : {"", "low", "high", "stick", "mixed"}) {
+      if (!may_share(regime, range.regime)) continue;
+      auto& others = begun[{range.recording, range.spec.where, regime}];
+      std::erase_if(others, [&](std::size_t other) { return ranges[other].spec.to_s <= range.spec.from_s; });
+      for (const std::size_t other : others) pairs.emplace_back(std::max(next, other), std::min(next, other));
+    }
+    if (pairs.size() >= most) break;
+    begun[{range.recording, range.spec.where, range.regime}].push_back(next);
+  }
+  std::sort(pairs.begin(), pairs.end());
+  pairs.resize(std::min(pairs.size(), most));
+  return pairs;
 }
 
 std::vector<Range> split_by_direction(const std::vector<Range>& ranges) {

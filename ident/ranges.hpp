@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "dsp/io/sidecar.hpp"
@@ -24,8 +25,9 @@ struct Range {
 /// Whether a sample of this regime belongs to a range of that one: as Range::regime.
 [[nodiscard]] bool belongs(dsp::Regime regime, const std::string& wanted);
 
-/// Whether two ranges may hold the same samples.
-[[nodiscard]] bool may_overlap(const Range& a, const Range& b);
+/// Pairs of ranges (indices, the later first) that may hold the same samples; no more than `most` of them.
+[[nodiscard]] std::vector<std::pair<std::size_t, std::size_t>> overlaps(const std::vector<Range>& ranges,
+                                                                        std::size_t most);
 
 /// Every range as two, by the sign of the velocity: "low+" and "low-".
 [[nodiscard]] std::vector<Range> split_by_direction(const std::vector<Range>& ranges);

@@ -60,7 +60,8 @@ constexpr Calls dormand_prince{
     ERKStepFree,       ERKStepSetErrHandlerFn, ERKStepSetUserData,           ERKStepSVtolerances, ERKStepSetStopTime,
     ERKStepSetMaxStep, ERKStepRootInit,        ERKStepSetNoInactiveRootWarn, ERKStepEvolve,       ERKStepGetDky,
     ERKStepReset,      ERKStepGetRootInfo,     ERKStepGetReturnFlagName};
-static_assert(CV_ONE_STEP == ARK_ONE_STEP && CV_ROOT_RETURN == ARK_ROOT_RETURN && CV_SUCCESS == ARK_SUCCESS);
+static_assert(CV_ONE_STEP == ARK_ONE_STEP && CV_ROOT_RETURN == ARK_ROOT_RETURN && CV_SUCCESS == ARK_SUCCESS &&
+              CV_MEM_FAIL == ARK_MEM_FAIL);
 
 struct ReleaseBy {
   const Calls* calls = nullptr;
@@ -177,17 +178,22 @@ void Integrator::State::start(const Eigen::Ref<const Eigen::VectorXd>& initial) 
   stop = options.start_s + options.duration_s;
   if (system.next_mode) mode = system.next_mode(end, NV_DATA_S(y.get()), 0, -1);
 
-  int flags = make_memory();
+  int flags = CV_SUCCESS;
+  const auto done = [&flags](int flag) {
+    if (flag == CV_MEM_FAIL) throw std::bad_alloc();
+    flags |= flag;
+  };
+  done(make_memory());
   void* const made = memory.get();
-  flags |= calls->set_error_handler(made, quiet, nullptr);
-  flags |= calls->set_user_data(made, this);
-  flags |= calls->set_tolerances(made, options.relative_tolerance, tolerances.get());
-  flags |= calls->set_stop_time(made, stop);
+  done(calls->set_error_handler(made, quiet, nullptr));
+  done(calls->set_user_data(made, this));
+  done(calls->set_tolerances(made, options.relative_tolerance, tolerances.get()));
+  done(calls->set_stop_time(made, stop));
   const double inverse_step = std::max(inverse(system.max_step_s), inverse(options.max_step_s));
-  if (inverse_step > 0.0) flags |= calls->set_max_step(made, 1.0 / inverse_step);
+  if (inverse_step > 0.0) done(calls->set_max_step(made, 1.0 / inverse_step));
   if (system.num_switches > 0) {
-    flags |= calls->set_roots(made, system.num_switches, roots);
-    flags |= calls->set_no_root_warning(made);
+    done(calls->set_roots(made, system.num_switches, roots));
+    done(calls->set_no_root_warning(made));
   }
   if (flags != CV_SUCCESS) throw std::invalid_argument("simulate: " + system.name + ": SUNDIALS refuses these options");
 }
@@ -214,7 +220,9 @@ Integrator::Integrator(Integrator&&) noexcept = default;
 Integrator& Integrator::operator=(Integrator&&) noexcept = default;
 
 bool Integrator::step() {
+  constexpr long steps_per_poll = 256;  // of some microseconds each
   auto& s = *state_;
+  if (s.options.poll && s.num_steps % steps_per_poll == 0) s.options.poll();
   if (s.status != SimulationStatus::finished) return false;
   if (s.pending_switch >= 0) s.pass_event();
   // Closer to the end than SUNDIALS can start from is the end.
@@ -289,6 +297,9 @@ void Integrator::states(double t, double* y) const {
 Simulation simulate(const System& system, const Eigen::Ref<const Eigen::VectorXd>& initial,
                     const SimulateOptions& options) {
   require(options.sample_rate_hz > 0.0, "sample_rate_hz must be positive", options.sample_rate_hz);
+  constexpr double most_samples = 1e15;  // beyond any memory
+  require(options.duration_s * options.sample_rate_hz < most_samples, "duration_s makes too many samples",
+          options.duration_s);
   Integrator integrator(system, initial, options);
   const auto num_samples = static_cast<Eigen::Index>(std::llround(options.duration_s * options.sample_rate_hz)) + 1;
   const auto num_states = initial.size();
@@ -299,7 +310,9 @@ Simulation simulate(const System& system, const Eigen::Ref<const Eigen::VectorXd
   Eigen::VectorXd y(num_states), dydt(num_states);
   Eigen::Index n = 0;
   long steps_at_output = 0;
+  constexpr Eigen::Index samples_per_poll = 4096;
   for (; n < num_samples; ++n) {
+    if (options.poll && n % samples_per_poll == 0) options.poll();
     // The last output may round to just past the end of the run.
     const double t = options.start_s + static_cast<double>(n) / options.sample_rate_hz;
     bool going = true;

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -24,7 +25,8 @@ struct SimulateOptions {
   Formula formula = Formula::adams;
   double max_step_s = 0.0;  ///< 0: no limit
   long max_steps_per_output = 100000;
-  double divergence_bound = 1e6;  ///< |y| beyond this (any state) ends the run as diverged
+  double divergence_bound = 1e6;    ///< |y| beyond this (any state) ends the run as diverged
+  std::function<void()> poll = {};  ///< called now and then between steps; may throw to stop
 };
 
 struct Simulation {

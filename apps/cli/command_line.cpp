@@ -4,9 +4,11 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <csignal>
+#include <charconv>
+#include <cmath>
 #include <functional>
-#include <new>
+#include <limits>
+#include <sstream>
 #include <thread>
 
 #include "apps/cli/compare_command.hpp"
@@ -20,15 +22,14 @@
 #include "apps/cli/simulate_command.hpp"
 #include "apps/cli/study_command.hpp"
 #include "apps/cli/terms_command.hpp"
-#include "apps/output/results_json.hpp"
 #include "apps/process/console.hpp"
+#include "apps/process/ending.hpp"
 #include "apps/process/interrupt.hpp"
+#include "apps/process/standard_streams.hpp"
 #include "apps/process/version.hpp"
 
 namespace apps {
 namespace {
-
-constexpr int code_bug = 1, code_usage = 2, code_input = 3, code_numerics = 4, code_output = 5, code_signal = 128;
 
 /// What may stand anywhere on the command line.
 struct GlobalOptions {
@@ -42,15 +43,44 @@ struct GlobalOptions {
 
 using Command = std::function<int(Console&)>;
 
+/// A whole number in decimal digits, refused in one short line. Leading zeros go: CLI11 would read it as octal.
+CLI::Validator whole(std::uint64_t from, std::uint64_t to = std::numeric_limits<std::uint64_t>::max()) {
+  return {[=](std::string& text) {
+            std::uint64_t value = 0;
+            const char* const end = text.data() + text.size();
+            const auto [read_to, error] = std::from_chars(text.data(), end, value);
+            if (text.empty() || read_to != end || error != std::errc() || value < from || value > to)
+              return fmt::format("want a whole number from {} to {}, got {}", from, to, text);
+            text = std::to_string(value);
+            return std::string();
+          },
+          ""};
+}
+
+/// A finite number above zero, or zero too, refused in one short line.
+CLI::Validator finite(bool zero_too) {
+  return {[=](std::string& text) {
+            double value = 0.0;
+            const bool fits = CLI::detail::lexical_cast(text, value) && std::isfinite(value) &&
+                              (zero_too ? value >= 0.0 : value > 0.0);
+            return fits ? std::string()
+                        : fmt::format("want a finite number {} 0, got {}", zero_too ? "not below" : "above", text);
+          },
+          zero_too ? "NOT NEGATIVE" : "POSITIVE"};
+}
+CLI::Validator not_negative() {
+  return finite(true);
+}
+
 void add_global_options(CLI::App& app, GlobalOptions& options) {
   app.add_option("-o,--output", options.output, "Folder for the results")->type_name("DIR");
   app.add_flag("-q,--quiet", options.quiet, "Results and errors only");
   app.add_flag("-v,--verbose", options.verbosity, "Notes too");
   app.add_flag("--json", options.json, "One JSON document on standard output");
-  app.add_option("--seed", options.seed, "Seed of whatever is random")->capture_default_str();
+  app.add_option("--seed", options.seed, "Seed of whatever is random")->check(whole(0))->capture_default_str();
   app.add_option("--threads", options.num_threads,
                  "Threads; 0: as many as there are processors. The results are the same")
-      ->check(CLI::Range(0, 1024))
+      ->check(whole(0, 1024))
       ->option_text("INT=0");
   app.add_flag("--dry-run", options.dry_run, "Say what would be done");
   app.add_flag("--force", options.force, "Replace an earlier result");
@@ -67,17 +97,6 @@ void add_global_options(CLI::App& app, GlobalOptions& options) {
 int num_threads(const GlobalOptions& options) {
   return options.num_threads > 0 ? options.num_threads
                                  : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
-
-/// A number not below zero, refused in one short line.
-CLI::Validator not_negative() {
-  return {[](const std::string& text) {
-            double value = 0.0;
-            return CLI::detail::lexical_cast(text, value) && value >= 0.0
-                       ? std::string()
-                       : fmt::format("want a number not below 0, got {}", text);
-          },
-          "NOT NEGATIVE"};
 }
 
 /// Options that may stand anywhere and would change nothing for a command are refused, not ignored.
@@ -125,7 +144,7 @@ CLI::App* add_run(CLI::App& app, const char* name, const char* help, const Globa
   command->add_flag("--salvage", arguments->salvage, "Read what is left of a truncated recording");
   command->add_flag("--uncalibrated", arguments->uncalibrated, "Channels without a sensitivity stay raw");
   command->add_option("--max-memory", *max_memory_mb, "Most memory a recording may take")
-      ->check(CLI::Range(1, 1 << 30))
+      ->check(whole(1, 1 << 30))
       ->option_text("MB");
   command->callback([=, &global, &chosen] {
     chosen = [=, &global](Console& console) {
@@ -180,7 +199,7 @@ void add_fit(CLI::App& app, const GlobalOptions& global, Command& chosen) {
   command->add_option("--threshold", arguments->threshold, "Of sindy")->check(not_negative())->capture_default_str();
   command->add_flag("--raw-threshold", arguments->raw_threshold, "Threshold on coefficients as they are");
   command->add_option("--ridge-lambda", arguments->ridge_lambda, "Penalty of ridge, on columns of unit norm")
-      ->check(CLI::PositiveNumber)
+      ->check(finite(false))
       ->capture_default_str();
   command
       ->add_option("--lasso-lambda", arguments->lasso_lambda,
@@ -294,10 +313,12 @@ void add_frc(CLI::App& app, const GlobalOptions& global, const std::vector<std::
   command->add_option("--range", arguments->range, "Range whose equation it is; mixed, or the first, unless said");
   command->add_option("--method", arguments->method, "Method that found it; fast_rvm unless said");
   command->add_option("--draws", arguments->num_draws, "Draws of the coefficients; 0: no uncertainty")
-      ->check(CLI::Range(0, 100000))
+      ->check(whole(0, 100000))
       ->option_text("INT=40");
-  command->add_option("--static-friction", arguments->static_friction,
-                      "What a resting payload withstands, m/s^2; slipping does not tell");
+  command
+      ->add_option("--static-friction", arguments->static_friction,
+                   "What a resting payload withstands, m/s^2; slipping does not tell")
+      ->check(not_negative());
   command->footer("--set from_hz, to_hz, step_hz, amplitude_mm of the base (amplitude, where a force drives)");
   command->callback([=, &global, &chosen] {
     chosen = [=, &global](Console& console) {
@@ -323,8 +344,12 @@ void add_replicate(CLI::App& app, const GlobalOptions& global, const std::vector
                    "A case (duffing, coulomb, bouc-wen, bouc-wen-2, valanis-1 ... valanis-4, qzs-low, qzs-high, "
                    "qzs-mixed, qzs), table-1 ... table-12, fig-2 ... fig-9, fig-11 ... fig-13, all")
       ->required();
-  command->add_option("--seeds", arguments->num_seeds, "How many draws of the noise")->capture_default_str();
-  command->add_option("--first-seed", arguments->first_seed, "The first of them")->capture_default_str();
+  command->add_option("--seeds", arguments->num_seeds, "How many draws of the noise")
+      ->check(whole(1, 1'000'000))
+      ->capture_default_str();
+  command->add_option("--first-seed", arguments->first_seed, "The first of them")
+      ->check(whole(0))
+      ->capture_default_str();
   command->add_option("--noise", arguments->noise,
                       "Share of each target's standard deviation (0.1); qzs: times the sensors' own (1)");
   command->add_option("--selection", arguments->selection, "evidence or type2 (the paper's)")->capture_default_str();
@@ -368,58 +393,23 @@ void add_commands(CLI::App& app, const GlobalOptions& global, const std::vector<
   add_terms(app, chosen);
 }
 
-struct Ending {
-  int code = 0;
-  std::string name{}, kind{}, message{}, lines{};
-};
-
-Ending ending_of(const dsp::Fault& fault) {
-  switch (fault.kind()) {
-    case dsp::FaultKind::usage:
-      return {code_usage, fault.name(), "usage", fault.what(), fault.lines()};
-    case dsp::FaultKind::input:
-      return {code_input, fault.name(), "input", fault.what(), fault.lines()};
-    case dsp::FaultKind::numerics:
-      return {code_numerics, fault.name(), "numerics", fault.what(), fault.lines()};
-    case dsp::FaultKind::output:
-      return {code_output, fault.name(), "output", fault.what(), fault.lines()};
-  }
-  return {code_bug, fault.name(), "bug", fault.what(), {}};
-}
-
-/// Does `action`; whatever it throws becomes how the program ends.
-Ending ending_of(const std::function<int()>& action) {
+/// Reads the command line into `chosen`; false where the help or the version was asked for, and printed.
+bool parse(CLI::App& app, int argc, const char* const* argv, Console& console) {
   try {
-    return {.code = action()};
-  } catch (const Interrupted& interrupted) {
-    return {code_signal + interrupted.signal, "interrupted", "signal", "stopped by a signal; nothing was written"};
-  } catch (const dsp::Fault& fault) {
-    return ending_of(fault);
-  } catch (const std::bad_alloc&) {
-    return {code_numerics, "memory.exhausted", "numerics",
-            "no memory left. Use fewer terms, a lower rate or a shorter recording"};
-  } catch (const std::exception& error) {
-    return {code_bug, "bug", "bug",
-            fmt::format("a mistake of this program: {}. Please report it with the command line", error.what())};
+    app.parse(argc, argv);
+    return true;
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() != 0)
+      throw dsp::Fault(dsp::FaultKind::usage, "usage", fmt::format("{}. See ardent --help", error.what()));
+    std::ostringstream text;  // --help, --version
+    app.exit(error, text);
+    console.result(text.str());
+    return false;
   }
 }
 
-int report(const Ending& ending, Console& console) {
-  if (ending.name.empty()) return ending.code;
-  console.error(ending.name, ending.message, ending.lines);
-  if (!console.json()) return ending.code;
-  try {
-    console.result(fault_json(ending.name, ending.kind, ending.code, ending.message, ending.lines));
-  } catch (const dsp::Fault&) {  // standard output takes nothing; how it ended is said above
-  }
-  return ending.code;
-}
-
-}  // namespace
-
-int run_command_line(int argc, const char* const* argv) {
-  install_signal_handlers();
-  const std::vector<std::string> command_line(argv + std::min(argc, 1), argv + argc);
+/// Does what the command line says. Until it is read, `console` is one of its own.
+int run(int argc, const char* const* argv, const std::vector<std::string>& command_line, Console& console) {
   CLI::App app("From raw vibration recordings to an equation of motion with error bars", "ardent");
   app.require_subcommand(1);
   app.fallthrough();
@@ -427,24 +417,24 @@ int run_command_line(int argc, const char* const* argv) {
   Command chosen;
   add_global_options(app, global);
   add_commands(app, global, command_line, chosen);
-  const bool wants_json = std::find(command_line.begin(), command_line.end(), "--json") != command_line.end();
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    Console console(ConsoleOptions{.json = wants_json});
-    if (error.get_exit_code() == 0) {  // --help, --version
-      app.exit(error);
-      return 0;
-    }
-    return report({code_usage, "usage", "usage", fmt::format("{}. See ardent --help", error.what())}, console);
-  }
-  Console console(
-      {.verbosity = global.quiet ? -1 : global.verbosity, .json = global.json, .progress = global.progress});
+  if (!parse(app, argc, argv, console)) return 0;
+  console =
+      Console({.verbosity = global.quiet ? -1 : global.verbosity, .json = global.json, .progress = global.progress});
+  refuse_unused(app);
+  return chosen(console);
+}
+
+}  // namespace
+
+int run_command_line(int argc, const char* const* argv) {
+  reserve_standard_streams();
+  install_signal_handlers();
+  Console console(ConsoleOptions{
+      .json = std::any_of(argv, argv + argc, [](std::string_view argument) { return argument == "--json"; })});
   const auto action = [&] {
-    refuse_unused(app);
-    return chosen(console);
+    return run(argc, argv, std::vector<std::string>(argv + std::min(argc, 1), argv + argc), console);
   };
-  return report(ending_of(action), console);
+  return ending_of(std::ref(action), console);  // by reference: a copy might find no memory
 }
 
 }  // namespace apps

@@ -4,14 +4,15 @@
 
 #include <algorithm>
 #include <cctype>
-#include <fstream>
 #include <limits>
+#include <sstream>
 #include <utility>
 
 #include "apps/output/fit_outcome.hpp"
 #include "apps/output/report_text.hpp"
 #include "apps/output/results_json.hpp"
 #include "dsp/io/sample_source.hpp"
+#include "dsp/io/small_file.hpp"
 #include "ident/columns.hpp"
 #include "ident/identify.hpp"
 #include "ident/validate/judge.hpp"
@@ -80,12 +81,11 @@ bool looks_like_a_file(const std::string& argument) {
 
 std::vector<std::string> read_terms(const std::string& argument) {
   std::error_code ignored;
-  if (!std::filesystem::is_regular_file(argument, ignored)) {
-    if (looks_like_a_file(argument)) throw usage("config.file", fmt::format("--terms: {}: no such file", argument));
+  if (!std::filesystem::is_regular_file(argument, ignored) && !looks_like_a_file(argument))
     return split_terms(argument);
-  }
   std::vector<std::string> terms;
-  std::ifstream file(argument);
+  std::istringstream file(dsp::read_small_file(
+      argument, {.kind = dsp::FaultKind::usage, .fault = "config.file", .wanted = "a file of --terms"}));
   for (std::string line; std::getline(file, line);) {
     line.erase(std::min(line.find('#'), line.size()));
     if (!trimmed(line).empty()) terms.emplace_back(trimmed(line));

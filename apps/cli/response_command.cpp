@@ -13,6 +13,7 @@
 #include "apps/identified_equation.hpp"
 #include "apps/output/response_report.hpp"
 #include "apps/output/steps_table.hpp"
+#include "apps/process/interrupt.hpp"
 #include "apps/process/output_folder.hpp"
 #include "apps/process/printable.hpp"
 #include "apps/response_draws.hpp"
@@ -112,7 +113,7 @@ Result respond(const ResponseArguments& arguments) {
   result.sweep = sweep_of(arguments.set, driven.drive, result.steps);
   result.num_draws = arguments.num_draws;
   result.seed = arguments.seed;
-  result.steady = sim::steady_response(driven.oscillator, result.sweep);
+  result.steady = sim::steady_response(driven.oscillator, result.sweep, {.poll = check_interrupted});
   if (result.steady.response.up.empty() || result.steady.response.down.empty())
     throw dsp::Fault(dsp::FaultKind::numerics, "frc.diverged",
                      fmt::format("frc: the motion runs away at {:.5g} Hz, where the sweep begins. Begin elsewhere or "

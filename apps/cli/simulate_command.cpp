@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "apps/config/parameter_settings.hpp"
+#include "apps/process/interrupt.hpp"
 #include "apps/process/output_folder.hpp"
 #include "apps/record_qzs.hpp"
 #include "dsp/fault.hpp"
@@ -78,8 +79,14 @@ std::vector<std::string> simulate_system(const SimulateArguments& arguments, con
     throw dsp::Fault(dsp::FaultKind::usage, "sim.option", fmt::format("sim {}", error.what()));
   }
   const double noise = arguments.noise.value_or(0.0), duration_s = arguments.duration_s.value_or(default_duration_s);
-  const auto run = sim::simulate(experiment.system, experiment.initial,
-                                 {.duration_s = duration_s, .sample_rate_hz = sample_rate_hz});
+  // States, derivatives and the table's copy of both as numbers, the file's text of some 25 characters each.
+  constexpr double bytes_per_value = 16.0 + 25.0;
+  const double num_values = 2.0 * static_cast<double>(experiment.initial.size()) + 2.0;
+  require_memory(duration_s * sample_rate_hz * num_values * bytes_per_value, fmt::format("sim {}", arguments.system),
+                 "Shorten --duration");
+  const auto run =
+      sim::simulate(experiment.system, experiment.initial,
+                    {.duration_s = duration_s, .sample_rate_hz = sample_rate_hz, .poll = check_interrupted});
   if (run.status != sim::SimulationStatus::finished)
     throw dsp::Fault(dsp::FaultKind::numerics, "sim.diverged",
                      fmt::format("sim {}. Try other parameters or a shorter --duration", run.reason));

@@ -24,7 +24,9 @@ fs::path from_folder(const fs::path& folder, const std::string& text) {
 
 RecordingConfig read_recording_table(const dsp::Settings& table, const fs::path& folder) {
   RecordingConfig result;
-  result.file = from_folder(folder, table.need_text("file"));
+  const std::string file = table.need_text("file");
+  if (file.empty()) throw table.fault("file", "config.range", "is empty, want the name of a recording");
+  result.file = from_folder(folder, file);
   result.sidecar = from_folder(folder, table.text("sidecar", ""));
   result.salvage = table.flag("salvage", false);
   result.uncalibrated = table.flag("uncalibrated", false);

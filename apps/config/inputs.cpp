@@ -4,10 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <numeric>
+#include <tuple>
 
 #include "apps/output/segments_file.hpp"
 #include "apps/process/interrupt.hpp"
 #include "apps/sensor_checks.hpp"
+#include "dsp/io/input_file.hpp"
 #include "dsp/io/sidecar.hpp"
 #include "dsp/names.hpp"
 
@@ -103,6 +107,14 @@ std::vector<const ident::Record*> records_of(const std::vector<Input>& inputs) {
   return records;
 }
 
+void note_overlaps(const std::vector<ident::Range>& ranges, Console& console) {
+  constexpr std::size_t most_notes = 100;
+  const auto pairs = ident::overlaps(ranges, most_notes);
+  for (const auto& [a, b] : pairs)
+    console.note(fmt::format("ranges {} and {} overlap", ranges[b].spec.name, ranges[a].spec.name));
+  if (pairs.size() == most_notes) console.note("further ranges may overlap");
+}
+
 void settle_zero(Config& config, std::vector<Input>& inputs, Console& console) {
   if (config.zero.kind == ZeroChoice::Kind::automatic) {
     const bool difference =
@@ -155,12 +167,16 @@ dsp::ReadOptions read_options(const RecordingConfig& recording, std::size_t max_
 std::vector<fs::path> input_files(const Config& config) {
   std::vector<fs::path> files;
   for (const RecordingConfig& recording : config.recordings) {
+    const dsp::InputFile there(recording.file);  // said before anything is made for the results
     files.push_back(recording.file);
     const fs::path sidecar = recording.sidecar.empty() ? dsp::sidecar_path(recording.file) : recording.sidecar;
     std::error_code ignored;
     if (fs::exists(sidecar, ignored)) files.push_back(sidecar);
   }
-  if (!config.segment_file.empty()) files.push_back(config.segment_file);
+  if (!config.segment_file.empty()) {
+    const dsp::InputFile there(config.segment_file);
+    files.push_back(config.segment_file);
+  }
   return files;
 }
 
@@ -205,10 +221,7 @@ void settle(Config& config, std::vector<Input>& inputs, Console& console) {
   if (config.ranges.empty()) config.ranges = ident::default_ranges(records_of(inputs));
   if (config.split_by_direction) config.ranges = ident::split_by_direction(config.ranges);
   config.split_by_direction = false;  // done: the ranges say it
-  for (std::size_t a = 0; a < config.ranges.size(); ++a)
-    for (std::size_t b = 0; b < a; ++b)
-      if (ident::may_overlap(config.ranges[a], config.ranges[b]))
-        console.note(fmt::format("ranges {} and {} overlap", config.ranges[b].spec.name, config.ranges[a].spec.name));
+  note_overlaps(config.ranges, console);
   for (ident::Range& range : config.ranges) range.train_share = config.fit.train_share;
   if (config.default_terms) config.library.terms = ident::default_terms(records_of(inputs));
   settle_zero(config, inputs, console);

@@ -2,30 +2,36 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "dsp/fault.hpp"
+#include "dsp/io/small_file.hpp"
+#include "dsp/names.hpp"
 
 namespace apps {
 
 using Json = nlohmann::ordered_json;
 
+std::string read_run_file(const std::filesystem::path& file) {
+  // The largest are the covariances of equation.json: 100 MB where some 500 terms are kept.
+  return dsp::read_small_file(file, {.kind = dsp::FaultKind::input,
+                                     .fault = "run.incomplete",
+                                     .wanted = "the folder of a finished run",
+                                     .most_bytes = 1ull << 30});
+}
+
 Json read_run_json(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in)
-    throw dsp::Fault(dsp::FaultKind::input, "run.incomplete",
-                     fmt::format("{}: not there; want the folder of a finished run", file.string()));
+  const std::string bytes = read_run_file(file), name = dsp::clean_name(file.string());
   constexpr int deepest = 64;  // ours reach 8; taking a document apart recurses
   const auto shallow = [&](int depth, Json::parse_event_t, const Json&) {
     if (depth <= deepest) return true;
     throw dsp::Fault(dsp::FaultKind::input, "run.damaged",
-                     fmt::format("{}: nested more than {} levels deep", file.string(), deepest));
+                     fmt::format("{}: nested more than {} levels deep", name, deepest));
   };
   try {
-    return Json::parse(in, shallow);
+    return Json::parse(bytes, shallow);
   } catch (const Json::exception&) {
-    throw dsp::Fault(dsp::FaultKind::input, "run.damaged", fmt::format("{}: no JSON document", file.string()));
+    throw dsp::Fault(dsp::FaultKind::input, "run.damaged", fmt::format("{}: no JSON document", name));
   }
 }
 

@@ -4,11 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "apps/process/printable.hpp"
+#include "dsp/io/small_file.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;
@@ -150,9 +149,7 @@ std::string segments_json(const std::vector<Input>& inputs) {
 }
 
 std::vector<LabelledStretch> read_segments(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  const std::string bytes{std::istreambuf_iterator<char>(in), {}};
-  if (!in) throw segments_fault("segments.syntax", file, 0, "cannot be read");
+  const std::string bytes = dsp::read_small_file(file, {.kind = dsp::FaultKind::usage, .fault = "segments.file"});
   Json document;
   try {
     document = Json::parse(bytes);
@@ -164,6 +161,8 @@ std::vector<LabelledStretch> read_segments(const fs::path& file) {
                          fmt::format("no JSON at line {}: a comma or a bracket is missing "
                                      "or too many",
                                      line));
+  } catch (const Json::out_of_range&) {
+    throw segments_fault("segments.syntax", file, 0, "a number is beyond what a double holds");
   }
   if (!document.is_array() || document.empty())
     throw segments_fault("segments.syntax", file, 0, "want a list of stretches in [ ]");

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <sstream>
 
+#include "apps/output/run_json.hpp"
 #include "apps/output/tables.hpp"
 #include "dsp/fault.hpp"
 
@@ -41,10 +41,13 @@ std::string steps_csv(const std::vector<RecordingSteps>& recordings) {
 }
 
 std::vector<StepPoint> read_final_steps(const std::filesystem::path& run) {
-  std::ifstream in(run / "steps.csv", std::ios::binary);
   std::vector<StepPoint> points;
+  std::error_code unknown;
+  if (std::filesystem::symlink_status(run / "steps.csv", unknown).type() == std::filesystem::file_type::not_found)
+    return points;
+  std::istringstream in(read_run_file(run / "steps.csv"));
   std::string line;
-  if (!in || !std::getline(in, line)) return points;
+  std::getline(in, line);
   const auto damaged = [&](std::string_view what) {
     return dsp::Fault(dsp::FaultKind::input, "run.damaged", fmt::format("{}: {}", (run / "steps.csv").string(), what));
   };

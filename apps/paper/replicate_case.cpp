@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 
+#include "apps/process/interrupt.hpp"
 #include "ident/equation/equation_of_motion.hpp"
 #include "ident/regression/multi_rvm.hpp"
 #include "sim/noise.hpp"
@@ -120,7 +121,8 @@ sim::Simulation run_identified(CaseReplication& result, const Section4Record& re
                             .sample_rate_hz = rate,
                             .relative_tolerance = 1e-8,
                             .absolute_tolerance = 1e-10,
-                            .divergence_bound = divergence_factor * truth.cwiseAbs().maxCoeff()});
+                            .divergence_bound = divergence_factor * truth.cwiseAbs().maxCoeff(),
+                            .poll = check_interrupted});
   for (Index j = 0; j < definition.num_rows; ++j) {
     HeldOutScore score{seed, method, "free_run", record.ratio, states[static_cast<std::size_t>(j)], 0.0, "finished"};
     score.nmse = ident::nmse(run.states.col(j), truth.col(j).head(run.states.rows()));

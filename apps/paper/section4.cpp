@@ -7,6 +7,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "apps/process/interrupt.hpp"
 #include "dsp/fault.hpp"
 #include "ident/library/expression.hpp"
 #include "ident/regression/posterior.hpp"
@@ -126,10 +127,11 @@ std::string Section4Row::label() const {
 
 Section4Record section4_record(const Section4Case& definition, double ratio) {
   const sim::Experiment experiment = sim::make_experiment(definition.system, {{"ratio", ratio}});
-  Section4Record record{ratio,
-                        sim::simulate(experiment.system, experiment.initial,
-                                      {.duration_s = duration_s, .sample_rate_hz = sample_rate_hz}),
-                        {}};
+  Section4Record record{
+      ratio,
+      sim::simulate(experiment.system, experiment.initial,
+                    {.duration_s = duration_s, .sample_rate_hz = sample_rate_hz, .poll = check_interrupted}),
+      {}};
   if (record.simulation.status != sim::SimulationStatus::finished)
     throw dsp::Fault(dsp::FaultKind::numerics, "replicate.simulation", record.simulation.reason);
   record.motion = motion_of(experiment, record.simulation);

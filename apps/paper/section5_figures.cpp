@@ -5,6 +5,7 @@
 #include "apps/output/response_report.hpp"
 #include "apps/output/svg_plot.hpp"
 #include "apps/paper/section5_output.hpp"
+#include "apps/process/interrupt.hpp"
 #include "sim/ode/frequency_response.hpp"
 
 namespace apps {
@@ -30,7 +31,8 @@ std::string section5_sweeps_figure() {
   PlotFigure figure;
   figure.title = "Response to a sinusoidal base motion of 4.5 mm (Fig. 11)";
   for (const char* twin : {"T1", "T0"}) {
-    const ReportedResponse reported{sim::frequency_response(sim::qzs_twin(twin), {.step_hz = 0.02}), {}, {}};
+    const ReportedResponse reported{
+        sim::frequency_response(sim::qzs_twin(twin), {.step_hz = 0.02, .poll = check_interrupted}), {}, {}};
     for (PlotPanel& panel : response_figure(reported, "").panels) {
       panel.title = fmt::format("{}, {}", twin, panel.title);
       panel.y_limits = {-2.0, 60.0};  // the legend's place

@@ -23,7 +23,8 @@ Console::Console(const ConsoleOptions& options) : options_(options) {
 
 void Console::result(std::string_view text) {
   clear_progress();
-  const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
+  const std::string shown = options_.json ? printable_json(text) : printable_lines(text);
+  const bool written = std::fwrite(shown.data(), 1, shown.size(), stdout) == shown.size() && std::fflush(stdout) == 0;
   if (!written && errno != EPIPE) throw cannot_write("standard output", errno);
 }
 

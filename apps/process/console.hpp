@@ -22,7 +22,8 @@ class Console {
  public:
   explicit Console(const ConsoleOptions& options = {});
   [[nodiscard]] bool json() const { return options_.json; }
-  /// A result, as it is. Throws dsp::Fault (output) if standard output cannot take it; a closed pipe ends it quietly.
+  /// A result: lines of text, or a JSON document. Throws dsp::Fault (output) if standard output cannot take it; a
+  /// closed pipe ends it quietly.
   void result(std::string_view text);
   void step(std::string_view text);  ///< what is being done, one line
   void note(std::string_view text);  ///< with -v

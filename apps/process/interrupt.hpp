@@ -7,7 +7,8 @@ struct Interrupted {
   int signal = 0;
 };
 
-/// SIGINT and SIGTERM set a flag (the second one ends the program at once); SIGPIPE and SIGXFSZ become write errors.
+/// SIGINT, SIGTERM and SIGHUP set a flag (the second one ends the program at once); SIGHUP stays ignored where it is,
+/// as by nohup. SIGPIPE and SIGXFSZ become write errors.
 void install_signal_handlers();
 
 /// Throws Interrupted if a signal has come. Called between blocks of work.

@@ -34,25 +34,60 @@ bool turns_the_text(std::uint32_t c) {
          c == 0x2029;
 }
 
+bool is_control(std::uint32_t c) {
+  return c < 0x20 || (c >= 0x7F && c < 0xA0);
+}
+
+std::string escaped(std::uint32_t c) {
+  return is_control(c) ? fmt::format("\\x{:02x}", c) : fmt::format("\\u{{{:04x}}}", c);
+}
+std::string escaped_in_json(std::uint32_t c) {
+  return fmt::format("\\u{:04x}", c);
+}
+
+/// Moves the character that begins `text` to the end of `result`, in printable form.
+void move_character(std::string_view& text, std::string& result, std::string (*escape)(std::uint32_t)) {
+  const Decoded next = decode(text);
+  if (next.num_bytes == 0)
+    result += "\xEF\xBF\xBD";
+  else if (is_control(next.code_point) || turns_the_text(next.code_point))
+    result += escape(next.code_point);
+  else
+    result += text.substr(0, next.num_bytes);
+  text.remove_prefix(std::max<std::size_t>(next.num_bytes, 1));
+}
+
+std::string lines(std::string_view text, std::string (*escape)(std::uint32_t)) {
+  std::string result;
+  result.reserve(text.size());
+  while (!text.empty()) {
+    if (text.front() != '\n') {
+      move_character(text, result, escape);
+      continue;
+    }
+    result += '\n';
+    text.remove_prefix(1);
+  }
+  return result;
+}
+
 }  // namespace
 
 std::string printable(std::string_view text, std::size_t longest) {
   std::string result;
   while (!text.empty()) {
     if (result.size() >= longest) return result + "...";
-    const Decoded next = decode(text);
-    if (next.num_bytes == 0) {
-      result += "\xEF\xBF\xBD";
-    } else if (next.code_point < 0x20 || (next.code_point >= 0x7F && next.code_point < 0xA0)) {
-      result += fmt::format("\\x{:02x}", next.code_point);
-    } else if (turns_the_text(next.code_point)) {
-      result += fmt::format("\\u{{{:04x}}}", next.code_point);
-    } else {
-      result += text.substr(0, next.num_bytes);
-    }
-    text.remove_prefix(std::max<std::size_t>(next.num_bytes, 1));
+    move_character(text, result, escaped);
   }
   return result;
+}
+
+std::string printable_lines(std::string_view text) {
+  return lines(text, escaped);
+}
+
+std::string printable_json(std::string_view document) {
+  return lines(document, escaped_in_json);
 }
 
 }  // namespace apps

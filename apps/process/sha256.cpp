@@ -4,14 +4,11 @@
 #include <openssl/evp.h>
 
 #include <array>
-#include <cerrno>
-#include <cstdio>
 #include <memory>
 #include <new>
-#include <system_error>
 #include <vector>
 
-#include "dsp/fault.hpp"
+#include "dsp/io/input_file.hpp"
 
 namespace apps {
 namespace {
@@ -44,17 +41,14 @@ std::string sha256(std::string_view bytes) {
 }
 
 std::string sha256_file(const std::filesystem::path& path) {
-  const auto unreadable = [&] {
-    return dsp::Fault(dsp::FaultKind::input, "file.unreadable",
-                      fmt::format("{}: cannot be read: {}.", path.string(), std::system_category().message(errno)));
-  };
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rbe"), &std::fclose);
-  if (!file) throw unreadable();
+  const dsp::InputFile file(path);
   Digest digest;
   std::vector<char> block(1 << 18);
-  while (const std::size_t size = std::fread(block.data(), 1, block.size(), file.get()))
+  std::uint64_t done = 0;
+  while (const std::size_t size = file.read(done, block.data(), block.size())) {
     digest.update(block.data(), size);
-  if (std::ferror(file.get()) != 0) throw unreadable();
+    done += size;
+  }
   return digest.hexadecimal();
 }
 

@@ -7,16 +7,28 @@
 #include <cmath>
 #include <deque>
 #include <mutex>
+#include <new>
 #include <numbers>
 #include <stdexcept>
 #include <string>
+#include <utility>
+
+// What FFTW calls where it gets no memory; its own prints and aborts. Ours comes first as long as FFTW is a shared
+// library. The exception passes through C code, which on Linux unwinds as C++ does.
+extern "C" [[noreturn]] void fftw_assertion_failed(const char*, int, const char*) {
+  throw std::bad_alloc();
+}
 
 namespace dsp {
 namespace {
 // FFTW's planner keeps state of its own and is not reentrant; execution is.
-std::mutex& planner_mutex() {
-  static std::mutex mutex;
-  return mutex;
+struct Planner {
+  std::mutex mutex;
+  bool torn = false;  ///< ran out of memory amid changes to its tables: it makes no further plan
+};
+Planner& planner() {
+  static Planner planner;
+  return planner;
 }
 
 // Plans are valid for arrays aligned like those they were made with: by 16 bytes, as every array of Eigen's is, but not
@@ -35,7 +47,7 @@ fftw_complex* fftw_data(Eigen::VectorXcd& X) {
 struct RealFft::Plans {
   explicit Plans(Eigen::Index size) : n(size) {}
   ~Plans() {
-    const std::lock_guard lock(planner_mutex());
+    const std::lock_guard lock(planner().mutex);
     for (const fftw_plan plan : {forward, inverse})
       if (plan != nullptr) fftw_destroy_plan(plan);
   }
@@ -58,12 +70,15 @@ struct RealFft::Plans {
   const Eigen::Index n;
 
  private:
-  template <class Planner>
-  [[nodiscard]] fftw_plan planned(Planner&& planner) const {
+  template <class Make>
+  [[nodiscard]] fftw_plan planned(Make&& make) const {
     Eigen::VectorXd real(n);
     Eigen::VectorXcd complex(n / 2 + 1);
-    const std::lock_guard lock(planner_mutex());
-    return planner(static_cast<int>(n), real.data(), fftw_data(complex), FFTW_ESTIMATE);
+    const std::lock_guard lock(planner().mutex);
+    if (std::exchange(planner().torn, true)) throw std::bad_alloc();
+    const fftw_plan plan = make(static_cast<int>(n), real.data(), fftw_data(complex), FFTW_ESTIMATE);
+    planner().torn = false;
+    return plan;
   }
 
   mutable std::once_flag forward_made, inverse_made;

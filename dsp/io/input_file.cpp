@@ -27,35 +27,40 @@ std::string kind_of(mode_t mode) {
   return "no regular file";
 }
 
+bool is_missing(int error) {
+  return error == ENOENT || error == ENOTDIR || error == ELOOP || error == ENAMETOOLONG;
+}
+
 [[noreturn]] void refuse(std::string name, const std::string& message) {
   throw Fault(FaultKind::input, std::move(name), message);
 }
 
 }  // namespace
 
+InputFile::Descriptor::~Descriptor() {
+  if (number >= 0) ::close(number);
+}
+
 InputFile::InputFile(std::filesystem::path path) : path_(std::move(path)), name_(clean_name(path_.string())) {
+  // Without O_NONBLOCK a pipe would be waited for until someone writes to it.
+  descriptor_.number = ::open(path_.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+  const int error = descriptor_.number < 0 ? errno : 0;
   struct ::stat status {};
-  if (::stat(path_.c_str(), &status) != 0)
-    refuse(errno == EACCES ? "file.denied" : "file.missing", fmt::format("{}: {}", name_, reason(errno)));
-  if (!S_ISREG(status.st_mode))
-    refuse("file.kind", fmt::format("{}: is {}, want a file with a recording in it", name_, kind_of(status.st_mode)));
-  if (status.st_size == 0) refuse("file.empty", fmt::format("{}: is empty (0 bytes)", name_));
-  descriptor_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor_ < 0) refuse("file.denied", fmt::format("{}: cannot be opened: {}", name_, reason(errno)));
+  const bool found = (error == 0 ? ::fstat(descriptor_.number, &status) : ::stat(path_.c_str(), &status)) == 0;
+  if (found && !S_ISREG(status.st_mode))
+    refuse("file.kind", fmt::format("{}: is {}, want a regular file", name_, kind_of(status.st_mode)));
+  if (error != 0)
+    refuse(is_missing(error) ? "file.missing" : "file.denied", fmt::format("{}: {}", name_, reason(error)));
   size_ = static_cast<std::uint64_t>(status.st_size);
   changed_s_ = status.st_mtim.tv_sec;
   changed_ns_ = status.st_mtim.tv_nsec;
-}
-
-InputFile::~InputFile() {
-  if (descriptor_ >= 0) ::close(descriptor_);
 }
 
 std::size_t InputFile::read(std::uint64_t offset, void* into, std::size_t count) const {
   std::size_t done = 0;
   while (done < count) {
     const auto got =
-        ::pread(descriptor_, static_cast<char*>(into) + done, count - done, static_cast<off_t>(offset + done));
+        ::pread(descriptor_.number, static_cast<char*>(into) + done, count - done, static_cast<off_t>(offset + done));
     if (got == 0) break;
     if (got < 0 && errno == EINTR) continue;
     if (got < 0)
@@ -74,7 +79,7 @@ std::string InputFile::text(std::uint64_t offset, std::size_t count) const {
 
 void InputFile::check_unchanged() const {
   struct ::stat status {};
-  const bool gone = ::fstat(descriptor_, &status) != 0;
+  const bool gone = ::fstat(descriptor_.number, &status) != 0;
   if (gone || static_cast<std::uint64_t>(status.st_size) != size_ || status.st_mtim.tv_sec != changed_s_ ||
       status.st_mtim.tv_nsec != changed_ns_)
     refuse("file.changed", fmt::format("{}: changed while it was read ({} bytes, now {}). Wait until the recorder has "

@@ -9,10 +9,9 @@ namespace dsp {
 /// A regular file opened for reading and watched while it is read.
 class InputFile {
  public:
-  /// Throws Fault (input): file.missing, file.denied, file.kind (directory, device, ...: the message names it),
-  /// file.empty.
+  /// Throws Fault (input): file.missing, file.denied, file.kind (directory, pipe, device, ...: the message names it).
+  /// Never waits for whoever may write to a pipe.
   explicit InputFile(std::filesystem::path path);
-  ~InputFile();
   InputFile(const InputFile&) = delete;
   InputFile& operator=(const InputFile&) = delete;
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
@@ -27,7 +26,10 @@ class InputFile {
  private:
   std::filesystem::path path_;
   std::string name_;
-  int descriptor_ = -1;
+  struct Descriptor {
+    int number = -1;
+    ~Descriptor();
+  } descriptor_;
   std::uint64_t size_ = 0;
   std::int64_t changed_s_ = 0, changed_ns_ = 0;
 };

@@ -106,6 +106,7 @@ std::unique_ptr<SampleSource> open_by_content(std::unique_ptr<InputFile> file, c
 std::unique_ptr<SampleSource> open_source(const std::filesystem::path& file, const OpenOptions& options) {
   auto input = std::make_unique<InputFile>(file);
   const std::string name = input->name();
+  if (input->size() == 0) throw Fault(FaultKind::input, "file.empty", fmt::format("{}: is empty (0 bytes)", name));
   auto source = open_by_content(std::move(input), options);
   const auto expected = containers_of(file.extension().string());
   const auto& container = source->info().container;

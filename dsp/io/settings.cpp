@@ -1,15 +1,15 @@
 #include "dsp/io/settings.hpp"
 
 #include <fmt/format.h>
-#include <toml++/toml.h>
 
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <set>
 #include <sstream>
 #include <tuple>
 
+#include "dsp/io/small_file.hpp"
+#include "dsp/io/toml_text.hpp"
 #include "dsp/names.hpp"
 
 namespace dsp {
@@ -62,9 +62,9 @@ std::optional<std::size_t> as_index(std::string_view text) {
 // The value of an override: TOML, or text where it is none.
 toml::table parse_override(std::string_view value) {
   try {
-    auto parsed = toml::parse(fmt::format("value = {}", value));
+    auto parsed = parse_toml(fmt::format("value = {}", value), "");
     if (parsed.size() == 1) return parsed;
-  } catch (const toml::parse_error&) {
+  } catch (const Fault&) {
   }
   return toml::table{{"value", std::string(value)}};
 }
@@ -95,6 +95,7 @@ void apply_override(Document& document, const std::string& text) {
     const auto dot = std::min(path.find('.', from), path.size());
     keys.push_back(path.substr(from, dot - from));
     if (keys.back().empty()) bad("an empty name between the dots");
+    if (keys.size() > most_key_parts) bad(fmt::format("a key of more than {} parts", most_key_parts));
     from = dot + 1;
   }
   toml::node* node = &document.root;
@@ -150,11 +151,7 @@ Settings Settings::from_text(std::string_view text, const std::string& name,
                              const std::vector<std::string>& overrides) {
   auto document = std::make_shared<Document>();
   document->name = name;
-  try {
-    document->root = toml::parse(text, name);
-  } catch (const toml::parse_error& error) {
-    raise("config.syntax", fmt::format("{}:{}: {}", name, error.source().begin.line, clean_name(error.description())));
-  }
+  document->root = parse_toml(text, name);
   for (const auto& text_override : overrides) apply_override(*document, text_override);
   document->asked[""];
   const toml::table* root = &document->root;
@@ -162,19 +159,8 @@ Settings Settings::from_text(std::string_view text, const std::string& name,
 }
 
 Settings Settings::from_file(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
-  const std::string name = clean_name(file.string());
-  std::error_code error;
-  const auto status = std::filesystem::status(file, error);
-  if (!std::filesystem::exists(status)) raise("config.file", fmt::format("{}: no such file", name));
-  if (!std::filesystem::is_regular_file(status)) raise("config.file", fmt::format("{}: is not a regular file", name));
-  constexpr std::uintmax_t most_bytes = 16u << 20;  // settings are written by hand
-  if (std::filesystem::file_size(file, error) > most_bytes)
-    raise("config.file", fmt::format("{}: larger than 16 MiB, so it is no settings file", name));
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  if (!in) raise("config.file", fmt::format("{}: cannot be read", name));
-  return from_text(text.str(), name, overrides);
+  return from_text(read_small_file(file, {.kind = FaultKind::usage, .fault = "config.file"}), clean_name(file.string()),
+                   overrides);
 }
 
 std::optional<double> Settings::find_number(std::string_view key, const NumberRange& range) const {

@@ -117,12 +117,12 @@ ChannelSpec read_channel(const Settings& table) {
 }
 
 void check_distinct(const std::vector<ChannelSpec>& channels) {
-  for (std::size_t i = 0; i < channels.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j)
-      if (channels[i].name == channels[j].name)
-        throw Fault(FaultKind::usage, "channel.name",
-                    fmt::format("{}: channel '{}' has been described already ({}); names must differ",
-                                channels[i].place, channels[i].name, channels[j].place));
+  std::map<std::string, std::string> places;  // of the names
+  for (const ChannelSpec& channel : channels)
+    if (const auto [found, added] = places.try_emplace(channel.name, channel.place); !added)
+      throw Fault(FaultKind::usage, "channel.name",
+                  fmt::format("{}: channel '{}' has been described already ({}); names must differ", channel.place,
+                              channel.name, found->second));
 }
 
 std::vector<Interval> read_bad(const Settings& document) {
@@ -184,6 +184,7 @@ std::optional<double> read_rate(const Settings& table, std::string_view key) {
 
 std::vector<RangeSpec> read_ranges(const Settings& document) {
   std::vector<RangeSpec> ranges;
+  std::map<std::string, std::string> places;  // of the names
   for (const auto& table : document.tables("range")) {
     RangeSpec range;
     range.place = table.place();
@@ -199,10 +200,9 @@ std::vector<RangeSpec> read_ranges(const Settings& document) {
       throw table.fault(
           "train_to", "config.range",
           fmt::format("got {}, want above {} and at most {}", *range.train_to_s, range.from_s, range.to_s));
-    for (const auto& other : ranges)
-      if (other.name == range.name)
-        throw table.fault("name", "config.range",
-                          fmt::format("range '{}' is there already ({})", range.name, other.place));
+    if (const auto [found, added] = places.try_emplace(range.name, range.place); !added)
+      throw table.fault("name", "config.range",
+                        fmt::format("range '{}' is there already ({})", range.name, found->second));
     ranges.push_back(std::move(range));
   }
   return ranges;

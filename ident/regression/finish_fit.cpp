@@ -68,6 +68,13 @@ void leave_out_dependent(const UnitProblem& problem, std::vector<Index>& kept, F
   kept = std::move(independent);
 }
 
+// Variances of very small or very large units are beyond what a double holds: none is better than a wrong one.
+void withhold_unrepresentable(Fit& fit) {
+  if (!std::isnormal(fit.noise_variance)) fit.noise_variance = nan;
+  if (!fit.covariance.diagonal().unaryExpr([](double value) { return std::isnormal(value); }).all())
+    fit.covariance.setConstant(nan);
+}
+
 }  // namespace
 
 bool cannot_begin(const UnitProblem& problem, Fit& fit) {
@@ -131,6 +138,7 @@ void finish_bayesian(const UnitProblem& problem, std::vector<Index> kept, Vector
   fit.covariance = root * root.transpose();
   fit.alpha = (sorted.array() / noise_variance / scale.array().square()).matrix();
   fit.noise_variance = noise_variance * problem.target_norm * problem.target_norm;
+  withhold_unrepresentable(fit);
   fit.log_evidence = log_evidence(problem, at, noise_variance);
   fit.evidence_gain.resize(problem.num_terms());
   for (Index i = 0; i < problem.num_terms(); ++i)
@@ -182,6 +190,7 @@ void finish_least_squares(const UnitProblem& problem, std::vector<Index> kept, d
   fit.noise_variance = noise * problem.target_norm * problem.target_norm;
   const MatrixXd scaled = std::sqrt(noise) * (scale.asDiagonal() * root);
   fit.covariance = scaled * scaled.transpose();
+  if (noise > 0.0) withhold_unrepresentable(fit);
   fit.alpha = VectorXd::Zero(n);
   fit.condition_number = condition_number(problem, fit.relevant);
   if (penalty == 0.0 && !(fit.condition_number < 0.1 / std::numeric_limits<double>::epsilon()))

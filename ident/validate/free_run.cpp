@@ -132,7 +132,8 @@ bool run_stretch(const std::shared_ptr<const EquationOfMotion>& equation, const 
                                         .relative_tolerance = options.relative_tolerance,
                                         .absolute_tolerance = options.relative_tolerance,
                                         .formula = sim::Formula::dormand_prince,
-                                        .divergence_bound = options.divergence_factor};
+                                        .divergence_bound = options.divergence_factor,
+                                        .poll = options.poll};
   // Held on a switch nothing moves and steps would grow past the moment it is let go.
   const int num_switches = static_cast<int>(equation->switches().size());
   if (num_switches > 0) simulate_options.max_step_s = 1.0 / motion.sample_rate_hz;
@@ -174,7 +175,6 @@ FreeRun free_run(const Model& model, const std::vector<Course>& courses, const F
     result.reason = obstacle(*equation);
     if (!result.reason.empty()) return result;
     for (const Course::Stretch& stretch : course.stretches) {
-      if (options.before_stretch) options.before_stretch();
       if (!long_enough(course, stretch, options.min_periods)) continue;
       ++result.num_stretches;
       if (!run_stretch(equation, course, stretch, options, tally, result)) return result;

@@ -28,19 +28,30 @@ double kolmogorov_tail(double z) {
   return std::clamp(tail, 0.0, 1.0);
 }
 
+// The power of two that brings the largest magnitude to about 1: no square then overflows or vanishes, and no bit of a
+// ratio changes.
+double unit_scale(const Eigen::Ref<const VectorXd>& values) {
+  const double largest = values.size() > 0 ? values.cwiseAbs().maxCoeff() : 0.0;
+  constexpr int largest_exponent = std::numeric_limits<double>::max_exponent - 1;
+  return largest > 0.0 && std::isfinite(largest) ? std::ldexp(1.0, std::min(-std::ilogb(largest), largest_exponent))
+                                                 : 1.0;
+}
+
 }  // namespace
 
 double nmse(const Eigen::Ref<const VectorXd>& predicted, const Eigen::Ref<const VectorXd>& actual) {
-  const double size = actual.squaredNorm();
-  return size > 0.0 ? (predicted - actual).squaredNorm() / size : nan;
+  const double scale = unit_scale(actual), size = (scale * actual).squaredNorm();
+  return size > 0.0 ? (scale * predicted - scale * actual).squaredNorm() / size : nan;
 }
 
 double nmse_centred(const Eigen::Ref<const VectorXd>& predicted, const Eigen::Ref<const VectorXd>& actual) {
   if (actual.size() == 0) return nan;
-  const double size = (actual.array() - actual.mean()).matrix().squaredNorm();
+  const double scale = unit_scale(actual);
+  const VectorXd scaled = scale * actual;
+  const double size = (scaled.array() - scaled.mean()).matrix().squaredNorm();
   // Below this the variation is the rounding of a constant.
-  const double rounding = std::numeric_limits<double>::epsilon() * actual.norm();
-  return size > rounding * rounding ? (predicted - actual).squaredNorm() / size : nan;
+  const double rounding = std::numeric_limits<double>::epsilon() * scaled.norm();
+  return size > rounding * rounding ? (scale * predicted - scaled).squaredNorm() / size : nan;
 }
 
 VectorXd predictive_variance(const Eigen::Ref<const MatrixXd>& phi, const Eigen::Ref<const MatrixXd>& covariance,
@@ -59,9 +70,10 @@ BandShares band_shares(const Eigen::Ref<const VectorXd>& predicted, const Eigen:
   return {share(0.67448975), share(1.64485363), share(1.95996398)};
 }
 
-Whiteness residual_whiteness(const Eigen::Ref<const VectorXd>& residual, const std::vector<Index>& samples,
+Whiteness residual_whiteness(const Eigen::Ref<const VectorXd>& raw_residual, const std::vector<Index>& samples,
                              double sample_rate_hz, double band_hz) {
   Whiteness result;
+  const VectorXd residual = unit_scale(raw_residual) * raw_residual;
   const Index num_rows = residual.size();
   if (static_cast<std::size_t>(num_rows) != samples.size())
     throw std::invalid_argument("residual_whiteness: as many residuals as samples");

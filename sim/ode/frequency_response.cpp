@@ -21,7 +21,7 @@ std::vector<ResponsePoint> sweep(const QzsParameters& parameters, std::vector<do
                                           .dwell_s = options.dwell_s,
                                           .transition_s = options.transition_s});
   const double duration_s = options.dwell_s * static_cast<double>(frequencies_hz.size());
-  QzsTrajectory trajectory(std::make_shared<QzsRig>(parameters, programme), duration_s);
+  QzsTrajectory trajectory(std::make_shared<QzsRig>(parameters, programme), duration_s, options.poll);
   std::vector<ResponsePoint> points;
   for (std::size_t k = 0; k < frequencies_hz.size(); ++k) {
     // Whole periods, 200 samples each: a sine's peak is then met to 1.2e-4.

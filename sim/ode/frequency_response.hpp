@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -44,8 +45,9 @@ enum class SweepChange { none, unlock, lock, jump, fall };
 struct FrequencyResponseOptions {
   double from_hz = 0.5, to_hz = 1.9, step_hz = 0.01;
   double amplitude_m = 4.5e-3, dwell_s = 40.0, transition_s = 3.0;
-  double measured_share = 0.25;  ///< of the dwell, at its end
-  double jump_factor = 1.4;      ///< amplitudes of neighbouring frequencies further apart than this are a jump
+  double measured_share = 0.25;     ///< of the dwell, at its end
+  double jump_factor = 1.4;         ///< amplitudes of neighbouring frequencies further apart than this are a jump
+  std::function<void()> poll = {};  ///< called now and then; may throw to stop
 };
 
 /// from_hz, from_hz + step_hz ... to_hz. Throws std::invalid_argument for frequencies that make no sweep.

@@ -49,6 +49,7 @@ class Shooting {
 
  private:
   [[nodiscard]] DrivenPeriod run(const OscillatorState& state) const {
+    if (options_.poll) options_.poll();
     return run_period(oscillator_, frequency_hz_, amplitude_, state, options_.steps_per_period);
   }
   /// A state with the mode that belongs to it.

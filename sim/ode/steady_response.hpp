@@ -1,4 +1,6 @@
 #pragma once
+#include <functional>
+
 #include "sim/ode/driven_oscillator.hpp"
 #include "sim/ode/frequency_response.hpp"
 
@@ -11,6 +13,7 @@ struct SteadyOptions {
   double tolerance = 1e-8;      ///< change of state over a period, as a share of the amplitude
   double nearness = 0.1;        ///< a periodic motion further off than this share of the amplitude is another one
   double locate_hz = 1e-4;      ///< jumps are located to this, and what is steep but no jump is left out; 0: neither
+  std::function<void()> poll = {};  ///< called for every period computed; may throw to stop
 };
 
 /// The frequency response of an oscillator whose steady motion is periodic.

@@ -137,10 +137,13 @@ System QzsRig::system() const {
   return s;
 }
 
-QzsTrajectory::QzsTrajectory(std::shared_ptr<const QzsRig> rig, double duration_s)
+QzsTrajectory::QzsTrajectory(std::shared_ptr<const QzsRig> rig, double duration_s, std::function<void()> poll)
     : rig_(std::move(rig)),
       integrator_(rig_->system(), Eigen::Vector2d::Zero(),
-                  {.duration_s = duration_s, .relative_tolerance = 1e-10, .absolute_tolerance = 1e-10}),
+                  {.duration_s = duration_s,
+                   .relative_tolerance = 1e-10,
+                   .absolute_tolerance = 1e-10,
+                   .poll = std::move(poll)}),
       duration_s_(duration_s) {}
 
 void QzsTrajectory::next_stretch() {

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <functional>
 #include <memory>
 #include <stdexcept>
 #include <string_view>
@@ -74,7 +75,8 @@ struct QzsState {
 /// for the list of events.
 class QzsTrajectory {
  public:
-  QzsTrajectory(std::shared_ptr<const QzsRig> rig, double duration_s);
+  /// `poll` is called now and then while it integrates; it may throw to stop.
+  QzsTrajectory(std::shared_ptr<const QzsRig> rig, double duration_s, std::function<void()> poll = {});
   /// Rest before t = 0. Throws std::invalid_argument for a t before the stretch of the last one, or past the end;
   /// Diverged where the motion has no end.
   [[nodiscard]] const QzsState& at(double t);

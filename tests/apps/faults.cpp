@@ -321,7 +321,7 @@ TEST_CASE("messages say once what is wrong, where, and in the words that were wr
   check_cases(folder, {{"", fit + "'t^'", 2, {"'t^': position 3: Unexpected end of expression\n"}},
                        {"", fit + "'t other'", 2, {"expression 't other': position"}},
                        {"", fit + "'t!'", 2, {"'!' is not known here"}},
-                       {"", fit + "nofile.txt", 2, {"[config.file] --terms: nofile.txt: no such file"}},
+                       {"", fit + "nofile.txt", 2, {"[config.file] nofile.txt: No such file", "--terms"}},
                        {"", "$ARDENT run nothing.toml -o o", 2, {"nothing.toml:1: no [[recording]]"}},
                        {"", "$ARDENT check table.wav", 0, {"warning [container.extension] table.wav: by its content"}},
                        {"", "$ARDENT sim foo -o o", 2, {"no system 'foo'", "duffing", "qzs"}}});

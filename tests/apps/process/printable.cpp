@@ -23,6 +23,13 @@ TEST_CASE("bytes that are not UTF-8 become the replacement character", "[apps][p
   CHECK(printable("\xED\xA0\x80") == replaced + replaced + replaced);  // surrogate
 }
 
+TEST_CASE("a text keeps its lines and a JSON document its meaning", "[apps][printable]") {
+  CHECK(apps::printable_lines("a\x1b[31m\n\xC2\x9B\n" + std::string(10'000, 'x')) ==
+        "a\\x1b[31m\n\\x9b\n" + std::string(10'000, 'x'));
+  CHECK(apps::printable_json("{\n \"a\": \"\x7f\xC2\x9B\xE2\x80\xAE\"\n}\n") ==
+        "{\n \"a\": \"\\u007f\\u009b\\u202e\"\n}\n");
+}
+
 TEST_CASE("long text is cut", "[apps][printable]") {
   CHECK(printable(std::string(10'000, 'x'), 10) == "xxxxxxxxxx...");
 }

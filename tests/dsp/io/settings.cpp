@@ -1,6 +1,7 @@
 #include "dsp/io/settings.hpp"
 
 #include <rapidcheck/catch.h>
+#include <sys/stat.h>
 
 #include <catch2/catch.hpp>
 
@@ -141,9 +142,39 @@ TEST_CASE("a fault in an override names the override", "[dsp][settings]") {
 TEST_CASE("a settings file that is not there or not a file is a fault", "[dsp][settings]") {
   const support::Scratch scratch;
   check_fault([&] { (void)Settings::from_file(scratch / "none.toml"); }, FaultKind::usage, "config.file",
-              {"no such file"});
+              {"No such file"});
   check_fault([&] { (void)Settings::from_file(scratch / ""); }, FaultKind::usage, "config.file", {"regular file"});
   CHECK(Settings::from_file(scratch.file("c.toml", "a = 7")).integer("a", 0) == 7);
+}
+
+TEST_CASE("a key of thousands of parts is refused with its line, wherever it is written", "[dsp][settings]") {
+  std::string key = "a";
+  for (int i = 0; i < 50'000; ++i) key += i % 3 == 0 ? ".a" : i % 3 == 1 ? " . 'b.c'" : ".\"d\\\"\"";
+  const auto refused = [](const std::string& text, const std::vector<std::string>& overrides, const char* name,
+                          const std::vector<std::string>& pieces) {
+    check_fault([&] { (void)Settings::from_text(text, "deep.toml", overrides); }, FaultKind::usage, name, pieces);
+  };
+  refused("x = \"\"\"1.2\n\"\"\"\"\n" + key + " = 1\n", {}, "config.syntax", {"deep.toml:3:", "16 parts"});
+  refused("# 1.2\n[" + key + "]\n", {}, "config.syntax", {"deep.toml:2:"});
+  refused("[[" + key + "]]\n", {}, "config.syntax", {"deep.toml:1:"});
+  refused("x = { " + key + " = 1 }\n", {}, "config.syntax", {"deep.toml:1:"});
+  std::string path = "a";
+  for (int i = 0; i < 50'000; ++i) path += ".a";
+  refused("a = 1", {path + "=1"}, "config.override", {"--set a.a", "16 parts"});
+
+  const auto fine = Settings::from_text(
+      "a.b.c = '1.2.3.4.5.6.7.8.9.1.2.3.4.5.6.7.8.9'\nd = [1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5, 8.5, 9.5, 1.5, 2.5, 3.5, "
+      "4.5, 5.5, 6.5, 7.5, 8.5]  # e.f.g.h.i.j.k.l.m.n.o.p.q.r.s.t.u.v.w.x.y.z\n",
+      "fine.toml");
+  CHECK(fine.numbers("d").size() == 17);
+  CHECK(fine.table("a").table("b").text("c", "").size() == 35);
+}
+
+TEST_CASE("a pipe in place of a settings file is refused at once", "[dsp][settings]") {
+  const support::Scratch scratch;
+  const auto pipe = scratch / "pipe.toml";
+  REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
+  check_fault([&] { (void)Settings::from_file(pipe); }, FaultKind::usage, "config.file", {"a pipe"});
 }
 
 TEST_CASE("any text survives being quoted", "[dsp][settings]") {

@@ -1,6 +1,8 @@
 #include "dsp/io/sidecar.hpp"
 
 #include <catch2/catch.hpp>
+#include <ctime>
+#include <string>
 
 #include "support/fault.hpp"
 
@@ -119,4 +121,17 @@ TEST_CASE("ranges must make sense", "[dsp][sidecar]") {
 
 TEST_CASE("a sidecar lies beside its recording", "[dsp][sidecar]") {
   CHECK(dsp::sidecar_path("runs/rig.wav") == "runs/rig.wav.toml");
+}
+
+TEST_CASE("many ranges and channels are read in a time that grows with their number", "[dsp][sidecar]") {
+  const auto seconds = [](int count) {
+    std::string text;
+    for (int i = 0; i < count; ++i)
+      text += "[[range]]\nname = \"r" + std::to_string(i) + "\"\n[[channel]]\nname = \"c" + std::to_string(i) + "\"\n";
+    const std::clock_t begin = std::clock();
+    CHECK(parse(text).ranges.size() == static_cast<std::size_t>(count));
+    return static_cast<double>(std::clock() - begin);
+  };
+  // Four times as many: 4 times the time if linear, 16 if quadratic.
+  CHECK(seconds(40'000) < 9.0 * seconds(10'000));
 }

@@ -166,3 +166,19 @@ TEST_CASE("robust deviations are right where the residual is coloured and where 
     if (memory > 0.0) CHECK(plain < 0.3 * happened);
   }
 }
+
+TEST_CASE("errors and whiteness do not depend on the unit, however small or large", "[ident][judge]") {
+  const VectorXd actual = gaussian(500, 1, 3), predicted = actual + 0.1 * gaussian(500, 1, 4);
+  const auto whiteness = ident::residual_whiteness(actual - predicted, every_sample(500), 100.0, 40.0);
+  REQUIRE(whiteness.tested);
+  for (const int exponent : {-1000, -600, 600, 1000}) {
+    CAPTURE(exponent);
+    const double unit = std::ldexp(1.0, exponent);
+    CHECK(ident::nmse(unit * predicted, unit * actual) == Approx(ident::nmse(predicted, actual)).epsilon(1e-12));
+    CHECK(ident::nmse_centred(unit * predicted, unit * actual) ==
+          Approx(ident::nmse_centred(predicted, actual)).epsilon(1e-12));
+    const auto scaled = ident::residual_whiteness(unit * (actual - predicted), every_sample(500), 100.0, 40.0);
+    CHECK(scaled.tested);
+    CHECK(scaled.p_value == Approx(whiteness.p_value).epsilon(1e-9));
+  }
+}

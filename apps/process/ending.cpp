@@ -1,0 +1,122 @@
+#include "apps/process/ending.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cstdlib>
+#include <filesystem>
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+#include "apps/output/results_json.hpp"
+#include "apps/process/interrupt.hpp"
+
+namespace apps {
+namespace {
+
+constexpr int code_bug = 1, code_usage = 2, code_input = 3, code_numerics = 4, code_output = 5, code_signal = 128;
+
+/// How the program ends where it does not end well.
+struct Ending {
+  int code = code_bug;
+  std::string name{}, kind{}, message{}, lines{};
+};
+
+Ending of_fault(const dsp::Fault& fault) {
+  Ending ending{code_bug, fault.name(), "bug", fault.what(), fault.lines()};
+  switch (fault.kind()) {
+    case dsp::FaultKind::usage:
+      return ending.code = code_usage, ending.kind = "usage", ending;
+    case dsp::FaultKind::input:
+      return ending.code = code_input, ending.kind = "input", ending;
+    case dsp::FaultKind::numerics:
+      return ending.code = code_numerics, ending.kind = "numerics", ending;
+    case dsp::FaultKind::output:
+      return ending.code = code_output, ending.kind = "output", ending;
+  }
+  return ending;
+}
+
+Ending out_of_memory() {
+  return {code_numerics, "memory.exhausted", "numerics",
+          "no memory left. Use fewer terms, a lower rate or a shorter recording"};
+}
+
+/// The ending that the exception under way leads to.
+Ending ending_of_exception() {
+  try {
+    throw;
+  } catch (const Interrupted& interrupted) {
+    return {code_signal + interrupted.signal, "interrupted", "signal", "stopped by a signal; nothing was written"};
+  } catch (const dsp::Fault& fault) {
+    return of_fault(fault);
+  } catch (const std::bad_alloc&) {
+    return out_of_memory();
+  } catch (const std::length_error&) {  // more than any memory holds
+    return out_of_memory();
+  } catch (const std::filesystem::filesystem_error& error) {  // inputs are opened before anything is asked of a path
+    return {code_output, "output.path", "output",
+            fmt::format("{}: {}. Choose another place with -o",
+                        error.path1().empty() ? "the current folder" : error.path1().string(), error.code().message())};
+  } catch (const std::system_error& error) {
+    return {code_numerics, "system.refused", "numerics", fmt::format("the system refuses: {}", error.what())};
+  } catch (const std::exception& error) {
+    return {code_bug, "bug", "bug",
+            fmt::format("a mistake of this program: {}. Please report it with the command line", error.what())};
+  }
+}
+
+void say(const Ending& ending, Console& console) {
+  console.error(ending.name, ending.message, ending.lines);
+  if (!console.json()) return;
+  try {
+    console.result(fault_json(ending.name, ending.kind, ending.code, ending.message, ending.lines));
+  } catch (const dsp::Fault&) {  // standard output takes nothing; how it ended is said above
+  }
+}
+
+/// Memory kept for the way out: destructors and the message need some where there is none. Each piece lies within the
+/// heap, where what is given back is found again whatever the limit of the process.
+constexpr std::size_t reserve_bytes = 1 << 16;
+std::array<std::atomic<void*>, 2> reserve{};
+
+/// What operator new calls where it gets nothing. The first time it tries again with a piece of the reserve, since a
+/// destructor may be asking; after that memory has ended.
+void give_back_reserve() {
+  if (void* const first = reserve[0].exchange(nullptr)) return std::free(first);
+  std::free(reserve[1].exchange(nullptr));
+  throw std::bad_alloc();
+}
+
+void keep_reserve() {
+  for (auto& piece : reserve) piece = std::malloc(reserve_bytes);
+  std::set_new_handler(give_back_reserve);
+}
+
+int say_without_memory() noexcept {
+  constexpr std::string_view line = "error [memory.exhausted] no memory left, not even for a message\n";
+  [[maybe_unused]] const auto ignored = ::write(STDERR_FILENO, line.data(), line.size());
+  return code_numerics;
+}
+
+}  // namespace
+
+int ending_of(const std::function<int()>& action, Console& console) noexcept try {
+  keep_reserve();
+  try {
+    return action();
+  } catch (...) {
+    const Ending ending = ending_of_exception();
+    say(ending, console);
+    return ending.code;
+  }
+} catch (...) {
+  return say_without_memory();
+}
+
+}  // namespace apps

@@ -1,0 +1,73 @@
+#include "dsp/io/toml_text.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "dsp/fault.hpp"
+#include "dsp/names.hpp"
+
+namespace dsp {
+namespace {
+
+[[noreturn]] void refuse(const std::string& name, std::ptrdiff_t line, std::string_view what) {
+  throw Fault(FaultKind::usage, "config.syntax", fmt::format("{}:{}: {}", name, line, what));
+}
+
+/// Length of the string in quotes that begins `text`; an open one goes to the end of its line, or of the text.
+std::size_t quoted_length(std::string_view text) {
+  const char quote = text.front();
+  const bool multiline = text.starts_with(std::string(3, quote));
+  for (std::size_t i = multiline ? 3 : 1; i < text.size(); ++i) {
+    if (quote == '"' && text[i] == '\\') {
+      ++i;
+    } else if (!multiline) {
+      if (text[i] == quote) return i + 1;
+      if (text[i] == '\n') return i;
+    } else if (text.substr(i).starts_with(std::string(3, quote))) {
+      i += 3;  // two more quotes may stand before the three that close
+      for (int more = 0; more < 2 && i < text.size() && text[i] == quote; ++more) ++i;
+      return i;
+    }
+  }
+  return text.size();
+}
+
+/// Whether a character may lie within a key or between its parts; a number has one dot, a key one less than parts.
+bool belongs_to_key(char c) {
+  return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-' || c == ' ' || c == '\t' ||
+         static_cast<unsigned char>(c) >= 0x80;
+}
+
+/// toml++ limits how deep values lie in one another but not how many parts a key has.
+void check_key_parts(std::string_view text, const std::string& name) {
+  int dots = 0;
+  for (std::size_t i = 0; i < text.size();) {
+    const char c = text[i];
+    if (c == '#') {
+      i = std::min(text.find('\n', i), text.size());
+    } else if (c == '"' || c == '\'') {
+      i += quoted_length(text.substr(i));
+    } else {
+      dots = c == '.' ? dots + 1 : belongs_to_key(c) ? dots : 0;
+      ++i;
+    }
+    if (dots >= most_key_parts)
+      refuse(name, 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(i), '\n'),
+             fmt::format("a key of more than {} parts with dots between them", most_key_parts));
+  }
+}
+
+}  // namespace
+
+toml::table parse_toml(std::string_view text, const std::string& name) {
+  check_key_parts(text, name);
+  try {
+    return toml::parse(text, name);
+  } catch (const toml::parse_error& error) {
+    refuse(name, error.source().begin.line, clean_name(error.description()));
+  }
+}
+
+}  // namespace dsp
