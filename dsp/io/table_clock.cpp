@@ -72,18 +72,19 @@ struct Steps {
 
 Steps find_steps(const Stamps& stamps) {
   const auto& time_s = stamps.time_s;
-  std::vector<double> steps(time_s.size() - 1);
-  for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = time_s[i + 1] - time_s[i];
-  const double gap_s = 1.5 * median(steps) + 2 * stamps.printed_to_s;
+  const std::size_t num_steps = time_s.size() - 1;
+  std::vector<double> steps(num_steps);
+  for (std::size_t i = 0; i < num_steps; ++i) steps[i] = time_s[i + 1] - time_s[i];
+  const double gap_s = 1.5 * median(std::move(steps)) + 2 * stamps.printed_to_s;
   Steps found;
   found.least_s = std::numeric_limits<double>::infinity();
   std::size_t first = 0, count = 0;
   double sum_s = 0;
-  for (std::size_t i = 0; i <= steps.size(); ++i) {
-    const bool last = i == steps.size();
-    if (!last && steps[i] <= gap_s) {
-      found.least_s = std::min(found.least_s, steps[i]);
-      found.most_s = std::max(found.most_s, steps[i]);
+  for (std::size_t i = 0; i <= num_steps; ++i) {
+    const double step_s = i < num_steps ? time_s[i + 1] - time_s[i] : std::numeric_limits<double>::infinity();
+    if (step_s <= gap_s) {
+      found.least_s = std::min(found.least_s, step_s);
+      found.most_s = std::max(found.most_s, step_s);
       continue;
     }
     found.stretches.push_back({first, i + 1});
@@ -212,6 +213,7 @@ Clock interpolated_clock(const Stamps& stamps, double rate_hz) {
   clock.start_s = time_s.front();
   clock.num_frames = static_cast<std::int64_t>(std::floor(span_s * rate_hz * (1 + 1e-12))) + 1;
   std::vector<double> steps(time_s.size() - 1);
+  clock.position.reserve(time_s.size());
   for (std::size_t i = 0; i < time_s.size(); ++i) {
     clock.position.push_back((time_s[i] - time_s.front()) * rate_hz);
     if (i > 0) steps[i - 1] = time_s[i] - time_s[i - 1];
