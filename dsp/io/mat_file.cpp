@@ -114,7 +114,10 @@ class MatFile : public RowsOnClock {
   }
 
  private:
-  void finish_reading() override { file_->check_unchanged(); }
+  void finish_reading() override {
+    file_->check_unchanged();
+    columns_ = {};  // nothing asks for them again
+  }
 
   void read_row(Eigen::RowVectorXd& row) override {
     for (std::size_t i = 0; i < columns_.size(); ++i) row[static_cast<Eigen::Index>(i)] = columns_[i][next_row_];

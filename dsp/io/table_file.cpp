@@ -115,7 +115,7 @@ class TableFile : public RowsOnClock {
         stamps, {.rate_hz = options.rate_hz, .header_rate_hz = layout_.rate_hz, .interpolate = options.interpolate}));
   }
 
-  // By a quarter at a time: old and new together stay below what the clock needs afterwards.
+  // By a quarter at a time: old and new together are about what the clock needs afterwards.
   template <typename T>
   void append(std::vector<T>& list, T value, std::size_t max_memory_bytes) const {
     if (list.size() == list.capacity()) {
