@@ -24,10 +24,7 @@ std::string sensitivity_text(const dsp::Sensitivity& sensitivity, double factor)
 std::string scale_line(const dsp::SensorFault& fault, const dsp::ChannelSpec* channel) {
   if (channel != nullptr && channel->sensitivity)
     return fmt::format("sensitivity = \"{}\"", sensitivity_text(*channel->sensitivity, fault.sensitivity_factor));
-  if (fault.kind == Kind::unit && std::abs(std::log(1e-3 / fault.limit)) < 1e-6) return "unit = \"mm\"";
-  if (fault.kind == Kind::unit && std::abs(std::log(1e3 / fault.limit)) < 1e-6) return "unit = \"m\"";
-  if (fault.kind == Kind::unit && std::abs(std::log(0.0254 / fault.limit)) < 1e-6) return "unit = \"in\"";
-  if (fault.kind == Kind::unit) return fault.limit < 1.0 ? "unit = \"g\"" : "unit = \"m/s^2\"";
+  if (fault.kind == Kind::unit) return fmt::format("unit = \"{}\"", fault.unit);
   const dsp::Unit unit = channel != nullptr && !channel->unit.empty() ? dsp::find_unit(channel->unit) : dsp::Unit{};
   const std::string si = !unit.si.empty() ? unit.si : channel != nullptr ? dsp::si_unit(channel->role) : "";
   return fmt::format("full_scale = \"{:.6g} {}\"", unit.factor / fault.sensitivity_factor, si);
@@ -54,6 +51,16 @@ dsp::Check check_of(const dsp::SensorFault& fault, bool corrected, const dsp::Ch
   return check;
 }
 
+dsp::Check relation_check(const dsp::SensorRelation& relation, std::string found, dsp::CheckStatus without) {
+  const bool known = relation.reason.empty();
+  return {.name = "sensor.relation",
+          .channel = relation.name,
+          .status = known ? dsp::CheckStatus::ok : without,
+          .value = relation.gain,
+          .limit = dsp::largest_gain_error,
+          .message = known ? std::move(found) : "not compared: " + relation.reason};
+}
+
 }  // namespace
 
 std::string remedy(const dsp::SensorFault& fault, const dsp::ChannelSpec* channel) {
@@ -75,17 +82,7 @@ std::string remedy(const dsp::SensorFault& fault, const dsp::ChannelSpec* channe
 std::vector<dsp::Check> sensor_checks(const dsp::Prepared& prepared, const std::vector<dsp::ChannelSpec>& channels,
                                       const std::string& sidecar) {
   std::vector<dsp::Check> checks;
-  for (const dsp::SensorRelation& relation : prepared.relations) {
-    const bool known = relation.reason.empty(), corrected = prepared.equalised() && can_be_corrected(relation);
-    dsp::Check pair{
-        .name = "sensor.relation", .channel = relation.name, .value = relation.gain, .limit = dsp::largest_gain_error};
-    pair.status = known ? dsp::CheckStatus::ok : dsp::CheckStatus::warning;
-    pair.message = known
-                       ? fmt::format(
-                             "accelerometer to displacement: gain {:.5f}, displacement {:.3f} ms late, "
-                             "corners [{:.4f}] Hz",
-                             relation.sign * relation.gain, 1e3 * relation.lag_s, fmt::join(relation.highpass_hz, ", "))
-                       : "not compared: " + relation.reason;
+  const auto add = [&](dsp::Check pair, const dsp::SensorRelation& relation, bool corrected) {
     checks.push_back(std::move(pair));
     for (const dsp::SensorFault& fault : sensor_faults(relation, prepared.options.scale)) {
       const auto spec = std::find_if(channels.begin(), channels.end(),
@@ -93,7 +90,22 @@ std::vector<dsp::Check> sensor_checks(const dsp::Prepared& prepared, const std::
       checks.push_back(
           check_of(fault, corrected && corrects(relation, fault), spec == channels.end() ? nullptr : &*spec, sidecar));
     }
-  }
+  };
+  for (const dsp::SensorRelation& relation : prepared.relations)
+    add(relation_check(
+            relation,
+            fmt::format("accelerometer to displacement: gain {:.5f}, displacement {:.3f} ms late, "
+                        "corners [{:.4f}] Hz",
+                        relation.sign * relation.gain, 1e3 * relation.lag_s, fmt::join(relation.highpass_hz, ", ")),
+            dsp::CheckStatus::warning),
+        relation, prepared.equalised() && can_be_corrected(relation));
+  for (const dsp::SensorRelation& relation : prepared.derivatives)
+    add(relation_check(
+            relation,
+            fmt::format("{} is {:.5f} times the {}derivative of {}", relation.acceleration,
+                        relation.sign * relation.gain, relation.order == 2 ? "second " : "", relation.displacement),
+            dsp::CheckStatus::note),
+        relation, false);
   return checks;
 }
 

@@ -198,7 +198,7 @@ std::vector<StudyResult> run_cells(const StudyRequest& request, Console& console
         FormedColumns& data = formed[library_key(job.config)];
         if (data.libraries.empty()) {
           data.libraries = compile_libraries(job.config, inputs);
-          data.columns = all_columns(job.config, inputs, data.libraries, silent);
+          data.columns = all_columns(job.config, inputs, data.libraries, request.max_memory_bytes, silent);
         }
         const ident::IdentifyOptions options = identify_options(job.config, inputs, request.num_threads);
         for (ident::RangeResult& range :

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "dsp/filter/filter_design.hpp"
+#include "dsp/memory_limit.hpp"
 #include "dsp/prepare/bus.hpp"
 #include "dsp/prepare/prepare_filters.hpp"
 
@@ -166,12 +167,13 @@ void finish(Prepared& prepared, Recording bus, const std::optional<FilterSheet>&
   const double duration_s = bus.duration_s();
   const ColumnFilter low_pass = prepared.filter;
   remove_delays(bus);
-  if (prepared.equalised()) {
-    bring_to_agree(prepared, bus);
-  } else {
+  {
+    const auto excluded = mask(bus.bad, bus.samples.rows(), bus.sample_rate_hz);
     ColumnSpectra spectra(bus);
-    prepared.relations = relate_pairs(spectra, mask(bus.bad, bus.samples.rows(), bus.sample_rate_hz));
+    prepared.derivatives = relate_derivatives(spectra, excluded);
+    if (!prepared.equalised()) prepared.relations = relate_pairs(spectra, excluded);
   }
+  if (prepared.equalised()) bring_to_agree(prepared, bus);
   bus.bad.clear();
   if (o.recipe == Recipe::paper)
     prepared.signals =
@@ -227,15 +229,13 @@ BusRecording filled(Filling& filling, const Recording& known) {
   return bus;
 }
 
-void require_memory(const Recording& description, Index num_frames, double bus_rate_hz, std::size_t max_bytes) {
-  // The bus holds the channels, and x, r, y with two derivatives each; some of it twice in passing.
-  const double bytes = 8.0 * (2.0 * static_cast<double>(description.channels.size()) + 12.0) *
-                       static_cast<double>(num_frames) * bus_rate_hz / description.sample_rate_hz;
-  if (bytes > static_cast<double>(max_bytes))
-    throw Fault(FaultKind::numerics, "memory.limit",
-                fmt::format("{}: needs {:.0f} MB in memory, at most {:.0f} MB are allowed; ask for a lower rate_hz or "
-                            "allow more",
-                            description.name, 1e-6 * bytes, 1e-6 * static_cast<double>(max_bytes)));
+// The bus holds the channels, and so does what is made of it: x, v, a, y, dy, ddy and t, and r, dr, ddr where there is
+// a base, once on the bus and once filtered; four more pass through a filter at a time.
+double prepared_bytes(const Recording& description, Index num_frames, double bus_rate_hz) {
+  const bool base =
+      description.find(Role::r) >= 0 || description.find(Role::dr) >= 0 || description.find(Role::ddr) >= 0;
+  const double columns = 2.0 * (static_cast<double>(description.channels.size()) + (base ? 10.0 : 7.0)) + 4.0;
+  return sizeof(double) * columns * static_cast<double>(num_frames) * bus_rate_hz / description.sample_rate_hz;
 }
 
 }  // namespace
@@ -272,7 +272,8 @@ std::vector<std::shared_ptr<BusRecording>> read_bus(RecordingReader& reader, con
   const Recording& description = reader.description();
   const auto num_frames = static_cast<Index>(reader.num_frames());
   for (const PrepareOptions& asked : options)
-    require_memory(description, num_frames, resolved(asked, description.sample_rate_hz).bus_rate_hz,
+    require_memory(description.name,
+                   prepared_bytes(description, num_frames, resolved(asked, description.sample_rate_hz).bus_rate_hz),
                    stream.max_memory_bytes);
   std::vector<std::size_t> place;
   std::vector<Filling> buses = fillings(description, num_frames, options, place);

@@ -49,6 +49,7 @@ struct Prepared {
   std::vector<double> highpass_hz;        ///< its corners; none: columns keep their means
   std::optional<FilterSheet> decimation;  ///< from the recording to the regression rate
   std::vector<SensorRelation> relations;  ///< between displacement and accelerometer of base and payload
+  std::vector<SensorRelation> derivatives;  ///< between other channels one of which is the other's derivative
   Eigen::VectorXd raw_v, raw_a;           ///< at the regression rate, before the sensors were brought to agree; for the
                                           ///< power check; empty where they were not
   bool x_is_difference = false;           ///< x = y - r of two displacements, whose zeros mean nothing

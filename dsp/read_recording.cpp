@@ -5,10 +5,13 @@
 #include <algorithm>
 #include <optional>
 #include <sstream>
+#include <unordered_map>
+#include <unordered_set>
 
 #include "dsp/filter/dispatch.hpp"
 #include "dsp/io/calibrate.hpp"
 #include "dsp/io/recording_files.hpp"
+#include "dsp/memory_limit.hpp"
 #include "dsp/names.hpp"
 #include "dsp/samples/bridge_gaps.hpp"
 
@@ -44,35 +47,37 @@ void assign_roles(std::vector<Channel>& channels, const ReadOptions& options, co
     } catch (const std::invalid_argument& error) {
       throw fault(FaultKind::usage, "channel.role", fmt::format("use {}={}: {}", role_name, wanted, error.what()));
     }
-    std::vector<std::string> names;
-    for (auto& channel : channels) {
-      names.push_back(channel.name);
-      if (channel.role == role) channel.role = Role::other;
-    }
-    const auto found = std::find(names.begin(), names.end(), wanted);
-    if (found == names.end())
+    const auto found =
+        std::find_if(channels.begin(), channels.end(), [&](const Channel& channel) { return channel.name == wanted; });
+    if (found == channels.end()) {
+      std::vector<std::string> names;
+      for (const auto& channel : channels) names.push_back(channel.name);
       throw fault(FaultKind::usage, "channel.name",
                   fmt::format("use {}={}: {} has no such channel, only {}", role_name, clean_name(wanted), recording,
                               fmt::join(names, ", ")));
-    channels[static_cast<std::size_t>(found - names.begin())].role = role;
-  }
-  for (std::size_t i = 0; i < channels.size(); ++i) {
-    const auto role = channels[i].role;
-    if (!fits(role, channels[i].unit) && channels[i].calibrated)
-      throw fault(FaultKind::usage, "unit.role",
-                  fmt::format("{}: channel '{}' is in {}, but role {} is measured in {}", recording, channels[i].name,
-                              channels[i].unit, to_string(role), si_unit(role)));
-    for (std::size_t j = 0; j < i; ++j) {
-      if (channels[i].name == channels[j].name)
-        throw fault(
-            FaultKind::usage, "channel.name",
-            fmt::format("{}: two channels are called '{}'. Name them apart in a sidecar", recording, channels[i].name));
-      if (role != Role::other && role == channels[j].role)
-        throw fault(
-            FaultKind::usage, "channel.role",
-            fmt::format("{}: channels '{}' and '{}' both have role {}. Choose one: use = {{ {} = \"{}\" }}", recording,
-                        channels[j].name, channels[i].name, to_string(role), to_string(role), channels[j].name));
     }
+    for (auto& channel : channels)
+      if (channel.role == role) channel.role = Role::other;
+    found->role = role;
+  }
+  std::unordered_set<std::string_view> names;
+  std::map<Role, std::string> players;
+  for (const auto& channel : channels) {
+    const auto role = channel.role;
+    if (!fits(role, channel.unit) && channel.calibrated)
+      throw fault(FaultKind::usage, "unit.role",
+                  fmt::format("{}: channel '{}' is in {}, but role {} is measured in {}", recording, channel.name,
+                              channel.unit, to_string(role), si_unit(role)));
+    if (!names.insert(channel.name).second)
+      throw fault(
+          FaultKind::usage, "channel.name",
+          fmt::format("{}: two channels are called '{}'. Name them apart in a sidecar", recording, channel.name));
+    if (role == Role::other) continue;
+    if (const auto [player, is_free] = players.emplace(role, channel.name); !is_free)
+      throw fault(
+          FaultKind::usage, "channel.role",
+          fmt::format("{}: channels '{}' and '{}' both have role {}. Choose one: use = {{ {} = \"{}\" }}", recording,
+                      player->second, channel.name, to_string(role), to_string(role), player->second));
   }
 }
 
@@ -119,6 +124,7 @@ struct RecordingReader::State {
                                        [](const ChannelSpec& channel) { return channel.role != Role::t; });
     const auto channels = described ? sidecar.channels : channels_of(files[0]);
     std::vector<int> places(files.size(), 0);
+    std::vector<std::unordered_map<int, std::string>> taken(files.size());  // column -> channel
     std::string missing, names;
     for (const auto& channel : channels) {
       if (channel.role == Role::t) continue;
@@ -126,6 +132,12 @@ struct RecordingReader::State {
       Pick pick;
       while (files[pick.file].path != path) ++pick.file;
       pick.column = find_column(channel, files[pick.file], places[pick.file]++);
+      if (const auto [other, is_free] = taken[pick.file].emplace(pick.column, channel.name); !is_free)
+        throw fault(
+            FaultKind::usage, "channel.index",
+            fmt::format("{}: channels '{}' and '{}' both are column {} of {}. Give one of them another index or "
+                        "column",
+                        channel.place, other->second, channel.name, pick.column + 1, files[pick.file].name));
       auto calibration = calibrate(channel, files[pick.file].source->info(), pick.column);
       if (!calibration.missing.empty() && !options.uncalibrated) {
         missing += lines_to_add(channel, calibration, described);
@@ -140,8 +152,10 @@ struct RecordingReader::State {
       pick.scale = calibration.scale;
       pick.shift = calibration.shift;
       picks.push_back(pick);
-      description.channels.push_back(
-          {channel.name, channel.role, calibration.unit, channel.delay_s, channel.highpass_hz, calibration.calibrated});
+      // A file that begins late holds samples that are ahead of the clock.
+      const double late_s = late_start_s(files[pick.file], description.clock_start_s, description.sample_rate_hz);
+      description.channels.push_back({channel.name, channel.role, calibration.unit, channel.delay_s - late_s,
+                                      channel.highpass_hz, calibration.calibrated});
     }
     if (!missing.empty())
       throw Fault(FaultKind::input, "calibration.missing",
@@ -203,7 +217,7 @@ struct RecordingReader::State {
     }
     const auto width = static_cast<Eigen::Index>(picks.size());
     block.resize(count, width);
-    for (Eigen::Index c = 0; c < width; ++c) {
+    for (Eigen::Index c = 0; count > 0 && c < width; ++c) {
       const auto& pick = picks[static_cast<std::size_t>(c)];
       const auto& raw = files[pick.file].block;
       const double* from = raw.data() + pick.column;
@@ -231,7 +245,7 @@ RecordingReader::RecordingReader(const fs::path& file, const ReadOptions& option
   state.files = open_files(file, state.sidecar, options);
   description.sample_rate_hz = agree_on_rate(state.files, state.sidecar);
   state.num_frames = agree_on_length(state.files, options.salvage, description.checks);
-  description.clock_start_s = agree_on_start(state.files, description.sample_rate_hz);
+  description.clock_start_s = agree_on_start(state.files, description.sample_rate_hz, description.checks);
   description.bad = state.sidecar.bad;
   bool all_scaled = true;
   for (const auto& opened : state.files) {
@@ -275,6 +289,9 @@ std::int64_t RecordingReader::num_frames() const {
 Eigen::Index RecordingReader::read(FrameBlock& block, Eigen::Index max_frames) {
   if (max_frames < 1) throw std::invalid_argument("RecordingReader::read: max_frames must be at least 1");
   auto& state = *state_;
+  constexpr Eigen::Index most_values = Eigen::Index{1} << 20;  // 8 MB, however many channels there are
+  const auto width = static_cast<Eigen::Index>(state.picks.size());
+  max_frames = std::min(max_frames, std::max<Eigen::Index>(most_values / width, 1));
   if (!state.bridge) {
     const auto count = state.read_calibrated(block, max_frames);
     if (count == 0 && !state.ended) state.finish();
@@ -294,12 +311,9 @@ Recording read_recording(const fs::path& file, const ReadOptions& options) {
   RecordingReader reader(file, options);
   const auto frames = static_cast<Eigen::Index>(reader.num_frames());
   const auto width = static_cast<Eigen::Index>(reader.description().channels.size());
-  const double bytes = static_cast<double>(frames) * static_cast<double>(width) * sizeof(double);
-  if (bytes > static_cast<double>(options.max_memory_bytes))
-    throw fault(FaultKind::numerics, "memory.limit",
-                fmt::format("{}: {} channels of {} frames need {:.0f} bytes, {} allowed (--max-memory)",
-                            reader.description().name, width, frames, bytes, options.max_memory_bytes));
   constexpr Eigen::Index block_frames = 16384;
+  require_memory(reader.description().name, sizeof(double) * static_cast<double>(frames) * static_cast<double>(width),
+                 options.max_memory_bytes);
   Eigen::MatrixXd samples(frames, width);
   FrameBlock block;
   Eigen::Index done = 0;

@@ -154,7 +154,8 @@ int run_identification(const RunArguments& arguments, Console& console) {
   Work work = prepare_work(config, arguments, console);
   results.add_inputs(work.inputs);
   const auto libraries = compile_libraries(work.config, work.inputs);
-  const std::vector<ident::Columns> columns = all_columns(work.config, work.inputs, libraries, console);
+  const std::vector<ident::Columns> columns =
+      all_columns(work.config, work.inputs, libraries, arguments.max_memory_bytes, console);
   const ident::IdentifyOptions options = identify_options(work.config, work.inputs, arguments.num_threads);
   auto ranges = identify_ranges(work.config, columns, libraries.front(), options, console);
   refuse_warnings(arguments.strict, console);
@@ -183,8 +184,8 @@ void run_preparation(const RunArguments& arguments, Console& console) {
 
 void run_check(const RunArguments& arguments, Console& console) {
   const Work work = prepare_work(config_of(arguments), arguments, console);
-  const std::vector<ident::Columns> columns =
-      all_columns(work.config, work.inputs, compile_libraries(work.config, work.inputs), console);
+  const std::vector<ident::Columns> columns = all_columns(
+      work.config, work.inputs, compile_libraries(work.config, work.inputs), arguments.max_memory_bytes, console);
   std::string text;
   for (const Input& input : work.inputs)
     for (const dsp::Check& check : input.prepared.checks)

@@ -1,6 +1,7 @@
 #include "dsp/filter/burg.hpp"
 
 #include <algorithm>
+#include <cstring>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -11,10 +12,15 @@ namespace dsp {
 
 namespace {
 
-typedef double Lanes __attribute__((vector_size(8 * sizeof(double)), aligned(8), may_alias));
+typedef double Lanes __attribute__((vector_size(8 * sizeof(double))));
 
-Lanes& lanes(double* x) {
-  return *reinterpret_cast<Lanes*>(x);
+// Copied, not pointed at: a sample lies anywhere, and a reference to a vector says that it is aligned as one.
+void load(Lanes& lanes, const double* x) {
+  std::memcpy(&lanes, x, sizeof lanes);
+}
+
+void store(double* x, const Lanes& lanes) {
+  std::memcpy(x, &lanes, sizeof lanes);
 }
 
 double sum(const Lanes& x) {
@@ -32,10 +38,12 @@ ARDENT_DISPATCH Products reflect(double* f, double* b, Eigen::Index n, double k)
   Lanes cross = {}, power = {};
   Eigen::Index i = 0;
   for (; i + 9 <= n; i += 8) {
-    const Lanes next = lanes(f + i + 1) - k * lanes(b + i + 1);
-    const Lanes forward = lanes(f + i) - k * lanes(b + i), backward = lanes(b + i) - k * lanes(f + i);
-    lanes(f + i) = forward;
-    lanes(b + i) = backward;
+    Lanes f_here, f_next, b_here, b_next;
+    load(f_here, f + i), load(f_next, f + i + 1), load(b_here, b + i), load(b_next, b + i + 1);
+    const Lanes next = f_next - k * b_next;
+    const Lanes forward = f_here - k * b_here, backward = b_here - k * f_here;
+    store(f + i, forward);
+    store(b + i, backward);
     cross += next * backward;
     power += next * next + backward * backward;
   }

@@ -130,7 +130,8 @@ struct InflateEnd {
 };
 
 // A compressed element whole, its checksum verified. `left` is how many bytes may still be expanded.
-std::string inflate_element(const InputFile& file, std::uint64_t offset, std::uint64_t size, std::uint64_t left) {
+std::string inflate_element(const InputFile& file, std::uint64_t offset, std::uint64_t size, std::uint64_t left,
+                            bool swapped) {
   std::unique_ptr<z_stream, InflateEnd> stream(new z_stream{});
   if (inflateInit(stream.get()) != Z_OK) throw std::bad_alloc();
   std::string expanded, input;
@@ -152,6 +153,10 @@ std::string inflate_element(const InputFile& file, std::uint64_t offset, std::ui
     stream->avail_out = static_cast<uInt>(expanded.size() - kept);
     status = inflate(stream.get(), Z_NO_FLUSH);
     expanded.resize(expanded.size() - stream->avail_out);
+    // What its tag promises, so that a string that grows need not be held twice.
+    if (kept == 0 && expanded.size() >= 8)
+      expanded.reserve(
+          std::min<std::uint64_t>(left, 8 + Elements(expanded, swapped).number(expanded, 4) + piece_bytes));
   }
   if (status != Z_STREAM_END) refuse(file, "mat.damaged", offset, "a compressed variable is damaged");
   return expanded;
@@ -176,7 +181,7 @@ void check_mat(const InputFile& file, std::size_t max_memory_bytes) {
     if (size > left)
       refuse(file, "mat.size", offset, fmt::format("a variable of {} bytes, {} allowed (--max-memory)", size, left));
     const std::string body =
-        type == compressed_type ? inflate_element(file, offset + 8, size, left) : file.text(offset, 8 + size);
+        type == compressed_type ? inflate_element(file, offset + 8, size, left, swapped) : file.text(offset, 8 + size);
     left -= std::min<std::uint64_t>(left, body.size());
     Elements elements(body, swapped);
     Element matrix;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <optional>
 
@@ -13,6 +14,7 @@
 #include "dsp/io/rows_on_clock.hpp"
 #include "dsp/io/table_layout.hpp"
 #include "dsp/io/units.hpp"
+#include "dsp/memory_limit.hpp"
 #include "dsp/names.hpp"
 
 namespace dsp {
@@ -29,122 +31,198 @@ std::string describe(const matvar_t& variable) {
   std::string size;
   for (int i = 0; i < variable.rank; ++i) size += fmt::format("{}{}", i > 0 ? "x" : "", variable.dims[i]);
   const auto kind = std::min<std::size_t>(static_cast<std::size_t>(variable.class_type), class_names.size() - 1);
-  return fmt::format("{} {}{}", size, variable.isComplex ? "complex " : "", class_names[kind]);
+  return fmt::format("{} {}{}", size, variable.isComplex ? "complex " : "",
+                     variable.isLogical ? "logical" : class_names[kind]);
 }
 
-bool is_real_float(const matvar_t& variable) {
-  return (variable.class_type == MAT_C_DOUBLE || variable.class_type == MAT_C_SINGLE) && !variable.isComplex;
+bool is_real(const matvar_t& variable) {
+  return variable.class_type >= MAT_C_DOUBLE && variable.class_type <= MAT_C_UINT64 && !variable.isComplex &&
+         variable.rank == 2;
+}
+
+bool is_integer(const matvar_t& variable) {
+  return variable.class_type >= MAT_C_INT8 && !variable.isLogical;
 }
 
 // Length of a vector (n x 1 or 1 x n), 0 for anything else.
 std::size_t length(const matvar_t& variable) {
-  if (!is_real_float(variable) || variable.rank != 2) return 0;
+  if (!is_real(variable)) return 0;
   return variable.dims[0] == 1 ? variable.dims[1] : variable.dims[1] == 1 ? variable.dims[0] : 0;
 }
 
+std::size_t longer_side(const matvar_t& variable) {
+  return is_real(variable) ? std::max(variable.dims[0], variable.dims[1]) : 0;
+}
+
+template <typename T>
+double as_double(const char* at) {
+  T value;
+  std::memcpy(&value, at, sizeof value);
+  return static_cast<double>(value);
+}
+// In the order of matio's classes, from double on.
+constexpr std::array value_readers{as_double<double>,       as_double<float>,         as_double<std::int8_t>,
+                                   as_double<std::uint8_t>, as_double<std::int16_t>,  as_double<std::uint16_t>,
+                                   as_double<std::int32_t>, as_double<std::uint32_t>, as_double<std::int64_t>,
+                                   as_double<std::uint64_t>};
+
+// One row or column of a variable, which stays in memory in the type it has in the file.
 struct Column {
-  std::string name;
-  std::vector<double> values;
-  bool single = false;
+  std::string name, unit;
+  std::shared_ptr<const matvar_t> variable;
+  const char* first = nullptr;
+  std::size_t step = 0;  // bytes from one value to the next
+  [[nodiscard]] double operator[](std::size_t i) const {
+    return value_readers[static_cast<std::size_t>(variable->class_type - MAT_C_DOUBLE)](first + i * step);
+  }
 };
 
-Column column_of(const matvar_t& variable, std::string name) {
-  Column column{std::move(name), std::vector<double>(length(variable)), variable.class_type == MAT_C_SINGLE};
-  if (column.single)
-    std::copy_n(static_cast<const float*>(variable.data), column.values.size(), column.values.begin());
-  else
-    std::copy_n(static_cast<const double*>(variable.data), column.values.size(), column.values.begin());
-  return column;
+// Whether one side of it, and not both, is so long.
+bool has_columns(const matvar_t& variable, std::size_t length) {
+  return is_real(variable) && length > 1 && (variable.dims[0] == length) != (variable.dims[1] == length);
 }
+
+// A field of a structure that is one and not an array of them.
+matvar_t* field_of(matvar_t* structure, const char* key) {
+  const bool one = structure != nullptr && structure->class_type == MAT_C_STRUCT && structure->data != nullptr &&
+                   structure->rank == 2 && structure->dims[0] == 1 && structure->dims[1] == 1;
+  return one ? Mat_VarGetStructFieldByName(structure, key, 0) : nullptr;
+}
+
+// Simulink's "structure with time": fields time (n x 1) and signals, whose field values is n x k.
+struct Simulink {
+  const matvar_t *time = nullptr, *values = nullptr;
+  explicit Simulink(matvar_t& variable)
+      : time(field_of(&variable, "time")), values(field_of(field_of(&variable, "signals"), "values")) {}
+  [[nodiscard]] std::size_t frames() const { return time != nullptr && values != nullptr ? length(*time) : 0; }
+};
 
 class MatFile : public RowsOnClock {
  public:
   MatFile(std::unique_ptr<InputFile> file, const OpenOptions& options) : file_(std::move(file)) {
     check_mat(*file_, options.max_memory_bytes);
-    read_variables();
-    keep_longest();
+    Mat_LogInitFunc("ardent", [](int, char*) {});  // its messages would go to stderr; ours say more
+    File mat(Mat_Open(file_->path().c_str(), MAT_ACC_RDONLY), Mat_Close);
+    if (!mat) throw damaged("matio cannot open it");
+    const std::size_t num_frames = find_length(*mat);
+    Mat_Rewind(mat.get());
+    read_variables(*mat, num_frames, options.max_memory_bytes);
+    info_.num_frames = static_cast<std::int64_t>(num_frames);
     describe_columns(options);
+    check_left_out();
     set_time(options);
   }
 
  private:
-  void finish_reading() override { file_->check_unchanged(); }
+  void finish_reading() override {
+    file_->check_unchanged();
+    columns_ = {};  // nothing asks for them again
+  }
 
   void read_row(Eigen::RowVectorXd& row) override {
-    for (std::size_t i = 0; i < columns_.size(); ++i) row[static_cast<Eigen::Index>(i)] = columns_[i].values[next_row_];
+    for (std::size_t i = 0; i < columns_.size(); ++i) row[static_cast<Eigen::Index>(i)] = columns_[i][next_row_];
     ++next_row_;
   }
 
-  void read_variables() {
-    Mat_LogInitFunc("ardent", [](int, char*) {});  // its messages would go to stderr; ours say more
-    File mat(Mat_Open(file_->path().c_str(), MAT_ACC_RDONLY), Mat_Close);
-    if (!mat) throw damaged("matio cannot open it");
-    while (true) {
-      const Variable variable(Mat_VarReadNextInfo(mat.get()), Mat_VarFree);
-      if (!variable) break;
-      const std::string name = clean_name(variable->name != nullptr ? variable->name : "");
-      const bool vector = length(*variable) > 1, structure = variable->class_type == MAT_C_STRUCT;
-      if ((vector || structure) && Mat_VarReadDataAll(mat.get(), variable.get()) != 0)
-        throw damaged("cannot read " + name);
-      if (vector && variable->data != nullptr)
-        columns_.push_back(column_of(*variable, name));
-      else if (!structure || !add_simulink(*variable, name))
-        info_.left_out.push_back(fmt::format("{} ({})", name, describe(*variable)));
+  // Columns are as long as the longest vector; a shorter one is a parameter. Matrices count where there is no vector.
+  static std::size_t find_length(mat_t& mat) {
+    std::size_t longest = 0, widest = 0;
+    while (const Variable variable{Mat_VarReadNextInfo(&mat), Mat_VarFree}) {
+      longest = std::max({longest, length(*variable), Simulink(*variable).frames()});
+      widest = std::max(widest, longer_side(*variable));
     }
+    return longest > 1 ? longest : widest;
   }
 
-  // Simulink's "structure with time": fields time (n x 1) and signals, whose field values is n x 1.
-  bool add_simulink(matvar_t& variable, const std::string& name) {
-    const auto field = [](matvar_t* structure, const char* key) -> matvar_t* {
-      const bool one = structure != nullptr && structure->class_type == MAT_C_STRUCT && structure->data != nullptr &&
-                       structure->rank == 2 && structure->dims[0] == 1 && structure->dims[1] == 1;
-      return one ? Mat_VarGetStructFieldByName(structure, key, 0) : nullptr;
-    };
-    const auto* time = field(&variable, "time");
-    const auto* values = field(field(&variable, "signals"), "values");
-    if (time == nullptr || values == nullptr || time->data == nullptr || values->data == nullptr) return false;
-    if (length(*time) < 2 || length(*values) != length(*time)) return false;
-    const auto known =
-        std::find_if(columns_.begin(), columns_.end(), [](const Column& c) { return is_time_name(c.name); });
-    if (known == columns_.end())
-      columns_.push_back(column_of(*time, "time"));
-    else if (known->values != column_of(*time, "time").values)
-      return false;
-    columns_.push_back(column_of(*values, name));
-    return true;
-  }
-
-  // Columns are what is as long as the longest; a shorter vector is a parameter.
-  void keep_longest() {
-    std::size_t longest = 0;
-    for (const auto& column : columns_) longest = std::max(longest, column.values.size());
-    std::erase_if(columns_, [&](const Column& column) {
-      const bool shorter = column.values.size() < longest;
-      if (shorter)
-        info_.left_out.push_back(
-            fmt::format("{} ({} values, the longest {})", column.name, column.values.size(), longest));
-      return shorter;
-    });
+  // Only what becomes columns is read.
+  void read_variables(mat_t& mat, std::size_t num_frames, std::size_t max_memory_bytes) {
+    double bytes = clock_bytes_per_row * static_cast<double>(num_frames);
+    while (Variable found{Mat_VarReadNextInfo(&mat), Mat_VarFree}) {
+      const std::shared_ptr<matvar_t> variable = std::move(found);
+      const std::string name = clean_name(variable->name != nullptr ? variable->name : "");
+      const Simulink before(*variable);
+      const bool simulink = num_frames > 1 && before.frames() == num_frames && has_columns(*before.values, num_frames);
+      if (!simulink && !has_columns(*variable, num_frames)) {
+        leave_out(*variable, name, num_frames);
+        continue;
+      }
+      bytes += static_cast<double>(Mat_VarGetSize(variable.get()));
+      require_memory(file_->name(), bytes, max_memory_bytes);
+      if (Mat_VarReadDataAll(&mat, variable.get()) != 0) throw damaged("cannot read " + name);
+      if (simulink)
+        add_simulink(variable, name, num_frames);
+      else
+        add_columns(variable, *variable, name, num_frames);
+    }
     if (columns_.empty())
       throw Fault(
           FaultKind::input, "mat.no_variable",
-          fmt::format("{}: holds {}; want real double or single vectors (n x 1) of one length", file_->name(),
+          fmt::format("{}: holds {}; want real vectors (n x 1) of one length", file_->name(),
                       info_.left_out.empty() ? "no variable" : fmt::format("{}", fmt::join(info_.left_out, ", "))));
-    info_.num_frames = static_cast<std::int64_t>(longest);
+  }
+
+  // Those of `values`, which is `variable` or lies in it: one for a vector, for a matrix name_1, name_2, ...
+  void add_columns(const std::shared_ptr<const matvar_t>& variable, const matvar_t& values, const std::string& name,
+                   std::size_t num_frames) {
+    if (values.data == nullptr) throw damaged("cannot read " + name);
+    const bool upright = values.dims[0] == num_frames;
+    const std::size_t rows = values.dims[0], count = upright ? values.dims[1] : rows;
+    const std::size_t size = Mat_SizeOfClass(values.class_type);
+    const auto split = split_unit(name);
+    for (std::size_t i = 0; i < count; ++i)
+      columns_.push_back({count == 1 ? name : fmt::format("{}_{}", split.base, i + 1), split.unit,
+                          std::shared_ptr<const matvar_t>(variable, &values),
+                          static_cast<const char*>(values.data) + i * size * (upright ? rows : 1),
+                          size * (upright ? 1 : rows)});
+    if (is_integer(values))
+      info_.checks.push_back(
+          {"mat.integer", name, CheckStatus::warning, 0.0, 0.0,
+           fmt::format("{}: its {} are taken as they are. If they are counts of a converter, say in the sidecar what "
+                       "one is worth (full_scale)",
+                       file_->name(), describe(values))});
+  }
+
+  // Two structures may share one clock; where they do not, the second is left out.
+  void add_simulink(const std::shared_ptr<matvar_t>& variable, const std::string& name, std::size_t num_frames) {
+    const Simulink whole(*variable);
+    const auto known =
+        std::find_if(columns_.begin(), columns_.end(), [](const Column& c) { return is_time_name(c.name); });
+    if (known == columns_.end()) {
+      add_columns(variable, *whole.time, "time", num_frames);
+    } else {
+      const Column clock = *known;
+      const auto at = columns_.size();
+      add_columns(variable, *whole.time, "time", num_frames);
+      bool same = true;
+      for (std::size_t i = 0; i < num_frames && same; ++i) same = clock[i] == columns_[at][i];
+      columns_.resize(at);
+      if (!same) return leave_out(*variable, name, num_frames);
+    }
+    add_columns(variable, *whole.values, name, num_frames);
+  }
+
+  void leave_out(const matvar_t& variable, const std::string& name, std::size_t num_frames) {
+    const auto own = length(variable);
+    info_.left_out.push_back(own > 1 ? fmt::format("{} ({} values, the longest {})", name, own, num_frames)
+                                     : fmt::format("{} ({})", name, describe(variable)));
+    // A number by itself and a text are no signals.
+    std::size_t count = 1;
+    for (int i = 0; i < variable.rank; ++i) count *= variable.dims[i];
+    lost_ = lost_ || (count > 1 && variable.class_type != MAT_C_CHAR) || variable.class_type == MAT_C_STRUCT ||
+            variable.class_type == MAT_C_CELL;
   }
 
   void describe_columns(const OpenOptions& options) {
     info_.container = "MATLAB v5";
     info_.named = true;
     for (const auto& column : columns_) {
-      const auto split = split_unit(column.name);
       const auto i = static_cast<int>(info_.columns.size());
       const bool wanted = options.time_column.empty()
-                              ? is_time_name(split.base)
+                              ? is_time_name(split_unit(column.name).base)
                               : options.time_column == column.name || options.time_column == std::to_string(i + 1);
       if (wanted && info_.time_column < 0) info_.time_column = i;
       info_.columns.push_back(column.name);
-      info_.units.push_back(split.unit);
+      info_.units.push_back(column.unit);
     }
     info_.partial.resize(columns_.size());
     if (!options.time_column.empty() && info_.time_column < 0)
@@ -157,11 +235,29 @@ class MatFile : public RowsOnClock {
     if (info_.time_column < 0) return;
     const auto at = static_cast<std::size_t>(info_.time_column);
     const auto& unit = options.time_unit.empty() ? info_.units[at] : options.time_unit;
-    Stamps stamps{columns_[at].values, 0.0, 1, file_->name()};
-    for (double& time_s : stamps.time_s) time_s *= unit.empty() ? 1.0 : find_unit(unit).factor;
-    if (columns_[at].single)
+    const double factor = unit.empty() ? 1.0 : find_unit(unit).factor;
+    Stamps stamps{{}, 0.0, 1, file_->name()};
+    stamps.time_s.resize(static_cast<std::size_t>(info_.num_frames));
+    for (std::size_t i = 0; i < stamps.time_s.size(); ++i) stamps.time_s[i] = columns_[at][i] * factor;
+    if (columns_[at].variable->class_type == MAT_C_SINGLE)
       stamps.printed_to_s = std::numeric_limits<float>::epsilon() * std::abs(stamps.time_s.back());
+    else if (is_integer(*columns_[at].variable))
+      stamps.printed_to_s = factor;
     set_clock(even_clock(stamps, {.rate_hz = options.rate_hz, .interpolate = options.interpolate}));
+  }
+
+  void check_left_out() {
+    if (info_.left_out.empty()) return;
+    constexpr std::size_t most_named = 20;
+    const std::vector<std::string> named(info_.left_out.begin(),
+                                         info_.left_out.begin() + std::min(most_named, info_.left_out.size()));
+    info_.checks.push_back({"mat.left_out", "", lost_ ? CheckStatus::warning : CheckStatus::note,
+                            static_cast<double>(info_.left_out.size()), 0.0,
+                            fmt::format("{}: not read, being no real numbers as long as the longest vector: {}{}",
+                                        file_->name(), fmt::join(named, ", "),
+                                        named.size() < info_.left_out.size()
+                                            ? fmt::format(" and {} more", info_.left_out.size() - named.size())
+                                            : "")});
   }
 
   [[nodiscard]] Fault damaged(const std::string& why) const {
@@ -170,6 +266,7 @@ class MatFile : public RowsOnClock {
 
   std::unique_ptr<InputFile> file_;
   std::vector<Column> columns_;
+  bool lost_ = false;  // whether what is left out may be a signal
   std::size_t next_row_ = 0;
 };
 

@@ -6,11 +6,12 @@
 
 namespace dsp {
 
-/// MATLAB v5 files: every real double or single vector as long as the longest is a column, and so are the signals of
-/// Simulink's "structure with time"; all else is listed in left_out. The file is walked and every compressed element
-/// inflated to its end before matio sees it, because matio reports success on truncated and damaged files. Throws Fault
-/// (input): mat.truncated, mat.damaged, mat.size (more promised than the file or max_memory_bytes allows),
-/// mat.no_variable, and those of even_clock for a variable t or time.
+/// MATLAB v5 files: every real vector as long as the longest, of whatever numeric type, is a column, and so are the
+/// columns (name_1, name_2, ...) of a matrix one side of which is so long, and the signals of Simulink's "structure
+/// with time"; all else is listed in left_out and in a check. The file is walked and every compressed element inflated
+/// to its end before matio sees it, because matio reports success on truncated and damaged files. Throws Fault (input):
+/// mat.truncated, mat.damaged, mat.size (more promised than the file or max_memory_bytes allows), mat.no_variable, and
+/// those of even_clock for a variable t or time.
 [[nodiscard]] std::unique_ptr<SampleSource> open_mat_file(std::unique_ptr<InputFile> file, const OpenOptions& options);
 
 }  // namespace dsp

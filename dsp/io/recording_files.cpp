@@ -31,7 +31,15 @@ OpenFile open_file(const fs::path& path, const fs::path& as_written, const Sidec
     }
   how.rate_hz = sidecar.rate_hz;
   how.interpolate = sidecar.interpolate;
-  return {path, clean_name(path.filename().string()), open_source(path, how), {}};
+  OpenFile file{path, clean_name(path.filename().string()), open_source(path, how), {}, {}};
+  const auto& info = file.source->info();
+  for (int i = 0; i < static_cast<int>(info.columns.size()); ++i) {
+    if (i == info.time_column) continue;
+    const auto& column = info.columns[static_cast<std::size_t>(i)];
+    file.columns.emplace(column, i);
+    file.columns.emplace(split_unit(column).base, i);
+  }
+  return file;
 }
 
 std::vector<OpenFile> open_files(const fs::path& recording, const Sidecar& sidecar, const ReadOptions& options) {
@@ -78,16 +86,14 @@ int find_column(const ChannelSpec& channel, const OpenFile& file, int place_in_f
   } else if (channel.column.empty() && !info.named) {
     found = place_in_file;
   } else {
-    for (int i = 0; i < count && found < 0; ++i) {
-      const auto& column = info.columns[static_cast<std::size_t>(i)];
-      if (i != info.time_column && (column == wanted || split_unit(column).base == wanted)) found = i;
-    }
-    if (found < 0)
+    const auto known = file.columns.find(wanted);
+    if (known == file.columns.end())
       throw fault(
           FaultKind::input, "channel.column",
           fmt::format("{}: channel '{}': no column '{}' in {}; there are {}{}", channel.place, channel.name, wanted,
                       file.name, info.named ? fmt::format("{}", fmt::join(info.columns, ", ")) : "no names, use index",
                       info.left_out.empty() ? "" : fmt::format("; no column is {}", fmt::join(info.left_out, ", "))));
+    found = known->second;
   }
   if (found >= count || found == info.time_column)
     throw fault(FaultKind::usage, "channel.index",
@@ -139,18 +145,29 @@ std::int64_t agree_on_length(const std::vector<OpenFile>& files, bool salvage, s
   return shortest;
 }
 
-double agree_on_start(const std::vector<OpenFile>& files, double rate_hz) {
-  std::optional<double> start_s;
+double late_start_s(const OpenFile& file, double start_s, double rate_hz) {
+  constexpr double least_steps = 0.01;  // what a clock may tremble by
+  const double late_s = file.source->info().clock_start_s - start_s;
+  return file.source->info().time_column >= 0 && std::abs(late_s) * rate_hz > least_steps ? late_s : 0.0;
+}
+
+double agree_on_start(const std::vector<OpenFile>& files, double rate_hz, std::vector<Check>& checks) {
+  const OpenFile* first = nullptr;
   for (const auto& file : files) {
     const auto& info = file.source->info();
     if (info.time_column < 0) continue;
-    if (start_s && std::abs(info.clock_start_s - *start_s) > 0.5 / rate_hz)
+    if (first == nullptr) first = &file;
+    const double start_s = first->source->info().clock_start_s, late_s = late_start_s(file, start_s, rate_hz);
+    if (late_s == 0) continue;
+    const auto message =
+        fmt::format("{}: starts at {} s, {} at {} s", file.name, info.clock_start_s, first->name, start_s);
+    if (std::abs(late_s) * rate_hz > 0.5)
       throw fault(FaultKind::input, "clock.start",
-                  fmt::format("{}: starts at {} s, another file of the recording at {} s: not one clock", file.name,
-                              info.clock_start_s, *start_s));
-    if (!start_s) start_s = info.clock_start_s;
+                  message + ", which is more than half a sample. Cut the files to one beginning");
+    checks.push_back({"clock.start", "", CheckStatus::warning, late_s, 0.5 / rate_hz,
+                      fmt::format("{}; its channels are shifted by {:.3g} of a sample", message, late_s * rate_hz)});
   }
-  return start_s.value_or(0.0);
+  return first == nullptr ? 0.0 : first->source->info().clock_start_s;
 }
 
 }  // namespace dsp

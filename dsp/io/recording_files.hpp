@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "dsp/io/sample_source.hpp"
@@ -17,6 +18,7 @@ struct OpenFile {
   std::string name;
   std::unique_ptr<SampleSource> source;
   FrameBlock block;
+  std::unordered_map<std::string, int> columns;  ///< by name, with its unit and without; the first of each
 };
 
 /// Opens a file with what its sidecar says of its clock; `as_written` is how the sidecar's channels name it.
@@ -38,7 +40,10 @@ struct OpenFile {
 /// The one length; with `salvage` the shortest, and a warning. Throws Fault channel.length, recording.empty.
 [[nodiscard]] std::int64_t agree_on_length(const std::vector<OpenFile>& files, bool salvage,
                                            std::vector<Check>& checks);
-/// What the clocks say at the first sample. Throws Fault clock.start if they differ by more than half a sample.
-[[nodiscard]] double agree_on_start(const std::vector<OpenFile>& files, double rate_hz);
+/// What the first file's clock says at the first sample. Throws Fault clock.start if another begins more than half a
+/// sample earlier or later; beyond a hundredth, `checks` say that its channels are shifted.
+[[nodiscard]] double agree_on_start(const std::vector<OpenFile>& files, double rate_hz, std::vector<Check>& checks);
+/// How much later than the first sample's time a file begins, where that is worth a shift; 0 without a clock.
+[[nodiscard]] double late_start_s(const OpenFile& file, double start_s, double rate_hz);
 
 }  // namespace dsp

@@ -4,6 +4,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <unordered_map>
 
 #include "dsp/names.hpp"
 
@@ -117,12 +118,12 @@ ChannelSpec read_channel(const Settings& table) {
 }
 
 void check_distinct(const std::vector<ChannelSpec>& channels) {
-  std::map<std::string, std::string> places;  // of the names
-  for (const ChannelSpec& channel : channels)
-    if (const auto [found, added] = places.try_emplace(channel.name, channel.place); !added)
+  std::unordered_map<std::string_view, std::string_view> places;
+  for (const auto& channel : channels)
+    if (const auto [other, is_new] = places.emplace(channel.name, channel.place); !is_new)
       throw Fault(FaultKind::usage, "channel.name",
                   fmt::format("{}: channel '{}' has been described already ({}); names must differ", channel.place,
-                              channel.name, found->second));
+                              channel.name, other->second));
 }
 
 std::vector<Interval> read_bad(const Settings& document) {

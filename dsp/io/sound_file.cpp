@@ -16,7 +16,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "dsp/io/flac_end.hpp"
+#include "dsp/io/flac_stream.hpp"
 #include "dsp/io/sound_bytes.hpp"
 #include "dsp/io/sound_header.hpp"
 #include "dsp/io/sound_output.hpp"
@@ -51,14 +51,15 @@ struct Codec {
   int subtype;
   std::string_view name;
   bool scaled;
+  int sample_bytes;  // 0: packed
 };
 constexpr std::array codecs{
-    Codec{SF_FORMAT_PCM_S8, "8 bit", true},         Codec{SF_FORMAT_PCM_U8, "8 bit", true},
-    Codec{SF_FORMAT_PCM_16, "16 bit", true},        Codec{SF_FORMAT_PCM_24, "24 bit", true},
-    Codec{SF_FORMAT_PCM_32, "32 bit", true},        Codec{SF_FORMAT_FLOAT, "32 bit float", false},
-    Codec{SF_FORMAT_DOUBLE, "64 bit float", false}, Codec{SF_FORMAT_ALAC_16, "ALAC 16 bit", true},
-    Codec{SF_FORMAT_ALAC_20, "ALAC 20 bit", true},  Codec{SF_FORMAT_ALAC_24, "ALAC 24 bit", true},
-    Codec{SF_FORMAT_ALAC_32, "ALAC 32 bit", true},
+    Codec{SF_FORMAT_PCM_S8, "8 bit", true, 1},         Codec{SF_FORMAT_PCM_U8, "8 bit", true, 1},
+    Codec{SF_FORMAT_PCM_16, "16 bit", true, 2},        Codec{SF_FORMAT_PCM_24, "24 bit", true, 3},
+    Codec{SF_FORMAT_PCM_32, "32 bit", true, 4},        Codec{SF_FORMAT_FLOAT, "32 bit float", false, 4},
+    Codec{SF_FORMAT_DOUBLE, "64 bit float", false, 8}, Codec{SF_FORMAT_ALAC_16, "ALAC 16 bit", true, 0},
+    Codec{SF_FORMAT_ALAC_20, "ALAC 20 bit", true, 0},  Codec{SF_FORMAT_ALAC_24, "ALAC 24 bit", true, 0},
+    Codec{SF_FORMAT_ALAC_32, "ALAC 32 bit", true, 0},
 };
 
 Check warning(std::string name, double value, double limit, std::string message) {
@@ -94,13 +95,15 @@ class SoundFile : public SampleSource {
   SoundFile(std::unique_ptr<InputFile> file, const OpenOptions& options)
       : header_(read_sound_header(*file)), salvage_(options.salvage), handle_(nullptr, sf_close) {
     const auto size_check = judge(header_, *file, salvage_);
+    if (header_.container == "FLAC") flac_ = flac_stream(*file);
     bytes_ = std::make_unique<SoundBytes>(std::move(file), header_.salvage, header_.data_offset);
     SF_INFO sound = open();
     describe(sound);
     info_.checks.insert(info_.checks.end(), header_.checks.begin(), header_.checks.end());
     if (size_check) info_.checks.push_back(*size_check);
     const bool streamed = header_.state == SoundHeader::State::streamed;
-    if (header_.container != "FLAC") return;
+    if (!flac_) return;
+    if (!flac_->md5.empty()) digest_.emplace(flac_->bits);
     if (streamed || salvage_)
       count_frames(streamed);
     else
@@ -115,10 +118,8 @@ class SoundFile : public SampleSource {
     // A cut FLAC ends in an error; when it is salvaged, that is behind the last frame counted.
     const bool past_end = salvage_ && num_read_ == info_.num_frames;
     if (sf_error(handle_.get()) != SF_ERR_NO_ERROR && !past_end) damaged(sf_strerror(handle_.get()));
-    if (got == 0 && max_frames > 0) {
-      if (num_read_ < info_.num_frames) damaged("the data end there");
-      bytes_->file().check_unchanged();
-    }
+    digest_frames(block.data(), got);
+    if (got == 0 && max_frames > 0) finish();
     if (got < max_frames) block.conservativeResize(got, Eigen::NoChange);
     return got;
   }
@@ -137,6 +138,31 @@ class SoundFile : public SampleSource {
                                             info_.num_frames, clean_name(why)));
   }
 
+  void digest_frames(const double* frames, std::int64_t count) {
+    if (digest_) digest_->push(frames, static_cast<std::size_t>(count) * info_.columns.size());
+  }
+
+  void finish() {
+    if (num_read_ < info_.num_frames) damaged("the data end there");
+    bytes_->file().check_unchanged();
+    if (!flac_ || salvage_) return;
+    if (const auto wrong = sequence_fault())
+      refuse("container.damaged",
+             fmt::format("{}: {}. Copy the file from its source again, or try --salvage to read it "
+                         "as it is",
+                         name(), *wrong));
+  }
+
+  // A block that is missing, or there twice, shifts all behind it and shows in no checksum of a block.
+  [[nodiscard]] std::optional<std::string> sequence_fault() {
+    auto digest = std::exchange(digest_, std::nullopt);
+    if (digest && digest->finish() == flac_->md5) return std::nullopt;
+    const auto place = misplaced_block(bytes_->file(), *flac_);
+    if (!digest) return place;
+    return "the decoded samples do not have the MD5 in its header: " +
+           place.value_or("its blocks follow one another, so samples were changed or the header is of another file");
+  }
+
   void describe(const SF_INFO& sound) {
     constexpr int highest_rate_hz = 100'000'000, most_channels = 1024;
     const auto codec = std::find_if(codecs.begin(), codecs.end(), [&](const Codec& known) {
@@ -147,12 +173,20 @@ class SoundFile : public SampleSource {
              fmt::format("{}: its codec is lossy, companded or rare; want 16, 24 or 32 bit PCM, float or "
                          "FLAC",
                          name()));
-    if (sound.channels < 1 || sound.channels > most_channels || sound.samplerate < 1 ||
-        sound.samplerate > highest_rate_hz)
+    const double rate_hz = header_.rate_hz > 0 ? header_.rate_hz : sound.samplerate;
+    if (sound.channels < 1 || sound.channels > most_channels || !(rate_hz >= 1) || rate_hz > highest_rate_hz)
       refuse("container.limit", fmt::format("{}: {} channels at {} Hz; want 1 to {} channels at 1 to {} Hz", name(),
-                                            sound.channels, sound.samplerate, most_channels, highest_rate_hz));
+                                            sound.channels, rate_hz, most_channels, highest_rate_hz));
+    const int frame_bytes = sound.channels * codec->sample_bytes;
+    const bool stated = !flac_ && header_.container != "AIFF";  // how far frames lie apart
+    if (stated && frame_bytes > 0 && header_.frame_bytes != static_cast<unsigned>(frame_bytes))
+      refuse(
+          "container.unsupported",
+          fmt::format("{}: {} channels of {} take {} bytes a frame, the header says {}: padded samples are not read. "
+                      "Export it with packed samples",
+                      name(), sound.channels, codec->name, frame_bytes, header_.frame_bytes));
     info_.container = fmt::format("{}, {}", header_.container, codec->name);
-    info_.sample_rate_hz = sound.samplerate;
+    info_.sample_rate_hz = rate_hz;
     info_.num_frames = sound.frames;
     info_.columns.resize(static_cast<std::size_t>(sound.channels));
     info_.units.resize(info_.columns.size());
@@ -179,10 +213,20 @@ class SoundFile : public SampleSource {
     const auto promised = info_.num_frames;
     info_.num_frames = 0;
     const auto take = [&] { return sf_readf_double(handle_.get(), frames.data(), 4096); };
-    for (sf_count_t got = take(); got > 0; got = take()) info_.num_frames += got;
+    for (sf_count_t got = take(); got > 0; got = take()) {
+      info_.num_frames += got;
+      if (salvage_) digest_frames(frames.data(), got);
+    }
     bytes_->rethrow();
     open();
-    if (streamed || info_.num_frames == promised) return;
+    if (streamed || info_.num_frames == promised) {
+      const auto wrong = salvage_ ? sequence_fault() : std::nullopt;
+      if (wrong)
+        info_.checks.push_back(
+            warning("container.damaged", 0.0, 0.0, fmt::format("{}: {}; it was read as it is", name(), *wrong)));
+      return;
+    }
+    digest_.reset();
     info_.checks.push_back(
         warning("container.truncated", static_cast<double>(info_.num_frames), static_cast<double>(promised),
                 fmt::format("{}: the header promises {} frames, {} could be decoded; these were read", name(), promised,
@@ -191,7 +235,7 @@ class SoundFile : public SampleSource {
 
   // A FLAC cut short shows without decoding all of it: its last frame is not there. Reading will say where it ends.
   void try_last_frame() {
-    if (info_.num_frames == 0 || ends_in_last_frame(bytes_->file(), info_.num_frames)) return;
+    if (info_.num_frames == 0 || frames_by_last_block(bytes_->file(), *flac_)) return;
     std::vector<double> frame(info_.columns.size());
     const bool there = sf_seek(handle_.get(), info_.num_frames - 1, SEEK_SET) >= 0 &&
                        sf_readf_double(handle_.get(), frame.data(), 1) == 1;
@@ -205,6 +249,8 @@ class SoundFile : public SampleSource {
 
   SoundHeader header_;
   bool salvage_;
+  std::optional<FlacStream> flac_;
+  std::optional<FlacDigest> digest_;  // of what has been read
   std::unique_ptr<SoundBytes> bytes_;
   Handle handle_;  // after bytes_: closed before them
   std::int64_t num_read_ = 0;

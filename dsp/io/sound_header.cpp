@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
 #include <optional>
 
+#include "dsp/io/flac_stream.hpp"
 #include "dsp/io/input_file.hpp"
 
 namespace dsp {
@@ -125,6 +128,15 @@ std::uint64_t frame_bytes(const std::string& container, std::string_view format)
   return format.size() < 14 ? 0 : little(format.substr(12, 2));
 }
 
+// A double in CAF, 80 bits (sign and exponent, then 64 of mantissa) in AIFF.
+double real_rate_hz(const std::string& container, std::string_view format) {
+  if (container == "CAF" && format.size() >= 8) return std::bit_cast<double>(big(format.substr(0, 8)));
+  if (container != "AIFF" || format.size() < 18) return 0.0;
+  constexpr int exponent_of_one = 16383 + 63;
+  return std::ldexp(static_cast<double>(big(format.substr(10, 8))),
+                    static_cast<int>(big(format.substr(8, 2))) - exponent_of_one);
+}
+
 // Whether well-formed chunks lead from the end of the data to the end of the file, but for a few stray bytes.
 bool chunks_reach_end(Chunks& chunks, std::uint64_t file_size) {
   constexpr std::uint64_t stray_bytes = 4096;
@@ -139,16 +151,24 @@ Check note(std::string name, std::string message) {
   return {std::move(name), "", CheckStatus::note, 0.0, 0.0, std::move(message)};
 }
 
+// What the last block's number contradicts is known before anything is decoded.
 SoundHeader flac_header(const InputFile& file) {
+  using State = SoundHeader::State;
   SoundHeader header;
   header.container = "FLAC";
-  // "fLaC", block header, then STREAMINFO: the low 36 bits of its bytes 13 to 17 are the number of frames, 0: not
-  // known.
-  const std::string info = file.text(8, 18);
-  if (info.size() < 18)
-    throw Fault(FaultKind::input, "container.damaged",
-                fmt::format("{}: the FLAC header is cut at byte {}", file.name(), file.size()));
-  if ((big(std::string_view(info).substr(13, 5)) & 0xfffffffff) == 0) header.state = SoundHeader::State::streamed;
+  const FlacStream stream = flac_stream(file);
+  if (stream.num_frames == 0) header.state = State::streamed;
+  const auto present = frames_by_last_block(file, stream);
+  if (stream.num_frames == 0 || !present || *present == stream.num_frames) return header;
+  header.state = *present < stream.num_frames ? State::truncated : State::wrapped;
+  header.promised_bytes = static_cast<std::uint64_t>(stream.num_frames);
+  header.present_bytes = static_cast<std::uint64_t>(*present);
+  header.frame_bytes = 1;
+  constexpr std::uint64_t count_at = 21, count_bytes = 5;  // the number of frames is the low 36 bits
+  header.data_offset = count_at + count_bytes;
+  header.salvage = file.text(0, header.data_offset);
+  const auto count = big(std::string_view(header.salvage).substr(count_at)) >> 36 << 36 | header.present_bytes;
+  header.salvage.replace(count_at, count_bytes, big_bytes(count, count_bytes));
   return header;
 }
 
@@ -186,7 +206,9 @@ SoundHeader read_sound_header(const InputFile& file) {
                               layout.container, layout.data_id, std::min(position, file.size()), file.size()));
     if (chunk->id == layout.format_id) {
       format = file.text(chunk->at, header_bytes(layout) + std::min<std::uint64_t>(chunk->size, most_format_bytes));
-      header.frame_bytes = frame_bytes(layout.container, std::string_view(format).substr(header_bytes(layout)));
+      const auto body = std::string_view(format).substr(header_bytes(layout));
+      header.frame_bytes = frame_bytes(layout.container, body);
+      header.rate_hz = real_rate_hz(layout.container, body);
     }
     if (chunk->id == "ds64") ds64 = chunk;
     if (chunk->id == layout.data_id) data = chunk;

@@ -18,12 +18,13 @@ struct SoundHeader {
     streamed,    ///< sizes left open by the writer: the data reach to the end of the file
     truncated,   ///< more promised than there is
     unfinished,  ///< 0 promised, data behind it: the recorder died
-    wrapped,     ///< far more there than promised: sizes beyond 4 GiB do not fit 32 bits
+    wrapped,     ///< more there than promised: sizes beyond 4 GiB do not fit 32 bits
   };
   std::string container;  ///< "WAV", "RF64", "W64", "CAF", "AIFF", "FLAC"
   State state = State::complete;
   std::uint64_t data_offset = 0, promised_bytes = 0, present_bytes = 0, frame_bytes = 0;
-  std::string salvage;  ///< to be read in place of the data_offset bytes before the samples, or empty
+  double rate_hz = 0.0;  ///< where the container holds it as a real number (CAF, AIFF), which libsndfile rounds; else 0
+  std::string salvage;   ///< to be read in place of the data_offset bytes before the samples, or empty
   std::vector<Check> checks;
 };
 

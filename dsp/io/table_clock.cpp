@@ -70,20 +70,25 @@ struct Steps {
   double least_s = 0.0, most_s = 0.0;
 };
 
-Steps find_steps(const Stamps& stamps) {
-  const auto& time_s = stamps.time_s;
+std::vector<double> steps_of(const std::vector<double>& time_s) {
   std::vector<double> steps(time_s.size() - 1);
   for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = time_s[i + 1] - time_s[i];
-  const double gap_s = 1.5 * median(steps) + 2 * stamps.printed_to_s;
+  return steps;
+}
+
+Steps find_steps(const Stamps& stamps) {
+  const auto& time_s = stamps.time_s;
+  const std::size_t num_steps = time_s.size() - 1;
+  const double gap_s = 1.5 * median(steps_of(time_s)) + 2 * stamps.printed_to_s;
   Steps found;
   found.least_s = std::numeric_limits<double>::infinity();
   std::size_t first = 0, count = 0;
   double sum_s = 0;
-  for (std::size_t i = 0; i <= steps.size(); ++i) {
-    const bool last = i == steps.size();
-    if (!last && steps[i] <= gap_s) {
-      found.least_s = std::min(found.least_s, steps[i]);
-      found.most_s = std::max(found.most_s, steps[i]);
+  for (std::size_t i = 0; i <= num_steps; ++i) {
+    const double step_s = i < num_steps ? time_s[i + 1] - time_s[i] : std::numeric_limits<double>::infinity();
+    if (step_s <= gap_s) {
+      found.least_s = std::min(found.least_s, step_s);
+      found.most_s = std::max(found.most_s, step_s);
       continue;
     }
     found.stretches.push_back({first, i + 1});
@@ -211,14 +216,11 @@ Clock interpolated_clock(const Stamps& stamps, double rate_hz) {
   clock.rate_hz = rate_hz;
   clock.start_s = time_s.front();
   clock.num_frames = static_cast<std::int64_t>(std::floor(span_s * rate_hz * (1 + 1e-12))) + 1;
-  std::vector<double> steps(time_s.size() - 1);
-  for (std::size_t i = 0; i < time_s.size(); ++i) {
-    clock.position.push_back((time_s[i] - time_s.front()) * rate_hz);
-    if (i > 0) steps[i - 1] = time_s[i] - time_s[i - 1];
-  }
+  const double usual_s = median(steps_of(time_s));
+  clock.position.reserve(time_s.size());
+  for (const double at_s : time_s) clock.position.push_back((at_s - time_s.front()) * rate_hz);
   // Rounding must not put the last frame behind the last row.
   clock.position.back() = std::max(clock.position.back(), static_cast<double>(clock.num_frames - 1));
-  const double usual_s = median(std::move(steps));
   for (std::size_t i = 1; i < time_s.size(); ++i)
     if (time_s[i] - time_s[i - 1] > gap_steps * usual_s) add_gap(stamps, i, clock);
   clock.checks.push_back(note(CheckStatus::warning, "clock.interpolated", rows, static_cast<double>(clock.num_frames),

@@ -33,6 +33,9 @@ struct Clock {
   std::vector<Check> checks;
 };
 
+/// Most memory that even_clock holds at a time, its stamps included: beside them their steps or the rows' positions.
+constexpr double clock_bytes_per_row = 2 * sizeof(double);
+
 /// Even to within 1 % of a step and the printed digits: the rate is the roundest that explains all stamps; steps of
 /// several frames are gaps. Throws Fault (input): clock.backwards, clock.repeated, clock.jitter, clock.gap,
 /// rate.mismatch, with the line and the remedy.

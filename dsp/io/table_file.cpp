@@ -11,6 +11,7 @@
 #include "dsp/io/table_layout.hpp"
 #include "dsp/io/text_lines.hpp"
 #include "dsp/io/units.hpp"
+#include "dsp/memory_limit.hpp"
 #include "dsp/names.hpp"
 
 namespace dsp {
@@ -67,44 +68,45 @@ class TableFile : public RowsOnClock {
     info_.time_column = layout_.time_column;
   }
 
-  // Counts the fields of a line, keeps the one of the clock; false for a cut last line that is to be left out.
+  // Counts the fields of a line, keeps the one of the clock; false for a last line that is to be left out: whether its
+  // last number is whole does not show without a line end.
   bool scan_row(std::string_view line, std::string_view& time) {
     int count = 0;
     std::string_view field;
     for (Fields fields(line, layout_.separator); fields.next(field); ++count)
       if (count == layout_.time_column) time = field;
     if (count == layout_.num_columns + 1 && field.find_first_not_of(" \t") == std::string_view::npos) --count;
-    if (count == layout_.num_columns || (layout_.comments_behind && count > layout_.num_columns)) return true;
+    if (count == layout_.num_columns || (layout_.comments_behind && count > layout_.num_columns)) {
+      if (!lines_.ended()) leave_out_last("has no line end, so that its last number may be cut");
+      return lines_.ended();
+    }
     const auto what = fmt::format("{} columns, want {} as in the rows above", count, layout_.num_columns);
     if (lines_.ended()) throw fault("table.ragged", what + fmt::format("; column {} is the last there", count));
     if (!salvage_) throw fault("table.cut", what + ": the last line is cut. Try --salvage to leave it out");
-    info_.checks.push_back(
-        {"table.cut", "", CheckStatus::warning, static_cast<double>(count), static_cast<double>(layout_.num_columns),
-         fmt::format("{}:{}: the last line is cut and was left out", file_->name(), lines_.number())});
+    leave_out_last("is cut");
     return false;
+  }
+
+  void leave_out_last(std::string_view why) {
+    info_.checks.push_back(
+        {"table.cut", "", CheckStatus::warning, static_cast<double>(lines_.number()), 0.0,
+         fmt::format("{}:{}: the last line {}; it was left out", file_->name(), lines_.number(), why)});
   }
 
   void scan(const OpenOptions& options) {
     Stamps stamps{{}, 0.0, layout_.first_line, file_->name()};
-    const auto most_rows = options.max_memory_bytes / sizeof(double);
     std::string_view line, time;
     while (lines_.next(line)) {
       if (is_skipped(line)) {
-        stamps.skipped_before.push_back(info_.num_frames);
+        append(stamps.skipped_before, info_.num_frames, options.max_memory_bytes);
         continue;
       }
       if (!scan_row(line, time)) break;
       ++info_.num_frames;
       if (layout_.time_column < 0) continue;
-      if (stamps.time_s.size() >= most_rows)
-        throw fault("memory.limit", "more rows than --max-memory allows; give the rate in the sidecar");
-      add_stamp(stamps, time);
+      append(stamps.time_s, stamp(stamps, time), options.max_memory_bytes);
     }
-    if (info_.num_frames == 0) throw fault("table.empty", "no rows");
-    if (!lines_.ended())
-      info_.checks.push_back({"table.end", "", CheckStatus::note, 0.0, 0.0,
-                              fmt::format("{}:{}: the last line has no end; if it was cut, its last number is wrong",
-                                          file_->name(), lines_.number())});
+    if (info_.num_frames == 0) throw fault("table.empty", "no whole row");
     if (layout_.time_column < 0) {
       info_.sample_rate_hz = layout_.rate_hz.value_or(0.0);
       return;
@@ -113,16 +115,27 @@ class TableFile : public RowsOnClock {
         stamps, {.rate_hz = options.rate_hz, .header_rate_hz = layout_.rate_hz, .interpolate = options.interpolate}));
   }
 
-  void add_stamp(Stamps& stamps, std::string_view text) const {
+  // By a quarter at a time: old and new together are about what the clock needs afterwards.
+  template <typename T>
+  void append(std::vector<T>& list, T value, std::size_t max_memory_bytes) const {
+    if (list.size() == list.capacity()) {
+      const std::size_t more = list.size() + list.size() / 4 + 1024;
+      require_memory(file_->name(), clock_bytes_per_row * static_cast<double>(more), max_memory_bytes);
+      list.reserve(more);
+    }
+    list.push_back(value);
+  }
+
+  double stamp(Stamps& stamps, std::string_view text) const {
     double value = 0;
     const auto& unit = layout_.units[static_cast<std::size_t>(layout_.time_column)];
     const double factor = unit.empty() ? 1.0 : find_unit(unit).factor;
     if (parse_cell(text, layout_.decimal_comma, value) != Cell::number)
       throw fault("table.cell", fmt::format("column {}: '{}' is no time", layout_.time_column + 1, clean_name(text)));
-    stamps.time_s.push_back(value * factor);
     // The finest digit printed anywhere: some writers leave zeros at the end away.
     const double digit = last_digit(text) * factor;
-    stamps.printed_to_s = stamps.time_s.size() == 1 ? digit : std::min(stamps.printed_to_s, digit);
+    stamps.printed_to_s = stamps.time_s.empty() ? digit : std::min(stamps.printed_to_s, digit);
+    return value * factor;
   }
 
   void finish_reading() override { file_->check_unchanged(); }

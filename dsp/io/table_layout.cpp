@@ -237,9 +237,10 @@ TableLayout lvm_layout(const InputFile& file, const std::vector<Line>& lines) {
     for (std::size_t i = 1; i < layout.columns.size(); ++i)
       layout.partial[i] = layout.columns[i] == "X_Value" || counts[i] < most;
   }
-  if (!layout.named || layout.data_offset == 0)
+  if (layout.num_columns == 0 || layout.data_offset == 0)
     throw Fault(FaultKind::input, "table.header",
-                fmt::format("{}: a LabVIEW header without rows under it", file.name()));
+                fmt::format("{}: a LabVIEW header without {} under it", file.name(),
+                            layout.named && layout.num_columns == 0 ? "columns" : "rows"));
   if (x_columns != "No") layout.time_column = 0;
   layout.partial[0] = x_columns == "No";  // empty then
   if (steps.size() > 1) layout.rate_hz = lvm_rate(steps[1], layout.decimal_comma);

@@ -23,6 +23,10 @@ struct SensorRelation {
   double residual = 0.0;                             ///< of the fit, relative to the measured ratio
   int num_windows = 0;
   std::string reason;  ///< not empty: the relation could not be found, and why
+  /// Of a pair of any two of displacement, velocity and acceleration: how often the first of the two ("displacement")
+  /// is differentiated already, and how often it has to be to become the second ("acceleration").
+  int from_order = 0, order = 2;
+  bool sign_and_unit_only = false;  ///< lag and corners were not looked for, and the gain is not exact
 };
 
 struct RelateOptions {
@@ -48,6 +52,13 @@ enum class ScaleReference { displacement, accelerometer };
 [[nodiscard]] std::vector<SensorRelation> relate_pairs(ColumnSpectra& spectra,
                                                        const std::vector<unsigned char>& excluded,
                                                        const RelateOptions& options = {});
+
+/// Every other pair of channels of one body of which one is the derivative of the other (x, v, a; r, dr, ddr; y, dy,
+/// ddy), compared by sign and size alone, in the band that holds the motion: either may have been computed from the
+/// other, so that a lag or a few per cent are nobody's fault. Velocity is compared with acceleration where there is no
+/// displacement.
+[[nodiscard]] std::vector<SensorRelation> relate_derivatives(ColumnSpectra& spectra,
+                                                             const std::vector<unsigned char>& excluded);
 
 /// Whether lag and corners of a pair can be corrected: the two were related, neither is upside down.
 [[nodiscard]] bool can_be_corrected(const SensorRelation& relation);

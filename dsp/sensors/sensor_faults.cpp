@@ -16,21 +16,31 @@ constexpr double deviations = 4.0;
 constexpr double least_gain = 3e-3, least_lag_s = 50e-6, least_corner_hz = 0.02, least_corner_share = 0.05;
 constexpr double gravity = 9.80665;
 
-/// A ratio of accelerometer to displacement that two units explain.
+/// A ratio of the second of a pair to the derivative of the first that two units explain.
 struct UnitRatio {
   double ratio;
-  bool displacement;  ///< whose unit
+  bool first;        ///< whether the first of the two is in the wrong unit
+  int order;         ///< of that one: displacement, velocity, acceleration
+  const char* unit;  ///< what it is in
   const char* what;
 };
-constexpr std::array unit_ratios{
-    UnitRatio{1e-3, true, "millimetres read as metres"}, UnitRatio{1e3, true, "metres read as millimetres"},
-    UnitRatio{0.0254, true, "inches read as metres"}, UnitRatio{1.0 / gravity, false, "g read as m/s^2"},
-    UnitRatio{gravity, false, "m/s^2 read as g"}};
+// The first that fits counts: millimetres are read as metres more often than the other way round.
+constexpr std::array unit_ratios{UnitRatio{1e3, false, 1, "mm/s", "mm/s read as m/s"},
+                                 UnitRatio{1e-3, true, 0, "mm", "millimetres read as metres"},
+                                 UnitRatio{1e3, true, 0, "m", "metres read as millimetres"},
+                                 UnitRatio{0.0254, true, 0, "in", "inches read as metres"},
+                                 UnitRatio{1e-3, true, 1, "mm/s", "mm/s read as m/s"},
+                                 UnitRatio{1e3, true, 1, "m/s", "m/s read as mm/s"},
+                                 UnitRatio{0.0254, true, 1, "in/s", "in/s read as m/s"},
+                                 UnitRatio{1.0 / gravity, false, 2, "g", "g read as m/s^2"},
+                                 UnitRatio{gravity, false, 2, "m/s^2", "m/s^2 read as g"}};
 
-std::optional<UnitRatio> unit_ratio(double gain) {
+std::optional<UnitRatio> unit_ratio(const SensorRelation& r) {
   constexpr double sensors_differ = 0.12;  // by less than this, of one unit
   for (const UnitRatio& known : unit_ratios)
-    if (std::abs(std::log(gain / known.ratio)) < sensors_differ) return known;
+    if (known.order == r.from_order + (known.first ? 0 : r.order) &&
+        std::abs(std::log(r.gain / known.ratio)) < sensors_differ)
+      return known;
   return std::nullopt;
 }
 
@@ -47,10 +57,12 @@ SensorFault polarity(const SensorRelation& r) {
 
 SensorFault unit(const SensorRelation& r, const UnitRatio& known) {
   SensorFault fault{.kind = SensorFaultKind::unit, .value = r.gain, .std = r.gain_std, .limit = known.ratio};
-  fault.channel = known.displacement ? r.displacement : r.acceleration;
-  fault.sensitivity_factor = sensitivity_factor(r, known.displacement);
-  fault.sentence = fmt::format("{}: {}: {} reads {:.5g} +- {:.2g} times the second derivative of {}", fault.channel,
-                               known.what, r.acceleration, r.gain, r.gain_std, r.displacement);
+  fault.channel = known.first ? r.displacement : r.acceleration;
+  fault.unit = known.unit;
+  fault.sensitivity_factor = sensitivity_factor(r, known.first);
+  fault.sentence =
+      fmt::format("{}: {}: {} reads {:.5g} +- {:.2g} times the {}derivative of {}", fault.channel, known.what,
+                  r.acceleration, r.gain, r.gain_std, r.order == 2 ? "second " : "", r.displacement);
   return fault;
 }
 
@@ -112,10 +124,11 @@ std::vector<SensorFault> sensor_faults(const SensorRelation& relation, ScaleRefe
     return std::abs(difference) > std::max(deviations * std, floor);
   };
   if (relation.sign < 0.0) faults.push_back(polarity(relation));
-  if (const auto known = unit_ratio(relation.gain))
+  if (const auto known = unit_ratio(relation))
     faults.push_back(unit(relation, *known));
-  else if (exceeds(relation.gain - 1.0, relation.gain_std, least_gain))
+  else if (!relation.sign_and_unit_only && exceeds(relation.gain - 1.0, relation.gain_std, least_gain))
     faults.push_back(gain(relation, scale));
+  if (relation.sign_and_unit_only) return faults;
   if (exceeds(relation.lag_s, relation.lag_std_s, least_lag_s)) faults.push_back(lag(relation));
   if (SensorFault found = corner(relation); exceeds(found.value - sum(relation.declared_hz), found.std, found.limit))
     faults.push_back(std::move(found));

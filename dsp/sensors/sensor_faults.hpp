@@ -24,6 +24,7 @@ struct SensorFault {
   std::string sentence;             ///< what was found, with its uncertainty
   double value = 0.0, std = 0.0;    ///< ratio, seconds or Hz
   double limit = 0.0;               ///< a difference smaller than this is not raised
+  std::string unit;                 ///< unit: what the channel's numbers are in
   double sensitivity_factor = 1.0;  ///< unit and gain: what the channel's sensitivity is to be multiplied by
   double delay_s = 0.0;             ///< lag: to be added to the channel's delay
   std::vector<double> highpass_hz;  ///< corner: what the channel's highpass should be

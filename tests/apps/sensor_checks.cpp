@@ -93,12 +93,62 @@ TEST_CASE("lines for a channel given by its unit", "[apps][sensor_checks]") {
   channel.unit = "g";
   const dsp::SensorFault gain{.kind = dsp::SensorFaultKind::gain, .sensitivity_factor = 1.02};
   CHECK(apps::remedy(gain, &channel) == "full_scale = \"9.61436 m/s^2\"");  // 9.80665 / 1.02
-  const dsp::SensorFault unit{.kind = dsp::SensorFaultKind::unit, .limit = 1e-3};
+  const dsp::SensorFault unit{.kind = dsp::SensorFaultKind::unit, .unit = "mm"};
   CHECK(apps::remedy(unit, &channel) == "unit = \"mm\"");
   channel.delay_s = 1e-3;
   CHECK(apps::remedy({.kind = dsp::SensorFaultKind::lag, .delay_s = 5e-4}, &channel) == "delay = \"1.5 ms\"");
   CHECK(apps::remedy({.kind = dsp::SensorFaultKind::corner, .highpass_hz = {0.4, 0.3}}, &channel) ==
         "highpass = [0.4, 0.3]");
+}
+
+TEST_CASE("a table's displacement, velocity and acceleration are compared for sign and unit", "[apps][sensor_checks]") {
+  // A slow swing and a fast one, a hundred seconds at 50 Hz; velocity and acceleration by hand.
+  const auto table = [](double x_scale, double v_scale, double a_scale) {
+    dsp::Recording recording{.name = "table", .sample_rate_hz = 50.0};
+    recording.channels = {{.name = "x", .role = dsp::Role::x, .unit = "m"},
+                          {.name = "v", .role = dsp::Role::v, .unit = "m/s"},
+                          {.name = "a", .role = dsp::Role::a, .unit = "m/s^2"}};
+    recording.samples.resize(5000, 3);
+    for (Eigen::Index i = 0; i < 5000; ++i) {
+      const double t = static_cast<double>(i) / 50.0;
+      double x = 0.0, v = 0.0, a = 0.0;
+      for (const auto& [amplitude, speed] : {std::pair{0.02, 0.9}, std::pair{0.003, 11.0}}) {
+        x += amplitude * std::sin(speed * t), v += amplitude * speed * std::cos(speed * t);
+        a -= amplitude * speed * speed * std::sin(speed * t);
+      }
+      recording.samples.row(i) << x_scale * x, v_scale * v, a_scale * a;
+    }
+    return recording;
+  };
+  const auto raised_of = [&](const dsp::Recording& recording, dsp::Recipe recipe) {
+    Lines lines;
+    for (const dsp::Check& check : apps::sensor_checks(
+             dsp::prepare(recording, {.recipe = recipe, .rate_hz = 50.0, .cutoff_hz = 10.0}), {}, "side.toml"))
+      if (check.status != dsp::CheckStatus::ok) lines.emplace_back(check.name, check.message);
+    return lines;
+  };
+  for (const auto recipe : {dsp::Recipe::matched, dsp::Recipe::paper}) {
+    CHECK(raised_of(table(1, 1, 1), recipe).empty());
+    CHECK(raised_of(table(1, 1, 0.95), recipe).empty());  // a column that was filtered, say
+    const auto one = [&](const dsp::Recording& recording, const std::string& name, const std::string& piece) {
+      const Lines lines = raised_of(recording, recipe);
+      REQUIRE(lines.size() == 1);
+      CHECK(lines[0].first == name);
+      CHECK_THAT(lines[0].second, Catch::Contains("not corrected. In side.toml") && Catch::Contains(piece));
+    };
+    one(table(1, 1, 1 / 9.80665), "sensor.unit", "name = \"a\": unit = \"g\"");
+    one(table(1, 1000, 1), "sensor.unit", "name = \"v\": unit = \"mm/s\"");
+    one(table(1, 1, -1), "sensor.polarity", "a\" or its partner, whichever is wired the wrong way round: sign = -1");
+    const Lines both = raised_of(table(1000, 1, 1), recipe);  // seen from v and from a
+    REQUIRE(both.size() == 2);
+    for (const auto& [name, line] : both) CHECK_THAT(line, Catch::Contains("name = \"x\": unit = \"mm\""));
+    dsp::Recording bare = table(1, 1, -1 / 9.80665);
+    bare.channels[0].role = dsp::Role::other;
+    bare.channels.push_back({.name = "y", .role = dsp::Role::y, .unit = "m"});
+    bare.samples.conservativeResize(Eigen::NoChange, 4);
+    bare.samples.col(3) = bare.samples.col(0);
+    CHECK(raised_of(bare, recipe).size() == 2);  // v and a alone: sign and unit
+  }
 }
 
 TEST_CASE("sensors of twenty clean records raise nothing", "[.][study][sensor_checks]") {

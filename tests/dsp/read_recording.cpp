@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "dsp/io/sound_file.hpp"
+#include "dsp/motion.hpp"
 #include "support/fault.hpp"
 #include "support/scratch.hpp"
 
@@ -309,11 +310,55 @@ TEST_CASE("short gaps are bridged by straight lines and marked, long ones refuse
   CHECK(dsp::read_recording(scratch.file("b.csv", "x\n1\n1e-310\n1e-400\n")).samples(1, 0) == 1e-310);
 }
 
+TEST_CASE("two channels on one column are refused", "[dsp][read_recording]") {
+  const Scratch scratch;
+  const auto csv = scratch.file("a.csv", "t,x,f\n0,1,1\n0.5,2,2\n");
+  const auto refused = [&](const std::string& first, const std::string& second) {
+    scratch.file("a.csv.toml", "[[channel]]\nname = \"x\"\nunit = \"m\"\n" + first +
+                                   "[[channel]]\nname = \"twice\"\nunit = \"m\"\n" + second);
+    check_fault([&] { (void)dsp::read_recording(csv); }, FaultKind::usage, "channel.index",
+                {"a.csv.toml:", "channels 'x' and 'twice' both are column 2 of a.csv"});
+  };
+  refused("index = 2\n", "index = 2\n");
+  refused("", "index = 2\n\n");
+  refused("", "column = \"x\"\n");
+}
+
+TEST_CASE("a second file that begins a fraction of a sample late is shifted, one beyond half a sample is refused",
+          "[dsp][read_recording]") {
+  const Scratch scratch;
+  const auto table = [](const std::string& name, double late_s) {
+    std::string text = "t," + name + "\n";
+    for (int i = 0; i < 400; ++i)
+      text += std::to_string(late_s + 0.01 * i) + "," + std::to_string(std::sin(6.0 * (late_s + 0.01 * i))) + "\n";
+    return text;
+  };
+  const auto first = scratch.file("y.csv", table("y", 0.0));
+  scratch.file("y.csv.toml",
+               "[[channel]]\nname = \"y\"\nrole = \"y\"\nunit = \"m\"\n"
+               "[[channel]]\nname = \"r\"\nrole = \"r\"\nunit = \"m\"\nfile = \"r.csv\"\ndelay = \"1 ms\"\n");
+  scratch.file("r.csv", table("r", 0.005));
+  auto recording = dsp::read_recording(first);
+  CHECK(recording.channels[1].delay_s == Approx(0.001 - 0.005).margin(1e-12));
+  REQUIRE(has_check(recording, "clock.start"));
+  for (const auto& check : recording.checks)
+    if (check.name == "clock.start")
+      CHECK_THAT(check.message, Catch::Contains("r.csv: starts at 0.005 s, y.csv at 0 s"));
+  recording.channels[1].delay_s -= 0.001;  // which is not true of these samples
+  dsp::remove_delays(recording);
+  // Six decimals in the tables; the ends lean on samples predicted beyond them.
+  CHECK((recording.samples.col(0) - recording.samples.col(1)).segment(50, 300).cwiseAbs().maxCoeff() <= 1e-4);
+  scratch.file("r.csv", table("r", 0.006));
+  check_fault([&] { (void)dsp::read_recording(first); }, FaultKind::input, "clock.start", {"more than half a sample"});
+  scratch.file("r.csv", table("r", 0.00005));
+  CHECK_FALSE(has_check(dsp::read_recording(first), "clock.start"));
+}
+
 TEST_CASE("a recording larger than the memory allowed is refused before it is read", "[dsp][read_recording]") {
   const Scratch scratch;
   const auto file = sound(scratch, steps(1000, 2));
   check_fault([&] { (void)dsp::read_recording(file, {.uncalibrated = true, .max_memory_bytes = 15'999}); },
-              FaultKind::numerics, "memory.limit", {"16000 bytes"});
+              FaultKind::numerics, "memory.limit", {"needs 0.016 MB of memory, 0.016 MB"});
 }
 
 TEST_CASE("a drafted sidecar holds what is known, leaves out what is not, and can be read", "[dsp][read_recording]") {

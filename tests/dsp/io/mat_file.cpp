@@ -85,20 +85,60 @@ TEST_CASE("Simulink's structure with time gives its signal and its clock", "[dsp
 TEST_CASE("what is no real vector is listed where something is missing", "[dsp][mat_file]") {
   const Scratch scratch;
   const Mat mat;
-  const std::vector<std::int16_t> counts{1, 2, 3, 4};
   const std::string bytes = mat.header() + mat.matrix("cells", 1, {1, 1}, mat.vector("", {1.0})) +
                             mat.matrix("z", 6, {2, 1},
                                        mat.element(9, mat.values(std::vector<double>{1, 2})) +
                                            mat.element(9, mat.values(std::vector<double>{1, 2})),
                                        0x800) +
-                            mat.matrix("counts", 10, {4, 1}, mat.element(3, mat.values(counts))) +
                             mat.matrix("plane", 6, {2, 2}, mat.element(9, mat.values(wave(4)))) +
                             mat.matrix("none", 6, {0, 0}, mat.element(9, ""));
-  check_fault([&] { (void)dsp::open_source(scratch.file("a.mat", bytes)); }, FaultKind::input, "mat.no_variable",
-              {"cells (1x1 cell)", "z (2x1 complex double)", "counts (4x1 int16)", "plane (2x2 double)",
-               "none (0x0 double)", "want real double or single vectors"});
+  check_fault(
+      [&] { (void)dsp::open_source(scratch.file("a.mat", bytes)); }, FaultKind::input, "mat.no_variable",
+      {"cells (1x1 cell)", "z (2x1 complex double)", "plane (2x2 double)", "none (0x0 double)", "want real vectors"});
   check_fault([&] { (void)dsp::open_source(scratch.file("b.mat", mat.header())); }, FaultKind::input, "mat.no_variable",
               {"no variable"});
+}
+
+TEST_CASE("integers, logicals and the columns of a matrix are read, and what is not is named", "[dsp][mat_file]") {
+  const Scratch scratch;
+  for (const bool big : {false, true}) {
+    const Mat mat{big};
+    const std::vector<std::int16_t> counts{1, -2, 3, 32767};
+    const std::vector<std::uint8_t> switched{0, 1, 1, 0};
+    const std::vector<double> pair{1, 2, 3, 4, 10, 20, 30, 40};  // column by column
+    const auto file = scratch.file(
+        "a.mat", mat.header() + mat.vector("t", times(4)) +
+                     mat.matrix("counts", 10, {4, 1}, mat.element(3, mat.values(counts))) +
+                     mat.matrix("on", 9, {1, 4}, mat.element(2, mat.values(switched)), 0x200) +
+                     mat.matrix("y_mm", 6, {4, 2}, mat.element(9, mat.values(pair))) +
+                     mat.matrix("lying", 6, {2, 4}, mat.element(9, mat.values(pair))) + mat.vector("short", wave(3)) +
+                     mat.matrix("square", 6, {4, 4}, mat.element(9, mat.values(wave(16)))) + mat.vector("k", {3.0}));
+    const auto source = dsp::open_source(file);
+    const auto& info = source->info();
+    CHECK(info.columns == std::vector<std::string>{"t", "counts", "on", "y_1", "y_2", "lying_1", "lying_2"});
+    CHECK(info.units == std::vector<std::string>{"", "", "", "mm", "mm", "", ""});
+    dsp::FrameBlock expected(4, 7);
+    expected << 0, 1, 0, 1, 10, 1, 2, 0.004, -2, 1, 2, 20, 3, 4, 0.008, 3, 1, 3, 30, 10, 20, 0.012, 32767, 0, 4, 40, 30,
+        40;
+    CHECK(read_all(*source) == expected);
+    CHECK(info.left_out ==
+          std::vector<std::string>{"short (3 values, the longest 4)", "square (4x4 double)", "k (1x1 double)"});
+    REQUIRE(info.checks.size() == 2);
+    CHECK(info.checks[0].name == "mat.integer");
+    CHECK(info.checks[0].channel == "counts");
+    CHECK(info.checks[1].name == "mat.left_out");
+    CHECK(info.checks[1].status == dsp::CheckStatus::warning);
+    CHECK_THAT(info.checks[1].message, Catch::Contains("short (3 values, the longest 4), square (4x4 double)"));
+  }
+  const Mat mat;
+  const auto parameter =
+      dsp::open_source(scratch.file("a.mat", mat.header() + mat.vector("x", wave(4)) + mat.vector("k", {3.0})));
+  REQUIRE(parameter->info().checks.size() == 1);
+  CHECK(parameter->info().checks[0].status == dsp::CheckStatus::note);
+  const auto alone = dsp::open_source(
+      scratch.file("a.mat", mat.header() + mat.matrix("data", 6, {50, 2}, mat.element(9, mat.values(wave(100))))));
+  CHECK(alone->info().columns == std::vector<std::string>{"data_1", "data_2"});
+  CHECK(alone->info().num_frames == 50);
 }
 
 TEST_CASE("a truncated MATLAB file is refused, compressed or not", "[dsp][mat_file]") {

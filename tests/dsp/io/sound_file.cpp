@@ -5,13 +5,14 @@
 #include <unistd.h>
 
 #include <array>
+#include <bit>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <csignal>
 #include <fstream>
 #include <random>
 
-#include "dsp/io/flac_end.hpp"
+#include "dsp/io/flac_stream.hpp"
 #include "dsp/io/input_file.hpp"
 #include "support/fault.hpp"
 #include "support/fuzz.hpp"
@@ -209,16 +210,83 @@ TEST_CASE("a FLAC's last frame is known by number and checksum without decoding"
   for (const Eigen::Index num_frames : {1, 4096, 4097, 20'000, 63 * 4096, 129 * 4096, 2049 * 4096}) {
     INFO(num_frames);  // frame numbers of one, two and three bytes
     const auto file = write(scratch, noise(num_frames, 1, 0.9), {.container = SoundContainer::flac});
-    CHECK(dsp::ends_in_last_frame(dsp::InputFile(file), num_frames));
-    CHECK_FALSE(dsp::ends_in_last_frame(dsp::InputFile(file), num_frames + 4096));
-    CHECK_FALSE(dsp::ends_in_last_frame(dsp::InputFile(file), std::max<Eigen::Index>(0, num_frames - 4096)));
+    const auto frames_at_end = [&] {
+      const dsp::InputFile input(file);
+      return dsp::frames_by_last_block(input, dsp::flac_stream(input));
+    };
+    CHECK(frames_at_end() == num_frames);
     auto bytes = support::bytes_of(file);
     bytes[bytes.size() - 5] ^= 1;
     std::ofstream(file, std::ios::binary) << bytes;
-    CHECK_FALSE(dsp::ends_in_last_frame(dsp::InputFile(file), num_frames));
+    CHECK_FALSE(frames_at_end());
     std::filesystem::resize_file(file, bytes.size() - 1);
-    CHECK_FALSE(dsp::ends_in_last_frame(dsp::InputFile(file), num_frames));
+    CHECK_FALSE(frames_at_end());
   }
+}
+
+namespace {
+
+// Where the blocks of a FLAC file of 4096 frames a block begin, and its end.
+std::vector<std::size_t> blocks_of(const std::string& bytes, std::size_t count) {
+  std::vector<std::size_t> at;
+  for (std::size_t number = 0; number < count; ++number)
+    at.push_back(bytes.find(std::string("\xff\xf8") + bytes[at.empty() ? bytes.find("\xff\xf8") + 2 : at[0] + 2],
+                            at.empty() ? 0 : at.back() + 4096));
+  at.push_back(bytes.size());
+  return at;
+}
+
+std::string with_flac_frames(std::string bytes, std::uint32_t count) {
+  for (int i = 0; i < 4; ++i) bytes[22 + i] = static_cast<char>(count >> 8 * (3 - i) & 0xff);
+  return bytes;
+}
+
+std::string without_md5(std::string bytes) {
+  return bytes.replace(26, 16, 16, '\0');
+}
+
+}  // namespace
+
+TEST_CASE("a FLAC whose header promises fewer frames than there are is refused, and read whole on request",
+          "[dsp][sound_file]") {
+  const Scratch scratch;
+  const auto frames = noise(5 * 4096, 1, 0.9);
+  const auto whole = support::bytes_of(write(scratch, frames, {.container = SoundContainer::flac}));
+  const auto file = scratch.file("few.flac", with_flac_frames(whole, 3 * 4096));
+  check_fault([&] { (void)open(file); }, FaultKind::input, "container.wrapped",
+              {"the header says 12288 frames, 20480 follow it", "--salvage"});
+  const auto source = open(file, true);
+  CHECK((read_all(*source, 1000) - frames).cwiseAbs().maxCoeff() <= std::ldexp(0.5, -23));
+  REQUIRE(source->info().checks.size() == 1);  // the digest is that of the whole
+  CHECK(source->info().checks[0].name == "container.wrapped");
+}
+
+TEST_CASE("a FLAC with a block twice, left out, or of another recording is refused with the place",
+          "[dsp][sound_file]") {
+  const Scratch scratch;
+  const auto frames = noise(5 * 4096, 1, 0.9);
+  const auto whole = support::bytes_of(write(scratch, frames, {.container = SoundContainer::flac}));
+  const auto at = blocks_of(whole, 5);
+  REQUIRE(at[4] < whole.size());
+  const auto place = "at byte " + std::to_string(at[3]) + " the block of frame ";
+  const auto twice = whole.substr(0, at[3]) + whole.substr(at[2]);
+  const auto refused = [&](const std::string& bytes, const std::vector<std::string>& pieces) {
+    const auto file = scratch.file("bad.flac", bytes);
+    check_fault([&] { (void)read_all(*open(file), 1000); }, FaultKind::input, "container.damaged", pieces);
+    const auto source = open(file, true);
+    CHECK(read_all(*source, 1000).rows() == source->info().num_frames);
+    REQUIRE_FALSE(source->info().checks.empty());
+    CHECK(source->info().checks.back().name == "container.damaged");
+    CHECK(source->info().checks.back().status == dsp::CheckStatus::warning);
+  };
+  refused(twice, {"MD5", place + "8192 comes where frame 12288 is due", "--salvage"});
+  refused(without_md5(twice), {place + "8192 comes where frame 12288 is due"});
+  auto other = whole;
+  other[30] ^= 1;
+  refused(other, {"MD5", "its blocks follow one another"});
+  CHECK(read_all(*open(scratch.file("none.flac", without_md5(whole))), 1000).rows() == 5 * 4096);
+  const auto lost = scratch.file("lost.flac", whole.substr(0, at[2]) + whole.substr(at[3]));
+  CHECK(support::fault_of([&] { (void)read_all(*open(lost), 1000); }).kind() == FaultKind::input);
 }
 
 TEST_CASE("data size 0 with samples behind it is a recorder that died", "[dsp][sound_file]") {
@@ -276,6 +344,38 @@ TEST_CASE("a lossy or companded codec is refused", "[dsp][sound_file]") {
   bytes[format + 14] = 8;  // bits
   bytes[format + 12] = 1;  // bytes a frame
   check_fault([&] { (void)open(scratch.file("ulaw.wav", bytes)); }, FaultKind::input, "container.lossy", {"lossy"});
+}
+
+TEST_CASE("samples padded beyond their bits are refused, not read as noise", "[dsp][sound_file]") {
+  const Scratch scratch;
+  for (const auto container : {SoundContainer::wav, SoundContainer::w64}) {
+    auto bytes = support::bytes_of(write(scratch, noise(200, 4, 0.9), {.container = container}));
+    // 24 bits of 4 channels in frames of 16 bytes: 12 packed.
+    const auto at = bytes.find("fmt ") + (container == SoundContainer::w64 ? 24 : 8) + 12;
+    REQUIRE(bytes[at] == 12);
+    bytes[at] = 16;
+    INFO(dsp::extension(container));
+    check_fault([&] { (void)open(scratch.file("padded", bytes)); }, FaultKind::input, "container.unsupported",
+                {"4 channels of 24 bit take 12 bytes a frame, the header says 16", "packed"});
+  }
+}
+
+TEST_CASE("a rate that is no whole number is the container's own, not rounded", "[dsp][sound_file]") {
+  const Scratch scratch;
+  const auto big = [](std::uint64_t value) {
+    std::string bytes;
+    for (int i = 7; i >= 0; --i) bytes += static_cast<char>(value >> 8 * i & 0xff);
+    return bytes;
+  };
+  const double rate_hz = 51200.0 / 3;
+  auto caf = support::bytes_of(write(scratch, noise(20, 1, 0.9), {.container = SoundContainer::caf}));
+  caf.replace(caf.find("desc") + 12, 8, big(std::bit_cast<std::uint64_t>(rate_hz)));
+  CHECK(open(scratch.file("a.caf", caf))->info().sample_rate_hz == rate_hz);
+  // 80 bits: 2^14 <= rate < 2^15, mantissa of 64 bits with its one written out.
+  auto aiff = support::bytes_of(write(scratch, noise(20, 1, 0.9), {.container = SoundContainer::aiff}));
+  const auto mantissa = static_cast<std::uint64_t>(std::ldexp(rate_hz, 63 - 14));
+  aiff.replace(aiff.find("COMM") + 8 + 8, 10, std::string("\x40\x0d", 2) + big(mantissa));
+  CHECK(open(scratch.file("a.aiff", aiff))->info().sample_rate_hz == Approx(rate_hz).epsilon(1e-15));
 }
 
 TEST_CASE("impossible channel counts and rates are refused", "[dsp][sound_file]") {

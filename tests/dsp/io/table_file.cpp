@@ -86,8 +86,8 @@ TEST_CASE("a table is understood however it is written", "[dsp][table_file]") {
   check("t,x,y\n0,1.5,-2e-3,\n0.25,2.5,3,\n0.5,-3.5,4.0,\n0.75,4.5,1e6,\n", true);   // only under the header
   check("  0   1.5  -2e-3\n 0.25  2.5 3\n0.5 -3.5\t4.0  \n0.75 4.5 1e6\n", false);   // blanks
   check("# t x y\n0 1.5 -2e-3\n0.25 2.5 3\n0.5 -3.5 4.0\n0.75 4.5 1e6\n", true);     // names in a remark
-  check("t , x , y\n0 , 1.5 , -2e-3\n0.25 , 2.5 , 3\n0.5 , -3.5 , 4.0\n0.75 , 4.5 , 1e6", true);  // no last line end
-  check("time,x,y\ns,mm,-\n0,1.5,-2e-3\n0.25,2.5,3\n0.5,-3.5,4.0\n0.75,4.5,1e6\n", true);         // a line of units
+  check("t , x , y\n0 , 1.5 , -2e-3\n0.25 , 2.5 , 3\n0.5 , -3.5 , 4.0\n0.75 , 4.5 , 1e6\n", true);  // blanks within
+  check("time,x,y\ns,mm,-\n0,1.5,-2e-3\n0.25,2.5,3\n0.5,-3.5,4.0\n0.75,4.5,1e6\n", true);           // a line of units
 }
 
 TEST_CASE("missing values are NaN, not zero", "[dsp][table_file]") {
@@ -115,6 +115,35 @@ TEST_CASE("a ragged row, a cut last line and a bad cell are refused with line an
   const auto salvaged = read(scratch.file("a.csv", "x,y\n1,2\n3,4\n5"), {.salvage = true});
   CHECK(salvaged.frames.rows() == 2);
   CHECK(has_check(salvaged, "table.cut"));
+}
+
+TEST_CASE("a last line without its end is left out with a warning: its last number may be cut", "[dsp][table_file]") {
+  const Scratch scratch;
+  for (const bool salvage : {false, true}) {
+    const auto table = read(scratch.file("a.csv", "x,y\n1,2\n3,412.3e-3\n5,787.1"), {.salvage = salvage});
+    CHECK(table.frames.rows() == 2);
+    REQUIRE(table.info.checks.size() == 1);
+    CHECK(table.info.checks[0].name == "table.cut");
+    CHECK(table.info.checks[0].status == dsp::CheckStatus::warning);
+    CHECK_THAT(table.info.checks[0].message, Catch::Contains("a.csv:4: the last line has no line end"));
+  }
+  const auto clock = read(scratch.file("a.csv", "t,x\n0,1\n1,2\n2,3\n30"), {.salvage = true});
+  CHECK(clock.frames.rows() == 3);
+  CHECK(read(scratch.file("a.csv", "x,y\n1,2\n3,4\n# the end")).frames.rows() == 2);
+  CHECK(read(scratch.file("a.csv", "x,y\n1,2\n3,4\n# the end")).info.checks.empty());
+  const std::string lvm =
+      "LabVIEW Measurement\t\nX_Columns\tOne\n***End_of_Header***\t\nDelta_X\t0.1\n***End_of_Header***\n"
+      "X_Value\tF\tComment\n0.0\t1\n0.1\t2.5\n0.2\t3.7";
+  CHECK(read(scratch.file("a.lvm", lvm)).frames.rows() == 2);
+  CHECK(has_check(read(scratch.file("a.lvm", lvm)), "table.cut"));
+  check_fault([&] { (void)read(scratch.file("a.csv", "5,787.1")); }, FaultKind::input, "table.empty", {"no whole row"});
+}
+
+TEST_CASE("a LabVIEW header without columns is refused", "[dsp][table_file]") {
+  const Scratch scratch;
+  const auto file =
+      scratch.file("a.lvm", "LabVIEW Measurement\n***End_of_Header***\n***End_of_Header***\nComment\n1\n");
+  check_fault([&] { (void)read(file); }, FaultKind::input, "table.header", {"without columns"});
 }
 
 TEST_CASE("the rate is the roundest that explains the stamps", "[dsp][table_clock]") {

@@ -1,0 +1,68 @@
+// What --max-memory allows against what a command takes.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "support/mat.hpp"
+#include "support/program.hpp"
+
+using support::Scratch;
+
+namespace {
+
+constexpr int num_rows = 400'000;
+
+double swing(int i) {
+  return std::sin(0.009 * i) * (1 + 0.2 * std::sin(1e-5 * i));
+}
+
+/// t, x, v at 1000 Hz.
+std::string table() {
+  std::string text = "t,x,v\n";
+  char line[80];
+  for (int i = 0; i < num_rows; ++i) {
+    std::snprintf(line, sizeof line, "%.3f,%.6e,%.6e\n", 1e-3 * i, swing(i), 9 * std::cos(0.009 * i));
+    text += line;
+  }
+  return text;
+}
+
+std::string mat_file() {
+  const support::Mat mat;
+  std::vector<double> t, x;
+  for (int i = 0; i < num_rows; ++i) t.push_back(1e-3 * i), x.push_back(swing(i));
+  return mat.header() + mat.compressed(mat.vector("t", t)) + mat.compressed(mat.vector("x", x)) +
+         mat.compressed(mat.vector("v", x));
+}
+
+}  // namespace
+
+#ifndef ARDENT_SANITIZED  // the sanitizers' own memory counts
+
+TEST_CASE("a recording takes what the limit on memory says, and is refused before it takes more", "[apps][memory]") {
+  const Scratch folder;
+  (void)folder.file("long.csv", table());
+  (void)folder.file("long.mat", mat_file());
+  const double idle_bytes = 1024.0 * static_cast<double>(support::run(folder, "$ARDENT --version").peak_kb);
+  for (const std::string command : {"$ARDENT -q prep --force -o p long.csv", "$ARDENT -q prep --force -o p long.mat"}) {
+    CAPTURE(command);
+    // Each step names what it would take; what it then takes is that of the largest.
+    int allowed_mb = 11;  // above one expanded variable of 3.2 MB: the file itself is sound
+    support::Ended ended;
+    for (int steps = 0; steps < 5; ++steps) {
+      ended = support::run(folder, command + " --max-memory " + std::to_string(allowed_mb));
+      if (ended.code != 4) break;
+      CHECK_THAT(ended.err, Catch::Contains("[memory.limit]"));
+      const double needed_mb = std::stod(ended.err.substr(ended.err.find("needs ") + 6));
+      REQUIRE(needed_mb > allowed_mb);
+      allowed_mb = static_cast<int>(std::ceil(needed_mb));
+    }
+    CAPTURE(ended.err);
+    REQUIRE(ended.code == 0);
+    const double taken_bytes = 1024.0 * static_cast<double>(ended.peak_kb) - idle_bytes;
+    CAPTURE(allowed_mb, taken_bytes);
+    CHECK(taken_bytes <= 1.2e6 * allowed_mb);
+    CHECK(taken_bytes >= 0.6e6 * allowed_mb);
+  }
+}
+
+#endif
