@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <functional>
 #include <map>
 #include <optional>
@@ -89,6 +90,27 @@ std::optional<Dimension> product_dimension(std::string_view text, const dsp::Mot
   return dimension;
 }
 
+/// Whether the term is the target times a constant, however it is written: their ratio is one number at all points.
+bool is_target(const Expression& term, const std::string& target) {
+  const auto& signals = term.signals();
+  const auto place = std::find(signals.begin(), signals.end(), target);
+  if (place == signals.end()) return false;
+  constexpr int num_points = 8;
+  constexpr double rounding = 1e-12;  // of a few dozen operations
+  std::vector<double> values(signals.size());
+  double ratio = 0.0;
+  for (int point = 0; point < num_points; ++point) {
+    for (std::size_t i = 0; i < values.size(); ++i)
+      values[i] = (point % 2 == 0 ? 1.0 : -1.0) * (1.5 + std::sin(7.0 * point + 3.0 * static_cast<double>(i)));
+    const std::vector<double> signs(term.switches().size(), point % 2 == 0 ? 1.0 : -1.0);
+    const double here =
+        term.evaluate(values.data(), signs.data()) / values[static_cast<std::size_t>(place - signals.begin())];
+    if (point == 0) ratio = here;
+    if (!(std::abs(here - ratio) <= rounding * std::abs(ratio)) || here == 0.0) return false;
+  }
+  return true;
+}
+
 std::string without_spaces(std::string_view text) {
   std::string bare(text);
   bare.erase(
@@ -164,10 +186,10 @@ CandidateLibrary make_library(const LibraryOptions& options, const std::string& 
                        "library: the term '" + text + "' stands twice; remove one");
     seen.push_back(text);
     Term term{text, Expression(as_written, names), {}};
-    if (text == target)
+    if (is_target(term.expression, target))
       throw dsp::Fault(
           dsp::FaultKind::usage, "library.target",
-          "library: the target '" + target + "' stands among its own terms and would explain itself; remove it");
+          "library: the term '" + text + "' is the target '" + target + "' and would explain it by itself; remove it");
     if (const auto dimension = product_dimension(text, signals)) term.unit = text_of(*dimension);
     library.terms.push_back(std::move(term));
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string_view>
 
 namespace ident {
 namespace {
@@ -59,6 +60,19 @@ std::string latex_of(const std::string& name) {
   return out;
 }
 
+// A sum, a sign or a number at its front would run into the coefficient.
+std::string as_factor(const std::string& term) {
+  int depth = term.front() == '(' ? 1 : 0;
+  bool open = std::string_view("+-.0123456789").find(term.front()) != std::string_view::npos;
+  for (std::size_t i = 1; i < term.size(); ++i) {
+    depth += term[i] == '(' ? 1 : term[i] == ')' ? -1 : 0;
+    const bool joins = std::string_view("+-<>=!&|").find(term[i]) != std::string_view::npos;
+    const bool of_an_exponent = term[i - 1] == '^';
+    open = open || (depth == 0 && joins && !of_an_exponent);
+  }
+  return open ? fmt::format("({})", term) : term;
+}
+
 }  // namespace
 
 double ModelTerm::coefficient_of_variation() const {
@@ -98,7 +112,7 @@ std::string to_text(const Model& model) {
   for (const ModelTerm& term : model.terms) {
     const bool first = &term == &model.terms.front(), constant = term.name == "1";
     text += first ? (term.mean < 0.0 ? " -" : " ") : (term.mean < 0.0 ? " - " : " + ");
-    text += number(std::abs(term.mean)) + (constant ? "" : " " + term.name);
+    text += number(std::abs(term.mean)) + (constant ? "" : " " + as_factor(term.name));
   }
   return model.terms.empty() ? text + " 0" : text;
 }
@@ -110,7 +124,7 @@ std::string to_latex(const Model& model) {
     const double cov = term.coefficient_of_variation();
     const std::string size = number(std::abs(term.mean));
     text += std::isfinite(cov) ? fmt::format("\\underset{{({:.2g})}}{{{}}}", cov, size) : size;
-    if (term.name != "1") text += "\\," + latex_of(term.name);
+    if (term.name != "1") text += "\\," + latex_of(as_factor(term.name));
   }
   return model.terms.empty() ? text + " 0" : text;
 }

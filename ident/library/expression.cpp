@@ -186,11 +186,14 @@ Expression::Expression(std::string_view text, const std::vector<std::string>& si
     if (count != 1) refuse("term.syntax", text, fmt::format("gives {} values, one is wanted", count));
     std::vector<std::pair<std::size_t, std::string>> used;  // muParser lists names alphabetically; ours by appearance
     for (const auto& entry : parser.GetUsedVar()) {
-      std::size_t place = 0;
       const std::string& name = entry.first;
-      do place = impl_->text.find(name, place == 0 ? 0 : place + 1);
-      while ((place > 0 && name_character(impl_->text[place - 1])) ||
-             (place + name.size() < impl_->text.size() && name_character(impl_->text[place + name.size()])));
+      const auto part_of_a_word = [&](std::size_t place) {
+        const std::size_t end = place + name.size();
+        return (place > 0 && name_character(impl_->text[place - 1])) ||
+               (end < impl_->text.size() && name_character(impl_->text[end]));
+      };
+      std::size_t place = impl_->text.find(name);
+      while (place != std::string::npos && part_of_a_word(place)) place = impl_->text.find(name, place + 1);
       used.emplace_back(place, name);
     }
     std::sort(used.begin(), used.end());
