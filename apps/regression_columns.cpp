@@ -34,7 +34,9 @@ void refuse_identity(const ident::CandidateLibrary& library, const std::string& 
   static constexpr std::array<std::array<const char*, 3>, 3> identities{
       {{"x", "y", "r"}, {"v", "dy", "dr"}, {"a", "ddy", "ddr"}}};
   const auto among_terms = [&](const std::string& name) {
-    return std::any_of(library.terms.begin(), library.terms.end(), [&](const auto& term) { return term.name == name; });
+    const ident::Expression signal(name);
+    return std::any_of(library.terms.begin(), library.terms.end(),
+                       [&](const auto& term) { return term.expression.ratio_to(signal).has_value(); });
   };
   for (const auto& identity : identities) {
     if (std::find(identity.begin(), identity.end(), target) == identity.end()) continue;

@@ -24,7 +24,7 @@ struct Quantity {
   }
 };
 
-// muParser and CSV headers take letters, digits and '_', muParser a hundred of them; names already in use get a number.
+// Terms and CSV headers take letters, digits and '_'; names already in use get a number.
 std::string usable_name(const std::string& name, const std::vector<Signal>& taken) {
   constexpr std::size_t most_characters = 60;
   std::string clean;

@@ -4,90 +4,12 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <functional>
-#include <map>
-#include <optional>
+
+#include "ident/library/dimension.hpp"
 
 namespace ident {
 namespace {
-
-using Dimension = std::map<std::string, int>;  // base unit -> exponent; zero exponents left out
-
-void multiply(Dimension& into, const Dimension& factor, int power) {
-  for (const auto& [base, exponent] : factor)
-    if ((into[base] += power * exponent) == 0) into.erase(base);
-}
-
-// "m/s^2", "1/(m*s)", "N": products and quotients of names with whole powers.
-Dimension dimension_of(std::string_view unit) {
-  Dimension dimension;
-  int sign = 1;
-  bool in_brackets = false;
-  for (std::size_t i = 0; i < unit.size();) {
-    const char c = unit[i];
-    if (std::isalpha(static_cast<unsigned char>(c))) {
-      std::size_t end = i;
-      while (end < unit.size() && std::isalpha(static_cast<unsigned char>(unit[end]))) ++end;
-      const std::string base(unit.substr(i, end - i));
-      int power = 1;
-      if (end < unit.size() && unit[end] == '^')
-        end = std::from_chars(&unit[end + 1], unit.data() + unit.size(), power).ptr - unit.data();
-      if (base != "rad") multiply(dimension, {{base, 1}}, sign * power);
-      if (!in_brackets) sign = 1;
-      i = end;
-      continue;
-    }
-    if (c == '/') sign = -1;
-    if (c == '(') in_brackets = true;
-    if (c == ')') in_brackets = false, sign = 1;
-    ++i;
-  }
-  return dimension;
-}
-
-std::string text_of(const Dimension& dimension) {
-  std::string above, below;
-  int num_below = 0;
-  for (const auto& [base, exponent] : dimension) {
-    std::string& side = exponent > 0 ? above : below;
-    num_below += exponent < 0;
-    side += (side.empty() ? "" : "*") + base + (std::abs(exponent) > 1 ? fmt::format("^{}", std::abs(exponent)) : "");
-  }
-  if (below.empty()) return above.empty() ? "1" : above;
-  return (above.empty() ? "1" : above) + "/" + (num_below > 1 ? "(" + below + ")" : below);
-}
-
-// Unit of a product of signals, their whole powers, abs() of one, sgn() and plain numbers; empty for anything else.
-std::optional<Dimension> product_dimension(std::string_view text, const dsp::Motion& signals) {
-  Dimension dimension;
-  int sign = 1;
-  for (std::size_t i = 0; i < text.size();) {
-    std::size_t end = i;
-    for (int depth = 0; end < text.size() && (depth > 0 || (text[end] != '*' && text[end] != '/')); ++end)
-      depth += text[end] == '(' ? 1 : text[end] == ')' ? -1 : 0;
-    std::string_view factor = text.substr(i, end - i);
-    int power = 1;
-    if (const auto caret = factor.rfind('^'); caret != std::string_view::npos) {
-      const auto [rest, error] = std::from_chars(factor.data() + caret + 1, factor.data() + factor.size(), power);
-      if (error != std::errc() || rest != factor.data() + factor.size()) return std::nullopt;
-      factor = factor.substr(0, caret);
-    }
-    if (factor.starts_with("abs(") && factor.ends_with(")")) factor = factor.substr(4, factor.size() - 5);
-    double number = 0.0;
-    const bool is_number =
-        std::from_chars(factor.data(), factor.data() + factor.size(), number).ptr == factor.data() + factor.size();
-    const bool is_sign = factor.starts_with("sgn(") && factor.find(')') == factor.size() - 1;
-    if (!is_number && !is_sign) {
-      const dsp::Signal* signal = signals.find(factor);
-      if (signal == nullptr || signal->unit.empty()) return std::nullopt;
-      multiply(dimension, dimension_of(signal->unit), sign * power);
-    }
-    if (end < text.size()) sign = text[end] == '/' ? -1 : 1;
-    i = end + 1;
-  }
-  return dimension;
-}
 
 std::string without_spaces(std::string_view text) {
   std::string bare(text);
@@ -156,19 +78,20 @@ CandidateLibrary make_library(const LibraryOptions& options, const std::string& 
   std::vector<std::string> names;
   for (const dsp::Signal& signal : signals.signals) names.push_back(signal.name);
   CandidateLibrary library;
-  std::vector<std::string> seen;
+  const Expression whole_target(target);
   for (const std::string& as_written : term_texts(options)) {
-    const std::string text = without_spaces(as_written);
-    if (std::find(seen.begin(), seen.end(), text) != seen.end())
-      throw dsp::Fault(dsp::FaultKind::usage, "library.duplicate",
-                       "library: the term '" + text + "' stands twice; remove one");
-    seen.push_back(text);
-    Term term{text, Expression(as_written, names), {}};
-    if (text == target)
+    Term term{without_spaces(as_written), Expression(as_written, names), {}};
+    for (const Term& known : library.terms)
+      if (term.expression.ratio_to(known.expression) == 1.0)
+        throw dsp::Fault(dsp::FaultKind::usage, "library.duplicate",
+                         fmt::format("library: the term '{}' stands twice{}; remove one", term.name,
+                                     term.name == known.name ? "" : fmt::format(", also as '{}'", known.name)));
+    if (term.expression.ratio_to(whole_target))
       throw dsp::Fault(
           dsp::FaultKind::usage, "library.target",
-          "library: the target '" + target + "' stands among its own terms and would explain itself; remove it");
-    if (const auto dimension = product_dimension(text, signals)) term.unit = text_of(*dimension);
+          fmt::format("library: the term '{}' is the target '{}' and would explain it by itself; remove it", term.name,
+                      target));
+    term.unit = term.expression.unit(signals);
     library.terms.push_back(std::move(term));
   }
   if (library.terms.empty())
@@ -179,9 +102,7 @@ CandidateLibrary make_library(const LibraryOptions& options, const std::string& 
 
 std::string coefficient_unit(const std::string& target_unit, const std::string& term_unit) {
   if (target_unit.empty() || term_unit.empty()) return {};
-  Dimension dimension = dimension_of(target_unit);
-  multiply(dimension, dimension_of(term_unit), -1);
-  return text_of(dimension);
+  return (Dimension::of_unit(target_unit) / Dimension::of_unit(term_unit)).unit();
 }
 
 }  // namespace ident

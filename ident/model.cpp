@@ -21,44 +21,6 @@ const ModelTerm* find(const Model& model, const std::string& name) {
   return found == model.terms.end() ? nullptr : &*found;
 }
 
-// x^2*v -> x^{2} v, sgn(v) -> \operatorname{sgn}(v), ddr -> \ddot{r}: enough for terms as people write them.
-std::string latex_of(const std::string& name) {
-  static constexpr std::pair<const char*, const char*> letters[] = {{"ddr", "\\ddot{r}"}, {"ddy", "\\ddot{y}"},
-                                                                    {"dr", "\\dot{r}"},   {"dy", "\\dot{y}"},
-                                                                    {"v", "\\dot{x}"},    {"a", "\\ddot{x}"}};
-  static constexpr const char* functions[] = {"sin", "cos", "exp", "log", "tanh"};
-  std::string out;
-  for (std::size_t i = 0; i < name.size();) {
-    if (std::isalpha(static_cast<unsigned char>(name[i]))) {
-      std::size_t end = i;
-      while (end < name.size() && (std::isalnum(static_cast<unsigned char>(name[end])) || name[end] == '_')) ++end;
-      std::string word = name.substr(i, end - i);
-      if (word == "sgn" || word == "abs" || word == "sqrt") word = "\\operatorname{" + word + "}";
-      for (const char* function : functions)
-        if (word == function) word = "\\" + word;
-      for (const auto& [plain, symbol] : letters)
-        if (word == plain) {
-          word = symbol;
-          break;
-        }
-      std::size_t underscore = 0;
-      while ((underscore = word.find('_', underscore)) != std::string::npos)
-        word.replace(underscore, 1, "\\_"), underscore += 2;
-      out += word;
-      i = end;
-    } else if (name[i] == '^') {
-      std::size_t end = i + 1;
-      while (end < name.size() && (std::isdigit(static_cast<unsigned char>(name[end])) || name[end] == '.')) ++end;
-      out += "^{" + name.substr(i + 1, end - i - 1) + "}";
-      i = end;
-    } else {
-      out += name[i] == '*' ? " " : std::string(1, name[i]);
-      ++i;
-    }
-  }
-  return out;
-}
-
 }  // namespace
 
 double ModelTerm::coefficient_of_variation() const {
@@ -98,19 +60,20 @@ std::string to_text(const Model& model) {
   for (const ModelTerm& term : model.terms) {
     const bool first = &term == &model.terms.front(), constant = term.name == "1";
     text += first ? (term.mean < 0.0 ? " -" : " ") : (term.mean < 0.0 ? " - " : " + ");
-    text += number(std::abs(term.mean)) + (constant ? "" : " " + term.name);
+    text += number(std::abs(term.mean));
+    if (!constant) text += fmt::format(" {}", Expression(term.name).print_as_factor(Notation::text));
   }
   return model.terms.empty() ? text + " 0" : text;
 }
 
 std::string to_latex(const Model& model) {
-  std::string text = latex_of(model.target) + " =";
+  std::string text = Expression(model.target).print(Notation::latex) + " =";
   for (const ModelTerm& term : model.terms) {
     text += term.mean < 0.0 ? " -" : (&term == &model.terms.front() ? " " : " +");
     const double cov = term.coefficient_of_variation();
     const std::string size = number(std::abs(term.mean));
     text += std::isfinite(cov) ? fmt::format("\\underset{{({:.2g})}}{{{}}}", cov, size) : size;
-    if (term.name != "1") text += "\\," + latex_of(term.name);
+    if (term.name != "1") text += "\\," + Expression(term.name).print_as_factor(Notation::latex);
   }
   return model.terms.empty() ? text + " 0" : text;
 }

@@ -26,7 +26,7 @@ dsp::Fault usage(std::string name, const std::string& message) {
   return {dsp::FaultKind::usage, std::move(name), message};
 }
 
-/// The column's name as one that an expression can hold; muParser takes a hundred characters.
+/// The column's name as one that an expression can hold, short enough to read.
 std::string identifier(const std::string& column, std::size_t place) {
   constexpr std::size_t most_characters = 60;
   std::string name;

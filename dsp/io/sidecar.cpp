@@ -4,6 +4,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <unordered_map>
 
 #include "dsp/names.hpp"

@@ -1,14 +1,17 @@
 #include "ident/library/expression.hpp"
 
 #include <fmt/format.h>
-#include <muParser.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
-#include <cstdio>
 #include <utility>
+
+#include "ident/library/dimension.hpp"
+#include "ident/library/expression_derivative.hpp"
+#include "ident/library/expression_parser.hpp"
+#include "ident/library/expression_program.hpp"
 
 namespace ident {
 namespace {
@@ -16,125 +19,9 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr std::size_t longest_text = 2000;
-constexpr int deepest_nesting = 50;
-
-double sign(double g) {
-  return g > 0.0 ? 1.0 : g < 0.0 ? -1.0 : 0.0;
-}
-
-using Function = double (*)(double);
-struct KnownFunction {
-  const char* name;
-  Function value;
-  const char* meaning;
-};
-constexpr std::array<KnownFunction, 8> functions{{
-    {"abs", [](double g) { return std::abs(g); }, "magnitude"},
-    {"sgn", sign, "sign: -1, 0 or 1; a switch that simulations locate exactly"},
-    {"sin", [](double g) { return std::sin(g); }, "sine of radians"},
-    {"cos", [](double g) { return std::cos(g); }, "cosine of radians"},
-    {"exp", [](double g) { return std::exp(g); }, "exponential"},
-    {"log", [](double g) { return std::log(g); }, "natural logarithm; not finite at or below zero"},
-    {"sqrt", [](double g) { return std::sqrt(g); }, "square root; not finite below zero"},
-    {"tanh", [](double g) { return std::tanh(g); }, "hyperbolic tangent, a smooth sign"},
-}};
-
 // Signals whose time derivative is a signal too.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 6> derivative_of{
     {{"x", "v"}, {"v", "a"}, {"r", "dr"}, {"dr", "ddr"}, {"y", "dy"}, {"dy", "ddy"}}};
-
-// Cuts a text from a file down to something fit for a message.
-std::string quoted(std::string_view text) {
-  std::string shown;
-  for (const char c : text.substr(0, 60))
-    shown += std::isprint(static_cast<unsigned char>(c)) ? std::string(1, c)
-                                                         : fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
-  return "'" + shown + (text.size() > 60 ? "...'" : "'");
-}
-
-// muParser's words without the position at their end: it counts differently.
-std::string reason_of(const mu::Parser::exception_type& error) {
-  std::string message = error.GetMsg();
-  for (const char* tail : {" found at position", " at position"})
-    if (const auto at = message.rfind(tail); at != std::string::npos) message.erase(at);
-  return message;
-}
-
-std::string trimmed(std::string text) {
-  text.erase(text.find_last_not_of(" \t") + 1);
-  return text;
-}
-
-[[noreturn]] void refuse(const std::string& fault, std::string_view text, const std::string& why) {
-  throw dsp::Fault(dsp::FaultKind::usage, fault, "expression " + quoted(text) + ": " + why);
-}
-
-// What muParser would accept and a term must not hold: assignments, lists, and texts made to exhaust it.
-void check_characters(std::string_view text) {
-  if (text.size() > longest_text)
-    refuse("term.too_long", text, fmt::format("{} characters, at most {} are read", text.size(), longest_text));
-  int depth = 0;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i], before = i > 0 ? text[i - 1] : ' ', after = i + 1 < text.size() ? text[i + 1] : ' ';
-    if (c == '(' && ++depth > deepest_nesting)
-      refuse("term.too_long", text, fmt::format("brackets nested deeper than {}", deepest_nesting));
-    if (c == ')') --depth;
-    const bool comparison = after == '=' || before == '=' || before == '<' || before == '>' || before == '!';
-    if (c == '=' && !comparison)
-      refuse("term.assignment", text, fmt::format("position {}: '=' assigns; to compare, write '=='", i + 1));
-    if (!std::isprint(static_cast<unsigned char>(c)))
-      refuse("term.syntax", text, fmt::format("position {}: a character that cannot be printed", i + 1));
-    if (c == ',' || c == ';' || c == '"' || c == '?' || c == ':')
-      refuse("term.syntax", text, fmt::format("position {}: '{}' has no meaning here; one value is wanted", i + 1, c));
-  }
-  if (text.find_first_not_of(" \t") == std::string_view::npos)
-    refuse("term.syntax", text, "empty; want an expression such as x^2*v");
-}
-
-mu::Parser bare_parser() {
-  mu::Parser parser;
-  parser.ClearFun();
-  parser.ClearConst();
-  for (const KnownFunction& f : functions) parser.DefineFun(f.name, f.value);
-  return parser;
-}
-
-template <class Names>
-std::string joined(const Names& names) {
-  std::string all;
-  for (const auto& name : names) all += (all.empty() ? "" : ", ") + std::string(name);
-  return all;
-}
-
-bool name_character(char c) {
-  return std::isalnum(static_cast<unsigned char>(c)) || c == '_';
-}
-
-// Replaces each sgn(g) by a variable of its own; `switches` receives the texts of the g.
-std::string without_switches(std::string_view text, std::vector<std::string>& switches) {
-  std::string plain;
-  for (std::size_t i = 0; i < text.size();) {
-    const bool starts = text.substr(i, 3) == "sgn" && (i == 0 || !name_character(text[i - 1]));
-    const std::size_t open = starts ? text.find_first_not_of(" \t", i + 3) : std::string_view::npos;
-    if (open == std::string_view::npos || text[open] != '(') {
-      plain += text[i++];
-      continue;
-    }
-    std::size_t close = open;
-    for (int depth = 0; close < text.size(); ++close) {
-      depth += text[close] == '(' ? 1 : text[close] == ')' ? -1 : 0;
-      if (depth == 0) break;
-    }
-    std::string argument(text.substr(open + 1, close - open - 1));
-    argument.erase(std::remove(argument.begin(), argument.end(), ' '), argument.end());
-    const auto known = std::find(switches.begin(), switches.end(), argument);
-    plain += fmt::format("switch_{}", known - switches.begin());
-    if (known == switches.end()) switches.push_back(std::move(argument));
-    i = close + 1;
-  }
-  return plain;
-}
 
 VectorXd sampled_sign(const VectorXd& g, const dsp::Signal* derivative, double sample_rate_hz) {
   if (derivative == nullptr) return g.unaryExpr(&sign);
@@ -150,119 +37,149 @@ const dsp::Signal* known_derivative(const std::string& signal, const dsp::Motion
   return nullptr;
 }
 
+bool add_once(std::vector<std::string>& list, std::string text) {
+  if (std::find(list.begin(), list.end(), text) != list.end()) return false;
+  list.push_back(std::move(text));
+  return true;
+}
+
+std::vector<std::string> signals_of(const Tree& tree) {
+  std::vector<std::string> signals;
+  for_each_node(tree, [&](const Node& node) {
+    if (node.operation == Operation::signal) add_once(signals, node.name);
+  });
+  return signals;
+}
+
+std::vector<Tree> switch_trees(const Tree& tree) {
+  std::vector<std::string> known;
+  std::vector<Tree> arguments;
+  for_each_node(tree, [&](const Node& node) {
+    const bool is_switch = node.operation == Operation::call && node.function == Function::sgn;
+    if (is_switch && add_once(known, print_tree(*node.left, Notation::text))) arguments.push_back(node.left);
+  });
+  return arguments;
+}
+
+Tree read(std::string_view text, const std::vector<std::string>& signal_names) {
+  const std::string known =
+      fmt::format("signals are {}; functions abs sgn sin cos exp log sqrt tanh", fmt::join(signal_names, ", "));
+  return parse_expression(
+      text,
+      [&](std::string_view name) {
+        return std::find(signal_names.begin(), signal_names.end(), name) != signal_names.end();
+      },
+      known);
+}
+
 }  // namespace
 
 std::vector<FunctionHelp> expression_functions() {
   std::vector<FunctionHelp> help;
-  for (const KnownFunction& f : functions) help.push_back({std::string(f.name) + "(g)", f.meaning});
+  for (const KnownFunction& f : known_functions) help.push_back({fmt::format("{}(g)", f.name), std::string(f.meaning)});
   help.push_back(
       {"+ - * / ^", "arithmetic; ^ is a real power, -x^2 is -(x^2), a negative base wants a whole exponent"});
   help.push_back({"< <= > >= == != && ||", "comparisons, for conditions"});
   return help;
 }
 
-struct Expression::Impl {
-  std::string text, plain;
+struct Expression::Parts {
+  Tree tree;
+  std::string text;
   std::vector<std::string> signals, switches;
   std::vector<Expression> switch_arguments;
-  mu::Parser pointwise;
-  std::vector<double> slots;  // what `pointwise` reads: signals, then signs
-  [[nodiscard]] std::string slot_name(std::size_t k) const {
-    return k < signals.size() ? signals[k] : fmt::format("switch_{}", k - signals.size());
-  }
+  Program program;
 };
 
-Expression::Expression(std::string_view text, const std::vector<std::string>& signal_names)
-    : impl_(std::make_unique<Impl>()) {
-  check_characters(text);
-  impl_->text = std::string(text);
-  std::vector<double> dummy(signal_names.size(), 1.0);
-  try {
-    mu::Parser parser = bare_parser();
-    for (std::size_t i = 0; i < signal_names.size(); ++i) parser.DefineVar(signal_names[i], &dummy[i]);
-    parser.SetExpr(impl_->text);
-    int count = 0;
-    parser.Eval(count);
-    if (count != 1) refuse("term.syntax", text, fmt::format("gives {} values, one is wanted", count));
-    std::vector<std::pair<std::size_t, std::string>> used;  // muParser lists names alphabetically; ours by appearance
-    for (const auto& entry : parser.GetUsedVar()) {
-      std::size_t place = 0;
-      const std::string& name = entry.first;
-      do place = impl_->text.find(name, place == 0 ? 0 : place + 1);
-      while ((place > 0 && name_character(impl_->text[place - 1])) ||
-             (place + name.size() < impl_->text.size() && name_character(impl_->text[place + name.size()])));
-      used.emplace_back(place, name);
-    }
-    std::sort(used.begin(), used.end());
-    for (auto& [place, name] : used) impl_->signals.push_back(std::move(name));
-  } catch (const mu::Parser::exception_type& error) {
-    // muParser counts from 0, and what is missing at the end two places beyond it.
-    const std::size_t position = std::min(static_cast<std::size_t>(std::max(error.GetPos(), 0)), text.size()) + 1;
-    if (error.GetCode() == mu::ecUNASSIGNABLE_TOKEN)
-      refuse(
-          "term.unknown_name", text,
-          fmt::format("position {}: {} is not known here; signals are {}; functions abs sgn sin cos exp log sqrt tanh",
-                      position, quoted(trimmed(error.GetToken())), joined(signal_names)));
-    refuse("term.syntax", text, fmt::format("position {}: {}", position, reason_of(error)));
+Expression::Expression(Tree tree, std::string text) {
+  std::vector<std::string> signals = signals_of(tree), switches;
+  std::vector<Expression> arguments;
+  for (const Tree& argument : switch_trees(tree)) {
+    switches.push_back(print_tree(*argument, Notation::text));
+    arguments.push_back(Expression(argument, switches.back()));
   }
-
-  impl_->plain = without_switches(impl_->text, impl_->switches);
-  for (const std::string& argument : impl_->switches) {
-    impl_->switch_arguments.emplace_back(argument, signal_names);
-    if (!impl_->switch_arguments.back().switches().empty()) refuse("term.syntax", text, "sgn stands inside sgn");
-  }
-  impl_->slots.assign(impl_->signals.size() + impl_->switches.size(), 1.0);
-  impl_->pointwise = bare_parser();
-  for (std::size_t k = 0; k < impl_->slots.size(); ++k)
-    impl_->pointwise.DefineVar(impl_->slot_name(k), &impl_->slots[k]);
-  impl_->pointwise.SetExpr(impl_->plain);
+  Program program(tree, signals, switches);
+  parts_ = std::make_shared<const Parts>(Parts{std::move(tree), std::move(text), std::move(signals),
+                                               std::move(switches), std::move(arguments), std::move(program)});
 }
 
-Expression::~Expression() = default;
-Expression::Expression(Expression&&) noexcept = default;
-Expression& Expression::operator=(Expression&&) noexcept = default;
+Expression::Expression(std::string_view text, const std::vector<std::string>& signal_names)
+    : Expression(read(text, signal_names), std::string(text)) {}
+
+Expression::Expression(std::string_view text)
+    : Expression(parse_expression(text, [](std::string_view) { return true; }, {}), std::string(text)) {}
 
 const std::string& Expression::text() const {
-  return impl_->text;
+  return parts_->text;
 }
 const std::vector<std::string>& Expression::signals() const {
-  return impl_->signals;
+  return parts_->signals;
 }
 const std::vector<std::string>& Expression::switches() const {
-  return impl_->switches;
+  return parts_->switches;
 }
 
 VectorXd Expression::evaluate(const dsp::Motion& motion, SwitchSampling sampling) const {
-  const Index num_samples = motion.num_samples();
   std::vector<VectorXd> signs;
-  for (std::size_t k = 0; k < impl_->switches.size(); ++k)
+  for (std::size_t k = 0; k < parts_->switches.size(); ++k)
     signs.push_back(
-        sampled_sign(impl_->switch_arguments[k].evaluate(motion, sampling),
-                     sampling == SwitchSampling::cell_average ? known_derivative(impl_->switches[k], motion) : nullptr,
+        sampled_sign(parts_->switch_arguments[k].evaluate(motion, sampling),
+                     sampling == SwitchSampling::cell_average ? known_derivative(parts_->switches[k], motion) : nullptr,
                      motion.sample_rate_hz));
-
-  // Row by row: muParser's own loop over arrays starts threads, which nobody asked for and which spin when done.
   std::vector<const double*> columns;
-  for (const std::string& name : impl_->signals) columns.push_back(motion.at(name).data());
+  for (const std::string& name : parts_->signals) columns.push_back(motion.at(name).data());
   for (const VectorXd& sign : signs) columns.push_back(sign.data());
-  std::vector<double> row(columns.size());
-  mu::Parser parser = bare_parser();
-  for (std::size_t k = 0; k < row.size(); ++k) parser.DefineVar(impl_->slot_name(k), &row[k]);
-  parser.SetExpr(impl_->plain);
-  if (row.empty()) return VectorXd::Constant(num_samples, parser.Eval());
-  VectorXd values(num_samples);
-  for (Index i = 0; i < num_samples; ++i) {
-    for (std::size_t k = 0; k < row.size(); ++k) row[k] = columns[k][i];
-    values(i) = parser.Eval();
-  }
-  return values;
+  return parts_->program.over(columns, motion.num_samples());
 }
 
 double Expression::evaluate(const double* values, const double* signs) const {
-  std::copy(values, values + impl_->signals.size(), impl_->slots.begin());
-  std::copy(signs, signs + impl_->switches.size(),
-            impl_->slots.begin() + static_cast<std::ptrdiff_t>(impl_->signals.size()));
-  return impl_->pointwise.Eval();
+  return parts_->program.at(values, signs);
+}
+
+std::vector<Switch> Expression::all_switches() const {
+  std::vector<std::string> known;
+  std::vector<Switch> found;
+  for_each_node(parts_->tree, [&](const Node& node) {
+    const bool comparison = is_comparison(node);
+    const bool magnitude = node.operation == Operation::call && node.function == Function::abs;
+    const bool sign = node.operation == Operation::call && node.function == Function::sgn;
+    if (!comparison && !magnitude && !sign) return;
+    const Tree argument = comparison ? binary_node(Operation::subtract, node.left, node.right) : node.left;
+    const SwitchKind kind = comparison ? SwitchKind::comparison : sign ? SwitchKind::sign : SwitchKind::magnitude;
+    std::string text = print_tree(*argument, Notation::text);
+    if (add_once(known, fmt::format("{} {}", static_cast<int>(kind), text)))
+      found.push_back({kind, Expression(argument, text)});
+  });
+  return found;
+}
+
+Expression Expression::derivative(std::string_view signal) const {
+  Tree tree = ident::derivative(parts_->tree, std::string(signal)).tree();
+  std::string text = print_tree(*tree, Notation::text);
+  return {std::move(tree), std::move(text)};
+}
+
+std::optional<double> Expression::ratio_to(const Expression& other) const {
+  const auto own = NormalForm::of(parts_->tree).scaled(), others = NormalForm::of(other.parts_->tree).scaled();
+  if (own.unit != others.unit) return std::nullopt;
+  return own.scale == others.scale ? 1.0 : own.scale / others.scale;
+}
+
+std::string Expression::unit(const dsp::Motion& signals) const {
+  const auto dimension = dimension_of(*parts_->tree, [&](const std::string& name) -> std::optional<Dimension> {
+    const dsp::Signal* signal = signals.find(name);
+    if (signal == nullptr || signal->unit.empty()) return std::nullopt;
+    return Dimension::of_unit(signal->unit);
+  });
+  return dimension ? dimension->unit() : std::string();
+}
+
+std::string Expression::print(Notation notation) const {
+  return print_tree(*parts_->tree, notation);
+}
+
+std::string Expression::print_as_factor(Notation notation) const {
+  return print_factor(*parts_->tree, notation);
 }
 
 std::vector<unsigned char> rows_where(const Expression& condition, const dsp::Motion& motion) {

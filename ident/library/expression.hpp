@@ -1,11 +1,13 @@
 #pragma once
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "dsp/motion.hpp"
+#include "ident/library/expression_printers.hpp"
 
 namespace ident {
 
@@ -22,21 +24,24 @@ enum class SwitchSampling {
                  ///< jump keeps its place between two samples, as the anti-alias filter of the target keeps it
 };
 
-/// A pure function of signals, compiled once: "x^2*v", "abs(x)*v", "sgn(v)", "abs(v) > 0.004 && t < 10".
-/// Powers are real powers; -x^2 is -(x^2). sgn must not stand inside another sgn.
+struct Switch;
+
+/// A pure function of signals: "x^2*v", "abs(x)*v", "sgn(v)", "abs(v) > 0.004 && t < 10". Immutable; copies share their
+/// parts, and threads may share one. Powers are real powers; -x^2 is -(x^2); 2^3^2 is 2^9. sgn must not stand inside
+/// another sgn. Signals are known by name; values are in their units, SI throughout this program.
 class Expression {
  public:
-  /// Compiles `text` for the given signal names. Throws dsp::Fault (usage, "term.syntax", "term.unknown_name",
-  /// "term.assignment", "term.too_long") naming the position, what was found and what is allowed.
+  /// Reads `text`; its names must be functions or among `signal_names`. Throws dsp::Fault (usage, "term.syntax",
+  /// "term.unknown_name", "term.assignment", "term.too_long") naming the position (from 1), what was found and wanted.
   Expression(std::string_view text, const std::vector<std::string>& signal_names);
-  ~Expression();
-  Expression(Expression&&) noexcept;
-  Expression& operator=(Expression&&) noexcept;
+  /// The same where every name that is no function is a signal.
+  explicit Expression(std::string_view text);
 
   [[nodiscard]] const std::string& text() const;
   /// The signals it uses, in order of first appearance.
   [[nodiscard]] const std::vector<std::string>& signals() const;
-  /// One value per sample of `motion`; may be non-finite where the expression is.
+  /// One value per sample of `motion`; may be non-finite where the expression is. Throws std::invalid_argument if a
+  /// signal is missing there.
   [[nodiscard]] Eigen::VectorXd evaluate(const dsp::Motion& motion,
                                          SwitchSampling sampling = SwitchSampling::cell_average) const;
 
@@ -46,9 +51,30 @@ class Expression {
   /// switches().
   [[nodiscard]] double evaluate(const double* values, const double* signs) const;
 
+  /// Everything that jumps or has a kink where some g passes zero: sgn(g), abs(g), comparisons; each g once.
+  [[nodiscard]] std::vector<Switch> all_switches() const;
+  /// Partial derivative with respect to one signal, simplified: of "x^3" "3*x^2". Off the switches: that of abs(g) is
+  /// sgn(g) dg, of sgn and comparisons zero. Where sgn stands inside abs its text cannot be read back.
+  [[nodiscard]] Expression derivative(std::string_view signal) const;
+  /// c where this is c times the other, however both are written (order, brackets, numbers folded); nothing if they are
+  /// not told to be so. Factors are not multiplied out. Zero is a multiple of zero alone, c = 1.
+  [[nodiscard]] std::optional<double> ratio_to(const Expression& other) const;
+  /// SI unit of its values ("m/s^2", "1") where it follows from the units of the signals; else empty.
+  [[nodiscard]] std::string unit(const dsp::Motion& signals) const;
+  [[nodiscard]] std::string print(Notation notation) const;
+  /// As a factor behind a coefficient: in brackets where it would run into it (sums, signs, numbers).
+  [[nodiscard]] std::string print_as_factor(Notation notation) const;
+
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  struct Parts;
+  Expression(Tree tree, std::string text);
+  std::shared_ptr<const Parts> parts_;
+};
+
+enum class SwitchKind { sign, magnitude, comparison };
+struct Switch {
+  SwitchKind kind;
+  Expression argument;  ///< passes zero where it switches: g; a - b of a comparison
 };
 
 /// Rows of `motion` on which the condition holds (non-zero and finite).

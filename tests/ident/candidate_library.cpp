@@ -57,3 +57,16 @@ TEST_CASE("libraries that cannot serve are refused before anything is formed", "
   refused({.order = -1}, "library.order", "-1");
   refused({.order = 1, .terms = {"w"}}, "term.unknown_name", "'w'");
 }
+
+TEST_CASE("the target is refused among its own terms however it is written", "[ident][candidate_library]") {
+  for (const std::string term : {"a", "a+0", "1*a", "a^1", "(a)", "-a", "2*a", "a*x/x", "a/4 + a"}) {
+    CAPTURE(term);
+    support::check_fault(
+        [&] {
+          (void)ident::make_library({.order = 0, .terms = {"x", term}}, "a", signals());
+        },
+        dsp::FaultKind::usage, "library.target", {"is the target 'a'"});
+  }
+  for (const std::string term : {"a*x", "a^2", "a+1", "abs(a)", "sgn(a)", "0*a"})
+    CHECK_NOTHROW(ident::make_library({.order = 0, .terms = {"x", term}}, "a", signals()));
+}

@@ -26,6 +26,19 @@ TEST_CASE("a model reads like an equation", "[ident][model]") {
         "\\ddot{x} = -\\underset{(0.002)}{50.25}\\,x +\\underset{(1.2)}{0.08}\\,\\operatorname{sgn}(\\dot{x})");
 }
 
+TEST_CASE("terms that are sums or have signs stand in brackets behind their coefficients", "[ident][model]") {
+  const auto texts = [](const std::string& term) {
+    const ident::Model model{"a", "m/s^2", {{term, "", 0, -2500.0}}};
+    return ident::to_text(model) + " | " + ident::to_latex(model);
+  };
+  CHECK(texts("x+x^3") == "a = -2500 (x+x^3) | \\ddot{x} = -\\underset{(0)}{2500}\\,(x+x^{3})");
+  CHECK_THAT(texts("-2^2*x^3"), Catch::Contains("a = -2500 (-2^2*x^3)") && Catch::Contains("\\,(-2^{2} x^{3})"));
+  CHECK_THAT(texts("2*x"), Catch::Contains("-2500 (2*x)"));
+  CHECK_THAT(texts("v>0"), Catch::Contains("-2500 (v>0)"));
+  CHECK_THAT(texts("(x+1)*v"), Catch::Contains("-2500 (x+1)*v"));
+  CHECK_THAT(texts("v*2^-x"), Catch::Contains("-2500 v*2^-x"));
+}
+
 TEST_CASE("a model carries units, scales and probabilities of its fit", "[ident][model]") {
   const VectorXd x = support::gaussian(200, 1, 1), v = support::gaussian(200, 1, 2);
   const auto motion = support::motion_of(10.0, {{"x", x}, {"v", v}});

@@ -103,3 +103,13 @@ TEST_CASE("texts that are no term are refused with their place", "[ident][expres
   refused("x ? v : a", "term.syntax", "position");
   refused(std::string("x\x01"), "term.syntax", "");
 }
+
+TEST_CASE("a signal's name at the start of another word is not that signal", "[ident][expression]") {
+  const std::vector<std::string> known{"a", "s", "t", "x1", "x10"};
+  const auto signals = [&](const char* text) { return ident::Expression(text, known).signals(); };
+  CHECK(signals("abs(a)*a") == std::vector<std::string>{"a"});
+  CHECK(signals("tanh(t)") == std::vector<std::string>{"t"});
+  CHECK(signals("x10*x1") == std::vector<std::string>{"x10", "x1"});
+  CHECK(signals("abs(a) > 1") == std::vector<std::string>{"a"});
+  CHECK(signals("sin(s)") == std::vector<std::string>{"s"});
+}
