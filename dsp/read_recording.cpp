@@ -203,6 +203,7 @@ struct RecordingReader::State {
     }
     const auto width = static_cast<Eigen::Index>(picks.size());
     block.resize(count, width);
+    if (count == 0) return 0;  // the blocks of the files are empty: there is nothing to point into
     for (Eigen::Index c = 0; c < width; ++c) {
       const auto& pick = picks[static_cast<std::size_t>(c)];
       const auto& raw = files[pick.file].block;
