@@ -9,7 +9,7 @@
 
 namespace {
 
-const std::string every_key = R"(schema = 1
+const std::string every_key = R"toml(schema = 1
 [[recording]]
 file = "a.wav"
 sidecar = "b.toml"
@@ -57,7 +57,7 @@ from = 1
 to = 5.5
 train_to = 3
 where = "abs(v) > 0.004"
-)";
+)toml";
 
 }  // namespace
 

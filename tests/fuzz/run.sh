@@ -22,12 +22,14 @@ fuzz_one() { # fuzz_one NAME SECONDS SEED
   corpus=$build/corpus/$1 found=$build/found/$1 log=$build/fuzz_$1.log dictionary=tests/fuzz/$1.dict
   mkdir -p "$corpus" "$found"
   "$build/fuzz_$1" --write-seeds "$corpus" >"$log" 2>&1
-  [ -f "$dictionary" ] || dictionary=/dev/null
+  [ -f "$dictionary" ] || dictionary=""
   start=$(date +%s) seed=$3
   while left=$((start + $2 - $(date +%s))) && [ $left -gt 0 ]; do
     "$build/fuzz_$1" -max_total_time=$left -seed="$seed" -timeout=5 -rss_limit_mb=1024 -malloc_limit_mb=256 \
-      -max_len="$(longest "$1")" -dict="$dictionary" -artifact_prefix="$found/" -close_fd_mask=3 -print_final_stats=1 \
+      -max_len="$(longest "$1")" ${dictionary:+"-dict=$dictionary"} -artifact_prefix="$found/" -close_fd_mask=3 -print_final_stats=1 \
       "$corpus" >>"$log" 2>&1 || seed=$((seed + 1))
+    # An end before the time without a find is none of the harness.
+    [ "$(grep -c "Test unit written to" "$log")" -ge $((seed - $3)) ] || { tail -3 "$log" >&2; return 2; }
   done
   awk -v name="$1" -v found="$found" '
     /^stat::number_of_executed_units:/ { executions += $2 }

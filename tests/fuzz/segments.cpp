@@ -30,7 +30,7 @@ std::vector<std::string> fuzz::seeds() {
   {"label": "excluded", "from_s": 3, "to_s": 4.25, "reason": "\u00e9\n"}
 ]
 )",
-          R"([{"label":"low","from_s":0,"to_s":20,"recording":"b.wav"}])"};
+          R"([{"label":"low","from_s":0,"to_s":20},{"label":"high","from_s":0,"to_s":20,"recording":"b.wav"}])"};
 }
 
 void fuzz::run(const std::string& input) {
