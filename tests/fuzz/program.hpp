@@ -16,7 +16,7 @@ inline void run_program(const std::vector<std::string>& arguments) {
     throw std::logic_error("the program calls it a mistake of its own");
 }
 
-/// Two seconds of a driven oscillation that dies away, with the force: a recording, and a table for `fit`.
+/// Two seconds of a linear oscillator and the force that drives it: a recording, and a table for `fit`.
 [[nodiscard]] std::string small_record();
 
 /// Works in another folder as long as it lives.
