@@ -217,7 +217,8 @@ struct RecordingReader::State {
     }
     const auto width = static_cast<Eigen::Index>(picks.size());
     block.resize(count, width);
-    for (Eigen::Index c = 0; count > 0 && c < width; ++c) {
+    if (count == 0) return 0;  // the blocks of the files are empty: there is nothing to point into
+    for (Eigen::Index c = 0; c < width; ++c) {
       const auto& pick = picks[static_cast<std::size_t>(c)];
       const auto& raw = files[pick.file].block;
       const double* from = raw.data() + pick.column;

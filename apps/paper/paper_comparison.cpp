@@ -156,7 +156,7 @@ Comparison compare_mean(const CaseReplication& replication, const PaperTerm& pap
   const bool false_term = row.truth_known && row.truth(column) == 0.0;
   const Found found = found_by(replication, place, column, false_term ? "sindy_raw" : method);
   const double printed = printed_mean(paper, method);
-  PrintVerdict verdict = judge_coefficient(printed, expected.mean, expected.deviation);
+  PaperVerdict verdict = judge_coefficient(printed, expected.mean, expected.deviation);
   if (verdict.verdict == "not reproducible")
     verdict.reason += "; " + explanation_of(replication.study, paper, method, place);
   return {paper.table, row.label(),   paper.term, method,          "mean",
@@ -171,7 +171,7 @@ Comparison compare_cov(const CaseReplication& replication, const PaperTerm& pape
   const double expected =
       expected_cov(printed_mean(paper, method), expected_of(replication.study, paper, method, place).deviation);
   const double noise = stated_noise * row.std;
-  PrintVerdict verdict = judge_cov(printed, fast ? expected / noise : expected);
+  PaperVerdict verdict = judge_cov(printed, fast ? expected / noise : expected);
   if (fast && verdict.verdict == "within noise")
     verdict = {"not reproducible",
                fmt::format("not an uncertainty: the noise's deviation {:.3g} is left out; {:.2g} / {:.3g} = {:.2g}",

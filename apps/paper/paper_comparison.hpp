@@ -16,7 +16,7 @@ struct Comparison {
   double expected = 0.0;  ///< what the stated method gives without the luck of a draw; NaN: not known
   double ours = 0.0;      ///< mean over the seeds that keep the term; NaN: none does
   double ours_std = 0.0;  ///< mean posterior deviation; NaN for covs and seconds
-  PrintVerdict verdict;
+  PaperVerdict verdict;
 };
 
 /// All printed numbers of the case's table. The verdicts hold the print against the noise it states, 10 %, whatever

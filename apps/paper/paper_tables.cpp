@@ -138,7 +138,7 @@ std::span<const PaperErrors> paper_errors() {
   return errors;
 }
 
-PrintVerdict judge_coefficient(double printed, double expected, double se) {
+PaperVerdict judge_coefficient(double printed, double expected, double se) {
   const double off = std::abs(printed - expected) / se;
   if (off <= deviations_allowed)
     return {"within noise", expected != 0.0
@@ -154,7 +154,7 @@ double expected_cov(double mean, double se) {
   return se * std::sqrt(std::abs(mean) / least_squares) / std::abs(mean);
 }
 
-PrintVerdict judge_cov(double printed, double expected) {
+PaperVerdict judge_cov(double printed, double expected) {
   const double ratio = printed / expected, decades = std::round(std::log10(ratio));
   if (std::abs(ratio - 1.0) <= 0.05) return {"within noise", ""};
   if (decades != 0.0 && std::abs(ratio / std::pow(10.0, decades) - 1.0) <= 0.05)

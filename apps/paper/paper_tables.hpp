@@ -32,7 +32,7 @@ struct PaperErrors {
 [[nodiscard]] std::span<const PaperErrors> paper_errors();
 
 /// How a printed number relates to what the stated method gives.
-struct PrintVerdict {
+struct PaperVerdict {
   std::string verdict;  ///< "within noise", "misprint" or "not reproducible"
   std::string reason;   ///< empty within noise
 };
@@ -40,7 +40,7 @@ struct PrintVerdict {
 /// A printed coefficient against the expected one: within noise if no further off than five standard deviations `se`
 /// of an estimate under the stated noise. expected 0: the term is not in the true equation.
 inline constexpr double deviations_allowed = 5.0;
-[[nodiscard]] PrintVerdict judge_coefficient(double printed, double expected, double se);
+[[nodiscard]] PaperVerdict judge_coefficient(double printed, double expected, double se);
 
 /// Coefficient of variation of an RVM posterior whose mean was printed as `mean`, for a least-squares deviation `se`:
 /// the prior at its best alpha shrinks mean and variance by gamma = 1 - 1/t^2.
@@ -48,6 +48,6 @@ inline constexpr double deviations_allowed = 5.0;
 
 /// A printed coefficient of variation against the expected one: within noise to 5 % (the print has two digits),
 /// misprint if powers of ten or one digit explain the rest, which is inference.
-[[nodiscard]] PrintVerdict judge_cov(double printed, double expected);
+[[nodiscard]] PaperVerdict judge_cov(double printed, double expected);
 
 }  // namespace apps

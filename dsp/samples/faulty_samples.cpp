@@ -245,7 +245,7 @@ void FaultySamples::State::judge(Eigen::Index c, SampleFaults& faults) const {
   const auto clips = clipped(c, clip_remark);
   const auto still = stood_still(c, rest_remark);
   std::array<std::vector<FaultyStretch>, 3> by_fault;  // each stretch once: a dropout may look clipped and held, too
-  auto& [kept_clips, dropouts, held] = by_fault;
+  auto &kept_clips = by_fault[0], &dropouts = by_fault[1], &held = by_fault[2];
   std::copy_if(still.begin(), still.end(), std::back_inserter(dropouts),
                [](const auto& x) { return x.fault == SampleFault::dropout; });
   for (const auto& some : {clips, still})

@@ -1,0 +1,24 @@
+#!/bin/sh
+# Lines and branches the tests reach, by folder, and a page a file in build/coverage/html. Branches that only a throw
+# takes are left out: every call has one.
+set -eu
+cmake --preset coverage -DARDENT_TESTS=ON "$@"
+cmake --build --preset coverage
+find build/coverage -name '*.gcda' -delete
+ctest --preset coverage
+mkdir -p build/coverage/html
+gcovr --root . --object-directory build/coverage -j 2 --exclude-throw-branches --exclude-unreachable-branches \
+  --filter '(dsp|sim|ident|apps)/' --csv build/coverage/files.csv --html-details build/coverage/html/index.html
+awk -F, '
+  NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; next }
+  { split($1, path, "/")
+    for (i = 1; i <= 2; i++) { folder = i == 1 ? path[1] : "all"
+      lines[folder] += $at["line_total"]; reached[folder] += $at["line_covered"]
+      branches[folder] += $at["branch_total"]; taken[folder] += $at["branch_covered"] } }
+  END { for (folder in lines) if (folder != "all") print_one(folder); print_one("all") }
+  function percent(part, whole) { return whole > 0 ? 100 * part / whole : 0 }
+  function print_one(folder) {
+    printf "%-6s %6d lines %5.1f %%  %6d branches %5.1f %%\n", folder, lines[folder],
+      percent(reached[folder], lines[folder]), branches[folder], percent(taken[folder], branches[folder]) }
+' build/coverage/files.csv
+echo "file by file: build/coverage/html/index.html"

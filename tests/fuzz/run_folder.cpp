@@ -1,0 +1,57 @@
+// What a run left, as compare, report and frc read it: manifest, equation and metrics, the table's header, the truth.
+#include <array>
+
+#include "apps/equation_oscillator.hpp"
+#include "apps/identified_equation.hpp"
+#include "apps/output/steps_table.hpp"
+#include "dsp/fault.hpp"
+#include "fuzz/harness.hpp"
+#include "fuzz/program.hpp"
+#include "support/scratch.hpp"
+
+namespace {
+
+constexpr std::array names{"manifest.json", "equation.json", "metrics.json", "prepared.csv", "truth.json", "steps.csv"};
+
+void read_response(const std::filesystem::path& run) {
+  (void)apps::read_final_steps(run);
+  const auto equation = apps::read_equation(run, "", "");
+  (void)apps::drawn_coefficients(equation, 1, 0);
+  const auto driven = apps::equation_oscillator(equation, equation.mean);
+  (void)sim::run_period(driven.oscillator, 2.0, 0.01, {}, 64);
+}
+
+}  // namespace
+
+std::vector<std::string> fuzz::seeds() {
+  const support::Scratch scratch;
+  const WorkingFolder here(scratch / "");
+  const std::string truth = R"({"terms": [{"name": "x", "target": "a", "value": -355.3}]})";
+  std::vector<std::string> all;
+  for (const char* method : {"fast_rvm", "sindy"}) {
+    scratch.file("a.csv", small_record());
+    run_program({"run", "a.csv", "-q", "--force", "-o", "run", "--set", "library.order=1", "--set",
+                 std::string("fit.methods=") + method});
+    const auto of = [&](const char* name) { return support::bytes_of(scratch / "run" / name); };
+    all.push_back(joined({of(names[0]), of(names[1]), of(names[2]), "t,x,v,a,f\n", truth}));
+  }
+  const std::string driven =
+      R"json({"equations": [{"range": "mixed", "method": "fast_rvm", "target": "a", "text": "a = x",
+"trust": "trusted", "terms": [{"name": "x", "mean": -300, "std": 1, "scale": 0.03},
+{"name": "sgn(v)", "mean": -0.1, "std": 0.01, "scale": 1}, {"name": "ddr", "mean": -1, "std": 0, "scale": null}],
+"covariance": [[1, 0, 0], [0, 1e-4, 0], [0, 0, 0]], "covariance_robust": null}]})json";
+  const std::string steps = apps::steps_csv({}) + "\"a\",0,9,1.5,0.001,0.002,0.003,10,up,slip,0.1,final\n";
+  all.push_back(joined({"{}", driven, R"({"ranges":[]})", "t,x,ddr\n", truth, steps}));
+  return all;
+}
+
+void fuzz::run(const std::string& input) {
+  const support::Scratch scratch;
+  const auto given = parts(input);
+  for (std::size_t i = 0; i < std::min(given.size(), names.size()); ++i) scratch.file(names[i], given[i]);
+  const std::string folder = scratch / "";
+  run_program({"compare", folder, "--truth", scratch / "truth.json"});
+  run_program({"compare", folder, folder, "--json"});
+  run_program({"report", folder, "--json"});
+  read_response(folder);
+}
