@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -50,6 +51,7 @@ struct Dependent {
 /// badly.
 struct Fit {
   Method method = Method::ols;
+  std::optional<Selection> selection;  ///< none for methods without an evidence
   FitStatus status = FitStatus::converged;
   std::vector<Eigen::Index> relevant;  ///< b' indices into the library, ascending
   Eigen::VectorXd mean;                ///< mu (b'), Eq. 12 of [QZS23]
@@ -71,14 +73,19 @@ struct Fit {
 /// gains of the other terms are NaN.
 void renumber(Fit& fit, const std::vector<Eigen::Index>& terms, Eigen::Index num_terms);
 
-struct FastRvmOptions {
+/// Of the three relevance vector machines.
+template <Method method>
+struct RvmOptions {
   Selection selection = Selection::evidence;
-  double tau = -1.0;  ///< negative: ln m + 2 ln b (evidence) or 0 (type2)
-  int max_iterations = 1000;
+  double tau = -1.0;  ///< what a gain must exceed; negative: ln m + 2 ln b (evidence) or 0 (type2)
+  int max_iterations = method == Method::slow_rvm ? 5000 : 1000;
   double log_alpha_tolerance = 1e-6;    ///< on |log(alpha_new / alpha)|, Sec. 3.4 of [QZS23]
   double initial_noise_fraction = 0.1;  ///< gamma of Algorithm 1, in (0, 1)
-  double noise_floor_fraction = 1e-26;  ///< sigma^2 is kept above this share of t't / m
+  double noise_floor_fraction = 1e-26;  ///< sigma^2 is kept above this fraction of t't / m
 };
+using FastRvmOptions = RvmOptions<Method::fast_rvm>;
+using SlowRvmOptions = RvmOptions<Method::slow_rvm>;
+using MultiRvmOptions = RvmOptions<Method::multi_rvm>;
 
 /// Sparse Bayesian regression by fast marginal likelihood maximisation (Tipping and Faul 2003, [TF03]); Algorithm 1 of
 /// [QZS23] corrected. Sparsity and quality factors are residual norms of a QR of [R_A; sqrt(alpha sigma^2)]: nothing is
@@ -86,14 +93,6 @@ struct FastRvmOptions {
 /// raises the criterion. Ill-conditioned libraries also start from the full model; the better end is returned.
 [[nodiscard]] Fit fit_fast_rvm(const RFactor& data, const FastRvmOptions& options = {});
 
-struct SlowRvmOptions {
-  Selection selection = Selection::evidence;
-  double tau = -1.0;
-  int max_iterations = 5000;
-  double log_alpha_tolerance = 1e-6;
-  double initial_noise_fraction = 0.1;
-  double noise_floor_fraction = 1e-26;
-};
 /// Fixed-point re-estimation of all alphas from the full library with pruning (Tipping 2001); S-RVM of [QZS23].
 [[nodiscard]] Fit fit_slow_rvm(const RFactor& data, const SlowRvmOptions& options = {});
 

@@ -11,7 +11,7 @@ namespace ident {
 namespace {
 
 Fit least_squares(const RFactor& data, const std::vector<Eigen::Index>& terms, double penalty, Method method) {
-  const UnitProblem problem = unit_problem(data);
+  const UnitProblem problem = one_target(data, method == Method::ols ? "fit_ols" : "fit_ridge");
   Fit fit;
   fit.method = method;
   if (cannot_begin(problem, fit)) return fit;

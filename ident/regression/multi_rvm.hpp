@@ -27,6 +27,6 @@ struct MultiFit {
 
 /// Multi-output form of fit_fast_rvm (Ha and Zhang 2017's model, with the noise covariance estimated in closed form).
 /// A term's gain is q (g - 1 - log g), g = l Omega^-1 l' / (q k), and must exceed tau.
-[[nodiscard]] MultiFit fit_multi_rvm(const RFactor& data, const FastRvmOptions& options = {});
+[[nodiscard]] MultiFit fit_multi_rvm(const RFactor& data, const MultiRvmOptions& options = {});
 
 }  // namespace ident

@@ -13,7 +13,7 @@ using Eigen::Index;
 std::vector<Index> below_threshold(const UnitProblem& problem, const StlsqOptions& options, const Fit& fit) {
   std::vector<Index> small;
   for (std::size_t j = 0; j < fit.relevant.size(); ++j) {
-    const double scale = options.unit_norm ? problem.column_norm(fit.relevant[j]) / problem.target_norm : 1.0;
+    const double scale = options.unit_norm ? problem.column_norm(fit.relevant[j]) / problem.target_norm(0) : 1.0;
     if (!(std::abs(fit.mean(static_cast<Index>(j))) * scale >= options.threshold)) small.push_back(fit.relevant[j]);
   }
   return small;
@@ -23,7 +23,7 @@ std::vector<Index> below_threshold(const UnitProblem& problem, const StlsqOption
 
 Fit fit_stlsq(const RFactor& data, const StlsqOptions& options) {
   if (!(options.threshold >= 0.0)) throw std::invalid_argument("fit_stlsq: threshold must not be negative");
-  const UnitProblem problem = unit_problem(data);
+  const UnitProblem problem = one_target(data, "fit_stlsq");
   Fit fit;
   fit.method = Method::stlsq;
   if (cannot_begin(problem, fit)) return fit;
