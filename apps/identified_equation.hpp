@@ -5,11 +5,14 @@
 #include <string>
 #include <vector>
 
+#include "apps/judgement.hpp"
+
 namespace apps {
 
 /// An equation of motion as a finished run left it.
 struct IdentifiedEquation {
-  std::string range, method, target, text, trust;
+  std::string range, method, target, text;
+  Trust trust = Trust::no;
   std::vector<std::string> terms;
   Eigen::VectorXd mean;
   Eigen::MatrixXd covariance;  ///< of the coefficients; the one that does not assume a white residual where known

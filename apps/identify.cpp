@@ -13,7 +13,7 @@
 #include "apps/regimes.hpp"
 #include "dsp/fault.hpp"
 #include "ident/library/collinearity.hpp"
-#include "ident/regression/multi_rvm.hpp"
+#include "ident/methods.hpp"
 
 namespace apps {
 namespace {
@@ -145,26 +145,6 @@ std::vector<Index> distinct_terms(const ident::CandidateLibrary& library, const 
     }
   }
   return kept;
-}
-
-ident::Fit fit_by(ident::Method method, const ident::RFactor& data, const IdentifyOptions& options) {
-  switch (method) {
-    case ident::Method::fast_rvm:
-      return ident::fit_fast_rvm(data, {.selection = options.selection, .tau = options.tau});
-    case ident::Method::slow_rvm:
-      return ident::fit_slow_rvm(data, {.selection = options.selection, .tau = options.tau});
-    case ident::Method::stlsq:
-      return ident::fit_stlsq(data, {.threshold = options.threshold, .unit_norm = options.unit_norm_threshold});
-    case ident::Method::lasso:
-      return ident::fit_lasso(data, {.lambda = options.lasso_lambda});
-    case ident::Method::ridge:
-      return ident::fit_ridge(data, {.lambda = options.ridge_lambda});
-    case ident::Method::multi_rvm:
-      return ident::fit_multi_rvm(data, {.selection = options.selection, .tau = options.tau}).rows.front();
-    case ident::Method::ols:
-      break;
-  }
-  return ident::fit_ols(data);
 }
 
 /// Greatest magnitude on these rows of each signal the library uses.
@@ -324,11 +304,11 @@ RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
   for (const Index j : terms) fitted_terms.push_back(&library.terms[static_cast<std::size_t>(j)]);
   const Columns& first = recordings[recording == 0 ? 0 : static_cast<std::size_t>(recording) - 1];
 
-  for (const ident::Method method : options.methods) {
+  for (const ident::MethodOptions& method : options.methods) {
     check_interrupted();
     JudgedFit judged;
     const auto solve_start = Clock::now();
-    judged.fit = fit_by(method, data, options);
+    judged.fit = ident::fit(data, method);
     judged.solve_s = seconds_since(solve_start);
     for (std::string& remark : ident::collinearity_remarks(data, judged.fit, fitted_terms, largest))
       judged.fit.remarks.push_back(std::move(remark));

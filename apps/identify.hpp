@@ -62,11 +62,7 @@ struct RangeResult {
 
 struct IdentifyOptions {
   std::string target = "a", target_unit;
-  std::vector<ident::Method> methods;
-  ident::Selection selection = ident::Selection::evidence;
-  double tau = -1.0, threshold = 0.02;
-  bool unit_norm_threshold = true;
-  double ridge_lambda = ident::RidgeOptions{}.lambda, lasso_lambda = ident::LassoOptions{}.lambda;
+  std::vector<ident::MethodOptions> methods;
   int num_threads = 1;
   bool free_run = true;  ///< false: the rows of a table are no time response
 };

@@ -125,6 +125,12 @@ std::string_view to_string(Trust trust) {
   return trust == Trust::with_care ? "to be taken with care" : "not to be trusted";
 }
 
+Trust trust_from_string(std::string_view text) {
+  for (const Trust trust : {Trust::yes, Trust::with_care})
+    if (text == to_string(trust)) return trust;
+  return Trust::no;
+}
+
 Judgement judge(const JudgedFit& fit) {
   Verdict verdict;
   judge_status(fit.fit, verdict);

@@ -10,6 +10,8 @@ namespace apps {
 enum class Trust { yes, with_care, no };
 /// "trusted", "to be taken with care", "not to be trusted".
 [[nodiscard]] std::string_view to_string(Trust trust);
+/// Of a document; `no` for a word that is none of these.
+[[nodiscard]] Trust trust_from_string(std::string_view text);
 
 /// Whether an equation describes its record, in sentences for a person: what speaks against it first, then what it
 /// rests on. Never empty.

@@ -145,7 +145,7 @@ double trained_to(const IdentifiedEquation& equation) {
 
 std::vector<std::string> remarks_of(const Result& result) {
   std::vector<std::string> remarks;
-  if (result.equation.trust == "not to be trusted")
+  if (result.equation.trust == Trust::no)
     remarks.push_back("the equation itself is not to be trusted: see equation.txt of the run");
   if (result.has_friction && result.static_friction > 0.0)
     remarks.push_back(fmt::format("static friction of {:g} m/s^2 is given, not identified", result.static_friction));

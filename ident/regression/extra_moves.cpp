@@ -32,10 +32,10 @@ double size_of(const NoiseCovariance& noise) {
 
 // Every kept lambda at its best for this noise, all at once.
 RvmState reestimated_at(const MarginalLikelihood& likelihood, const RvmState& s, NoiseCovariance noise) {
-  RvmState all = s;
-  all.noise = std::move(noise);
+  RvmState all{s.kept, s.lambda, std::move(noise), {}};
   for (const Index term : s.kept)
-    if (const double best = likelihood.best_lambda(all, term); std::isfinite(best)) all.set_lambda(term, best);
+    if (const double best = best_lambda(likelihood.factors(s.at, all.noise, term)); std::isfinite(best))
+      all.set_lambda(term, best);
   likelihood.update_posterior(all);
   return all;
 }
@@ -52,8 +52,8 @@ RvmState full_start(const MarginalLikelihood& likelihood, const FastRvmOptions& 
   likelihood.update_posterior(s);
   s.noise = likelihood.residual_noise(s);
   for (const Index term : s.kept)
-    s.set_lambda(term,
-                 std::min(likelihood.best_lambda(s, term), std::max(s.at.sparsity(term), largest_lambda_of_rounding)));
+    s.set_lambda(term, std::min(best_lambda(likelihood.factors(s, term)),
+                                std::max(s.at.sparsity(term), largest_lambda_of_rounding)));
   likelihood.update_posterior(s);
   s.noise = likelihood.best_noise(s);
   return s;
@@ -77,13 +77,14 @@ void thin_out(const MarginalLikelihood& likelihood, RvmState& s, Fit& fit, Index
 bool exchange(const MarginalLikelihood& likelihood, RvmState& s, Fit& fit) {
   RvmMove best{FitAction::exchange, -1, likelihood.minimum_gain(s)};
   for (const Index leaving : s.kept) {
-    RvmState without = s;
+    RvmState without{s.kept, s.lambda, s.noise, {}};
     without.remove(leaving);
     likelihood.update_posterior(without);
-    const double loss = likelihood.share(s, leaving, s.lambda_of(leaving));
+    const double loss = likelihood.share(likelihood.factors(s, leaving), s.lambda_of(leaving));
     for (Index i = 0; i < likelihood.num_terms(); ++i) {
-      if (s.keeps(i) || !likelihood.is_independent(without, i)) continue;
-      const double gain = likelihood.gain(without, i) - loss;
+      const TermFactors term = likelihood.factors(without, i);
+      if (s.keeps(i) || !likelihood.is_independent(term)) continue;
+      const double gain = likelihood.gain(term) - loss;
       if (gain > best.gain) best = {FitAction::exchange, i, gain, leaving};
     }
   }
@@ -102,8 +103,8 @@ bool detour(const MarginalLikelihood& likelihood, RvmState& s, Fit& fit) {
   RvmState best;
   Fit best_path;
   for (Index i = 0; i < likelihood.num_terms(); ++i) {
-    if (s.keeps(i) || !likelihood.is_independent(s, i)) continue;
-    RvmState forced = s;
+    if (s.keeps(i) || !likelihood.is_independent(likelihood.factors(s, i))) continue;
+    RvmState forced{s.kept, s.lambda, s.noise, {}};
     forced.add(i, flat_lambda);
     likelihood.update_posterior(forced);
     Fit path;

@@ -7,7 +7,7 @@
 
 namespace ident {
 
-/// Re-estimates the lambda of every kept term at once (the fixed point of [T01] on the kept terms): far fewer moves
+/// Re-estimates the lambda of every kept term at once (the fixed point of [Tip01] on the kept terms): far fewer moves
 /// than one by one. The posterior and noise are left to the caller. False, and nothing done, where the evidence would
 /// not rise by it, as it may not while terms still compete.
 [[nodiscard]] bool reestimate_all(const MarginalLikelihood& likelihood, RvmState& s);

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "ident/fit.hpp"
+#include "ident/regression/describe.hpp"
 #include "ident/regression/finish_fit.hpp"
 
 namespace ident {
@@ -104,6 +105,14 @@ Fit fit_lasso(const RFactor& data, const LassoOptions& options) {
   finish_least_squares(problem, std::move(best), 0.0, fit);
   for (std::size_t i = steps_to_best; i < fit.steps.size(); ++i) fit.steps[i].noise_variance = fit.noise_variance;
   return fit;
+}
+
+MethodDescription describe(const LassoOptions& /*options*/) {
+  return row<LassoOptions, fit_lasso>(
+      Method::lasso, "lasso", "least squares with a penalty on |c|; what it keeps is fitted again without",
+      {setting<&LassoOptions::lambda>(
+          {.name = "lasso_lambda",
+           .help = "Penalty of lasso, a fraction of the largest useful one; by BIC if left out"})});
 }
 
 }  // namespace ident

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <numeric>
+#include <stdexcept>
 
+#include "ident/regression/describe.hpp"
 #include "ident/regression/extra_moves.hpp"
 #include "ident/regression/finish_fit.hpp"
 
@@ -84,6 +86,12 @@ MultiFit without_terms(MultiFit fit, const UnitProblem& shared, const Fit& begun
   return fit;
 }
 
+// As one of the methods for one target.
+Fit fit_one_target(const RFactor& data, const MultiRvmOptions& options) {
+  if (data.num_targets() != 1) throw std::invalid_argument("fit: needs one target; fit_multi_rvm takes several");
+  return fit_multi_rvm(data, options).rows.front();
+}
+
 }  // namespace
 
 MatrixXd MultiFit::standard_deviation() const {
@@ -116,6 +124,12 @@ MultiFit fit_multi_rvm(const RFactor& data, const MultiRvmOptions& options) {
     renumber(fit.rows.back(), fit.relevant, data.num_terms);
   }
   return fit;
+}
+
+MethodDescription describe(const MultiRvmOptions& /*options*/) {
+  return row<MultiRvmOptions, fit_one_target>(Method::multi_rvm, "multi_rvm",
+                                              "fast_rvm for targets that share their terms; of one target the same",
+                                              rvm_settings<MultiRvmOptions>());
 }
 
 }  // namespace ident

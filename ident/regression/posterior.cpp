@@ -32,6 +32,15 @@ MatrixXd gram(const Eigen::Ref<const MatrixXd>& columns) {
   return products;
 }
 
+std::vector<Index> all_but(const std::vector<Index>& kept, Index num_terms) {
+  std::vector<bool> is_kept(static_cast<std::size_t>(num_terms), false);
+  for (const Index term : kept) is_kept[static_cast<std::size_t>(term)] = true;
+  std::vector<Index> others;
+  for (Index i = 0; i < num_terms; ++i)
+    if (!is_kept[static_cast<std::size_t>(i)]) others.push_back(i);
+  return others;
+}
+
 }  // namespace
 
 UnitProblem unit_problem(const RFactor& data) {
@@ -53,20 +62,24 @@ Posterior posterior(const UnitProblem& problem, const std::vector<Index>& kept, 
   at.quality.resize(b, q);
 
   MatrixXd augmented = MatrixXd::Zero(rows, n);
-  MatrixXd others = MatrixXd::Zero(rows, b + q);
-  others.topLeftCorner(data_rows, b) = problem.A;
-  others.topRightCorner(data_rows, q) = problem.Y;
+  const std::vector<Index> left_out = all_but(kept, b);
+  const auto num_left_out = static_cast<Index>(left_out.size());
+  // The left-out columns, then the targets; at least two, since one alone would be rotated by another kernel, and the
+  // last bits of a target's figures would depend on whether a term is left out.
+  MatrixXd others = MatrixXd::Zero(rows, std::max<Index>(2, num_left_out + q));
+  for (Index j = 0; j < num_left_out; ++j)
+    others.col(j).head(data_rows) = problem.A.col(left_out[static_cast<std::size_t>(j)]);
+  others.block(0, num_left_out, data_rows, q) = problem.Y;
   for (Index j = 0; j < n; ++j) {
     augmented.col(j).head(data_rows) = problem.A.col(kept[static_cast<std::size_t>(j)]);
     augmented(data_rows + j, j) = std::sqrt(lambda(j));
   }
-  const MatrixXd kept_columns = augmented.topRows(data_rows);
   if (n > 0) {
     Eigen::HouseholderQR<Eigen::Ref<MatrixXd>> qr(augmented);
     others.applyOnTheLeft(qr.householderQ().adjoint());
     const auto T = augmented.topRows(n).triangularView<Eigen::Upper>();
     at.root = T.solve(MatrixXd::Identity(n, n));
-    for (Index t = 0; t < q; ++t) at.mean.col(t) = T.solve(others.col(b + t).head(n));
+    for (Index t = 0; t < q; ++t) at.mean.col(t) = T.solve(others.col(num_left_out + t).head(n));
     // Rows of the pseudo-inverse are the residuals of one column against the others, divided by their squared norm.
     MatrixXd Q = MatrixXd::Identity(rows, n);
     Q.applyOnTheLeft(qr.householderQ());
@@ -81,26 +94,25 @@ Posterior posterior(const UnitProblem& problem, const std::vector<Index>& kept, 
     }
     at.log_determinant = 2.0 * augmented.diagonal().array().abs().log().sum() - lambda.array().log().sum();
   }
-  const auto tail = others.rightCols(q).bottomRows(rows - n);
+  const auto tail = others.block(n, num_left_out, rows - n, q);
   at.misfit = gram(tail);
   MatrixXd residual = problem.Y;
   for (Index t = 0; t < q; ++t)
-    for (Index j = 0; j < n; ++j) residual.col(t) -= kept_columns.col(j) * at.mean(j, t);
+    for (Index j = 0; j < n; ++j) residual.col(t) -= problem.A.col(kept[static_cast<std::size_t>(j)]) * at.mean(j, t);
   at.residual = gram(residual);
 
-  std::vector<bool> is_kept(static_cast<std::size_t>(b), false);
-  for (const Index term : kept) is_kept[static_cast<std::size_t>(term)] = true;
-  for (Index i = 0; i < b; ++i) {
-    if (is_kept[static_cast<std::size_t>(i)]) continue;
-    const auto beyond = others.col(i).tail(rows - n);
-    at.sparsity(i) = beyond.squaredNorm();
-    for (Index t = 0; t < q; ++t) at.quality(i, t) = beyond.dot(tail.col(t));
+  for (Index j = 0; j < num_left_out; ++j) {
+    const Index term = left_out[static_cast<std::size_t>(j)];
+    const auto beyond = others.col(j).tail(rows - n);
+    at.sparsity(term) = beyond.squaredNorm();
+    for (Index t = 0; t < q; ++t) at.quality(term, t) = beyond.dot(tail.col(t));
   }
   return at;
 }
 
-NoiseCovariance NoiseCovariance::of(const MatrixXd& covariance, double floor) {
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(covariance);
+NoiseCovariance NoiseCovariance::of(const MatrixXd& products, double count, double floor) {
+  if (products.size() == 1) return {MatrixXd::Ones(1, 1), (products.diagonal() / count).cwiseMax(floor)};
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(products / count);
   const double least = std::max(floor, 1e-14 * solver.eigenvalues().maxCoeff());
   return {solver.eigenvectors(), solver.eigenvalues().cwiseMax(least)};
 }
@@ -110,7 +122,7 @@ double log_evidence(const UnitProblem& problem, const Posterior& at, const Noise
   double log_noise = 0.0, misfit = 0.0, log_norm = 0.0;
   for (Index t = 0; t < problem.num_targets(); ++t) {
     log_noise += std::log(2.0 * std::numbers::pi * noise.variances(t));
-    misfit += noise.axes.col(t).dot(at.misfit * noise.axes.col(t)) / noise.variances(t);
+    misfit += noise.axes.col(t).dot(at.misfit.lazyProduct(noise.axes.col(t))) / noise.variances(t);
     log_norm += std::log(problem.target_norm(t));
   }
   return -0.5 * (m * log_noise + static_cast<double>(problem.num_targets()) * at.log_determinant + misfit) -

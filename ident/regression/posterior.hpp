@@ -46,9 +46,9 @@ struct Posterior {
 struct NoiseCovariance {
   Eigen::MatrixXd axes;       ///< q x q, orthonormal columns
   Eigen::VectorXd variances;  ///< q
-  /// The axes of `covariance`, with variances of at least `floor`, and of 1e-14 of the largest: what is less is the
-  /// rounding of a target that is a multiple of others.
-  [[nodiscard]] static NoiseCovariance of(const Eigen::MatrixXd& covariance, double floor);
+  /// Of errors whose products sum up to `products` (q x q) over `count` samples. Variances are at least `floor`, and
+  /// 1e-14 of the largest: what is less is the rounding of a target that is a multiple of others.
+  [[nodiscard]] static NoiseCovariance of(const Eigen::MatrixXd& products, double count, double floor);
   [[nodiscard]] Eigen::MatrixXd matrix() const { return axes * variances.asDiagonal() * axes.transpose(); }
 };
 

@@ -63,12 +63,12 @@ void MarginalLikelihood::update_posterior(RvmState& s) const {
 }
 
 NoiseCovariance MarginalLikelihood::best_noise(const RvmState& s) const {
-  return NoiseCovariance::of(s.at.misfit / num_samples_, noise_floor_);
+  return NoiseCovariance::of(s.at.misfit, num_samples_, noise_floor_);
 }
 
 NoiseCovariance MarginalLikelihood::residual_noise(const RvmState& s) const {
   const double spare = num_samples_ - static_cast<double>(s.kept.size());
-  return spare > 0.0 ? NoiseCovariance::of(s.at.residual / spare, noise_floor_) : s.noise;
+  return spare > 0.0 ? NoiseCovariance::of(s.at.residual, spare, noise_floor_) : s.noise;
 }
 
 double MarginalLikelihood::criterion(const RvmState& s) const {
@@ -79,29 +79,23 @@ double MarginalLikelihood::minimum_gain(const RvmState& s) const {
   return 1e-9 + 16.0 * std::numeric_limits<double>::epsilon() * std::abs(criterion(s));
 }
 
-bool MarginalLikelihood::is_independent(const RvmState& s, Index term) const {
-  return s.at.sparsity(term) > smallest_sparsity_;
-}
-
-double MarginalLikelihood::quality2(const RvmState& s, Index term) const {
+TermFactors MarginalLikelihood::factors(const Posterior& at, const NoiseCovariance& noise, Index term) const {
+  const Index q = problem_.num_targets();
   double sum = 0.0;
-  for (Index t = 0; t < problem_.num_targets(); ++t) {
-    const double along = s.at.quality.row(term).dot(s.noise.axes.col(t));
-    sum += along * along / s.noise.variances(t);
+  for (Index axis = 0; axis < q; ++axis) {
+    double along = 0.0;
+    for (Index t = 0; t < q; ++t) along += at.quality(term, t) * noise.axes(t, axis);
+    sum += along * along / noise.variances(axis);
   }
-  return sum / num_targets_;
+  return {at.sparsity(term), sum / num_targets_};
 }
 
-double MarginalLikelihood::gain(const RvmState& s, Index term) const {
-  return is_independent(s, term) ? num_targets_ * evidence_gain(quality2(s, term) / s.at.sparsity(term)) : 0.0;
+double MarginalLikelihood::gain(const TermFactors& term) const {
+  return is_independent(term) ? num_targets_ * evidence_gain(term.quality2 / term.sparsity) : 0.0;
 }
 
-double MarginalLikelihood::share(const RvmState& s, Index term, double lambda) const {
-  return num_targets_ * evidence_share(s.at.sparsity(term), quality2(s, term), lambda);
-}
-
-double MarginalLikelihood::best_lambda(const RvmState& s, Index term) const {
-  return ident::best_lambda(s.at.sparsity(term), quality2(s, term));
+double MarginalLikelihood::share(const TermFactors& term, double lambda) const {
+  return num_targets_ * evidence_share(term.sparsity, term.quality2, lambda);
 }
 
 void MarginalLikelihood::record(const RvmState& s, const RvmMove& move, Fit& fit) const {

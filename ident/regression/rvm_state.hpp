@@ -35,9 +35,19 @@ struct RvmMove {
   Eigen::Index leaving = -1;  ///< of an exchange
 };
 
-/// The marginal likelihood (Eq. 15 of [QZS23]) of q targets as a function of a state, and what it says of each term
-/// given all others. Gains are 2 dL; where targets share one relevance per term, Eqs. 21, 29 and 32-34 hold with
-/// l^2 / q = l Omega^-1 l' / q in place of l^2, times q. Keeps a reference to `problem`.
+/// What the marginal likelihood says of one term given all others, noise-scaled: sigma^2 k and sigma^2 l^2 (Eqs. 22-23
+/// of [QZS23]); for q targets with one relevance per term, l Omega^-1 l' / q in place of l^2 / sigma^2.
+struct TermFactors {
+  double sparsity = 0.0, quality2 = 0.0;
+};
+
+/// Eqs. 29-30 of [QZS23]; infinite where l^2 <= k.
+[[nodiscard]] inline double best_lambda(const TermFactors& term) {
+  return best_lambda(term.sparsity, term.quality2);
+}
+
+/// The marginal likelihood (Eq. 15 of [QZS23]) of q targets as a function of a state. Gains are 2 dL, of all targets
+/// together: Eqs. 21, 29 and 32-34 hold with TermFactors, times q. Keeps a reference to `problem`.
 class MarginalLikelihood {
  public:
   /// `noise_floor_fraction`: of a target's mean square, below which no noise is believed.
@@ -47,7 +57,7 @@ class MarginalLikelihood {
   [[nodiscard]] double tau() const { return tau_; }
   [[nodiscard]] Eigen::Index num_terms() const { return problem_.num_terms(); }
 
-  /// No term, and as noise this fraction of each target's mean square.
+  /// Steps 2 to 4 of Algorithm 1: no term, and as noise this fraction (gamma) of each target's mean square.
   [[nodiscard]] RvmState empty_state(double noise_fraction) const;
   /// The posterior at the state's terms and lambda.
   void update_posterior(RvmState& s) const;
@@ -62,21 +72,20 @@ class MarginalLikelihood {
   /// A criterion of size L is known to about eps L; a move must beat that, or the search could cycle on rounding.
   [[nodiscard]] double minimum_gain(const RvmState& s) const;
 
+  [[nodiscard]] TermFactors factors(const Posterior& at, const NoiseCovariance& noise, Eigen::Index term) const;
+  [[nodiscard]] TermFactors factors(const RvmState& s, Eigen::Index term) const { return factors(s.at, s.noise, term); }
   /// False where the term is the rounding of kept ones.
-  [[nodiscard]] bool is_independent(const RvmState& s, Eigen::Index term) const;
+  [[nodiscard]] bool is_independent(const TermFactors& term) const { return term.sparsity > smallest_sparsity_; }
   /// Of having the term at its best lambda instead of not at all (Eq. 32); zero where l^2 <= k, or not independent.
-  [[nodiscard]] double gain(const RvmState& s, Eigen::Index term) const;
+  [[nodiscard]] double gain(const TermFactors& term) const;
+  [[nodiscard]] double gain(const RvmState& s, Eigen::Index term) const { return gain(factors(s, term)); }
   /// Of having the term at this lambda instead of not at all.
-  [[nodiscard]] double share(const RvmState& s, Eigen::Index term, double lambda) const;
-  /// Eqs. 29-30, infinite where l^2 <= k.
-  [[nodiscard]] double best_lambda(const RvmState& s, Eigen::Index term) const;
+  [[nodiscard]] double share(const TermFactors& term, double lambda) const;
 
   /// Counts the move, and writes down the state after it.
   void record(const RvmState& s, const RvmMove& move, Fit& fit) const;
 
  private:
-  [[nodiscard]] double quality2(const RvmState& s, Eigen::Index term) const;
-
   const UnitProblem& problem_;
   double tau_, num_samples_, num_targets_, noise_floor_, smallest_sparsity_;
 };

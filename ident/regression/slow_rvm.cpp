@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "ident/fit.hpp"
+#include "ident/regression/describe.hpp"
 #include "ident/regression/finish_fit.hpp"
 #include "ident/regression/posterior.hpp"
 
@@ -56,7 +57,7 @@ Fit fit_slow_rvm(const RFactor& data, const SlowRvmOptions& options) {
   record(problem, s, at, FitAction::start, -1, fit);
   fit.steps.back().terms = s.kept;
   for (; fit.iterations < options.max_iterations; ++fit.iterations) {
-    // Well-determinedness gamma_i = 1 - alpha_i delta_ii, alpha_i <- gamma_i / mu_i^2 (Tipping 2001, Eqs. 16-18).
+    // Well-determinedness gamma_i = 1 - alpha_i delta_ii, alpha_i <- gamma_i / mu_i^2 ([Tip01], Eqs. 16-18).
     const VectorXd shrink = (s.lambda.array() * at.root.rowwise().squaredNorm().array()).matrix();
     const double settled_noise =
         std::max(floor, at.residual(0, 0) / (m - static_cast<double>(s.kept.size()) + shrink.sum()));
@@ -95,6 +96,12 @@ Fit fit_slow_rvm(const RFactor& data, const SlowRvmOptions& options) {
   }
   finish_bayesian(problem, s.kept, s.lambda, s.noise, fit);
   return fit;
+}
+
+MethodDescription describe(const SlowRvmOptions& /*options*/) {
+  return row<SlowRvmOptions, fit_slow_rvm>(Method::slow_rvm, "slow_rvm",
+                                           "sparse Bayesian: all terms at first, the weakest pruned",
+                                           rvm_settings<SlowRvmOptions>());
 }
 
 }  // namespace ident

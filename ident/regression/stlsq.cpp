@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "ident/fit.hpp"
+#include "ident/regression/describe.hpp"
 #include "ident/regression/finish_fit.hpp"
 
 namespace ident {
@@ -54,6 +55,18 @@ Fit fit_stlsq(const RFactor& data, const StlsqOptions& options) {
     }
   }
   return fit;
+}
+
+MethodDescription describe(const StlsqOptions& /*options*/) {
+  return row<StlsqOptions, fit_stlsq>(
+      Method::stlsq, "sindy", "least squares, small coefficients cut, and again (STLSQ)",
+      {setting<&StlsqOptions::threshold>({.name = "threshold",
+                                          .help = "Coefficients below it are cut by sindy",
+                                          .study_values = {"0.005", "0.01", "0.02", "0.05", "0.1"}}),
+       setting<&StlsqOptions::unit_norm>({.name = "threshold_on",
+                                          .help = "What the threshold is compared with: |c| as it is (raw), or times "
+                                                  "its column's norm over the target's",
+                                          .words = {"raw", "unit-norm"}})});
 }
 
 }  // namespace ident
