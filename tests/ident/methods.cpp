@@ -11,7 +11,7 @@ using support::gaussian;
 TEST_CASE("every method is named, put in words and made by its row of the table", "[ident][methods]") {
   const MatrixXd phi = gaussian(100, 4, 1);
   const auto data = ident::r_factor(phi, phi.col(1) + 0.1 * gaussian(100, 1, 2));
-  REQUIRE(ident::methods().size() == 7);
+  REQUIRE(ident::methods().size() == std::variant_size_v<ident::MethodOptions>);
   for (const ident::MethodDescription& row : ident::methods()) {
     CAPTURE(row.name);
     CHECK_FALSE(row.help.empty());

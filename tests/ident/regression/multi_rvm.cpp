@@ -140,24 +140,28 @@ TEST_CASE("a library in which no term stands out alone is searched from the full
   for (const ident::Fit& row : fit.rows) CHECK(row.relevant == Support{0, 1, 2, 3, 4, 5});
 }
 
-TEST_CASE("a shared search that took the wrong one of two nearly equal columns exchanges it", "[ident][multi_rvm]") {
-  // Columns 0 and 1 differ by a little w; column 2, which enters later, brings w along: column 0 looks better until
-  // then.
-  for (unsigned seed = 0; seed < 40; ++seed) {
-    MatrixXd phi = gaussian(200, 5, 40 + 3 * seed), targets(200, 2);
-    const VectorXd w = gaussian(200, 1, 41 + 3 * seed);
-    phi.col(0) = phi.col(1) + 0.1 * w;
-    phi.col(2) = w + phi.col(4);
-    targets.col(0) = phi.col(1) + 0.4 * phi.col(2);
-    targets.col(1) = 2.0 * targets.col(0);
-    targets += gaussian(200, 2, 42 + 3 * seed) * VectorXd{{0.6, 1.2}}.asDiagonal();
-    const auto all = ident::fit_multi_rvm(ident::r_factor(phi, targets));
+TEST_CASE("where a shared search ends, no exchange of a kept for a left-out term raises its criterion",
+          "[ident][multi_rvm]") {
+  // Powers of an offset signal hide one another: a search without exchanges ends too low for 7 of these 20 seeds.
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    const VectorXd x = (gaussian(400, 1, 3000 + seed).array() + 2.0).matrix();
+    MatrixXd phi(400, 7), targets(400, 2);
+    for (Index j = 0; j < 7; ++j) phi.col(j) = x.array().pow(static_cast<double>(j));
+    targets << phi.col(1) - 0.3 * phi.col(3), phi.col(2) + 0.1 * phi.col(4);
+    targets += gaussian(400, 2, 4000 + seed);
+    const auto end = ident::fit_multi_rvm(ident::r_factor(phi, targets));
     const auto criterion = [&](const ident::MultiFit& fit) {
-      return 2.0 * fit.log_evidence - all.tau * static_cast<double>(fit.relevant.size());
+      return 2.0 * fit.log_evidence - end.tau * static_cast<double>(fit.relevant.size());
     };
-    const auto truth = ident::fit_multi_rvm(ident::r_factor(phi(Eigen::all, Support{1, 2}), targets), {.tau = all.tau});
-    CAPTURE(seed, all.relevant);
-    CHECK(criterion(all) >= criterion(truth) - 1e-6);  // log alpha is settled to 1e-6
+    for (std::size_t k = 0; k < end.relevant.size(); ++k)
+      for (Index i = 0; i < 7; ++i) {
+        if (std::find(end.relevant.begin(), end.relevant.end(), i) != end.relevant.end()) continue;
+        Support swapped = end.relevant;
+        swapped[k] = i;
+        const auto other = ident::fit_multi_rvm(ident::r_factor(phi(Eigen::all, swapped), targets), {.tau = end.tau});
+        CAPTURE(seed, end.relevant, swapped);
+        CHECK(criterion(other) <= criterion(end) + 1e-6);  // log alpha is settled to 1e-6
+      }
   }
 }
 
