@@ -134,13 +134,7 @@ std::vector<ident::Columns> all_columns(const Config& config, const std::vector<
 ident::IdentifyOptions identify_options(const Config& config, const std::vector<Input>& inputs, int num_threads) {
   return {.target = config.fit.target,
           .target_unit = inputs.front().prepared.signals.find(config.fit.target)->unit,
-          .methods = config.fit.methods,
-          .selection = config.fit.selection,
-          .tau = config.fit.tau,
-          .threshold = config.fit.threshold,
-          .unit_norm_threshold = config.fit.unit_norm_threshold,
-          .ridge_lambda = config.fit.ridge_lambda,
-          .lasso_lambda = config.fit.lasso_lambda,
+          .methods = config.fit.settings.options_of(config.fit.methods),
           .num_threads = num_threads,
           .poll = check_interrupted};
 }

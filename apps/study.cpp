@@ -22,17 +22,20 @@ bool has(const StudyCell& cell, const std::string& key) {
   return std::any_of(cell.setting.begin(), cell.setting.end(), [&](const auto& pair) { return pair.first == key; });
 }
 
-/// Methods that an axis has no say in are left out of its cells.
+std::string fit_key(const ident::MethodSetting& setting) {
+  return fmt::format("fit.{}", setting.name);
+}
+
+/// Methods that do not have an axis' setting are left out of its cells.
 void keep_concerned(std::vector<ident::Method>& methods, const StudyCell& cell) {
   if (cell.axis < 0) return;
   const std::string& key = cell.setting.front().first;
-  const auto keep = [&](auto&& concerned) {
-    if (std::any_of(methods.begin(), methods.end(), concerned))
-      std::erase_if(methods, [&](ident::Method method) { return !concerned(method); });
+  const auto concerned = [&](ident::Method method) {
+    const auto& settings = ident::description(method).settings;
+    return std::any_of(settings.begin(), settings.end(), [&](const auto& setting) { return key == fit_key(setting); });
   };
-  if (key == "fit.tau" || key == "fit.selection")
-    keep([](ident::Method method) { return to_string(method).ends_with("rvm"); });
-  if (key == "fit.threshold") keep([](ident::Method method) { return method == ident::Method::stlsq; });
+  if (std::any_of(methods.begin(), methods.end(), concerned))
+    std::erase_if(methods, [&](ident::Method method) { return !concerned(method); });
 }
 
 Config config_of(const StudyRequest& request, const StudyCell& cell) {
@@ -121,14 +124,12 @@ StudyAxis parse_axis(const std::string& text) {
 
 std::vector<StudyAxis> default_axes(const Config& config, double rate_hz) {
   std::vector<StudyAxis> axes;
-  const auto uses = [&](auto&& concerned) {
-    return std::any_of(config.fit.methods.begin(), config.fit.methods.end(), concerned);
-  };
   if (config.library.order > 0) axes.push_back({"library.order", {"1", "2", "3", "4", "5"}});
-  if (uses([](ident::Method method) { return to_string(method).ends_with("rvm"); }))
-    axes.push_back({"fit.tau", {"0", "5", "10", "20", "40", "80"}});
-  if (uses([](ident::Method method) { return method == ident::Method::stlsq; }))
-    axes.push_back({"fit.threshold", {"0.005", "0.01", "0.02", "0.05", "0.1"}});
+  for (const ident::MethodSetting& setting : ident::method_settings())
+    if (!setting.study_values.empty() &&
+        std::any_of(config.fit.methods.begin(), config.fit.methods.end(),
+                    [&](ident::Method method) { return ident::description(method).has(setting.name); }))
+      axes.push_back({fit_key(setting), {setting.study_values.begin(), setting.study_values.end()}});
   axes.push_back({train_share, {"0.15", "0.3", "0.45", "0.6", "0.75"}});
   axes.push_back({cutoff, {}});
   const double cutoff_hz = dsp::resolved(rate_settled(config.prepare, rate_hz), rate_hz).cutoff_hz;

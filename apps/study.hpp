@@ -58,8 +58,8 @@ struct StudyRequest {
 /// Every recording is read once, prepared once for each way of preparing, and its columns are formed once for each
 /// library; each cell's fits are those of a run with its settings, but that a cell with fit.train_share takes no notice
 /// of train_to, and that a cut-off takes a given roll-off with it in proportion. In a study of single axes, those of
-/// tau and selection are fitted by the relevance vector machines only, that of the threshold by sindy. Throws
-/// dsp::Fault for what is wrong with a setting before anything is read.
+/// a method's setting are fitted by the methods that have it only. Throws dsp::Fault for what is wrong with a setting
+/// before anything is read.
 [[nodiscard]] std::vector<StudyResult> run_cells(const StudyRequest& request, Console& console);
 
 }  // namespace apps

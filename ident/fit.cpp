@@ -2,7 +2,6 @@
 
 #include <array>
 #include <limits>
-#include <stdexcept>
 #include <utility>
 
 #include "ident/regression/finish_fit.hpp"
@@ -17,13 +16,6 @@ std::string_view name_of(const std::array<std::pair<Enum, std::string_view>, n>&
   return "?";
 }
 
-constexpr std::array<std::pair<Method, std::string_view>, 7> method_names{{{Method::ols, "ols"},
-                                                                           {Method::ridge, "ridge"},
-                                                                           {Method::stlsq, "sindy"},
-                                                                           {Method::lasso, "lasso"},
-                                                                           {Method::fast_rvm, "fast_rvm"},
-                                                                           {Method::slow_rvm, "slow_rvm"},
-                                                                           {Method::multi_rvm, "multi_rvm"}}};
 constexpr std::array<std::pair<Selection, std::string_view>, 2> selection_names{
     {{Selection::evidence, "evidence"}, {Selection::type2, "type2"}}};
 constexpr std::array<std::pair<FitStatus, std::string_view>, 6> status_names{
@@ -41,9 +33,6 @@ constexpr std::array<std::pair<FitAction, std::string_view>, 5> action_names{{{F
 
 }  // namespace
 
-std::string_view to_string(Method method) {
-  return name_of(method_names, method);
-}
 std::string_view to_string(Selection selection) {
   return name_of(selection_names, selection);
 }
@@ -52,15 +41,6 @@ std::string_view to_string(FitStatus status) {
 }
 std::string_view to_string(FitAction action) {
   return name_of(action_names, action);
-}
-
-Method method_from_string(std::string_view name) {
-  std::string known;
-  for (const auto& [method, text] : method_names) {
-    if (text == name) return method;
-    known += known.empty() ? std::string(text) : ", " + std::string(text);
-  }
-  throw std::invalid_argument("method must be one of " + known + "; got '" + std::string(name) + "'");
 }
 
 void renumber(Fit& fit, const std::vector<Eigen::Index>& terms, Eigen::Index num_terms) {

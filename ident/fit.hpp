@@ -1,28 +1,35 @@
 #pragma once
 #include <Eigen/Core>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include "ident/r_factor.hpp"
 
+// Sparse linear regression: a target t (m rows) as t = Phi c + noise with most of the b coefficients c zero. Every
+// method here takes an RFactor of one target, in whatever units the caller has, scales its columns to unit norm inside,
+// and returns coefficients in the caller's units. Numbers of equations and steps are those of [QZS23].
+
 namespace ident {
+
+struct MethodDescription;  // of ident/methods.hpp
+
+/// In the order of MethodOptions below.
+enum class Method { fast_rvm, slow_rvm, multi_rvm, stlsq, lasso, ridge, ols };
+[[nodiscard]] std::string_view to_string(Method method);  ///< its name in the table of ident/methods.hpp
 
 /// How a term earns its place.
 enum class Selection {
   evidence,  ///< its gain in log evidence must exceed tau: 2 dL = q - 1 - log q > tau
   type2,     ///< any gain will do: type-II maximum likelihood, as in [QZS23]; keeps about 3 of 10 irrelevant terms
 };
-
-enum class Method { ols, ridge, stlsq, lasso, fast_rvm, slow_rvm, multi_rvm };
-[[nodiscard]] std::string_view to_string(
-    Method method);  ///< "ols" "ridge" "sindy" "lasso" "fast_rvm" "slow_rvm" "multi_rvm"
-[[nodiscard]] Method method_from_string(std::string_view name);  ///< throws std::invalid_argument with the list
 [[nodiscard]] std::string_view to_string(Selection selection);
 
 /// rank_deficient: some terms are combinations of others and were left out, or nearly so. too_few_rows: fewer rows than
-/// terms, or no more rows than kept terms, so that nothing tells the noise.
+/// terms, or no more rows than kept terms, so that the noise is unknown.
 enum class FitStatus { converged, iteration_limit, no_relevant_term, rank_deficient, too_few_rows, zero_target };
 [[nodiscard]] std::string_view to_string(FitStatus status);
 
@@ -46,16 +53,17 @@ struct Dependent {
   std::vector<Eigen::Index> of;  ///< those that carry the combination
 };
 
-/// One regression of one target on a library, in the caller's units. A status, never a throw, for numerics that end
-/// badly.
+/// One regression of one target on a library, in the caller's units: coefficients in those of the target over those of
+/// their columns. Numerics that end badly are a status, never a throw.
 struct Fit {
-  Method method = Method::ols;
+  Method method = Method::fast_rvm;
+  std::optional<Selection> selection;  ///< none for methods without an evidence
   FitStatus status = FitStatus::converged;
-  std::vector<Eigen::Index> relevant;  ///< b' indices into the library, ascending
+  std::vector<Eigen::Index> relevant;  ///< b' kept terms: indices into the columns of the RFactor, ascending
   Eigen::VectorXd mean;                ///< mu (b'), Eq. 12 of [QZS23]
   Eigen::MatrixXd covariance;          ///< delta (b' x b'), Eq. 13, noise included
   Eigen::VectorXd alpha;               ///< inverse prior variances (b'); zero for methods without a prior
-  double noise_variance = 0.0;         ///< sigma^2 of the target; it and covariance NaN: no row is left to tell it,
+  double noise_variance = 0.0;         ///< sigma^2 of the target; it and covariance are NaN where no row is to spare,
                                        ///< or the square of such units is beyond what a double holds
   double log_evidence = 0.0;           ///< Eq. 16 with its misprint corrected; NaN for methods without one
   Eigen::VectorXd evidence_gain;       ///< b (all terms): 2 dL of having the term, at its best alpha; NaN: not computed
@@ -72,56 +80,74 @@ struct Fit {
 /// gains of the other terms are NaN.
 void renumber(Fit& fit, const std::vector<Eigen::Index>& terms, Eigen::Index num_terms);
 
-struct FastRvmOptions {
+/// Of the three relevance vector machines.
+template <Method method>
+struct RvmOptions {
   Selection selection = Selection::evidence;
-  double tau = -1.0;  ///< negative: ln m + 2 ln b (evidence) or 0 (type2)
-  int max_iterations = 1000;
+  double tau = -1.0;  ///< what a gain must exceed; negative: ln m + 2 ln b (evidence) or 0 (type2)
+  int max_iterations = method == Method::slow_rvm ? 5000 : 1000;
   double log_alpha_tolerance = 1e-6;    ///< on |log(alpha_new / alpha)|, Sec. 3.4 of [QZS23]
-  double initial_noise_fraction = 0.1;  ///< gamma of Algorithm 1, in (0, 1)
-  double noise_floor_fraction = 1e-26;  ///< sigma^2 is kept above this share of t't / m
+  double initial_noise_fraction = 0.1;  ///< gamma of Algorithm 1, in (0, 1); sigma^2 starts at gamma t't / m
+  double noise_floor_fraction = 1e-26;  ///< sigma^2 is kept above this fraction of t't / m
 };
+using FastRvmOptions = RvmOptions<Method::fast_rvm>;
+using SlowRvmOptions = RvmOptions<Method::slow_rvm>;
+using MultiRvmOptions = RvmOptions<Method::multi_rvm>;
 
-/// Sparse Bayesian regression by fast marginal likelihood maximisation (Tipping and Faul 2003, [TF03]); Algorithm 1 of
-/// [QZS23] corrected. Sparsity and quality factors are residual norms of a QR of [R_A; sqrt(alpha sigma^2)]: nothing is
-/// subtracted, R'R is never formed. After convergence an exchange move swaps one kept for one left-out term while that
-/// raises the criterion. Ill-conditioned libraries also start from the full model; the better end is returned.
+/// Sparse Bayesian regression by fast marginal likelihood maximisation [TF03]; Algorithm 1 of [QZS23] corrected.
+/// Sparsity and quality factors are residual norms of a QR of [R_A; sqrt(alpha sigma^2)]: nothing is subtracted, R'R is
+/// never formed. With Selection::evidence, an exchange swaps one kept for one left-out term while that raises the
+/// criterion 2 log evidence - tau b', and ill-conditioned libraries are also searched from all terms; the highest end
+/// is returned. Throws std::invalid_argument for several targets, and for an initial_noise_fraction outside (0, 1).
 [[nodiscard]] Fit fit_fast_rvm(const RFactor& data, const FastRvmOptions& options = {});
+[[nodiscard]] MethodDescription describe(const FastRvmOptions& options);
 
-struct SlowRvmOptions {
-  Selection selection = Selection::evidence;
-  double tau = -1.0;
-  int max_iterations = 5000;
-  double log_alpha_tolerance = 1e-6;
-  double initial_noise_fraction = 0.1;
-  double noise_floor_fraction = 1e-26;
-};
-/// Fixed-point re-estimation of all alphas from the full library with pruning (Tipping 2001); S-RVM of [QZS23].
+/// Fixed-point re-estimation of all alphas from all terms, with pruning [Tip01]; S-RVM of [QZS23]. Throws like
+/// fit_fast_rvm.
 [[nodiscard]] Fit fit_slow_rvm(const RFactor& data, const SlowRvmOptions& options = {});
+[[nodiscard]] MethodDescription describe(const SlowRvmOptions& options);
+
+/// fit_multi_rvm, of ident/regression/multi_rvm.hpp; for one target the same as fit_fast_rvm.
+[[nodiscard]] MethodDescription describe(const MultiRvmOptions& options);
 
 struct StlsqOptions {
   double threshold = 0.02;  ///< on |c_j| ||phi_j|| / ||t|| (unit-norm), or on |c_j| as it is (raw)
   bool unit_norm = true;
   int max_iterations = 100;
 };
-/// Sequentially thresholded least squares, the regression of SINDy. Needs as many rows as terms.
+/// Sequentially thresholded least squares, the regression of SINDy [BPK16]. With fewer rows than terms: status
+/// too_few_rows. Throws std::invalid_argument for several targets, and for a negative threshold.
 [[nodiscard]] Fit fit_stlsq(const RFactor& data, const StlsqOptions& options = {});
-
-/// Least squares on all terms (or on those given), by QR of unit-norm columns; a column that depends on earlier ones is
-/// left out. ridge: penalty lambda on unit-norm columns, which keeps them all, and more terms than rows.
-[[nodiscard]] Fit fit_ols(const RFactor& data);
-[[nodiscard]] Fit fit_ols(const RFactor& data, const std::vector<Eigen::Index>& terms);
-struct RidgeOptions {
-  double lambda = 1e-6;  ///< times ||t||-free unit-norm columns: (R'R + lambda I) c = R't
-};
-[[nodiscard]] Fit fit_ridge(const RFactor& data, const RidgeOptions& options = {});
+[[nodiscard]] MethodDescription describe(const StlsqOptions& options);
 
 struct LassoOptions {
-  double lambda = -1.0;  ///< on unit-norm columns, as a share of the largest useful one; negative: by BIC
-  int path_length = 60;
-  double path_end = 1e-4;
+  double lambda = -1.0;    ///< on unit-norm columns, as a fraction of the largest useful one; negative: by BIC
+  int path_length = 60;    ///< penalties tried, at least 2
+  double path_end = 1e-4;  ///< the last of them, as a fraction of the first, in (0, 1)
 };
-/// Eq. 7 of [QZS23] by coordinate descent on R's columns along a lambda path; the reported coefficients are least
-/// squares on the support unless the support is empty. Supports of as many terms as rows are passed over.
+/// Eq. 7 of [QZS23] by coordinate descent on R's columns along a path of penalties; the reported coefficients are least
+/// squares on the support. By BIC, supports of as many terms as rows are passed over.
+/// Throws std::invalid_argument for several targets, and for a path out of its range.
 [[nodiscard]] Fit fit_lasso(const RFactor& data, const LassoOptions& options = {});
+[[nodiscard]] MethodDescription describe(const LassoOptions& options);
+
+struct RidgeOptions {
+  double lambda = 1e-6;  ///< penalty on unit-norm columns: (R'R + lambda I) c = R't
+};
+/// Least squares with a penalty, by QR: keeps all terms, also where there are more of them than rows.
+/// Throws std::invalid_argument for several targets, and unless lambda is positive.
+[[nodiscard]] Fit fit_ridge(const RFactor& data, const RidgeOptions& options = {});
+[[nodiscard]] MethodDescription describe(const RidgeOptions& options);
+
+struct OlsOptions {};
+/// Least squares on all terms (or on those given) by QR of unit-norm columns; a column that depends on earlier ones is
+/// left out. Throws std::invalid_argument for several targets, and for a term that the library does not have.
+[[nodiscard]] Fit fit_ols(const RFactor& data, const OlsOptions& options = {});
+[[nodiscard]] Fit fit_ols(const RFactor& data, const std::vector<Eigen::Index>& terms);
+[[nodiscard]] MethodDescription describe(const OlsOptions& options);
+
+/// The options of any method, in the order of Method: ident/methods.hpp makes its table of them.
+using MethodOptions =
+    std::variant<FastRvmOptions, SlowRvmOptions, MultiRvmOptions, StlsqOptions, LassoOptions, RidgeOptions, OlsOptions>;
 
 }  // namespace ident

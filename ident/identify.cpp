@@ -10,7 +10,7 @@
 
 #include "dsp/fault.hpp"
 #include "ident/library/collinearity.hpp"
-#include "ident/regression/multi_rvm.hpp"
+#include "ident/methods.hpp"
 #include "ident/validate/judge.hpp"
 
 namespace ident {
@@ -144,26 +144,6 @@ std::vector<Index> distinct_positions(const CandidateLibrary& library, const std
     }
   }
   return kept;
-}
-
-Fit fit_by(Method method, const RFactor& data, const IdentifyOptions& options) {
-  switch (method) {
-    case Method::fast_rvm:
-      return fit_fast_rvm(data, {.selection = options.selection, .tau = options.tau});
-    case Method::slow_rvm:
-      return fit_slow_rvm(data, {.selection = options.selection, .tau = options.tau});
-    case Method::stlsq:
-      return fit_stlsq(data, {.threshold = options.threshold, .unit_norm = options.unit_norm_threshold});
-    case Method::lasso:
-      return fit_lasso(data, {.lambda = options.lasso_lambda});
-    case Method::ridge:
-      return fit_ridge(data, {.lambda = options.ridge_lambda});
-    case Method::multi_rvm:
-      return fit_multi_rvm(data, {.selection = options.selection, .tau = options.tau}).rows.front();
-    case Method::ols:
-      break;
-  }
-  return fit_ols(data);
 }
 
 /// Greatest magnitude on these rows of each signal the library uses.
@@ -355,12 +335,12 @@ FreeRun free_run_of(const JudgedFit& judged, const std::vector<JudgedFit>& earli
   return run;
 }
 
-JudgedFit judged_fit(Method method, const RangeResult& result, const RangeData& range,
+JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, const RangeData& range,
                      const std::vector<Columns>& recordings, const CandidateLibrary& library,
                      const IdentifyOptions& options) {
   JudgedFit judged;
   const auto start = Clock::now();
-  judged.fit = fit_by(method, range.data, options);
+  judged.fit = fit(range.data, method);
   judged.solve_s = seconds_since(start);
   std::vector<const Term*> terms;
   for (const Index j : range.terms) terms.push_back(&library.terms[static_cast<std::size_t>(j)]);
@@ -404,7 +384,7 @@ RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
   result.accumulate_s = seconds_since(start);
   result.target.resize(data.train.size() + data.test.size());
   result.target << data.train, data.test;
-  for (const Method method : options.methods) {
+  for (const MethodOptions& method : options.methods) {
     if (options.poll) options.poll();
     result.fits.push_back(judged_fit(method, result, data, recordings, library, options));
   }

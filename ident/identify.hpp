@@ -53,11 +53,7 @@ struct RangeResult {
 
 struct IdentifyOptions {
   std::string target = "a", target_unit;
-  std::vector<Method> methods = {Method::fast_rvm, Method::slow_rvm, Method::stlsq};
-  Selection selection = Selection::evidence;
-  double tau = -1.0, threshold = 0.02;
-  bool unit_norm_threshold = true;
-  double ridge_lambda = RidgeOptions{}.lambda, lasso_lambda = LassoOptions{}.lambda;
+  std::vector<MethodOptions> methods = {FastRvmOptions{}, SlowRvmOptions{}, StlsqOptions{}};
   int num_threads = 1;
   bool free_run = true;             ///< false: the rows of a table are no time response
   std::function<void()> poll = {};  ///< called between fits and within free runs; may throw to stop

@@ -5,8 +5,10 @@
 
 namespace ident {
 
-/// All a linear regression T = Phi C + noise needs to know of its data: the triangle of [Phi T] = Q R, for which
-/// R'R = [Phi'Phi Phi'T; T'Phi T'T]. Its size does not grow with the recording, and records add up by `merge`.
+/// All a linear regression T = Phi C + noise needs to know of its m rows: the triangle of [Phi T] = Q R, for which
+/// R'R = [Phi'Phi Phi'T; T'Phi T'T], in the units of the columns. It is what the methods of ident/fit.hpp take. Its
+/// size does not grow with the recording, and records add up by `merge`; Phi'Phi, whose condition number is the square
+/// of Phi's, is never formed.
 struct RFactor {
   Eigen::MatrixXd R;             ///< (b+q) x (b+q), upper triangular; the last q columns are the targets
   Eigen::Index num_terms = 0;    ///< b
@@ -18,9 +20,12 @@ struct RFactor {
 /// binary tree. The result depends on the rows and their order only, bit for bit: not on how they were cut into blocks.
 class RFactorBuilder {
  public:
+  /// b >= 0 terms and q >= 1 targets; else throws std::invalid_argument.
   RFactorBuilder(Eigen::Index num_terms, Eigen::Index num_targets);
-  /// rows x (b+q): the terms' columns, then the targets'. Throws std::invalid_argument for another width.
+  /// Any number of rows x (b+q): the terms' columns, then the targets'. Throws std::invalid_argument for another width.
+  /// Values must be finite, and their squares must not overflow: r_factor sees to both.
   void push(const Eigen::Ref<const Eigen::MatrixXd>& rows);
+  /// Of the rows so far; more may follow.
   [[nodiscard]] RFactor finish() const;
 
  private:
@@ -30,10 +35,11 @@ class RFactorBuilder {
   std::vector<Eigen::MatrixXd> levels_;  ///< binary counter of subtrees; empty matrix: none at this level
 };
 
-/// One-shot: phi is m x b, targets m x q.
+/// One-shot: phi is m x b, targets m x q, of any magnitude. Throws std::invalid_argument if they differ in their rows,
+/// if there is no target, or if a value is not finite.
 [[nodiscard]] RFactor r_factor(const Eigen::Ref<const Eigen::MatrixXd>& phi,
                                const Eigen::Ref<const Eigen::MatrixXd>& targets);
-/// The same bits as r_factor, with the leaves shared out among threads along the same tree.
+/// The same bits, with the leaves shared out among threads along the same tree.
 [[nodiscard]] RFactor r_factor(const Eigen::Ref<const Eigen::MatrixXd>& phi,
                                const Eigen::Ref<const Eigen::MatrixXd>& targets, int num_threads);
 /// The same bits again from rows that are read block by block, twice, and never held together: `read` writes rows
@@ -42,9 +48,10 @@ class RFactorBuilder {
 using RowReader = std::function<void(Eigen::Index first, Eigen::Ref<Eigen::MatrixXd> block)>;
 [[nodiscard]] RFactor r_factor(Eigen::Index num_rows, Eigen::Index num_terms, Eigen::Index num_targets,
                                const RowReader& read, int num_threads = 1);
-/// As if their rows were stacked. Throws std::invalid_argument if the shapes differ.
+/// As if the rows of `b` were stacked below those of `a`. Throws std::invalid_argument if the shapes differ.
 [[nodiscard]] RFactor merge(const RFactor& a, const RFactor& b);
-/// The same data with only these terms (indices ascending or not) and one target.
+/// The same rows with only these terms (in this order) and one target. Throws std::invalid_argument for an index that
+/// is not there.
 [[nodiscard]] RFactor select(const RFactor& data, const std::vector<Eigen::Index>& terms, Eigen::Index target);
 
 }  // namespace ident

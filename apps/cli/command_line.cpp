@@ -1,6 +1,7 @@
 #include "apps/cli/command_line.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -181,30 +182,57 @@ void add_study(CLI::App& app, const GlobalOptions& global, const std::vector<std
   command->add_flag("--grid", varied->grid, "Every combination instead of one setting at a time");
 }
 
+/// --ridge-lambda for the setting ridge_lambda.
+void add_method_setting(CLI::App& command, const ident::MethodSetting& setting,
+                        const std::shared_ptr<FitArguments>& arguments) {
+  std::string name = fmt::format("--{}", setting.name);
+  std::replace(name.begin(), name.end(), '_', '-');
+  const double preset = arguments->settings.value(setting.name);
+  if (setting.words.empty()) {
+    auto* option = command.add_option_function<double>(
+        name, [&setting, arguments](double value) { arguments->settings.set(setting.name, value); },
+        std::string(setting.help));
+    option->check(setting.may_be_zero ? not_negative() : CLI::Validator(CLI::PositiveNumber));
+    if (preset >= 0.0) option->default_str(fmt::format("{}", preset));
+    return;
+  }
+  command
+      .add_option_function<std::string>(
+          name,
+          [&setting, arguments](const std::string& word) {
+            arguments->settings.set(setting.name, setting.index_of(word));
+          },
+          std::string(setting.help))
+      ->check(CLI::IsMember(std::vector<std::string>(setting.words.begin(), setting.words.end())))
+      ->default_str(std::string(setting.words[static_cast<std::size_t>(preset)]));
+}
+
 void add_fit(CLI::App& app, const GlobalOptions& global, Command& chosen) {
   auto* command = app.add_subcommand("fit", "Regression on a table: one column from expressions of the others");
   auto arguments = std::make_shared<FitArguments>();
   command->add_option("TABLE", arguments->table, "CSV or another table that `run` reads")->required();
   command->add_option("--target", arguments->target, "Column to explain")->required();
   command->add_option("--terms", arguments->terms, "\"1,x,x^2\", or a file with a term a line")->required();
+  std::vector<std::string_view> names;
+  std::string words = "Methods:";
+  for (const ident::MethodDescription& method : ident::methods()) {
+    names.push_back(method.name);
+    words += fmt::format("\n  {:<10} {}", method.name, method.help);
+  }
+  command->footer(words);
   command
       ->add_option("--methods", arguments->methods,
-                   "One or several, commas between: fast_rvm,slow_rvm,multi_rvm,sindy,lasso,ridge,ols")
+                   fmt::format("One or several, commas between: {}", fmt::join(names, ",")))
       ->type_name("NAME[,NAME]")
       ->delimiter(',')
       ->allow_extra_args(false);
-  command->add_option("--selection", arguments->selection, "evidence or type2")
-      ->check(CLI::IsMember({"evidence", "type2"}));
-  command->add_option("--tau", arguments->tau, "What a term's gain must exceed")->check(not_negative());
-  command->add_option("--threshold", arguments->threshold, "Of sindy")->check(not_negative())->capture_default_str();
-  command->add_flag("--raw-threshold", arguments->raw_threshold, "Threshold on coefficients as they are");
-  command->add_option("--ridge-lambda", arguments->ridge_lambda, "Penalty of ridge, on columns of unit norm")
-      ->check(finite(false))
-      ->capture_default_str();
-  command
-      ->add_option("--lasso-lambda", arguments->lasso_lambda,
-                   "Penalty of lasso, a share of the largest useful one; by BIC if left out")
-      ->check(not_negative());
+  for (const ident::MethodSetting& setting : ident::method_settings()) add_method_setting(*command, setting, arguments);
+  command->add_flag_callback(
+      "--raw-threshold",
+      [arguments] {
+        arguments->settings.set("threshold_on", ident::find_method_setting("threshold_on")->index_of("raw"));
+      },
+      "The same as --threshold-on raw");
   command->add_option("--where", arguments->where, "Condition on the rows");
   command->callback([=, &global, &chosen] {
     chosen = [=, &global](Console& console) {

@@ -94,10 +94,11 @@ std::vector<std::string> read_terms(const std::string& argument) {
 }
 
 std::vector<ident::Method> methods_of(const std::vector<std::string>& names) {
+  if (names.empty()) return ident::default_methods();
   std::vector<ident::Method> methods;
   for (const std::string& name : names) {
     try {
-      methods.push_back(ident::method_from_string(name));
+      methods.push_back(ident::method_named(name).method);
     } catch (const std::invalid_argument& error) {
       throw usage("fit.method", fmt::format("--methods: {}.", error.what()));
     }
@@ -143,18 +144,11 @@ int run_fit(const FitArguments& arguments, Console& console) {
   all.to_s = all.train_to_s.emplace(static_cast<double>(table.num_samples()));
   all.where = arguments.where;
   all.place = "--where";
-  const ident::IdentifyOptions options{
-      .target = arguments.target,
-      .target_unit = table.find(arguments.target)->unit,
-      .methods = methods_of(arguments.methods),
-      .selection = arguments.selection == "type2" ? ident::Selection::type2 : ident::Selection::evidence,
-      .tau = arguments.tau,
-      .threshold = arguments.threshold,
-      .unit_norm_threshold = !arguments.raw_threshold,
-      .ridge_lambda = arguments.ridge_lambda,
-      .lasso_lambda = arguments.lasso_lambda,
-      .num_threads = arguments.num_threads,
-      .free_run = false};
+  const ident::IdentifyOptions options{.target = arguments.target,
+                                       .target_unit = table.find(arguments.target)->unit,
+                                       .methods = arguments.settings.options_of(methods_of(arguments.methods)),
+                                       .num_threads = arguments.num_threads,
+                                       .free_run = false};
   std::vector<ident::RangeResult> ranges{ident::identify({all, 1, {}}, columns, library, options)};
   ident::judge(ranges);
   for (const ident::DroppedTerm& term : ranges.front().dropped)

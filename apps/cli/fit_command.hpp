@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "apps/process/console.hpp"
-#include "ident/fit.hpp"
+#include "ident/methods.hpp"
 
 namespace apps {
 
@@ -12,13 +12,9 @@ namespace apps {
 struct FitArguments {
   std::filesystem::path table;
   std::string target;
-  std::string terms;  ///< "1,x,x^2", or a file with one term a line (# begins a comment)
-  std::vector<std::string> methods = {"fast_rvm", "slow_rvm", "sindy"};
-  std::string selection = "evidence";
-  double tau = -1.0;  ///< negative: the default
-  double threshold = 0.02;
-  bool raw_threshold = false;
-  double ridge_lambda = ident::RidgeOptions{}.lambda, lasso_lambda = ident::LassoOptions{}.lambda;
+  std::string terms;                 ///< "1,x,x^2", or a file with one term a line (# begins a comment)
+  std::vector<std::string> methods;  ///< empty: ident::default_methods
+  ident::MethodSettings settings;
   std::string where;  ///< condition on the rows
   int num_threads = 1;
   bool strict = false;

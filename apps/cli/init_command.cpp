@@ -1,6 +1,7 @@
 #include "apps/cli/init_command.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "apps/output/results_json.hpp"
 #include "apps/process/output_file.hpp"
@@ -8,6 +9,7 @@
 #include "apps/process/system_fault.hpp"
 #include "dsp/io/settings.hpp"
 #include "dsp/read_recording.hpp"
+#include "ident/methods.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;
@@ -15,6 +17,8 @@ namespace {
 
 /// `sidecar` empty: it lies beside the recording, where it is looked for.
 std::string draft_config(const std::string& recording, const std::string& sidecar) {
+  std::vector<std::string_view> methods;
+  for (const ident::Method method : ident::default_methods()) methods.push_back(to_string(method));
   return fmt::format(R"toml(schema = 1
 
 [[recording]]
@@ -32,7 +36,7 @@ terms = []               # further ones: ["sgn(v)", "ddr"]
 
 [fit]
 target = "a"
-methods = ["fast_rvm", "slow_rvm", "sindy"]
+methods = ["{}"]
 
 # [[range]]              # none: the whole record, its first 60 % for training
 # name = "low"
@@ -42,7 +46,8 @@ methods = ["fast_rvm", "slow_rvm", "sindy"]
 # where = "abs(v) > 0.004"
 )toml",
                      dsp::toml_quoted(recording),
-                     sidecar.empty() ? "" : fmt::format("sidecar = {}\n", dsp::toml_quoted(sidecar)));
+                     sidecar.empty() ? "" : fmt::format("sidecar = {}\n", dsp::toml_quoted(sidecar)),
+                     fmt::join(methods, "\", \""));
 }
 
 void require_free(const fs::path& file, bool force) {

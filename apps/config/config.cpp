@@ -127,6 +127,11 @@ ident::LibraryOptions read_library(const dsp::Settings& table) {
   return result;
 }
 
+double read_method_setting(const dsp::Settings& table, const ident::MethodSetting& setting) {
+  if (setting.words.empty()) return table.need_number(setting.name, setting.may_be_zero ? not_negative : positive);
+  return setting.index_of(table.choice(setting.name, "", {setting.words.begin(), setting.words.end()}));
+}
+
 FitConfig read_fit(const dsp::Settings& table) {
   FitConfig result;
   result.target = table.text("target", result.target);
@@ -135,7 +140,7 @@ FitConfig read_fit(const dsp::Settings& table) {
     result.methods.clear();
     for (const std::string& name : table.texts("methods")) {
       try {
-        result.methods.push_back(ident::method_from_string(name));
+        result.methods.push_back(ident::method_named(name).method);
       } catch (const std::invalid_argument& error) {
         throw table.fault("methods", "config.range", error.what());
       }
@@ -143,25 +148,17 @@ FitConfig read_fit(const dsp::Settings& table) {
     if (result.methods.empty())
       throw table.fault("methods", "config.range", "no method. Name at least one: [\"fast_rvm\"]");
   }
-  const std::string selection = table.choice("selection", "evidence", {"evidence", "type2"});
-  result.selection = selection == "type2" ? ident::Selection::type2 : ident::Selection::evidence;
-  result.tau = table.number("tau", result.tau, not_negative);
-  result.threshold = table.number("threshold", result.threshold, not_negative);
-  result.ridge_lambda = table.number("ridge_lambda", result.ridge_lambda, positive);
-  result.lasso_lambda = table.number("lasso_lambda", result.lasso_lambda, not_negative);
+  for (const ident::MethodSetting& setting : ident::method_settings())
+    if (table.has(setting.name)) result.settings.set(setting.name, read_method_setting(table, setting));
   result.train_share = table.number("train_share", result.train_share, {.from = 0.0, .to = 1.0, .above = true});
-  result.unit_norm_threshold = table.choice("threshold_on", "unit-norm", {"unit-norm", "raw"}) == "unit-norm";
   return result;
 }
 
-/// Short names of what is worth varying; other keys are written in full.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 9> study_keys{{{"order", "library.order"},
+/// Short names of what is worth varying beside the settings of methods; other keys are written in full.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 6> study_keys{{{"order", "library.order"},
                                                                                    {"cutoff_hz", "prepare.cutoff_hz"},
                                                                                    {"rolloff_hz", "prepare.rolloff_hz"},
                                                                                    {"recipe", "prepare.recipe"},
-                                                                                   {"tau", "fit.tau"},
-                                                                                   {"threshold", "fit.threshold"},
-                                                                                   {"selection", "fit.selection"},
                                                                                    {"train_share", "fit.train_share"},
                                                                                    {"target", "fit.target"}}};
 
@@ -172,10 +169,12 @@ std::vector<StudyAxis> read_study(const dsp::Settings& table) {
     if (full == key) {
       std::vector<std::string_view> known;
       for (const auto& [name, path] : study_keys) known.push_back(name);
+      for (const ident::MethodSetting& setting : ident::method_settings()) known.push_back(setting.name);
       throw table.fault(key, "config.unknown_key", fmt::format("want one of {}", fmt::join(known, ", ")));
     }
     StudyAxis axis{full, {}};
-    if (key == "recipe" || key == "selection" || key == "target")
+    const ident::MethodSetting* setting = ident::find_method_setting(key);
+    if (key == "recipe" || key == "target" || (setting != nullptr && !setting->words.empty()))
       axis.values = table.texts(key);
     else
       for (const double value : table.numbers(key)) axis.values.push_back(fmt::format("{}", value));
@@ -273,13 +272,16 @@ std::string prepare_text(const Config& config) {
 std::string fit_text(const FitConfig& fit) {
   std::vector<std::string> methods;
   for (const ident::Method method : fit.methods) methods.emplace_back(to_string(method));
-  std::string text = fmt::format("[fit]\ntarget = {}\nmethods = {}\nselection = \"{}\"\n", dsp::toml_quoted(fit.target),
-                                 text_array(methods), to_string(fit.selection));
-  if (fit.tau >= 0.0) text += fmt::format("tau = {}\n", real(fit.tau));
-  if (fit.lasso_lambda >= 0.0) text += fmt::format("lasso_lambda = {}\n", real(fit.lasso_lambda));
-  text += fmt::format("train_share = {}\n", real(fit.train_share));
-  return text + fmt::format("ridge_lambda = {}\nthreshold = {}\nthreshold_on = \"{}\"\n\n", real(fit.ridge_lambda),
-                            real(fit.threshold), fit.unit_norm_threshold ? "unit-norm" : "raw");
+  std::string text = fmt::format("[fit]\ntarget = {}\nmethods = {}\ntrain_share = {}\n", dsp::toml_quoted(fit.target),
+                                 text_array(methods), real(fit.train_share));
+  for (const ident::MethodSetting& setting : ident::method_settings()) {
+    const double value = fit.settings.value(setting.name);
+    if (!setting.words.empty())
+      text += fmt::format("{} = \"{}\"\n", setting.name, setting.words[static_cast<std::size_t>(value)]);
+    else if (value >= 0.0)
+      text += fmt::format("{} = {}\n", setting.name, real(value));
+  }
+  return text + "\n";
 }
 
 std::string range_text(const ident::Range& range) {
@@ -296,6 +298,7 @@ std::string range_text(const ident::Range& range) {
 }  // namespace
 
 std::string study_key(const std::string& name) {
+  if (ident::find_method_setting(name) != nullptr) return "fit." + name;
   const auto known =
       std::find_if(study_keys.begin(), study_keys.end(), [&](const auto& key) { return key.first == name; });
   return known == study_keys.end() ? name : std::string(known->second);

@@ -8,7 +8,7 @@
 #include "dsp/prepare.hpp"
 #include "dsp/segment_regimes.hpp"
 #include "ident/candidate_library.hpp"
-#include "ident/fit.hpp"
+#include "ident/methods.hpp"
 #include "ident/ranges.hpp"
 
 namespace apps {
@@ -34,15 +34,10 @@ struct ZeroChoice {
 
 struct FitConfig {
   std::string target = "a";
-  std::vector<ident::Method> methods = {ident::Method::fast_rvm, ident::Method::slow_rvm, ident::Method::stlsq};
-  ident::Selection selection = ident::Selection::evidence;
-  double tau = -1.0;                                   ///< negative: ln m + 2 ln b (evidence) or 0 (type2)
-  double threshold = 0.02;                             ///< of STLSQ
-  double train_share = 0.6;                            ///< of a range's rows, where its train_to is left out
-  bool unit_norm_threshold = true;                     ///< threshold on |c_j| ||phi_j|| / ||t||; else on |c_j| as it is
-  double ridge_lambda = ident::RidgeOptions{}.lambda;  ///< on unit-norm columns
-  double lasso_lambda = ident::LassoOptions{}.lambda;  ///< share of the largest useful one; negative: by BIC
-  std::string place;                                   ///< of `target` in the config
+  std::vector<ident::Method> methods = ident::default_methods();
+  ident::MethodSettings settings;  ///< of all methods, whether they are used or not
+  double train_share = 0.6;        ///< of a range's rows, where its train_to is left out
+  std::string place;               ///< of `target` in the config
 };
 
 /// A setting and the values a study gives it, as `--set` would take them.

@@ -116,7 +116,7 @@ Json method_json(const ident::JudgedFit& fit, const ident::RangeResult& range, c
   const std::string no_evidence = std::string(to_string(fit.fit.method)) + " computes no evidence";
   const bool has_evidence = std::isfinite(fit.fit.log_evidence);
   Json result{{"method", to_string(fit.fit.method)}};
-  result["selection"] = has_evidence ? Json(to_string(options.selection)) : Json();
+  result["selection"] = has_evidence ? Json(to_string(*fit.fit.selection)) : Json();
   if (!has_evidence) result["selection_reason"] = no_evidence;
   put(result, "tau", has_evidence ? fit.fit.tau : std::nan(""), no_evidence);
   result["status"] = to_string(fit.fit.status);

@@ -10,6 +10,7 @@
 
 #include "apps/process/interrupt.hpp"
 #include "ident/equation/equation_of_motion.hpp"
+#include "ident/methods.hpp"
 #include "ident/regression/multi_rvm.hpp"
 #include "sim/noise.hpp"
 
@@ -30,25 +31,22 @@ double cpu_seconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-struct NamedMethod {
-  const char* name;
-  std::function<ident::Fit(const ident::RFactor&)> fit;
-};
-
-std::vector<NamedMethod> methods(const ReplicateOptions& options) {
-  return {{"fast_rvm",
-           [&](const auto& data) {
-             return ident::fit_fast_rvm(data, {.selection = options.selection, .tau = options.tau});
-           }},
-          {"slow_rvm",
-           [&](const auto& data) {
-             return ident::fit_slow_rvm(data, {.selection = options.selection, .tau = options.tau});
-           }},
-          {"sindy", [](const auto& data) { return ident::fit_stlsq(data); }},
-          {"sindy_raw",
-           [](const auto& data) { return ident::fit_stlsq(data, {.threshold = raw_threshold, .unit_norm = false}); }},
-          {"lasso", [](const auto& data) { return ident::fit_lasso(data); }},
-          {"ols", [](const auto& data) { return ident::fit_ols(data); }}};
+// What is compared row by row, with the name of each way.
+std::vector<std::pair<std::string, ident::MethodOptions>> methods(const ReplicateOptions& options) {
+  std::vector<std::pair<std::string, ident::MethodOptions>> result;
+  const std::vector<ident::MethodOptions> each{
+      ident::FastRvmOptions{.selection = options.selection, .tau = options.tau},
+      ident::SlowRvmOptions{.selection = options.selection, .tau = options.tau},
+      ident::StlsqOptions{},
+      ident::StlsqOptions{.threshold = raw_threshold, .unit_norm = false},
+      ident::LassoOptions{},
+      ident::OlsOptions{}};
+  for (const ident::MethodOptions& one : each) {
+    const auto* stlsq = std::get_if<ident::StlsqOptions>(&one);
+    const bool raw = stlsq != nullptr && !stlsq->unit_norm;
+    result.emplace_back(std::string(ident::description(one).name) + (raw ? "_raw" : ""), one);
+  }
+  return result;
 }
 
 SupportError error_of(const ident::Fit& fit, const Section4Row& row) {
@@ -67,10 +65,10 @@ void fit_seed(CaseReplication& result, const ReplicateOptions& options, std::uin
     };
     for (std::size_t j = 0; j < regression.rows.size(); ++j) {
       const auto own = row_factor(data, j);
-      for (const NamedMethod& method : methods(options)) {
+      for (const auto& [name, method] : methods(options)) {
         begun = cpu_seconds();
-        ident::Fit fit = method.fit(own);
-        add(j, method.name, std::move(fit), cpu_seconds() - begun);
+        ident::Fit fit = ident::fit(own, method);
+        add(j, name, std::move(fit), cpu_seconds() - begun);
       }
     }
     begun = cpu_seconds();

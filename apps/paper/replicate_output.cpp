@@ -53,14 +53,14 @@ ordered_json fit_json(const CaseReplication& replication, const CaseFit& fit, co
     if (step.action == ident::FitAction::exchange) steps.back()["leaving"] = name_of(step.leaving);
     if (std::isfinite(step.penalty)) steps.back()["lambda"] = step.penalty;
   }
-  const bool bayesian = fit.method.ends_with("rvm");
+  const std::optional<ident::Selection> selection = fit.fit.selection;
   return {{"case", replication.study.definition->name},
           {"row", row.label()},
           {"seed", fit.seed},
           {"noise", options.noise},
           {"method", fit.method},
-          {"selection", bayesian ? ordered_json(ident::to_string(options.selection)) : ordered_json(nullptr)},
-          {"tau", bayesian ? ordered_json(fit.fit.tau) : ordered_json(nullptr)},
+          {"selection", selection ? ordered_json(ident::to_string(*selection)) : ordered_json(nullptr)},
+          {"tau", selection ? ordered_json(fit.fit.tau) : ordered_json(nullptr)},
           {"status", ident::to_string(fit.fit.status)},
           {"iterations", fit.fit.iterations},
           {"discarded_iterations", fit.fit.discarded_iterations},

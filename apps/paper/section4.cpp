@@ -209,8 +209,7 @@ VectorXd unit_deviations(const Section4Regression& regression, const std::vector
       ident::unit_problem(ident::r_factor(regression.phi(Eigen::all, terms), regression.rows.front().values));
   std::vector<Index> all(terms.size());
   std::iota(all.begin(), all.end(), Index{0});
-  // A prior so wide that the posterior is least squares.
-  const auto at = ident::posterior(unit, all, VectorXd::Constant(static_cast<Index>(all.size()), 1e-30));
+  const auto at = ident::posterior(unit, all, VectorXd::Constant(static_cast<Index>(all.size()), ident::flat_lambda));
   return at.root.rowwise().norm().cwiseQuotient(unit.column_norm);
 }
 

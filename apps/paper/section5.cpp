@@ -70,8 +70,8 @@ Config config_of(const fs::path& recording, const Section5Way& way, const Sectio
   config.prepare.cutoff_hz = 10.24;
   config.prepare.rolloff_hz = 8.0;
   config.segment = way.recipe == dsp::Recipe::matched && way.equalise;  // for the power check
-  config.fit.selection = options.selection;
-  config.fit.tau = options.tau;
+  config.fit.settings.set("selection", static_cast<double>(options.selection));
+  config.fit.settings.set("tau", options.tau);
   // x is zero where it is in the low regime at rest, whatever regime is wanted.
   for (const Section5Case& known : section5_cases()) {
     ident::Range range;

@@ -10,6 +10,7 @@
 #include <limits>
 #include <numeric>
 
+#include "ident/regression/finish_fit.hpp"
 #include "ident/regression/posterior.hpp"
 
 namespace ident {
@@ -20,8 +21,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
-// A prior so wide that the posterior is least squares.
-constexpr double flat = 1e-30;
 // Two columns whose unit vectors differ by less are one column but for rounding of its values.
 constexpr double same_column = 1e-12;
 // More sentences of one kind than this help nobody.
@@ -30,13 +29,6 @@ constexpr std::size_t most_named = 5;
 constexpr double remarkable_condition = 1e3;
 // Signals further from zero than this many deviations make their powers one another's images.
 constexpr double far_offset = 30.0;
-
-std::vector<Index> usable(const UnitProblem& problem) {
-  std::vector<Index> kept;
-  for (Index i = 0; i < problem.num_terms(); ++i)
-    if (problem.column_norm(i) > 0.0) kept.push_back(i);
-  return kept;
-}
 
 NearDependence dependence(const std::vector<Index>& columns, const VectorXd& direction, double size) {
   // Weights below a tenth of the largest belong to other, weaker relations.
@@ -130,14 +122,14 @@ Collinearity collinearity(const RFactor& data, double limit) {
   result.inflation = VectorXd::Ones(problem.num_terms());
   for (Index i = 0; i < problem.num_terms(); ++i)
     if (problem.column_norm(i) == 0.0) result.zero_columns.push_back(i);
-  const std::vector<Index> columns = usable(problem);
+  const std::vector<Index> columns = usable_terms(problem);
   if (columns.empty()) return result;
 
   const Eigen::JacobiSVD<MatrixXd> svd(problem.A(Eigen::all, columns), Eigen::ComputeThinV);
   const VectorXd& s = svd.singularValues();
   const Index last = s.size() - 1;
   result.condition_number = s(last) > 0.0 ? s(0) / s(last) : infinite;
-  const Posterior at = posterior(problem, columns, VectorXd::Constant(static_cast<Index>(columns.size()), flat));
+  const Posterior at = posterior(problem, columns, VectorXd::Constant(static_cast<Index>(columns.size()), flat_lambda));
   for (const Index i : columns) result.inflation(i) = at.sparsity(i) > 0.0 ? 1.0 / at.sparsity(i) : infinite;
   for (Index k = last; k > 0 && s(k) * limit < s(0); --k)
     result.dependences.push_back(dependence(columns, svd.matrixV().col(k), s(k)));
@@ -146,7 +138,7 @@ Collinearity collinearity(const RFactor& data, double limit) {
 
 std::vector<Rival> rivals(const RFactor& data, const Fit& fit, double limit) {
   const UnitProblem problem = unit_problem(data);
-  const double noise = fit.noise_variance / (problem.target_norm * problem.target_norm);
+  const double noise = fit.noise_variance / (problem.target_norm(0) * problem.target_norm(0));
   std::vector<Rival> found;
   if (!(noise > 0.0) || !std::isfinite(noise)) return found;
   // q of a term given kept ones: of it the evidence of the two models differs by q - 1 - log q.
@@ -157,7 +149,7 @@ std::vector<Rival> rivals(const RFactor& data, const Fit& fit, double limit) {
   for (std::size_t j = 0; j < fit.relevant.size(); ++j) {
     std::vector<Index> others = fit.relevant;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(j));
-    const Posterior without = posterior(problem, others, VectorXd::Constant(static_cast<Index>(others.size()), flat));
+    const Posterior without = posterior(problem, others, VectorXd::Constant(static_cast<Index>(others.size()), flat_lambda));
     const double own = gain(without, fit.relevant[j]);
     for (Index i = 0; i < problem.num_terms(); ++i) {
       if (problem.column_norm(i) == 0.0 || std::find(fit.relevant.begin(), fit.relevant.end(), i) != fit.relevant.end())

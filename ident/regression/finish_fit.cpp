@@ -21,7 +21,7 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 VectorXd coefficient_scale(const UnitProblem& problem, const std::vector<Index>& kept) {
   VectorXd scale(static_cast<Index>(kept.size()));
   for (std::size_t j = 0; j < kept.size(); ++j)
-    scale(static_cast<Index>(j)) = problem.target_norm / problem.column_norm(kept[j]);
+    scale(static_cast<Index>(j)) = problem.target_norm(0) / problem.column_norm(kept[j]);
   return scale;
 }
 
@@ -77,6 +77,13 @@ void withhold_unrepresentable(Fit& fit) {
 
 }  // namespace
 
+UnitProblem one_target(const RFactor& data, const char* function) {
+  if (data.num_targets() != 1)
+    throw std::invalid_argument(std::string(function) + ": needs one target, got " +
+                                std::to_string(data.num_targets()) + "; `select` makes data of one of them");
+  return unit_problem(data);
+}
+
 bool cannot_begin(const UnitProblem& problem, Fit& fit) {
   fit.mean.resize(0);
   fit.covariance.resize(0, 0);
@@ -85,7 +92,7 @@ bool cannot_begin(const UnitProblem& problem, Fit& fit) {
   fit.log_evidence = nan;
   if (problem.num_samples < 2 || problem.num_terms() == 0)
     fit.status = FitStatus::too_few_rows;
-  else if (problem.target_norm == 0.0)
+  else if (problem.target_norm(0) == 0.0)
     fit.status = FitStatus::zero_target;
   else
     return false;
@@ -111,10 +118,9 @@ double condition_number(const UnitProblem& problem, const std::vector<Index>& ke
 }
 
 double largest_inflation(const UnitProblem& problem) {
-  constexpr double flat = 1e-30;  // a prior so wide that the posterior is least squares
   const std::vector<Index> all = usable_terms(problem);
   if (all.empty()) return 1.0;
-  const Posterior at = posterior(problem, all, VectorXd::Constant(static_cast<Index>(all.size()), flat));
+  const Posterior at = posterior(problem, all, VectorXd::Constant(static_cast<Index>(all.size()), flat_lambda));
   double smallest = 1.0;
   for (const Index i : all) smallest = std::min(smallest, at.sparsity(i));
   return 1.0 / smallest;
@@ -137,7 +143,7 @@ void finish_bayesian(const UnitProblem& problem, std::vector<Index> kept, Vector
   const MatrixXd root = std::sqrt(noise_variance) * (scale.asDiagonal() * at.root);
   fit.covariance = root * root.transpose();
   fit.alpha = (sorted.array() / noise_variance / scale.array().square()).matrix();
-  fit.noise_variance = noise_variance * problem.target_norm * problem.target_norm;
+  fit.noise_variance = noise_variance * problem.target_norm(0) * problem.target_norm(0);
   withhold_unrepresentable(fit);
   fit.log_evidence = log_evidence(problem, at, noise_variance);
   fit.evidence_gain.resize(problem.num_terms());
@@ -166,7 +172,7 @@ void finish_least_squares(const UnitProblem& problem, std::vector<Index> kept, d
   fit.relevant = std::move(kept);
   if (n == 0) {
     fit.status = FitStatus::no_relevant_term;
-    fit.noise_variance = problem.target_norm * problem.target_norm / static_cast<double>(problem.num_samples);
+    fit.noise_variance = problem.target_norm(0) * problem.target_norm(0) / static_cast<double>(problem.num_samples);
     return;
   }
   const VectorXd scale = coefficient_scale(problem, fit.relevant);
@@ -175,7 +181,7 @@ void finish_least_squares(const UnitProblem& problem, std::vector<Index> kept, d
   A.topRows(problem.A.rows()) = data_columns;
   if (penalty > 0.0) A.bottomRows(n).diagonal().setConstant(std::sqrt(penalty));
   VectorXd y = VectorXd::Zero(A.rows());
-  y.head(problem.A.rows()) = problem.y;
+  y.head(problem.A.rows()) = problem.Y.col(0);
 
   Eigen::HouseholderQR<MatrixXd> qr(A);
   y.applyOnTheLeft(qr.householderQ().adjoint());
@@ -183,11 +189,11 @@ void finish_least_squares(const UnitProblem& problem, std::vector<Index> kept, d
   const VectorXd mean = T.solve(y.head(n));
   const MatrixXd root = T.solve(MatrixXd::Identity(n, n));
   const double residual =
-      penalty > 0.0 ? (problem.y - data_columns * mean).squaredNorm() : y.tail(y.size() - n).squaredNorm();
+      penalty > 0.0 ? (problem.Y.col(0) - data_columns * mean).squaredNorm() : y.tail(y.size() - n).squaredNorm();
   const bool rows_to_spare = problem.num_samples > n;
   const double noise = rows_to_spare ? residual / static_cast<double>(problem.num_samples - n) : nan;
   fit.mean = mean.cwiseProduct(scale);
-  fit.noise_variance = noise * problem.target_norm * problem.target_norm;
+  fit.noise_variance = noise * problem.target_norm(0) * problem.target_norm(0);
   const MatrixXd scaled = std::sqrt(noise) * (scale.asDiagonal() * root);
   fit.covariance = scaled * scaled.transpose();
   if (noise > 0.0) withhold_unrepresentable(fit);

@@ -1,11 +1,29 @@
 #pragma once
+#include <stdexcept>
+#include <string>
+
 #include "ident/fit.hpp"
 #include "ident/regression/posterior.hpp"
 
 namespace ident {
 
+/// The regression of the only target. Throws std::invalid_argument, in the name of `function`, if there are several.
+[[nodiscard]] UnitProblem one_target(const RFactor& data, const char* function);
+
 /// A fit that could not begin: no rows, zero target. True if `fit.status` was set.
 [[nodiscard]] bool cannot_begin(const UnitProblem& problem, Fit& fit);
+/// The same for a relevance vector machine, whose method, selection and tau it fills in. Throws std::invalid_argument
+/// for an initial noise outside (0, 1).
+template <Method method>
+[[nodiscard]] bool cannot_begin(const UnitProblem& problem, const RvmOptions<method>& options, Fit& fit) {
+  if (!(options.initial_noise_fraction > 0.0 && options.initial_noise_fraction < 1.0))
+    throw std::invalid_argument("fit_" + std::string(to_string(method)) + ": initial_noise_fraction must be in (0, 1)");
+  fit.method = method;
+  fit.selection = options.selection;
+  if (cannot_begin(problem, fit)) return true;
+  fit.tau = gain_threshold(options.selection, options.tau, problem.num_samples, problem.num_terms());
+  return false;
+}
 
 /// Fills mean, covariance, alpha, noise, evidence, gains and condition number of a Bayesian fit from its end point and
 /// returns them to the caller's units. `kept` and `lambda` belong together; kept need not be ascending.
@@ -29,9 +47,5 @@ void finish_least_squares(const UnitProblem& problem, std::vector<Eigen::Index> 
 
 /// Largest variance inflation 1 / (1 - R^2) of any usable column on all others (no mean removed); 1 without columns.
 [[nodiscard]] double largest_inflation(const UnitProblem& problem);
-/// Beyond this inflation terms hide one another, and a search from the empty model alone can stop short; libraries
-/// wider than this are not started from the full model.
-inline constexpr double inflation_of_a_hard_library = 10.0;
-inline constexpr Eigen::Index widest_full_start = 60;
 
 }  // namespace ident

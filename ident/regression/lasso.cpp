@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "ident/fit.hpp"
+#include "ident/regression/describe.hpp"
 #include "ident/regression/finish_fit.hpp"
 
 namespace ident {
@@ -16,7 +17,7 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 // Minimises ||y - A c||^2 / 2 + penalty ||c||_1 for unit-norm columns, from `c`. False: it had not settled.
 bool coordinate_descent(const UnitProblem& problem, double penalty, VectorXd& c) {
-  VectorXd residual = problem.y - problem.A * c;
+  VectorXd residual = problem.Y.col(0) - problem.A * c;
   for (int sweep = 0; sweep < 10000; ++sweep) {
     double largest = 0.0;
     for (Index j = 0; j < problem.num_terms(); ++j) {
@@ -67,19 +68,19 @@ void record(const std::vector<Index>& before, const std::vector<Index>& now, dou
 Fit fit_lasso(const RFactor& data, const LassoOptions& options) {
   if (options.path_length < 2 || !(options.path_end > 0.0 && options.path_end < 1.0))
     throw std::invalid_argument("fit_lasso: path_length must be at least 2 and path_end in (0, 1)");
-  const UnitProblem problem = unit_problem(data);
+  const UnitProblem problem = one_target(data, "fit_lasso");
   Fit fit;
   fit.method = Method::lasso;
   if (cannot_begin(problem, fit)) return fit;
 
-  const double largest = (problem.A.transpose() * problem.y).cwiseAbs().maxCoeff();
+  const double largest = (problem.A.transpose() * problem.Y.col(0)).cwiseAbs().maxCoeff();
   const auto m = static_cast<double>(problem.num_samples);
   // Of supports that fit exactly the smallest is best, whatever rounding leaves of their residuals.
-  const double floor = 1e-26 * problem.target_norm * problem.target_norm / m;
+  const double floor = 1e-26 * problem.target_norm(0) * problem.target_norm(0) / m;
   VectorXd c = VectorXd::Zero(problem.num_terms());
   std::vector<Index> before, best;
   fit.steps.push_back(start_from({}));
-  fit.steps.back().noise_variance = problem.target_norm * problem.target_norm / m;
+  fit.steps.back().noise_variance = problem.target_norm(0) * problem.target_norm(0) / m;
   std::size_t steps_to_best = 1;
   double best_bic = std::numeric_limits<double>::infinity();
   for (const double share : path_of(options)) {
@@ -104,6 +105,14 @@ Fit fit_lasso(const RFactor& data, const LassoOptions& options) {
   finish_least_squares(problem, std::move(best), 0.0, fit);
   for (std::size_t i = steps_to_best; i < fit.steps.size(); ++i) fit.steps[i].noise_variance = fit.noise_variance;
   return fit;
+}
+
+MethodDescription describe(const LassoOptions& /*options*/) {
+  return row<LassoOptions, fit_lasso>(
+      Method::lasso, "lasso", "least squares with a penalty on |c|; what it keeps is fitted again without",
+      {setting<&LassoOptions::lambda>(
+          {.name = "lasso_lambda",
+           .help = "Penalty of lasso, a fraction of the largest useful one; by BIC if left out"})});
 }
 
 }  // namespace ident

@@ -5,13 +5,14 @@
 #include <stdexcept>
 
 #include "ident/fit.hpp"
+#include "ident/regression/describe.hpp"
 #include "ident/regression/finish_fit.hpp"
 
 namespace ident {
 namespace {
 
 Fit least_squares(const RFactor& data, const std::vector<Eigen::Index>& terms, double penalty, Method method) {
-  const UnitProblem problem = unit_problem(data);
+  const UnitProblem problem = one_target(data, method == Method::ols ? "fit_ols" : "fit_ridge");
   Fit fit;
   fit.method = method;
   if (cannot_begin(problem, fit)) return fit;
@@ -42,7 +43,7 @@ std::vector<Eigen::Index> all_terms(const RFactor& data) {
 
 }  // namespace
 
-Fit fit_ols(const RFactor& data) {
+Fit fit_ols(const RFactor& data, const OlsOptions& /*options*/) {
   return least_squares(data, all_terms(data), 0.0, Method::ols);
 }
 
@@ -53,6 +54,17 @@ Fit fit_ols(const RFactor& data, const std::vector<Eigen::Index>& terms) {
 Fit fit_ridge(const RFactor& data, const RidgeOptions& options) {
   if (!(options.lambda > 0.0)) throw std::invalid_argument("fit_ridge: lambda must be positive");
   return least_squares(data, all_terms(data), options.lambda, Method::ridge);
+}
+
+MethodDescription describe(const RidgeOptions& /*options*/) {
+  return row<RidgeOptions, fit_ridge>(
+      Method::ridge, "ridge", "least squares with a penalty on c^2; keeps all terms",
+      {setting<&RidgeOptions::lambda>(
+          {.name = "ridge_lambda", .help = "Penalty of ridge, on columns of unit norm", .may_be_zero = false})});
+}
+
+MethodDescription describe(const OlsOptions& /*options*/) {
+  return row<OlsOptions, fit_ols>(Method::ols, "ols", "least squares on all terms", {});
 }
 
 }  // namespace ident

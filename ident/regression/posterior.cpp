@@ -1,52 +1,85 @@
 #include "ident/regression/posterior.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
 namespace ident {
+namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-UnitProblem unit_problem(const RFactor& data, Index target) {
+// Divides each column by its norm and returns the norms.
+VectorXd normalise(MatrixXd& columns) {
+  VectorXd norm(columns.cols());
+  for (Index j = 0; j < columns.cols(); ++j) {
+    norm(j) = columns.col(j).stableNorm();
+    if (norm(j) > 0.0) columns.col(j) /= norm(j);
+  }
+  return norm;
+}
+
+// M'M, summed as squaredNorm does.
+MatrixXd gram(const Eigen::Ref<const MatrixXd>& columns) {
+  MatrixXd products(columns.cols(), columns.cols());
+  for (Index j = 0; j < columns.cols(); ++j)
+    for (Index k = 0; k < columns.cols(); ++k) products(j, k) = columns.col(j).dot(columns.col(k));
+  return products;
+}
+
+std::vector<Index> all_but(const std::vector<Index>& kept, Index num_terms) {
+  std::vector<bool> is_kept(static_cast<std::size_t>(num_terms), false);
+  for (const Index term : kept) is_kept[static_cast<std::size_t>(term)] = true;
+  std::vector<Index> others;
+  for (Index i = 0; i < num_terms; ++i)
+    if (!is_kept[static_cast<std::size_t>(i)]) others.push_back(i);
+  return others;
+}
+
+}  // namespace
+
+UnitProblem unit_problem(const RFactor& data) {
   UnitProblem unit;
   unit.num_samples = data.num_samples;
   unit.A = data.R.leftCols(data.num_terms);
-  unit.y = data.R.col(data.num_terms + target);
-  unit.column_norm.resize(data.num_terms);
-  for (Index j = 0; j < data.num_terms; ++j) {
-    unit.column_norm(j) = unit.A.col(j).stableNorm();
-    if (unit.column_norm(j) > 0.0) unit.A.col(j) /= unit.column_norm(j);
-  }
-  unit.target_norm = unit.y.stableNorm();
-  if (unit.target_norm > 0.0) unit.y /= unit.target_norm;
+  unit.Y = data.R.rightCols(data.num_targets());
+  unit.column_norm = normalise(unit.A);
+  unit.target_norm = normalise(unit.Y);
   return unit;
 }
 
 Posterior posterior(const UnitProblem& problem, const std::vector<Index>& kept, const VectorXd& lambda) {
-  const Index b = problem.num_terms(), n = static_cast<Index>(kept.size()), rows = problem.A.rows() + n;
+  const Index b = problem.num_terms(), q = problem.num_targets(), n = static_cast<Index>(kept.size()),
+              data_rows = problem.A.rows(), rows = data_rows + n;
   Posterior at;
+  at.mean.resize(n, q);
   at.sparsity.resize(b);
-  at.quality.resize(b);
+  at.quality.resize(b, q);
 
   MatrixXd augmented = MatrixXd::Zero(rows, n);
-  MatrixXd others = MatrixXd::Zero(rows, b + 1);
-  others.topLeftCorner(problem.A.rows(), b) = problem.A;
-  others.col(b).head(problem.A.rows()) = problem.y;
+  const std::vector<Index> left_out = all_but(kept, b);
+  const auto num_left_out = static_cast<Index>(left_out.size());
+  // The left-out columns, then the targets; at least two, since one alone would be rotated by another kernel, and the
+  // last bits of a target's figures would depend on whether a term is left out.
+  MatrixXd others = MatrixXd::Zero(rows, std::max<Index>(2, num_left_out + q));
+  for (Index j = 0; j < num_left_out; ++j)
+    others.col(j).head(data_rows) = problem.A.col(left_out[static_cast<std::size_t>(j)]);
+  others.block(0, num_left_out, data_rows, q) = problem.Y;
   for (Index j = 0; j < n; ++j) {
-    augmented.col(j).head(problem.A.rows()) = problem.A.col(kept[static_cast<std::size_t>(j)]);
-    augmented(problem.A.rows() + j, j) = std::sqrt(lambda(j));
+    augmented.col(j).head(data_rows) = problem.A.col(kept[static_cast<std::size_t>(j)]);
+    augmented(data_rows + j, j) = std::sqrt(lambda(j));
   }
-  const MatrixXd kept_columns = augmented;
   if (n > 0) {
     Eigen::HouseholderQR<Eigen::Ref<MatrixXd>> qr(augmented);
     others.applyOnTheLeft(qr.householderQ().adjoint());
     const auto T = augmented.topRows(n).triangularView<Eigen::Upper>();
     at.root = T.solve(MatrixXd::Identity(n, n));
-    at.mean = T.solve(others.col(b).head(n));
+    for (Index t = 0; t < q; ++t) at.mean.col(t) = T.solve(others.col(num_left_out + t).head(n));
     // Rows of the pseudo-inverse are the residuals of one column against the others, divided by their squared norm.
     MatrixXd Q = MatrixXd::Identity(rows, n);
     Q.applyOnTheLeft(qr.householderQ());
@@ -55,49 +88,67 @@ Posterior posterior(const UnitProblem& problem, const std::vector<Index>& kept, 
       const Index term = kept[static_cast<std::size_t>(j)];
       const double scale = at.root.row(j).squaredNorm();
       VectorXd residual = dual.col(j) / scale;
-      residual(problem.A.rows() + j) = 0.0;  // its own prior row: what is left is the column beyond the other kept ones
+      residual(data_rows + j) = 0.0;  // its own prior row: what is left is the column beyond the other kept ones
       at.sparsity(term) = residual.squaredNorm();
-      at.quality(term) = at.mean(j) / scale;
+      at.quality.row(term) = at.mean.row(j) / scale;
     }
     at.log_determinant = 2.0 * augmented.diagonal().array().abs().log().sum() - lambda.array().log().sum();
   }
-  const auto tail = others.col(b).tail(rows - n);
-  at.misfit = tail.squaredNorm();
-  VectorXd residual = problem.y;
-  for (Index j = 0; j < n; ++j) residual -= kept_columns.col(j).head(problem.A.rows()) * at.mean(j);
-  at.residual = residual.squaredNorm();
+  const auto tail = others.block(n, num_left_out, rows - n, q);
+  at.misfit = gram(tail);
+  MatrixXd residual = problem.Y;
+  for (Index t = 0; t < q; ++t)
+    for (Index j = 0; j < n; ++j) residual.col(t) -= problem.A.col(kept[static_cast<std::size_t>(j)]) * at.mean(j, t);
+  at.residual = gram(residual);
 
-  std::vector<bool> is_kept(static_cast<std::size_t>(b), false);
-  for (const Index term : kept) is_kept[static_cast<std::size_t>(term)] = true;
-  for (Index i = 0; i < b; ++i) {
-    if (is_kept[static_cast<std::size_t>(i)]) continue;
-    at.sparsity(i) = others.col(i).tail(rows - n).squaredNorm();
-    at.quality(i) = others.col(i).tail(rows - n).dot(tail);
+  for (Index j = 0; j < num_left_out; ++j) {
+    const Index term = left_out[static_cast<std::size_t>(j)];
+    const auto beyond = others.col(j).tail(rows - n);
+    at.sparsity(term) = beyond.squaredNorm();
+    for (Index t = 0; t < q; ++t) at.quality(term, t) = beyond.dot(tail.col(t));
   }
   return at;
 }
 
-double log_evidence(const UnitProblem& problem, const Posterior& at, double noise_variance) {
+NoiseCovariance NoiseCovariance::of(const MatrixXd& products, double count, double floor) {
+  if (products.size() == 1) return {MatrixXd::Ones(1, 1), (products.diagonal() / count).cwiseMax(floor)};
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(products / count);
+  const double least = std::max(floor, 1e-14 * solver.eigenvalues().maxCoeff());
+  return {solver.eigenvectors(), solver.eigenvalues().cwiseMax(least)};
+}
+
+double log_evidence(const UnitProblem& problem, const Posterior& at, const NoiseCovariance& noise) {
   const auto m = static_cast<double>(problem.num_samples);
-  return -0.5 *
-             (m * std::log(2.0 * std::numbers::pi * noise_variance) + at.log_determinant + at.misfit / noise_variance) -
-         m * std::log(problem.target_norm);
+  double log_noise = 0.0, misfit = 0.0, log_norm = 0.0;
+  for (Index t = 0; t < problem.num_targets(); ++t) {
+    log_noise += std::log(2.0 * std::numbers::pi * noise.variances(t));
+    misfit += noise.axes.col(t).dot(at.misfit.lazyProduct(noise.axes.col(t))) / noise.variances(t);
+    log_norm += std::log(problem.target_norm(t));
+  }
+  return -0.5 * (m * log_noise + static_cast<double>(problem.num_targets()) * at.log_determinant + misfit) -
+         m * log_norm;
+}
+
+double log_evidence(const UnitProblem& problem, const Posterior& at, double noise_variance) {
+  return log_evidence(problem, at, {MatrixXd::Ones(1, 1), VectorXd::Constant(1, noise_variance)});
 }
 
 double evidence_gain(double q) {
   return q > 1.0 ? q - 1.0 - std::log(q) : 0.0;
 }
 
-double evidence_share(double sparsity, double quality, double lambda, double noise_variance) {
-  return std::log(lambda / (lambda + sparsity)) + quality * quality / noise_variance / (lambda + sparsity);
+double evidence_share(double sparsity, double quality2, double lambda) {
+  return std::log(lambda / (lambda + sparsity)) + quality2 / (lambda + sparsity);
 }
 
-double best_lambda(double sparsity, double quality, double noise_variance) {
-  const double excess = quality * quality / noise_variance - sparsity;
+double best_lambda(double sparsity, double quality2) {
+  const double excess = quality2 - sparsity;
   return excess > 0.0 ? sparsity * sparsity / excess : std::numeric_limits<double>::infinity();
 }
 
-double default_tau(Index num_samples, Index num_terms) {
+double gain_threshold(Selection selection, double tau, Index num_samples, Index num_terms) {
+  if (tau >= 0.0) return tau;
+  if (selection == Selection::type2) return 0.0;
   return std::log(static_cast<double>(num_samples)) + 2.0 * std::log(static_cast<double>(num_terms));
 }
 

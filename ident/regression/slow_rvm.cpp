@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "ident/fit.hpp"
+#include "ident/regression/describe.hpp"
 #include "ident/regression/finish_fit.hpp"
 #include "ident/regression/posterior.hpp"
 
@@ -23,7 +24,7 @@ struct Fixed {
 
 void record(const UnitProblem& problem, const Fixed& s, const Posterior& at, FitAction action, Index term, Fit& fit) {
   fit.steps.push_back(
-      {action, term, log_evidence(problem, at, s.noise), s.noise * problem.target_norm * problem.target_norm});
+      {action, term, log_evidence(problem, at, s.noise), s.noise * problem.target_norm(0) * problem.target_norm(0)});
 }
 
 void drop(const UnitProblem& problem, Fixed& s, std::size_t j, Posterior& at, Fit& fit) {
@@ -39,16 +40,9 @@ void drop(const UnitProblem& problem, Fixed& s, std::size_t j, Posterior& at, Fi
 }  // namespace
 
 Fit fit_slow_rvm(const RFactor& data, const SlowRvmOptions& options) {
-  if (!(options.initial_noise_fraction > 0.0 && options.initial_noise_fraction < 1.0))
-    throw std::invalid_argument("fit_slow_rvm: initial_noise_fraction must be in (0, 1)");
-  const UnitProblem problem = unit_problem(data);
+  const UnitProblem problem = one_target(data, "fit_slow_rvm");
   Fit fit;
-  fit.method = Method::slow_rvm;
-  if (cannot_begin(problem, fit)) return fit;
-  if (options.tau >= 0.0)
-    fit.tau = options.tau;
-  else if (options.selection == Selection::evidence)
-    fit.tau = default_tau(problem.num_samples, problem.num_terms());
+  if (cannot_begin(problem, options, fit)) return fit;
 
   const auto m = static_cast<double>(problem.num_samples);
   const double floor = options.noise_floor_fraction / m;
@@ -63,9 +57,10 @@ Fit fit_slow_rvm(const RFactor& data, const SlowRvmOptions& options) {
   record(problem, s, at, FitAction::start, -1, fit);
   fit.steps.back().terms = s.kept;
   for (; fit.iterations < options.max_iterations; ++fit.iterations) {
-    // Well-determinedness gamma_i = 1 - alpha_i delta_ii, alpha_i <- gamma_i / mu_i^2 (Tipping 2001, Eqs. 16-18).
+    // Well-determinedness gamma_i = 1 - alpha_i delta_ii, alpha_i <- gamma_i / mu_i^2 ([Tip01], Eqs. 16-18).
     const VectorXd shrink = (s.lambda.array() * at.root.rowwise().squaredNorm().array()).matrix();
-    const double settled_noise = std::max(floor, at.residual / (m - static_cast<double>(s.kept.size()) + shrink.sum()));
+    const double settled_noise =
+        std::max(floor, at.residual(0, 0) / (m - static_cast<double>(s.kept.size()) + shrink.sum()));
     double change = 0.0;
     std::size_t worst = s.kept.size();
     double worst_gain = fit.tau;
@@ -101,6 +96,12 @@ Fit fit_slow_rvm(const RFactor& data, const SlowRvmOptions& options) {
   }
   finish_bayesian(problem, s.kept, s.lambda, s.noise, fit);
   return fit;
+}
+
+MethodDescription describe(const SlowRvmOptions& /*options*/) {
+  return row<SlowRvmOptions, fit_slow_rvm>(Method::slow_rvm, "slow_rvm",
+                                           "sparse Bayesian: all terms at first, the weakest pruned",
+                                           rvm_settings<SlowRvmOptions>());
 }
 
 }  // namespace ident

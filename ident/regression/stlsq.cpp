@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "ident/fit.hpp"
+#include "ident/regression/describe.hpp"
 #include "ident/regression/finish_fit.hpp"
 
 namespace ident {
@@ -13,7 +14,7 @@ using Eigen::Index;
 std::vector<Index> below_threshold(const UnitProblem& problem, const StlsqOptions& options, const Fit& fit) {
   std::vector<Index> small;
   for (std::size_t j = 0; j < fit.relevant.size(); ++j) {
-    const double scale = options.unit_norm ? problem.column_norm(fit.relevant[j]) / problem.target_norm : 1.0;
+    const double scale = options.unit_norm ? problem.column_norm(fit.relevant[j]) / problem.target_norm(0) : 1.0;
     if (!(std::abs(fit.mean(static_cast<Index>(j))) * scale >= options.threshold)) small.push_back(fit.relevant[j]);
   }
   return small;
@@ -23,7 +24,7 @@ std::vector<Index> below_threshold(const UnitProblem& problem, const StlsqOption
 
 Fit fit_stlsq(const RFactor& data, const StlsqOptions& options) {
   if (!(options.threshold >= 0.0)) throw std::invalid_argument("fit_stlsq: threshold must not be negative");
-  const UnitProblem problem = unit_problem(data);
+  const UnitProblem problem = one_target(data, "fit_stlsq");
   Fit fit;
   fit.method = Method::stlsq;
   if (cannot_begin(problem, fit)) return fit;
@@ -54,6 +55,18 @@ Fit fit_stlsq(const RFactor& data, const StlsqOptions& options) {
     }
   }
   return fit;
+}
+
+MethodDescription describe(const StlsqOptions& /*options*/) {
+  return row<StlsqOptions, fit_stlsq>(
+      Method::stlsq, "sindy", "least squares, small coefficients cut, and again (STLSQ)",
+      {setting<&StlsqOptions::threshold>({.name = "threshold",
+                                          .help = "Coefficients below it are cut by sindy",
+                                          .study_values = {"0.005", "0.01", "0.02", "0.05", "0.1"}}),
+       setting<&StlsqOptions::unit_norm>({.name = "threshold_on",
+                                          .help = "What the threshold is compared with: |c| as it is (raw), or times "
+                                                  "its column's norm over the target's",
+                                          .words = {"raw", "unit-norm"}})});
 }
 
 }  // namespace ident

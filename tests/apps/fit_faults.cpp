@@ -143,3 +143,14 @@ TEST_CASE("an equation that depends on the sign of the velocity is split by a co
   CHECK_THAT(split("v >= 0"), Catch::Contains("dz = 10 v - 20 v*z + 40 v*sin(x)\n"));
   CHECK_THAT(split("v < 0"), Catch::Contains("dz = 10 v - 15 x*v + 20 v*z\n"));
 }
+
+TEST_CASE("help names every method and every setting of one, and each setting is taken", "[apps][fit_faults]") {
+  const auto help = support::run(Scratch(), "$ARDENT fit --help").out;
+  for (const std::string piece : {"fast_rvm,slow_rvm,multi_rvm,sindy,lasso,ridge,ols", "sparse Bayesian", "--selection",
+                                  "--tau", "--threshold ", "--threshold-on", "--lasso-lambda", "--ridge-lambda"})
+    CHECK_THAT(help, Catch::Contains(piece));
+  const Table plain = table([](double u, double w, int i) { return 2.0 * u - 0.2 * w + 0.1 * hash_noise(i); });
+  const auto raw = fit(plain, "u,w,u^2", "sindy", "--threshold 0.3 --threshold-on raw").out;
+  CHECK(raw == fit(plain, "u,w,u^2", "sindy", "--threshold 0.3 --raw-threshold").out);
+  CHECK(fit(plain, "u", "sindy", "--threshold-on cooked").code == 2);
+}

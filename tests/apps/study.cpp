@@ -97,6 +97,17 @@ TEST_CASE("every cell of a study is a run with its settings", "[apps][study_comm
   CHECK_THAT(ended.out, Catch::Contains("kept in how many of 7 settings") && Catch::Contains("x^3"));
 }
 
+TEST_CASE("a setting of a method is varied for the methods that have it only", "[apps][study_command]") {
+  const Scratch& folder = bench();
+  const auto ended = support::run(
+      folder, "$ARDENT --json study duffing.toml -o settings --over threshold_on=raw --over ridge_lambda=1");
+  REQUIRE(ended.code == 0);
+  std::map<std::string, int> methods;  // of fast_rvm and sindy; nobody here has ridge_lambda
+  for (const json& cell : json::parse(ended.out)["cells"])
+    if (cell["setting"].contains("fit.threshold_on")) ++methods[cell["method"]];
+  CHECK(methods == std::map<std::string, int>{{"sindy", 1}});
+}
+
 TEST_CASE("a study may stand in the config, and be a grid", "[apps][study_command]") {
   const Scratch& folder = bench();
   (void)folder.file("own.toml", support::bytes_of(folder / "duffing.toml") +

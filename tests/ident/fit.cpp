@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "ident/methods.hpp"
 #include "ident/regression/multi_rvm.hpp"
 #include "support/random.hpp"
 
@@ -249,7 +250,7 @@ TEST_CASE("options out of their range are refused", "[ident][fit]") {
   CHECK_THROWS_AS(ident::fit_stlsq(data, {.threshold = -1.0}), std::invalid_argument);
   CHECK_THROWS_AS(ident::fit_ridge(data, {.lambda = 0.0}), std::invalid_argument);
   CHECK_THROWS_AS(ident::fit_lasso(data, {.path_length = 1}), std::invalid_argument);
-  CHECK_THROWS_AS(ident::method_from_string("svm"), std::invalid_argument);
+  CHECK_THROWS_AS(ident::method_named("svm"), std::invalid_argument);
 }
 
 TEST_CASE("data in any unit give the same fit, to the bit where the unit is a power of two", "[ident][fit]") {

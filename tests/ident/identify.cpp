@@ -41,8 +41,8 @@ ident::Range range(dsp::RangeSpec spec, int recording = 1, std::string regime = 
 ident::IdentifyOptions all_methods(int num_threads = 1) {
   return {.target = "a",
           .target_unit = "m/s^2",
-          .methods = {ident::Method::fast_rvm, ident::Method::slow_rvm, ident::Method::stlsq, ident::Method::lasso,
-                      ident::Method::multi_rvm, ident::Method::ridge, ident::Method::ols},
+          .methods = {ident::FastRvmOptions{}, ident::SlowRvmOptions{}, ident::StlsqOptions{}, ident::LassoOptions{},
+                      ident::MultiRvmOptions{}, ident::RidgeOptions{}, ident::OlsOptions{}},
           .num_threads = num_threads};
 }
 
@@ -192,7 +192,7 @@ TEST_CASE("a column that others add up to is left out by name, and error bars th
           "[apps][identify]") {
   const auto bench = duffing_bench(0.02, 5, {"f", "x+v"});
   ident::IdentifyOptions options = all_methods();
-  options.methods = {ident::Method::ols, ident::Method::stlsq};
+  options.methods = {ident::OlsOptions{}, ident::StlsqOptions{}};
   for (const ident::JudgedFit& fit : ident::identify(range(whole()), bench->columns, bench->library, options).fits) {
     CHECK(fit.fit.status == ident::FitStatus::rank_deficient);
     CHECK_THAT(fit.fit.remarks, Catch::VectorContains(
@@ -202,7 +202,7 @@ TEST_CASE("a column that others add up to is left out by name, and error bars th
 
   dsp::RangeSpec few = whole();
   few.train_to_s = 0.1;  // 5 rows for 11 terms
-  options.methods = {ident::Method::ridge, ident::Method::lasso, ident::Method::stlsq, ident::Method::ols};
+  options.methods = {ident::RidgeOptions{}, ident::LassoOptions{}, ident::StlsqOptions{}, ident::OlsOptions{}};
   const auto plain = duffing_bench(0.02, 5);
   const auto result = ident::identify(range(few), plain->columns, plain->library, options);
   REQUIRE(result.rows.train.size() == 5);

@@ -73,9 +73,11 @@ TEST_CASE("a config is read with its paths from its own folder", "[apps][config]
   CHECK(config.library.variables == std::vector<std::string>{"x", "v", "y"});
   CHECK(config.fit.target == "ddy");
   CHECK(config.fit.methods == std::vector{ident::Method::fast_rvm, ident::Method::lasso});
-  CHECK(config.fit.selection == ident::Selection::type2);
-  CHECK(config.fit.tau == 12.0);
-  CHECK_FALSE(config.fit.unit_norm_threshold);
+  const auto options = config.fit.settings.options_of({ident::Method::fast_rvm, ident::Method::stlsq});
+  CHECK(std::get<ident::FastRvmOptions>(options[0]).selection == ident::Selection::type2);
+  CHECK(std::get<ident::FastRvmOptions>(options[0]).tau == 12.0);
+  CHECK(std::get<ident::StlsqOptions>(options[1]).threshold == 0.1);
+  CHECK_FALSE(std::get<ident::StlsqOptions>(options[1]).unit_norm);
   REQUIRE(config.ranges.size() == 2);
   CHECK(config.ranges[0].recording == 0);
   CHECK(config.ranges[0].spec.train_to_s == 500.0);

@@ -23,10 +23,10 @@ double best_criterion(const ident::UnitProblem& unit, const Support& kept, doubl
   VectorXd lambda = VectorXd::Constant(static_cast<Index>(kept.size()), 1e-6);
   ident::Posterior at = ident::posterior(unit, kept, lambda);
   for (int i = 0; i < 2000; ++i) {
-    const double noise = at.misfit / m;
+    const double noise = at.misfit(0, 0) / m;
     double change = 0.0;
     for (std::size_t j = 0; j < kept.size(); ++j) {
-      const double best = ident::best_lambda(at.sparsity(kept[j]), at.quality(kept[j]), noise);
+      const double best = ident::best_lambda(at.sparsity(kept[j]), std::pow(at.quality(kept[j]), 2) / noise);
       if (!std::isfinite(best)) return nothing;
       double& old = lambda(static_cast<Index>(j));
       change = std::max(change, std::abs(std::log(best / old)));
@@ -35,15 +35,15 @@ double best_criterion(const ident::UnitProblem& unit, const Support& kept, doubl
     at = ident::posterior(unit, kept, lambda);
     if (change < 1e-7) break;
   }
-  return 2.0 * ident::log_evidence(unit, at, at.misfit / m) - tau * static_cast<double>(kept.size());
+  return 2.0 * ident::log_evidence(unit, at, at.misfit(0, 0) / m) - tau * static_cast<double>(kept.size());
 }
 
 // What no prior can beat: the likelihood at least squares, without the price of the terms' determinant.
 double upper_bound(const ident::UnitProblem& unit, const Support& kept, double tau) {
   const auto m = static_cast<double>(unit.num_samples);
   const auto at = ident::posterior(unit, kept, VectorXd::Constant(static_cast<Index>(kept.size()), 1e-14));
-  return -m * (std::log(2.0 * std::numbers::pi * at.residual / m) + 1.0) - 2.0 * m * std::log(unit.target_norm) -
-         tau * static_cast<double>(kept.size());
+  return -m * (std::log(2.0 * std::numbers::pi * at.residual(0, 0) / m) + 1.0) -
+         2.0 * m * std::log(unit.target_norm(0)) - tau * static_cast<double>(kept.size());
 }
 
 struct Subset {
