@@ -209,12 +209,12 @@ void fill_in(dsp::RangeSpec& spec, const RangeRows& rows, int recording, const s
 }
 
 /// The test part of each recording as stretches to run through, and the rows that count.
-std::vector<Course> courses_of(const RangeRows& rows, const std::vector<Columns>& recordings,
-                               const std::vector<std::vector<Index>>& usable) {
-  std::vector<Course> courses;
+std::vector<ident::Course> courses_of(const RangeRows& rows, const std::vector<Columns>& recordings,
+                                      const std::vector<std::vector<Index>>& usable) {
+  std::vector<ident::Course> courses;
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     const dsp::Motion& signals = *recordings[r].signals;
-    Course course{&signals, {}, std::vector<unsigned char>(static_cast<std::size_t>(signals.num_samples()), 0)};
+    ident::Course course{&signals, {}, std::vector<unsigned char>(static_cast<std::size_t>(signals.num_samples()), 0)};
     Index first_test = signals.num_samples();
     for (const Row& row : rows.test)
       if (row.recording == r) {
@@ -317,8 +317,8 @@ RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
   result.target.resize(num_train + num_test);
   result.target << train, test;
   const std::vector<Index> places = places_of(result.rows.train, recordings);
-  const std::vector<Course> courses =
-      options.free_run ? courses_of(result.rows, recordings, split.usable) : std::vector<Course>();
+  const std::vector<ident::Course> courses =
+      options.free_run ? courses_of(result.rows, recordings, split.usable) : std::vector<ident::Course>();
   const auto largest = largest_signals(library, result.rows.train, recordings);
   std::vector<const ident::Term*> fitted_terms;
   for (const Index j : terms) fitted_terms.push_back(&library.terms[static_cast<std::size_t>(j)]);
@@ -368,7 +368,9 @@ RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
     else if (num_test == 0)
       judged.free_run.reason = no_test;
     else
-      judged.free_run = twin != result.fits.end() ? twin->free_run : free_run(judged.model, courses);
+      judged.free_run = twin != result.fits.end()
+                            ? twin->free_run
+                            : ident::free_run(judged.model, courses, {.before_stretch = check_interrupted});
     if (options.target != "a" && options.target != "ddy") judged.free_run.applies = false;  // no equation of motion
     result.fits.push_back(std::move(judged));
   }

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "apps/columns.hpp"
-#include "apps/free_run.hpp"
 #include "apps/range.hpp"
 #include "ident/fit.hpp"
 #include "ident/model.hpp"
+#include "ident/validate/free_run.hpp"
 #include "ident/validate/judge.hpp"
 
 namespace apps {
@@ -41,7 +41,7 @@ struct JudgedFit {
   Figure train, test, train_centred, test_centred;  ///< NMSE
   ident::BandShares bands;                          ///< share of the test targets inside their predictive bands
   std::string bands_reason;                         ///< not empty: there are none
-  FreeRun free_run;
+  ident::FreeRun free_run;
   double solve_s = 0.0;
   Eigen::VectorXd predicted, predicted_std;  ///< training rows, then test rows
 };

@@ -82,7 +82,7 @@ void judge_predictions(const JudgedFit& fit, Verdict& verdict) {
     verdict.against(Trust::no,
                     fmt::format("it does not carry over: NMSE {:.2g} on the test rows, {:.2g} on the training rows",
                                 fit.test.value, fit.train.value));
-  const FreeRun& run = fit.free_run;
+  const ident::FreeRun& run = fit.free_run;
   if (run.diverged_after_s > 0.0) {
     verdict.against(Trust::no, "free run " + run.reason);
   } else if (!run.applies) {

@@ -32,13 +32,13 @@ Describes by_error(const JudgedFit& fit) {
   return error.value <= follows && fit.whiteness.tested && fit.whiteness.white ? Describes::yes : Describes::in_part;
 }
 
-Describes by_free_run(const FreeRun& run) {
+Describes by_free_run(const ident::FreeRun& run) {
   if (run.diverged_after_s > 0.0) return Describes::no;
   if (!run.reason.empty()) return Describes::unknown;
   return run.nmse <= follows ? Describes::yes : run.nmse <= follows_in_part ? Describes::in_part : Describes::no;
 }
 
-std::string free_run_clause(const FreeRun& run) {
+std::string free_run_clause(const ident::FreeRun& run) {
   if (run.diverged_after_s > 0.0) return "left to itself it runs away (free run " + run.reason + ")";
   if (!run.applies) return {};
   if (!run.reason.empty()) return "it was not left to itself (no free run: " + run.reason + ")";

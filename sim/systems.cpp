@@ -8,6 +8,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "sim/ode/friction.hpp"
+
 namespace sim {
 namespace {
 
@@ -98,38 +100,28 @@ Experiment make_with(std::string_view name, const std::vector<std::pair<std::str
   return make_experiment(parameters);
 }
 
-double sign(double value) {
-  return value < 0.0 ? -1.0 : 1.0;
+/// Signs of v and z in a mode of a system whose switches they are.
+struct Signs {
+  double v = 1.0, z = 1.0;
+};
+Signs signs_of(int mode) {
+  double sides[2];
+  sides_of(mode, 2, sides);
+  return {sides[0] < 0.0 ? -1.0 : 1.0, sides[1] < 0.0 ? -1.0 : 1.0};
 }
 
-/// Modes of a system whose only switches are signs of v and z: bit 0 set where v > 0, bit 1 where z > 0.
-double velocity_sign(int mode) {
-  return mode & 1 ? 1.0 : -1.0;
-}
-double force_sign(int mode) {
-  return mode & 2 ? 1.0 : -1.0;
-}
-int sign_mode(double v_sign, double z_sign) {
-  return (v_sign > 0.0 ? 1 : 0) | (z_sign > 0.0 ? 2 : 0);
-}
-
-/// Switches v (and z if `with_z`) of y = (x, v, z). A state at zero takes the sign of where it is going.
+/// Switches v (and z if `with_z`) of y = (x, v, z), which nothing holds: the acceleration does not depend on the signs.
 void add_sign_switches(System& system, bool with_z) {
-  system.num_switches = with_z ? 2 : 1;
-  system.switching = [with_z](double, const double* y, int, double* values) {
-    values[0] = y[1];
-    if (with_z) values[1] = y[2];
-  };
-  system.next_mode = [with_z, rhs = system.rhs](double t, double* y, int mode, int which) {
-    if (which >= 0) y[which + 1] = 0.0;
-    double dydt[3];  // the acceleration, unlike the third rate, does not depend on the signs
-    rhs(t, y, mode, dydt);
-    if (dydt[1] == 0.0) rhs(t + 1e-6, y, mode, dydt);  // at rest while the force passes zero
-    const double v_sign = y[1] != 0.0 ? sign(y[1]) : sign(dydt[1]);
-    if (!with_z) return sign_mode(v_sign, 0.0);
-    // z' = k v (1 - ...) has the sign of v near z = 0.
-    return sign_mode(v_sign, y[2] != 0.0 ? sign(y[2]) : v_sign);
-  };
+  add_switches(system, {.count = with_z ? 2 : 1,
+                        .value = [](int i, double, const double* y) { return y[i + 1]; },
+                        .rates_at_zero = [rhs = system.rhs](int i, double t, const double* y,
+                                                            const double* sides) -> std::optional<RatesAtZero> {
+                          if (i == 1) return RatesAtZero{sides[0], sides[0]};  // z' = k v (1 - ...) near z = 0
+                          double dydt[3];
+                          rhs(t, y, 0, dydt);
+                          return RatesAtZero{dydt[1], dydt[1]};
+                        },
+                        .settle = [](int i, int, double, double* y) { y[i + 1] = 0.0; }});
 }
 
 std::function<double(double)> cosine(double omega) {
@@ -178,18 +170,10 @@ Experiment make_experiment(const Coulomb& p) {
                 dydt[0] = mode == 0 ? 0.0 : y[1];
                 dydt[1] = mode == 0 ? 0.0 : (pull(t, y) - p.c * y[1] - mode * p.c_f) / p.m;
               }};
-  e.system.num_switches = 2;
-  e.system.switching = [=](double t, const double* y, int mode, double* values) {
-    values[0] = mode == 0 ? pull(t, y) - p.c_f : y[1];
-    values[1] = mode == 0 ? pull(t, y) + p.c_f : 1.0;
-  };
-  e.system.next_mode = [=](double t, double* y, int mode, int which) {
-    if (which < 0 && y[1] != 0.0) return y[1] > 0.0 ? 1 : -1;
-    y[1] = 0.0;
-    const double force = pull(t, y);
-    if (mode == 0 && which >= 0) return which == 0 ? 1 : -1;
-    return std::abs(force) <= p.c_f ? 0 : force > 0.0 ? 1 : -1;
-  };
+  add_switches(e.system, velocity_switch([=](double t, const double* y) {
+                 const double force = pull(t, y);
+                 return RatesAtZero{force - p.c_f, force + p.c_f};
+               }));
   e.system.max_step_s = 0.3 / (std::max(p.ratio, 1.0) * e.omega_n);
   e.system.forcing = f;
   e.initial = Eigen::Vector2d(p.x0, p.v0);
@@ -211,7 +195,8 @@ Experiment make_experiment(const BoucWen& p) {
   const double scale = std::pow(p.k, 1.0 - p.alpha), delta = p.delta * scale, gamma = p.gamma * scale;
   e.system = {
       .name = "bouc-wen", .states = {"x", "v", "z"}, .rhs = [=](double t, const double* y, int mode, double* dydt) {
-        const double abs_v = velocity_sign(mode) * y[1], s_sign = force_sign(mode), abs_s = s_sign * y[2];
+        const auto [v_sign, s_sign] = signs_of(mode);
+        const double abs_v = v_sign * y[1], abs_s = s_sign * y[2];
         // Inside a step |s| may come out negative by an iteration's error: a power of that is not a number.
         const double power = p.alpha == 1.0 ? abs_s : std::pow(std::max(abs_s, 0.0), p.alpha);
         dydt[0] = y[1];
@@ -243,7 +228,7 @@ Experiment valanis(const P& p, const char* name, Restoring restoring) {
   e.omega_n = std::sqrt(p.k / p.m);
   const auto f = sine(p.ratio * e.omega_n);
   e.system = {.name = name, .states = {"x", "v", "z"}, .rhs = [=](double t, const double* y, int mode, double* dydt) {
-                const double v_sign = velocity_sign(mode);
+                const double v_sign = signs_of(mode).v;
                 dydt[0] = y[1];
                 dydt[1] = (p.force_n * f(t) - p.k * y[0] - y[2]) / p.m;
                 dydt[2] = (p.e1 + v_sign * (restoring(y[0], y[1], v_sign) - p.e2 * y[2])) * y[1];

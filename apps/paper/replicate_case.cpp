@@ -6,8 +6,9 @@
 #include <cmath>
 #include <ctime>
 #include <limits>
+#include <memory>
 
-#include "apps/identified_system.hpp"
+#include "ident/equation/equation_of_motion.hpp"
 #include "ident/regression/multi_rvm.hpp"
 #include "sim/noise.hpp"
 
@@ -78,12 +79,21 @@ void fit_seed(CaseReplication& result, const ReplicateOptions& options, std::uin
   }
 }
 
-std::vector<IdentifiedRow> identified(const CaseReplication& result, std::uint64_t seed, const std::string& method) {
-  std::vector<IdentifiedRow> rows;
-  for (const CaseFit& fit : result.fits)
-    if (fit.seed == seed && fit.method == method)
-      rows.push_back({result.row_of(fit).row, result.row_of(fit).where, fit.fit.relevant, fit.fit.mean});
-  return rows;
+/// The identified equations of all states, driven by the case's own force.
+sim::System identified_system(const CaseReplication& result, std::uint64_t seed, const std::string& method,
+                              const std::vector<std::string>& states, const std::function<double(double)>& forcing) {
+  std::vector<ident::StateEquation> equations;
+  for (const CaseFit& fit : result.fits) {
+    if (fit.seed != seed || fit.method != method) continue;
+    const Section4Row& row = result.row_of(fit);
+    equations.push_back(
+        {static_cast<std::size_t>(row.row - 1), {}, {fit.fit.mean.begin(), fit.fit.mean.end()}, row.where});
+    for (const Index term : fit.fit.relevant)
+      equations.back().terms.push_back(result.study.library.terms[static_cast<std::size_t>(term)].name);
+  }
+  const ident::EquationFrame frame{.states = states, .inputs = {"f"}};
+  return ident::system_of(std::make_shared<const ident::EquationOfMotion>(equations, frame),
+                          [forcing](double t, double* f) { *f = forcing(t); });
 }
 
 // The columns of these library terms on a record.
@@ -101,8 +111,7 @@ sim::Simulation run_identified(CaseReplication& result, const Section4Record& re
   const auto experiment = sim::make_experiment(definition.system, {{"ratio", record.ratio}});
   const std::vector<std::string> states(experiment.system.states.begin(),
                                         experiment.system.states.begin() + definition.num_rows);
-  const auto system =
-      identified_system(result.study.library, identified(result, seed, method), states, experiment.system.forcing);
+  const auto system = identified_system(result, seed, method, states, experiment.system.forcing);
   const Index samples = record.motion.num_samples();
   const double rate = record.motion.sample_rate_hz;
   const MatrixXd truth = record.simulation.states.leftCols(definition.num_rows);

@@ -229,7 +229,7 @@ void append_section5(ordered_json& document, const Section5Replication& replicat
   for (const Section5Fit& fit : replication.fits)
     for (const JudgedFit& judged : fit.result.fits) {
       document["fits"].push_back(fit_json(fit, judged, options));
-      const FreeRun& run = judged.free_run;
+      const ident::FreeRun& run = judged.free_run;
       document["free_run"].push_back({{"case", fit.definition->name},
                                       {"seed", fit.seed},
                                       {"method", to_string(judged.fit.method)},

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "sim/ode/friction.hpp"
+
 namespace sim {
 namespace {
 
@@ -65,19 +67,14 @@ class Stepper {
     return {s.q + h / 6.0 * (v1 + 2.0 * (v2 + v3) + v4), s.v + h / 6.0 * (a1 + 2.0 * (a2 + a3) + a4), s.mode};
   }
 
-  struct Rest {
-    double pull, limit;
-  };
-  /// The forces on a resting q without friction, and what friction can hold.
-  [[nodiscard]] Rest at_rest(double t, double q) const {
+  /// Friction can hold a resting q against half of what its sign changes, or up to static_friction.
+  [[nodiscard]] RatesAtZero at_rest(double t, double q) const {
     const auto u = drive(t);
     const double up = oscillator_.acceleration(u, q, 0.0, 1.0), down = oscillator_.acceleration(u, q, 0.0, -1.0);
-    return {0.5 * (up + down), std::max(0.5 * (down - up), oscillator_.static_friction)};
+    const double pull = 0.5 * (up + down), limit = std::max(0.5 * (down - up), oscillator_.static_friction);
+    return {pull - limit, pull + limit};
   }
-  [[nodiscard]] int mode_at_rest(double t, double q) const {
-    const Rest rest = at_rest(t, q);
-    return std::abs(rest.pull) <= rest.limit ? 0 : rest.pull > 0.0 ? 1 : -1;
-  }
+  [[nodiscard]] int mode_at_rest(double t, double q) const { return side_from_zero(at_rest(t, q), 1); }
 
   /// Goes on from t by at most h, to the next event or the end; returns by how much.
   double advance(double t, OscillatorState& s, double h) const {
@@ -107,8 +104,8 @@ class Stepper {
     if (leaves == 0) return h;
     s.mode = leaves;
     const auto excess = [&](double d) {
-      const Rest rest = at_rest(t + d, s.q);
-      return leaves * rest.pull - rest.limit;
+      const RatesAtZero rates = at_rest(t + d, s.q);
+      return leaves > 0 ? rates.above : -rates.below;
     };
     const double at_begin = excess(0.0);
     return at_begin < 0.0 ? zero_of(excess, h, at_begin, excess(h)) : 0.0;

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/ode/friction.hpp"
+
 namespace sim {
 namespace {
 
@@ -125,24 +127,11 @@ System QzsRig::system() const {
     dydt[0] = mode == qzs_stick ? 0.0 : y[1];
     dydt[1] = acceleration(t, y[0], y[1], base_.at(t, near).ddr_m_per_s2, mode);
   };
-  s.num_switches = 2;
-  s.switching = [this, near = std::size_t{0}](double t, const double* y, int mode, double* values) mutable {
-    values[0] = y[1];
-    values[1] = 1.0;
-    if (mode != qzs_stick) return;
-    const double force = pull(t, y[0], 0.0, base_.at(t, near).ddr_m_per_s2);
-    const double limit = parameters_.mu_static * modulation(t, y[0]);
-    values[0] = force - limit;
-    values[1] = force + limit;
-  };
-  s.next_mode = [this](double t, double* y, int mode, int which) -> int {
-    if (which < 0 && y[1] != 0.0) return y[1] > 0.0 ? qzs_slip_up : qzs_slip_down;
-    y[1] = 0.0;
-    if (which >= 0 && mode == qzs_stick) return which == 0 ? qzs_slip_up : qzs_slip_down;
-    const double force = pull(t, y[0], 0.0, base_.at(t).ddr_m_per_s2);
-    if (std::abs(force) <= parameters_.mu_static * modulation(t, y[0])) return qzs_stick;
-    return force > 0.0 ? qzs_slip_up : qzs_slip_down;
-  };
+  add_switches(s, velocity_switch([this, near = std::size_t{0}](double t, const double* y) mutable {
+                 const double force = pull(t, y[0], 0.0, base_.at(t, near).ddr_m_per_s2);
+                 const double limit = parameters_.mu_static * modulation(t, y[0]);
+                 return RatesAtZero{force - limit, force + limit};
+               }));
   s.max_step_s = 0.02;
   s.scales = {1e-3, 1e-2};
   return s;

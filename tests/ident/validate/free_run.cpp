@@ -1,4 +1,4 @@
-#include "apps/free_run.hpp"
+#include "ident/validate/free_run.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -18,7 +18,7 @@ ident::Model model_of(const std::string& target, const std::vector<std::pair<std
   return model;
 }
 
-apps::Course whole(const dsp::Motion& motion, Eigen::Index first = 0) {
+ident::Course whole(const dsp::Motion& motion, Eigen::Index first = 0) {
   return {&motion,
           {{first, motion.num_samples()}},
           std::vector<unsigned char>(static_cast<std::size_t>(motion.num_samples()), 1)};
@@ -33,77 +33,77 @@ ident::Model true_model(const sim::Experiment& experiment) {
 
 }  // namespace
 
-TEST_CASE("the true equation of a Duffing oscillator runs along its record", "[apps][free_run]") {
+TEST_CASE("the true equation of a Duffing oscillator runs along its record", "[ident][free_run]") {
   const auto experiment = sim::make_experiment(sim::Duffing{});
   const dsp::Motion motion = support::motion_of(experiment, 30.0, 100.0);
-  const apps::FreeRun run = apps::free_run(true_model(experiment), {whole(motion, 200)});
+  const ident::FreeRun run = ident::free_run(true_model(experiment), {whole(motion, 200)});
   // The force is interpolated; its cubic Hermite pieces on the eightfold grid are off by about 1e-8 of its size.
   CHECK(run.reason.empty());
   CHECK(run.nmse < 1e-10);
   CHECK(run.num_stretches == 1);
 }
 
-TEST_CASE("a Coulomb oscillator sticks in its free run where it sticks in truth", "[apps][free_run]") {
+TEST_CASE("a Coulomb oscillator sticks in its free run where it sticks in truth", "[ident][free_run]") {
   const auto experiment = sim::make_experiment(sim::Coulomb{.c_f = 60.0, .ratio = 0.3});
   const dsp::Motion motion = support::motion_of(experiment, 8.0, 400.0);
   REQUIRE((motion.at("v").array() == 0.0).count() > 100);
-  const apps::FreeRun run = apps::free_run(true_model(experiment), {whole(motion, 100)});
+  const ident::FreeRun run = ident::free_run(true_model(experiment), {whole(motion, 100)});
   CHECK(run.reason.empty());
   CHECK(run.sticks);
   CHECK(run.nmse < 1e-8);
 }
 
-TEST_CASE("friction against the ground holds the payload, not the relative motion", "[apps][free_run]") {
+TEST_CASE("friction against the ground holds the payload, not the relative motion", "[ident][free_run]") {
   const sim::Coulomb p{.c = 1.0, .k = 400.0, .c_f = 60.0, .force_n = 100.0, .ratio = 0.31};
   const dsp::Motion motion = support::friction_on_the_ground(p, 20.0, 250.0);
   REQUIRE((motion.at("dy").array() == 0.0).count() > 500);
   const auto absolute = model_of("ddy", {{"x", -p.k}, {"dy", -p.c}, {"sgn(dy)", -p.c_f}});
   const auto relative = model_of("a", {{"x", -p.k}, {"dy", -p.c}, {"sgn(dy)", -p.c_f}, {"ddr", -1.0}});
   for (const ident::Model& model : {absolute, relative}) {
-    const apps::FreeRun run = apps::free_run(model, {whole(motion, 50)});
+    const ident::FreeRun run = ident::free_run(model, {whole(motion, 50)});
     CAPTURE(model.target, run.reason);
     CHECK(run.sticks);
     CHECK(run.nmse < 1e-7);
   }
 }
 
-TEST_CASE("a subtracted zero of x is taken back where y is rebuilt", "[apps][free_run]") {
+TEST_CASE("a subtracted zero of x is taken back where y is rebuilt", "[ident][free_run]") {
   const sim::Coulomb p{.c = 1.0, .k = 400.0, .c_f = 5.0, .force_n = 100.0, .ratio = 0.31};
   dsp::Motion motion = support::friction_on_the_ground(p, 20.0, 250.0);
   for (dsp::Signal& signal : motion.signals)
     if (signal.name == "x") signal.values.array() -= 0.01;
   const auto model = model_of("ddy", {{"y", -p.k}, {"r", p.k}, {"dy", -p.c}, {"sgn(dy)", -p.c_f}});
-  CHECK(apps::free_run(model, {whole(motion)}).nmse < 1e-7);
+  CHECK(ident::free_run(model, {whole(motion)}).nmse < 1e-7);
 }
 
-TEST_CASE("a free run that diverges says when, and gives no figure", "[apps][free_run]") {
+TEST_CASE("a free run that diverges says when, and gives no figure", "[ident][free_run]") {
   const auto experiment = sim::make_experiment(sim::Duffing{});
   const dsp::Motion motion = support::motion_of(experiment, 30.0, 100.0);
-  const apps::FreeRun run = apps::free_run(model_of("a", {{"x", 4.0}, {"f", 1.0}}), {whole(motion)});
+  const ident::FreeRun run = ident::free_run(model_of("a", {{"x", 4.0}, {"f", 1.0}}), {whole(motion)});
   CHECK(std::isnan(run.nmse));
   CHECK(run.diverged_after_s > 0.0);
   CHECK_THAT(run.reason, Catch::Contains("diverged"));
 }
 
-TEST_CASE("what cannot run free says why", "[apps][free_run]") {
+TEST_CASE("what cannot run free says why", "[ident][free_run]") {
   const auto experiment = sim::make_experiment(sim::Duffing{});
   const dsp::Motion motion = support::motion_of(experiment, 30.0, 100.0);
-  const auto reason = [&](const ident::Model& model, const apps::Course& course) {
-    return apps::free_run(model, {course}).reason;
+  const auto reason = [&](const ident::Model& model, const ident::Course& course) {
+    return ident::free_run(model, {course}).reason;
   };
   CHECK_THAT(reason(model_of("v", {{"x", 1.0}}), whole(motion)), Catch::Contains("not an equation of motion"));
   CHECK_THAT(reason(model_of("a", {}), whole(motion)), Catch::Contains("no term"));
-  apps::Course split = whole(motion);
+  ident::Course split = whole(motion);
   split.stretches = {{0, 200}, {300, 500}};
   CHECK_THAT(reason(true_model(experiment), split), Catch::Contains("5 periods"));
 }
 
-TEST_CASE("a free run begins again after each gap", "[apps][free_run]") {
+TEST_CASE("a free run begins again after each gap", "[ident][free_run]") {
   const auto experiment = sim::make_experiment(sim::Duffing{});
   const dsp::Motion motion = support::motion_of(experiment, 60.0, 100.0);
-  apps::Course course = whole(motion);
+  ident::Course course = whole(motion);
   course.stretches = {{0, 2000}, {2500, 2600}, {3000, 5000}};
-  const apps::FreeRun run = apps::free_run(true_model(experiment), {course});
+  const ident::FreeRun run = ident::free_run(true_model(experiment), {course});
   CHECK(run.num_stretches == 2);
   CHECK(run.nmse < 1e-10);
 }

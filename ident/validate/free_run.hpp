@@ -1,12 +1,13 @@
 #pragma once
 #include <Eigen/Core>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "dsp/motion.hpp"
 #include "ident/model.hpp"
 
-namespace apps {
+namespace ident {
 
 /// Where to run an equation through one recording: stretches of samples [first, last) without an excluded gap, and the
 /// samples that count.
@@ -19,7 +20,7 @@ struct Course {
   std::vector<unsigned char> scored;  ///< per sample of `signals`
 };
 
-/// An identified equation left to itself: what it says of x, and how far that is from what was measured.
+/// What an identified equation by itself predicts of x, against what was measured.
 struct FreeRun {
   double nmse = 0.0;   ///< of x over the scored samples
   std::string reason;  ///< not empty: there is no figure, and why: too short, no equation of motion, diverged
@@ -33,13 +34,14 @@ struct FreeRunOptions {
   double min_periods = 5.0;          ///< of the dominant frequency of x; shorter stretches are left out
   double relative_tolerance = 1e-6;  ///< of a step; ten times less moves the NMSE by under a thousandth of itself
   double divergence_factor = 100.0;  ///< a state beyond this many times its largest measured magnitude has diverged
+  std::function<void()> before_stretch = {};  ///< called before each; may throw to end the run
 };
 
 /// Integrates `model` (target a, the relative, or ddy, the absolute acceleration) over each stretch from its measured
 /// state; base motion, force and other measured inputs are interpolated through the record's own samples
 /// (band-limited). Every sgn(g) in the kept terms is a switch, located as a root; where both sides of g = v or g = dy
 /// push back, it slides there (stick, Filippov). x is compared on the scored samples of the stretches.
-[[nodiscard]] FreeRun free_run(const ident::Model& model, const std::vector<Course>& courses,
+[[nodiscard]] FreeRun free_run(const Model& model, const std::vector<Course>& courses,
                                const FreeRunOptions& options = {});
 
-}  // namespace apps
+}  // namespace ident

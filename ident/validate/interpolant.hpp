@@ -1,7 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 
-namespace apps {
+namespace ident {
 
 /// A measured signal between its samples: eightfold band-limited (Kaiser-windowed sinc, flat to 0.85 of the Nyquist
 /// frequency), then cubic Hermite on that fine grid. Beyond either end the record is continued by point reflection.
@@ -18,4 +18,4 @@ class Interpolant {
   Eigen::VectorXd fine_, slope_;  ///< values and per-step slopes on the fine grid
 };
 
-}  // namespace apps
+}  // namespace ident

@@ -1,11 +1,11 @@
-#include "apps/interpolant.hpp"
+#include "ident/validate/interpolant.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 
-namespace apps {
+namespace ident {
 namespace {
 
 using Eigen::Index;
@@ -72,4 +72,4 @@ double Interpolant::at(double t_s) const {
          u * u * ((1.0 + 2.0 * w) * fine_(i + 1) - w * slope_(i + 1));
 }
 
-}  // namespace apps
+}  // namespace ident

@@ -1,0 +1,193 @@
+#include "ident/validate/free_run.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "dsp/filter/fft.hpp"
+#include "ident/equation/equation_of_motion.hpp"
+#include "ident/validate/interpolant.hpp"
+#include "sim/ode/friction.hpp"
+#include "sim/simulate.hpp"
+
+namespace ident {
+namespace {
+
+using Eigen::Index;
+
+EquationOfMotion equation_of(const Model& model, const dsp::Motion& motion) {
+  StateEquation row{.state = 1, .terms = {}, .coefficients = {}};
+  for (const ModelTerm& term : model.terms) {
+    row.terms.push_back(term.name);
+    row.coefficients.push_back(term.mean);
+  }
+  EquationFrame frame;
+  if (model.target == "ddy") frame.states = {"y", "dy"};
+  frame.base_moves = motion.find("r") != nullptr;
+  for (const dsp::Signal& signal : motion.signals) frame.inputs.push_back(signal.name);
+  if (const dsp::Signal* y = motion.find("y")) {  // what was subtracted as the displacement's zero
+    Eigen::VectorXd offset = y->values - motion.at("x");
+    if (frame.base_moves) offset -= motion.at("r");
+    frame.offset_m = offset.mean();
+  }
+  return EquationOfMotion({std::move(row)}, std::move(frame));
+}
+
+/// Why it cannot run; empty: it can.
+std::string obstacle(const EquationOfMotion& equation) {
+  std::string why;
+  for (const std::string& name : equation.signals()) {
+    if (name == "a" || name == "ddy")
+      why = fmt::format("the equation contains {}, which follows from its own left side", name);
+    if (name == "z") why = "z has no equation of its own here";
+  }
+  if (equation.switches().size() > sim::max_switches)
+    why = fmt::format("{} switches are more than the {} it can follow", equation.switches().size(), sim::max_switches);
+  return why;
+}
+
+/// The measured inputs over one stretch, between their samples.
+class Inputs {
+ public:
+  Inputs(const EquationOfMotion& equation, const dsp::Motion& motion, const Course::Stretch& stretch) {
+    const auto over_stretch = [&](const std::string& name) {
+      return Interpolant(motion.at(name), motion.sample_rate_hz, stretch.first, stretch.last);
+    };
+    for (const std::string& name : equation.inputs()) inputs_.push_back(over_stretch(name));
+    if (equation.frame().states[0] != "y") return;
+    offset_m_ = equation.frame().offset_m;
+    if (equation.frame().base_moves) base_ = over_stretch("r");
+  }
+  void at(double t, double* values) const {
+    for (const Interpolant& input : inputs_) *values++ = input.at(t);
+  }
+  /// x from the position that is integrated.
+  [[nodiscard]] double x_at(double t, double position) const {
+    return position - (base_ ? base_->at(t) : 0.0) - offset_m_;
+  }
+
+ private:
+  std::vector<Interpolant> inputs_;
+  std::optional<Interpolant> base_;  ///< where y is integrated
+  double offset_m_ = 0.0;
+};
+
+/// Dominant frequency of a stretch, by its largest periodogram line.
+double dominant_hz(const Eigen::Ref<const Eigen::VectorXd>& x, double sample_rate_hz) {
+  const Eigen::VectorXcd spectrum = dsp::RealFft(x.size()).forward(x.array() - x.mean());
+  Index strongest = 0;
+  spectrum.tail(spectrum.size() - 1).cwiseAbs2().maxCoeff(&strongest);
+  return static_cast<double>(strongest + 1) * sample_rate_hz / static_cast<double>(x.size());
+}
+
+bool long_enough(const Course& course, const Course::Stretch& stretch, double min_periods) {
+  constexpr Index min_samples = 16;
+  const Index length = stretch.last - stretch.first;
+  if (length < min_samples) return false;
+  const Eigen::VectorXd x = course.signals->at("x").segment(stretch.first, length);
+  return static_cast<double>(length) / course.signals->sample_rate_hz *
+             dominant_hz(x, course.signals->sample_rate_hz) >=
+         min_periods;
+}
+
+/// Squared errors and squared sizes of x, summed over the stretches so far.
+struct Tally {
+  double error = 0.0, size = 0.0;
+};
+
+/// Whether the motion came to be held on a switch.
+bool sticks(const sim::Simulation& run, int num_switches) {
+  std::array<double, sim::max_switches> sides;
+  return std::any_of(run.events.begin(), run.events.end(), [&](const sim::Event& event) {
+    sim::sides_of(event.mode_after, num_switches, sides.data());
+    return std::find(sides.begin(), sides.begin() + num_switches, 0.0) != sides.begin() + num_switches;
+  });
+}
+
+/// Runs one stretch; false: `result` says how it ended.
+bool run_stretch(const std::shared_ptr<const EquationOfMotion>& equation, const Course& course,
+                 const Course::Stretch& stretch, const FreeRunOptions& options, Tally& tally, FreeRun& result) {
+  const dsp::Motion& motion = *course.signals;
+  const auto inputs = std::make_shared<const Inputs>(*equation, motion, stretch);
+  const Eigen::VectorXd& position = motion.at(equation->frame().states[0]);
+  const Eigen::VectorXd& speed = motion.at(equation->frame().states[1]);
+  const Index length = stretch.last - stretch.first;
+  const double position_scale = position.segment(stretch.first, length).cwiseAbs().maxCoeff();
+  const double speed_scale = speed.segment(stretch.first, length).cwiseAbs().maxCoeff();
+  if (!(position_scale > 0.0) || !(speed_scale > 0.0)) {
+    result.reason = "x does not move";
+    return false;
+  }
+  const double start_s = static_cast<double>(stretch.first) / motion.sample_rate_hz;
+  const Eigen::Vector2d initial(position(stretch.first) / position_scale, speed(stretch.first) / speed_scale);
+  sim::SimulateOptions simulate_options{.duration_s = static_cast<double>(length - 1) / motion.sample_rate_hz,
+                                        .sample_rate_hz = motion.sample_rate_hz,
+                                        .start_s = start_s,
+                                        .relative_tolerance = options.relative_tolerance,
+                                        .absolute_tolerance = options.relative_tolerance,
+                                        .formula = sim::Formula::dormand_prince,
+                                        .divergence_bound = options.divergence_factor};
+  // Held on a switch nothing moves and steps would grow past the moment it is let go.
+  const int num_switches = static_cast<int>(equation->switches().size());
+  if (num_switches > 0) simulate_options.max_step_s = 1.0 / motion.sample_rate_hz;
+  sim::System system =
+      system_of(equation, [inputs](double t, double* values) { inputs->at(t, values); }, {position_scale, speed_scale});
+  system.name = "free run";
+  const sim::Simulation run = sim::simulate(system, initial, simulate_options);
+  result.sticks = result.sticks || sticks(run, num_switches);
+  if (run.status != sim::SimulationStatus::finished) {
+    result.diverged_after_s = static_cast<double>(run.time_s.size()) / motion.sample_rate_hz;
+    result.reason = fmt::format("{} {:.4g} s after its start at t = {:.6g} s ({})",
+                                run.status == sim::SimulationStatus::diverged ? "diverged" : "came to a halt",
+                                result.diverged_after_s, start_s, run.reason);
+    return false;
+  }
+  for (Index i = 0; i < length; ++i) {
+    const Index sample = stretch.first + i;
+    if (course.scored[static_cast<std::size_t>(sample)] == 0) continue;
+    const double measured = motion.at("x")(sample);
+    const double x = inputs->x_at(run.time_s(i), run.states(i, 0) * position_scale);
+    tally.error += (x - measured) * (x - measured);
+    tally.size += measured * measured;
+  }
+  return true;
+}
+
+}  // namespace
+
+FreeRun free_run(const Model& model, const std::vector<Course>& courses, const FreeRunOptions& options) {
+  FreeRun result;
+  result.nmse = std::numeric_limits<double>::quiet_NaN();
+  if (model.terms.empty()) result.reason = "no term was selected";
+  else if (model.target != "a" && model.target != "ddy")
+    result.reason = fmt::format("an equation for {} is not an equation of motion of x", model.target);
+  Tally tally;
+  for (const Course& course : courses) {
+    if (!result.reason.empty()) return result;
+    const auto equation = std::make_shared<const EquationOfMotion>(equation_of(model, *course.signals));
+    result.reason = obstacle(*equation);
+    if (!result.reason.empty()) return result;
+    for (const Course::Stretch& stretch : course.stretches) {
+      if (options.before_stretch) options.before_stretch();
+      if (!long_enough(course, stretch, options.min_periods)) continue;
+      ++result.num_stretches;
+      if (!run_stretch(equation, course, stretch, options, tally, result)) return result;
+    }
+  }
+  if (result.num_stretches == 0) {
+    result.reason = fmt::format("no test stretch without a gap is {:g} periods long", options.min_periods);
+  } else if (!(tally.size > 0.0)) {
+    result.reason = "x is zero over the test rows";
+  } else {
+    result.nmse = tally.error / tally.size;
+  }
+  return result;
+}
+
+}  // namespace ident
