@@ -90,20 +90,19 @@ EquationOscillator equation_oscillator(const IdentifiedEquation& equation, const
   result.oscillator.x_per_drive = absolute ? -1.0 : 0.0;
   result.oscillator.y_per_drive = base && !absolute ? 1.0 : 0.0;
   // Of each input, which derivative of the drive it is; one that is none is zero.
-  const std::vector<std::string> drives =
-      base ? std::vector<std::string>{"r", "dr", "ddr"} : std::vector<std::string>{"f"};
+  const std::array<std::string_view, 3> base_drive{"r", "dr", "ddr"}, force_drive{"f"};
+  const auto& drives = base ? base_drive : force_drive;
   std::vector<std::size_t> orders;
   for (const std::string& input : motion->inputs())
     orders.push_back(static_cast<std::size_t>(std::find(drives.begin(), drives.end(), input) - drives.begin()));
-  result.oscillator.acceleration =
-      [motion, orders, num_drives = drives.size(), inputs = std::vector<double>(orders.size()),
-       sides = std::vector<double>(contents.switches.size())](const sim::DrivenOscillator::Drive& drive, double q,
-                                                              double v, double sign) mutable {
-        const std::array states{q, v};
-        for (std::size_t i = 0; i < orders.size(); ++i) inputs[i] = orders[i] < num_drives ? drive[orders[i]] : 0.0;
-        std::fill(sides.begin(), sides.end(), sign);
-        return motion->acceleration({0.0, states.data(), inputs.data()}, sides.data());
-      };
+  result.oscillator.acceleration = [motion, orders](const sim::DrivenOscillator::Drive& drive, double q, double v,
+                                                    double sign) {
+    const std::array states{q, v}, sides{sign, sign};  // sgn(v), sgn(dy)
+    std::array<double, 4> inputs{};                    // r, dr, ddr, f
+    for (std::size_t i = 0; i < orders.size(); ++i)
+      if (orders[i] < drive.size()) inputs[i] = drive[orders[i]];
+    return motion->acceleration({0.0, states.data(), inputs.data()}, sides.data());
+  };
   return result;
 }
 

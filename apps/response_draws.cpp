@@ -7,18 +7,12 @@
 #include "apps/equation_oscillator.hpp"
 #include "apps/process/interrupt.hpp"
 #include "dsp/for_each_index.hpp"
+#include "dsp/order_statistics.hpp"
 
 namespace apps {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
-/// Of values in order, between them.
-double quantile(const std::vector<double>& sorted, double share) {
-  const double place = share * static_cast<double>(sorted.size() - 1);
-  const auto k = std::min(static_cast<std::size_t>(place), sorted.size() - 2);
-  return sorted[k] + (place - static_cast<double>(k)) * (sorted[k + 1] - sorted[k]);
-}
 
 ResponseBand band_of(const std::vector<sim::SteadyResponse>& draws,
                      std::vector<sim::ResponsePoint> sim::FrequencyResponse::*way, std::size_t num_points) {
@@ -34,10 +28,10 @@ ResponseBand band_of(const std::vector<sim::SteadyResponse>& draws,
     std::sort(y.begin(), y.end());
     const bool enough = x.size() >= 2;
     band.x_std_m.push_back(drawn_figure(x).std);
-    band.x_low_m.push_back(enough ? quantile(x, 0.025) : nan);
-    band.x_high_m.push_back(enough ? quantile(x, 0.975) : nan);
-    band.y_low_m.push_back(enough ? quantile(y, 0.025) : nan);
-    band.y_high_m.push_back(enough ? quantile(y, 0.975) : nan);
+    band.x_low_m.push_back(enough ? dsp::interpolated_quantile(x, 0.025) : nan);
+    band.x_high_m.push_back(enough ? dsp::interpolated_quantile(x, 0.975) : nan);
+    band.y_low_m.push_back(enough ? dsp::interpolated_quantile(y, 0.025) : nan);
+    band.y_high_m.push_back(enough ? dsp::interpolated_quantile(y, 0.975) : nan);
   }
   return band;
 }

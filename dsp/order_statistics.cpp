@@ -26,4 +26,10 @@ double quantile_in_place(std::span<double> values, double share) {
   return values.empty() ? 0.0 : nth(values, static_cast<std::size_t>(share * static_cast<double>(values.size() - 1)));
 }
 
+double interpolated_quantile(std::span<const double> ascending, double share) {
+  const double place = share * static_cast<double>(ascending.size() - 1);
+  const auto k = std::min(static_cast<std::size_t>(place), ascending.size() - 2);
+  return ascending[k] + (place - static_cast<double>(k)) * (ascending[k + 1] - ascending[k]);
+}
+
 }  // namespace dsp

@@ -14,6 +14,9 @@ namespace dsp {
 /// The same without a copy: `values` are reordered.
 [[nodiscard]] double quantile_in_place(std::span<double> values, double share);
 
+/// The same between the two nearest of at least two values in ascending order, linearly.
+[[nodiscard]] double interpolated_quantile(std::span<const double> ascending, double share);
+
 /// At most `most` of the items, drawn evenly in their order; all if there are no more.
 template <class Item>
 [[nodiscard]] std::vector<Item> drawn_evenly(const std::vector<Item>& items, std::size_t most) {

@@ -10,6 +10,7 @@
 
 #include "apps/output/svg_plot.hpp"
 #include "apps/paper/replicate_statistics.hpp"
+#include "dsp/order_statistics.hpp"
 
 namespace apps {
 namespace {
@@ -150,12 +151,11 @@ std::string free_runs(const CaseReplication& replication) {
     groups[key].push_back(std::isfinite(score.nmse) ? score.nmse : HUGE_VAL);
   }
   for (const auto& key : order) {
-    auto& values = groups[key];
-    std::sort(values.begin(), values.end());
+    const auto& values = groups[key];
     const auto& [method, ratio, signal] = key;
     const auto value = [](double nmse) { return std::isfinite(nmse) ? fmt::format("{:.2e}", nmse) : "diverged"; };
     text += fmt::format("{:<10} {:>6.2f} {:<7} {:>11} {:>11}\n", method, ratio, signal,
-                        value(values[values.size() / 2]), value(values.back()));
+                        value(dsp::median(values)), value(*std::max_element(values.begin(), values.end())));
   }
   return text;
 }

@@ -11,6 +11,8 @@
 #include <optional>
 #include <stdexcept>
 
+#include "dsp/filter/kaiser.hpp"
+
 namespace dsp {
 namespace {
 
@@ -48,15 +50,6 @@ std::optional<Fraction> fraction_of(double input_rate_hz, double output_rate_hz)
   return Fraction{static_cast<int>(q1), static_cast<int>(p1)};
 }
 
-double bessel_i0(double x) {
-  double sum = 1.0, term = 1.0;
-  for (int k = 1; term > 1e-17 * sum; ++k) {
-    term *= (x / (2.0 * k)) * (x / (2.0 * k));
-    sum += term;
-  }
-  return sum;
-}
-
 // Gain of `sinc_order` cascaded means of `factor` samples, at f relative to their input rate.
 double sinc_gain(int factor, double f) {
   const double x = pi * f;
@@ -80,8 +73,7 @@ struct Edges {
 };
 
 Index kaiser_half(double attenuation_db, const Edges& edges, double rate_hz) {
-  const double span = (attenuation_db - 7.95) / 14.36 * rate_hz / (edges.stop_hz - edges.pass_hz);
-  return static_cast<Index>(std::ceil(span / 2.0));
+  return static_cast<Index>(std::ceil(kaiser_length(attenuation_db, edges.stop_hz - edges.pass_hz, rate_hz) / 2.0));
 }
 
 // Kaiser-windowed ideal low-pass, evaluated for each output phase; `droop` (of an earlier sinc stage with this factor,
@@ -89,7 +81,7 @@ Index kaiser_half(double attenuation_db, const Edges& edges, double rate_hz) {
 MatrixXd kaiser_taps(double attenuation_db, const Edges& edges, double rate_hz, int up, int droop_factor,
                      double droop_rate_hz) {
   const Index half = kaiser_half(attenuation_db, edges, rate_hz) + (up > 1 ? 1 : 0), length = 2 * half + 1;
-  const double beta = 0.1102 * (attenuation_db - 8.7), crest = bessel_i0(beta);
+  const KaiserWindow window(kaiser_beta(attenuation_db));
   const double reach = static_cast<double>(half) + (up > 1 ? 0.0 : 1e-9);
   const double cut = 0.5 * (edges.pass_hz + edges.stop_hz) / rate_hz;  // cycles a sample
   // The ideal filter with the droop divided out is an even function of frequency: its samples by the midpoint rule,
@@ -109,8 +101,7 @@ MatrixXd kaiser_taps(double attenuation_db, const Edges& edges, double rate_hz, 
   for (int phase = 0; phase < up; ++phase)
     for (Index i = 0; i < length; ++i) {
       const double offset = static_cast<double>(i - half) - static_cast<double>(phase) / up, u = offset / reach;
-      const double window = std::abs(u) > 1.0 ? 0.0 : bessel_i0(beta * std::sqrt(1.0 - u * u)) / crest;
-      taps(i, phase) = window * ideal(offset);
+      taps(i, phase) = window(u) * ideal(offset);
     }
   taps.array().rowwise() /= taps.colwise().sum().array().eval();
   return taps;

@@ -5,22 +5,22 @@
 #include <stdexcept>
 #include <utility>
 
+#include "dsp/filter/kaiser.hpp"
+
 namespace dsp {
 namespace {
 
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double attenuation_db = 40.0, transition_share = 0.4;  // Kaiser's design: width of the transition / cut-off
+constexpr double attenuation_db = 40.0, transition_share = 0.4;  // width of the transition / cut-off
 constexpr Index fine = 64;                                       // points of the grid a sample
 
-double kernel(double t, double reach, double cycles_per_sample) {
-  const double u = t / reach;
-  if (std::abs(u) >= 1.0) return 0.0;
-  const double beta = 0.5842 * std::pow(attenuation_db - 21.0, 0.4) + 0.07886 * (attenuation_db - 21.0);
+double kernel(const KaiserWindow& window, double t, double reach, double cycles_per_sample) {
+  if (std::abs(t) >= reach) return 0.0;
   const double phase = 2.0 * std::numbers::pi * cycles_per_sample * t;
   const double sinc = std::abs(phase) < 1e-9 ? 1.0 : std::sin(phase) / phase;
-  return sinc * std::cyl_bessel_i(0.0, beta * std::sqrt(1.0 - u * u));
+  return sinc * window(t / reach);
 }
 
 }  // namespace
@@ -29,18 +29,19 @@ ShortLowPass::ShortLowPass(double cutoff_hz, double sample_rate_hz) {
   if (!(cutoff_hz > 0.0) || !(cutoff_hz < sample_rate_hz / 2.0))
     throw std::invalid_argument("ShortLowPass: 0 < cutoff_hz < sample_rate_hz / 2 is required");
   const double cutoff = cutoff_hz / sample_rate_hz;
-  const double length = (attenuation_db - 7.95) / (14.36 * transition_share * cutoff);
+  const KaiserWindow window(kaiser_beta(attenuation_db));
+  const double length = kaiser_length(attenuation_db, transition_share * cutoff, 1.0);
   reach_ = std::max<Index>(1, static_cast<Index>(std::ceil(length / 2.0)));
   const auto reach = static_cast<double>(reach_);
 
-  taps_ = VectorXd::NullaryExpr(2 * reach_ + 1,
-                                [&](Index i) { return kernel(static_cast<double>(i - reach_), reach, cutoff); });
+  taps_ = VectorXd::NullaryExpr(
+      2 * reach_ + 1, [&](Index i) { return kernel(window, static_cast<double>(i - reach_), reach, cutoff); });
   taps_ /= taps_.sum();
 
   // Integrated once, twice, three times by the trapezoidal rule: t^k switched on is k! times the (k + 1)-fold integral.
   const Index n = 2 * reach_ * fine + 1;
-  VectorXd integral =
-      VectorXd::NullaryExpr(n, [&](Index i) { return kernel(static_cast<double>(i) / fine - reach, reach, cutoff); });
+  VectorXd integral = VectorXd::NullaryExpr(
+      n, [&](Index i) { return kernel(window, static_cast<double>(i) / fine - reach, reach, cutoff); });
   integral /= integral.sum() / static_cast<double>(fine);
   switched_.resize(n, 3);
   for (int power = 0; power < 3; ++power) {

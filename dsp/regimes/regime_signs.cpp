@@ -45,7 +45,7 @@ VectorXd moving_max(const VectorXd& x, Index half) {
 }
 
 // 1 / the power-weighted mean frequency of v between 0.1 Hz and an eighth of the rate.
-double dominant_period_s(const VectorXd& v, double rate_hz) {
+double mean_period_s(const VectorXd& v, double rate_hz) {
   const Eigen::VectorXcd spectrum = RealFft(v.size()).forward(v);
   double power = 0.0, moment = 0.0;
   for (Index k = 1; k < spectrum.size(); ++k) {
@@ -130,7 +130,7 @@ RegimeSigns regime_signs(const Motion& motion, const SegmentOptions& options) {
   if (base_speed != nullptr)
     signs.base_speed_m_per_s = std::sqrt(2.0 * base_speed->values.squaredNorm() / static_cast<double>(v.size()));
   const bool follows = base_speed != nullptr && v.squaredNorm() < 0.1 * base_speed->values.squaredNorm();
-  signs.period_s = dominant_period_s(follows ? base_speed->values : v, rate_hz);
+  signs.period_s = mean_period_s(follows ? base_speed->values : v, rate_hz);
   const SpectralBand slow{5.0 / signs.period_s, 6.5 / signs.period_s};
   const bool has_faster = slow.cutoff_hz < rate_hz / 2 && v.size() >= 8;
   const auto swing_of = [&](const char* name) -> VectorXd {

@@ -6,7 +6,7 @@
 #include <complex>
 #include <limits>
 
-#include "dsp/filter/fft.hpp"
+#include "dsp/filter/strongest_line.hpp"
 #include "dsp/order_statistics.hpp"
 
 namespace dsp {
@@ -89,21 +89,6 @@ struct Window {
   double frequency_hz = nan, noise = 0.0;  ///< NaN: no sine; noise: deviation of a relative amplitude
 };
 
-struct Line {
-  double frequency_hz = 0.0, share = 0.0;  ///< share of the power within two bins of it
-};
-
-/// The strongest line of a signal's periodogram.
-Line strongest_line(const VectorXd& signal, double rate_hz) {
-  const VectorXd power = RealFft(signal.size()).forward(signal.array() - signal.mean()).cwiseAbs2();
-  Index k = 0;
-  power.tail(power.size() - 1).maxCoeff(&k);
-  ++k;
-  const Index low = std::max<Index>(k - 2, 1), high = std::min(k + 3, power.size());
-  return {static_cast<double>(k) * rate_hz / static_cast<double>(signal.size()),
-          power.segment(low, high - low).sum() / power.tail(power.size() - 1).sum()};
-}
-
 /// Frequency of a window from the phases of its halves, starting from a guess; NaN if that does not settle.
 double window_frequency(const VectorXd& drive, Index first, Index last, double rate_hz, double f) {
   const Index middle = (first + last) / 2;
@@ -128,7 +113,7 @@ std::vector<Window> windows_of(const VectorXd& drive, double rate_hz, const Stea
   double guess = typical_hz;
   for (Index first = 0; first + length <= drive.size() && length >= 4 * (2 * drive_harmonics + 1); first += hop) {
     Window window{first, first + length, nan, 0.0};
-    const Line line = strongest_line(drive.segment(first, length), rate_hz);
+    const SpectralLine line = strongest_line(drive.segment(first, length), rate_hz);
     for (const double start : {guess, line.frequency_hz}) {
       if (line.share < 0.5) break;  // no sine: spare the fits
       const double f = window_frequency(drive, window.first, window.last, rate_hz, start);

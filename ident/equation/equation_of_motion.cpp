@@ -22,6 +22,13 @@ std::size_t index_of(std::vector<std::string>& known, const std::string& wanted)
   return known.size() - 1;
 }
 
+/// `indices` of `all` in a row: where they are, if there is but one, else in `row`.
+const double* gathered(const std::vector<std::size_t>& indices, const double* all, double* row) {
+  if (indices.size() == 1) return all + indices[0];
+  for (std::size_t i = 0; i < indices.size(); ++i) row[i] = all[indices[i]];
+  return row;
+}
+
 }  // namespace
 
 EquationOfMotion::EquationOfMotion(const std::vector<StateEquation>& equations, EquationFrame frame)
@@ -55,7 +62,7 @@ EquationOfMotion::Part EquationOfMotion::make_part(const std::string& text, cons
 EquationOfMotion::Row EquationOfMotion::make_row(const StateEquation& equation, const std::vector<std::string>& names) {
   if (equation.state >= frame_.states.size() || equation.terms.size() != equation.coefficients.size())
     throw std::invalid_argument("EquationOfMotion: an equation for no state, or terms without coefficients");
-  Row row{.state = equation.state, .terms = {}, .coefficients = equation.coefficients};
+  Row row{.state = equation.state, .terms = {}};
   if (!equation.where.empty()) {
     const Expression condition(equation.where, {"v"});
     const double above = 1.0, below = -1.0;
@@ -63,7 +70,8 @@ EquationOfMotion::Row EquationOfMotion::make_row(const StateEquation& equation, 
     row.below = condition.evaluate(&below, &below) != 0.0;
     row.v_switch = index_of(switch_names_, "v");
   }
-  for (const std::string& term : equation.terms) row.terms.push_back(make_part(term, names));
+  for (std::size_t i = 0; i < equation.terms.size(); ++i)
+    row.terms.push_back({make_part(equation.terms[i], names), equation.coefficients[i]});
   return row;
 }
 
@@ -90,29 +98,30 @@ void EquationOfMotion::find_values() {
   const auto place = [&](Part& part) {
     for (std::size_t& value : part.values) value = index_of(all, signals_[value]);
   };
-  for (Row& row : rows_) std::for_each(row.terms.begin(), row.terms.end(), place);
-  std::for_each(switches_.begin(), switches_.end(), place);
+  for (Row& row : rows_)
+    for (Term& term : row.terms) place(term.part);
+  for (Part& part : switches_) place(part);
 }
 
-void EquationOfMotion::look(const EquationPoint& point) const {
-  const auto inputs = std::copy_n(point.states, frame_.states.size(), values_.begin());
-  const auto derived = std::copy_n(point.inputs, inputs_.size(), inputs);
+inline void EquationOfMotion::look(const EquationPoint& point) const {
+  double* derived = values_.data();
+  for (std::size_t i = 0; i < frame_.states.size(); ++i) *derived++ = point.states[i];
+  for (std::size_t i = 0; i < inputs_.size(); ++i) *derived++ = point.inputs[i];
   const double r = r_ ? point.inputs[*r_] : 0.0, dr = dr_ ? point.inputs[*dr_] : 0.0;
   derived[0] = point.t_s;
   derived[1] = relative_ ? point.states[0] + r + frame_.offset_m : point.states[0] - r - frame_.offset_m;
   derived[2] = relative_ ? point.states[1] + dr : point.states[1] - dr;
 }
 
-double EquationOfMotion::evaluate(const Part& part, const double* sides) const {
-  for (std::size_t i = 0; i < part.values.size(); ++i) part_values_[i] = values_[part.values[i]];
-  for (std::size_t i = 0; i < part.switches.size(); ++i) part_sides_[i] = sides[part.switches[i]];
-  return part.expression.evaluate(part_values_.data(), part_sides_.data());
+inline double EquationOfMotion::evaluate(const Part& part, const double* sides) const {
+  return part.expression.evaluate(gathered(part.values, values_.data(), part_values_.data()),
+                                  gathered(part.switches, sides, part_sides_.data()));
 }
 
-double EquationOfMotion::sum(const Row& row, const double* sides) const {
+inline double EquationOfMotion::sum(const Row& row, const double* sides) const {
   if (!(row.above && row.below) && !(sides[row.v_switch] > 0.0 ? row.above : row.below)) return 0.0;
   double sum = 0.0;
-  for (std::size_t i = 0; i < row.terms.size(); ++i) sum += row.coefficients[i] * evaluate(row.terms[i], sides);
+  for (const auto& [part, coefficient] : row.terms) sum += coefficient * evaluate(part, sides);
   return sum;
 }
 

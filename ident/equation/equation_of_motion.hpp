@@ -68,12 +68,15 @@ class EquationOfMotion {
     Expression expression;
     std::vector<std::size_t> values, switches;
   };
+  struct Term {
+    Part part;
+    double coefficient;
+  };
   struct Row {
     std::size_t state;
     bool above = true, below = true;  ///< the sides of v on which it holds
     std::size_t v_switch = 0;         ///< index; where it does not hold on both
-    std::vector<Part> terms;
-    std::vector<double> coefficients;
+    std::vector<Term> terms;
   };
   enum class Hold { never, own_speed, other_speed };
 

@@ -10,7 +10,7 @@
 #include <optional>
 #include <utility>
 
-#include "dsp/filter/fft.hpp"
+#include "dsp/filter/strongest_line.hpp"
 #include "ident/equation/equation_of_motion.hpp"
 #include "ident/validate/interpolant.hpp"
 #include "sim/ode/friction.hpp"
@@ -78,21 +78,13 @@ class Inputs {
   double offset_m_ = 0.0;
 };
 
-/// Dominant frequency of a stretch, by its largest periodogram line.
-double dominant_hz(const Eigen::Ref<const Eigen::VectorXd>& x, double sample_rate_hz) {
-  const Eigen::VectorXcd spectrum = dsp::RealFft(x.size()).forward(x.array() - x.mean());
-  Index strongest = 0;
-  spectrum.tail(spectrum.size() - 1).cwiseAbs2().maxCoeff(&strongest);
-  return static_cast<double>(strongest + 1) * sample_rate_hz / static_cast<double>(x.size());
-}
-
 bool long_enough(const Course& course, const Course::Stretch& stretch, double min_periods) {
   constexpr Index min_samples = 16;
   const Index length = stretch.last - stretch.first;
   if (length < min_samples) return false;
   const Eigen::VectorXd x = course.signals->at("x").segment(stretch.first, length);
   return static_cast<double>(length) / course.signals->sample_rate_hz *
-             dominant_hz(x, course.signals->sample_rate_hz) >=
+             dsp::strongest_line(x, course.signals->sample_rate_hz).frequency_hz >=
          min_periods;
 }
 
@@ -165,7 +157,8 @@ bool run_stretch(const std::shared_ptr<const EquationOfMotion>& equation, const 
 FreeRun free_run(const Model& model, const std::vector<Course>& courses, const FreeRunOptions& options) {
   FreeRun result;
   result.nmse = std::numeric_limits<double>::quiet_NaN();
-  if (model.terms.empty()) result.reason = "no term was selected";
+  if (model.terms.empty())
+    result.reason = "no term was selected";
   else if (model.target != "a" && model.target != "ddy")
     result.reason = fmt::format("an equation for {} is not an equation of motion of x", model.target);
   Tally tally;

@@ -5,6 +5,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "dsp/filter/kaiser.hpp"
+
 namespace ident {
 namespace {
 
@@ -16,13 +18,13 @@ constexpr double beta = 9.0;
 
 /// Taps x phase: what sample -half_width+1 ... half_width around a point `phase / factor` past sample 0 contribute.
 Eigen::MatrixXd phase_taps() {
+  const dsp::KaiserWindow window(beta);
   Eigen::MatrixXd taps(2 * half_width, factor);
   for (Index phase = 0; phase < factor; ++phase) {
     for (Index i = 0; i < taps.rows(); ++i) {
       const double distance = static_cast<double>(phase) / factor - static_cast<double>(i - half_width + 1);
-      const double edge = std::max(0.0, 1.0 - std::pow(distance / half_width, 2));
       const double angle = std::numbers::pi * distance;
-      taps(i, phase) = (angle == 0.0 ? 1.0 : std::sin(angle) / angle) * std::cyl_bessel_i(0.0, beta * std::sqrt(edge));
+      taps(i, phase) = (angle == 0.0 ? 1.0 : std::sin(angle) / angle) * window(distance / half_width);
     }
     taps.col(phase) /= taps.col(phase).sum();
   }

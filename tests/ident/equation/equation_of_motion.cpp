@@ -5,7 +5,7 @@
 #include <map>
 
 #include "dsp/fault.hpp"
-#include "ident/validate/metrics.hpp"
+#include "ident/validate/judge.hpp"
 #include "sim/simulate.hpp"
 #include "sim/systems.hpp"
 
