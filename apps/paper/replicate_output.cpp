@@ -253,7 +253,7 @@ std::string replicate_table(const ReplicatedCase& replicated, const ReplicateOpt
       "Table {}: {}\nnoise {:g} of each target's deviation, on the targets; selection {}; seeds {} to {}\n\n",
       definition.table, definition.name, options.noise, ident::to_string(options.selection), options.first_seed,
       options.first_seed + static_cast<std::uint64_t>(options.num_seeds) - 1);
-  const auto list = [&](const char* quantity, const char* heading) {
+  const auto list = [&, &comparisons = comparisons](const char* quantity, const char* heading) {
     text += heading;
     for (const Comparison& c : comparisons) {
       if (c.quantity != quantity) continue;
