@@ -82,7 +82,7 @@ TEST_CASE("what a person called X.partial is left alone", "[apps][kept_files]") 
   CHECK(bytes_of(folder / "folder.partial/a") == "half a film");
 }
 
-TEST_CASE("--force replaces what a manifest of Ardent's lists and nothing else", "[apps][kept_files]") {
+TEST_CASE("what --force replaces is what a manifest of Ardent's lists and nothing else", "[apps][kept_files]") {
   const Scratch& folder = bench();
   fs::create_directory(folder / "npm");
   (void)folder.file("npm/manifest.json", R"({"name": "site", "authors": ["ardent"]})");
