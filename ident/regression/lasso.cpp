@@ -75,7 +75,9 @@ Fit fit_lasso(const RFactor& data, const LassoOptions& options) {
   const double largest = (problem.A.transpose() * problem.y).cwiseAbs().maxCoeff();
   const auto m = static_cast<double>(problem.num_samples);
   // Of supports that fit exactly the smallest is best, whatever rounding leaves of their residuals.
-  const double floor = 1e-26 * problem.target_norm * problem.target_norm / m;
+  const double floor = 1e-26 / m;
+  UnitProblem at_unit_norm = problem;  // its variances neither overflow nor vanish
+  at_unit_norm.target_norm = 1.0;
   VectorXd c = VectorXd::Zero(problem.num_terms());
   std::vector<Index> before, best;
   fit.steps.push_back(start_from({}));
@@ -89,8 +91,8 @@ Fit fit_lasso(const RFactor& data, const LassoOptions& options) {
     const bool asked_for = share == options.lambda;
     if (!asked_for && (kept == before || static_cast<Index>(kept.size()) >= problem.num_samples)) continue;
     Fit at;
-    finish_least_squares(problem, kept, 0.0, at);
-    record(before, kept, share, at.noise_variance, fit);
+    finish_least_squares(at_unit_norm, kept, 0.0, at);
+    record(before, kept, share, at.noise_variance * problem.target_norm * problem.target_norm, fit);
     const double bic =
         m * std::log(std::max(floor, at.noise_variance)) + static_cast<double>(at.relevant.size()) * std::log(m);
     before = kept;
