@@ -78,10 +78,10 @@ void add_global_options(CLI::App& app, GlobalOptions& options) {
   app.add_flag("-q,--quiet", options.quiet, "Results and errors only");
   app.add_flag("-v,--verbose", options.verbosity, "Notes too");
   app.add_flag("--json", options.json, "One JSON document on standard output");
-  app.add_option("--seed", options.seed, "Seed of whatever is random")->check(whole(0))->capture_default_str();
+  app.add_option("--seed", options.seed, "Seed of whatever is random")->transform(whole(0))->capture_default_str();
   app.add_option("--threads", options.num_threads,
                  "Threads; 0: as many as there are processors. The results are the same")
-      ->check(whole(0, 1024))
+      ->transform(whole(0, 1024))
       ->option_text("INT=0");
   app.add_flag("--dry-run", options.dry_run, "Say what would be done");
   app.add_flag("--force", options.force, "Replace an earlier result");
@@ -145,7 +145,7 @@ CLI::App* add_run(CLI::App& app, const char* name, const char* help, const Globa
   command->add_flag("--salvage", arguments->salvage, "Read what is left of a truncated recording");
   command->add_flag("--uncalibrated", arguments->uncalibrated, "Channels without a sensitivity stay raw");
   command->add_option("--max-memory", *max_memory_mb, "Most memory a recording may take")
-      ->check(whole(1, 1 << 30))
+      ->transform(whole(1, 1 << 30))
       ->option_text("MB");
   command->callback([=, &global, &chosen] {
     chosen = [=, &global](Console& console) {
@@ -341,7 +341,7 @@ void add_frc(CLI::App& app, const GlobalOptions& global, const std::vector<std::
   command->add_option("--range", arguments->range, "Range whose equation it is; mixed, or the first, unless said");
   command->add_option("--method", arguments->method, "Method that found it; fast_rvm unless said");
   command->add_option("--draws", arguments->num_draws, "Draws of the coefficients; 0: no uncertainty")
-      ->check(whole(0, 100000))
+      ->transform(whole(0, 100000))
       ->option_text("INT=40");
   command
       ->add_option("--static-friction", arguments->static_friction,
@@ -373,10 +373,10 @@ void add_replicate(CLI::App& app, const GlobalOptions& global, const std::vector
                    "qzs-mixed, qzs), table-1 ... table-12, fig-2 ... fig-9, fig-11 ... fig-13, all")
       ->required();
   command->add_option("--seeds", arguments->num_seeds, "How many draws of the noise")
-      ->check(whole(1, 1'000'000))
+      ->transform(whole(1, 1'000'000))
       ->capture_default_str();
   command->add_option("--first-seed", arguments->first_seed, "The first of them")
-      ->check(whole(0))
+      ->transform(whole(0))
       ->capture_default_str();
   command->add_option("--noise", arguments->noise,
                       "Share of each target's standard deviation (0.1); qzs: times the sensors' own (1)");

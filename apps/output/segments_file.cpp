@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "apps/process/printable.hpp"
 #include "dsp/io/small_file.hpp"
@@ -125,10 +126,19 @@ dsp::Segment samples_of(const LabelledStretch& stretch, const dsp::Motion& bus) 
 /// What each sample belongs to, as an index into the segments; -1: none of them. Excluded wins, then the later one.
 std::vector<int> owners(const std::vector<dsp::Segment>& segments, Index num_samples) {
   std::vector<int> owner(static_cast<std::size_t>(num_samples), -1);
-  for (const bool excluded : {false, true})
-    for (std::size_t i = 0; i < segments.size(); ++i)
-      if ((segments[i].regime == dsp::Regime::excluded) == excluded)
-        std::fill(owner.begin() + segments[i].first, owner.begin() + segments[i].last, static_cast<int>(i));
+  std::vector<std::size_t> free(owner.size() + 1);  // a sample not before this one that may have no owner yet
+  std::iota(free.begin(), free.end(), std::size_t{0});
+  const auto next_free = [&](std::size_t sample) {
+    while (free[sample] != sample) sample = free[sample] = free[free[sample]];
+    return sample;
+  };
+  for (const bool excluded : {true, false})  // those that win first: no sample is visited for the others
+    for (std::size_t i = segments.size(); i-- > 0;) {
+      if ((segments[i].regime == dsp::Regime::excluded) != excluded) continue;
+      const auto end = static_cast<std::size_t>(segments[i].last);
+      for (auto n = next_free(static_cast<std::size_t>(segments[i].first)); n < end; n = next_free(n))
+        owner[n] = static_cast<int>(i), free[n] = n + 1;
+    }
   return owner;
 }
 

@@ -76,7 +76,9 @@ Fit fit_lasso(const RFactor& data, const LassoOptions& options) {
   const double largest = (problem.A.transpose() * problem.Y.col(0)).cwiseAbs().maxCoeff();
   const auto m = static_cast<double>(problem.num_samples);
   // Of supports that fit exactly the smallest is best, whatever rounding leaves of their residuals.
-  const double floor = 1e-26 * problem.target_norm(0) * problem.target_norm(0) / m;
+  const double floor = 1e-26 / m;
+  UnitProblem at_unit_norm = problem;  // its variances neither overflow nor vanish
+  at_unit_norm.target_norm(0) = 1.0;
   VectorXd c = VectorXd::Zero(problem.num_terms());
   std::vector<Index> before, best;
   fit.steps.push_back(start_from({}));
@@ -90,8 +92,8 @@ Fit fit_lasso(const RFactor& data, const LassoOptions& options) {
     const bool asked_for = share == options.lambda;
     if (!asked_for && (kept == before || static_cast<Index>(kept.size()) >= problem.num_samples)) continue;
     Fit at;
-    finish_least_squares(problem, kept, 0.0, at);
-    record(before, kept, share, at.noise_variance, fit);
+    finish_least_squares(at_unit_norm, kept, 0.0, at);
+    record(before, kept, share, at.noise_variance * problem.target_norm(0) * problem.target_norm(0), fit);
     const double bic =
         m * std::log(std::max(floor, at.noise_variance)) + static_cast<double>(at.relevant.size()) * std::log(m);
     before = kept;

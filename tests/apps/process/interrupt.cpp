@@ -42,7 +42,7 @@ TEST_CASE("a signal stops whatever computes for long", "[apps][interrupt]") {
 
 TEST_CASE("a hangup that is ignored from outside stays ignored", "[apps][interrupt]") {
   const Scratch folder;
-  support::Running running(folder / "", "trap '' HUP; exec $ARDENT sim duffing --duration 2000 -o o");
+  support::Running running(folder / "", "trap '' HUP; exec $ARDENT sim duffing --duration 500 -o o");
   std::this_thread::sleep_for(std::chrono::milliseconds(100));
   running.send(SIGHUP);
   CHECK(running.wait().code == 0);
