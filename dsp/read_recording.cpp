@@ -170,7 +170,7 @@ struct RecordingReader::State {
     throw fault(FaultKind::input, "recording.empty",
                 fmt::format("{}: no channel but the clock{}", description.name,
                             left_out.empty() ? ". Want a column of numbers beside it"
-                                             : fmt::format("; no column is {}. Want real double or single vectors "
+                                             : fmt::format("; no column is {}. Want real vectors "
                                                            "(n x 1) as long as it, best called like signals (x, y, r, "
                                                            "ddy, f) or named in a sidecar",
                                                            fmt::join(left_out, ", "))));
