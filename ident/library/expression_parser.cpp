@@ -111,7 +111,12 @@ class Parser {
   // From right to left: 2^3^2 is 2^9.
   Tree power() {
     Tree base = value();
-    return take('^') ? binary_node(Operation::power, std::move(base), signed_power()) : base;
+    if (!take('^')) return base;
+    if (++num_powers_ > deepest_nesting)
+      refuse("term.too_long", text_, fmt::format("powers of powers deeper than {}", deepest_nesting));
+    Tree exponent = signed_power();
+    --num_powers_;
+    return binary_node(Operation::power, std::move(base), std::move(exponent));
   }
 
   Tree value() {
@@ -194,6 +199,7 @@ class Parser {
   const std::function<bool(std::string_view)>& is_signal_;
   const std::string& known_;
   std::size_t place_ = 0;
+  int num_powers_ = 0;  ///< those whose exponent is being read
   bool in_sgn_ = false;
 };
 

@@ -100,6 +100,9 @@ TEST_CASE("texts that are no term are refused with their place", "[ident][expres
   refused("sin()", "term.syntax", "position");
   refused(std::string(20000, '(') + "x" + std::string(20000, ')'), "term.too_long", "characters");
   refused(std::string(200, '(') + "x" + std::string(200, ')'), "term.too_long", "nested");
+  std::string tower = "x";
+  for (int i = 0; i < 200; ++i) tower += "^x";
+  refused(tower, "term.too_long", "powers of powers");
   refused("x ? v : a", "term.syntax", "position");
   refused(std::string("x\x01"), "term.syntax", "");
 }
