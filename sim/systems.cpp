@@ -88,7 +88,8 @@ Experiment make_with(std::string_view name, const std::vector<std::pair<std::str
   P parameters;
   for (const auto& [key, value] : set) {
     constexpr auto fields = fields_of<P>();
-    const auto* field = std::find_if(fields.begin(), fields.end(), [&](const auto& f) { return key == f.name; });
+    const auto* field =
+        std::find_if(fields.begin(), fields.end(), [&key = key](const auto& f) { return key == f.name; });
     if (field == fields.end()) {
       std::vector<std::string> names;
       for (const auto& f : fields) names.emplace_back(f.name);

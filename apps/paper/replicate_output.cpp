@@ -247,7 +247,8 @@ ordered_json replicate_json(const std::vector<ReplicatedCase>& cases, const Repl
 }
 
 std::string replicate_table(const ReplicatedCase& replicated, const ReplicateOptions& options) {
-  const auto& [replication, comparisons] = replicated;
+  const CaseReplication& replication = replicated.replication;
+  const std::vector<Comparison>& comparisons = replicated.comparisons;
   const Section4Case& definition = *replication.study.definition;
   std::string text = fmt::format(
       "Table {}: {}\nnoise {:g} of each target's deviation, on the targets; selection {}; seeds {} to {}\n\n",

@@ -26,9 +26,9 @@ fuzz_one() { # fuzz_one NAME SECONDS SEED
   start=$(date +%s) seed=$3
   while left=$((start + $2 - $(date +%s))) && [ $left -gt 0 ]; do
     "$build/fuzz_$1" -max_total_time=$left -seed="$seed" -timeout=5 -rss_limit_mb=1024 -malloc_limit_mb=256 \
-      -max_len="$(longest "$1")" ${dictionary:+"-dict=$dictionary"} -artifact_prefix="$found/" -close_fd_mask=3 -print_final_stats=1 \
-      "$corpus" >>"$log" 2>&1 || seed=$((seed + 1))
-    # An end before the time without a find is none of the harness.
+      -max_len="$(longest "$1")" ${dictionary:+"-dict=$dictionary"} -artifact_prefix="$found/" -close_fd_mask=3 \
+      -print_final_stats=1 "$corpus" >>"$log" 2>&1 || seed=$((seed + 1))
+    # An end without a find is no find but a mistake in these options: it would come again at once.
     [ "$(grep -c "Test unit written to" "$log")" -ge $((seed - $3)) ] || { tail -3 "$log" >&2; return 2; }
   done
   awk -v name="$1" -v found="$found" '
