@@ -11,6 +11,7 @@
 #include "apps/output/run_json.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/fault.hpp"
+#include "dsp/signals.hpp"
 #include "sim/noise.hpp"
 
 namespace apps {
@@ -47,7 +48,10 @@ bool has_base(const fs::path& run) {
   std::string header;
   std::getline(in, header);
   header = "," + header + ",";
-  return header.find(",ddr,") != std::string::npos || header.find(",r,") != std::string::npos;
+  const auto signals = dsp::signal_table();
+  return std::any_of(signals.begin(), signals.end(), [&](const dsp::SignalInfo& signal) {
+    return signal.body == dsp::Body::base && header.find(fmt::format(",{},", signal.name)) != std::string::npos;
+  });
 }
 
 }  // namespace

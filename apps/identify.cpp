@@ -43,7 +43,7 @@ Samples samples_of(const Range& range, const Columns& columns, const std::vector
     const double t = static_cast<double>(i) / signals.sample_rate_hz;
     const auto place = static_cast<std::size_t>(i);
     if (t < spec.from_s || t >= spec.to_s || (!signals.excluded.empty() && signals.excluded[place] != 0)) continue;
-    if (!columns.regimes.empty() && !belongs(columns.regimes[place], range.regime)) continue;
+    if (!columns.regimes.empty() && !range.regime.holds(columns.regimes[place])) continue;
     result.usable.push_back(i);
     if (where.empty() || where[place] != 0) result.kept.push_back(i);
   }

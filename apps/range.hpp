@@ -1,7 +1,6 @@
 #pragma once
-#include <string>
-
 #include "dsp/io/sidecar.hpp"
+#include "dsp/regimes/regime.hpp"
 
 namespace apps {
 
@@ -9,7 +8,7 @@ namespace apps {
 struct Range {
   dsp::RangeSpec spec;
   int recording = 0;         ///< 1-based; 0: all
-  std::string regime;        ///< "low", "high", "stick", "mixed" (low and high), or empty: any
+  dsp::RegimeSet regime;     ///< of its samples
   double train_share = 0.6;  ///< of its rows, where its train_to is left out
 };
 

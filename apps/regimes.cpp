@@ -4,16 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace apps {
 
 using Eigen::Index;
-
-bool belongs(dsp::Regime regime, const std::string& wanted) {
-  if (wanted.empty()) return true;
-  if (wanted == "mixed") return regime == dsp::Regime::low || regime == dsp::Regime::high;
-  return to_string(regime) == wanted;
-}
 
 std::vector<dsp::Regime> regimes_at(const dsp::Segmentation& segmentation, const dsp::Prepared& prepared) {
   std::vector<dsp::Regime> regimes(static_cast<std::size_t>(prepared.signals.num_samples()), dsp::Regime::excluded);
@@ -28,27 +23,35 @@ std::vector<dsp::Regime> regimes_at(const dsp::Segmentation& segmentation, const
 }
 
 PowerCheck power_check(const dsp::Prepared& prepared, const std::vector<dsp::Regime>& regimes) {
-  const auto balance = [&](const Eigen::VectorXd& v, const Eigen::VectorXd& a, dsp::Regime wanted) {
-    std::vector<unsigned char> use(regimes.size());
-    for (std::size_t i = 0; i < use.size(); ++i) use[i] = regimes[i] == wanted ? 1 : 0;
-    return dsp::power_balance(v, a, use);
-  };
   const Eigen::VectorXd &v = prepared.signals.at("v"), &a = prepared.signals.at("a");
-  return {balance(prepared.raw_v, prepared.raw_a, dsp::Regime::low),
-          balance(prepared.raw_v, prepared.raw_a, dsp::Regime::high), balance(v, a, dsp::Regime::low),
-          balance(v, a, dsp::Regime::high)};
+  PowerCheck power;
+  for (const dsp::RegimeInfo& known : dsp::regime_table()) {
+    if (!known.moving) continue;
+    std::vector<unsigned char> use(regimes.size());
+    for (std::size_t i = 0; i < use.size(); ++i) use[i] = regimes[i] == known.regime ? 1 : 0;
+    power.push_back(
+        {known.regime, dsp::power_balance(prepared.raw_v, prepared.raw_a, use), dsp::power_balance(v, a, use)});
+  }
+  return power;
 }
 
-double corrected_balance(const PowerCheck& power, const std::string& regime) {
-  if (regime == "low") return power.corrected_low;
-  if (regime == "high") return power.corrected_high;
-  return std::fmax(std::abs(power.corrected_low), std::abs(power.corrected_high));
+RegimePower balance_in(const PowerCheck& power, dsp::Regime regime) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto found = std::find_if(power.begin(), power.end(), [&](const auto& one) { return one.regime == regime; });
+  return found == power.end() ? RegimePower{regime, nan, nan} : *found;
+}
+
+double largest_balance(const PowerCheck& power, const dsp::RegimeSet& regimes, double RegimePower::*which) {
+  double largest = std::numeric_limits<double>::quiet_NaN();
+  for (const RegimePower& one : power)
+    if (regimes.holds(one.regime)) largest = std::fmax(largest, std::abs(one.*which));
+  return largest;
 }
 
 dsp::Check judged(const PowerCheck& power, const std::vector<dsp::SensorRelation>& relations) {
   constexpr double limit = 0.02;  // velocity and acceleration out of phase by about a degree
-  const double raw = std::fmax(std::abs(power.raw_low), std::abs(power.raw_high));
-  const double corrected = std::fmax(std::abs(power.corrected_low), std::abs(power.corrected_high));
+  const double raw = largest_balance(power, {}, &RegimePower::raw);
+  const double corrected = largest_balance(power, {}, &RegimePower::corrected);
   if (!std::isfinite(raw))
     return {"power.balance",
             "",

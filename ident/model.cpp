@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "dsp/signals.hpp"
+
 namespace ident {
 namespace {
 
@@ -23,9 +25,6 @@ const ModelTerm* find(const Model& model, const std::string& name) {
 
 // x^2*v -> x^{2} v, sgn(v) -> \operatorname{sgn}(v), ddr -> \ddot{r}: enough for terms as people write them.
 std::string latex_of(const std::string& name) {
-  static constexpr std::pair<const char*, const char*> letters[] = {{"ddr", "\\ddot{r}"}, {"ddy", "\\ddot{y}"},
-                                                                    {"dr", "\\dot{r}"},   {"dy", "\\dot{y}"},
-                                                                    {"v", "\\dot{x}"},    {"a", "\\ddot{x}"}};
   static constexpr const char* functions[] = {"sin", "cos", "exp", "log", "tanh"};
   std::string out;
   for (std::size_t i = 0; i < name.size();) {
@@ -36,11 +35,8 @@ std::string latex_of(const std::string& name) {
       if (word == "sgn" || word == "abs" || word == "sqrt") word = "\\operatorname{" + word + "}";
       for (const char* function : functions)
         if (word == function) word = "\\" + word;
-      for (const auto& [plain, symbol] : letters)
-        if (word == plain) {
-          word = symbol;
-          break;
-        }
+      if (const dsp::SignalInfo* signal = dsp::find_signal(word); signal != nullptr && !signal->latex.empty())
+        word = signal->latex;
       std::size_t underscore = 0;
       while ((underscore = word.find('_', underscore)) != std::string::npos)
         word.replace(underscore, 1, "\\_"), underscore += 2;

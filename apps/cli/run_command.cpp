@@ -160,7 +160,7 @@ void note_power(std::vector<RangeResult>& ranges, const std::vector<Input>& inpu
     for (std::size_t i = 0; i < inputs.size(); ++i)
       if (inputs[i].power && (range.recording == 0 || range.recording == static_cast<int>(i) + 1))
         range.power_balance =
-            std::fmax(range.power_balance, std::abs(corrected_balance(*inputs[i].power, range.regime)));
+            std::fmax(range.power_balance, largest_balance(*inputs[i].power, range.regime, &RegimePower::corrected));
 }
 
 /// 4 and a message where a range has no fit to show.

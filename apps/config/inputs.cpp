@@ -36,13 +36,20 @@ void report_checks(const std::vector<dsp::Check>& checks, const std::string& nam
   }
 }
 
+bool has(const Input& input, dsp::Regime regime) {
+  return std::find(input.regimes.begin(), input.regimes.end(), regime) != input.regimes.end();
+}
+
+std::vector<dsp::Regime> moving_regimes(const Input& input) {
+  std::vector<dsp::Regime> found;
+  for (const dsp::RegimeInfo& known : dsp::regime_table())
+    if (known.moving && has(input, known.regime)) found.push_back(known.regime);
+  return found;
+}
+
 /// Told where everything that moves lies within the filters' reach of something excluded, as free decays do.
 void tell_if_nothing_moves(Input& input) {
-  const auto has = [&](dsp::Regime regime) {
-    return std::find(input.regimes.begin(), input.regimes.end(), regime) != input.regimes.end();
-  };
-  if (!has(dsp::Regime::stick) || !has(dsp::Regime::excluded) || has(dsp::Regime::low) || has(dsp::Regime::high))
-    return;
+  if (!has(input, dsp::Regime::stick) || !has(input, dsp::Regime::excluded) || !moving_regimes(input).empty()) return;
   const auto& signals = input.prepared.signals;
   input.prepared.checks.push_back(
       {.name = "regime.no_motion",
@@ -125,19 +132,18 @@ Input prepare_input(const RecordingConfig& recording, const Config& config, std:
 
 /// The ranges of a recording for which neither config nor sidecar names any.
 std::vector<Range> ranges_of(const Input& input, int recording, bool alone) {
-  const auto has = [&](dsp::Regime regime) {
-    return std::find(input.regimes.begin(), input.regimes.end(), regime) != input.regimes.end();
-  };
   const std::string name = alone ? "" : fs::path(input.prepared.name).stem().string();
-  const auto range = [&](const std::string& label, const std::string& regime) {
+  const auto range = [&](const std::string& label, const dsp::RegimeSet& regime) {
     Range result{{}, recording, regime};
-    result.spec.name = alone ? label : regime.empty() ? name : name + " " + label;
+    result.spec.name = alone ? label : regime.any() ? name : name + " " + label;
     return result;
   };
-  const bool low = has(dsp::Regime::low), high = has(dsp::Regime::high);
-  if (low && high) return {range("low", "low"), range("high", "high"), range("mixed", "mixed")};
-  if (!has(dsp::Regime::stick) || (!low && !high)) return {range("all", "")};
-  return {range(low ? "low" : "high", low ? "low" : "high")};
+  const std::vector<dsp::Regime> moving = moving_regimes(input);
+  if (moving.empty() || (moving.size() == 1 && !has(input, dsp::Regime::stick))) return {range("all", {})};
+  std::vector<Range> ranges;
+  for (const dsp::Regime regime : moving) ranges.push_back(range(std::string(to_string(regime)), regime));
+  if (moving.size() > 1) ranges.push_back(range(dsp::RegimeSet::mixed().name(), dsp::RegimeSet::mixed()));
+  return ranges;
 }
 
 std::vector<Range> default_ranges(const std::vector<Input>& inputs) {
@@ -172,9 +178,7 @@ std::vector<Range> split_by_direction(const std::vector<Range>& ranges) {
 /// Whether two ranges may hold the same samples.
 bool may_overlap(const Range& a, const Range& b) {
   const bool other_time = a.spec.to_s <= b.spec.from_s || b.spec.to_s <= a.spec.from_s || a.recording != b.recording;
-  const bool other_regime = !a.regime.empty() && !b.regime.empty() && a.regime != b.regime &&
-                            (a.regime == "mixed" ? b.regime == "stick" : a.regime == "stick" || b.regime != "mixed");
-  return !other_time && !other_regime && a.spec.where == b.spec.where;
+  return !other_time && a.regime.meets(b.regime) && a.spec.where == b.spec.where;
 }
 
 /// Mean of x over the first range of the recording; where that is of a regime, over its first run.
@@ -188,8 +192,7 @@ double regime_mean(const Input& input, const std::vector<Range>& ranges, int rec
   for (const dsp::Segment& segment : input.segmentation.segments) {
     const double begin_s = static_cast<double>(segment.first) / prepared.bus.sample_rate_hz,
                  end_s = static_cast<double>(segment.last) / prepared.bus.sample_rate_hz;
-    if (first->regime.empty() || !belongs(segment.regime, first->regime) || begin_s >= to_s || end_s <= from_s)
-      continue;
+    if (first->regime.any() || !first->regime.holds(segment.regime) || begin_s >= to_s || end_s <= from_s) continue;
     from_s = std::max(from_s, begin_s), to_s = std::min(to_s, end_s);
     break;
   }
@@ -201,10 +204,11 @@ double regime_mean(const Input& input, const std::vector<Range>& ranges, int rec
 void settle_terms(Config& config, const std::vector<Input>& inputs) {
   if (!config.default_terms) return;
   config.library.terms = {"sgn(v)"};
-  for (const char* name : {"ddr", "f", "z"})
-    if (std::all_of(inputs.begin(), inputs.end(),
-                    [&](const Input& input) { return input.prepared.signals.find(name) != nullptr; }))
-      config.library.terms.emplace_back(name);
+  for (const dsp::SignalInfo& signal : dsp::signal_table())
+    if (signal.in_default_library && std::all_of(inputs.begin(), inputs.end(), [&](const Input& input) {
+          return input.prepared.signals.find(signal.name) != nullptr;
+        }))
+      config.library.terms.emplace_back(signal.name);
 }
 
 void settle_zero(Config& config, std::vector<Input>& inputs, Console& console) {

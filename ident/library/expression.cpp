@@ -40,10 +40,6 @@ constexpr std::array<KnownFunction, 8> functions{{
     {"tanh", [](double g) { return std::tanh(g); }, "hyperbolic tangent, a smooth sign"},
 }};
 
-// Signals whose time derivative is a signal too.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 6> derivative_of{
-    {{"x", "v"}, {"v", "a"}, {"r", "dr"}, {"dr", "ddr"}, {"y", "dy"}, {"dy", "ddy"}}};
-
 // Cuts a text from a file down to something fit for a message.
 std::string quoted(std::string_view text) {
   std::string shown;
@@ -145,9 +141,8 @@ VectorXd sampled_sign(const VectorXd& g, const dsp::Signal* derivative, double s
 }
 
 const dsp::Signal* known_derivative(const std::string& signal, const dsp::Motion& motion) {
-  for (const auto& [name, derivative] : derivative_of)
-    if (name == signal) return motion.find(derivative);
-  return nullptr;
+  const dsp::SignalInfo* derivative = dsp::derivative_of(signal);
+  return derivative == nullptr ? nullptr : motion.find(derivative->name);
 }
 
 }  // namespace
