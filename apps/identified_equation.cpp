@@ -12,6 +12,7 @@
 #include "apps/process/printable.hpp"
 #include "dsp/fault.hpp"
 #include "dsp/io/input_file.hpp"
+#include "dsp/signals.hpp"
 #include "sim/noise.hpp"
 
 namespace apps {
@@ -63,7 +64,10 @@ bool has_base(const fs::path& run) {
   constexpr std::size_t most_bytes = 1 << 20;  // of a header
   const std::string begin = dsp::InputFile(run / "prepared.csv").text(0, most_bytes);
   const std::string header = "," + begin.substr(0, begin.find('\n')) + ",";
-  return header.find(",ddr,") != std::string::npos || header.find(",r,") != std::string::npos;
+  const auto signals = dsp::signal_table();
+  return std::any_of(signals.begin(), signals.end(), [&](const dsp::SignalInfo& signal) {
+    return signal.body == dsp::Body::base && header.find(fmt::format(",{},", signal.name)) != std::string::npos;
+  });
 }
 
 }  // namespace

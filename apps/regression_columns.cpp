@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <new>
 #include <string>
 
@@ -12,6 +11,7 @@
 #include "apps/process/interrupt.hpp"
 #include "dsp/fault.hpp"
 #include "dsp/memory_limit.hpp"
+#include "dsp/signals.hpp"
 #include "ident/validate/judge.hpp"
 
 namespace apps {
@@ -31,34 +31,33 @@ auto at_place(const std::string& place, Call&& call) {
 /// members among the terms the target explains itself. Without a base the first two are the same signal.
 void refuse_identity(const ident::CandidateLibrary& library, const std::string& target, const dsp::Motion& signals,
                      const std::string& place) {
-  static constexpr std::array<std::array<const char*, 3>, 3> identities{
-      {{"x", "y", "r"}, {"v", "dy", "dr"}, {"a", "ddy", "ddr"}}};
+  const dsp::SignalInfo* known = dsp::find_signal(target);
+  if (known == nullptr || known->order < 0) return;
   const auto among_terms = [&](const std::string& name) {
     const ident::Expression signal(name);
     return std::any_of(library.terms.begin(), library.terms.end(),
                        [&](const auto& term) { return term.expression.ratio_to(signal).has_value(); });
   };
-  for (const auto& identity : identities) {
-    if (std::find(identity.begin(), identity.end(), target) == identity.end()) continue;
-    std::vector<std::string> others;
-    for (const std::string name : identity)
-      if (name != target && signals.find(name) != nullptr) others.push_back(name);
-    if (!others.empty() && std::all_of(others.begin(), others.end(), among_terms))
-      throw dsp::Fault(
-          dsp::FaultKind::usage, "library.target",
-          fmt::format("{}: the target {} is {} by definition and would explain itself. Remove {}.", place, target,
-                      others.size() == 1 ? "the term " + others.front() + " here, where no base moves,"
-                                         : fmt::format("made of the terms {}", fmt::join(others, " and ")),
-                      others.size() == 1 ? "it" : "one of them"));
-  }
+  std::vector<std::string> others;
+  for (const dsp::Body body : {dsp::Body::relative, dsp::Body::payload, dsp::Body::base})
+    if (const std::string name(dsp::motion_signal(body, known->order).name);
+        name != target && signals.find(name) != nullptr)
+      others.push_back(name);
+  if (!others.empty() && std::all_of(others.begin(), others.end(), among_terms))
+    throw dsp::Fault(
+        dsp::FaultKind::usage, "library.target",
+        fmt::format("{}: the target {} is {} by definition and would explain itself. Remove {}.", place, target,
+                    others.size() == 1 ? "the term " + others.front() + " here, where no base moves,"
+                                       : fmt::format("made of the terms {}", fmt::join(others, " and ")),
+                    others.size() == 1 ? "it" : "one of them"));
 }
 
 }  // namespace
 
 void check_library(const Config& config) {
   dsp::Motion usual;
-  for (const char* name : {"t", "x", "v", "a", "r", "dr", "ddr", "y", "dy", "ddy", "f", "z"})
-    usual.signals.push_back({name, "", {}});
+  for (const dsp::SignalInfo& signal : dsp::signal_table())
+    if (signal.role != dsp::Role::other) usual.signals.push_back({std::string(signal.name), "", {}});
   try {
     at_place(config.library_place, [&] { return ident::make_library(config.library, config.fit.target, usual); });
   } catch (const dsp::Fault& fault) {

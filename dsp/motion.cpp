@@ -52,14 +52,12 @@ class MotionBuilder {
     for (const auto& channel : recording_.channels) {
       if (channel.calibrated) continue;
       motion.uncalibrated.push_back(channel.name);
-      const Role role = channel.role;
-      if (role != Role::f && role != Role::z && role != Role::other) has_units_ = false;
+      if (info_of(channel.role).order >= 0 || channel.role == Role::t) has_units_ = false;
     }
     motion.edge_samples =
         std::min(n / 2, static_cast<Index>(std::ceil(rate_hz / (options_.band.cutoff_hz - options_.band.rolloff_hz))));
 
-    Quantity r = measured(Role::r, Role::dr, Role::ddr), y = measured(Role::y, Role::dy, Role::ddy),
-             x = measured(Role::x, Role::v, Role::a);
+    Quantity r = measured(Body::base), y = measured(Body::payload), x = measured(Body::relative);
     auto others = other_channels();
     recording_.samples.resize(0, 0);  // the signals are as large again
 
@@ -74,9 +72,9 @@ class MotionBuilder {
       if (q->has(0) && !(q->has(1) && q->has(2))) complete(*q, spectrum(q->values[0]));
 
     motion.signals.push_back({"t", "s", VectorXd::LinSpaced(n, 0.0, static_cast<double>(n - 1)) / rate_hz});
-    add(motion, {"x", "v", "a"}, x);
-    add(motion, {"r", "dr", "ddr"}, r);
-    add(motion, {"y", "dy", "ddy"}, y);
+    add(motion, Body::relative, x);
+    add(motion, Body::base, r);
+    add(motion, Body::payload, y);
     for (auto& signal : others) {
       signal.name = usable_name(signal.name, motion.signals);
       motion.signals.push_back(std::move(signal));
@@ -85,18 +83,22 @@ class MotionBuilder {
   }
 
  private:
-  Quantity measured(Role displacement, Role velocity, Role acceleration) const {
+  Quantity measured(Body body) const {
     Quantity q;
-    const std::array roles{displacement, velocity, acceleration};
     for (std::size_t i = 0; i < 3; ++i)
-      if (const Index channel = recording_.find(roles[i]); channel >= 0)
+      if (const Index channel = recording_.find(motion_signal(body, static_cast<int>(i)).role); channel >= 0)
         q.set(i, recording_.samples.col(channel), true);
     return q;
   }
 
   std::vector<Signal> other_channels() const {
     std::vector<Signal> others;
-    for (const Role wanted : {Role::f, Role::z, Role::other})
+    std::vector<Role> roles;
+    for (const SignalInfo& signal : signal_table())
+      if (signal.body == Body::none && signal.role != Role::t && signal.role != Role::other)
+        roles.push_back(signal.role);
+    roles.push_back(Role::other);
+    for (const Role wanted : roles)
       for (std::size_t i = 0; i < recording_.channels.size(); ++i) {
         const auto& channel = recording_.channels[i];
         if (channel.role == wanted)
@@ -161,16 +163,14 @@ class MotionBuilder {
 
   // Of displacement, velocity and acceleration: as the channels say; the others follow from the displacement's.
   std::array<std::string, 3> units() const {
-    constexpr std::array<std::array<Role, 3>, 3> roles{
-        {{Role::x, Role::y, Role::r}, {Role::v, Role::dy, Role::dr}, {Role::a, Role::ddy, Role::ddr}}};
     constexpr std::array by_time{"", "/s", "/s^2"};
     std::array<std::string, 3> found{"m", "", ""};
     for (std::size_t order = 0; order < 3; ++order) {
       const bool simple =
           std::all_of(found[0].begin(), found[0].end(), [](unsigned char c) { return std::isalpha(c); });
       if (order > 0 && simple) found[order] = found[0] + by_time[order];
-      for (const Role role : roles[order])
-        if (const Index channel = recording_.find(role); channel >= 0) {
+      for (const Body body : {Body::relative, Body::payload, Body::base})
+        if (const Index channel = recording_.find(motion_signal(body, static_cast<int>(order)).role); channel >= 0) {
           const std::string& unit = recording_.channels[static_cast<std::size_t>(channel)].unit;
           if (unit.empty()) continue;
           found[order] = unit;
@@ -180,11 +180,12 @@ class MotionBuilder {
     return found;
   }
 
-  void add(Motion& motion, const std::array<const char*, 3>& names, Quantity& q) const {
+  void add(Motion& motion, Body body, Quantity& q) const {
     const auto units_found = units();
     for (std::size_t i = 0; i < 3; ++i)
       if (q.has(i)) {
-        motion.signals.push_back({names[i], has_units_ ? units_found[i] : "", std::move(q.values[i])});
+        motion.signals.push_back({std::string(motion_signal(body, static_cast<int>(i)).name),
+                                  has_units_ ? units_found[i] : "", std::move(q.values[i])});
         if (!q.measured[i]) motion.signals.back().flat_to_hz = options_.band.rolloff_hz;
       }
   }

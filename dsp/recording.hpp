@@ -1,20 +1,12 @@
 #pragma once
 #include <Eigen/Core>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "dsp/fault.hpp"
+#include "dsp/signals.hpp"
 
 namespace dsp {
-
-/// What a channel measures. Displacements and their derivatives of base (r), payload (y) and payload relative to base
-/// (x = y - r, Eq. 49 of [QZS23]); a is the relative acceleration; f a force or input; z a hysteretic force.
-/// `other`: no fixed meaning; usable in terms under the channel's own name.
-enum class Role { other, t, r, dr, ddr, y, dy, ddy, x, v, a, f, z };
-[[nodiscard]] std::string_view to_string(Role role);
-/// Throws std::invalid_argument for a name that is no role.
-[[nodiscard]] Role role_from_string(std::string_view name);
 
 struct Channel {
   std::string name;

@@ -1,7 +1,6 @@
 #include "dsp/segment_regimes.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
@@ -13,9 +12,6 @@ namespace {
 
 using Eigen::Index;
 using Labels = std::vector<Regime>;
-
-constexpr std::array<std::pair<Regime, std::string_view>, 4> names{
-    {{Regime::low, "low"}, {Regime::high, "high"}, {Regime::stick, "stick"}, {Regime::excluded, "excluded"}}};
 
 Labels label(const RegimeSigns& signs, const SegmentOptions& options, const std::vector<bool>& stuck) {
   Labels labels(stuck.size(), Regime::low);
@@ -66,18 +62,6 @@ std::vector<Segment> without_short_runs(std::vector<Segment> segments, Index sho
 }
 
 }  // namespace
-
-std::string_view to_string(Regime regime) {
-  for (const auto& [value, name] : names)
-    if (value == regime) return name;
-  return "?";
-}
-
-Regime regime_from_string(std::string_view name) {
-  for (const auto& [value, text] : names)
-    if (text == name) return value;
-  throw std::invalid_argument("regime must be one of low, high, stick, excluded; got '" + std::string(name) + "'");
-}
 
 Segmentation segment_regimes(const Motion& motion, const SegmentOptions& options) {
   if (options.stick_speed_m_per_s < 0.0 || options.stick_duration_s < 0.0 || options.stick_halt_s < 0.0 ||

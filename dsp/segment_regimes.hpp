@@ -1,22 +1,12 @@
 #pragma once
 #include <Eigen/Core>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "dsp/motion.hpp"
+#include "dsp/regimes/regime.hpp"
 
 namespace dsp {
-
-enum class Regime {
-  low,       ///< moving, lower amplitude branch
-  high,      ///< moving, upper amplitude branch
-  stick,     ///< locked, or stopping so often that friction is not at its sliding value
-  excluded,  ///< not to be used: faults, annotations, start transient
-};
-[[nodiscard]] std::string_view to_string(Regime regime);
-/// Throws std::invalid_argument for a name that is none of low, high, stick, excluded.
-[[nodiscard]] Regime regime_from_string(std::string_view name);
 
 /// Samples [first, last) of one label.
 struct Segment {

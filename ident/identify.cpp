@@ -214,13 +214,6 @@ std::vector<Course> courses_of(const RangeRows& rows, const std::vector<Columns>
   return courses;
 }
 
-/// Of velocity and acceleration in a regime as of Range, after the sensors were corrected; NaN where there is none.
-double power_balance(const dsp::PowerCheck& power, const std::string& regime) {
-  if (regime == "low") return std::abs(power.corrected_low);
-  if (regime == "high") return std::abs(power.corrected_high);
-  return std::fmax(std::abs(power.corrected_low), std::abs(power.corrected_high));
-}
-
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
@@ -377,7 +370,8 @@ RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
     for (const std::string& channel : recordings[r].signals->uncalibrated)
       result.uncalibrated.push_back(recordings[r].name + ": " + channel);
     if (recordings[r].power)
-      result.power_balance = std::fmax(result.power_balance, power_balance(*recordings[r].power, range.regime));
+      result.power_balance = std::fmax(result.power_balance,
+                                       largest_balance(*recordings[r].power, range.regime, &dsp::RegimePower::corrected));
   }
   const auto start = Clock::now();
   const RangeData data = range_data(result, recordings, library, options);

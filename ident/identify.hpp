@@ -40,7 +40,7 @@ struct JudgedFit {
 struct RangeResult {
   dsp::RangeSpec spec;             ///< with what was left out filled in
   int recording = 0;               ///< 1-based; 0: all
-  std::string regime;              ///< as in Range
+  dsp::RegimeSet regime;           ///< as in Range
   std::vector<std::string> terms;  ///< of the library
   RangeRows rows;
   Eigen::VectorXd target;  ///< training rows, then test rows

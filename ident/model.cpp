@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "dsp/signals.hpp"
+
 namespace ident {
 namespace {
 

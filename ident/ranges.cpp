@@ -6,7 +6,6 @@
 #include <cmath>
 #include <map>
 #include <numeric>
-#include <string_view>
 #include <tuple>
 #include <utility>
 
@@ -36,7 +35,7 @@ Samples samples_of(const Range& range, const Columns& columns, const std::vector
     const double t = static_cast<double>(i) / signals.sample_rate_hz;
     const auto place = static_cast<std::size_t>(i);
     if (t < spec.from_s || t >= spec.to_s || (!signals.excluded.empty() && signals.excluded[place] != 0)) continue;
-    if (!columns.regimes.empty() && !belongs(columns.regimes[place], range.regime)) continue;
+    if (!columns.regimes.empty() && !range.regime.holds(columns.regimes[place])) continue;
     result.usable.push_back(i);
     if (where.empty() || where[place] != 0) result.kept.push_back(i);
   }
@@ -73,37 +72,28 @@ void add_stretches(const std::vector<Index>& samples, Index from, Index to, doub
   }
 }
 
-/// Whether samples may belong to both regimes of ranges.
-bool may_share(std::string_view a, std::string_view b) {
-  if (a.empty() || b.empty() || a == b) return true;
-  return (a == "mixed" && b != "stick") || (b == "mixed" && a != "stick");
-}
-
 }  // namespace
-
-bool belongs(dsp::Regime regime, const std::string& wanted) {
-  if (wanted.empty()) return true;
-  if (wanted == "mixed") return regime == dsp::Regime::low || regime == dsp::Regime::high;
-  return to_string(regime) == wanted;
-}
 
 std::vector<std::pair<std::size_t, std::size_t>> overlaps(const std::vector<Range>& ranges, std::size_t most) {
   std::vector<std::size_t> by_begin(ranges.size());
   std::iota(by_begin.begin(), by_begin.end(), std::size_t{0});
   std::stable_sort(by_begin.begin(), by_begin.end(),
                    [&](std::size_t a, std::size_t b) { return ranges[a].spec.from_s < ranges[b].spec.from_s; });
-  std::map<std::tuple<int, std::string, std::string>, std::vector<std::size_t>> begun;  // recording, where, regime
+  using Kind = std::tuple<int, std::string, std::string>;  // recording, where, regimes
+  std::map<Kind, std::vector<std::size_t>> begun;
+  std::vector<dsp::RegimeSet> sets;
+  for (const std::string& name : dsp::regime_set_names()) sets.push_back(dsp::regime_set_from_string(name));
   std::vector<std::pair<std::size_t, std::size_t>> pairs;
   for (const std::size_t next : by_begin) {
     const Range& range = ranges[next];
-    for (const char* regime : {"", "low", "high", "stick", "mixed"}) {
-      if (!may_share(regime, range.regime)) continue;
-      auto& others = begun[{range.recording, range.spec.where, regime}];
+    for (const dsp::RegimeSet& regime : sets) {
+      if (!regime.meets(range.regime)) continue;
+      auto& others = begun[{range.recording, range.spec.where, regime.name()}];
       std::erase_if(others, [&](std::size_t other) { return ranges[other].spec.to_s <= range.spec.from_s; });
       for (const std::size_t other : others) pairs.emplace_back(std::max(next, other), std::min(next, other));
     }
     if (pairs.size() >= most) break;
-    begun[{range.recording, range.spec.where, range.regime}].push_back(next);
+    begun[{range.recording, range.spec.where, range.regime.name()}].push_back(next);
   }
   std::sort(pairs.begin(), pairs.end());
   pairs.resize(std::min(pairs.size(), most));

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "dsp/io/sidecar.hpp"
+#include "dsp/regimes/regime.hpp"
 #include "dsp/recording.hpp"
 #include "ident/columns.hpp"
 
@@ -14,16 +15,13 @@ namespace ident {
 struct Range {
   dsp::RangeSpec spec;
   int recording = 0;         ///< 1-based; 0: all
-  std::string regime;        ///< "low", "high", "stick", "mixed" (low and high), or empty: any
+  dsp::RegimeSet regime;     ///< of its samples
   double train_share = 0.6;  ///< of its rows, where its train_to is left out
   /// Whether it is about the recording at this index (0-based).
   [[nodiscard]] bool covers(std::size_t index) const {
     return recording == 0 || static_cast<std::size_t>(recording) == index + 1;
   }
 };
-
-/// Whether a sample of this regime belongs to a range of that one: as Range::regime.
-[[nodiscard]] bool belongs(dsp::Regime regime, const std::string& wanted);
 
 /// Pairs of ranges (indices, the later first) that may hold the same samples; no more than `most` of them.
 [[nodiscard]] std::vector<std::pair<std::size_t, std::size_t>> overlaps(const std::vector<Range>& ranges,

@@ -8,16 +8,26 @@
 #include <utility>
 
 #include "dsp/fault.hpp"
+#include "dsp/regimes/regime.hpp"
+#include "dsp/signals.hpp"
 
 namespace ident {
 namespace {
 
+bool has(const Record& record, dsp::Regime regime) {
+  return std::find(record.regimes.begin(), record.regimes.end(), regime) != record.regimes.end();
+}
+
+std::vector<dsp::Regime> moving_regimes(const Record& record) {
+  std::vector<dsp::Regime> found;
+  for (const dsp::RegimeInfo& known : dsp::regime_table())
+    if (known.moving && has(record, known.regime)) found.push_back(known.regime);
+  return found;
+}
+
 /// A warning where everything that moves lies within the filters' reach of something excluded, as free decays do.
 void warn_if_nothing_moves(Record& record) {
-  const auto has = [&](dsp::Regime regime) {
-    return std::find(record.regimes.begin(), record.regimes.end(), regime) != record.regimes.end();
-  };
-  if (!has(dsp::Regime::stick) || !has(dsp::Regime::excluded) || has(dsp::Regime::low) || has(dsp::Regime::high))
+  if (!has(record, dsp::Regime::stick) || !has(record, dsp::Regime::excluded) || !moving_regimes(record).empty())
     return;
   const auto& signals = record.prepared.signals;
   record.prepared.checks.push_back(
@@ -28,21 +38,20 @@ void warn_if_nothing_moves(Record& record) {
                               static_cast<double>(signals.edge_samples) / signals.sample_rate_hz)});
 }
 
-/// The ranges of a recording for which neither config nor sidecar names any.
+/// The ranges of a record for which nobody named any.
 std::vector<Range> ranges_of(const Record& record, int recording, bool alone) {
-  const auto has = [&](dsp::Regime regime) {
-    return std::find(record.regimes.begin(), record.regimes.end(), regime) != record.regimes.end();
-  };
   const std::string name = alone ? "" : std::filesystem::path(record.prepared.name).stem().string();
-  const auto range = [&](const std::string& label, const std::string& regime) {
+  const auto range = [&](const std::string& label, const dsp::RegimeSet& regime) {
     Range result{{}, recording, regime};
-    result.spec.name = alone ? label : regime.empty() ? name : name + " " + label;
+    result.spec.name = alone ? label : regime.any() ? name : name + " " + label;
     return result;
   };
-  const bool low = has(dsp::Regime::low), high = has(dsp::Regime::high);
-  if (low && high) return {range("low", "low"), range("high", "high"), range("mixed", "mixed")};
-  if (!has(dsp::Regime::stick) || (!low && !high)) return {range("all", "")};
-  return {range(low ? "low" : "high", low ? "low" : "high")};
+  const std::vector<dsp::Regime> moving = moving_regimes(record);
+  if (moving.empty() || (moving.size() == 1 && !has(record, dsp::Regime::stick))) return {range("all", {})};
+  std::vector<Range> ranges;
+  for (const dsp::Regime regime : moving) ranges.push_back(range(std::string(to_string(regime)), regime));
+  if (moving.size() > 1) ranges.push_back(range(dsp::RegimeSet::mixed().name(), dsp::RegimeSet::mixed()));
+  return ranges;
 }
 
 }  // namespace
@@ -80,10 +89,11 @@ std::vector<Range> default_ranges(const std::vector<const Record*>& records) {
 
 std::vector<std::string> default_terms(const std::vector<const Record*>& records) {
   std::vector<std::string> terms{"sgn(v)"};
-  for (const char* name : {"ddr", "f", "z"})
-    if (std::all_of(records.begin(), records.end(),
-                    [&](const Record* record) { return record->prepared.signals.find(name) != nullptr; }))
-      terms.emplace_back(name);
+  for (const dsp::SignalInfo& signal : dsp::signal_table())
+    if (signal.in_default_library && std::all_of(records.begin(), records.end(), [&](const Record* record) {
+          return record->prepared.signals.find(signal.name) != nullptr;
+        }))
+      terms.emplace_back(signal.name);
   return terms;
 }
 
@@ -97,7 +107,7 @@ double mean_of_first_range(const Record& record, const std::vector<Range>& range
   for (const dsp::Segment& segment : record.segmentation.segments) {
     const double begin_s = static_cast<double>(segment.first) / prepared.bus.sample_rate_hz,
                  end_s = static_cast<double>(segment.last) / prepared.bus.sample_rate_hz;
-    if (first->regime.empty() || !belongs(segment.regime, first->regime) || begin_s >= to_s || end_s <= from_s)
+    if (first->regime.any() || !first->regime.holds(segment.regime) || begin_s >= to_s || end_s <= from_s)
       continue;
     from_s = std::max(from_s, begin_s), to_s = std::min(to_s, end_s);
     break;

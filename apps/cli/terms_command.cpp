@@ -3,19 +3,32 @@
 #include <fmt/format.h>
 
 #include "apps/output/results_json.hpp"
+#include "dsp/signals.hpp"
 
 namespace apps {
 
+namespace {
+
+/// Of a body, or of signals that are no motion, each by itself; further channels last.
+std::vector<ident::FunctionHelp> signal_help() {
+  std::vector<ident::FunctionHelp> help;
+  for (const dsp::Body body : {dsp::Body::relative, dsp::Body::base, dsp::Body::payload}) {
+    std::string names;
+    for (int order = 0; order < 3; ++order)
+      names += (order > 0 ? " " : "") + std::string(dsp::motion_signal(body, order).name);
+    help.push_back({names, std::string(dsp::motion_signal(body, 0).meaning) + ", its velocity and acceleration"});
+  }
+  for (const dsp::SignalInfo& signal : dsp::signal_table())
+    if (signal.body == dsp::Body::none && signal.role != dsp::Role::other)
+      help.push_back({std::string(signal.name), std::string(signal.meaning)});
+  help.push_back({"NAME", std::string(dsp::info_of(dsp::Role::other).meaning)});
+  return help;
+}
+
+}  // namespace
+
 void run_terms(Console& console) {
-  const std::vector<ident::FunctionHelp> signals = {
-      {"x v a", "displacement of the payload relative to the base, its velocity and acceleration"},
-      {"r dr ddr", "displacement of the base, its velocity and acceleration"},
-      {"y dy ddy", "displacement of the payload, absolute, its velocity and acceleration"},
-      {"f", "measured force or input"},
-      {"z", "hysteretic force"},
-      {"t", "time from the start of the record, s"},
-      {"NAME", "any further channel of the recording, by its own name"},
-  };
+  const std::vector<ident::FunctionHelp> signals = signal_help();
   const std::vector<ident::FunctionHelp> functions = ident::expression_functions();
   if (console.json()) return console.result(terms_json(signals, functions));
   std::string text = "signals (those that the recording has or that follow from what it has)\n";

@@ -206,7 +206,7 @@ std::vector<ident::Range> read_range_tables(const dsp::Settings& document,
   for (dsp::RangeSpec& spec : dsp::read_ranges(document)) result.push_back({std::move(spec), 0, {}});
   for (std::size_t i = 0; i < result.size(); ++i) {
     result[i].recording = recording_number(tables[i], recordings);
-    result[i].regime = tables[i].choice("regime", "", {"", "low", "high", "mixed", "stick"});
+    result[i].regime = dsp::regime_set_from_string(tables[i].choice("regime", "", dsp::regime_set_names()));
   }
   return result;
 }
@@ -287,7 +287,7 @@ std::string fit_text(const FitConfig& fit) {
 std::string range_text(const ident::Range& range) {
   std::string text = fmt::format("[[range]]\nname = {}\n", dsp::toml_quoted(range.spec.name));
   if (range.recording > 0) text += fmt::format("recording = {}\n", range.recording);
-  if (!range.regime.empty()) text += fmt::format("regime = \"{}\"\n", range.regime);
+  if (!range.regime.any()) text += fmt::format("regime = \"{}\"\n", range.regime.name());
   text += fmt::format("from = {}\n", real(range.spec.from_s));
   if (std::isfinite(range.spec.to_s)) text += fmt::format("to = {}\n", real(range.spec.to_s));
   if (range.spec.train_to_s) text += fmt::format("train_to = {}\n", real(*range.spec.train_to_s));

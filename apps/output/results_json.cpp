@@ -178,13 +178,13 @@ Json pair_json(const dsp::SensorRelation& relation) {
 }
 
 Json power_json(const dsp::PowerCheck& power) {
-  const auto pair = [](double low, double high) {
-    Json result = Json::object();
-    put(result, "low", low, "no such regime");
-    put(result, "high", high, "no such regime");
-    return result;
-  };
-  return {{"raw", pair(power.raw_low, power.raw_high)}, {"corrected", pair(power.corrected_low, power.corrected_high)}};
+  Json raw = Json::object(), corrected = Json::object();
+  for (const dsp::RegimePower& one : power) {
+    const std::string name(to_string(one.regime));
+    put(raw, name, one.raw, "no such regime");
+    put(corrected, name, one.corrected, "no such regime");
+  }
+  return {{"raw", std::move(raw)}, {"corrected", std::move(corrected)}};
 }
 
 Json segmentation_json(const dsp::Segmentation& segmentation) {
@@ -270,8 +270,8 @@ std::string metrics_json(const std::vector<ident::RangeResult>& ranges, const id
   Json document = calibration_json(uncalibrated_channels(ranges));
   document["ranges"] = Json::array();
   for (const ident::RangeResult& range : ranges) {
-    Json row{{"name", printable(range.spec.name)}, {"regime", range.regime.empty() ? Json() : Json(range.regime)}};
-    if (range.regime.empty()) row["regime_reason"] = "the range is given by time, not by regime";
+    Json row{{"name", printable(range.spec.name)}, {"regime", range.regime.any() ? Json() : Json(range.regime.name())}};
+    if (range.regime.any()) row["regime_reason"] = "the range is given by time, not by regime";
     row["train_s"] = intervals_json(range.rows.train_s);
     row["test_s"] = intervals_json(range.rows.test_s);
     row["num_train"] = range.rows.train.size();

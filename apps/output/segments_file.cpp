@@ -1,6 +1,7 @@
 #include "apps/output/segments_file.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -92,8 +93,10 @@ LabelledStretch read_stretch(const Json& row, const fs::path& file, std::size_t 
   try {
     stretch.label = dsp::regime_from_string(text("label"));
   } catch (const std::invalid_argument&) {
+    std::vector<std::string_view> names;
+    for (const dsp::RegimeInfo& regime : dsp::regime_table()) names.push_back(regime.name);
     throw wrong("segments.label",
-                fmt::format("label '{}', want low, high, stick or excluded", printable(text("label"), 80)));
+                fmt::format("label '{}', want {}", printable(text("label"), 80), fmt::join(names, ", ")));
   }
   if (!(stretch.from_s >= 0.0 && stretch.from_s < stretch.to_s))
     throw wrong("segments.time",

@@ -241,15 +241,16 @@ void append_section5(ordered_json& document, const Section5Replication& replicat
                                       {"candidates", fit.candidates}});
     }
   for (const Comparison& row : compare_section5(replication, cases)) document["paper"].push_back(comparison_json(row));
-  for (const Section5Sensors& sensors : replication.sensors)
-    document["sensors"].push_back(
-        {{"way", sensors.way->name},
-         {"seed", sensors.seed},
-         {"power_check",
-          {{"raw", {{"low", number_or_null(sensors.power.raw_low)}, {"high", number_or_null(sensors.power.raw_high)}}},
-           {"corrected",
-            {{"low", number_or_null(sensors.power.corrected_low)},
-             {"high", number_or_null(sensors.power.corrected_high)}}}}}});
+  for (const Section5Sensors& sensors : replication.sensors) {
+    ordered_json raw = ordered_json::object(), corrected = ordered_json::object();
+    for (const RegimePower& one : sensors.power) {
+      raw[std::string(to_string(one.regime))] = number_or_null(one.raw);
+      corrected[std::string(to_string(one.regime))] = number_or_null(one.corrected);
+    }
+    document["sensors"].push_back({{"way", sensors.way->name},
+                                   {"seed", sensors.seed},
+                                   {"power_check", {{"raw", std::move(raw)}, {"corrected", std::move(corrected)}}}});
+  }
 }
 
 }  // namespace apps

@@ -42,9 +42,8 @@ std::string residual_sizes(const Section5Replication& replication, const Section
 std::string phase(const Section5Replication& replication, const Section5Case& definition) {
   for (const Section5Sensors& sensors : replication.sensors) {
     if (sensors.way->twin != "T1") continue;
-    const bool high = definition.regime == "high";
-    const double raw = high ? sensors.power.raw_high : sensors.power.raw_low,
-                 corrected = high ? sensors.power.corrected_high : sensors.power.corrected_low;
+    const dsp::Regime regime = definition.regime == "high" ? dsp::Regime::high : dsp::Regime::low;
+    const RegimePower power = balance_in(sensors.power, regime);
     std::vector<std::string> relations;
     for (const dsp::SensorRelation& relation : sensors.relations)
       relations.push_back(fmt::format("{}: gain {:.4f}, laser {:.2f} ms late, corners {:.3f} Hz", relation.name,
@@ -54,7 +53,7 @@ std::string phase(const Section5Replication& replication, const Section5Case& de
         "sensors "
         "were brought to agree; in steady motion they are not at all. The coupling of the accelerometers turns their "
         "phase ({}), and a regression books that as damping.",
-        raw, high ? "high" : "low", corrected, fmt::join(relations, "; "));
+        power.raw, to_string(regime), power.corrected, fmt::join(relations, "; "));
   }
   return {};
 }

@@ -157,25 +157,6 @@ Parts split_number(std::string_view whole, std::string_view example) {
   return {value, unit};
 }
 
-int derivative_order(Role role) {
-  switch (role) {
-    case Role::r:
-    case Role::y:
-    case Role::x:
-      return 0;
-    case Role::dr:
-    case Role::dy:
-    case Role::v:
-      return 1;
-    case Role::ddr:
-    case Role::ddy:
-    case Role::a:
-      return 2;
-    default:
-      return -1;
-  }
-}
-
 int derivative_order(std::string_view si) {
   if (si == "m" || si == "rad") return 0;
   if (si == "m/s" || si == "rad/s") return 1;
@@ -235,24 +216,12 @@ Sensitivity parse_sensitivity(std::string_view text) {
 }
 
 std::string si_unit(Role role) {
-  switch (role) {
-    case Role::t:
-      return "s";
-    case Role::f:
-    case Role::z:
-      return "N";
-    case Role::other:
-      return "";
-    default:
-      break;
-  }
-  constexpr std::array<std::string_view, 3> units{"m", "m/s", "m/s^2"};
-  return std::string(units[static_cast<std::size_t>(derivative_order(role))]);
+  return std::string(info_of(role).unit);
 }
 
 bool fits(Role role, std::string_view si) {
   if (role == Role::t) return si == "s";
-  const int wanted = derivative_order(role), found = derivative_order(si);
+  const int wanted = info_of(role).order, found = derivative_order(si);
   return wanted < 0 || found < 0 || wanted == found;
 }
 

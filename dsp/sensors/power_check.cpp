@@ -4,24 +4,40 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace dsp {
 
 PowerCheck power_check(const Prepared& prepared, const std::vector<Regime>& regimes) {
-  const auto balance = [&](const Eigen::VectorXd& v, const Eigen::VectorXd& a, Regime wanted) {
-    std::vector<unsigned char> use(regimes.size());
-    for (std::size_t i = 0; i < use.size(); ++i) use[i] = regimes[i] == wanted ? 1 : 0;
-    return power_balance(v, a, use);
-  };
   const Eigen::VectorXd &v = prepared.signals.at("v"), &a = prepared.signals.at("a");
-  return {balance(prepared.raw_v, prepared.raw_a, Regime::low), balance(prepared.raw_v, prepared.raw_a, Regime::high),
-          balance(v, a, Regime::low), balance(v, a, Regime::high)};
+  PowerCheck power;
+  for (const RegimeInfo& known : regime_table()) {
+    if (!known.moving) continue;
+    std::vector<unsigned char> use(regimes.size());
+    for (std::size_t i = 0; i < use.size(); ++i) use[i] = regimes[i] == known.regime ? 1 : 0;
+    power.push_back(
+        {known.regime, power_balance(prepared.raw_v, prepared.raw_a, use), power_balance(v, a, use)});
+  }
+  return power;
+}
+
+RegimePower balance_in(const PowerCheck& power, Regime regime) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto found = std::find_if(power.begin(), power.end(), [&](const auto& one) { return one.regime == regime; });
+  return found == power.end() ? RegimePower{regime, nan, nan} : *found;
+}
+
+double largest_balance(const PowerCheck& power, const RegimeSet& regimes, double RegimePower::*which) {
+  double largest = std::numeric_limits<double>::quiet_NaN();
+  for (const RegimePower& one : power)
+    if (regimes.holds(one.regime)) largest = std::fmax(largest, std::abs(one.*which));
+  return largest;
 }
 
 Check check_of(const PowerCheck& power, const std::vector<SensorRelation>& relations) {
   constexpr double limit = 0.02;  // velocity and acceleration out of phase by about a degree
-  const double raw = std::fmax(std::abs(power.raw_low), std::abs(power.raw_high));
-  const double corrected = std::fmax(std::abs(power.corrected_low), std::abs(power.corrected_high));
+  const double raw = largest_balance(power, {}, &RegimePower::raw);
+  const double corrected = largest_balance(power, {}, &RegimePower::corrected);
   if (!std::isfinite(raw))
     return {"power.balance",
             "",

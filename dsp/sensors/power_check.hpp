@@ -1,4 +1,5 @@
 #pragma once
+#include <string>
 #include <vector>
 
 #include "dsp/prepare.hpp"
@@ -6,15 +7,21 @@
 
 namespace dsp {
 
-/// Power that seems to stay, <v a> / (sigma_v sigma_a), in each regime of motion: zero in steady motion but for what
-/// velocity and acceleration are out of step. NaN where there is no such regime.
-struct PowerCheck {
-  double raw_low = 0.0, raw_high = 0.0, corrected_low = 0.0, corrected_high = 0.0;
+/// Power that seems to stay in one regime of motion, <v a> / (sigma_v sigma_a); NaN where it does not occur.
+struct RegimePower {
+  Regime regime;
+  double raw = 0.0, corrected = 0.0;
 };
+using PowerCheck = std::vector<RegimePower>;  ///< one for each regime of motion
 
-/// Before and after the relations between the sensors were used. `prepared` must hold raw_v and raw_a; `regimes`: of
-/// each sample at the regression rate.
+/// Before and after the sensors were corrected. `prepared` must hold raw_v and raw_a.
 [[nodiscard]] PowerCheck power_check(const Prepared& prepared, const std::vector<Regime>& regimes);
+
+/// Of one regime; NaN where it does not occur.
+[[nodiscard]] RegimePower balance_in(const PowerCheck& power, Regime regime);
+/// The largest magnitude in the regimes of a set, of what is raw or corrected; NaN where there is none.
+[[nodiscard]] double largest_balance(const PowerCheck& power, const RegimeSet& regimes,
+                                     double RegimePower::*which);
 
 /// As a row of quality.json ("power.balance"): a warning where the raw signals are out of step.
 [[nodiscard]] Check check_of(const PowerCheck& power, const std::vector<SensorRelation>& relations);

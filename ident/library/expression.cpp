@@ -19,9 +19,6 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-// Signals whose time derivative is a signal too.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 6> derivative_of{
-    {{"x", "v"}, {"v", "a"}, {"r", "dr"}, {"dr", "ddr"}, {"y", "dy"}, {"dy", "ddy"}}};
 
 VectorXd sampled_sign(const VectorXd& g, const dsp::Signal* derivative, double sample_rate_hz) {
   if (derivative == nullptr) return g.unaryExpr(&sign);
@@ -32,9 +29,8 @@ VectorXd sampled_sign(const VectorXd& g, const dsp::Signal* derivative, double s
 }
 
 const dsp::Signal* known_derivative(const std::string& signal, const dsp::Motion& motion) {
-  for (const auto& [name, derivative] : derivative_of)
-    if (name == signal) return motion.find(derivative);
-  return nullptr;
+  const dsp::SignalInfo* derivative = dsp::derivative_of(signal);
+  return derivative == nullptr ? nullptr : motion.find(derivative->name);
 }
 
 bool add_once(std::vector<std::string>& list, std::string text) {

@@ -108,7 +108,7 @@ std::vector<std::string> unlike(const RangeResult& a, const RangeResult& b, std:
 
 /// Ranges that share no samples are the ones whose agreement says something: mixed holds low and high.
 bool apart(const RangeResult& a, const RangeResult& b) {
-  return a.regime != "mixed" && b.regime != "mixed";
+  return a.regime != dsp::RegimeSet::mixed() && b.regime != dsp::RegimeSet::mixed();
 }
 
 struct Agreement {

@@ -14,7 +14,8 @@ namespace {
 /// A range with one fit of a = -50 x - 0.8 v that leaves `error` of the target over and runs free to `free_run`.
 ident::RangeResult range(const std::string& name, double free_run, double error, double stiffness = -50.0) {
   ident::RangeResult result;
-  result.spec.name = result.regime = name;
+  result.spec.name = name;
+  if (name != "all") result.regime = dsp::regime_set_from_string(name);
   result.target = Eigen::VectorXd::Constant(2, 1.0);
   ident::JudgedFit fit;
   fit.model = {

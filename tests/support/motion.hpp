@@ -13,12 +13,8 @@ inline dsp::Motion motion_of(double sample_rate_hz,
   dsp::Motion motion;
   motion.sample_rate_hz = sample_rate_hz;
   for (const auto& [name, values] : signals) {
-    const bool acceleration = name == "a" || name == "ddr" || name == "ddy";
-    const std::string unit = name == "t"                                   ? "s"
-                             : acceleration                                ? "m/s^2"
-                             : name == "v" || name == "dr" || name == "dy" ? "m/s"
-                                                                           : "m";
-    motion.signals.push_back({name, name == "f" || name == "z" ? "N" : unit, values});
+    const dsp::SignalInfo* known = dsp::find_signal(name);
+    motion.signals.push_back({name, std::string(known != nullptr ? known->unit : "m"), values});
   }
   motion.excluded.assign(static_cast<std::size_t>(motion.num_samples()), 0);
   return motion;

@@ -1,5 +1,6 @@
 #include "dsp/filter/kaiser.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <complex>

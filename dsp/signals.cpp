@@ -1,0 +1,71 @@
+#include "dsp/signals.hpp"
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+#include <string>
+
+namespace dsp {
+namespace {
+
+constexpr std::string_view base = "displacement of the base", payload = "displacement of the payload, absolute",
+                           relative = "displacement of the payload relative to the base";
+
+constexpr std::array<SignalInfo, 13> table{{
+    {Role::other, "other", Body::none, -1, "", false, "", "any further channel of the recording, by its own name"},
+    {Role::t, "t", Body::none, -1, "s", false, "t", "time from the start of the record, s"},
+    {Role::r, "r", Body::base, 0, "m", false, "r", base},
+    {Role::dr, "dr", Body::base, 1, "m/s", false, "\\dot{r}", base},
+    {Role::ddr, "ddr", Body::base, 2, "m/s^2", true, "\\ddot{r}", base},
+    {Role::y, "y", Body::payload, 0, "m", false, "y", payload},
+    {Role::dy, "dy", Body::payload, 1, "m/s", false, "\\dot{y}", payload},
+    {Role::ddy, "ddy", Body::payload, 2, "m/s^2", false, "\\ddot{y}", payload},
+    {Role::x, "x", Body::relative, 0, "m", false, "x", relative},
+    {Role::v, "v", Body::relative, 1, "m/s", false, "\\dot{x}", relative},
+    {Role::a, "a", Body::relative, 2, "m/s^2", false, "\\ddot{x}", relative},
+    {Role::f, "f", Body::none, -1, "N", true, "f", "measured force or input"},
+    {Role::z, "z", Body::none, -1, "N", true, "z", "hysteretic force"},
+}};
+
+template <class Wanted>
+const SignalInfo* find_if(Wanted wanted) {
+  const auto* found = std::find_if(table.begin(), table.end(), wanted);
+  return found == table.end() ? nullptr : found;
+}
+
+}  // namespace
+
+std::span<const SignalInfo> signal_table() {
+  return table;
+}
+
+const SignalInfo& info_of(Role role) {
+  return *find_if([&](const SignalInfo& s) { return s.role == role; });
+}
+
+const SignalInfo* find_signal(std::string_view name) {
+  return find_if([&](const SignalInfo& s) { return s.name == name; });
+}
+
+const SignalInfo& motion_signal(Body body, int order) {
+  return *find_if([&](const SignalInfo& s) { return s.body == body && s.order == order; });
+}
+
+const SignalInfo* derivative_of(std::string_view name) {
+  const SignalInfo* known = find_signal(name);
+  if (known == nullptr || known->order < 0) return nullptr;
+  return find_if([&](const SignalInfo& s) { return s.body == known->body && s.order == known->order + 1; });
+}
+
+std::string_view to_string(Role role) {
+  return info_of(role).name;
+}
+
+Role role_from_string(std::string_view name) {
+  if (const SignalInfo* known = find_signal(name)) return known->role;
+  std::string names;
+  for (const SignalInfo& signal : table) names += (names.empty() ? "" : ", ") + std::string(signal.name);
+  throw std::invalid_argument("role must be one of " + names + "; got '" + std::string(name) + "'");
+}
+
+}  // namespace dsp
