@@ -105,8 +105,8 @@ double fit_bytes(const dsp::Motion& signals, std::size_t num_terms) {
 }  // namespace
 
 std::vector<ident::Columns> all_columns(const Config& config, const std::vector<Input>& inputs,
-                                 const std::vector<ident::CandidateLibrary>& libraries, std::size_t max_memory_bytes,
-                                 Console& console) {
+                                        const std::vector<ident::CandidateLibrary>& libraries,
+                                        std::size_t max_memory_bytes, Console& console) {
   if (max_memory_bytes == 0) max_memory_bytes = dsp::ReadOptions{}.max_memory_bytes;
   for (const ident::Range& range : config.ranges) require_unclipped(range, inputs, config.max_clipped);
   std::vector<ident::Columns> columns;

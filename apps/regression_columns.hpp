@@ -19,11 +19,12 @@ void check_library(const Config& config);
 [[nodiscard]] std::vector<ident::CandidateLibrary> compile_libraries(const Config& config,
                                                                      const std::vector<Input>& inputs);
 
-/// ident::Columns and target of every recording, with its regimes. Throws dsp::Fault memory.limit where fitting them would
-/// take a recording beyond max_memory_bytes (0: the default), memory.exhausted (numerics), sample.clipped (input).
+/// ident::Columns and target of every recording, with its regimes. Throws dsp::Fault memory.limit where fitting them
+/// would take a recording beyond max_memory_bytes (0: the default), memory.exhausted (numerics), sample.clipped
+/// (input).
 [[nodiscard]] std::vector<ident::Columns> all_columns(const Config& config, const std::vector<Input>& inputs,
-                                               const std::vector<ident::CandidateLibrary>& libraries,
-                                               std::size_t max_memory_bytes, Console& console);
+                                                      const std::vector<ident::CandidateLibrary>& libraries,
+                                                      std::size_t max_memory_bytes, Console& console);
 
 [[nodiscard]] ident::IdentifyOptions identify_options(const Config& config, const std::vector<Input>& inputs,
                                                       int num_threads);

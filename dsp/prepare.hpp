@@ -46,15 +46,15 @@ struct Prepared {
   Motion signals;          ///< the same signals low-passed, at the regression rate: prepared.csv, conditions, free run;
                            ///< columns of recipe "paper"
   ColumnFilter filter;     ///< from bus to regression rate, with the high-pass that all accelerometers share
-  std::vector<double> highpass_hz;        ///< its corners; none: columns keep their means
-  std::optional<FilterSheet> decimation;  ///< from the recording to the regression rate
-  std::vector<SensorRelation> relations;  ///< between displacement and accelerometer of base and payload
+  std::vector<double> highpass_hz;          ///< its corners; none: columns keep their means
+  std::optional<FilterSheet> decimation;    ///< from the recording to the regression rate
+  std::vector<SensorRelation> relations;    ///< between displacement and accelerometer of base and payload
   std::vector<SensorRelation> derivatives;  ///< between other channels one of which is the other's derivative
-  Eigen::VectorXd raw_v, raw_a;           ///< at the regression rate, before the sensors were brought to agree; for the
-                                          ///< power check; empty where they were not
-  bool x_is_difference = false;           ///< x = y - r of two displacements, whose zeros mean nothing
-  std::vector<Interval> excluded;         ///< with margins and reasons; marked in both motions
-  std::vector<Interval> clipped;          ///< of these, the clipped ones without margins; why: the channel's name
+  Eigen::VectorXd raw_v, raw_a;    ///< at the regression rate, before the sensors were brought to agree; for the
+                                   ///< power check; empty where they were not
+  bool x_is_difference = false;    ///< x = y - r of two displacements, whose zeros mean nothing
+  std::vector<Interval> excluded;  ///< with margins and reasons; marked in both motions
+  std::vector<Interval> clipped;   ///< of these, the clipped ones without margins; why: the channel's name
   std::vector<Check> checks;
   /// Whether the relations were used: only "matched" does, unless told not to.
   [[nodiscard]] bool equalised() const { return options.recipe == Recipe::matched && options.equalise; }

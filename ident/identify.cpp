@@ -322,8 +322,7 @@ FreeRun free_run_of(const JudgedFit& judged, const std::vector<JudgedFit>& earli
   else if (range.test.size() == 0)
     run.reason = "no test rows";
   else
-    run = twin != earlier.end() ? twin->free_run
-                                : free_run(judged.model, range.courses, {.poll = options.poll});
+    run = twin != earlier.end() ? twin->free_run : free_run(judged.model, range.courses, {.poll = options.poll});
   run.applies = options.free_run && (options.target == "a" || options.target == "ddy");  // else no equation of motion
   return run;
 }
@@ -370,8 +369,8 @@ RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
     for (const std::string& channel : recordings[r].signals->uncalibrated)
       result.uncalibrated.push_back(recordings[r].name + ": " + channel);
     if (recordings[r].power)
-      result.power_balance = std::fmax(result.power_balance,
-                                       largest_balance(*recordings[r].power, range.regime, &dsp::RegimePower::corrected));
+      result.power_balance = std::fmax(
+          result.power_balance, largest_balance(*recordings[r].power, range.regime, &dsp::RegimePower::corrected));
   }
   const auto start = Clock::now();
   const RangeData data = range_data(result, recordings, library, options);

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "dsp/io/sidecar.hpp"
-#include "dsp/regimes/regime.hpp"
 #include "dsp/recording.hpp"
+#include "dsp/regimes/regime.hpp"
 #include "ident/columns.hpp"
 
 namespace ident {

@@ -107,8 +107,7 @@ double mean_of_first_range(const Record& record, const std::vector<Range>& range
   for (const dsp::Segment& segment : record.segmentation.segments) {
     const double begin_s = static_cast<double>(segment.first) / prepared.bus.sample_rate_hz,
                  end_s = static_cast<double>(segment.last) / prepared.bus.sample_rate_hz;
-    if (first->regime.any() || !first->regime.holds(segment.regime) || begin_s >= to_s || end_s <= from_s)
-      continue;
+    if (first->regime.any() || !first->regime.holds(segment.regime) || begin_s >= to_s || end_s <= from_s) continue;
     from_s = std::max(from_s, begin_s), to_s = std::min(to_s, end_s);
     break;
   }

@@ -10,6 +10,7 @@
 #include "apps/config/parameter_settings.hpp"
 #include "apps/process/interrupt.hpp"
 #include "apps/process/output_folder.hpp"
+#include "apps/process/system_fault.hpp"
 #include "apps/record_qzs.hpp"
 #include "dsp/fault.hpp"
 #include "dsp/names.hpp"

@@ -154,8 +154,8 @@ std::string free_runs(const CaseReplication& replication) {
     const auto& values = groups[key];
     const auto& [method, ratio, signal] = key;
     const auto value = [](double nmse) { return std::isfinite(nmse) ? fmt::format("{:.2e}", nmse) : "diverged"; };
-    text += fmt::format("{:<10} {:>6.2f} {:<7} {:>11} {:>11}\n", method, ratio, signal,
-                        value(dsp::median(values)), value(*std::max_element(values.begin(), values.end())));
+    text += fmt::format("{:<10} {:>6.2f} {:<7} {:>11} {:>11}\n", method, ratio, signal, value(dsp::median(values)),
+                        value(*std::max_element(values.begin(), values.end())));
   }
   return text;
 }

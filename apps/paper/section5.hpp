@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "apps/process/console.hpp"
-#include "dsp/sensors/power_check.hpp"
 #include "apps/process/output_folder.hpp"
+#include "dsp/sensors/power_check.hpp"
 #include "dsp/sensors/sensor_consistency.hpp"
 #include "ident/identify.hpp"
 

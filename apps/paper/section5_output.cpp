@@ -243,7 +243,7 @@ void append_section5(ordered_json& document, const Section5Replication& replicat
   for (const Comparison& row : compare_section5(replication, cases)) document["paper"].push_back(comparison_json(row));
   for (const Section5Sensors& sensors : replication.sensors) {
     ordered_json raw = ordered_json::object(), corrected = ordered_json::object();
-    for (const RegimePower& one : sensors.power) {
+    for (const dsp::RegimePower& one : sensors.power) {
       raw[std::string(to_string(one.regime))] = number_or_null(one.raw);
       corrected[std::string(to_string(one.regime))] = number_or_null(one.corrected);
     }

@@ -43,7 +43,7 @@ std::string phase(const Section5Replication& replication, const Section5Case& de
   for (const Section5Sensors& sensors : replication.sensors) {
     if (sensors.way->twin != "T1") continue;
     const dsp::Regime regime = definition.regime == "high" ? dsp::Regime::high : dsp::Regime::low;
-    const RegimePower power = balance_in(sensors.power, regime);
+    const dsp::RegimePower power = balance_in(sensors.power, regime);
     std::vector<std::string> relations;
     for (const dsp::SensorRelation& relation : sensors.relations)
       relations.push_back(fmt::format("{}: gain {:.4f}, laser {:.2f} ms late, corners {:.3f} Hz", relation.name,

@@ -15,8 +15,7 @@ PowerCheck power_check(const Prepared& prepared, const std::vector<Regime>& regi
     if (!known.moving) continue;
     std::vector<unsigned char> use(regimes.size());
     for (std::size_t i = 0; i < use.size(); ++i) use[i] = regimes[i] == known.regime ? 1 : 0;
-    power.push_back(
-        {known.regime, power_balance(prepared.raw_v, prepared.raw_a, use), power_balance(v, a, use)});
+    power.push_back({known.regime, power_balance(prepared.raw_v, prepared.raw_a, use), power_balance(v, a, use)});
   }
   return power;
 }

@@ -20,8 +20,7 @@ using PowerCheck = std::vector<RegimePower>;  ///< one for each regime of motion
 /// Of one regime; NaN where it does not occur.
 [[nodiscard]] RegimePower balance_in(const PowerCheck& power, Regime regime);
 /// The largest magnitude in the regimes of a set, of what is raw or corrected; NaN where there is none.
-[[nodiscard]] double largest_balance(const PowerCheck& power, const RegimeSet& regimes,
-                                     double RegimePower::*which);
+[[nodiscard]] double largest_balance(const PowerCheck& power, const RegimeSet& regimes, double RegimePower::*which);
 
 /// As a row of quality.json ("power.balance"): a warning where the raw signals are out of step.
 [[nodiscard]] Check check_of(const PowerCheck& power, const std::vector<SensorRelation>& relations);

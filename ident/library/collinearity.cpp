@@ -149,7 +149,8 @@ std::vector<Rival> rivals(const RFactor& data, const Fit& fit, double limit) {
   for (std::size_t j = 0; j < fit.relevant.size(); ++j) {
     std::vector<Index> others = fit.relevant;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(j));
-    const Posterior without = posterior(problem, others, VectorXd::Constant(static_cast<Index>(others.size()), flat_lambda));
+    const Posterior without =
+        posterior(problem, others, VectorXd::Constant(static_cast<Index>(others.size()), flat_lambda));
     const double own = gain(without, fit.relevant[j]);
     for (Index i = 0; i < problem.num_terms(); ++i) {
       if (problem.column_norm(i) == 0.0 || std::find(fit.relevant.begin(), fit.relevant.end(), i) != fit.relevant.end())

@@ -19,7 +19,6 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-
 VectorXd sampled_sign(const VectorXd& g, const dsp::Signal* derivative, double sample_rate_hz) {
   if (derivative == nullptr) return g.unaryExpr(&sign);
   return g.binaryExpr(derivative->values, [&](double value, double slope) {

@@ -102,8 +102,8 @@ TEST_CASE("a record becomes a run folder with everything in it", "[apps][end_to_
   const Scratch& folder = bench();
   const auto ended = support::run(folder, "$ARDENT run duffing/response.csv -o whole");
   CHECK(ended.code == 0);
-  CHECK_THAT(ended.out,
-             Catch::Contains("x^3") && Catch::Contains("This equation describes the record") && Catch::Contains("results are in whole"));
+  CHECK_THAT(ended.out, Catch::Contains("x^3") && Catch::Contains("This equation describes the record") &&
+                            Catch::Contains("results are in whole"));
   for (const std::string& name : run_files) CHECK(fs::is_regular_file(folder / ("whole/" + name)));
   CHECK_FALSE(fs::exists(folder / ".whole.ardent"));
   CHECK(support::run(folder, "$ARDENT report whole").out == bytes_of(folder / "whole/equation.txt"));

@@ -34,8 +34,8 @@ dsp::RangeSpec whole() {
   return spec;
 }
 
-ident::Range range(dsp::RangeSpec spec, int recording = 1, std::string regime = {}) {
-  return {std::move(spec), recording, std::move(regime)};
+ident::Range range(dsp::RangeSpec spec, int recording = 1) {
+  return {std::move(spec), recording, {}};
 }
 
 ident::IdentifyOptions all_methods(int num_threads = 1) {
