@@ -102,8 +102,9 @@ TEST_CASE("a setting of a method is varied for the methods that have it only", "
   const auto ended = support::run(
       folder, "$ARDENT --json study duffing.toml -o settings --over threshold_on=raw --over ridge_lambda=1");
   REQUIRE(ended.code == 0);
+  const json document = json::parse(ended.out);
   std::map<std::string, int> methods;  // of fast_rvm and sindy; nobody here has ridge_lambda
-  for (const json& cell : json::parse(ended.out)["cells"])
+  for (const json& cell : document["cells"])
     if (cell["setting"].contains("fit.threshold_on")) ++methods[cell["method"]];
   CHECK(methods == std::map<std::string, int>{{"sindy", 1}});
 }
