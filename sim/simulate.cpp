@@ -68,6 +68,20 @@ struct ReleaseBy {
   void operator()(void* memory) const { calls->release(&memory); }
 };
 using Vector = std::unique_ptr<_generic_N_Vector, Release<N_VDestroy>>;
+
+// SUNDIALS writes into what its clone returns without looking: a clone for which there is no memory must not return.
+N_Vector cloned(N_Vector vector) {
+  const N_Vector copy = N_VClone_Serial(vector);
+  if (copy == nullptr) throw std::bad_alloc();
+  return copy;
+}
+
+Vector new_vector(Eigen::Index size, SUNContext context) {
+  Vector vector(N_VNew_Serial(size, context));
+  if (!vector) throw std::bad_alloc();
+  vector->ops->nvclone = cloned;
+  return vector;
+}
 using FixedPoint = std::unique_ptr<_generic_SUNNonlinearSolver, Release<SUNNonlinSolFree>>;
 using Memory = std::unique_ptr<void, ReleaseBy>;
 
@@ -166,10 +180,9 @@ int Integrator::State::make_memory() {
 }
 
 void Integrator::State::start(const Eigen::Ref<const Eigen::VectorXd>& initial) {
-  y.reset(N_VNew_Serial(num_states(), context));
-  dense.reset(N_VNew_Serial(num_states(), context));
-  Vector tolerances(N_VNew_Serial(num_states(), context));
-  if (!y || !dense || !tolerances) throw std::bad_alloc();
+  y = new_vector(num_states(), context);
+  dense = new_vector(num_states(), context);
+  const Vector tolerances = new_vector(num_states(), context);
   N_VEnableFusedOps_Serial(y.get(), SUNTRUE);  // states are few: a call costs more than the sums in it
   std::copy(initial.begin(), initial.end(), NV_DATA_S(y.get()));
   for (int i = 0; i < num_states(); ++i)
