@@ -47,8 +47,8 @@ void assign_roles(std::vector<Channel>& channels, const ReadOptions& options, co
     } catch (const std::invalid_argument& error) {
       throw fault(FaultKind::usage, "channel.role", fmt::format("use {}={}: {}", role_name, wanted, error.what()));
     }
-    const auto found =
-        std::find_if(channels.begin(), channels.end(), [&](const Channel& channel) { return channel.name == wanted; });
+    const auto found = std::find_if(channels.begin(), channels.end(),
+                                    [&, &name = wanted](const Channel& channel) { return channel.name == name; });
     if (found == channels.end()) {
       std::vector<std::string> names;
       for (const auto& channel : channels) names.push_back(channel.name);

@@ -1,13 +1,20 @@
-#include <cstdio>
+#include <cmath>
+#include <iostream>
 
-#include "ident/fit.hpp"
-#include "sim/simulate.hpp"
-#include "sim/systems.hpp"
+#include "dsp/prepare.hpp"
+#include "dsp/read_recording.hpp"
+#include "ident/identify.hpp"
 
-int main() {
-  const auto run = sim::simulate(sim::make_experiment("duffing").system, Eigen::VectorXd::Zero(2),
-                                 {.duration_s = 5.0, .sample_rate_hz = 100.0});
-  const auto fit = ident::fit_ols(ident::r_factor(run.states.rightCols(1), run.derivatives.leftCols(1)));
-  std::printf("dx/dt = %.6f v\n", fit.mean(0));
-  return fit.mean(0) > 0.999999 && fit.mean(0) < 1.000001 ? 0 : 1;
+// A recording to its judged equations; the coefficient of x is known to be -50 within a per cent.
+int main(int /*argc*/, char** argv) {
+  dsp::RecordingReader recording(argv[1]);
+  const dsp::Prepared prepared = dsp::prepare(recording, {.rate_hz = 25.6, .cutoff_hz = 10.24, .rolloff_hz = 8.0});
+  const auto ranges =
+      ident::identify(ident::find_regimes(prepared), {.order = 0, .terms = {"x", "v", "x^3", "sgn(v)", "ddr"}});
+  for (const ident::RangeResult& range : ranges)
+    std::cout << range.spec.name << ": " << ident::to_text(range.fits.front().model) << "\n  "
+              << range.fits.front().judgement.sentence << "\n";
+  for (const ident::ModelTerm& term : ranges.back().fits.front().model.terms)
+    if (term.name == "x") return std::abs(term.mean / -50.0 - 1.0) < 0.01 ? 0 : 1;
+  return 1;
 }
