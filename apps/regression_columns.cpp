@@ -93,12 +93,10 @@ std::vector<ident::CandidateLibrary> compile_libraries(const Config& config, con
 
 namespace {
 
-/// What a recording takes while it is fitted: signals on the bus and filtered, every term's column as it is formed, of
-/// the training rows, in a method's own order and as a prediction, and some twenty more for regimes, residuals and free
-/// runs (measured: 34 + 3.7 a term for seven signals).
+/// What a recording takes while it is fitted: signals on the bus and filtered, the column of every term, and some
+/// twenty more for regimes, residuals and free runs (measured: 33 + 0.98 a term for seven signals).
 double fit_bytes(const dsp::Motion& signals, std::size_t num_terms) {
-  const double columns =
-      2.0 * static_cast<double>(signals.signals.size()) + 4.0 * static_cast<double>(num_terms) + 20.0;
+  const double columns = 2.0 * static_cast<double>(signals.signals.size()) + static_cast<double>(num_terms) + 20.0;
   return sizeof(double) * columns * static_cast<double>(signals.num_samples());
 }
 
