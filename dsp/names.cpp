@@ -34,23 +34,25 @@ bool is_c1_control(std::string_view sequence) {
 }  // namespace
 
 std::string clean_name(std::string_view raw) {
-  constexpr std::size_t most_characters = 200;
+  constexpr std::size_t most_characters = 200, dots = 3;
   while (!raw.empty() && (raw.front() == ' ' || raw.front() == '\t')) raw.remove_prefix(1);
   while (!raw.empty() && (raw.back() == ' ' || raw.back() == '\t')) raw.remove_suffix(1);
   std::string clean;
-  for (std::size_t count = 0; !raw.empty(); ++count) {
-    if (count == most_characters) return clean + "...";
+  std::size_t count = 0, cut = 0;  // characters so far; bytes of what fits with the dots
+  while (!raw.empty()) {
     const auto length = utf8_length(raw);
     const auto sequence = raw.substr(0, std::max<std::size_t>(length, 1));
     const auto code = static_cast<unsigned char>(raw[0]);
+    const bool control = length == 1 && (code < 0x20 || code == 0x7f), c1 = is_c1_control(sequence);
     if (length == 0)
       clean += "\xef\xbf\xbd";
-    else if (length == 1 && (code < 0x20 || code == 0x7f))
-      clean += fmt::format("\\x{:02x}", code);
-    else if (is_c1_control(sequence))
-      clean += fmt::format("\\x{:02x}", static_cast<unsigned char>(sequence[1]));
+    else if (control || c1)
+      clean += fmt::format("\\x{:02x}", c1 ? static_cast<unsigned char>(sequence[1]) : code);
     else
       clean += sequence;
+    count += control || c1 ? 4 : 1;
+    if (count <= most_characters - dots) cut = clean.size();
+    if (count > most_characters) return clean.substr(0, cut) + "...";
     raw.remove_prefix(sequence.size());
   }
   return clean;

@@ -86,11 +86,13 @@ CandidateLibrary make_library(const LibraryOptions& options, const std::string& 
         throw dsp::Fault(dsp::FaultKind::usage, "library.duplicate",
                          fmt::format("library: the term '{}' stands twice{}; remove one", term.name,
                                      term.name == known.name ? "" : fmt::format(", also as '{}'", known.name)));
-    if (term.expression.ratio_to(whole_target))
+    const std::vector<std::string>& looked_at = term.expression.signals();
+    const bool holds_target = std::find(looked_at.begin(), looked_at.end(), target) != looked_at.end();
+    if (holds_target || term.expression.ratio_to(whole_target))
       throw dsp::Fault(
           dsp::FaultKind::usage, "library.target",
-          fmt::format("library: the term '{}' is the target '{}' and would explain it by itself; remove it", term.name,
-                      target));
+          fmt::format("library: the term '{}' {} the target '{}' and would explain it by itself; remove it", term.name,
+                      holds_target && !term.expression.ratio_to(whole_target) ? "contains" : "is", target));
     term.unit = term.expression.unit(signals);
     library.terms.push_back(std::move(term));
   }

@@ -104,7 +104,8 @@ int num_threads(const GlobalOptions& options) {
 void refuse_unused(const CLI::App& app) {
   static const std::map<std::string, std::vector<std::string>> unused{
       {"info", {"--output", "--seed", "--dry-run", "--set"}},
-      {"check", {"--output"}},
+      {"check", {"--output", "--seed", "--dry-run"}},
+      {"report", {"--output", "--seed", "--dry-run", "--set", "--force", "--threads"}},
       {"sim", {"--dry-run"}},
       {"replicate", {"--dry-run", "--seed", "--set"}},
       {"fit", {"--output", "--seed", "--dry-run", "--set"}},

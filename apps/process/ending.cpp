@@ -94,7 +94,7 @@ void give_back_reserve() {
 }
 
 void keep_reserve() {
-  for (auto& piece : reserve) piece = std::malloc(reserve_bytes);
+  for (auto& piece : reserve) std::free(piece.exchange(std::malloc(reserve_bytes)));
   std::set_new_handler(give_back_reserve);
 }
 

@@ -77,7 +77,13 @@ void require_apart(const fs::path& destination, const std::vector<fs::path>& inp
 OutputFolder::OutputFolder(const fs::path& destination, bool force)
     : destination_(named(not_around_us(destination))), force_(force), staging_(destination_) {
   require_free();
-  make_folder(staging_.fresh(destination_));
+  const fs::path fresh = staging_.fresh(destination_);
+  make_folder(fresh);
+  // Who may look into the folder stays as it was.
+  std::error_code absent, error;
+  const fs::file_status before = fs::status(destination_, absent);
+  if (!absent && fs::is_directory(before)) fs::permissions(fresh, before.permissions(), error);
+  if (error) throw cannot_write(destination_, error.value());
 }
 
 void OutputFolder::require_free() const {

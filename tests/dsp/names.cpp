@@ -13,7 +13,11 @@ TEST_CASE("a hostile name is shown harmlessly", "[dsp][names]") {
   CHECK(dsp::clean_name("\xc0\xaf") == "\xef\xbf\xbd\xef\xbf\xbd");                  // overlong slash
   CHECK(dsp::clean_name("\xed\xa0\x80") == "\xef\xbf\xbd\xef\xbf\xbd\xef\xbf\xbd");  // surrogate
   CHECK(dsp::clean_name("\xc2\xb5m \xf0\x9f\x9a\x80") == "\xc2\xb5m \xf0\x9f\x9a\x80");
-  CHECK(dsp::clean_name(std::string(10'000, 'x')) == std::string(200, 'x') + "...");
+  CHECK(dsp::clean_name(std::string(10'000, 'x')) == std::string(197, 'x') + "...");
+  // What is written is read again as it is: cleaning a clean name changes nothing.
+  for (const std::string& raw : {std::string(200, 'x'), std::string(201, 'x'), std::string(198, 'x') + "\f\f",
+                                 "a " + std::string(300, '\0'), std::string(199, 'x') + "\xff\xff"})
+    CHECK(dsp::clean_name(dsp::clean_name(raw)) == dsp::clean_name(raw));
 }
 
 TEST_CASE("a slug is a plain file name whatever the name was", "[dsp][names]") {
