@@ -80,13 +80,6 @@ std::vector<ident::CandidateLibrary> compile_libraries(const Config& config, con
     libraries.push_back(
         at_place(config.library_place, [&] { return ident::make_library(config.library, fit.target, signals); }));
     refuse_identity(libraries.back(), fit.target, signals, config.library_place);
-    for (const ident::Term& term : libraries.back().terms)
-      for (const std::string& signal : term.expression.signals())
-        if (signal == fit.target)
-          throw dsp::Fault(
-              dsp::FaultKind::usage, "library.target",
-              fmt::format("{}: the term '{}' contains the target {} and would explain it by itself. Remove it.",
-                          config.library_place, term.name, fit.target));
   }
   return libraries;
 }

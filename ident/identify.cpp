@@ -280,7 +280,7 @@ Prediction predict(const Fit& fit, const std::vector<Row>& rows, const std::vect
 /// Covariance without the assumption that the residual is white; empty where nothing tells the noise.
 MatrixXd robust_covariance_of(const Fit& fit, const RangeData& range, const std::vector<Row>& rows,
                               const std::vector<Columns>& recordings, const VectorXd& residual) {
-  if (!fit.covariance.allFinite()) return {};
+  if (fit.relevant.empty() || !fit.covariance.allFinite()) return {};
   std::vector<Index> positions;
   for (const Index term : fit.relevant)
     positions.push_back(std::lower_bound(range.terms.begin(), range.terms.end(), term) - range.terms.begin());

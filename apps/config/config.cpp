@@ -309,7 +309,7 @@ Config read_config(const fs::path& input, const std::vector<std::string>& overri
   std::error_code unknown;
   if (!is_config && fs::is_directory(input, unknown))
     throw dsp::Fault(dsp::FaultKind::input, "file.kind",
-                     fmt::format("{}: is a folder; want a recording, or a config NAME.toml", input.string()));
+                     fmt::format("{}: is a directory, want a recording, or a config NAME.toml", input.string()));
   const dsp::Settings document =
       is_config ? dsp::Settings::from_file(input, overrides)
                 : dsp::Settings::from_text(

@@ -67,6 +67,12 @@ TEST_CASE("the target is refused among its own terms however it is written", "[i
         },
         dsp::FaultKind::usage, "library.target", {"is the target 'a'"});
   }
-  for (const std::string term : {"a*x", "a^2", "a+1", "abs(a)", "sgn(a)", "0*a"})
-    CHECK_NOTHROW(ident::make_library({.order = 0, .terms = {"x", term}}, "a", signals()));
+  for (const std::string term : {"a*x", "a^2", "a+1", "abs(a)", "sgn(a)", "0*a", "a-x"}) {
+    CAPTURE(term);
+    support::check_fault(
+        [&] {
+          (void)ident::make_library({.order = 0, .terms = {"x", term}}, "a", signals());
+        },
+        dsp::FaultKind::usage, "library.target", {"contains the target 'a'"});
+  }
 }
