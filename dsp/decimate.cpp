@@ -256,9 +256,9 @@ Eigen::MatrixXd decimate(const Eigen::Ref<const Eigen::MatrixXd>& samples, const
 
 Eigen::MatrixXd decimate(const Eigen::Ref<const Eigen::MatrixXd>& samples, double sample_rate_hz,
                          const DecimateOptions& options, FilterSheet* sheet) {
-  const Decimator designed(sample_rate_hz, samples.cols(), options);
-  if (sheet != nullptr) *sheet = designed.sheet();
-  return decimate(samples, designed.sheet());
+  const FilterSheet design = measure(design_decimation(sample_rate_hz, options), sample_rate_hz, options);
+  if (sheet != nullptr) *sheet = design;
+  return decimate(samples, design);
 }
 
 }  // namespace dsp

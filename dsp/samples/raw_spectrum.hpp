@@ -35,7 +35,7 @@ class RawSpectrum {
   double sample_rate_hz_;
   RealFft fft_;
   Eigen::VectorXd window_;
-  Eigen::Index stride_ = 0, num_taken_ = 0, num_held_ = 0, num_stretches_ = 0;
+  Eigen::Index stride_ = 0, num_taken_ = 0, num_stretches_ = 0;
   FrameBlock held_;      ///< of the stretch under way
   Eigen::MatrixXd sum_;  ///< of power, over stretches
 };
