@@ -2,18 +2,24 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "dsp/fault.hpp"
 
 namespace dsp {
 
 bool TextLines::fill() {
-  constexpr std::size_t piece_bytes = std::size_t{1} << 18;
+  constexpr std::uint64_t most_bytes = std::uint64_t{1} << 18;
   buffer_offset_ += begin_;
   buffer_.erase(0, begin_);
   begin_ = 0;
   const auto kept = buffer_.size();
+  const auto read = buffer_offset_ + kept;
+  // One byte more than is left: a file that has grown is seen at its end.
+  const auto piece_bytes =
+      static_cast<std::size_t>(std::min(most_bytes, file_->size() - std::min(read, file_->size()) + 1));
   buffer_.resize(kept + piece_bytes);
-  buffer_.resize(kept + file_->read(buffer_offset_ + kept, buffer_.data() + kept, piece_bytes));
+  buffer_.resize(kept + file_->read(read, buffer_.data() + kept, piece_bytes));
   return buffer_.size() > kept;
 }
 
