@@ -131,10 +131,13 @@ Accelerometer accelerometer(std::uint64_t seed, std::uint64_t c, const RigSensor
 
 }  // namespace
 
+std::string_view to_string(SensorLevel level) {
+  return level == SensorLevel::ideal ? "ideal" : level == SensorLevel::noise ? "noise" : "full";
+}
+
 SensorLevel sensor_level(std::string_view name) {
-  if (name == "ideal") return SensorLevel::ideal;
-  if (name == "noise") return SensorLevel::noise;
-  if (name == "full") return SensorLevel::full;
+  for (const SensorLevel level : {SensorLevel::ideal, SensorLevel::noise, SensorLevel::full})
+    if (name == to_string(level)) return level;
   throw std::invalid_argument(fmt::format("qzs: no sensors \"{}\"; there are ideal, noise, full", name));
 }
 

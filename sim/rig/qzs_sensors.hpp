@@ -25,6 +25,7 @@ enum class SensorLevel {
 };
 /// "ideal", "noise", "full"; throws std::invalid_argument.
 [[nodiscard]] SensorLevel sensor_level(std::string_view name);
+[[nodiscard]] std::string_view to_string(SensorLevel level);
 
 /// A sensor and what its user does not know of it: volts = gain * volts_per_unit * (what it measures).
 struct RigSensor {
