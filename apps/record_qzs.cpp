@@ -11,7 +11,7 @@
 #include <string>
 
 #include "apps/config/parameter_settings.hpp"
-#include "apps/config/sensor_fault_settings.hpp"
+#include "apps/config/sensor_problem_settings.hpp"
 #include "apps/output/response_report.hpp"
 #include "apps/process/interrupt.hpp"
 #include "apps/process/system_fault.hpp"
@@ -29,14 +29,14 @@ namespace {
 using nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
-constexpr int truth_rate_hz = 256;     // the bus that regimes and signs are judged on
+constexpr int truth_rate_hz = 256;     // the intermediate rate that regimes and signs are judged on
 constexpr int rows_per_response = 10;  // response.csv at 25.6 Hz, the rate of regression
 constexpr Eigen::Index block_frames = 1 << 16;
 
 struct Setup {
   std::shared_ptr<const sim::QzsRig> rig;
   std::string twin, programme;
-  double from_s = 0.0, duration_s = 0.0;  ///< the files' share of the test
+  double from_s = 0.0, duration_s = 0.0;  ///< the files' fraction of the test
   double rate_hz = sim::raw_rate_hz;
   sim::RawOptions raw;
   dsp::SoundContainer container = dsp::SoundContainer::rf64;
@@ -69,8 +69,8 @@ Setup set_up(const SimulateArguments& arguments) {
     setup.twin = arguments.twin.value_or("T0");
     setup.programme = arguments.programme.value_or("down");
     std::vector<std::string> numbers = arguments.set;
-    setup.raw.faults = take_sensor_faults(numbers);
-    if (!arguments.raw && !setup.raw.faults.empty())
+    setup.raw.problems = take_sensor_problems(numbers);
+    if (!arguments.raw && !setup.raw.problems.empty())
       throw std::invalid_argument("qzs: rail, hold and clip are about the recording: add --raw");
     Settings settings = parse_settings(numbers);
     const sim::Programme programme = rig_programme(setup.programme, settings);
@@ -88,12 +88,12 @@ Setup set_up(const SimulateArguments& arguments) {
     setup.raw.level = sim::sensor_level(arguments.sensors.value_or("full"));
     setup.raw.noise = arguments.noise.value_or(1.0);
     setup.raw.seed = arguments.seed;
-    for (auto& fault : setup.raw.faults) {  // seconds of the recording, of the test from here on
-      if (fault.from_s >= setup.duration_s)
+    for (auto& problem : setup.raw.problems) {  // seconds of the recording, of the test from here on
+      if (problem.from_s >= setup.duration_s)
         throw std::invalid_argument(fmt::format("qzs: a sensor is to fail at {:g} s, the recording ends at {:g} s",
-                                                fault.from_s, setup.duration_s));
-      fault.from_s += setup.from_s;
-      fault.to_s += setup.from_s;
+                                                problem.from_s, setup.duration_s));
+      problem.from_s += setup.from_s;
+      problem.to_s += setup.from_s;
     }
     setup.container = dsp::sound_container(arguments.container.value_or("rf64"));
     return setup;
@@ -192,9 +192,9 @@ void write_motion(const Setup& setup, const OutputFolder& folder, bool with_trut
   append_hands(setup, motion, truth);
   append_regimes(setup, motion, programme_levels(trajectory, motion), truth);
 }
-/// The band of the 256 Hz bus at the preparation's own cut-off, for any rate: flat, and free of aliases, up to 30 /
-/// 256.
-dsp::DecimateOptions bus(double rate_hz) {
+/// The band of the intermediate rate of 256 Hz at the preparation's own cut-off, for any rate: flat, and free of
+/// aliases, up to 30 / 256.
+dsp::DecimateOptions intermediate(double rate_hz) {
   const double passband_end_hz = rate_hz * 30.0 / 256.0;
   return {
       .output_rate_hz = rate_hz, .passband_end_hz = passband_end_hz, .stopband_start_hz = rate_hz - passband_end_hz};
@@ -211,7 +211,8 @@ void write_recording(const Setup& setup, const OutputFolder& folder, const std::
                                                   .comment = {},
                                                   .shown = folder.shown(name)});
   std::optional<dsp::Decimator> decimator;
-  if (setup.rate_hz < sim::raw_rate_hz) decimator.emplace(sim::raw_rate_hz, sim::num_raw_channels, bus(setup.rate_hz));
+  if (setup.rate_hz < sim::raw_rate_hz)
+    decimator.emplace(sim::raw_rate_hz, sim::num_raw_channels, intermediate(setup.rate_hz));
   for (std::int64_t begin = 0; begin < recorder.num_frames();) {
     check_interrupted();
     // What comes before is made too: filters and drifts have a past.
@@ -283,13 +284,13 @@ ordered_json sensors_json(const Setup& setup) {
                                    {"offset", sensor.offset},
                                    {"lag_s", sensor.lag_s},
                                    {"highpass_hz", sensor.highpass_hz}});
-  for (const auto& fault : setup.raw.faults) {
+  for (const auto& problem : setup.raw.problems) {
     constexpr std::array kinds{"rail", "hold", "clip"};
-    sensors["faults"].push_back({{"kind", kinds[static_cast<std::size_t>(fault.kind)]},
-                                 {"channel", sensors["channels"][static_cast<std::size_t>(fault.channel)]["name"]},
-                                 {"from_s", fault.from_s - setup.from_s},
-                                 {"to_s", fault.to_s - setup.from_s}});
-    if (fault.kind == sim::SensorFault::Kind::clip) sensors["faults"].back()["limit_v"] = fault.limit_v;
+    sensors["faults"].push_back({{"kind", kinds[static_cast<std::size_t>(problem.kind)]},
+                                 {"channel", sensors["channels"][static_cast<std::size_t>(problem.channel)]["name"]},
+                                 {"from_s", problem.from_s - setup.from_s},
+                                 {"to_s", problem.to_s - setup.from_s}});
+    if (problem.kind == sim::SensorProblem::Kind::clip) sensors["faults"].back()["limit_v"] = problem.limit_v;
   }
   return sensors;
 }
