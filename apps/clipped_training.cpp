@@ -28,24 +28,24 @@ std::map<std::string, Clipped> clipped_within(const std::vector<dsp::Interval>& 
 
 }  // namespace
 
-void require_unclipped(const ident::Range& range, const std::vector<Input>& inputs, double max_share) {
-  constexpr double training_share = 0.6;
+void require_unclipped(const ident::Range& range, const std::vector<Input>& inputs, double max_fraction) {
+  constexpr double training_fraction = 0.6;
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     if (range.recording > 0 && static_cast<std::size_t>(range.recording) != i + 1) continue;
     const dsp::Prepared& prepared = inputs[i].prepared;
     const double end_s = static_cast<double>(prepared.signals.num_samples()) / prepared.signals.sample_rate_hz;
     const double from_s = range.spec.from_s, to_s = std::min(range.spec.to_s, end_s);
-    const double train_to_s = range.spec.train_to_s.value_or(from_s + training_share * (to_s - from_s));
+    const double train_to_s = range.spec.train_to_s.value_or(from_s + training_fraction * (to_s - from_s));
     for (const auto& [channel, clipped] : clipped_within(prepared.clipped, from_s, train_to_s)) {
-      const double share = clipped.seconds / (train_to_s - from_s);
-      if (share > max_share)
+      const double fraction = clipped.seconds / (train_to_s - from_s);
+      if (fraction > max_fraction)
         throw dsp::Fault(
             dsp::FaultKind::input, "sample.clipped",
             fmt::format("{}: range '{}': {} is clipped for {:.3g} s of the {:.6g} s to train on, first at {:.6g} s: "
                         "{:.2g} %, at most {:.2g} % are allowed. Train elsewhere, leave the channel out, or raise "
                         "prepare.max_clipped.",
                         prepared.name, range.spec.name, channel, clipped.seconds, train_to_s - from_s, clipped.first_s,
-                        100.0 * share, 100.0 * max_share));
+                        100.0 * fraction, 100.0 * max_fraction));
     }
   }
 }

@@ -53,5 +53,5 @@ if [ "$keep" = no ]; then
   rm -f out/rig/recording.wav
   echo "The raw recording was removed (./run --keep keeps it)."
 fi
-echo "Full reports with deviations and judgement: out/matched/equation.txt, out/paper/equation.txt"
+echo "Full reports with standard deviations and judgement: out/matched/equation.txt, out/paper/equation.txt"
 echo "Truth: out/rig/truth.json, out/rig/truth.csv. Prepared signals: out/matched/prepared.csv"

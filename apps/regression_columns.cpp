@@ -86,8 +86,8 @@ std::vector<ident::CandidateLibrary> compile_libraries(const Config& config, con
 
 namespace {
 
-/// What a recording takes while it is fitted: signals on the bus and filtered, the column of every term, and some
-/// twenty more for regimes, residuals and free runs (measured: 33 + 0.98 a term for seven signals).
+/// What a recording takes while it is fitted: signals at the intermediate rate and filtered, the column of every term,
+/// and some twenty more for regimes, residuals and free runs (measured: 33 + 0.98 a term for seven signals).
 double fit_bytes(const dsp::Motion& signals, std::size_t num_terms) {
   const double columns = 2.0 * static_cast<double>(signals.signals.size()) + static_cast<double>(num_terms) + 20.0;
   return sizeof(double) * columns * static_cast<double>(signals.num_samples());

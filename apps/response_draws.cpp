@@ -48,7 +48,7 @@ DrawnFigure drawn_figure(const std::vector<double>& values) {
     if (std::isfinite(value)) squares += (value - mean) * (value - mean);
   return {.mean = count > 0 ? mean : nan,
           .std = count > 1 ? std::sqrt(squares / (count - 1)) : nan,
-          .share = values.empty() ? 0.0 : count / static_cast<double>(values.size())};
+          .fraction = values.empty() ? 0.0 : count / static_cast<double>(values.size())};
 }
 
 ResponseDraws response_draws(const IdentifiedEquation& equation, const sim::FrequencyResponseOptions& sweep,

@@ -12,7 +12,7 @@ namespace apps {
 /// A figure over the draws in which it exists.
 struct DrawnFigure {
   double mean = 0.0, std = 0.0;  ///< NaN where too few draws have it
-  double share = 0.0;            ///< of the draws that have it
+  double fraction = 0.0;         ///< of the draws that have it
 };
 [[nodiscard]] DrawnFigure drawn_figure(const std::vector<double>& values);  ///< NaN: it does not exist in that draw
 

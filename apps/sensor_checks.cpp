@@ -9,7 +9,7 @@
 namespace apps {
 namespace {
 
-using Kind = dsp::SensorFaultKind;
+using Kind = dsp::SensorProblemKind;
 
 /// In the units a sensor's sheet uses.
 std::string sensitivity_text(const dsp::Sensitivity& sensitivity, double factor) {
@@ -21,33 +21,33 @@ std::string sensitivity_text(const dsp::Sensitivity& sensitivity, double factor)
 }
 
 /// What the channel's numbers are to be multiplied by, as the key that does it.
-std::string scale_line(const dsp::SensorFault& fault, const dsp::ChannelSpec* channel) {
+std::string scale_line(const dsp::SensorProblem& problem, const dsp::ChannelSpec* channel) {
   if (channel != nullptr && channel->sensitivity)
-    return fmt::format("sensitivity = \"{}\"", sensitivity_text(*channel->sensitivity, fault.sensitivity_factor));
-  if (fault.kind == Kind::unit) return fmt::format("unit = \"{}\"", fault.unit);
+    return fmt::format("sensitivity = \"{}\"", sensitivity_text(*channel->sensitivity, problem.sensitivity_factor));
+  if (problem.kind == Kind::unit) return fmt::format("unit = \"{}\"", problem.unit);
   const dsp::Unit unit = channel != nullptr && !channel->unit.empty() ? dsp::find_unit(channel->unit) : dsp::Unit{};
   const std::string si = !unit.si.empty() ? unit.si : channel != nullptr ? dsp::si_unit(channel->role) : "";
-  return fmt::format("full_scale = \"{:.6g} {}\"", unit.factor / fault.sensitivity_factor, si);
+  return fmt::format("full_scale = \"{:.6g} {}\"", unit.factor / problem.sensitivity_factor, si);
 }
 
-/// Of a pair whose lag and corners are corrected: scales and signs that are off by too much are left as they are.
-bool corrects(const dsp::SensorRelation& relation, const dsp::SensorFault& fault) {
-  const bool of_scale = fault.kind == Kind::unit || fault.kind == Kind::gain;
-  return fault.kind != Kind::polarity && (!of_scale || gain_is_plausible(relation));
+/// Of a pair whose lag and cut-offs are corrected: scales and signs that are off by too much are left as they are.
+bool corrects(const dsp::SensorRelation& relation, const dsp::SensorProblem& problem) {
+  const bool of_scale = problem.kind == Kind::unit || problem.kind == Kind::gain;
+  return problem.kind != Kind::polarity && (!of_scale || gain_is_plausible(relation));
 }
 
-dsp::Check check_of(const dsp::SensorFault& fault, bool corrected, const dsp::ChannelSpec* channel,
+dsp::Check check_of(const dsp::SensorProblem& problem, bool corrected, const dsp::ChannelSpec* channel,
                     const std::string& sidecar) {
-  dsp::Check check{.name = "sensor." + std::string(to_string(fault.kind)),
-                   .channel = fault.channel,
-                   .value = fault.value,
-                   .limit = fault.limit};
+  dsp::Check check{.name = "sensor." + std::string(to_string(problem.kind)),
+                   .channel = problem.channel,
+                   .value = problem.value,
+                   .limit = problem.limit};
   check.status = corrected ? dsp::CheckStatus::note : dsp::CheckStatus::warning;
-  const bool either = fault.kind == Kind::polarity;
+  const bool either = problem.kind == Kind::polarity;
   check.message =
-      fmt::format("{}; {}. In {}, [[channel]] name = \"{}\"{}: {}", fault.sentence,
-                  corrected ? "corrected here" : "not corrected", sidecar, fault.channel,
-                  either ? " or its partner, whichever is wired the wrong way round" : "", remedy(fault, channel));
+      fmt::format("{}; {}. In {}, [[channel]] name = \"{}\"{}: {}", problem.sentence,
+                  corrected ? "corrected here" : "not corrected", sidecar, problem.channel,
+                  either ? " or its partner, whichever is wired the wrong way round" : "", remedy(problem, channel));
   return check;
 }
 
@@ -63,18 +63,18 @@ dsp::Check relation_check(const dsp::SensorRelation& relation, std::string found
 
 }  // namespace
 
-std::string remedy(const dsp::SensorFault& fault, const dsp::ChannelSpec* channel) {
-  switch (fault.kind) {
+std::string remedy(const dsp::SensorProblem& problem, const dsp::ChannelSpec* channel) {
+  switch (problem.kind) {
     case Kind::polarity:
       return fmt::format("sign = {}", channel != nullptr && channel->sign < 0.0 ? 1 : -1);
     case Kind::unit:
     case Kind::gain:
-      return scale_line(fault, channel);
+      return scale_line(problem, channel);
     case Kind::lag:
       return fmt::format("delay = \"{:.4g} ms\"",
-                         1e3 * (fault.delay_s + (channel != nullptr ? channel->delay_s : 0.0)));
-    case Kind::corner:
-      return fmt::format("highpass = [{:.4g}]", fmt::join(fault.highpass_hz, ", "));
+                         1e3 * (problem.delay_s + (channel != nullptr ? channel->delay_s : 0.0)));
+    case Kind::cutoff:
+      return fmt::format("highpass = [{:.4g}]", fmt::join(problem.highpass_hz, ", "));
   }
   return {};
 }
@@ -84,18 +84,18 @@ std::vector<dsp::Check> sensor_checks(const dsp::Prepared& prepared, const std::
   std::vector<dsp::Check> checks;
   const auto add = [&](dsp::Check pair, const dsp::SensorRelation& relation, bool corrected) {
     checks.push_back(std::move(pair));
-    for (const dsp::SensorFault& fault : sensor_faults(relation, prepared.options.scale)) {
+    for (const dsp::SensorProblem& problem : sensor_problems(relation, prepared.options.scale)) {
       const auto spec = std::find_if(channels.begin(), channels.end(),
-                                     [&](const dsp::ChannelSpec& channel) { return channel.name == fault.channel; });
-      checks.push_back(
-          check_of(fault, corrected && corrects(relation, fault), spec == channels.end() ? nullptr : &*spec, sidecar));
+                                     [&](const dsp::ChannelSpec& channel) { return channel.name == problem.channel; });
+      checks.push_back(check_of(problem, corrected && corrects(relation, problem),
+                                spec == channels.end() ? nullptr : &*spec, sidecar));
     }
   };
   for (const dsp::SensorRelation& relation : prepared.relations)
     add(relation_check(
             relation,
             fmt::format("accelerometer to displacement: gain {:.5f}, displacement {:.3f} ms late, "
-                        "corners [{:.4f}] Hz",
+                        "AC-coupling cut-offs [{:.4f}] Hz",
                         relation.sign * relation.gain, 1e3 * relation.lag_s, fmt::join(relation.highpass_hz, ", ")),
             dsp::CheckStatus::warning),
         relation, prepared.equalised() && can_be_corrected(relation));

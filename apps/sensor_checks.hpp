@@ -4,13 +4,13 @@
 
 #include "dsp/io/sidecar.hpp"
 #include "dsp/prepare.hpp"
-#include "dsp/sensors/sensor_faults.hpp"
+#include "dsp/sensors/sensor_problems.hpp"
 
 namespace apps {
 
-/// Lines for a sidecar's [[channel]] that would have kept the fault away, given what it says now (nullptr: nothing):
-/// `sensitivity = "102 mV/g"`. A lag adds to the delay that is there.
-[[nodiscard]] std::string remedy(const dsp::SensorFault& fault, const dsp::ChannelSpec* channel);
+/// Lines for a sidecar's [[channel]] that would have kept the problem away, given what it says now (nullptr: it says
+/// none of it): `sensitivity = "102 mV/g"`. A lag adds to the delay that is there.
+[[nodiscard]] std::string remedy(const dsp::SensorProblem& problem, const dsp::ChannelSpec* channel);
 
 /// Rows of quality.json, one line each, for what the sensors of a recording say of one another: "sensor.polarity",
 /// "sensor.unit", "sensor.gain", "sensor.lag", "sensor.corner", each with what to change; a note where it was

@@ -12,7 +12,8 @@
 namespace apps {
 namespace {
 
-constexpr const char *train_share = "fit.train_share", *cutoff = "prepare.cutoff_hz", *rolloff = "prepare.rolloff_hz";
+constexpr const char *train_fraction = "fit.train_share", *cutoff = "prepare.cutoff_hz",
+                     *rolloff = "prepare.rolloff_hz";
 
 std::string number(double value) {
   return fmt::format("{:.6g}", value);
@@ -52,7 +53,7 @@ Config config_of(const StudyRequest& request, const StudyCell& cell) {
   }
   Config config = read_config(request.input, overrides);
   if (request.adjust) request.adjust(config);
-  if (has(cell, train_share))
+  if (has(cell, train_fraction))
     for (ident::Range& range : config.ranges) range.spec.train_to_s.reset();
   keep_concerned(config.fit.methods, cell);
   check_library(config);
@@ -130,10 +131,10 @@ std::vector<StudyAxis> default_axes(const Config& config, double rate_hz) {
         std::any_of(config.fit.methods.begin(), config.fit.methods.end(),
                     [&](ident::Method method) { return ident::description(method).has(setting.name); }))
       axes.push_back({fit_key(setting), {setting.study_values.begin(), setting.study_values.end()}});
-  axes.push_back({train_share, {"0.15", "0.3", "0.45", "0.6", "0.75"}});
+  axes.push_back({train_fraction, {"0.15", "0.3", "0.45", "0.6", "0.75"}});
   axes.push_back({cutoff, {}});
   const double cutoff_hz = dsp::resolved(rate_settled(config.prepare, rate_hz), rate_hz).cutoff_hz;
-  for (const double share : {0.5, 0.65, 0.8, 1.0}) axes.back().values.push_back(number(share * cutoff_hz));
+  for (const double fraction : {0.5, 0.65, 0.8, 1.0}) axes.back().values.push_back(number(fraction * cutoff_hz));
   return axes;
 }
 
@@ -193,7 +194,7 @@ std::vector<StudyResult> run_cells(const StudyRequest& request, Console& console
       if (zero_is_set) job.config.zero.kind = ZeroChoice::Kind::none;
       settle(job.config, inputs, zero_is_set ? silent : teller);
       refuse_warnings(request.strict, console);
-      if (has(result.cell, train_share))  // ranges of a sidecar have come in
+      if (has(result.cell, train_fraction))  // ranges of a sidecar have come in
         for (ident::Range& range : job.config.ranges) range.spec.train_to_s.reset();
       try {
         FormedColumns& data = formed[library_key(job.config)];

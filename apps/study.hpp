@@ -18,8 +18,8 @@ namespace apps {
 [[nodiscard]] StudyAxis parse_axis(const std::string& text);
 
 /// What is worth varying where nothing was asked for: order (unless the terms are all given by name), tau, the
-/// threshold of sindy, the training share and the cut-off, each from well below to above what `config` has. rate_hz: of
-/// the first recording.
+/// threshold of sindy, the training fraction and the cut-off, each from well below to above what `config` has. rate_hz:
+/// of the first recording.
 [[nodiscard]] std::vector<StudyAxis> default_axes(const Config& config, double rate_hz);
 
 /// One combination of settings, on top of the config.

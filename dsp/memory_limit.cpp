@@ -10,7 +10,7 @@ void require_memory(const std::string& name, double bytes, std::size_t max_memor
   if (bytes <= static_cast<double>(max_memory_bytes)) return;
   throw Fault(
       FaultKind::numerics, "memory.limit",
-      fmt::format("{}: needs {:.4g} MB of memory, {:.4g} MB are allowed. Try fewer channels, a shorter stretch, "
+      fmt::format("{}: needs {:.4g} MB of memory, {:.4g} MB are allowed. Try fewer channels, a shorter interval, "
                   "a lower prepare.rate_hz or a larger --max-memory",
                   name, 1e-6 * bytes, 1e-6 * static_cast<double>(max_memory_bytes)));
 }

@@ -25,7 +25,7 @@ struct Motion {
   std::vector<unsigned char> excluded;    ///< per sample: 1 where the data must not be used (faults with their margins)
   Eigen::Index edge_samples = 0;          ///< at either end: spoilt by filter and derivative ends; not in `excluded`
   std::vector<std::string> uncalibrated;  ///< channels of raw numbers; signals that may rest on one have no unit
-  double dropped_power_fraction = 0.0;    ///< share of the displacement's power above the band edge
+  double dropped_power_fraction = 0.0;    ///< fraction of the displacement's power above the band edge
   [[nodiscard]] Eigen::Index num_samples() const { return signals.empty() ? 0 : signals.front().values.size(); }
   /// nullptr if there is no such signal.
   [[nodiscard]] const Signal* find(std::string_view name) const;
@@ -49,7 +49,7 @@ struct MotionOptions {
 /// From the channels of one recording to x = y - r (Eq. 49 of [QZS23]; x = y where there is no base channel), v, a, and
 /// whatever else was measured or follows by differentiation (r dr ddr y dy ddy f z and channels without a role, by
 /// name). Derivatives are taken over the whole record in the frequency domain; a measured derivative is preferred to a
-/// computed one. Displacements are not filtered. Channel delays are removed. The recording's bad stretches are excluded
+/// computed one. Displacements are not filtered. Channel delays are removed. The recording's bad intervals are excluded
 /// without margins. `edge_samples` is the length of the band's impulse response, 1 / (cutoff_hz - rolloff_hz). Throws
 /// Fault if no displacement can be had, std::invalid_argument for a band that does not fit below the Nyquist frequency.
 [[nodiscard]] Motion relative_motion(Recording recording, const MotionOptions& options);

@@ -7,9 +7,9 @@ namespace dsp {
 namespace {
 
 double nth(std::span<double> values, std::size_t n) {
-  const auto place = values.begin() + static_cast<std::ptrdiff_t>(n);
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(n);
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
 }
 
 }  // namespace
@@ -18,18 +18,19 @@ double median(std::vector<double> values) {
   return nth(values, values.size() / 2);
 }
 
-double quantile(std::vector<double> values, double share) {
-  return quantile_in_place(values, share);
+double quantile(std::vector<double> values, double fraction) {
+  return quantile_in_place(values, fraction);
 }
 
-double quantile_in_place(std::span<double> values, double share) {
-  return values.empty() ? 0.0 : nth(values, static_cast<std::size_t>(share * static_cast<double>(values.size() - 1)));
+double quantile_in_place(std::span<double> values, double fraction) {
+  return values.empty() ? 0.0
+                        : nth(values, static_cast<std::size_t>(fraction * static_cast<double>(values.size() - 1)));
 }
 
-double interpolated_quantile(std::span<const double> ascending, double share) {
-  const double place = share * static_cast<double>(ascending.size() - 1);
-  const auto k = std::min(static_cast<std::size_t>(place), ascending.size() - 2);
-  return ascending[k] + (place - static_cast<double>(k)) * (ascending[k + 1] - ascending[k]);
+double interpolated_quantile(std::span<const double> ascending, double fraction) {
+  const double position = fraction * static_cast<double>(ascending.size() - 1);
+  const auto k = std::min(static_cast<std::size_t>(position), ascending.size() - 2);
+  return ascending[k] + (position - static_cast<double>(k)) * (ascending[k + 1] - ascending[k]);
 }
 
 }  // namespace dsp

@@ -8,14 +8,14 @@ namespace dsp {
 /// The value that half of the others do not exceed; of an even number the upper one. `values` must not be empty.
 [[nodiscard]] double median(std::vector<double> values);
 
-/// The value that `share` (0 to 1) of the others do not exceed; 0 where there are none.
-[[nodiscard]] double quantile(std::vector<double> values, double share);
+/// The value that `fraction` (0 to 1) of the others do not exceed; 0 where there are none.
+[[nodiscard]] double quantile(std::vector<double> values, double fraction);
 
 /// The same without a copy: `values` are reordered.
-[[nodiscard]] double quantile_in_place(std::span<double> values, double share);
+[[nodiscard]] double quantile_in_place(std::span<double> values, double fraction);
 
 /// The same between the two nearest of at least two values in ascending order, linearly.
-[[nodiscard]] double interpolated_quantile(std::span<const double> ascending, double share);
+[[nodiscard]] double interpolated_quantile(std::span<const double> ascending, double fraction);
 
 /// At most `most` of the items, drawn evenly in their order; all if there are no more.
 template <class Item>

@@ -9,7 +9,7 @@
 
 #include "dsp/filter/filter_design.hpp"
 #include "dsp/memory_limit.hpp"
-#include "dsp/prepare/bus.hpp"
+#include "dsp/prepare/intermediate_recorder.hpp"
 #include "dsp/prepare/prepare_filters.hpp"
 
 namespace dsp {
@@ -27,8 +27,8 @@ SpectralBand column_band(const PrepareOptions& o) {
 
 ColumnFilter column_filter(const PrepareOptions& o) {
   const auto decimation = to_regression(o);
-  return decimation ? ColumnFilter::decimation(o.bus_rate_hz, *decimation)
-                    : ColumnFilter::taper(o.bus_rate_hz, column_band(o));
+  return decimation ? ColumnFilter::decimation(o.intermediate_rate_hz, *decimation)
+                    : ColumnFilter::taper(o.intermediate_rate_hz, column_band(o));
 }
 
 // Both filters as one, from the recording to the regression rate.
@@ -52,21 +52,21 @@ void require_length(const Recording& description, Index num_frames, const Column
                             description.name, num_frames, least));
 }
 
-// A dead base is told only: a bench that stands still is one.
-void require_moving(const Recording& bus) {
-  for (const auto& check : bus.checks) {
+// A dead base is only reported: a bench at rest is one.
+void require_moving(const Recording& intermediate) {
+  for (const auto& check : intermediate.checks) {
     if (check.name != "sample.constant") continue;
-    const auto channel = std::find_if(bus.channels.begin(), bus.channels.end(),
+    const auto channel = std::find_if(intermediate.channels.begin(), intermediate.channels.end(),
                                       [&](const Channel& other) { return other.name == check.channel; });
     const Role role = channel->role;
     const bool needed = role == Role::x || role == Role::y || role == Role::a || role == Role::ddy ||
-                        (role == Role::ddr && bus.find(Role::ddy) >= 0);
+                        (role == Role::ddr && intermediate.find(Role::ddy) >= 0);
     if (needed)
       throw Fault(
           FaultKind::input, "sample.constant",
           fmt::format("{}: channel '{}', role {}, never moves: {}. Choose another by use = {{ {} = \"...\" }} or "
                       "leave it out of the sidecar",
-                      bus.name, channel->name, to_string(role), check.message, to_string(role)));
+                      intermediate.name, channel->name, to_string(role), check.message, to_string(role)));
   }
 }
 
@@ -75,35 +75,37 @@ VectorXd clock(Index n, double rate_hz) {
 }
 
 // Every signal through the filter; t is a clock, not a signal.
-Motion filtered(const Motion& bus, const ColumnFilter& filter) {
+Motion filtered(const Motion& intermediate, const ColumnFilter& filter) {
   Motion out{.sample_rate_hz = filter.output_rate_hz()};
-  for (const auto& signal : bus.signals)
+  for (const auto& signal : intermediate.signals)
     out.signals.push_back({signal.name, signal.unit, signal.name == "t" ? VectorXd() : filter.apply(signal.values)});
   const Index n = out.signals.back().values.size();
   out.signals.front().values = clock(n, out.sample_rate_hz);
   out.excluded.assign(static_cast<std::size_t>(n), 0);
-  out.dropped_power_fraction = bus.dropped_power_fraction;
-  out.uncalibrated = bus.uncalibrated;
+  out.dropped_power_fraction = intermediate.dropped_power_fraction;
+  out.uncalibrated = intermediate.uncalibrated;
   return out;
 }
 
 // The recording through the filter, channel by channel, for recipe "paper".
-Recording filtered(const Recording& bus, const ColumnFilter& filter) {
-  Recording out{.name = bus.name, .sample_rate_hz = filter.output_rate_hz(), .channels = bus.channels};
-  for (Index c = 0; c < bus.samples.cols(); ++c) {
-    const VectorXd column = filter.apply(bus.samples.col(c));
-    if (c == 0) out.samples.resize(column.size(), bus.samples.cols());
+Recording filtered(const Recording& intermediate, const ColumnFilter& filter) {
+  Recording out{
+      .name = intermediate.name, .sample_rate_hz = filter.output_rate_hz(), .channels = intermediate.channels};
+  for (Index c = 0; c < intermediate.samples.cols(); ++c) {
+    const VectorXd column = filter.apply(intermediate.samples.col(c));
+    if (c == 0) out.samples.resize(column.size(), intermediate.samples.cols());
     out.samples.col(c) = column;
   }
   return out;
 }
 
 // Velocity and acceleration as the sensors gave them, where both sorts of sensor are there.
-void keep_raw(Prepared& prepared, const Recording& bus) {
-  const Index y = bus.find(Role::y), r = bus.find(Role::r), ddy = bus.find(Role::ddy), ddr = bus.find(Role::ddr);
+void keep_raw(Prepared& prepared, const Recording& intermediate) {
+  const Index y = intermediate.find(Role::y), r = intermediate.find(Role::r), ddy = intermediate.find(Role::ddy),
+              ddr = intermediate.find(Role::ddr);
   if (y < 0 || ddy < 0 || (r < 0) != (ddr < 0)) return;
-  VectorXd x = bus.samples.col(y), a = bus.samples.col(ddy);
-  if (r >= 0) x -= bus.samples.col(r), a -= bus.samples.col(ddr);
+  VectorXd x = intermediate.samples.col(y), a = intermediate.samples.col(ddy);
+  if (r >= 0) x -= intermediate.samples.col(r), a -= intermediate.samples.col(ddr);
   prepared.raw_v =
       ExtendedSpectrum(prepared.filter.apply(x), prepared.options.rate_hz).derivative(1, column_band(prepared.options));
   prepared.raw_a = prepared.filter.apply(a);
@@ -116,11 +118,12 @@ std::vector<unsigned char> mask(const std::vector<Interval>& bad, Index n, doubl
   return marked.excluded;
 }
 
-void bring_to_agree(Prepared& prepared, Recording& bus) {
-  keep_raw(prepared, bus);
-  ColumnSpectra spectra(bus);
+void equalise(Prepared& prepared, Recording& intermediate) {
+  keep_raw(prepared, intermediate);
+  ColumnSpectra spectra(intermediate);
   Equalised equal =
-      equalise_sensors(spectra, mask(bus.bad, bus.samples.rows(), bus.sample_rate_hz), prepared.options.scale);
+      equalise_sensors(spectra, mask(intermediate.bad, intermediate.samples.rows(), intermediate.sample_rate_hz),
+                       prepared.options.scale);
   restore_low_frequencies(spectra, equal.highpass_hz);
   spectra.store();
   prepared.relations = std::move(equal.relations);
@@ -146,7 +149,7 @@ void exclude(Prepared& prepared, const std::vector<Interval>& bad, double reach_
   std::stable_sort(prepared.excluded.begin(), prepared.excluded.end(),
                    [](const Interval& a, const Interval& b) { return a.from_s < b.from_s; });
   for (const auto& interval : prepared.excluded) {
-    mark(prepared.bus, interval);
+    mark(prepared.intermediate, interval);
     mark(prepared.signals, interval);
   }
 }
@@ -160,26 +163,27 @@ Check edge_check(const Motion& signals) {
                                  signals.edge_samples, seconds)};
 }
 
-// From the bus on: everything that does not depend on where its samples came from.
-void finish(Prepared& prepared, Recording bus, const std::optional<FilterSheet>& raw) {
+// From the intermediate rate on: everything that does not depend on where its samples came from.
+void finish(Prepared& prepared, Recording intermediate, const std::optional<FilterSheet>& raw) {
   const auto& o = prepared.options;
-  const std::vector<Interval> bad = bus.bad;
-  const double duration_s = bus.duration_s();
+  const std::vector<Interval> bad = intermediate.bad;
+  const double duration_s = intermediate.duration_s();
   const ColumnFilter low_pass = prepared.filter;
-  remove_delays(bus);
+  remove_delays(intermediate);
   {
-    const auto excluded = mask(bus.bad, bus.samples.rows(), bus.sample_rate_hz);
-    ColumnSpectra spectra(bus);
+    const auto excluded = mask(intermediate.bad, intermediate.samples.rows(), intermediate.sample_rate_hz);
+    ColumnSpectra spectra(intermediate);
     prepared.derivatives = relate_derivatives(spectra, excluded);
     if (!prepared.equalised()) prepared.relations = relate_pairs(spectra, excluded);
   }
-  if (prepared.equalised()) bring_to_agree(prepared, bus);
-  bus.bad.clear();
+  if (prepared.equalised()) equalise(prepared, intermediate);
+  intermediate.bad.clear();
   if (o.recipe == Recipe::paper)
     prepared.signals =
-        relative_motion(filtered(bus, low_pass), {.band = column_band(o), .acceleration = o.acceleration});
-  prepared.bus = relative_motion(std::move(bus), {.band = state_band(o), .acceleration = o.acceleration});
-  if (o.recipe == Recipe::matched) prepared.signals = filtered(prepared.bus, low_pass);
+        relative_motion(filtered(intermediate, low_pass), {.band = column_band(o), .acceleration = o.acceleration});
+  prepared.intermediate =
+      relative_motion(std::move(intermediate), {.band = state_band(o), .acceleration = o.acceleration});
+  if (o.recipe == Recipe::matched) prepared.signals = filtered(prepared.intermediate, low_pass);
   const double reach_s = (raw ? raw->edge_s : 0.0) + low_pass.edge_s() + 1.0 / (o.state_cutoff_hz - o.state_rolloff_hz);
   prepared.signals.edge_samples =
       std::min(prepared.signals.num_samples() / 2, static_cast<Index>(std::ceil(reach_s * o.rate_hz)));
@@ -192,121 +196,125 @@ VectorXd& displacement_of(Motion& motion) {
       ->values;
 }
 
-/// A bus being filled, for all ways of preparing that share it.
+/// An intermediate recording being filled, for all ways of preparing that share it.
 struct Filling {
   std::optional<DecimateOptions> filter;
-  std::unique_ptr<BusRecorder> recorder;
+  std::unique_ptr<IntermediateRecorder> recorder;
 };
 
-// One for each filter that `options` ask for; `place`: which of them serves each.
+// One for each filter that `options` ask for; `served_by`: which of them serves each.
 std::vector<Filling> fillings(const Recording& description, Index num_frames,
-                              const std::vector<PrepareOptions>& options, std::vector<std::size_t>& place) {
+                              const std::vector<PrepareOptions>& options, std::vector<std::size_t>& served_by) {
   std::vector<Filling> result;
   for (const PrepareOptions& asked : options) {
     const PrepareOptions o = resolved(asked, description.sample_rate_hz);
-    const auto filter = to_bus(o, description.sample_rate_hz);
+    const auto filter = to_intermediate(o, description.sample_rate_hz);
     const auto same = std::find_if(result.begin(), result.end(), [&](const Filling& f) { return f.filter == filter; });
-    place.push_back(static_cast<std::size_t>(same - result.begin()));
+    served_by.push_back(static_cast<std::size_t>(same - result.begin()));
     if (same == result.end())
-      result.push_back({filter, std::make_unique<BusRecorder>(description, num_frames, filter)});
-    require_length(description, num_frames, column_filter(o), result[place.back()].recorder->sheet());
+      result.push_back({filter, std::make_unique<IntermediateRecorder>(description, num_frames, filter)});
+    require_length(description, num_frames, column_filter(o), result[served_by.back()].recorder->sheet());
   }
   return result;
 }
 
-BusRecording filled(Filling& filling, const Recording& known) {
-  BusRecording bus{filling.recorder->finish(), known.sample_rate_hz,         filling.filter,
-                   filling.recorder->sheet(),  filling.recorder->spectrum(), {}};
-  Recording& recording = bus.recording;
+IntermediateRecording filled(Filling& filling, const Recording& known) {
+  IntermediateRecording intermediate{filling.recorder->finish(), known.sample_rate_hz,         filling.filter,
+                                     filling.recorder->sheet(),  filling.recorder->spectrum(), {}};
+  Recording& recording = intermediate.recording;
   require_moving(recording);
-  for (const auto& stretch : filling.recorder->faults())
-    if (stretch.fault == SampleFault::clipped)
-      bus.clipped.push_back({static_cast<double>(stretch.first) / known.sample_rate_hz,
-                             static_cast<double>(stretch.last) / known.sample_rate_hz,
-                             recording.channels[static_cast<std::size_t>(stretch.channel)].name});
+  for (const auto& range : filling.recorder->faulty_ranges())
+    if (range.fault == SampleFault::clipped)
+      intermediate.clipped.push_back({static_cast<double>(range.first) / known.sample_rate_hz,
+                                      static_cast<double>(range.last) / known.sample_rate_hz,
+                                      recording.channels[static_cast<std::size_t>(range.channel)].name});
   recording.bad.insert(recording.bad.begin(), known.bad.begin(), known.bad.end());
   recording.checks.insert(recording.checks.begin(), known.checks.begin(), known.checks.end());
-  return bus;
+  return intermediate;
 }
 
-// The bus holds the channels, and so does what is made of it: x, v, a, y, dy, ddy and t, and r, dr, ddr where there is
-// a base, once on the bus and once filtered; four more pass through a filter at a time.
-double prepared_bytes(const Recording& description, Index num_frames, double bus_rate_hz) {
+// The intermediate rate holds the channels, and so does what is made of it: x, v, a, y, dy, ddy and t, and r, dr, ddr
+// where there is a base, once there and once filtered; four more pass through a filter at a time.
+double prepared_bytes(const Recording& description, Index num_frames, double intermediate_rate_hz) {
   const bool base =
       description.find(Role::r) >= 0 || description.find(Role::dr) >= 0 || description.find(Role::ddr) >= 0;
   const double columns = 2.0 * (static_cast<double>(description.channels.size()) + (base ? 10.0 : 7.0)) + 4.0;
-  return sizeof(double) * columns * static_cast<double>(num_frames) * bus_rate_hz / description.sample_rate_hz;
+  return sizeof(double) * columns * static_cast<double>(num_frames) * intermediate_rate_hz / description.sample_rate_hz;
 }
 
 }  // namespace
 
-Prepared prepare(BusRecording bus, const PrepareOptions& options) {
-  const double rate_hz = bus.input_rate_hz;
-  Prepared prepared{.name = bus.recording.name, .options = resolved(options, rate_hz)};
-  if (to_bus(prepared.options, rate_hz) != bus.filter)
-    throw std::invalid_argument("prepare: the bus was filled for other options");
+Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& options) {
+  const double rate_hz = intermediate.input_rate_hz;
+  Prepared prepared{.name = intermediate.recording.name, .options = resolved(options, rate_hz)};
+  if (to_intermediate(prepared.options, rate_hz) != intermediate.filter)
+    throw std::invalid_argument("prepare: the recording was filled for other options");
   prepared.filter = column_filter(prepared.options);
-  prepared.decimation = whole_sheet(prepared.options, rate_hz, prepared.filter, bus.sheet);
-  const Recording& known = bus.recording;
+  prepared.decimation = whole_sheet(prepared.options, rate_hz, prepared.filter, intermediate.sheet);
+  const Recording& known = intermediate.recording;
   prepared.x_is_difference = known.find(Role::x) < 0 && known.find(Role::y) >= 0 && known.find(Role::r) >= 0;
-  prepared.clipped = std::move(bus.clipped);
-  prepared.checks = std::move(bus.recording.checks);
-  const auto folding = bus.spectrum.checks(bus.recording.channels, prepared.options.rate_hz, prepared.decimation);
+  prepared.clipped = std::move(intermediate.clipped);
+  prepared.checks = std::move(intermediate.recording.checks);
+  const auto folding =
+      intermediate.spectrum.checks(intermediate.recording.channels, prepared.options.rate_hz, prepared.decimation);
   prepared.checks.insert(prepared.checks.end(), folding.begin(), folding.end());
-  finish(prepared, std::move(bus.recording), bus.sheet);
+  finish(prepared, std::move(intermediate.recording), intermediate.sheet);
   return prepared;
 }
 
 Prepared prepare(const Recording& recording, const PrepareOptions& options) {
   const Index n = recording.samples.rows();
-  std::vector<std::size_t> place;
-  std::vector<Filling> buses = fillings(recording, n, {options}, place);
+  std::vector<std::size_t> served_by;
+  std::vector<Filling> filling = fillings(recording, n, {options}, served_by);
   constexpr Index block = 8192;
   for (Index first = 0; first < n; first += block)
-    buses.front().recorder->push(FrameBlock(recording.samples.middleRows(first, std::min(block, n - first))));
-  return prepare(filled(buses.front(), recording), options);
+    filling.front().recorder->push(FrameBlock(recording.samples.middleRows(first, std::min(block, n - first))));
+  return prepare(filled(filling.front(), recording), options);
 }
 
-std::vector<std::shared_ptr<BusRecording>> read_bus(RecordingReader& reader, const std::vector<PrepareOptions>& options,
-                                                    const StreamOptions& stream) {
+std::vector<std::shared_ptr<IntermediateRecording>> read_intermediate(RecordingReader& reader,
+                                                                      const std::vector<PrepareOptions>& options,
+                                                                      const StreamOptions& stream) {
   const Recording& description = reader.description();
   const auto num_frames = static_cast<Index>(reader.num_frames());
   for (const PrepareOptions& asked : options)
-    require_memory(description.name,
-                   prepared_bytes(description, num_frames, resolved(asked, description.sample_rate_hz).bus_rate_hz),
-                   stream.max_memory_bytes);
-  std::vector<std::size_t> place;
-  std::vector<Filling> buses = fillings(description, num_frames, options, place);
+    require_memory(
+        description.name,
+        prepared_bytes(description, num_frames, resolved(asked, description.sample_rate_hz).intermediate_rate_hz),
+        stream.max_memory_bytes);
+  std::vector<std::size_t> served_by;
+  std::vector<Filling> filling = fillings(description, num_frames, options, served_by);
   FrameBlock block;
   Index done = 0;
   while (const Index count = reader.read(block, stream.block_frames)) {
-    for (Filling& bus : buses) bus.recorder->push(block.topRows(count));
+    for (Filling& one : filling) one.recorder->push(block.topRows(count));
     done += count;
     if (stream.progress) stream.progress(static_cast<double>(done) / static_cast<double>(num_frames));
   }
-  std::vector<std::shared_ptr<BusRecording>> full, result;
-  for (Filling& bus : buses) full.push_back(std::make_shared<BusRecording>(filled(bus, reader.description())));
-  for (const std::size_t i : place) result.push_back(full[i]);
+  std::vector<std::shared_ptr<IntermediateRecording>> full, result;
+  for (Filling& one : filling)
+    full.push_back(std::make_shared<IntermediateRecording>(filled(one, reader.description())));
+  for (const std::size_t i : served_by) result.push_back(full[i]);
   return result;
 }
 
 Prepared prepare(RecordingReader& reader, const PrepareOptions& options, const StreamOptions& stream) {
-  const auto bus = read_bus(reader, {options}, stream).front();
-  return prepare(std::move(*bus), options);
+  const auto intermediate = read_intermediate(reader, {options}, stream).front();
+  return prepare(std::move(*intermediate), options);
 }
 
 VectorXd regression_signal(const Prepared& prepared, std::string_view name) {
   if (prepared.options.recipe == Recipe::paper || prepared.highpass_hz.empty()) return prepared.signals.at(name);
-  return prepared.filter.apply(prepared.bus.at(name));
+  return prepared.filter.apply(prepared.intermediate.at(name));
 }
 
 double mean_displacement(const Prepared& prepared, double from_s, double to_s) {
-  const VectorXd& x = prepared.bus.at("x");
+  const VectorXd& x = prepared.intermediate.at("x");
   double sum = 0.0;
   Index count = 0;
   for (Index i = 0; i < x.size(); ++i) {
-    const double t = static_cast<double>(i) / prepared.bus.sample_rate_hz;
-    if (t < from_s || t >= to_s || prepared.bus.excluded[static_cast<std::size_t>(i)] != 0) continue;
+    const double t = static_cast<double>(i) / prepared.intermediate.sample_rate_hz;
+    if (t < from_s || t >= to_s || prepared.intermediate.excluded[static_cast<std::size_t>(i)] != 0) continue;
     sum += x(i);
     ++count;
   }
@@ -314,7 +322,7 @@ double mean_displacement(const Prepared& prepared, double from_s, double to_s) {
 }
 
 void set_displacement_zero(Prepared& prepared, double zero_m) {
-  displacement_of(prepared.bus).array() -= zero_m;
+  displacement_of(prepared.intermediate).array() -= zero_m;
   displacement_of(prepared.signals).array() -= zero_m;
 }
 

@@ -28,12 +28,14 @@ struct PrepareOptions {
   double cutoff_hz = 0.0;   ///< 0: 0.4 x regression rate. Derivatives go to zero here; so do columns at the record's
                             ///< own rate; decimated columns are flat up to here and gone at 1.25 x cutoff
   double rolloff_hz = 0.0;  ///< where the taper begins; 0: 0.78125 x cutoff (8 of 10.24)
-  double state_cutoff_hz = 0.0;   ///< band in which states are formed before their columns are filtered; 0: at the
-                                  ///< record's own rate 0.49 x that, rolling off from 0.75 of it; when decimating
-  double state_rolloff_hz = 0.0;  ///< 20/10.24 x cutoff as far as the bus allows (0.4 x), rolling off from 0.64 of it
-  double bus_rate_hz = 0.0;       ///< rate at which columns are formed when decimating; 0: about 10 x regression rate
+  double state_cutoff_hz = 0.0;  ///< band in which states are formed before their columns are filtered; 0: at the
+                                 ///< record's own rate 0.49 x that, rolling off from 0.75 of it; when decimating
+  double state_rolloff_hz =
+      0.0;  ///< 20/10.24 x cutoff as far as the intermediate rate allows (0.4 x), rolling off from 0.64 of it
+  double intermediate_rate_hz =
+      0.0;  ///< rate at which columns are formed when decimating; 0: about 10 x regression rate
   AccelerationSource acceleration = AccelerationSource::automatic;
-  bool equalise = true;  ///< "matched": displacements and accelerometers of one body brought to agree
+  bool equalise = true;  ///< "matched": displacements and accelerometers of one body are equalised
   ScaleReference scale = ScaleReference::displacement;
   bool operator==(const PrepareOptions&) const = default;
 };
@@ -42,36 +44,37 @@ struct PrepareOptions {
 struct Prepared {
   std::string name;
   PrepareOptions options;  ///< with every default filled in
-  Motion bus;              ///< wide-band signals at the bus rate: columns are formed from these ("matched")
+  Motion intermediate;     ///< wide-band signals at the intermediate rate: columns are formed from these ("matched")
   Motion signals;          ///< the same signals low-passed, at the regression rate: prepared.csv, conditions, free run;
                            ///< columns of recipe "paper"
-  ColumnFilter filter;     ///< from bus to regression rate, with the high-pass that all accelerometers share
-  std::vector<double> highpass_hz;          ///< its corners; none: columns keep their means
+  ColumnFilter filter;     ///< from intermediate to regression rate, with the high-pass that all accelerometers share
+  std::vector<double> highpass_hz;          ///< its cut-offs; none: columns keep their means
   std::optional<FilterSheet> decimation;    ///< from the recording to the regression rate
   std::vector<SensorRelation> relations;    ///< between displacement and accelerometer of base and payload
   std::vector<SensorRelation> derivatives;  ///< between other channels one of which is the other's derivative
-  Eigen::VectorXd raw_v, raw_a;    ///< at the regression rate, before the sensors were brought to agree; for the
-                                   ///< power check; empty where they were not
-  bool x_is_difference = false;    ///< x = y - r of two displacements, whose zeros mean nothing
-  std::vector<Interval> excluded;  ///< with margins and reasons; marked in both motions
-  std::vector<Interval> clipped;   ///< of these, the clipped ones without margins; why: the channel's name
+  Eigen::VectorXd raw_v, raw_a;             ///< at the regression rate, before the sensors were equalised; for the
+                                            ///< power check; empty where they were not
+  bool x_is_difference = false;             ///< x = y - r of two displacements, whose zeros mean nothing
+  std::vector<Interval> excluded;           ///< with margins and reasons; marked in both motions
+  std::vector<Interval> clipped;            ///< of these, the clipped ones without margins; why: the channel's name
   std::vector<Check> checks;
-  /// Whether the relations were used: only "matched" does, unless told not to.
+  /// Whether the relations were used: only "matched" does, unless asked not to.
   [[nodiscard]] bool equalised() const { return options.recipe == Recipe::matched && options.equalise; }
 };
 
-/// The options with nothing left to choose for a recording at this rate. The bus rate divides the recording's rate and
-/// is a multiple of the regression rate where there is such a rate between 5 and 20 times the latter. Throws Fault
-/// (usage) for rates and frequencies that do not fit each other.
+/// The options with nothing left to choose for a recording at this rate. The intermediate rate divides the recording's
+/// rate and is a multiple of the regression rate where there is such a rate between 5 and 20 times the latter. Throws
+/// Fault (usage) for rates and frequencies that do not fit each other.
 [[nodiscard]] PrepareOptions resolved(const PrepareOptions& options, double sample_rate_hz);
 
-/// From a recording in memory to signals ready for regression: decimated to the bus, faults of the samples filled,
-/// sensors brought to agree, derivatives over the whole record before anything is cut.
-/// "matched": bus signals are formed in the wide state band; target and columns then pass `filter`.
+/// From a recording in memory to signals ready for regression: decimated to the intermediate rate, faulty samples
+/// filled, sensors equalised, derivatives over the whole record before anything is cut.
+/// "matched": signals at the intermediate rate are formed in the wide state band; target and columns then pass
+/// `filter`.
 /// "paper": signals are filtered and decimated first and differentiated after, in the band [rolloff_hz, cutoff_hz];
 /// sensors stay as they are.
-/// The recording's bad stretches are excluded with the reach of the filters as margin, and where columns are
-/// high-passed its start, 2 / corner long. Edge samples, which lean on linear prediction beyond the ends, are counted
+/// The recording's bad intervals are excluded with the reach of the filters as margin, and where columns are
+/// high-passed its start, 2 / cut-off long. Edge samples, which lean on linear prediction beyond the ends, are counted
 /// (Motion::edge_samples, check "prepare.edges") and not marked: who gathers rows leaves them out. Throws Fault for a
 /// recording that cannot be used so: sample.constant (input) where a channel the motion rests on shows one value only,
 /// ...
@@ -80,37 +83,36 @@ struct Prepared {
 struct StreamOptions {
   Eigen::Index block_frames = 16384;  ///< read at a time; changes nothing in the result
   std::size_t max_memory_bytes = std::size_t{4} << 30;
-  std::function<void(double)> progress = {};  ///< called with the share read so far; may throw to stop
+  std::function<void(double)> progress = {};  ///< called with the fraction read so far; may throw to stop
 };
-/// The same, block by block from a file, in memory that grows with the bus samples only. Throws Fault memory.limit
-/// (numerics) before it would pass max_memory_bytes.
+/// The same, block by block from a file, in memory that grows with the samples at the intermediate rate only. Throws
+/// Fault memory.limit (numerics) before it would pass max_memory_bytes.
 [[nodiscard]] Prepared prepare(RecordingReader& reader, const PrepareOptions& options,
                                const StreamOptions& stream = {});
 
-/// A recording brought down to the bus: all that preparation needs of its file.
-struct BusRecording {
-  Recording recording;                    ///< at the bus rate, faults of its samples filled and in `bad`
+/// A recording brought down to the intermediate rate: all that preparation needs of its file.
+struct IntermediateRecording {
+  Recording recording;                    ///< at the intermediate rate, faulty samples filled and in `bad`
   double input_rate_hz = 0.0;             ///< of the file
-  std::optional<DecimateOptions> filter;  ///< from the file to the bus; none: kept at its own rate
+  std::optional<DecimateOptions> filter;  ///< from the file to the intermediate rate; none: kept at its own rate
   std::optional<FilterSheet> sheet;       ///< of that filter
   RawSpectrum spectrum;                   ///< of the file's samples
   std::vector<Interval> clipped;          ///< as in Prepared
 };
 
-/// One pass over a file for several ways of preparing it: a bus for each of `options`, one and the same where they ask
-/// for the same filter. Throws as prepare does.
-[[nodiscard]] std::vector<std::shared_ptr<BusRecording>> read_bus(RecordingReader& reader,
-                                                                  const std::vector<PrepareOptions>& options,
-                                                                  const StreamOptions& stream = {});
-/// The same, bit for bit, as from the file. Throws std::invalid_argument for a bus filled for other options.
-[[nodiscard]] Prepared prepare(BusRecording bus, const PrepareOptions& options);
+/// One pass over a file for several ways of preparing it: a recording at the intermediate rate for each of `options`,
+/// one and the same where they ask for the same filter. Throws as prepare does.
+[[nodiscard]] std::vector<std::shared_ptr<IntermediateRecording>> read_intermediate(
+    RecordingReader& reader, const std::vector<PrepareOptions>& options, const StreamOptions& stream = {});
+/// The same, bit for bit, as from the file. Throws std::invalid_argument for one filled for other options.
+[[nodiscard]] Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& options);
 
-/// A signal as target or column of the regression: the bus signal through the column filter ("matched"), the signal
-/// itself ("paper"). Without a high-pass both are the signal at the regression rate. Throws std::invalid_argument for a
-/// name that is no signal.
+/// A signal as target or column of the regression: the signal at the intermediate rate through the column filter
+/// ("matched"), the signal itself ("paper"). Without a high-pass both are the signal at the regression rate. Throws
+/// std::invalid_argument for a name that is no signal.
 [[nodiscard]] Eigen::VectorXd regression_signal(const Prepared& prepared, std::string_view name);
 
-/// Mean of x on the bus over [from_s, to_s), excluded samples left out; 0 where there are none.
+/// Mean of x at the intermediate rate over [from_s, to_s), excluded samples left out; 0 where there are none.
 [[nodiscard]] double mean_displacement(const Prepared& prepared, double from_s, double to_s);
 
 /// Subtracts `zero_m` from x, before and after the column filter alike (a laser's zero means nothing).

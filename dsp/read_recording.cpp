@@ -123,7 +123,7 @@ struct RecordingReader::State {
     const bool described = std::any_of(sidecar.channels.begin(), sidecar.channels.end(),
                                        [](const ChannelSpec& channel) { return channel.role != Role::t; });
     const auto channels = described ? sidecar.channels : channels_of(files[0]);
-    std::vector<int> places(files.size(), 0);
+    std::vector<int> next_index(files.size(), 0);
     std::vector<std::unordered_map<int, std::string>> taken(files.size());  // column -> channel
     std::string missing, names;
     for (const auto& channel : channels) {
@@ -131,7 +131,7 @@ struct RecordingReader::State {
       const auto path = channel.file.empty() ? recording : recording.parent_path() / channel.file;
       Pick pick;
       while (files[pick.file].path != path) ++pick.file;
-      pick.column = find_column(channel, files[pick.file], places[pick.file]++);
+      pick.column = find_column(channel, files[pick.file], next_index[pick.file]++);
       if (const auto [other, is_free] = taken[pick.file].emplace(pick.column, channel.name); !is_free)
         throw fault(
             FaultKind::usage, "channel.index",
@@ -146,7 +146,7 @@ struct RecordingReader::State {
       if (!calibration.missing.empty()) calibration = {.scale = channel.sign, .unit = "", .calibrated = false};
       if (!calibration.calibrated)
         description.checks.push_back({"calibration.missing", channel.name, CheckStatus::warning, 0.0, 0.0,
-                                      "not calibrated: its numbers are raw, as they stand in the file"});
+                                      "not calibrated: its numbers are raw, as they are in the file"});
       if (!calibration.remark.empty())
         description.checks.push_back(note("calibration", channel.name, calibration.remark));
       pick.scale = calibration.scale;
@@ -176,7 +176,7 @@ struct RecordingReader::State {
                                                            fmt::join(left_out, ", "))));
   }
 
-  // Whether one file's columns are the channels as they stand.
+  // Whether one file's columns are the channels as they are.
   bool straight() const {
     if (files.size() > 1 || files[0].block.cols() != static_cast<Eigen::Index>(picks.size())) return false;
     for (std::size_t c = 0; c < picks.size(); ++c)
@@ -184,11 +184,11 @@ struct RecordingReader::State {
     return true;
   }
 
-  // In place, many frames at a stretch: this pass is a quarter of reading a long record.
+  // In place, many frames at a time: this pass is a quarter of reading a long record.
   void calibrate_straight(FrameBlock& block) const {
-    constexpr Eigen::Index stretch = 64;
+    constexpr Eigen::Index batch = 64;
     const auto width = static_cast<Eigen::Index>(picks.size());
-    Eigen::ArrayXd scale(stretch * width), shift(stretch * width);
+    Eigen::ArrayXd scale(batch * width), shift(batch * width);
     for (Eigen::Index i = 0; i < scale.size(); ++i) {
       scale(i) = picks[static_cast<std::size_t>(i % width)].scale;
       shift(i) = picks[static_cast<std::size_t>(i % width)].shift;

@@ -35,7 +35,7 @@ class RecordingReader {
   ~RecordingReader();
   RecordingReader(RecordingReader&&) noexcept;
   RecordingReader& operator=(RecordingReader&&) noexcept;
-  /// Name, rate, channels, and the bad stretches and checks known so far (all of them once read() has returned 0); no
+  /// Name, rate, channels, and the bad intervals and checks known so far (all of them once read() has returned 0); no
   /// samples.
   [[nodiscard]] const Recording& description() const;
   [[nodiscard]] const Sidecar& sidecar() const;

@@ -13,14 +13,19 @@ struct Channel {
   Role role = Role::other;
   std::string unit;                 ///< of the samples: SI ("m", "m/s^2", "N", "V", "rad", ...)
   double delay_s = 0.0;             ///< known lag of this channel behind the clock; not yet removed
-  std::vector<double> highpass_hz;  ///< known corners of its AC coupling, one pole each
+  std::vector<double> highpass_hz;  ///< known cut-offs of its AC coupling, one pole each
   bool calibrated = true;           ///< false: samples are raw units because the user asked for that
 };
 
-/// A stretch of a recording that must not be used, in seconds from its first sample.
+/// An interval of a recording that must not be used, in seconds from its first sample.
 struct Interval {
   double from_s = 0.0, to_s = 0.0;
   std::string why;
+};
+
+/// Samples [first, last).
+struct IndexRange {
+  Eigen::Index first = 0, last = 0;
 };
 
 /// Simultaneous channels on one clock. Sample i is at i / sample_rate_hz seconds from the start.
@@ -30,7 +35,7 @@ struct Recording {
   double clock_start_s = 0.0;  ///< what the record's own clock said at the first sample
   std::vector<Channel> channels;
   Eigen::MatrixXd samples;    ///< num_samples x num_channels, SI
-  std::vector<Interval> bad;  ///< annotated, faulty or missing stretches, margins not yet added
+  std::vector<Interval> bad;  ///< annotated, faulty or missing intervals, margins not yet added
   std::vector<Check> checks;
   [[nodiscard]] double duration_s() const { return static_cast<double>(samples.rows()) / sample_rate_hz; }
   /// Column with this role, or -1.

@@ -17,11 +17,11 @@ Labels label(const RegimeSigns& signs, const SegmentOptions& options, const std:
   Labels labels(stuck.size(), Regime::low);
   bool high = false;
   for (std::size_t i = 0; i < stuck.size(); ++i) {
-    const auto place = static_cast<Index>(i);
-    const double level = signs.envelope_m(place);
+    const auto index = static_cast<Index>(i);
+    const double level = signs.envelope_m(index);
     if (level > options.high_enter_m)
       high = true;
-    else if (level < options.high_leave_m || against_base(signs, place))
+    else if (level < options.high_leave_m || against_base(signs, index))
       high = false;
     labels[i] = stuck[i] ? Regime::stick : high ? Regime::high : Regime::low;
     if (signs.excluded[i] != 0) labels[i] = Regime::excluded;
@@ -32,9 +32,9 @@ Labels label(const RegimeSigns& signs, const SegmentOptions& options, const std:
 std::vector<Segment> runs(const Labels& labels) {
   std::vector<Segment> segments;
   for (std::size_t i = 0; i < labels.size(); ++i) {
-    const auto place = static_cast<Index>(i);
-    if (segments.empty() || segments.back().regime != labels[i]) segments.push_back({labels[i], place, place, {}});
-    segments.back().last = place + 1;
+    const auto index = static_cast<Index>(i);
+    if (segments.empty() || segments.back().regime != labels[i]) segments.push_back({labels[i], index, index, {}});
+    segments.back().last = index + 1;
   }
   return segments;
 }
@@ -83,13 +83,13 @@ Segmentation segment_regimes(const Motion& motion, const SegmentOptions& options
   return result;
 }
 
-std::vector<Regime> regimes_at(const Segmentation& segmentation, const Motion& bus, const Motion& signals) {
+std::vector<Regime> regimes_at(const Segmentation& segmentation, const Motion& intermediate, const Motion& signals) {
   std::vector<Regime> regimes(static_cast<std::size_t>(signals.num_samples()), Regime::excluded);
-  const double ratio = bus.sample_rate_hz / signals.sample_rate_hz;
+  const double ratio = intermediate.sample_rate_hz / signals.sample_rate_hz;
   auto segment = segmentation.segments.begin();
   for (std::size_t i = 0; i < regimes.size(); ++i) {
-    const auto on_bus = static_cast<Index>(std::llround(static_cast<double>(i) * ratio));
-    while (segment != segmentation.segments.end() && segment->last <= on_bus) ++segment;
+    const auto sample = static_cast<Index>(std::llround(static_cast<double>(i) * ratio));
+    while (segment != segmentation.segments.end() && segment->last <= sample) ++segment;
     if (segment != segmentation.segments.end()) regimes[i] = segment->regime;
   }
   return regimes;

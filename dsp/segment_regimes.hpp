@@ -38,9 +38,9 @@ struct Segmentation {
   std::vector<std::string> remarks;  ///< how thresholds were chosen, in sentences
 };
 
-/// Cuts a record into amplitude regimes from its relative displacement and velocity at the bus rate. `motion` needs x
-/// and v; samples marked in motion.excluded get that label. Throws std::invalid_argument for negative thresholds or
-/// high_leave_m above high_enter_m.
+/// Cuts a record into amplitude regimes from its relative displacement and velocity at the intermediate rate. `motion`
+/// needs x and v; samples marked in motion.excluded get that label. Throws std::invalid_argument for negative
+/// thresholds or high_leave_m above high_enter_m.
 ///
 /// Thresholds from the record, T its dominant period:
 /// - stick: |v|, low-passed at 6.5 / T, below 0.05 of the velocity amplitude that 97 of 100 cycles in motion exceed, or
@@ -51,14 +51,14 @@ struct Segmentation {
 ///   Where the base moves and v reaches less than that noise, or a fiftieth of the base's velocity, the payload is
 ///   taken to follow its base: all of that is stick.
 /// - shorter stops, by the acceleration, where it is measured, or computed, up to 26 / T (38 Hz where that is above
-///   16 / T): it keeps its sign while the velocity passes zero, and is nothing while the payload halts. reversals.hpp
-///   says what is told. A mount that rings between body and sensors is looked for (mount.hpp) and its ringing taken off
-///   first. What is slow for less than T / 4 but turns at once by its acceleration is no stop.
+///   16 / T): it keeps its sign while the velocity passes zero, and is zero while the payload halts. reversals.hpp
+///   says what is detected. A mount that rings between body and sensors is looked for (mount.hpp) and its ringing taken
+///   off first. What is slow for less than T / 4 but reverses at once by its acceleration is no stop.
 /// - high, with a base: on the upper branch x moves in phase with r, on the lower one against it. high_enter is five
 ///   eighths of the amplitude that x settles to behind a jump up (kept within 2 %, else 5 %, for six periods; of
 ///   several jumps the geometric mean), where a jump is steepest, and at least 1.1 times what it had settled to before
 ///   (2.5 % for eighteen periods, else 5 % for six), excluded or not: what clipping leaves out lies right behind a
-///   jump; without a jump, the median settled on the upper branch and the largest on the lower stand for them.
+///   jump; without a jump, the median settled on the upper branch and the largest on the lower are taken instead.
 ///   high_leave is four fifths of the smallest settled on the upper branch, and below high_enter the motion is low
 ///   again as soon as it is against the base. All motion in phase: all above high_leave is high; never in phase, or
 ///   branches of one size (less than a fifth apart): all of it is low.
@@ -67,8 +67,8 @@ struct Segmentation {
 ///   and the smallest after, high_leave 0.85 of the smallest on the upper branch. No jump: low.
 [[nodiscard]] Segmentation segment_regimes(const Motion& motion, const SegmentOptions& options = {});
 
-/// The regime of each sample of `signals`, the same motion as `bus` at a lower rate.
-[[nodiscard]] std::vector<Regime> regimes_at(const Segmentation& segmentation, const Motion& bus,
+/// The regime of each sample of `signals`, the same motion as `intermediate` at a lower rate.
+[[nodiscard]] std::vector<Regime> regimes_at(const Segmentation& segmentation, const Motion& intermediate,
                                              const Motion& signals);
 
 }  // namespace dsp

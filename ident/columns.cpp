@@ -48,7 +48,7 @@ VectorXd through_filter(const VectorXd& values, const dsp::ColumnFilter& filter)
 Columns form_columns(const CandidateLibrary& library, const std::string& target, const dsp::Prepared& prepared,
                      const std::function<void()>& poll) {
   const bool matched = prepared.options.recipe == dsp::Recipe::matched;
-  const dsp::Motion& source = matched ? prepared.bus : prepared.signals;
+  const dsp::Motion& source = matched ? prepared.intermediate : prepared.signals;
   Columns result = empty_columns(library, prepared.signals, prepared.name, prepared.options.rolloff_hz,
                                  dsp::regression_signal(prepared, target));
   for (Index column = 0; column < result.phi.cols(); ++column) {

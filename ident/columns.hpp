@@ -8,7 +8,7 @@
 #include "dsp/prepare.hpp"
 #include "dsp/segment_regimes.hpp"
 #include "dsp/sensors/power_check.hpp"
-#include "ident/candidate_library.hpp"
+#include "ident/library.hpp"
 
 namespace ident {
 

@@ -44,7 +44,7 @@ struct FitStep {
   double log_evidence = 0.0, noise_variance = 0.0;            ///< after the move; NaN: not computed
   Eigen::Index leaving = -1;                                  ///< of an exchange: the term that `term` replaced
   std::vector<Eigen::Index> terms = {};                       ///< of a start: what is kept from the outset
-  double penalty = std::numeric_limits<double>::quiet_NaN();  ///< lasso: lambda as a share of the largest useful one
+  double penalty = std::numeric_limits<double>::quiet_NaN();  ///< lasso: lambda as a fraction of the largest useful one
 };
 
 /// A term left out because on these rows it is a combination of others, but for rounding.

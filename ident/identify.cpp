@@ -116,8 +116,8 @@ std::vector<Index> terms_with_values(const CandidateLibrary& library, const Colu
   return kept;
 }
 
-/// Of `terms`, whose R factor is `data`, the positions of those that can be told apart; the others are named. R has the
-/// lengths and angles of the columns themselves.
+/// Of `terms`, whose R factor is `data`, the positions of those that can be distinguished; the others are named. R has
+/// the lengths and angles of the columns themselves.
 std::vector<Index> distinct_positions(const CandidateLibrary& library, const std::vector<Index>& terms,
                                       const ColumnExtent& extent, const RFactor& data,
                                       std::vector<DroppedTerm>& dropped) {
@@ -187,7 +187,7 @@ void fill_in(dsp::RangeSpec& spec, const RangeRows& rows, int recording, const s
         rows.test.empty() ? spec.to_s : static_cast<double>(rows.test.front().sample) / signals.sample_rate_hz;
 }
 
-/// The test part of each recording as stretches to run through, and the rows that count.
+/// The test part of each recording as index ranges to run through, and the rows that count.
 std::vector<Course> courses_of(const RangeRows& rows, const std::vector<Columns>& recordings) {
   std::vector<Course> courses;
   for (std::size_t r = 0; r < recordings.size(); ++r) {
@@ -202,14 +202,14 @@ std::vector<Course> courses_of(const RangeRows& rows, const std::vector<Columns>
     Index previous = -2;
     for (const Index i : rows.usable[r]) {
       if (i < first_test) continue;
-      // A stretch begins at a row that counts: its state is measured where the equation is said to hold.
+      // A range begins at a row that counts: its state is measured where the equation is said to hold.
       const bool continues = i == previous + 1;
       if (!continues && course.scored[static_cast<std::size_t>(i)] == 0) continue;
-      if (!continues) course.stretches.push_back({i, i});
-      course.stretches.back().last = i + 1;
+      if (!continues) course.ranges.push_back({i, i});
+      course.ranges.back().last = i + 1;
       previous = i;
     }
-    if (!course.stretches.empty()) courses.push_back(std::move(course));
+    if (!course.ranges.empty()) courses.push_back(std::move(course));
   }
   return courses;
 }
@@ -220,7 +220,7 @@ double seconds_since(Clock::time_point start) {
 
 /// All that the methods have in common on one range.
 struct RangeData {
-  std::vector<Index> terms;  ///< of the library, that can be told apart on the training rows
+  std::vector<Index> terms;  ///< of the library, that can be distinguished on the training rows
   VectorXd scale;            ///< largest magnitude of each column of the library on them
   RFactor data;              ///< of `terms` and the target
   VectorXd train, test;      ///< target
@@ -277,7 +277,7 @@ Prediction predict(const Fit& fit, const std::vector<Row>& rows, const std::vect
   return result;
 }
 
-/// Covariance without the assumption that the residual is white; empty where nothing tells the noise.
+/// Covariance without the assumption that the residual is white; empty where no row is left to estimate the noise.
 MatrixXd robust_covariance_of(const Fit& fit, const RangeData& range, const std::vector<Row>& rows,
                               const std::vector<Columns>& recordings, const VectorXd& residual) {
   if (fit.relevant.empty() || !fit.covariance.allFinite()) return {};
@@ -300,10 +300,10 @@ void judge_errors(JudgedFit& judged, const RangeData& range, const Prediction& t
       figure(tested ? nmse(test.mean, range.test) : nan, tested ? "the target is zero on all test rows" : no_test);
   judged.test_centred = figure(tested ? nmse_centred(test.mean, range.test) : nan,
                                tested ? "the target is constant on the test rows" : no_test);
-  judged.bands = band_shares(test.mean, test.variance, range.test);
+  judged.bands = band_fractions(test.mean, test.variance, range.test);
   judged.bands_reason = !tested                                    ? no_test
                         : std::isfinite(judged.fit.noise_variance) ? ""
-                                                                   : "no row is left to tell the noise";
+                                                                   : "no row is left to estimate the noise";
   judged.predicted.resize(range.train.size() + range.test.size());
   judged.predicted << train.mean, test.mean;
   judged.predicted_std.resize(judged.predicted.size());

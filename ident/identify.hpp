@@ -17,7 +17,7 @@
 
 namespace ident {
 
-/// A number that may be missing for a reason that can be told.
+/// A number that may be missing, with the reason.
 struct Figure {
   double value = 0.0;
   std::string reason;  ///< not empty: there is no value
@@ -29,7 +29,7 @@ struct JudgedFit {
   Model model;
   Whiteness whiteness;                              ///< of the training residual
   Figure train, test, train_centred, test_centred;  ///< NMSE
-  BandShares bands;                                 ///< share of the test targets inside their predictive bands
+  BandFractions bands;                              ///< fraction of the test targets inside their predictive bands
   std::string bands_reason;                         ///< not empty: there are none
   FreeRun free_run;
   Judgement judgement;  ///< filled in by judge (validate/judge.hpp), which compares ranges

@@ -36,15 +36,15 @@ Model make_model(const CandidateLibrary& library, const Fit& fit, const std::str
                  const std::string& target_unit, const Eigen::VectorXd& column_scale, const Eigen::MatrixXd& robust) {
   Model model{target, target_unit, {}, std::sqrt(fit.noise_variance), fit.covariance, robust};
   for (std::size_t j = 0; j < fit.relevant.size(); ++j) {
-    const auto place = static_cast<Eigen::Index>(j), column = fit.relevant[j];
+    const auto index = static_cast<Eigen::Index>(j), column = fit.relevant[j];
     const Term& term = library.terms[static_cast<std::size_t>(column)];
     ModelTerm row;
     row.name = term.name;
     row.unit = coefficient_unit(target_unit, term.unit);
     row.column = column;
-    row.mean = fit.mean(place);
-    row.std = std::sqrt(fit.covariance(place, place));
-    row.std_robust = robust.rows() > place ? std::sqrt(robust(place, place)) : nan;
+    row.mean = fit.mean(index);
+    row.std = std::sqrt(fit.covariance(index, index));
+    row.std_robust = robust.rows() > index ? std::sqrt(robust(index, index)) : nan;
     row.scale = column_scale(column);
     row.evidence_gain = fit.evidence_gain.size() > column ? fit.evidence_gain(column) : nan;
     row.inclusion_probability = 1.0 / (1.0 + std::exp(0.5 * (fit.tau - row.evidence_gain)));

@@ -3,14 +3,14 @@
 #include <string>
 #include <vector>
 
-#include "ident/candidate_library.hpp"
 #include "ident/fit.hpp"
+#include "ident/library.hpp"
 
 namespace ident {
 
 struct ModelTerm {
   std::string name, unit;              ///< the candidate term; the unit of its coefficient (SI, may be empty)
-  Eigen::Index column = 0;             ///< its place in the library
+  Eigen::Index column = 0;             ///< its index in the library
   double mean = 0.0, std = 0.0;        ///< posterior on the kept terms (Eqs. 12-13 of [QZS23])
   double std_robust = 0.0;             ///< without assuming a white residual; NaN: not known
   double scale = 0.0;                  ///< largest magnitude of the column over the training rows

@@ -64,14 +64,14 @@ void RFactorBuilder::push(const Eigen::Ref<const MatrixXd>& rows) {
 }
 
 void RFactorBuilder::fold(int level, MatrixXd R) {
-  const auto place = static_cast<std::size_t>(level);
-  if (place == levels_.size()) levels_.emplace_back();
-  if (levels_[place].size() == 0) {
-    levels_[place] = std::move(R);
+  const auto index = static_cast<std::size_t>(level);
+  if (index == levels_.size()) levels_.emplace_back();
+  if (levels_[index].size() == 0) {
+    levels_[index] = std::move(R);
     return;
   }
-  MatrixXd both = merged(levels_[place], R);
-  levels_[place].resize(0, 0);
+  MatrixXd both = merged(levels_[index], R);
+  levels_[index].resize(0, 0);
   fold(level + 1, std::move(both));
 }
 
@@ -98,8 +98,8 @@ RFactor r_factor(Index num_rows, Index num_terms, Index num_targets, const RowRe
   for (double& largest : scale) largest = largest > 0.0 ? std::ldexp(1.0, std::ilogb(largest)) : 1.0;
 
   std::vector<RFactor> shards(static_cast<std::size_t>(num_shards));
-  dsp::for_each_index(shards.size(), num_threads, [&](std::size_t place) {
-    const auto shard = static_cast<Index>(place);
+  dsp::for_each_index(shards.size(), num_threads, [&](std::size_t index) {
+    const auto shard = static_cast<Index>(index);
     RFactorBuilder builder(num_terms, num_targets);
     const Index end = std::min(num_rows, (shard + 1) * shard_rows);
     MatrixXd rows;
@@ -109,7 +109,7 @@ RFactor r_factor(Index num_rows, Index num_terms, Index num_targets, const RowRe
       rows.array().rowwise() /= scale.array();
       builder.push(rows);
     }
-    shards[place] = builder.finish();
+    shards[index] = builder.finish();
   });
 
   RFactor whole = shards.front();

@@ -33,11 +33,11 @@ Samples samples_of(const Range& range, const Columns& columns, const std::vector
   const Index length = signals.num_samples();
   for (Index i = signals.edge_samples; i < length - signals.edge_samples; ++i) {
     const double t = static_cast<double>(i) / signals.sample_rate_hz;
-    const auto place = static_cast<std::size_t>(i);
-    if (t < spec.from_s || t >= spec.to_s || (!signals.excluded.empty() && signals.excluded[place] != 0)) continue;
-    if (!columns.regimes.empty() && !range.regime.holds(columns.regimes[place])) continue;
+    const auto index = static_cast<std::size_t>(i);
+    if (t < spec.from_s || t >= spec.to_s || (!signals.excluded.empty() && signals.excluded[index] != 0)) continue;
+    if (!columns.regimes.empty() && !range.regime.holds(columns.regimes[index])) continue;
     result.usable.push_back(i);
-    if (where.empty() || where[place] != 0) result.kept.push_back(i);
+    if (where.empty() || where[index] != 0) result.kept.push_back(i);
   }
   return result;
 }
@@ -53,15 +53,16 @@ std::vector<unsigned char> condition_rows(const dsp::RangeSpec& spec, const dsp:
   }
 }
 
-/// First sample that is tested: train_to, or the first after the training share of the rows.
+/// First sample that is tested: train_to, or the first after the training fraction of the rows.
 Index split_sample(const Range& range, const dsp::Motion& signals, const std::vector<Index>& kept) {
   const dsp::RangeSpec& spec = range.spec;
   if (spec.train_to_s) return static_cast<Index>(std::ceil(*spec.train_to_s * signals.sample_rate_hz - 1e-9));
-  const auto num_train = static_cast<std::size_t>(std::llround(range.train_share * static_cast<double>(kept.size())));
+  const auto num_train =
+      static_cast<std::size_t>(std::llround(range.train_fraction * static_cast<double>(kept.size())));
   return num_train < kept.size() ? kept[num_train] : signals.num_samples();
 }
 
-void add_stretches(const std::vector<Index>& samples, Index from, Index to, double rate_hz,
+void add_intervals(const std::vector<Index>& samples, Index from, Index to, double rate_hz,
                    std::vector<dsp::Interval>& into) {
   Index previous = -2;
   for (const Index i : samples) {
@@ -124,8 +125,8 @@ RangeRows range_rows(const Range& range, const std::vector<Columns>& recordings)
     const Samples samples = samples_of(range, recordings[r], condition_rows(spec, signals));
     const Index split = split_sample(range, signals, samples.kept);
     for (const Index i : samples.kept) (i < split ? result.train : result.test).push_back({r, i});
-    add_stretches(samples.usable, 0, split, signals.sample_rate_hz, result.train_s);
-    add_stretches(samples.usable, split, signals.num_samples(), signals.sample_rate_hz, result.test_s);
+    add_intervals(samples.usable, 0, split, signals.sample_rate_hz, result.train_s);
+    add_intervals(samples.usable, split, signals.num_samples(), signals.sample_rate_hz, result.test_s);
     result.usable[r] = samples.usable;
   }
   if (spec.from_s >= longest_s || (std::isfinite(spec.to_s) && spec.to_s > longest_s * (1.0 + 1e-9) + 1e-9))

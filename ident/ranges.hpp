@@ -14,9 +14,9 @@ namespace ident {
 /// Rows that are fitted together: intervals of time, of one recording or of all, in one amplitude regime or in any.
 struct Range {
   dsp::RangeSpec spec;
-  int recording = 0;         ///< 1-based; 0: all
-  dsp::RegimeSet regime;     ///< of its samples
-  double train_share = 0.6;  ///< of its rows, where its train_to is left out
+  int recording = 0;            ///< 1-based; 0: all
+  dsp::RegimeSet regime;        ///< of its samples
+  double train_fraction = 0.6;  ///< of its rows, where its train_to is left out
   /// Whether it is about the recording at this index (0-based).
   [[nodiscard]] bool covers(std::size_t index) const {
     return recording == 0 || static_cast<std::size_t>(recording) == index + 1;

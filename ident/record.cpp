@@ -58,7 +58,7 @@ std::vector<Range> ranges_of(const Record& record, int recording, bool alone) {
 
 void set_regimes(Record& record, dsp::Segmentation segmentation) {
   record.segmentation = std::move(segmentation);
-  record.regimes = dsp::regimes_at(record.segmentation, record.prepared.bus, record.prepared.signals);
+  record.regimes = dsp::regimes_at(record.segmentation, record.prepared.intermediate, record.prepared.signals);
   warn_if_nothing_moves(record);
   if (record.prepared.raw_v.size() == 0) return;
   record.power = dsp::power_check(record.prepared, record.regimes);
@@ -67,7 +67,7 @@ void set_regimes(Record& record, dsp::Segmentation segmentation) {
 
 Record find_regimes(dsp::Prepared prepared, const dsp::SegmentOptions& options) {
   Record record{.prepared = std::move(prepared)};
-  set_regimes(record, dsp::segment_regimes(record.prepared.bus, options));
+  set_regimes(record, dsp::segment_regimes(record.prepared.intermediate, options));
   return record;
 }
 
@@ -105,8 +105,8 @@ double mean_of_first_range(const Record& record, const std::vector<Range>& range
   if (first == ranges.end()) return dsp::mean_displacement(prepared, 0.0, INFINITY);
   double from_s = first->spec.from_s, to_s = first->spec.to_s;
   for (const dsp::Segment& segment : record.segmentation.segments) {
-    const double begin_s = static_cast<double>(segment.first) / prepared.bus.sample_rate_hz,
-                 end_s = static_cast<double>(segment.last) / prepared.bus.sample_rate_hz;
+    const double begin_s = static_cast<double>(segment.first) / prepared.intermediate.sample_rate_hz,
+                 end_s = static_cast<double>(segment.last) / prepared.intermediate.sample_rate_hz;
     if (first->regime.any() || !first->regime.holds(segment.regime) || begin_s >= to_s || end_s <= from_s) continue;
     from_s = std::max(from_s, begin_s), to_s = std::min(to_s, end_s);
     break;

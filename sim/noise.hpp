@@ -12,12 +12,12 @@ namespace sim {
   return z ^ (z >> 31);
 }
 
-/// White noise of mean 0 and deviation 1, one independent sequence for each seed and id.
+/// White noise of mean 0 and standard deviation 1, one independent sequence for each seed and id.
 class Noise {
  public:
   constexpr Noise(std::uint64_t seed, std::uint64_t id) : key_(splitmix64(seed * 1000003u + id)) {}
 
-  /// Nearly normal, by integer arithmetic: the sum of four 16-bit numbers, within 3.46 deviations.
+  /// Nearly normal, by integer arithmetic: the sum of four 16-bit numbers, within 3.46 standard deviations.
   [[nodiscard]] constexpr double at(std::uint64_t i) const {
     const std::uint64_t z = splitmix64(i ^ key_);
     const auto sum = (z & 0xFFFFu) + ((z >> 16) & 0xFFFFu) + ((z >> 32) & 0xFFFFu) + (z >> 48);

@@ -11,7 +11,7 @@ namespace sim {
 
 enum class SimulationStatus { finished, step_limit, diverged };
 
-/// How the solution goes from step to step. Adams: CVODE, of variable order, for long smooth stretches and tight
+/// How the solution goes from step to step. Adams: CVODE, of variable order, for long smooth intervals and tight
 /// tolerances. Dormand-Prince 5(4): ARKODE, of one step, for motion with an event every few steps, after which it goes
 /// on at full order.
 enum class Formula { adams, dormand_prince };

@@ -32,7 +32,7 @@
 namespace apps {
 namespace {
 
-/// What may stand anywhere on the command line.
+/// What is allowed anywhere on the command line.
 struct GlobalOptions {
   std::filesystem::path output;
   bool quiet = false, json = false, dry_run = false, force = false, strict = false;
@@ -100,7 +100,7 @@ int num_threads(const GlobalOptions& options) {
                                  : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-/// Options that may stand anywhere and would change nothing for a command are refused, not ignored.
+/// Options that are allowed anywhere and would have no effect on a command are refused, not ignored.
 void refuse_unused(const CLI::App& app) {
   static const std::map<std::string, std::vector<std::string>> unused{
       {"info", {"--output", "--seed", "--dry-run", "--set"}},
@@ -298,7 +298,7 @@ void add_sim(CLI::App& app, const GlobalOptions& global, const std::vector<std::
   command->add_option("SYSTEM", arguments->system, "duffing, coulomb, bouc-wen, valanis-1 ... valanis-4, linear, qzs")
       ->required();
   command->add_option("--noise", arguments->noise,
-                      "Share of each signal's standard deviation; qzs: times the sensors' own");
+                      "Fraction of each signal's standard deviation; qzs: times the sensors' own");
   command->add_option("--duration", arguments->duration_s, "Seconds");
   command->add_flag("--frc", arguments->frc,
                     "qzs: amplitude against frequency, swept up and down; --set from_hz, to_hz, step_hz, dwell_s, "
@@ -312,7 +312,7 @@ void add_sim(CLI::App& app, const GlobalOptions& global, const std::vector<std::
   command->add_option("--from", arguments->from_s, "qzs --raw: first second of the recording");
   command->add_option("--rate", arguments->rate_hz, "qzs --raw: rate of the recording, Hz; 25600 unless lower");
   command->footer(
-      "Parameters of the system by --set name=number. qzs --raw, failing sensors (channel by name or place, seconds):\n"
+      "Parameters of the system by --set name=number. qzs --raw, failing sensors (channel by name or index, seconds):\n"
       "  --set rail=payload_laser:300:300.4       at the upper rail\n"
       "  --set hold=2:300:300.4                   stuck at its value\n"
       "  --set clip=payload_accelerometer:0:9:0.02  limited to +-0.02 V");
@@ -346,7 +346,7 @@ void add_frc(CLI::App& app, const GlobalOptions& global, const std::vector<std::
       ->option_text("INT=40");
   command
       ->add_option("--static-friction", arguments->static_friction,
-                   "What a resting payload withstands, m/s^2; slipping does not tell")
+                   "What a resting payload withstands, m/s^2; slipping does not show it")
       ->check(not_negative());
   command->footer("--set from_hz, to_hz, step_hz, amplitude_mm of the base (amplitude, where a force drives)");
   command->callback([=, &global, &chosen] {
@@ -380,7 +380,7 @@ void add_replicate(CLI::App& app, const GlobalOptions& global, const std::vector
       ->transform(whole(0))
       ->capture_default_str();
   command->add_option("--noise", arguments->noise,
-                      "Share of each target's standard deviation (0.1); qzs: times the sensors' own (1)");
+                      "Fraction of each target's standard deviation (0.1); qzs: times the sensors' own (1)");
   command->add_option("--selection", arguments->selection, "evidence or type2 (the paper's)")->capture_default_str();
   command->add_option("--tau", arguments->tau, "What a term's gain must exceed");
   command->callback([=, &global, &chosen] {

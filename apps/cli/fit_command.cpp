@@ -27,7 +27,7 @@ dsp::Fault usage(std::string name, const std::string& message) {
 }
 
 /// The column's name as one that an expression can hold, short enough to read.
-std::string identifier(const std::string& column, std::size_t place) {
+std::string identifier(const std::string& column, std::size_t index) {
   constexpr std::size_t most_characters = 60;
   std::string name;
   for (const char c : column.substr(0, most_characters)) {
@@ -37,7 +37,7 @@ std::string identifier(const std::string& column, std::size_t place) {
       name += '_';
   }
   while (!name.empty() && name.back() == '_') name.pop_back();
-  if (name.empty()) return fmt::format("column_{}", place + 1);
+  if (name.empty()) return fmt::format("column_{}", index + 1);
   return std::isdigit(static_cast<unsigned char>(name.front())) != 0 ? "_" + name : name;
 }
 

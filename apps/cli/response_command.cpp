@@ -56,9 +56,9 @@ Misfit misfit_of(const Result& result) {
     for (const auto* points : {&result.steady.response.up, &result.steady.response.down})
       for (std::size_t k = 1; k < points->size(); ++k) {
         const sim::ResponsePoint &a = (*points)[k - 1], &b = (*points)[k];
-        const double share = (step.frequency_hz - a.frequency_hz) / (b.frequency_hz - a.frequency_hz);
-        if (!(share >= 0.0 && share <= 1.0)) continue;
-        const double x_m = a.x_m + share * (b.x_m - a.x_m);
+        const double fraction = (step.frequency_hz - a.frequency_hz) / (b.frequency_hz - a.frequency_hz);
+        if (!(fraction >= 0.0 && fraction <= 1.0)) continue;
+        const double x_m = a.x_m + fraction * (b.x_m - a.x_m);
         if (std::abs(x_m - step.x_m) < std::abs(nearest)) nearest = x_m - step.x_m;
       }
     if (!std::isfinite(nearest)) continue;
@@ -189,8 +189,8 @@ std::string text_of(const Result& result) {
     text += fmt::format("  {:<5} {:<34} {:>9} {:>11} {:>9}", event.way, event.sentence, frequency_text(step_hz),
                         frequency_text(result.steady.located.*event.frequency_hz),
                         std::isfinite(spread.std) ? fmt::format("{:.2g}", spread.std) : "-");
-    if (result.num_draws > 0 && spread.share != std::isfinite(step_hz))
-      text += fmt::format("  in {:.0f} % of the draws", 100.0 * spread.share);
+    if (result.num_draws > 0 && spread.fraction != std::isfinite(step_hz))
+      text += fmt::format("  in {:.0f} % of the draws", 100.0 * spread.fraction);
     text += "\n";
   }
   for (const auto& [way, points, peaks] : {std::tuple{"up", &result.steady.response.up, &result.draws.peak_up_m},
@@ -227,10 +227,11 @@ Json json_of(const Result& result) {
                 {"located", {{"up", Json::object()}, {"down", Json::object()}}}};
   for (const ResponseEvent& event : response_events()) {
     const DrawnFigure spread = drawn(result, event);
-    document["located"][event.way][event.key] = {{"value", number_or_null(result.steady.located.*event.frequency_hz)},
-                                                 {"draws_mean", number_or_null(spread.mean)},
-                                                 {"draws_std", number_or_null(spread.std)},
-                                                 {"draws_share", result.num_draws > 0 ? Json(spread.share) : Json()}};
+    document["located"][event.way][event.key] = {
+        {"value", number_or_null(result.steady.located.*event.frequency_hz)},
+        {"draws_mean", number_or_null(spread.mean)},
+        {"draws_std", number_or_null(spread.std)},
+        {"draws_share", result.num_draws > 0 ? Json(spread.fraction) : Json()}};
   }
   document["frequency_response"]["up"]["peak"]["std_m"] = number_or_null(drawn_figure(result.draws.peak_up_m).std);
   document["frequency_response"]["down"]["peak"]["std_m"] = number_or_null(drawn_figure(result.draws.peak_down_m).std);

@@ -15,7 +15,7 @@ struct SimulateArguments {
   std::filesystem::path folder;
   bool force = false;  ///< an earlier result there is replaced
   std::uint64_t seed = 1;
-  std::optional<double> noise;           ///< share of each signal's standard deviation (0); qzs: times nominal (1)
+  std::optional<double> noise;           ///< fraction of each signal's standard deviation (0); qzs: times nominal (1)
   std::optional<double> duration_s;      ///< 25; qzs: the programme's own, beyond which it repeats
   std::vector<std::string> set;          ///< "p=v": parameters of the system by name; qzs: also of test and sweep
   bool frc = false;                      ///< qzs: the frequency response instead of a test

@@ -6,7 +6,7 @@
 
 #include "apps/cli/simulate_jobs.hpp"
 #include "apps/config/parameter_settings.hpp"
-#include "apps/config/sensor_fault_settings.hpp"
+#include "apps/config/sensor_problem_settings.hpp"
 #include "apps/output/truth_json.hpp"
 #include "apps/process/system_fault.hpp"
 #include "dsp/io/sidecar.hpp"
@@ -36,8 +36,8 @@ Wanted wanted_of(const SimulateArguments& arguments) try {
   options.twin = arguments.twin.value_or(options.twin);
   options.programme = arguments.programme.value_or(options.programme);
   std::vector<std::string> settings = arguments.set;
-  options.raw.faults = take_sensor_faults(settings);
-  if (!arguments.raw && !options.raw.faults.empty()) throw no_recording("rail, hold and clip are about the recording");
+  options.raw.problems = take_sensor_problems(settings);
+  if (!arguments.raw && !options.raw.problems.empty()) throw no_recording("rail, hold and clip are about the recording");
   options.settings = parse_settings(settings);
   options.from_s = arguments.from_s.value_or(options.from_s);
   options.duration_s = arguments.duration_s;

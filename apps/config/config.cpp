@@ -61,7 +61,7 @@ dsp::PrepareOptions read_prepare(const dsp::Settings& table) {
   result.rolloff_hz = table.number("rolloff_hz", 0.0, positive);
   result.state_cutoff_hz = table.number("state_cutoff_hz", 0.0, positive);
   result.state_rolloff_hz = table.number("state_rolloff_hz", 0.0, positive);
-  result.bus_rate_hz = table.number("bus_rate_hz", 0.0, positive);
+  result.intermediate_rate_hz = table.number("bus_rate_hz", 0.0, positive);
   result.acceleration =
       acceleration_source(table.choice("acceleration", "automatic", {"automatic", "accelerometer", "displacement"}));
   result.equalise = table.flag("equalise", result.equalise);
@@ -76,7 +76,7 @@ dsp::PrepareOptions read_prepare(const dsp::Settings& table) {
   below("rolloff_hz", result.rolloff_hz, "cutoff_hz", result.cutoff_hz);
   below("state_rolloff_hz", result.state_rolloff_hz, "state_cutoff_hz", result.state_cutoff_hz);
   below("cutoff_hz", result.cutoff_hz, "rate_hz / 2", result.rate_hz / 2);
-  below("state_cutoff_hz", result.state_cutoff_hz, "bus_rate_hz / 2", result.bus_rate_hz / 2);
+  below("state_cutoff_hz", result.state_cutoff_hz, "bus_rate_hz / 2", result.intermediate_rate_hz / 2);
   return result;
 }
 
@@ -150,7 +150,7 @@ FitConfig read_fit(const dsp::Settings& table) {
   }
   for (const ident::MethodSetting& setting : ident::method_settings())
     if (table.has(setting.name)) result.settings.set(setting.name, read_method_setting(table, setting));
-  result.train_share = table.number("train_share", result.train_share, {.from = 0.0, .to = 1.0, .above = true});
+  result.train_fraction = table.number("train_share", result.train_fraction, {.from = 0.0, .to = 1.0, .above = true});
   return result;
 }
 
@@ -259,7 +259,7 @@ std::string prepare_text(const Config& config) {
   known("rolloff_hz", prepare.rolloff_hz);
   known("state_cutoff_hz", prepare.state_cutoff_hz);
   known("state_rolloff_hz", prepare.state_rolloff_hz);
-  known("bus_rate_hz", prepare.bus_rate_hz);
+  known("bus_rate_hz", prepare.intermediate_rate_hz);
   text += fmt::format("acceleration = \"{}\"\nequalise = {}\nscale = \"{}\"\n", word(prepare.acceleration),
                       prepare.equalise,
                       prepare.scale == dsp::ScaleReference::accelerometer ? "accelerometer" : "displacement");
@@ -273,7 +273,7 @@ std::string fit_text(const FitConfig& fit) {
   std::vector<std::string> methods;
   for (const ident::Method method : fit.methods) methods.emplace_back(to_string(method));
   std::string text = fmt::format("[fit]\ntarget = {}\nmethods = {}\ntrain_share = {}\n", dsp::toml_quoted(fit.target),
-                                 text_array(methods), real(fit.train_share));
+                                 text_array(methods), real(fit.train_fraction));
   for (const ident::MethodSetting& setting : ident::method_settings()) {
     const double value = fit.settings.value(setting.name);
     if (!setting.words.empty())

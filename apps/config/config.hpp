@@ -7,7 +7,7 @@
 
 #include "dsp/prepare.hpp"
 #include "dsp/segment_regimes.hpp"
-#include "ident/candidate_library.hpp"
+#include "ident/library.hpp"
 #include "ident/methods.hpp"
 #include "ident/ranges.hpp"
 
@@ -36,7 +36,7 @@ struct FitConfig {
   std::string target = "a";
   std::vector<ident::Method> methods = ident::default_methods();
   ident::MethodSettings settings;  ///< of all methods, whether they are used or not
-  double train_share = 0.6;        ///< of a range's rows, where its train_to is left out
+  double train_fraction = 0.6;     ///< of a range's rows, where its train_to is left out
   std::string place;               ///< of `target` in the config
 };
 
@@ -50,7 +50,7 @@ struct Config {
   std::vector<RecordingConfig> recordings;
   dsp::PrepareOptions prepare;
   ZeroChoice zero;
-  double max_clipped = 0.01;  ///< of a training stretch, for any channel; more is refused
+  double max_clipped = 0.01;  ///< of a training interval, for any channel; more is refused
   bool segment = true;        ///< look for amplitude regimes
   dsp::SegmentOptions segment_options;
   std::filesystem::path segment_file;  ///< segments.json of an earlier run, edited or not; empty: found in the record

@@ -22,7 +22,7 @@ namespace {
 using Eigen::Index;
 
 /// Messages name files as they were found. Outputs are not to hold where that is on this machine, and the recording
-/// stands beside its checks.
+/// is beside its checks.
 std::string without_place(std::string message, const fs::path& file) {
   const std::string prefix = file.parent_path().string() + "/", name = file.filename().string() + ": ";
   for (std::size_t at = 0; prefix != "/" && (at = message.find(prefix, at)) != std::string::npos;)
@@ -44,7 +44,7 @@ void find_regimes(Input& input, const Config& config, Console& console) {
   if (!config.segment_file.empty())
     ident::set_regimes(input, apply_segments(read_segments(config.segment_file), config.segment_file, input.prepared));
   else if (config.segment)
-    ident::set_regimes(input, dsp::segment_regimes(input.prepared.bus, config.segment_options));
+    ident::set_regimes(input, dsp::segment_regimes(input.prepared.intermediate, config.segment_options));
   for (const std::string& remark : input.segmentation.remarks)
     console.note(fmt::format("{}: {}", input.prepared.name, remark));
 }
@@ -78,7 +78,7 @@ void complete(Input& input, double recorded_hz, const Config& config, Console& c
   report_checks(input.prepared.checks, name, console);
   const dsp::Motion& signals = input.prepared.signals;
   console.step(fmt::format(
-      "{}: {} samples at {:.9g} Hz (recorded at {:.9g} Hz), {} at either end set aside, {} stretches excluded", name,
+      "{}: {} samples at {:.9g} Hz (recorded at {:.9g} Hz), {} at either end set aside, {} intervals excluded", name,
       signals.num_samples(), signals.sample_rate_hz, recorded_hz, signals.edge_samples,
       input.prepared.excluded.size()));
 }
@@ -133,7 +133,7 @@ void settle_zero(Config& config, std::vector<Input>& inputs, Console& console) {
 void settle_prepare(dsp::PrepareOptions& options, const std::vector<Input>& inputs) {
   for (const auto member : {&dsp::PrepareOptions::rate_hz, &dsp::PrepareOptions::cutoff_hz,
                             &dsp::PrepareOptions::rolloff_hz, &dsp::PrepareOptions::state_cutoff_hz,
-                            &dsp::PrepareOptions::state_rolloff_hz, &dsp::PrepareOptions::bus_rate_hz}) {
+                            &dsp::PrepareOptions::state_rolloff_hz, &dsp::PrepareOptions::intermediate_rate_hz}) {
     const double first = inputs.front().prepared.options.*member;
     if (std::all_of(inputs.begin(), inputs.end(),
                     [&](const Input& input) { return input.prepared.options.*member == first; }))
@@ -196,7 +196,8 @@ std::vector<Source> read_sources(const Config& config, const std::vector<dsp::Pr
     for (const dsp::PrepareOptions& way : ways)
       settled.push_back(rate_settled(way, reader.description().sample_rate_hz));
     Source source{described(reader), {}};
-    source.buses = dsp::read_bus(reader, settled, stream_options(name, options.max_memory_bytes, console));
+    source.intermediates =
+        dsp::read_intermediate(reader, settled, stream_options(name, options.max_memory_bytes, console));
     sources.push_back(std::move(source));
   }
   return sources;
@@ -206,10 +207,10 @@ std::vector<Input> prepare_inputs(const std::vector<Source>& sources, std::size_
                                   Console& console) {
   std::vector<Input> inputs;
   for (const Source& source : sources) {
-    const dsp::BusRecording& bus = *source.buses.at(way);
+    const dsp::IntermediateRecording& intermediate = *source.intermediates.at(way);
     inputs.push_back(source.described);
-    inputs.back().prepared = dsp::prepare(bus, rate_settled(config.prepare, bus.input_rate_hz));
-    complete(inputs.back(), bus.input_rate_hz, config, console);
+    inputs.back().prepared = dsp::prepare(intermediate, rate_settled(config.prepare, intermediate.input_rate_hz));
+    complete(inputs.back(), intermediate.input_rate_hz, config, console);
   }
   return inputs;
 }
@@ -219,7 +220,7 @@ void settle(Config& config, std::vector<Input>& inputs, Console& console) {
   if (config.split_by_direction) config.ranges = ident::split_by_direction(config.ranges);
   config.split_by_direction = false;  // done: the ranges say it
   note_overlaps(config.ranges, console);
-  for (ident::Range& range : config.ranges) range.train_share = config.fit.train_share;
+  for (ident::Range& range : config.ranges) range.train_fraction = config.fit.train_fraction;
   if (config.default_terms) config.library.terms = ident::default_terms(records_of(inputs));
   settle_zero(config, inputs, console);
   settle_prepare(config.prepare, inputs);

@@ -34,10 +34,10 @@ struct Input : ident::Record {
 
 /// A recording of a config, read once for several ways of preparing it.
 struct Source {
-  Input described;                                        ///< what does not depend on the way
-  std::vector<std::shared_ptr<dsp::BusRecording>> buses;  ///< for each way
+  Input described;                                                         ///< what does not depend on the way
+  std::vector<std::shared_ptr<dsp::IntermediateRecording>> intermediates;  ///< for each way
 };
-/// `ways` stand in for config.prepare.
+/// `ways` replace config.prepare.
 [[nodiscard]] std::vector<Source> read_sources(const Config& config, const std::vector<dsp::PrepareOptions>& ways,
                                                std::size_t max_memory_bytes, Console& console);
 /// The same as prepare_inputs(config, ...) from the files, for sources read with config.prepare as number `way`.

@@ -20,7 +20,7 @@ std::string optional_number(double value, const char* format) {
   return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : std::string("-");
 }
 
-std::string stretches(const std::vector<dsp::Interval>& intervals) {
+std::string intervals(const std::vector<dsp::Interval>& intervals) {
   if (intervals.empty()) return "none";
   std::vector<std::string> texts;
   constexpr std::size_t most = 4;
@@ -80,7 +80,7 @@ std::string fits_text(const std::vector<ident::JudgedFit>& fits) {
 std::string range_text(const ident::RangeResult& range) {
   std::string text =
       fmt::format("range {}: {} training rows ({}), {} test rows ({}){}\n", range.spec.name, range.rows.train.size(),
-                  stretches(range.rows.train_s), range.rows.test.size(), stretches(range.rows.test_s),
+                  intervals(range.rows.train_s), range.rows.test.size(), intervals(range.rows.test_s),
                   range.spec.where.empty() ? "" : ", where " + range.spec.where);
   for (const ident::DroppedTerm& term : range.dropped)
     text += fmt::format("  left out: {} ({})\n", term.name, term.reason);
@@ -124,9 +124,9 @@ std::string findings_text(const std::vector<Input>& inputs) {
   std::string text;
   for (const Input& input : inputs)
     for (const dsp::Check& check : input.prepared.checks) {
-      const bool told = check.status == dsp::CheckStatus::warning || check.status == dsp::CheckStatus::failed ||
-                        (check.status == dsp::CheckStatus::note && check.name.starts_with("sensor."));
-      if (told) text += fmt::format("  - {}: {}\n", printable(input.prepared.name), printable(check.message));
+      const bool is_listed = check.status == dsp::CheckStatus::warning || check.status == dsp::CheckStatus::failed ||
+                             (check.status == dsp::CheckStatus::note && check.name.starts_with("sensor."));
+      if (is_listed) text += fmt::format("  - {}: {}\n", printable(input.prepared.name), printable(check.message));
     }
   return text.empty() ? text : "\nsensors and samples:\n" + text;
 }

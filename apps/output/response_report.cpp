@@ -14,7 +14,7 @@ using Points = std::vector<sim::ResponsePoint>;
 constexpr double degrees = 57.29577951308232;
 
 const char* mode_of(const sim::ResponsePoint& point) {
-  return point.locked ? "locked" : point.stuck_share > 0.0 ? "stick-slip" : "slip";
+  return point.locked ? "locked" : point.stuck_fraction > 0.0 ? "stick-slip" : "slip";
 }
 
 std::string rows(const Points& points, const ResponseBand& band, const char* direction) {
@@ -23,7 +23,7 @@ std::string rows(const Points& points, const ResponseBand& band, const char* dir
     const sim::ResponsePoint& point = points[k];
     text += fmt::format(
         "{},{:.6g},{:.9g},{},{:.9g},{},{:.6g}", direction, point.frequency_hz, point.x_m, mode_of(point), point.y_m,
-        std::isfinite(point.phase_rad) ? fmt::format("{:.6g}", degrees * point.phase_rad) : "", point.stuck_share);
+        std::isfinite(point.phase_rad) ? fmt::format("{:.6g}", degrees * point.phase_rad) : "", point.stuck_fraction);
     if (!band.x_std_m.empty())
       text += fmt::format(",{:.6g},{:.9g},{:.9g}", band.x_std_m[k], band.x_low_m[k], band.x_high_m[k]);
     text += "\n";
@@ -70,12 +70,12 @@ std::string response_csv(const ReportedResponse& reported) {
 const std::array<ResponseEvent, 6>& response_events() {
   using Jumps = sim::ResponseJumps;
   static constexpr std::array<ResponseEvent, 6> events{
-      {{"up", "unlock_hz", "the locked payload breaks loose", &Jumps::unlock_up_hz},
-       {"up", "jump_hz", "the sliding payload jumps to more", &Jumps::jump_up_hz},
-       {"up", "fall_hz", "it falls to less", &Jumps::fall_up_hz},
-       {"down", "jump_hz", "it jumps to more", &Jumps::jump_down_hz},
-       {"down", "fall_hz", "it falls to less", &Jumps::fall_down_hz},
-       {"down", "lock_hz", "it locks", &Jumps::lock_down_hz}}};
+      {{"up", "unlock_hz", "the locked payload breaks loose", &Jumps::unlock_rising_hz},
+       {"up", "jump_hz", "the sliding payload jumps up", &Jumps::jump_up_rising_hz},
+       {"up", "fall_hz", "it jumps down", &Jumps::jump_down_rising_hz},
+       {"down", "jump_hz", "it jumps up", &Jumps::jump_up_falling_hz},
+       {"down", "fall_hz", "it jumps down", &Jumps::jump_down_falling_hz},
+       {"down", "lock_hz", "it locks", &Jumps::lock_falling_hz}}};
   return events;
 }
 

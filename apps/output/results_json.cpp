@@ -42,14 +42,14 @@ Json intervals_json(const std::vector<dsp::Interval>& intervals) {
 
 Json term_json(const ident::ModelTerm& term, std::string_view no_evidence) {
   Json result{{"name", term.name}, {"mean", term.mean}};
-  put(result, "std", term.std, "no row is left to tell the noise");
+  put(result, "std", term.std, "no row is left to estimate the noise");
   put(result, "std_robust", term.std_robust, "too few rows");
   put(result, "cov", term.coefficient_of_variation(),
-      term.mean == 0.0 ? "the coefficient is zero" : "no row is left to tell the noise");
+      term.mean == 0.0 ? "the coefficient is zero" : "no row is left to estimate the noise");
   result["unit"] = term.unit;
   result["scale"] = term.scale;
   result["mean_scaled"] = term.mean * term.scale;
-  put(result, "std_scaled", term.std * term.scale, "no row is left to tell the noise");
+  put(result, "std_scaled", term.std * term.scale, "no row is left to estimate the noise");
   put(result, "t", term.t(), "the standard deviation is zero or unknown");
   put(result, "evidence_gain", term.evidence_gain, no_evidence);
   put(result, "inclusion_probability", term.inclusion_probability, no_evidence);
@@ -85,10 +85,10 @@ Json nmse_json(const ident::JudgedFit& fit) {
 Json bands_json(const ident::JudgedFit& fit) {
   Json result = Json::object();
   const bool known = fit.bands_reason.empty();
-  for (const auto& [name, share] : {std::pair{"within_50", fit.bands.within_50},
-                                    {"within_90", fit.bands.within_90},
-                                    {"within_95", fit.bands.within_95}})
-    put(result, name, known ? share : std::nan(""), fit.bands_reason);
+  for (const auto& [name, fraction] : {std::pair{"within_50", fit.bands.within_50},
+                                       {"within_90", fit.bands.within_90},
+                                       {"within_95", fit.bands.within_95}})
+    put(result, name, known ? fraction : std::nan(""), fit.bands_reason);
   return result;
 }
 
@@ -131,11 +131,11 @@ Json method_json(const ident::JudgedFit& fit, const ident::RangeResult& range, c
   put(result, "residual_whiteness", fit.whiteness.tested ? fit.whiteness.p_value : std::nan(""),
       "too few rows, or no residual");
   result["residual_white"] = fit.whiteness.tested ? Json(fit.whiteness.white) : Json();
-  put(result, "residual_peak_share", fit.whiteness.tested ? fit.whiteness.peak_share : std::nan(""),
+  put(result, "residual_peak_share", fit.whiteness.tested ? fit.whiteness.peak_fraction : std::nan(""),
       "too few rows, or no residual");
   result["nmse"] = nmse_json(fit);
   result["bands"] = bands_json(fit);
-  result["free_run_stretches"] = fit.free_run.num_stretches;
+  result["free_run_stretches"] = fit.free_run.num_ranges;
   result["seconds"] = {{"accumulate", range.accumulate_s}, {"solve", fit.solve_s}};
   result["steps"] = steps_json(fit, range.terms);
   return result;
@@ -207,10 +207,10 @@ Json segmentation_json(const dsp::Segmentation& segmentation) {
 Json motion_json(const dsp::Prepared& recording) {
   Json result{{"recording", printable(recording.name)},
               {"rate_hz", recording.signals.sample_rate_hz},
-              {"bus_rate_hz", recording.bus.sample_rate_hz},
+              {"bus_rate_hz", recording.intermediate.sample_rate_hz},
               {"num_samples", recording.signals.num_samples()},
               {"edge_samples", recording.signals.edge_samples}};
-  put(result, "dropped_power_fraction", recording.bus.dropped_power_fraction, "not computed");
+  put(result, "dropped_power_fraction", recording.intermediate.dropped_power_fraction, "not computed");
   result["decimation"] = recording.decimation ? filter_json(*recording.decimation) : Json();
   if (!recording.decimation) result["decimation_reason"] = "the record stays at its own rate";
   return result;

@@ -27,13 +27,13 @@ std::vector<dsp::Interval> edges_of(const dsp::Motion& signals) {
   return {{0.0, edge, why}, {end - edge, end, why}};
 }
 
-/// What is left of a stretch outside of the excluded ones, in order of time.
-std::vector<LabelledStretch> outside(const LabelledStretch& stretch, std::vector<dsp::Interval> excluded) {
+/// What is left of an interval outside of the excluded ones, in order of time.
+std::vector<LabelledInterval> outside(const LabelledInterval& interval, std::vector<dsp::Interval> excluded) {
   std::sort(excluded.begin(), excluded.end(), [](const auto& a, const auto& b) { return a.from_s < b.from_s; });
-  std::vector<LabelledStretch> left;
-  LabelledStretch rest = stretch;
+  std::vector<LabelledInterval> left;
+  LabelledInterval rest = interval;
   const auto keep_until = [&](double end_s) {
-    LabelledStretch part = rest;
+    LabelledInterval part = rest;
     part.to_s = std::min(end_s, rest.to_s);
     if (part.from_s < part.to_s) left.push_back(part);
   };
@@ -41,37 +41,37 @@ std::vector<LabelledStretch> outside(const LabelledStretch& stretch, std::vector
     keep_until(interval.from_s);
     rest.from_s = std::max(rest.from_s, interval.to_s);
   }
-  keep_until(stretch.to_s);
+  keep_until(interval.to_s);
   return left;
 }
 
-std::vector<LabelledStretch> stretches_of(const Input& input) {
-  const dsp::Motion &signals = input.prepared.signals, &bus = input.prepared.bus;
+std::vector<LabelledInterval> intervals_of(const Input& input) {
+  const dsp::Motion &signals = input.prepared.signals, &intermediate = input.prepared.intermediate;
   std::vector<dsp::Interval> excluded = input.prepared.excluded;
   for (const dsp::Interval& edge : edges_of(signals)) excluded.push_back(edge);
-  std::vector<LabelledStretch> stretches;
+  std::vector<LabelledInterval> intervals;
   for (const dsp::Interval& interval : excluded)
-    stretches.push_back({dsp::Regime::excluded, interval.from_s, interval.to_s, interval.why, {}});
+    intervals.push_back({dsp::Regime::excluded, interval.from_s, interval.to_s, interval.why, {}});
   for (const dsp::Segment& segment : input.segmentation.segments) {
     if (segment.regime == dsp::Regime::excluded) continue;
-    const LabelledStretch whole{segment.regime,
-                                static_cast<double>(segment.first) / bus.sample_rate_hz,
-                                static_cast<double>(segment.last) / bus.sample_rate_hz,
-                                segment.reason,
-                                {}};
-    for (LabelledStretch& part : outside(whole, excluded)) stretches.push_back(std::move(part));
+    const LabelledInterval whole{segment.regime,
+                                 static_cast<double>(segment.first) / intermediate.sample_rate_hz,
+                                 static_cast<double>(segment.last) / intermediate.sample_rate_hz,
+                                 segment.reason,
+                                 {}};
+    for (LabelledInterval& part : outside(whole, excluded)) intervals.push_back(std::move(part));
   }
-  std::stable_sort(stretches.begin(), stretches.end(),
+  std::stable_sort(intervals.begin(), intervals.end(),
                    [](const auto& a, const auto& b) { return a.from_s < b.from_s; });
-  return stretches;
+  return intervals;
 }
 
 dsp::Fault segments_fault(std::string name, const fs::path& file, std::size_t number, const std::string& what) {
-  const std::string place = number == 0 ? file.string() : fmt::format("{}: stretch {}", file.string(), number);
+  const std::string place = number == 0 ? file.string() : fmt::format("{}: interval {}", file.string(), number);
   return {dsp::FaultKind::usage, std::move(name), fmt::format("{}: {}.", place, what)};
 }
 
-LabelledStretch read_stretch(const Json& row, const fs::path& file, std::size_t number) {
+LabelledInterval read_interval(const Json& row, const fs::path& file, std::size_t number) {
   const auto wrong = [&](std::string name, const std::string& what) {
     return segments_fault(std::move(name), file, number, what);
   };
@@ -89,41 +89,42 @@ LabelledStretch read_stretch(const Json& row, const fs::path& file, std::size_t 
     if (!row.contains(key) || !row[key].is_number()) throw wrong("segments.time", fmt::format("{} is no number", key));
     return row[key].get<double>();
   };
-  LabelledStretch stretch{dsp::Regime::excluded, seconds("from_s"), seconds("to_s"), text("reason"), text("recording")};
+  LabelledInterval interval{dsp::Regime::excluded, seconds("from_s"), seconds("to_s"), text("reason"),
+                            text("recording")};
   try {
-    stretch.label = dsp::regime_from_string(text("label"));
+    interval.label = dsp::regime_from_string(text("label"));
   } catch (const std::invalid_argument&) {
     std::vector<std::string_view> names;
     for (const dsp::RegimeInfo& regime : dsp::regime_table()) names.push_back(regime.name);
     throw wrong("segments.label",
                 fmt::format("label '{}', want {}", printable(text("label"), 80), fmt::join(names, ", ")));
   }
-  if (!(stretch.from_s >= 0.0 && stretch.from_s < stretch.to_s))
+  if (!(interval.from_s >= 0.0 && interval.from_s < interval.to_s))
     throw wrong("segments.time",
-                fmt::format("from_s {:g} and to_s {:g}, want 0 <= from_s < to_s", stretch.from_s, stretch.to_s));
-  return stretch;
+                fmt::format("from_s {:g} and to_s {:g}, want 0 <= from_s < to_s", interval.from_s, interval.to_s));
+  return interval;
 }
 
-bool known(const dsp::Interval& stretch, const std::vector<dsp::Interval>& excluded) {
+bool known(const dsp::Interval& interval, const std::vector<dsp::Interval>& excluded) {
   constexpr double rounding_s = 1e-6;
   return std::any_of(excluded.begin(), excluded.end(), [&](const dsp::Interval& other) {
-    return other.from_s <= stretch.from_s + rounding_s && other.to_s >= stretch.to_s - rounding_s;
+    return other.from_s <= interval.from_s + rounding_s && other.to_s >= interval.to_s - rounding_s;
   });
 }
 
-void exclude(dsp::Prepared& prepared, const dsp::Interval& stretch) {
-  dsp::mark(prepared.bus, stretch);
-  dsp::mark(prepared.signals, stretch);
-  prepared.excluded.push_back(stretch);
+void exclude(dsp::Prepared& prepared, const dsp::Interval& interval) {
+  dsp::mark(prepared.intermediate, interval);
+  dsp::mark(prepared.signals, interval);
+  prepared.excluded.push_back(interval);
 }
 
-/// Samples [first, last) of a stretch: a time on a sample up to rounding is that sample.
-dsp::Segment samples_of(const LabelledStretch& stretch, const dsp::Motion& bus) {
+/// Samples [first, last) of an interval: a time on a sample up to rounding is that sample.
+dsp::Segment samples_of(const LabelledInterval& interval, const dsp::Motion& intermediate) {
   const auto sample = [&](double t_s) {
-    const double place = std::ceil(t_s * bus.sample_rate_hz - 1e-6);
-    return static_cast<Index>(std::min(place, static_cast<double>(bus.num_samples())));
+    const double position = std::ceil(t_s * intermediate.sample_rate_hz - 1e-6);
+    return static_cast<Index>(std::min(position, static_cast<double>(intermediate.num_samples())));
   };
-  return {stretch.label, sample(stretch.from_s), sample(stretch.to_s), stretch.reason};
+  return {interval.label, sample(interval.from_s), sample(interval.to_s), interval.reason};
 }
 
 /// What each sample belongs to, as an index into the segments; -1: none of them. Excluded wins, then the later one.
@@ -150,18 +151,18 @@ std::vector<int> owners(const std::vector<dsp::Segment>& segments, Index num_sam
 std::string segments_json(const std::vector<Input>& inputs) {
   std::string text;
   for (const Input& input : inputs)
-    for (const LabelledStretch& stretch : stretches_of(input)) {
-      Json row{{"label", to_string(stretch.label)},
-               {"from_s", stretch.from_s},
-               {"to_s", stretch.to_s},
-               {"reason", printable(stretch.reason)}};
+    for (const LabelledInterval& interval : intervals_of(input)) {
+      Json row{{"label", to_string(interval.label)},
+               {"from_s", interval.from_s},
+               {"to_s", interval.to_s},
+               {"reason", printable(interval.reason)}};
       if (inputs.size() > 1) row["recording"] = printable(input.prepared.name);
       text += (text.empty() ? "  " : ",\n  ") + row.dump(-1, ' ', false, Json::error_handler_t::replace);
     }
   return text.empty() ? "[]\n" : "[\n" + text + "\n]\n";
 }
 
-std::vector<LabelledStretch> read_segments(const fs::path& file) {
+std::vector<LabelledInterval> read_segments(const fs::path& file) {
   const std::string bytes = dsp::read_small_file(file, {.kind = dsp::FaultKind::usage, .fault = "segments.file"});
   Json document;
   try {
@@ -178,49 +179,49 @@ std::vector<LabelledStretch> read_segments(const fs::path& file) {
     throw segments_fault("segments.syntax", file, 0, "a number is beyond what a double holds");
   }
   if (!document.is_array() || document.empty())
-    throw segments_fault("segments.syntax", file, 0, "want a list of stretches in [ ]");
-  std::vector<LabelledStretch> stretches;
-  for (std::size_t i = 0; i < document.size(); ++i) stretches.push_back(read_stretch(document[i], file, i + 1));
-  return stretches;
+    throw segments_fault("segments.syntax", file, 0, "want a list of intervals in [ ]");
+  std::vector<LabelledInterval> intervals;
+  for (std::size_t i = 0; i < document.size(); ++i) intervals.push_back(read_interval(document[i], file, i + 1));
+  return intervals;
 }
 
-dsp::Segmentation apply_segments(const std::vector<LabelledStretch>& stretches, const fs::path& file,
+dsp::Segmentation apply_segments(const std::vector<LabelledInterval>& intervals, const fs::path& file,
                                  dsp::Prepared& prepared) {
   const std::vector<dsp::Interval> edges = edges_of(prepared.signals);
   std::vector<dsp::Segment> asked;
-  for (const LabelledStretch& stretch : stretches) {
-    const bool meant = stretch.recording.empty() || stretch.recording == printable(prepared.name);
-    const bool is_edge =
-        stretch.label == dsp::Regime::excluded && known({stretch.from_s, stretch.to_s, {}}, edges);  // set aside anyway
-    if (meant && !is_edge) asked.push_back(samples_of(stretch, prepared.bus));
+  for (const LabelledInterval& interval : intervals) {
+    const bool meant = interval.recording.empty() || interval.recording == printable(prepared.name);
+    const bool is_edge = interval.label == dsp::Regime::excluded &&
+                         known({interval.from_s, interval.to_s, {}}, edges);  // set aside anyway
+    if (meant && !is_edge) asked.push_back(samples_of(interval, prepared.intermediate));
   }
   if (asked.empty())
     throw segments_fault("segments.recording", file, 0,
-                         fmt::format("no stretch is meant for {}", printable(prepared.name)));
-  asked.push_back({dsp::Regime::excluded, 0, 0, fmt::format("no stretch of {} covers it", file.filename().string())});
+                         fmt::format("no interval is meant for {}", printable(prepared.name)));
+  asked.push_back({dsp::Regime::excluded, 0, 0, fmt::format("no interval of {} covers it", file.filename().string())});
   const auto nowhere = static_cast<int>(asked.size()) - 1;
-  std::vector<int> owner = owners(asked, prepared.bus.num_samples());
+  std::vector<int> owner = owners(asked, prepared.intermediate.num_samples());
   std::replace(owner.begin(), owner.end(), -1, nowhere);
 
   dsp::Segmentation result;
   result.remarks = {fmt::format("regimes as in {}", file.filename().string())};
-  const std::vector<unsigned char> ruled_out = prepared.bus.excluded;
+  const std::vector<unsigned char> ruled_out = prepared.intermediate.excluded;
   const auto label = [&](std::size_t i) {
     return ruled_out[i] != 0 ? dsp::Regime::excluded : asked[static_cast<std::size_t>(owner[i])].regime;
   };
   for (std::size_t i = 0; i < owner.size(); ++i) {
-    const auto place = static_cast<Index>(i);
+    const auto index = static_cast<Index>(i);
     if (i == 0 || owner[i] != owner[i - 1] || label(i) != label(i - 1))
-      result.segments.push_back({label(i), place, place, asked[static_cast<std::size_t>(owner[i])].reason});
-    result.segments.back().last = place + 1;
+      result.segments.push_back({label(i), index, index, asked[static_cast<std::size_t>(owner[i])].reason});
+    result.segments.back().last = index + 1;
   }
   std::vector<dsp::Interval> ruled_out_s = edges;
   ruled_out_s.insert(ruled_out_s.end(), prepared.excluded.begin(), prepared.excluded.end());
   for (const dsp::Segment& segment : result.segments) {
-    const double rate_hz = prepared.bus.sample_rate_hz;
-    const dsp::Interval stretch{static_cast<double>(segment.first) / rate_hz,
-                                static_cast<double>(segment.last - 1) / rate_hz, segment.reason};
-    if (segment.regime == dsp::Regime::excluded && !known(stretch, ruled_out_s)) exclude(prepared, stretch);
+    const double rate_hz = prepared.intermediate.sample_rate_hz;
+    const dsp::Interval interval{static_cast<double>(segment.first) / rate_hz,
+                                 static_cast<double>(segment.last - 1) / rate_hz, segment.reason};
+    if (segment.regime == dsp::Regime::excluded && !known(interval, ruled_out_s)) exclude(prepared, interval);
   }
   return result;
 }

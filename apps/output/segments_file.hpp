@@ -5,13 +5,13 @@
 
 #include "apps/config/inputs.hpp"
 
-// segments.json: what every stretch of a record is taken for, one stretch a line, for a person to read, edit and hand
+// segments.json: what every interval of a record is taken for, one interval a line, for a person to read, edit and hand
 // back ([segment] file = "segments.json").
 
 namespace apps {
 
 /// One line of the file.
-struct LabelledStretch {
+struct LabelledInterval {
   dsp::Regime label = dsp::Regime::excluded;
   double from_s = 0.0, to_s = 0.0;
   std::string reason, recording;  ///< recording: its file's name, empty where there is one only
@@ -21,13 +21,13 @@ struct LabelledStretch {
 [[nodiscard]] std::string segments_json(const std::vector<Input>& inputs);
 
 /// The same file back, edited or not. Throws dsp::Fault (usage): segments.syntax, segments.label, segments.time, each
-/// with the file and the number of the stretch.
-[[nodiscard]] std::vector<LabelledStretch> read_segments(const std::filesystem::path& file);
+/// with the file and the number of the interval.
+[[nodiscard]] std::vector<LabelledInterval> read_segments(const std::filesystem::path& file);
 
-/// Labels a prepared recording by the stretches meant for it. Where stretches overlap, excluded wins, then the later
+/// Labels a prepared recording by the intervals meant for it. Where intervals overlap, excluded wins, then the later
 /// one in the file; what none covers is excluded, and so stays what the record itself or its sidecar rules out. Throws
-/// dsp::Fault (usage): segments.recording where no stretch is meant for this recording.
-[[nodiscard]] dsp::Segmentation apply_segments(const std::vector<LabelledStretch>& stretches,
+/// dsp::Fault (usage): segments.recording where no interval is meant for this recording.
+[[nodiscard]] dsp::Segmentation apply_segments(const std::vector<LabelledInterval>& intervals,
                                                const std::filesystem::path& file, dsp::Prepared& prepared);
 
 }  // namespace apps

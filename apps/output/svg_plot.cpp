@@ -90,7 +90,7 @@ std::string text_element(double x, double y, const char* anchor, const std::stri
                      escaped(text));
 }
 
-/// Where an axis has ticks, and what stands there.
+/// Where an axis has ticks, and what is written there.
 struct Tick {
   double value = 0.0;
   std::string label;
@@ -167,7 +167,7 @@ std::string line(const PlotSeries& series, const Frame& frame) {
 }
 
 // In the upper right corner, on a ground that hides the lines behind it.
-// Share of a panel's points, and of places on its lines, in a box; of long series every so many.
+// Fraction of a panel's points, and of places on its lines, in a box; of long series every so many.
 double covered(const PlotPanel& panel, const Frame& frame, double left, double top, double width, double height) {
   constexpr Index most = 2000, between = 8;
   double inside = 0.0;

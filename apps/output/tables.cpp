@@ -104,9 +104,9 @@ void write_predictions(const std::vector<ident::RangeResult>& ranges, const std:
       labels.push_back(text_cell(range.spec.name) + "," + text_cell(recording.name));
     const std::size_t num_train = range.rows.train.size();
     for (Index i = 0; i < range.target.size(); ++i) {
-      const auto place = static_cast<std::size_t>(i);
-      const bool train = place < num_train;
-      const ident::Row& row = train ? range.rows.train[place] : range.rows.test[place - num_train];
+      const auto index = static_cast<std::size_t>(i);
+      const bool train = index < num_train;
+      const ident::Row& row = train ? range.rows.train[index] : range.rows.test[index - num_train];
       const ident::Columns& recording = recordings[row.recording];
       line = labels[row.recording];
       line += train ? ",train" : ",test";

@@ -8,13 +8,13 @@ namespace {
 
 using nlohmann::ordered_json;
 
-ordered_json fault_json(const sim::SensorFault& fault, const ordered_json& channels) {
+ordered_json problem_json(const sim::SensorProblem& problem, const ordered_json& channels) {
   constexpr std::array kinds{"rail", "hold", "clip"};
-  ordered_json row{{"kind", kinds[static_cast<std::size_t>(fault.kind)]},
-                   {"channel", channels[static_cast<std::size_t>(fault.channel)]["name"]},
-                   {"from_s", fault.from_s},
-                   {"to_s", fault.to_s}};
-  if (fault.kind == sim::SensorFault::Kind::clip) row["limit_v"] = fault.limit_v;
+  ordered_json row{{"kind", kinds[static_cast<std::size_t>(problem.kind)]},
+                   {"channel", channels[static_cast<std::size_t>(problem.channel)]["name"]},
+                   {"from_s", problem.from_s},
+                   {"to_s", problem.to_s}};
+  if (problem.kind == sim::SensorProblem::Kind::clip) row["limit_v"] = problem.limit_v;
   return row;
 }
 
@@ -29,7 +29,8 @@ ordered_json sensors_json(const sim::RawOptions& raw, const sim::QzsParameters& 
                                    {"offset", sensor.offset},
                                    {"lag_s", sensor.lag_s},
                                    {"highpass_hz", sensor.highpass_hz}});
-  for (const sim::SensorFault& fault : raw.faults) sensors["faults"].push_back(fault_json(fault, sensors["channels"]));
+  for (const sim::SensorProblem& problem : raw.problems)
+    sensors["faults"].push_back(problem_json(problem, sensors["channels"]));
   sensors["level"] = sim::to_string(raw.level);
   return sensors;
 }
@@ -61,8 +62,8 @@ void put_rig_truth(ordered_json& truth, const sim::RigTest& test, const sim::Rig
     truth["manual"].push_back({{"from_s", hand.from_s}, {"to_s", hand.to_s}, {"why", hand.why}});
     if (hand.released_at_m) truth["manual"].back()["released_at_m"] = *hand.released_at_m;
   }
-  for (const sim::RegimeSpan& span : known.regimes)
-    truth["regimes"].push_back({{"label", span.label}, {"from_s", span.from_s}, {"to_s", span.to_s}});
+  for (const sim::RegimeInterval& interval : known.regimes)
+    truth["regimes"].push_back({{"label", interval.label}, {"from_s", interval.from_s}, {"to_s", interval.to_s}});
 }
 
 }  // namespace apps

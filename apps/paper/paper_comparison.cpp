@@ -17,15 +17,15 @@ using Eigen::Index;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double stated_noise = 0.10;
 
-struct Place {
+struct RowIndex {
   std::size_t regression = 0, row = 0;
 };
 
-std::optional<Place> place_of(const Section4Study& study, const PaperTerm& paper) {
+std::optional<RowIndex> row_index_of(const Section4Study& study, const PaperTerm& paper) {
   for (std::size_t g = 0; g < study.regressions.size(); ++g)
     for (std::size_t j = 0; j < study.regressions[g].rows.size(); ++j) {
       const Section4Row& row = study.regressions[g].rows[j];
-      if (row.row == paper.row && row.where == paper.where) return Place{g, j};
+      if (row.row == paper.row && row.where == paper.where) return RowIndex{g, j};
     }
   return std::nullopt;
 }
@@ -41,13 +41,13 @@ double printed_mean(const PaperTerm& paper, const std::string& method) {
 }
 
 struct Expected {
-  double mean = 0.0, deviation = 0.0;
+  double mean = 0.0, std = 0.0;
 };
 
 // The terms printed for this row and method.
 std::vector<Index> printed_terms(const Section4Study& study, const PaperTerm& paper, const std::string& method,
-                                 Place place) {
-  const Section4Row& row = study.regressions[place.regression].rows[place.row];
+                                 RowIndex row_index) {
+  const Section4Row& row = study.regressions[row_index.regression].rows[row_index.row];
   std::vector<Index> kept;
   for (const PaperTerm& other : paper_terms())
     if (other.table == paper.table && other.row == paper.row && row.where == other.where &&
@@ -57,17 +57,18 @@ std::vector<Index> printed_terms(const Section4Study& study, const PaperTerm& pa
 }
 
 // Least squares on the terms printed for this row and method: the true coefficients where the truth is among them,
-// else those of the best equivalent; with the deviation of an estimate under the stated noise.
-Expected expected_of(const Section4Study& study, const PaperTerm& paper, const std::string& method, Place place) {
-  const Section4Regression& regression = study.regressions[place.regression];
-  const Section4Row& row = regression.rows[place.row];
-  const std::vector<Index> kept = printed_terms(study, paper, method, place);
+// else those of the best equivalent; with the standard deviation of an estimate under the stated noise.
+Expected expected_of(const Section4Study& study, const PaperTerm& paper, const std::string& method,
+                     RowIndex row_index) {
+  const Section4Regression& regression = study.regressions[row_index.regression];
+  const Section4Row& row = regression.rows[row_index.row];
+  const std::vector<Index> kept = printed_terms(study, paper, method, row_index);
   const Index wanted = column_of(study, paper.term);
   const Index j = std::find(kept.begin(), kept.end(), wanted) - kept.begin();
   const double mean = row.truth_known
                           ? row.truth(wanted)
                           : ident::fit_ols(ident::r_factor(regression.phi(Eigen::all, kept), row.values)).mean(j);
-  return {mean, unit_deviations(regression, kept)(j) * stated_noise * row.std};
+  return {mean, unit_stds(regression, kept)(j) * stated_noise * row.std};
 }
 
 // The samples of a regression outside the training record that goes furthest from x = 0, and that record's ratio.
@@ -93,10 +94,11 @@ Milder without_widest_record(const Section4Study& study, const Section4Regressio
 }
 
 // A print that its stated origin cannot give, held against another origin.
-std::string explanation_of(const Section4Study& study, const PaperTerm& paper, const std::string& method, Place place) {
-  const Section4Regression& regression = study.regressions[place.regression];
-  const Section4Row& row = regression.rows[place.row];
-  std::vector<Index> kept = printed_terms(study, paper, method, place);
+std::string explanation_of(const Section4Study& study, const PaperTerm& paper, const std::string& method,
+                           RowIndex row_index) {
+  const Section4Regression& regression = study.regressions[row_index.regression];
+  const Section4Row& row = regression.rows[row_index.row];
+  std::vector<Index> kept = printed_terms(study, paper, method, row_index);
   Expected other;
   std::string origin;
   if (row.truth_known) {
@@ -106,8 +108,7 @@ std::string explanation_of(const Section4Study& study, const PaperTerm& paper, c
     rest.rows.push_back(row);
     rest.rows.front().values = row.values(milder.rows);
     const Index j = std::find(kept.begin(), kept.end(), column_of(study, paper.term)) - kept.begin();
-    other = {row.truth(column_of(study, paper.term)),
-             unit_deviations(rest, kept)(j) * stated_noise * milder.target_std};
+    other = {row.truth(column_of(study, paper.term)), unit_stds(rest, kept)(j) * stated_noise * milder.target_std};
     origin =
         fmt::format("a training set without the record at ratio {:g}, the one with large x", milder.left_out_ratio);
   } else {
@@ -116,69 +117,70 @@ std::string explanation_of(const Section4Study& study, const PaperTerm& paper, c
         kept.push_back(column);
     const Index j = std::find(kept.begin(), kept.end(), column_of(study, paper.term)) - kept.begin();
     other = {ident::fit_ols(ident::r_factor(regression.phi(Eigen::all, kept), row.values)).mean(j),
-             unit_deviations(regression, kept)(j) * stated_noise * row.std};
+             unit_stds(regression, kept)(j) * stated_noise * row.std};
     origin = "a fit with v^2 and |x| v beside the printed terms, dropped without a refit";
   }
-  const double off = (printed_mean(paper, method) - other.mean) / other.deviation;
+  const double off = (printed_mean(paper, method) - other.mean) / other.std;
   return fmt::format(
       "{:+.2g} from that of {}{}", off, origin,
-      std::abs(off) <= deviations_allowed ? ", which would explain the print" : ", which explains it no better");
+      std::abs(off) <= stds_allowed ? ", which would explain the print" : ", which explains it no better");
 }
 
 // Means over the seeds whose fit by `method` keeps the term.
 struct Found {
-  double mean = nan, deviation = nan, cov = nan;
+  double mean = nan, std = nan, cov = nan;
 };
-Found found_by(const CaseReplication& replication, Place place, Index column, const std::string& method) {
-  double mean = 0.0, deviation = 0.0, cov = 0.0;
+Found found_by(const CaseReplication& replication, RowIndex row_index, Index column, const std::string& method) {
+  double mean = 0.0, std_sum = 0.0, cov = 0.0;
   int count = 0;
   for (const CaseFit& fit : replication.fits) {
-    if (fit.regression != place.regression || fit.row != place.row || fit.method != method) continue;
+    if (fit.regression != row_index.regression || fit.row != row_index.row || fit.method != method) continue;
     const auto& kept = fit.fit.relevant;
     const auto at = std::lower_bound(kept.begin(), kept.end(), column);
     if (at == kept.end() || *at != column) continue;
     const Index j = at - kept.begin();
     const double sd = std::sqrt(fit.fit.covariance(j, j));
     mean += fit.fit.mean(j);
-    deviation += sd;
+    std_sum += sd;
     cov += sd / std::abs(fit.fit.mean(j));
     ++count;
   }
   if (count == 0) return {};
-  return {mean / count, deviation / count, cov / count};
+  return {mean / count, std_sum / count, cov / count};
 }
 
-Comparison compare_mean(const CaseReplication& replication, const PaperTerm& paper, Place place,
+Comparison compare_mean(const CaseReplication& replication, const PaperTerm& paper, RowIndex row_index,
                         const std::string& method) {
-  const Section4Row& row = replication.study.regressions[place.regression].rows[place.row];
+  const Section4Row& row = replication.study.regressions[row_index.regression].rows[row_index.row];
   const Index column = column_of(replication.study, paper.term);
-  const Expected expected = expected_of(replication.study, paper, method, place);
+  const Expected expected = expected_of(replication.study, paper, method, row_index);
   const bool false_term = row.truth_known && row.truth(column) == 0.0;
-  const Found found = found_by(replication, place, column, false_term ? "sindy_raw" : method);
+  const Found found = found_by(replication, row_index, column, false_term ? "sindy_raw" : method);
   const double printed = printed_mean(paper, method);
-  PaperVerdict verdict = judge_coefficient(printed, expected.mean, expected.deviation);
+  PaperVerdict verdict = judge_coefficient(printed, expected.mean, expected.std);
   if (verdict.verdict == "not reproducible")
-    verdict.reason += "; " + explanation_of(replication.study, paper, method, place);
-  return {paper.table, row.label(),   paper.term, method,          "mean",
-          printed,     expected.mean, found.mean, found.deviation, std::move(verdict)};
+    verdict.reason += "; " + explanation_of(replication.study, paper, method, row_index);
+  return {paper.table, row.label(),   paper.term, method,    "mean",
+          printed,     expected.mean, found.mean, found.std, std::move(verdict)};
 }
 
-Comparison compare_cov(const CaseReplication& replication, const PaperTerm& paper, Place place,
+Comparison compare_cov(const CaseReplication& replication, const PaperTerm& paper, RowIndex row_index,
                        const std::string& method) {
-  const Section4Row& row = replication.study.regressions[place.regression].rows[place.row];
+  const Section4Row& row = replication.study.regressions[row_index.regression].rows[row_index.row];
   const bool fast = method == "fast_rvm";
   const double printed = fast ? paper.cov_fast_rvm : paper.cov_slow_rvm;
   const double expected =
-      expected_cov(printed_mean(paper, method), expected_of(replication.study, paper, method, place).deviation);
+      expected_cov(printed_mean(paper, method), expected_of(replication.study, paper, method, row_index).std);
   const double noise = stated_noise * row.std;
   PaperVerdict verdict = judge_cov(printed, fast ? expected / noise : expected);
   if (fast && verdict.verdict == "within noise")
-    verdict = {"not reproducible",
-               fmt::format("not an uncertainty: the noise's deviation {:.3g} is left out; {:.2g} / {:.3g} = {:.2g}",
-                           noise, expected, noise, expected / noise)};
+    verdict = {
+        "not reproducible",
+        fmt::format("not an uncertainty: the noise's standard deviation {:.3g} is left out; {:.2g} / {:.3g} = {:.2g}",
+                    noise, expected, noise, expected / noise)};
   else if (fast)
-    verdict.reason += fmt::format(", even with the noise's deviation {:.3g} left out", noise);
-  const Found found = found_by(replication, place, column_of(replication.study, paper.term), method);
+    verdict.reason += fmt::format(", even with the noise's standard deviation {:.3g} left out", noise);
+  const Found found = found_by(replication, row_index, column_of(replication.study, paper.term), method);
   return {paper.table, row.label(), paper.term, method, "cov", printed, expected, found.cov, nan, std::move(verdict)};
 }
 
@@ -215,13 +217,13 @@ std::vector<Comparison> compare_with_paper(const CaseReplication& replication) {
   std::vector<Comparison> comparisons;
   for (const PaperTerm& paper : paper_terms()) {
     if (paper.table != replication.study.definition->table) continue;
-    const auto place = place_of(replication.study, paper);
-    if (!place) throw std::logic_error("compare_with_paper: no such row");
+    const auto row_index = row_index_of(replication.study, paper);
+    if (!row_index) throw std::logic_error("compare_with_paper: no such row");
     for (const char* method : {"fast_rvm", "slow_rvm", "sindy"})
       if (std::isfinite(printed_mean(paper, method)))
-        comparisons.push_back(compare_mean(replication, paper, *place, method));
+        comparisons.push_back(compare_mean(replication, paper, *row_index, method));
     for (const char* method : {"slow_rvm", "fast_rvm"})
-      if (std::isfinite(paper.cov_slow_rvm)) comparisons.push_back(compare_cov(replication, paper, *place, method));
+      if (std::isfinite(paper.cov_slow_rvm)) comparisons.push_back(compare_cov(replication, paper, *row_index, method));
   }
   compare_seconds(replication, comparisons);
   return comparisons;

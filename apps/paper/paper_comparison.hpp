@@ -15,7 +15,7 @@ struct Comparison {
   double paper = 0.0;
   double expected = 0.0;  ///< what the stated method gives without the luck of a draw; NaN: not known
   double ours = 0.0;      ///< mean over the seeds that keep the term; NaN: none does
-  double ours_std = 0.0;  ///< mean posterior deviation; NaN for covs and seconds
+  double ours_std = 0.0;  ///< mean posterior standard deviation; NaN for covs and seconds
   PaperVerdict verdict;
 };
 

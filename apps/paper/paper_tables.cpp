@@ -140,12 +140,12 @@ std::span<const PaperErrors> paper_errors() {
 
 PaperVerdict judge_coefficient(double printed, double expected, double se) {
   const double off = std::abs(printed - expected) / se;
-  if (off <= deviations_allowed)
+  if (off <= stds_allowed)
     return {"within noise", expected != 0.0
                                 ? ""
                                 : "a false term, let in by a threshold on raw coefficients; one on unit-norm "
                                   "columns (0.02) leaves it out"};
-  return {"not reproducible", fmt::format("{:.3g} deviations from what the stated method gives", off)};
+  return {"not reproducible", fmt::format("{:.3g} standard deviations from what the stated method gives", off)};
 }
 
 double expected_cov(double mean, double se) {

@@ -39,11 +39,11 @@ struct PaperVerdict {
 
 /// A printed coefficient against the expected one: within noise if no further off than five standard deviations `se`
 /// of an estimate under the stated noise. expected 0: the term is not in the true equation.
-inline constexpr double deviations_allowed = 5.0;
+inline constexpr double stds_allowed = 5.0;
 [[nodiscard]] PaperVerdict judge_coefficient(double printed, double expected, double se);
 
-/// Coefficient of variation of an RVM posterior whose mean was printed as `mean`, for a least-squares deviation `se`:
-/// the prior at its best alpha shrinks mean and variance by gamma = 1 - 1/t^2.
+/// Coefficient of variation of an RVM posterior whose mean was printed as `mean`, for a least-squares standard
+/// deviation `se`: the prior at its best alpha shrinks mean and variance by gamma = 1 - 1/t^2.
 [[nodiscard]] double expected_cov(double mean, double se);
 
 /// A printed coefficient of variation against the expected one: within noise to 5 % (the print has two digits),

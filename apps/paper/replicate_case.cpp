@@ -157,7 +157,7 @@ void score_rates(CaseReplication& result, const ReplicateOptions& options, const
       noisy(i) +=
           options.noise * row.std * draw.normal(static_cast<std::uint64_t>(samples[static_cast<std::size_t>(i)]));
     const VectorXd variance = ident::predictive_variance(phi, fit.fit.covariance, fit.fit.noise_variance);
-    result.bands.push_back({seed, row.label(), record.ratio, ident::band_shares(predicted, variance, noisy)});
+    result.bands.push_back({seed, row.label(), record.ratio, ident::band_fractions(predicted, variance, noisy)});
   }
 }
 
@@ -165,8 +165,8 @@ void score_rates(CaseReplication& result, const ReplicateOptions& options, const
 
 CaseReplication replicate_case(const Section4Case& definition, const ReplicateOptions& options,
                                const std::function<void(double)>& between) {
-  const auto done = [&](double share) {
-    if (between) between(share);
+  const auto done = [&](double fraction) {
+    if (between) between(fraction);
   };
   CaseReplication result;
   result.study = section4_study(definition);

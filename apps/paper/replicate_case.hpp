@@ -25,7 +25,7 @@ struct CaseFit {
   std::string method;                   ///< "fast_rvm" "slow_rvm" "multi_rvm" "sindy" "sindy_raw" "lasso" "ols"
   ident::Fit fit;
   SupportError error;    ///< empty where no truth is known
-  double seconds = 0.0;  ///< CPU, from the R factor on; multi_rvm: an equal share of the common fit
+  double seconds = 0.0;  ///< CPU, from the R factor on; multi_rvm: an equal fraction of the common fit
 };
 
 /// What identified equations say of a held-out record.
@@ -38,12 +38,12 @@ struct HeldOutScore {
   std::string status;  ///< "finished", or why not and when
 };
 
-/// Share of noisy held-out targets inside the predictive bands.
+/// Fraction of noisy held-out targets inside the predictive bands.
 struct HeldOutBands {
   std::uint64_t seed = 0;
   std::string row;
   double ratio = 0.0;
-  ident::BandShares shares;
+  ident::BandFractions fractions;
 };
 
 /// A held-out record with the free run of the first seed's fast RVM over it.
@@ -68,7 +68,7 @@ struct CaseReplication {
 inline constexpr double raw_threshold = 0.1;
 
 /// Simulates a case, fits every row by every method for every seed, and runs the identified equations at the held-out
-/// ratios: fast_rvm for every seed, slow_rvm and sindy for the first. `between`: called now and then with the share
+/// ratios: fast_rvm for every seed, slow_rvm and sindy for the first. `between`: called now and then with the fraction
 /// done; may throw to end it.
 [[nodiscard]] CaseReplication replicate_case(const Section4Case& definition, const ReplicateOptions& options,
                                              const std::function<void(double)>& between = {});

@@ -128,10 +128,11 @@ std::string weak(const CaseReplication& replication, const ReplicateOptions& opt
     for (const WeakTerm& term : weak_terms(replication.study, options.noise, fit.fit.tau))
       if (term.row == replication.row_of(fit).label())
         text += fmt::format(
-            "row {}: {} stands {:.2f} deviations from zero; tau {:.4g} keeps it in {:.0f} % of draws, and no threshold "
+            "row {}: {} is {:.2f} standard deviations from zero; tau {:.4g} keeps it in {:.0f} % of draws, and no "
+            "threshold "
             "on "
             "the gain gets the row exact in more than {:.0f} %\n",
-            term.row, term.term, term.t, fit.fit.tau, 100.0 * term.kept_share, 100.0 * term.best_exact_share);
+            term.row, term.term, term.t, fit.fit.tau, 100.0 * term.kept_fraction, 100.0 * term.best_exact_fraction);
   }
   return text;
 }
@@ -237,9 +238,9 @@ ordered_json replicate_json(const std::vector<ReplicatedCase>& cases, const Repl
                                    {"row", band.row},
                                    {"seed", band.seed},
                                    {"ratio", band.ratio},
-                                   {"within_50", band.shares.within_50},
-                                   {"within_90", band.shares.within_90},
-                                   {"within_95", band.shares.within_95}});
+                                   {"within_50", band.fractions.within_50},
+                                   {"within_90", band.fractions.within_90},
+                                   {"within_95", band.fractions.within_95}});
     for (const Comparison& c : comparisons) document["paper"].push_back(comparison_json(c));
     document["accumulate"].push_back({{"case", name}, {"seconds", replication.accumulate_seconds}});
   }
@@ -251,7 +252,7 @@ std::string replicate_table(const ReplicatedCase& replicated, const ReplicateOpt
   const std::vector<Comparison>& comparisons = replicated.comparisons;
   const Section4Case& definition = *replication.study.definition;
   std::string text = fmt::format(
-      "Table {}: {}\nnoise {:g} of each target's deviation, on the targets; selection {}; seeds {} to {}\n\n",
+      "Table {}: {}\nnoise {:g} of each target's standard deviation, on the targets; selection {}; seeds {} to {}\n\n",
       definition.table, definition.name, options.noise, ident::to_string(options.selection), options.first_seed,
       options.first_seed + static_cast<std::uint64_t>(options.num_seeds) - 1);
   const auto list = [&, &comparisons = comparisons](const char* quantity, const char* heading) {

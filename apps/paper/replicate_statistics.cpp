@@ -17,19 +17,19 @@ using Eigen::Index;
 std::string error_text(const CaseReplication& replication, double noise) {
   int covered = 0, total = 0;
   double largest = 0.0;
-  std::map<std::pair<std::string, Index>, std::vector<double>> errors;  // in deviations expected of the noise
+  std::map<std::pair<std::string, Index>, std::vector<double>> errors;  // in standard deviations expected of the noise
   for (const CaseFit& fit : replication.fits) {
     const Section4Row& row = replication.row_of(fit);
     if (fit.method != "fast_rvm" || !row.truth_known || !fit.error.exact()) continue;
     const Eigen::VectorXd expected =
-        unit_deviations(replication.study.regressions[fit.regression], fit.fit.relevant) * noise * row.std;
+        unit_stds(replication.study.regressions[fit.regression], fit.fit.relevant) * noise * row.std;
     for (std::size_t i = 0; i < fit.fit.relevant.size(); ++i) {
       const auto j = static_cast<Index>(i);
       const double error = std::abs(fit.fit.mean(j) - row.truth(fit.fit.relevant[i]));
-      const double deviations = error / std::sqrt(fit.fit.covariance(j, j));
-      covered += deviations <= 1.959964;
+      const double num_stds = error / std::sqrt(fit.fit.covariance(j, j));
+      covered += num_stds <= 1.959964;
       ++total;
-      largest = std::max(largest, deviations);
+      largest = std::max(largest, num_stds);
       errors[{row.label(), fit.fit.relevant[i]}].push_back(error / expected(j));
     }
   }
@@ -40,22 +40,22 @@ std::string error_text(const CaseReplication& replication, double noise) {
     most = std::max(most, dsp::median(values));
   }
   return fmt::format(
-      "95 % intervals hold {} of {} coefficients; largest error {:.2f} deviations\n"
-      "median errors of {} coefficients: {:.2f} to {:.2f} of the deviation the noise allows (0.67 expected)\n",
+      "95 % intervals hold {} of {} coefficients; largest error {:.2f} standard deviations\n"
+      "median errors of {} coefficients: {:.2f} to {:.2f} of the standard deviation the noise allows (0.67 expected)\n",
       covered, total, largest, errors.size(), least, most);
 }
 
 std::string band_text(const CaseReplication& replication) {
-  ident::BandShares sum;
+  ident::BandFractions sum;
   for (const HeldOutBands& band : replication.bands) {
-    sum.within_50 += band.shares.within_50;
-    sum.within_90 += band.shares.within_90;
-    sum.within_95 += band.shares.within_95;
+    sum.within_50 += band.fractions.within_50;
+    sum.within_90 += band.fractions.within_90;
+    sum.within_95 += band.fractions.within_95;
   }
-  const double share = 100.0 / static_cast<double>(replication.bands.size());
+  const double fraction = 100.0 / static_cast<double>(replication.bands.size());
   return fmt::format(
       "bands at held-out ratios, {} records: {:.1f}, {:.1f} and {:.1f} % inside the 50, 90 and 95 % bands\n",
-      replication.bands.size(), share * sum.within_50, share * sum.within_90, share * sum.within_95);
+      replication.bands.size(), fraction * sum.within_50, fraction * sum.within_90, fraction * sum.within_95);
 }
 
 }  // namespace

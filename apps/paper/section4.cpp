@@ -76,7 +76,7 @@ void append(dsp::Motion& whole, const dsp::Motion& record) {
   whole.excluded.insert(whole.excluded.end(), record.excluded.begin(), record.excluded.end());
 }
 
-double deviation(const VectorXd& values) {
+double std_of(const VectorXd& values) {
   return std::sqrt((values.array() - values.mean()).square().mean());
 }
 
@@ -92,18 +92,18 @@ void add_row(Section4Regression& regression, const Section4Study& study, const s
   static constexpr const char* targets[] = {"dx", "a", "dz"};
   Section4Row added{row, targets[row - 1], std::move(where), {}, 0.0, false, {}};
   const VectorXd& whole = study.training.at(added.target);
-  added.std = deviation(whole);
+  added.std = std_of(whole);
   added.values = whole(regression.samples);
   added.truth = VectorXd::Zero(regression.phi.cols());
   added.truth_known = row != 2 || study.definition->name != "bouc-wen-2";
   for (const sim::TrueTerm& term : truth) {
     if (term.row != row || term.where != added.where || !added.truth_known) continue;
     const auto& terms = study.library.terms;
-    const auto place = std::find_if(terms.begin(), terms.end(),
+    const auto found = std::find_if(terms.begin(), terms.end(),
                                     [&](const ident::Term& candidate) { return candidate.name == term.name; });
-    if (place == terms.end())
+    if (found == terms.end())
       throw std::logic_error("section4: " + study.definition->name + " lacks the true term " + term.name);
-    added.truth(place - terms.begin()) = term.value;
+    added.truth(found - terms.begin()) = term.value;
   }
   regression.rows.push_back(std::move(added));
 }
@@ -175,11 +175,11 @@ Section4Study section4_study(const Section4Case& definition) {
 
 ident::RFactor section4_factor(const Section4Study& study, const Section4Regression& regression, double noise,
                                std::uint64_t seed) {
-  const auto place = static_cast<std::uint64_t>(study.definition - section4_cases().data());
+  const auto case_index = static_cast<std::uint64_t>(study.definition - section4_cases().data());
   MatrixXd targets(regression.phi.rows(), static_cast<Index>(regression.rows.size()));
   for (std::size_t j = 0; j < regression.rows.size(); ++j) {
     const Section4Row& row = regression.rows[j];
-    const sim::Noise draw(seed, 1000 + 10 * place + static_cast<std::uint64_t>(row.row));
+    const sim::Noise draw(seed, 1000 + 10 * case_index + static_cast<std::uint64_t>(row.row));
     for (Index i = 0; i < targets.rows(); ++i)
       targets(i, static_cast<Index>(j)) =
           row.values(i) +
@@ -204,7 +204,7 @@ SupportError support_error(const ident::Fit& fit, const VectorXd& truth) {
   return error;
 }
 
-VectorXd unit_deviations(const Section4Regression& regression, const std::vector<Index>& terms) {
+VectorXd unit_stds(const Section4Regression& regression, const std::vector<Index>& terms) {
   const auto unit =
       ident::unit_problem(ident::r_factor(regression.phi(Eigen::all, terms), regression.rows.front().values));
   std::vector<Index> all(terms.size());
@@ -224,16 +224,16 @@ std::vector<WeakTerm> weak_terms(const Section4Study& study, double noise, doubl
       std::vector<Index> kept;
       for (Index i = 0; i < row.truth.size(); ++i)
         if (row.truth(i) != 0.0) kept.push_back(i);
-      const VectorXd deviations = unit_deviations(regression, kept) * noise * row.std;
+      const VectorXd stds = unit_stds(regression, kept) * noise * row.std;
       const auto num_false = static_cast<double>(row.truth.size() - static_cast<Index>(kept.size()));
       for (std::size_t j = 0; j < kept.size(); ++j) {
-        const double t = std::abs(row.truth(kept[j])) / deviations(static_cast<Index>(j));
+        const double t = std::abs(row.truth(kept[j])) / stds(static_cast<Index>(j));
         if (t >= weak) continue;
         WeakTerm term{row.label(), study.library.terms[static_cast<std::size_t>(kept[j])].name, t, 0.0, 0.0};
         for (double q = 1.0; q <= largest_q; q += step) {
-          if (ident::evidence_gain(q) <= tau) term.kept_share = passes(t, q);
-          term.best_exact_share =
-              std::max(term.best_exact_share, passes(t, q) * std::pow(1.0 - passes(0.0, q), num_false));
+          if (ident::evidence_gain(q) <= tau) term.kept_fraction = passes(t, q);
+          term.best_exact_fraction =
+              std::max(term.best_exact_fraction, passes(t, q) * std::pow(1.0 - passes(0.0, q), num_false));
         }
         found.push_back(std::move(term));
       }

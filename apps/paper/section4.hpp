@@ -6,14 +6,14 @@
 #include <vector>
 
 #include "dsp/motion.hpp"
-#include "ident/candidate_library.hpp"
 #include "ident/fit.hpp"
+#include "ident/library.hpp"
 #include "ident/r_factor.hpp"
 #include "sim/simulate.hpp"
 #include "sim/systems.hpp"
 
 // The regressions of Section 4 of [QZS23]. Every record runs 25 s from rest, 2501 samples at 100 Hz; those of the
-// training ratios stand one after the other. Noise is white, on the targets only, a share of each target's standard
+// training ratios follow one another. Noise is white, on the targets only, a fraction of each target's standard
 // deviation over the whole training set: what the printed coefficients of variation agree with.
 
 namespace apps {
@@ -71,8 +71,8 @@ struct Section4Study {
 /// Throws dsp::Fault (numerics) if a record cannot be simulated.
 [[nodiscard]] Section4Study section4_study(const Section4Case& definition);
 
-/// The R factor of the columns and all targets of `regression`, noise (a share of each target's deviation) added to
-/// the targets. The draw depends on seed, case and row only: noise levels of one seed are scaled copies.
+/// The R factor of the columns and all targets of `regression`, noise (a fraction of each target's standard deviation)
+/// added to the targets. The draw depends on seed, case and row only: noise levels of one seed are scaled copies.
 [[nodiscard]] ident::RFactor section4_factor(const Section4Study& study, const Section4Regression& regression,
                                              double noise, std::uint64_t seed);
 /// The same data for one of its rows, in the order of regression.rows.
@@ -85,16 +85,15 @@ struct SupportError {
 };
 [[nodiscard]] SupportError support_error(const ident::Fit& fit, const Eigen::VectorXd& truth);
 
-/// Deviations of least-squares coefficients of these terms for noise of deviation 1.
-[[nodiscard]] Eigen::VectorXd unit_deviations(const Section4Regression& regression,
-                                              const std::vector<Eigen::Index>& terms);
+/// Standard deviations of least-squares coefficients of these terms for noise of standard deviation 1.
+[[nodiscard]] Eigen::VectorXd unit_stds(const Section4Regression& regression, const std::vector<Eigen::Index>& terms);
 
 /// A true term that a draw of the noise can hide.
 struct WeakTerm {
   std::string row, term;
-  double t = 0.0;                 ///< true coefficient over the deviation of its estimate
-  double kept_share = 0.0;        ///< of draws in which its gain exceeds tau
-  double best_exact_share = 0.0;  ///< of draws in which the row can be exact, at the best threshold there is
+  double t = 0.0;                    ///< true coefficient over the standard deviation of its estimate
+  double kept_fraction = 0.0;        ///< of draws in which its gain exceeds tau
+  double best_exact_fraction = 0.0;  ///< of draws in which the row can be exact, at the best threshold there is
 };
 /// Those with t below 5, for uncorrelated false terms: the estimate is N(t, 1), a false term's gain that of chi^2_1.
 [[nodiscard]] std::vector<WeakTerm> weak_terms(const Section4Study& study, double noise, double tau);

@@ -144,7 +144,8 @@ const std::vector<Section5Way>& section5_ways() {
       {"T1 paper", "T1", "the paper's recipe: signals filtered first, sensors as they are", dsp::Recipe::paper, false},
       {"T1 columns", "T1", "columns formed first and filtered as the target is, sensors as they are",
        dsp::Recipe::matched, false},
-      {"T1 matched", "T1", "the same with lasers and accelerometers brought to agree", dsp::Recipe::matched, true},
+      {"T1 matched", "T1", "the same with lasers and accelerometers corrected against each other", dsp::Recipe::matched,
+       true},
       {"T0 matched", "T0", "the same on the twin whose physics the candidates hold", dsp::Recipe::matched, true}};
   return ways;
 }

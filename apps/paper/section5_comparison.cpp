@@ -246,7 +246,7 @@ std::vector<Comparison> compare_section5(const Section5Replication& replication,
                       paper.cov_slow_rvm * printed_cov_ratio(paper.table).mean,
                       fast,
                       nan,
-                      {"not reproducible", "not an uncertainty: the noise's deviation is left out"}});
+                      {"not reproducible", "not an uncertainty: the noise's standard deviation is left out"}});
     }
     for (const PaperSeconds& paper : paper_seconds())
       if (paper.table == one->table)

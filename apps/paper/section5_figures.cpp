@@ -40,9 +40,9 @@ std::string section5_sweeps_figure() {
     }
     const sim::ResponseJumps& jumps = reported.response.jumps;
     figure.caption.push_back(
-        fmt::format("{}: breaks loose at {:.2f} Hz on the way up; jumps to more at {:.2f} Hz and locks at {:.2f} Hz on "
+        fmt::format("{}: breaks loose at {:.2f} Hz on the way up; jumps up at {:.2f} Hz and locks at {:.2f} Hz on "
                     "the way down",
-                    twin, jumps.unlock_up_hz, jumps.jump_down_hz, jumps.lock_down_hz));
+                    twin, jumps.unlock_rising_hz, jumps.jump_up_falling_hz, jumps.lock_falling_hz));
   }
   figure.caption.push_back("The paper: jumps at nearly 1.5 Hz on the way up, to a branch without upper bound.");
   return to_svg(figure);

@@ -26,7 +26,7 @@ std::string shown(double value, const char* format = "{:.4g}") {
 
 std::string head(const Section5Options& options) {
   return fmt::format(
-      "seeds {} to {}; noise {:g} times the sensors' own; selection {}\nThe rig's record is not public. Twin T1 stands "
+      "seeds {} to {}; noise {:g} times the sensors' own; selection {}\nThe rig's record is not public. Twin T1 takes "
       "in "
       "for it, with effects no candidate holds; T0 has none of them.\n",
       options.first_seed, options.first_seed + static_cast<std::uint64_t>(options.num_seeds) - 1, options.noise,
@@ -65,7 +65,7 @@ double truth_of(const std::string& twin, const std::string& term) {
   return 0.0;
 }
 
-// Mean and deviation in SI of every term that some way keeps, beside what is true.
+// Mean and standard deviation in SI of every term that some way keeps, beside what is true.
 std::string si_table(const Section5Replication& replication, const Section5Case& definition, const char* candidates) {
   std::vector<Section5View> views;
   for (const Section5Way& way : section5_ways()) views.emplace_back(replication, definition, way, candidates);

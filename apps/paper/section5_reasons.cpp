@@ -24,7 +24,7 @@ std::string error_steps(const Section5Replication& replication, const Section5Ca
                                 pair_of(Section5View(replication, definition, way, all_candidates).errors(fast))));
   return fmt::format(
       "NMSE train/test step by step, with all candidates in brackets: {}. What is left on T1 and not on T0 is physics "
-      "outside the candidates: the cord's bounce, friction that depends on speed, place and time.",
+      "outside the candidates: the mount resonance, friction that depends on speed, place and time.",
       fmt::join(parts, "; "));
 }
 
@@ -46,12 +46,12 @@ std::string phase(const Section5Replication& replication, const Section5Case& de
     const dsp::RegimePower power = balance_in(sensors.power, regime);
     std::vector<std::string> relations;
     for (const dsp::SensorRelation& relation : sensors.relations)
-      relations.push_back(fmt::format("{}: gain {:.4f}, laser {:.2f} ms late, corners {:.3f} Hz", relation.name,
+      relations.push_back(fmt::format("{}: gain {:.4f}, laser {:.2f} ms late, cut-offs {:.3f} Hz", relation.name,
                                       relation.gain, 1e3 * relation.lag_s, fmt::join(relation.highpass_hz, " and ")));
     return fmt::format(
         "Velocity and acceleration as measured are correlated by {:.2g} in the {} regime of T1, {:.2g} after the "
-        "sensors "
-        "were brought to agree; in steady motion they are not at all. The coupling of the accelerometers turns their "
+        "sensors were corrected; in steady motion they are not at all. The AC coupling of the accelerometers turns "
+        "their "
         "phase ({}), and a regression books that as damping.",
         power.raw, to_string(regime), power.corrected, fmt::join(relations, "; "));
   }
@@ -71,13 +71,14 @@ std::string damping(const Section5Replication& replication, const Section5Case& 
       printed_damping_over_supply(definition.table), fmt::join(parts, ", "));
 }
 
-std::string deviations(const Section5Replication& replication, const Section5Case& definition) {
+std::string printed_stds(const Section5Replication& replication, const Section5Case& definition) {
   const CovRatio ratio = printed_cov_ratio(definition.table);
   const Section5View ours(replication, definition, section5_ways().front(), paper_candidates);
   const FoundErrors errors = ours.errors(fast);
   return fmt::format(
       "The printed CoVs of F-RVM are those of S-RVM times {:.3g} on every term (to {:.1f} %), with the same means: the "
-      "noise's deviation is left out, {:.3g} m/s^2. With the printed training NMSE that makes a target of {:.2g} m/s^2 "
+      "noise's standard deviation is left out, {:.3g} m/s^2. With the printed training NMSE that makes a target of "
+      "{:.2g} m/s^2 "
       "rms (T1: {:.2g}, noise {:.2g}); divided by its maximum none could exceed 0.71, a sine's. So the targets of "
       "Tables "
       "10-12 are in m/s^2.",
@@ -123,7 +124,7 @@ std::string offsets(const Section5Replication& replication, const Section5Case& 
 std::vector<std::string> section5_reasons(const Section5Replication& replication, const Section5Case& definition) {
   std::vector<std::string> reasons{error_steps(replication, definition), residual_sizes(replication, definition),
                                    phase(replication, definition), damping(replication, definition),
-                                   deviations(replication, definition)};
+                                   printed_stds(replication, definition)};
   const bool offered = std::find(definition.terms.begin(), definition.terms.end(), "sgn(v)") != definition.terms.end();
   reasons.push_back(offered ? cubic_exercise(replication, definition) : friction(replication, definition));
   reasons.push_back(offsets(replication, definition));

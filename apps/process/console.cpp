@@ -55,14 +55,14 @@ void Console::error(std::string_view name, std::string_view text, std::string_vi
   if (!lines.empty()) put(std::string(lines), true);
 }
 
-void Console::progress(std::string_view what, double share) {
+void Console::progress(std::string_view what, double fraction) {
   const auto now = std::chrono::steady_clock::now();
-  if (!draws_progress_ || (now - drawn_ < redraw_interval && share < 1.0)) return;
+  if (!draws_progress_ || (now - drawn_ < redraw_interval && fraction < 1.0)) return;
   drawn_ = now;
   progress_shown_ = true;
-  const int filled = static_cast<int>(share * bar_width + 0.5);
+  const int filled = static_cast<int>(fraction * bar_width + 0.5);
   const std::string line = fmt::format("\r{} [{:#<{}}{:{}}] {:3.0f} %", printable(what, 60), "", filled, "",
-                                       bar_width - filled, 100 * share);
+                                       bar_width - filled, 100 * fraction);
   std::fwrite(line.data(), 1, line.size(), stderr);
 }
 

@@ -143,7 +143,7 @@ bool StagingFolder::try_lock() {
   return true;
 }
 
-/// Only what is Ardent's is in the folder, as far as names tell.
+/// Only what is Ardent's is in the folder, as far as names show.
 void StagingFolder::check_entries() const {
   std::error_code error;
   const auto status = fs::symlink_status(folder_, error);

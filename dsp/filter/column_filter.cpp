@@ -41,24 +41,24 @@ ColumnFilter ColumnFilter::decimation(double input_rate_hz, const DecimateOption
   return filter;
 }
 
-ColumnFilter ColumnFilter::with_highpass(const std::vector<double>& corners_hz, double lowest_hz) const {
-  for (const double corner_hz : corners_hz)
-    if (!(corner_hz > 0.0)) throw std::invalid_argument("ColumnFilter::with_highpass: corners must be positive");
+ColumnFilter ColumnFilter::with_highpass(const std::vector<double>& cutoffs_hz, double lowest_hz) const {
+  for (const double cutoff_hz : cutoffs_hz)
+    if (!(cutoff_hz > 0.0)) throw std::invalid_argument("ColumnFilter::with_highpass: cut-offs must be positive");
   Impl impl = *impl_;
-  impl.highpass_hz = corners_hz;
+  impl.highpass_hz = cutoffs_hz;
   impl.lowest_hz = lowest_hz;
   ColumnFilter filter;
   filter.impl_ = std::make_shared<const Impl>(std::move(impl));
   return filter;
 }
 
-Eigen::VectorXd ColumnFilter::apply(const Eigen::Ref<const Eigen::VectorXd>& bus_signal) const {
+Eigen::VectorXd ColumnFilter::apply(const Eigen::Ref<const Eigen::VectorXd>& intermediate_signal) const {
   const auto spectral = [this](const Eigen::Ref<const Eigen::VectorXd>& signal) {
     return ExtendedSpectrum(signal, impl_->output_rate_hz).filtered([this](double f) { return impl_->response(f); });
   };
-  if (impl_->band) return spectral(bus_signal);
+  if (impl_->band) return spectral(intermediate_signal);
   // The high-pass is linear and time-invariant, so it may as well come after the decimation, where it is cheap.
-  Eigen::VectorXd decimated = decimate(bus_signal, impl_->sheet);
+  Eigen::VectorXd decimated = decimate(intermediate_signal, impl_->sheet);
   return impl_->highpass_hz.empty() ? decimated : spectral(decimated);
 }
 

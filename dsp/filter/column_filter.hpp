@@ -8,19 +8,20 @@
 
 namespace dsp {
 
-/// The one linear filter that the target and every column pass on their way to the regression: from samples on the bus
-/// to samples at the regression rate. Zero phase but for its high-pass; output n is centred on time n / output_rate_hz.
+/// The one linear filter that the target and every column pass on their way to the regression: from samples at the
+/// intermediate rate to samples at the regression rate. Zero phase but for its high-pass; output n is centred on time n
+/// / output_rate_hz.
 class ColumnFilter {
  public:
   /// Raised-cosine low-pass in the frequency domain, same rate in and out. Ends are continued by linear prediction.
   [[nodiscard]] static ColumnFilter taper(double sample_rate_hz, const SpectralBand& band);
-  /// FIR decimation from the bus to the regression rate. Throws as Decimator does.
+  /// FIR decimation from the intermediate rate to the regression rate. Throws as Decimator does.
   [[nodiscard]] static ColumnFilter decimation(double input_rate_hz, const DecimateOptions& options);
   /// The same filter followed by one-pole high-passes jf / (f_c + jf), those of an AC coupling: causal, DC goes to
   /// zero, and with it everything below lowest_hz, where drift is all there is. Throws std::invalid_argument for a
-  /// corner that is not positive.
-  [[nodiscard]] ColumnFilter with_highpass(const std::vector<double>& corners_hz, double lowest_hz = 0.02) const;
-  [[nodiscard]] Eigen::VectorXd apply(const Eigen::Ref<const Eigen::VectorXd>& bus_signal) const;
+  /// cut-off that is not positive.
+  [[nodiscard]] ColumnFilter with_highpass(const std::vector<double>& cutoffs_hz, double lowest_hz = 0.02) const;
+  [[nodiscard]] Eigen::VectorXd apply(const Eigen::Ref<const Eigen::VectorXd>& intermediate_signal) const;
   [[nodiscard]] double input_rate_hz() const;
   [[nodiscard]] double output_rate_hz() const;
   /// Of the decimation; no stages for a taper.

@@ -13,8 +13,8 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double attenuation_db = 40.0, transition_share = 0.4;  // width of the transition / cut-off
-constexpr Index fine = 64;                                       // points of the grid a sample
+constexpr double attenuation_db = 40.0, transition_fraction = 0.4;  // width of the transition / cut-off
+constexpr Index fine = 64;                                          // points of the grid a sample
 
 double kernel(const KaiserWindow& window, double t, double reach, double cycles_per_sample) {
   if (std::abs(t) >= reach) return 0.0;
@@ -30,7 +30,7 @@ ShortLowPass::ShortLowPass(double cutoff_hz, double sample_rate_hz) {
     throw std::invalid_argument("ShortLowPass: 0 < cutoff_hz < sample_rate_hz / 2 is required");
   const double cutoff = cutoff_hz / sample_rate_hz;
   const KaiserWindow window(kaiser_beta(attenuation_db));
-  const double length = kaiser_length(attenuation_db, transition_share * cutoff, 1.0);
+  const double length = kaiser_length(attenuation_db, transition_fraction * cutoff, 1.0);
   reach_ = std::max<Index>(1, static_cast<Index>(std::ceil(length / 2.0)));
   const auto reach = static_cast<double>(reach_);
 
@@ -66,12 +66,12 @@ double ShortLowPass::passed(int power, double t) const {
 }
 
 double ShortLowPass::switched_on(int power, double t) const {
-  const double place = (t + static_cast<double>(reach_)) * fine;
-  if (place <= 0.0) return 0.0;
-  const auto below = static_cast<Index>(place);
+  const double position = (t + static_cast<double>(reach_)) * fine;
+  if (position <= 0.0) return 0.0;
+  const auto below = static_cast<Index>(position);
   if (below + 1 >= switched_.rows()) return passed(power, t);
-  const double share = place - static_cast<double>(below);
-  return (1.0 - share) * switched_(below, power) + share * switched_(below + 1, power);
+  const double fraction = position - static_cast<double>(below);
+  return (1.0 - fraction) * switched_(below, power) + fraction * switched_(below + 1, power);
 }
 
 }  // namespace dsp

@@ -35,7 +35,7 @@ class ExtendedSpectrum {
   /// d^order(signal)/dt^order within the band: the spectrum times (i 2 pi f)^order gain(f). order 0 is the low-pass
   /// alone.
   [[nodiscard]] Eigen::VectorXd derivative(int order, const SpectralBand& band) const;
-  /// Share of the (mean-free) signal's power above frequency_hz; 0 for a constant.
+  /// Fraction of the (mean-free) signal's power above frequency_hz; 0 for a constant.
   [[nodiscard]] double power_fraction_above(double frequency_hz) const;
 
  private:

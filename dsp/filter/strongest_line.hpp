@@ -5,7 +5,7 @@ namespace dsp {
 
 struct SpectralLine {
   double frequency_hz = 0.0;
-  double share = 0.0;  ///< fraction of the power within two bins of it
+  double fraction = 0.0;  ///< fraction of the power within two bins of it
 };
 
 /// The strongest line of a signal's periodogram about its mean: its dominant frequency, to one bin. At least 2 samples.

@@ -37,7 +37,7 @@ std::string sensitivity_line(Role role) {
   return fmt::format("sensitivity = \"{}\"  # from the sensor's sheet\n", example);
 }
 
-constexpr const char* full_scale_line = "full_scale = \"10 V\"  # what 1.0 in the file stands for\n";
+constexpr const char* full_scale_line = "full_scale = \"10 V\"  # what 1.0 in the file means\n";
 
 // Number to plug: what 1.0 in the file is in the sensitivity's electrical unit.
 std::optional<double> electrical_scale(const ChannelSpec& channel, const SourceInfo& source, int column,

@@ -76,7 +76,7 @@ std::vector<ChannelSpec> channels_of(const OpenFile& file) {
   return channels;
 }
 
-int find_column(const ChannelSpec& channel, const OpenFile& file, int place_in_file) {
+int find_column(const ChannelSpec& channel, const OpenFile& file, int index_in_file) {
   const auto& info = file.source->info();
   const int count = static_cast<int>(info.columns.size());
   const auto& wanted = channel.column.empty() ? channel.name : channel.column;
@@ -84,7 +84,7 @@ int find_column(const ChannelSpec& channel, const OpenFile& file, int place_in_f
   if (channel.index > 0) {
     found = channel.index - 1;
   } else if (channel.column.empty() && !info.named) {
-    found = place_in_file;
+    found = index_in_file;
   } else {
     const auto known = file.columns.find(wanted);
     if (known == file.columns.end())

@@ -30,9 +30,9 @@ struct OpenFile {
 
 /// A channel for every column that is neither the clock nor shorter than the rest; a name that is a role is one.
 [[nodiscard]] std::vector<ChannelSpec> channels_of(const OpenFile& file);
-/// 0-based column of a channel, which is the `place_in_file`-th of its file. Throws Fault channel.column,
+/// 0-based column of a channel, which is the `index_in_file`-th of its file. Throws Fault channel.column,
 /// channel.index.
-[[nodiscard]] int find_column(const ChannelSpec& channel, const OpenFile& file, int place_in_file);
+[[nodiscard]] int find_column(const ChannelSpec& channel, const OpenFile& file, int index_in_file);
 
 /// The one rate of all files; a whole rate of a sound file may be the sidecar's, rounded. Throws Fault rate.mismatch,
 /// rate.missing.

@@ -34,8 +34,8 @@ Eigen::Index RowsOnClock::read(FrameBlock& block, Eigen::Index max_frames) {
     if (behind == at) {
       block.row(i) = behind_;
     } else {
-      const double before = position(next_row_ - 2), share = (at - before) / (behind - before);
-      block.row(i) = (1 - share) * before_ + share * behind_;
+      const double before = position(next_row_ - 2), fraction = (at - before) / (behind - before);
+      block.row(i) = (1 - fraction) * before_ + fraction * behind_;
     }
   }
   if (count == 0 && max_frames > 0) finish_reading();

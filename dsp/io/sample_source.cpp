@@ -58,7 +58,7 @@ bool is_control(char c) {
   return static_cast<unsigned char>(c) < 0x20 && c != '\t' && c != '\n' && c != '\r' && c != '\f';
 }
 
-// A few control codes may stand in the names of a table; of bytes at random every ninth is one, and none of text is
+// A few control codes may occur in the names of a table; of bytes at random every ninth is one, and none of text is
 // NUL.
 bool is_text(std::string_view head) {
   constexpr std::ptrdiff_t always_borne = 4, one_in = 20;
@@ -67,7 +67,7 @@ bool is_text(std::string_view head) {
          head.find('\0') == std::string_view::npos;
 }
 
-// Containers that go by an extension; empty for one that tells nothing.
+// Containers that go by an extension; empty for any other.
 std::vector<std::string_view> containers_of(std::string extension) {
   for (char& c : extension)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');

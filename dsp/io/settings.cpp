@@ -320,7 +320,7 @@ std::vector<std::string> Settings::keys() const {
 
 void Settings::exclusive(std::string_view key, std::string_view other) const {
   if (has(key) && has(other))
-    throw fault(other, "config.range", fmt::format("cannot stand beside '{}': give one", key));
+    throw fault(other, "config.range", fmt::format("cannot be given beside '{}': give one", key));
 }
 
 void Settings::check_schema(std::int64_t ours) const {

@@ -29,7 +29,7 @@ class Settings {
   /// (`range.0.to=5`), the one behind the last makes a new element.
   [[nodiscard]] static Settings from_file(const std::filesystem::path& file,
                                           const std::vector<std::string>& overrides = {});
-  /// `name` stands for the file in messages.
+  /// `name` is used for the file in messages.
   [[nodiscard]] static Settings from_text(std::string_view text, const std::string& name,
                                           const std::vector<std::string>& overrides = {});
 
@@ -54,7 +54,7 @@ class Settings {
   [[nodiscard]] std::string moment(std::string_view key) const;
   /// A table of anything, as text: nothing in it is unknown.
   [[nodiscard]] std::map<std::string, std::string> notes(std::string_view key) const;
-  /// Empty table where absent; `has` tells the difference.
+  /// Empty table where absent; `has` shows the difference.
   [[nodiscard]] Settings table(std::string_view key) const;
   [[nodiscard]] std::vector<Settings> tables(std::string_view key) const;
 

@@ -37,11 +37,11 @@ double read_in(const Settings& table, std::string_view key, std::string_view si,
   return quantity.value;
 }
 
-std::vector<double> read_corners(const Settings& channel) {
+std::vector<double> read_cutoffs(const Settings& channel) {
   if (!channel.is_text("highpass")) return channel.numbers("highpass", {.from = 0, .above = true});
-  const double corner_hz = read_in(channel, "highpass", "Hz", 0);
-  if (!(corner_hz > 0)) throw channel.fault("highpass", "config.range", "want a frequency above 0 Hz");
-  return {corner_hz};
+  const double cutoff_hz = read_in(channel, "highpass", "Hz", 0);
+  if (!(cutoff_hz > 0)) throw channel.fault("highpass", "config.range", "want a frequency above 0 Hz");
+  return {cutoff_hz};
 }
 
 // full_scale and offset are said at the plug or after calibration; nothing else can be converted. Volts without a
@@ -113,7 +113,7 @@ ChannelSpec read_channel(const Settings& table) {
   check_role(table, channel);
   channel.delay_s = read_in(table, "delay", "s", 0.0);
   channel.coupling = table.has("coupling") ? table.choice("coupling", "", {"AC", "DC", "IEPE"}) : "";
-  channel.highpass_hz = read_corners(table);
+  channel.highpass_hz = read_cutoffs(table);
   channel.sensor = table.notes("sensor");
   return channel;
 }

@@ -17,17 +17,17 @@ namespace dsp {
 struct ChannelSpec {
   std::string name;
   std::filesystem::path file;  ///< beside the sidecar, same clock; empty: the recording itself
-  int index = 0;               ///< 1-based place in the file; 0: found by column
+  int index = 0;               ///< 1-based index in the file; 0: found by column
   std::string column;          ///< empty: by index, else the column called like the channel
   Role role = Role::other;
   std::string unit;  ///< as written; empty: SI of the sensitivity's measured unit
   std::optional<Sensitivity> sensitivity;
-  std::optional<Quantity> full_scale;  ///< what 1.0 in the file stands for, electrical or measured
+  std::optional<Quantity> full_scale;  ///< what 1.0 in the file means, electrical or measured
   std::optional<Quantity> offset;      ///< subtracted, electrical or measured
   double sign = 1.0;
   double delay_s = 0.0;
   std::string coupling;             ///< AC, DC, IEPE or empty
-  std::vector<double> highpass_hz;  ///< corners of the AC coupling, one pole each
+  std::vector<double> highpass_hz;  ///< cut-offs of the AC coupling, one pole each
   std::map<std::string, std::string> sensor;
   std::string place;  ///< file:line, for messages
 };

@@ -14,7 +14,7 @@ namespace dsp {
 /// looks like the end of the file, and is thrown by rethrow().
 class SoundBytes {
  public:
-  /// A head that is not empty stands for the first `replaced` bytes.
+  /// A head that is not empty replaces the first `replaced` bytes.
   SoundBytes(std::unique_ptr<InputFile> file, std::string head, std::uint64_t replaced)
       : file_(std::move(file)),
         head_(std::move(head)),

@@ -101,7 +101,7 @@ std::uint64_t header_bytes(const Layout& layout) {
   return layout.id_bytes + layout.size_bytes;
 }
 
-// The bytes before the samples with sizes that tell of all that is there. A WAV becomes an RF64: 32 bits may not do.
+// The bytes before the samples with sizes that include all that is there. A WAV becomes an RF64: 32 bits may not do.
 std::string salvage_head(const SoundHeader& header, const Layout& layout, std::string head, const std::string& format,
                          std::uint64_t data_at) {
   const auto present = header.present_bytes;

@@ -38,7 +38,7 @@ void check_increasing(const Stamps& stamps, bool repeats_allowed) {
                   fmt::format("time goes back from {} to {} s", time_s[i - 1], time_s[i]));
     if (time_s[i] == time_s[i - 1] && !repeats_allowed)
       throw fault(stamps, i, "clock.repeated",
-                  fmt::format("time {} s stands twice. If it is printed too coarsely, state the rate in the sidecar",
+                  fmt::format("time {} s occurs twice. If it is printed too coarsely, state the rate in the sidecar",
                               time_s[i]));
   }
 }
@@ -60,13 +60,13 @@ bool explains_all(const Stamps& stamps, double rate_hz) {
   return deviation_s(time_s, 0, time_s.size(), rate_hz) <= 0.51 * rounding_s(stamps);
 }
 
-struct Stretch {
+struct RowRange {
   std::size_t first, last;  // rows [first, last) without a gap
 };
 
 struct Steps {
-  std::vector<Stretch> stretches;
-  double mean_s = 0.0, uncertainty_s = 0.0;  // of a step within a stretch
+  std::vector<RowRange> ranges;
+  double mean_s = 0.0, uncertainty_s = 0.0;  // of a step within a range
   double least_s = 0.0, most_s = 0.0;
 };
 
@@ -91,20 +91,20 @@ Steps find_steps(const Stamps& stamps) {
       found.most_s = std::max(found.most_s, step_s);
       continue;
     }
-    found.stretches.push_back({first, i + 1});
+    found.ranges.push_back({first, i + 1});
     sum_s += time_s[i] - time_s[first];
     count += i - first;
     first = i + 1;
   }
   found.mean_s = sum_s / static_cast<double>(count);
-  found.uncertainty_s = rounding_s(stamps) * static_cast<double>(found.stretches.size()) / static_cast<double>(count);
+  found.uncertainty_s = rounding_s(stamps) * static_cast<double>(found.ranges.size()) / static_cast<double>(count);
   return found;
 }
 
 double deviation_s(const Stamps& stamps, const Steps& steps, double rate_hz) {
   double worst_s = 0;
-  for (const auto& stretch : steps.stretches)
-    worst_s = std::max(worst_s, deviation_s(stamps.time_s, stretch.first, stretch.last, rate_hz));
+  for (const auto& range : steps.ranges)
+    worst_s = std::max(worst_s, deviation_s(stamps.time_s, range.first, range.last, rate_hz));
   return worst_s;
 }
 
@@ -120,10 +120,10 @@ double roundest_allowed(const Stamps& stamps, const Steps& steps, double measure
 
 double choose_rate(const Stamps& stamps, const ClockOptions& options, const Steps& steps, Clock& clock) {
   const double measured_hz = 1 / steps.mean_s, uncertainty = std::max(steps.uncertainty_s / steps.mean_s, 1e-9);
-  const double span_s = steps.mean_s * static_cast<double>(stamps.time_s.size() - steps.stretches.size());
+  const double span_s = steps.mean_s * static_cast<double>(stamps.time_s.size() - steps.ranges.size());
   const double off_s = deviation_s(stamps, steps, measured_hz);
   const double jitter_s = off_s > rounding_s(stamps) ? std::min(2 * off_s, most_jitter_steps * steps.mean_s) : 0.0;
-  const double jitter = jitter_s * static_cast<double>(steps.stretches.size()) / span_s;
+  const double jitter = jitter_s * static_cast<double>(steps.ranges.size()) / span_s;
   if (options.rate_hz) {
     const double tolerance = std::max({0.5 * uncertainty, jitter, 1e-6});
     if (std::abs(*options.rate_hz / measured_hz - 1) > tolerance)
@@ -150,9 +150,9 @@ double choose_rate(const Stamps& stamps, const ClockOptions& options, const Step
 void check_jitter(const Stamps& stamps, const Steps& steps, Clock& clock) {
   double worst_s = 0;
   std::size_t where = 0;
-  for (const auto& stretch : steps.stretches) {
-    const double late_s = deviation_s(stamps.time_s, stretch.first, stretch.last, clock.rate_hz);
-    if (late_s > worst_s) where = stretch.first;
+  for (const auto& range : steps.ranges) {
+    const double late_s = deviation_s(stamps.time_s, range.first, range.last, clock.rate_hz);
+    if (late_s > worst_s) where = range.first;
     worst_s = std::max(worst_s, late_s);
   }
   constexpr double least_worth_telling = 1e-4;
@@ -180,24 +180,23 @@ void add_gap(const Stamps& stamps, std::size_t row, Clock& clock) {
 // Whole steps across the gaps; the rows behind one move by as many frames as are missing.
 void place_gaps(const Stamps& stamps, const Steps& steps, Clock& clock) {
   clock.num_frames = static_cast<std::int64_t>(stamps.time_s.size());
-  if (steps.stretches.size() == 1) return;
+  if (steps.ranges.size() == 1) return;
   clock.position.reserve(stamps.time_s.size());
   double missing = 0;
-  for (const auto& stretch : steps.stretches) {
-    if (stretch.first > 0) {
-      const double gap_s = stamps.time_s[stretch.first] - stamps.time_s[stretch.first - 1];
+  for (const auto& range : steps.ranges) {
+    if (range.first > 0) {
+      const double gap_s = stamps.time_s[range.first] - stamps.time_s[range.first - 1];
       const double frames = std::round(gap_s * clock.rate_hz);
       const double off_s = std::abs(gap_s - frames / clock.rate_hz);
       if (off_s > most_jitter_steps / clock.rate_hz + 2 * rounding_s(stamps))
-        throw fault(stamps, stretch.first, "clock.gap",
+        throw fault(stamps, range.first, "clock.gap",
                     fmt::format("the clock skips {:.6g} s, which is no whole number of steps of {:.6g} s. To have it "
                                 "interpolated, put rate = {:.4g} and clock = \"interpolate\" into the sidecar",
                                 gap_s, 1 / clock.rate_hz, clock.rate_hz));
       missing += frames - 1;
-      add_gap(stamps, stretch.first, clock);
+      add_gap(stamps, range.first, clock);
     }
-    for (std::size_t i = stretch.first; i < stretch.last; ++i)
-      clock.position.push_back(static_cast<double>(i) + missing);
+    for (std::size_t i = range.first; i < range.last; ++i) clock.position.push_back(static_cast<double>(i) + missing);
   }
   if (missing > static_cast<double>(stamps.time_s.size()))
     throw fault(stamps, 0, "clock.gap",

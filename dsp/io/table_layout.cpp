@@ -177,7 +177,7 @@ TableLayout csv_layout(const InputFile& file, const std::vector<Line>& lines) {
                   fmt::format("the header names {} columns, the rows have {}", fields.size(), layout.num_columns));
     set_names(layout, fields);
   }
-  // Names may stand in the last comment above the numbers.
+  // Names may be in the last comment above the numbers.
   if (!layout.named && static_cast<int>(remark.size()) == layout.num_columns) set_names(layout, remark);
   find_time(layout);
   return layout;
@@ -225,8 +225,7 @@ TableLayout lvm_layout(const InputFile& file, const std::vector<Line>& lines) {
     set_names(layout, fields);
     long most = 0;
     std::vector<long> counts(layout.columns.size(), 0);
-    for (std::size_t i = 1; i < layout.columns.size();
-         ++i) {  // a column's entries stand above it, blank over its own X
+    for (std::size_t i = 1; i < layout.columns.size(); ++i) {  // a column's entries are above it, blank over its own X
       if (i < units.size() && is_unit(trimmed(units[i]))) layout.units[i] = find_unit(units[i]).name;
       if (i < samples.size()) {
         const auto count = trimmed(samples[i]);

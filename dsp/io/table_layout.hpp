@@ -47,7 +47,7 @@ enum class Cell { number, missing, bad };
 /// Reads one field; missing (empty, NaN, NA, null): NaN. A number too large for a double is bad, one too small is 0.
 [[nodiscard]] Cell parse_cell(std::string_view field, bool decimal_comma, double& value);
 
-/// What the last printed digit of a number stands for: 1e-6 for "0.000312", 1e-11 for "1.953125E-5".
+/// What the last printed digit of a number means: 1e-6 for "0.000312", 1e-11 for "1.953125E-5".
 [[nodiscard]] double last_digit(std::string_view number);
 
 /// The roundest rate within `relative` of `rate_hz`: a whole number with as many zeros at its end as possible, else the

@@ -26,7 +26,7 @@ std::size_t quoted_length(std::string_view text) {
       if (text[i] == quote) return i + 1;
       if (text[i] == '\n') return i;
     } else if (text.substr(i).starts_with(std::string(3, quote))) {
-      i += 3;  // two more quotes may stand before the three that close
+      i += 3;  // two more quotes may come before the three that close
       for (int more = 0; more < 2 && i < text.size() && text[i] == quote; ++more) ++i;
       return i;
     }

@@ -10,7 +10,7 @@ namespace dsp {
 /// ours reach four.
 inline constexpr int most_key_parts = 16;
 
-/// A TOML document; `name` stands for its file in messages. Throws Fault (usage) config.syntax, `name:line: ...`, also
+/// A TOML document; `name` is used for its file in messages. Throws Fault (usage) config.syntax, `name:line: ...`, also
 /// for a key of more than most_key_parts.
 [[nodiscard]] toml::table parse_toml(std::string_view text, const std::string& name);
 

@@ -5,11 +5,11 @@
 
 namespace dsp {
 
-/// From the recording to the bus, for resolved options: flat to well above the states' band, and free of aliases as
-/// far. None where the bus is the recording.
-[[nodiscard]] std::optional<DecimateOptions> to_bus(const PrepareOptions& options, double sample_rate_hz);
+/// From the recording to the intermediate rate, for resolved options: flat to well above the states' band, and free of
+/// aliases as far. None where the intermediate rate is the recording's.
+[[nodiscard]] std::optional<DecimateOptions> to_intermediate(const PrepareOptions& options, double sample_rate_hz);
 
-/// From the bus to the regression rate. None where they are one.
+/// From the intermediate rate to the regression rate. None where they are one.
 [[nodiscard]] std::optional<DecimateOptions> to_regression(const PrepareOptions& options);
 
 }  // namespace dsp

@@ -15,7 +15,7 @@ void require(bool fits, const char* name, const std::string& message) {
 }
 
 // A multiple of the regression rate that divides the recording's, as near 10 times the former as there is one.
-double bus_rate(double rate_hz, double sample_rate_hz) {
+double intermediate_rate(double rate_hz, double sample_rate_hz) {
   const double ratio = sample_rate_hz / rate_hz;
   if (ratio < 10.0) return sample_rate_hz;
   double best = 0.0;
@@ -32,32 +32,32 @@ double bus_rate(double rate_hz, double sample_rate_hz) {
 PrepareOptions completed(const PrepareOptions& options, double sample_rate_hz) {
   PrepareOptions o = options;
   const bool own_rate = o.rate_hz == 0.0 || std::abs(o.rate_hz - sample_rate_hz) <= 1e-9 * sample_rate_hz;
-  if (own_rate) o.rate_hz = o.bus_rate_hz = sample_rate_hz;
+  if (own_rate) o.rate_hz = o.intermediate_rate_hz = sample_rate_hz;
   require(o.rate_hz > 0.0 && o.rate_hz <= sample_rate_hz, "prepare.rate",
           fmt::format("rate_hz must be in (0, {}], the record's own rate; got {}", sample_rate_hz, o.rate_hz));
-  if (o.bus_rate_hz == 0.0) o.bus_rate_hz = bus_rate(o.rate_hz, sample_rate_hz);
-  require(o.bus_rate_hz >= o.rate_hz && o.bus_rate_hz <= sample_rate_hz, "prepare.bus_rate",
+  if (o.intermediate_rate_hz == 0.0) o.intermediate_rate_hz = intermediate_rate(o.rate_hz, sample_rate_hz);
+  require(o.intermediate_rate_hz >= o.rate_hz && o.intermediate_rate_hz <= sample_rate_hz, "prepare.bus_rate",
           fmt::format("bus_rate_hz must be in [{}, {}], between rate_hz and the record's own rate; got {}", o.rate_hz,
-                      sample_rate_hz, o.bus_rate_hz));
+                      sample_rate_hz, o.intermediate_rate_hz));
   if (o.cutoff_hz == 0.0) o.cutoff_hz = 0.4 * o.rate_hz;
   require(o.cutoff_hz > 0.0 && o.cutoff_hz < o.rate_hz / 2.0, "prepare.cutoff",
           fmt::format("cutoff_hz must be in (0, {}), below half of rate_hz; got {}", o.rate_hz / 2.0, o.cutoff_hz));
   if (o.rolloff_hz == 0.0) o.rolloff_hz = 0.78125 * o.cutoff_hz;
   require(o.rolloff_hz > 0.0 && o.rolloff_hz < o.cutoff_hz, "prepare.rolloff",
           fmt::format("rolloff_hz must be in (0, {}), below cutoff_hz; got {}", o.cutoff_hz, o.rolloff_hz));
-  // Between the recording and the bus the decimator needs room for its transition.
-  const double widest_hz = (o.bus_rate_hz < sample_rate_hz ? 0.4 : 0.49) * o.bus_rate_hz;
-  // Without a bus there is nothing to gain from a narrow state band: the column filter takes the noise, and a switch
-  // keeps its place the better the wider the band it is formed in.
+  // Between the recording and the intermediate rate the decimator needs room for its transition.
+  const double widest_hz = (o.intermediate_rate_hz < sample_rate_hz ? 0.4 : 0.49) * o.intermediate_rate_hz;
+  // Without an intermediate rate there is nothing to gain from a narrow state band: the column filter takes the noise,
+  // and a switch keeps its time the better the wider the band it is formed in.
   if (o.state_cutoff_hz == 0.0 && own_rate) {
     o.state_cutoff_hz = std::max(o.cutoff_hz, widest_hz);
     if (o.state_rolloff_hz == 0.0) o.state_rolloff_hz = 0.75 * o.state_cutoff_hz;
   }
   if (o.state_cutoff_hz == 0.0)
     o.state_cutoff_hz = std::max(o.cutoff_hz, std::min(20.0 / 10.24 * o.cutoff_hz, widest_hz));
-  require(o.state_cutoff_hz >= o.cutoff_hz && o.state_cutoff_hz < o.bus_rate_hz / 2.0, "prepare.state_cutoff",
-          fmt::format("state_cutoff_hz must be in [{}, {}), from cutoff_hz to half of the bus rate; got {}",
-                      o.cutoff_hz, o.bus_rate_hz / 2.0, o.state_cutoff_hz));
+  require(o.state_cutoff_hz >= o.cutoff_hz && o.state_cutoff_hz < o.intermediate_rate_hz / 2.0, "prepare.state_cutoff",
+          fmt::format("state_cutoff_hz must be in [{}, {}), from cutoff_hz to half of the intermediate rate; got {}",
+                      o.cutoff_hz, o.intermediate_rate_hz / 2.0, o.state_cutoff_hz));
   if (o.state_rolloff_hz == 0.0) o.state_rolloff_hz = 0.64 * o.state_cutoff_hz;
   require(o.state_rolloff_hz > 0.0 && o.state_rolloff_hz < o.state_cutoff_hz, "prepare.state_rolloff",
           fmt::format("state_rolloff_hz must be in (0, {}), below state_cutoff_hz; got {}", o.state_cutoff_hz,
@@ -66,14 +66,15 @@ PrepareOptions completed(const PrepareOptions& options, double sample_rate_hz) {
 }
 
 bool has_filters(const PrepareOptions& o, double sample_rate_hz) {
-  const auto first = to_bus(o, sample_rate_hz), second = to_regression(o);
-  return (!first || is_designable(sample_rate_hz, *first)) && (!second || is_designable(o.bus_rate_hz, *second));
+  const auto first = to_intermediate(o, sample_rate_hz), second = to_regression(o);
+  return (!first || is_designable(sample_rate_hz, *first)) &&
+         (!second || is_designable(o.intermediate_rate_hz, *second));
 }
 
 // The nearest of the fractions of small terms that has filters; 0: none nearby has.
 double nearest_rate(const PrepareOptions& options, double sample_rate_hz) {
   constexpr int largest_up = 256;
-  const double most_hz = options.bus_rate_hz > 0.0 ? options.bus_rate_hz : sample_rate_hz;
+  const double most_hz = options.intermediate_rate_hz > 0.0 ? options.intermediate_rate_hz : sample_rate_hz;
   std::vector<double> rates;
   for (int up = 1; up <= largest_up; ++up) {
     const double down = std::max<double>(up, std::round(sample_rate_hz * up / options.rate_hz));
@@ -92,15 +93,16 @@ double nearest_rate(const PrepareOptions& options, double sample_rate_hz) {
 
 }  // namespace
 
-std::optional<DecimateOptions> to_bus(const PrepareOptions& o, double sample_rate_hz) {
-  if (o.bus_rate_hz >= sample_rate_hz) return std::nullopt;
-  const double pass_hz = std::max(o.state_cutoff_hz, std::min(1.5 * o.state_cutoff_hz, 0.4 * o.bus_rate_hz));
-  return DecimateOptions{
-      .output_rate_hz = o.bus_rate_hz, .passband_end_hz = pass_hz, .stopband_start_hz = o.bus_rate_hz - pass_hz};
+std::optional<DecimateOptions> to_intermediate(const PrepareOptions& o, double sample_rate_hz) {
+  if (o.intermediate_rate_hz >= sample_rate_hz) return std::nullopt;
+  const double pass_hz = std::max(o.state_cutoff_hz, std::min(1.5 * o.state_cutoff_hz, 0.4 * o.intermediate_rate_hz));
+  return DecimateOptions{.output_rate_hz = o.intermediate_rate_hz,
+                         .passband_end_hz = pass_hz,
+                         .stopband_start_hz = o.intermediate_rate_hz - pass_hz};
 }
 
 std::optional<DecimateOptions> to_regression(const PrepareOptions& o) {
-  if (o.rate_hz >= o.bus_rate_hz) return std::nullopt;
+  if (o.rate_hz >= o.intermediate_rate_hz) return std::nullopt;
   return DecimateOptions{
       .output_rate_hz = o.rate_hz,
       .passband_end_hz = o.cutoff_hz,
@@ -110,12 +112,12 @@ std::optional<DecimateOptions> to_regression(const PrepareOptions& o) {
 PrepareOptions resolved(const PrepareOptions& options, double sample_rate_hz) {
   const PrepareOptions o = completed(options, sample_rate_hz);
   if (has_filters(o, sample_rate_hz)) return o;
-  const auto first = to_bus(o, sample_rate_hz);
+  const auto first = to_intermediate(o, sample_rate_hz);
   require(
-      options.bus_rate_hz == 0.0 || !first || is_designable(sample_rate_hz, *first), "prepare.bus_rate",
+      options.intermediate_rate_hz == 0.0 || !first || is_designable(sample_rate_hz, *first), "prepare.bus_rate",
       fmt::format("from {} Hz to bus_rate_hz {} there is no filter of a reasonable length; leave it out, or ask for "
                   "a whole part of the record's own rate",
-                  sample_rate_hz, o.bus_rate_hz));
+                  sample_rate_hz, o.intermediate_rate_hz));
   const double nearest_hz = nearest_rate(options, sample_rate_hz);
   require(nearest_hz > 0.0, "prepare.cutoff",
           fmt::format("no filter of a reasonable length leaves {} Hz and removes what folds at a rate of {} Hz; ask "

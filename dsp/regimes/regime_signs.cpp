@@ -85,7 +85,7 @@ VectorXd phase_between(const VectorXd& x, const VectorXd& r, Index half) {
   return phase;
 }
 
-// Turns of v, which still has its sign, and what a does there; both behind a rigid mount.
+// Reversals of v, which still has its sign, and what a does there; both behind a rigid mount.
 void look_at_reversals(const Motion& motion, const Signal& a, const SpectralBand& slow, RegimeSigns& signs) {
   // High enough for short halts, and below the mains' hum where that is high enough.
   constexpr double per_period = 26.0, enough = 16.0, below_mains_hz = 38.0;
@@ -95,14 +95,14 @@ void look_at_reversals(const Motion& motion, const Signal& a, const SpectralBand
   if (cutoff_hz >= 0.4 * rate_hz || cutoff_hz > a.flat_to_hz) return;
   const Index period = signs.samples_in(signs.period_s);
   VectorXd& v = signs.speed_m_per_s;
-  const auto turns = [&] {
+  const auto find_reversals = [&] {
     auto found = sign_changes(v, period);
     std::erase_if(found, [&](Index i) { return signs.excluded[static_cast<std::size_t>(i)] != 0; });
     return found;
   };
   signs.halts_below_hz = cutoff_hz;
   ReversalOptions options{.sample_rate_hz = rate_hz, .cutoff_hz = cutoff_hz, .samples_per_period = period};
-  const auto found = turns();
+  const auto found = find_reversals();
   signs.mount = find_mount(motion, v, found, cutoff_hz, period);
   if (signs.mount.is_rigid()) {
     signs.reversals = reversals(found, v, a.values, options);
@@ -111,7 +111,7 @@ void look_at_reversals(const Motion& motion, const Signal& a, const SpectralBand
   const MountError error = mount_error(motion, signs.mount, slow, {1.2 * cutoff_hz, 1.4 * cutoff_hz});
   v -= error.velocity;
   options.short_halts = false;  // what is left of the ringing is as large
-  signs.reversals = reversals(turns(), v, a.values - error.acceleration, options);
+  signs.reversals = reversals(find_reversals(), v, a.values - error.acceleration, options);
 }
 
 }  // namespace
@@ -189,17 +189,17 @@ std::vector<bool> stick_mask(const RegimeSigns& signs, const SegmentOptions& opt
     std::fill(stuck.begin() + std::max<Index>(0, first - margin), stuck.begin() + std::min(speed.size(), last + margin),
               true);
   };
-  // Slow for a moment, but turning at once by the acceleration: noise of v.
+  // Slow for a moment, but reversing at once by the acceleration: noise of v.
   const std::vector<Reversal>& reversals = signs.reversals;
-  const auto turns_at_once = [&](Index first, Index last) {
+  const auto reverses_at_once = [&](Index first, Index last) {
     const auto in = std::lower_bound(reversals.begin(), reversals.end(), first,
-                                     [](const Reversal& reversal, Index place) { return reversal.at < place; });
+                                     [](const Reversal& reversal, Index index) { return reversal.at < index; });
     return last - first < reach && in != reversals.end() && in->at < last && in->at_once;
   };
   for (Index i = 0; i < speed.size();) {
     Index end = i;
     while (end < speed.size() && speed(end) < options.stick_speed_m_per_s) ++end;
-    if (end - i >= shortest && !turns_at_once(i, end) &&
+    if (end - i >= shortest && !reverses_at_once(i, end) &&
         stood_still(speed, i, end, options.stick_speed_m_per_s, reach) >= shortest)
       stop(i, end);
     i = end + 1;

@@ -19,7 +19,7 @@ struct RegimeSigns {
   double base_speed_m_per_s = 0.0;   ///< amplitude of a sine of its power; 0 without a base
   Mount mount;                       ///< whose ringing is taken off v and a before they are looked at
   std::vector<Reversal> reversals;   ///< of v in that band, by a below halts_below_hz
-  double halts_below_hz = 0.0;       ///< 0: a does not reach far enough to tell halts
+  double halts_below_hz = 0.0;       ///< 0: a does not reach far enough to show halts
   /// cosine between x and the base's displacement over two periods: 1 in phase, -1 against it, 0 where the base is
   /// still; empty where no base was measured
   Eigen::VectorXd phase;

@@ -15,10 +15,10 @@ namespace {
 using Eigen::Index;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double clear_phase = 0.3;             // |cosine| from which x is in phase with the base or against it
-constexpr double leave_share = 0.8;             // of the smallest amplitude on the upper branch
-constexpr double leave_share_by_growth = 0.85;  // where that is told by growth
-constexpr double apart = 1.2;                   // amplitudes of two branches differ by this factor at least
+constexpr double clear_phase = 0.3;                // |cosine| from which x is in phase with the base or against it
+constexpr double leave_fraction = 0.8;             // of the smallest amplitude on the upper branch
+constexpr double leave_fraction_by_growth = 0.85;  // where growth is what shows it
+constexpr double apart = 1.2;                      // amplitudes of two branches differ by this factor at least
 
 /// Velocity amplitudes of cycles. A cycle moves if it reaches a tenth of the record's.
 struct CycleAmplitudes {
@@ -61,7 +61,7 @@ void set_high(double enter_m, double leave_m, std::string remark, Segmentation& 
 enum class Branch : signed char { none = 0, lower = -1, upper = 1 };
 
 // Of each sample, with hysteresis; none in sticks and where the base is still. What is excluded has a branch, too:
-// faults are filled, and clipping leaves out just what lies behind a jump.
+// faulty samples are filled, and clipping leaves out just what lies behind a jump.
 std::vector<Branch> branches(const RegimeSigns& signs, const std::vector<bool>& stuck) {
   std::vector<Branch> result(stuck.size(), Branch::none);
   Branch now = Branch::none;
@@ -76,8 +76,8 @@ std::vector<Branch> branches(const RegimeSigns& signs, const std::vector<bool>& 
 }
 
 // What the envelope has settled to where a branch begins (direction 1) or ends (-1) at `edge`: its mean over the first
-// so many periods, six and more from there, that it keeps within a share of itself.
-std::optional<double> settled_from(Index edge, int direction, double periods, double share, const RegimeSigns& signs,
+// so many periods, six and more from there, that it keeps within a fraction of itself.
+std::optional<double> settled_from(Index edge, int direction, double periods, double fraction, const RegimeSigns& signs,
                                    const std::vector<Branch>& all) {
   const Index window = signs.samples_in(periods * signs.period_s), step = signs.samples_in(signs.period_s);
   const Branch branch = all[static_cast<std::size_t>(direction > 0 ? edge : edge - 1)];
@@ -87,13 +87,13 @@ std::optional<double> settled_from(Index edge, int direction, double periods, do
     for (Index i = first; i < first + window; ++i)
       if (all[static_cast<std::size_t>(i)] != branch) return std::nullopt;
     const auto envelope = signs.envelope_m.segment(first, window);
-    if (const double mean = envelope.mean(); envelope.maxCoeff() - envelope.minCoeff() < share * mean) return mean;
+    if (const double mean = envelope.mean(); envelope.maxCoeff() - envelope.minCoeff() < fraction * mean) return mean;
   }
   return std::nullopt;
 }
 
-// A slow jump lingers for some ten periods where the lower branch ends: long rest tells that from a dwell. Behind a
-// jump it swings; as soon as that is over counts, the next dwell has another amplitude.
+// A slow jump lingers for some ten periods where the lower branch ends: long rest distinguishes that from a dwell.
+// Behind a jump it swings; as soon as that is over counts, the next dwell has another amplitude.
 std::optional<double> settled_from(Index edge, int direction, const RegimeSigns& signs,
                                    const std::vector<Branch>& all) {
   const auto strictly = direction < 0 ? settled_from(edge, direction, 18.0, 0.025, signs, all)
@@ -138,7 +138,7 @@ void choose_by_phase(const RegimeSigns& signs, const std::vector<bool>& stuck, S
     }
     after = std::exp(after);
   }
-  const double leave = leave_share * smallest_high;
+  const double leave = leave_fraction * smallest_high;
   if (largest_low == 0.0)
     return set_high(leave, leave,
                     fmt::format("x always moves in phase with the base, at {:.3g} m or more", smallest_high), result);
@@ -159,14 +159,14 @@ void choose_by_phase(const RegimeSigns& signs, const std::vector<bool>& stuck, S
 // Whether the envelope keeps within half of itself over [first, last), which lies in the record.
 bool settled(const Eigen::VectorXd& envelope_m, Index first, Index last) {
   if (first < 0 || last > envelope_m.size()) return false;
-  const auto stretch = envelope_m.segment(first, last - first);
-  return stretch.maxCoeff() < 1.5 * stretch.minCoeff();
+  const auto interval = envelope_m.segment(first, last - first);
+  return interval.maxCoeff() < 1.5 * interval.minCoeff();
 }
 
-// Places where the envelope grows (sign +1) or falls (-1) by half or more within `reach` samples, away from sticking:
-// the steepest place of each.
-std::vector<Jump> steep_places(const Eigen::VectorXd& envelope_m, const std::vector<bool>& stuck, Index reach,
-                               int sign) {
+// Where the envelope grows (sign +1) or falls (-1) by half or more within `reach` samples, away from sticking:
+// the steepest index of each.
+std::vector<Jump> steepest_changes(const Eigen::VectorXd& envelope_m, const std::vector<bool>& stuck, Index reach,
+                                   int sign) {
   std::vector<Jump> found;
   const double least = std::log(1.5);
   double steepest = 0.0;
@@ -187,8 +187,8 @@ std::vector<Jump> steep_places(const Eigen::VectorXd& envelope_m, const std::vec
 
 void choose_by_growth(const RegimeSigns& signs, const std::vector<bool>& stuck, Segmentation& result) {
   const Index reach = signs.samples_in(std::max(3.0 * signs.period_s, result.options.envelope_window_s));
-  auto up = steep_places(signs.envelope_m, stuck, reach, +1);
-  const auto down = steep_places(signs.envelope_m, stuck, reach, -1);
+  auto up = steepest_changes(signs.envelope_m, stuck, reach, +1);
+  const auto down = steepest_changes(signs.envelope_m, stuck, reach, -1);
   const Index settle = signs.samples_in(10.0 * signs.period_s);
   std::erase_if(up, [&](const Jump& jump) {  // what starts from rest, or beats, leaves no regime
     return !settled(signs.envelope_m, jump.at - reach - settle, jump.at - reach);
@@ -205,7 +205,7 @@ void choose_by_growth(const RegimeSigns& signs, const std::vector<bool>& stuck, 
     for (Index i = jump.at + reach; i < end && !stuck[static_cast<std::size_t>(i)]; ++i)
       smallest_high = std::min(smallest_high, signs.envelope_m(i));
   }
-  set_high(std::sqrt(largest_below * std::max(smallest_above, largest_below)), leave_share_by_growth * smallest_high,
+  set_high(std::sqrt(largest_below * std::max(smallest_above, largest_below)), leave_fraction_by_growth * smallest_high,
            fmt::format("{} jump{} up, from at most {:.3g} m to at least {:.3g} m", up.size(), up.size() == 1 ? "" : "s",
                        largest_below, smallest_above),
            result);
@@ -222,13 +222,13 @@ void choose_stick(const RegimeSigns& signs, Segmentation& result) {
   if (options.stick_duration_s == 0.0) options.stick_duration_s = signs.period_s / 20.0;
   if (options.stick_margin_s == 0.0) options.stick_margin_s = signs.base_moves() ? 1.0 : signs.period_s / 6.0;
   if (options.stick_speed_m_per_s > 0.0) return;
-  constexpr double share = 0.05, noise_deviations = 3.0, largest_share = 0.3;
+  constexpr double fraction = 0.05, noise_stds = 3.0, largest_fraction = 0.3;
   const CycleAmplitudes amplitudes = velocity_amplitudes(signs);
-  const double by_motion = share * amplitudes.small, by_base = 0.02 * signs.base_speed_m_per_s,
-               by_noise = noise_deviations * signs.speed_noise_m_per_s;
+  const double by_motion = fraction * amplitudes.small, by_base = 0.02 * signs.base_speed_m_per_s,
+               by_noise = noise_stds * signs.speed_noise_m_per_s;
   // What does not leave its base is stuck to it.
   const bool rests = signs.base_moves() && amplitudes.shown < std::max(by_noise, by_base);
-  if (!rests && by_noise > largest_share * amplitudes.shown) {
+  if (!rests && by_noise > largest_fraction * amplitudes.shown) {
     result.remarks.push_back(
         fmt::format("stops are not looked for: v has {:.2g} m/s of noise beside amplitudes of {:.2g}",
                     signs.speed_noise_m_per_s, amplitudes.shown));
@@ -237,13 +237,13 @@ void choose_stick(const RegimeSigns& signs, Segmentation& result) {
   const double floor = rests ? std::max(by_noise, by_base) : by_noise;
   options.stick_speed_m_per_s = std::max(by_motion, floor);
   if (options.stick_halt_s == 0.0 && signs.halts_below_hz > 0.0)
-    options.stick_halt_s = 0.9 * shortest_halt_s(signs.halts_below_hz);  // all that are told, whatever the rounding
+    options.stick_halt_s = 0.9 * shortest_halt_s(signs.halts_below_hz);  // all that are detected, whatever the rounding
   result.remarks.push_back(
       fmt::format("a stop is slower than {:.2g} m/s for {:.2g} s: {}, a twentieth of the period of {:.2g} s",
                   options.stick_speed_m_per_s, options.stick_duration_s,
-                  floor <= by_motion ? fmt::format("{:g} % of the smaller velocity amplitudes", 100.0 * share)
+                  floor <= by_motion ? fmt::format("{:g} % of the smaller velocity amplitudes", 100.0 * fraction)
                   : floor > by_noise ? std::string("a fiftieth of the base's, which the payload hardly leaves")
-                                     : fmt::format("{:g} times the noise of v", noise_deviations),
+                                     : fmt::format("{:g} times the noise of v", noise_stds),
                   signs.period_s));
   if (!signs.mount.is_rigid())
     result.remarks.push_back(
@@ -251,7 +251,7 @@ void choose_stick(const RegimeSigns& signs, Segmentation& result) {
                     signs.mount.frequency_hz, signs.mount.damping));
   if (!signs.reversals.empty())
     result.remarks.push_back(fmt::format(
-        "a reversal is a stop where the acceleration below {:.3g} Hz is nothing{}", signs.halts_below_hz,
+        "a reversal is a stop where the acceleration below {:.3g} Hz is zero{}", signs.halts_below_hz,
         signs.mount.is_rigid() ? fmt::format(", or fits a halt of {:.2g} s and more", options.stick_halt_s) : ""));
 }
 

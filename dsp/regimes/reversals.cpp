@@ -5,7 +5,7 @@
 
 #include "dsp/filter/short_low_pass.hpp"
 #include "dsp/order_statistics.hpp"
-#include "dsp/regimes/turn_fit.hpp"
+#include "dsp/regimes/halt_fit.hpp"
 
 namespace dsp {
 namespace {
@@ -14,15 +14,15 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr double least_waves_per_period = 12.0;  // else a half wave of the motion is too short for the fit
-// As shares of the acceleration before a leap to nothing: how far below nothing the low-pass takes it, what is nothing,
-// and what has hardly begun to grow again.
-constexpr double undershoot = 0.045, nothing = 0.06, ringing = 0.135, small = 0.15;
-constexpr double worth_looking = 0.92;  // of the acceleration beside it: what a halt of a fiftieth of a wave leaves
-constexpr double kept = 0.2;            // of the larger one about it: what no standstill leaves
-constexpr double normal_deviations = 1.4826;  // in a median absolute deviation
+// As fractions of the acceleration before it leaps to zero: how far below zero the low-pass takes it, what counts as
+// zero, and what has hardly begun to grow again.
+constexpr double undershoot = 0.045, zero = 0.06, ringing = 0.135, small = 0.15;
+constexpr double worth_looking = 0.92;    // of the acceleration beside it: what a halt of a fiftieth of a wave leaves
+constexpr double kept = 0.2;              // of the larger one about it: what no standstill leaves
+constexpr double std_of_normal = 1.4826;  // in median absolute deviations
 
-// Of a turn: the acceleration about it, low-passed and towards the new sign.
-struct Turn {
+// Of a reversal: the acceleration about it, low-passed and towards the new sign.
+struct ReversalCourse {
   Index at;
   double before, beside;  // largest value right before; smaller of the largest before and after
   double least, still;    // least value at it; least that its size does not exceed for a wave and a half there
@@ -41,8 +41,8 @@ class Look {
 
   [[nodiscard]] Index from_end() const { return beside_ + low_pass_.reach() + 1; }
 
-  [[nodiscard]] Turn at(Index turn) const {
-    const VectorXd course = about(turn, beside_, beside_);
+  [[nodiscard]] ReversalCourse at(Index reversal) const {
+    const VectorXd course = about(reversal, beside_, beside_);
     const auto early = static_cast<Index>(std::lround(0.45 * wave_)), late = static_cast<Index>(std::lround(wave_));
     const Index still = late + late / 2;
     double least_size = INFINITY;
@@ -52,38 +52,38 @@ class Look {
     Index until = 0;
     const double least = course.segment(beside_ - early, early + late + 1).minCoeff(&until);
     for (until += beside_ - early; until < course.size() && std::abs(course(until)) <= small * before;) ++until;
-    return {.at = turn,
+    return {.at = reversal,
             .before = before,
             .beside = std::min(course.head(beside_).maxCoeff(), course.tail(beside_).maxCoeff()),
             .least = least,
             .still = least_size,
-            .until = turn + std::max<Index>(0, until - beside_)};
+            .until = reversal + std::max<Index>(0, until - beside_)};
   }
 
-  [[nodiscard]] TurnFit::Result fit(Index turn) const { return fit_(about(turn, fit_.before(), fit_.after())); }
+  [[nodiscard]] HaltFit::Result fit(Index reversal) const { return fit_(about(reversal, fit_.before(), fit_.after())); }
 
  private:
-  [[nodiscard]] VectorXd about(Index turn, Index before, Index after) const {
-    const VectorXd course = low_pass_(a_, turn - before, before + after + 1);
-    return v_(turn) >= 0.0 ? course : -course;
+  [[nodiscard]] VectorXd about(Index reversal, Index before, Index after) const {
+    const VectorXd course = low_pass_(a_, reversal - before, before + after + 1);
+    return v_(reversal) >= 0.0 ? course : -course;
   }
 
   const VectorXd &v_, &a_;
   ShortLowPass low_pass_;
-  TurnFit fit_;
+  HaltFit fit_;
   double wave_;
   Index beside_;
 };
 
-bool stands(const Turn& turn) {
-  return turn.still <= nothing * turn.before ||
-         (turn.least <= -undershoot * turn.before && turn.still <= ringing * turn.before);
+bool is_halt(const ReversalCourse& reversal) {
+  return reversal.still <= zero * reversal.before ||
+         (reversal.least <= -undershoot * reversal.before && reversal.still <= ringing * reversal.before);
 }
 
-double level(const std::vector<Turn>& turns, double share) {
+double level(const std::vector<ReversalCourse>& courses, double fraction) {
   std::vector<double> levels;
-  for (const Turn& turn : turns) levels.push_back(turn.beside);
-  return quantile(std::move(levels), share);
+  for (const ReversalCourse& reversal : courses) levels.push_back(reversal.beside);
+  return quantile(std::move(levels), fraction);
 }
 
 struct Plain {
@@ -95,41 +95,41 @@ struct Plain {
 
 // A halt begins where the pull falls to static friction: at the record's smaller accelerations. In larger ones other
 // forces bend the course more than the fit can follow.
-Plain plain_reversals(const std::vector<Turn>& turns, const Look& look) {
-  const double clear = 0.05 * level(turns, 0.95);  // less is what is left of rest
-  std::vector<Turn> moving = turns;
-  std::erase_if(moving, [clear](const Turn& turn) { return turn.beside <= clear; });
+Plain plain_reversals(const std::vector<ReversalCourse>& courses, const Look& look) {
+  const double clear = 0.05 * level(courses, 0.95);  // less is what is left of rest
+  std::vector<ReversalCourse> moving = courses;
+  std::erase_if(moving, [clear](const ReversalCourse& reversal) { return reversal.beside <= clear; });
   Plain plain{.level = 1.1 * level(moving, 0.5)};
-  std::vector<Index> places;
-  for (const Turn& turn : moving)
-    if (turn.beside <= plain.level && !stands(turn)) places.push_back(turn.at);
+  std::vector<Index> indices;
+  for (const ReversalCourse& reversal : moving)
+    if (reversal.beside <= plain.level && !is_halt(reversal)) indices.push_back(reversal.at);
   constexpr std::size_t fewest = 10, most = 256;
-  if (places.size() < fewest) return plain;
+  if (indices.size() < fewest) return plain;
   std::vector<double> gains, rests;
-  for (const Index place : drawn_evenly(places, most)) {
-    const TurnFit::Result fitted = look.fit(place);
+  for (const Index index : drawn_evenly(indices, most)) {
+    const HaltFit::Result fitted = look.fit(index);
     gains.push_back(fitted.gain);
     rests.push_back(fitted.rms);
   }
   const double usual = quantile(gains, 0.5), noise = quantile(std::move(rests), 0.5);
   for (double& gain : gains) gain = std::abs(gain - usual);
-  constexpr double deviations = 6.0, noises = 12.0, row_deviations = 2.0, row_noises = 5.0;
+  constexpr double stds = 6.0, noises = 12.0, row_stds = 2.0, row_noises = 5.0;
   plain.noise = noise;
-  const double deviation = normal_deviations * quantile(std::move(gains), 0.5);
-  plain.gain = std::max(usual + deviations * deviation, noises * noise);
-  plain.row_gain = std::max(usual + row_deviations * deviation, row_noises * noise);
+  const double gain_std = std_of_normal * quantile(std::move(gains), 0.5);
+  plain.gain = std::max(usual + stds * gain_std, noises * noise);
+  plain.row_gain = std::max(usual + row_stds * gain_std, row_noises * noise);
   return plain;
 }
 
-// What the fit says of one turn; nothing where it was not asked.
+// What the fit says of one reversal; zero where it was not asked.
 struct Fitted {
   double halt_s = 0.0, gain = 0.0;
   bool asked = false;
 };
 
-// Where halts that are not clear each for itself come in rows: the median gain of seven to eleven such turns, within
-// three periods to either side, is more than chance; and from there on as long as at least every other turn gains
-// clearly, five at most.
+// Where halts that are not clear each for itself come in rows: the median gain of seven to eleven such reversals,
+// within three periods to either side, is more than chance; and from there on as long as at least every other reversal
+// gains clearly, five at most.
 std::vector<bool> in_rows(const std::vector<Reversal>& all, const std::vector<Fitted>& fitted, const Plain& plain,
                           Index reach) {
   const std::ptrdiff_t n = std::ssize(all), beside = 5;
@@ -185,47 +185,51 @@ std::vector<Index> sign_changes(const VectorXd& v, Index samples_per_period) {
     else
       groups.push_back({i, i, 1});
   }
-  std::vector<Index> turns;
+  std::vector<Index> reversal_indices;
   for (std::size_t k = 0; k < groups.size(); ++k) {
     const Group& group = groups[k];
     const bool alone = (k == 0 || group.first - groups[k - 1].last >= apart) &&
                        (k + 1 == groups.size() || groups[k + 1].first - group.last >= apart);
     if (alone && group.count % 2 == 1 && group.first >= from_end && group.last + from_end < v.size())
-      turns.push_back(group.first);
+      reversal_indices.push_back(group.first);
   }
-  return turns;
+  return reversal_indices;
 }
 
 double shortest_halt_s(double cutoff_hz) {
-  return TurnFit::shortest_halt_waves / cutoff_hz;
+  return HaltFit::shortest_halt_waves / cutoff_hz;
 }
 
-std::vector<Reversal> reversals(const std::vector<Index>& turns, const VectorXd& v, const VectorXd& a,
+std::vector<Reversal> reversals(const std::vector<Index>& reversal_indices, const VectorXd& v, const VectorXd& a,
                                 const ReversalOptions& options) {
   const double rate_hz = options.sample_rate_hz, cutoff_hz = options.cutoff_hz;
   if (cutoff_hz * static_cast<double>(options.samples_per_period) < least_waves_per_period * rate_hz ||
       cutoff_hz >= 0.4 * rate_hz)
     return {};
   const Look look(v, a, rate_hz, cutoff_hz, options.samples_per_period / 8);
-  std::vector<Turn> seen;
-  for (const Index turn : turns)
-    if (turn >= look.from_end() && turn + look.from_end() < v.size()) seen.push_back(look.at(turn));
-  std::erase_if(seen, [clear = 0.01 * level(seen, 0.95)](const Turn& turn) { return turn.beside <= clear; });
+  std::vector<ReversalCourse> seen;
+  for (const Index reversal : reversal_indices)
+    if (reversal >= look.from_end() && reversal + look.from_end() < v.size()) seen.push_back(look.at(reversal));
+  std::erase_if(
+      seen, [clear = 0.01 * level(seen, 0.95)](const ReversalCourse& reversal) { return reversal.beside <= clear; });
   const Plain plain = plain_reversals(seen, look);
-  std::erase_if(seen, [&](const Turn& turn) { return turn.beside <= 4.0 * plain.noise; });
+  std::erase_if(seen, [&](const ReversalCourse& reversal) { return reversal.beside <= 4.0 * plain.noise; });
 
   std::vector<Reversal> result;
   std::vector<Fitted> fitted;
-  for (const Turn& turn : seen) {
-    result.push_back({.at = turn.at, .at_once = turn.still > kept * std::max(turn.before, turn.beside)});
+  for (const ReversalCourse& reversal : seen) {
+    result.push_back(
+        {.at = reversal.at, .at_once = reversal.still > kept * std::max(reversal.before, reversal.beside)});
     fitted.emplace_back();
-    if (stands(turn)) {
-      result.back().halt_s = std::max(static_cast<double>(turn.until - turn.at) / rate_hz, shortest_halt_s(cutoff_hz));
-    } else if (options.short_halts && turn.beside <= plain.level && turn.least < worth_looking * turn.beside) {
-      const TurnFit::Result fit = look.fit(turn.at);
+    if (is_halt(reversal)) {
+      result.back().halt_s =
+          std::max(static_cast<double>(reversal.until - reversal.at) / rate_hz, shortest_halt_s(cutoff_hz));
+    } else if (options.short_halts && reversal.beside <= plain.level &&
+               reversal.least < worth_looking * reversal.beside) {
+      const HaltFit::Result fit = look.fit(reversal.at);
       fitted.back() = {fit.halt_samples / rate_hz, fit.gain, true};
     } else {
-      fitted.back().asked = options.short_halts && turn.beside <= plain.level;  // and it gains nothing
+      fitted.back().asked = options.short_halts && reversal.beside <= plain.level;  // and it gains zero
     }
   }
   believe(result, fitted, plain, 2 * options.samples_per_period);

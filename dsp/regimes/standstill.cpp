@@ -19,12 +19,13 @@ void StepScale::learn(std::span<const SampleCell> cells, std::span<const double>
   std::copy_if(steps.begin(), steps.end(), std::back_inserter(values), [](double step) { return step > 0.0; });
   // Of those that are not zero: there are many zeros where a channel is clipped.
   const double candidate = 2 * values.size() >= steps.size() ? 8.0 * quantile_in_place(values, 0.5) : 0.0;
-  const auto share_above = [&](const auto& items, const auto& step_of) {
+  const auto fraction_above = [&](const auto& items, const auto& step_of) {
     const auto above = std::count_if(items.begin(), items.end(), [&](const auto& x) { return step_of(x) > candidate; });
     return static_cast<double>(above) / static_cast<double>(items.size());
   };
   const auto step_of = [](const SampleCell& cell) { return cell.step; };
-  if (candidate > 0.0 && share_above(steps, [](double x) { return x; }) <= 0.2 && share_above(cells, step_of) >= 0.5)
+  if (candidate > 0.0 && fraction_above(steps, [](double x) { return x; }) <= 0.2 &&
+      fraction_above(cells, step_of) >= 0.5)
     floor = candidate;  // single steps are small, cells have a large one: values repeated, with noise on top
   else if (candidate == 0.0)
     floor = 0.0;

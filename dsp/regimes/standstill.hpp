@@ -29,7 +29,7 @@ struct StepScale {
   double least = 0.0;    ///< the smallest of them but for noise: the sensor's resolution
   double large = 0.0;    ///< nine cells in ten stay below
   double smallest = std::numeric_limits<double>::infinity();  ///< step met so far that is not zero
-  /// `steps`: single steps between neighbouring samples, drawn evenly from the same stretch.
+  /// `steps`: single steps between neighbouring samples, drawn evenly from the same range.
   void learn(std::span<const SampleCell> cells, std::span<const double> steps);
 };
 

@@ -77,16 +77,16 @@ double amplitude_of(const VectorXd& period) {
   return 0.5 * (period.maxCoeff() - period.minCoeff());
 }
 
-/// Share of a period of the waveform spent slower than a tenth of its largest speed; of a sine 0.064.
-double share_at_rest(const std::vector<Complex>& z) {
+/// Fraction of a period of the waveform spent slower than a tenth of its largest speed; of a sine 0.064.
+double fraction_at_rest(const std::vector<Complex>& z) {
   const VectorXd speed = period_of(z, true).cwiseAbs();
   return (speed.array() < 0.1 * speed.maxCoeff()).cast<double>().mean();
 }
 
-/// A stretch of the drive judged as a whole.
+/// An interval of the drive judged as a whole.
 struct Window {
   Index first = 0, last = 0;
-  double frequency_hz = nan, noise = 0.0;  ///< NaN: no sine; noise: deviation of a relative amplitude
+  double frequency_hz = nan, noise = 0.0;  ///< NaN: no sine; noise: standard deviation of a relative amplitude
 };
 
 /// Frequency of a window from the phases of its halves, starting from a guess; NaN if that does not settle.
@@ -115,7 +115,7 @@ std::vector<Window> windows_of(const VectorXd& drive, double rate_hz, const Stea
     Window window{first, first + length, nan, 0.0};
     const SpectralLine line = strongest_line(drive.segment(first, length), rate_hz);
     for (const double start : {guess, line.frequency_hz}) {
-      if (line.share < 0.5) break;  // no sine: spare the fits
+      if (line.fraction < 0.5) break;  // no sine: spare the fits
       const double f = window_frequency(drive, window.first, window.last, rate_hz, start);
       if (std::isnan(f)) continue;
       const Harmonics fit = fit_harmonics(drive, window.first, window.last, rate_hz, f, drive_harmonics);
@@ -231,11 +231,11 @@ class Finder {
     step.y_m = y != nullptr       ? amplitude_of(period_of(fit_harmonics(y->values, first, end, rate_hz_, f, count).z))
                : base_ != nullptr ? amplitude_of(x_period + period_of(drive.z))
                                   : nan;
-    constexpr double locked_share = 0.02;  // of the base's motion: sensors disagree by as much
-    step.locked = base_ != nullptr && step.x_m < locked_share * step.drive;
+    constexpr double locked_fraction = 0.02;  // of the base's motion: sensors disagree by as much
+    step.locked = base_ != nullptr && step.x_m < locked_fraction * step.drive;
     step.phase_rad = step.locked ? nan : std::arg(response.z[0] / drive.z[0]);
     if (step.locked) return mark_unusable(step, first, end);
-    step.stops = share_at_rest(response.z) > 0.15;
+    step.stops = fraction_at_rest(response.z) > 0.15;
     const Index middle = (first + end) / 2;
     const double before = std::abs(fit_harmonics(x, first, middle, rate_hz_, f, count).z[0]),
                  after = std::abs(fit_harmonics(x, middle, end, rate_hz_, f, count).z[0]);
@@ -281,7 +281,7 @@ class Finder {
   double rate_hz_;
   const Signal *base_, *drive_;
   std::vector<Window> windows_;
-  double noise_ = 0.0;  ///< deviation of a relative amplitude of the drive in a window
+  double noise_ = 0.0;  ///< standard deviation of a relative amplitude of the drive in a window
 };
 
 }  // namespace

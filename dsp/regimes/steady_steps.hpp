@@ -5,7 +5,7 @@
 
 namespace dsp {
 
-/// What a stretch of constant frequency and waveform of the drive is good for.
+/// What an interval of constant frequency and waveform of the drive is good for.
 enum class StepTag {
   final,          ///< the end result of its frequency: drive as wanted, response settled
   iteration,      ///< followed at the same frequency by a better setting of the drive
@@ -16,12 +16,12 @@ enum class StepTag {
 };
 [[nodiscard]] std::string_view to_string(StepTag tag);  ///< as the enumerator
 
-/// One stretch of a stepped-sine test. Amplitudes are half of max - min of the waveform, harmonics included.
+/// One interval of a stepped-sine test. Amplitudes are half of max - min of the waveform, harmonics included.
 struct SteadyStep {
   double from_s = 0.0, to_s = 0.0;  ///< what was measured: its later part
   double frequency_hz = 0.0;
   double drive = 0.0;             ///< amplitude of the drive's fundamental (m, or the unit of f)
-  double drive_distortion = 0.0;  ///< its second and third harmonic, as a share
+  double drive_distortion = 0.0;  ///< its second and third harmonic, as a fraction
   double x_m = 0.0, y_m = 0.0;    ///< y: NaN where there is none
   double phase_rad = 0.0;         ///< of x's fundamental against the drive's, in (-pi, pi]; NaN: locked
   bool locked = false;            ///< no motion relative to the base
@@ -42,8 +42,8 @@ struct SteadyStepOptions {
 };
 
 /// Finds the settings of a stepped-sine test in the drive (r, or f where there is no base) and what the response came
-/// to in each; in order of time. Empty for a record that is none. Tolerances are widened to four deviations of what
-/// the drive's own noise does to a window. Throws std::invalid_argument for a motion without x.
+/// to in each; in order of time. Empty for a record that is none. Tolerances are widened to four standard deviations of
+/// what the drive's own noise does to a window. Throws std::invalid_argument for a motion without x.
 [[nodiscard]] std::vector<SteadyStep> find_steady_steps(const Motion& motion, const SteadyStepOptions& options = {});
 
 }  // namespace dsp

@@ -60,8 +60,8 @@ void GapBridge::close(Eigen::Index channel, std::int64_t end, double behind, boo
   if (!has_behind) behind = before;
   const auto steps = static_cast<double>(end - open.first + 1);
   for (auto frame = open.first; frame < end; ++frame) {
-    const double share = static_cast<double>(frame - open.first + 1) / steps;
-    held_(static_cast<Eigen::Index>(frame - held_first_), channel) = (1 - share) * before + share * behind;
+    const double fraction = static_cast<double>(frame - open.first + 1) / steps;
+    held_(static_cast<Eigen::Index>(frame - held_first_), channel) = (1 - fraction) * before + fraction * behind;
   }
   const double from_s = static_cast<double>(open.first) / options_.sample_rate_hz;
   const double to_s = static_cast<double>(end) / options_.sample_rate_hz;

@@ -31,7 +31,7 @@ class GapBridge {
   [[nodiscard]] Eigen::Index num_ready() const;
   /// Makes `block` the next frames, at most max_frames of those ready; returns how many.
   Eigen::Index take(FrameBlock& block, Eigen::Index max_frames);
-  /// The stretches bridged so far, and a warning per channel that had any.
+  /// The intervals bridged so far, and a warning per channel that had any.
   [[nodiscard]] const std::vector<Interval>& bridged() const { return bridged_; }
   [[nodiscard]] std::vector<Check> checks() const;
 

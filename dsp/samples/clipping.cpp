@@ -5,13 +5,13 @@
 
 namespace dsp {
 
-void Stretches::add(Eigen::Index index) {
+void IndexRanges::add(Eigen::Index index) {
   if (list_.empty() || index - list_.back().last > merge_gap_) list_.push_back({index, index, 0, 0, 0});
-  auto& stretch = list_.back();
-  stretch.run = index == stretch.last ? stretch.run + 1 : 1;
-  stretch.longest = std::max(stretch.longest, stretch.run);
-  stretch.last = index + 1;
-  ++stretch.count;
+  auto& range = list_.back();
+  range.run = index == range.last ? range.run + 1 : 1;
+  range.longest = std::max(range.longest, range.run);
+  range.last = index + 1;
+  ++range.count;
 }
 
 void ExtremeValue::look(double value, Eigen::Index frame) {
@@ -47,7 +47,7 @@ bool ExtremeValue::piled_up(Eigen::Index at_least) const {
   constexpr std::int64_t least_count = 10, least_visits = 3, ratio = 8;
   return count_ >= least_count && num_visits_ >= least_visits && next_count_ > 0 && count_ >= ratio * next_count_ &&
          std::any_of(at_extreme_.list().begin(), at_extreme_.list().end(),
-                     [&](const auto& stretch) { return stretch.longest >= at_least; });
+                     [&](const auto& range) { return range.longest >= at_least; });
 }
 
 void LevelHistogram::add(double level, bool still) {
@@ -60,9 +60,9 @@ void LevelHistogram::add(double level, bool still) {
       per_level_ = 1.0 / width_;
     }
   }
-  double place = (level - origin_) * per_level_;
-  for (; !(place >= 0.0 && place < num_bins); place = (level - origin_) * per_level_) widen(place < 0.0);
-  auto& bin = bins_[static_cast<std::size_t>(place)];
+  double position = (level - origin_) * per_level_;
+  for (; !(position >= 0.0 && position < num_bins); position = (level - origin_) * per_level_) widen(position < 0.0);
+  auto& bin = bins_[static_cast<std::size_t>(position)];
   ++bin.all;
   bin.still += still;
 }
@@ -103,7 +103,7 @@ double LevelHistogram::plateau(double sign) const {
     const std::int64_t added = top.all - next.all;  // what passes through is as often next to it
     if (top.all < least_count || 10 * top.still < 9 * added || top.all < ratio * next.all) break;
     found = origin_ + width_ * (sign > 0 ? num_bins - end : end);
-    top = next;  // a dropout may stand beyond the limit
+    top = next;  // a dropout may be beyond the limit
   }
   return found;
 }

@@ -8,22 +8,22 @@
 
 namespace dsp {
 
-/// Indices with something in common, as stretches; those closer than `merge_gap` become one.
-class Stretches {
+/// Indices with something in common, as index ranges; those closer than `merge_gap` become one.
+class IndexRanges {
  public:
-  struct Stretch {
+  struct CountedRange {
     Eigen::Index first = 0, last = 0;   ///< [first, last)
     Eigen::Index count = 0;             ///< indices added
     Eigen::Index run = 0, longest = 0;  ///< successive indices added: at the end, at most
   };
-  explicit Stretches(Eigen::Index merge_gap) : merge_gap_(merge_gap) {}
+  explicit IndexRanges(Eigen::Index merge_gap) : merge_gap_(merge_gap) {}
   void add(Eigen::Index index);  ///< in rising order
   void clear() { list_.clear(); }
-  [[nodiscard]] const std::vector<Stretch>& list() const { return list_; }
+  [[nodiscard]] const std::vector<CountedRange>& list() const { return list_; }
 
  private:
   Eigen::Index merge_gap_;
-  std::vector<Stretch> list_;
+  std::vector<CountedRange> list_;
 };
 
 /// One side of a channel: where it reaches a known limit, and where it equals the largest value met (sign = 1) or the
@@ -33,7 +33,7 @@ class ExtremeValue {
   /// `limit`: in samples times sign; infinity: none known.
   ExtremeValue(double sign, double limit, Eigen::Index merge_gap)
       : sign_(sign), limit_(limit), at_limit_(merge_gap), at_extreme_(merge_gap) {}
-  /// Whether the cell has anything to tell. Rarely: only what reaches the second largest value met.
+  /// Whether the cell matters here. Rarely: only what reaches the second largest value met.
   [[nodiscard]] bool concerns(const SampleCell& cell) const {
     return (sign_ > 0 ? cell.high : -cell.low) >= std::min(next_, limit_);
   }
@@ -51,8 +51,8 @@ class ExtremeValue {
   [[nodiscard]] bool piled_up(Eigen::Index at_least) const;
   [[nodiscard]] std::int64_t count() const { return count_; }
   [[nodiscard]] double value() const { return sign_ * extreme_; }
-  [[nodiscard]] const Stretches& at_limit() const { return at_limit_; }
-  [[nodiscard]] const Stretches& at_extreme() const { return at_extreme_; }
+  [[nodiscard]] const IndexRanges& at_limit() const { return at_limit_; }
+  [[nodiscard]] const IndexRanges& at_extreme() const { return at_extreme_; }
 
  private:
   void look(double value, Eigen::Index frame);
@@ -62,7 +62,7 @@ class ExtremeValue {
   std::int64_t count_ = 0, next_count_ = 0, num_visits_ = 0;
   bool away_ = true;          ///< the latest sample was below both
   Eigen::Index scanned_ = 0;  ///< up to here
-  Stretches at_limit_, at_extreme_;
+  IndexRanges at_limit_, at_extreme_;
 };
 
 /// How often a channel was at which level, in bins that widen as its range does.

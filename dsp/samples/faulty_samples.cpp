@@ -39,21 +39,21 @@ double tolerant(double limit, double tolerance) {
   return std::isfinite(limit) ? limit - tolerance * std::abs(limit) : limit;
 }
 
-bool overlaps(const FaultyStretch& a, const std::vector<FaultyStretch>& others) {
+bool overlaps(const FaultyRange& a, const std::vector<FaultyRange>& others) {
   return std::any_of(others.begin(), others.end(),
-                     [&](const FaultyStretch& b) { return a.first < b.last && b.first < a.last; });
+                     [&](const FaultyRange& b) { return a.first < b.last && b.first < a.last; });
 }
 
 // In order, overlapping and close ones joined.
-std::vector<FaultyStretch> merged(std::vector<FaultyStretch> stretches, Eigen::Index gap) {
-  std::sort(stretches.begin(), stretches.end(),
+std::vector<FaultyRange> merged(std::vector<FaultyRange> ranges, Eigen::Index gap) {
+  std::sort(ranges.begin(), ranges.end(),
             [](const auto& a, const auto& b) { return std::pair(a.first, a.last) < std::pair(b.first, b.last); });
-  std::vector<FaultyStretch> result;
-  for (const auto& stretch : stretches)
-    if (!result.empty() && stretch.first - result.back().last <= gap)
-      result.back().last = std::max(result.back().last, stretch.last);
+  std::vector<FaultyRange> result;
+  for (const auto& range : ranges)
+    if (!result.empty() && range.first - result.back().last <= gap)
+      result.back().last = std::max(result.back().last, range.last);
     else
-      result.push_back(stretch);
+      result.push_back(range);
   return result;
 }
 
@@ -104,9 +104,9 @@ struct FaultySamples::State {
   void take(const Eigen::RowVectorXd& before, const Eigen::Ref<const FrameBlock>& frames,
             std::span<const SampleCell> cells);
   void judge(Eigen::Index c, SampleFaults& faults) const;
-  [[nodiscard]] std::vector<FaultyStretch> clipped(Eigen::Index c, std::string& remark) const;
-  [[nodiscard]] std::vector<FaultyStretch> stood_still(Eigen::Index c, std::string& remark) const;
-  [[nodiscard]] FaultyStretch in_frames(Eigen::Index c, SampleFault fault, const StillRun& run) const;
+  [[nodiscard]] std::vector<FaultyRange> clipped(Eigen::Index c, std::string& remark) const;
+  [[nodiscard]] std::vector<FaultyRange> stood_still(Eigen::Index c, std::string& remark) const;
+  [[nodiscard]] FaultyRange in_frames(Eigen::Index c, SampleFault fault, const StillRun& run) const;
 };
 
 FaultySamples::State::State(double rate_hz, std::vector<Channel> channels, const FaultySampleOptions& chosen)
@@ -125,7 +125,7 @@ FaultySamples::State::State(double rate_hz, std::vector<Channel> channels, const
 
 void FaultySamples::State::take(const Eigen::RowVectorXd& before, const Eigen::Ref<const FrameBlock>& frames,
                                 std::span<const SampleCell> cells) {
-  // A single step of every cell, of every fourth where that is enough, at a place that wanders through the cell.
+  // A single step of every cell, of every fourth where that is enough, at a sample that wanders through the cell.
   const Eigen::Index spacing = cell_frames < 8 ? 1 : 4;
   const std::size_t count = cells.size() / tracks.size();
   for (std::size_t c = 0; c < tracks.size(); ++c) {
@@ -138,10 +138,10 @@ void FaultySamples::State::take(const Eigen::RowVectorXd& before, const Eigen::R
           side->scan(samples.segment(row, std::min(cell_frames, samples.size() - row)), num_frames + row);
       track.cells.push_back(cell);
       if (index % spacing == 0) {
-        const Eigen::Index place = row + index / 4 * 7 % cell_frames;
-        if (place < samples.size())
+        const Eigen::Index sample = row + index / 4 * 7 % cell_frames;
+        if (sample < samples.size())
           track.steps.push_back(
-              std::abs(samples(place) - (place > 0 ? samples(place - 1) : before(static_cast<Eigen::Index>(c)))));
+              std::abs(samples(sample) - (sample > 0 ? samples(sample - 1) : before(static_cast<Eigen::Index>(c)))));
       }
       if (track.cells.size() == cells_per_chunk) track.follow_chunk();
       row += cell_frames;
@@ -152,14 +152,14 @@ void FaultySamples::State::take(const Eigen::RowVectorXd& before, const Eigen::R
   num_cells += static_cast<Eigen::Index>(count);
 }
 
-FaultyStretch FaultySamples::State::in_frames(Eigen::Index c, SampleFault fault, const StillRun& run) const {
+FaultyRange FaultySamples::State::in_frames(Eigen::Index c, SampleFault fault, const StillRun& run) const {
   // It may have begun anywhere in the cell before, and end anywhere in the one behind.
   const Eigen::Index first = std::max<Eigen::Index>(0, (run.first - 1) * cell_frames);
   const Eigen::Index last = std::min(num_frames, run.last * cell_frames + cell_frames - 1);
   return {c, fault, first, last, run.level};
 }
 
-std::vector<FaultyStretch> FaultySamples::State::clipped(Eigen::Index c, std::string& remark) const {
+std::vector<FaultyRange> FaultySamples::State::clipped(Eigen::Index c, std::string& remark) const {
   const auto& track = tracks[static_cast<std::size_t>(c)];
   // One sample may be a chance hit; two like updates make a symmetric crest.
   constexpr Eigen::Index at_limit = 2;
@@ -167,20 +167,19 @@ std::vector<FaultyStretch> FaultySamples::State::clipped(Eigen::Index c, std::st
   const double update =
       std::max(track.statistics.repeats(), usual > 1 ? static_cast<double>(usual * cell_frames) : 1.0);
   const auto at_extreme = static_cast<Eigen::Index>(std::ceil(2.5 * update));
-  std::vector<FaultyStretch> found;
+  std::vector<FaultyRange> found;
   for (const double sign : {1.0, -1.0}) {
     const auto& side = sign > 0 ? track.upper : track.lower;
-    for (const auto& stretch : side.at_limit().list())
-      if (stretch.longest >= at_limit)
-        found.push_back({c, SampleFault::clipped, stretch.first, stretch.last, side.value()});
+    for (const auto& range : side.at_limit().list())
+      if (range.longest >= at_limit) found.push_back({c, SampleFault::clipped, range.first, range.last, side.value()});
     if (side.piled_up(at_extreme)) {
       const double fraction = static_cast<double>(side.count()) / static_cast<double>(num_frames);
       if (fraction > max_extreme_fraction)
         remark = fmt::format("; {:.0f} % of the record is at {:.6g} {}: taken for rest", 100 * fraction, side.value(),
                              track.channel.unit);
       else
-        for (const auto& stretch : side.at_extreme().list())
-          found.push_back({c, SampleFault::clipped, stretch.first, stretch.last, side.value()});
+        for (const auto& range : side.at_extreme().list())
+          found.push_back({c, SampleFault::clipped, range.first, range.last, side.value()});
     }
     const double plateau = track.standstill.levels().plateau(sign);
     const auto on_plateau = [&](const StillRun& run) { return sign * run.level >= sign * plateau; };
@@ -192,7 +191,7 @@ std::vector<FaultyStretch> FaultySamples::State::clipped(Eigen::Index c, std::st
   return merged(std::move(found), merge_gap);
 }
 
-std::vector<FaultyStretch> FaultySamples::State::stood_still(Eigen::Index c, std::string& remark) const {
+std::vector<FaultyRange> FaultySamples::State::stood_still(Eigen::Index c, std::string& remark) const {
   const auto& track = tracks[static_cast<std::size_t>(c)];
   const Eigen::Index usual = track.standstill.usual_cells(), long_cells = options.held_updates * usual;
   Eigen::Index num_still = 0;
@@ -211,7 +210,7 @@ std::vector<FaultyStretch> FaultySamples::State::stood_still(Eigen::Index c, std
              return is_crest(run) && std::abs(run.level - level) <= 1e-3 * std::abs(level);
            }) >= 2;
   };
-  std::vector<FaultyStretch> found;
+  std::vector<FaultyRange> found;
   const double tiny = 1e-3 * (track.statistics.high() - track.statistics.low());
   const auto is_extreme = [&](double level) {
     return level >= track.statistics.high() - tiny || level <= track.statistics.low() + tiny;
@@ -244,7 +243,7 @@ void FaultySamples::State::judge(Eigen::Index c, SampleFaults& faults) const {
   std::string clip_remark, rest_remark;
   const auto clips = clipped(c, clip_remark);
   const auto still = stood_still(c, rest_remark);
-  std::array<std::vector<FaultyStretch>, 3> by_fault;  // each stretch once: a dropout may look clipped and held, too
+  std::array<std::vector<FaultyRange>, 3> by_fault;  // each range once: a dropout may look clipped and held, too
   auto &kept_clips = by_fault[0], &dropouts = by_fault[1], &held = by_fault[2];
   std::copy_if(still.begin(), still.end(), std::back_inserter(dropouts),
                [](const auto& x) { return x.fault == SampleFault::dropout; });
@@ -256,29 +255,29 @@ void FaultySamples::State::judge(Eigen::Index c, SampleFaults& faults) const {
   });
 
   for (const SampleFault fault : {SampleFault::clipped, SampleFault::dropout, SampleFault::held}) {
-    const auto stretches = merged(by_fault[static_cast<std::size_t>(fault)], merge_gap);
+    const auto ranges = merged(by_fault[static_cast<std::size_t>(fault)], merge_gap);
     Eigen::Index num_samples = 0;
-    for (const auto& stretch : stretches) num_samples += stretch.last - stretch.first;
+    for (const auto& range : ranges) num_samples += range.last - range.first;
     const double seconds = static_cast<double>(num_samples) / sample_rate_hz;
     std::string message = "none";
-    if (!stretches.empty())
-      message = fmt::format("{} stretch{}, {:.6g} s in all, the first at {:.6g} s at {:.6g} {}", stretches.size(),
-                            stretches.size() > 1 ? "es" : "", seconds,
-                            static_cast<double>(stretches.front().first) / sample_rate_hz, stretches.front().level,
-                            track.channel.unit);
+    if (!ranges.empty())
+      message =
+          fmt::format("{} interval{}, {:.6g} s in all, the first at {:.6g} s at {:.6g} {}", ranges.size(),
+                      ranges.size() > 1 ? "s" : "", seconds, static_cast<double>(ranges.front().first) / sample_rate_hz,
+                      ranges.front().level, track.channel.unit);
     if (fault == SampleFault::clipped) message += clip_remark;
     if (fault == SampleFault::held) message += rest_remark;
     const bool clip = fault == SampleFault::clipped;
     faults.checks.push_back({fmt::format("sample.{}", to_string(fault)), track.channel.name,
-                             !stretches.empty()  ? CheckStatus::warning
+                             !ranges.empty()     ? CheckStatus::warning
                              : message != "none" ? CheckStatus::note
                                                  : CheckStatus::ok,
                              clip ? static_cast<double>(num_samples) / static_cast<double>(num_frames) : seconds, 0.0,
                              message});
-    for (const auto& stretch : stretches) {
-      faults.stretches.push_back(stretch);
-      faults.bad.push_back({static_cast<double>(stretch.first) / sample_rate_hz,
-                            static_cast<double>(stretch.last) / sample_rate_hz,
+    for (const auto& range : ranges) {
+      faults.ranges.push_back(range);
+      faults.bad.push_back({static_cast<double>(range.first) / sample_rate_hz,
+                            static_cast<double>(range.last) / sample_rate_hz,
                             fmt::format("{}: {}", track.channel.name, to_string(fault))});
     }
   }

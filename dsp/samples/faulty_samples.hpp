@@ -11,24 +11,24 @@
 namespace dsp {
 
 enum class SampleFault {
-  clipped,  ///< stands at the limit of what the channel can show
+  clipped,  ///< is at the limit of what the channel can show
   dropout,  ///< jumped to zero or beyond everything else the channel shows, and stays there
   held,     ///< one value repeated where the channel had moved
 };
 [[nodiscard]] std::string_view to_string(SampleFault fault);
 
 /// Frames [first, last) of one channel.
-struct FaultyStretch {
+struct FaultyRange {
   Eigen::Index channel = 0;
   SampleFault fault = SampleFault::clipped;
   Eigen::Index first = 0, last = 0;
-  double level = 0.0;  ///< where it stands, in the channel's unit
+  double level = 0.0;  ///< where it is, in the channel's unit
 };
 
 struct SampleFaults {
-  std::vector<FaultyStretch> stretches;  ///< by channel, then time
-  std::vector<Interval> bad;             ///< the same in seconds, with reasons; margins not added
-  std::vector<Check> checks;             ///< see below
+  std::vector<FaultyRange> ranges;  ///< by channel, then time
+  std::vector<Interval> bad;        ///< the same in seconds, with reasons; margins not added
+  std::vector<Check> checks;        ///< see below
 };
 
 /// What a channel can show, in its own unit.
@@ -39,19 +39,19 @@ struct ChannelLimits {
 struct FaultySampleOptions {
   std::vector<ChannelLimits> limits = {};  ///< one a channel; empty: none known
   double limit_tolerance = 5e-4;           ///< of a known limit: 3.998 of 4 V counts as 4 V
-  int held_updates = 40;                   ///< so many updates of a channel without a change are a fault
-  double max_held_fraction = 0.05;  ///< where more of a record than this stands still, standing still is no fault
-  double merge_gap_s = 0.05;        ///< stretches closer than this become one
+  int held_updates = 40;                   ///< so many updates of a channel without a change are a problem
+  double max_held_fraction = 0.05;  ///< where more of a record than this stands still, standing still is no problem
+  double merge_gap_s = 0.05;        ///< ranges closer than this become one
 };
 
 /// Finds the samples of simultaneous channels that show something else than what was measured, block by block, in
-/// memory that does not grow with the record but for the stretches found. Block sizes do not change the result.
+/// memory that does not grow with the record but for the ranges found. Block sizes do not change the result.
 ///
 /// A channel is looked at in cells of 1.25 ms (one sample below 800 Hz). It stands still in a cell if no step from one
 /// sample to the next is larger than a floor. The floor is 0, equal values, unless the channel repeats its values for a
 /// while with noise on top, as a laser behind a converter does: then four steps in five at least are small, every other
 /// cell at least has a large one, and the floor is 8 times the median step. How long the channel stands still as a rule
-/// (a laser: one update) is learnt from the record. A fault is
+/// (a laser: one update) is learnt from the record. Faulty is
 /// - forty times as long, if that is rare and begins or ends at full pace, or ends in a jump, that is a step eight
 ///   times as large as the usual ones and as those next to it;
 /// - four cells (64 samples) of equal values, if equal values are rare and it begins or ends at full pace;
@@ -63,10 +63,10 @@ struct FaultySampleOptions {
 /// value, and eight times as often as the next lower value seen, which no smooth maximum does (2.4 at most). Extreme
 /// and count start anew with every more extreme value. A record that spends 30 % at it rests there. Thirdly, where
 /// noise lies on repeated values, levels of the outermost 1/512 of the range that are met while standing still and four
-/// times as often as those next to them, if one such stretch lasts eight cells and is reached at a pace of three steps
-/// of the sensor a cell. A clipped stretch that has no other like it and noise on top is not found.
+/// times as often as those next to them, if one such range lasts eight cells and is reached at a pace of three steps
+/// of the sensor a cell. A clipped range that has no other like it and noise on top is not found.
 ///
-/// checks, one a channel: sample.clipped (value: share of samples), sample.dropout, sample.held (value: seconds),
+/// checks, one a channel: sample.clipped (value: fraction of samples), sample.dropout, sample.held (value: seconds),
 /// sample.spike (value: how many; they stay), sample.offset (value: mean), sample.drift (value: of a line through the
 /// record, from end to end); where they apply sample.constant (then nothing else), sample.quantised (value: effective
 /// bits), sample.repeated (value: seconds for which a value is repeated on average). A channel of at most eight values

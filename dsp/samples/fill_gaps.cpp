@@ -9,20 +9,17 @@
 namespace dsp {
 namespace {
 
-struct Gap {
-  Eigen::Index first = 0, last = 0;  // [first, last)
-};
-
 // In order; touching ones joined, empty ones left out.
-std::vector<Gap> gaps_in_samples(const std::vector<Interval>& intervals, double sample_rate_hz, Eigen::Index size) {
+std::vector<IndexRange> gaps_in_samples(const std::vector<Interval>& intervals, double sample_rate_hz,
+                                        Eigen::Index size) {
   // The first sample not before a time; a thousandth of a sample is rounding.
-  const auto place = [&](double time_s) {
+  const auto index = [&](double time_s) {
     return static_cast<Eigen::Index>(
         std::clamp(std::ceil(time_s * sample_rate_hz - 1e-3), 0.0, static_cast<double>(size)));
   };
-  std::vector<Gap> gaps, joined;
-  for (const auto& interval : intervals) gaps.push_back({place(interval.from_s), place(interval.to_s)});
-  std::sort(gaps.begin(), gaps.end(), [](const Gap& a, const Gap& b) { return a.first < b.first; });
+  std::vector<IndexRange> gaps, joined;
+  for (const auto& interval : intervals) gaps.push_back({index(interval.from_s), index(interval.to_s)});
+  std::sort(gaps.begin(), gaps.end(), [](const IndexRange& a, const IndexRange& b) { return a.first < b.first; });
   for (const auto& gap : gaps) {
     if (gap.last <= gap.first) continue;
     if (joined.empty() || gap.first > joined.back().last)
@@ -42,7 +39,7 @@ Eigen::VectorXd predicted(const Eigen::Ref<const Eigen::VectorXd>& x, Eigen::Ind
 }
 
 // Fills [first, last) from num_before and num_after samples.
-void fill(Eigen::Ref<Eigen::VectorXd> samples, const Gap& gap, Eigen::Index num_before, Eigen::Index num_after,
+void fill(Eigen::Ref<Eigen::VectorXd> samples, const IndexRange& gap, Eigen::Index num_before, Eigen::Index num_after,
           Eigen::Index order, bool line) {
   const auto count = gap.last - gap.first;
   const auto from = [&](const Eigen::Ref<const Eigen::VectorXd>& x) -> Eigen::VectorXd {
@@ -64,16 +61,16 @@ void fill(Eigen::Ref<Eigen::VectorXd> samples, const Gap& gap, Eigen::Index num_
 
 void fill_gaps(Eigen::Ref<Eigen::VectorXd> samples, double sample_rate_hz, const std::vector<Interval>& gaps,
                const FillOptions& options) {
-  const auto places = gaps_in_samples(gaps, sample_rate_hz, samples.size());
+  const auto ranges = gaps_in_samples(gaps, sample_rate_hz, samples.size());
   const auto order =
       options.order > 0 ? options.order : std::clamp<Eigen::Index>(std::llround(sample_rate_hz), 64, 256);
   const auto fit = std::max<Eigen::Index>(1, std::llround(options.fit_s * sample_rate_hz));
   // First each from what was measured behind it and all before, which is filled by then; where little was measured
   // before the next gap, from before alone. Those are filled once more when the gaps behind them are.
   for (const bool again : {false, true})
-    for (std::size_t g = 0; g < places.size(); ++g) {
-      const auto& gap = places[g];
-      const auto next = g + 1 < places.size() ? places[g + 1].first : samples.size();
+    for (std::size_t g = 0; g < ranges.size(); ++g) {
+      const auto& gap = ranges[g];
+      const auto next = g + 1 < ranges.size() ? ranges[g + 1].first : samples.size();
       const bool line = static_cast<double>(gap.last - gap.first) > options.max_gap_s * sample_rate_hz;
       const bool crowded = !line && next < samples.size() && next - gap.last < fit;
       if (again && !crowded) continue;

@@ -13,11 +13,11 @@ struct FillOptions {
 };
 
 /// Replaces the samples inside each gap (seconds from the first sample) by a prediction from before (Burg [Bur75]) and
-/// one, backwards, from after, faded into each other; nothing outside changes. Meant for the bus, where a predictor
-/// reaches over a cycle: there 0.3 s of any of the rig's channels come back within 0.4 % of their rms below 10 Hz, and
-/// 1 s within 0.5 %, once the gap is widened by what the filter before the bus smears (FilterSheet::edge_s). Gaps that
-/// touch are one; at an end of the record there is one prediction. Throws std::invalid_argument if nothing is left to
-/// predict from.
+/// one, backwards, from after, faded into each other; nothing outside changes. Meant for the intermediate rate, where a
+/// predictor reaches over a cycle: there 0.3 s of any of the rig's channels come back within 0.4 % of their rms below
+/// 10 Hz, and 1 s within 0.5 %, once the gap is widened by what the filter before it smears (FilterSheet::edge_s). Gaps
+/// that touch are one; at an end of the record there is one prediction. Throws std::invalid_argument if nothing is left
+/// to predict from.
 void fill_gaps(Eigen::Ref<Eigen::VectorXd> samples, double sample_rate_hz, const std::vector<Interval>& gaps,
                const FillOptions& options = {});
 

@@ -9,7 +9,7 @@
 
 namespace dsp {
 
-/// Power spectra of a long record's channels from a few stretches of it, evenly spread and Hann-windowed: enough to say
+/// Power spectra of a long record's channels from a few segments of it, evenly spread and Hann-windowed: enough to say
 /// what lies where a low-pass must stop it. Memory does not grow with the record; block sizes change nothing.
 class RawSpectrum {
  public:
@@ -17,12 +17,12 @@ class RawSpectrum {
   RawSpectrum(double sample_rate_hz, Eigen::Index num_channels, Eigen::Index num_frames);
   /// The next frames, of num_frames in all.
   void push(const Eigen::Ref<const FrameBlock>& frames);
-  /// Mean of the stretches: power a bin, (size / 2 + 1) x num_channels, bin k at k * rate / size, the mean taken out.
-  /// No rows: the record is shorter than a stretch.
+  /// Mean of the segments: power a bin, (size / 2 + 1) x num_channels, bin k at k * rate / size, the mean taken out.
+  /// No rows: the record is shorter than a segment.
   [[nodiscard]] Eigen::MatrixXd power() const;
   [[nodiscard]] double bin_hz() const { return sample_rate_hz_ / static_cast<double>(fft_.size()); }
-  /// Of each channel that moves: sample.near_nyquist (value: share of the power in the uppermost tenth of the band; a
-  /// warning above 1 %: a recorder's own filter leaves nothing there, so what there is may have been folded already);
+  /// Of each channel that moves: sample.near_nyquist (value: fraction of the power in the uppermost tenth of the band;
+  /// a warning above 1 %: a recorder's own filter leaves nothing there, so what there is may have been folded already);
   /// and where a filter leads to output_rate_hz, sample.alias (value: estimated rms of what it lets fold, over the
   /// channel's: the power above half the output rate, by the rejection measured on the taps; the strongest line up
   /// there is named).
@@ -35,9 +35,9 @@ class RawSpectrum {
   double sample_rate_hz_;
   RealFft fft_;
   Eigen::VectorXd window_;
-  Eigen::Index stride_ = 0, num_taken_ = 0, num_stretches_ = 0;
-  FrameBlock held_;      ///< of the stretch under way
-  Eigen::MatrixXd sum_;  ///< of power, over stretches
+  Eigen::Index stride_ = 0, num_taken_ = 0, num_segments_ = 0;
+  FrameBlock held_;      ///< of the segment under way
+  Eigen::MatrixXd sum_;  ///< of power, over segments
 };
 
 }  // namespace dsp

@@ -75,11 +75,11 @@ void SampleStatistics::look_for_spikes(const SampleCell& last, const SampleCell&
         std::max(hull.high - std::max(before.high, cell.high), std::min(before.low, cell.low) - hull.low);
     const bool back = std::abs(before.mean - cell.mean) <= 0.25 * hull.step;
     if (num_cells <= 3 && back && out >= 0.5 * hull.step && out <= 2.0 * hull.step) {
-      const Eigen::Index place = num_cells_ - num_cells;
-      if (spike_.count++ == 0) spike_.first_cell = place;
+      const Eigen::Index first_cell = num_cells_ - num_cells;
+      if (spike_.count++ == 0) spike_.first_cell = first_cell;
       if (out > spike_.largest) {
         spike_.largest = out;
-        spike_.largest_cell = place;
+        spike_.largest_cell = first_cell;
       }
     }
     burst_.num_cells = 0;

@@ -14,7 +14,7 @@ namespace dsp {
 /// What is worth saying of one channel's samples as a whole, gathered cell by cell.
 class SampleStatistics {
  public:
-  /// `steps`: single steps between neighbouring samples, drawn evenly from the same stretch.
+  /// `steps`: single steps between neighbouring samples, drawn evenly from the same range.
   void follow(std::span<const SampleCell> cells, std::span<const double> steps, const StepScale& scale);
   [[nodiscard]] bool constant() const { return low_ == high_; }
   /// A switch, a counter, a channel that is off: at most eight values. It stands still by nature.

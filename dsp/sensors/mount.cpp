@@ -18,7 +18,7 @@ using Eigen::VectorXd;
 
 constexpr double pi = std::numbers::pi;
 
-// What the half wave behind one turn leaves once its smooth part is projected out of it.
+// What the half wave behind one reversal leaves once its smooth part is projected out of it.
 struct HalfWave {
   MatrixXd smooth;  // orthonormal
   VectorXd rest;
@@ -26,7 +26,7 @@ struct HalfWave {
 
 struct Ringing {
   double frequency_hz = 0.0, damping = 0.0;
-  double left = 1.0, usually_left = 1.0;  ///< share of power it does not explain: of all rests, of the median one
+  double left = 1.0, usually_left = 1.0;  ///< fraction of power it does not explain: of all rests, of the median one
 };
 
 class HalfWaves {
@@ -43,7 +43,7 @@ class HalfWaves {
 
   [[nodiscard]] std::size_t size() const { return waves_.size(); }
 
-  // Of what the median half wave leaves, as a share of its largest acceleration.
+  // Of what the median half wave leaves, as a fraction of its largest acceleration.
   [[nodiscard]] double usual_rms() const {
     std::vector<double> all;
     for (const HalfWave& wave : waves_)
@@ -57,7 +57,7 @@ class HalfWaves {
     const std::complex<double> step =
         std::exp(std::complex<double>(-damping * omega, omega * std::sqrt(1.0 - damping * damping)));
     double left = 0.0, all = 0.0;
-    std::vector<double> shares;
+    std::vector<double> fractions;
     for (std::size_t k = 0; k < waves_.size(); k += stride) {
       const HalfWave& wave = waves_[k];
       MatrixXd ring(wave.rest.size(), 2);
@@ -70,9 +70,9 @@ class HalfWaves {
       const double unexplained = power - product.dot(square.ldlt().solve(product));
       left += unexplained;
       all += power;
-      shares.push_back(power > 0.0 ? unexplained / power : 1.0);
+      fractions.push_back(power > 0.0 ? unexplained / power : 1.0);
     }
-    return {frequency_hz, damping, all > 0.0 ? left / all : 1.0, quantile(std::move(shares), 0.5)};
+    return {frequency_hz, damping, all > 0.0 ? left / all : 1.0, quantile(std::move(fractions), 0.5)};
   }
 
  private:
@@ -81,18 +81,21 @@ class HalfWaves {
 };
 
 struct Candidate {
-  Index turn, gap;
+  Index reversal, gap;
   double level;  // largest acceleration about it
 };
 
 // Half waves of usual length and of small accelerations, in which friction's leap counts for most.
-std::vector<Candidate> choose(const VectorXd& a, const std::vector<Index>& turns, Index period) {
+std::vector<Candidate> choose(const VectorXd& a, const std::vector<Index>& reversal_indices, Index period) {
   std::vector<Candidate> all;
   std::vector<double> levels;
-  for (std::size_t k = 0; k + 1 < turns.size(); ++k) {
-    const Index gap = turns[k + 1] - turns[k], about = period / 4;
-    if (5 * gap > 6 * period || 10 * gap < 3 * period || turns[k] < about || turns[k] + about >= a.size()) continue;
-    all.push_back({turns[k], gap, a.segment(turns[k] - about, 2 * about + 1).cwiseAbs().maxCoeff()});
+  for (std::size_t k = 0; k + 1 < reversal_indices.size(); ++k) {
+    const Index gap = reversal_indices[k + 1] - reversal_indices[k], about = period / 4;
+    if (5 * gap > 6 * period || 10 * gap < 3 * period || reversal_indices[k] < about ||
+        reversal_indices[k] + about >= a.size())
+      continue;
+    all.push_back(
+        {reversal_indices[k], gap, a.segment(reversal_indices[k] - about, 2 * about + 1).cwiseAbs().maxCoeff()});
     levels.push_back(all.back().level);
   }
   const double largest = quantile(levels, 0.95);
@@ -102,24 +105,24 @@ std::vector<Candidate> choose(const VectorXd& a, const std::vector<Index>& turns
   return drawn_evenly(all, 120);
 }
 
-HalfWaves half_waves(const Motion& motion, const VectorXd& v, const std::vector<Index>& turns, double cutoff_hz,
-                     Index period) {
+HalfWaves half_waves(const Motion& motion, const VectorXd& v, const std::vector<Index>& reversal_indices,
+                     double cutoff_hz, Index period) {
   const VectorXd &a = motion.at("a"), &x = motion.at("x");
   const Signal* base = motion.find("ddr");
   const ShortLowPass low_pass(cutoff_hz, motion.sample_rate_hz);
   HalfWaves waves(motion.sample_rate_hz);
   const Index from = std::max<Index>(3, std::lround(0.07 * static_cast<double>(period)));  // the leap is over
-  for (const Candidate& c : choose(a, turns, period)) {
-    const Index to = std::min(c.gap * 17 / 20, period * 7 / 10), first = c.turn + from, count = to - from;
-    if (count < 15 || first < low_pass.reach() || c.turn + to + low_pass.reach() >= a.size()) continue;
-    VectorXd acceleration = low_pass(a, first, count), place = low_pass(x, first, count);
-    place.array() -= place.mean();
-    place /= std::max(place.cwiseAbs().maxCoeff(), 1e-300);
+  for (const Candidate& c : choose(a, reversal_indices, period)) {
+    const Index to = std::min(c.gap * 17 / 20, period * 7 / 10), first = c.reversal + from, count = to - from;
+    if (count < 15 || first < low_pass.reach() || c.reversal + to + low_pass.reach() >= a.size()) continue;
+    VectorXd acceleration = low_pass(a, first, count), position = low_pass(x, first, count);
+    position.array() -= position.mean();
+    position /= std::max(position.cwiseAbs().maxCoeff(), 1e-300);
     MatrixXd smooth(count, base != nullptr ? 6 : 5);
     smooth.col(0).setOnes();
-    smooth.col(1) = place;
-    smooth.col(2) = place.cwiseAbs2();
-    smooth.col(3) = smooth.col(2).cwiseProduct(place);
+    smooth.col(1) = position;
+    smooth.col(2) = position.cwiseAbs2();
+    smooth.col(3) = smooth.col(2).cwiseProduct(position);
     smooth.col(4) = v.segment(first, count);
     if (base != nullptr) {
       smooth.col(5) = low_pass(base->values, first, count);
@@ -138,9 +141,9 @@ std::complex<double> error_response(const Mount& mount, double f) {
 
 }  // namespace
 
-Mount find_mount(const Motion& motion, const VectorXd& v, const std::vector<Index>& turns, double cutoff_hz,
+Mount find_mount(const Motion& motion, const VectorXd& v, const std::vector<Index>& reversal_indices, double cutoff_hz,
                  Index samples_per_period) {
-  const HalfWaves waves = half_waves(motion, v, turns, cutoff_hz, samples_per_period);
+  const HalfWaves waves = half_waves(motion, v, reversal_indices, cutoff_hz, samples_per_period);
   constexpr std::size_t fewest = 10, looked_at_first = 40;
   if (waves.size() < fewest) return {};
   const double per_period_hz = motion.sample_rate_hz / static_cast<double>(samples_per_period);

@@ -19,9 +19,10 @@ struct Mount {
 /// that acceleration is fitted to every one of up to 120 half waves, with frequency and damping common to all. Rigid
 /// unless it has 4.5 to 18 oscillations a period, explains seven tenths of what these leave of the median half wave,
 /// and that is a hundredth of the acceleration or more. `motion`: x and a, on one clock; with a measured base also ddr.
-/// `v` (of few harmonics) is that of x, `turns` its reversals.
-[[nodiscard]] Mount find_mount(const Motion& motion, const Eigen::VectorXd& v, const std::vector<Eigen::Index>& turns,
-                               double cutoff_hz, Eigen::Index samples_per_period);
+/// `v` (of few harmonics) is that of x, `reversal_indices` where it reverses.
+[[nodiscard]] Mount find_mount(const Motion& motion, const Eigen::VectorXd& v,
+                               const std::vector<Eigen::Index>& reversal_indices, double cutoff_hz,
+                               Eigen::Index samples_per_period);
 
 /// What the mount adds to the body's relative acceleration below band.cutoff_hz, and to its velocity below
 /// slow.cutoff_hz: to be taken off. From y and ddy, or from x and a where there is no base.

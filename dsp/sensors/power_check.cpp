@@ -52,8 +52,8 @@ Check check_of(const PowerCheck& power, const std::vector<SensorRelation>& relat
           limit,
           fmt::format("velocity and acceleration {}: power balance {:.2g} as measured, {}",
                       raw > limit ? "are out of step" : "are in step", raw,
-                      agree ? fmt::format("{:.2g} after the sensors were brought to agree", corrected)
-                            : "and the sensors could not be brought to agree")};
+                      agree ? fmt::format("{:.2g} after the sensors were corrected", corrected)
+                            : "and the sensors could not be corrected")};
 }
 
 }  // namespace dsp

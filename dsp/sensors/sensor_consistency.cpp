@@ -86,29 +86,29 @@ Ratio measured_ratio(const SpectrumOf& displacement, const Eigen::Ref<const Vect
   return ratio;
 }
 
-// Parameters: log gain, lag, then log corners; four at most.
+// Parameters: log gain, lag, then log cut-offs; four at most.
 class Model {
  public:
   using Slope = Eigen::Matrix<Complex, Eigen::Dynamic, 1, 0, 4, 1>;
   explicit Model(const VectorXd& p)
-      : gain_(std::exp(p(0))), lag_s_(p(1)), corners_hz_(p.tail(p.size() - 2).array().exp()) {}
+      : gain_(std::exp(p(0))), lag_s_(p(1)), cutoffs_hz_(p.tail(p.size() - 2).array().exp()) {}
   Complex operator()(double f) const {
     Complex value = std::polar(gain_, two_pi * f * lag_s_);
-    for (const double corner_hz : corners_hz_) value *= Complex(0.0, f) / Complex(corner_hz, f);
+    for (const double cutoff_hz : cutoffs_hz_) value *= Complex(0.0, f) / Complex(cutoff_hz, f);
     return value;
   }
   // Derivatives of a value of the model by the parameters.
   Slope slope(double f, Complex value) const {
-    Slope slope(2 + corners_hz_.size());
+    Slope slope(2 + cutoffs_hz_.size());
     slope(0) = value;
     slope(1) = Complex(0.0, two_pi * f) * value;
-    for (Index k = 0; k < corners_hz_.size(); ++k) slope(2 + k) = -value * corners_hz_(k) / Complex(corners_hz_(k), f);
+    for (Index k = 0; k < cutoffs_hz_.size(); ++k) slope(2 + k) = -value * cutoffs_hz_(k) / Complex(cutoffs_hz_(k), f);
     return slope;
   }
 
  private:
   double gain_, lag_s_;
-  Eigen::ArrayXd corners_hz_;
+  Eigen::ArrayXd cutoffs_hz_;
 };
 
 struct Fitted {
@@ -186,7 +186,7 @@ double median_error(const Ratio& ratio, const VectorXd& p) {
   return std::max(median(std::move(errors)), 1e-12);
 }
 
-// With so many poles, from several corners; then twice more with the median error as the scale of the soft L1.
+// With so many poles, from several cut-offs; then twice more with the median error as the scale of the soft L1.
 Fitted fit_poles(const Ratio& ratio, Index poles) {
   Fitted best;
   for (const double start_hz : {0.1, 0.4, 1.0}) {
@@ -207,7 +207,7 @@ SensorRelation related(const SpectrumOf& displacement, const Eigen::Ref<const Ve
   const Ratio ratio = measured_ratio(displacement, acceleration, sample_rate_hz, excluded, options);
   relation.num_windows = ratio.num_windows;
   if (ratio.num_windows < options.min_windows) {
-    relation.reason = "too little of the record is free of faults: " + std::to_string(ratio.num_windows) +
+    relation.reason = "too little of the record is without faulty samples: " + std::to_string(ratio.num_windows) +
                       " windows of " + std::to_string(static_cast<int>(options.window_s)) + " s, wanted " +
                       std::to_string(options.min_windows);
     return relation;
@@ -237,7 +237,7 @@ SensorRelation related(const SpectrumOf& displacement, const Eigen::Ref<const Ve
     relation.highpass_hz.push_back(std::exp(best.p(k)));
     relation.highpass_std_hz.push_back(relation.highpass_hz.back() * std(k));
   }
-  // d(sum of corners) = sum of corner d(log corner)
+  // d(sum of cut-offs) = sum of cut-off d(log cut-off)
   VectorXd slope = VectorXd::Zero(best.p.size());
   for (Index k = 2; k < best.p.size(); ++k) slope(k) = std::exp(best.p(k));
   relation.highpass_sum_std_hz = std::sqrt(std::max(0.0, slope.dot(best.covariance * slope)));
@@ -247,11 +247,11 @@ SensorRelation related(const SpectrumOf& displacement, const Eigen::Ref<const Ve
 
 }  // namespace
 
-Complex highpass_response(const std::vector<double>& corners_hz, double frequency_hz) {
+Complex highpass_response(const std::vector<double>& cutoffs_hz, double frequency_hz) {
   Complex value = 1.0;
   // i f / (c + i f) without a complex division, which guards against overflow at several times the price.
-  for (const double corner : corners_hz)
-    value *= frequency_hz / (corner * corner + frequency_hz * frequency_hz) * Complex(frequency_hz, corner);
+  for (const double cutoff : cutoffs_hz)
+    value *= frequency_hz / (cutoff * cutoff + frequency_hz * frequency_hz) * Complex(frequency_hz, cutoff);
   return value;
 }
 
@@ -302,12 +302,12 @@ namespace {
 
 // Where the motion that a signal shows ends.
 double highest_motion_hz(const ExtendedSpectrum& spectrum, double rate_hz) {
-  constexpr double share_above = 0.01, resolution = 1e-3;
+  constexpr double fraction_above = 0.01, resolution = 1e-3;
   double low_hz = 0.0, high_hz = 0.2 * rate_hz;  // twice that is free of the recorder's own filter
-  if (spectrum.power_fraction_above(high_hz) > share_above) return high_hz;
+  if (spectrum.power_fraction_above(high_hz) > fraction_above) return high_hz;
   while (high_hz - low_hz > resolution * high_hz) {
     const double middle_hz = 0.5 * (low_hz + high_hz);
-    (spectrum.power_fraction_above(middle_hz) > share_above ? low_hz : high_hz) = middle_hz;
+    (spectrum.power_fraction_above(middle_hz) > fraction_above ? low_hz : high_hz) = middle_hz;
   }
   return high_hz;
 }
@@ -406,15 +406,15 @@ Equalised equalise_sensors(ColumnSpectra& spectra, const std::vector<unsigned ch
       if (displacement_counts)
         spectra.change(recording.find(pair.acceleration)).multiply([&](double) { return 1.0 / ratio; });
     }
-    // Without a relation, the corners somebody wrote down.
-    const auto& corners = can_be_corrected(relation) ? relation.highpass_hz : relation.declared_hz;
+    // Without a relation, the cut-offs somebody wrote down.
+    const auto& cutoffs = can_be_corrected(relation) ? relation.highpass_hz : relation.declared_hz;
     if (pair.acceleration == Role::ddr)
-      base_highpass = corners;
+      base_highpass = cutoffs;
     else
-      result.highpass_hz = corners;
+      result.highpass_hz = cutoffs;
     result.relations.push_back(std::move(relation));
   }
-  // The base acceleration takes on the payload's coupling; both lose what lies below any useful frequency.
+  // The base acceleration takes on the payload's AC coupling; both lose what lies below any useful frequency.
   const auto& shared = result.highpass_hz;
   const bool coupled = !shared.empty() || (base_highpass && !base_highpass->empty());
   for (const Role role : {Role::ddr, Role::ddy}) {

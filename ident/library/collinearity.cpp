@@ -27,7 +27,7 @@ constexpr double same_column = 1e-12;
 constexpr std::size_t most_named = 5;
 // Condition index from which a combination is worth a person's attention.
 constexpr double remarkable_condition = 1e3;
-// Signals further from zero than this many deviations make their powers one another's images.
+// Signals further from zero than this many standard deviations make their powers one another's images.
 constexpr double far_offset = 30.0;
 
 NearDependence dependence(const std::vector<Index>& columns, const VectorXd& direction, double size) {
@@ -87,9 +87,9 @@ std::string sentence(const Rival& rival, const std::vector<const Term*>& terms,
   const auto [first, second] = std::minmax(rival.kept, rival.other);  // as in the library
   const std::vector<const Term*> pair{terms[static_cast<std::size_t>(first)], terms[static_cast<std::size_t>(second)]};
   const std::string where = where_measured(pair, largest);
-  return fmt::format("{} and {} cannot be told apart here{}; the exchange {} {:.2g} of 2 log evidence", pair[0]->name,
-                     pair[1]->name, where.empty() ? "" : ": " + where, rival.evidence_lost < 0.0 ? "gains" : "costs",
-                     std::abs(rival.evidence_lost));
+  return fmt::format("{} and {} cannot be distinguished here{}; the exchange {} {:.2g} of 2 log evidence",
+                     pair[0]->name, pair[1]->name, where.empty() ? "" : ": " + where,
+                     rival.evidence_lost < 0.0 ? "gains" : "costs", std::abs(rival.evidence_lost));
 }
 
 /// Of each kept term the strongest rival.
@@ -106,7 +106,7 @@ bool is_pair(const NearDependence& near, const Rival& rival) {
   return std::is_permutation(near.terms.begin(), near.terms.end(), pair.begin(), pair.end());
 }
 
-// |mean| / deviation of a column beside the constant one: cotangent of the angle between them.
+// |mean| / standard deviation of a column beside the constant one: cotangent of the angle between them.
 double offset_of(const UnitProblem& problem, Index constant, Index column) {
   const double cosine = std::abs(problem.A.col(constant).dot(problem.A.col(column)));
   const double sine =
@@ -202,7 +202,7 @@ std::vector<std::string> collinearity_remarks(const RFactor& data, const Fit& fi
     remarks.push_back(sentence(exchanges[i], terms, largest));
   if (exchanges.size() > most_named)
     remarks.push_back(
-        fmt::format("{} more kept terms cannot be told apart from one left out", exchanges.size() - most_named));
+        fmt::format("{} more kept terms cannot be distinguished from one left out", exchanges.size() - most_named));
   return remarks;
 }
 

@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "ident/candidate_library.hpp"
 #include "ident/fit.hpp"
+#include "ident/library.hpp"
 #include "ident/r_factor.hpp"
 
 namespace ident {
@@ -36,7 +36,7 @@ struct Rival {
 /// Exchanges that cost less than `limit` of 2 log evidence (10: odds of 150). Fits without a noise estimate have none.
 [[nodiscard]] std::vector<Rival> rivals(const RFactor& data, const Fit& fit, double limit = 10.0);
 
-/// What a person should know of the library and the fit, one sentence each: "x and sin(x) cannot be told apart here:
+/// What a person should know of the library and the fit, one sentence each: "x and sin(x) cannot be distinguished here:
 /// largest |x| 0.11", "x lies 300 of its standard deviations from zero: subtract its mean", equal and zero columns by
 /// name, combinations with a kept term in them that one part in a thousand sets apart from zero.
 /// `terms`: of the columns of `data`, to which fit.relevant refers. `largest`: greatest magnitude of each signal.

@@ -21,13 +21,13 @@ struct FunctionHelp {
 enum class SwitchSampling {
   point,         ///< -1, 0 or 1 at the sample
   cell_average,  ///< mean over the sampling cell, clip(2 g f_s / |dg/dt|, -1, 1), where dg/dt is a known signal: the
-                 ///< jump keeps its place between two samples, as the anti-alias filter of the target keeps it
+                 ///< jump keeps its time between two samples, as the anti-alias filter of the target keeps it
 };
 
 struct Switch;
 
 /// A pure function of signals: "x^2*v", "abs(x)*v", "sgn(v)", "abs(v) > 0.004 && t < 10". Immutable; copies share their
-/// parts, and threads may share one. Powers are real powers; -x^2 is -(x^2); 2^3^2 is 2^9. sgn must not stand inside
+/// parts, and threads may share one. Powers are real powers; -x^2 is -(x^2); 2^3^2 is 2^9. sgn must not occur inside
 /// another sgn. Signals are known by name; values are in their units, SI throughout this program.
 class Expression {
  public:
@@ -54,10 +54,10 @@ class Expression {
   /// Everything that jumps or has a kink where some g passes zero: sgn(g), abs(g), comparisons; each g once.
   [[nodiscard]] std::vector<Switch> all_switches() const;
   /// Partial derivative with respect to one signal, simplified: of "x^3" "3*x^2". Off the switches: that of abs(g) is
-  /// sgn(g) dg, of sgn and comparisons zero. Where sgn stands inside abs its text cannot be read back.
+  /// sgn(g) dg, of sgn and comparisons zero. Where sgn is inside abs its text cannot be read back.
   [[nodiscard]] Expression derivative(std::string_view signal) const;
   /// c where this is c times the other, however both are written (order, brackets, numbers folded); nothing if they are
-  /// not told to be so. Factors are not multiplied out. Zero is a multiple of zero alone, c = 1.
+  /// not recognised as such. Factors are not multiplied out. Zero is a multiple of zero alone, c = 1.
   [[nodiscard]] std::optional<double> ratio_to(const Expression& other) const;
   /// SI unit of its values ("m/s^2", "1") where it follows from the units of the signals; else empty.
   [[nodiscard]] std::string unit(const dsp::Motion& signals) const;

@@ -96,7 +96,7 @@ class Parser {
     if (level > tightest_infix) return signed_power();
     Tree left = infix(level + 1);
     while (const Infix* found = infix_here(level)) {
-      place_ += found->text.size();
+      position_ += found->text.size();
       left = binary_node(found->operation, std::move(left), infix(level + 1));
     }
     return left;
@@ -121,7 +121,7 @@ class Parser {
 
   Tree value() {
     if (at_end()) unexpected("a value");
-    const char c = text_[place_];
+    const char c = text_[position_];
     if (take('(')) return in_brackets();
     if (digit(c) || c == '.') return number();
     if (name_character(c)) return name();
@@ -130,24 +130,24 @@ class Parser {
 
   Tree in_brackets() {
     Tree tree = infix(1);
-    if (at_end()) fail(place_, "a closing bracket is missing");
+    if (at_end()) fail(position_, "a closing bracket is missing");
     if (!take(')')) unexpected("an operator or a closing bracket");
     return tree;
   }
 
   Tree number() {
     double value = 0.0;
-    const auto [end, error] = std::from_chars(text_.data() + place_, text_.data() + text_.size(), value);
+    const auto [end, error] = std::from_chars(text_.data() + position_, text_.data() + text_.size(), value);
     if (error == std::errc::invalid_argument) unexpected("a value");
-    if (error != std::errc()) fail(place_, "a number too large or too small to be held");
-    place_ = static_cast<std::size_t>(end - text_.data());
+    if (error != std::errc()) fail(position_, "a number too large or too small to be held");
+    position_ = static_cast<std::size_t>(end - text_.data());
     return number_node(value);
   }
 
   Tree name() {
-    const std::size_t start = place_;
-    while (place_ < text_.size() && name_character(text_[place_])) ++place_;
-    const std::string_view word = text_.substr(start, place_ - start);
+    const std::size_t start = position_;
+    while (position_ < text_.size() && name_character(text_[position_])) ++position_;
+    const std::string_view word = text_.substr(start, position_ - start);
     const auto function = std::find_if(known_functions.begin(), known_functions.end(),
                                        [&](const KnownFunction& known) { return known.name == word; });
     if (function != known_functions.end() && take('(')) return call(function->function, start);
@@ -159,7 +159,7 @@ class Parser {
 
   Tree call(Function function, std::size_t start) {
     if (function != Function::sgn) return call_node(function, in_brackets());
-    if (in_sgn_) fail(start, "sgn stands inside sgn");
+    if (in_sgn_) fail(start, "sgn is inside sgn");
     in_sgn_ = true;
     Tree argument = in_brackets();
     in_sgn_ = false;
@@ -168,37 +168,38 @@ class Parser {
 
   const Infix* infix_here(int level) {
     skip_blanks();
-    const auto found = std::find_if(infixes.begin(), infixes.end(),
-                                    [&](const Infix& known) { return text_.substr(place_).starts_with(known.text); });
+    const auto found = std::find_if(infixes.begin(), infixes.end(), [&](const Infix& known) {
+      return text_.substr(position_).starts_with(known.text);
+    });
     return found != infixes.end() && found->level == level ? &*found : nullptr;
   }
 
   bool take(char c) {
     skip_blanks();
-    if (place_ == text_.size() || text_[place_] != c) return false;
-    ++place_;
+    if (position_ == text_.size() || text_[position_] != c) return false;
+    ++position_;
     return true;
   }
   bool at_end() {
     skip_blanks();
-    return place_ == text_.size();
+    return position_ == text_.size();
   }
-  void skip_blanks() { place_ = std::min(text_.find_first_not_of(' ', place_), text_.size()); }
+  void skip_blanks() { position_ = std::min(text_.find_first_not_of(' ', position_), text_.size()); }
 
   [[noreturn]] void unexpected(const char* wanted) {
-    if (at_end()) fail(place_, fmt::format("the expression ends where {} is wanted", wanted));
-    std::size_t end = place_ + 1;
-    while (name_character(text_[place_]) && end < text_.size() && name_character(text_[end])) ++end;
-    fail(place_, fmt::format("{} where {} is wanted", quoted(text_.substr(place_, end - place_)), wanted));
+    if (at_end()) fail(position_, fmt::format("the expression ends where {} is wanted", wanted));
+    std::size_t end = position_ + 1;
+    while (name_character(text_[position_]) && end < text_.size() && name_character(text_[end])) ++end;
+    fail(position_, fmt::format("{} where {} is wanted", quoted(text_.substr(position_, end - position_)), wanted));
   }
-  [[noreturn]] void fail(std::size_t place, const std::string& why) const {
-    refuse("term.syntax", text_, fmt::format("position {}: {}", place + 1, why));
+  [[noreturn]] void fail(std::size_t position, const std::string& why) const {
+    refuse("term.syntax", text_, fmt::format("position {}: {}", position + 1, why));
   }
 
   std::string_view text_;
   const std::function<bool(std::string_view)>& is_signal_;
   const std::string& known_;
-  std::size_t place_ = 0;
+  std::size_t position_ = 0;
   int num_powers_ = 0;  ///< those whose exponent is being read
   bool in_sgn_ = false;
 };

@@ -16,7 +16,7 @@ enum class Notation { text, latex, mathml, c, matlab, python };
 /// Those that are not along one line.
 [[nodiscard]] std::string print_latex(const Node& node);
 [[nodiscard]] std::string print_mathml(const Node& node);
-/// Whether an operand of an infix operator stands in brackets.
+/// Whether an operand of an infix operator is in brackets.
 enum class Side { left, right };
 [[nodiscard]] bool needs_brackets(const Node& parent, const Node& operand, Side side);
 

@@ -44,7 +44,7 @@ RvmState empty_start(const MarginalLikelihood& likelihood, const FastRvmOptions&
   return likelihood.empty_state(options.initial_noise_fraction);
 }
 
-// All usable terms at their best lambda given all others: for libraries in which no term stands out alone.
+// All usable terms at their best lambda given all others: for libraries in which no term is conspicuous alone.
 RvmState full_start(const MarginalLikelihood& likelihood, const FastRvmOptions& options) {
   RvmState s = empty_start(likelihood, options);
   s.kept = usable_terms(likelihood.problem());
@@ -80,7 +80,7 @@ bool exchange(const MarginalLikelihood& likelihood, RvmState& s, Fit& fit) {
     RvmState without{s.kept, s.lambda, s.noise, {}};
     without.remove(leaving);
     likelihood.update_posterior(without);
-    const double loss = likelihood.share(likelihood.factors(s, leaving), s.lambda_of(leaving));
+    const double loss = likelihood.contribution(likelihood.factors(s, leaving), s.lambda_of(leaving));
     for (Index i = 0; i < likelihood.num_terms(); ++i) {
       const TermFactors term = likelihood.factors(without, i);
       if (s.keeps(i) || !likelihood.is_independent(term)) continue;

@@ -28,11 +28,11 @@ RvmMove best_move(const MarginalLikelihood& likelihood, const FastRvmOptions& op
     const double lambda = s.lambda_of(i);
     const bool kept = std::isfinite(lambda);
     RvmMove move{FitAction::reestimate, i};
-    if (const double gain = likelihood.gain(term); gain > likelihood.tau()) {         // step 8
-      if (kept) {                                                                     // steps 9-12
-        const double better = best_lambda(term);                                      // Eq. 29
-        move.gain = likelihood.share(term, better) - likelihood.share(term, lambda);  // Eq. 34
-        const double change = std::abs(std::log(better / lambda));                    // step 30
+    if (const double gain = likelihood.gain(term); gain > likelihood.tau()) {                       // step 8
+      if (kept) {                                                                                   // steps 9-12
+        const double better = best_lambda(term);                                                    // Eq. 29
+        move.gain = likelihood.contribution(term, better) - likelihood.contribution(term, lambda);  // Eq. 34
+        const double change = std::abs(std::log(better / lambda));                                  // step 30
         if (change > largest_change) largest_change = change, unsettled = move;
       } else {  // steps 13-15
         move.action = FitAction::add;
@@ -40,7 +40,7 @@ RvmMove best_move(const MarginalLikelihood& likelihood, const FastRvmOptions& op
       }
     } else if (kept) {  // steps 18-20
       move.action = FitAction::remove;
-      move.gain = likelihood.tau() - likelihood.share(term, lambda);  // Eq. 33
+      move.gain = likelihood.tau() - likelihood.contribution(term, lambda);  // Eq. 33
     }
     if (move.gain > best.gain) best = move;  // step 27
   }

@@ -36,30 +36,30 @@ MatrixXd columns(const UnitProblem& problem, const std::vector<Index>& kept) {
 void leave_out_dependent(const UnitProblem& problem, std::vector<Index>& kept, Fit& fit) {
   // Unit vectors are known to some eps, sums of columns that were filtered one by one to some tens of eps.
   constexpr double rounding = 64.0 * std::numeric_limits<double>::epsilon();
-  constexpr double negligible_share = 1e-6;
+  constexpr double negligible_fraction = 1e-6;
   const auto n = static_cast<Index>(kept.size());
   MatrixXd Q(problem.A.rows(), n), T = MatrixXd::Zero(n, n);
   std::vector<Index> independent;
   for (const Index term : kept) {
     const auto r = static_cast<Index>(independent.size());
-    VectorXd beyond = problem.A.col(term), shares = VectorXd::Zero(r);
+    VectorXd beyond = problem.A.col(term), within_basis = VectorXd::Zero(r);
     for (int pass = 0; pass < 2; ++pass) {
       const VectorXd within = Q.leftCols(r).transpose() * beyond;
       beyond -= Q.leftCols(r) * within;
-      shares += within;
+      within_basis += within;
     }
     const double left = beyond.norm();
     if (left > rounding) {
       Q.col(r) = beyond / left;
-      T.col(r).head(r) = shares;
+      T.col(r).head(r) = within_basis;
       T(r, r) = left;
       independent.push_back(term);
       continue;
     }
     Dependent found{term, {}};
-    const VectorXd weights = T.topLeftCorner(r, r).triangularView<Eigen::Upper>().solve(shares);
+    const VectorXd weights = T.topLeftCorner(r, r).triangularView<Eigen::Upper>().solve(within_basis);
     for (Index j = 0; j < r; ++j)
-      if (std::abs(weights(j)) > negligible_share * weights.cwiseAbs().maxCoeff())
+      if (std::abs(weights(j)) > negligible_fraction * weights.cwiseAbs().maxCoeff())
         found.of.push_back(independent[static_cast<std::size_t>(j)]);
     fit.dependent.push_back(std::move(found));
     fit.steps.push_back({FitAction::remove, term, nan, nan});

@@ -37,7 +37,7 @@ void finish_bayesian(const UnitProblem& problem, std::vector<Eigen::Index> kept,
 [[nodiscard]] FitStep start_from(std::vector<Eigen::Index> kept);
 
 /// Least squares on `kept` by QR of unit-norm columns; fills mean, covariance, noise and condition number. Of columns
-/// that depend on one another the later are left out, told in `fit.dependent` and as steps; status rank_deficient.
+/// that depend on one another the later are left out, listed in `fit.dependent` and as steps; status rank_deficient.
 /// Without a row to spare noise and covariance are NaN, status too_few_rows. `penalty` (ridge) is added to the
 /// unit-norm normal matrix as rows sqrt(penalty), which keeps all columns and the status.
 void finish_least_squares(const UnitProblem& problem, std::vector<Eigen::Index> kept, double penalty, Fit& fit);

@@ -41,26 +41,26 @@ std::vector<Index> support(const VectorXd& c) {
   return kept;
 }
 
-// Falling shares of the largest useful penalty: the whole path, or as far as the one asked for.
+// Falling fractions of the largest useful penalty: the whole path, or as far as the one asked for.
 std::vector<double> path_of(const LassoOptions& options) {
-  std::vector<double> shares;
+  std::vector<double> fractions;
   for (int i = 1; i < options.path_length; ++i)
-    shares.push_back(std::pow(options.path_end, i / (options.path_length - 1.0)));
-  if (options.lambda < 0.0) return shares;
-  std::erase_if(shares, [&](double share) { return share <= options.lambda; });
-  shares.push_back(options.lambda);
-  return shares;
+    fractions.push_back(std::pow(options.path_end, i / (options.path_length - 1.0)));
+  if (options.lambda < 0.0) return fractions;
+  std::erase_if(fractions, [&](double fraction) { return fraction <= options.lambda; });
+  fractions.push_back(options.lambda);
+  return fractions;
 }
 
 // What entered and what left between two supports.
-void record(const std::vector<Index>& before, const std::vector<Index>& now, double share, double noise_variance,
+void record(const std::vector<Index>& before, const std::vector<Index>& now, double fraction, double noise_variance,
             Fit& fit) {
   for (const Index term : before)
     if (!std::binary_search(now.begin(), now.end(), term))
-      fit.steps.push_back({FitAction::remove, term, nan, noise_variance, -1, {}, share});
+      fit.steps.push_back({FitAction::remove, term, nan, noise_variance, -1, {}, fraction});
   for (const Index term : now)
     if (!std::binary_search(before.begin(), before.end(), term))
-      fit.steps.push_back({FitAction::add, term, nan, noise_variance, -1, {}, share});
+      fit.steps.push_back({FitAction::add, term, nan, noise_variance, -1, {}, fraction});
 }
 
 }  // namespace
@@ -85,15 +85,15 @@ Fit fit_lasso(const RFactor& data, const LassoOptions& options) {
   fit.steps.back().noise_variance = problem.target_norm(0) * problem.target_norm(0) / m;
   std::size_t steps_to_best = 1;
   double best_bic = std::numeric_limits<double>::infinity();
-  for (const double share : path_of(options)) {
-    const bool settled = coordinate_descent(problem, share * largest, c);
+  for (const double fraction : path_of(options)) {
+    const bool settled = coordinate_descent(problem, fraction * largest, c);
     ++fit.iterations;
     std::vector<Index> kept = support(c);
-    const bool asked_for = share == options.lambda;
+    const bool asked_for = fraction == options.lambda;
     if (!asked_for && (kept == before || static_cast<Index>(kept.size()) >= problem.num_samples)) continue;
     Fit at;
     finish_least_squares(at_unit_norm, kept, 0.0, at);
-    record(before, kept, share, at.noise_variance * problem.target_norm(0) * problem.target_norm(0), fit);
+    record(before, kept, fraction, at.noise_variance * problem.target_norm(0) * problem.target_norm(0), fit);
     const double bic =
         m * std::log(std::max(floor, at.noise_variance)) + static_cast<double>(at.relevant.size()) * std::log(m);
     before = kept;

@@ -29,7 +29,7 @@ Fit least_squares(const RFactor& data, const std::vector<Eigen::Index>& terms, d
   finish_least_squares(problem, std::move(kept), penalty, fit);
   if (penalty > 0.0 && std::isnan(fit.noise_variance))
     fit.remarks.push_back(
-        fmt::format("{} rows for {} terms: nothing is left to tell the noise, so there are no error bars",
+        fmt::format("{} rows for {} terms: no row is left to estimate the noise, so there are no error bars",
                     problem.num_samples, fit.relevant.size()));
   for (FitStep& step : fit.steps) step.noise_variance = fit.noise_variance;
   return fit;

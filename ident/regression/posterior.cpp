@@ -137,7 +137,7 @@ double evidence_gain(double q) {
   return q > 1.0 ? q - 1.0 - std::log(q) : 0.0;
 }
 
-double evidence_share(double sparsity, double quality2, double lambda) {
+double evidence_contribution(double sparsity, double quality2, double lambda) {
   return std::log(lambda / (lambda + sparsity)) + quality2 / (lambda + sparsity);
 }
 

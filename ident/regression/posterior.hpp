@@ -60,7 +60,7 @@ struct NoiseCovariance {
 [[nodiscard]] double evidence_gain(double q);
 /// 2 f(alpha) of Eq. 21 of [QZS23]: 2 dL of having a term at this lambda instead of not at all. Here and below
 /// sparsity is sigma^2 k and quality2 is sigma^2 l^2.
-[[nodiscard]] double evidence_share(double sparsity, double quality2, double lambda);
+[[nodiscard]] double evidence_contribution(double sparsity, double quality2, double lambda);
 /// Eqs. 29-30 of [QZS23], noise-scaled; infinite where l^2 <= k.
 [[nodiscard]] double best_lambda(double sparsity, double quality2);
 

@@ -94,8 +94,8 @@ double MarginalLikelihood::gain(const TermFactors& term) const {
   return is_independent(term) ? num_targets_ * evidence_gain(term.quality2 / term.sparsity) : 0.0;
 }
 
-double MarginalLikelihood::share(const TermFactors& term, double lambda) const {
-  return num_targets_ * evidence_share(term.sparsity, term.quality2, lambda);
+double MarginalLikelihood::contribution(const TermFactors& term, double lambda) const {
+  return num_targets_ * evidence_contribution(term.sparsity, term.quality2, lambda);
 }
 
 void MarginalLikelihood::record(const RvmState& s, const RvmMove& move, Fit& fit) const {

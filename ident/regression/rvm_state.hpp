@@ -80,7 +80,7 @@ class MarginalLikelihood {
   [[nodiscard]] double gain(const TermFactors& term) const;
   [[nodiscard]] double gain(const RvmState& s, Eigen::Index term) const { return gain(factors(s, term)); }
   /// Of having the term at this lambda instead of not at all.
-  [[nodiscard]] double share(const TermFactors& term, double lambda) const;
+  [[nodiscard]] double contribution(const TermFactors& term, double lambda) const;
 
   /// Counts the move, and writes down the state after it.
   void record(const RvmState& s, const RvmMove& move, Fit& fit) const;

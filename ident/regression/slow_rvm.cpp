@@ -28,10 +28,10 @@ void record(const UnitProblem& problem, const Fixed& s, const Posterior& at, Fit
 }
 
 void drop(const UnitProblem& problem, Fixed& s, std::size_t j, Posterior& at, Fit& fit) {
-  const auto place = static_cast<Index>(j), last = s.lambda.size() - 1;
+  const auto index = static_cast<Index>(j), last = s.lambda.size() - 1;
   const Index term = s.kept[j];
   s.kept.erase(s.kept.begin() + static_cast<std::ptrdiff_t>(j));
-  s.lambda.segment(place, last - place) = s.lambda.tail(last - place).eval();
+  s.lambda.segment(index, last - index) = s.lambda.tail(last - index).eval();
   s.lambda.conservativeResize(last);
   at = posterior(problem, s.kept, s.lambda);
   record(problem, s, at, FitAction::remove, term, fit);
@@ -65,13 +65,13 @@ Fit fit_slow_rvm(const RFactor& data, const SlowRvmOptions& options) {
     std::size_t worst = s.kept.size();
     double worst_gain = fit.tau;
     for (std::size_t j = 0; j < s.kept.size(); ++j) {
-      const auto place = static_cast<Index>(j);
+      const auto index = static_cast<Index>(j);
       const double k = at.sparsity(s.kept[j]), l = at.quality(s.kept[j]);
       // gamma_i = k_i delta_ii without the subtraction.
-      const double gamma = k * at.root.row(place).squaredNorm();
-      const double lambda = settled_noise * gamma / (at.mean(place) * at.mean(place));
-      change = std::max(change, std::abs(std::log(lambda / s.lambda(place))));
-      s.lambda(place) = std::clamp(lambda, 1e-100, 1e30);
+      const double gamma = k * at.root.row(index).squaredNorm();
+      const double lambda = settled_noise * gamma / (at.mean(index) * at.mean(index));
+      change = std::max(change, std::abs(std::log(lambda / s.lambda(index))));
+      s.lambda(index) = std::clamp(lambda, 1e-100, 1e30);
       const double gain = k > 0.0 ? evidence_gain(l * l / k / settled_noise) : 0.0;
       if (gain <= worst_gain) worst = j, worst_gain = gain;
     }

@@ -52,17 +52,17 @@ std::string obstacle(const EquationOfMotion& equation) {
   return why;
 }
 
-/// The measured inputs over one stretch, between their samples.
+/// The measured inputs over one range, between their samples.
 class Inputs {
  public:
-  Inputs(const EquationOfMotion& equation, const dsp::Motion& motion, const Course::Stretch& stretch) {
-    const auto over_stretch = [&](const std::string& name) {
-      return Interpolant(motion.at(name), motion.sample_rate_hz, stretch.first, stretch.last);
+  Inputs(const EquationOfMotion& equation, const dsp::Motion& motion, const dsp::IndexRange& range) {
+    const auto over_range = [&](const std::string& name) {
+      return Interpolant(motion.at(name), motion.sample_rate_hz, range.first, range.last);
     };
-    for (const std::string& name : equation.inputs()) inputs_.push_back(over_stretch(name));
+    for (const std::string& name : equation.inputs()) inputs_.push_back(over_range(name));
     if (equation.frame().states[0] != "y") return;
     offset_m_ = equation.frame().offset_m;
-    if (equation.frame().base_moves) base_ = over_stretch("r");
+    if (equation.frame().base_moves) base_ = over_range("r");
   }
   void at(double t, double* values) const {
     for (const Interpolant& input : inputs_) *values++ = input.at(t);
@@ -78,17 +78,17 @@ class Inputs {
   double offset_m_ = 0.0;
 };
 
-bool long_enough(const Course& course, const Course::Stretch& stretch, double min_periods) {
+bool long_enough(const Course& course, const dsp::IndexRange& range, double min_periods) {
   constexpr Index min_samples = 16;
-  const Index length = stretch.last - stretch.first;
+  const Index length = range.last - range.first;
   if (length < min_samples) return false;
-  const Eigen::VectorXd x = course.signals->at("x").segment(stretch.first, length);
+  const Eigen::VectorXd x = course.signals->at("x").segment(range.first, length);
   return static_cast<double>(length) / course.signals->sample_rate_hz *
              dsp::strongest_line(x, course.signals->sample_rate_hz).frequency_hz >=
          min_periods;
 }
 
-/// Squared errors and squared sizes of x, summed over the stretches so far.
+/// Squared errors and squared sizes of x, summed over the ranges so far.
 struct Tally {
   double error = 0.0, size = 0.0;
 };
@@ -102,22 +102,22 @@ bool sticks(const sim::Simulation& run, int num_switches) {
   });
 }
 
-/// Runs one stretch; false: `result` says how it ended.
-bool run_stretch(const std::shared_ptr<const EquationOfMotion>& equation, const Course& course,
-                 const Course::Stretch& stretch, const FreeRunOptions& options, Tally& tally, FreeRun& result) {
+/// Runs one range; false: `result` says how it ended.
+bool run_range(const std::shared_ptr<const EquationOfMotion>& equation, const Course& course,
+               const dsp::IndexRange& range, const FreeRunOptions& options, Tally& tally, FreeRun& result) {
   const dsp::Motion& motion = *course.signals;
-  const auto inputs = std::make_shared<const Inputs>(*equation, motion, stretch);
+  const auto inputs = std::make_shared<const Inputs>(*equation, motion, range);
   const Eigen::VectorXd& position = motion.at(equation->frame().states[0]);
   const Eigen::VectorXd& speed = motion.at(equation->frame().states[1]);
-  const Index length = stretch.last - stretch.first;
-  const double position_scale = position.segment(stretch.first, length).cwiseAbs().maxCoeff();
-  const double speed_scale = speed.segment(stretch.first, length).cwiseAbs().maxCoeff();
+  const Index length = range.last - range.first;
+  const double position_scale = position.segment(range.first, length).cwiseAbs().maxCoeff();
+  const double speed_scale = speed.segment(range.first, length).cwiseAbs().maxCoeff();
   if (!(position_scale > 0.0) || !(speed_scale > 0.0)) {
     result.reason = "x does not move";
     return false;
   }
-  const double start_s = static_cast<double>(stretch.first) / motion.sample_rate_hz;
-  const Eigen::Vector2d initial(position(stretch.first) / position_scale, speed(stretch.first) / speed_scale);
+  const double start_s = static_cast<double>(range.first) / motion.sample_rate_hz;
+  const Eigen::Vector2d initial(position(range.first) / position_scale, speed(range.first) / speed_scale);
   sim::SimulateOptions simulate_options{.duration_s = static_cast<double>(length - 1) / motion.sample_rate_hz,
                                         .sample_rate_hz = motion.sample_rate_hz,
                                         .start_s = start_s,
@@ -142,7 +142,7 @@ bool run_stretch(const std::shared_ptr<const EquationOfMotion>& equation, const 
     return false;
   }
   for (Index i = 0; i < length; ++i) {
-    const Index sample = stretch.first + i;
+    const Index sample = range.first + i;
     if (course.scored[static_cast<std::size_t>(sample)] == 0) continue;
     const double measured = motion.at("x")(sample);
     const double x = inputs->x_at(run.time_s(i), run.states(i, 0) * position_scale);
@@ -167,14 +167,14 @@ FreeRun free_run(const Model& model, const std::vector<Course>& courses, const F
     const auto equation = std::make_shared<const EquationOfMotion>(equation_of(model, *course.signals));
     result.reason = obstacle(*equation);
     if (!result.reason.empty()) return result;
-    for (const Course::Stretch& stretch : course.stretches) {
-      if (!long_enough(course, stretch, options.min_periods)) continue;
-      ++result.num_stretches;
-      if (!run_stretch(equation, course, stretch, options, tally, result)) return result;
+    for (const dsp::IndexRange& range : course.ranges) {
+      if (!long_enough(course, range, options.min_periods)) continue;
+      ++result.num_ranges;
+      if (!run_range(equation, course, range, options, tally, result)) return result;
     }
   }
-  if (result.num_stretches == 0) {
-    result.reason = fmt::format("no test stretch without a gap is {:g} periods long", options.min_periods);
+  if (result.num_ranges == 0) {
+    result.reason = fmt::format("no test interval without a gap is {:g} periods long", options.min_periods);
   } else if (!(tally.size > 0.0)) {
     result.reason = "x is zero over the test rows";
   } else {

@@ -9,14 +9,11 @@
 
 namespace ident {
 
-/// Where to run an equation through one recording: stretches of samples [first, last) without an excluded gap, and the
+/// Where to run an equation through one recording: ranges of samples [first, last) without an excluded gap, and the
 /// samples that count.
 struct Course {
-  struct Stretch {
-    Eigen::Index first = 0, last = 0;
-  };
   const dsp::Motion* signals = nullptr;  ///< not owned
-  std::vector<Stretch> stretches;
+  std::vector<dsp::IndexRange> ranges;
   std::vector<unsigned char> scored;  ///< per sample of `signals`
 };
 
@@ -24,23 +21,23 @@ struct Course {
 struct FreeRun {
   double nmse = 0.0;   ///< of x over the scored samples
   std::string reason;  ///< not empty: there is no figure, and why: too short, no equation of motion, diverged
-  double diverged_after_s = 0.0;  ///< from the start of its stretch; 0: it did not
-  int num_stretches = 0;
+  double diverged_after_s = 0.0;  ///< from the start of its range; 0: it did not
+  int num_ranges = 0;
   bool sticks = false;  ///< it came to rest on a switch at least once
   bool applies = true;  ///< false: the rows are no time response, and none was to be expected
 };
 
 struct FreeRunOptions {
-  double min_periods = 5.0;          ///< of the dominant frequency of x; shorter stretches are left out
+  double min_periods = 5.0;          ///< of the dominant frequency of x; shorter ranges are left out
   double relative_tolerance = 1e-6;  ///< of a step; ten times less moves the NMSE by under a thousandth of itself
   double divergence_factor = 100.0;  ///< a state beyond this many times its largest measured magnitude has diverged
   std::function<void()> poll = {};   ///< called now and then; may throw to end the run
 };
 
-/// Integrates `model` (target a, the relative, or ddy, the absolute acceleration) over each stretch from its measured
+/// Integrates `model` (target a, the relative, or ddy, the absolute acceleration) over each range from its measured
 /// state; base motion, force and other measured inputs are interpolated through the record's own samples
 /// (band-limited). Every sgn(g) in the kept terms is a switch, located as a root; where both sides of g = v or g = dy
-/// push back, it slides there (stick, Filippov). x is compared on the scored samples of the stretches.
+/// push back, it slides there (stick, Filippov). x is compared on the scored samples of the ranges.
 [[nodiscard]] FreeRun free_run(const Model& model, const std::vector<Course>& courses,
                                const FreeRunOptions& options = {});
 

@@ -51,9 +51,9 @@ Interpolant::Interpolant(const Eigen::Ref<const Eigen::VectorXd>& samples, doubl
   Eigen::VectorXd window(2 * half_width);
   for (Index i = first; i < last; ++i) {
     for (Index k = 0; k < window.size(); ++k) window(k) = reflected(samples, i - half_width + 1 + k);
-    const Index place = (i - first) * factor;
-    for (Index phase = 0; phase < factor && place + phase < num_fine; ++phase)
-      fine_(place + phase) = phase == 0 ? samples(i) : taps.col(phase).dot(window);
+    const Index fine_index = (i - first) * factor;
+    for (Index phase = 0; phase < factor && fine_index + phase < num_fine; ++phase)
+      fine_(fine_index + phase) = phase == 0 ? samples(i) : taps.col(phase).dot(window);
   }
   slope_ = Eigen::VectorXd::Zero(num_fine);
   for (Index i = 0; i < num_fine; ++i) {
@@ -65,11 +65,11 @@ Interpolant::Interpolant(const Eigen::Ref<const Eigen::VectorXd>& samples, doubl
 }
 
 double Interpolant::at(double t_s) const {
-  const double place = (t_s - start_s_) * fine_rate_hz_;
-  if (!(place > 0.0)) return fine_(0);
-  if (place >= static_cast<double>(fine_.size() - 1)) return fine_(fine_.size() - 1);
-  const auto i = static_cast<Index>(place);
-  const double u = place - static_cast<double>(i), w = 1.0 - u;
+  const double position = (t_s - start_s_) * fine_rate_hz_;
+  if (!(position > 0.0)) return fine_(0);
+  if (position >= static_cast<double>(fine_.size() - 1)) return fine_(fine_.size() - 1);
+  const auto i = static_cast<Index>(position);
+  const double u = position - static_cast<double>(i), w = 1.0 - u;
   return w * w * ((1.0 + 2.0 * u) * fine_(i) + u * slope_(i)) +
          u * u * ((1.0 + 2.0 * w) * fine_(i + 1) - w * slope_(i + 1));
 }

@@ -154,7 +154,7 @@ void remark_on_residual(const JudgedFit& fit, std::vector<std::string>& remarks)
   }
   const std::string statistic =
       fmt::format("Bartlett p = {:.2g}; the strongest 5 % of frequencies hold {:.0f} % of its power, 20 % if white",
-                  whiteness.p_value, 100.0 * whiteness.peak_share);
+                  whiteness.p_value, 100.0 * whiteness.peak_fraction);
   if (whiteness.white) {
     remarks.push_back(whiteness.p_value < doubtful_p_value
                           ? fmt::format("whether the residual is white is in doubt ({})", statistic)

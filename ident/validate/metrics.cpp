@@ -60,14 +60,14 @@ VectorXd predictive_variance(const Eigen::Ref<const MatrixXd>& phi, const Eigen:
   return ((phi * covariance).cwiseProduct(phi).rowwise().sum().array() + noise_variance).matrix();
 }
 
-BandShares band_shares(const Eigen::Ref<const VectorXd>& predicted, const Eigen::Ref<const VectorXd>& variance,
-                       const Eigen::Ref<const VectorXd>& actual) {
+BandFractions band_fractions(const Eigen::Ref<const VectorXd>& predicted, const Eigen::Ref<const VectorXd>& variance,
+                             const Eigen::Ref<const VectorXd>& actual) {
   if (actual.size() == 0) return {nan, nan, nan};
   const auto z = ((actual - predicted).array().abs() / variance.array().sqrt()).eval();
-  const auto share = [&](double quantile) {
+  const auto fraction = [&](double quantile) {
     return static_cast<double>((z <= quantile).count()) / static_cast<double>(z.size());
   };
-  return {share(0.67448975), share(1.64485363), share(1.95996398)};
+  return {fraction(0.67448975), fraction(1.64485363), fraction(1.95996398)};
 }
 
 Whiteness residual_whiteness(const Eigen::Ref<const VectorXd>& raw_residual, const std::vector<Index>& samples,
@@ -106,7 +106,7 @@ Whiteness residual_whiteness(const Eigen::Ref<const VectorXd>& raw_residual, con
   result.p_value = std::min(1.0, 2.0 * std::min(slope, tone));
   const Index strongest = std::max<Index>(1, end / 20);
   std::sort(power.begin(), power.end(), std::greater<>());
-  result.peak_share = power.head(strongest).sum() / total;
+  result.peak_fraction = power.head(strongest).sum() / total;
   result.white = result.p_value >= level_of_whiteness;
   return result;
 }

@@ -20,20 +20,22 @@ namespace ident {
                                                   const Eigen::Ref<const Eigen::MatrixXd>& covariance,
                                                   double noise_variance);
 
-/// Share of the values inside the central 50, 90 and 95 % bands of their predictive distributions. NaN for no values.
-struct BandShares {
+/// Fraction of the values inside the central 50, 90 and 95 % bands of their predictive distributions. NaN for no
+/// values.
+struct BandFractions {
   double within_50 = 0.0, within_90 = 0.0, within_95 = 0.0;
 };
-[[nodiscard]] BandShares band_shares(const Eigen::Ref<const Eigen::VectorXd>& predicted,
-                                     const Eigen::Ref<const Eigen::VectorXd>& variance,
-                                     const Eigen::Ref<const Eigen::VectorXd>& actual);
+[[nodiscard]] BandFractions band_fractions(const Eigen::Ref<const Eigen::VectorXd>& predicted,
+                                           const Eigen::Ref<const Eigen::VectorXd>& variance,
+                                           const Eigen::Ref<const Eigen::VectorXd>& actual);
 
 /// Is a residual noise, or is there structure left in it? Judged inside the band that the column filter passes, since
 /// everything above it was removed on purpose.
 struct Whiteness {
-  double p_value = 1.0;     ///< of two tests together: Bartlett's (the cumulated periodogram against a straight line)
-                            ///< sees colour, Fisher's (its largest ordinate) sees a tone
-  double peak_share = 0.0;  ///< share of the residual's power in the strongest 5 % of frequencies; white noise: 0.20
+  double p_value = 1.0;  ///< of two tests together: Bartlett's (the cumulated periodogram against a straight line)
+                         ///< sees colour, Fisher's (its largest ordinate) sees a tone
+  double peak_fraction =
+      0.0;  ///< fraction of the residual's power in the strongest 5 % of frequencies; white noise: 0.20
   Eigen::Index num_frequencies = 0;
   bool tested = false;  ///< false: too few rows, or no residual at all
   bool white = true;    ///< p_value >= 0.01

@@ -32,7 +32,7 @@ double zero_of(const Function& g, double end, double at_begin, double at_end) {
   return 0.5 * (low + high);
 }
 
-/// Extends [low, high] by a stretch of motion, a cubic between values and slopes at its ends.
+/// Extends [low, high] by a piece of motion, a cubic between values and slopes at its ends.
 void extend(double& low, double& high, double z0, double dz0, double z1, double dz1, double h) {
   low = std::min({low, z0, z1}), high = std::max({high, z0, z1});
   if (!(dz0 * dz1 < 0.0)) return;
@@ -155,7 +155,7 @@ DrivenPeriod run_period(const DrivenOscillator& oscillator, double frequency_hz,
              s.v + py * after[1], passed_s);
     }
   }
-  period.stuck_share = stuck_s * frequency_hz;
+  period.stuck_fraction = stuck_s * frequency_hz;
   return period;
 }
 

@@ -26,7 +26,7 @@ struct DrivenPeriod {
   OscillatorState end;
   double x_low = 0.0, x_high = 0.0, y_low = 0.0, y_high = 0.0;
   std::complex<double> x_fundamental;  ///< times the drive's phase: its argument is x's phase against u
-  double stuck_share = 0.0;
+  double stuck_fraction = 0.0;
 };
 
 /// The mode a state at the crest starts in.

@@ -26,7 +26,7 @@ std::vector<ResponsePoint> sweep(const QzsParameters& parameters, std::vector<do
   for (std::size_t k = 0; k < frequencies_hz.size(); ++k) {
     // Whole periods, 200 samples each: a sine's peak is then met to 1.2e-4.
     const double f = frequencies_hz[k], end_s = options.dwell_s * static_cast<double>(k + 1);
-    const double periods = std::max(1.0, std::floor(options.measured_share * options.dwell_s * f));
+    const double periods = std::max(1.0, std::floor(options.measured_fraction * options.dwell_s * f));
     const auto count = static_cast<int>(200.0 * periods);
     double x_low = std::numeric_limits<double>::infinity(), x_high = -x_low, y_low = x_low, y_high = -x_low;
     std::complex<double> x_turn, r_turn;  // fundamentals
@@ -44,7 +44,7 @@ std::vector<ResponsePoint> sweep(const QzsParameters& parameters, std::vector<do
                       .x_m = 0.5 * (x_high - x_low),
                       .y_m = 0.5 * (y_high - y_low),
                       .phase_rad = stuck == count ? nan : std::arg(x_turn / r_turn),
-                      .stuck_share = static_cast<double>(stuck) / count,
+                      .stuck_fraction = static_cast<double>(stuck) / count,
                       .locked = stuck == count});
   }
   return points;
@@ -55,8 +55,8 @@ std::vector<ResponsePoint> sweep(const QzsParameters& parameters, std::vector<do
 SweepChange change_between(const ResponsePoint& before, const ResponsePoint& here, double factor) {
   if (before.locked || here.locked)
     return before.locked == here.locked ? SweepChange::none : here.locked ? SweepChange::lock : SweepChange::unlock;
-  if (here.x_m > factor * before.x_m) return SweepChange::jump;
-  return before.x_m > factor * here.x_m ? SweepChange::fall : SweepChange::none;
+  if (here.x_m > factor * before.x_m) return SweepChange::jump_up;
+  return before.x_m > factor * here.x_m ? SweepChange::jump_down : SweepChange::none;
 }
 
 ResponseJumps find_jumps(const std::vector<ResponsePoint>& up, const std::vector<ResponsePoint>& down, double factor) {
@@ -65,12 +65,12 @@ ResponseJumps find_jumps(const std::vector<ResponsePoint>& up, const std::vector
       if (change_between(points[k - 1], points[k], factor) == wanted) return points[k].frequency_hz;
     return nan;
   };
-  return {.unlock_up_hz = first(up, SweepChange::unlock),
-          .jump_up_hz = first(up, SweepChange::jump),
-          .fall_up_hz = first(up, SweepChange::fall),
-          .jump_down_hz = first(down, SweepChange::jump),
-          .fall_down_hz = first(down, SweepChange::fall),
-          .lock_down_hz = first(down, SweepChange::lock)};
+  return {.unlock_rising_hz = first(up, SweepChange::unlock),
+          .jump_up_rising_hz = first(up, SweepChange::jump_up),
+          .jump_down_rising_hz = first(up, SweepChange::jump_down),
+          .jump_up_falling_hz = first(down, SweepChange::jump_up),
+          .jump_down_falling_hz = first(down, SweepChange::jump_down),
+          .lock_falling_hz = first(down, SweepChange::lock)};
 }
 
 const ResponsePoint& peak(const std::vector<ResponsePoint>& points) {

@@ -65,7 +65,7 @@ class Shooting {
     return std::max(0.5 * (period.x_high - period.x_low), std::numeric_limits<double>::min());
   }
   [[nodiscard]] double distance(const OscillatorState& a, const OscillatorState& b, const DrivenPeriod& period) const {
-    if (period.stuck_share >= 1.0) return 0.0;
+    if (period.stuck_fraction >= 1.0) return 0.0;
     const double scale = scale_of(period);
     return (scaled(a, scale) - scaled(b, scale)).norm();
   }
@@ -104,12 +104,12 @@ class Shooting {
   }
 
   [[nodiscard]] ResponsePoint point(const DrivenPeriod& period) const {
-    const bool locked = period.stuck_share >= 1.0 - 1e-9;
+    const bool locked = period.stuck_fraction >= 1.0 - 1e-9;
     return {.frequency_hz = frequency_hz_,
             .x_m = locked ? 0.0 : 0.5 * (period.x_high - period.x_low),
             .y_m = 0.5 * (period.y_high - period.y_low),
             .phase_rad = locked ? nan : std::arg(period.x_fundamental),
-            .stuck_share = std::min(period.stuck_share, 1.0),
+            .stuck_fraction = std::min(period.stuck_fraction, 1.0),
             .locked = locked};
   }
 
@@ -195,12 +195,12 @@ SteadyResponse steady_response(const DrivenOscillator& oscillator, const Frequen
     result.response.jumps.*which = located.point_hz;
     result.located.*which = located.exact_hz;
   };
-  find(up, SweepChange::unlock, &ResponseJumps::unlock_up_hz);
-  find(up, SweepChange::jump, &ResponseJumps::jump_up_hz);
-  find(up, SweepChange::fall, &ResponseJumps::fall_up_hz);
-  find(down, SweepChange::jump, &ResponseJumps::jump_down_hz);
-  find(down, SweepChange::fall, &ResponseJumps::fall_down_hz);
-  find(down, SweepChange::lock, &ResponseJumps::lock_down_hz);
+  find(up, SweepChange::unlock, &ResponseJumps::unlock_rising_hz);
+  find(up, SweepChange::jump_up, &ResponseJumps::jump_up_rising_hz);
+  find(up, SweepChange::jump_down, &ResponseJumps::jump_down_rising_hz);
+  find(down, SweepChange::jump_up, &ResponseJumps::jump_up_falling_hz);
+  find(down, SweepChange::jump_down, &ResponseJumps::jump_down_falling_hz);
+  find(down, SweepChange::lock, &ResponseJumps::lock_falling_hz);
   return result;
 }
 

@@ -10,8 +10,8 @@ struct SteadyOptions {
   int steps_per_period = 64;
   int num_natural_periods = 6;  ///< integrated before the periodic motion is looked for: the way is found by dynamics
   int max_periods = 3000;       ///< of one frequency, after which it counts as unsettled
-  double tolerance = 1e-8;      ///< change of state over a period, as a share of the amplitude
-  double nearness = 0.1;        ///< a periodic motion further off than this share of the amplitude is another one
+  double tolerance = 1e-8;      ///< change of state over a period, as a fraction of the amplitude
+  double nearness = 0.1;        ///< a periodic motion further off than this fraction of the amplitude is another one
   double locate_hz = 1e-4;      ///< jumps are located to this, and what is steep but no jump is left out; 0: neither
   std::function<void()> poll = {};  ///< called for every period computed; may throw to stop
 };
@@ -26,7 +26,7 @@ struct SteadyResponse {
 
 /// The frequencies walked up and down from rest; at each the motion is integrated from where the last left it, and
 /// brought to the stable periodic motion nearby by Newton's method on the state one period later (shooting).
-/// `options`: its dwell, transition and measured share play no part; its amplitude is that of the drive.
+/// `options`: its dwell, transition and measured fraction play no part; its amplitude is that of the drive.
 /// Throws std::invalid_argument as sweep_frequencies.
 [[nodiscard]] SteadyResponse steady_response(const DrivenOscillator& oscillator,
                                              const FrequencyResponseOptions& options, const SteadyOptions& steady = {});

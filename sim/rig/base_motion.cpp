@@ -97,14 +97,14 @@ Programme free_decay(const Releases& releases) {
                       .manual = {},
                       .duration_s = releases.dwell_s * releases.num_releases};
   for (int k = 0; k < releases.num_releases; ++k) {
-    const double share = releases.num_releases > 1 ? 0.5 * k / (releases.num_releases - 1) : 0.0;
+    const double fraction = releases.num_releases > 1 ? 0.5 * k / (releases.num_releases - 1) : 0.0;
     const double from_s = releases.dwell_s * k + 0.5;
     // Firm enough to place the payload to a few per cent, damped beyond its own motion.
     programme.manual.push_back({.from_s = from_s,
                                 .to_s = from_s + held_s,
                                 .by_velocity_per_s = -80.0,
                                 .stiffness_per_s2 = 2500.0,
-                                .hold_at_m = (k % 2 == 0 ? 1.0 : -1.0) * releases.amplitude_m * (1.0 - share),
+                                .hold_at_m = (k % 2 == 0 ? 1.0 : -1.0) * releases.amplitude_m * (1.0 - fraction),
                                 .grip_s = 2.0,
                                 .release_s = 0.02,
                                 .why = "payload held aside by hand, then let go"});
@@ -166,7 +166,7 @@ double BaseMotion::Piece::turns(double d) const {
 
 BaseState BaseMotion::state(const Piece& piece, double d, double phase) {
   double frequency = piece.f1_hz, frequency_rate = 0.0;  // Hz, Hz/s
-  double s = 1.0, ds = 0.0, dds = 0.0;                   // share of the way, and its derivatives
+  double s = 1.0, ds = 0.0, dds = 0.0;                   // fraction of the way, and its derivatives
   if (d < piece.transition_s) {
     const double u = d / piece.transition_s, rate = 1.0 / piece.transition_s;
     s = u * u * u * (10.0 + u * (-15.0 + 6.0 * u));

@@ -156,8 +156,8 @@ RegimeOptions true_levels(const Eigen::Ref<const Eigen::VectorXd>& x, const std:
   return options;
 }
 
-std::vector<RegimeSpan> true_regimes(const Eigen::Ref<const Eigen::VectorXd>& x, const std::vector<int>& modes,
-                                     double sample_rate_hz, const RegimeOptions& options) {
+std::vector<RegimeInterval> true_regimes(const Eigen::Ref<const Eigen::VectorXd>& x, const std::vector<int>& modes,
+                                         double sample_rate_hz, const RegimeOptions& options) {
   if (x.size() != static_cast<Index>(modes.size()) || !(sample_rate_hz > 0.0))
     throw std::invalid_argument("true_regimes: needs a rate and one mode for each x");
   const auto half = [&](double window_s) { return std::max<Index>(std::llround(0.5 * window_s * sample_rate_hz), 1); };
@@ -175,7 +175,7 @@ std::vector<RegimeSpan> true_regimes(const Eigen::Ref<const Eigen::VectorXd>& x,
     if (envelope[n] < options.high_leave_m) amplitude = Label::low;
     labels.push_back(stuck[n] > 0.0 ? Label::stick : amplitude);
   }
-  std::vector<RegimeSpan> spans;
+  std::vector<RegimeInterval> spans;
   for (const Run& run : join_short(runs_of(labels), options.min_duration_s * sample_rate_hz))
     spans.push_back({name(run.label), static_cast<double>(run.first) / sample_rate_hz,
                      static_cast<double>(run.last) / sample_rate_hz});

@@ -8,7 +8,7 @@
 namespace sim {
 
 /// What the payload truly did from from_s to to_s: "stick", "low" or "high" amplitude.
-struct RegimeSpan {
+struct RegimeInterval {
   std::string label;
   double from_s = 0.0, to_s = 0.0;
 };
@@ -27,14 +27,14 @@ struct RegimeOptions {
 /// high_enter_m: five eighths of the amplitude after a jump up, which is from a lower dwell to an upper one right
 /// behind it (the geometric mean if there are several), where a jump is steepest; at least 1.1 times the largest
 /// amplitude before one. high_leave_m: four fifths of the smallest upper amplitude, at most high_enter_m. Upper dwells
-/// but no jump up: both levels are that. No upper dwell: both are infinite, nothing is high. Throws
+/// but no jump up: both levels are that. No upper dwell: both are infinite, no motion is high. Throws
 /// std::invalid_argument unless there is one mode for each x, and a rate.
 [[nodiscard]] RegimeOptions true_levels(const Eigen::Ref<const Eigen::VectorXd>& x, const std::vector<int>& modes,
                                         double sample_rate_hz, const Programme& programme);
 
-/// Exact x and modes (QzsMode) at a rate, as stretches in order without gaps.
-[[nodiscard]] std::vector<RegimeSpan> true_regimes(const Eigen::Ref<const Eigen::VectorXd>& x,
-                                                   const std::vector<int>& modes, double sample_rate_hz,
-                                                   const RegimeOptions& options);
+/// Exact x and modes (QzsMode) at a rate, as intervals in order without gaps.
+[[nodiscard]] std::vector<RegimeInterval> true_regimes(const Eigen::Ref<const Eigen::VectorXd>& x,
+                                                       const std::vector<int>& modes, double sample_rate_hz,
+                                                       const RegimeOptions& options);
 
 }  // namespace sim

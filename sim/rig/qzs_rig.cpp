@@ -12,7 +12,7 @@ namespace sim {
 namespace {
 
 constexpr double two_pi = 6.283185307179586;
-constexpr double widest_stretch_s = 1.0 / 512.0;
+constexpr double longest_substep_s = 1.0 / 512.0;
 
 constexpr std::array<std::pair<const char*, double QzsParameters::*>, 14> fields{
     {{"k1", &QzsParameters::k1},
@@ -155,24 +155,24 @@ QzsTrajectory::QzsTrajectory(std::shared_ptr<const QzsRig> rig, double duration_
                    .poll = std::move(poll)}),
       duration_s_(duration_s) {}
 
-void QzsTrajectory::next_stretch() {
-  const bool new_step = stretch_ == num_stretches_;
+void QzsTrajectory::next_substep() {
+  const bool new_step = substep_ == num_substeps_;
   if (new_step) {
     if (!integrator_.step()) throw Diverged(integrator_.reason());
-    stretch_ = 0;
-    num_stretches_ =
-        std::max(1, static_cast<int>(std::ceil((integrator_.end_s() - integrator_.begin_s()) / widest_stretch_s)));
+    substep_ = 0;
+    num_substeps_ =
+        std::max(1, static_cast<int>(std::ceil((integrator_.end_s() - integrator_.begin_s()) / longest_substep_s)));
     // A new mode or a new direction: the acceleration starts afresh, and v exactly at 0 after an event.
     double y[2];
     integrator_.states(integrator_.begin_s(), y);
     x_ = y[0], v_ = y[1], end_s_ = integrator_.begin_s();
     a_ = rig_->acceleration(end_s_, x_, v_, rig_->base().at(end_s_, near_).ddr_m_per_s2, integrator_.mode());
   }
-  ++stretch_;
+  ++substep_;
   begin_s_ = end_s_;
-  end_s_ = stretch_ == num_stretches_
+  end_s_ = substep_ == num_substeps_
                ? integrator_.end_s()
-               : integrator_.begin_s() + stretch_ * (integrator_.end_s() - integrator_.begin_s()) / num_stretches_;
+               : integrator_.begin_s() + substep_ * (integrator_.end_s() - integrator_.begin_s()) / num_substeps_;
   double y[2];
   integrator_.states(end_s_, y);
   constexpr double far_m = 1e6;  // squares and cubes of what a sensor sees must stay numbers
@@ -193,7 +193,7 @@ const QzsState& QzsTrajectory::at(double t) {
   if (!(t >= begin_s_ && t <= duration_s_))
     throw std::invalid_argument(
         fmt::format("QzsTrajectory: times must increase up to {} s, got {} after {}", duration_s_, t, begin_s_));
-  while (t > end_s_) next_stretch();
+  while (t > end_s_) next_substep();
   const auto& p = x_powers_;
   const double h = end_s_ - begin_s_, u = h > 0.0 ? (t - begin_s_) / h : 0.0;
   state_.x = p[0] + u * (p[1] + u * (p[2] + u * (p[3] + u * (p[4] + u * p[5]))));

@@ -24,7 +24,7 @@ struct QzsParameters {
   double stribeck_m_per_s = 0.0;                ///< speed over which friction falls from static to kinetic; 0: at once
   double position_modulation = 0.0, position_period_m = 6e-3;  ///< friction times 1 + m sin(2 pi x / p)
   double time_modulation = 0.0, time_period_s = 37.0;          ///< and times 1 + m sin(2 pi t / p)
-  double bounce_hz = 0.0, bounce_damping = 0.10;  ///< of the cord between isolator and payload sensors; 0: rigid
+  double bounce_hz = 0.0, bounce_damping = 0.10;  ///< mount resonance between isolator and payload sensors; 0: rigid
   double second_highpass_hz = 0.0;                ///< of an AC-coupled input behind the accelerometers; 0: none
 };
 
@@ -74,13 +74,13 @@ struct QzsState {
 
 /// The rig's motion from rest, at any times in order: integrated by CVODE at 1e-10, between its steps (and no wider
 /// than 1/512 s) by the fifth-degree polynomial through x, v, a at both ends, with a from the equation itself.
-/// Events end such a stretch, so jumps of the acceleration are where they belong. Memory does not grow with time but
+/// Events end such a substep, so jumps of the acceleration are where they belong. Memory does not grow with time but
 /// for the list of events.
 class QzsTrajectory {
  public:
   /// `poll` is called now and then while it integrates; it may throw to stop.
   QzsTrajectory(std::shared_ptr<const QzsRig> rig, double duration_s, std::function<void()> poll = {});
-  /// Rest before t = 0. Throws std::invalid_argument for a t before the stretch of the last one, or past the end;
+  /// Rest before t = 0. Throws std::invalid_argument for a t before the substep of the last one, or past the end;
   /// Diverged where the motion has no end.
   [[nodiscard]] const QzsState& at(double t);
   [[nodiscard]] const QzsRig& rig() const { return *rig_; }
@@ -88,12 +88,12 @@ class QzsTrajectory {
   [[nodiscard]] long num_steps() const { return integrator_.num_steps(); }
 
  private:
-  void next_stretch();
+  void next_substep();
   std::shared_ptr<const QzsRig> rig_;
   Integrator integrator_;
   double duration_s_;
-  int stretch_ = 0, num_stretches_ = 0;                               ///< equal parts of an integrator's step
-  double begin_s_ = 0.0, end_s_ = 0.0, x_ = 0.0, v_ = 0.0, a_ = 0.0;  ///< the stretch; states at its end
+  int substep_ = 0, num_substeps_ = 0;                                ///< equal parts of an integrator's step
+  double begin_s_ = 0.0, end_s_ = 0.0, x_ = 0.0, v_ = 0.0, a_ = 0.0;  ///< the substep; states at its end
   std::array<double, 6> x_powers_{};                                  ///< of (t - begin) / (end - begin)
   std::size_t near_ = 0;
   QzsState state_;

@@ -20,7 +20,7 @@ constexpr int chunk_frames = 128 * update_frames;
 
 constexpr double laser_range_m = 35e-3, laser_range_v = 4.0, laser_noise_m = 12e-6, laser_step_m = 10e-6;
 constexpr double laser_daq_noise_v = 30e-6, accelerometer_daq_noise_v = 60e-6;
-constexpr std::array drift_corners_hz{0.05, 0.5, 5.0};
+constexpr std::array drift_cutoffs_hz{0.05, 0.5, 5.0};
 constexpr double drift_rms = 0.3e-3, vibration_rms = 0.05, fan_amplitude = 0.15;  // m/s^2
 constexpr double vibration_scale = 4.6;                                           // of white noise past the band filter
 constexpr double mains_hz = 50.02, fan_hz = 148.7;
@@ -79,9 +79,9 @@ struct Highpass {
 struct Drift {
   Noise noise;
   double pole, innovation, value = 0.0;
-  Drift(Noise source, double corner_hz)
+  Drift(Noise source, double cutoff_hz)
       : noise(source),
-        pole(std::exp(-two_pi * corner_hz / raw_rate_hz)),
+        pole(std::exp(-two_pi * cutoff_hz / raw_rate_hz)),
         innovation(drift_rms * std::sqrt(1.0 - pole * pole)) {}
   double operator()(std::uint64_t n) {
     value = n == 0 ? drift_rms * noise.at(0) : pole * value + innovation * noise.at(n);
@@ -123,9 +123,9 @@ struct Accelerometer {
 
 Accelerometer accelerometer(std::uint64_t seed, std::uint64_t c, const RigSensor& sensor) {
   Accelerometer result{.vibration_noise = {seed, 30 + c}, .daq_noise = {seed, 70 + c}};
-  for (std::uint64_t k = 0; k < drift_corners_hz.size(); ++k)
-    result.drifts.emplace_back(Noise(seed, 40 + 10 * c + k), drift_corners_hz[k]);
-  for (const double corner : sensor.highpass_hz) result.highpasses.emplace_back(corner);
+  for (std::uint64_t k = 0; k < drift_cutoffs_hz.size(); ++k)
+    result.drifts.emplace_back(Noise(seed, 40 + 10 * c + k), drift_cutoffs_hz[k]);
+  for (const double cutoff : sensor.highpass_hz) result.highpasses.emplace_back(cutoff);
   return result;
 }
 
@@ -149,13 +149,13 @@ std::array<RigSensor, num_raw_channels> rig_sensors(SensorLevel level, const Qzs
        {"base_accelerometer", "ddr", "m/s^2", accelerometer, 1.0, 0.0, 0.0, {}},
        {"payload_accelerometer", "ddy", "m/s^2", accelerometer, 1.0, 0.0, 0.0, {}}}};
   if (level != SensorLevel::full) return sensors;
-  constexpr std::array gains{1.003, 0.996, 1.020, 0.985}, corners_hz{0.0, 0.0, 0.40, 0.45};
+  constexpr std::array gains{1.003, 0.996, 1.020, 0.985}, cutoffs_hz{0.0, 0.0, 0.40, 0.45};
   constexpr std::array offsets{1.2e-3, -0.7e-3, 0.20e-3 / accelerometer, -0.15e-3 / accelerometer};
   for (std::size_t c = 0; c < sensors.size(); ++c) {
     sensors[c].gain = gains[c];
     sensors[c].offset = offsets[c];
     if (c < 2) sensors[c].lag_s = (capture_frames + 0.5 * (update_frames - 1)) / raw_rate_hz;
-    if (c >= 2) sensors[c].highpass_hz.push_back(corners_hz[c]);
+    if (c >= 2) sensors[c].highpass_hz.push_back(cutoffs_hz[c]);
     if (c >= 2 && parameters.second_highpass_hz > 0.0) sensors[c].highpass_hz.push_back(parameters.second_highpass_hz);
   }
   return sensors;
@@ -173,7 +173,7 @@ struct RawRecorder::State {
   std::array<Chunk, num_raw_channels> motion{}, volts{};  ///< r, y, r'', y'' as the sensors meet them; their output
   std::array<Chunk, 3> mains{};
   std::array<Chunk, 1> fan{};
-  std::array<double, num_raw_channels> held_v{};  ///< last value before a fault of the holding kind
+  std::array<double, num_raw_channels> held_v{};  ///< last value before a problem of the holding kind
 
   State(std::shared_ptr<const QzsRig> the_rig, double duration_s, const RawOptions& the_options);
   void fill_chunk();
@@ -198,9 +198,9 @@ RawRecorder::State::State(std::shared_ptr<const QzsRig> the_rig, double duration
       num_frames(std::llround(duration_s * raw_rate_hz)) {
   if (!(options.noise >= 0.0))
     throw std::invalid_argument(fmt::format("RawRecorder: noise must not be negative, got {}", options.noise));
-  for (const auto& fault : options.faults)
-    if (fault.channel < 0 || fault.channel >= num_raw_channels)
-      throw std::invalid_argument(fmt::format("RawRecorder: no channel {} for a fault", fault.channel));
+  for (const auto& problem : options.problems)
+    if (problem.channel < 0 || problem.channel >= num_raw_channels)
+      throw std::invalid_argument(fmt::format("RawRecorder: no channel {} for a sensor problem", problem.channel));
   if (const auto& p = rig->parameters(); p.bounce_hz > 0.0)
     bounce_y = bounce_ddy = suspension(p.bounce_hz, p.bounce_damping);
 }
@@ -266,15 +266,15 @@ void RawRecorder::State::read_accelerometer(std::size_t c) {
 }
 
 void RawRecorder::State::break_sensors() {
-  for (const auto& fault : options.faults) {
-    const auto c = static_cast<std::size_t>(fault.channel);
-    const std::int64_t from = std::llround(fault.from_s * raw_rate_hz), to = std::llround(fault.to_s * raw_rate_hz);
+  for (const auto& problem : options.problems) {
+    const auto c = static_cast<std::size_t>(problem.channel);
+    const std::int64_t from = std::llround(problem.from_s * raw_rate_hz), to = std::llround(problem.to_s * raw_rate_hz);
     for (std::int64_t frame = std::max(from, chunk_begin); frame < std::min(to, chunk_begin + chunk_frames); ++frame) {
       double& out = volts[c][static_cast<std::size_t>(frame - chunk_begin)];
       if (frame == from) held_v[c] = out;
-      if (fault.kind == SensorFault::Kind::rail) out = raw_full_scale_v;
-      if (fault.kind == SensorFault::Kind::hold) out = held_v[c];
-      if (fault.kind == SensorFault::Kind::clip) out = std::clamp(out, -fault.limit_v, fault.limit_v);
+      if (problem.kind == SensorProblem::Kind::rail) out = raw_full_scale_v;
+      if (problem.kind == SensorProblem::Kind::hold) out = held_v[c];
+      if (problem.kind == SensorProblem::Kind::clip) out = std::clamp(out, -problem.limit_v, problem.limit_v);
     }
   }
 }

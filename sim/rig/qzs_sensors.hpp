@@ -17,9 +17,9 @@ inline constexpr double raw_rate_hz = 25600.0;
 inline constexpr double raw_full_scale_v = 5.0;
 inline constexpr int num_raw_channels = 4;
 
-/// What stands between motion and record. In every case 24-bit steps and the limit of +-5 V.
+/// What is between motion and record. In every case 24-bit steps and the limit of +-5 V.
 enum class SensorLevel {
-  ideal,  ///< nothing: exact displacement and acceleration
+  ideal,  ///< none of it: exact displacement and acceleration
   noise,  ///< noise, resolution and interference only: no wrong gain, offset, lag, drift, high-pass or range
   full,
 };
@@ -39,7 +39,7 @@ struct RigSensor {
 [[nodiscard]] std::array<RigSensor, num_raw_channels> rig_sensors(SensorLevel level, const QzsParameters& parameters);
 
 /// A failing sensor, as a test of those who must notice.
-struct SensorFault {
+struct SensorProblem {
   enum class Kind { rail, hold, clip };  ///< output at +5 V; stuck at its value; limited to +-limit_v
   Kind kind = Kind::rail;
   int channel = 0;
@@ -50,14 +50,14 @@ struct RawOptions {
   SensorLevel level = SensorLevel::full;
   double noise = 1.0;  ///< times the nominal amplitude of every noise and interference
   std::uint64_t seed = 1;
-  std::vector<SensorFault> faults = {};
+  std::vector<SensorProblem> problems = {};
 };
 
 /// The raw record, block by block. Frame n is at n / 25600 s. A frame does not depend on how the frames were asked for.
 class RawRecorder {
  public:
   using Frames = Eigen::Matrix<double, Eigen::Dynamic, num_raw_channels, Eigen::RowMajor>;
-  /// Throws std::invalid_argument for a negative noise or a fault on no channel.
+  /// Throws std::invalid_argument for a negative noise or a problem on no channel.
   RawRecorder(std::shared_ptr<const QzsRig> rig, double duration_s, const RawOptions& options = {});
   ~RawRecorder();
   RawRecorder(RawRecorder&&) noexcept;

@@ -20,12 +20,12 @@ dsp::DecimateOptions decimation(double rate_hz) {
       .output_rate_hz = rate_hz, .passband_end_hz = passband_end_hz, .stopband_start_hz = rate_hz - passband_end_hz};
 }
 
-/// Faults counted from the beginning of the test.
+/// Sensor problems counted from the beginning of the test.
 RawOptions of_test(const RigTest& test) {
   RawOptions raw = test.raw;
-  for (SensorFault& fault : raw.faults) {
-    fault.from_s += test.from_s;
-    fault.to_s += test.from_s;
+  for (SensorProblem& problem : raw.problems) {
+    problem.from_s += test.from_s;
+    problem.to_s += test.from_s;
   }
   return raw;
 }

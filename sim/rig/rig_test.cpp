@@ -19,10 +19,10 @@ void require_possible(const RigTest& test) {
   if (!(test.rate_hz >= 1.0 && test.rate_hz <= raw_rate_hz && test.rate_hz == std::floor(test.rate_hz)))
     throw std::invalid_argument(
         fmt::format("qzs: the recording's rate must be whole, from 1 to {} Hz, got {}", raw_rate_hz, test.rate_hz));
-  for (const SensorFault& fault : test.raw.faults)
-    if (fault.from_s >= test.duration_s)
+  for (const SensorProblem& problem : test.raw.problems)
+    if (problem.from_s >= test.duration_s)
       throw std::invalid_argument(fmt::format("qzs: a sensor is to fail at {:g} s, the recording ends at {:g} s",
-                                              fault.from_s, test.duration_s));
+                                              problem.from_s, test.duration_s));
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ struct RigTestOptions {
   double from_s = 0.0;                                        ///< what is recorded begins this far into the test
   std::optional<double> duration_s = {};  ///< of what is recorded; none: the programme's, beyond which it repeats
   double rate_hz = raw_rate_hz;           ///< of the recording: whole, at most raw_rate_hz
-  RawOptions raw = {};                    ///< of faults the times count from from_s on
+  RawOptions raw = {};                    ///< of problems the times count from from_s on
 };
 
 /// A test of the rig and the part of it that is recorded, checked.

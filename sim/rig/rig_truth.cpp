@@ -30,17 +30,17 @@ RegimeOptions programme_levels(QzsTrajectory& trajectory, Motion motion) {
   return true_levels(motion.signal(), motion.modes, truth_rate_hz, programme);
 }
 
-std::vector<RegimeSpan> recorded_regimes(const RigTest& test, const Motion& motion, RegimeOptions options) {
+std::vector<RegimeInterval> recorded_regimes(const RigTest& test, const Motion& motion, RegimeOptions options) {
   if (test.programme == "decay") {  // over within two seconds: margins and runs of a sweep would leave nothing
     options.stick_margin_s = 0.1;
     options.min_duration_s = 0.5;
   }
-  std::vector<RegimeSpan> spans;
-  for (RegimeSpan& span : true_regimes(motion.signal(), motion.modes, truth_rate_hz, options))
-    if (span.to_s > test.from_s)
-      spans.push_back({std::move(span.label), std::max(span.from_s - test.from_s, 0.0),
-                       std::min(span.to_s - test.from_s, test.duration_s)});
-  return spans;
+  std::vector<RegimeInterval> intervals;
+  for (RegimeInterval& interval : true_regimes(motion.signal(), motion.modes, truth_rate_hz, options))
+    if (interval.to_s > test.from_s)
+      intervals.push_back({std::move(interval.label), std::max(interval.from_s - test.from_s, 0.0),
+                           std::min(interval.to_s - test.from_s, test.duration_s)});
+  return intervals;
 }
 
 std::vector<HandTruth> recorded_hands(const RigTest& test, const Motion& motion) {

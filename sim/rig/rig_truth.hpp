@@ -22,7 +22,7 @@ struct HandTruth {
 /// What is true of a test within its recording; times from the recording's beginning on.
 struct RigTruth {
   std::vector<HandTruth> hands;
-  std::vector<RegimeSpan> regimes;  ///< in order without gaps
+  std::vector<RegimeInterval> regimes;  ///< in order without gaps
   std::int64_t num_events = 0;      ///< switches of the friction
 };
 

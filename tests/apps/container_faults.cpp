@@ -113,16 +113,16 @@ TEST_CASE("impossible headers and lossy codecs are refused", "[apps][faults]") {
   expect(bench(), "$ARDENT info vorbis.ogg", 3, {"[container.lossy]", "vorbis.ogg", "Ogg", "FLAC"});
 }
 
-TEST_CASE("a FLAC cut short is told where its header is believed, and refused where it is read", "[apps][faults]") {
+TEST_CASE("a FLAC cut short is reported where its header is believed, and refused where it is read", "[apps][faults]") {
   const Scratch folder;
   REQUIRE(support::run(folder, "$ARDENT -q sim qzs --raw -o rig --container flac --rate 256 --duration 60").code == 0);
   expect(folder, "$ARDENT info rig/recording.flac", 0, {"15360"});
   CHECK(support::run(folder, "$ARDENT info rig/recording.flac").out.find("container.truncated") == std::string::npos);
   const auto size = std::filesystem::file_size(folder / "rig/recording.flac");
-  for (const double share : {0.98, 0.5, 0.05}) {
-    CAPTURE(share);
+  for (const double fraction : {0.98, 0.5, 0.05}) {
+    CAPTURE(fraction);
     std::filesystem::resize_file(folder / "rig/recording.flac",
-                                 static_cast<std::uintmax_t>(share * static_cast<double>(size)));
+                                 static_cast<std::uintmax_t>(fraction * static_cast<double>(size)));
     expect(folder, "$ARDENT info rig/recording.flac", 0,
            {"warning", "container.truncated", "promises 15360 frames", "last"});
     expect(folder, "$ARDENT check rig/recording.flac", 3, {"[container.truncated]", "15360", "--salvage"});
@@ -151,7 +151,7 @@ TEST_CASE("a clock that goes back, repeats or trembles is refused with its line"
   with([&](int i) { return i == 700 ? "3.5" : time(i); });
   expect(folder, "$ARDENT run c.csv -o run", 3, {"[clock.backwards]", "c.csv:702", "back from 6.99", "to 3.5 s"});
   with([&](int i) { return time(i == 700 ? 699 : i); });
-  expect(folder, "$ARDENT run c.csv -o run", 3, {"[clock.repeated]", "c.csv:702", "time 6.99 s stands twice"});
+  expect(folder, "$ARDENT run c.csv -o run", 3, {"[clock.repeated]", "c.csv:702", "time 6.99 s occurs twice"});
   with([&](int i) { return std::to_string(0.01 * i + 0.003 * (i * 7919 % 13) / 13.0); });
   expect(folder, "$ARDENT run c.csv -o run", 3,
          {"[clock.jitter]", "c.csv:2", "off an even 99.99", "clock = \"interpolate\""});

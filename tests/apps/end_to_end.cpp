@@ -385,7 +385,7 @@ TEST_CASE("prep, check, init and a dry run do their part and no more", "[apps][e
   expect(folder, "$ARDENT init new/a.csv", 5, {"[output.exists]", "--force"});
 }
 
-TEST_CASE("runs are compared, and what is no run is told", "[apps][end_to_end]") {
+TEST_CASE("runs are compared, and what is no run is named", "[apps][end_to_end]") {
   const Scratch& folder = bench();
   REQUIRE(support::run(folder, "$ARDENT run duffing/response.csv -o first").code == 0);
   REQUIRE(support::run(folder, "$ARDENT run duffing/response.csv -o second --set prepare.recipe=paper").code == 0);

@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Two channels of 24 bit at 100 Hz, 8 s unless told.
+/// Two channels of 24 bit at 100 Hz, 8 s unless asked.
 void sound(const fs::path& file, Eigen::Index num_frames = 800) {
   dsp::SoundFileWriter writer(file, {.sample_rate_hz = 100, .num_channels = 2});
   writer.write(dsp::FrameBlock::NullaryExpr(num_frames, 2, [](Eigen::Index i, Eigen::Index c) {
@@ -92,7 +92,7 @@ TEST_CASE("the lines that a missing sensitivity prints can be pasted as they are
   CHECK(support::run(folder, "$ARDENT run good.wav -o done --set library.order=1").code == 0);
 }
 
-TEST_CASE("an error is told once, also where standard output takes nothing", "[apps][faults]") {
+TEST_CASE("an error is reported once, also where standard output cannot be written", "[apps][faults]") {
   const Scratch folder;
   const auto ended = support::run(folder, "$ARDENT --json terms > /dev/full");
   CHECK(ended.code == 5);

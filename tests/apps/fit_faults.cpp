@@ -74,12 +74,12 @@ TEST_CASE("fewer rows than terms is code 4 where no method copes, and ridge cope
   }
   const auto ridge = fit(few, "1,u,w,u^2,w^2,u*w,u^3", "ridge", "--json");
   CHECK(ridge.code == 0);
-  CHECK_THAT(ridge.out, Catch::Contains("\"std\": null") && Catch::Contains("no row is left to tell the noise"));
+  CHECK_THAT(ridge.out, Catch::Contains("\"std\": null") && Catch::Contains("no row is left to estimate the noise"));
   CHECK_THAT(fit(few, "1,u,w,u^2,w^2,u*w,u^3", "ridge").out,
              Catch::Contains("4 rows for 7 terms") && !Catch::Contains("nan"));
 }
 
-TEST_CASE("columns that add up are told apart from those that do not", "[apps][fit_faults]") {
+TEST_CASE("columns that add up are distinguished from those that do not", "[apps][fit_faults]") {
   const Table sums = table([](double u, double w, int i) { return 3.0 * u - w + 0.1 * hash_noise(i); });
   const auto ols = fit(sums, "u,w,u+w", "ols");
   CHECK(ols.code == 4);

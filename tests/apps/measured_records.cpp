@@ -40,7 +40,7 @@ std::map<std::string, double> means(const json& fit) {
   return all;
 }
 
-// The plate sticks for over half of the time. Stuck stretches obey another law, which filtered columns would smear into
+// The plate sticks for over half of the time. Stuck intervals obey another law, which filtered columns would smear into
 // the rows that are kept; hence recipe "paper".
 std::string frame_config(const std::string& file, const std::string& terms) {
   return "schema = 1\n[[recording]]\nfile = \"" + (data / "friction_frame" / file).string() +
@@ -118,7 +118,7 @@ TEST_CASE("thirteen terms for one tone and ten cycles are not printed bare", "[a
   }
 }
 
-TEST_CASE("filtered columns smear stuck stretches into the rows kept: two per cent of the heavier frame's stiffness",
+TEST_CASE("filtered columns smear stuck intervals into the rows kept: two per cent of the heavier frame's stiffness",
           "[apps][measured]") {
   if (missing("friction_frame")) return;
   const Scratch folder;

@@ -20,7 +20,8 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double rate_hz = 25.6;
-const dsp::DecimateOptions to_bus{.output_rate_hz = 256.0, .passband_end_hz = 30.0, .stopband_start_hz = 226.0};
+const dsp::DecimateOptions to_intermediate{
+    .output_rate_hz = 256.0, .passband_end_hz = 30.0, .stopband_start_hz = 226.0};
 const dsp::DecimateOptions to_regression{.output_rate_hz = rate_hz, .passband_end_hz = 10.24};
 const dsp::SpectralBand band{8.0, 10.24};
 
@@ -36,17 +37,19 @@ struct Errors {
   double v_within, v_ends, a_within, a_ends;
 };
 
-// Derivatives of a stretch cut out of the record, against the truth of the whole, seen through the same filters.
+// Derivatives of an interval cut out of the record, against the truth of the whole, seen through the same filters.
 Errors derivative_errors(sim::SensorLevel level, double duration_s, double from_s, double to_s, std::uint64_t seed) {
   const auto record = support::rig_record(sim::qzs_twin("T0"), shortened(duration_s), {.level = level, .seed = seed});
-  const VectorXd v = dsp::ColumnFilter::taper(rate_hz, band)
-                         .apply(dsp::ColumnFilter::decimation(support::rig_bus_hz, to_regression).apply(record.v));
+  const VectorXd v =
+      dsp::ColumnFilter::taper(rate_hz, band)
+          .apply(dsp::ColumnFilter::decimation(support::rig_intermediate_hz, to_regression).apply(record.v));
   const VectorXd a = dsp::ExtendedSpectrum(v, rate_hz).derivative(1, band);
 
   dsp::Recording cut = record.recording;
-  const auto first = static_cast<Index>(from_s * support::rig_bus_hz);
+  const auto first = static_cast<Index>(from_s * support::rig_intermediate_hz);
   cut.samples =
-      record.recording.samples.middleRows(first, static_cast<Index>((to_s - from_s) * support::rig_bus_hz)).eval();
+      record.recording.samples.middleRows(first, static_cast<Index>((to_s - from_s) * support::rig_intermediate_hz))
+          .eval();
   cut.bad.clear();
   const auto prepared = dsp::prepare(cut, {.recipe = dsp::Recipe::paper,
                                            .rate_hz = rate_hz,
@@ -82,15 +85,15 @@ class Cut {
   Cut(double from_s, double to_s)
       : first_(std::llround(from_s * sim::raw_rate_hz)),
         last_(std::llround(to_s * sim::raw_rate_hz)),
-        to_bus_(sim::raw_rate_hz, sim::num_raw_channels, to_bus),
-        down_(support::rig_bus_hz, sim::num_raw_channels, to_regression) {}
+        to_intermediate_(sim::raw_rate_hz, sim::num_raw_channels, to_intermediate),
+        down_(support::rig_intermediate_hz, sim::num_raw_channels, to_regression) {}
   void push(std::int64_t begin, const dsp::FrameBlock& frames) {
     const std::int64_t from = std::clamp<std::int64_t>(first_ - begin, 0, frames.rows()),
                        to = std::clamp<std::int64_t>(last_ - begin, 0, frames.rows());
-    if (from < to) keep(down_.push(to_bus_.push(frames.middleRows(from, to - from))));
+    if (from < to) keep(down_.push(to_intermediate_.push(frames.middleRows(from, to - from))));
   }
   const MatrixXd& finish() {
-    keep(down_.push(to_bus_.finish()));
+    keep(down_.push(to_intermediate_.finish()));
     keep(down_.finish());
     return rows_;
   }
@@ -101,11 +104,11 @@ class Cut {
     rows_.bottomRows(rows.rows()) = rows;
   }
   std::int64_t first_, last_;
-  dsp::Decimator to_bus_, down_;
+  dsp::Decimator to_intermediate_, down_;
   MatrixXd rows_;
 };
 
-// What the ends of a record cost: the same stretch with and without its neighbourhood. Largest of all channels.
+// What the ends of a record cost: the same interval with and without its neighbourhood. Largest of all channels.
 double end_error(double duration_s, double from_s, double to_s, std::uint64_t seed) {
   const auto rig = std::make_shared<const sim::QzsRig>(sim::qzs_twin("T0"), shortened(duration_s));
   sim::RawRecorder recorder(rig, duration_s, {.level = sim::SensorLevel::noise, .seed = seed});
@@ -154,12 +157,12 @@ TEST_CASE("the ends of a raw record cost a thousandth of its size at most", "[ap
   CHECK(end_error(120.0, 20.0, 100.0, 1) <= 1e-3);
 }
 
-TEST_CASE("the whole record tells gains, lags and corners of its sensors, and its power balance closes",
+TEST_CASE("the whole record shows gains, lags and cut-offs of its sensors, and its power balance closes",
           "[apps][rig_bars]") {
   const support::Scratch folder;
   support::expect(folder,
                   "$ARDENT prep " ARDENT_DATA
-                  "/qzs_bus_256.flac -o rig --set prepare.rate_hz=25.6 --set "
+                  "/qzs_256.flac -o rig --set prepare.rate_hz=25.6 --set "
                   "prepare.cutoff_hz=10.24 --set prepare.rolloff_hz=8",
                   0, {"warning", "[power.balance]"});
   const auto quality = nlohmann::json::parse(support::bytes_of(folder / "rig/quality.json"));

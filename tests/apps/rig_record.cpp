@@ -88,7 +88,7 @@ TEST_CASE("free decays of the payload give spring, damping and friction where fi
   std::map<std::string, double> found;
   const json fit = range_of(json::parse(support::bytes_of(folder / "wide/metrics.json")), "low");
   for (const auto& term : fit["terms"]) found[term["name"]] = term["mean"];
-  // About the lasers' zero, 1.9 mm off: k1 + 3 k3 z^2 etc. Friction and damping share what a decay of 1.5 s tells.
+  // About the lasers' zero, 1.9 mm off: k1 + 3 k3 z^2 etc. A decay of 1.5 s hardly distinguishes friction from damping.
   const double k3 = 95000.0 / (0.996 * 0.996), zero_m = 1.9e-3;
   CHECK(found["x"] == Approx(-50.0 - 3.0 * k3 * zero_m * zero_m).epsilon(0.01));
   CHECK(found["x^2"] == Approx(-3.0 * k3 * zero_m).epsilon(0.05));

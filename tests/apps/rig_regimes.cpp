@@ -118,14 +118,14 @@ Case random_programme(int index) {
   const auto draw = [&](double from, double to) {
     return from + (to - from) * static_cast<double>(engine() >> 11) / 9007199254740992.0;  // 2^53
   };
-  const bool has_cord = draw(0, 1) < 0.35;
-  sim::QzsParameters rig = has_cord ? t1 : t0;
+  const bool has_mount = draw(0, 1) < 0.35;
+  sim::QzsParameters rig = has_mount ? t1 : t0;
   rig.k1 *= draw(0.85, 1.4);
   rig.k3 *= draw(0.75, 1.25);
   rig.c *= draw(0.85, 1.15);
   rig.mu_kinetic *= draw(0.75, 1.3);
   rig.mu_static *= draw(0.85, 1.2);
-  if (has_cord) {
+  if (has_mount) {
     rig.bounce_hz *= draw(0.9, 1.25);
     rig.bounce_damping *= draw(0.7, 1.6);
   }
@@ -147,7 +147,7 @@ Case random_programme(int index) {
     programme = with_decays(
         sweep({1.62 * scale, 1.55 * scale, 1.48 * scale, 1.42 * scale, 1.42 * scale}, amplitude_m, dwell_s), 3, rest_s);
   }
-  return {std::to_string(index) + (has_cord ? " T1" : " T0") +
+  return {std::to_string(index) + (has_mount ? " T1" : " T0") +
               (kind < 0.65   ? " down"
                : kind < 0.82 ? " up"
                              : " decays") +
@@ -170,15 +170,15 @@ double frequency_at(const sim::Programme& programme, double t_s) {
 
 // Furthest that a true boundary lies from the nearest found one between the same regimes, in cycles. Boundaries that
 // are excluded, as the start and hands are, have no counterpart.
-double boundary_error(const std::vector<sim::RegimeSpan>& truth, const std::vector<dsp::Segment>& found,
+double boundary_error(const std::vector<sim::RegimeInterval>& truth, const std::vector<dsp::Segment>& found,
                       const Case& tested) {
   double worst = 0.0;
   for (std::size_t k = 1; k < truth.size(); ++k) {
     const double t = truth[k].from_s;
     double nearest = INFINITY;
     for (std::size_t i = 0; i < found.size(); ++i) {
-      const double from = static_cast<double>(found[i].first) / support::rig_bus_hz,
-                   to = static_cast<double>(found[i].last) / support::rig_bus_hz;
+      const double from = static_cast<double>(found[i].first) / support::rig_intermediate_hz,
+                   to = static_cast<double>(found[i].last) / support::rig_intermediate_hz;
       if (found[i].regime == dsp::Regime::excluded && t >= from - 1.0 && t <= to + 1.0) nearest = 0.0;
       if (i > 0 && to_string(found[i].regime) == truth[k].label && to_string(found[i - 1].regime) == truth[k - 1].label)
         nearest = std::min(nearest, std::abs(from - t));
@@ -190,17 +190,17 @@ double boundary_error(const std::vector<sim::RegimeSpan>& truth, const std::vect
 
 Score score(const Case& tested) {
   const support::RigRecord record = support::rig_record(tested.rig, tested.programme, tested.raw);
-  const auto levels = sim::true_levels(record.x, record.modes, support::rig_bus_hz, tested.programme);
-  const auto truth = sim::true_regimes(record.x, record.modes, support::rig_bus_hz, levels);
+  const auto levels = sim::true_levels(record.x, record.modes, support::rig_intermediate_hz, tested.programme);
+  const auto truth = sim::true_regimes(record.x, record.modes, support::rig_intermediate_hz, levels);
   const dsp::Prepared prepared =
       dsp::prepare(record.recording, {.rate_hz = 25.6, .cutoff_hz = 10.24, .rolloff_hz = 8.0});
-  const auto found = dsp::segment_regimes(prepared.bus).segments;
+  const auto found = dsp::segment_regimes(prepared.intermediate).segments;
   double same = 0.0, all = 0.0, stuck = 0.0, called_stuck = 0.0, both = 0.0;
   std::size_t k = 0;
   for (const dsp::Segment& segment : found) {
     if (segment.regime == dsp::Regime::excluded) continue;
     for (Index i = segment.first; i < segment.last; ++i) {
-      while (k + 1 < truth.size() && truth[k].to_s <= static_cast<double>(i) / support::rig_bus_hz) ++k;
+      while (k + 1 < truth.size() && truth[k].to_s <= static_cast<double>(i) / support::rig_intermediate_hz) ++k;
       const bool is_stuck = truth[k].label == "stick", called = segment.regime == dsp::Regime::stick;
       all += 1.0, same += truth[k].label == to_string(segment.regime);
       stuck += is_stuck, called_stuck += called, both += is_stuck && called;

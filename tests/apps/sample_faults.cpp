@@ -42,7 +42,7 @@ json checks_of(const Scratch& folder, const std::string& run, const std::string&
   return {};
 }
 
-/// The excluded stretch with this reason.
+/// The excluded interval with this reason.
 std::pair<double, double> excluded(const Scratch& folder, const std::string& run, const std::string& reason) {
   const json segments = json::parse(bytes_of(folder / (run + "/segments.json")));
   for (const auto& segment : segments)
@@ -81,7 +81,7 @@ TEST_CASE("what the rig's sensors lose is found where it was lost, with the marg
   REQUIRE(faults.size() == 4);
   CHECK(faults[3]["limit_v"] == 0.004);
   expect(folder, "$ARDENT -q prep rig/recording.wav -o found", 0, {});
-  const double reach_s = 1.7, late_s = 0.4;  // two filters and the derivatives' taper; stretches are placed to a cell
+  const double reach_s = 1.7, late_s = 0.4;  // two filters and the derivatives' taper; intervals are placed to a cell
   const auto check_found = [&](const std::string& reason, double from, double to) {
     CAPTURE(reason);
     const auto [from_s, to_s] = excluded(folder, "found", reason);
@@ -143,23 +143,23 @@ TEST_CASE("too much clipping where it is trained is refused, elsewhere it is lef
   expect(folder, "$ARDENT check m.csv --set prepare.max_clipped=0.9", 0, {"sample.clipped"});
 }
 
-TEST_CASE("spikes, offsets and drifts are told and left as they are", "[apps][faults]") {
+TEST_CASE("spikes, offsets and drifts are reported and left as they are", "[apps][faults]") {
   const Scratch folder;
   write_table(folder, [](int i, Row& row) {
     if (i == 2000 || i == 4000) row.y += 0.05;
     row.r += 0.02 + 1e-6 * i;
   });
-  expect(folder, "$ARDENT run m.csv -o told", 0, {});
-  const json spikes = checks_of(folder, "told", "sample.spike", "y");
+  expect(folder, "$ARDENT run m.csv -o left", 0, {});
+  const json spikes = checks_of(folder, "left", "sample.spike", "y");
   CHECK(spikes["value"] == 2.0);
   CHECK_THAT(spikes["message"].get<std::string>(), Catch::Contains("20 s") && Catch::Contains("left in"));
-  CHECK(checks_of(folder, "told", "sample.spike", "r")["value"] == 0.0);
-  CHECK(checks_of(folder, "told", "sample.offset", "r")["value"].get<double>() == Approx(0.023).margin(2e-4));
-  CHECK(checks_of(folder, "told", "sample.offset", "r")["status"] == "note");
-  CHECK(checks_of(folder, "told", "sample.drift", "r")["value"].get<double>() == Approx(0.006).margin(4e-4));
+  CHECK(checks_of(folder, "left", "sample.spike", "r")["value"] == 0.0);
+  CHECK(checks_of(folder, "left", "sample.offset", "r")["value"].get<double>() == Approx(0.023).margin(2e-4));
+  CHECK(checks_of(folder, "left", "sample.offset", "r")["status"] == "note");
+  CHECK(checks_of(folder, "left", "sample.drift", "r")["value"].get<double>() == Approx(0.006).margin(4e-4));
 }
 
-TEST_CASE("a channel that never moves is refused where the motion rests on it, else told", "[apps][faults]") {
+TEST_CASE("a channel that never moves is refused where the motion rests on it, else reported", "[apps][faults]") {
   const Scratch folder;
   write_table(folder, [](int, Row& row) { row.y = 0.0; });
   expect(folder, "$ARDENT run m.csv -o dead", 3, {"[sample.constant]", "m.csv", "'y'", "all values are zero", "use"});
@@ -260,22 +260,22 @@ TEST_CASE("ends that lean on predicted samples are trimmed and counted", "[apps]
   const json quality = json::parse(bytes_of(folder / "ends/quality.json"));
   const int edge = quality["motion"][0]["edge_samples"];
   CHECK(edge > 0);
-  bool told = false;
+  bool reported = false;
   for (const auto& check : quality["checks"]) {
     if (check["name"] != "prepare.edges") continue;
-    told = true;
+    reported = true;
     CHECK(check["status"] == "note");
     CHECK(check["value"].get<double>() == Approx(edge / 20.0));
     CHECK_THAT(check["message"].get<std::string>(),
                Catch::Contains(std::to_string(edge) + " samples") && Catch::Contains("either end"));
   }
-  CHECK(told);
+  CHECK(reported);
   const json range = json::parse(bytes_of(folder / "ends/metrics.json"))["ranges"][0];
   CHECK(range["num_train"].get<int>() + range["num_test"].get<int>() ==
         quality["motion"][0]["num_samples"].get<int>() - 2 * edge);
 }
 
-TEST_CASE("a laser's lag and an accelerometer's gain are estimated, told, and left where asked", "[apps][faults]") {
+TEST_CASE("a laser's lag and an accelerometer's gain are estimated, reported, and left where asked", "[apps][faults]") {
   const Scratch folder;
   REQUIRE(support::run(folder, "$ARDENT -q sim qzs --raw -o rig --duration 300 --rate 256").code == 0);
   const std::string run = "$ARDENT -v prep rig/recording.wav --set prepare.rate_hz=25.6 --set prepare.cutoff_hz=10.24";

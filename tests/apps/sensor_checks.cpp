@@ -91,13 +91,13 @@ TEST_CASE("lines for a channel given by its unit", "[apps][sensor_checks]") {
   dsp::ChannelSpec channel;
   channel.role = dsp::Role::ddy;
   channel.unit = "g";
-  const dsp::SensorFault gain{.kind = dsp::SensorFaultKind::gain, .sensitivity_factor = 1.02};
+  const dsp::SensorProblem gain{.kind = dsp::SensorProblemKind::gain, .sensitivity_factor = 1.02};
   CHECK(apps::remedy(gain, &channel) == "full_scale = \"9.61436 m/s^2\"");  // 9.80665 / 1.02
-  const dsp::SensorFault unit{.kind = dsp::SensorFaultKind::unit, .unit = "mm"};
+  const dsp::SensorProblem unit{.kind = dsp::SensorProblemKind::unit, .unit = "mm"};
   CHECK(apps::remedy(unit, &channel) == "unit = \"mm\"");
   channel.delay_s = 1e-3;
-  CHECK(apps::remedy({.kind = dsp::SensorFaultKind::lag, .delay_s = 5e-4}, &channel) == "delay = \"1.5 ms\"");
-  CHECK(apps::remedy({.kind = dsp::SensorFaultKind::corner, .highpass_hz = {0.4, 0.3}}, &channel) ==
+  CHECK(apps::remedy({.kind = dsp::SensorProblemKind::lag, .delay_s = 5e-4}, &channel) == "delay = \"1.5 ms\"");
+  CHECK(apps::remedy({.kind = dsp::SensorProblemKind::cutoff, .highpass_hz = {0.4, 0.3}}, &channel) ==
         "highpass = [0.4, 0.3]");
 }
 
@@ -162,12 +162,12 @@ TEST_CASE("sensors of twenty clean records raise nothing", "[.][study][sensor_ch
 
 TEST_CASE("the report and quality.json name what a sidecar gets wrong", "[apps][sensor_checks]") {
   const Scratch folder;
-  const std::string bus = std::string(ARDENT_DATA) + "/qzs_bus_256.flac";
-  std::string side = support::bytes_of(bus + ".toml");
+  const std::string intermediate = std::string(ARDENT_DATA) + "/qzs_256.flac";
+  std::string side = support::bytes_of(intermediate + ".toml");
   const auto at = side.rfind("100 mV/g");  // the payload's accelerometer, said to be the other way round
   side.insert(at + 9, "\nsign = -1");
   (void)folder.file("side.toml", side);
-  (void)folder.file("run.toml", "schema = 1\n[[recording]]\nfile = \"" + bus +
+  (void)folder.file("run.toml", "schema = 1\n[[recording]]\nfile = \"" + intermediate +
                                     "\"\nsidecar = \"side.toml\"\n[prepare]\nrate_hz = 25.6\ncutoff_hz = 10.24\n"
                                     "[library]\norder = 1\n[fit]\nmethods = [\"ols\"]\n");
   const auto ended = support::run(folder, "$ARDENT run run.toml -o run");

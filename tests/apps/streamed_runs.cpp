@@ -48,7 +48,7 @@ TEST_CASE("a raw recording is prepared to the same bits by blocks of any size", 
     CAPTURE(block_frames);
     const auto other = prepared(block_frames);
     CHECK(same_bits(other.signals, usual.signals));
-    CHECK(same_bits(other.bus, usual.bus));
+    CHECK(same_bits(other.intermediate, usual.intermediate));
     CHECK(other.excluded.size() == usual.excluded.size());
   }
 }
@@ -71,7 +71,7 @@ TEST_CASE("a raw recording is identified to the same bytes by one thread and two
 TEST_CASE("an hour at 256 Hz takes no more memory than half an hour's 150 MB and 30 kB for each further second",
           "[apps][streamed_runs]") {
   const Scratch folder;
-  const std::filesystem::path whole = ARDENT_DATA "/qzs_bus_256.flac";
+  const std::filesystem::path whole = ARDENT_DATA "/qzs_256.flac";
   (void)folder.file("rig.toml", bytes_of(whole.string() + ".toml"));
   {  // in a scope of its own: a program started from here would count the frames as its own
     dsp::FrameBlock frames;

@@ -109,7 +109,7 @@ TEST_CASE("a setting of a method is varied for the methods that have it only", "
   CHECK(methods == std::map<std::string, int>{{"sindy", 1}});
 }
 
-TEST_CASE("a study may stand in the config, and be a grid", "[apps][study_command]") {
+TEST_CASE("a study may be in the config, and be a grid", "[apps][study_command]") {
   const Scratch& folder = bench();
   (void)folder.file("own.toml", support::bytes_of(folder / "duffing.toml") +
                                     "[study]\norder = [1, 3]\nselection = [\"evidence\", \"type2\"]\n");

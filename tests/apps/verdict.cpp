@@ -21,7 +21,7 @@ ident::RangeResult range(const std::string& name, double free_run, double error,
   fit.model = {
       "a", "m/s^2", {{.name = "x", .mean = stiffness, .scale = 0.02}, {.name = "v", .mean = -0.8, .scale = 0.2}}};
   fit.train = fit.train_centred = fit.test = fit.test_centred = {error, {}};
-  fit.whiteness = {.p_value = 0.4, .peak_share = 0.2, .tested = true, .white = true};
+  fit.whiteness = {.p_value = 0.4, .peak_fraction = 0.2, .tested = true, .white = true};
   fit.free_run.nmse = free_run;
   fit.free_run.applies = true;
   result.fits = {fit};
@@ -53,7 +53,7 @@ TEST_CASE("the free run decides whether an equation describes its record", "[app
   away.fits[0].free_run.reason = "diverged after 3 s";
   CHECK(of(away).verdict == Verdict::does_not);
   auto none = good;
-  none.fits[0].free_run.reason = "no test stretch is long enough";
+  none.fits[0].free_run.reason = "no test interval is long enough";
   CHECK(of(none).verdict == Verdict::undecided);
   CHECK_THAT(of(none).sentence, Catch::Contains("is undecided") && Catch::Contains("long enough"));
 }

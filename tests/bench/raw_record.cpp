@@ -48,7 +48,7 @@ void write_sidecar(const std::filesystem::path& recording) {
 // What `ardent run` does with a raw file.
 void whole_part(const std::filesystem::path& file) {
   dsp::RecordingReader reader(file);
-  static_cast<void>(dsp::read_bus(reader, {{.rate_hz = 25.6, .cutoff_hz = 10.24, .rolloff_hz = 8.0}}));
+  static_cast<void>(dsp::read_intermediate(reader, {{.rate_hz = 25.6, .cutoff_hz = 10.24, .rolloff_hz = 8.0}}));
 }
 
 void decimator_alone(const std::filesystem::path& file) {

@@ -110,7 +110,7 @@ TEST_CASE("forces and channels without a role keep their samples under usable na
   CHECK(motion.at("x_2") == values);
 }
 
-TEST_CASE("bad stretches are marked, with a margin where asked", "[dsp][motion]") {
+TEST_CASE("bad intervals are marked, with a margin where asked", "[dsp][motion]") {
   auto record = recording({{{.name = "d", .role = dsp::Role::x}, samples(payload, 0)}});
   record.bad = {{1.0, 2.0, "dropout"}};
   auto motion = dsp::relative_motion(record, options);

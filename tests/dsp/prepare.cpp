@@ -33,16 +33,16 @@ TEST_CASE("left-out options are filled in from the rates", "[dsp][prepare]") {
   CHECK(narrow.state_rolloff_hz == Approx(0.75 * narrow.state_cutoff_hz));
 }
 
-TEST_CASE("the bus rate is a multiple of the regression rate that divides the recording's", "[dsp][prepare]") {
-  const auto bus = [](double rate_hz, double sample_rate_hz) {
-    return dsp::resolved({.rate_hz = rate_hz}, sample_rate_hz).bus_rate_hz;
+TEST_CASE("the intermediate rate is a multiple of the regression rate that divides the recording's", "[dsp][prepare]") {
+  const auto intermediate = [](double rate_hz, double sample_rate_hz) {
+    return dsp::resolved({.rate_hz = rate_hz}, sample_rate_hz).intermediate_rate_hz;
   };
-  CHECK(bus(25.6, 25600.0) == Approx(256.0));
-  CHECK(bus(100.0, 10000.0) == Approx(1000.0));
-  CHECK(bus(200.0, 3200.0) == Approx(1600.0));
-  CHECK(bus(25.6, 256.0) == 256.0);
-  CHECK(bus(25.6, 250.0) == 250.0);
-  CHECK(bus(25.6, 44100.0) == Approx(256.0));
+  CHECK(intermediate(25.6, 25600.0) == Approx(256.0));
+  CHECK(intermediate(100.0, 10000.0) == Approx(1000.0));
+  CHECK(intermediate(200.0, 3200.0) == Approx(1600.0));
+  CHECK(intermediate(25.6, 256.0) == 256.0);
+  CHECK(intermediate(25.6, 250.0) == 250.0);
+  CHECK(intermediate(25.6, 44100.0) == Approx(256.0));
   CHECK(dsp::resolved({.rate_hz = 25.6}, 25600.0).state_cutoff_hz == Approx(20.0));
 }
 
@@ -58,19 +58,20 @@ TEST_CASE("frequencies that do not fit each other are refused by name", "[dsp][p
   };
   CHECK(name_of({.rate_hz = 300.0}) == "prepare.rate");
   CHECK(name_of({.rate_hz = -1.0}) == "prepare.rate");
-  CHECK(name_of({.rate_hz = 50.0, .bus_rate_hz = 260.0}) == "prepare.bus_rate");
+  CHECK(name_of({.rate_hz = 50.0, .intermediate_rate_hz = 260.0}) == "prepare.bus_rate");
   CHECK(name_of({.cutoff_hz = 125.0}) == "prepare.cutoff");
   CHECK(name_of({.cutoff_hz = 20.0, .rolloff_hz = 20.0}) == "prepare.rolloff");
   CHECK(name_of({.cutoff_hz = 20.0, .state_cutoff_hz = 19.0}) == "prepare.state_cutoff");
   CHECK(name_of({.cutoff_hz = 20.0, .state_cutoff_hz = 30.0, .state_rolloff_hz = 30.0}) == "prepare.state_rolloff");
 }
 
-TEST_CASE("signals are the bus through the column filter, or filtered before they are formed", "[dsp][prepare]") {
+TEST_CASE("signals are those at the intermediate rate through the column filter, or filtered before they are formed",
+          "[dsp][prepare]") {
   const auto record = recording(64.0, 3000);
   const auto matched = dsp::prepare(record, {.cutoff_hz = 12.0});
   for (const auto& signal : matched.signals.signals)
-    if (signal.name != "t") CHECK(signal.values == matched.filter.apply(matched.bus.at(signal.name)));
-  CHECK(matched.signals.at("t") == matched.bus.at("t"));
+    if (signal.name != "t") CHECK(signal.values == matched.filter.apply(matched.intermediate.at(signal.name)));
+  CHECK(matched.signals.at("t") == matched.intermediate.at("t"));
 
   // All content lies below the roll-off: both recipes see the same motion.
   const auto paper = dsp::prepare(record, {.recipe = dsp::Recipe::paper, .cutoff_hz = 12.0});
@@ -79,7 +80,7 @@ TEST_CASE("signals are the bus through the column filter, or filtered before the
           1e-3 * matched.signals.at(name).cwiseAbs().maxCoeff());
 }
 
-TEST_CASE("bad stretches are excluded with the reach of the filters, edges are counted", "[dsp][prepare]") {
+TEST_CASE("bad intervals are excluded with the reach of the filters, edges are counted", "[dsp][prepare]") {
   auto record = recording(64.0, 3000);
   record.bad = {{20.0, 21.0, "held by hand"}};
   const auto prepared = dsp::prepare(record, {.cutoff_hz = 12.0, .rolloff_hz = 10.0});
@@ -90,18 +91,18 @@ TEST_CASE("bad stretches are excluded with the reach of the filters, edges are c
   CHECK(prepared.excluded[0].why == "held by hand");
   CHECK(prepared.signals.excluded[static_cast<std::size_t>(64 * 20)] == 1);
   CHECK(prepared.signals.excluded[static_cast<std::size_t>(64 * 19)] == 0);
-  CHECK(prepared.bus.excluded == prepared.signals.excluded);
+  CHECK(prepared.intermediate.excluded == prepared.signals.excluded);
   CHECK(prepared.signals.edge_samples == static_cast<Eigen::Index>(std::ceil(64.0 * margin_s)));
   REQUIRE(prepared.checks.back().name == "prepare.edges");
   CHECK(prepared.checks.back().value == Approx(margin_s).margin(1.0 / 64.0));
 }
 
-TEST_CASE("the zero of the displacement moves on the bus and after the filter alike", "[dsp][prepare]") {
+TEST_CASE("the zero of the displacement moves at the intermediate rate and after the filter alike", "[dsp][prepare]") {
   for (const auto recipe : {dsp::Recipe::matched, dsp::Recipe::paper}) {
     auto prepared = dsp::prepare(recording(64.0, 2000), {.recipe = recipe, .cutoff_hz = 12.0});
     const auto before = prepared;
     dsp::set_displacement_zero(prepared, 1e-3);
-    CHECK((prepared.bus.at("x") - before.bus.at("x")).array().mean() == Approx(-1e-3));
+    CHECK((prepared.intermediate.at("x") - before.intermediate.at("x")).array().mean() == Approx(-1e-3));
     CHECK((prepared.signals.at("x") - before.signals.at("x")).minCoeff() == Approx(-1e-3));
     CHECK(prepared.signals.at("y") == before.signals.at("y"));
   }
@@ -113,8 +114,8 @@ TEST_CASE("decimated motion is the motion at the lower rate, with a data sheet o
   for (const auto recipe : {dsp::Recipe::matched, dsp::Recipe::paper}) {
     const auto prepared = dsp::prepare(record, {.recipe = recipe, .rate_hz = 25.6});
     REQUIRE(prepared.signals.num_samples() == 1536);
-    CHECK(prepared.bus.sample_rate_hz == Approx(256.0));
-    CHECK(prepared.bus.num_samples() == 15360);
+    CHECK(prepared.intermediate.sample_rate_hz == Approx(256.0));
+    CHECK(prepared.intermediate.num_samples() == 15360);
     for (Eigen::Index i = 0; i < 1536; ++i) {
       const auto p = payload.at(static_cast<double>(i) / 25.6), b = base.at(static_cast<double>(i) / 25.6);
       CHECK(prepared.signals.at("x")(i) == Approx(p.x - b.x).margin(5e-6));
@@ -128,9 +129,9 @@ TEST_CASE("decimated motion is the motion at the lower rate, with a data sheet o
   }
 }
 
-TEST_CASE("sensors of one body are brought to agree and columns share their high-pass", "[dsp][prepare][sensors]") {
+TEST_CASE("sensors of one body are equalised and columns share their high-pass", "[dsp][prepare][sensors]") {
   constexpr double rate_hz = 256.0, lag_s = 1.2e-3, gain = 1.02;
-  const std::vector<double> corners_hz{0.45};
+  const std::vector<double> cutoffs_hz{0.45};
   const Eigen::Index n = 256 * 200;
   const support::SweptHarmonics motion;
   Eigen::VectorXd late(n), x(n), v(n), a(n);
@@ -145,7 +146,7 @@ TEST_CASE("sensors of one body are brought to agree and columns share their high
   record.samples.resize(n, 2);
   record.samples.col(0) = late;
   record.samples.col(1) = gain * dsp::ExtendedSpectrum(a, rate_hz).filtered([&](double f) {
-    return dsp::highpass_response(corners_hz, f);
+    return dsp::highpass_response(cutoffs_hz, f);
   });
   record.samples.col(1).array() += 0.02;
 
@@ -158,8 +159,9 @@ TEST_CASE("sensors of one body are brought to agree and columns share their high
   REQUIRE(prepared.excluded.size() == 1);
   CHECK(prepared.excluded[0].to_s == Approx(2.0 / prepared.highpass_hz[0]));
 
-  // The bus shows the motion itself; what is regressed has passed the accelerometer's coupling, all of it alike.
-  const Eigen::VectorXd column = prepared.filter.apply(prepared.bus.at("v"));
+  // The intermediate rate shows the motion itself; what is regressed has passed the accelerometer's AC coupling, all of
+  // it alike.
+  const Eigen::VectorXd column = prepared.filter.apply(prepared.intermediate.at("v"));
   const Eigen::VectorXd target = dsp::regression_signal(prepared, "a");
   std::vector<unsigned char> use(static_cast<std::size_t>(target.size()), 0);
   for (Eigen::Index i = 256; i < target.size() - 256; ++i) {
@@ -196,10 +198,10 @@ TEST_CASE("a file in blocks gives what the recording in memory gives", "[dsp][pr
   const auto whole = dsp::prepare(dsp::read_recording(file), {.rate_hz = 50.0});
   for (const Eigen::Index block : {1000, 77}) {
     dsp::RecordingReader reader(file);
-    double share = 0.0;
+    double fraction = 0.0;
     const auto streamed = dsp::prepare(reader, {.rate_hz = 50.0},
-                                       {.block_frames = block, .progress = [&](double done) { share = done; }});
-    CHECK(share == 1.0);
+                                       {.block_frames = block, .progress = [&](double done) { fraction = done; }});
+    CHECK(fraction == 1.0);
     for (const auto& signal : whole.signals.signals) CHECK(streamed.signals.at(signal.name) == signal.values);
   }
   dsp::RecordingReader reader(file);
@@ -222,24 +224,24 @@ TEST_CASE("one pass over a file serves several ways of preparing it", "[dsp][pre
       narrow{.rate_hz = 25.0, .cutoff_hz = 6.0};
   dsp::RecordingReader reader(file);
   const std::vector<dsp::PrepareOptions> ways{matched, paper, narrow};
-  const auto buses = dsp::read_bus(reader, ways);
-  REQUIRE(buses.size() == 3);
-  CHECK(buses[0] == buses[1]);
-  CHECK(buses[0] != buses[2]);
+  const auto intermediates = dsp::read_intermediate(reader, ways);
+  REQUIRE(intermediates.size() == 3);
+  CHECK(intermediates[0] == intermediates[1]);
+  CHECK(intermediates[0] != intermediates[2]);
   std::size_t i = 0;
   for (const auto& options : ways) {
     dsp::RecordingReader alone(file);
-    const auto expected = dsp::prepare(alone, options), found = dsp::prepare(*buses[i++], options);
+    const auto expected = dsp::prepare(alone, options), found = dsp::prepare(*intermediates[i++], options);
     for (const char* name : {"x", "v", "a"}) CHECK((found.signals.at(name) == expected.signals.at(name)));
     CHECK(found.signals.excluded == expected.signals.excluded);
     CHECK(found.checks.size() == expected.checks.size());
   }
-  CHECK_THROWS_AS(dsp::prepare(*buses[0], narrow), std::invalid_argument);
+  CHECK_THROWS_AS(dsp::prepare(*intermediates[0], narrow), std::invalid_argument);
   std::filesystem::remove(file);
   std::filesystem::remove(file.string() + ".toml");
 }
 
-TEST_CASE("the zero of a laser is the mean of the bus where it may be used", "[dsp][prepare]") {
+TEST_CASE("the zero of a laser is the mean at the intermediate rate where it may be used", "[dsp][prepare]") {
   auto record = recording(64.0, 3000);
   record.samples.col(0).array() += 5e-3;
   record.samples.col(0).segment(64 * 20, 64).array() += 1.0;

@@ -78,7 +78,7 @@ LeastSquares friction_frame(const std::string& name, dsp::Recipe recipe, double 
   record.samples = 1e-3 * table.rightCols(2);
   const auto prepared = dsp::prepare(record, {.recipe = recipe, .cutoff_hz = cutoff_hz, .rolloff_hz = 0.8 * cutoff_hz});
   const bool matched = recipe == dsp::Recipe::matched;
-  const auto& source = matched ? prepared.bus : prepared.signals;
+  const auto& source = matched ? prepared.intermediate : prepared.signals;
   Eigen::MatrixXd columns(source.num_samples(), 4);
   columns << source.at("x"), source.at("v"), source.at("dy").cwiseSign(), Eigen::VectorXd::Ones(source.num_samples());
   if (matched)
@@ -135,12 +135,12 @@ TEST_CASE("a pendulum's encoder at 10 kHz gives its frequency once decimated", "
   record.channels = {{.name = "theta", .role = dsp::Role::x, .unit = "rad"}};
   record.samples = read_table(real_data / "pendulum" / "freeswing_10kHz.csv").col(1).array() - std::numbers::pi;
   const auto prepared = dsp::prepare(record, {.rate_hz = 100.0, .cutoff_hz = 10.0});
-  CHECK(prepared.bus.sample_rate_hz == Approx(1000.0));
+  CHECK(prepared.intermediate.sample_rate_hz == Approx(1000.0));
   // The swing dies within these 5 s and its start says most; the continued end is good to 0.2 s.
   const Eigen::Index edge = 20, rows = 500 - edge;
   Eigen::MatrixXd columns(prepared.signals.num_samples(), 4);
   columns << prepared.signals.at("x"), prepared.signals.at("v"),
-      prepared.filter.apply(prepared.bus.at("v").cwiseSign()), Eigen::VectorXd::Ones(columns.rows());
+      prepared.filter.apply(prepared.intermediate.at("v").cwiseSign()), Eigen::VectorXd::Ones(columns.rows());
   const auto fit = least_squares(columns.middleRows(edge, rows), prepared.signals.at("a").segment(edge, rows));
   // -64.84 by another decimation and Savitzky-Golay; 64.0 from the large swings.
   CHECK(-fit.coefficients(0) == Approx(64.84).epsilon(0.01));
@@ -160,7 +160,7 @@ TEST_CASE("the Silverbox shows its cubic spring when columns are matched, and lo
   const auto fit = [&](dsp::Recipe recipe) {
     const auto prepared = dsp::prepare(record, {.recipe = recipe, .cutoff_hz = 160.0});
     const bool matched = recipe == dsp::Recipe::matched;
-    const auto& source = matched ? prepared.bus : prepared.signals;
+    const auto& source = matched ? prepared.intermediate : prepared.signals;
     const Eigen::VectorXd y = source.at("x");
     Eigen::MatrixXd columns(y.size(), 6);
     columns << y, source.at("v"), y.cwiseAbs2(), y.cwiseAbs2().cwiseProduct(y), source.at("f"),

@@ -242,7 +242,7 @@ TEST_CASE("a rate that contradicts the container is refused with both numbers", 
               {"rate = 1000", "b.csv.toml"});
 }
 
-TEST_CASE("roles and names must be told apart, and `use` does it", "[dsp][read_recording]") {
+TEST_CASE("roles and names must be distinct, and `use` does it", "[dsp][read_recording]") {
   const Scratch scratch;
   const auto file = scratch.file("a.csv", "t,p_mm,q_mm\n0,1,10\n1,2,20\n");
   scratch.file("a.csv.toml", "[[channel]]\nname = \"p\"\nrole = \"y\"\n[[channel]]\nname = \"q\"\nrole = \"y\"\n");

@@ -129,7 +129,8 @@ TEST_CASE("excluded samples keep their label and short runs join their neighbour
 }
 
 TEST_CASE("where noise hides stops none are found, by speed or by halts", "[dsp][segment_regimes]") {
-  // 1.25 Hz for two minutes at 256 Hz, a velocity that is mostly noise, and an acceleration that stands at every turn.
+  // 1.25 Hz for two minutes at 256 Hz, a velocity that is mostly noise, and an acceleration that is zero at every
+  // reversal.
   const Index n = 120 * 256;
   VectorXd x(n), v(n), a(n);
   for (Index i = 0; i < n; ++i) {

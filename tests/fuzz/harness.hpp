@@ -20,7 +20,7 @@ void execute(const std::string& input);
 /// Where argv has `--write-seeds FOLDER`: writes seeds() there, one a file, and ends the program.
 void write_seeds_if_asked(int argc, const char* const* argv);
 
-/// The parts of an input that stands for several texts; a line of "%%" is between two.
+/// The parts of an input that is several texts; a line of "%%" is between two.
 [[nodiscard]] std::vector<std::string> parts(const std::string& input);
 [[nodiscard]] std::string joined(const std::vector<std::string>& parts);
 

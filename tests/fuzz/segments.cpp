@@ -9,7 +9,7 @@ namespace {
 // 20 s at 10 Hz, the first second ruled out.
 dsp::Prepared prepared() {
   dsp::Prepared result{.name = "a.wav"};
-  for (dsp::Motion* motion : {&result.bus, &result.signals}) {
+  for (dsp::Motion* motion : {&result.intermediate, &result.signals}) {
     motion->sample_rate_hz = 10.0;
     motion->signals.push_back({"x", "m", Eigen::VectorXd::Zero(200)});
     motion->excluded.assign(200, 0);

@@ -5,7 +5,7 @@
 
 #include "dsp/fault.hpp"
 #include "fuzz/harness.hpp"
-#include "ident/candidate_library.hpp"
+#include "ident/library.hpp"
 #include "ident/library/expression.hpp"
 #include "support/motion.hpp"
 

@@ -59,7 +59,7 @@ TEST_CASE("every method finds the true terms of a sparse problem", "[ident][fit]
   }
 }
 
-TEST_CASE("slow and fast RVM agree in mean and deviation on the same support", "[ident][fit]") {
+TEST_CASE("slow and fast RVM agree in mean and standard deviation on the same support", "[ident][fit]") {
   for (unsigned seed = 1; seed <= 10; ++seed) {
     const Data d = sparse_problem(seed, 0.1);
     const auto data = ident::r_factor(d.phi, d.target);

@@ -14,13 +14,14 @@ struct Bench {
   std::vector<ident::Columns> columns;
 };
 
-std::unique_ptr<Bench> duffing_bench(double noise_share, std::uint32_t seed, std::vector<std::string> terms = {"f"}) {
+std::unique_ptr<Bench> duffing_bench(double noise_fraction, std::uint32_t seed,
+                                     std::vector<std::string> terms = {"f"}) {
   auto bench = std::make_unique<Bench>();
   bench->motion = support::motion_of(sim::make_experiment(sim::Duffing{}), 40.0, 50.0);
   for (dsp::Signal& signal : bench->motion.signals) {
     if (signal.name != "a") continue;
-    const double deviation = std::sqrt((signal.values.array() - signal.values.mean()).square().mean());
-    signal.values += support::gaussian(signal.values.size(), seed, noise_share * deviation);
+    const double signal_std = std::sqrt((signal.values.array() - signal.values.mean()).square().mean());
+    signal.values += support::gaussian(signal.values.size(), seed, noise_fraction * signal_std);
   }
   bench->library = ident::make_library({.order = 3, .terms = std::move(terms)}, "a", bench->motion);
   bench->columns.push_back(ident::form_columns(bench->library, "a", bench->motion, "duffing"));
@@ -68,7 +69,7 @@ TEST_CASE("a Duffing oscillator is found, judged and run free", "[apps][identify
   CHECK(fit.free_run.nmse < 1e-3);
   CHECK(fit.predicted.size() == 2001);
   CHECK(fit.predicted_std.minCoeff() > 0.0);
-  // Shares of 800 rows are known to 1.8, 1.1 and 0.8 % (one standard error).
+  // Fractions of 800 rows are known to 1.8, 1.1 and 0.8 % (one standard error).
   CHECK(fit.bands.within_50 == Approx(0.50).margin(0.07));
   CHECK(fit.bands.within_90 == Approx(0.90).margin(0.042));
   CHECK(fit.bands.within_95 == Approx(0.95).margin(0.031));
@@ -77,7 +78,7 @@ TEST_CASE("a Duffing oscillator is found, judged and run free", "[apps][identify
     for (const ident::FitStep& step : each.fit.steps) CHECK((step.term >= -1 && step.term < 11));
 }
 
-TEST_CASE("terms that cannot be told apart on the rows of a range are named, others not", "[apps][identify]") {
+TEST_CASE("terms that cannot be distinguished on the rows of a range are named, others not", "[apps][identify]") {
   const auto said = [](const Bench& bench) {
     const ident::RangeResult result = ident::identify(range(whole()), bench.columns, bench.library, all_methods());
     std::string all;
@@ -86,7 +87,7 @@ TEST_CASE("terms that cannot be told apart on the rows of a range are named, oth
   };
   CHECK_THAT(said(*duffing_bench(0.05, 7, {"sin(x)", "f"})),
              Catch::Contains("x and sin(x)") && Catch::Contains("here") && Catch::Contains("largest |x| 0."));
-  CHECK_THAT(said(*duffing_bench(0.05, 7)), !Catch::Contains("nearly dependent") && !Catch::Contains("told apart"));
+  CHECK_THAT(said(*duffing_bench(0.05, 7)), !Catch::Contains("nearly dependent") && !Catch::Contains("distinguished"));
 }
 
 TEST_CASE("threads change nothing", "[apps][identify]") {
@@ -124,7 +125,7 @@ TEST_CASE("rows are those inside, not excluded, not at the ends, where the condi
   CHECK(rows.test_s[0].to_s == Approx(20.0));
 }
 
-TEST_CASE("a range outside the recording or without rows is told with its place", "[apps][identify]") {
+TEST_CASE("a range outside the recording or without rows is refused with its line", "[apps][identify]") {
   const auto bench = duffing_bench(0.0, 1);
   dsp::RangeSpec spec = whole();
   spec.from_s = 100.0;
@@ -188,7 +189,7 @@ TEST_CASE("rows of several recordings are joined, each split for itself", "[apps
   CHECK(joined.fits[0].model.terms[0].std < second.fits[0].model.terms[0].std);
 }
 
-TEST_CASE("a column that others add up to is left out by name, and error bars that rows cannot tell are none",
+TEST_CASE("a column that others add up to is left out by name, and error bars that rows cannot give are none",
           "[apps][identify]") {
   const auto bench = duffing_bench(0.02, 5, {"f", "x+v"});
   ident::IdentifyOptions options = all_methods();

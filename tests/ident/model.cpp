@@ -26,7 +26,7 @@ TEST_CASE("a model reads like an equation", "[ident][model]") {
         "\\ddot{x} = -\\underset{(0.002)}{50.25}\\,x +\\underset{(1.2)}{0.08}\\,\\operatorname{sgn}(\\dot{x})");
 }
 
-TEST_CASE("terms that are sums or have signs stand in brackets behind their coefficients", "[ident][model]") {
+TEST_CASE("terms that are sums or have signs are in brackets behind their coefficients", "[ident][model]") {
   const auto texts = [](const std::string& term) {
     const ident::Model model{"a", "m/s^2", {{term, "", 0, -2500.0}}};
     return ident::to_text(model) + " | " + ident::to_latex(model);

@@ -10,7 +10,7 @@ TEST_CASE("the noise is the same on every machine", "[sim][noise]") {
   CHECK(sim::splitmix64(0) == 0xE220A8397B1DCDAFu);  // first output of the published generator from state 0
 }
 
-TEST_CASE("both kinds of noise are white with mean 0 and deviation 1", "[sim][noise]") {
+TEST_CASE("both kinds of noise are white with mean 0 and standard deviation 1", "[sim][noise]") {
   const int count = 200000;
   for (const bool normal : {false, true}) {
     const sim::Noise noise(7, 3), other(7, 4);

@@ -50,7 +50,7 @@ TEST_CASE("an undamped oscillator keeps to its cosine, states and exact derivati
   CHECK((run.derivatives.col(1) + omega * omega * run.states.col(0)).norm() == 0.0);
 }
 
-TEST_CASE("outputs start where they are told to", "[sim][simulate]") {
+TEST_CASE("outputs start where they are asked to", "[sim][simulate]") {
   const auto run = sim::simulate(harmonic(1.0), Eigen::Vector2d(1.0, 0.0),
                                  {.duration_s = 0.5, .sample_rate_hz = 10.0, .start_s = 3.0});
   REQUIRE(run.time_s.size() == 6);

@@ -29,10 +29,10 @@ inline void triangularise(QuadColumns& columns, QuadColumns& others) {
     h[0] += h[0] < 0 ? -norm : norm;
     const Quad scale = 2 / dot(h, h);
     const auto reflect = [&](QuadVector& column) {
-      Quad share = 0;
-      for (std::size_t i = 0; i < h.size(); ++i) share += h[i] * column[i + j];
-      share *= scale;
-      for (std::size_t i = 0; i < h.size(); ++i) column[i + j] -= share * h[i];
+      Quad projection = 0;
+      for (std::size_t i = 0; i < h.size(); ++i) projection += h[i] * column[i + j];
+      projection *= scale;
+      for (std::size_t i = 0; i < h.size(); ++i) column[i + j] -= projection * h[i];
     };
     for (std::size_t k = j; k < columns.size(); ++k) reflect(columns[k]);
     for (QuadVector& other : others) reflect(other);
@@ -58,7 +58,7 @@ class QuadRvm {
 
   struct Answer {
     std::vector<Eigen::Index> relevant;
-    std::vector<double> mean, deviation;
+    std::vector<double> mean, std;
   };
 
   /// The same criterion as ident::fit_fast_rvm: 2 log evidence - tau x number of terms.
@@ -84,7 +84,7 @@ class QuadRvm {
       const Quad scale = target_norm_ / norm_[best.kept[i]];
       answer.relevant.push_back(static_cast<Eigen::Index>(best.kept[i]));
       answer.mean.push_back(static_cast<double>(best.mean[i] * scale));
-      answer.deviation.push_back(static_cast<double>(sqrtq(best.noise * best.variance[i]) * scale));
+      answer.std.push_back(static_cast<double>(sqrtq(best.noise * best.variance[i]) * scale));
     }
     return answer;
   }
@@ -119,8 +119,8 @@ class QuadRvm {
     for (std::size_t j = 0; j < size(); ++j) {
       for (int pass = 0; pass < 2; ++pass)
         for (std::size_t k = 0; k < j; ++k) {
-          const Quad share = dot(basis_[k], basis_[j]);
-          for (std::size_t i = 0; i < num_rows_; ++i) basis_[j][i] -= share * basis_[k][i];
+          const Quad projection = dot(basis_[k], basis_[j]);
+          for (std::size_t i = 0; i < num_rows_; ++i) basis_[j][i] -= projection * basis_[k][i];
         }
       Quad norm = sqrtq(dot(basis_[j], basis_[j]));
       if (reflected_[j][j] < 0) norm = -norm;

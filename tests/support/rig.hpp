@@ -6,16 +6,17 @@
 #include <utility>
 #include <vector>
 
-#include "dsp/prepare/bus.hpp"
+#include "dsp/prepare/intermediate_recorder.hpp"
 #include "dsp/recording.hpp"
 #include "sim/rig/qzs_rig.hpp"
 #include "sim/rig/qzs_sensors.hpp"
 
 namespace support {
 
-inline constexpr double rig_bus_hz = 256.0;
+inline constexpr double rig_intermediate_hz = 256.0;
 
-/// The rig's four sensors on the 256 Hz bus in SI by their nominal sensitivities, and what the payload truly did.
+/// The rig's four sensors at the intermediate rate of 256 Hz in SI by their nominal sensitivities, and what the payload
+/// truly did.
 struct RigRecord {
   dsp::Recording recording;
   Eigen::VectorXd x, v;
@@ -38,19 +39,20 @@ inline RigRecord rig_record(const sim::QzsParameters& parameters, const sim::Pro
         {.name = sensors[c].name, .role = dsp::role_from_string(sensors[c].role), .unit = sensors[c].unit});
     scale(static_cast<Eigen::Index>(c)) = sim::raw_full_scale_v / sensors[c].volts_per_unit;
   }
-  dsp::BusRecorder bus(
+  dsp::IntermediateRecorder intermediate(
       description, static_cast<Eigen::Index>(std::llround(programme.duration_s * sim::raw_rate_hz)),
-      dsp::DecimateOptions{
-          .output_rate_hz = rig_bus_hz, .passband_end_hz = 30.0, .stopband_start_hz = rig_bus_hz - 30.0});
+      dsp::DecimateOptions{.output_rate_hz = rig_intermediate_hz,
+                           .passband_end_hz = 30.0,
+                           .stopband_start_hz = rig_intermediate_hz - 30.0});
   while (true) {
     dsp::FrameBlock frames = recorder.next(1 << 16);
     if (frames.rows() == 0) break;
     frames.array().rowwise() *= scale.array();
-    bus.push(frames);
+    intermediate.push(frames);
   }
   RigRecord result;
   dsp::Recording& recording = result.recording;
-  recording = bus.finish();
+  recording = intermediate.finish();
   const Eigen::Index num_rows = recording.samples.rows();
   for (const auto& hand : programme.manual) recording.bad.push_back({hand.from_s, hand.to_s, hand.why});
 
@@ -58,7 +60,7 @@ inline RigRecord rig_record(const sim::QzsParameters& parameters, const sim::Pro
   result.x.resize(num_rows);
   result.v.resize(num_rows);
   for (Eigen::Index i = 0; i < num_rows; ++i) {
-    const auto& state = trajectory.at(static_cast<double>(i) / rig_bus_hz);
+    const auto& state = trajectory.at(static_cast<double>(i) / rig_intermediate_hz);
     result.x(i) = state.x;
     result.v(i) = state.v;
     result.modes.push_back(state.mode);

@@ -9,9 +9,9 @@
 
 namespace support {
 
-inline Eigen::VectorXd gaussian(Eigen::Index n, std::uint32_t seed, double deviation = 1.0) {
+inline Eigen::VectorXd gaussian(Eigen::Index n, std::uint32_t seed, double std = 1.0) {
   std::mt19937 generator(seed);
-  std::normal_distribution<double> normal(0.0, deviation);
+  std::normal_distribution<double> normal(0.0, std);
   return Eigen::VectorXd::NullaryExpr(n, [&] { return normal(generator); });
 }
 

@@ -61,7 +61,7 @@ TEST_CASE("replicate writes the table, the figure and the JSON of what was asked
   CHECK_THAT(support::bytes_of(scratch / "out" / "fig-3.svg"), Catch::Contains("free-run NMSE"));
 }
 
-TEST_CASE("a folder of results is replaced whole, only when told to, and never through a link", "[apps][replicate]") {
+TEST_CASE("a folder of results is replaced whole, only when asked to, and never through a link", "[apps][replicate]") {
   const support::Scratch scratch;
   (void)replicate(scratch, {.items = {"table-2"}, .folder = {}, .tau = {}});
   REQUIRE(std::filesystem::exists(scratch / "out" / "table-2.txt"));
@@ -192,7 +192,7 @@ TEST_CASE("the verdicts on the paper's tables", "[apps][replicate][paper]") {
   CHECK(valanis.at("mean fast_rvm not reproducible") == 1);  // 39.0006 v sin(x)
   CHECK(valanis.at("mean sindy not reproducible") == 3);     // x^2, x v and what it does to v sin(x)
   // The reasons are computed: without the record at resonance all that Table 8 prints would be within noise, and no
-  // single alternative is told as one where it is not.
+  // single alternative is named as one where it is not.
   for (const auto& [name, alternative] : {std::pair{"valanis-4", "without the record at ratio 1"},
                                           {"bouc-wen-2", "v^2 and |x| v beside the printed terms"}}) {
     const auto replication = apps::replicate_case(*apps::find_section4_case(name), {.first_seed = 80000});

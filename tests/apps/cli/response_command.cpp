@@ -92,7 +92,7 @@ TEST_CASE("the true equation with its static friction answers as the rig does", 
 TEST_CASE("uncertain coefficients spread amplitudes and jumps, the same for any number of threads",
           "[apps][response_command]") {
   const Scratch folder;
-  // Only damping is uncertain and the oscillator is linear: the amplitude's deviation follows from its slope.
+  // Only damping is uncertain and the oscillator is linear: the amplitude's standard deviation follows from its slope.
   const std::vector<Coefficient> linear{{"x", -50.0, 0.0}, {"v", -0.8, 0.02}, {"ddr", -1.0, 0.0}};
   make_run(folder, {range_of("all", "a", linear)}, "t,r,y,x,v,a,ddr");
   auto arguments = arguments_for(folder);
@@ -124,15 +124,15 @@ TEST_CASE("uncertain coefficients spread amplitudes and jumps, the same for any 
 TEST_CASE("draws of the coefficients have the covariance they are drawn from", "[apps][identified_equation]") {
   apps::IdentifiedEquation equation;
   equation.mean = Eigen::Vector3d(1e5, -2.0, 3e-4);
-  const Eigen::Vector3d deviation(100.0, 0.1, 1e-6);
+  const Eigen::Vector3d stds(100.0, 0.1, 1e-6);
   Eigen::Matrix3d correlation;
   correlation << 1.0, 0.8, -0.3, 0.8, 1.0, 0.1, -0.3, 0.1, 1.0;
-  equation.covariance = deviation.asDiagonal() * correlation * deviation.asDiagonal();
+  equation.covariance = stds.asDiagonal() * correlation * stds.asDiagonal();
   constexpr int count = 4000;
   Eigen::Matrix3d found = Eigen::Matrix3d::Zero();
   for (int k = 0; k < count; ++k) {
     const Eigen::Vector3d z =
-        (apps::drawn_coefficients(equation, 7, static_cast<std::uint64_t>(k)) - equation.mean).cwiseQuotient(deviation);
+        (apps::drawn_coefficients(equation, 7, static_cast<std::uint64_t>(k)) - equation.mean).cwiseQuotient(stds);
     found += z * z.transpose() / count;
   }
   CHECK((found - correlation).cwiseAbs().maxCoeff() < 4.0 * std::sqrt(2.0 / count));  // four standard errors
@@ -241,7 +241,7 @@ TEST_CASE("the equation identified from the record that comes with the sources h
   const Scratch folder;
   (void)folder.file("qzs.toml",
                     "schema = 1\n[[recording]]\nfile = \"" ARDENT_DATA
-                    "/qzs_bus_256.flac\"\n[prepare]\nrate_hz = 25.6\ncutoff_hz = 10.24\nrolloff_hz = 8\n"
+                    "/qzs_256.flac\"\n[prepare]\nrate_hz = 25.6\ncutoff_hz = 10.24\nrolloff_hz = 8\n"
                     "[library]\norder = 0\nterms = [\"x\", \"v\", \"x^3\", \"sgn(v)\", \"ddr\"]\n[fit]\nmethods = "
                     "[\"fast_rvm\"]\n[[range]]\nname = \"mixed\"\nfrom = 0\nto = 1720\ntrain_to = 1000\n");
   REQUIRE(support::run(folder, "$ARDENT -q run qzs.toml -o run").code == 0);

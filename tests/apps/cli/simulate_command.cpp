@@ -91,7 +91,8 @@ TEST_CASE("three-state systems name their third state z and its rate dz", "[apps
   CHECK(value_of(truth_of(folder / "a"), 3, "x*v", "v < 0") == -15.0);
 }
 
-TEST_CASE("noise has its share of every signal's deviation, but for time and input", "[apps][simulate_command]") {
+TEST_CASE("noise is the same fraction of every signal's standard deviation, but for time and input",
+          "[apps][simulate_command]") {
   const support::Scratch folder;
   simulate({.system = "bouc-wen", .folder = folder / "clean"});
   simulate({.system = "bouc-wen", .folder = folder / "noisy", .seed = 3, .noise = 0.1});
@@ -103,9 +104,9 @@ TEST_CASE("noise has its share of every signal's deviation, but for time and inp
   for (const auto* name : {"x", "v", "z", "a", "dz"}) {
     const auto &before = clean.columns.at(name), &after = noisy.columns.at(name);
     const Eigen::Map<const Eigen::ArrayXd> signal(before.data(), 2501), noisy_signal(after.data(), 2501);
-    const double deviation = std::sqrt((signal - signal.mean()).square().mean());
+    const double signal_std = std::sqrt((signal - signal.mean()).square().mean());
     const double noise = std::sqrt((noisy_signal - signal).square().mean());
-    CHECK(noise == Approx(0.1 * deviation).epsilon(4.0 / std::sqrt(2.0 * 2501)));  // four standard errors
+    CHECK(noise == Approx(0.1 * signal_std).epsilon(4.0 / std::sqrt(2.0 * 2501)));  // four standard errors
   }
   const auto truth = truth_of(folder / "noisy");
   CHECK(truth["seed"] == 3);
@@ -195,36 +196,36 @@ TEST_CASE("regimes are the truth of any programme, and of its part what they are
 
 TEST_CASE("a recording at a lower rate is the raw one decimated", "[apps][simulate_command]") {
   const support::Scratch folder;
-  simulate({.system = "qzs", .folder = folder / "bus", .duration_s = 30.0, .raw = true, .rate_hz = 256.0});
-  const auto file = folder / "bus/recording.wav";
+  simulate({.system = "qzs", .folder = folder / "256", .duration_s = 30.0, .raw = true, .rate_hz = 256.0});
+  const auto file = folder / "256/recording.wav";
   CHECK(dsp::read_sidecar(dsp::sidecar_path(file)).rate_hz == 256.0);
-  dsp::FrameBlock bus;
-  REQUIRE(dsp::open_sound_file(std::make_unique<dsp::InputFile>(file), {})->read(bus, 1 << 20) == 7680);
+  dsp::FrameBlock intermediate;
+  REQUIRE(dsp::open_sound_file(std::make_unique<dsp::InputFile>(file), {})->read(intermediate, 1 << 20) == 7680);
   const auto rig = std::make_shared<const sim::QzsRig>(sim::qzs_twin("T0"), sim::stepped_sine_down());
   const Eigen::MatrixXd raw = sim::RawRecorder(rig, 30.0).next(768000);
   const auto expected =
       dsp::decimate(raw, 25600.0, {.output_rate_hz = 256.0, .passband_end_hz = 30.0, .stopband_start_hz = 226.0});
-  CHECK((bus - expected).cwiseAbs().maxCoeff() <= 0.5 / 8388608.0 * (1 + 1e-9));
+  CHECK((intermediate - expected).cwiseAbs().maxCoeff() <= 0.5 / 8388608.0 * (1 + 1e-9));
 }
 
 TEST_CASE("the whole record that comes with the sources shows the base's motion through its laser",
           "[apps][simulate_command]") {
-  const fs::path file = ARDENT_DATA "/qzs_bus_256.flac";
-  dsp::FrameBlock bus;
-  REQUIRE(dsp::open_sound_file(std::make_unique<dsp::InputFile>(file), {})->read(bus, 1 << 20) == 460800);
+  const fs::path file = ARDENT_DATA "/qzs_256.flac";
+  dsp::FrameBlock intermediate;
+  REQUIRE(dsp::open_sound_file(std::make_unique<dsp::InputFile>(file), {})->read(intermediate, 1 << 20) == 460800);
   const sim::BaseMotion base(sim::stepped_sine_down());
   const auto laser = sim::rig_sensors(sim::SensorLevel::full, {})[0];
   double square = 0.0;
   std::size_t near = 0;
-  for (Eigen::Index n = 0; n < bus.rows(); ++n) {
+  for (Eigen::Index n = 0; n < intermediate.rows(); ++n) {
     const double t = static_cast<double>(n) / 256.0, taken_s = t - laser.lag_s;
     const double drift = 30e-6 * std::sin(2 * M_PI * taken_s / 1400 + 0.3) + 20e-6 * taken_s / 1800;
     const double shown = laser.gain * base.at(taken_s, near).r_m + laser.offset + drift;
-    square += std::pow(5.0 * bus(n, 0) / laser.volts_per_unit - shown, 2);
+    square += std::pow(5.0 * intermediate(n, 0) / laser.volts_per_unit - shown, 2);
   }
-  // 12 um a value at 800 Hz, and 10 um steps, leave 12.3 um sqrt(128 / 400) = 7 um below the bus's 128 Hz; mains 3 um.
+  // 12 um a value at 800 Hz, and 10 um steps, leave 12.3 um sqrt(128 / 400) = 7 um below 128 Hz; mains 3 um.
   // The filter's slope beyond 30 Hz takes a little of both.
-  CHECK(std::sqrt(square / static_cast<double>(bus.rows())) == Approx(7.2e-6).epsilon(0.05));
+  CHECK(std::sqrt(square / static_cast<double>(intermediate.rows())) == Approx(7.2e-6).epsilon(0.05));
 }
 
 TEST_CASE("the whole record that comes with the sources is the raw one decimated, channel by channel",
@@ -235,14 +236,15 @@ TEST_CASE("the whole record that comes with the sources is the raw one decimated
                 ->read(frames, 1 << 20) == count);
     return frames;
   };
-  const dsp::FrameBlock bus = shipped("qzs_bus_256.flac", 460800);
-  const dsp::DecimateOptions to_bus{.output_rate_hz = 256.0, .passband_end_hz = 30.0, .stopband_start_hz = 226.0};
+  const dsp::FrameBlock intermediate = shipped("qzs_256.flac", 460800);
+  const dsp::DecimateOptions to_intermediate{
+      .output_rate_hz = 256.0, .passband_end_hz = 30.0, .stopband_start_hz = 226.0};
   const auto check_same = [&](const dsp::FrameBlock& raw, double from_s, Eigen::Index left_out_at_start) {
-    const Eigen::MatrixXd fresh = dsp::decimate(raw, sim::raw_rate_hz, to_bus);
+    const Eigen::MatrixXd fresh = dsp::decimate(raw, sim::raw_rate_hz, to_intermediate);
     const Eigen::Index count = fresh.rows() - left_out_at_start - 8;  // the filter reaches 5 samples to either side
     const Eigen::ArrayXXd difference =
         (fresh.middleRows(left_out_at_start, count) -
-         bus.middleRows(static_cast<Eigen::Index>(from_s * 256.0) + left_out_at_start, count))
+         intermediate.middleRows(static_cast<Eigen::Index>(from_s * 256.0) + left_out_at_start, count))
             .array()
             .abs();
     // Half a step of the converter, but where another processor's sines moved a raw value by a step.
@@ -360,7 +362,7 @@ TEST_CASE("an earlier simulation is replaced only by force, and then whole", "[a
   CHECK(truth_of(folder / "out")["system"] == "coulomb");
 }
 
-TEST_CASE("what cannot be simulated is told in one line", "[apps][simulate_command]") {
+TEST_CASE("what cannot be simulated is refused in one line", "[apps][simulate_command]") {
   const support::Scratch folder;
   const auto usage = dsp::FaultKind::usage;
   const auto fails = [&](apps::SimulateArguments arguments, const std::string& name, const std::string& piece) {

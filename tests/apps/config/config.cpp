@@ -116,7 +116,7 @@ TEST_CASE("an unknown key is named with its line and the nearest key", "[apps][c
   refused("[[recordings]]\nfile = \"a.csv\"\n", "config.unknown_key", {"c.toml:1", "recordings"});
 }
 
-TEST_CASE("wrong types and values out of range are told with what is allowed", "[apps][config]") {
+TEST_CASE("wrong types and values out of range are refused with what is allowed", "[apps][config]") {
   refused(recording + "[prepare]\nrate_hz = \"fast\"\n", "config.type", {"c.toml:4", "rate_hz"});
   refused(recording + "[prepare]\nrate_hz = -1\n", "config.range", {"c.toml:4", "rate_hz", "-1"});
   refused(recording + "[prepare]\nrecipe = \"both\"\n", "config.range", {"c.toml:4", "matched", "paper"});
@@ -129,7 +129,7 @@ TEST_CASE("wrong types and values out of range are told with what is allowed", "
   refused(recording + "[library]\norder = 1e9\n", "config.type", {"c.toml:4", "order"});
 }
 
-TEST_CASE("ranges that make no sense are told with their line", "[apps][config]") {
+TEST_CASE("ranges that make no sense are refused with their line", "[apps][config]") {
   refused(recording + "[[range]]\nname = \"a\"\nfrom = 5\nto = 3\n", "config.range", {"c.toml:6", "to"});
   refused(recording + "[[range]]\nname = \"a\"\nto = 3\ntrain_to = 4\n", "config.range", {"c.toml:6", "train_to"});
   refused(recording + "[[range]]\nname = \"a\"\n[[range]]\nname = \"a\"\n", "config.range", {"c.toml", "a"});
@@ -137,7 +137,7 @@ TEST_CASE("ranges that make no sense are told with their line", "[apps][config]"
   refused(recording + "[[range]]\nname = \"a\"\nrecording = \"b\"\n", "range.recording", {"c.toml:5", "b", "a"});
 }
 
-TEST_CASE("another schema, a broken document, a sidecar and no recording are told apart", "[apps][config]") {
+TEST_CASE("another schema, a broken document, a sidecar and no recording are distinguished", "[apps][config]") {
   refused("schema = 2\n" + recording, "config.schema", {"c.toml:1", "2"});
   refused("schema = 0\n" + recording, "config.range", {"c.toml:1"});
   refused("schema = \n", "config.syntax", {"c.toml:1"});

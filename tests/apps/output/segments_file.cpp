@@ -11,12 +11,12 @@ using support::Scratch;
 
 namespace {
 
-const std::string bus_file = std::string(ARDENT_DATA) + "/qzs_bus_256.flac";
+const std::string intermediate_file = std::string(ARDENT_DATA) + "/qzs_256.flac";
 
 /// A recording that is prepared already: 100 s at 10 Hz, the first second ruled out.
 dsp::Prepared prepared() {
   dsp::Prepared result{.name = "a.wav"};
-  for (dsp::Motion* motion : {&result.bus, &result.signals}) {
+  for (dsp::Motion* motion : {&result.intermediate, &result.signals}) {
     motion->sample_rate_hz = 10.0;
     motion->signals.push_back({"x", "m", Eigen::VectorXd::Zero(1000)});
     motion->excluded.assign(1000, 0);
@@ -28,7 +28,7 @@ dsp::Prepared prepared() {
 
 }  // namespace
 
-TEST_CASE("stretches label samples: excluded wins, then the later one, and gaps are excluded",
+TEST_CASE("intervals label samples: excluded wins, then the later one, and gaps are excluded",
           "[apps][segments_file]") {
   auto record = prepared();
   using dsp::Regime;
@@ -54,19 +54,19 @@ TEST_CASE("stretches label samples: excluded wins, then the later one, and gaps 
   CHECK(record.signals.excluded[650] == 1);
   CHECK(record.signals.excluded[300] == 0);
   REQUIRE(record.excluded.size() == 3);
-  CHECK_THAT(record.excluded[2].why, Catch::Contains("no stretch of s.json"));
+  CHECK_THAT(record.excluded[2].why, Catch::Contains("no interval of s.json"));
 }
 
-TEST_CASE("a segments file that makes no sense is told with its place", "[apps][segments_file]") {
+TEST_CASE("a segments file that makes no sense is refused with its number", "[apps][segments_file]") {
   const Scratch folder;
   const auto refused = [&](const std::string& text, const char* name, const std::vector<std::string>& pieces) {
     const auto file = folder.file("s.json", text);
     support::check_fault([&] { (void)apps::read_segments(file); }, dsp::FaultKind::usage, name, pieces);
   };
   refused("[{\"label\": \"low\" \"from_s\": 0}]", "segments.syntax", {"s.json", "line 1"});
-  refused("[]", "segments.syntax", {"list of stretches"});
-  refused("[{\"label\": \"medium\", \"from_s\": 0, \"to_s\": 1}]", "segments.label", {"stretch 1", "medium", "high"});
-  refused("[{\"label\": \"low\", \"from_s\": 2, \"to_s\": 1}]", "segments.time", {"stretch 1", "from_s 2"});
+  refused("[]", "segments.syntax", {"list of intervals"});
+  refused("[{\"label\": \"medium\", \"from_s\": 0, \"to_s\": 1}]", "segments.label", {"interval 1", "medium", "high"});
+  refused("[{\"label\": \"low\", \"from_s\": 2, \"to_s\": 1}]", "segments.time", {"interval 1", "from_s 2"});
   refused("[{\"label\": \"low\", \"from_s\": \"2\", \"to_s\": 1}]", "segments.time", {"from_s"});
   refused("[{\"lable\": \"low\", \"from_s\": 0, \"to_s\": 1}]", "segments.syntax", {"lable"});
   auto record = prepared();
@@ -80,7 +80,7 @@ TEST_CASE("a segments file that makes no sense is told with its place", "[apps][
 TEST_CASE("segments handed back unedited change nothing, and edited ones are followed", "[apps][segments_file]") {
   const Scratch folder;
   const auto run = [&](const std::string& name, const std::string& segment) {
-    (void)folder.file(name + ".toml", "schema = 1\n[[recording]]\nfile = \"" + bus_file +
+    (void)folder.file(name + ".toml", "schema = 1\n[[recording]]\nfile = \"" + intermediate_file +
                                           "\"\n[prepare]\nrate_hz = 25.6\ncutoff_hz = 10.24\n[library]\norder = 0\n"
                                           "terms = [\"x\", \"v\", \"x^3\", \"sgn(v)\", \"ddr\"]\n"
                                           "[fit]\nmethods = [\"ols\"]\n[segment]\n" +

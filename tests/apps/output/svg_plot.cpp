@@ -65,7 +65,7 @@ TEST_CASE("a figure is a whole document with its labels, escaped", "[apps][svg_p
   CHECK(svg == apps::to_svg(figure));
 }
 
-TEST_CASE("a legend stands where it hides least", "[apps][svg_plot]") {
+TEST_CASE("a legend is where it hides least", "[apps][svg_plot]") {
   const auto legend_at = [](const VectorXd& y) {
     apps::PlotFigure figure;
     figure.panels = {{"", "", "", {{"a curve", VectorXd::LinSpaced(50, 0, 1), y}}, {}, {}}};

@@ -28,7 +28,7 @@ const apps::Section4Study& study(const std::string& name) {
 
 struct Tally {
   int exact = 0, covered = 0, coefficients = 0, converged = 0, fits = 0;
-  double worst_error = 0.0;  // in posterior deviations
+  double worst_error = 0.0;  // in posterior standard deviations
   std::map<std::string, int> exact_rows;
 };
 
@@ -49,9 +49,9 @@ Tally tally(const std::string& name, double noise, std::uint64_t first_seed, int
         }
         ++sum.exact_rows[row.label()];
         for (std::size_t i = 0; i < fit.relevant.size(); ++i) {
-          const auto place = static_cast<Index>(i);
+          const auto index = static_cast<Index>(i);
           const double z =
-              std::abs(fit.mean(place) - row.truth(fit.relevant[i])) / std::sqrt(fit.covariance(place, place));
+              std::abs(fit.mean(index) - row.truth(fit.relevant[i])) / std::sqrt(fit.covariance(index, index));
           sum.worst_error = std::max(sum.worst_error, z);
           sum.covered += z <= 1.959964;
           ++sum.coefficients;
@@ -63,10 +63,9 @@ Tally tally(const std::string& name, double noise, std::uint64_t first_seed, int
   return sum;
 }
 
-// Deviation of each coefficient of the true terms at this noise.
-std::map<std::string, double> expected_deviations(const apps::Section4Regression& regression,
-                                                  const apps::Section4Row& row, double noise,
-                                                  const apps::Section4Study& of) {
+// Standard deviation of each coefficient of the true terms at this noise.
+std::map<std::string, double> expected_stds(const apps::Section4Regression& regression, const apps::Section4Row& row,
+                                            double noise, const apps::Section4Study& of) {
   std::vector<Index> kept;
   for (Index i = 0; i < row.truth.size(); ++i)
     if (row.truth(i) != 0.0) kept.push_back(i);
@@ -77,9 +76,9 @@ std::map<std::string, double> expected_deviations(const apps::Section4Regression
   const MatrixXd inverse = (unit.transpose() * unit).inverse();
   std::map<std::string, double> se;
   for (std::size_t j = 0; j < kept.size(); ++j) {
-    const auto place = static_cast<Index>(j);
+    const auto index = static_cast<Index>(j);
     se[of.library.terms[static_cast<std::size_t>(kept[j])].name] =
-        std::sqrt(inverse(place, place)) / norm(place) * noise * row.std;
+        std::sqrt(inverse(index, index)) / norm(index) * noise * row.std;
   }
   return se;
 }
@@ -161,27 +160,28 @@ TEST_CASE("the support is exact in twenty moves down to no noise at all", "[apps
       }
 }
 
-TEST_CASE("Valanis IV at 20 % noise is right as often as the likelihood can tell x v from v sin(x)",
+TEST_CASE("Valanis IV at 20 % noise is right as often as the likelihood can distinguish x v from v sin(x)",
           "[apps][section4][paper]") {
   // With the true term swapped for its neighbour, 2 log L changes by N(-D, 4 D) where D is the squared misfit of the
   // swapped library to the noise-free target in units of the noise: the swap wins with P(N(0, 1) > sqrt(D) / 2).
   const auto& of = study("valanis-4");
   const auto& regression = of.regressions[2];
   const auto& row = regression.rows.front();
-  const auto place = [&](const char* name) {
+  const auto index_of = [&](const char* name) {
     const auto& terms = of.library.terms;
     return std::find_if(terms.begin(), terms.end(), [&](const auto& term) { return term.name == name; }) -
            terms.begin();
   };
   REQUIRE(row.where == "v < 0");
-  const std::vector<Index> swapped{place("v"), place("v*z"), place("v*sin(x)")};
+  const std::vector<Index> swapped{index_of("v"), index_of("v*z"), index_of("v*sin(x)")};
   const auto fit = ident::fit_ols(ident::r_factor(regression.phi(Eigen::all, swapped), row.values));
   const double misfit = fit.noise_variance * static_cast<double>(regression.phi.rows() - 3);
-  const double share = 0.5 * std::erfc(std::sqrt(misfit) / (0.20 * row.std) / std::sqrt(8.0));
+  const double fraction = 0.5 * std::erfc(std::sqrt(misfit) / (0.20 * row.std) / std::sqrt(8.0));
   const int seeds = 300, exact = tally("valanis-4", 0.20, 63000, seeds).exact;
-  INFO("theory " << 1.0 - share << ", found " << exact << " of " << seeds);
+  INFO("theory " << 1.0 - fraction << ", found " << exact << " of " << seeds);
   CHECK(exact >= 0.8 * seeds);
-  CHECK(std::abs(exact / static_cast<double>(seeds) - (1.0 - share)) <= 4.0 * std::sqrt(share * (1.0 - share) / seeds));
+  CHECK(std::abs(exact / static_cast<double>(seeds) - (1.0 - fraction)) <=
+        4.0 * std::sqrt(fraction * (1.0 - fraction) / seeds));
 }
 
 TEST_CASE("95 % intervals cover over two hundred seeds", "[apps][section4][paper][slow]") {
@@ -207,7 +207,7 @@ TEST_CASE("Coulomb's second row at 10 % is found as often as its information all
   const auto& regression = of.regressions.front();
   const auto& row = regression.rows.at(1);
   const double q = 3.84, tau = q - 1.0 - std::log(q);
-  const double t = 1.0 / expected_deviations(regression, row, 0.10, of).at("sgn(v)");
+  const double t = 1.0 / expected_stds(regression, row, 0.10, of).at("sgn(v)");
   // sgn(v) passes with P(|N(t, 1)| > sqrt q), each of the four false terms stays out with P(chi^2_1 < q).
   const auto normal = [](double z) { return 0.5 * std::erfc(-z / std::sqrt(2.0)); };
   const double theory =
@@ -222,8 +222,8 @@ TEST_CASE("Coulomb's second row at 10 % is found as often as its information all
   REQUIRE(weak.size() == 1);
   CHECK(weak.front().term == "sgn(v)");
   CHECK(weak.front().t == Approx(t).epsilon(1e-8));
-  CHECK(weak.front().kept_share == Approx(normal(t - std::sqrt(q)) + normal(-t - std::sqrt(q))).margin(0.01));
-  CHECK(weak.front().best_exact_share == Approx(0.48).margin(0.02));
+  CHECK(weak.front().kept_fraction == Approx(normal(t - std::sqrt(q)) + normal(-t - std::sqrt(q))).margin(0.01));
+  CHECK(weak.front().best_exact_fraction == Approx(0.48).margin(0.02));
   INFO("t = " << t << ", theory " << theory << ", found " << exact << " of 800");
   CHECK(std::abs(exact / 800.0 - theory) <= 0.05);
 }
@@ -286,14 +286,14 @@ TEST_CASE("predictive bands hold at ratios the fit has not seen", "[apps][sectio
           phi.col(static_cast<Index>(k)) =
               of.library.terms[static_cast<std::size_t>(fit.relevant[k])].expression.evaluate(record.motion);
         const auto noise = support::gaussian(phi.rows(), 1, 7 + static_cast<unsigned>(100.0 * ratio));
-        const auto shares =
-            ident::band_shares(phi * fit.mean, ident::predictive_variance(phi, fit.covariance, fit.noise_variance),
-                               record.motion.at(row.target) + 0.10 * row.std * noise);
+        const auto fractions =
+            ident::band_fractions(phi * fit.mean, ident::predictive_variance(phi, fit.covariance, fit.noise_variance),
+                                  record.motion.at(row.target) + 0.10 * row.std * noise);
         INFO(name << " row " << row.label() << " ratio " << ratio);
         // 2501 rows: five standard errors.
-        CHECK(shares.within_50 == Approx(0.50).margin(0.05));
-        CHECK(shares.within_90 == Approx(0.90).margin(0.03));
-        CHECK(shares.within_95 == Approx(0.95).margin(0.022));
+        CHECK(fractions.within_50 == Approx(0.50).margin(0.05));
+        CHECK(fractions.within_90 == Approx(0.90).margin(0.03));
+        CHECK(fractions.within_95 == Approx(0.95).margin(0.022));
       }
     }
   }
@@ -327,7 +327,7 @@ TEST_CASE("the printed coefficients of variation of the slow RVM are those of ou
     const auto& of = study(definition.name);
     const auto& regression = of.regressions.front();
     const auto& row = regression.rows.at(static_cast<std::size_t>(paper.row - 1));
-    const double se = expected_deviations(regression, row, 0.10, of).at(paper.term);
+    const double se = expected_stds(regression, row, 0.10, of).at(paper.term);
     const double expected = apps::expected_cov(paper.slow_rvm, se);
     INFO("table " << paper.table << " row " << paper.row << " " << paper.term << ": printed " << paper.cov_slow_rvm
                   << ", expected " << expected);
@@ -335,7 +335,7 @@ TEST_CASE("the printed coefficients of variation of the slow RVM are those of ou
     const auto slow = apps::judge_cov(paper.cov_slow_rvm, expected).verdict;
     agree += slow == "within noise";
     CHECK((slow == "within noise" || (slow == "misprint" && paper.table == 2 && paper.term == std::string("x"))));
-    // The fast RVM's lack the deviation of the noise.
+    // The fast RVM's lack the standard deviation of the noise.
     const auto fast =
         apps::judge_cov(paper.cov_fast_rvm, apps::expected_cov(paper.fast_rvm, se) / (0.10 * row.std)).verdict;
     fast_agree += fast == "within noise";

@@ -30,7 +30,7 @@ TEST_CASE("what damping takes in a cycle is weighed against what the base can gi
   CHECK(std::isnan(apps::damping_over_supply({{"v", -c}}, amplitude, speed, base)));
 }
 
-TEST_CASE("the printed tables of Section 5 contradict steady motion and their own deviations",
+TEST_CASE("the printed tables of Section 5 contradict steady motion and their own standard deviations",
           "[apps][section5][paper]") {
   // By hand from Tables 10 and 11: (0.6331/2 + 0.0622 2/pi) / (0.4919/2), and (2.1243/2 - 3/8 0.6654) / (0.2978/2).
   CHECK(apps::printed_damping_over_supply(10) == Approx(1.448).margin(0.005));

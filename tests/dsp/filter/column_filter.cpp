@@ -40,11 +40,11 @@ TEST_CASE("filtering is linear, so filtered columns fit what filtered signals fi
 }
 
 TEST_CASE("the high-pass is that of an AC coupling: gain, lead and no DC", "[dsp][column_filter]") {
-  const double corner_hz = 0.5, f = 1.3;
-  const auto filter = taper.with_highpass({corner_hz});
+  const double cutoff_hz = 0.5, f = 1.3;
+  const auto filter = taper.with_highpass({cutoff_hz});
   const Eigen::Index n = 4000, skip = 400;
   const Eigen::VectorXd out = filter.apply(Eigen::VectorXd(tone(f, n).array() + 7.0));
-  const double gain = f / std::hypot(f, corner_hz), lead = std::atan2(corner_hz, f);
+  const double gain = f / std::hypot(f, cutoff_hz), lead = std::atan2(cutoff_hz, f);
   const Eigen::VectorXd expected = Eigen::VectorXd::NullaryExpr(n, [&](Eigen::Index i) {
     return gain * std::sin(2 * std::numbers::pi * f * static_cast<double>(i) / rate_hz + 0.4 + lead);
   });
@@ -53,7 +53,7 @@ TEST_CASE("the high-pass is that of an AC coupling: gain, lead and no DC", "[dsp
 }
 
 TEST_CASE("decimation keeps tones of its band in place and carries the high-pass behind it", "[dsp][column_filter]") {
-  const double f = 1.3, corner_hz = 0.5;
+  const double f = 1.3, cutoff_hz = 0.5;
   const auto filter = dsp::ColumnFilter::decimation(256.0, {.output_rate_hz = 25.6, .passband_end_hz = 10.24});
   CHECK(filter.output_rate_hz() == 25.6);
   CHECK(filter.edge_s() == filter.sheet().edge_s);
@@ -61,8 +61,8 @@ TEST_CASE("decimation keeps tones of its band in place and carries the high-pass
   REQUIRE(out.size() == 2048);
   CHECK((out - tone(f, 2048, 25.6)).cwiseAbs().maxCoeff() <= 1e-4);
 
-  const double gain = f / std::hypot(f, corner_hz), lead = std::atan2(corner_hz, f);
-  const Eigen::VectorXd coupled = filter.with_highpass({corner_hz}).apply(Eigen::VectorXd(in.array() + 3.0));
+  const double gain = f / std::hypot(f, cutoff_hz), lead = std::atan2(cutoff_hz, f);
+  const Eigen::VectorXd coupled = filter.with_highpass({cutoff_hz}).apply(Eigen::VectorXd(in.array() + 3.0));
   for (Eigen::Index i = 200; i < 1800; ++i)
     CHECK(coupled(i) ==
           Approx(gain * std::sin(2 * std::numbers::pi * f * static_cast<double>(i) / 25.6 + 0.4 + lead)).margin(1e-3));

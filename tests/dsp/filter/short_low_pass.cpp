@@ -32,19 +32,19 @@ TEST_CASE("a short low-pass keeps slow tones, stops fast ones and delays none", 
 
 TEST_CASE("what a leap becomes behind the low-pass is what its samples become", "[dsp][short_low_pass]") {
   const dsp::ShortLowPass low_pass(cutoff_hz, rate_hz);
-  // Switched on at a place between samples, and sampled by means over each, which delays nothing: the second
+  // Switched on at a time between samples, and sampled by means over each, which delays nothing: the second
   // computation is the filter's own sum. A mean takes 1 - sinc(32 / 256) off the highest tones, 3 %.
-  const double place = 200.37;
+  const double position = 200.37;
   for (int power = 0; power < 3; ++power) {
     const auto integral = [&](double t) { return t <= 0.0 ? 0.0 : std::pow(t, power + 1) / (power + 1); };
     const VectorXd sampled = VectorXd::NullaryExpr(400, [&](Index i) {
-      const double t = static_cast<double>(i) - place;
+      const double t = static_cast<double>(i) - position;
       return integral(t + 0.5) - integral(t - 0.5);
     });
     const VectorXd passed = low_pass(sampled, 180, 40);
     const double scale = std::pow(10.0, power);
     for (Index i = 0; i < 40; ++i)
-      CHECK(low_pass.switched_on(power, static_cast<double>(180 + i) - place) ==
+      CHECK(low_pass.switched_on(power, static_cast<double>(180 + i) - position) ==
             Approx(passed(i)).margin(0.03 * scale));
     CHECK(low_pass.switched_on(power, -100.0) == 0.0);
     CHECK(low_pass.switched_on(power, 50.0) == Approx(low_pass.passed(power, 50.0)));

@@ -44,10 +44,10 @@ TEST_CASE("velocity of a record that does not close on itself is exact up to its
 
 TEST_CASE("derivatives of a noisy record are as good at its ends as inside", "[dsp][spectral]") {
   // 12 um at 800 Hz leaves this much below the Nyquist frequency of the regression rate.
-  const double deviation_m = 12e-6 * std::sqrt(rate_hz / 800.0);
+  const double noise_std_m = 12e-6 * std::sqrt(rate_hz / 800.0);
   for (const std::uint32_t seed : {1u, 2u, 3u}) {
     Record record = swept_record(6000);
-    record.x += support::gaussian(6000, seed, deviation_m);
+    record.x += support::gaussian(6000, seed, noise_std_m);
     const dsp::ExtendedSpectrum spectrum(record.x, rate_hz);
     const Eigen::VectorXd v = spectrum.derivative(1, band), a = spectrum.derivative(2, band);
     CHECK(interior(v, record.v) <= 5e-6);
@@ -73,7 +73,7 @@ TEST_CASE("any response is applied: a delay delays, a high-pass takes the mean",
   CHECK((spectrum.filtered([](double) { return 1.0; }) - record.x).cwiseAbs().maxCoeff() <= 1e-15);
 }
 
-TEST_CASE("the share of power above a frequency is that of the tones above it", "[dsp][spectral]") {
+TEST_CASE("the fraction of power above a frequency is that of the tones above it", "[dsp][spectral]") {
   const Eigen::VectorXd x = Eigen::VectorXd::NullaryExpr(5120, [](Eigen::Index i) {
     const double t = static_cast<double>(i) / rate_hz;
     return 3.0 + std::sin(2 * std::numbers::pi * 1.5 * t) + 0.1 * std::sin(2 * std::numbers::pi * 9.0 * t + 1.0);

@@ -11,6 +11,6 @@ TEST_CASE("the strongest line is the larger of two tones, whatever the offset", 
     return 50.0 + 2.0 * std::sin(7.0 * phase) + std::sin(20.0 * phase);
   });
   const dsp::SpectralLine line = dsp::strongest_line(signal, rate_hz);
-  CHECK(line.frequency_hz == Approx(7.0));         // both tones fall on a bin
-  CHECK(line.share == Approx(0.8).epsilon(1e-9));  // 4 of 4 + 1
+  CHECK(line.frequency_hz == Approx(7.0));            // both tones fall on a bin
+  CHECK(line.fraction == Approx(0.8).epsilon(1e-9));  // 4 of 4 + 1
 }

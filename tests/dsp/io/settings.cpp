@@ -91,7 +91,7 @@ TEST_CASE("wrong types and values out of range say what was found and wanted", "
   check_fault([&] { (void)settings.need_text("title"); }, FaultKind::usage, "config.missing", {"c.toml", "title"});
   check_fault([&] { (void)settings.table("k"); }, FaultKind::usage, "config.type", {"want a table [k]"});
   check_fault([&] { (void)settings.tables("k"); }, FaultKind::usage, "config.type", {"[[k]]"});
-  check_fault([&] { settings.exclusive("n", "r"); }, FaultKind::usage, "config.range", {"cannot stand beside 'n'"});
+  check_fault([&] { settings.exclusive("n", "r"); }, FaultKind::usage, "config.range", {"cannot be given beside 'n'"});
 }
 
 TEST_CASE("syntax errors carry file and line", "[dsp][settings]") {

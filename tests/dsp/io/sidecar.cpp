@@ -83,7 +83,7 @@ TEST_CASE("six lines are enough", "[dsp][sidecar]") {
   CHECK(sidecar.channels[0].highpass_hz.empty());
 }
 
-TEST_CASE("what a sidecar gets wrong is told with its line", "[dsp][sidecar]") {
+TEST_CASE("what a sidecar gets wrong is named with its line", "[dsp][sidecar]") {
   const auto refused = [](const std::string& lines, const std::string& name, const std::vector<std::string>& pieces) {
     check_fault([&] { (void)channel(lines); }, FaultKind::usage, name, pieces);
   };
@@ -100,7 +100,7 @@ TEST_CASE("what a sidecar gets wrong is told with its line", "[dsp][sidecar]") {
   refused("sign = 2", "config.range", {"want 1 or -1"});
   refused("role = \"payload\"", "config.range", {"role must be one of"});
   refused("index = 0", "config.range", {"1 to 100000"});
-  refused("index = 1\ncolumn = \"a\"", "config.range", {"cannot stand beside 'index'"});
+  refused("index = 1\ncolumn = \"a\"", "config.range", {"cannot be given beside 'index'"});
   refused("delay = \"3 mm\"", "unit.kind", {"want s"});
   refused("highpass = -1", "config.range", {"above 0"});
   refused("[[channel]]\nname = \"c\"", "channel.name", {"rig.wav.toml:3", "rig.wav.toml:1", "'c'"});

@@ -63,7 +63,7 @@ dsp::FrameBlock read_all(dsp::SampleSource& source, Eigen::Index block_frames) {
   return all;
 }
 
-// Where the size of the samples stands in each container, and how wide it is.
+// Where the size of the samples is in each container, and how wide it is.
 struct SizeField {
   std::size_t at;
   int bytes;
@@ -419,7 +419,7 @@ TEST_CASE("a device that fails to deliver a block is a fault", "[dsp][sound_file
   const Scratch scratch;
   const auto file = write(scratch, noise(200'000, 2, 0.9), {});
   const auto source = open(file);
-  // Stands in for a bad sector: the descriptor goes away under the reader.
+  // As a bad sector does: the descriptor goes away under the reader.
   for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
     std::error_code error;
     if (std::filesystem::read_symlink(entry, error) == file) ::close(std::stoi(entry.path().filename().string()));

@@ -196,7 +196,7 @@ TEST_CASE("a clock that goes back, repeats, jitters or loses its step is refused
     check_fault([&] { (void)read(scratch.file("a.csv", stamps(100, time))); }, FaultKind::input, name, pieces);
   };
   refused([](int i) { return (i == 50 ? 48.5 : i) / 10.0; }, "clock.backwards", {"a.csv:52:", "4.9 to 4.85"});
-  refused([](int i) { return (i == 50 ? 49 : i) / 10.0; }, "clock.repeated", {"a.csv:52:", "4.9 s stands twice"});
+  refused([](int i) { return (i == 50 ? 49 : i) / 10.0; }, "clock.repeated", {"a.csv:52:", "4.9 s occurs twice"});
   refused([](int i) { return (i + 0.05 * std::sin(i * i)) / 10.0; }, "clock.jitter",
           {"uneven", "rate = 10", "interpolate"});
   refused([](int i) { return (i < 40 ? i : i + 7.4) / 10.0; }, "clock.gap", {"a.csv:42:", "no whole number of steps"});
@@ -208,7 +208,7 @@ TEST_CASE("a clock that goes back, repeats, jitters or loses its step is refused
   CHECK(has_check(slight, "clock.jitter"));
 }
 
-TEST_CASE("lines that are no rows are counted in the line told", "[dsp][table_clock]") {
+TEST_CASE("lines that are no rows are counted in the line named", "[dsp][table_clock]") {
   const Scratch scratch;
   const auto file = scratch.file("a.csv", "t,x\n0,1\n# knocked\n1,2\n\n2,3\n# here\n2,4\n3,5\n");
   check_fault([&] { (void)read(file); }, FaultKind::input, "clock.repeated", {"a.csv:8:"});

@@ -86,7 +86,7 @@ TEST_CASE("halts shorter than a sample are found among plain reversals, with the
   }
 }
 
-TEST_CASE("no halt that is told is shorter than the shortest, at any cut-off", "[dsp][reversals]") {
+TEST_CASE("no halt that is detected is shorter than the shortest, at any cut-off", "[dsp][reversals]") {
   const Course c = course([](int k) { return k % 30 < 3 ? 0.0025 : 0.0; }, 0.0002, 16);
   for (const double cutoff_hz : {30.0, 32.5, 34.4, 37.9, 38.0}) {
     INFO(cutoff_hz);
@@ -116,27 +116,29 @@ TEST_CASE("a halt alone must be clear, and may be left to others", "[dsp][revers
   CHECK(halts_seen(0.001, 0.01, true) == 0);
 }
 
-TEST_CASE("reversals nobody can tell are left out", "[dsp][reversals]") {
+TEST_CASE("reversals that cannot be seen are left out", "[dsp][reversals]") {
   const VectorXd v = VectorXd::Ones(500), a = VectorXd::Zero(500);
   CHECK(dsp::sign_changes(v, 100).empty());
   CHECK(dsp::reversals({}, v, a, {.sample_rate_hz = rate_hz, .cutoff_hz = 32.0, .samples_per_period = 100}).empty());
   const Course c = course([](int) { return 0.05; }, 0.0, 15);
-  const auto turns = dsp::sign_changes(c.v, period);
+  const auto reversal_indices = dsp::sign_changes(c.v, period);
   // Ten oscillations a period are too few, and a cut-off beyond the band is none.
-  CHECK(dsp::reversals(turns, c.v, c.a, {.sample_rate_hz = rate_hz, .cutoff_hz = 12.0, .samples_per_period = period})
+  CHECK(dsp::reversals(reversal_indices, c.v, c.a,
+                       {.sample_rate_hz = rate_hz, .cutoff_hz = 12.0, .samples_per_period = period})
             .empty());
-  CHECK(dsp::reversals(turns, c.v, c.a, {.sample_rate_hz = rate_hz, .cutoff_hz = 110.0, .samples_per_period = period})
+  CHECK(dsp::reversals(reversal_indices, c.v, c.a,
+                       {.sample_rate_hz = rate_hz, .cutoff_hz = 110.0, .samples_per_period = period})
             .empty());
 }
 
-TEST_CASE("changes of sign close together are one turn or none", "[dsp][reversals]") {
+TEST_CASE("changes of sign close together are one reversal or none", "[dsp][reversals]") {
   VectorXd v = VectorXd::NullaryExpr(
       1000, [](Index i) { return std::cos(std::numbers::pi * (static_cast<double>(i) + 0.5) / 100.0); });
   const auto plain = dsp::sign_changes(v, 200);
   CHECK(plain == std::vector<Index>{50, 150, 250, 350, 450, 550, 650, 750, 850});  // the last is too near the end
   v(353) *= -1.0;                                                                  // back again, and over for good
-  v(610) *= -1.0;                                                                  // a touch of zero, and no turn
+  v(610) *= -1.0;                                                                  // a touch of zero, and no reversal
   CHECK(dsp::sign_changes(v, 200) == plain);
-  v(480) *= -1.0;  // too close to 450 for either to be told
+  v(480) *= -1.0;  // too close to 450 for either to be detected
   CHECK(dsp::sign_changes(v, 200).size() == plain.size() - 1);
 }

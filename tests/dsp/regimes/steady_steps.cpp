@@ -10,7 +10,7 @@ namespace {
 using Eigen::Index;
 constexpr double two_pi = 6.283185307179586, k = 50.0, c = 2.0;
 
-/// One setting of the drive: base amplitude and share of second harmonic.
+/// One setting of the drive: base amplitude and fraction of second harmonic.
 struct Setting {
   double frequency_hz = 0.0, amplitude_m = 0.0, second = 0.0, duration_s = 12.0;
 };
@@ -34,8 +34,8 @@ dsp::Motion stepped(const std::vector<Setting>& settings, double noise_m = 0.0, 
     const double t = static_cast<double>(i) / rate_hz;
     if (t >= begin_s + settings[here].duration_s && here + 1 < settings.size()) begin_s += settings[here++].duration_s;
     const Setting &now = settings[here], &last = settings[here > 0 ? here - 1 : 0];
-    const double u = std::min((t - begin_s) / 1.5, 1.0), share = u * u * (3.0 - 2.0 * u);
-    const auto mix = [&](double Setting::*field) { return last.*field + share * (now.*field - last.*field); };
+    const double u = std::min((t - begin_s) / 1.5, 1.0), fraction = u * u * (3.0 - 2.0 * u);
+    const auto mix = [&](double Setting::*field) { return last.*field + fraction * (now.*field - last.*field); };
     const double f = mix(&Setting::frequency_hz), a = mix(&Setting::amplitude_m), second = mix(&Setting::second);
     phase += f / rate_hz;
     const std::complex<double> turn = std::polar(1.0, two_pi * phase);
@@ -60,7 +60,7 @@ std::vector<Setting> ladder(const std::vector<double>& frequencies_hz) {
 
 }  // namespace
 
-TEST_CASE("the end result of every step is the closed form's, iterations before it are told from it",
+TEST_CASE("the end result of every step is the closed form's, iterations before it are distinguished from it",
           "[dsp][steady_steps]") {
   const std::vector<double> frequencies{1.60, 1.59, 1.58, 1.50, 1.40, 1.20};
   for (const double noise_m : {0.0, 4e-6, 15e-6}) {

@@ -69,11 +69,11 @@ dsp::Check check(const dsp::SampleFaults& faults, const std::string& name, const
   return {};
 }
 
-/// Every sample in [first, last) lies in a stretch of this fault, and no sample farther away than `margin` does.
+/// Every sample in [first, last) lies in a range of this kind, and no sample farther away than `margin` does.
 void check_found(const dsp::SampleFaults& faults, SampleFault fault, Eigen::Index first, Eigen::Index last,
                  Eigen::Index margin) {
-  REQUIRE(faults.stretches.size() == 1);
-  const auto& found = faults.stretches.front();
+  REQUIRE(faults.ranges.size() == 1);
+  const auto& found = faults.ranges.front();
   INFO(found.first << " .. " << found.last << " " << dsp::to_string(found.fault));
   CHECK(found.fault == fault);
   CHECK(found.first <= first);
@@ -86,7 +86,7 @@ void check_found(const dsp::SampleFaults& faults, SampleFault fault, Eigen::Inde
   CHECK(check(faults, fmt::format("sample.{}", dsp::to_string(fault))).status == dsp::CheckStatus::warning);
 }
 
-constexpr Eigen::Index cell = 32;  // 1.25 ms at 25.6 kHz: how well a stretch without its own first sample is placed
+constexpr Eigen::Index cell = 32;  // 1.25 ms at 25.6 kHz: how well a range without its own first sample is placed
 
 }  // namespace
 
@@ -102,7 +102,7 @@ TEST_CASE("a value held for 0.3 s is found, with and without repeated values and
   check_found(examined(frames), SampleFault::held, first + cell, last, 3 * cell);
 }
 
-TEST_CASE("a dropout to zero or to full scale is found and told from clipping", "[dsp][faulty_samples]") {
+TEST_CASE("a dropout to zero or to full scale is found and distinguished from clipping", "[dsp][faulty_samples]") {
   const auto sensor = GENERATE(as<Sensor>(), accelerometer, laser);
   const auto level = GENERATE(0.0, 1.25, -1.25);
   const Eigen::Index first = 200003, last = first + 5120;
@@ -110,10 +110,10 @@ TEST_CASE("a dropout to zero or to full scale is found and told from clipping", 
   frames.middleRows(first, last - first).setConstant(level);
   // Zero is where it may have been just before: then nothing jumps, and it is a held value.
   const auto faults = examined(frames);
-  check_found(faults, faults.stretches.at(0).fault, first + cell, last, 2 * cell);
-  CHECK(faults.stretches[0].fault != SampleFault::clipped);
-  if (level != 0.0) CHECK(faults.stretches[0].fault == SampleFault::dropout);
-  CHECK(faults.stretches[0].level == level);
+  check_found(faults, faults.ranges.at(0).fault, first + cell, last, 2 * cell);
+  CHECK(faults.ranges[0].fault != SampleFault::clipped);
+  if (level != 0.0) CHECK(faults.ranges[0].fault == SampleFault::dropout);
+  CHECK(faults.ranges[0].level == level);
 }
 
 TEST_CASE("clipping is counted and placed to the sample, its level known or not", "[dsp][faulty_samples]") {
@@ -125,10 +125,10 @@ TEST_CASE("clipping is counted and placed to the sample, its level known or not"
   const auto faults = examined(frames, 4096, rate_hz, options);
   Eigen::Index num_clipped = 0;
   std::vector<bool> marked(static_cast<std::size_t>(frames.rows()), false);
-  for (const auto& stretch : faults.stretches) {
-    CHECK(stretch.fault == SampleFault::clipped);
-    CHECK(std::abs(stretch.level) == level);
-    for (Eigen::Index i = stretch.first; i < stretch.last; ++i) marked[static_cast<std::size_t>(i)] = true;
+  for (const auto& range : faults.ranges) {
+    CHECK(range.fault == SampleFault::clipped);
+    CHECK(std::abs(range.level) == level);
+    for (Eigen::Index i = range.first; i < range.last; ++i) marked[static_cast<std::size_t>(i)] = true;
   }
   Eigen::Index missed = 0, wrong = 0;
   const auto clipped = [&](Eigen::Index i) { return i >= 0 && i < frames.rows() && std::abs(frames(i, 0)) == level; };
@@ -149,16 +149,15 @@ TEST_CASE("a laser that clips behind a noisy converter is found without its rang
   sensor.limit = 0.97;
   dsp::FrameBlock frames = measured(sensor, 400000, 5);
   const auto faults = examined(frames);
-  // Truth: the sine beyond the limit. Twenty half periods, each one stretch.
+  // Truth: the sine beyond the limit. Twenty half periods, each one range.
   REQUIRE(check(faults, "sample.clipped").status == dsp::CheckStatus::warning);
   Eigen::Index missed = 0, wrong = 0, truth = 0;
   std::vector<bool> marked(static_cast<std::size_t>(frames.rows()), false);
-  for (const auto& stretch : faults.stretches)
-    std::fill(marked.begin() + stretch.first, marked.begin() + stretch.last, true);
+  for (const auto& range : faults.ranges) std::fill(marked.begin() + range.first, marked.begin() + range.last, true);
   for (Eigen::Index i = 0; i < frames.rows(); ++i) {
     const auto taken = static_cast<double>(i - i % sensor.repeats);
     const double sine = std::abs(std::sin(2 * std::numbers::pi * sensor.frequency_hz * taken / rate_hz));
-    const bool clipped = sine > 0.972, close = sine > 0.965;  // 0.97 and five deviations of the noise
+    const bool clipped = sine > 0.972, close = sine > 0.965;  // 0.97 and five standard deviations of the noise
     truth += clipped;
     missed += clipped && !marked[static_cast<std::size_t>(i)];
     wrong += !close && marked[static_cast<std::size_t>(i)];
@@ -171,7 +170,7 @@ TEST_CASE("a laser that clips behind a noisy converter is found without its rang
 TEST_CASE("a short zero in a lively channel is not taken for the sensor", "[dsp][faulty_samples]") {
   dsp::FrameBlock frames = measured(accelerometer, 200000, 6);
   frames.middleRows(100000, 100).setZero();  // 3.9 ms, not four whole cells
-  CHECK(examined(frames).stretches.empty());
+  CHECK(examined(frames).ranges.empty());
 }
 
 TEST_CASE("what comes to rest by degrees is not held", "[dsp][faulty_samples]") {
@@ -181,7 +180,7 @@ TEST_CASE("what comes to rest by degrees is not held", "[dsp][faulty_samples]") 
       const double t = static_cast<double>(i) / rate_hz;
       samples(i) = rounded(std::exp(-0.8 * t) * std::cos(2 * std::numbers::pi * 3.0 * t), 1e-3);
     }
-    CHECK(examined(dsp::FrameBlock(samples)).stretches.empty());
+    CHECK(examined(dsp::FrameBlock(samples)).ranges.empty());
   }
   SECTION("a body stopped by friction at each turn, coarsely measured") {
     Eigen::VectorXd samples(2500);  // 250 Hz; a third of a second at rest at either end of its way
@@ -190,14 +189,14 @@ TEST_CASE("what comes to rest by degrees is not held", "[dsp][faulty_samples]") 
                    way = std::min(1.0, std::fmod(turn, 1.0) / 0.67);
       samples(i) = rounded((turn < 1.0 ? 1.0 : -1.0) * std::cos(std::numbers::pi * way), 1e-2);
     }
-    CHECK(examined(dsp::FrameBlock(samples), 4096, 250.0).stretches.empty());
+    CHECK(examined(dsp::FrameBlock(samples), 4096, 250.0).ranges.empty());
   }
   SECTION("a coarse reading between slow movements") {
     Eigen::VectorXd samples(20000);
     for (Eigen::Index i = 0; i < samples.size(); ++i)
       samples(i) = rounded(std::max(0.0, std::sin(2 * std::numbers::pi * static_cast<double>(i) / 5000.0)), 0.01);
     const auto faults = examined(dsp::FrameBlock(samples), 4096, 100.0);
-    CHECK(faults.stretches.empty());
+    CHECK(faults.ranges.empty());
   }
 }
 
@@ -209,7 +208,7 @@ TEST_CASE("a friction stop at the extreme of the record is one visit and no clip
     samples(i) = rounded(decay * std::sin(2 * std::numbers::pi * 0.002 * (moving - 1000.0)), 7e-4);
   }
   const auto faults = examined(dsp::FrameBlock(samples), 4096, 250.0);
-  CHECK(faults.stretches.empty());
+  CHECK(faults.ranges.empty());
   CHECK(check(faults, "sample.clipped").message == "none");
 }
 
@@ -224,14 +223,14 @@ TEST_CASE("channels as a whole: constant, a switch, coarse, shifted, drifting, w
   frames.col(4) += Eigen::VectorXd::LinSpaced(n, 0.0, 0.5);
   for (const Eigen::Index i : {70000, 150016, 200031}) frames(i, 5) += i == 150016 ? -3.0 : 2.0;
   const auto faults = examined(frames);
-  CHECK(faults.stretches.empty());
+  CHECK(faults.ranges.empty());
   CHECK(check(faults, "sample.constant", "c0").message == "all values are zero");
   const auto coarse = check(faults, "sample.quantised", "c2");
   CHECK(coarse.status == dsp::CheckStatus::warning);
   CHECK(coarse.value == Approx(std::log2(21.0)).margin(0.1));  // -1 to 1 in steps of 0.1
   CHECK(check(faults, "sample.offset", "c3").value == Approx(2.0).margin(1e-3));
   CHECK(check(faults, "sample.offset", "c3").status == dsp::CheckStatus::note);
-  // Thirteen whole periods lean on a line by a share of their amplitude of about 6 / (pi 13).
+  // Thirteen whole periods lean on a line by a fraction of their amplitude of about 6 / (pi 13).
   CHECK(check(faults, "sample.drift", "c4").value == Approx(0.5).margin(0.2));
   const auto spikes = check(faults, "sample.spike", "c5");
   CHECK(spikes.value == 3);
@@ -239,11 +238,11 @@ TEST_CASE("channels as a whole: constant, a switch, coarse, shifted, drifting, w
   CHECK(check(faults, "sample.spike", "c3").value == 0);
 }
 
-TEST_CASE("a laser's repetition is told", "[dsp][faulty_samples]") {
+TEST_CASE("a laser's repetition is reported", "[dsp][faulty_samples]") {
   const auto faults = examined(measured(laser, 256000, 20));
   // Now and then two values are the same.
   CHECK(check(faults, "sample.repeated").value == Approx(32 / rate_hz).epsilon(0.15));
-  CHECK(faults.stretches.empty());
+  CHECK(faults.ranges.empty());
 }
 
 TEST_CASE("the same is found for any block size", "[dsp][faulty_samples]") {
@@ -256,14 +255,14 @@ TEST_CASE("the same is found for any block size", "[dsp][faulty_samples]") {
   frames.col(1).segment(80000, 4000).setConstant(2.0);
   frames(100000, 1) = 7.0;
   const auto expected = examined(frames, n);
-  REQUIRE(expected.stretches.size() >= 3);
+  REQUIRE(expected.ranges.size() >= 3);
   for (const Eigen::Index block : {1, 7, 1000, 65536}) {
     const auto found = examined(frames, block);
-    REQUIRE(found.stretches.size() == expected.stretches.size());
-    for (std::size_t i = 0; i < found.stretches.size(); ++i) {
-      CHECK(found.stretches[i].first == expected.stretches[i].first);
-      CHECK(found.stretches[i].last == expected.stretches[i].last);
-      CHECK(found.stretches[i].level == expected.stretches[i].level);
+    REQUIRE(found.ranges.size() == expected.ranges.size());
+    for (std::size_t i = 0; i < found.ranges.size(); ++i) {
+      CHECK(found.ranges[i].first == expected.ranges[i].first);
+      CHECK(found.ranges[i].last == expected.ranges[i].last);
+      CHECK(found.ranges[i].level == expected.ranges[i].level);
     }
     REQUIRE(found.checks.size() == expected.checks.size());
     for (std::size_t i = 0; i < found.checks.size(); ++i) {
@@ -290,8 +289,8 @@ TEST_CASE("sines with noise, repetition and rounding have no faults, in any unit
     const auto n = *rc::gen::inRange<Eigen::Index>(1, 60000);
     const dsp::FrameBlock frames = measured(sensor, n, seed, sample_rate_hz);
     const auto faults = examined(frames, 4096, sample_rate_hz), scaled = examined(unit * frames, 4096, sample_rate_hz);
-    RC_ASSERT(faults.stretches.empty());
-    RC_ASSERT(scaled.stretches.empty());
+    RC_ASSERT(faults.ranges.empty());
+    RC_ASSERT(scaled.ranges.empty());
     RC_ASSERT(faults.checks.size() == scaled.checks.size());
     for (std::size_t i = 0; i < faults.checks.size(); ++i)
       RC_ASSERT(faults.checks[i].status == scaled.checks[i].status);

@@ -9,7 +9,7 @@
 
 namespace {
 
-constexpr double rate_hz = 256.0;  // the bus
+constexpr double rate_hz = 256.0;  // the intermediate rate
 
 Eigen::VectorXd swept(Eigen::Index num_samples, double noise, std::uint32_t seed) {
   const support::SweptHarmonics motion;
@@ -22,8 +22,8 @@ double rms(const Eigen::Ref<const Eigen::VectorXd>& x) {
   return std::sqrt(x.squaredNorm() / static_cast<double>(x.size()));
 }
 
-/// Root of the mean square, over many places, of what a gap of this length costs, as a share of the signal's; `measure`
-/// makes what is compared of bus samples, at its own rate.
+/// Root of the mean square, over many places, of what a gap of this length costs, as a fraction of the signal's;
+/// `measure` makes what is compared of samples at the intermediate rate, at its own rate.
 template <class Measure>
 double error_of(const Eigen::VectorXd& signal, double gap_s, const Measure& measure, double measured_rate_hz) {
   const Eigen::VectorXd truth = measure(signal);
@@ -42,11 +42,11 @@ double error_of(const Eigen::VectorXd& signal, double gap_s, const Measure& meas
 }  // namespace
 
 TEST_CASE("a gap of 0.3 s in a noisy motion costs half a per cent of it", "[dsp][fill_gaps]") {
-  const auto signal = swept(14336, 7e-6, 1);  // what a laser's 12 um at 800 Hz leave on the bus
+  const auto signal = swept(14336, 7e-6, 1);  // what a laser's 12 um at 800 Hz leave at the intermediate rate
   const auto regression_band = [](const Eigen::VectorXd& x) -> Eigen::VectorXd {
     return dsp::decimate(x, rate_hz, {.output_rate_hz = 25.6, .passband_end_hz = 10.24});
   };
-  const double gap_s = 0.3 + 2 * 0.0236;  // the filter before the bus smears it
+  const double gap_s = 0.3 + 2 * 0.0236;  // the filter before the intermediate rate smears it
   CHECK(error_of(signal, gap_s, regression_band, 25.6) < 5e-3);
   // A straight line, for comparison, misses by a third (30 % in a rig's record).
 

@@ -16,7 +16,7 @@ constexpr double pi = std::numbers::pi, rate_hz = 256.0, drive_hz = 1.25;
 constexpr Index period = 205;
 
 // What a sensor on a mount reads of an acceleration, by the exact response to a straight line between samples, twenty
-// to a sample of the bus: another way than the spectrum's.
+// to a sample at the intermediate rate: another way than the spectrum's.
 VectorXd on_mount(const VectorXd& body, const dsp::Mount& mount) {
   const double omega = 2.0 * pi * mount.frequency_hz, z = mount.damping, step_s = 1.0 / (20.0 * rate_hz);
   VectorXd read(body.size());
@@ -42,14 +42,14 @@ Ridden ride(const dsp::Mount& mount, double noise) {
   const auto n = static_cast<Index>(100.0 * rate_hz);
   Ridden result{{.sample_rate_hz = rate_hz}, VectorXd(n), VectorXd(n)};
   VectorXd x(n);
-  double v = 0.0, place = 0.0;
+  double v = 0.0, position = 0.0;
   for (Index i = 0; i < n; ++i) {
     const double angle = 2.0 * pi * drive_hz * static_cast<double>(i) / rate_hz;
     result.body_a(i) = 0.5 * std::cos(angle) + 0.03 * std::cos(3.0 * angle) - (std::sin(angle) > 0.0 ? 0.1 : -0.1);
     v += result.body_a(i) / rate_hz;
     result.body_v(i) = v;
-    place += v / rate_hz;
-    x(i) = place;
+    position += v / rate_hz;
+    x(i) = position;
   }
   // Offsets that the sums leave.
   result.body_v.array() -= result.body_v.mean();

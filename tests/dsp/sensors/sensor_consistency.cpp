@@ -19,7 +19,7 @@ struct Pair {
   VectorXd displacement, acceleration;
 };
 
-Pair sensors(double gain, double lag_s, const std::vector<double>& corners_hz, double noise, unsigned seed) {
+Pair sensors(double gain, double lag_s, const std::vector<double>& cutoffs_hz, double noise, unsigned seed) {
   const Index n = static_cast<Index>(600 * rate_hz);
   support::SweptHarmonics motion;
   VectorXd x(n), a(n);
@@ -32,7 +32,7 @@ Pair sensors(double gain, double lag_s, const std::vector<double>& corners_hz, d
   pair.displacement =
       dsp::ExtendedSpectrum(x, rate_hz).filtered([&](double f) { return std::polar(1.0, -two_pi * f * lag_s); });
   pair.acceleration =
-      dsp::ExtendedSpectrum(a, rate_hz).filtered([&](double f) { return dsp::highpass_response(corners_hz, f); });
+      dsp::ExtendedSpectrum(a, rate_hz).filtered([&](double f) { return dsp::highpass_response(cutoffs_hz, f); });
   pair.displacement += support::gaussian(n, seed, noise * 2e-6);
   pair.acceleration += support::gaussian(n, seed + 1, noise * 2e-3);
   return pair;
@@ -40,26 +40,26 @@ Pair sensors(double gain, double lag_s, const std::vector<double>& corners_hz, d
 
 }  // namespace
 
-TEST_CASE("gain, lag and corners between two sensors come from their record", "[dsp][sensor_consistency]") {
+TEST_CASE("gain, lag and cut-offs between two sensors come from their record", "[dsp][sensor_consistency]") {
   struct Case {
     double gain, lag_s;
-    std::vector<double> corners_hz;
+    std::vector<double> cutoffs_hz;
   };
   for (const Case& truth : {Case{1.017, 1.2e-3, {0.40}}, Case{0.989, 0.0, {}}, Case{1.02, 3e-3, {0.45, 0.30}}}) {
-    const Pair pair = sensors(truth.gain, truth.lag_s, truth.corners_hz, 1.0, 11);
+    const Pair pair = sensors(truth.gain, truth.lag_s, truth.cutoffs_hz, 1.0, 11);
     const auto found = dsp::relate_sensors(pair.displacement, pair.acceleration, rate_hz, {});
-    INFO("gain " << truth.gain << " corners " << truth.corners_hz.size());
+    INFO("gain " << truth.gain << " cut-offs " << truth.cutoffs_hz.size());
     REQUIRE(found.reason.empty());
-    REQUIRE(found.highpass_hz.size() == truth.corners_hz.size());
-    CHECK(found.gain == Approx(truth.gain).margin(5e-4 * (1.0 + 3.0 * static_cast<double>(truth.corners_hz.size()))));
+    REQUIRE(found.highpass_hz.size() == truth.cutoffs_hz.size());
+    CHECK(found.gain == Approx(truth.gain).margin(5e-4 * (1.0 + 3.0 * static_cast<double>(truth.cutoffs_hz.size()))));
     CHECK(found.lag_s == Approx(truth.lag_s).margin(1.5e-4));
-    if (truth.corners_hz.size() == 1) CHECK(found.highpass_hz[0] == Approx(truth.corners_hz[0]).margin(5e-3));
-    if (truth.corners_hz.size() == 2)  // above both corners only their sum shows
+    if (truth.cutoffs_hz.size() == 1) CHECK(found.highpass_hz[0] == Approx(truth.cutoffs_hz[0]).margin(5e-3));
+    if (truth.cutoffs_hz.size() == 2)  // above both cut-offs only their sum shows
       CHECK(found.highpass_hz[0] + found.highpass_hz[1] == Approx(0.75).margin(0.02));
   }
 }
 
-TEST_CASE("excluded stretches do not take part", "[dsp][sensor_consistency]") {
+TEST_CASE("excluded intervals do not take part", "[dsp][sensor_consistency]") {
   Pair pair = sensors(1.017, 1.2e-3, {0.40}, 1.0, 21);
   std::vector<unsigned char> excluded(static_cast<std::size_t>(pair.displacement.size()), 0);
   for (Index i = 6400; i < 7400; ++i) {
@@ -101,9 +101,9 @@ TEST_CASE("power that cannot be there shows a phase error and goes with it", "[d
   CHECK(std::abs(rho(equal.highpass_hz)) <= 2e-3);
 }
 
-TEST_CASE("low frequencies that a coupling took come back from the displacement, high ones from the accelerometer",
+TEST_CASE("low frequencies that an AC coupling took come back from the displacement, high ones from the accelerometer",
           "[dsp][sensor_consistency]") {
-  const std::vector<double> corners_hz{0.4, 0.3};
+  const std::vector<double> cutoffs_hz{0.4, 0.3};
   const Index n = 256 * 120;
   VectorXd x(n), a(n);
   for (Index i = 0; i < n; ++i) {
@@ -117,12 +117,12 @@ TEST_CASE("low frequencies that a coupling took come back from the displacement,
   recording.samples.resize(n, 2);
   recording.samples.col(0) = x;
   recording.samples.col(1) =
-      dsp::ExtendedSpectrum(a, rate_hz).filtered([&](double f) { return dsp::highpass_response(corners_hz, f); });
+      dsp::ExtendedSpectrum(a, rate_hz).filtered([&](double f) { return dsp::highpass_response(cutoffs_hz, f); });
   recording.samples.col(1).array() += 0.02;
   dsp::ColumnSpectra spectra(recording);
-  dsp::restore_low_frequencies(spectra, corners_hz);
+  dsp::restore_low_frequencies(spectra, cutoffs_hz);
   spectra.store();
-  // Away from the ends, where the coupling's past is unknown.
+  // Away from the ends, where the AC coupling's past is unknown.
   const Index skip = 256 * 20;
   CHECK((recording.samples.col(1) - a).segment(skip, n - 2 * skip).cwiseAbs().maxCoeff() <=
         5e-3 * a.cwiseAbs().maxCoeff());

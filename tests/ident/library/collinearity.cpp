@@ -78,11 +78,11 @@ TEST_CASE("x and sin(x) are said to be indistinguishable where x is small", "[id
   const Data data = data_of({"x", "sin(x)", "v"});
   const VectorXd target = -50.0 * data.phi.col(0) + 0.5 * data.phi.col(2) + 0.1 * gaussian(2000, 1, 4);
   const auto said = remarks(data, target);
-  CHECK(any(said, "cannot be told apart here: largest |x| 0.11"));
+  CHECK(any(said, "cannot be distinguished here: largest |x| 0.11"));
   CHECK(any(said, "x and sin(x)"));
 }
 
-TEST_CASE("x and sin(x) are told apart where x is large, and nothing is said", "[ident][collinearity]") {
+TEST_CASE("x and sin(x) are distinguished where x is large, and nothing is said", "[ident][collinearity]") {
   const Data data = data_of({"x", "sin(x)", "v"}, 0.0, 2.0);
   CHECK(remarks(data, -50.0 * data.phi.col(0) + 0.1 * gaussian(2000, 1, 4)).empty());
 }
@@ -96,7 +96,8 @@ TEST_CASE("equal columns, zero columns and constants beside the intercept are na
   CHECK((any(said, "1 and 3+0*v are the same column") || any(said, "3+0*v and 1 are the same column")));
 }
 
-TEST_CASE("an offset of three hundred deviations is named and does not end in a lonely term", "[ident][collinearity]") {
+TEST_CASE("an offset of three hundred standard deviations is named and does not end in a lonely term",
+          "[ident][collinearity]") {
   for (const double offset : {300.0, 1000.0, 3000.0}) {
     const Data data = data_of({"1", "x", "v", "x^2", "x*v", "v^2", "x^3"}, offset * 0.11 / std::sqrt(2.0));
     const VectorXd x = data.motion.at("x").array() - offset * 0.11 / std::sqrt(2.0);

@@ -95,7 +95,7 @@ TEST_CASE("texts that are no term are refused with their place", "[ident][expres
   refused("x, v", "term.syntax", "position 2");
   refused("", "term.syntax", "empty");
   refused("   ", "term.syntax", "empty");
-  refused("sgn(v*sgn(x))", "term.syntax", "sgn stands inside sgn");
+  refused("sgn(v*sgn(x))", "term.syntax", "sgn is inside sgn");
   refused("system(x)", "term.unknown_name", "'system'");
   refused("sin()", "term.syntax", "position");
   refused(std::string(20000, '(') + "x" + std::string(20000, ')'), "term.too_long", "characters");

@@ -43,9 +43,9 @@ double value(const Expression& expression) {
 void check_against(const std::vector<double>& found) {
   support::RandomTree random(11, support::RandomTree::Kind::any);
   REQUIRE(found.size() == num_random);
-  int place = 0;
+  int index = 0;
   for (const double theirs : found) {
-    const Expression expression(ident::print_tree(*random(place++ % 5), Notation::text));
+    const Expression expression(ident::print_tree(*random(index++ % 5), Notation::text));
     CAPTURE(expression.text());
     const double ours = value(expression);  // not a number, where Python goes on with a complex one
     if (std::isfinite(theirs) && !std::isnan(ours)) CHECK(theirs == Approx(ours).epsilon(1e-12));
@@ -106,7 +106,7 @@ TEST_CASE("each notation writes what its readers expect", "[ident][expression]")
   CHECK(printed("(v>0 && x<1)*x", Notation::python) == "(1.0*(np.logical_and(v > 0.0, x < 1.0)))*x");
 }
 
-TEST_CASE("a factor behind a coefficient stands in brackets where it would run into it", "[ident][expression]") {
+TEST_CASE("a factor behind a coefficient is in brackets where it would run into it", "[ident][expression]") {
   const auto factor = [](const char* text) { return Expression(text).print_as_factor(Notation::text); };
   CHECK(factor("x^3") == "x^3");
   CHECK(factor("x/v") == "x/v");

@@ -29,7 +29,7 @@ bool bayesian(const ident::Fit& fit) {
          fit.method == ident::Method::multi_rvm;
 }
 
-// Never a coefficient that is no number, never error bars of zero where nothing tells the noise.
+// Never a coefficient that is no number, never error bars of zero where no row is left to estimate the noise.
 void check_whole(const ident::Fit& fit, Index rows) {
   RC_ASSERT(fit.mean.size() == static_cast<Index>(fit.relevant.size()));
   RC_ASSERT(fit.covariance.rows() == fit.mean.size());
@@ -98,7 +98,7 @@ TEST_CASE("an exact target of random columns is found exactly, with a noise that
   });
 }
 
-TEST_CASE("fewer rows than terms, or as many, is told and never given error bars of zero", "[ident][degenerate]") {
+TEST_CASE("fewer rows than terms, or as many, is reported and never given error bars of zero", "[ident][degenerate]") {
   rc::check([] {
     const auto seed = *rc::gen::inRange(0u, 100000u);
     const auto terms = *rc::gen::inRange<Index>(3, 12), rows = *rc::gen::inRange<Index>(2, terms + 1);

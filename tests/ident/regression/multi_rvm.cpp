@@ -79,7 +79,7 @@ TEST_CASE("its evidence is that of the whole matrix-normal model", "[ident][mult
   CHECK(fit.log_evidence == Approx(expected).epsilon(1e-9));
 }
 
-TEST_CASE("deviations of the shared fit are those of its errors", "[ident][multi_rvm]") {
+TEST_CASE("standard deviations of the shared fit are those of its errors", "[ident][multi_rvm]") {
   int covered = 0, total = 0;
   MatrixXd omega = MatrixXd::Zero(3, 3);
   for (unsigned seed = 100; seed < 300; ++seed) {
@@ -93,7 +93,7 @@ TEST_CASE("deviations of the shared fit are those of its errors", "[ident][multi
   }
   REQUIRE(total >= 1700);
   CHECK(std::abs(static_cast<double>(covered) / total - 0.95) <= 4.0 * std::sqrt(0.95 * 0.05 / total));
-  // Each entry is known to about sqrt(2 / 400 / 200) = 0.5 % of the deviations.
+  // Each entry is known to about sqrt(2 / 400 / 200) = 0.5 % of the standard deviations.
   const Data d = three_targets(100, 400);
   for (Index j = 0; j < 3; ++j)
     for (Index k = 0; k < 3; ++k)
@@ -127,7 +127,7 @@ TEST_CASE("targets that cannot be fitted end in a status", "[ident][multi_rvm]")
   CHECK(exact.noise_covariance.allFinite());
 }
 
-TEST_CASE("a library in which no term stands out alone is searched from the full model too", "[ident][multi_rvm]") {
+TEST_CASE("a library in which no term is conspicuous alone is searched from the full model too", "[ident][multi_rvm]") {
   // Wampler's two exact quintics on x = 0 .. 20: the forward search alone stops at two terms.
   const VectorXd x = VectorXd::LinSpaced(21, 0.0, 20.0);
   MatrixXd phi(21, 6), targets(21, 2);

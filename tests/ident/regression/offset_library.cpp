@@ -47,7 +47,7 @@ OffsetLibrary offset_library(int degree, double offset_std) {
   return library;
 }
 
-double deviation(const VectorXd& values) {
+double std_of(const VectorXd& values) {
   return std::sqrt((values.array() - values.mean()).square().mean());
 }
 
@@ -65,16 +65,17 @@ TEST_CASE("offset libraries give the support and means of 113-bit arithmetic", "
         const double noise = std::array{1e-1, 1e-3, 1e-6}[static_cast<std::size_t>(draw) % 3];
         const auto seed = static_cast<unsigned>(900 + degree + 100 * (draw / 3));
         const VectorXd target =
-            library.target + noise * deviation(library.target) * support::gaussian(library.target.size(), 1, seed);
+            library.target + noise * std_of(library.target) * support::gaussian(library.target.size(), 1, seed);
         const auto fit = ident::fit_fast_rvm(ident::r_factor(library.phi, target));
         const auto expected = reference.fit(target, fit.tau, fit.relevant);
-        INFO("degree " << degree << ", offset " << offset << " deviations, noise " << noise << ", seed " << seed);
+        INFO("degree " << degree << ", offset " << offset << " standard deviations, noise " << noise << ", seed "
+                       << seed);
         CHECK(fit.status == ident::FitStatus::converged);
         CHECK(fit.relevant == expected.relevant);
         if (fit.relevant != expected.relevant) continue;
         double worst = 0.0;
         for (std::size_t j = 0; j < expected.mean.size(); ++j)
-          worst = std::max(worst, std::abs(fit.mean(static_cast<Index>(j)) - expected.mean[j]) / expected.deviation[j]);
+          worst = std::max(worst, std::abs(fit.mean(static_cast<Index>(j)) - expected.mean[j]) / expected.std[j]);
         CHECK(worst <= 0.01);
       }
     }

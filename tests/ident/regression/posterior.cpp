@@ -28,7 +28,7 @@ Problem make_problem(Index rows, Index terms, unsigned seed) {
   return p;
 }
 
-// Eq. 15 of [QZS23] as it stands: Cholesky of the m x m matrix Omega.
+// Eq. 15 of [QZS23] as printed: Cholesky of the m x m matrix Omega.
 double evidence_by_rows(const Problem& p, const std::vector<Index>& kept, const VectorXd& alpha,
                         double noise_variance) {
   const Index m = p.phi.rows();
@@ -80,9 +80,10 @@ TEST_CASE("each promised gain equals the difference of two evidences", "[ident][
     CHECK(ident::evidence_gain(q) == Approx(2.0 * (evidence_by_rows(p, more, alphas, noise) - before)).epsilon(1e-8));
   }
   SECTION("exchange of a kept for a left-out term") {
-    // As the search sums it up: the share of the leaving term lost, the gain of the other beside those that stay won.
-    const double share = ident::evidence_share(at.sparsity(2), std::pow(at.quality(2), 2) / unit_noise,
-                                               lambda_of(p, kept, alpha, noise)(1));
+    // As the search sums it up: the fraction of the leaving term lost, the gain of the other beside those that stay
+    // won.
+    const double contribution = ident::evidence_contribution(at.sparsity(2), std::pow(at.quality(2), 2) / unit_noise,
+                                                             lambda_of(p, kept, alpha, noise)(1));
     const std::vector<Index> stay{0, 3};
     const VectorXd stay_alpha{{0.3, 4.0}};
     const auto without = ident::posterior(p.unit, stay, lambda_of(p, stay, stay_alpha, noise));
@@ -90,19 +91,20 @@ TEST_CASE("each promised gain equals the difference of two evidences", "[ident][
     const double lambda = ident::best_lambda(without.sparsity(1), std::pow(without.quality(1), 2) / unit_noise);
     REQUIRE(std::isfinite(lambda));
     const VectorXd alphas{{0.3, 4.0, lambda / noise * std::pow(p.unit.column_norm(1), 2)}};
-    CHECK(ident::evidence_gain(q) - share ==
+    CHECK(ident::evidence_gain(q) - contribution ==
           Approx(2.0 * (evidence_by_rows(p, {0, 3, 1}, alphas, noise) - before)).epsilon(1e-8));
   }
   SECTION("removal and re-estimation of a kept term") {
-    const double share = ident::evidence_share(at.sparsity(2), std::pow(at.quality(2), 2) / unit_noise,
-                                               lambda_of(p, kept, alpha, noise)(1));
+    const double contribution = ident::evidence_contribution(at.sparsity(2), std::pow(at.quality(2), 2) / unit_noise,
+                                                             lambda_of(p, kept, alpha, noise)(1));
     const double without = evidence_by_rows(p, {0, 3}, VectorXd{{0.3, 4.0}}, noise);
-    CHECK(share == Approx(2.0 * (before - without)).epsilon(1e-8));
+    CHECK(contribution == Approx(2.0 * (before - without)).epsilon(1e-8));
     const double lambda = ident::best_lambda(at.sparsity(2), std::pow(at.quality(2), 2) / unit_noise);
-    const double settled = ident::evidence_share(at.sparsity(2), std::pow(at.quality(2), 2) / unit_noise, lambda);
+    const double settled =
+        ident::evidence_contribution(at.sparsity(2), std::pow(at.quality(2), 2) / unit_noise, lambda);
     alpha(1) = lambda / noise * std::pow(p.unit.column_norm(2), 2);
     // The difference of two evidences of size 300 is itself known to about 1e-11 only.
-    CHECK(settled - share == Approx(2.0 * (evidence_by_rows(p, kept, alpha, noise) - before)).margin(1e-9));
+    CHECK(settled - contribution == Approx(2.0 * (evidence_by_rows(p, kept, alpha, noise) - before)).margin(1e-9));
   }
 }
 

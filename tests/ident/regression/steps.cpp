@@ -124,7 +124,7 @@ TEST_CASE("the steps of a shared fit end at the shared terms", "[ident][steps]")
   for (const ident::Fit& row : fit.rows) CHECK(replayed(row) == row.relevant);
 }
 
-TEST_CASE("an exchange tells both terms and raises the evidence", "[ident][steps]") {
+TEST_CASE("an exchange names both terms and raises the evidence", "[ident][steps]") {
   // Columns 0 and 1 differ by a little w; column 2, which enters later, brings w along. Column 0 looks better as long
   // as column 2 is missing, and column 1 never gains enough beside it.
   int exchanges = 0;

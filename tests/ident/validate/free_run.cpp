@@ -40,7 +40,7 @@ TEST_CASE("the true equation of a Duffing oscillator runs along its record", "[i
   // The force is interpolated; its cubic Hermite pieces on the eightfold grid are off by about 1e-8 of its size.
   CHECK(run.reason.empty());
   CHECK(run.nmse < 1e-10);
-  CHECK(run.num_stretches == 1);
+  CHECK(run.num_ranges == 1);
 }
 
 TEST_CASE("a Coulomb oscillator sticks in its free run where it sticks in truth", "[ident][free_run]") {
@@ -94,7 +94,7 @@ TEST_CASE("what cannot run free says why", "[ident][free_run]") {
   CHECK_THAT(reason(model_of("v", {{"x", 1.0}}), whole(motion)), Catch::Contains("not an equation of motion"));
   CHECK_THAT(reason(model_of("a", {}), whole(motion)), Catch::Contains("no term"));
   ident::Course split = whole(motion);
-  split.stretches = {{0, 200}, {300, 500}};
+  split.ranges = {{0, 200}, {300, 500}};
   CHECK_THAT(reason(true_model(experiment), split), Catch::Contains("5 periods"));
 }
 
@@ -102,8 +102,8 @@ TEST_CASE("a free run begins again after each gap", "[ident][free_run]") {
   const auto experiment = sim::make_experiment(sim::Duffing{});
   const dsp::Motion motion = support::motion_of(experiment, 60.0, 100.0);
   ident::Course course = whole(motion);
-  course.stretches = {{0, 2000}, {2500, 2600}, {3000, 5000}};
+  course.ranges = {{0, 2000}, {2500, 2600}, {3000, 5000}};
   const ident::FreeRun run = ident::free_run(true_model(experiment), {course});
-  CHECK(run.num_stretches == 2);
+  CHECK(run.num_ranges == 2);
   CHECK(run.nmse < 1e-10);
 }

@@ -5,9 +5,9 @@
 #include <numbers>
 
 namespace {
-/// Largest error, as a share of the amplitude, of a tone at `share` of the Nyquist frequency between its samples.
-double tone_error(double share) {
-  const double rate = 50.0, omega = std::numbers::pi * rate * share;
+/// Largest error, as a fraction of the amplitude, of a tone at `fraction` of the Nyquist frequency between its samples.
+double tone_error(double fraction) {
+  const double rate = 50.0, omega = std::numbers::pi * rate * fraction;
   const auto tone = [&](double t) { return std::sin(omega * t + 0.3); };
   const Eigen::VectorXd samples =
       Eigen::VectorXd::NullaryExpr(400, [&](Eigen::Index i) { return tone(static_cast<double>(i) / rate); });
@@ -20,7 +20,7 @@ double tone_error(double share) {
 
 TEST_CASE("a tone is found between its samples", "[ident][interpolant]") {
   // Kaiser window: 5e-5 in the pass band; Hermite pieces of h = 1/8 sample: (omega h)^4 / 384.
-  for (const double share : {0.05, 0.2, 0.5}) CHECK(tone_error(share) < 1e-4);
+  for (const double fraction : {0.05, 0.2, 0.5}) CHECK(tone_error(fraction) < 1e-4);
   CHECK(tone_error(0.8) < 1e-3);
 }
 

@@ -31,20 +31,20 @@ TEST_CASE("NMSE as the paper defines it and about the mean", "[ident][metrics]")
   CHECK(std::isnan(ident::nmse_centred(predicted, VectorXd::Constant(3, 0.1))));
 }
 
-TEST_CASE("predictive bands hold the share of new targets they promise", "[ident][metrics]") {
+TEST_CASE("predictive bands hold the fraction of new targets they promise", "[ident][metrics]") {
   // Few rows, so that the coefficients' own uncertainty is a visible part of the variance.
-  ident::BandShares mean;
+  ident::BandFractions mean;
   for (unsigned seed = 0; seed < 300; ++seed) {
     const MatrixXd phi = gaussian(40, 3, 3 * seed);
     const VectorXd c{{1.0, -2.0, 0.5}};
     const auto fit = ident::fit_ols(ident::r_factor(phi, phi * c + 0.3 * gaussian(40, 1, 3 * seed + 1)));
     const MatrixXd fresh = 3.0 * gaussian(10, 3, 3 * seed + 2);
     const VectorXd target = fresh * c + 0.3 * gaussian(10, 1, 90000 + seed);
-    const auto shares = ident::band_shares(
+    const auto fractions = ident::band_fractions(
         fresh * fit.mean, ident::predictive_variance(fresh, fit.covariance, fit.noise_variance), target);
-    mean.within_50 += shares.within_50 / 300.0;
-    mean.within_90 += shares.within_90 / 300.0;
-    mean.within_95 += shares.within_95 / 300.0;
+    mean.within_50 += fractions.within_50 / 300.0;
+    mean.within_90 += fractions.within_90 / 300.0;
+    mean.within_95 += fractions.within_95 / 300.0;
   }
   // 3000 rows in clusters of ten: four standard errors of 300 independent clusters at the worst; Student's t with 37
   // degrees of freedom takes 0.7 % off the 95 % band.
@@ -58,15 +58,15 @@ TEST_CASE("a white residual passes, a tone in it does not", "[ident][metrics]") 
   int refused = 0;
   for (unsigned seed = 0; seed < 200; ++seed)
     refused += !ident::residual_whiteness(gaussian(n, 1, seed), every_sample(n), 100.0, 50.0).white;
-  CHECK(refused <= 8);  // expected 2 at a level of 0.01, this is four deviations more
+  CHECK(refused <= 8);  // expected 2 at a level of 0.01, this is four standard deviations more
   VectorXd tonal = gaussian(n, 1, 7);
   for (Index i = 0; i < n; ++i)
     tonal(i) += 0.3 * std::sin(2.0 * std::numbers::pi * 3.0 * static_cast<double>(i) / 100.0);
   const auto judged = ident::residual_whiteness(tonal, every_sample(n), 100.0, 50.0);
   CHECK_FALSE(judged.white);
   const auto pure = ident::residual_whiteness(gaussian(n, 1, 8), every_sample(n), 100.0, 50.0);
-  CHECK(pure.peak_share == Approx(0.2).margin(0.02));  // top twentieth of exponentials: (1 + ln 20) / 20
-  CHECK(judged.peak_share > pure.peak_share + 0.02);
+  CHECK(pure.peak_fraction == Approx(0.2).margin(0.02));  // top twentieth of exponentials: (1 + ln 20) / 20
+  CHECK(judged.peak_fraction > pure.peak_fraction + 0.02);
 }
 
 TEST_CASE("a residual that is white up to the filter's band edge passes within that band", "[ident][metrics]") {
@@ -108,7 +108,7 @@ TEST_CASE("gaps between the rows are neither structure nor evidence", "[ident][m
           0.4 * std::sin(2.0 * std::numbers::pi * 3.3 * static_cast<double>(rows[static_cast<std::size_t>(i)]) / 100.0);
     tones_seen += !ident::residual_whiteness(noise, rows, 100.0, 6.0).white;
   }
-  CHECK(refused <= 5);  // expected 1 at the level of 0.01, four deviations more
+  CHECK(refused <= 5);  // expected 1 at the level of 0.01, four standard deviations more
   CHECK(tones_seen == 100);
   CHECK_THROWS_AS(ident::residual_whiteness(VectorXd::Ones(count), every_sample(n), 100.0, 6.0), std::invalid_argument);
 }
@@ -136,12 +136,13 @@ TEST_CASE("block scores do not depend on the pieces in which rows come", "[ident
   CHECK((pieces.sums() - direct).cwiseAbs().maxCoeff() <= 1e-13);
 }
 
-TEST_CASE("robust deviations are right where the residual is coloured and where it is not", "[ident][metrics]") {
+TEST_CASE("robust standard deviations are right where the residual is coloured and where it is not",
+          "[ident][metrics]") {
   for (const double memory : {0.0, 0.9}) {
     double promised = 0.0, plain = 0.0, happened = 0.0;
     constexpr int draws = 300;
     for (unsigned seed = 0; seed < draws; ++seed) {
-      // Slowly varying column and AR(1) noise: the classical deviation is far too small for memory 0.9.
+      // Slowly varying column and AR(1) noise: the classical standard deviation is far too small for memory 0.9.
       const Index n = 2000;
       MatrixXd phi(n, 1);
       VectorXd noise = gaussian(n, 1, 100 + seed), shock = gaussian(n, 1, 5000 + seed);

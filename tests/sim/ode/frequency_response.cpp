@@ -8,10 +8,10 @@ TEST_CASE("the twin unlocks, jumps and locks where it was found to, to a hundred
   // From where the sweep up is still locked to where the sweep down is on its lower branch.
   const auto parameters = sim::qzs_twin("T0");
   const auto response = sim::frequency_response(parameters, {.from_hz = 0.79, .to_hz = 1.56});
-  CHECK(response.jumps.unlock_up_hz == Approx(1.48).margin(0.0101));
-  CHECK(response.jumps.jump_down_hz == Approx(1.49).margin(0.0101));
-  CHECK(std::isnan(response.jumps.fall_up_hz));  // damping below the limit: the upper branch has no end
-  CHECK(response.jumps.lock_down_hz == Approx(0.82).margin(0.0101));
+  CHECK(response.jumps.unlock_rising_hz == Approx(1.48).margin(0.0101));
+  CHECK(response.jumps.jump_up_falling_hz == Approx(1.49).margin(0.0101));
+  CHECK(std::isnan(response.jumps.jump_down_rising_hz));  // damping below the limit: the upper branch has no end
+  CHECK(response.jumps.lock_falling_hz == Approx(0.82).margin(0.0101));
   for (const auto& point : response.up)  // amplitudes of the table of the same story, to its last digit
     if (std::abs(point.frequency_hz - 1.50) < 1e-9) {
       CHECK(point.x_m == Approx(26.6e-3).margin(0.06e-3));
@@ -25,9 +25,9 @@ TEST_CASE("a locked payload moves with its base", "[sim][frequency_response]") {
     CHECK(point.locked);
     CHECK(point.x_m == 0.0);
     CHECK(point.y_m == Approx(4.5e-3).epsilon(1e-3));
-    CHECK(point.stuck_share == 1.0);
+    CHECK(point.stuck_fraction == 1.0);
   }
-  CHECK(std::isnan(response.jumps.unlock_up_hz));
+  CHECK(std::isnan(response.jumps.unlock_rising_hz));
 }
 
 TEST_CASE("without friction and cubic stiffness the response is the linear oscillator's", "[sim][frequency_response]") {
@@ -45,7 +45,7 @@ TEST_CASE("without friction and cubic stiffness the response is the linear oscil
   }
 }
 
-TEST_CASE("what happens between two frequencies is told by locking and by the step in amplitude",
+TEST_CASE("what happens between two frequencies is classified by locking and by the step in amplitude",
           "[sim][frequency_response]") {
   const auto point = [](double x_m, bool locked) { return sim::ResponsePoint{.x_m = x_m, .locked = locked}; };
   const auto change = [&](double before, double here) {
@@ -55,17 +55,17 @@ TEST_CASE("what happens between two frequencies is told by locking and by the st
   CHECK(change(0.0, 1.0) == sim::SweepChange::unlock);
   CHECK(change(1.0, 0.0) == sim::SweepChange::lock);
   CHECK(change(1.0, 1.39) == sim::SweepChange::none);
-  CHECK(change(1.0, 1.41) == sim::SweepChange::jump);
-  CHECK(change(1.41, 1.0) == sim::SweepChange::fall);
+  CHECK(change(1.0, 1.41) == sim::SweepChange::jump_up);
+  CHECK(change(1.41, 1.0) == sim::SweepChange::jump_down);
   std::vector<sim::ResponsePoint> up{point(0.0, true), point(1.0, false), point(3.0, false), point(2.0, false)};
   for (std::size_t k = 0; k < up.size(); ++k) up[k].frequency_hz = 1.0 + static_cast<double>(k);
   const auto jumps = sim::find_jumps(up, {up.rbegin(), up.rend()}, 1.4);
-  CHECK(jumps.unlock_up_hz == 2.0);
-  CHECK(jumps.jump_up_hz == 3.0);
-  CHECK(jumps.fall_up_hz == 4.0);
-  CHECK(jumps.jump_down_hz == 3.0);
-  CHECK(jumps.fall_down_hz == 2.0);
-  CHECK(jumps.lock_down_hz == 1.0);
+  CHECK(jumps.unlock_rising_hz == 2.0);
+  CHECK(jumps.jump_up_rising_hz == 3.0);
+  CHECK(jumps.jump_down_rising_hz == 4.0);
+  CHECK(jumps.jump_up_falling_hz == 3.0);
+  CHECK(jumps.jump_down_falling_hz == 2.0);
+  CHECK(jumps.lock_falling_hz == 1.0);
   CHECK(sim::peak(up).frequency_hz == 3.0);
 }
 

@@ -46,11 +46,11 @@ TEST_CASE("the steady response of a linear oscillator is the closed form's", "[s
       CHECK(point.x_m == Approx(std::abs(x)).epsilon(1e-5));
       CHECK(point.y_m == Approx(std::abs(x + 4.5e-3)).epsilon(1e-5));
       CHECK(point.phase_rad == Approx(std::arg(x)).margin(1e-5));
-      CHECK(point.stuck_share == 0.0);
+      CHECK(point.stuck_fraction == 0.0);
     }
   // Steps of 0.2 Hz go up a resonance by a factor of three: steep, but no jump.
-  for (const auto jump : {&sim::ResponseJumps::jump_up_hz, &sim::ResponseJumps::fall_up_hz,
-                          &sim::ResponseJumps::jump_down_hz, &sim::ResponseJumps::fall_down_hz}) {
+  for (const auto jump : {&sim::ResponseJumps::jump_up_rising_hz, &sim::ResponseJumps::jump_down_rising_hz,
+                          &sim::ResponseJumps::jump_up_falling_hz, &sim::ResponseJumps::jump_down_falling_hz}) {
     CHECK(std::isnan(found.located.*jump));
     CHECK(std::isnan(found.response.jumps.*jump));
   }
@@ -91,9 +91,9 @@ TEST_CASE("a weakly damped Duffing oscillator follows harmonic balance, and jump
     if (top < force) jump_down = w;
     if (bottom < force) fall_up = w;
   }
-  CHECK(two_pi * found.located.jump_down_hz == Approx(jump_down).margin(2e-3));
-  CHECK(two_pi * found.located.fall_up_hz == Approx(fall_up).margin(2e-3));
-  CHECK(std::isnan(found.located.unlock_up_hz));
+  CHECK(two_pi * found.located.jump_up_falling_hz == Approx(jump_down).margin(2e-3));
+  CHECK(two_pi * found.located.jump_down_rising_hz == Approx(fall_up).margin(2e-3));
+  CHECK(std::isnan(found.located.unlock_rising_hz));
 }
 
 TEST_CASE("the periodic motion found by shooting is the one a slow stepped sweep ends in", "[sim][steady_response]") {
@@ -110,15 +110,15 @@ TEST_CASE("the periodic motion found by shooting is the one a slow stepped sweep
       // Peaks met by 200 samples a period, and what is left of the transient after 40 s.
       CHECK((*b)[k].x_m == Approx((*a)[k].x_m).epsilon(3e-4).margin(1e-12));
       CHECK((*b)[k].y_m == Approx((*a)[k].y_m).epsilon(3e-4));
-      CHECK((*b)[k].stuck_share == Approx((*a)[k].stuck_share).margin(0.011));  // 200 samples a period
+      CHECK((*b)[k].stuck_fraction == Approx((*a)[k].stuck_fraction).margin(0.011));  // 200 samples a period
       if (!(*a)[k].locked) CHECK((*b)[k].phase_rad == Approx((*a)[k].phase_rad).margin(3e-4));
     }
   }
-  CHECK(found.response.jumps.unlock_up_hz == swept.jumps.unlock_up_hz);
-  CHECK(found.response.jumps.jump_down_hz == swept.jumps.jump_down_hz);
-  CHECK(found.response.jumps.lock_down_hz == swept.jumps.lock_down_hz);
+  CHECK(found.response.jumps.unlock_rising_hz == swept.jumps.unlock_rising_hz);
+  CHECK(found.response.jumps.jump_up_falling_hz == swept.jumps.jump_up_falling_hz);
+  CHECK(found.response.jumps.lock_falling_hz == swept.jumps.lock_falling_hz);
   // At rest only the base's acceleration pulls: it breaks loose where (2 pi f)^2 A passes static friction.
-  CHECK(found.located.unlock_up_hz ==
+  CHECK(found.located.unlock_rising_hz ==
         Approx(std::sqrt(parameters.mu_static / options.amplitude_m) / two_pi).margin(1.01e-4));
 }
 

@@ -51,7 +51,7 @@ TEST_CASE("levels lie between the branches at the jump, and below the smallest o
   Made({-10e-3, -12e-3}).check(none, none);                       // none
 }
 
-TEST_CASE("a dwell tells nothing if the payload sticks or a hand is at it to the end, or the motion ends before",
+TEST_CASE("a dwell does not count if the payload sticks or a hand is at it to the end, or the motion ends before",
           "[sim][qzs_regimes]") {
   const Made made({-10e-3, -12e-3, 27e-3, 20e-3});
   Made stuck = made;

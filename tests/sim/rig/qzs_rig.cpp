@@ -14,7 +14,7 @@ std::shared_ptr<const sim::QzsRig> rig(const sim::QzsParameters& parameters, con
 }
 const auto t0 = rig(sim::qzs_twin("T0"), sim::stepped_sine_down());
 
-/// Amplitude of x, and share of the time it sticks, over the last 10 s of each step.
+/// Amplitude of x, and fraction of the time it sticks, over the last 10 s of each step.
 struct Step {
   double frequency_hz, amplitude_m, stuck;
 };
@@ -87,7 +87,7 @@ TEST_CASE("the twin's truth has the values two other programs agree on, and its 
     CHECK(regimes[i].label == expected[i].first);
     CHECK(regimes[i].to_s == Approx(expected[i].second).margin(0.3));  // half a cycle, in which the envelope steps
   }
-  // The levels once chosen by eye for this programme tell the same but for a few samples.
+  // The levels once chosen by eye for this programme give the same but for a few samples.
   const auto by_eye = sim::true_regimes(x, modes, rate, {.high_enter_m = 17e-3, .high_leave_m = 9.5e-3});
   REQUIRE(by_eye.size() == regimes.size());
   double apart_s = 0.0;

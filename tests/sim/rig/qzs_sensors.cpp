@@ -133,19 +133,19 @@ TEST_CASE("a full accelerometer is scaled, high-passed once settled and offset a
   const Eigen::Index period_frames = std::lround(46 / 1.84 * 25600);
   CHECK(volts.col(2).tail(period_frames).mean() == Approx(0.20e-3).margin(2e-6));
   const auto quiet = record(30.0, {.level = sim::SensorLevel::ideal});
-  for (const auto& [c, gain, corner] : {std::tuple{2, 1.020, 0.40}, {3, 0.985, 0.45}}) {
+  for (const auto& [c, gain, cutoff] : {std::tuple{2, 1.020, 0.40}, {3, 0.985, 0.45}}) {
     const double f = 1.84;
     // A window that lets only the line at 1.84 Hz through: the last 11.5 periods of an even tenth.
     const Eigen::Index window = std::lround(11.5 / f * 25600 / 0.5) / 2;
     const double before = amplitude(quiet.col(c).tail(window).array(), f);
     const double after = amplitude(volts.col(c).tail(window).array(), f);
-    CHECK(after / before == Approx(gain / std::hypot(1.0, corner / f)).epsilon(3e-3));
+    CHECK(after / before == Approx(gain / std::hypot(1.0, cutoff / f)).epsilon(3e-3));
   }
   CHECK(sim::rig_sensors(sim::SensorLevel::full, sim::qzs_twin("T1"))[2].highpass_hz == std::vector{0.40, 0.30});
   CHECK(sim::rig_sensors(sim::SensorLevel::full, {})[0].lag_s == Approx(31.5 / 25600));
 }
 
-TEST_CASE("the cord's bounce of T1 is a suspension's transmissibility", "[sim][qzs_sensors]") {
+TEST_CASE("the mount resonance of T1 is a suspension's transmissibility", "[sim][qzs_sensors]") {
   sim::QzsParameters bouncing;
   bouncing.bounce_hz = 10.7;
   // Locked payload: y = r, a pure sine at 5 Hz.
@@ -160,11 +160,11 @@ TEST_CASE("the cord's bounce of T1 is a suspension's transmissibility", "[sim][q
     CHECK(amplitude(frames.col(c + 1), 5.0) / amplitude(frames.col(c), 5.0) == Approx(transmitted).epsilon(1e-5));
 }
 
-TEST_CASE("failing sensors rail, hold or clip for as long as they are told", "[sim][qzs_sensors]") {
-  using Kind = sim::SensorFault::Kind;
+TEST_CASE("failing sensors rail, hold or clip for as long as asked", "[sim][qzs_sensors]") {
+  using Kind = sim::SensorProblem::Kind;
   const auto good = record(6.0);
-  const auto bad =
-      record(6.0, {.faults = {{Kind::rail, 1, 4.0, 4.3}, {Kind::hold, 0, 5.0, 5.2}, {Kind::clip, 3, 3.0, 5.5, 1e-3}}});
+  const auto bad = record(
+      6.0, {.problems = {{Kind::rail, 1, 4.0, 4.3}, {Kind::hold, 0, 5.0, 5.2}, {Kind::clip, 3, 3.0, 5.5, 1e-3}}});
   const auto frame = [](double t) { return static_cast<Eigen::Index>(std::llround(t * 25600)); };
   CHECK(bad(frame(4.0), 1) == Approx(5.0).margin(step_v));
   CHECK(bad.col(1).segment(frame(4.0), frame(0.3)).minCoeff() == bad(frame(4.0), 1));
@@ -172,6 +172,6 @@ TEST_CASE("failing sensors rail, hold or clip for as long as they are told", "[s
   CHECK((bad.col(0).segment(frame(5.0), frame(0.2)).array() == good(frame(5.0), 0)).all());
   CHECK(bad.col(3).segment(frame(3.0), frame(2.5)).cwiseAbs().maxCoeff() == Approx(1e-3).margin(step_v));
   CHECK(bad.col(2) == good.col(2));
-  CHECK_THROWS_AS(sim::RawRecorder(rig, 1.0, {.faults = {{Kind::rail, 4, 0.0, 1.0}}}), std::invalid_argument);
+  CHECK_THROWS_AS(sim::RawRecorder(rig, 1.0, {.problems = {{Kind::rail, 4, 0.0, 1.0}}}), std::invalid_argument);
   CHECK_THROWS_AS(sim::RawRecorder(rig, 1.0, {.noise = -1.0}), std::invalid_argument);
 }

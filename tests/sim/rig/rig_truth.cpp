@@ -35,6 +35,6 @@ TEST_CASE("a test that cannot be is refused", "[sim][rig_truth]") {
        {sim::RigTestOptions{.twin = "T9"}, sim::RigTestOptions{.programme = "sideways"},
         sim::RigTestOptions{.settings = {{"mass", 2.0}}}, sim::RigTestOptions{.from_s = -1.0},
         sim::RigTestOptions{.duration_s = 0.0}, sim::RigTestOptions{.rate_hz = 25.6},
-        sim::RigTestOptions{.duration_s = 5.0, .raw = {.faults = {{.from_s = 6.0, .to_s = 7.0}}}}})
+        sim::RigTestOptions{.duration_s = 5.0, .raw = {.problems = {{.from_s = 6.0, .to_s = 7.0}}}}})
     CHECK_THROWS_AS(sim::rig_test(options), std::invalid_argument);
 }

@@ -10,24 +10,25 @@
 
 namespace dsp {
 
-/// Takes a recording block by block and keeps it at the bus rate: memory grows with the bus samples only. Block sizes
-/// do not change a bit of the result.
-class BusRecorder {
+/// Takes a recording block by block and keeps it at the intermediate rate: memory grows with the samples there only.
+/// Block sizes do not change a bit of the result.
+class IntermediateRecorder {
  public:
   /// `description`: name, rate and channels of what will be pushed, num_frames of it. No options: kept at its own rate.
   /// Throws std::invalid_argument as Decimator does.
-  BusRecorder(const Recording& description, Eigen::Index num_frames, const std::optional<DecimateOptions>& options);
-  ~BusRecorder();
+  IntermediateRecorder(const Recording& description, Eigen::Index num_frames,
+                       const std::optional<DecimateOptions>& options);
+  ~IntermediateRecorder();
   /// Throws Fault sample.missing (input) for a sample that is not finite.
   void push(const Eigen::Ref<const FrameBlock>& frames);
-  /// The samples at the bus rate, under the description given, with what was found faulty in `bad` and `checks`, and on
-  /// the bus filled by prediction from both sides.
+  /// The samples at the intermediate rate, under the description given, with what was found faulty in `bad` and
+  /// `checks`, and there filled by prediction from both sides.
   [[nodiscard]] Recording finish();
   /// Where samples were found faulty, in frames of the recording; known after finish().
-  [[nodiscard]] const std::vector<FaultyStretch>& faults() const { return faults_; }
+  [[nodiscard]] const std::vector<FaultyRange>& faulty_ranges() const { return faulty_ranges_; }
   /// Of the recording, once all is pushed.
   [[nodiscard]] const RawSpectrum& spectrum() const { return spectrum_; }
-  /// Of the filter from the recording to the bus; none when there is none.
+  /// Of the filter from the recording to the intermediate rate; none when there is none.
   [[nodiscard]] std::optional<FilterSheet> sheet() const;
 
  private:
@@ -40,7 +41,7 @@ class BusRecorder {
   FaultySamples faulty_;
   RawSpectrum spectrum_;
   std::optional<Decimator> decimator_;
-  std::vector<FaultyStretch> faults_;
+  std::vector<FaultyRange> faulty_ranges_;
   Eigen::Index num_taken_ = 0, num_kept_ = 0;
 };
 

@@ -1,4 +1,4 @@
-#include "dsp/prepare/bus.hpp"
+#include "dsp/prepare/intermediate_recorder.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -17,7 +17,7 @@ dsp::Recording description(double rate_hz) {
 }
 
 dsp::Recording through(const dsp::FrameBlock& frames, const std::optional<dsp::DecimateOptions>& options, Index block) {
-  dsp::BusRecorder recorder(description(2560.0), frames.rows(), options);
+  dsp::IntermediateRecorder recorder(description(2560.0), frames.rows(), options);
   for (Index first = 0; first < frames.rows(); first += block)
     recorder.push(frames.middleRows(first, std::min(block, frames.rows() - first)));
   return recorder.finish();
@@ -25,7 +25,8 @@ dsp::Recording through(const dsp::FrameBlock& frames, const std::optional<dsp::D
 
 }  // namespace
 
-TEST_CASE("what arrives on the bus does not depend on the blocks it came in", "[dsp][bus]") {
+TEST_CASE("what arrives at the intermediate rate does not depend on the blocks it came in",
+          "[dsp][intermediate_recorder]") {
   dsp::FrameBlock frames(20000, 2);
   frames.col(0) = support::gaussian(20000, 1);
   frames.col(1) = support::gaussian(20000, 2);
@@ -37,10 +38,10 @@ TEST_CASE("what arrives on the bus does not depend on the blocks it came in", "[
   CHECK(through(frames, std::nullopt, 333).samples == frames);
 }
 
-TEST_CASE("a sample that is no number is refused with its place", "[dsp][bus]") {
+TEST_CASE("a sample that is no number is refused with its index", "[dsp][intermediate_recorder]") {
   dsp::FrameBlock frames = dsp::FrameBlock::Zero(100, 2);
   frames(42, 1) = std::nan("");
-  dsp::BusRecorder recorder(description(2560.0), 200, std::nullopt);
+  dsp::IntermediateRecorder recorder(description(2560.0), 200, std::nullopt);
   recorder.push(dsp::FrameBlock::Zero(100, 2));
   CHECK_THROWS_WITH(recorder.push(frames), Catch::Contains("base is nan at 0.0554687 s"));
 }

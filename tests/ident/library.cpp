@@ -1,4 +1,4 @@
-#include "ident/candidate_library.hpp"
+#include "ident/library.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -22,13 +22,13 @@ std::vector<std::string> names_of(const ident::CandidateLibrary& library) {
 
 }  // namespace
 
-TEST_CASE("order three in x and v is the paper's eleven terms with the force", "[ident][candidate_library]") {
+TEST_CASE("order three in x and v is the paper's eleven terms with the force", "[ident][library]") {
   const auto library = ident::make_library({.order = 3, .terms = {"f"}}, "a", signals());
   CHECK(names_of(library) ==
         std::vector<std::string>{"1", "x", "v", "x^2", "x*v", "v^2", "x^3", "x^2*v", "x*v^2", "v^3", "f"});
 }
 
-TEST_CASE("units of coefficients follow from those of target and signals", "[ident][candidate_library]") {
+TEST_CASE("units of coefficients follow from those of target and signals", "[ident][library]") {
   const auto library =
       ident::make_library({.order = 3, .terms = {"sgn(v)", "abs(x)*v", "x/v^2", "f", "sin(x)"}}, "a", signals());
   const auto unit = [&](std::size_t term) { return ident::coefficient_unit("m/s^2", library.terms[term].unit); };
@@ -43,7 +43,7 @@ TEST_CASE("units of coefficients follow from those of target and signals", "[ide
   CHECK(unit(14).empty());  // of sin(x) nothing is claimed
 }
 
-TEST_CASE("libraries that cannot serve are refused before anything is formed", "[ident][candidate_library]") {
+TEST_CASE("libraries that cannot serve are refused before anything is formed", "[ident][library]") {
   const auto refused = [](const ident::LibraryOptions& options, const std::string& name, const std::string& part) {
     support::check_fault([&] { (void)ident::make_library(options, "a", signals()); }, dsp::FaultKind::usage, name,
                          {part});
@@ -58,7 +58,7 @@ TEST_CASE("libraries that cannot serve are refused before anything is formed", "
   refused({.order = 1, .terms = {"w"}}, "term.unknown_name", "'w'");
 }
 
-TEST_CASE("the target is refused among its own terms however it is written", "[ident][candidate_library]") {
+TEST_CASE("the target is refused among its own terms however it is written", "[ident][library]") {
   for (const std::string term : {"a", "a+0", "1*a", "a^1", "(a)", "-a", "2*a", "a*x/x", "a/4 + a"}) {
     CAPTURE(term);
     support::check_fault(

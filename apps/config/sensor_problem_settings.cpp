@@ -1,4 +1,4 @@
-#include "apps/config/sensor_fault_settings.hpp"
+#include "apps/config/sensor_problem_settings.hpp"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@
 namespace apps {
 namespace {
 
-using Kind = sim::SensorFault::Kind;
+using Kind = sim::SensorProblem::Kind;
 
 std::optional<Kind> kind_of(std::string_view key) {
   if (key == "rail") return Kind::rail;
@@ -49,33 +49,33 @@ double number_of(std::string_view text, std::string_view setting) {
   return value;
 }
 
-sim::SensorFault fault_of(Kind kind, std::string_view value, std::string_view setting) {
+sim::SensorProblem problem_of(Kind kind, std::string_view value, std::string_view setting) {
   const auto parts = split(value);
   const bool clip = kind == Kind::clip;
   if (parts.size() != (clip ? 4 : 3))
     throw std::invalid_argument(fmt::format("--set: got \"{}\", want {}", setting,
                                             clip ? "clip=CHANNEL:FROM:TO:VOLTS" : "KEY=CHANNEL:FROM:TO"));
-  sim::SensorFault fault{kind, channel_of(parts[0]), number_of(parts[1], setting), number_of(parts[2], setting)};
-  if (clip) fault.limit_v = number_of(parts[3], setting);
-  if (!(fault.from_s < fault.to_s))
+  sim::SensorProblem problem{kind, channel_of(parts[0]), number_of(parts[1], setting), number_of(parts[2], setting)};
+  if (clip) problem.limit_v = number_of(parts[3], setting);
+  if (!(problem.from_s < problem.to_s))
     throw std::invalid_argument(fmt::format("--set: \"{}\" ends before it begins", setting));
-  return fault;
+  return problem;
 }
 
 }  // namespace
 
-std::vector<sim::SensorFault> take_sensor_faults(std::vector<std::string>& settings) {
-  std::vector<sim::SensorFault> faults;
+std::vector<sim::SensorProblem> take_sensor_problems(std::vector<std::string>& settings) {
+  std::vector<sim::SensorProblem> problems;
   std::vector<std::string> others;
   for (const std::string& setting : settings) {
     const auto equals = std::min(setting.find('='), setting.size());
     if (const auto kind = kind_of(std::string_view(setting).substr(0, equals)); kind && equals < setting.size())
-      faults.push_back(fault_of(*kind, std::string_view(setting).substr(equals + 1), setting));
+      problems.push_back(problem_of(*kind, std::string_view(setting).substr(equals + 1), setting));
     else
       others.push_back(setting);
   }
   settings = std::move(others);
-  return faults;
+  return problems;
 }
 
 }  // namespace apps

@@ -1,4 +1,4 @@
-#include "dsp/regimes/turn_fit.hpp"
+#include "dsp/regimes/halt_fit.hpp"
 
 #include <Eigen/QR>
 #include <algorithm>
@@ -13,15 +13,15 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 // In waves of the cut-off frequency.
-constexpr double waves_before = 1.75, waves_after = 2.35, farthest_place = 0.75;
-constexpr std::ptrdiff_t places_per_wave = 32, num_places = 2 * 24 + 1;
-constexpr std::array halts{0.0, TurnFit::shortest_halt_waves, 0.12, 0.18, 0.25, 0.35, 0.45, 0.6, 0.75, 0.9, 1.05, 1.2};
+constexpr double waves_before = 1.75, waves_after = 2.35, farthest_wave = 0.75;
+constexpr std::ptrdiff_t steps_per_wave = 32, num_steps = 2 * 24 + 1;
+constexpr std::array halts{0.0, HaltFit::shortest_halt_waves, 0.12, 0.18, 0.25, 0.35, 0.45, 0.6, 0.75, 0.9, 1.05, 1.2};
 
-// Columns: 1, t, t^2 until the turn, then the same from the end of the halt on. Places in samples from the middle.
-MatrixXd course(const ShortLowPass& low_pass, Index before, Index after, double wave, double turn, double halt) {
+// Columns: 1, t, t^2 until the reversal, then the same from the end of the halt on. Times in samples from the middle.
+MatrixXd course(const ShortLowPass& low_pass, Index before, Index after, double wave, double reversal, double halt) {
   MatrixXd columns(before + after + 1, 6);
   for (Index i = 0; i < columns.rows(); ++i) {
-    const double t = static_cast<double>(i - before) - turn;
+    const double t = static_cast<double>(i - before) - reversal;
     double scale = 1.0;
     for (int power = 0; power < 3; ++power, scale /= wave) {
       columns(i, power) = scale * (low_pass.passed(power, t) - low_pass.switched_on(power, t));
@@ -37,15 +37,15 @@ double misfit(const MatrixXd& basis, const VectorXd& a) {
 
 }  // namespace
 
-TurnFit::TurnFit(const ShortLowPass& low_pass, double cutoff_cycles_per_sample)
+HaltFit::HaltFit(const ShortLowPass& low_pass, double cutoff_cycles_per_sample)
     : before_(static_cast<Index>(std::ceil(waves_before / cutoff_cycles_per_sample))),
       after_(static_cast<Index>(std::ceil(waves_after / cutoff_cycles_per_sample))),
       wave_(1.0 / cutoff_cycles_per_sample) {
   for (const double halt : halts) {
     Bases bases;
-    for (std::ptrdiff_t place = 0; place < num_places; ++place) {
-      const double turn = (static_cast<double>(place) / places_per_wave - farthest_place) * wave_;
-      const MatrixXd columns = course(low_pass, before_, after_, wave_, turn, halt * wave_);
+    for (std::ptrdiff_t step = 0; step < num_steps; ++step) {
+      const double reversal = (static_cast<double>(step) / steps_per_wave - farthest_wave) * wave_;
+      const MatrixXd columns = course(low_pass, before_, after_, wave_, reversal, halt * wave_);
       bases.push_back(Eigen::HouseholderQR<MatrixXd>(columns).householderQ() *
                       MatrixXd::Identity(columns.rows(), columns.cols()));
     }
@@ -53,19 +53,19 @@ TurnFit::TurnFit(const ShortLowPass& low_pass, double cutoff_cycles_per_sample)
   }
 }
 
-// Downhill from a place; between places by the parabola through three.
-TurnFit::Least TurnFit::least_about(const Bases& bases, const VectorXd& a, std::ptrdiff_t place) {
+// Downhill from a step of the grid; between steps by the parabola through three.
+HaltFit::Least HaltFit::least_about(const Bases& bases, const VectorXd& a, std::ptrdiff_t step) {
   const auto at = [&](std::ptrdiff_t k) { return misfit(bases[static_cast<std::size_t>(k)], a); };
-  Least least{place, at(place)};
+  Least least{step, at(step)};
   double before = INFINITY, after = INFINITY;  // at its neighbours
-  for (std::ptrdiff_t k = place + 1; k < num_places; ++k) {
+  for (std::ptrdiff_t k = step + 1; k < num_steps; ++k) {
     if (after = at(k); after >= least.misfit) break;
     before = least.misfit;
     least = {k, after};
     after = INFINITY;
   }
-  if (least.place == place)
-    for (std::ptrdiff_t k = place - 1; k >= 0; --k) {
+  if (least.step == step)
+    for (std::ptrdiff_t k = step - 1; k >= 0; --k) {
       if (before = at(k); before >= least.misfit) break;
       after = least.misfit;
       least = {k, before};
@@ -76,18 +76,18 @@ TurnFit::Least TurnFit::least_about(const Bases& bases, const VectorXd& a, std::
   return least;
 }
 
-TurnFit::Result TurnFit::operator()(const VectorXd& a) const {
-  std::ptrdiff_t place = 0;
+HaltFit::Result HaltFit::operator()(const VectorXd& a) const {
+  std::ptrdiff_t step = 0;
   double lowest = INFINITY;
-  for (std::ptrdiff_t k = 2; k < num_places; k += 4)
+  for (std::ptrdiff_t k = 2; k < num_steps; k += 4)
     if (const double here = misfit(by_halt_.front()[static_cast<std::size_t>(k)], a); here < lowest)
-      lowest = here, place = k;
+      lowest = here, step = k;
 
   double without = 0.0, least = INFINITY;
   std::size_t best = 0;
   for (std::size_t k = 0; k < halts.size(); ++k) {
-    const Least here = least_about(by_halt_[k], a, place);
-    place = here.place;
+    const Least here = least_about(by_halt_[k], a, step);
+    step = here.step;
     if (k == 0) without = here.misfit;
     if (here.misfit < least) least = here.misfit, best = k;
   }

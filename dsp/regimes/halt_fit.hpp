@@ -7,30 +7,30 @@
 
 namespace dsp {
 
-/// Fits, by least squares, what an acceleration does where friction turns it round: a parabola before, nothing during
-/// a halt, a parabola after, all behind a low-pass. Linear but for the place and the halt, which are searched on grids
-/// of bases made once.
-class TurnFit {
+/// Fits, by least squares, what an acceleration does where friction changes its sign: a parabola before, zero during
+/// a halt, a parabola after, all behind a low-pass. Linear but for the times of reversal and halt, which are searched
+/// on grids of bases made once.
+class HaltFit {
  public:
   static constexpr double shortest_halt_waves = 0.06;  ///< waves of the cut-off
-  TurnFit(const ShortLowPass& low_pass, double cutoff_cycles_per_sample);
-  [[nodiscard]] Eigen::Index before() const { return before_; }  ///< samples it needs before a turn
+  HaltFit(const ShortLowPass& low_pass, double cutoff_cycles_per_sample);
+  [[nodiscard]] Eigen::Index before() const { return before_; }  ///< samples it needs before a reversal
   [[nodiscard]] Eigen::Index after() const { return after_; }
   struct Result {
     double halt_samples = 0.0;  ///< the best of a dozen from 0 to 1.2 waves of the cut-off
     double gain = 0.0;          ///< root of the sum of squares that the halt explains, beyond the best without one
     double rms = 0.0;           ///< of what is left
   };
-  /// `a`: low-passed and towards the new sign, [before | the turn within two samples | after].
+  /// `a`: low-passed and towards the new sign, [before | the reversal within two samples | after].
   [[nodiscard]] Result operator()(const Eigen::VectorXd& a) const;
 
  private:
-  using Bases = std::vector<Eigen::MatrixXd>;  // orthonormal, by place
+  using Bases = std::vector<Eigen::MatrixXd>;  // orthonormal, by step of the grid
   struct Least {
-    std::ptrdiff_t place = 0;
+    std::ptrdiff_t step = 0;
     double misfit = 0.0;
   };
-  [[nodiscard]] static Least least_about(const Bases& bases, const Eigen::VectorXd& a, std::ptrdiff_t place);
+  [[nodiscard]] static Least least_about(const Bases& bases, const Eigen::VectorXd& a, std::ptrdiff_t step);
   Eigen::Index before_, after_;
   double wave_;  // in samples
   std::vector<Bases> by_halt_;

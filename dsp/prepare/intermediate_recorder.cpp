@@ -1,4 +1,4 @@
-#include "dsp/prepare/bus.hpp"
+#include "dsp/prepare/intermediate_recorder.hpp"
 
 #include <fmt/format.h>
 
@@ -13,7 +13,8 @@ namespace dsp {
 
 using Eigen::Index;
 
-BusRecorder::BusRecorder(const Recording& description, Index num_frames, const std::optional<DecimateOptions>& options)
+IntermediateRecorder::IntermediateRecorder(const Recording& description, Index num_frames,
+                                           const std::optional<DecimateOptions>& options)
     : recording_{.name = description.name,
                  .sample_rate_hz = options ? options->output_rate_hz : description.sample_rate_hz,
                  .clock_start_s = description.clock_start_s,
@@ -32,9 +33,9 @@ BusRecorder::BusRecorder(const Recording& description, Index num_frames, const s
   recording_.samples.resize(num_rows, num_channels);
 }
 
-BusRecorder::~BusRecorder() = default;
+IntermediateRecorder::~IntermediateRecorder() = default;
 
-void BusRecorder::push(const Eigen::Ref<const FrameBlock>& frames) {
+void IntermediateRecorder::push(const Eigen::Ref<const FrameBlock>& frames) {
   try {
     faulty_.push(frames);
   } catch (const std::invalid_argument&) {
@@ -49,14 +50,14 @@ void BusRecorder::push(const Eigen::Ref<const FrameBlock>& frames) {
     keep(frames);
 }
 
-void BusRecorder::keep(const FrameBlock& frames) {
+void IntermediateRecorder::keep(const FrameBlock& frames) {
   if (num_kept_ + frames.rows() > recording_.samples.rows())
     recording_.samples.conservativeResize(num_kept_ + frames.rows(), Eigen::NoChange);
   recording_.samples.middleRows(num_kept_, frames.rows()) = frames;
   num_kept_ += frames.rows();
 }
 
-void BusRecorder::refuse(const Eigen::Ref<const FrameBlock>& frames) const {
+void IntermediateRecorder::refuse(const Eigen::Ref<const FrameBlock>& frames) const {
   for (Index i = 0; i < frames.rows(); ++i)
     for (Index c = 0; c < frames.cols(); ++c)
       if (!std::isfinite(frames(i, c)))
@@ -66,32 +67,32 @@ void BusRecorder::refuse(const Eigen::Ref<const FrameBlock>& frames) const {
                                 static_cast<double>(num_taken_ + i) / input_rate_hz_));
 }
 
-Recording BusRecorder::finish() {
+Recording IntermediateRecorder::finish() {
   if (decimator_) keep(decimator_->finish());
   if (num_kept_ != recording_.samples.rows())
     recording_.samples.conservativeResize(num_kept_, recording_.samples.cols());
-  SampleFaults faults = faulty_.finish();
-  faults_ = std::move(faults.stretches);
+  SampleFaults found = faulty_.finish();
+  faulty_ranges_ = std::move(found.ranges);
   fill();
-  recording_.bad = std::move(faults.bad);
-  recording_.checks = std::move(faults.checks);
+  recording_.bad = std::move(found.bad);
+  recording_.checks = std::move(found.checks);
   return std::move(recording_);
 }
 
-// On the bus a predictor reaches over a cycle; what the filter before it smears belongs to the gap.
-void BusRecorder::fill() {
+// At the intermediate rate a predictor reaches over a cycle; what the filter before it smears belongs to the gap.
+void IntermediateRecorder::fill() {
   const double smear_s = decimator_ ? decimator_->sheet().edge_s : 0.0;
   for (Index c = 0; c < recording_.samples.cols(); ++c) {
     std::vector<Interval> gaps;
-    for (const auto& stretch : faults_)
-      if (stretch.channel == c)
-        gaps.push_back({static_cast<double>(stretch.first) / input_rate_hz_ - smear_s,
-                        static_cast<double>(stretch.last) / input_rate_hz_ + smear_s, ""});
+    for (const auto& range : faulty_ranges_)
+      if (range.channel == c)
+        gaps.push_back({static_cast<double>(range.first) / input_rate_hz_ - smear_s,
+                        static_cast<double>(range.last) / input_rate_hz_ + smear_s, ""});
     if (!gaps.empty()) fill_gaps(recording_.samples.col(c), recording_.sample_rate_hz, gaps);
   }
 }
 
-std::optional<FilterSheet> BusRecorder::sheet() const {
+std::optional<FilterSheet> IntermediateRecorder::sheet() const {
   if (!decimator_) return std::nullopt;
   return decimator_->sheet();
 }

@@ -1,4 +1,4 @@
-#include "ident/candidate_library.hpp"
+#include "ident/library.hpp"
 
 #include <fmt/format.h>
 
@@ -22,7 +22,7 @@ std::string without_spaces(std::string_view text) {
 // All products of the variables of exactly this degree, in the order x^2, x*v, v^2.
 void products_of_degree(const std::vector<std::string>& variables, int degree, std::vector<std::string>& into) {
   std::vector<int> powers(variables.size(), 0);
-  const std::function<void(std::size_t, int)> place = [&](std::size_t variable, int left) {
+  const std::function<void(std::size_t, int)> extend = [&](std::size_t variable, int left) {
     if (variable + 1 == variables.size()) {
       powers[variable] = left;
       std::string name;
@@ -34,10 +34,10 @@ void products_of_degree(const std::vector<std::string>& variables, int degree, s
     }
     for (int power = left; power >= 0; --power) {
       powers[variable] = power;
-      place(variable + 1, left - power);
+      extend(variable + 1, left - power);
     }
   };
-  place(0, degree);
+  extend(0, degree);
 }
 
 // (order + number of variables) choose order, as a double: it may be astronomically large.
@@ -84,7 +84,7 @@ CandidateLibrary make_library(const LibraryOptions& options, const std::string& 
     for (const Term& known : library.terms)
       if (term.expression.ratio_to(known.expression) == 1.0)
         throw dsp::Fault(dsp::FaultKind::usage, "library.duplicate",
-                         fmt::format("library: the term '{}' stands twice{}; remove one", term.name,
+                         fmt::format("library: the term '{}' occurs twice{}; remove one", term.name,
                                      term.name == known.name ? "" : fmt::format(", also as '{}'", known.name)));
     const std::vector<std::string>& looked_at = term.expression.signals();
     const bool holds_target = std::find(looked_at.begin(), looked_at.end(), target) != looked_at.end();

@@ -7,19 +7,19 @@
 
 namespace dsp {
 
-enum class SensorFaultKind {
+enum class SensorProblemKind {
   polarity,  ///< the two have opposite signs; which of them is right cannot be seen
   unit,      ///< their ratio is that of two units: millimetres read as metres, g as m/s^2
   gain,      ///< the ratio of their gains is not 1
   lag,       ///< one of them is late
-  corner,    ///< the accelerometer's coupling has other corners than its description says
+  cutoff,    ///< the accelerometer's AC-coupling cut-offs are not those that its description says
 };
-/// "polarity", "unit", ...
-[[nodiscard]] std::string_view to_string(SensorFaultKind kind);
+/// "polarity", "unit", "gain", "lag"; "corner" for cutoff, as in the names of checks.
+[[nodiscard]] std::string_view to_string(SensorProblemKind kind);
 
 /// Something that a sidecar should say of a channel and does not.
-struct SensorFault {
-  SensorFaultKind kind = SensorFaultKind::gain;
+struct SensorProblem {
+  SensorProblemKind kind = SensorProblemKind::gain;
   std::string channel;              ///< whose description is to be changed
   std::string sentence;             ///< what was found, with its uncertainty
   double value = 0.0, std = 0.0;    ///< ratio, seconds or Hz
@@ -27,12 +27,12 @@ struct SensorFault {
   std::string unit;                 ///< unit: what the channel's numbers are in
   double sensitivity_factor = 1.0;  ///< unit and gain: what the channel's sensitivity is to be multiplied by
   double delay_s = 0.0;             ///< lag: to be added to the channel's delay
-  std::vector<double> highpass_hz;  ///< corner: what the channel's highpass should be
+  std::vector<double> highpass_hz;  ///< cutoff: what the channel's highpass should be
 };
 
-/// What a relation between two sensors shows, in the order of the kinds; nothing where none was found. Raised where it
+/// What a relation between two sensors shows, in the order of the kinds; empty where none was found. Raised where it
 /// exceeds four standard deviations and a floor that clean records stay below: 0.3 % of gain, 50 us of lag, 5 % of the
-/// declared corners (their sum is what shows above them) and 0.02 Hz. `scale`: whose gain is believed.
-[[nodiscard]] std::vector<SensorFault> sensor_faults(const SensorRelation& relation, ScaleReference scale);
+/// declared cut-offs (their sum is what shows above them) and 0.02 Hz. `scale`: whose gain is believed.
+[[nodiscard]] std::vector<SensorProblem> sensor_problems(const SensorRelation& relation, ScaleReference scale);
 
 }  // namespace dsp
