@@ -37,9 +37,9 @@ std::vector<LabelledInterval> outside(const LabelledInterval& interval, std::vec
     part.to_s = std::min(end_s, rest.to_s);
     if (part.from_s < part.to_s) left.push_back(part);
   };
-  for (const dsp::Interval& interval : excluded) {
-    keep_until(interval.from_s);
-    rest.from_s = std::max(rest.from_s, interval.to_s);
+  for (const dsp::Interval& gap : excluded) {
+    keep_until(gap.from_s);
+    rest.from_s = std::max(rest.from_s, gap.to_s);
   }
   keep_until(interval.to_s);
   return left;
