@@ -26,8 +26,8 @@ std::string scale_line(const dsp::SensorFault& fault, const dsp::ChannelSpec* ch
     return fmt::format("sensitivity = \"{}\"", sensitivity_text(*channel->sensitivity, fault.sensitivity_factor));
   if (fault.kind == Kind::unit) return fmt::format("unit = \"{}\"", fault.unit);
   const dsp::Unit unit = channel != nullptr && !channel->unit.empty() ? dsp::find_unit(channel->unit) : dsp::Unit{};
-  const std::string si = !unit.si.empty() ? unit.si : channel != nullptr ? dsp::si_unit(channel->role) : "";
-  return fmt::format("full_scale = \"{:.6g} {}\"", unit.factor / fault.sensitivity_factor, si);
+  return fmt::format("full_scale = \"{:.6g} {}\"", unit.factor / fault.sensitivity_factor,
+                     unit.si.empty() ? fault.unit : unit.si);
 }
 
 /// Of a pair whose lag and corners are corrected: scales and signs that are off by too much are left as they are.
@@ -43,11 +43,12 @@ dsp::Check check_of(const dsp::SensorFault& fault, bool corrected, const dsp::Ch
                    .value = fault.value,
                    .limit = fault.limit};
   check.status = corrected ? dsp::CheckStatus::note : dsp::CheckStatus::warning;
-  const bool either = fault.kind == Kind::polarity;
-  check.message =
-      fmt::format("{}; {}. In {}, [[channel]] name = \"{}\"{}: {}", fault.sentence,
-                  corrected ? "corrected here" : "not corrected", sidecar, fault.channel,
-                  either ? " or its partner, whichever is wired the wrong way round" : "", remedy(fault, channel));
+  const char* other = !fault.either                  ? ""
+                      : fault.kind == Kind::polarity ? " or its partner, whichever is wired the wrong way round"
+                                                     : " or its partner, whichever is calibrated wrongly";
+  check.message = fmt::format("{}; {}. In {}, [[channel]] name = \"{}\"{}: {}", fault.sentence,
+                              corrected ? "corrected here" : "not corrected", sidecar, fault.channel, other,
+                              remedy(fault, channel));
   return check;
 }
 

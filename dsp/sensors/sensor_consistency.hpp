@@ -20,13 +20,13 @@ struct SensorRelation {
   std::vector<double> highpass_hz, highpass_std_hz;  ///< one-pole corners of the accelerometer's coupling, none to two
   double highpass_sum_std_hz = 0.0;                  ///< of the corners' sum, which is better known than each
   std::vector<double> declared_hz;                   ///< corners that the accelerometer's description names
-  double residual = 0.0;                             ///< of the fit, relative to the measured ratio
+  double residual = 0.0;  ///< of the fit, relative to the measured ratio; root of the power share not common to both
   int num_windows = 0;
   std::string reason;  ///< not empty: the relation could not be found, and why
   /// Of a pair of any two of displacement, velocity and acceleration: how often the first of the two ("displacement")
   /// is differentiated already, and how often it has to be to become the second ("acceleration").
   int from_order = 0, order = 2;
-  bool sign_and_unit_only = false;  ///< lag and corners were not looked for, and the gain is not exact
+  bool sign_and_unit_only = false;  ///< lag and corners were not looked for; the gain is the ratio of the rms
 };
 
 struct RelateOptions {
@@ -55,7 +55,7 @@ enum class ScaleReference { displacement, accelerometer };
 
 /// Every other pair of channels of one body of which one is the derivative of the other (x, v, a; r, dr, ddr; y, dy,
 /// ddy), compared by sign and size alone, in the band that holds the motion: either may have been computed from the
-/// other, so that a lag or a few per cent are nobody's fault. Velocity is compared with acceleration where there is no
+/// other, so that a lag is nobody's fault. Velocity is compared with acceleration where there is no
 /// displacement.
 [[nodiscard]] std::vector<SensorRelation> relate_derivatives(ColumnSpectra& spectra,
                                                              const std::vector<unsigned char>& excluded);
