@@ -196,6 +196,22 @@ TEST_CASE("only a finished run has a report", "[apps][end_to_end]") {
   expect(bench(), "$ARDENT report duffing", 3, {"[run.incomplete]", "equation.txt"});
 }
 
+TEST_CASE("a file of a run that changed since is named by whatever reads the run", "[apps][end_to_end]") {
+  const Scratch& folder = bench();
+  REQUIRE(support::run(folder, "$ARDENT run duffing/response.csv -o edited").code == 0);
+  CHECK(support::run(folder, "$ARDENT report edited --strict").err.empty());
+  put(folder, "edited/equation.txt", bytes_of(folder / "edited/equation.txt") + "better\n");
+  fs::remove(folder / "edited/predictions.csv");
+  const std::string frc = "frc edited --draws 0 -o edited-frc --set amplitude=1 --set from_hz=1 --set to_hz=1.1";
+  for (const std::string& command : {std::string("report edited"), std::string("compare edited"), frc}) {
+    expect(folder, "$ARDENT " + command, 0,
+           {"warning [run.changed] edited/equation.txt: has changed since",
+            "warning [run.changed] edited/predictions.csv: is missing since"});
+    expect(folder, "$ARDENT --strict --force " + command, command == "report edited" ? 2 : 3, {});
+  }
+  expect(folder, "$ARDENT report edited --strict", 3, {"[strict.warning]"});
+}
+
 TEST_CASE("an earlier result stays unless forced", "[apps][end_to_end]") {
   const Scratch& folder = bench();
   CHECK(support::run(folder, "$ARDENT run duffing/response.csv -o kept").code == 0);
