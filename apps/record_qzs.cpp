@@ -79,8 +79,6 @@ Setup set_up(const SimulateArguments& arguments) {
     setup.rig = std::make_shared<const sim::QzsRig>(parameters, programme);
     setup.from_s = arguments.from_s.value_or(0.0);
     setup.duration_s = arguments.duration_s.value_or(setup.rig->programme().duration_s);
-    if (!(setup.from_s >= 0.0 && std::isfinite(setup.from_s)))
-      throw std::invalid_argument(fmt::format("qzs: --from must not be negative, got {}", setup.from_s));
     setup.rate_hz = arguments.rate_hz.value_or(sim::raw_rate_hz);
     if (!(setup.rate_hz >= 1.0 && setup.rate_hz <= sim::raw_rate_hz && setup.rate_hz == std::floor(setup.rate_hz)))
       throw std::invalid_argument(

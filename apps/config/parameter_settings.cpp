@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "dsp/fault.hpp"
+
 namespace apps {
 
 std::vector<std::pair<std::string, double>> parse_settings(const std::vector<std::string>& settings) {
@@ -23,6 +25,11 @@ std::vector<std::pair<std::string, double>> parse_settings(const std::vector<std
     parsed.emplace_back(setting.substr(0, equals), value);
   }
   return parsed;
+}
+
+double require_within(double value, double least, double most, const char* fault, const char* option) {
+  if (value >= least && value <= most) return value;
+  throw dsp::Fault(dsp::FaultKind::usage, fault, fmt::format("{} {:g}, want {:g} to {:g}", option, value, least, most));
 }
 
 void append_terms(nlohmann::ordered_json& array, const std::vector<sim::TrueTerm>& terms) {
