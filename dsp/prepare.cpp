@@ -229,6 +229,15 @@ BusRecording filled(Filling& filling, const Recording& known) {
   return bus;
 }
 
+// While a file is read: the channels on the bus, and what is gathered of each.
+double reading_bytes(const Recording& description, Index num_frames, double bus_rate_hz) {
+  const double rate_hz = description.sample_rate_hz;
+  const double gathered =
+      FaultySamples::bytes_per_channel(rate_hz, num_frames) + RawSpectrum::bytes_per_channel(rate_hz, num_frames);
+  return static_cast<double>(description.channels.size()) *
+         (sizeof(double) * static_cast<double>(num_frames) * bus_rate_hz / rate_hz + gathered);
+}
+
 // The bus holds the channels, and so does what is made of it: x, v, a, y, dy, ddy and t, and r, dr, ddr where there is
 // a base, once on the bus and once filtered; four more pass through a filter at a time.
 double prepared_bytes(const Recording& description, Index num_frames, double bus_rate_hz) {
@@ -271,10 +280,13 @@ std::vector<std::shared_ptr<BusRecording>> read_bus(RecordingReader& reader, con
                                                     const StreamOptions& stream) {
   const Recording& description = reader.description();
   const auto num_frames = static_cast<Index>(reader.num_frames());
-  for (const PrepareOptions& asked : options)
+  for (const PrepareOptions& asked : options) {
+    const double bus_rate_hz = resolved(asked, description.sample_rate_hz).bus_rate_hz;
     require_memory(description.name,
-                   prepared_bytes(description, num_frames, resolved(asked, description.sample_rate_hz).bus_rate_hz),
+                   std::max(reading_bytes(description, num_frames, bus_rate_hz),
+                            prepared_bytes(description, num_frames, bus_rate_hz)),
                    stream.max_memory_bytes);
+  }
   std::vector<std::size_t> place;
   std::vector<Filling> buses = fillings(description, num_frames, options, place);
   FrameBlock block;
