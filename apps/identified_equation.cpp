@@ -73,7 +73,6 @@ bool has_base(const fs::path& run) {
 }  // namespace
 
 IdentifiedEquation read_equation(const fs::path& run, const std::string& range, const std::string& method) {
-  (void)read_run_json(run / "manifest.json");  // written last: its absence means the run did not finish
   const Json document = read_run_json(run / "equation.json");
   try {
     const std::optional<Row> found = chosen(document, range, method);

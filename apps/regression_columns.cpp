@@ -129,6 +129,18 @@ ident::IdentifyOptions identify_options(const Config& config, const std::vector<
           .poll = check_interrupted};
 }
 
+namespace {
+
+/// Where the time of a range went: for the log, the only document that differs from one run to the same again.
+std::string times_of(const ident::RangeResult& range) {
+  std::string text = fmt::format("range {}: {:.3g} s for its matrix", range.spec.name, range.accumulate_s);
+  for (const ident::JudgedFit& fit : range.fits)
+    text += fmt::format(", {:.3g} s for {}", fit.solve_s, to_string(fit.fit.method));
+  return text;
+}
+
+}  // namespace
+
 std::vector<ident::RangeResult> identify_ranges(Config& config, const std::vector<ident::Columns>& columns,
                                                 const ident::CandidateLibrary& library,
                                                 const ident::IdentifyOptions& options, Console& console) {
@@ -137,6 +149,7 @@ std::vector<ident::RangeResult> identify_ranges(Config& config, const std::vecto
     console.step(fmt::format("range {}: fitting", range.spec.name));
     ranges.push_back(ident::identify(range, columns, library, options));
     range.spec = ranges.back().spec;
+    console.note(times_of(ranges.back()));
     for (const ident::DroppedTerm& term : ranges.back().dropped) {
       const std::string text = fmt::format("range {}: {} is left out: {}", range.spec.name, term.name, term.reason);
       // The constant comes with every polynomial, and behind AC-coupled sensors it says nothing.

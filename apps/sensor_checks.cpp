@@ -26,8 +26,8 @@ std::string scale_line(const dsp::SensorProblem& problem, const dsp::ChannelSpec
     return fmt::format("sensitivity = \"{}\"", sensitivity_text(*channel->sensitivity, problem.sensitivity_factor));
   if (problem.kind == Kind::unit) return fmt::format("unit = \"{}\"", problem.unit);
   const dsp::Unit unit = channel != nullptr && !channel->unit.empty() ? dsp::find_unit(channel->unit) : dsp::Unit{};
-  const std::string si = !unit.si.empty() ? unit.si : channel != nullptr ? dsp::si_unit(channel->role) : "";
-  return fmt::format("full_scale = \"{:.6g} {}\"", unit.factor / problem.sensitivity_factor, si);
+  return fmt::format("full_scale = \"{:.6g} {}\"", unit.factor / problem.sensitivity_factor,
+                     unit.si.empty() ? problem.unit : unit.si);
 }
 
 /// Of a pair whose lag and cut-offs are corrected: scales and signs that are off by too much are left as they are.
@@ -43,11 +43,12 @@ dsp::Check check_of(const dsp::SensorProblem& problem, bool corrected, const dsp
                    .value = problem.value,
                    .limit = problem.limit};
   check.status = corrected ? dsp::CheckStatus::note : dsp::CheckStatus::warning;
-  const bool either = problem.kind == Kind::polarity;
-  check.message =
-      fmt::format("{}; {}. In {}, [[channel]] name = \"{}\"{}: {}", problem.sentence,
-                  corrected ? "corrected here" : "not corrected", sidecar, problem.channel,
-                  either ? " or its partner, whichever is wired the wrong way round" : "", remedy(problem, channel));
+  const char* other = !problem.either                  ? ""
+                      : problem.kind == Kind::polarity ? " or its partner, whichever is wired the wrong way round"
+                                                       : " or its partner, whichever is calibrated wrongly";
+  check.message = fmt::format("{}; {}. In {}, [[channel]] name = \"{}\"{}: {}", problem.sentence,
+                              corrected ? "corrected here" : "not corrected", sidecar, problem.channel, other,
+                              remedy(problem, channel));
   return check;
 }
 

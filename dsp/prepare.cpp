@@ -233,6 +233,15 @@ IntermediateRecording filled(Filling& filling, const Recording& known) {
   return intermediate;
 }
 
+// While a file is read: the channels at the intermediate rate, and what is gathered of each.
+double reading_bytes(const Recording& description, Index num_frames, double intermediate_rate_hz) {
+  const double rate_hz = description.sample_rate_hz;
+  const double gathered =
+      FaultySamples::bytes_per_channel(rate_hz, num_frames) + RawSpectrum::bytes_per_channel(rate_hz, num_frames);
+  return static_cast<double>(description.channels.size()) *
+         (sizeof(double) * static_cast<double>(num_frames) * intermediate_rate_hz / rate_hz + gathered);
+}
+
 // The intermediate rate holds the channels, and so does what is made of it: x, v, a, y, dy, ddy and t, and r, dr, ddr
 // where there is a base, once there and once filtered; four more pass through a filter at a time.
 double prepared_bytes(const Recording& description, Index num_frames, double intermediate_rate_hz) {
@@ -277,11 +286,13 @@ std::vector<std::shared_ptr<IntermediateRecording>> read_intermediate(RecordingR
                                                                       const StreamOptions& stream) {
   const Recording& description = reader.description();
   const auto num_frames = static_cast<Index>(reader.num_frames());
-  for (const PrepareOptions& asked : options)
-    require_memory(
-        description.name,
-        prepared_bytes(description, num_frames, resolved(asked, description.sample_rate_hz).intermediate_rate_hz),
-        stream.max_memory_bytes);
+  for (const PrepareOptions& asked : options) {
+    const double intermediate_rate_hz = resolved(asked, description.sample_rate_hz).intermediate_rate_hz;
+    require_memory(description.name,
+                   std::max(reading_bytes(description, num_frames, intermediate_rate_hz),
+                            prepared_bytes(description, num_frames, intermediate_rate_hz)),
+                   stream.max_memory_bytes);
+  }
   std::vector<std::size_t> served_by;
   std::vector<Filling> filling = fillings(description, num_frames, options, served_by);
   FrameBlock block;

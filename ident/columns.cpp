@@ -73,9 +73,10 @@ Columns form_columns(const CandidateLibrary& library, const std::string& target,
 }
 
 Columns form_columns(const CandidateLibrary& library, const std::string& target, const dsp::Motion& table,
-                     const std::string& name) {
+                     const std::string& name, const std::function<void()>& poll) {
   Columns result = empty_columns(library, table, name, 0.5 * table.sample_rate_hz, table.at(target));
   for (Index column = 0; column < result.phi.cols(); ++column) {
+    if (poll) poll();
     const Term& term = library.terms[static_cast<std::size_t>(column)];
     const VectorXd values = term.expression.evaluate(table, SwitchSampling::point);
     if (const Index bad = first_bad(values, table); bad >= 0)

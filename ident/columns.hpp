@@ -39,6 +39,6 @@ struct Columns {
 
 /// A plain table: terms are evaluated row by row, sgn(g) at the point. The table must outlive the result.
 [[nodiscard]] Columns form_columns(const CandidateLibrary& library, const std::string& target, const dsp::Motion& table,
-                                   const std::string& name);
+                                   const std::string& name, const std::function<void()>& poll = {});
 
 }  // namespace ident

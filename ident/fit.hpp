@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -63,8 +64,8 @@ struct Fit {
   Eigen::VectorXd mean;                ///< mu (b'), Eq. 12 of [QZS23]
   Eigen::MatrixXd covariance;          ///< delta (b' x b'), Eq. 13, noise included
   Eigen::VectorXd alpha;               ///< inverse prior variances (b'); zero for methods without a prior
-  double noise_variance = 0.0;         ///< sigma^2 of the target; it and covariance are NaN where no row is to spare,
-                                       ///< or the square of such units is beyond what a double holds
+  double noise_variance = 0.0;         ///< sigma^2 of the target
+  std::string no_variance;             ///< not empty: why noise_variance or covariance are NaN
   double log_evidence = 0.0;           ///< Eq. 16 with its misprint corrected; NaN for methods without one
   Eigen::VectorXd evidence_gain;       ///< b (all terms): 2 dL of having the term, at its best alpha; NaN: not computed
   double tau = 0.0;                    ///< what a gain had to exceed
@@ -80,6 +81,9 @@ struct Fit {
 /// gains of the other terms are NaN.
 void renumber(Fit& fit, const std::vector<Eigen::Index>& terms, Eigen::Index num_terms);
 
+/// Called between the steps of a fit; may throw to stop it.
+using Poll = std::function<void()>;
+
 /// Of the three relevance vector machines.
 template <Method method>
 struct RvmOptions {
@@ -89,6 +93,7 @@ struct RvmOptions {
   double log_alpha_tolerance = 1e-6;    ///< on |log(alpha_new / alpha)|, Sec. 3.4 of [QZS23]
   double initial_noise_fraction = 0.1;  ///< gamma of Algorithm 1, in (0, 1); sigma^2 starts at gamma t't / m
   double noise_floor_fraction = 1e-26;  ///< sigma^2 is kept above this fraction of t't / m
+  Poll poll = {};
 };
 using FastRvmOptions = RvmOptions<Method::fast_rvm>;
 using SlowRvmOptions = RvmOptions<Method::slow_rvm>;
@@ -114,6 +119,7 @@ struct StlsqOptions {
   double threshold = 0.02;  ///< on |c_j| ||phi_j|| / ||t|| (unit-norm), or on |c_j| as it is (raw)
   bool unit_norm = true;
   int max_iterations = 100;
+  Poll poll = {};
 };
 /// Sequentially thresholded least squares, the regression of SINDy [BPK16]. With fewer rows than terms: status
 /// too_few_rows. Throws std::invalid_argument for several targets, and for a negative threshold.
@@ -124,6 +130,7 @@ struct LassoOptions {
   double lambda = -1.0;    ///< on unit-norm columns, as a fraction of the largest useful one; negative: by BIC
   int path_length = 60;    ///< penalties tried, at least 2
   double path_end = 1e-4;  ///< the last of them, as a fraction of the first, in (0, 1)
+  Poll poll = {};
 };
 /// Eq. 7 of [QZS23] by coordinate descent on R's columns along a path of penalties; the reported coefficients are least
 /// squares on the support. By BIC, supports of as many terms as rows are passed over.
@@ -133,13 +140,16 @@ struct LassoOptions {
 
 struct RidgeOptions {
   double lambda = 1e-6;  ///< penalty on unit-norm columns: (R'R + lambda I) c = R't
+  Poll poll = {};
 };
 /// Least squares with a penalty, by QR: keeps all terms, also where there are more of them than rows.
 /// Throws std::invalid_argument for several targets, and unless lambda is positive.
 [[nodiscard]] Fit fit_ridge(const RFactor& data, const RidgeOptions& options = {});
 [[nodiscard]] MethodDescription describe(const RidgeOptions& options);
 
-struct OlsOptions {};
+struct OlsOptions {
+  Poll poll = {};
+};
 /// Least squares on all terms (or on those given) by QR of unit-norm columns; a column that depends on earlier ones is
 /// left out. Throws std::invalid_argument for several targets, and for a term that the library does not have.
 [[nodiscard]] Fit fit_ols(const RFactor& data, const OlsOptions& options = {});

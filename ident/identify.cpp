@@ -246,6 +246,7 @@ RangeData range_data(RangeResult& result, const std::vector<Columns>& recordings
   range.data = r_factor(
       columns.size(), columns.num_terms(), 1,
       [&](Index first, Eigen::Ref<MatrixXd> block) {
+        if (options.poll) options.poll();
         columns.read(first, block.leftCols(columns.num_terms()));
         block.rightCols(1) = range.train.segment(first, block.rows());
       },
@@ -301,9 +302,7 @@ void judge_errors(JudgedFit& judged, const RangeData& range, const Prediction& t
   judged.test_centred = figure(tested ? nmse_centred(test.mean, range.test) : nan,
                                tested ? "the target is constant on the test rows" : no_test);
   judged.bands = band_fractions(test.mean, test.variance, range.test);
-  judged.bands_reason = !tested                                    ? no_test
-                        : std::isfinite(judged.fit.noise_variance) ? ""
-                                                                   : "no row is left to estimate the noise";
+  judged.bands_reason = tested ? judged.fit.no_variance : no_test;
   judged.predicted.resize(range.train.size() + range.test.size());
   judged.predicted << train.mean, test.mean;
   judged.predicted_std.resize(judged.predicted.size());
@@ -332,14 +331,18 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
                      const IdentifyOptions& options) {
   JudgedFit judged;
   const auto start = Clock::now();
-  judged.fit = fit(range.data, method);
+  MethodOptions polled = method;
+  std::visit([&](auto& own) { own.poll = options.poll; }, polled);
+  judged.fit = fit(range.data, polled);
   judged.solve_s = seconds_since(start);
   std::vector<const Term*> terms;
   for (const Index j : range.terms) terms.push_back(&library.terms[static_cast<std::size_t>(j)]);
-  for (std::string& remark : collinearity_remarks(range.data, judged.fit, terms, range.largest))
+  for (std::string& remark : collinearity_remarks(range.data, judged.fit, terms, range.largest, options.poll))
     judged.fit.remarks.push_back(std::move(remark));
   renumber(judged.fit, range.terms, static_cast<Index>(library.terms.size()));
   name_dependent(judged.fit, library);
+  if (!judged.fit.no_variance.empty())
+    judged.fit.remarks.push_back("no standard deviations: " + judged.fit.no_variance);
   const Prediction train = predict(judged.fit, result.rows.train, recordings),
                    test = predict(judged.fit, result.rows.test, recordings);
   const VectorXd residual = range.train - train.mean;

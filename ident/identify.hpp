@@ -55,8 +55,8 @@ struct IdentifyOptions {
   std::string target = "a", target_unit;
   std::vector<MethodOptions> methods = {FastRvmOptions{}, SlowRvmOptions{}, StlsqOptions{}};
   int num_threads = 1;
-  bool free_run = true;             ///< false: the rows of a table are no time response
-  std::function<void()> poll = {};  ///< called between fits and within free runs; may throw to stop
+  bool free_run = true;  ///< false: the rows of a table are no time response
+  Poll poll = {};        ///< called within fits and free runs, from any thread
 };
 
 /// Fits each method on the training rows of a range and judges all but what other ranges say of it (judgement).

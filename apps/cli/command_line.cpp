@@ -265,26 +265,27 @@ void add_terms(CLI::App& app, Command& chosen) {
   });
 }
 
-void add_report(CLI::App& app, Command& chosen) {
+void add_report(CLI::App& app, const GlobalOptions& global, Command& chosen) {
   auto* command = app.add_subcommand("report", "The page of a finished run again");
   auto run = std::make_shared<std::filesystem::path>();
   command->add_option("RUN", *run, "Run folder")->required();
-  command->callback([=, &chosen] {
-    chosen = [=](Console& console) {
-      run_report(*run, console);
+  command->callback([=, &global, &chosen] {
+    chosen = [=, &global](Console& console) {
+      run_report(*run, global.strict, console);
       return 0;
     };
   });
 }
 
-void add_compare(CLI::App& app, Command& chosen) {
+void add_compare(CLI::App& app, const GlobalOptions& global, Command& chosen) {
   auto* command = app.add_subcommand("compare", "The equations of several runs side by side");
   auto arguments = std::make_shared<CompareArguments>();
   command->add_option("RUN", arguments->runs, "Run folders")->required();
   command->add_option("--truth", arguments->truth, "truth.json of the simulation the recording came from");
   command->add_option("--method", arguments->method, "Method to show");
-  command->callback([=, &chosen] {
-    chosen = [=](Console& console) {
+  command->callback([=, &global, &chosen] {
+    chosen = [=, &global](Console& console) {
+      arguments->strict = global.strict;
       run_compare(*arguments, console);
       return 0;
     };
@@ -357,6 +358,7 @@ void add_frc(CLI::App& app, const GlobalOptions& global, const std::vector<std::
       all.set = global.set;
       all.num_threads = num_threads(global);
       all.force = global.force;
+      all.strict = global.strict;
       all.command_line = command_line;
       run_response(all, console);
       return 0;
@@ -417,8 +419,8 @@ void add_commands(CLI::App& app, const GlobalOptions& global, const std::vector<
   add_replicate(app, global, command_line, chosen);
   add_fit(app, global, chosen);
   add_init(app, global, chosen);
-  add_compare(app, chosen);
-  add_report(app, chosen);
+  add_compare(app, global, chosen);
+  add_report(app, global, chosen);
   add_terms(app, chosen);
 }
 

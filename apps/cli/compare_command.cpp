@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "apps/finished_run.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/process/printable.hpp"
 
@@ -107,7 +108,7 @@ std::string text_of(const Comparison& one, const Json& truth) {
 void run_compare(const CompareArguments& arguments, Console& console) {
   std::vector<std::pair<std::string, Json>> runs;
   for (const fs::path& run : arguments.runs) {
-    (void)read_run_json(run / "manifest.json");  // written last: its absence means the run did not finish
+    check_finished_run(run, arguments.strict, console);
     const fs::path folder = run.has_filename() ? run : run.parent_path();
     runs.emplace_back(folder.filename().string(), read_run_json(run / "metrics.json"));
   }

@@ -11,6 +11,7 @@
 #include "apps/output/fit_outcome.hpp"
 #include "apps/output/report_text.hpp"
 #include "apps/output/results_json.hpp"
+#include "apps/process/interrupt.hpp"
 #include "dsp/io/sample_source.hpp"
 #include "dsp/io/small_file.hpp"
 #include "ident/columns.hpp"
@@ -138,7 +139,7 @@ int run_fit(const FitArguments& arguments, Console& console) {
   const ident::CandidateLibrary library =
       ident::make_library({.order = 0, .variables = {}, .terms = terms}, arguments.target, table);
   const std::vector<ident::Columns> columns{
-      ident::form_columns(library, arguments.target, table, arguments.table.filename().string())};
+      ident::form_columns(library, arguments.target, table, arguments.table.filename().string(), check_interrupted)};
   dsp::RangeSpec all;
   all.name = "all";
   all.to_s = all.train_to_s.emplace(static_cast<double>(table.num_samples()));
@@ -148,7 +149,8 @@ int run_fit(const FitArguments& arguments, Console& console) {
                                        .target_unit = table.find(arguments.target)->unit,
                                        .methods = arguments.settings.options_of(methods_of(arguments.methods)),
                                        .num_threads = arguments.num_threads,
-                                       .free_run = false};
+                                       .free_run = false,
+                                       .poll = check_interrupted};
   std::vector<ident::RangeResult> ranges{ident::identify({all, 1, {}}, columns, library, options)};
   ident::judge(ranges);
   for (const ident::DroppedTerm& term : ranges.front().dropped)

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "apps/config/parameter_settings.hpp"
 #include "apps/output/results_json.hpp"
 #include "apps/paper/replicate_output.hpp"
 #include "apps/paper/section5_output.hpp"
@@ -98,9 +99,8 @@ ReplicateOptions options_of(const ReplicateArguments& arguments) {
   constexpr double stated_noise = 0.1;
   if (arguments.num_seeds < 1)
     refuse("replicate.seeds", fmt::format("--seeds {}, want 1 or more", arguments.num_seeds));
-  const double noise = arguments.noise.value_or(stated_noise);
-  if (!(noise >= 0.0) || !std::isfinite(noise))
-    refuse("replicate.noise", fmt::format("--noise {}, want 0 or more", noise));
+  const double noise =
+      require_within(arguments.noise.value_or(stated_noise), 0.0, most_noise, "replicate.noise", "replicate: --noise");
   ReplicateOptions options{arguments.num_seeds, arguments.first_seed, noise};
   if (arguments.selection == "type2")
     options.selection = ident::Selection::type2;

@@ -1,13 +1,12 @@
 #include "apps/cli/report_command.hpp"
 
-#include <nlohmann/json.hpp>
-
+#include "apps/finished_run.hpp"
 #include "apps/output/run_json.hpp"
 
 namespace apps {
 
-void run_report(const std::filesystem::path& run, Console& console) {
-  static_cast<void>(read_run_json(run / "manifest.json"));  // written last: without it the rest may be half a run
+void run_report(const std::filesystem::path& run, bool strict, Console& console) {
+  check_finished_run(run, strict, console);
   console.result(read_run_file(run / (console.json() ? "equation.json" : "equation.txt")));
 }
 

@@ -5,8 +5,8 @@
 
 namespace apps {
 
-/// `ardent report`: the page of a finished run again (with --json its equation.json). Throws dsp::Fault (input,
-/// "run.incomplete") for a folder that holds no finished run with fits.
-void run_report(const std::filesystem::path& run, Console& console);
+/// `ardent report`: the page of a finished run again (with --json its equation.json). Throws dsp::Fault (input) as
+/// check_finished_run, "run.incomplete" also for a run without fits.
+void run_report(const std::filesystem::path& run, bool strict, Console& console);
 
 }  // namespace apps

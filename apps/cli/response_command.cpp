@@ -10,6 +10,7 @@
 
 #include "apps/config/parameter_settings.hpp"
 #include "apps/equation_oscillator.hpp"
+#include "apps/finished_run.hpp"
 #include "apps/identified_equation.hpp"
 #include "apps/output/response_report.hpp"
 #include "apps/output/steps_table.hpp"
@@ -272,6 +273,7 @@ fs::path folder_of(const ResponseArguments& arguments) {
 
 void run_response(const ResponseArguments& arguments, Console& console) {
   const fs::path equation = arguments.run / "equation.json";
+  check_finished_run(arguments.run, arguments.strict, console);
   require_apart(folder_of(arguments), {equation});
   OutputFolder folder(folder_of(arguments), arguments.force);
   Manifest manifest = begin_manifest("frc", arguments.command_line, arguments.seed, folder.destination());
@@ -292,6 +294,7 @@ void run_response(const ResponseArguments& arguments, Console& console) {
   folder.write("frc.svg", to_svg(figure));
   folder.write("frc.json", document);
   add_input(manifest, equation, folder.destination());
+  manifest.warnings = console.warnings();
   folder.commit(std::move(manifest));
   console.result(console.json()
                      ? document

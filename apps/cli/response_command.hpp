@@ -19,12 +19,14 @@ struct ResponseArguments {
   std::vector<std::string> set;           ///< from_hz, to_hz, step_hz, amplitude_mm; amplitude for a force
   int num_threads = 1;
   bool force = false;  ///< an earlier result there is replaced
+  bool strict = false;
   std::vector<std::string> command_line{};
 };
 
 /// The frequency response of an identified equation, up and down, with the spread that the uncertainty of its
 /// coefficients brings to amplitudes and jumps: frc.csv, frc.json, frc.svg, manifest.json. Threads do not change a bit.
-/// Throws dsp::Fault: as read_equation and equation_oscillator, "frc.option" (usage), "frc.diverged" (numerics).
+/// Throws dsp::Fault: as check_finished_run, read_equation and equation_oscillator, "frc.option" (usage),
+/// "frc.diverged" (numerics).
 void run_response(const ResponseArguments& arguments, Console& console);
 
 }  // namespace apps

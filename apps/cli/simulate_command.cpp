@@ -15,13 +15,10 @@ namespace {
 using nlohmann::ordered_json;
 
 void check_numbers(const SimulateArguments& arguments) {
-  const double noise = arguments.noise.value_or(0.0), duration_s = arguments.duration_s.value_or(1.0);
-  if (!(noise >= 0.0) || !std::isfinite(noise))
-    throw dsp::Fault(dsp::FaultKind::usage, "sim.noise",
-                     fmt::format("sim: --noise must not be negative, got {}", noise));
-  if (!(duration_s * system_rate_hz >= 1.0) || !std::isfinite(duration_s))
-    throw dsp::Fault(dsp::FaultKind::usage, "sim.duration",
-                     fmt::format("sim: --duration must be at least {} s, got {}", 1.0 / system_rate_hz, duration_s));
+  constexpr double most_s = 1e9;  // where times of a table are still a microsecond apart or better
+  require_within(arguments.noise.value_or(0.0), 0.0, most_noise, "sim.noise", "sim: --noise");
+  require_within(arguments.duration_s.value_or(1.0), 1.0 / system_rate_hz, most_s, "sim.duration", "sim: --duration");
+  require_within(arguments.from_s.value_or(0.0), 0.0, most_s, "sim.option", "sim: --from");
 }
 
 }  // namespace

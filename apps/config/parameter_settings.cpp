@@ -6,6 +6,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "dsp/fault.hpp"
+
 namespace apps {
 
 std::vector<std::pair<std::string, double>> parse_settings(const std::vector<std::string>& settings) {
@@ -22,6 +24,11 @@ std::vector<std::pair<std::string, double>> parse_settings(const std::vector<std
     parsed.emplace_back(setting.substr(0, equals), value);
   }
   return parsed;
+}
+
+double require_within(double value, double least, double most, const char* fault, const char* option) {
+  if (value >= least && value <= most) return value;
+  throw dsp::Fault(dsp::FaultKind::usage, fault, fmt::format("{} {:g}, want {:g} to {:g}", option, value, least, most));
 }
 
 }  // namespace apps

@@ -40,16 +40,15 @@ Json intervals_json(const std::vector<dsp::Interval>& intervals) {
   return result;
 }
 
-Json term_json(const ident::ModelTerm& term, std::string_view no_evidence) {
+Json term_json(const ident::ModelTerm& term, const ident::Fit& fit, std::string_view no_evidence) {
   Json result{{"name", term.name}, {"mean", term.mean}};
-  put(result, "std", term.std, "no row is left to estimate the noise");
-  put(result, "std_robust", term.std_robust, "too few rows");
-  put(result, "cov", term.coefficient_of_variation(),
-      term.mean == 0.0 ? "the coefficient is zero" : "no row is left to estimate the noise");
+  put(result, "std", term.std, fit.no_variance);
+  put(result, "std_robust", term.std_robust, fit.no_variance.empty() ? "too few rows" : fit.no_variance);
+  put(result, "cov", term.coefficient_of_variation(), term.mean == 0.0 ? "the coefficient is zero" : fit.no_variance);
   result["unit"] = term.unit;
   result["scale"] = term.scale;
   result["mean_scaled"] = term.mean * term.scale;
-  put(result, "std_scaled", term.std * term.scale, "no row is left to estimate the noise");
+  put(result, "std_scaled", term.std * term.scale, fit.no_variance);
   put(result, "t", term.t(), "the standard deviation is zero or unknown");
   put(result, "evidence_gain", term.evidence_gain, no_evidence);
   put(result, "inclusion_probability", term.inclusion_probability, no_evidence);
@@ -124,8 +123,8 @@ Json method_json(const ident::JudgedFit& fit, const ident::RangeResult& range, c
   result["discarded_iterations"] = fit.fit.discarded_iterations;
   result["target"] = options.target;
   result["terms"] = Json::array();
-  for (const ident::ModelTerm& term : fit.model.terms) result["terms"].push_back(term_json(term, no_evidence));
-  put(result, "noise_std", fit.model.noise_std, "no degree of freedom is left");
+  for (const ident::ModelTerm& term : fit.model.terms) result["terms"].push_back(term_json(term, fit.fit, no_evidence));
+  put(result, "noise_std", fit.model.noise_std, fit.fit.no_variance);
   put(result, "log_evidence", fit.fit.log_evidence, no_evidence);
   put(result, "condition_number", fit.fit.condition_number, "no term was selected");
   put(result, "residual_whiteness", fit.whiteness.tested ? fit.whiteness.p_value : std::nan(""),
@@ -136,7 +135,6 @@ Json method_json(const ident::JudgedFit& fit, const ident::RangeResult& range, c
   result["nmse"] = nmse_json(fit);
   result["bands"] = bands_json(fit);
   result["free_run_stretches"] = fit.free_run.num_ranges;
-  result["seconds"] = {{"accumulate", range.accumulate_s}, {"solve", fit.solve_s}};
   result["steps"] = steps_json(fit, range.terms);
   return result;
 }
@@ -242,7 +240,7 @@ Json equation_row(const ident::JudgedFit& fit) {
            {"terms", Json::array()}};
   for (const std::string& remark : fit.judgement.remarks) row["remarks"].push_back(printable(remark));
   for (const ident::ModelTerm& term : fit.model.terms)
-    row["terms"].push_back(term_json(term, method + " computes no evidence"));
+    row["terms"].push_back(term_json(term, fit.fit, method + " computes no evidence"));
   row["covariance"] = matrix_json(fit.model.covariance);
   row["covariance_robust"] = matrix_json(fit.model.covariance_robust);
   return row;

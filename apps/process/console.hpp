@@ -33,7 +33,8 @@ class Console {
   void error(std::string_view name, std::string_view text, std::string_view lines = {});
   /// Fraction done of the step under way, redrawn in place on a terminal, at most ten times a second.
   void progress(std::string_view what, double fraction);
-  /// Everything said so far except results and progress, one line each: no times, no paths of the machine of our own.
+  /// Everything said so far except results and progress, one line each: no paths of the machine of our own. Times
+  /// are in notes only.
   [[nodiscard]] const std::string& log() const { return log_; }
   [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
 

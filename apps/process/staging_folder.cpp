@@ -32,10 +32,20 @@ constexpr std::string_view lock_text =
       "is not Ardent's, which needs this place while it writes. Move it or choose another place with -o");
 }
 
+/// Something of a person's that would be lost with what a killed command left.
+[[noreturn]] void refuse_addition(const fs::path& path, const fs::path& staging) {
+  throw output_fault("output.foreign", path,
+                     fmt::format("is not Ardent's and lies in {}, which a killed command left behind and the next one "
+                                 "clears. Move it elsewhere, then try again",
+                                 staging.filename().string()));
+}
+
 /// Removes what a command wrote or replaced. A whole result may have got a file of a person's since: that stays.
-void remove_leftover(const fs::path& path) {
+void remove_leftover(const fs::path& path, const fs::path& staging) {
   if (const auto listed = listed_outputs(path)) {
-    if (!remove_result(path, *listed)) refuse_foreign(path);
+    if (const auto foreign = foreign_entries(path, *listed); !foreign.empty())
+      refuse_addition(path / foreign.front(), staging);
+    if (!remove_result(path, *listed)) refuse_addition(path, staging);
   } else {
     remove_tree(path);
   }
@@ -149,10 +159,10 @@ void StagingFolder::check_entries() const {
   const auto status = fs::symlink_status(folder_, error);
   if (!error && fs::exists(status) && !fs::is_directory(status)) refuse_foreign(folder_);
   const std::vector<fs::path> entries = entries_of(folder_);
-  for (const fs::path& entry : entries)
-    if (entry != lock_.path && entry != new_ && entry != old_) refuse_foreign(entry);
   if (!entries.empty() && std::find(entries.begin(), entries.end(), lock_.path) == entries.end())
     refuse_foreign(folder_);
+  for (const fs::path& entry : entries)
+    if (entry != lock_.path && entry != new_ && entry != old_) refuse_addition(entry, folder_);
 }
 
 /// The lock is ours by its text; an empty one alone in its folder was made a moment ago, here or by who was killed.
@@ -178,7 +188,7 @@ void StagingFolder::restore_aside() const {
 void StagingFolder::clear() const {
   if (!lock_.ours) return;
   for (const fs::path& folder : {new_, old_}) {
-    for (const fs::path& entry : entries_of(folder)) remove_leftover(entry);
+    for (const fs::path& entry : entries_of(folder)) remove_leftover(entry, folder_);
     if (::rmdir(folder.c_str()) != 0 && errno != ENOENT) throw cannot_write(folder, errno);
   }
 }

@@ -117,7 +117,7 @@ std::optional<std::int64_t> frames_by_last_block(const InputFile& file, const Fl
   return std::nullopt;
 }
 
-std::optional<std::string> misplaced_block(const InputFile& file, const FlacStream& stream) {
+std::optional<MisplacedBlock> misplaced_block(const InputFile& file, const FlacStream& stream) {
   constexpr std::size_t piece_bytes = std::size_t{1} << 20;
   std::uint64_t previous = stream.first_block;
   std::int64_t due = 0;
@@ -131,8 +131,7 @@ std::optional<std::string> misplaced_block(const InputFile& file, const FlacStre
       if (block->first != due &&
           (here - previous > piece_bytes || block_remainder(file.text(previous, here - previous)) != 0))
         continue;
-      if (block->first != due)
-        return fmt::format("at byte {} the block of frame {} comes where frame {} is due", here, block->first, due);
+      if (block->first != due) return MisplacedBlock{here, block->first, due};
       previous = here;
       due = block->first + block->length;
     }

@@ -26,8 +26,13 @@ struct FlacStream {
 /// bytes: a decoder's seek takes as long as decoding half the record. Nothing where the file does not end in a block.
 [[nodiscard]] std::optional<std::int64_t> frames_by_last_block(const InputFile& file, const FlacStream& stream);
 
-/// The first block whose number is not the one due, as the end of a sentence; nothing where all follow one another.
-[[nodiscard]] std::optional<std::string> misplaced_block(const InputFile& file, const FlacStream& stream);
+/// A block that is not the one due: others are missing before it, or it comes again.
+struct MisplacedBlock {
+  std::uint64_t offset = 0;         ///< bytes
+  std::int64_t found = 0, due = 0;  ///< first frames
+};
+/// The first of them; nothing where all blocks follow one another.
+[[nodiscard]] std::optional<MisplacedBlock> misplaced_block(const InputFile& file, const FlacStream& stream);
 
 /// MD5 over decoded samples as FLAC defines it, at some 600 MB/s of them.
 class FlacDigest {

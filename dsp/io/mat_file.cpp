@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <optional>
+#include <type_traits>
 
 #include "dsp/io/mat_check.hpp"
 #include "dsp/io/rows_on_clock.hpp"
@@ -65,6 +67,22 @@ constexpr std::array value_readers{as_double<double>,       as_double<float>,   
                                    as_double<std::uint8_t>, as_double<std::int16_t>,  as_double<std::uint16_t>,
                                    as_double<std::int32_t>, as_double<std::uint32_t>, as_double<std::int64_t>,
                                    as_double<std::uint64_t>};
+
+// How many of its whole numbers have more digits than a double.
+template <typename T>
+std::size_t num_rounded(const matvar_t& variable) {
+  const std::size_t count = variable.dims[0] * variable.dims[1];
+  std::size_t rounded = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    T value;
+    std::memcpy(&value, static_cast<const char*>(variable.data) + i * sizeof value, sizeof value);
+    const auto bits = static_cast<std::uint64_t>(value);
+    const auto size = std::is_signed_v<T> && static_cast<std::int64_t>(value) < 0 ? ~bits + 1 : bits;
+    const int digits = static_cast<int>(std::bit_width(size)) - std::countr_zero(size);
+    if (digits > std::numeric_limits<double>::digits) ++rounded;
+  }
+  return rounded;
+}
 
 // One row or column of a variable, which stays in memory in the type it has in the file.
 struct Column {
@@ -180,6 +198,14 @@ class MatFile : public RowsOnClock {
            fmt::format("{}: its {} are taken as they are. If they are counts of a converter, say in the sidecar what "
                        "one is worth (full_scale)",
                        file_->name(), describe(values))});
+    const std::size_t rounded = values.class_type == MAT_C_INT64    ? num_rounded<std::int64_t>(values)
+                                : values.class_type == MAT_C_UINT64 ? num_rounded<std::uint64_t>(values)
+                                                                    : 0;
+    if (rounded > 0)
+      info_.checks.push_back({"mat.rounded", name, CheckStatus::warning, static_cast<double>(rounded), 0.0,
+                              fmt::format("{}: {} of its whole numbers have more than 53 bits and lose their last "
+                                          "digits. Subtract what they have in common before they are saved",
+                                          file_->name(), rounded)});
   }
 
   // Two structures may share one clock; where they do not, the second is left out.

@@ -112,20 +112,42 @@ class SoundFile : public SampleSource {
 
   Eigen::Index read(FrameBlock& block, Eigen::Index max_frames) override {
     block.resize(max_frames, static_cast<Eigen::Index>(info_.columns.size()));
-    const auto got = static_cast<Eigen::Index>(sf_readf_double(handle_.get(), block.data(), max_frames));
+    const Eigen::Index got = decode(block);
     bytes_->rethrow();
     num_read_ += got;
     // A cut FLAC ends in an error; when it is salvaged, that is behind the last frame counted.
-    const bool past_end = salvage_ && num_read_ == info_.num_frames;
-    if (sf_error(handle_.get()) != SF_ERR_NO_ERROR && !past_end) damaged(sf_strerror(handle_.get()));
+    const bool goes_on = salvage_ && (got > 0 || num_read_ == info_.num_frames);
+    if (sf_error(handle_.get()) != SF_ERR_NO_ERROR && !goes_on) damaged(sf_strerror(handle_.get()));
     digest_frames(block.data(), got);
-    if (got == 0 && max_frames > 0) finish();
+    if (max_frames > 0 && (got == 0 || (got < max_frames && num_read_ < info_.num_frames))) finish();
     if (got < max_frames) block.conservativeResize(got, Eigen::NoChange);
     return got;
   }
 
  private:
   [[nodiscard]] const std::string& name() const { return bytes_->file().name(); }
+
+  // The next frames into `block`, as many as it has rows. Of a FLAC that is salvaged as they were counted: where blocks
+  // are missing, how many zeros the decoder puts in their place depends on how many frames it is asked for.
+  Eigen::Index decode(FrameBlock& block) {
+    if (!flac_ || !salvage_)
+      return static_cast<Eigen::Index>(sf_readf_double(handle_.get(), block.data(), block.rows()));
+    Eigen::Index got = 0;
+    while (got < block.rows()) {
+      if (next_held_ == held_.rows()) {
+        held_.resize(frames_at_a_time, block.cols());
+        const auto count = sf_readf_double(handle_.get(), held_.data(), frames_at_a_time);
+        held_.conservativeResize(static_cast<Eigen::Index>(count), Eigen::NoChange);
+        next_held_ = 0;
+        if (count == 0) break;
+      }
+      const auto count = std::min(block.rows() - got, held_.rows() - next_held_);
+      block.middleRows(got, count) = held_.middleRows(next_held_, count);
+      got += count;
+      next_held_ += count;
+    }
+    return got;
+  }
 
   [[noreturn]] void damaged(std::string_view why) const {
     // Whether a FLAC holds the frames it promises shows only on decoding them.
@@ -143,22 +165,33 @@ class SoundFile : public SampleSource {
   }
 
   void finish() {
-    if (num_read_ < info_.num_frames) damaged("the data end there");
     bytes_->file().check_unchanged();
-    if (!flac_ || salvage_) return;
-    if (const auto wrong = sequence_fault())
+    if (const auto wrong = flac_ && !salvage_ ? sequence_fault(num_read_, info_.num_frames) : std::nullopt)
       refuse("container.damaged",
              fmt::format("{}: {}. Copy the file from its source again, or try --salvage to read it "
                          "as it is",
                          name(), *wrong));
+    if (num_read_ < info_.num_frames) damaged("the data end there");
   }
 
   // A block that is missing, or there twice, shifts all behind it and shows in no checksum of a block.
-  [[nodiscard]] std::optional<std::string> sequence_fault() {
+  [[nodiscard]] std::optional<std::string> sequence_fault(std::int64_t decoded, std::int64_t promised) {
     auto digest = std::exchange(digest_, std::nullopt);
-    if (digest && digest->finish() == flac_->md5) return std::nullopt;
-    const auto place = misplaced_block(bytes_->file(), *flac_);
-    if (!digest) return place;
+    const bool is_of_all = digest && decoded == promised;  // else a digest is that of other samples
+    if (is_of_all && digest->finish() == flac_->md5) return std::nullopt;
+    std::optional<std::string> place;
+    if (const auto block = misplaced_block(bytes_->file(), *flac_)) {
+      place = fmt::format("at byte {} the block of frame {} comes where frame {} is due", block->offset, block->found,
+                          block->due);
+      // The decoder puts zeros into some of a gap or all of it; the last block tells what is missing at the end.
+      const bool ends = frames_by_last_block(bytes_->file(), *flac_) == promised;
+      const auto late = ends && block->found > block->due ? decoded - promised : block->due - block->found;
+      *place += late == 0 ? ", with zeros in place of what is missing"
+                          : fmt::format(", so that what follows is {} frames ({:.4g} s) {}", std::abs(late),
+                                        static_cast<double>(std::abs(late)) / info_.sample_rate_hz,
+                                        late > 0 ? "late" : "early");
+    }
+    if (!is_of_all) return place;
     return "the decoded samples do not have the MD5 in its header: " +
            place.value_or("its blocks follow one another, so samples were changed or the header is of another file");
   }
@@ -177,14 +210,7 @@ class SoundFile : public SampleSource {
     if (sound.channels < 1 || sound.channels > most_channels || !(rate_hz >= 1) || rate_hz > highest_rate_hz)
       refuse("container.limit", fmt::format("{}: {} channels at {} Hz; want 1 to {} channels at 1 to {} Hz", name(),
                                             sound.channels, rate_hz, most_channels, highest_rate_hz));
-    const int frame_bytes = sound.channels * codec->sample_bytes;
-    const bool stated = !flac_ && header_.container != "AIFF";  // how far frames lie apart
-    if (stated && frame_bytes > 0 && header_.frame_bytes != static_cast<unsigned>(frame_bytes))
-      refuse(
-          "container.unsupported",
-          fmt::format("{}: {} channels of {} take {} bytes a frame, the header says {}: padded samples are not read. "
-                      "Export it with packed samples",
-                      name(), sound.channels, codec->name, frame_bytes, header_.frame_bytes));
+    check_frame(sound.channels, *codec);
     info_.container = fmt::format("{}, {}", header_.container, codec->name);
     info_.sample_rate_hz = rate_hz;
     info_.num_frames = sound.frames;
@@ -193,6 +219,24 @@ class SoundFile : public SampleSource {
     info_.scaled = codec->scaled;
     if (const char* comment = sf_get_string(handle_.get(), SF_STR_COMMENT))
       info_.checks.push_back({"container.comment", "", CheckStatus::note, 0.0, 0.0, clean_name(comment)});
+  }
+
+  // Samples wider than their bits are read as if their upper bits counted, which not every writer means.
+  void check_frame(int channels, const Codec& codec) {
+    const bool stated = !flac_ && header_.container != "AIFF" && codec.sample_bytes > 0;  // how far frames lie apart
+    const int stated_bytes = (header_.sample_bits + 7) / 8;
+    const int sample_bytes = stated_bytes > 0 ? stated_bytes : codec.sample_bytes;
+    if (stated && header_.frame_bytes != static_cast<unsigned>(channels * sample_bytes))
+      refuse("container.unsupported",
+             fmt::format("{}: {} channels of {} bit take {} bytes a frame, the header says {}: padded samples are not "
+                         "read. Export it with packed samples",
+                         name(), channels, header_.sample_bits > 0 ? header_.sample_bits : 8 * codec.sample_bytes,
+                         channels * sample_bytes, header_.frame_bytes));
+    if (header_.valid_bits > 0 && header_.valid_bits < header_.sample_bits)
+      info_.checks.push_back({"container.bits", "", CheckStatus::note, static_cast<double>(header_.valid_bits),
+                              static_cast<double>(header_.sample_bits),
+                              fmt::format("{}: {} of the {} bits of a sample count, taken to be the upper ones", name(),
+                                          header_.valid_bits, header_.sample_bits)});
   }
 
   SF_INFO open() {
@@ -209,24 +253,23 @@ class SoundFile : public SampleSource {
   // FLAC that promises no count, or perhaps too many frames. The decoder does not recover from having failed, hence the
   // second opening.
   void count_frames(bool streamed) {
-    std::vector<double> frames(std::size_t{4096} * info_.columns.size());
+    std::vector<double> frames(std::size_t{frames_at_a_time} * info_.columns.size());
     const auto promised = info_.num_frames;
     info_.num_frames = 0;
-    const auto take = [&] { return sf_readf_double(handle_.get(), frames.data(), 4096); };
+    const auto take = [&] { return sf_readf_double(handle_.get(), frames.data(), frames_at_a_time); };
     for (sf_count_t got = take(); got > 0; got = take()) {
       info_.num_frames += got;
       if (salvage_) digest_frames(frames.data(), got);
     }
     bytes_->rethrow();
     open();
-    if (streamed || info_.num_frames == promised) {
-      const auto wrong = salvage_ ? sequence_fault() : std::nullopt;
-      if (wrong)
-        info_.checks.push_back(
-            warning("container.damaged", 0.0, 0.0, fmt::format("{}: {}; it was read as it is", name(), *wrong)));
+    if (const auto wrong =
+            salvage_ ? sequence_fault(info_.num_frames, streamed ? info_.num_frames : promised) : std::nullopt) {
+      info_.checks.push_back(
+          warning("container.damaged", 0.0, 0.0, fmt::format("{}: {}; it was read as it is", name(), *wrong)));
       return;
     }
-    digest_.reset();
+    if (streamed || info_.num_frames == promised) return;
     info_.checks.push_back(
         warning("container.truncated", static_cast<double>(info_.num_frames), static_cast<double>(promised),
                 fmt::format("{}: the header promises {} frames, {} could be decoded; these were read", name(), promised,
@@ -247,6 +290,8 @@ class SoundFile : public SampleSource {
                                                name(), info_.num_frames)));
   }
 
+  static constexpr int frames_at_a_time = 4096;  // of a FLAC, when they are counted
+
   SoundHeader header_;
   bool salvage_;
   std::optional<FlacStream> flac_;
@@ -254,6 +299,8 @@ class SoundFile : public SampleSource {
   std::unique_ptr<SoundBytes> bytes_;
   Handle handle_;  // after bytes_: closed before them
   std::int64_t num_read_ = 0;
+  FrameBlock held_;  // decoded, and read up to next_held_
+  Eigen::Index next_held_ = 0;
 };
 
 // ---- writing

@@ -128,6 +128,15 @@ std::uint64_t frame_bytes(const std::string& container, std::string_view format)
   return format.size() < 14 ? 0 : little(format.substr(12, 2));
 }
 
+// The bits of a sample, and of the extended format how many of them count.
+void read_bits(std::string_view format, SoundHeader& header) {
+  constexpr std::uint64_t extensible = 0xfffe;
+  if (format.size() < 16) return;
+  header.sample_bits = static_cast<int>(little(format.substr(14, 2)));
+  const bool extended = format.size() >= 20 && little(format.substr(0, 2)) == extensible;
+  if (extended) header.valid_bits = static_cast<int>(little(format.substr(18, 2)));
+}
+
 // A double in CAF, 80 bits (sign and exponent, then 64 of mantissa) in AIFF.
 double real_rate_hz(const std::string& container, std::string_view format) {
   if (container == "CAF" && format.size() >= 8) return std::bit_cast<double>(big(format.substr(0, 8)));
@@ -209,6 +218,7 @@ SoundHeader read_sound_header(const InputFile& file) {
       const auto body = std::string_view(format).substr(header_bytes(layout));
       header.frame_bytes = frame_bytes(layout.container, body);
       header.rate_hz = real_rate_hz(layout.container, body);
+      if (!layout.big_endian) read_bits(body, header);
     }
     if (chunk->id == "ds64") ds64 = chunk;
     if (chunk->id == layout.data_id) data = chunk;

@@ -23,6 +23,8 @@ struct SoundHeader {
   std::string container;  ///< "WAV", "RF64", "W64", "CAF", "AIFF", "FLAC"
   State state = State::complete;
   std::uint64_t data_offset = 0, promised_bytes = 0, present_bytes = 0, frame_bytes = 0;
+  int sample_bits = 0, valid_bits = 0;  ///< as WAV, RF64 and W64 say them; 0: not said. Valid ones are the upper of
+                                        ///< those a sample has
   double rate_hz = 0.0;  ///< where the container holds it as a real number (CAF, AIFF), which libsndfile rounds; else 0
   std::string salvage;   ///< to be read in place of the data_offset bytes before the samples, or empty
   std::vector<Check> checks;

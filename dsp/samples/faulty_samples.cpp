@@ -296,6 +296,13 @@ FaultySamples::~FaultySamples() = default;
 FaultySamples::FaultySamples(FaultySamples&&) noexcept = default;
 FaultySamples& FaultySamples::operator=(FaultySamples&&) noexcept = default;
 
+double FaultySamples::bytes_per_channel(double sample_rate_hz, Eigen::Index num_frames) {
+  constexpr double histograms = 4096 * 16 + 1024 * 8;  // of levels and lengths of runs, as Standstill keeps them
+  const double cells = static_cast<double>(num_frames) / static_cast<double>(frames_per_cell(sample_rate_hz));
+  return sizeof(Track) + histograms +
+         (sizeof(SampleCell) + sizeof(double)) * std::min(cells, static_cast<double>(cells_per_chunk));
+}
+
 void FaultySamples::push(const Eigen::Ref<const FrameBlock>& frames) {
   if (frames.cols() != static_cast<Eigen::Index>(state_->tracks.size()))
     throw std::invalid_argument(

@@ -78,6 +78,8 @@ class FaultySamples {
   ~FaultySamples();
   FaultySamples(FaultySamples&&) noexcept;
   FaultySamples& operator=(FaultySamples&&) noexcept;
+  /// Memory that a channel takes of a record of so many frames, but for the stretches found.
+  [[nodiscard]] static double bytes_per_channel(double sample_rate_hz, Eigen::Index num_frames);
   /// Any number of frames. Throws std::invalid_argument for a wrong number of columns or a value that is not finite
   /// (RecordingReader bridges those, and marks them).
   void push(const Eigen::Ref<const FrameBlock>& frames);

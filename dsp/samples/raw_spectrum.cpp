@@ -42,6 +42,10 @@ RawSpectrum::RawSpectrum(double sample_rate_hz, Index num_channels, Index num_fr
   sum_.setZero(size / 2 + 1, num_channels);
 }
 
+double RawSpectrum::bytes_per_channel(double sample_rate_hz, Index num_frames) {
+  return 1.5 * sizeof(double) * static_cast<double>(segment_size(sample_rate_hz, num_frames));  // held_ and sum_
+}
+
 void RawSpectrum::push(const Eigen::Ref<const FrameBlock>& frames) {
   for (Index row = 0; row < frames.rows();) {
     const Index offset = (num_taken_ + row) % stride_;  // in the segment, or behind it

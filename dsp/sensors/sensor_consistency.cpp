@@ -348,9 +348,10 @@ SensorRelation relate_derivative(ColumnSpectra& spectra, Index lower, Index high
   }
   relation.sign = correlation < 0.0 ? -1.0 : 1.0;
   relation.gain = std::sqrt(sums.aa / sums.dd);
+  relation.residual = std::sqrt(std::max(0.0, 1.0 - correlation * correlation));
   // As many independent values as twice the band times the time.
   const double values = std::max(1.0, 2.0 * edge_hz * sums.count / rate_hz);
-  relation.gain_std = relation.gain * std::sqrt((1.0 - correlation * correlation) / values);
+  relation.gain_std = relation.gain * relation.residual / std::sqrt(values);
   return relation;
 }
 

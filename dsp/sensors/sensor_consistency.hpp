@@ -16,18 +16,17 @@ struct SensorRelation {
   std::string displacement, acceleration;  ///< names of the channels
   double sign = 1.0;                       ///< -1: one of the two is upside down; gain is positive
   double gain = 1.0, gain_std = 0.0;
-  double lag_s = 0.0, lag_std_s = 0.0;  ///< positive: the displacement comes later
-  std::vector<double> highpass_hz,
-      highpass_std_hz;               ///< one-pole cut-offs of the accelerometer's AC coupling, none to two
-  double highpass_sum_std_hz = 0.0;  ///< of the cut-offs' sum, which is better known than each
-  std::vector<double> declared_hz;   ///< cut-offs that the accelerometer's description names
-  double residual = 0.0;             ///< of the fit, relative to the measured ratio
+  double lag_s = 0.0, lag_std_s = 0.0;               ///< positive: the displacement comes later
+  std::vector<double> highpass_hz, highpass_std_hz;  ///< one-pole cut-offs of the accelerometer's AC coupling, none to two
+  double highpass_sum_std_hz = 0.0;                  ///< of the cut-offs' sum, which is better known than each
+  std::vector<double> declared_hz;                   ///< cut-offs that the accelerometer's description names
+  double residual = 0.0;  ///< of the fit, relative to the measured ratio; root of the fraction of power not common to both
   int num_windows = 0;
   std::string reason;  ///< not empty: the relation could not be found, and why
   /// Of a pair of any two of displacement, velocity and acceleration: how often the first of the two ("displacement")
   /// is differentiated already, and how often it has to be to become the second ("acceleration").
   int from_order = 0, order = 2;
-  bool sign_and_unit_only = false;  ///< lag and cut-offs were not looked for, and the gain is not exact
+  bool sign_and_unit_only = false;  ///< lag and cut-offs were not looked for; the gain is the ratio of the rms
 };
 
 struct RelateOptions {
@@ -56,8 +55,8 @@ enum class ScaleReference { displacement, accelerometer };
 
 /// Every other pair of channels of one body of which one is the derivative of the other (x, v, a; r, dr, ddr; y, dy,
 /// ddy), compared by sign and size alone, in the band that holds the motion: either may have been computed from the
-/// other, so that a lag or a few per cent are no sensor's problem. Velocity is compared with acceleration where there
-/// is no displacement.
+/// other, so that a lag is no sensor's problem. Velocity is compared with acceleration where there is no
+/// displacement.
 [[nodiscard]] std::vector<SensorRelation> relate_derivatives(ColumnSpectra& spectra,
                                                              const std::vector<unsigned char>& excluded);
 

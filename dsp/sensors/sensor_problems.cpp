@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <optional>
 
@@ -14,7 +15,11 @@ namespace {
 
 constexpr double significant_stds = 4.0;
 constexpr double least_gain = 3e-3, least_lag_s = 50e-6, least_cutoff_hz = 0.02, least_cutoff_fraction = 0.05;
+constexpr double calibration_std = 0.01;  // of a sensor's gain, where nothing better is known
 constexpr double gravity = 9.80665;
+
+// Of a displacement, a velocity, an acceleration.
+constexpr std::array si_units{"m", "m/s", "m/s^2"};
 
 /// A ratio of the second of a pair to the derivative of the first that two units explain.
 struct UnitRatio {
@@ -51,7 +56,7 @@ double sensitivity_factor(const SensorRelation& relation, bool of_displacement) 
 }
 
 SensorProblem polarity(const SensorRelation& r) {
-  SensorProblem problem{.kind = SensorProblemKind::polarity, .channel = r.acceleration, .value = -1.0};
+  SensorProblem problem{.kind = SensorProblemKind::polarity, .channel = r.acceleration, .value = -1.0, .either = true};
   problem.sentence = fmt::format("{} and {} have opposite signs", r.displacement, r.acceleration);
   return problem;
 }
@@ -71,11 +76,33 @@ SensorProblem gain(const SensorRelation& r, ScaleReference scale) {
   const bool of_displacement = scale == ScaleReference::accelerometer;
   SensorProblem problem{.kind = SensorProblemKind::gain, .value = r.gain, .std = r.gain_std, .limit = least_gain};
   problem.channel = of_displacement ? r.displacement : r.acceleration;
+  problem.unit = si_units[of_displacement ? 0 : 2];
   problem.sensitivity_factor = sensitivity_factor(r, of_displacement);
   const double excess = of_displacement ? 1.0 / r.gain - 1.0 : r.gain - 1.0;
   problem.sentence = fmt::format("{} reads {:.2f} +- {:.2f} % {} than {} says", problem.channel,
                                  100.0 * std::abs(excess), 100.0 * r.gain_std, excess > 0.0 ? "more" : "less",
                                  of_displacement ? r.acceleration : r.displacement);
+  return problem;
+}
+
+/// How far log(gain) of a pair compared by scale alone may be from 0. Noise in one of the two makes the ratio of their
+/// rms values wrong by the correlation at most: the regressions of each on the other are its bounds.
+double scale_limit(const SensorRelation& r) {
+  const double by_noise = -0.5 * std::log1p(-r.residual * r.residual);
+  return by_noise + significant_stds * std::hypot(r.gain_std / r.gain, std::numbers::sqrt2 * calibration_std);
+}
+
+SensorProblem scale_problem(const SensorRelation& r) {
+  SensorProblem problem{.kind = SensorProblemKind::gain,
+                        .channel = r.acceleration,
+                        .value = r.gain,
+                        .std = r.gain_std,
+                        .limit = std::expm1(scale_limit(r)),
+                        .either = true,
+                        .unit = si_units[static_cast<std::size_t>(r.from_order + r.order)],
+                        .sensitivity_factor = sensitivity_factor(r, false)};
+  problem.sentence = fmt::format("{} reads {:.4g} +- {:.1g} times the {}derivative of {}, which no two units explain",
+                                 r.acceleration, r.gain, r.gain_std, r.order == 2 ? "second " : "", r.displacement);
   return problem;
 }
 
@@ -127,6 +154,8 @@ std::vector<SensorProblem> sensor_problems(const SensorRelation& relation, Scale
   if (relation.sign < 0.0) problems.push_back(polarity(relation));
   if (const auto known = unit_ratio(relation))
     problems.push_back(unit(relation, *known));
+  else if (relation.sign_and_unit_only && std::abs(std::log(relation.gain)) > scale_limit(relation))
+    problems.push_back(scale_problem(relation));
   else if (!relation.sign_and_unit_only && exceeds(relation.gain - 1.0, relation.gain_std, least_gain))
     problems.push_back(gain(relation, scale));
   if (relation.sign_and_unit_only) return problems;

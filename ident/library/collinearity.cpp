@@ -116,8 +116,8 @@ double offset_of(const UnitProblem& problem, Index constant, Index column) {
 
 }  // namespace
 
-Collinearity collinearity(const RFactor& data, double limit) {
-  const UnitProblem problem = unit_problem(data);
+Collinearity collinearity(const RFactor& data, double limit, const Poll& poll) {
+  const UnitProblem problem = unit_problem(data, poll);
   Collinearity result;
   result.inflation = VectorXd::Ones(problem.num_terms());
   for (Index i = 0; i < problem.num_terms(); ++i)
@@ -136,8 +136,8 @@ Collinearity collinearity(const RFactor& data, double limit) {
   return result;
 }
 
-std::vector<Rival> rivals(const RFactor& data, const Fit& fit, double limit) {
-  const UnitProblem problem = unit_problem(data);
+std::vector<Rival> rivals(const RFactor& data, const Fit& fit, double limit, const Poll& poll) {
+  const UnitProblem problem = unit_problem(data, poll);
   const double noise = fit.noise_variance / (problem.target_norm(0) * problem.target_norm(0));
   std::vector<Rival> found;
   if (!(noise > 0.0) || !std::isfinite(noise)) return found;
@@ -166,7 +166,8 @@ std::vector<Rival> rivals(const RFactor& data, const Fit& fit, double limit) {
 
 std::vector<std::string> collinearity_remarks(const RFactor& data, const Fit& fit,
                                               const std::vector<const Term*>& terms,
-                                              const std::vector<std::pair<std::string, double>>& largest) {
+                                              const std::vector<std::pair<std::string, double>>& largest,
+                                              const Poll& poll) {
   std::vector<std::string> remarks;
   const UnitProblem problem = unit_problem(data);
   const auto name = [&](Index column) { return terms[static_cast<std::size_t>(column)]->name; };
@@ -184,10 +185,10 @@ std::vector<std::string> collinearity_remarks(const RFactor& data, const Fit& fi
                       "subtract its mean",
                       term.name, offset));
   }
-  Collinearity found = collinearity(data, remarkable_condition);
+  Collinearity found = collinearity(data, remarkable_condition, poll);
   for (const Index column : found.zero_columns)
     remarks.push_back(name(column) + " is zero throughout and was left out");
-  const std::vector<Rival> exchanges = best_exchanges(rivals(data, fit));
+  const std::vector<Rival> exchanges = best_exchanges(rivals(data, fit, undecided_evidence, poll));
   std::erase_if(found.dependences, [&](const NearDependence& near) {
     if (near.size <= same_column) return false;
     return std::none_of(near.terms.begin(), near.terms.end(), is_kept) ||

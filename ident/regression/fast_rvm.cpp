@@ -76,7 +76,7 @@ void climb(const MarginalLikelihood& likelihood, const FastRvmOptions& options, 
 
 Fit fit_fast_rvm(const RFactor& data, const FastRvmOptions& options) {
   Fit fit;
-  const UnitProblem problem = one_target(data, "fit_fast_rvm");
+  const UnitProblem problem = one_target(data, "fit_fast_rvm", options.poll);
   if (cannot_begin(problem, options, fit)) return fit;
   const RvmState end = search({problem, fit.tau, options.noise_floor_fraction}, options, fit);
   finish_bayesian(problem, end.kept, end.lambdas(), end.noise.variances(0), fit);

@@ -1,11 +1,14 @@
 #include "ident/regression/finish_fit.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 namespace ident {
 
@@ -70,18 +73,21 @@ void leave_out_dependent(const UnitProblem& problem, std::vector<Index>& kept, F
 
 // Variances of very small or very large units are beyond what a double holds: none is better than a wrong one.
 void withhold_unrepresentable(Fit& fit) {
-  if (!std::isnormal(fit.noise_variance)) fit.noise_variance = nan;
-  if (!fit.covariance.diagonal().unaryExpr([](double value) { return std::isnormal(value); }).all())
-    fit.covariance.setConstant(nan);
+  const bool noise = std::isnormal(fit.noise_variance);
+  const bool errors = fit.covariance.diagonal().unaryExpr([](double value) { return std::isnormal(value); }).all();
+  if (!noise) fit.noise_variance = nan;
+  if (!errors) fit.covariance.setConstant(nan);
+  if (noise && errors) return;
+  fit.no_variance = "a variance in these units is beyond what a double holds: give the data in others";
 }
 
 }  // namespace
 
-UnitProblem one_target(const RFactor& data, const char* function) {
+UnitProblem one_target(const RFactor& data, const char* function, Poll poll) {
   if (data.num_targets() != 1)
     throw std::invalid_argument(std::string(function) + ": needs one target, got " +
                                 std::to_string(data.num_targets()) + "; `select` makes data of one of them");
-  return unit_problem(data);
+  return unit_problem(data, std::move(poll));
 }
 
 bool cannot_begin(const UnitProblem& problem, Fit& fit) {
@@ -162,8 +168,10 @@ void finish_bayesian(const UnitProblem& problem, std::vector<Index> kept, Vector
 }
 
 void finish_least_squares(const UnitProblem& problem, std::vector<Index> kept, double penalty, Fit& fit) {
+  if (problem.poll) problem.poll();
+  fit.no_variance.clear();  // said of more terms, as is the status
   std::sort(kept.begin(), kept.end());
-  if (fit.status == FitStatus::too_few_rows) fit.status = FitStatus::converged;  // said of more terms
+  if (fit.status == FitStatus::too_few_rows) fit.status = FitStatus::converged;
   fit.alpha = VectorXd::Zero(0);
   fit.mean = VectorXd::Zero(0);
   fit.covariance = MatrixXd::Zero(0, 0);
@@ -197,6 +205,8 @@ void finish_least_squares(const UnitProblem& problem, std::vector<Index> kept, d
   const MatrixXd scaled = std::sqrt(noise) * (scale.asDiagonal() * root);
   fit.covariance = scaled * scaled.transpose();
   if (noise > 0.0) withhold_unrepresentable(fit);
+  if (!rows_to_spare)
+    fit.no_variance = fmt::format("{} rows for {} terms: no row is left to tell the noise", problem.num_samples, n);
   fit.alpha = VectorXd::Zero(n);
   fit.condition_number = condition_number(problem, fit.relevant);
   if (penalty == 0.0 && !(fit.condition_number < 0.1 / std::numeric_limits<double>::epsilon()))

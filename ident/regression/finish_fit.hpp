@@ -8,7 +8,7 @@
 namespace ident {
 
 /// The regression of the only target. Throws std::invalid_argument, in the name of `function`, if there are several.
-[[nodiscard]] UnitProblem one_target(const RFactor& data, const char* function);
+[[nodiscard]] UnitProblem one_target(const RFactor& data, const char* function, Poll poll);
 
 /// A fit that could not begin: no rows, zero target. True if `fit.status` was set.
 [[nodiscard]] bool cannot_begin(const UnitProblem& problem, Fit& fit);

@@ -19,6 +19,7 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 bool coordinate_descent(const UnitProblem& problem, double penalty, VectorXd& c) {
   VectorXd residual = problem.Y.col(0) - problem.A * c;
   for (int sweep = 0; sweep < 10000; ++sweep) {
+    if (problem.poll) problem.poll();
     double largest = 0.0;
     for (Index j = 0; j < problem.num_terms(); ++j) {
       if (problem.column_norm(j) == 0.0) continue;
@@ -68,7 +69,7 @@ void record(const std::vector<Index>& before, const std::vector<Index>& now, dou
 Fit fit_lasso(const RFactor& data, const LassoOptions& options) {
   if (options.path_length < 2 || !(options.path_end > 0.0 && options.path_end < 1.0))
     throw std::invalid_argument("fit_lasso: path_length must be at least 2 and path_end in (0, 1)");
-  const UnitProblem problem = one_target(data, "fit_lasso");
+  const UnitProblem problem = one_target(data, "fit_lasso", options.poll);
   Fit fit;
   fit.method = Method::lasso;
   if (cannot_begin(problem, fit)) return fit;

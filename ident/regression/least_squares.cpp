@@ -1,6 +1,3 @@
-#include <fmt/format.h>
-
-#include <cmath>
 #include <numeric>
 #include <stdexcept>
 
@@ -11,8 +8,9 @@
 namespace ident {
 namespace {
 
-Fit least_squares(const RFactor& data, const std::vector<Eigen::Index>& terms, double penalty, Method method) {
-  const UnitProblem problem = one_target(data, method == Method::ols ? "fit_ols" : "fit_ridge");
+Fit least_squares(const RFactor& data, const std::vector<Eigen::Index>& terms, double penalty, Method method,
+                  const Poll& poll) {
+  const UnitProblem problem = one_target(data, method == Method::ols ? "fit_ols" : "fit_ridge", poll);
   Fit fit;
   fit.method = method;
   if (cannot_begin(problem, fit)) return fit;
@@ -27,10 +25,6 @@ Fit least_squares(const RFactor& data, const std::vector<Eigen::Index>& terms, d
   }
   fit.steps.push_back(start_from(kept));
   finish_least_squares(problem, std::move(kept), penalty, fit);
-  if (penalty > 0.0 && std::isnan(fit.noise_variance))
-    fit.remarks.push_back(
-        fmt::format("{} rows for {} terms: no row is left to estimate the noise, so there are no error bars",
-                    problem.num_samples, fit.relevant.size()));
   for (FitStep& step : fit.steps) step.noise_variance = fit.noise_variance;
   return fit;
 }
@@ -43,17 +37,17 @@ std::vector<Eigen::Index> all_terms(const RFactor& data) {
 
 }  // namespace
 
-Fit fit_ols(const RFactor& data, const OlsOptions& /*options*/) {
-  return least_squares(data, all_terms(data), 0.0, Method::ols);
+Fit fit_ols(const RFactor& data, const OlsOptions& options) {
+  return least_squares(data, all_terms(data), 0.0, Method::ols, options.poll);
 }
 
 Fit fit_ols(const RFactor& data, const std::vector<Eigen::Index>& terms) {
-  return least_squares(data, terms, 0.0, Method::ols);
+  return least_squares(data, terms, 0.0, Method::ols, {});
 }
 
 Fit fit_ridge(const RFactor& data, const RidgeOptions& options) {
   if (!(options.lambda > 0.0)) throw std::invalid_argument("fit_ridge: lambda must be positive");
-  return least_squares(data, all_terms(data), options.lambda, Method::ridge);
+  return least_squares(data, all_terms(data), options.lambda, Method::ridge, options.poll);
 }
 
 MethodDescription describe(const RidgeOptions& /*options*/) {

@@ -21,7 +21,8 @@ FastRvmOptions as_fast(const MultiRvmOptions& options, double tau) {
           options.max_iterations,
           options.log_alpha_tolerance,
           options.initial_noise_fraction,
-          options.noise_floor_fraction};
+          options.noise_floor_fraction,
+          options.poll};
 }
 
 UnitProblem one_of(const UnitProblem& problem, Index target) {
@@ -100,7 +101,7 @@ MatrixXd MultiFit::standard_deviation() const {
 
 MultiFit fit_multi_rvm(const RFactor& data, const MultiRvmOptions& options) {
   if (data.num_targets() == 1) return of_one_target(fit_fast_rvm(data, as_fast(options, options.tau)));
-  const UnitProblem problem = unit_problem(data);
+  const UnitProblem problem = unit_problem(data, options.poll);
   MultiFit fit;
   Fit shared;
   for (Index j = 0; j < data.num_targets() && fit.status == FitStatus::converged; ++j)

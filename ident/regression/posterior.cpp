@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 namespace ident {
 namespace {
@@ -43,8 +44,9 @@ std::vector<Index> all_but(const std::vector<Index>& kept, Index num_terms) {
 
 }  // namespace
 
-UnitProblem unit_problem(const RFactor& data) {
+UnitProblem unit_problem(const RFactor& data, Poll poll) {
   UnitProblem unit;
+  unit.poll = std::move(poll);
   unit.num_samples = data.num_samples;
   unit.A = data.R.leftCols(data.num_terms);
   unit.Y = data.R.rightCols(data.num_targets());
@@ -54,6 +56,7 @@ UnitProblem unit_problem(const RFactor& data) {
 }
 
 Posterior posterior(const UnitProblem& problem, const std::vector<Index>& kept, const VectorXd& lambda) {
+  if (problem.poll) problem.poll();
   const Index b = problem.num_terms(), q = problem.num_targets(), n = static_cast<Index>(kept.size()),
               data_rows = problem.A.rows(), rows = data_rows + n;
   Posterior at;

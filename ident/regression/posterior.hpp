@@ -16,12 +16,13 @@ struct UnitProblem {
   Eigen::VectorXd column_norm;   ///< b
   Eigen::VectorXd target_norm;   ///< q
   Eigen::Index num_samples = 0;  ///< m
+  Poll poll;                     ///< called by whatever takes time of it
   [[nodiscard]] Eigen::Index num_terms() const { return A.cols(); }
   [[nodiscard]] Eigen::Index num_targets() const { return Y.cols(); }
   /// What turns the square of the first target at unit norm into the caller's.
   [[nodiscard]] double target_square() const { return target_norm(0) * target_norm(0); }
 };
-[[nodiscard]] UnitProblem unit_problem(const RFactor& data);
+[[nodiscard]] UnitProblem unit_problem(const RFactor& data, Poll poll = {});
 
 /// Prior so wide (lambda of a unit-norm column) that the posterior is least squares. Best lambdas go with the square of
 /// a sparsity, itself as small as the square of rounding: 1e-30 is below any that says something.

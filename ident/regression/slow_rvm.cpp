@@ -40,7 +40,7 @@ void drop(const UnitProblem& problem, Fixed& s, std::size_t j, Posterior& at, Fi
 }  // namespace
 
 Fit fit_slow_rvm(const RFactor& data, const SlowRvmOptions& options) {
-  const UnitProblem problem = one_target(data, "fit_slow_rvm");
+  const UnitProblem problem = one_target(data, "fit_slow_rvm", options.poll);
   Fit fit;
   if (cannot_begin(problem, options, fit)) return fit;
 

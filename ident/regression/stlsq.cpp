@@ -24,7 +24,7 @@ std::vector<Index> below_threshold(const UnitProblem& problem, const StlsqOption
 
 Fit fit_stlsq(const RFactor& data, const StlsqOptions& options) {
   if (!(options.threshold >= 0.0)) throw std::invalid_argument("fit_stlsq: threshold must not be negative");
-  const UnitProblem problem = one_target(data, "fit_stlsq");
+  const UnitProblem problem = one_target(data, "fit_stlsq", options.poll);
   Fit fit;
   fit.method = Method::stlsq;
   if (cannot_begin(problem, fit)) return fit;

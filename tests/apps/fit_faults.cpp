@@ -79,6 +79,24 @@ TEST_CASE("fewer rows than terms is code 4 where no method copes, and ridge cope
              Catch::Contains("4 rows for 7 terms") && !Catch::Contains("nan"));
 }
 
+TEST_CASE("a standard deviation whose square is beyond a double is left out with that reason", "[apps][fit_faults]") {
+  Table tiny;
+  for (int i = 0; i < 60; ++i) {
+    const double u = std::sin(1.7 * i * i), w = std::cos(2.9 * i * i);
+    tiny.text += std::to_string(3.0 * u - w + 0.1 * hash_noise(i)) + "e-160," + std::to_string(u) + "," +
+                 std::to_string(w) + "\n";
+  }
+  for (const std::string method : {"fast_rvm", "ols"}) {
+    const auto ended = fit(tiny, "u,w", method, "--json");
+    CHECK(ended.code == 0);
+    CHECK_THAT(ended.out,
+               Catch::Contains("\"std_reason\": \"a variance in these units is beyond what a double holds") &&
+                   Catch::Contains("\"noise_std_reason\": \"a variance in these units") &&
+                   !Catch::Contains("no row is left") && !Catch::Contains("too few rows\""));
+    CHECK_THAT(fit(tiny, "u,w", method).out, Catch::Contains("no standard deviations: a variance in these units"));
+  }
+}
+
 TEST_CASE("columns that add up are distinguished from those that do not", "[apps][fit_faults]") {
   const Table sums = table([](double u, double w, int i) { return 3.0 * u - w + 0.1 * hash_noise(i); });
   const auto ols = fit(sums, "u,w,u+w", "ols");

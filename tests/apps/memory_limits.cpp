@@ -34,6 +34,17 @@ std::string mat_file() {
          mat.compressed(mat.vector("v", x));
 }
 
+/// A clock and so many channels that swing, `rows` samples of each at 100 Hz.
+std::string wide_table(int num_channels, int rows) {
+  std::string text = "t";
+  for (int c = 0; c < num_channels; ++c) text += ",c" + std::to_string(c);
+  for (int i = 0; i < rows; ++i) {
+    text += "\n" + std::to_string(0.01 * i);
+    for (int c = 0; c < num_channels; ++c) text += "," + std::to_string((c % 7 + i) % 5);
+  }
+  return text + "\n";
+}
+
 }  // namespace
 
 #ifndef ARDENT_SANITIZED  // the sanitizers' own memory counts
@@ -63,6 +74,21 @@ TEST_CASE("a recording takes what the limit on memory says, and is refused befor
     CHECK(taken_bytes <= 1.2e6 * allowed_mb);
     CHECK(taken_bytes >= 0.6e6 * allowed_mb);
   }
+}
+
+TEST_CASE("a hundred thousand columns are listed quickly, and refused before they take more than is allowed",
+          "[apps][memory]") {
+  const Scratch folder;
+  (void)folder.file("wide.csv", wide_table(100'000, 4));
+  CHECK_THAT(support::expect(folder, "timeout 60 $ARDENT info wide.csv", 0, {}).out, Catch::Contains("c99999"));
+  // Each channel's samples are judged by histograms of some 74 kB.
+  const auto refused = support::expect(folder, "timeout 60 $ARDENT check wide.csv", 4, {"[memory.limit]", "fewer"});
+  CHECK(refused.peak_kb < 1'000'000);
+  (void)folder.file("less.csv", wide_table(4000, 4));
+  const auto needed = support::expect(folder, "$ARDENT check less.csv --max-memory 100", 4, {"[memory.limit]"}).err;
+  const double needed_mb = std::stod(needed.substr(needed.find("needs ") + 6));
+  const auto taken = support::expect(folder, "$ARDENT check less.csv --max-memory 1000", 3, {"[sample.too_few]"});
+  CHECK(1.024e-3 * static_cast<double>(taken.peak_kb) < 1.2 * needed_mb);
 }
 
 #endif

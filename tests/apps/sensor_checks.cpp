@@ -6,6 +6,7 @@
 #include "dsp/io/sound_file.hpp"
 #include "support/program.hpp"
 #include "support/rig.hpp"
+#include "support/signals.hpp"
 
 using nlohmann::json;
 using support::Scratch;
@@ -91,8 +92,9 @@ TEST_CASE("lines for a channel given by its unit", "[apps][sensor_checks]") {
   dsp::ChannelSpec channel;
   channel.role = dsp::Role::ddy;
   channel.unit = "g";
-  const dsp::SensorProblem gain{.kind = dsp::SensorProblemKind::gain, .sensitivity_factor = 1.02};
+  const dsp::SensorProblem gain{.kind = dsp::SensorProblemKind::gain, .unit = "m/s^2", .sensitivity_factor = 1.02};
   CHECK(apps::remedy(gain, &channel) == "full_scale = \"9.61436 m/s^2\"");  // 9.80665 / 1.02
+  CHECK(apps::remedy(gain, nullptr) == "full_scale = \"0.980392 m/s^2\"");
   const dsp::SensorProblem unit{.kind = dsp::SensorProblemKind::unit, .unit = "mm"};
   CHECK(apps::remedy(unit, &channel) == "unit = \"mm\"");
   channel.delay_s = 1e-3;
@@ -101,7 +103,8 @@ TEST_CASE("lines for a channel given by its unit", "[apps][sensor_checks]") {
         "highpass = [0.4, 0.3]");
 }
 
-TEST_CASE("a table's displacement, velocity and acceleration are compared for sign and unit", "[apps][sensor_checks]") {
+TEST_CASE("a table's displacement, velocity and acceleration are compared for sign and scale",
+          "[apps][sensor_checks]") {
   // A slow swing and a fast one, a hundred seconds at 50 Hz; velocity and acceleration by hand.
   const auto table = [](double x_scale, double v_scale, double a_scale) {
     dsp::Recording recording{.name = "table", .sample_rate_hz = 50.0};
@@ -139,6 +142,12 @@ TEST_CASE("a table's displacement, velocity and acceleration are compared for si
     one(table(1, 1, 1 / 9.80665), "sensor.unit", "name = \"a\": unit = \"g\"");
     one(table(1, 1000, 1), "sensor.unit", "name = \"v\": unit = \"mm/s\"");
     one(table(1, 1, -1), "sensor.polarity", "a\" or its partner, whichever is wired the wrong way round: sign = -1");
+    one(table(1, 1, 1.2), "sensor.gain",
+        "name = \"a\" or its partner, whichever is calibrated wrongly: full_scale = \"0.833333 m/s^2\"");
+    one(table(1, 0.7, 1), "sensor.gain", "v reads 0.7");
+    dsp::Recording noisy = table(1, 1, 1);  // noise in x that takes a tenth off the ratio
+    noisy.samples.col(0) += support::gaussian(5000, 5, 0.3 * 0.0143);
+    CHECK(raised_of(noisy, recipe).empty());
     const Lines both = raised_of(table(1000, 1, 1), recipe);  // seen from v and from a
     REQUIRE(both.size() == 2);
     for (const auto& [name, line] : both) CHECK_THAT(line, Catch::Contains("name = \"x\": unit = \"mm\""));

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <ctime>
 
 #include "dsp/io/sound_file.hpp"
 #include "dsp/motion.hpp"
@@ -71,6 +72,24 @@ bool has_check(const dsp::Recording& recording, const std::string& name) {
 }
 
 }  // namespace
+
+TEST_CASE("a hundred thousand columns are read in a time that grows with their number", "[dsp][read_recording]") {
+  const Scratch scratch;
+  const auto seconds = [&](int num_columns) {
+    std::string text = "t";
+    for (int c = 1; c < num_columns; ++c) text += ",c" + std::to_string(c);
+    for (const char* time : {"0", "0.01", "0.02", "0.03"}) {
+      text += std::string("\n") + time;
+      for (int c = 1; c < num_columns; ++c) text += ",1.5";
+    }
+    const auto file = scratch.file("wide.csv", text + "\n");
+    const std::clock_t begin = std::clock();
+    CHECK(dsp::read_recording(file, {}).samples.cols() == num_columns - 1);
+    return static_cast<double>(std::clock() - begin);
+  };
+  // Four times as many: 4 times the time if linear, 16 if quadratic.
+  CHECK(seconds(100'000) < 9.0 * seconds(25'000));
+}
 
 TEST_CASE("integers become SI by full scale, sensitivity, offset and sign, in the sidecar's order",
           "[dsp][read_recording]") {

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 
 #include "support/random.hpp"
 
@@ -44,6 +45,33 @@ TEST_CASE("a setting reaches the methods that have it, and no other", "[ident][m
   CHECK(settings.value("tau") == 3.0);
   CHECK_THROWS_AS(settings.set("taw", 3.0), std::invalid_argument);
   CHECK_THROWS_AS((void)settings.value("taw"), std::invalid_argument);
+}
+
+TEST_CASE("every fit can be stopped at each of its steps", "[ident][methods]") {
+  struct Stop {};
+  const MatrixXd phi = gaussian(100, 4, 1);
+  const auto data = ident::r_factor(phi, phi.col(1) + 0.1 * gaussian(100, 1, 2));
+  for (const ident::MethodDescription& row : ident::methods()) {
+    CAPTURE(row.name);
+    int calls = 0, last = std::numeric_limits<int>::max();
+    ident::MethodOptions options = row.defaults;
+    std::visit(
+        [&](auto& own) {
+          own.poll = [&] {
+            if (++calls > last) throw Stop();
+          };
+        },
+        options);
+    (void)ident::fit(data, options);
+    REQUIRE(calls > 0);
+    const int all = calls;
+    for (last = 0; last < all; ++last) {
+      calls = 0;
+      CHECK_THROWS_AS((void)ident::fit(data, options), Stop);
+    }
+    calls = 0;
+    CHECK_NOTHROW((void)ident::fit(data, options));
+  }
 }
 
 TEST_CASE("a method for one target refuses several instead of taking the first", "[ident][methods]") {

@@ -80,7 +80,7 @@ TEST_CASE("what the system or a file refuses is no mistake of the program", "[ap
     ends(folder, "$ARDENT " + command + "loop/o", 5, {"symbolic links"});
     ends(folder, "$ARDENT " + command + "plain/o", 5, {"plain"});
   }
-  ends(folder, "$ARDENT sim duffing --duration 1e18 -o o", 4, {"[memory.exhausted]", "Shorten --duration"});
+  ends(folder, "$ARDENT sim duffing --duration 1e9 -o o", 4, {"[memory.exhausted]", "Shorten --duration"});
   ends(folder, "$ARDENT sim qzs --from 1e15 --raw -o o", 4, {"[memory.exhausted]", "--from"});
 }
 
@@ -127,6 +127,12 @@ TEST_CASE("numbers of the command line out of their range are refused", "[apps][
                                 "sim duffing -o o --threads -1",
                                 "sim duffing -o o --noise nan",
                                 "sim duffing -o o --noise 1e999",
+                                "sim duffing -o o --noise 1e300",
+                                "sim qzs --raw -o o --noise 1e300",
+                                "replicate table-1 -o o --noise 1e300",
+                                "sim duffing -o o --duration 1e308",
+                                "sim qzs -o o --duration 1e308",
+                                "sim qzs --raw -o o --from 1e308",
                                 "sim duffing -o o --duration -1",
                                 "sim duffing -o o --duration inf",
                                 "replicate table-1 -o o --seeds -1",
@@ -141,6 +147,8 @@ TEST_CASE("numbers of the command line out of their range are refused", "[apps][
                                 "fit x.csv --target x --terms t --ridge-lambda 1e999"})
     ends(folder, std::string("$ARDENT ") + arguments, 2, {});
   CHECK_FALSE(fs::exists(folder / "o"));
+  ends(folder, "$ARDENT sim duffing -o o --duration 1e308", 2, {"--duration 1e+308, want 0.01 to 1e+09"});
+  ends(folder, "$ARDENT sim duffing -o o --noise 1e300", 2, {"--noise 1e+300, want 0 to 1000"});
   expect(folder, "$ARDENT sim duffing -o o --seed 010 --duration 1", 0, {});
   CHECK_THAT(bytes_of(folder / "o/truth.json"), Catch::Contains("\"seed\": 10,"));
 }

@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <string>
 #include <thread>
@@ -28,7 +29,38 @@ void stops(const Scratch& folder, const std::string& command, int signal) {
   CHECK_FALSE(fs::exists(folder / "o"));
 }
 
+/// A table of seven columns without pattern, and 300 products of six of them, at most five of one.
+void make_wide_library(const Scratch& folder) {
+  std::string table = "y,a,b,c,d,e,g\n", terms;
+  for (int i = 0; i < 1500; ++i) {
+    for (int j = 0; j < 7; ++j) table += (j > 0 ? "," : "") + std::to_string(std::sin(1.3 * (j + 1) * i * i + j));
+    table += "\n";
+  }
+  int num_terms = 0;
+  for (int code = 1; num_terms < 300; ++code) {  // powers as digits
+    std::string term;
+    int rest = code, degree = 0;
+    for (const char* name : {"a", "b", "c", "d", "e", "g"}) {
+      if (rest % 6 > 0) term += (term.empty() ? "" : "*") + std::string(name) + "^" + std::to_string(rest % 6);
+      degree += rest % 6;
+      rest /= 6;
+    }
+    if (degree > 5) continue;
+    terms += term + "\n";
+    ++num_terms;
+  }
+  (void)folder.file("wide.csv", table);
+  (void)folder.file("terms.txt", terms);
+}
+
 }  // namespace
+
+TEST_CASE("a signal stops a fit of hundreds of terms, whatever the method", "[apps][interrupt]") {
+  const Scratch folder;
+  make_wide_library(folder);
+  for (const char* method : {"slow_rvm", "ols"})
+    stops(folder, std::string("fit wide.csv --target y --terms terms.txt --methods ") + method, SIGTERM);
+}
 
 TEST_CASE("a signal stops whatever computes for long", "[apps][interrupt]") {
   const Scratch folder;

@@ -223,11 +223,6 @@ TEST_CASE("a hidden folder of that name that is not Ardent's is refused and stay
     (void)folder.file(".run.ardent/lock", "4711");
     named /= "lock";
   }
-  SECTION("with something else beside the lock") {
-    leave_staging(folder, "run");
-    (void)folder.file(".run.ardent/diary", "mine");
-    named /= "diary";
-  }
   SECTION("a file") {
     (void)folder.file(".run.ardent", "mine");
   }
@@ -254,9 +249,26 @@ TEST_CASE("a person's file in results that were just replaced is kept and named 
   fs::create_directories(folder / ".run.ardent/new");
   fs::copy(folder / "run", folder / ".run.ardent/new/run", fs::copy_options::recursive);
   (void)folder.file(".run.ardent/new/run/notes.txt", "mine");
-  check_fault([&] { make_results(folder / "run", true, "newer"); }, output, "output.foreign", {".run.ardent/new/run"});
+  check_fault([&] { make_results(folder / "run", true, "newer"); }, output, "output.foreign",
+              {".run.ardent/new/run/notes.txt: is not Ardent's and lies in .run.ardent, which a killed command left",
+               "Move it elsewhere"});
   CHECK(bytes_of(folder / ".run.ardent/new/run/notes.txt") == "mine");
+  CHECK(bytes_of(folder / ".run.ardent/new/run/equation.txt") == "new");
   CHECK(bytes_of(folder / "run/equation.txt") == "new");
+}
+
+TEST_CASE("a person's file beside the lock of a killed command is kept, and the message says where it is",
+          "[apps][output_folder]") {
+  const support::Scratch folder;
+  leave_staging(folder, "run");
+  (void)folder.file(".run.ardent/diary", "mine");
+  check_fault([&] { make_results(folder / "run", true, "a"); }, output, "output.foreign",
+              {".run.ardent/diary: is not Ardent's and lies in .run.ardent, which a killed command left behind",
+               "Move it elsewhere, then try again"});
+  CHECK(bytes_of(folder / ".run.ardent/diary") == "mine");
+  fs::rename(folder / ".run.ardent/diary", folder / "diary");
+  make_results(folder / "run", true, "a");
+  CHECK_FALSE(fs::exists(folder / ".run.ardent"));
 }
 
 TEST_CASE("a symbolic link at the output place is refused", "[apps][output_folder]") {

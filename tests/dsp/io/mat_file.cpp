@@ -4,6 +4,8 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
+#include <map>
 
 #include "support/fault.hpp"
 #include "support/fuzz.hpp"
@@ -139,6 +141,21 @@ TEST_CASE("integers, logicals and the columns of a matrix are read, and what is 
       scratch.file("a.mat", mat.header() + mat.matrix("data", 6, {50, 2}, mat.element(9, mat.values(wave(100))))));
   CHECK(alone->info().columns == std::vector<std::string>{"data_1", "data_2"});
   CHECK(alone->info().num_frames == 50);
+}
+
+TEST_CASE("whole numbers of more digits than a double has are counted", "[dsp][mat_file]") {
+  const Scratch scratch;
+  const Mat mat;
+  constexpr std::int64_t edge = std::int64_t{1} << 53;
+  const std::vector<std::int64_t> signs{edge + 1, -edge - 1, edge + 2, std::numeric_limits<std::int64_t>::min(), 0};
+  const std::vector<std::uint64_t> all{~std::uint64_t{0}, edge, edge * 2 + 4, 1, 0};
+  const auto source = dsp::open_source(
+      scratch.file("a.mat", mat.header() + mat.matrix("signs", 14, {5, 1}, mat.element(12, mat.values(signs))) +
+                                mat.matrix("all", 15, {5, 1}, mat.element(13, mat.values(all)))));
+  std::map<std::string, double> rounded;
+  for (const dsp::Check& check : source->info().checks)
+    if (check.name == "mat.rounded" && check.status == dsp::CheckStatus::warning) rounded[check.channel] = check.value;
+  CHECK(rounded == std::map<std::string, double>{{"signs", 2.0}, {"all", 1.0}});
 }
 
 TEST_CASE("a truncated MATLAB file is refused, compressed or not", "[dsp][mat_file]") {
