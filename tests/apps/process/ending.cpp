@@ -81,7 +81,7 @@ TEST_CASE("what the system or a file refuses is no mistake of the program", "[ap
     ends(folder, "$ARDENT " + command + "plain/o", 5, {"plain"});
   }
   ends(folder, "$ARDENT sim duffing --duration 1e9 -o o", 4, {"[memory.exhausted]", "Shorten --duration"});
-  ends(folder, "$ARDENT sim qzs --from 1e15 --raw -o o", 4, {"[memory.exhausted]", "--from"});
+  ends(folder, "$ARDENT sim qzs --from 1e9 --raw -o o", 4, {"[memory.exhausted]", "--from"});
 }
 
 TEST_CASE("nothing waits for a pipe that no one writes to", "[apps][ending]") {
