@@ -116,11 +116,10 @@ std::vector<unsigned char> mask(const std::vector<Interval>& bad, Index n, doubl
   return marked.excluded;
 }
 
-void bring_to_agree(Prepared& prepared, Recording& bus) {
+void bring_to_agree(Prepared& prepared, const Recording& bus, ColumnSpectra& spectra,
+                    const std::vector<unsigned char>& excluded) {
   keep_raw(prepared, bus);
-  ColumnSpectra spectra(bus);
-  Equalised equal =
-      equalise_sensors(spectra, mask(bus.bad, bus.samples.rows(), bus.sample_rate_hz), prepared.options.scale);
+  Equalised equal = equalise_sensors(spectra, excluded, prepared.options.scale);
   restore_low_frequencies(spectra, equal.highpass_hz);
   spectra.store();
   prepared.relations = std::move(equal.relations);
@@ -171,9 +170,11 @@ void finish(Prepared& prepared, Recording bus, const std::optional<FilterSheet>&
     const auto excluded = mask(bus.bad, bus.samples.rows(), bus.sample_rate_hz);
     ColumnSpectra spectra(bus);
     prepared.derivatives = relate_derivatives(spectra, excluded);
-    if (!prepared.equalised()) prepared.relations = relate_pairs(spectra, excluded);
+    if (prepared.equalised())
+      bring_to_agree(prepared, bus, spectra, excluded);
+    else
+      prepared.relations = relate_pairs(spectra, excluded);
   }
-  if (prepared.equalised()) bring_to_agree(prepared, bus);
   bus.bad.clear();
   if (o.recipe == Recipe::paper)
     prepared.signals =
