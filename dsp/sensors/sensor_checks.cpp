@@ -1,4 +1,4 @@
-#include "apps/sensor_checks.hpp"
+#include "dsp/sensors/sensor_checks.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -6,43 +6,42 @@
 #include <algorithm>
 #include <cmath>
 
-namespace apps {
+namespace dsp {
 namespace {
 
-using Kind = dsp::SensorFaultKind;
+using Kind = SensorFaultKind;
 
 /// In the units a sensor's sheet uses.
-std::string sensitivity_text(const dsp::Sensitivity& sensitivity, double factor) {
+std::string sensitivity_text(const Sensitivity& sensitivity, double factor) {
   const double value = sensitivity.value * factor;
   if (sensitivity.electrical == "V" && sensitivity.measured == "m") return fmt::format("{:.5g} mV/mm", value);
   if (sensitivity.electrical == "V" && sensitivity.measured == "m/s^2")
-    return fmt::format("{:.5g} mV/g", 1e3 * dsp::find_unit("g").factor * value);
+    return fmt::format("{:.5g} mV/g", 1e3 * find_unit("g").factor * value);
   return fmt::format("{:.5g} {}/({})", value, sensitivity.electrical, sensitivity.measured);
 }
 
 /// What the channel's numbers are to be multiplied by, as the key that does it.
-std::string scale_line(const dsp::SensorFault& fault, const dsp::ChannelSpec* channel) {
+std::string scale_line(const SensorFault& fault, const ChannelSpec* channel) {
   if (channel != nullptr && channel->sensitivity)
     return fmt::format("sensitivity = \"{}\"", sensitivity_text(*channel->sensitivity, fault.sensitivity_factor));
   if (fault.kind == Kind::unit) return fmt::format("unit = \"{}\"", fault.unit);
-  const dsp::Unit unit = channel != nullptr && !channel->unit.empty() ? dsp::find_unit(channel->unit) : dsp::Unit{};
-  const std::string si = !unit.si.empty() ? unit.si : channel != nullptr ? dsp::si_unit(channel->role) : "";
+  const Unit unit = channel != nullptr && !channel->unit.empty() ? find_unit(channel->unit) : Unit{};
+  const std::string si = !unit.si.empty() ? unit.si : channel != nullptr ? si_unit(channel->role) : "";
   return fmt::format("full_scale = \"{:.6g} {}\"", unit.factor / fault.sensitivity_factor, si);
 }
 
 /// Of a pair whose lag and corners are corrected: scales and signs that are off by too much are left as they are.
-bool corrects(const dsp::SensorRelation& relation, const dsp::SensorFault& fault) {
+bool corrects(const SensorRelation& relation, const SensorFault& fault) {
   const bool of_scale = fault.kind == Kind::unit || fault.kind == Kind::gain;
   return fault.kind != Kind::polarity && (!of_scale || gain_is_plausible(relation));
 }
 
-dsp::Check check_of(const dsp::SensorFault& fault, bool corrected, const dsp::ChannelSpec* channel,
-                    const std::string& sidecar) {
-  dsp::Check check{.name = "sensor." + std::string(to_string(fault.kind)),
-                   .channel = fault.channel,
-                   .value = fault.value,
-                   .limit = fault.limit};
-  check.status = corrected ? dsp::CheckStatus::note : dsp::CheckStatus::warning;
+Check check_of(const SensorFault& fault, bool corrected, const ChannelSpec* channel, const std::string& sidecar) {
+  Check check{.name = "sensor." + std::string(to_string(fault.kind)),
+              .channel = fault.channel,
+              .value = fault.value,
+              .limit = fault.limit};
+  check.status = corrected ? CheckStatus::note : CheckStatus::warning;
   const bool either = fault.kind == Kind::polarity;
   check.message =
       fmt::format("{}; {}. In {}, [[channel]] name = \"{}\"{}: {}", fault.sentence,
@@ -51,19 +50,19 @@ dsp::Check check_of(const dsp::SensorFault& fault, bool corrected, const dsp::Ch
   return check;
 }
 
-dsp::Check relation_check(const dsp::SensorRelation& relation, std::string found, dsp::CheckStatus without) {
+Check relation_check(const SensorRelation& relation, std::string found, CheckStatus without) {
   const bool known = relation.reason.empty();
   return {.name = "sensor.relation",
           .channel = relation.name,
-          .status = known ? dsp::CheckStatus::ok : without,
+          .status = known ? CheckStatus::ok : without,
           .value = relation.gain,
-          .limit = dsp::largest_gain_error,
+          .limit = largest_gain_error,
           .message = known ? std::move(found) : "not compared: " + relation.reason};
 }
 
 }  // namespace
 
-std::string remedy(const dsp::SensorFault& fault, const dsp::ChannelSpec* channel) {
+std::string remedy(const SensorFault& fault, const ChannelSpec* channel) {
   switch (fault.kind) {
     case Kind::polarity:
       return fmt::format("sign = {}", channel != nullptr && channel->sign < 0.0 ? 1 : -1);
@@ -79,34 +78,34 @@ std::string remedy(const dsp::SensorFault& fault, const dsp::ChannelSpec* channe
   return {};
 }
 
-std::vector<dsp::Check> sensor_checks(const dsp::Prepared& prepared, const std::vector<dsp::ChannelSpec>& channels,
-                                      const std::string& sidecar) {
-  std::vector<dsp::Check> checks;
-  const auto add = [&](dsp::Check pair, const dsp::SensorRelation& relation, bool corrected) {
+std::vector<Check> sensor_checks(const Prepared& prepared, const std::vector<ChannelSpec>& channels,
+                                 const std::string& sidecar) {
+  std::vector<Check> checks;
+  const auto add = [&](Check pair, const SensorRelation& relation, bool corrected) {
     checks.push_back(std::move(pair));
-    for (const dsp::SensorFault& fault : sensor_faults(relation, prepared.options.scale)) {
+    for (const SensorFault& fault : sensor_faults(relation, prepared.options.scale)) {
       const auto spec = std::find_if(channels.begin(), channels.end(),
-                                     [&](const dsp::ChannelSpec& channel) { return channel.name == fault.channel; });
+                                     [&](const ChannelSpec& channel) { return channel.name == fault.channel; });
       checks.push_back(
           check_of(fault, corrected && corrects(relation, fault), spec == channels.end() ? nullptr : &*spec, sidecar));
     }
   };
-  for (const dsp::SensorRelation& relation : prepared.relations)
+  for (const SensorRelation& relation : prepared.relations)
     add(relation_check(
             relation,
             fmt::format("accelerometer to displacement: gain {:.5f}, displacement {:.3f} ms late, "
                         "corners [{:.4f}] Hz",
                         relation.sign * relation.gain, 1e3 * relation.lag_s, fmt::join(relation.highpass_hz, ", ")),
-            dsp::CheckStatus::warning),
+            CheckStatus::warning),
         relation, prepared.equalised() && can_be_corrected(relation));
-  for (const dsp::SensorRelation& relation : prepared.derivatives)
+  for (const SensorRelation& relation : prepared.derivatives)
     add(relation_check(
             relation,
             fmt::format("{} is {:.5f} times the {}derivative of {}", relation.acceleration,
                         relation.sign * relation.gain, relation.order == 2 ? "second " : "", relation.displacement),
-            dsp::CheckStatus::note),
+            CheckStatus::note),
         relation, false);
   return checks;
 }
 
-}  // namespace apps
+}  // namespace dsp
