@@ -1,6 +1,7 @@
 #include "dsp/memory_limit.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "dsp/fault.hpp"
 
@@ -13,6 +14,14 @@ void require_memory(const std::string& name, double bytes, std::size_t max_memor
       fmt::format("{}: needs {:.4g} MB of memory, {:.4g} MB are allowed. Try fewer channels, a shorter interval, "
                   "a lower prepare.rate_hz or a larger --max-memory",
                   name, 1e-6 * bytes, 1e-6 * static_cast<double>(max_memory_bytes)));
+}
+
+void require_machine_memory(std::string_view what, double bytes, std::string_view remedy) {
+  const double memory = static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGESIZE));
+  if (bytes > memory)
+    throw Fault(FaultKind::numerics, "memory.exhausted",
+                fmt::format("{} needs {:.3g} MB of memory, the machine has {:.3g} MB. {}", what, 1e-6 * bytes,
+                            1e-6 * memory, remedy));
 }
 
 }  // namespace dsp

@@ -118,12 +118,10 @@ std::vector<unsigned char> mask(const std::vector<Interval>& bad, Index n, doubl
   return marked.excluded;
 }
 
-void equalise(Prepared& prepared, Recording& intermediate) {
+void equalise(Prepared& prepared, const Recording& intermediate, ColumnSpectra& spectra,
+              const std::vector<unsigned char>& excluded) {
   keep_raw(prepared, intermediate);
-  ColumnSpectra spectra(intermediate);
-  Equalised equal =
-      equalise_sensors(spectra, mask(intermediate.bad, intermediate.samples.rows(), intermediate.sample_rate_hz),
-                       prepared.options.scale);
+  Equalised equal = equalise_sensors(spectra, excluded, prepared.options.scale);
   restore_low_frequencies(spectra, equal.highpass_hz);
   spectra.store();
   prepared.relations = std::move(equal.relations);
@@ -174,9 +172,11 @@ void finish(Prepared& prepared, Recording intermediate, const std::optional<Filt
     const auto excluded = mask(intermediate.bad, intermediate.samples.rows(), intermediate.sample_rate_hz);
     ColumnSpectra spectra(intermediate);
     prepared.derivatives = relate_derivatives(spectra, excluded);
-    if (!prepared.equalised()) prepared.relations = relate_pairs(spectra, excluded);
+    if (prepared.equalised())
+      equalise(prepared, intermediate, spectra, excluded);
+    else
+      prepared.relations = relate_pairs(spectra, excluded);
   }
-  if (prepared.equalised()) equalise(prepared, intermediate);
   intermediate.bad.clear();
   if (o.recipe == Recipe::paper)
     prepared.signals =

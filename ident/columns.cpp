@@ -45,6 +45,10 @@ VectorXd through_filter(const VectorXd& values, const dsp::ColumnFilter& filter)
 
 }  // namespace
 
+double column_bytes(const dsp::Motion& signals, std::size_t num_terms) {
+  return sizeof(double) * static_cast<double>(signals.num_samples()) * static_cast<double>(num_terms);
+}
+
 Columns form_columns(const CandidateLibrary& library, const std::string& target, const dsp::Prepared& prepared,
                      const std::function<void()>& poll) {
   const bool matched = prepared.options.recipe == dsp::Recipe::matched;

@@ -30,6 +30,9 @@ struct Columns {
   std::vector<DroppedTerm> dropped;
 };
 
+/// What phi takes for this many terms.
+[[nodiscard]] double column_bytes(const dsp::Motion& signals, std::size_t num_terms);
+
 /// "matched": each term is evaluated at the intermediate rate and passes the target's filter; "paper": terms are
 /// evaluated on the filtered signals. Sample i of the result is sample i of prepared.signals, which must outlive it.
 /// `poll` is called before each column and may throw to stop. Throws std::invalid_argument for a target that is no

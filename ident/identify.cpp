@@ -11,6 +11,7 @@
 #include "dsp/fault.hpp"
 #include "ident/library/collinearity.hpp"
 #include "ident/methods.hpp"
+#include "ident/rows_of_terms.hpp"
 #include "ident/validate/judge.hpp"
 
 namespace ident {
@@ -22,39 +23,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr Index block_rows = 1024;
-
-/// The rows of a range in these terms, read from the recordings' columns as they are needed.
-class RowsOfTerms {
- public:
-  RowsOfTerms(const std::vector<Row>& rows, const std::vector<Columns>& recordings, std::vector<Index> terms)
-      : rows_(rows), recordings_(recordings), terms_(std::move(terms)) {}
-  [[nodiscard]] Index size() const { return static_cast<Index>(rows_.size()); }
-  [[nodiscard]] Index num_terms() const { return static_cast<Index>(terms_.size()); }
-  /// Rows [first, first + block.rows()).
-  void read(Index first, Eigen::Ref<MatrixXd> block) const {
-    for (Index j = 0; j < block.cols(); ++j)
-      for (Index i = 0; i < block.rows(); ++i) {
-        const Row& row = rows_[static_cast<std::size_t>(first + i)];
-        block(i, j) = recordings_[row.recording].phi(row.sample, terms_[static_cast<std::size_t>(j)]);
-      }
-  }
-  /// Calls visit(first row, block) for all rows in order.
-  template <class Visit>
-  void for_each_block(Visit&& visit) const {
-    MatrixXd block;
-    for (Index first = 0; first < size(); first += block_rows) {
-      block.resize(std::min(block_rows, size() - first), num_terms());
-      read(first, block);
-      visit(first, block);
-    }
-  }
-
- private:
-  const std::vector<Row>& rows_;
-  const std::vector<Columns>& recordings_;
-  std::vector<Index> terms_;
-};
 
 std::vector<Index> first_integers(Index count) {
   std::vector<Index> all(static_cast<std::size_t>(count));
@@ -243,8 +211,10 @@ RangeData range_data(RangeResult& result, const std::vector<Columns>& recordings
                      fmt::format("range '{}': every candidate term was dropped; the first, {}, is {}.",
                                  result.spec.name, result.dropped.front().name, result.dropped.front().reason));
   const RowsOfTerms columns(rows, recordings, range.terms);
+  Eigen::RowVectorXd largest(columns.num_terms() + 1);
+  largest << extent.largest(range.terms).transpose(), range.train.cwiseAbs().maxCoeff();
   range.data = r_factor(
-      columns.size(), columns.num_terms(), 1,
+      columns.size(), columns.num_terms(), largest,
       [&](Index first, Eigen::Ref<MatrixXd> block) {
         if (options.poll) options.poll();
         columns.read(first, block.leftCols(columns.num_terms()));
@@ -387,20 +357,28 @@ RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
   return result;
 }
 
+std::vector<RangeResult> identify(const std::vector<Range>& ranges, const std::vector<Columns>& recordings,
+                                  const CandidateLibrary& library, const IdentifyOptions& options) {
+  std::vector<RangeResult> results;
+  for (const Range& range : ranges) {
+    if (options.before_range) options.before_range(range);
+    results.push_back(identify(range, recordings, library, options));
+    if (options.after_range) options.after_range(results.back());
+  }
+  judge(results);
+  return results;
+}
+
 std::vector<RangeResult> identify(Record record, const LibraryOptions& library, IdentifyOptions options) {
   const std::vector<Range> ranges = default_ranges({&record});
   if (record.prepared.x_is_difference)
     dsp::set_displacement_zero(record.prepared, mean_of_first_range(record, ranges, 1));
-  const dsp::Motion& signals = record.prepared.signals;
-  const CandidateLibrary compiled = make_library(library, options.target, signals);
-  std::vector<Columns> columns{form_columns(compiled, options.target, record.prepared, options.poll)};
-  columns.front().regimes = record.regimes;
-  columns.front().power = record.power;
-  options.target_unit = signals.find(options.target)->unit;
-  std::vector<RangeResult> results;
-  for (const Range& range : ranges) results.push_back(identify(range, columns, compiled, options));
-  judge(results);
-  return results;
+  const CandidateLibrary compiled = record_library(library, options.target, record.prepared);
+  options.target_unit = record.prepared.signals.find(options.target)->unit;
+  std::vector<Columns> columns;
+  columns.push_back(
+      record_columns(compiled, options.target, record, dsp::ReadOptions{}.max_memory_bytes, options.poll));
+  return identify(ranges, columns, compiled, options);
 }
 
 }  // namespace ident

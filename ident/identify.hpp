@@ -55,8 +55,10 @@ struct IdentifyOptions {
   std::string target = "a", target_unit;
   std::vector<MethodOptions> methods = {FastRvmOptions{}, SlowRvmOptions{}, StlsqOptions{}};
   int num_threads = 1;
-  bool free_run = true;  ///< false: the rows of a table are no time response
-  Poll poll = {};        ///< called within fits and free runs, from any thread
+  bool free_run = true;                                 ///< false: the rows of a table are no time response
+  Poll poll = {};                                       ///< called within fits and free runs, from any thread
+  std::function<void(const Range&)> before_range = {};  ///< called before each of several ranges is fitted
+  std::function<void(const RangeResult&)> after_range = {};  ///< and behind each, before it is judged
 };
 
 /// Fits each method on the training rows of a range and judges all but what other ranges say of it (judgement).
@@ -65,9 +67,14 @@ struct IdentifyOptions {
 [[nodiscard]] RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
                                    const CandidateLibrary& library, const IdentifyOptions& options);
 
+/// Each range in turn, judged beside the others.
+[[nodiscard]] std::vector<RangeResult> identify(const std::vector<Range>& ranges,
+                                                const std::vector<Columns>& recordings, const CandidateLibrary& library,
+                                                const IdentifyOptions& options);
+
 /// The usual case in one call: the ranges of a record (its own, else default_ranges), about the zero of x that a
-/// difference of two displacements needs, by the library given; judged. Throws as make_library, form_columns and
-/// identify do; target_unit is the record's.
+/// difference of two displacements needs, by the library given; judged. Throws as record_library, record_columns
+/// and identify do; target_unit is the record's.
 [[nodiscard]] std::vector<RangeResult> identify(Record record, const LibraryOptions& library,
                                                 IdentifyOptions options = {});
 

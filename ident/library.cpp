@@ -1,11 +1,14 @@
 #include "ident/library.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
 #include <functional>
 
+#include "dsp/fault.hpp"
+#include "dsp/signals.hpp"
 #include "ident/library/dimension.hpp"
 
 namespace ident {
@@ -72,6 +75,30 @@ std::vector<std::string> term_texts(const LibraryOptions& options) {
   return texts;
 }
 
+/// Relative, payload's and base's motion of one order are one identity, relative = payload - base: with its other
+/// members among the terms the target explains itself. Without a base the first two are the same signal.
+void refuse_identity(const CandidateLibrary& library, const std::string& target, const dsp::Motion& signals) {
+  const dsp::SignalInfo* known = dsp::find_signal(target);
+  if (known == nullptr || known->order < 0) return;
+  const auto among_terms = [&](const std::string& name) {
+    const Expression signal(name);
+    return std::any_of(library.terms.begin(), library.terms.end(),
+                       [&](const auto& term) { return term.expression.ratio_to(signal).has_value(); });
+  };
+  std::vector<std::string> others;
+  for (const dsp::Body body : {dsp::Body::relative, dsp::Body::payload, dsp::Body::base})
+    if (const std::string name(dsp::motion_signal(body, known->order).name);
+        name != target && signals.find(name) != nullptr)
+      others.push_back(name);
+  if (!others.empty() && std::all_of(others.begin(), others.end(), among_terms))
+    throw dsp::Fault(
+        dsp::FaultKind::usage, "library.target",
+        fmt::format("library: the target {} is {} by definition and would explain itself. Remove {}.", target,
+                    others.size() == 1 ? "the term " + others.front() + " here, where no base moves,"
+                                       : fmt::format("made of the terms {}", fmt::join(others, " and ")),
+                    others.size() == 1 ? "it" : "one of them"));
+}
+
 }  // namespace
 
 CandidateLibrary make_library(const LibraryOptions& options, const std::string& target, const dsp::Motion& signals) {
@@ -99,6 +126,20 @@ CandidateLibrary make_library(const LibraryOptions& options, const std::string& 
   if (library.terms.empty())
     throw dsp::Fault(dsp::FaultKind::usage, "library.empty",
                      "library: no terms; give an order above 0 or a list of terms");
+  return library;
+}
+
+CandidateLibrary record_library(const LibraryOptions& options, const std::string& target,
+                                const dsp::Prepared& prepared) {
+  const dsp::Motion& signals = prepared.signals;
+  if (signals.find(target) == nullptr) {
+    std::string known;
+    for (const dsp::Signal& signal : signals.signals) known += (known.empty() ? "" : ", ") + signal.name;
+    throw dsp::Fault(dsp::FaultKind::usage, "target.unknown",
+                     fmt::format("target: {} has no signal '{}', want one of {}.", prepared.name, target, known));
+  }
+  CandidateLibrary library = make_library(options, target, signals);
+  refuse_identity(library, target, signals);
   return library;
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "dsp/motion.hpp"
+#include "dsp/prepare.hpp"
 #include "ident/library/expression.hpp"
 
 namespace ident {
@@ -14,6 +15,7 @@ struct LibraryOptions {
   std::vector<std::string> terms = {};  ///< further expressions; "1" is the constant
   bool constant = true;                 ///< "1" goes with order >= 1
   int max_terms = 1000;                 ///< more is refused before anything is formed
+  bool operator==(const LibraryOptions&) const = default;
 };
 
 /// A candidate term: its name is the expression as a person would write it.
@@ -32,6 +34,12 @@ struct CandidateLibrary {
 /// the target among its own terms ("library.target"), or what Expression throws.
 [[nodiscard]] CandidateLibrary make_library(const LibraryOptions& options, const std::string& target,
                                             const dsp::Motion& signals);
+
+/// The same for a recording. Relative, payload's and base's motion of one order are one identity: with its other
+/// members among the terms the target explains itself, which is refused ("library.target"), as is a target that is no
+/// signal of the recording ("target.unknown").
+[[nodiscard]] CandidateLibrary record_library(const LibraryOptions& options, const std::string& target,
+                                              const dsp::Prepared& prepared);
 
 /// Unit of the coefficient of a term in an equation for the target: "1/s^2", "m/s^2"; empty where it does not follow.
 [[nodiscard]] std::string coefficient_unit(const std::string& target_unit, const std::string& term_unit);

@@ -82,30 +82,25 @@ RFactor RFactorBuilder::finish() const {
   return {std::move(R), num_terms_, num_samples_};
 }
 
-RFactor r_factor(Index num_rows, Index num_terms, Index num_targets, const RowReader& read, int num_threads) {
-  const Index width = num_terms + num_targets, leaf = leaf_rows(width), shard_rows = shard_leaves * leaf;
+RFactor r_factor(Index num_rows, Index num_terms, const Eigen::RowVectorXd& largest, const RowReader& read,
+                 int num_threads) {
+  const Index width = largest.size(), leaf = leaf_rows(width), shard_rows = shard_leaves * leaf;
+  if (width <= num_terms) throw std::invalid_argument("r_factor: needs the greatest magnitude of terms and targets");
   const Index num_shards = std::max<Index>(1, (num_rows + shard_rows - 1) / shard_rows);
-
   // Powers of two taken out of each column: exact, and no square overflows or vanishes.
-  Eigen::RowVectorXd scale = Eigen::RowVectorXd::Zero(width);
-  MatrixXd block;
-  for (Index first = 0; first < num_rows; first += leaf) {
-    block.resize(std::min(leaf, num_rows - first), width);
-    read(first, block);
-    if (!block.allFinite()) throw std::invalid_argument("r_factor: a value is not finite");
-    scale = scale.cwiseMax(block.cwiseAbs().colwise().maxCoeff());
-  }
-  for (double& largest : scale) largest = largest > 0.0 ? std::ldexp(1.0, std::ilogb(largest)) : 1.0;
+  const Eigen::RowVectorXd scale = largest.unaryExpr(
+      [](double value) { return value > 0.0 && std::isfinite(value) ? std::ldexp(1.0, std::ilogb(value)) : 1.0; });
 
   std::vector<RFactor> shards(static_cast<std::size_t>(num_shards));
   dsp::for_each_index(shards.size(), num_threads, [&](std::size_t index) {
     const auto shard = static_cast<Index>(index);
-    RFactorBuilder builder(num_terms, num_targets);
+    RFactorBuilder builder(num_terms, width - num_terms);
     const Index end = std::min(num_rows, (shard + 1) * shard_rows);
     MatrixXd rows;
     for (Index first = shard * shard_rows; first < end; first += leaf) {
       rows.resize(std::min(leaf, end - first), width);
       read(first, rows);
+      if (!rows.allFinite()) throw std::invalid_argument("r_factor: a value is not finite");
       rows.array().rowwise() /= scale.array();
       builder.push(rows);
     }
@@ -123,7 +118,12 @@ RFactor r_factor(const Eigen::Ref<const MatrixXd>& phi, const Eigen::Ref<const M
   const auto read = [&](Index first, Eigen::Ref<MatrixXd> block) {
     block << phi.middleRows(first, block.rows()), targets.middleRows(first, block.rows());
   };
-  return r_factor(phi.rows(), phi.cols(), targets.cols(), read, num_threads);
+  Eigen::RowVectorXd largest = Eigen::RowVectorXd::Zero(phi.cols() + targets.cols());
+  if (phi.rows() > 0) {
+    largest.head(phi.cols()) = phi.cwiseAbs().colwise().maxCoeff();
+    largest.tail(targets.cols()) = targets.cwiseAbs().colwise().maxCoeff();
+  }
+  return r_factor(phi.rows(), phi.cols(), largest, read, num_threads);
 }
 
 RFactor r_factor(const Eigen::Ref<const MatrixXd>& phi, const Eigen::Ref<const MatrixXd>& targets) {

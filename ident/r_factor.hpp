@@ -42,11 +42,12 @@ class RFactorBuilder {
 /// The same bits, with the leaves shared out among threads along the same tree.
 [[nodiscard]] RFactor r_factor(const Eigen::Ref<const Eigen::MatrixXd>& phi,
                                const Eigen::Ref<const Eigen::MatrixXd>& targets, int num_threads);
-/// The same bits again from rows that are read block by block, twice, and never held together: `read` writes rows
+/// The same bits again from rows that are read block by block, once, and never held together: `read` writes rows
 /// [first, first + block.rows()) of [Phi T] into `block`, whose columns are the terms and then the targets; with more
-/// than one thread it is called from several at once. Throws std::invalid_argument if a value is not finite.
+/// than one thread it is called from several at once. `largest` is the greatest magnitude in each of these columns.
+/// Throws std::invalid_argument if it has another width or a value is not finite.
 using RowReader = std::function<void(Eigen::Index first, Eigen::Ref<Eigen::MatrixXd> block)>;
-[[nodiscard]] RFactor r_factor(Eigen::Index num_rows, Eigen::Index num_terms, Eigen::Index num_targets,
+[[nodiscard]] RFactor r_factor(Eigen::Index num_rows, Eigen::Index num_terms, const Eigen::RowVectorXd& largest,
                                const RowReader& read, int num_threads = 1);
 /// As if the rows of `b` were stacked below those of `a`. Throws std::invalid_argument if the shapes differ.
 [[nodiscard]] RFactor merge(const RFactor& a, const RFactor& b);

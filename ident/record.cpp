@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <new>
 #include <utility>
 
 #include "dsp/fault.hpp"
+#include "dsp/memory_limit.hpp"
 #include "dsp/regimes/regime.hpp"
 #include "dsp/signals.hpp"
 
@@ -52,6 +54,13 @@ std::vector<Range> ranges_of(const Record& record, int recording, bool alone) {
   for (const dsp::Regime regime : moving) ranges.push_back(range(std::string(to_string(regime)), regime));
   if (moving.size() > 1) ranges.push_back(range(dsp::RegimeSet::mixed().name(), dsp::RegimeSet::mixed()));
   return ranges;
+}
+
+/// What a recording takes while it is fitted: signals on the bus and filtered, the column of every term, and some
+/// twenty more for regimes, residuals and free runs (measured: 33 + 0.98 a term for seven signals).
+double fit_bytes(const dsp::Motion& signals, std::size_t num_terms) {
+  const double columns = 2.0 * static_cast<double>(signals.signals.size()) + static_cast<double>(num_terms) + 20.0;
+  return sizeof(double) * columns * static_cast<double>(signals.num_samples());
 }
 
 }  // namespace
@@ -112,6 +121,23 @@ double mean_of_first_range(const Record& record, const std::vector<Range>& range
     break;
   }
   return dsp::mean_displacement(prepared, from_s, to_s);
+}
+
+Columns record_columns(const CandidateLibrary& library, const std::string& target, const Record& record,
+                       std::size_t max_memory_bytes, const std::function<void()>& poll) {
+  const dsp::Prepared& prepared = record.prepared;
+  dsp::require_memory(prepared.name, fit_bytes(prepared.signals, library.terms.size()), max_memory_bytes);
+  try {
+    Columns columns = form_columns(library, target, prepared, poll);
+    columns.regimes = record.regimes;
+    columns.power = record.power;
+    return columns;
+  } catch (const std::bad_alloc&) {
+    throw dsp::Fault(
+        dsp::FaultKind::numerics, "memory.exhausted",
+        fmt::format("{}: no memory for {} columns, {:.1f} MB. Use fewer terms or a lower rate.", prepared.name,
+                    library.terms.size(), 1e-6 * column_bytes(prepared.signals, library.terms.size())));
+  }
 }
 
 }  // namespace ident

@@ -1,9 +1,12 @@
 #pragma once
+#include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "dsp/prepare.hpp"
+#include "dsp/read_recording.hpp"
 #include "dsp/segment_regimes.hpp"
 #include "dsp/sensors/power_check.hpp"
 #include "ident/ranges.hpp"
@@ -37,5 +40,11 @@ void set_regimes(Record& record, dsp::Segmentation segmentation);
 /// Mean of x (m) over the first range of the recording with this 1-based number; where that is of a regime, over its
 /// first run. Lasers' zeros mean nothing, so this is what is subtracted from a difference of two.
 [[nodiscard]] double mean_of_first_range(const Record& record, const std::vector<Range>& ranges, int recording);
+
+/// form_columns of a record, with its regimes and power check. Throws dsp::Fault (numerics) memory.limit where fitting
+/// them would take more than max_memory_bytes, memory.exhausted; as form_columns.
+[[nodiscard]] Columns record_columns(const CandidateLibrary& library, const std::string& target, const Record& record,
+                                     std::size_t max_memory_bytes = dsp::ReadOptions{}.max_memory_bytes,
+                                     const std::function<void()>& poll = {});
 
 }  // namespace ident

@@ -5,6 +5,7 @@ set -eu
 ardent=build/release/ardent
 mkdir -p out/study
 build/release/test_dsp "[large]"
+build/release/test_dsp "[study]"
 build/release/test_ident "[slow]"
 build/release/test_apps "[slow]"
 build/release/test_apps "[study]"

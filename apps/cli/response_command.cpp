@@ -9,17 +9,17 @@
 #include <stdexcept>
 
 #include "apps/config/parameter_settings.hpp"
-#include "apps/equation_oscillator.hpp"
 #include "apps/finished_run.hpp"
-#include "apps/identified_equation.hpp"
+#include "apps/output/identified_equation.hpp"
 #include "apps/output/response_report.hpp"
 #include "apps/output/steps_table.hpp"
 #include "apps/process/interrupt.hpp"
 #include "apps/process/output_folder.hpp"
 #include "apps/process/printable.hpp"
-#include "apps/response_draws.hpp"
 #include "dsp/fault.hpp"
 #include "dsp/order_statistics.hpp"
+#include "ident/equation/equation_oscillator.hpp"
+#include "ident/equation/response_draws.hpp"
 
 namespace apps {
 namespace {
@@ -29,13 +29,13 @@ namespace fs = std::filesystem;
 
 /// All there is to say of one equation's response.
 struct Result {
-  IdentifiedEquation equation;
-  DriveKind drive = DriveKind::base;
+  ident::IdentifiedEquation equation;
+  ident::DriveKind drive = ident::DriveKind::base;
   bool has_friction = false;
   double static_friction = 0.0;
   sim::FrequencyResponseOptions sweep;
   sim::SteadyResponse steady;
-  ResponseDraws draws;
+  ident::ResponseDraws draws;
   int num_draws = 0;
   std::uint64_t seed = 1;
   std::vector<StepPoint> steps;  ///< what the record itself came to
@@ -77,11 +77,11 @@ Misfit misfit_of(const Result& result) {
 }
 
 /// What was asked for; the amplitude left out is that of the record's steps, if it has some.
-sim::FrequencyResponseOptions sweep_of(const std::vector<std::string>& set, DriveKind drive,
+sim::FrequencyResponseOptions sweep_of(const std::vector<std::string>& set, ident::DriveKind drive,
                                        const std::vector<StepPoint>& steps) {
   sim::FrequencyResponseOptions sweep;
-  const char* amplitude = drive == DriveKind::base ? "amplitude_mm" : "amplitude";
-  bool amplitude_given = drive == DriveKind::base || !steps.empty();
+  const char* amplitude = drive == ident::DriveKind::base ? "amplitude_mm" : "amplitude";
+  bool amplitude_given = drive == ident::DriveKind::base || !steps.empty();
   if (!steps.empty()) {
     std::vector<double> drives;
     for (const StepPoint& step : steps) drives.push_back(step.drive);
@@ -103,7 +103,7 @@ sim::FrequencyResponseOptions sweep_of(const std::vector<std::string>& set, Driv
 Result respond(const ResponseArguments& arguments) {
   Result result;
   result.equation = read_equation(arguments.run, arguments.range, arguments.method);
-  auto driven = equation_oscillator(result.equation, result.equation.mean);
+  auto driven = ident::equation_oscillator(result.equation, result.equation.mean);
   result.drive = driven.drive;
   result.has_friction = driven.has_friction;
   result.static_friction = arguments.static_friction.value_or(0.0);
@@ -121,23 +121,23 @@ Result respond(const ResponseArguments& arguments) {
                                  "drive it less",
                                  result.steady.diverged_hz));
   if (arguments.num_draws > 0)
-    result.draws = response_draws(result.equation, result.sweep,
-                                  {.num_draws = arguments.num_draws,
-                                   .seed = arguments.seed,
-                                   .num_threads = arguments.num_threads,
-                                   .static_friction = result.static_friction,
-                                   .steady = {}});
+    result.draws = ident::response_draws(result.equation, result.sweep,
+                                         {.num_draws = arguments.num_draws,
+                                          .seed = arguments.seed,
+                                          .num_threads = arguments.num_threads,
+                                          .static_friction = result.static_friction,
+                                          .steady = {.poll = check_interrupted}});
   return result;
 }
 
-DrawnFigure drawn(const Result& result, const ResponseEvent& event) {
+ident::DrawnFigure drawn(const Result& result, const ResponseEvent& event) {
   std::vector<double> values;
   for (const sim::ResponseJumps& jumps : result.draws.located) values.push_back(jumps.*event.frequency_hz);
-  return drawn_figure(values);
+  return ident::drawn_figure(values);
 }
 
 /// The largest |x| the equation was trained on; NaN: not known.
-double trained_to(const IdentifiedEquation& equation) {
+double trained_to(const ident::IdentifiedEquation& equation) {
   for (std::size_t i = 0; i < equation.terms.size(); ++i)
     if (equation.terms[i] == "x") return equation.scale[static_cast<Eigen::Index>(i)];
   return std::numeric_limits<double>::quiet_NaN();
@@ -179,14 +179,15 @@ std::string text_of(const Result& result) {
   std::string text =
       printable(fmt::format("range {} by {}: {}", result.equation.range, result.equation.method, result.equation.text));
   text += fmt::format("\n{}, {} to {} Hz in steps of {} Hz; {} draws of the coefficients ({} covariance), seed {}\n\n",
-                      result.drive == DriveKind::base ? fmt::format("base motion of {:g} mm", 1e3 * sweep.amplitude_m)
-                                                      : fmt::format("force of {:g}", sweep.amplitude_m),
+                      result.drive == ident::DriveKind::base
+                          ? fmt::format("base motion of {:g} mm", 1e3 * sweep.amplitude_m)
+                          : fmt::format("force of {:g}", sweep.amplitude_m),
                       sweep.from_hz, sweep.to_hz, sweep.step_hz, result.num_draws,
                       result.equation.robust ? "robust" : "white-noise", result.seed);
   text += fmt::format("  {:<5} {:<34} {:>9} {:>11} {:>9}\n", "", "Hz", "step", "located", "sd");
   for (const ResponseEvent& event : response_events()) {
     const double step_hz = result.steady.response.jumps.*event.frequency_hz;
-    const DrawnFigure spread = drawn(result, event);
+    const ident::DrawnFigure spread = drawn(result, event);
     text += fmt::format("  {:<5} {:<34} {:>9} {:>11} {:>9}", event.way, event.sentence, frequency_text(step_hz),
                         frequency_text(result.steady.located.*event.frequency_hz),
                         std::isfinite(spread.std) ? fmt::format("{:.2g}", spread.std) : "-");
@@ -198,7 +199,7 @@ std::string text_of(const Result& result) {
                                            std::tuple{"down", &result.steady.response.down, &result.draws.peak_down_m}})
     text += fmt::format("  {:<5} {:<34} {:.5g} mm at {:.5g} Hz{}\n", way, "largest relative amplitude",
                         1e3 * sim::peak(*points).x_m, sim::peak(*points).frequency_hz,
-                        peaks->empty() ? "" : fmt::format(", sd {:.2g} mm", 1e3 * drawn_figure(*peaks).std));
+                        peaks->empty() ? "" : fmt::format(", sd {:.2g} mm", 1e3 * ident::drawn_figure(*peaks).std));
   if (const Misfit misfit = misfit_of(result); misfit.count > 0)
     text += fmt::format(
         "  from the record's {} steady amplitudes in motion it is {:.2g} % away (rms), at most {:.2g} % at {:.5g} Hz\n",
@@ -214,7 +215,7 @@ Json number_or_null(double value) {
 Json json_of(const Result& result) {
   const auto& equation = result.equation;
   Json document{{"equation", {{"range", equation.range}, {"method", equation.method}, {"text", equation.text}}},
-                {"drive", result.drive == DriveKind::base ? "base displacement, m" : "f"},
+                {"drive", result.drive == ident::DriveKind::base ? "base displacement, m" : "f"},
                 {"sweep",
                  {{"from_hz", result.sweep.from_hz},
                   {"to_hz", result.sweep.to_hz},
@@ -227,15 +228,16 @@ Json json_of(const Result& result) {
                 {"frequency_response", response_json(result.steady.response)},
                 {"located", {{"up", Json::object()}, {"down", Json::object()}}}};
   for (const ResponseEvent& event : response_events()) {
-    const DrawnFigure spread = drawn(result, event);
-    document["located"][event.way][event.key] = {
-        {"value", number_or_null(result.steady.located.*event.frequency_hz)},
-        {"draws_mean", number_or_null(spread.mean)},
-        {"draws_std", number_or_null(spread.std)},
-        {"draws_share", result.num_draws > 0 ? Json(spread.fraction) : Json()}};
+    const ident::DrawnFigure spread = drawn(result, event);
+    document["located"][event.way][event.key] = {{"value", number_or_null(result.steady.located.*event.frequency_hz)},
+                                                 {"draws_mean", number_or_null(spread.mean)},
+                                                 {"draws_std", number_or_null(spread.std)},
+                                                 {"draws_share", result.num_draws > 0 ? Json(spread.fraction) : Json()}};
   }
-  document["frequency_response"]["up"]["peak"]["std_m"] = number_or_null(drawn_figure(result.draws.peak_up_m).std);
-  document["frequency_response"]["down"]["peak"]["std_m"] = number_or_null(drawn_figure(result.draws.peak_down_m).std);
+  document["frequency_response"]["up"]["peak"]["std_m"] =
+      number_or_null(ident::drawn_figure(result.draws.peak_up_m).std);
+  document["frequency_response"]["down"]["peak"]["std_m"] =
+      number_or_null(ident::drawn_figure(result.draws.peak_down_m).std);
   if (const Misfit misfit = misfit_of(result); misfit.count > 0)
     document["record"] = {
         {"num_steps", misfit.count}, {"rms", misfit.rms}, {"worst", misfit.worst}, {"worst_hz", misfit.worst_hz}};

@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "apps/config/config.hpp"
+#include "apps/config/identification.hpp"
 #include "apps/config/inputs.hpp"
 #include "apps/output/fit_outcome.hpp"
 #include "apps/output/report_text.hpp"
@@ -18,7 +19,6 @@
 #include "apps/process/interrupt.hpp"
 #include "apps/process/output_folder.hpp"
 #include "apps/process/printable.hpp"
-#include "apps/regression_columns.hpp"
 #include "dsp/names.hpp"
 #include "ident/identify.hpp"
 

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/cli/simulate_jobs.hpp"
+#include "apps/config/parameter_settings.hpp"
 #include "apps/process/output_folder.hpp"
 #include "dsp/fault.hpp"
 

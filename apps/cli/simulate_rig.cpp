@@ -1,22 +1,21 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <stdexcept>
 
 #include "apps/cli/simulate_jobs.hpp"
 #include "apps/config/parameter_settings.hpp"
 #include "apps/config/sensor_problem_settings.hpp"
+#include "apps/output/rig_motion.hpp"
 #include "apps/output/truth_json.hpp"
 #include "apps/process/system_fault.hpp"
 #include "dsp/io/sidecar.hpp"
+#include "dsp/memory_limit.hpp"
 #include "sim/rig/rig_recording.hpp"
 #include "sim/rig/rig_truth.hpp"
 
 namespace apps {
 namespace {
-
-constexpr int rows_per_response = 10;  // of the truth's: response.csv at 25.6 Hz, the rate of regression
 
 dsp::Fault no_recording(std::string_view what) {
   return {dsp::FaultKind::usage, "sim.option", fmt::format("sim qzs: {}: add --raw", what)};
@@ -52,11 +51,9 @@ Wanted wanted_of(const SimulateArguments& arguments) try {
 
 /// Throws dsp::Fault output.space where the files would not fit.
 void require_space(const sim::RigTest& test, bool raw, const OutputFolder& folder) {
-  constexpr double bytes_per_response = 140.0, bytes_per_truth = 110.0, bytes_per_sample = 3.0;
-  double bytes = test.duration_s * sim::truth_rate_hz / rows_per_response * bytes_per_response;
-  if (raw)
-    bytes += test.duration_s *
-             (sim::truth_rate_hz * bytes_per_truth + test.rate_hz * sim::num_raw_channels * bytes_per_sample);
+  constexpr double bytes_per_sample = 3.0;
+  double bytes = test.duration_s * motion_bytes_per_s(raw);
+  if (raw) bytes += test.duration_s * test.rate_hz * sim::num_raw_channels * bytes_per_sample;
   std::error_code unknown;
   const auto available =
       static_cast<double>(std::filesystem::space(folder.path("response.csv").parent_path(), unknown).available);
@@ -79,27 +76,6 @@ std::vector<std::string> write_recording(const Wanted& wanted, const OutputFolde
   throw refused_by_rig(error);
 }
 
-/// response.csv and, with the recording, truth.csv.
-sim::RigTruth write_motion(const sim::RigTest& test, bool raw, const OutputFolder& folder, Console& console) {
-  OutputFile response = folder.file("response.csv");
-  std::optional<OutputFile> exact;
-  response.write("t,x,v,a,r,dr,ddr\n");
-  if (raw) exact.emplace(folder.file("truth.csv")).write("t,x,v,r,ddr,mode\n");
-  const auto write = [&, row = 0](const sim::QzsState& s) mutable {
-    const double t = s.t_s - test.from_s;
-    if (row++ % rows_per_response == 0)
-      response.write(fmt::format("{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n", t, s.x, s.v, s.a,
-                                 s.base.r_m, s.base.dr_m_per_s, s.base.ddr_m_per_s2));
-    if (exact)
-      exact->write(fmt::format("{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{}\n", t, s.x, s.v, s.base.r_m,
-                               s.base.ddr_m_per_s2, s.mode));
-  };
-  sim::RigTruth truth = sim::rig_truth(test, {.take = write, .progress = shown_progress(console, "motion")});
-  response.close();
-  if (exact) exact->close();
-  return truth;
-}
-
 }  // namespace
 
 dsp::Fault refused_by_rig(const std::invalid_argument& error) {
@@ -112,13 +88,14 @@ std::vector<std::string> simulate_rig(const SimulateArguments& arguments, const 
   const Wanted wanted = wanted_of(arguments);
   const sim::RigTest& test = wanted.test;
   require_space(test, arguments.raw, folder);
-  require_memory(sim::rig_truth_bytes(test), "sim qzs", "Shorten --duration or lower --from");
+  dsp::require_machine_memory("sim qzs", sim::rig_truth_bytes(test), "Shorten --duration or lower --from");
   std::vector<std::string> files{"response.csv"};
   if (arguments.raw) {  // first: what the container cannot hold is refused at once
     files.emplace_back("truth.csv");
     for (std::string& name : write_recording(wanted, folder, console)) files.push_back(std::move(name));
   }
-  put_rig_truth(truth, test, write_motion(test, arguments.raw, folder, console), arguments.raw);
+  put_rig_truth(truth, test, write_motion(test, arguments.raw, folder, shown_progress(console, "motion")),
+                arguments.raw);
   return files;
 } catch (const sim::Diverged& error) {
   throw dsp::Fault(dsp::FaultKind::numerics, "sim.diverged",

@@ -9,7 +9,7 @@
 #include "apps/config/parameter_settings.hpp"
 #include "apps/output/truth_json.hpp"
 #include "apps/process/interrupt.hpp"
-#include "apps/process/system_fault.hpp"
+#include "dsp/memory_limit.hpp"
 #include "dsp/names.hpp"
 #include "sim/noise.hpp"
 #include "sim/simulate.hpp"
@@ -81,8 +81,8 @@ std::vector<std::string> simulate_system(const SimulateArguments& arguments, con
   // States, derivatives and the table's copy of both as numbers, the file's text of some 25 characters each.
   constexpr double bytes_per_value = 16.0 + 25.0;
   const double num_values = 2.0 * static_cast<double>(experiment.initial.size()) + 2.0;
-  require_memory(duration_s * system_rate_hz * num_values * bytes_per_value, fmt::format("sim {}", arguments.system),
-                 "Shorten --duration");
+  dsp::require_machine_memory(fmt::format("sim {}", arguments.system),
+                              duration_s * system_rate_hz * num_values * bytes_per_value, "Shorten --duration");
   const auto run =
       sim::simulate(experiment.system, experiment.initial,
                     {.duration_s = duration_s, .sample_rate_hz = system_rate_hz, .poll = check_interrupted});

@@ -40,7 +40,7 @@ std::vector<std::string> range_names(const std::vector<StudyResult>& results) {
 
 bool kept_nothing(const std::vector<StudyResult>& results) {
   for (const StudyResult& result : results)
-    for (const StudyRange& range : result.ranges)
+    for (const ident::StudyRange& range : result.ranges)
       for (const ident::JudgedFit& fit : range.fits)
         if (!fit.model.terms.empty()) return false;
   return true;

@@ -10,10 +10,10 @@
 
 #include "apps/output/segments_file.hpp"
 #include "apps/process/interrupt.hpp"
-#include "apps/sensor_checks.hpp"
 #include "dsp/io/input_file.hpp"
 #include "dsp/io/sidecar.hpp"
 #include "dsp/names.hpp"
+#include "dsp/sensors/sensor_checks.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;
@@ -72,7 +72,7 @@ void complete(Input& input, double recorded_hz, const Config& config, Console& c
   const std::string name = file.filename().string();
   input.prepared.name = name;
   for (dsp::Check& check : input.prepared.checks) check.message = without_place(std::move(check.message), file);
-  for (dsp::Check& check : sensor_checks(input.prepared, input.channels, input.sidecar))
+  for (dsp::Check& check : dsp::sensor_checks(input.prepared, input.channels, input.sidecar))
     input.prepared.checks.push_back(std::move(check));
   find_regimes(input, config, console);
   report_checks(input.prepared.checks, name, console);
@@ -96,12 +96,6 @@ Input prepare_input(const RecordingConfig& recording, const Config& config, std:
                                 stream_options(name, options.max_memory_bytes, console));
   complete(input, rate_hz, config, console);
   return input;
-}
-
-std::vector<const ident::Record*> records_of(const std::vector<Input>& inputs) {
-  std::vector<const ident::Record*> records;
-  for (const Input& input : inputs) records.push_back(&input);
-  return records;
 }
 
 void note_overlaps(const std::vector<ident::Range>& ranges, Console& console) {
@@ -142,6 +136,12 @@ void settle_prepare(dsp::PrepareOptions& options, const std::vector<Input>& inpu
 }
 
 }  // namespace
+
+std::vector<const ident::Record*> records_of(const std::vector<Input>& inputs) {
+  std::vector<const ident::Record*> records;
+  for (const Input& input : inputs) records.push_back(&input);
+  return records;
+}
 
 dsp::PrepareOptions rate_settled(dsp::PrepareOptions options, double sample_rate_hz) {
   constexpr double raw_from_hz = 2000.0, regression_rate_hz = 25.6, cutoff_hz = 10.24;

@@ -20,6 +20,9 @@ struct Input : ident::Record {
   std::vector<dsp::ChannelSpec> channels;    ///< of its sidecar
 };
 
+/// The inputs themselves, as the library takes them.
+[[nodiscard]] std::vector<const ident::Record*> records_of(const std::vector<Input>& inputs);
+
 [[nodiscard]] dsp::ReadOptions read_options(const RecordingConfig& recording, std::size_t max_memory_bytes);
 
 /// A raw recording is brought down to the paper's 25.6 Hz unless a rate or a cut-off is asked for: nothing in a

@@ -17,7 +17,7 @@ const char* mode_of(const sim::ResponsePoint& point) {
   return point.locked ? "locked" : point.stuck_fraction > 0.0 ? "stick-slip" : "slip";
 }
 
-std::string rows(const Points& points, const ResponseBand& band, const char* direction) {
+std::string rows(const Points& points, const ident::ResponseBand& band, const char* direction) {
   std::string text;
   for (std::size_t k = 0; k < points.size(); ++k) {
     const sim::ResponsePoint& point = points[k];
@@ -106,7 +106,7 @@ PlotFigure response_figure(const ReportedResponse& reported, std::string_view ti
   figure.title = title;
   figure.panels = {{.title = "payload", .x_label = "frequency (Hz)", .y_label = "amplitude of y (mm)", .series = {}},
                    {.title = "relative", .x_label = "frequency (Hz)", .y_label = "amplitude of x (mm)", .series = {}}};
-  const auto add = [&](const Points& points, const ResponseBand& band, const char* label, PlotColour colour) {
+  const auto add = [&](const Points& points, const ident::ResponseBand& band, const char* label, PlotColour colour) {
     add_series(figure.panels[0], points, label, colour, &sim::ResponsePoint::y_m, band.y_low_m, band.y_high_m);
     add_series(figure.panels[1], points, label, colour, &sim::ResponsePoint::x_m, band.x_low_m, band.x_high_m);
   };

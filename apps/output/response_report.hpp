@@ -6,19 +6,15 @@
 #include <vector>
 
 #include "apps/output/svg_plot.hpp"
+#include "ident/equation/response_draws.hpp"
 #include "sim/ode/frequency_response.hpp"
 
 namespace apps {
 
-/// How far coefficients drawn from their posterior spread the amplitudes of one sweep; one entry for each point.
-struct ResponseBand {
-  std::vector<double> x_std_m, x_low_m, x_high_m, y_low_m, y_high_m;  ///< low, high: 2.5 and 97.5 %
-};
-
 /// A frequency response with what is known of its uncertainty; bands may be empty.
 struct ReportedResponse {
   sim::FrequencyResponse response;
-  ResponseBand up, down;
+  ident::ResponseBand up, down;
 };
 
 /// What can happen on the way, with its name in documents and in a sentence.

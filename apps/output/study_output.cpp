@@ -49,7 +49,7 @@ struct Series {
 std::vector<Series> series_of(const std::vector<StudyResult>& results) {
   std::vector<Series> all;
   for (const StudyResult& result : results)
-    for (const StudyRange& range : result.ranges)
+    for (const ident::StudyRange& range : result.ranges)
       for (const ident::JudgedFit& fit : range.fits) {
         const std::string method(to_string(fit.fit.method));
         auto at = std::find_if(all.begin(), all.end(),
@@ -158,7 +158,7 @@ std::string study_text(const std::vector<StudyResult>& results, const std::vecto
                       "terms", "train", "test", "free run", "kept");
   for (const StudyResult& result : results) {
     if (!result.trouble.empty()) text += fmt::format("{:<{}}  {}\n", result.cell.label(), width, result.trouble);
-    for (const StudyRange& range : result.ranges)
+    for (const ident::StudyRange& range : result.ranges)
       for (const ident::JudgedFit& fit : range.fits)
         text += fmt::format("{:<{}}  {:<8} {:<9} {:>5} {:>9} {:>9} {:>9}  {}\n", result.cell.label(), width, range.name,
                             to_string(fit.fit.method), fit.model.terms.size(), shown(value_of(fit.train)),
@@ -172,7 +172,7 @@ std::string study_csv(const std::vector<StudyResult>& results) {
   const auto cell = [](double value) { return std::isfinite(value) ? fmt::format("{:.17g}", value) : std::string(); };
   std::string text = "setting,range,method,num_terms,nmse_train,nmse_test,nmse_free_run,terms\n";
   for (const StudyResult& result : results)
-    for (const StudyRange& range : result.ranges)
+    for (const ident::StudyRange& range : result.ranges)
       for (const ident::JudgedFit& fit : range.fits)
         text += fmt::format("{},{},{},{},{},{},{},{}\n", text_cell(result.cell.label()), text_cell(range.name),
                             to_string(fit.fit.method), fit.model.terms.size(), cell(value_of(fit.train)),
@@ -190,7 +190,7 @@ std::string study_json(const std::vector<StudyResult>& results, const std::vecto
     for (const auto& [key, value] : result.cell.setting) setting[key] = value;
     if (!result.trouble.empty())
       document["cells"].push_back({{"setting", setting}, {"range", nullptr}, {"reason", result.trouble}});
-    for (const StudyRange& range : result.ranges)
+    for (const ident::StudyRange& range : result.ranges)
       for (const ident::JudgedFit& fit : range.fits) {
         ordered_json terms = ordered_json::array();
         for (const ident::ModelTerm& term : fit.model.terms)

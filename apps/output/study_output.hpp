@@ -2,7 +2,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/study.hpp"
+#include "apps/config/study_cells.hpp"
 
 namespace apps {
 

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <system_error>
 
+#include "apps/config/identification.hpp"
 #include "apps/process/interrupt.hpp"
 #include "apps/process/path.hpp"
 #include "apps/process/system_fault.hpp"
-#include "apps/regression_columns.hpp"
 #include "dsp/io/sidecar.hpp"
 #include "sim/rig/rig_recording.hpp"
 

@@ -1,7 +1,6 @@
 #include "apps/process/system_fault.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <system_error>
@@ -34,14 +33,6 @@ dsp::Fault output_fault(std::string name, const std::filesystem::path& path, std
 dsp::Fault cannot_write(const std::filesystem::path& path, int error) {
   return output_fault("output.write", path,
                       fmt::format("cannot write: {}. {}", std::system_category().message(error), remedy(error)));
-}
-
-void require_memory(double bytes, std::string_view what, std::string_view remedy) {
-  const double memory = static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGESIZE));
-  if (bytes > memory)
-    throw dsp::Fault(dsp::FaultKind::numerics, "memory.exhausted",
-                     fmt::format("{} needs {:.3g} MB of memory, the machine has {:.3g} MB. {}", what, 1e-6 * bytes,
-                                 1e-6 * memory, remedy));
 }
 
 }  // namespace apps

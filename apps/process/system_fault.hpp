@@ -13,8 +13,4 @@ namespace apps {
 /// What the system said (errno) when `path` could not be written, with what to try: "output.write".
 [[nodiscard]] dsp::Fault cannot_write(const std::filesystem::path& path, int error);
 
-/// Throws dsp::Fault (numerics, "memory.exhausted") where `bytes` are more than the memory of the machine. `what`
-/// begins the message and `remedy` ends it.
-void require_memory(double bytes, std::string_view what, std::string_view remedy);
-
 }  // namespace apps

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace ident {
 namespace {
@@ -132,6 +133,21 @@ Agreement agreement(const std::vector<RangeResult>& ranges, std::size_t range, s
   return {false, fmt::format("{} agree{} within 10 %", fmt::join(agree, " and "), agree.size() == 1 ? "s" : "")};
 }
 
+/// The greater, the rather an equation speaks for its record.
+int preference(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::describes:
+      return 3;
+    case Verdict::in_part:
+      return 2;
+    case Verdict::undecided:
+      return 1;
+    case Verdict::does_not:
+      break;
+  }
+  return 0;
+}
+
 const char* opening(Verdict verdict) {
   switch (verdict) {
     case Verdict::describes:
@@ -231,18 +247,23 @@ void judge(std::vector<RangeResult>& ranges) {
 }
 
 std::size_t chosen_method(const RangeResult& range) {
-  const auto fast = std::find_if(range.fits.begin(), range.fits.end(),
-                                 [](const JudgedFit& fit) { return fit.fit.method == Method::fast_rvm; });
-  return fast == range.fits.end() ? 0 : static_cast<std::size_t>(fast - range.fits.begin());
+  const auto rank = [](const JudgedFit& fit) {
+    return std::pair(preference(fit.judgement.verdict), fit.fit.method == Method::fast_rvm);
+  };
+  const auto best = std::max_element(range.fits.begin(), range.fits.end(),
+                                     [&](const JudgedFit& a, const JudgedFit& b) { return rank(a) < rank(b); });
+  return static_cast<std::size_t>(best - range.fits.begin());
 }
 
 std::optional<ChosenFit> chosen_fit(const std::vector<RangeResult>& ranges) {
-  if (ranges.empty()) return std::nullopt;
-  const auto mixed =
-      std::find_if(ranges.begin(), ranges.end(), [](const RangeResult& range) { return range.spec.name == "mixed"; });
-  const auto range = mixed == ranges.end() ? ranges.begin() : mixed;
-  if (range->fits.empty()) return std::nullopt;
-  return ChosenFit{static_cast<std::size_t>(range - ranges.begin()), chosen_method(*range)};
+  const auto rank = [](const RangeResult& range) {
+    return std::pair(range.fits.empty() ? -1 : preference(range.fits[chosen_method(range)].judgement.verdict),
+                     range.rows.train.size() + range.rows.test.size());
+  };
+  const auto best = std::max_element(ranges.begin(), ranges.end(),
+                                     [&](const RangeResult& a, const RangeResult& b) { return rank(a) < rank(b); });
+  if (best == ranges.end() || best->fits.empty()) return std::nullopt;
+  return ChosenFit{static_cast<std::size_t>(best - ranges.begin()), chosen_method(*best)};
 }
 
 std::vector<RangeDisagreement> compare_ranges(const std::vector<RangeResult>& ranges) {

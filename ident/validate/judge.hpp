@@ -17,8 +17,8 @@ namespace ident {
 /// (a twentieth of the target's largest or more) are in both and within 10 %.
 void judge(std::vector<RangeResult>& ranges);
 
-/// The equation that speaks for a run: of range "mixed" if there is one, else of the first; by fast_rvm if that was
-/// asked for, else by the first method. Nothing if there is no fit.
+/// The equation that speaks for a run: the one with the best verdict (describes, in part, undecided, does not). Among
+/// equals that of the range with the most rows, then fast_rvm's, then the first. Nothing if there is no fit.
 struct ChosenFit {
   std::size_t range = 0, method = 0;
 };

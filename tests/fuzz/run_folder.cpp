@@ -1,12 +1,12 @@
 // What a run left, as compare, report and frc read it: manifest, equation and metrics, the table's header, the truth.
 #include <array>
 
-#include "apps/equation_oscillator.hpp"
-#include "apps/identified_equation.hpp"
+#include "apps/output/identified_equation.hpp"
 #include "apps/output/steps_table.hpp"
 #include "dsp/fault.hpp"
 #include "fuzz/harness.hpp"
 #include "fuzz/program.hpp"
+#include "ident/equation/equation_oscillator.hpp"
 #include "support/scratch.hpp"
 
 namespace {
@@ -16,8 +16,8 @@ constexpr std::array names{"manifest.json", "equation.json", "metrics.json", "pr
 void read_response(const std::filesystem::path& run) {
   (void)apps::read_final_steps(run);
   const auto equation = apps::read_equation(run, "", "");
-  (void)apps::drawn_coefficients(equation, 1, 0);
-  const auto driven = apps::equation_oscillator(equation, equation.mean);
+  (void)ident::drawn_coefficients(equation, 1, 0);
+  const auto driven = ident::equation_oscillator(equation, equation.mean);
   (void)sim::run_period(driven.oscillator, 2.0, 0.01, {}, 64);
 }
 

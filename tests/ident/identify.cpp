@@ -49,7 +49,7 @@ ident::IdentifyOptions all_methods(int num_threads = 1) {
 
 }  // namespace
 
-TEST_CASE("a Duffing oscillator is found, judged and run free", "[apps][identify]") {
+TEST_CASE("a Duffing oscillator is found, judged and run free", "[ident][identify]") {
   const auto bench = duffing_bench(0.05, 7);
   const ident::RangeResult result = ident::identify(range(whole()), bench->columns, bench->library, all_methods());
   CHECK(result.rows.train.size() == 1201);  // 60 % of 2001, rounded
@@ -78,7 +78,25 @@ TEST_CASE("a Duffing oscillator is found, judged and run free", "[apps][identify
     for (const ident::FitStep& step : each.fit.steps) CHECK((step.term >= -1 && step.term < 11));
 }
 
-TEST_CASE("terms that cannot be distinguished on the rows of a range are named, others not", "[apps][identify]") {
+TEST_CASE("several ranges are fitted in turn, told of before and after, and judged together", "[ident][identify]") {
+  const auto bench = duffing_bench(0.05, 7);
+  std::vector<ident::Range> ranges{range(whole()), range(whole())};
+  ranges[0].spec.to_s = 20.0;
+  ranges[1].spec.from_s = 20.0;
+  ranges[1].spec.name = "late";
+  std::vector<std::string> heard;
+  ident::IdentifyOptions options{.target = "a", .methods = {ident::FastRvmOptions{}}};
+  options.before_range = [&](const ident::Range& one) { heard.push_back("before " + one.spec.name); };
+  options.after_range = [&](const ident::RangeResult& one) { heard.push_back("after " + one.spec.name); };
+  const auto results = ident::identify(ranges, bench->columns, bench->library, options);
+  CHECK(heard == std::vector<std::string>{"before all", "after all", "before late", "after late"});
+  REQUIRE(results.size() == 2);
+  CHECK_THAT(results[0].fits[0].judgement.sentence, Catch::Contains("late agrees within 10 %"));
+  const ident::RangeResult alone = ident::identify(ranges[1], bench->columns, bench->library, options);
+  CHECK(alone.fits[0].fit.mean == results[1].fits[0].fit.mean);
+}
+
+TEST_CASE("terms that cannot be distinguished on the rows of a range are named, others not", "[ident][identify]") {
   const auto said = [](const Bench& bench) {
     const ident::RangeResult result = ident::identify(range(whole()), bench.columns, bench.library, all_methods());
     std::string all;
@@ -90,7 +108,7 @@ TEST_CASE("terms that cannot be distinguished on the rows of a range are named, 
   CHECK_THAT(said(*duffing_bench(0.05, 7)), !Catch::Contains("nearly dependent") && !Catch::Contains("distinguished"));
 }
 
-TEST_CASE("threads change nothing", "[apps][identify]") {
+TEST_CASE("threads change nothing", "[ident][identify]") {
   const auto bench = duffing_bench(0.1, 3);
   const auto one = ident::identify(range(whole()), bench->columns, bench->library, all_methods(1));
   const auto two = ident::identify(range(whole()), bench->columns, bench->library, all_methods(2));
@@ -101,7 +119,7 @@ TEST_CASE("threads change nothing", "[apps][identify]") {
   }
 }
 
-TEST_CASE("rows are those inside, not excluded, not at the ends, where the condition holds", "[apps][identify]") {
+TEST_CASE("rows are those inside, not excluded, not at the ends, where the condition holds", "[ident][identify]") {
   const auto bench = duffing_bench(0.0, 1);
   bench->motion.edge_samples = 10;
   bench->motion.excluded.assign(2001, 0);
@@ -125,7 +143,7 @@ TEST_CASE("rows are those inside, not excluded, not at the ends, where the condi
   CHECK(rows.test_s[0].to_s == Approx(20.0));
 }
 
-TEST_CASE("a range outside the recording or without rows is refused with its line", "[apps][identify]") {
+TEST_CASE("a range outside the recording or without rows is refused with its line", "[ident][identify]") {
   const auto bench = duffing_bench(0.0, 1);
   dsp::RangeSpec spec = whole();
   spec.from_s = 100.0;
@@ -141,7 +159,7 @@ TEST_CASE("a range outside the recording or without rows is refused with its lin
                        "term.unknown_name", {"config.toml:9", "where", "q"});
 }
 
-TEST_CASE("terms that are not finite, zero, constant or repeated are named and left out", "[apps][identify]") {
+TEST_CASE("terms that are not finite, zero, constant or repeated are named and left out", "[ident][identify]") {
   const auto bench = duffing_bench(0.02, 5, {"f", "sqrt(x)", "1/(x-x)", "abs(x)^2", "0*x", "cos(0*x)", "2*v"});
   const ident::RangeResult result = ident::identify(range(whole()), bench->columns, bench->library, all_methods());
   const auto reason = [&](const std::string& name) {
@@ -159,7 +177,7 @@ TEST_CASE("terms that are not finite, zero, constant or repeated are named and l
   CHECK(result.fits.front().model.terms.size() == 4);
 }
 
-TEST_CASE("a library of which nothing is left is a numerical fault", "[apps][identify]") {
+TEST_CASE("a library of which nothing is left is a numerical fault", "[ident][identify]") {
   auto bench = duffing_bench(0.0, 1);
   bench->library = ident::make_library({.order = 0, .terms = {"sqrt(-1-x^2)"}}, "a", bench->motion);
   bench->columns.front() = ident::form_columns(bench->library, "a", bench->motion, "duffing");
@@ -167,7 +185,7 @@ TEST_CASE("a library of which nothing is left is a numerical fault", "[apps][ide
                        dsp::FaultKind::numerics, "library.nothing_left", {"sqrt(-1-x^2)", "not finite"});
 }
 
-TEST_CASE("a zero target ends in a status with no figures and no NaN", "[apps][identify]") {
+TEST_CASE("a zero target ends in a status with no figures and no NaN", "[ident][identify]") {
   const auto bench = duffing_bench(0.0, 1);
   bench->columns.front().target.setZero();
   const ident::RangeResult result = ident::identify(range(whole()), bench->columns, bench->library, all_methods());
@@ -178,7 +196,7 @@ TEST_CASE("a zero target ends in a status with no figures and no NaN", "[apps][i
   }
 }
 
-TEST_CASE("rows of several recordings are joined, each split for itself", "[apps][identify]") {
+TEST_CASE("rows of several recordings are joined, each split for itself", "[ident][identify]") {
   const auto a = duffing_bench(0.02, 1), b = duffing_bench(0.02, 2);
   std::vector<ident::Columns> columns{a->columns.front(), b->columns.front()};
   const ident::RangeResult joined = ident::identify(range(whole(), 0), columns, a->library, all_methods());
@@ -190,7 +208,7 @@ TEST_CASE("rows of several recordings are joined, each split for itself", "[apps
 }
 
 TEST_CASE("a column that others add up to is left out by name, and error bars that rows cannot give are none",
-          "[apps][identify]") {
+          "[ident][identify]") {
   const auto bench = duffing_bench(0.02, 5, {"f", "x+v"});
   ident::IdentifyOptions options = all_methods();
   options.methods = {ident::OlsOptions{}, ident::StlsqOptions{}};

@@ -59,12 +59,26 @@ TEST_CASE("rows read block by block give the bits of the matrix in memory", "[id
   const auto read = [&](Index first, Eigen::Ref<MatrixXd> block) {
     block << phi.middleRows(first, block.rows()), target.middleRows(first, block.rows());
   };
-  CHECK(ident::r_factor(3001, 5, 1, read, 2).R == ident::r_factor(phi, target).R);
+  Eigen::RowVectorXd largest(6);
+  largest << phi.cwiseAbs().colwise().maxCoeff(), target.cwiseAbs().maxCoeff();
+  CHECK(ident::r_factor(3001, 5, largest, read, 2).R == ident::r_factor(phi, target).R);
   const auto spoilt = [&](Index first, Eigen::Ref<MatrixXd> block) {
     read(first, block);
     if (first > 0) block(0, 2) = std::numeric_limits<double>::quiet_NaN();
   };
-  CHECK_THROWS_AS(ident::r_factor(3001, 5, 1, spoilt), std::invalid_argument);
+  CHECK_THROWS_AS(ident::r_factor(3001, 5, largest, spoilt), std::invalid_argument);
+  CHECK_THROWS_AS(ident::r_factor(3001, 5, largest.head(5), read), std::invalid_argument);
+}
+
+TEST_CASE("rows are read once where the greatest magnitudes are known", "[ident][r_factor]") {
+  const MatrixXd rows = gaussian(3001, 6, 4);
+  Index num_read = 0;
+  const auto read = [&](Index first, Eigen::Ref<MatrixXd> block) {
+    block = rows.middleRows(first, block.rows());
+    num_read += block.rows();
+  };
+  (void)ident::r_factor(3001, 5, rows.cwiseAbs().colwise().maxCoeff(), read);
+  CHECK(num_read == 3001);
 }
 
 TEST_CASE("merging shards in any order equals factoring the stacked rows", "[ident][r_factor]") {

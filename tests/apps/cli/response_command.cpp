@@ -5,10 +5,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "apps/equation_oscillator.hpp"
-#include "apps/identified_equation.hpp"
+#include "apps/output/identified_equation.hpp"
 #include "apps/output/steps_table.hpp"
-#include "apps/response_draws.hpp"
 #include "sim/ode/frequency_response.hpp"
 #include "support/fault.hpp"
 #include "support/program.hpp"
@@ -118,45 +116,6 @@ TEST_CASE("uncertain coefficients spread amplitudes and jumps, the same for any 
     const double slope = x * damping * w / (stiffness * stiffness + damping * damping);
     CHECK(std == Approx(0.02 * slope).epsilon(4.0 / std::sqrt(2.0 * 400)));  // four standard errors
     CHECK(std::stod(cells[9]) - std::stod(cells[8]) == Approx(2 * 1.96 * std).epsilon(0.25));
-  }
-}
-
-TEST_CASE("draws of the coefficients have the covariance they are drawn from", "[apps][identified_equation]") {
-  apps::IdentifiedEquation equation;
-  equation.mean = Eigen::Vector3d(1e5, -2.0, 3e-4);
-  const Eigen::Vector3d stds(100.0, 0.1, 1e-6);
-  Eigen::Matrix3d correlation;
-  correlation << 1.0, 0.8, -0.3, 0.8, 1.0, 0.1, -0.3, 0.1, 1.0;
-  equation.covariance = stds.asDiagonal() * correlation * stds.asDiagonal();
-  constexpr int count = 4000;
-  Eigen::Matrix3d found = Eigen::Matrix3d::Zero();
-  for (int k = 0; k < count; ++k) {
-    const Eigen::Vector3d z =
-        (apps::drawn_coefficients(equation, 7, static_cast<std::uint64_t>(k)) - equation.mean).cwiseQuotient(stds);
-    found += z * z.transpose() / count;
-  }
-  CHECK((found - correlation).cwiseAbs().maxCoeff() < 4.0 * std::sqrt(2.0 / count));  // four standard errors
-}
-
-TEST_CASE("an equation for the payload's absolute acceleration answers as that for the relative one",
-          "[apps][equation_oscillator]") {
-  apps::IdentifiedEquation relative{.target = "a", .terms = {"x", "v", "sgn(v)", "ddr"}, .base_measured = true};
-  apps::IdentifiedEquation absolute{.target = "ddy", .terms = {"x", "v", "sgn(v)"}, .base_measured = true};
-  apps::IdentifiedEquation grounded{.target = "ddy", .terms = {"y", "r", "dy", "sgn(dy)"}, .base_measured = true};
-  apps::IdentifiedEquation same{.target = "a", .terms = {"y", "r", "dy", "sgn(dy)", "ddr"}, .base_measured = true};
-  const auto answer = [](const apps::IdentifiedEquation& equation, const Eigen::VectorXd& coefficients) {
-    return sim::steady_response(apps::equation_oscillator(equation, coefficients).oscillator,
-                                {.from_hz = 0.9, .to_hz = 1.5, .step_hz = 0.2})
-        .response;
-  };
-  const auto a = answer(relative, Eigen::Vector4d(-50.0, -0.8, -0.08, -1.0));
-  const auto b = answer(absolute, Eigen::Vector3d(-50.0, -0.8, -0.08));
-  const auto c = answer(grounded, Eigen::Vector4d(-50.0, 50.0, -0.8, -0.08));
-  const auto d = answer(same, (Eigen::VectorXd(5) << -50.0, 50.0, -0.8, -0.08, -1.0).finished());
-  for (std::size_t k = 0; k < a.up.size(); ++k) {
-    CHECK(b.up[k].x_m == Approx(a.up[k].x_m).epsilon(1e-12));
-    CHECK(d.up[k].x_m == Approx(c.up[k].x_m).epsilon(1e-12));
-    CHECK(c.up[k].x_m != Approx(a.up[k].x_m).epsilon(0.01));
   }
 }
 

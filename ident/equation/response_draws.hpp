@@ -1,13 +1,17 @@
 #pragma once
 #include <cstdint>
-#include <functional>
 #include <vector>
 
-#include "apps/identified_equation.hpp"
-#include "apps/output/response_report.hpp"
+#include "ident/equation/identified_equation.hpp"
+#include "sim/ode/frequency_response.hpp"
 #include "sim/ode/steady_response.hpp"
 
-namespace apps {
+namespace ident {
+
+/// How far coefficients drawn from their posterior spread the amplitudes of one sweep; one entry for each point.
+struct ResponseBand {
+  std::vector<double> x_std_m, x_low_m, x_high_m, y_low_m, y_high_m;  ///< low, high: 2.5 and 97.5 %
+};
 
 /// A figure over the draws in which it exists.
 struct DrawnFigure {
@@ -29,11 +33,11 @@ struct DrawOptions {
   std::uint64_t seed = 1;
   int num_threads = 1;
   double static_friction = 0.0;
-  sim::SteadyOptions steady;
+  sim::SteadyOptions steady = {};  ///< its poll is called from every thread
 };
 
 /// Draw k is the same for any number of draws and threads. Throws as equation_oscillator.
 [[nodiscard]] ResponseDraws response_draws(const IdentifiedEquation& equation,
                                            const sim::FrequencyResponseOptions& sweep, const DrawOptions& options);
 
-}  // namespace apps
+}  // namespace ident

@@ -4,24 +4,23 @@
 #include "apps/config/config.hpp"
 #include "apps/config/inputs.hpp"
 #include "apps/process/console.hpp"
-#include "ident/columns.hpp"
 #include "ident/identify.hpp"
 
-// From a config and its prepared recordings to what ranges are fitted on.
+// From a config and its prepared recordings to what is fitted and how, and back to where the config says it.
 
 namespace apps {
 
 /// Throws the dsp::Fault (usage) of a library that is wrong whatever the recordings hold; its place comes first.
 void check_library(const Config& config);
 
-/// The library compiled for each recording, all of the same terms. Throws dsp::Fault (usage): "target.unknown",
-/// "library.target", and what make_library throws, with its place.
+/// The library compiled for each recording, all of the same terms. Throws as ident::record_library, with its place.
 [[nodiscard]] std::vector<ident::CandidateLibrary> compile_libraries(const Config& config,
                                                                      const std::vector<Input>& inputs);
 
-/// ident::Columns and target of every recording, with its regimes. Throws dsp::Fault memory.limit where fitting them
-/// would take a recording beyond max_memory_bytes (0: the default), memory.exhausted (numerics), sample.clipped
-/// (input).
+/// Throws dsp::Fault sample.clipped (input) as ident::require_unclipped does for a range.
+void require_unclipped(const Config& config, const std::vector<Input>& inputs);
+
+/// ident::record_columns of every recording (max_memory_bytes 0: the default), unless one is clipped.
 [[nodiscard]] std::vector<ident::Columns> all_columns(const Config& config, const std::vector<Input>& inputs,
                                                       const std::vector<ident::CandidateLibrary>& libraries,
                                                       std::size_t max_memory_bytes, Console& console);
@@ -33,6 +32,6 @@ void check_library(const Config& config);
 [[nodiscard]] std::vector<ident::RangeResult> identify_ranges(Config& config,
                                                               const std::vector<ident::Columns>& columns,
                                                               const ident::CandidateLibrary& library,
-                                                              const ident::IdentifyOptions& options, Console& console);
+                                                              ident::IdentifyOptions options, Console& console);
 
 }  // namespace apps

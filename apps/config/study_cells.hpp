@@ -7,9 +7,9 @@
 
 #include "apps/config/config.hpp"
 #include "apps/process/console.hpp"
-#include "ident/identify.hpp"
+#include "ident/study.hpp"
 
-// How an identification depends on what a person had to choose (Sec. 5.2 of [QZS23] does this by hand).
+// The settings a study varies, and the identifications with them.
 
 namespace apps {
 
@@ -31,17 +31,8 @@ struct StudyCell {
 /// The config as it is and each value of each axis alone; or, as a grid, every combination.
 [[nodiscard]] std::vector<StudyCell> study_cells(const std::vector<StudyAxis>& axes, bool grid);
 
-/// What one cell gave on one range; models and figures only.
-struct StudyRange {
-  std::string name;
-  std::vector<std::string> terms;  ///< of the library
-  std::size_t num_train = 0, num_test = 0;
-  std::vector<ident::JudgedFit> fits;
-};
-struct StudyResult {
+struct StudyResult : ident::StudyOutcome {
   StudyCell cell;
-  std::vector<StudyRange> ranges;
-  std::string trouble;  ///< not empty: numerics ended it, and how
 };
 
 struct StudyRequest {

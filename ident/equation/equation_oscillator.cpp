@@ -1,4 +1,4 @@
-#include "apps/equation_oscillator.hpp"
+#include "ident/equation/equation_oscillator.hpp"
 
 #include <fmt/format.h>
 
@@ -10,19 +10,17 @@
 #include <utility>
 #include <vector>
 
-#include "apps/process/printable.hpp"
 #include "dsp/fault.hpp"
 #include "ident/equation/equation_of_motion.hpp"
 
-namespace apps {
+namespace ident {
 namespace {
 
 constexpr std::array<const char*, 8> names{"x", "v", "y", "dy", "r", "dr", "ddr", "f"};  // all that terms may look at
 
 [[noreturn]] void refuse(const IdentifiedEquation& equation, const std::string& why) {
-  throw dsp::Fault(
-      dsp::FaultKind::usage, "frc.equation",
-      printable(fmt::format("range {} by {}: {} = ...: {}", equation.range, equation.method, equation.target, why)));
+  throw dsp::Fault(dsp::FaultKind::usage, "frc.equation",
+                   fmt::format("range {} by {}: {} = ...: {}", equation.range, equation.method, equation.target, why));
 }
 
 /// What the terms look at.
@@ -36,7 +34,7 @@ struct Contents {
 Contents contents_of(const IdentifiedEquation& equation) {
   Contents contents;
   for (const std::string& term : equation.terms) try {
-      const ident::Expression expression(term, {names.begin(), names.end()});
+      const Expression expression(term, {names.begin(), names.end()});
       contents.signals.insert(expression.signals().begin(), expression.signals().end());
       contents.switches.insert(expression.switches().begin(), expression.switches().end());
     } catch (const dsp::Fault&) {
@@ -53,9 +51,9 @@ Contents contents_of(const IdentifiedEquation& equation) {
 }
 
 /// The equation in x where friction goes by sgn(v), in y where it goes by sgn(dy).
-ident::EquationOfMotion equation_of_motion(const IdentifiedEquation& equation, const Eigen::VectorXd& coefficients,
-                                           bool absolute) {
-  ident::StateEquation row{.state = 1, .terms = {}, .coefficients = {}};
+EquationOfMotion equation_of_motion(const IdentifiedEquation& equation, const Eigen::VectorXd& coefficients,
+                                    bool absolute) {
+  StateEquation row{.state = 1, .terms = {}, .coefficients = {}};
   if (equation.base_measured && absolute != (equation.target == "ddy")) {  // y'' = x'' + r''
     row.terms.push_back("ddr");
     row.coefficients.push_back(absolute ? 1.0 : -1.0);
@@ -81,8 +79,7 @@ EquationOscillator equation_oscillator(const IdentifiedEquation& equation, const
     refuse(equation, base ? "nothing in it moves with the base" : "there is no base and no force f in it");
 
   const bool absolute = base && contents.switches.count("dy") > 0;  // the coordinate whose speed the switch looks at
-  const auto motion =
-      std::make_shared<const ident::EquationOfMotion>(equation_of_motion(equation, coefficients, absolute));
+  const auto motion = std::make_shared<const EquationOfMotion>(equation_of_motion(equation, coefficients, absolute));
   EquationOscillator result;
   result.drive = base ? DriveKind::base : DriveKind::force;
   result.has_friction = !contents.switches.empty();
@@ -106,4 +103,4 @@ EquationOscillator equation_oscillator(const IdentifiedEquation& equation, const
   return result;
 }
 
-}  // namespace apps
+}  // namespace ident

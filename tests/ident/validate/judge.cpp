@@ -1,13 +1,8 @@
 #include "ident/validate/judge.hpp"
 
 #include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
-#include "support/program.hpp"
 
 using ident::Verdict;
-using nlohmann::json;
-using support::Scratch;
 
 namespace {
 
@@ -39,7 +34,7 @@ ident::Judgement of(const ident::RangeResult& range) {
 
 }  // namespace
 
-TEST_CASE("the free run decides whether an equation describes its record", "[apps][verdict]") {
+TEST_CASE("the free run decides whether an equation describes its record", "[ident][judge]") {
   auto good = range("low", 1e-4, 1e-5);
   CHECK(of(good).verdict == Verdict::describes);
   CHECK_THAT(of(good).sentence, Catch::StartsWith("This equation describes the record: the free run follows x"));
@@ -58,7 +53,7 @@ TEST_CASE("the free run decides whether an equation describes its record", "[app
   CHECK_THAT(of(none).sentence, Catch::Contains("is undecided") && Catch::Contains("long enough"));
 }
 
-TEST_CASE("sensors out of step and rows it was fitted to take the yes away", "[apps][verdict]") {
+TEST_CASE("sensors out of step and rows it was fitted to take the yes away", "[ident][judge]") {
   auto result = range("low", 1e-4, 1e-5);
   result.power_balance = 3e-4;
   CHECK(of(result).verdict == Verdict::describes);
@@ -72,7 +67,7 @@ TEST_CASE("sensors out of step and rows it was fitted to take the yes away", "[a
 }
 
 TEST_CASE("structure in a residual that matters, and a fit that did not converge, take describes down",
-          "[apps][verdict]") {
+          "[ident][judge]") {
   auto result = range("low", 1e-4, 5e-3);
   CHECK(of(result).verdict == Verdict::describes);
   result.fits[0].whiteness.white = false;
@@ -88,25 +83,13 @@ TEST_CASE("structure in a residual that matters, and a fit that did not converge
   CHECK_THAT(of(unfinished).sentence, Catch::Contains("iteration_limit"));
 }
 
-TEST_CASE("every verdict is read back from its word", "[apps][verdict]") {
+TEST_CASE("every verdict is read back from its word", "[ident][judge]") {
   for (const Verdict verdict : {Verdict::describes, Verdict::in_part, Verdict::does_not, Verdict::undecided})
     CHECK(ident::verdict_from_string(to_string(verdict)) == verdict);
   CHECK_FALSE(ident::verdict_from_string("trusted").has_value());
 }
 
-TEST_CASE("the chosen fit is fast_rvm's of the mixed range, or the first", "[apps][verdict]") {
-  CHECK_FALSE(ident::chosen_fit({}).has_value());
-  auto low = range("low", 1e-4, 1e-5), mixed = range("mixed", 1e-4, 1e-5);
-  low.fits[0].fit.method = ident::Method::slow_rvm;
-  low.fits.push_back(low.fits[0]);
-  low.fits[1].fit.method = ident::Method::fast_rvm;
-  CHECK(ident::chosen_method(low) == 1);
-  CHECK(ident::chosen_fit({low, mixed})->range == 1);
-  CHECK(ident::chosen_fit({low})->range == 0);
-  CHECK(ident::chosen_fit({low})->method == 1);
-}
-
-TEST_CASE("ranges that have another equation are named with the terms", "[apps][verdict]") {
+TEST_CASE("ranges that have another equation are named with the terms", "[ident][judge]") {
   const auto low = range("low", 1e-4, 1e-5), high = range("high", 1e-4, 1e-5, -51.0);
   CHECK(of({low, high}).verdict == Verdict::describes);
   CHECK_THAT(of({low, high}).sentence, Catch::Contains("high agrees within 10 %"));
@@ -116,7 +99,7 @@ TEST_CASE("ranges that have another equation are named with the terms", "[apps][
   CHECK(of({low, range("mixed", 1e-4, 1e-5, -70.0)}).verdict == Verdict::describes);
 }
 
-TEST_CASE("a force law is judged by what it leaves over", "[apps][verdict]") {
+TEST_CASE("a force law is judged by what it leaves over", "[ident][judge]") {
   auto law = range("all", 0.0, 0.01);
   law.fits[0].free_run.applies = false;
   law.fits[0].free_run.reason = "an equation for f is no equation of motion";
@@ -130,22 +113,34 @@ TEST_CASE("a force law is judged by what it leaves over", "[apps][verdict]") {
   CHECK_THAT(of(law).sentence, Catch::Contains("No equation was found"));
 }
 
-TEST_CASE("a rig inside the library is described, one with physics outside it is not", "[apps][verdict][rig]") {
-  const Scratch folder;
-  const auto words = [&](const std::string& twin) {
-    const auto made = support::run(
-        folder, "$ARDENT -q sim qzs --raw --rate 256 --container flac --twin " + twin + " --duration 900 -o " + twin);
-    REQUIRE(made.code == 0);
-    const auto ended = support::run(
-        folder, "$ARDENT -q run " + twin + "/recording.flac -o " + twin +
-                    "-run --set prepare.rate_hz=25.6 --set prepare.cutoff_hz=10.24 --set library.order=0 --set "
-                    "'library.terms=[\"x\",\"v\",\"x^3\",\"sgn(v)\",\"ddr\"]' --set 'fit.methods=[\"fast_rvm\"]'");
-    CAPTURE(ended.err);
-    REQUIRE(ended.code == 0);
-    return json::parse(support::bytes_of(folder / (twin + "-run/equation.json")))["ranges"][0]["methods"][0];
+TEST_CASE("the chosen fit has the best verdict", "[ident][judge]") {
+  CHECK_FALSE(ident::chosen_fit({}).has_value());
+  std::vector<ident::RangeResult> ranges{range("mixed", 0.5, 1e-3), range("low", 0.05, 1e-3),
+                                         range("high", 1e-4, 1e-5)};
+  ranges[0].rows.train.resize(100);
+  const auto chosen = [&] {
+    ident::judge(ranges);
+    return ident::chosen_fit(ranges)->range;
   };
-  const json inside = words("T0"), outside = words("T1");
-  CHECK(inside["verdict"] == "describes");
-  CHECK(outside["verdict"] == "does_not");
-  CHECK_THAT(outside["sentence"].get<std::string>(), Catch::StartsWith("This equation does not describe the record"));
+  CHECK(chosen() == 2);
+  ranges[2].fits[0].free_run.nmse = ranges[1].fits[0].free_run.nmse = 0.5;
+  CHECK(chosen() == 0);  // no range's equation describes it: the one with the most rows
+  ranges[0].fits[0].free_run.applies = false;
+  ranges[0].fits[0].test_centred = ranges[0].fits[0].train_centred = {0.0, "the target is constant"};
+  CHECK(to_string(of(ranges).verdict) == "undecided");
+  CHECK(chosen() == 0);  // which may describe it, where the others do not
+}
+
+TEST_CASE("among equal verdicts the range with the most rows is chosen, and fast_rvm", "[ident][judge]") {
+  auto first = range("low", 1e-4, 1e-5), second = range("high", 1e-4, 1e-5);
+  first.fits[0].fit.method = ident::Method::slow_rvm;
+  first.fits.push_back(first.fits[0]);
+  first.fits[1].fit.method = ident::Method::fast_rvm;
+  CHECK(ident::chosen_method(first) == 1);
+  CHECK(ident::chosen_fit({first})->method == 1);
+  CHECK(ident::chosen_fit({first, second})->range == 0);  // as many rows in both
+  second.rows.test.resize(3);
+  CHECK(ident::chosen_fit({first, second})->range == 1);
+  first.fits[0].judgement.verdict = Verdict::in_part;
+  CHECK(ident::chosen_method(first) == 0);
 }

@@ -1,4 +1,4 @@
-#include "apps/clipped_training.hpp"
+#include "ident/clipped_training.hpp"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 
 #include "dsp/fault.hpp"
 
-namespace apps {
+namespace ident {
 namespace {
 
 struct Clipped {
@@ -28,14 +28,13 @@ std::map<std::string, Clipped> clipped_within(const std::vector<dsp::Interval>& 
 
 }  // namespace
 
-void require_unclipped(const ident::Range& range, const std::vector<Input>& inputs, double max_fraction) {
-  constexpr double training_fraction = 0.6;
-  for (std::size_t i = 0; i < inputs.size(); ++i) {
-    if (range.recording > 0 && static_cast<std::size_t>(range.recording) != i + 1) continue;
-    const dsp::Prepared& prepared = inputs[i].prepared;
+void require_unclipped(const Range& range, const std::vector<const Record*>& records, double max_fraction) {
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    if (!range.covers(i)) continue;
+    const dsp::Prepared& prepared = records[i]->prepared;
     const double end_s = static_cast<double>(prepared.signals.num_samples()) / prepared.signals.sample_rate_hz;
     const double from_s = range.spec.from_s, to_s = std::min(range.spec.to_s, end_s);
-    const double train_to_s = range.spec.train_to_s.value_or(from_s + training_fraction * (to_s - from_s));
+    const double train_to_s = range.spec.train_to_s.value_or(from_s + range.train_fraction * (to_s - from_s));
     for (const auto& [channel, clipped] : clipped_within(prepared.clipped, from_s, train_to_s)) {
       const double fraction = clipped.seconds / (train_to_s - from_s);
       if (fraction > max_fraction)
@@ -50,4 +49,4 @@ void require_unclipped(const ident::Range& range, const std::vector<Input>& inpu
   }
 }
 
-}  // namespace apps
+}  // namespace ident

@@ -1,15 +1,14 @@
-#include "apps/response_draws.hpp"
+#include "ident/equation/response_draws.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "apps/equation_oscillator.hpp"
-#include "apps/process/interrupt.hpp"
 #include "dsp/for_each_index.hpp"
 #include "dsp/order_statistics.hpp"
+#include "ident/equation/equation_oscillator.hpp"
 
-namespace apps {
+namespace ident {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -54,12 +53,10 @@ DrawnFigure drawn_figure(const std::vector<double>& values) {
 ResponseDraws response_draws(const IdentifiedEquation& equation, const sim::FrequencyResponseOptions& sweep,
                              const DrawOptions& options) {
   std::vector<sim::SteadyResponse> responses(static_cast<std::size_t>(options.num_draws));
-  sim::SteadyOptions steady = options.steady;
-  steady.poll = check_interrupted;
   dsp::for_each_index(responses.size(), options.num_threads, [&](std::size_t k) {
     auto driven = equation_oscillator(equation, drawn_coefficients(equation, options.seed, k));
     driven.oscillator.static_friction = options.static_friction;
-    responses[k] = sim::steady_response(driven.oscillator, sweep, steady);
+    responses[k] = sim::steady_response(driven.oscillator, sweep, options.steady);
   });
   ResponseDraws draws;
   const std::size_t num_points = sim::sweep_frequencies(sweep).size();
@@ -74,4 +71,4 @@ ResponseDraws response_draws(const IdentifiedEquation& equation, const sim::Freq
   return draws;
 }
 
-}  // namespace apps
+}  // namespace ident

@@ -1,15 +1,9 @@
-#include "apps/sensor_checks.hpp"
+#include "dsp/sensors/sensor_checks.hpp"
 
 #include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
 
-#include "dsp/io/sound_file.hpp"
-#include "support/program.hpp"
 #include "support/rig.hpp"
 #include "support/signals.hpp"
-
-using nlohmann::json;
-using support::Scratch;
 
 namespace {
 
@@ -29,7 +23,7 @@ Lines raised(const dsp::Recording& recording, dsp::Recipe recipe, const std::vec
   const auto prepared =
       dsp::prepare(recording, {.recipe = recipe, .rate_hz = 25.6, .cutoff_hz = 10.24, .rolloff_hz = 8.0});
   Lines lines;
-  for (const dsp::Check& check : apps::sensor_checks(prepared, channels, "side.toml"))
+  for (const dsp::Check& check : dsp::sensor_checks(prepared, channels, "side.toml"))
     if (check.status != dsp::CheckStatus::ok)
       lines.emplace_back((check.status == dsp::CheckStatus::warning ? "! " : "") + check.name, check.message);
   return lines;
@@ -48,7 +42,7 @@ std::vector<dsp::ChannelSpec> described() {
 
 }  // namespace
 
-TEST_CASE("a wrong sensor is one line with the line that mends it", "[apps][sensor_checks]") {
+TEST_CASE("a wrong sensor is one line with the line that mends it", "[dsp][sensor_checks]") {
   const dsp::Recording clean = record(81).recording;
   CHECK(raised(clean, dsp::Recipe::matched).empty());
   CHECK(raised(clean, dsp::Recipe::paper).empty());
@@ -88,23 +82,23 @@ TEST_CASE("a wrong sensor is one line with the line that mends it", "[apps][sens
   CHECK_THAT(uncorrected[0].second, Catch::Contains("not corrected"));
 }
 
-TEST_CASE("lines for a channel given by its unit", "[apps][sensor_checks]") {
+TEST_CASE("lines for a channel given by its unit", "[dsp][sensor_checks]") {
   dsp::ChannelSpec channel;
   channel.role = dsp::Role::ddy;
   channel.unit = "g";
   const dsp::SensorProblem gain{.kind = dsp::SensorProblemKind::gain, .unit = "m/s^2", .sensitivity_factor = 1.02};
-  CHECK(apps::remedy(gain, &channel) == "full_scale = \"9.61436 m/s^2\"");  // 9.80665 / 1.02
-  CHECK(apps::remedy(gain, nullptr) == "full_scale = \"0.980392 m/s^2\"");
+  CHECK(dsp::remedy(gain, &channel) == "full_scale = \"9.61436 m/s^2\"");  // 9.80665 / 1.02
+  CHECK(dsp::remedy(gain, nullptr) == "full_scale = \"0.980392 m/s^2\"");
   const dsp::SensorProblem unit{.kind = dsp::SensorProblemKind::unit, .unit = "mm"};
-  CHECK(apps::remedy(unit, &channel) == "unit = \"mm\"");
+  CHECK(dsp::remedy(unit, &channel) == "unit = \"mm\"");
   channel.delay_s = 1e-3;
-  CHECK(apps::remedy({.kind = dsp::SensorProblemKind::lag, .delay_s = 5e-4}, &channel) == "delay = \"1.5 ms\"");
-  CHECK(apps::remedy({.kind = dsp::SensorProblemKind::cutoff, .highpass_hz = {0.4, 0.3}}, &channel) ==
+  CHECK(dsp::remedy({.kind = dsp::SensorProblemKind::lag, .delay_s = 5e-4}, &channel) == "delay = \"1.5 ms\"");
+  CHECK(dsp::remedy({.kind = dsp::SensorProblemKind::cutoff, .highpass_hz = {0.4, 0.3}}, &channel) ==
         "highpass = [0.4, 0.3]");
 }
 
 TEST_CASE("a table's displacement, velocity and acceleration are compared for sign and scale",
-          "[apps][sensor_checks]") {
+          "[dsp][sensor_checks]") {
   // A slow swing and a fast one, a hundred seconds at 50 Hz; velocity and acceleration by hand.
   const auto table = [](double x_scale, double v_scale, double a_scale) {
     dsp::Recording recording{.name = "table", .sample_rate_hz = 50.0};
@@ -125,7 +119,7 @@ TEST_CASE("a table's displacement, velocity and acceleration are compared for si
   };
   const auto raised_of = [&](const dsp::Recording& recording, dsp::Recipe recipe) {
     Lines lines;
-    for (const dsp::Check& check : apps::sensor_checks(
+    for (const dsp::Check& check : dsp::sensor_checks(
              dsp::prepare(recording, {.recipe = recipe, .rate_hz = 50.0, .cutoff_hz = 10.0}), {}, "side.toml"))
       if (check.status != dsp::CheckStatus::ok) lines.emplace_back(check.name, check.message);
     return lines;
@@ -167,24 +161,4 @@ TEST_CASE("sensors of twenty clean records raise nothing", "[.][study][sensor_ch
     CHECK(raised(clean, dsp::Recipe::matched).empty());
     CHECK(raised(clean, dsp::Recipe::paper).empty());
   }
-}
-
-TEST_CASE("the report and quality.json name what a sidecar gets wrong", "[apps][sensor_checks]") {
-  const Scratch folder;
-  const std::string intermediate = std::string(ARDENT_DATA) + "/qzs_256.flac";
-  std::string side = support::bytes_of(intermediate + ".toml");
-  const auto at = side.rfind("100 mV/g");  // the payload's accelerometer, said to be the other way round
-  side.insert(at + 9, "\nsign = -1");
-  (void)folder.file("side.toml", side);
-  (void)folder.file("run.toml", "schema = 1\n[[recording]]\nfile = \"" + intermediate +
-                                    "\"\nsidecar = \"side.toml\"\n[prepare]\nrate_hz = 25.6\ncutoff_hz = 10.24\n"
-                                    "[library]\norder = 1\n[fit]\nmethods = [\"ols\"]\n");
-  const auto ended = support::run(folder, "$ARDENT run run.toml -o run");
-  CAPTURE(ended.err);
-  REQUIRE(ended.code == 0);
-  CHECK_THAT(ended.err, Catch::Contains("[sensor.polarity]"));
-  const auto report = support::bytes_of(folder / "run/equation.txt");
-  CHECK_THAT(report, Catch::Contains("opposite signs") && Catch::Contains("sign = 1"));
-  const json quality = json::parse(support::bytes_of(folder / "run/quality.json"));
-  CHECK(quality["pairs"][1]["gain"].get<double>() == Approx(-0.989).margin(2e-3));
 }

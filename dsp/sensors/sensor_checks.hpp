@@ -6,18 +6,17 @@
 #include "dsp/prepare.hpp"
 #include "dsp/sensors/sensor_problems.hpp"
 
-namespace apps {
+namespace dsp {
 
 /// Lines for a sidecar's [[channel]] that would have kept the problem away, given what it says now (nullptr: it says
 /// none of it): `sensitivity = "102 mV/g"`. A lag adds to the delay that is there.
-[[nodiscard]] std::string remedy(const dsp::SensorProblem& problem, const dsp::ChannelSpec* channel);
+[[nodiscard]] std::string remedy(const SensorProblem& problem, const ChannelSpec* channel);
 
 /// Rows of quality.json, one line each, for what the sensors of a recording say of one another: "sensor.polarity",
 /// "sensor.unit", "sensor.gain", "sensor.lag", "sensor.corner", each with what to change; a note where it was
 /// corrected, a warning where it was not or is too much for a sensor's tolerance; and "sensor.relation" for each pair,
 /// a warning where none could be found. `sidecar`: its file name, for messages.
-[[nodiscard]] std::vector<dsp::Check> sensor_checks(const dsp::Prepared& prepared,
-                                                    const std::vector<dsp::ChannelSpec>& channels,
-                                                    const std::string& sidecar);
+[[nodiscard]] std::vector<Check> sensor_checks(const Prepared& prepared, const std::vector<ChannelSpec>& channels,
+                                               const std::string& sidecar);
 
-}  // namespace apps
+}  // namespace dsp

@@ -1,4 +1,4 @@
-#include "apps/study.hpp"
+#include "apps/config/study_cells.hpp"
 
 #include <fmt/format.h>
 
@@ -6,13 +6,13 @@
 #include <cmath>
 #include <map>
 
+#include "apps/config/identification.hpp"
 #include "apps/process/interrupt.hpp"
-#include "apps/regression_columns.hpp"
 
 namespace apps {
 namespace {
 
-constexpr const char *train_fraction = "fit.train_share", *cutoff = "prepare.cutoff_hz",
+constexpr const char *train_fraction = "fit.train_fraction", *cutoff = "prepare.cutoff_hz",
                      *rolloff = "prepare.rolloff_hz";
 
 std::string number(double value) {
@@ -68,33 +68,18 @@ std::string preparation_key(Config config) {
   return to_toml(config, ".");
 }
 
-std::string library_key(const Config& config) {
-  Config only;
-  only.library = config.library;
-  only.fit.target = config.fit.target;
-  return to_toml(only, ".");
-}
-
 /// A cell on its way: its place among the cells and its config.
 struct Job {
   std::size_t place = 0;
   Config config;
 };
 
-/// ident::Columns of one library on one preparation.
-struct FormedColumns {
-  std::vector<ident::CandidateLibrary> libraries;
-  std::vector<ident::Columns> columns;
-};
-
-StudyRange summary_of(ident::RangeResult result) {
-  StudyRange range{result.spec.name, std::move(result.terms), result.rows.train.size(), result.rows.test.size(), {}};
-  for (ident::JudgedFit& fit : result.fits) {
-    fit.predicted.resize(0);
-    fit.predicted_std.resize(0);
-    range.fits.push_back(std::move(fit));
-  }
-  return range;
+/// What a settled config asks of its recordings.
+ident::StudyCase case_of(Config& config, const StudyCell& cell, const std::vector<Input>& inputs, int num_threads) {
+  if (has(cell, train_fraction))  // ranges of a sidecar have come in
+    for (ident::Range& range : config.ranges) range.spec.train_to_s.reset();
+  (void)compile_libraries(config, inputs);  // what is wrong with one is said with its place
+  return {config.library, config.ranges, identify_options(config, inputs, num_threads)};
 }
 
 }  // namespace
@@ -174,44 +159,34 @@ std::vector<StudyResult> run_cells(const StudyRequest& request, Console& console
     const std::string key = preparation_key(config);
     if (!groups.contains(key)) order.push_back(key);
     groups[key].push_back({results.size(), std::move(config)});
-    results.push_back({cell, {}, {}});
+    results.push_back({{}, cell});
   }
   const auto sources = read_sources(groups.at(order.front()).front().config, ways, request.max_memory_bytes, console);
   Console silent({.verbosity = -1, .progress = ProgressMode::never});  // what is the same for every cell is said once
   std::size_t done = 0;
   for (const std::string& key : order) {
     std::vector<Job>& jobs = groups.at(key);
-    const Config& first = jobs.front().config;
-    const auto way = static_cast<std::size_t>(std::find(ways.begin(), ways.end(), first.prepare) - ways.begin());
     Console& teller = done == 0 ? console : silent;
-    std::vector<Input> inputs = prepare_inputs(sources, way, first, teller);
-    std::map<std::string, FormedColumns> formed;
-    for (Job& job : jobs) {
+    const auto way = std::find(ways.begin(), ways.end(), jobs.front().config.prepare) - ways.begin();
+    std::vector<Input> inputs = prepare_inputs(sources, static_cast<std::size_t>(way), jobs.front().config, teller);
+    const auto vary = [&](std::size_t k) {
       check_interrupted();
-      StudyResult& result = results[job.place];
-      console.step(fmt::format("{}/{}: {}", ++done, request.cells.size(), result.cell.label()));
-      const bool zero_is_set = &job != jobs.data();
-      if (zero_is_set) job.config.zero.kind = ZeroChoice::Kind::none;
-      settle(job.config, inputs, zero_is_set ? silent : teller);
+      const StudyCell& cell = results[jobs[k].place].cell;
+      console.step(fmt::format("{}/{}: {}", ++done, request.cells.size(), cell.label()));
+      console.progress("study", static_cast<double>(done - 1) / static_cast<double>(request.cells.size()));
+      Config& config = jobs[k].config;
+      if (k > 0) config.zero.kind = ZeroChoice::Kind::none;  // it is subtracted
+      settle(config, inputs, k > 0 ? silent : teller);
       refuse_warnings(request.strict, console);
-      if (has(result.cell, train_fraction))  // ranges of a sidecar have come in
-        for (ident::Range& range : job.config.ranges) range.spec.train_to_s.reset();
-      try {
-        FormedColumns& data = formed[library_key(job.config)];
-        if (data.libraries.empty()) {
-          data.libraries = compile_libraries(job.config, inputs);
-          data.columns = all_columns(job.config, inputs, data.libraries, request.max_memory_bytes, silent);
-        }
-        const ident::IdentifyOptions options = identify_options(job.config, inputs, request.num_threads);
-        for (ident::RangeResult& range :
-             identify_ranges(job.config, data.columns, data.libraries.front(), options, silent))
-          result.ranges.push_back(summary_of(std::move(range)));
-      } catch (const dsp::Fault& fault) {
-        if (fault.kind() != dsp::FaultKind::numerics) throw;
-        result.trouble = fault.what();
-      }
-      console.progress("study", static_cast<double>(done) / static_cast<double>(request.cells.size()));
-    }
+      ident::StudyCase one = case_of(config, cell, inputs, request.num_threads);
+      if (k == 0) require_unclipped(config, inputs);
+      return one;
+    };
+    const auto outcomes =
+        ident::study(records_of(inputs), jobs.size(), vary,
+                     request.max_memory_bytes > 0 ? request.max_memory_bytes : dsp::ReadOptions{}.max_memory_bytes);
+    for (std::size_t k = 0; k < jobs.size(); ++k)
+      static_cast<ident::StudyOutcome&>(results[jobs[k].place]) = outcomes[k];
   }
   return results;
 }

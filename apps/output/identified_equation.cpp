@@ -1,8 +1,7 @@
-#include "apps/identified_equation.hpp"
+#include "apps/output/identified_equation.hpp"
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -13,7 +12,6 @@
 #include "dsp/fault.hpp"
 #include "dsp/io/input_file.hpp"
 #include "dsp/signals.hpp"
-#include "sim/noise.hpp"
 
 namespace apps {
 namespace {
@@ -63,7 +61,7 @@ Eigen::MatrixXd matrix_of(const Json& rows, Eigen::Index size) {
 bool has_base(const fs::path& run) {
   constexpr std::size_t most_bytes = 1 << 20;  // of a header
   const std::string begin = dsp::InputFile(run / "prepared.csv").text(0, most_bytes);
-  const std::string header = "," + begin.substr(0, begin.find('\n')) + ",";
+  const std::string header = fmt::format(",{},", begin.substr(0, begin.find('\n')));
   const auto signals = dsp::signal_table();
   return std::any_of(signals.begin(), signals.end(), [&](const dsp::SignalInfo& signal) {
     return signal.body == dsp::Body::base && header.find(fmt::format(",{},", signal.name)) != std::string::npos;
@@ -72,7 +70,7 @@ bool has_base(const fs::path& run) {
 
 }  // namespace
 
-IdentifiedEquation read_equation(const fs::path& run, const std::string& range, const std::string& method) {
+ident::IdentifiedEquation read_equation(const fs::path& run, const std::string& range, const std::string& method) {
   const Json document = read_run_json(run / "equation.json");
   try {
     const std::optional<Row> found = chosen(document, range, method);
@@ -87,17 +85,17 @@ IdentifiedEquation read_equation(const fs::path& run, const std::string& range, 
                                              range, method, known)));
     }
     const Json& row = *found->equation;
-    IdentifiedEquation equation{.range = found->range,
-                                .method = row.at("method"),
-                                .target = row.at("target"),
-                                .text = row.at("text"),
-                                .verdict = verdict_of(row.at("verdict"), run),
-                                .terms = {},
-                                .mean = {},
-                                .covariance = {},
-                                .robust = false,
-                                .scale = {},
-                                .base_measured = has_base(run)};
+    ident::IdentifiedEquation equation{.range = found->range,
+                                       .method = row.at("method"),
+                                       .target = row.at("target"),
+                                       .text = row.at("text"),
+                                       .verdict = verdict_of(row.at("verdict"), run),
+                                       .terms = {},
+                                       .mean = {},
+                                       .covariance = {},
+                                       .robust = false,
+                                       .scale = {},
+                                       .base_measured = has_base(run)};
     const Json& terms = row.at("terms");
     const auto size = static_cast<Eigen::Index>(terms.size());
     equation.mean.resize(size);
@@ -120,21 +118,6 @@ IdentifiedEquation read_equation(const fs::path& run, const std::string& range, 
     throw dsp::Fault(dsp::FaultKind::input, "run.damaged",
                      fmt::format("{}: {}", (run / "equation.json").string(), error.what()));
   }
-}
-
-Eigen::VectorXd drawn_coefficients(const IdentifiedEquation& equation, std::uint64_t seed, std::uint64_t draw) {
-  const Eigen::Index size = equation.mean.size();
-  // Coefficients differ by many powers of ten: the root is taken of their correlations.
-  const Eigen::VectorXd deviation = equation.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
-  const Eigen::VectorXd inverse = deviation.unaryExpr([](double d) { return d > 0.0 ? 1.0 / d : 0.0; });
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(inverse.asDiagonal() * equation.covariance *
-                                                              inverse.asDiagonal());
-  const sim::Noise noise(seed, draw);
-  Eigen::VectorXd z(size);
-  for (Eigen::Index i = 0; i < size; ++i) z[i] = noise.normal(static_cast<std::uint64_t>(i));
-  const Eigen::VectorXd spread = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  return equation.mean +
-         deviation.cwiseProduct(solver.eigenvectors() * spread.cwiseProduct(solver.eigenvectors().transpose() * z));
 }
 
 }  // namespace apps

@@ -1,4 +1,4 @@
-#include "apps/sensor_checks.hpp"
+#include "dsp/sensors/sensor_checks.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -6,43 +6,43 @@
 #include <algorithm>
 #include <cmath>
 
-namespace apps {
+namespace dsp {
 namespace {
 
-using Kind = dsp::SensorProblemKind;
+using Kind = SensorProblemKind;
 
 /// In the units a sensor's sheet uses.
-std::string sensitivity_text(const dsp::Sensitivity& sensitivity, double factor) {
+std::string sensitivity_text(const Sensitivity& sensitivity, double factor) {
   const double value = sensitivity.value * factor;
   if (sensitivity.electrical == "V" && sensitivity.measured == "m") return fmt::format("{:.5g} mV/mm", value);
   if (sensitivity.electrical == "V" && sensitivity.measured == "m/s^2")
-    return fmt::format("{:.5g} mV/g", 1e3 * dsp::find_unit("g").factor * value);
+    return fmt::format("{:.5g} mV/g", 1e3 * find_unit("g").factor * value);
   return fmt::format("{:.5g} {}/({})", value, sensitivity.electrical, sensitivity.measured);
 }
 
 /// What the channel's numbers are to be multiplied by, as the key that does it.
-std::string scale_line(const dsp::SensorProblem& problem, const dsp::ChannelSpec* channel) {
+std::string scale_line(const SensorProblem& problem, const ChannelSpec* channel) {
   if (channel != nullptr && channel->sensitivity)
     return fmt::format("sensitivity = \"{}\"", sensitivity_text(*channel->sensitivity, problem.sensitivity_factor));
   if (problem.kind == Kind::unit) return fmt::format("unit = \"{}\"", problem.unit);
-  const dsp::Unit unit = channel != nullptr && !channel->unit.empty() ? dsp::find_unit(channel->unit) : dsp::Unit{};
+  const Unit unit = channel != nullptr && !channel->unit.empty() ? find_unit(channel->unit) : Unit{};
   return fmt::format("full_scale = \"{:.6g} {}\"", unit.factor / problem.sensitivity_factor,
                      unit.si.empty() ? problem.unit : unit.si);
 }
 
 /// Of a pair whose lag and cut-offs are corrected: scales and signs that are off by too much are left as they are.
-bool corrects(const dsp::SensorRelation& relation, const dsp::SensorProblem& problem) {
+bool corrects(const SensorRelation& relation, const SensorProblem& problem) {
   const bool of_scale = problem.kind == Kind::unit || problem.kind == Kind::gain;
   return problem.kind != Kind::polarity && (!of_scale || gain_is_plausible(relation));
 }
 
-dsp::Check check_of(const dsp::SensorProblem& problem, bool corrected, const dsp::ChannelSpec* channel,
+Check check_of(const SensorProblem& problem, bool corrected, const ChannelSpec* channel,
                     const std::string& sidecar) {
-  dsp::Check check{.name = "sensor." + std::string(to_string(problem.kind)),
+  Check check{.name = "sensor." + std::string(to_string(problem.kind)),
                    .channel = problem.channel,
                    .value = problem.value,
                    .limit = problem.limit};
-  check.status = corrected ? dsp::CheckStatus::note : dsp::CheckStatus::warning;
+  check.status = corrected ? CheckStatus::note : CheckStatus::warning;
   const char* other = !problem.either                  ? ""
                       : problem.kind == Kind::polarity ? " or its partner, whichever is wired the wrong way round"
                                                        : " or its partner, whichever is calibrated wrongly";
@@ -52,19 +52,19 @@ dsp::Check check_of(const dsp::SensorProblem& problem, bool corrected, const dsp
   return check;
 }
 
-dsp::Check relation_check(const dsp::SensorRelation& relation, std::string found, dsp::CheckStatus without) {
+Check relation_check(const SensorRelation& relation, std::string found, CheckStatus without) {
   const bool known = relation.reason.empty();
   return {.name = "sensor.relation",
           .channel = relation.name,
-          .status = known ? dsp::CheckStatus::ok : without,
+          .status = known ? CheckStatus::ok : without,
           .value = relation.gain,
-          .limit = dsp::largest_gain_error,
+          .limit = largest_gain_error,
           .message = known ? std::move(found) : "not compared: " + relation.reason};
 }
 
 }  // namespace
 
-std::string remedy(const dsp::SensorProblem& problem, const dsp::ChannelSpec* channel) {
+std::string remedy(const SensorProblem& problem, const ChannelSpec* channel) {
   switch (problem.kind) {
     case Kind::polarity:
       return fmt::format("sign = {}", channel != nullptr && channel->sign < 0.0 ? 1 : -1);
@@ -80,34 +80,34 @@ std::string remedy(const dsp::SensorProblem& problem, const dsp::ChannelSpec* ch
   return {};
 }
 
-std::vector<dsp::Check> sensor_checks(const dsp::Prepared& prepared, const std::vector<dsp::ChannelSpec>& channels,
-                                      const std::string& sidecar) {
-  std::vector<dsp::Check> checks;
-  const auto add = [&](dsp::Check pair, const dsp::SensorRelation& relation, bool corrected) {
+std::vector<Check> sensor_checks(const Prepared& prepared, const std::vector<ChannelSpec>& channels,
+                                 const std::string& sidecar) {
+  std::vector<Check> checks;
+  const auto add = [&](Check pair, const SensorRelation& relation, bool corrected) {
     checks.push_back(std::move(pair));
-    for (const dsp::SensorProblem& problem : sensor_problems(relation, prepared.options.scale)) {
+    for (const SensorProblem& problem : sensor_problems(relation, prepared.options.scale)) {
       const auto spec = std::find_if(channels.begin(), channels.end(),
-                                     [&](const dsp::ChannelSpec& channel) { return channel.name == problem.channel; });
+                                     [&](const ChannelSpec& channel) { return channel.name == problem.channel; });
       checks.push_back(check_of(problem, corrected && corrects(relation, problem),
                                 spec == channels.end() ? nullptr : &*spec, sidecar));
     }
   };
-  for (const dsp::SensorRelation& relation : prepared.relations)
+  for (const SensorRelation& relation : prepared.relations)
     add(relation_check(
             relation,
             fmt::format("accelerometer to displacement: gain {:.5f}, displacement {:.3f} ms late, "
                         "AC-coupling cut-offs [{:.4f}] Hz",
                         relation.sign * relation.gain, 1e3 * relation.lag_s, fmt::join(relation.highpass_hz, ", ")),
-            dsp::CheckStatus::warning),
+            CheckStatus::warning),
         relation, prepared.equalised() && can_be_corrected(relation));
-  for (const dsp::SensorRelation& relation : prepared.derivatives)
+  for (const SensorRelation& relation : prepared.derivatives)
     add(relation_check(
             relation,
             fmt::format("{} is {:.5f} times the {}derivative of {}", relation.acceleration,
                         relation.sign * relation.gain, relation.order == 2 ? "second " : "", relation.displacement),
-            dsp::CheckStatus::note),
+            CheckStatus::note),
         relation, false);
   return checks;
 }
 
-}  // namespace apps
+}  // namespace dsp

@@ -1,10 +1,10 @@
 #pragma once
 #include <Eigen/Core>
 
-#include "apps/identified_equation.hpp"
+#include "ident/equation/identified_equation.hpp"
 #include "sim/ode/driven_oscillator.hpp"
 
-namespace apps {
+namespace ident {
 
 /// What the drive of an identified equation is.
 enum class DriveKind { base, force };
@@ -22,4 +22,4 @@ struct EquationOscillator {
 [[nodiscard]] EquationOscillator equation_oscillator(const IdentifiedEquation& equation,
                                                      const Eigen::VectorXd& coefficients);
 
-}  // namespace apps
+}  // namespace ident

@@ -1,0 +1,112 @@
+#include "apps/config/identification.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+
+#include "apps/process/interrupt.hpp"
+#include "dsp/fault.hpp"
+#include "dsp/read_recording.hpp"
+#include "dsp/signals.hpp"
+#include "ident/clipped_training.hpp"
+
+namespace apps {
+namespace {
+
+/// Calls what looks at the library and the target of a config; a fault gets their place in it put before it.
+template <class Call>
+auto with_places_of(const Config& config, Call&& call) {
+  try {
+    return call();
+  } catch (const dsp::Fault& fault) {
+    const std::string& place = fault.name() == "target.unknown" ? config.fit.place : config.library_place;
+    throw dsp::Fault(fault.kind(), fault.name(), place + ": " + fault.what());
+  }
+}
+
+void report_dropped(const ident::RangeResult& range, const ident::LibraryOptions& library, Console& console) {
+  for (const ident::DroppedTerm& term : range.dropped) {
+    const std::string text = fmt::format("range {}: {} is left out: {}", range.spec.name, term.name, term.reason);
+    // The constant comes with every polynomial, and behind AC-coupled sensors it says nothing.
+    if (term.name == "1" && std::find(library.terms.begin(), library.terms.end(), "1") == library.terms.end())
+      console.note(text);
+    else
+      console.warning("term.left_out", text);
+  }
+}
+
+/// Where the time of a range went: for the log, the only document that differs from one run to the same again.
+std::string times_of(const ident::RangeResult& range) {
+  std::string text = fmt::format("range {}: {:.3g} s for its matrix", range.spec.name, range.accumulate_s);
+  for (const ident::JudgedFit& fit : range.fits)
+    text += fmt::format(", {:.3g} s for {}", fit.solve_s, to_string(fit.fit.method));
+  return text;
+}
+
+}  // namespace
+
+void check_library(const Config& config) {
+  dsp::Motion usual;
+  for (const dsp::SignalInfo& signal : dsp::signal_table())
+    if (signal.role != dsp::Role::other) usual.signals.push_back({std::string(signal.name), "", {}});
+  try {
+    with_places_of(config, [&] { return ident::make_library(config.library, config.fit.target, usual); });
+  } catch (const dsp::Fault& fault) {
+    if (fault.name() != "term.unknown_name") throw;  // a channel may have that name
+  }
+}
+
+std::vector<ident::CandidateLibrary> compile_libraries(const Config& config, const std::vector<Input>& inputs) {
+  std::vector<ident::CandidateLibrary> libraries;
+  for (const Input& input : inputs)
+    libraries.push_back(with_places_of(
+        config, [&] { return ident::record_library(config.library, config.fit.target, input.prepared); }));
+  return libraries;
+}
+
+void require_unclipped(const Config& config, const std::vector<Input>& inputs) {
+  for (const ident::Range& range : config.ranges)
+    ident::require_unclipped(range, records_of(inputs), config.max_clipped);
+}
+
+std::vector<ident::Columns> all_columns(const Config& config, const std::vector<Input>& inputs,
+                                        const std::vector<ident::CandidateLibrary>& libraries,
+                                        std::size_t max_memory_bytes, Console& console) {
+  if (max_memory_bytes == 0) max_memory_bytes = dsp::ReadOptions{}.max_memory_bytes;
+  require_unclipped(config, inputs);
+  std::vector<ident::Columns> columns;
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    const std::size_t num_terms = libraries[i].terms.size();
+    console.step(fmt::format("{}: forming {} columns ({:.1f} MB)", inputs[i].prepared.name, num_terms,
+                             1e-6 * ident::column_bytes(inputs[i].prepared.signals, num_terms)));
+    columns.push_back(
+        ident::record_columns(libraries[i], config.fit.target, inputs[i], max_memory_bytes, check_interrupted));
+  }
+  return columns;
+}
+
+ident::IdentifyOptions identify_options(const Config& config, const std::vector<Input>& inputs, int num_threads) {
+  return {.target = config.fit.target,
+          .target_unit = inputs.front().prepared.signals.find(config.fit.target)->unit,
+          .methods = config.fit.settings.options_of(config.fit.methods),
+          .num_threads = num_threads,
+          .poll = check_interrupted};
+}
+
+std::vector<ident::RangeResult> identify_ranges(Config& config, const std::vector<ident::Columns>& columns,
+                                                const ident::CandidateLibrary& library, ident::IdentifyOptions options,
+                                                Console& console) {
+  options.before_range = [&](const ident::Range& range) {
+    console.step(fmt::format("range {}: fitting", range.spec.name));
+  };
+  options.after_range = [&](const ident::RangeResult& range) {
+    report_dropped(range, config.library, console);
+    console.note(times_of(range));
+  };
+  std::vector<ident::RangeResult> results = ident::identify(config.ranges, columns, library, options);
+  for (std::size_t i = 0; i < results.size(); ++i) config.ranges[i].spec = results[i].spec;
+  return results;
+}
+
+}  // namespace apps

@@ -1,0 +1,24 @@
+#include "ident/equation/identified_equation.hpp"
+
+#include <Eigen/Eigenvalues>
+
+#include "sim/noise.hpp"
+
+namespace ident {
+
+Eigen::VectorXd drawn_coefficients(const IdentifiedEquation& equation, std::uint64_t seed, std::uint64_t draw) {
+  const Eigen::Index size = equation.mean.size();
+  // Coefficients differ by many powers of ten: the root is taken of their correlations.
+  const Eigen::VectorXd deviation = equation.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  const Eigen::VectorXd inverse = deviation.unaryExpr([](double d) { return d > 0.0 ? 1.0 / d : 0.0; });
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(inverse.asDiagonal() * equation.covariance *
+                                                              inverse.asDiagonal());
+  const sim::Noise noise(seed, draw);
+  Eigen::VectorXd z(size);
+  for (Eigen::Index i = 0; i < size; ++i) z[i] = noise.normal(static_cast<std::uint64_t>(i));
+  const Eigen::VectorXd spread = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  return equation.mean +
+         deviation.cwiseProduct(solver.eigenvectors() * spread.cwiseProduct(solver.eigenvectors().transpose() * z));
+}
+
+}  // namespace ident

@@ -1,0 +1,45 @@
+#pragma once
+#include <Eigen/Core>
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "ident/columns.hpp"
+#include "ident/ranges.hpp"
+
+namespace ident {
+
+/// The rows of a range in these terms, read from the recordings' columns as they are needed. Both must outlive it.
+class RowsOfTerms {
+ public:
+  RowsOfTerms(const std::vector<Row>& rows, const std::vector<Columns>& recordings, std::vector<Eigen::Index> terms)
+      : rows_(rows), recordings_(recordings), terms_(std::move(terms)) {}
+  [[nodiscard]] Eigen::Index size() const { return static_cast<Eigen::Index>(rows_.size()); }
+  [[nodiscard]] Eigen::Index num_terms() const { return static_cast<Eigen::Index>(terms_.size()); }
+  /// Rows [first, first + block.rows()).
+  void read(Eigen::Index first, Eigen::Ref<Eigen::MatrixXd> block) const {
+    for (Eigen::Index j = 0; j < block.cols(); ++j)
+      for (Eigen::Index i = 0; i < block.rows(); ++i) {
+        const Row& row = rows_[static_cast<std::size_t>(first + i)];
+        block(i, j) = recordings_[row.recording].phi(row.sample, terms_[static_cast<std::size_t>(j)]);
+      }
+  }
+  /// Calls visit(first row, block) for all rows in order.
+  template <class Visit>
+  void for_each_block(Visit&& visit) const {
+    Eigen::MatrixXd block;
+    for (Eigen::Index first = 0; first < size(); first += block_rows) {
+      block.resize(std::min(block_rows, size() - first), num_terms());
+      read(first, block);
+      visit(first, block);
+    }
+  }
+
+ private:
+  static constexpr Eigen::Index block_rows = 1024;
+  const std::vector<Row>& rows_;
+  const std::vector<Columns>& recordings_;
+  std::vector<Eigen::Index> terms_;
+};
+
+}  // namespace ident

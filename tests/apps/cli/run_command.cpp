@@ -1,0 +1,47 @@
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "support/program.hpp"
+
+using nlohmann::json;
+using support::Scratch;
+
+TEST_CASE("the report and quality.json name what a sidecar gets wrong", "[apps][run_command]") {
+  const Scratch folder;
+  const std::string bus = std::string(ARDENT_DATA) + "/qzs_bus_256.flac";
+  std::string side = support::bytes_of(bus + ".toml");
+  const auto at = side.rfind("100 mV/g");  // the payload's accelerometer, said to be the other way round
+  side.insert(at + 9, "\nsign = -1");
+  (void)folder.file("side.toml", side);
+  (void)folder.file("run.toml", "schema = 1\n[[recording]]\nfile = \"" + bus +
+                                    "\"\nsidecar = \"side.toml\"\n[prepare]\nrate_hz = 25.6\ncutoff_hz = 10.24\n"
+                                    "[library]\norder = 1\n[fit]\nmethods = [\"ols\"]\n");
+  const auto ended = support::run(folder, "$ARDENT run run.toml -o run");
+  CAPTURE(ended.err);
+  REQUIRE(ended.code == 0);
+  CHECK_THAT(ended.err, Catch::Contains("[sensor.polarity]"));
+  const auto report = support::bytes_of(folder / "run/equation.txt");
+  CHECK_THAT(report, Catch::Contains("opposite signs") && Catch::Contains("sign = 1"));
+  const json quality = json::parse(support::bytes_of(folder / "run/quality.json"));
+  CHECK(quality["pairs"][1]["gain"].get<double>() == Approx(-0.989).margin(2e-3));
+}
+
+TEST_CASE("a rig inside the library is described, one with physics outside it is not", "[apps][run_command][rig]") {
+  const Scratch folder;
+  const auto words = [&](const std::string& twin) {
+    const auto made = support::run(
+        folder, "$ARDENT -q sim qzs --raw --rate 256 --container flac --twin " + twin + " --duration 900 -o " + twin);
+    REQUIRE(made.code == 0);
+    const auto ended = support::run(
+        folder, "$ARDENT -q run " + twin + "/recording.flac -o " + twin +
+                    "-run --set prepare.rate_hz=25.6 --set prepare.cutoff_hz=10.24 --set library.order=0 --set "
+                    "'library.terms=[\"x\",\"v\",\"x^3\",\"sgn(v)\",\"ddr\"]' --set 'fit.methods=[\"fast_rvm\"]'");
+    CAPTURE(ended.err);
+    REQUIRE(ended.code == 0);
+    return json::parse(support::bytes_of(folder / (twin + "-run/equation.json")))["ranges"][0]["methods"][0];
+  };
+  const json inside = words("T0"), outside = words("T1");
+  CHECK(inside["verdict"] == "describes");
+  CHECK(outside["verdict"] == "does_not");
+  CHECK_THAT(outside["sentence"].get<std::string>(), Catch::StartsWith("This equation does not describe the record"));
+}

@@ -1,0 +1,31 @@
+#include "apps/config/study_cells.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "support/fault.hpp"
+
+TEST_CASE("an axis is read from what was typed", "[apps][study_cells]") {
+  const apps::StudyAxis cutoff = apps::parse_axis("cutoff_hz=6,8,10.24");
+  CHECK(cutoff.key == "prepare.cutoff_hz");
+  CHECK(cutoff.values == std::vector<std::string>{"6", "8", "10.24"});
+  const apps::StudyAxis terms = apps::parse_axis("library.terms=[\"x\", \"v\"],[\"x\",\"exp(x,)\"]");
+  CHECK(terms.key == "library.terms");
+  CHECK(terms.values == std::vector<std::string>{"[\"x\", \"v\"]", "[\"x\",\"exp(x,)\"]"});
+  for (const char* text : {"tau", "=1,2", "speed=1", "tau=1,,2", "tau="}) {
+    CAPTURE(text);
+    support::check_fault([&] { (void)apps::parse_axis(text); }, dsp::FaultKind::usage, "study.over",
+                         {text, "want KEY"});
+  }
+}
+
+TEST_CASE("cells are each value alone, or every combination", "[apps][study_cells]") {
+  const std::vector<apps::StudyAxis> axes{{"library.order", {"1", "2", "3"}}, {"fit.tau", {"5", "10"}}};
+  const auto alone = apps::study_cells(axes, false), grid = apps::study_cells(axes, true);
+  REQUIRE(alone.size() == 1 + 3 + 2);
+  CHECK(alone[0].label() == "as it is");
+  CHECK(alone[4].label() == "fit.tau=5");
+  CHECK(alone[4].axis == 1);
+  REQUIRE(grid.size() == 3 * 2);
+  CHECK(grid[1].label() == "library.order=1 fit.tau=10");
+  CHECK(grid[1].axis == -1);
+}
