@@ -18,7 +18,7 @@
 #include "apps/rig_programme.hpp"
 #include "dsp/decimate.hpp"
 #include "dsp/io/sidecar.hpp"
-#include "dsp/io/sound_file.hpp"
+#include "dsp/io/sound_writer.hpp"
 #include "sim/rig/qzs_regimes.hpp"
 #include "sim/rig/qzs_rig.hpp"
 #include "sim/rig/qzs_sensors.hpp"

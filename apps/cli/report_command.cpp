@@ -1,14 +1,27 @@
-#include "apps/cli/report_command.hpp"
-
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
 #include <nlohmann/json.hpp>
 
+#include "apps/cli/command.hpp"
 #include "apps/output/run_json.hpp"
 
 namespace apps {
 
-void run_report(const std::filesystem::path& run, Console& console) {
-  static_cast<void>(read_run_json(run / "manifest.json"));  // written last: without it the rest may be half a run
-  console.result(read_run_file(run / (console.json() ? "equation.json" : "equation.txt")));
+Command report_command() {
+  return {"report",
+          "The page of a finished run again",
+          {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}, {"--force"}, {"--threads"}},
+          [](CLI::App& command) -> CommandBody {
+            auto run = std::make_shared<std::filesystem::path>();
+            command.add_option("RUN", *run, "Run folder")->required();
+            return [=](const GlobalOptions&, Console& console) {
+              // Written last: without the manifest the rest may be half a run.
+              static_cast<void>(read_run_json(*run / "manifest.json"));
+              console.result(read_run_file(*run / (console.json() ? "equation.json" : "equation.txt")));
+              return 0;
+            };
+          }};
 }
 
 }  // namespace apps

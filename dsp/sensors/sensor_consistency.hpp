@@ -89,11 +89,4 @@ Equalised equalise_sensors(ColumnSpectra& spectra, const std::vector<unsigned ch
 /// smooth passage. Their mean becomes zero. A body without a displacement keeps its acceleration as it is.
 void restore_low_frequencies(ColumnSpectra& spectra, const std::vector<double>& highpass_hz);
 
-/// rho = <v a> / (sigma_v sigma_a) over the samples of the mask: the power that stays. In steady motion it is zero but
-/// for a boundary term 1 / (omega duration); a phase error of phi between v and a makes it sin(phi). NaN without
-/// motion.
-[[nodiscard]] double power_balance(const Eigen::Ref<const Eigen::VectorXd>& velocity,
-                                   const Eigen::Ref<const Eigen::VectorXd>& acceleration,
-                                   const std::vector<unsigned char>& use);
-
 }  // namespace dsp

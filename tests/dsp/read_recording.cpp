@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "dsp/io/sound_file.hpp"
+#include "dsp/io/sound_writer.hpp"
 #include "dsp/motion.hpp"
 #include "support/fault.hpp"
 #include "support/scratch.hpp"

@@ -1,0 +1,44 @@
+#include "apps/config/sweep_settings.hpp"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "apps/config/parameter_settings.hpp"
+#include "apps/output/response_report.hpp"
+#include "dsp/fault.hpp"
+#include "dsp/order_statistics.hpp"
+
+namespace apps {
+namespace {
+
+[[noreturn]] void refuse(const std::string& why) {
+  throw dsp::Fault(dsp::FaultKind::usage, "frc.option", "frc: " + why);
+}
+
+}  // namespace
+
+sim::FrequencyResponseOptions sweep_of(const std::vector<std::string>& settings, DriveKind drive,
+                                       const std::vector<StepPoint>& steps) {
+  sim::FrequencyResponseOptions sweep;
+  const char* amplitude = drive == DriveKind::base ? "amplitude_mm" : "amplitude";
+  bool amplitude_given = drive == DriveKind::base || !steps.empty();
+  if (!steps.empty()) {
+    std::vector<double> drives;
+    for (const StepPoint& step : steps) drives.push_back(step.drive);
+    sweep.amplitude_m = dsp::median(std::move(drives));
+  }
+  for (const auto& [name, value] : parse_settings(settings)) {
+    const bool known = name == amplitude || name == "from_hz" || name == "to_hz" || name == "step_hz";
+    if (!known) refuse(fmt::format("no setting \"{}\"; there are from_hz, to_hz, step_hz, {}", name, amplitude));
+    if (name == "amplitude")
+      sweep.amplitude_m = value, amplitude_given = true;
+    else
+      (void)set_sweep_option(sweep, name, value);
+  }
+  if (!amplitude_given) refuse("the equation is driven by f: give its amplitude, --set amplitude=...");
+  if (!(sweep.amplitude_m > 0.0)) refuse(fmt::format("the amplitude must be positive, got {}", sweep.amplitude_m));
+  return sweep;
+}
+
+}  // namespace apps
