@@ -17,12 +17,15 @@ for folder in dsp ident sim apps tests; do
 done
 printf '%-8s %6d code lines\n' total "$total"
 
-# The layout is clang-format's: a function at namespace scope begins in column 0 and ends with a brace in column 0.
+# The layout is clang-format's: a function at namespace scope begins in column 0, its head goes on until a line that ends
+# with a brace, and it ends with a brace in column 0.
 sources dsp ident sim apps | xargs awk '
-  FNR == 1 { inside = 0 }
-  !inside && /^[A-Za-z].*\{$/ && !/^(namespace|struct|class|enum|extern|union)/ { inside = 1; lines = 0; name = $0; from = FNR }
+  FNR == 1 { head = inside = 0 }
+  !inside && !head && /^[A-Za-z].*\(/ && !/;$/ && !/^(namespace|constexpr|struct|class|enum|extern|union|using)/ { head = 1; lines = 0; from = FNR }
+  head && /;$/ { head = 0 }
+  head && /\{$/ { head = 0; inside = 1; next }
+  inside && /^\}/ { functions++; if (lines > 60) { over++; printf "function of %d lines: %s:%d\n", lines, FILENAME, from } inside = 0 }
   inside { line = $0; sub(/^[ \t]+/, "", line); if (line != "" && line !~ /^\/\//) lines++ }
-  inside && /^\}/ { functions++; if (lines - 2 > 60) { over++; printf "function of %d lines: %s:%d\n", lines - 2, FILENAME, from } inside = 0 }
   END { printf "%d functions, %d of more than 60 lines\n", functions, over }'
 sources dsp ident sim apps | while read -r file; do
   lines=$(wc -l < "$file")

@@ -1,137 +1,33 @@
-#include "apps/cli/compare_command.hpp"
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <nlohmann/json.hpp>
-
+#include "apps/cli/command.hpp"
 #include "apps/finished_run.hpp"
-#include "apps/output/run_json.hpp"
-#include "apps/process/printable.hpp"
+#include "apps/output/run_comparison.hpp"
 
 namespace apps {
-namespace fs = std::filesystem;
-namespace {
 
-using Json = nlohmann::ordered_json;
-
-/// One column of the comparison: what one run says in one range.
-struct Column {
-  std::string title;
-  Json fit;  ///< null: the run has no such range
-};
-
-struct Comparison {
-  std::string range;
-  std::vector<std::string> terms;  ///< of all columns, in order of appearance
-  std::vector<Column> columns;
-};
-
-Json fit_of(const Json& metrics, const std::string& range, const std::string& method) {
-  for (const Json& candidate : metrics.at("ranges")) {
-    if (candidate.at("name") != range) continue;
-    const Json& methods = candidate.at("methods");
-    for (const Json& fit : methods)
-      if (fit.at("method") == method) return fit;
-    return methods.empty() ? Json() : methods.front();
-  }
-  return {};
-}
-
-std::vector<Comparison> comparisons(const std::vector<std::pair<std::string, Json>>& runs, const std::string& method) {
-  std::vector<Comparison> all;
-  for (const auto& run : runs)
-    for (const Json& range : run.second.at("ranges")) {
-      const std::string name = range.at("name");
-      if (std::none_of(all.begin(), all.end(), [&](const Comparison& one) { return one.range == name; }))
-        all.push_back({name, {}, {}});
-    }
-  for (Comparison& one : all)
-    for (const auto& [title, metrics] : runs) {
-      one.columns.push_back({title, fit_of(metrics, one.range, method)});
-      if (one.columns.back().fit.is_null()) continue;
-      for (const Json& term : one.columns.back().fit.at("terms")) {
-        const std::string name = term.at("name");
-        if (std::find(one.terms.begin(), one.terms.end(), name) == one.terms.end()) one.terms.push_back(name);
-      }
-    }
-  return all;
-}
-
-std::string number_or_none(const Json& value, const char* format) {
-  return value.is_number() ? fmt::format(fmt::runtime(format), value.get<double>()) : "none";
-}
-
-std::string coefficient(const Json& fit, const std::string& term) {
-  if (fit.is_null()) return "";
-  for (const Json& candidate : fit.at("terms"))
-    if (candidate.at("name") == term)
-      return number_or_none(candidate.at("mean"), "{:.6g}") + " (" + number_or_none(candidate.at("cov"), "{:.1e}") +
-             ")";
-  return "-";
-}
-
-std::string true_value(const Json& truth, const Json& target, const std::string& term) {
-  for (const Json& candidate : truth.at("terms"))
-    if (candidate.at("name") == term && candidate.at("target") == target)
-      return fmt::format("{:.6g}", candidate.at("value").get<double>());
-  return "0";
-}
-
-std::string text_of(const Comparison& one, const Json& truth) {
-  std::string text = fmt::format("range {}\n  {:<16}", printable(one.range), "term");
-  if (!truth.is_null()) text += fmt::format(" {:>12}", "truth");
-  for (const Column& column : one.columns) text += fmt::format(" {:>24}", printable(column.title) + " (CoV)");
-  text += "\n";
-  const auto with_fit =
-      std::find_if(one.columns.begin(), one.columns.end(), [](const Column& column) { return !column.fit.is_null(); });
-  const Json target = with_fit == one.columns.end() ? Json() : with_fit->fit.at("target");
-  for (const std::string& term : one.terms) {
-    text += fmt::format("  {:<16}", printable(term));
-    if (!truth.is_null()) text += fmt::format(" {:>12}", true_value(truth, target, term));
-    for (const Column& column : one.columns) text += fmt::format(" {:>24}", coefficient(column.fit, term));
-    text += "\n";
-  }
-  for (const char* figure : {"train", "test", "free_run"}) {
-    text += fmt::format("  {:<16}", fmt::format("NMSE {}", figure));
-    if (!truth.is_null()) text += fmt::format(" {:>12}", "");
-    for (const Column& column : one.columns)
-      text += fmt::format(" {:>24}",
-                          column.fit.is_null() ? "" : number_or_none(column.fit.at("nmse").at(figure), "{:.3g}"));
-    text += "\n";
-  }
-  return text + "\n";
-}
-
-}  // namespace
-
-void run_compare(const CompareArguments& arguments, Console& console) {
-  std::vector<std::pair<std::string, Json>> runs;
-  for (const fs::path& run : arguments.runs) {
-    check_finished_run(run, arguments.strict, console);
-    const fs::path folder = run.has_filename() ? run : run.parent_path();
-    runs.emplace_back(folder.filename().string(), read_run_json(run / "metrics.json"));
-  }
-  const Json truth = arguments.truth.empty() ? Json() : read_run_json(arguments.truth);
-  try {
-    const std::vector<Comparison> all = comparisons(runs, arguments.method);
-    if (console.json()) {
-      Json document{{"ranges", Json::array()}};
-      for (const Comparison& one : all) {
-        Json row{{"name", one.range}, {"runs", Json::array()}};
-        for (const Column& column : one.columns)
-          row["runs"].push_back({{"run", printable(column.title)}, {"fit", column.fit}});
-        document["ranges"].push_back(std::move(row));
-      }
-      if (!truth.is_null()) document["truth"] = truth.at("terms");
-      return console.result(document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
-    }
-    std::string text;
-    for (const Comparison& one : all) text += text_of(one, truth);
-    console.result(text);
-  } catch (const Json::exception& error) {
-    throw dsp::Fault(dsp::FaultKind::input, "run.damaged", fmt::format("metrics.json or truth.json: {}", error.what()));
-  }
+Command compare_command() {
+  struct Arguments {
+    std::vector<std::filesystem::path> runs;
+    std::filesystem::path truth;
+    std::string method = "fast_rvm";
+  };
+  return {"compare",
+          "The equations of several runs side by side",
+          {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}},
+          [](CLI::App& command) -> CommandBody {
+            auto arguments = std::make_shared<Arguments>();
+            command.add_option("RUN", arguments->runs, "Run folders")->required();
+            command.add_option("--truth", arguments->truth, "truth.json of the simulation the recording came from");
+            command.add_option("--method", arguments->method, "Method to show");
+            return [=](const GlobalOptions& global, Console& console) {
+              for (const auto& run : arguments->runs) check_finished_run(run, global.strict, console);
+              console.result(comparison_of(arguments->runs, arguments->truth, arguments->method, console.json()));
+              return 0;
+            };
+          }};
 }
 
 }  // namespace apps

@@ -1,7 +1,10 @@
-#include "apps/cli/info_command.hpp"
-
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+
+#include "apps/cli/command.hpp"
 #include "apps/output/results_json.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/read_recording.hpp"
@@ -47,9 +50,7 @@ std::string text_of(const RecordingInfo& info) {
   return text;
 }
 
-}  // namespace
-
-void run_info(const std::vector<std::filesystem::path>& files, bool salvage, bool strict, Console& console) {
+void info(const std::vector<std::filesystem::path>& files, bool salvage, bool strict, Console& console) {
   std::vector<RecordingInfo> recordings;
   std::string text;
   for (const std::filesystem::path& file : files) {
@@ -61,6 +62,24 @@ void run_info(const std::vector<std::filesystem::path>& files, bool salvage, boo
   }
   refuse_warnings(strict, console);
   console.result(console.json() ? info_json(recordings) : text);
+}
+
+}  // namespace
+
+Command info_command() {
+  return {"info",
+          "What a recording is: container, channels, rate, length, sidecar",
+          {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}},
+          [](CLI::App& command) -> CommandBody {
+            auto files = std::make_shared<std::vector<std::filesystem::path>>();
+            auto salvage = std::make_shared<bool>(false);
+            command.add_option("FILE", *files, "Recordings")->required();
+            command.add_flag("--salvage", *salvage, "Also what is left of a truncated file");
+            return [=](const GlobalOptions& global, Console& console) {
+              info(*files, *salvage, global.strict, console);
+              return 0;
+            };
+          }};
 }
 
 }  // namespace apps

@@ -1,8 +1,11 @@
-#include "apps/cli/init_command.hpp"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+
+#include "apps/cli/command.hpp"
 #include "apps/output/results_json.hpp"
 #include "apps/process/output_file.hpp"
 #include "apps/process/staging_folder.hpp"
@@ -61,9 +64,8 @@ void require_free(const fs::path& file, bool force) {
     throw output_fault("output.exists", file, "is there already. Use --force to replace it or -o to write elsewhere");
 }
 
-}  // namespace
-
-void run_init(const fs::path& recording, const fs::path& folder, bool force, Console& console) {
+/// A file that is there stays unless `force`: dsp::Fault (output, "output.exists").
+void init(const fs::path& recording, const fs::path& folder, bool force, Console& console) {
   const fs::path place = folder.empty() ? recording.parent_path() : folder;
   const fs::path sidecar = place / dsp::sidecar_path(recording.filename()),
                  config = place / recording.stem().concat(".toml");
@@ -78,6 +80,22 @@ void run_init(const fs::path& recording, const fs::path& folder, bool force, Con
   staging.place({sidecar, config}, force);
   console.result(console.json() ? files_json({sidecar.string(), config.string()})
                                 : fmt::format("wrote {} and {}\n", sidecar.string(), config.string()));
+}
+
+}  // namespace
+
+Command init_command() {
+  return {"init",
+          "A first sidecar and config for a recording",
+          {{"--seed"}, {"--dry-run"}, {"--set"}},
+          [](CLI::App& command) -> CommandBody {
+            auto file = std::make_shared<fs::path>();
+            command.add_option("FILE", *file, "Recording")->required();
+            return [=](const GlobalOptions& global, Console& console) {
+              init(*file, global.output, global.force, console);
+              return 0;
+            };
+          }};
 }
 
 }  // namespace apps

@@ -2,113 +2,32 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <nlohmann/json.hpp>
+#include <CLI/CLI.hpp>
+#include <memory>
 #include <stdexcept>
 
-#include "apps/config/parameter_settings.hpp"
+#include "apps/cli/command.hpp"
+#include "apps/cli/option_values.hpp"
+#include "apps/config/sweep_settings.hpp"
 #include "apps/finished_run.hpp"
+#include "apps/output/equation_response.hpp"
 #include "apps/output/identified_equation.hpp"
-#include "apps/output/response_report.hpp"
-#include "apps/output/steps_table.hpp"
 #include "apps/process/interrupt.hpp"
 #include "apps/process/output_folder.hpp"
-#include "apps/process/printable.hpp"
-#include "dsp/fault.hpp"
-#include "dsp/order_statistics.hpp"
-#include "ident/equation/equation_oscillator.hpp"
-#include "ident/equation/response_draws.hpp"
+#include "apps/process/path.hpp"
 
 namespace apps {
 namespace {
 
-using Json = nlohmann::ordered_json;
-namespace fs = std::filesystem;
-
-/// All there is to say of one equation's response.
-struct Result {
-  ident::IdentifiedEquation equation;
-  ident::DriveKind drive = ident::DriveKind::base;
-  bool has_friction = false;
-  double static_friction = 0.0;
-  sim::FrequencyResponseOptions sweep;
-  sim::SteadyResponse steady;
-  ident::ResponseDraws draws;
-  int num_draws = 0;
-  std::uint64_t seed = 1;
-  std::vector<StepPoint> steps;  ///< what the record itself came to
-};
-
-/// How far the equation's curves are from the record's steady amplitudes; each against the nearer of the two sweeps,
-/// because hands and chance decide which branch a test is on.
-struct Misfit {
-  int count = 0;
-  double rms = 0.0, worst = 0.0, worst_hz = 0.0;  ///< relative, of x
-};
-
-Misfit misfit_of(const Result& result) {
-  Misfit misfit;
-  double squares = 0.0;
-  for (const StepPoint& step : result.steps) {
-    if (step.locked) continue;  // what is left there is the sensors'
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const auto* points : {&result.steady.response.up, &result.steady.response.down})
-      for (std::size_t k = 1; k < points->size(); ++k) {
-        const sim::ResponsePoint &a = (*points)[k - 1], &b = (*points)[k];
-        const double fraction = (step.frequency_hz - a.frequency_hz) / (b.frequency_hz - a.frequency_hz);
-        if (!(fraction >= 0.0 && fraction <= 1.0)) continue;
-        const double x_m = a.x_m + fraction * (b.x_m - a.x_m);
-        if (std::abs(x_m - step.x_m) < std::abs(nearest)) nearest = x_m - step.x_m;
-      }
-    if (!std::isfinite(nearest)) continue;
-    const double relative = std::abs(nearest) / step.x_m;
-    ++misfit.count;
-    squares += relative * relative;
-    if (relative > misfit.worst) misfit.worst = relative, misfit.worst_hz = step.frequency_hz;
-  }
-  misfit.rms = std::sqrt(squares / std::max(misfit.count, 1));
-  return misfit;
-}
-
-[[noreturn]] void refuse(const std::string& why) {
-  throw dsp::Fault(dsp::FaultKind::usage, "frc.option", "frc: " + why);
-}
-
-/// What was asked for; the amplitude left out is that of the record's steps, if it has some.
-sim::FrequencyResponseOptions sweep_of(const std::vector<std::string>& set, ident::DriveKind drive,
-                                       const std::vector<StepPoint>& steps) {
-  sim::FrequencyResponseOptions sweep;
-  const char* amplitude = drive == ident::DriveKind::base ? "amplitude_mm" : "amplitude";
-  bool amplitude_given = drive == ident::DriveKind::base || !steps.empty();
-  if (!steps.empty()) {
-    std::vector<double> drives;
-    for (const StepPoint& step : steps) drives.push_back(step.drive);
-    sweep.amplitude_m = dsp::median(std::move(drives));
-  }
-  for (const auto& [name, value] : parse_settings(set)) {
-    const bool known = name == amplitude || name == "from_hz" || name == "to_hz" || name == "step_hz";
-    if (!known) refuse(fmt::format("no setting \"{}\"; there are from_hz, to_hz, step_hz, {}", name, amplitude));
-    if (name == "amplitude")
-      sweep.amplitude_m = value, amplitude_given = true;
-    else
-      (void)set_sweep_option(sweep, name, value);
-  }
-  if (!amplitude_given) refuse("the equation is driven by f: give its amplitude, --set amplitude=...");
-  if (!(sweep.amplitude_m > 0.0)) refuse(fmt::format("the amplitude must be positive, got {}", sweep.amplitude_m));
-  return sweep;
-}
-
-Result respond(const ResponseArguments& arguments) {
-  Result result;
+EquationResponse respond(const ResponseArguments& arguments) try {
+  EquationResponse result;
   result.equation = read_equation(arguments.run, arguments.range, arguments.method);
   auto driven = ident::equation_oscillator(result.equation, result.equation.mean);
   result.drive = driven.drive;
   result.has_friction = driven.has_friction;
   result.static_friction = arguments.static_friction.value_or(0.0);
   if (!(result.static_friction >= 0.0) || (arguments.static_friction && !driven.has_friction))
-    refuse("--static-friction must not be negative, and needs an equation with sgn(v)");
+    refuse_sweep("--static-friction must not be negative, and needs an equation with sgn(v)");
   driven.oscillator.static_friction = result.static_friction;
   result.steps = read_final_steps(arguments.run);
   result.sweep = sweep_of(arguments.set, driven.drive, result.steps);
@@ -128,179 +47,63 @@ Result respond(const ResponseArguments& arguments) {
                                           .static_friction = result.static_friction,
                                           .steady = {.poll = check_interrupted}});
   return result;
-}
-
-ident::DrawnFigure drawn(const Result& result, const ResponseEvent& event) {
-  std::vector<double> values;
-  for (const sim::ResponseJumps& jumps : result.draws.located) values.push_back(jumps.*event.frequency_hz);
-  return ident::drawn_figure(values);
-}
-
-/// The largest |x| the equation was trained on; NaN: not known.
-double trained_to(const ident::IdentifiedEquation& equation) {
-  for (std::size_t i = 0; i < equation.terms.size(); ++i)
-    if (equation.terms[i] == "x") return equation.scale[static_cast<Eigen::Index>(i)];
-  return std::numeric_limits<double>::quiet_NaN();
-}
-
-std::vector<std::string> remarks_of(const Result& result) {
-  std::vector<std::string> remarks;
-  if (result.equation.verdict == ident::Verdict::does_not)
-    remarks.push_back("the equation does not describe its record: see equation.txt of the run");
-  if (result.has_friction && result.static_friction > 0.0)
-    remarks.push_back(fmt::format("static friction of {:g} m/s^2 is given, not identified", result.static_friction));
-  if (result.has_friction && result.static_friction == 0.0)
-    remarks.push_back(
-        "static friction cannot be identified from slipping: locking, and breaking loose, are those of the identified "
-        "sliding friction. If it is known from elsewhere, give it with --static-friction");
-  const double limit = trained_to(result.equation);
-  const auto& response = result.steady.response;
-  if (const double largest = std::max(sim::peak(response.up).x_m, sim::peak(response.down).x_m); largest > 1.1 * limit)
-    remarks.push_back(
-        fmt::format("amplitudes beyond {:.3g} mm are extrapolated: the training rows end there", 1e3 * limit));
-  if (result.steady.num_unsettled > 0)
-    remarks.push_back(
-        fmt::format("{} frequencies have no steady motion of the drive's period", result.steady.num_unsettled));
-  if (std::isfinite(result.steady.diverged_hz))
-    remarks.push_back(
-        fmt::format("the motion runs away at {:.5g} Hz; the sweep ends there", result.steady.diverged_hz));
-  if (result.draws.num_diverged > 0)
-    remarks.push_back(
-        fmt::format("in {} of {} draws the motion runs away", result.draws.num_diverged, result.num_draws));
-  return remarks;
-}
-
-std::string frequency_text(double hz) {
-  return std::isfinite(hz) ? fmt::format("{:.6g}", hz) : "-";
-}
-
-std::string text_of(const Result& result) {
-  const auto& sweep = result.sweep;
-  std::string text =
-      printable(fmt::format("range {} by {}: {}", result.equation.range, result.equation.method, result.equation.text));
-  text += fmt::format("\n{}, {} to {} Hz in steps of {} Hz; {} draws of the coefficients ({} covariance), seed {}\n\n",
-                      result.drive == ident::DriveKind::base
-                          ? fmt::format("base motion of {:g} mm", 1e3 * sweep.amplitude_m)
-                          : fmt::format("force of {:g}", sweep.amplitude_m),
-                      sweep.from_hz, sweep.to_hz, sweep.step_hz, result.num_draws,
-                      result.equation.robust ? "robust" : "white-noise", result.seed);
-  text += fmt::format("  {:<5} {:<34} {:>9} {:>11} {:>9}\n", "", "Hz", "step", "located", "sd");
-  for (const ResponseEvent& event : response_events()) {
-    const double step_hz = result.steady.response.jumps.*event.frequency_hz;
-    const ident::DrawnFigure spread = drawn(result, event);
-    text += fmt::format("  {:<5} {:<34} {:>9} {:>11} {:>9}", event.way, event.sentence, frequency_text(step_hz),
-                        frequency_text(result.steady.located.*event.frequency_hz),
-                        std::isfinite(spread.std) ? fmt::format("{:.2g}", spread.std) : "-");
-    if (result.num_draws > 0 && spread.fraction != std::isfinite(step_hz))
-      text += fmt::format("  in {:.0f} % of the draws", 100.0 * spread.fraction);
-    text += "\n";
-  }
-  for (const auto& [way, points, peaks] : {std::tuple{"up", &result.steady.response.up, &result.draws.peak_up_m},
-                                           std::tuple{"down", &result.steady.response.down, &result.draws.peak_down_m}})
-    text += fmt::format("  {:<5} {:<34} {:.5g} mm at {:.5g} Hz{}\n", way, "largest relative amplitude",
-                        1e3 * sim::peak(*points).x_m, sim::peak(*points).frequency_hz,
-                        peaks->empty() ? "" : fmt::format(", sd {:.2g} mm", 1e3 * ident::drawn_figure(*peaks).std));
-  if (const Misfit misfit = misfit_of(result); misfit.count > 0)
-    text += fmt::format(
-        "  from the record's {} steady amplitudes in motion it is {:.2g} % away (rms), at most {:.2g} % at {:.5g} Hz\n",
-        misfit.count, 100.0 * misfit.rms, 100.0 * misfit.worst, misfit.worst_hz);
-  for (const std::string& remark : remarks_of(result)) text += "  - " + remark + "\n";
-  return text;
-}
-
-Json number_or_null(double value) {
-  return std::isfinite(value) ? Json(value) : Json();
-}
-
-Json json_of(const Result& result) {
-  const auto& equation = result.equation;
-  Json document{{"equation", {{"range", equation.range}, {"method", equation.method}, {"text", equation.text}}},
-                {"drive", result.drive == ident::DriveKind::base ? "base displacement, m" : "f"},
-                {"sweep",
-                 {{"from_hz", result.sweep.from_hz},
-                  {"to_hz", result.sweep.to_hz},
-                  {"step_hz", result.sweep.step_hz},
-                  {"amplitude", result.sweep.amplitude_m}}},
-                {"static_friction", result.static_friction > 0.0 ? Json(result.static_friction) : Json()},
-                {"draws", result.num_draws},
-                {"seed", result.seed},
-                {"covariance", equation.robust ? "robust" : "white noise"},
-                {"frequency_response", response_json(result.steady.response)},
-                {"located", {{"up", Json::object()}, {"down", Json::object()}}}};
-  for (const ResponseEvent& event : response_events()) {
-    const ident::DrawnFigure spread = drawn(result, event);
-    document["located"][event.way][event.key] = {{"value", number_or_null(result.steady.located.*event.frequency_hz)},
-                                                 {"draws_mean", number_or_null(spread.mean)},
-                                                 {"draws_std", number_or_null(spread.std)},
-                                                 {"draws_share", result.num_draws > 0 ? Json(spread.fraction) : Json()}};
-  }
-  document["frequency_response"]["up"]["peak"]["std_m"] =
-      number_or_null(ident::drawn_figure(result.draws.peak_up_m).std);
-  document["frequency_response"]["down"]["peak"]["std_m"] =
-      number_or_null(ident::drawn_figure(result.draws.peak_down_m).std);
-  if (const Misfit misfit = misfit_of(result); misfit.count > 0)
-    document["record"] = {
-        {"num_steps", misfit.count}, {"rms", misfit.rms}, {"worst", misfit.worst}, {"worst_hz", misfit.worst_hz}};
-  document["num_unsettled"] = result.steady.num_unsettled;
-  document["remarks"] = remarks_of(result);
-  return document;
-}
-
-/// The record's own end results over the equation's curves, as Fig. 11 of [QZS23] has them.
-void add_steps(PlotFigure& figure, const std::vector<StepPoint>& steps) {
-  for (const bool up : {true, false}) {
-    PlotSeries y{
-        up ? "record, up" : "record, down", {}, {}, PlotStyle::points, up ? PlotColour::orange : PlotColour::black};
-    std::vector<double> f, x_mm, y_mm;
-    for (const StepPoint& step : steps)
-      if (step.up == up) f.push_back(step.frequency_hz), x_mm.push_back(1e3 * step.x_m), y_mm.push_back(1e3 * step.y_m);
-    if (f.empty()) continue;
-    const auto size = static_cast<Eigen::Index>(f.size());
-    PlotSeries x = y;
-    x.x = y.x = Eigen::Map<const Eigen::VectorXd>(f.data(), size);
-    x.y = Eigen::Map<const Eigen::VectorXd>(x_mm.data(), size);
-    y.y = Eigen::Map<const Eigen::VectorXd>(y_mm.data(), size);
-    figure.panels[0].series.push_back(std::move(y));
-    figure.panels[1].series.push_back(std::move(x));
-  }
-}
-
-fs::path folder_of(const ResponseArguments& arguments) {
-  if (!arguments.folder.empty()) return arguments.folder;
-  const fs::path run = arguments.run.has_filename() ? arguments.run : arguments.run.parent_path();
-  return run.string() + "-frc";
+} catch (const std::invalid_argument& error) {
+  refuse_sweep(error.what());
 }
 
 }  // namespace
 
 void run_response(const ResponseArguments& arguments, Console& console) {
-  const fs::path equation = arguments.run / "equation.json";
+  const std::filesystem::path equation = arguments.run / "equation.json";
+  const std::filesystem::path destination =
+      arguments.folder.empty() ? named_path(arguments.run).concat("-frc") : arguments.folder;
   check_finished_run(arguments.run, arguments.strict, console);
-  require_apart(folder_of(arguments), {equation});
-  OutputFolder folder(folder_of(arguments), arguments.force);
+  require_apart(destination, {equation});
+  OutputFolder folder(destination, arguments.force);
   Manifest manifest = begin_manifest("frc", arguments.command_line, arguments.seed, folder.destination());
-  const Result result = [&] {
-    try {
-      return respond(arguments);
-    } catch (const std::invalid_argument& error) {
-      refuse(error.what());
-    }
-  }();
-  const ReportedResponse reported{result.steady.response, result.draws.up, result.draws.down};
-  PlotFigure figure = response_figure(reported, fmt::format("Response of the equation of range {} by {}",
-                                                            result.equation.range, result.equation.method));
-  add_steps(figure, result.steps);
-  figure.caption = remarks_of(result);
-  const std::string document = json_of(result).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-  folder.write("frc.csv", response_csv(reported));
-  folder.write("frc.svg", to_svg(figure));
+  const EquationResponse result = respond(arguments);
+  const std::string document = response_document(result);
+  folder.write("frc.csv", response_csv(result));
+  folder.write("frc.svg", to_svg(response_figure(result)));
   folder.write("frc.json", document);
   add_input(manifest, equation, folder.destination());
   manifest.warnings = console.warnings();
   folder.commit(std::move(manifest));
   console.result(console.json()
                      ? document
-                     : text_of(result) + fmt::format("\nresults are in {}\n", folder.destination().string()));
+                     : response_text(result) + fmt::format("\nresults are in {}\n", folder.destination().string()));
+}
+
+Command response_command() {
+  return {"frc",
+          "Frequency response of an identified equation, with its uncertainty",
+          {},
+          [](CLI::App& command) -> CommandBody {
+            auto typed = std::make_shared<ResponseArguments>();
+            command.add_option("RUN", typed->run, "Run folder")->required();
+            command.add_option("--range", typed->range, "Range whose equation it is; mixed, or the first, unless said");
+            command.add_option("--method", typed->method, "Method that found it; fast_rvm unless said");
+            command.add_option("--draws", typed->num_draws, "Draws of the coefficients; 0: no uncertainty")
+                ->transform(whole(0, 100000))
+                ->option_text("INT=40");
+            command
+                .add_option("--static-friction", typed->static_friction,
+                            "What a resting payload withstands, m/s^2; slipping does not show it")
+                ->check(not_negative());
+            command.footer("--set from_hz, to_hz, step_hz, amplitude_mm of the base (amplitude, where a force drives)");
+            return [=](const GlobalOptions& global, Console& console) {
+              ResponseArguments arguments = *typed;
+              arguments.folder = global.output;
+              arguments.seed = global.seed;
+              arguments.set = global.set;
+              arguments.num_threads = thread_count(global);
+              arguments.force = global.force;
+              arguments.strict = global.strict;
+              arguments.command_line = global.command_line;
+              run_response(arguments, console);
+              return 0;
+            };
+          }};
 }
 
 }  // namespace apps

@@ -1,11 +1,10 @@
-#include "apps/cli/study_command.hpp"
-
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <CLI/CLI.hpp>
 #include <filesystem>
+#include <memory>
 
-#include "apps/config/inputs.hpp"
+#include "apps/cli/run_arguments.hpp"
 #include "apps/output/study_output.hpp"
 #include "apps/process/output_folder.hpp"
 #include "dsp/names.hpp"
@@ -15,19 +14,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
+struct StudyArguments {
+  RunArguments run;               ///< input, folder and what a run takes
+  std::vector<std::string> over;  ///< "KEY=V1,V2,..."; none: the config's [study], else default_axes
+  bool grid = false;              ///< every combination instead of one setting at a time
+};
+
 std::vector<StudyAxis> axes_of(const StudyArguments& arguments, const Config& config, double rate_hz) {
   if (arguments.over.empty()) return config.study.empty() ? default_axes(config, rate_hz) : config.study;
   std::vector<StudyAxis> axes;
   for (const std::string& text : arguments.over) axes.push_back(parse_axis(text));
   return axes;
-}
-
-fs::path folder_of(const RunArguments& run, const Config& config) {
-  const fs::path folder = run.folder.empty() ? fs::path(dsp::slug(run.input.stem().string()) + "-study") : run.folder;
-  std::vector<fs::path> inputs = input_files(config);
-  inputs.push_back(run.input);
-  require_apart(folder, inputs);
-  return folder;
 }
 
 /// The longest list of ranges any cell has.
@@ -46,19 +43,12 @@ bool kept_nothing(const std::vector<StudyResult>& results) {
   return true;
 }
 
-}  // namespace
-
-int run_study(const StudyArguments& arguments, Console& console) {
+/// Writes study.txt, study.csv, study.json and study-RANGE.svg into the folder. 4 where no cell kept a term, else 0.
+int study(const StudyArguments& arguments, Console& console) {
   const RunArguments& run = arguments.run;
-  const auto adjust = [&run](Config& config) {
-    for (RecordingConfig& recording : config.recordings) {
-      recording.salvage = recording.salvage || run.salvage;
-      recording.uncalibrated = recording.uncalibrated || run.uncalibrated;
-    }
-  };
-  Config config = read_config(run.input, run.set);
-  adjust(config);
-  const fs::path place = folder_of(run, config);
+  const auto adjust = [&run](Config& config) { apply_flags(run, config); };
+  const Config config = config_of(run);
+  const fs::path destination = folder_apart(run, config, "-study");
   const double rate_hz = dsp::RecordingReader(config.recordings.front().file,
                                               read_options(config.recordings.front(), run.max_memory_bytes))
                              .description()
@@ -70,10 +60,10 @@ int run_study(const StudyArguments& arguments, Console& console) {
   if (run.dry_run) {
     std::string text;
     for (const StudyCell& cell : request.cells) text += cell.label() + "\n";
-    console.result(text + fmt::format("would write {}\n", place.string()));
+    console.result(text + fmt::format("would write {}\n", destination.string()));
     return 0;
   }
-  OutputFolder folder(place, run.force);
+  OutputFolder folder(destination, run.force);
   Manifest manifest = begin_manifest("study", run.command_line, run.seed, folder.destination());
   std::vector<fs::path> inputs = input_files(config);
   if (run.input.extension() == ".toml") inputs.push_back(run.input);
@@ -93,6 +83,26 @@ int run_study(const StudyArguments& arguments, Console& console) {
   console.error("fit.nothing_selected",
                 "no setting selected a term. Give other candidates, or lower fit.tau or fit.threshold.");
   return 4;
+}
+
+}  // namespace
+
+Command study_command() {
+  return {"study", "How an identification depends on its settings", {}, [](CLI::App& command) -> CommandBody {
+            const auto run = add_run_arguments(command);
+            auto typed = std::make_shared<StudyArguments>();
+            command
+                .add_option("--over", typed->over,
+                            "order, cutoff_hz, rolloff_hz, tau, threshold, selection, recipe, train_share, target, or "
+                            "any key of a config: KEY=V1,V2,...")
+                ->allow_extra_args(false);
+            command.add_flag("--grid", typed->grid, "Every combination instead of one setting at a time");
+            return [=](const GlobalOptions& global, Console& console) {
+              StudyArguments arguments = *typed;
+              arguments.run = run(global);
+              return study(arguments, console);
+            };
+          }};
 }
 
 }  // namespace apps

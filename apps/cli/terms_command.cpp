@@ -1,12 +1,10 @@
-#include "apps/cli/terms_command.hpp"
-
 #include <fmt/format.h>
 
+#include "apps/cli/command.hpp"
 #include "apps/output/results_json.hpp"
 #include "dsp/signals.hpp"
 
 namespace apps {
-
 namespace {
 
 /// Of a body, or of signals that are no motion, each by itself; further channels last.
@@ -25,9 +23,7 @@ std::vector<ident::FunctionHelp> signal_help() {
   return help;
 }
 
-}  // namespace
-
-void run_terms(Console& console) {
+void terms(Console& console) {
   const std::vector<ident::FunctionHelp> signals = signal_help();
   const std::vector<ident::FunctionHelp> functions = ident::expression_functions();
   if (console.json()) return console.result(terms_json(signals, functions));
@@ -37,6 +33,20 @@ void run_terms(Console& console) {
   for (const ident::FunctionHelp& function : functions)
     text += fmt::format("  {:<10} {}\n", function.name, function.meaning);
   console.result(text + "examples: 1  x^3  x^2*v  sgn(v)  abs(x)*v  ddr; where = \"abs(v) > 0.004 && t < 830\"\n");
+}
+
+}  // namespace
+
+Command terms_command() {
+  return {"terms",
+          "Names and functions allowed in candidate terms",
+          {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}},
+          [](CLI::App&) -> CommandBody {
+            return [](const GlobalOptions&, Console& console) {
+              terms(console);
+              return 0;
+            };
+          }};
 }
 
 }  // namespace apps

@@ -107,8 +107,6 @@ FoundErrors Section5View::errors(const std::string& method) const {
   found.noise_std = mean_over(all, [](const ident::JudgedFit& fit) { return fit.model.noise_std; });
   found.seconds = mean_over(all, [](const ident::JudgedFit& fit) { return fit.solve_s; });
   for (const Section5Fit* fit : fits_) found.seconds += fit->result.accumulate_s / static_cast<double>(fits_.size());
-  for (const ident::JudgedFit* fit : all)
-    if (!fit->free_run.reason.empty()) found.free_run_reason = fit->free_run.reason;
   return found;
 }
 
@@ -181,6 +179,90 @@ CovRatio printed_cov_ratio(int table) {
   return {mean, greatest / least - 1.0, 1.0 / mean / std::sqrt(train)};
 }
 
+namespace {
+
+/// Rows of Table 9: errors of every method, by the paper's recipe and, as the reason, with matched columns.
+void compare_errors(const PaperErrors& paper, const std::string& regime, const Section5View& ours,
+                    const Section5View& matched, std::vector<Comparison>& rows) {
+  for (int m = 0; m < 3; ++m)
+    for (const bool train : {true, false}) {
+      const std::string method = section5_methods[m];
+      const FoundErrors found = ours.errors(method), other = matched.errors(method);
+      const double print = train ? paper.train[m] : paper.test[m], value = train ? found.train : found.test;
+      rows.push_back({9,
+                      regime,
+                      train ? "train" : "test",
+                      method,
+                      "nmse",
+                      print,
+                      nan,
+                      value,
+                      nan,
+                      {judge_size(print, value, error_factor),
+                       fmt::format("T1 matched: {:.3g}", train ? other.train : other.test)}});
+    }
+}
+
+/// Rows of a printed term: its coefficient by every method, and its two coefficients of variation.
+void compare_term(const PaperTerm& paper, const Section5View& ours, const Section5View& matched,
+                  std::vector<Comparison>& rows) {
+  const auto with = [](double value) { return std::isfinite(value) ? fmt::format("{:.3g}", value) : "not kept"; };
+  for (const char* method : section5_methods) {
+    const double print = printed(paper, method);
+    if (!std::isfinite(print)) continue;
+    const FoundTerm found = ours.term(method, paper.term);
+    rows.push_back({paper.table,
+                    "a",
+                    paper.term,
+                    method,
+                    "mean",
+                    print,
+                    nan,
+                    found.mean_scaled,
+                    found.std_scaled,
+                    {judge_scaled(print, found.mean_scaled),
+                     "T1 matched: " + with(matched.term(method, paper.term).mean_scaled)}});
+  }
+  const double slow = ours.term("slow_rvm", paper.term).cov, fast = ours.term("fast_rvm", paper.term).cov;
+  rows.push_back({paper.table,
+                  "a",
+                  paper.term,
+                  "slow_rvm",
+                  "cov",
+                  paper.cov_slow_rvm,
+                  nan,
+                  slow,
+                  nan,
+                  {judge_size(paper.cov_slow_rvm, slow, size_factor), ""}});
+  rows.push_back({paper.table,
+                  "a",
+                  paper.term,
+                  "fast_rvm",
+                  "cov",
+                  paper.cov_fast_rvm,
+                  paper.cov_slow_rvm * printed_cov_ratio(paper.table).mean,
+                  fast,
+                  nan,
+                  {"not reproducible", "not an uncertainty: the noise's standard deviation is left out"}});
+}
+
+void compare_seconds(const PaperSeconds& paper, const Section5View& ours, std::vector<Comparison>& rows) {
+  for (const auto& [method, print] :
+       {std::pair{"fast_rvm", paper.fast_rvm}, {"slow_rvm", paper.slow_rvm}, {"sindy", paper.sindy}})
+    rows.push_back({paper.table,
+                    "a",
+                    "",
+                    method,
+                    "seconds",
+                    print,
+                    nan,
+                    ours.errors(method).seconds,
+                    nan,
+                    {"not reproducible", "another machine and another program"}});
+}
+
+}  // namespace
+
 std::vector<Comparison> compare_section5(const Section5Replication& replication,
                                          const std::vector<const Section5Case*>& cases) {
   std::vector<Comparison> rows;
@@ -188,80 +270,12 @@ std::vector<Comparison> compare_section5(const Section5Replication& replication,
   for (const Section5Case* one : cases) {
     const Section5View ours(replication, *one, paper_way, paper_candidates),
         matched(replication, *one, matched_way, paper_candidates);
-    const auto with = [](double value) { return std::isfinite(value) ? fmt::format("{:.3g}", value) : "not kept"; };
     for (const PaperErrors& paper : paper_errors())
-      if (paper.table == one->table)
-        for (int m = 0; m < 3; ++m)
-          for (const bool train : {true, false}) {
-            const std::string method = section5_methods[m];
-            const FoundErrors found = ours.errors(method), agree = matched.errors(method);
-            const double print = train ? paper.train[m] : paper.test[m], value = train ? found.train : found.test;
-            rows.push_back({9,
-                            one->regime,
-                            train ? "train" : "test",
-                            method,
-                            "nmse",
-                            print,
-                            nan,
-                            value,
-                            nan,
-                            {judge_size(print, value, error_factor),
-                             fmt::format("T1 matched: {:.3g}", train ? agree.train : agree.test)}});
-          }
-    for (const PaperTerm& paper : paper_terms()) {
-      if (paper.table != one->table) continue;
-      for (const char* method : section5_methods) {
-        const double print = printed(paper, method);
-        if (!std::isfinite(print)) continue;
-        const FoundTerm found = ours.term(method, paper.term);
-        rows.push_back({paper.table,
-                        "a",
-                        paper.term,
-                        method,
-                        "mean",
-                        print,
-                        nan,
-                        found.mean_scaled,
-                        found.std_scaled,
-                        {judge_scaled(print, found.mean_scaled),
-                         "T1 matched: " + with(matched.term(method, paper.term).mean_scaled)}});
-      }
-      const double slow = ours.term("slow_rvm", paper.term).cov, fast = ours.term("fast_rvm", paper.term).cov;
-      rows.push_back({paper.table,
-                      "a",
-                      paper.term,
-                      "slow_rvm",
-                      "cov",
-                      paper.cov_slow_rvm,
-                      nan,
-                      slow,
-                      nan,
-                      {judge_size(paper.cov_slow_rvm, slow, size_factor), ""}});
-      rows.push_back({paper.table,
-                      "a",
-                      paper.term,
-                      "fast_rvm",
-                      "cov",
-                      paper.cov_fast_rvm,
-                      paper.cov_slow_rvm * printed_cov_ratio(paper.table).mean,
-                      fast,
-                      nan,
-                      {"not reproducible", "not an uncertainty: the noise's standard deviation is left out"}});
-    }
+      if (paper.table == one->table) compare_errors(paper, one->regime, ours, matched, rows);
+    for (const PaperTerm& paper : paper_terms())
+      if (paper.table == one->table) compare_term(paper, ours, matched, rows);
     for (const PaperSeconds& paper : paper_seconds())
-      if (paper.table == one->table)
-        for (const auto& [method, print] :
-             {std::pair{"fast_rvm", paper.fast_rvm}, {"slow_rvm", paper.slow_rvm}, {"sindy", paper.sindy}})
-          rows.push_back({paper.table,
-                          "a",
-                          "",
-                          method,
-                          "seconds",
-                          print,
-                          nan,
-                          ours.errors(method).seconds,
-                          nan,
-                          {"not reproducible", "another machine and another program"}});
+      if (paper.table == one->table) compare_seconds(paper, ours, rows);
   }
   return rows;
 }

@@ -25,10 +25,9 @@ struct FoundTerm {
   std::string unit;
   int kept = 0, fits = 0;
 };
-/// NMSE and seconds, means over the seeds; free_run NaN where one of them has none, and why.
+/// NMSE and seconds, means over the seeds; free_run NaN where one of them has none.
 struct FoundErrors {
   double train = 0.0, test = 0.0, free_run = 0.0, seconds = 0.0, noise_std = 0.0;
-  std::string free_run_reason;
 };
 
 /// All fits of one regime, way and library.

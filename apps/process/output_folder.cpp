@@ -14,12 +14,6 @@ namespace apps {
 namespace fs = std::filesystem;
 namespace {
 
-/// The same folder by a name that has a last part: no "." or ".." or "/" at its end.
-fs::path named(const fs::path& path) {
-  const fs::path bare = path.has_filename() ? path : path.parent_path();
-  return bare.filename() == "." || bare.filename() == ".." ? resolved_path(bare) : bare;
-}
-
 /// `destination`, if it is neither the current folder nor holds it: replaced, that would leave whoever is in it
 /// nowhere.
 const fs::path& not_around_us(const fs::path& destination) {
@@ -75,7 +69,7 @@ void require_apart(const fs::path& destination, const std::vector<fs::path>& inp
 }
 
 OutputFolder::OutputFolder(const fs::path& destination, bool force)
-    : destination_(named(not_around_us(destination))), force_(force), staging_(destination_) {
+    : destination_(named_path(not_around_us(destination))), force_(force), staging_(destination_) {
   require_free();
   const fs::path fresh = staging_.fresh(destination_);
   make_folder(fresh);

@@ -22,6 +22,11 @@ fs::path resolved_path(const fs::path& path) {
   return result.has_filename() ? result : result.parent_path();
 }
 
+fs::path named_path(const fs::path& path) {
+  const fs::path bare = path.has_filename() ? path : path.parent_path();
+  return bare.filename() == "." || bare.filename() == ".." ? resolved_path(bare) : bare;
+}
+
 bool lies_in(const fs::path& inner, const fs::path& outer) {
   return std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first == outer.end();
 }

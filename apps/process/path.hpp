@@ -8,6 +8,9 @@ namespace apps {
 /// disk: what cannot be followed is taken as it is written.
 [[nodiscard]] std::filesystem::path resolved_path(const std::filesystem::path& path);
 
+/// The same file or folder by a name that has a last part: no "." or ".." or "/" at its end.
+[[nodiscard]] std::filesystem::path named_path(const std::filesystem::path& path);
+
 /// `inner` is `outer` or lies in it; both resolved.
 [[nodiscard]] bool lies_in(const std::filesystem::path& inner, const std::filesystem::path& outer);
 

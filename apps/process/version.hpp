@@ -4,7 +4,7 @@
 
 namespace apps {
 
-[[nodiscard]] std::string version();      ///< "0.1.0"
+[[nodiscard]] std::string version();      ///< "0.2.0"
 [[nodiscard]] std::string build_flags();  ///< compiler, build type and flags
 struct LibraryVersion {
   std::string name, version;

@@ -238,9 +238,8 @@ SoundHeader read_sound_header(const InputFile& file) {
   if (open) {
     header.state = State::streamed;
     header.checks.push_back(
-        note("container.size", fmt::format("{}: the writer left the data size open; data are read to "
-                                           "the end of the file",
-                                           file.name())));
+        note("container.size",
+             fmt::format("{}: the writer left the data size open; data are read to the end of the file", file.name())));
   } else if (header.promised_bytes > header.present_bytes) {
     header.state = State::truncated;
   } else if (!chunks_reach_end(chunks, file.size())) {

@@ -8,8 +8,26 @@
 
 namespace dsp {
 
+using Eigen::Index;
+using Eigen::VectorXd;
+
+double power_balance(const Eigen::Ref<const VectorXd>& velocity, const Eigen::Ref<const VectorXd>& acceleration,
+                     const std::vector<unsigned char>& use) {
+  double va = 0.0, vv = 0.0, aa = 0.0, v_sum = 0.0, a_sum = 0.0, count = 0.0;
+  for (Index i = 0; i < velocity.size(); ++i) {
+    if (use[static_cast<std::size_t>(i)] == 0) continue;
+    v_sum += velocity(i), a_sum += acceleration(i), count += 1.0;
+  }
+  for (Index i = 0; i < velocity.size(); ++i) {
+    if (use[static_cast<std::size_t>(i)] == 0) continue;
+    const double v = velocity(i) - v_sum / count, a = acceleration(i) - a_sum / count;
+    va += v * a, vv += v * v, aa += a * a;
+  }
+  return vv > 0.0 && aa > 0.0 ? va / std::sqrt(vv * aa) : std::numeric_limits<double>::quiet_NaN();
+}
+
 PowerCheck power_check(const Prepared& prepared, const std::vector<Regime>& regimes) {
-  const Eigen::VectorXd &v = prepared.signals.at("v"), &a = prepared.signals.at("a");
+  const VectorXd &v = prepared.signals.at("v"), &a = prepared.signals.at("a");
   PowerCheck power;
   for (const RegimeInfo& known : regime_table()) {
     if (!known.moving) continue;

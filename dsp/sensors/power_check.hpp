@@ -1,4 +1,5 @@
 #pragma once
+#include <Eigen/Core>
 #include <string>
 #include <vector>
 
@@ -6,6 +7,13 @@
 #include "dsp/segment_regimes.hpp"
 
 namespace dsp {
+
+/// rho = <v a> / (sigma_v sigma_a) over the samples of the mask: the power that stays. In steady motion it is zero but
+/// for a boundary term 1 / (omega duration); a phase error of phi between v and a makes it sin(phi). NaN without
+/// motion.
+[[nodiscard]] double power_balance(const Eigen::Ref<const Eigen::VectorXd>& velocity,
+                                   const Eigen::Ref<const Eigen::VectorXd>& acceleration,
+                                   const std::vector<unsigned char>& use);
 
 /// Power that seems to stay in one regime of motion, <v a> / (sigma_v sigma_a); NaN where it does not occur.
 struct RegimePower {

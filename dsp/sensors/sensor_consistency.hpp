@@ -16,11 +16,13 @@ struct SensorRelation {
   std::string displacement, acceleration;  ///< names of the channels
   double sign = 1.0;                       ///< -1: one of the two is upside down; gain is positive
   double gain = 1.0, gain_std = 0.0;
-  double lag_s = 0.0, lag_std_s = 0.0;               ///< positive: the displacement comes later
-  std::vector<double> highpass_hz, highpass_std_hz;  ///< one-pole cut-offs of the accelerometer's AC coupling, none to two
-  double highpass_sum_std_hz = 0.0;                  ///< of the cut-offs' sum, which is better known than each
-  std::vector<double> declared_hz;                   ///< cut-offs that the accelerometer's description names
-  double residual = 0.0;  ///< of the fit, relative to the measured ratio; root of the fraction of power not common to both
+  double lag_s = 0.0, lag_std_s = 0.0;  ///< positive: the displacement comes later
+  std::vector<double> highpass_hz,
+      highpass_std_hz;               ///< one-pole cut-offs of the accelerometer's AC coupling, none to two
+  double highpass_sum_std_hz = 0.0;  ///< of the cut-offs' sum, which is better known than each
+  std::vector<double> declared_hz;   ///< cut-offs that the accelerometer's description names
+  /// Of the fit, relative to the measured ratio; of derivatives, root of the fraction of power not common to both.
+  double residual = 0.0;
   int num_windows = 0;
   std::string reason;  ///< not empty: the relation could not be found, and why
   /// Of a pair of any two of displacement, velocity and acceleration: how often the first of the two ("displacement")
@@ -87,12 +89,5 @@ Equalised equalise_sensors(ColumnSpectra& spectra, const std::vector<unsigned ch
 /// there; below half of it, where that would amplify drift, from the displacement of the same body instead, with a
 /// smooth passage. Their mean becomes zero. A body without a displacement keeps its acceleration as it is.
 void restore_low_frequencies(ColumnSpectra& spectra, const std::vector<double>& highpass_hz);
-
-/// rho = <v a> / (sigma_v sigma_a) over the samples of the mask: the power that stays. In steady motion it is zero but
-/// for a boundary term 1 / (omega duration); a phase error of phi between v and a makes it sin(phi). NaN without
-/// motion.
-[[nodiscard]] double power_balance(const Eigen::Ref<const Eigen::VectorXd>& velocity,
-                                   const Eigen::Ref<const Eigen::VectorXd>& acceleration,
-                                   const std::vector<unsigned char>& use);
 
 }  // namespace dsp

@@ -19,8 +19,6 @@ struct UnitProblem {
   Poll poll;                     ///< called by whatever takes time of it
   [[nodiscard]] Eigen::Index num_terms() const { return A.cols(); }
   [[nodiscard]] Eigen::Index num_targets() const { return Y.cols(); }
-  /// What turns the square of the first target at unit norm into the caller's.
-  [[nodiscard]] double target_square() const { return target_norm(0) * target_norm(0); }
 };
 [[nodiscard]] UnitProblem unit_problem(const RFactor& data, Poll poll = {});
 

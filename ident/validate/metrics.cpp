@@ -100,7 +100,6 @@ Whiteness residual_whiteness(const Eigen::Ref<const VectorXd>& raw_residual, con
     largest = std::max(largest, std::abs(cumulated - static_cast<double>(k + 1) / static_cast<double>(end)));
   }
   result.tested = true;
-  result.num_frequencies = end;
   const double slope = kolmogorov_tail(largest * std::sqrt(independent));
   const double tone = static_cast<double>(end) * std::pow(1.0 - power.maxCoeff() / total, static_cast<double>(end - 1));
   result.p_value = std::min(1.0, 2.0 * std::min(slope, tone));

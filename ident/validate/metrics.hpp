@@ -36,7 +36,6 @@ struct Whiteness {
                          ///< sees colour, Fisher's (its largest ordinate) sees a tone
   double peak_fraction =
       0.0;  ///< fraction of the residual's power in the strongest 5 % of frequencies; white noise: 0.20
-  Eigen::Index num_frequencies = 0;
   bool tested = false;  ///< false: too few rows, or no residual at all
   bool white = true;    ///< p_value >= 0.01
 };

@@ -3,7 +3,7 @@
 #include <functional>
 #include <string>
 
-#include "dsp/io/sound_file.hpp"
+#include "dsp/io/sound_writer.hpp"
 #include "sim/rig/rig_test.hpp"
 
 namespace sim {

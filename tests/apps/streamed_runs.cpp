@@ -4,6 +4,7 @@
 
 #include "dsp/io/input_file.hpp"
 #include "dsp/io/sound_file.hpp"
+#include "dsp/io/sound_writer.hpp"
 #include "dsp/prepare.hpp"
 #include "support/program.hpp"
 

@@ -15,7 +15,7 @@
 
 #include "bench/bench.hpp"
 #include "dsp/decimate.hpp"
-#include "dsp/io/sound_file.hpp"
+#include "dsp/io/sound_writer.hpp"
 #include "dsp/prepare.hpp"
 #include "dsp/read_recording.hpp"
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "dsp/sensors/power_check.hpp"
 #include "support/signals.hpp"
 
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <ctime>
 
-#include "dsp/io/sound_file.hpp"
+#include "dsp/io/sound_writer.hpp"
 #include "dsp/motion.hpp"
 #include "support/fault.hpp"
 #include "support/scratch.hpp"

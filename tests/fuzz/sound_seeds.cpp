@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "dsp/io/sound_file.hpp"
+#include "dsp/io/sound_writer.hpp"
 #include "fuzz/harness.hpp"
 #include "support/scratch.hpp"
 

@@ -12,6 +12,7 @@
 #include "dsp/io/input_file.hpp"
 #include "dsp/io/sidecar.hpp"
 #include "dsp/io/sound_file.hpp"
+#include "dsp/io/sound_writer.hpp"
 #include "sim/rig/qzs_sensors.hpp"
 #include "support/fault.hpp"
 #include "support/program.hpp"

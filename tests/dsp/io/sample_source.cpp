@@ -4,7 +4,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "dsp/io/sound_file.hpp"
+#include "dsp/io/sound_writer.hpp"
 #include "support/fault.hpp"
 #include "support/scratch.hpp"
 

@@ -1,4 +1,5 @@
 #include "dsp/io/sound_file.hpp"
+#include "dsp/io/sound_writer.hpp"
 
 #include <rapidcheck/catch.h>
 #include <sys/resource.h>

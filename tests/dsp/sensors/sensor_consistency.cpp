@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "dsp/filter/spectral.hpp"
+#include "dsp/sensors/power_check.hpp"
 #include "support/signals.hpp"
 
 using Eigen::Index;

@@ -1,0 +1,43 @@
+#include <fmt/format.h>
+
+#include "apps/cli/run_arguments.hpp"
+#include "apps/config/identification.hpp"
+#include "apps/output/results_json.hpp"
+#include "apps/process/printable.hpp"
+#include "ident/ranges.hpp"
+
+namespace apps {
+namespace {
+
+int check(const RunArguments& arguments, Console& console) {
+  const Work work = prepare_work(config_of(arguments), arguments, console);
+  const std::vector<ident::Columns> columns = all_columns(
+      work.config, work.inputs, compile_libraries(work.config, work.inputs), arguments.max_memory_bytes, console);
+  std::string text;
+  for (const Input& input : work.inputs)
+    for (const dsp::Check& found : input.prepared.checks)
+      text += fmt::format("{:<8} {}: {}: {}{}\n", to_string(found.status), input.prepared.name, found.name,
+                          printable(channel_prefix(found)), printable(found.message));
+  for (const ident::Range& range : work.config.ranges) {
+    const ident::RangeRows rows = ident::range_rows(range, columns);
+    text += fmt::format("{:<8} range {}: {} training rows, {} test rows\n", "ok", range.spec.name, rows.train.size(),
+                        rows.test.size());
+  }
+  console.result(console.json() ? checks_json(work.inputs) : text);
+  return 0;
+}
+
+}  // namespace
+
+Command check_command() {
+  return {"check",
+          "All checks of a run, nothing written",
+          {{"--output"}, {"--seed"}, {"--dry-run"}},
+          [](CLI::App& command) -> CommandBody {
+            return [arguments = add_run_arguments(command)](const GlobalOptions& global, Console& console) {
+              return check(arguments(global), console);
+            };
+          }};
+}
+
+}  // namespace apps

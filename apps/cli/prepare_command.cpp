@@ -1,0 +1,35 @@
+#include <fmt/format.h>
+
+#include "apps/cli/run_arguments.hpp"
+#include "apps/output/results_json.hpp"
+#include "apps/output/run_folder.hpp"
+
+namespace apps {
+namespace {
+
+int prepare(const RunArguments& arguments, Console& console) {
+  const Config config = config_of(arguments);
+  if (arguments.dry_run) {
+    console.result(plan_text(arguments, config));
+    return 0;
+  }
+  RunFolder results(folder_apart(arguments, config, "-run"), arguments.force, origin_of(arguments, "prep", config));
+  const Work work = prepare_work(config, arguments, console);
+  results.add_files(work.inputs);
+  results.finish(work.config, work.inputs, console);
+  console.result(console.json() ? quality_json(work.inputs)
+                                : fmt::format("prepared signals are in {}\n", results.destination().string()));
+  return 0;
+}
+
+}  // namespace
+
+Command prepare_command() {
+  return {"prep", "Calibration, decimation and motion only", {}, [](CLI::App& command) -> CommandBody {
+            return [arguments = add_run_arguments(command)](const GlobalOptions& global, Console& console) {
+              return prepare(arguments(global), console);
+            };
+          }};
+}
+
+}  // namespace apps

@@ -1,0 +1,91 @@
+#include "apps/cli/run_arguments.hpp"
+
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "apps/cli/option_values.hpp"
+#include "apps/config/identification.hpp"
+#include "dsp/names.hpp"
+#include "dsp/read_recording.hpp"
+
+namespace apps {
+namespace fs = std::filesystem;
+
+std::function<RunArguments(const GlobalOptions&)> add_run_arguments(CLI::App& command) {
+  auto arguments = std::make_shared<RunArguments>();
+  auto max_memory_mb = std::make_shared<std::size_t>(0);
+  command.add_option("INPUT", arguments->input, "A config (NAME.toml), or a recording")->required();
+  command.add_flag("--salvage", arguments->salvage, "Read what is left of a truncated recording");
+  command.add_flag("--uncalibrated", arguments->uncalibrated, "Channels without a sensitivity stay raw");
+  command.add_option("--max-memory", *max_memory_mb, "Most memory a recording may take")
+      ->transform(whole(1, 1 << 30))
+      ->option_text("MB");
+  return [=](const GlobalOptions& global) {
+    RunArguments all = *arguments;
+    all.folder = global.output;
+    all.force = global.force;
+    all.dry_run = global.dry_run;
+    all.strict = global.strict;
+    all.num_threads = thread_count(global);
+    all.max_memory_bytes = *max_memory_mb * 1000000;
+    all.seed = global.seed;
+    all.set = global.set;
+    all.command_line = global.command_line;
+    return all;
+  };
+}
+
+void apply_flags(const RunArguments& arguments, Config& config) {
+  for (RecordingConfig& recording : config.recordings) {
+    recording.salvage = recording.salvage || arguments.salvage;
+    recording.uncalibrated = recording.uncalibrated || arguments.uncalibrated;
+  }
+}
+
+Config config_of(const RunArguments& arguments) {
+  Config config = read_config(arguments.input, arguments.set);
+  apply_flags(arguments, config);
+  return config;
+}
+
+fs::path folder_apart(const RunArguments& arguments, const Config& config, const char* suffix) {
+  const fs::path folder =
+      arguments.folder.empty() ? fs::path(dsp::slug(arguments.input.stem().string()) + suffix) : arguments.folder;
+  std::vector<fs::path> inputs = input_files(config);
+  inputs.push_back(arguments.input);
+  require_apart(folder, inputs);
+  return folder;
+}
+
+RunFolder::Origin origin_of(const RunArguments& arguments, std::string command, const Config& config) {
+  RunFolder::Origin origin{std::move(command), arguments.command_line, arguments.seed, {}};
+  if (arguments.input.extension() == ".toml") origin.files.push_back(arguments.input);
+  if (!config.segment_file.empty()) origin.files.push_back(config.segment_file);
+  return origin;
+}
+
+std::string plan_text(const RunArguments& arguments, const Config& config) {
+  std::string text;
+  for (const RecordingConfig& recording : config.recordings) {
+    const dsp::RecordingReader reader(recording.file, read_options(recording, arguments.max_memory_bytes));
+    const dsp::Recording& description = reader.description();
+    const double rate_hz = config.prepare.rate_hz > 0.0 ? config.prepare.rate_hz : description.sample_rate_hz;
+    const double duration_s = static_cast<double>(reader.num_frames()) / description.sample_rate_hz;
+    text += fmt::format("{}: {} samples of {} channels at {:.9g} Hz, {:.6g} s; {:.0f} rows at {:.9g} Hz\n",
+                        recording.file.filename().string(), reader.num_frames(), description.channels.size(),
+                        description.sample_rate_hz, duration_s, duration_s * rate_hz, rate_hz);
+  }
+  return text + fmt::format("would write {}\n", folder_apart(arguments, config, "-run").string());
+}
+
+Work prepare_work(Config config, const RunArguments& arguments, Console& console) {
+  check_library(config);
+  Work work{std::move(config), {}};
+  work.inputs = prepare_inputs(work.config, arguments.max_memory_bytes, console);
+  settle(work.config, work.inputs, console);
+  refuse_warnings(arguments.strict, console);
+  return work;
+}
+
+}  // namespace apps

@@ -1,0 +1,51 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "apps/cli/command.hpp"
+#include "apps/config/config.hpp"
+#include "apps/config/inputs.hpp"
+#include "apps/output/run_folder.hpp"
+
+namespace apps {
+
+/// `ardent run|prep|check|study INPUT ...` as it was typed.
+struct RunArguments {
+  std::filesystem::path input, folder;  ///< folder empty: NAME-run in the current folder
+  bool force = false, dry_run = false, strict = false;
+  bool salvage = false, uncalibrated = false;
+  int num_threads = 1;
+  std::size_t max_memory_bytes = 0;  ///< 0: the default
+  std::uint64_t seed = 1;            ///< written into the manifest; nothing here is random
+  std::vector<std::string> set;      ///< "a.b=c"
+  std::vector<std::string> command_line;
+};
+
+/// The options that run, prep, check and study have in common; what it returns reads them once they are parsed.
+[[nodiscard]] std::function<RunArguments(const GlobalOptions&)> add_run_arguments(CLI::App& command);
+
+/// What the command line says of every recording.
+void apply_flags(const RunArguments& arguments, Config& config);
+[[nodiscard]] Config config_of(const RunArguments& arguments);
+
+/// -o, or the input's name with `suffix`, once that is known to touch no input.
+[[nodiscard]] std::filesystem::path folder_apart(const RunArguments& arguments, const Config& config,
+                                                 const char* suffix);
+
+/// For the manifest of a run folder.
+[[nodiscard]] RunFolder::Origin origin_of(const RunArguments& arguments, std::string command, const Config& config);
+
+/// What a run would do, from the headers of its recordings.
+[[nodiscard]] std::string plan_text(const RunArguments& arguments, const Config& config);
+
+/// Everything between the config and the columns.
+struct Work {
+  Config config;
+  std::vector<Input> inputs;
+};
+[[nodiscard]] Work prepare_work(Config config, const RunArguments& arguments, Console& console);
+
+}  // namespace apps

@@ -1,0 +1,20 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "apps/output/steps_table.hpp"
+#include "ident/equation/equation_oscillator.hpp"
+#include "sim/ode/frequency_response.hpp"
+
+namespace apps {
+
+/// Throws dsp::Fault (usage, "frc.option") that says why.
+[[noreturn]] void refuse_sweep(const std::string& why);
+
+/// The sweep that settings of `ardent frc` ask for: from_hz, to_hz, step_hz, and amplitude_mm of the base, or amplitude
+/// where a force drives. The amplitude left out is that of the record's steps, if it has some. Throws dsp::Fault
+/// (usage, "frc.option"), and std::invalid_argument as parse_settings.
+[[nodiscard]] sim::FrequencyResponseOptions sweep_of(const std::vector<std::string>& settings, ident::DriveKind drive,
+                                                     const std::vector<StepPoint>& steps);
+
+}  // namespace apps

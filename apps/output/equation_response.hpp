@@ -1,0 +1,41 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "apps/output/steps_table.hpp"
+#include "apps/output/svg_plot.hpp"
+#include "ident/equation/equation_oscillator.hpp"
+#include "ident/equation/identified_equation.hpp"
+#include "ident/equation/response_draws.hpp"
+#include "sim/ode/steady_response.hpp"
+
+namespace apps {
+
+/// All there is to say of one equation's response.
+struct EquationResponse {
+  ident::IdentifiedEquation equation;
+  ident::DriveKind drive = ident::DriveKind::base;
+  bool has_friction = false;
+  double static_friction = 0.0;
+  sim::FrequencyResponseOptions sweep;
+  sim::SteadyResponse steady;
+  ident::ResponseDraws draws;
+  int num_draws = 0;
+  std::uint64_t seed = 1;
+  std::vector<StepPoint> steps;  ///< what the record itself came to
+};
+
+/// The table of jumps with their spread, the distance from the record's steps, and remarks, for a terminal.
+[[nodiscard]] std::string response_text(const EquationResponse& result);
+
+/// frc.json.
+[[nodiscard]] std::string response_document(const EquationResponse& result);
+
+/// frc.csv, with the draws' bands.
+[[nodiscard]] std::string response_csv(const EquationResponse& result);
+
+/// frc.svg: amplitudes of payload and relative motion, with the record's own end results, as Fig. 11 of [QZS23].
+[[nodiscard]] PlotFigure response_figure(const EquationResponse& result);
+
+}  // namespace apps
