@@ -206,7 +206,7 @@ void finish_least_squares(const UnitProblem& problem, std::vector<Index> kept, d
   fit.covariance = scaled * scaled.transpose();
   if (noise > 0.0) withhold_unrepresentable(fit);
   if (!rows_to_spare)
-    fit.no_variance = fmt::format("{} rows for {} terms: no row is left to tell the noise", problem.num_samples, n);
+    fit.no_variance = fmt::format("{} rows for {} terms: no row is left to estimate the noise", problem.num_samples, n);
   fit.alpha = VectorXd::Zero(n);
   fit.condition_number = condition_number(problem, fit.relevant);
   if (penalty == 0.0 && !(fit.condition_number < 0.1 / std::numeric_limits<double>::epsilon()))
