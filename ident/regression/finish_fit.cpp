@@ -7,6 +7,8 @@
 #include <limits>
 #include <numeric>
 
+#include "ident/regression/weak_terms.hpp"
+
 namespace ident {
 
 using Eigen::Index;
@@ -72,7 +74,7 @@ void leave_out_dependent(const UnitProblem& problem, std::vector<Index>& kept, F
 void withhold_unrepresentable(Fit& fit) {
   if (!std::isnormal(fit.noise_variance)) fit.noise_variance = nan;
   if (!fit.covariance.diagonal().unaryExpr([](double value) { return std::isnormal(value); }).all())
-    fit.covariance.setConstant(nan);
+    fit.covariance.setConstant(nan), fit.covariance_weak.resize(0, 0);
 }
 
 }  // namespace
@@ -142,6 +144,10 @@ void finish_bayesian(const UnitProblem& problem, std::vector<Index> kept, Vector
   fit.mean = at.mean.cwiseProduct(scale);
   const MatrixXd root = std::sqrt(noise_variance) * (scale.asDiagonal() * at.root);
   fit.covariance = root * root.transpose();
+  if (fit.selection == Selection::evidence && static_cast<Index>(kept.size()) < problem.num_samples)
+    fit.covariance_weak = scale.asDiagonal() *
+                          covariance_with_weak_terms(problem, fit.relevant, sorted, noise_variance) *
+                          scale.asDiagonal();
   fit.alpha = (sorted.array() / noise_variance / scale.array().square()).matrix();
   fit.noise_variance = noise_variance * problem.target_norm(0) * problem.target_norm(0);
   withhold_unrepresentable(fit);
