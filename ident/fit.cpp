@@ -1,6 +1,7 @@
 #include "ident/fit.hpp"
 
 #include <array>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -41,6 +42,11 @@ std::string_view to_string(FitStatus status) {
 }
 std::string_view to_string(FitAction action) {
   return name_of(action_names, action);
+}
+
+double Fit::inclusion_probability(Eigen::Index term) const {
+  return evidence_gain.size() > term ? 1.0 / (1.0 + std::exp(0.5 * (tau - evidence_gain(term))))
+                                     : std::numeric_limits<double>::quiet_NaN();
 }
 
 void renumber(Fit& fit, const std::vector<Eigen::Index>& terms, Eigen::Index num_terms) {

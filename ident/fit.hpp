@@ -63,18 +63,27 @@ struct Fit {
   std::vector<Eigen::Index> relevant;  ///< b' kept terms: indices into the columns of the RFactor, ascending
   Eigen::VectorXd mean;                ///< mu (b'), Eq. 12 of [QZS23]
   Eigen::MatrixXd covariance;          ///< delta (b' x b'), Eq. 13, noise included
-  Eigen::VectorXd alpha;               ///< inverse prior variances (b'); zero for methods without a prior
-  double noise_variance = 0.0;         ///< sigma^2 of the target
-  std::string no_variance;             ///< not empty: why noise_variance or covariance are NaN
-  double log_evidence = 0.0;           ///< Eq. 16 with its misprint corrected; NaN for methods without one
-  Eigen::VectorXd evidence_gain;       ///< b (all terms): 2 dL of having the term, at its best alpha; NaN: not computed
-  double tau = 0.0;                    ///< what a gain had to exceed
-  double condition_number = 0.0;       ///< of the kept columns at unit norm
-  int iterations = 0;                  ///< moves from the start that won to its end
-  int discarded_iterations = 0;        ///< of starts that ended lower
+  Eigen::MatrixXd covariance_weak;  ///< the same with what terms too weak to be kept may take from these; empty where
+                                    ///< the method has no evidence, or selects by Selection::type2
+  Eigen::VectorXd alpha;            ///< inverse prior variances (b'); zero for methods without a prior
+  double noise_variance = 0.0;      ///< sigma^2 of the target
+  std::string no_variance;          ///< not empty: why noise_variance or covariance are NaN
+  double log_evidence = 0.0;        ///< Eq. 16 with its misprint corrected; NaN for methods without one
+  Eigen::VectorXd evidence_gain;    ///< b (all terms): 2 dL of having the term, at its best alpha; NaN: not computed
+  double tau = 0.0;                 ///< what a gain had to exceed
+  double condition_number = 0.0;    ///< of the kept columns at unit norm
+  int iterations = 0;               ///< moves from the start that won to its end
+  int discarded_iterations = 0;     ///< of starts that ended lower
   std::vector<FitStep> steps;
   std::vector<Dependent> dependent;  ///< least squares and what rests on it; then the status is rank_deficient
   std::vector<std::string> remarks;  ///< sentences for a person: "columns nearly collinear: ..."
+
+  /// What intervals are made of.
+  [[nodiscard]] const Eigen::MatrixXd& interval_covariance() const {
+    return covariance_weak.size() > 0 ? covariance_weak : covariance;
+  }
+  /// 1 / (1 + exp((tau - gain) / 2)) of any term of the library; NaN for methods without an evidence.
+  [[nodiscard]] double inclusion_probability(Eigen::Index term) const;
 };
 
 /// Makes the indices of a fit on the columns `terms` of a library into indices into that library of `num_terms`; the

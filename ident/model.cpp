@@ -34,7 +34,7 @@ double ModelTerm::t() const {
 
 Model make_model(const CandidateLibrary& library, const Fit& fit, const std::string& target,
                  const std::string& target_unit, const Eigen::VectorXd& column_scale, const Eigen::MatrixXd& robust) {
-  Model model{target, target_unit, {}, std::sqrt(fit.noise_variance), fit.covariance, robust};
+  Model model{target, target_unit, {}, std::sqrt(fit.noise_variance), fit.interval_covariance(), robust, {}};
   for (std::size_t j = 0; j < fit.relevant.size(); ++j) {
     const auto index = static_cast<Eigen::Index>(j), column = fit.relevant[j];
     const Term& term = library.terms[static_cast<std::size_t>(column)];
@@ -47,9 +47,12 @@ Model make_model(const CandidateLibrary& library, const Fit& fit, const std::str
     row.std_robust = robust.rows() > index ? std::sqrt(robust(index, index)) : nan;
     row.scale = column_scale(column);
     row.evidence_gain = fit.evidence_gain.size() > column ? fit.evidence_gain(column) : nan;
-    row.inclusion_probability = 1.0 / (1.0 + std::exp(0.5 * (fit.tau - row.evidence_gain)));
+    row.inclusion_probability = fit.inclusion_probability(column);
     model.terms.push_back(std::move(row));
   }
+  for (Eigen::Index i = 0; i < fit.evidence_gain.size(); ++i)
+    if (!std::binary_search(fit.relevant.begin(), fit.relevant.end(), i) && std::isfinite(fit.evidence_gain(i)))
+      model.rejected.push_back({library.terms[static_cast<std::size_t>(i)].name, fit.inclusion_probability(i)});
   return model;
 }
 

@@ -11,7 +11,9 @@ namespace ident {
 struct ModelTerm {
   std::string name, unit;              ///< the candidate term; the unit of its coefficient (SI, may be empty)
   Eigen::Index column = 0;             ///< its index in the library
-  double mean = 0.0, std = 0.0;        ///< posterior on the kept terms (Eqs. 12-13 of [QZS23])
+  double mean = 0.0;                   ///< posterior on the kept terms (Eq. 12 of [QZS23])
+  double std = 0.0;                    ///< with what terms too weak to be kept may take from it
+  double std_noise = 0.0;              ///< of the noise alone, on the kept terms as their std
   double std_robust = 0.0;             ///< without assuming a white residual; NaN: not known
   double scale = 0.0;                  ///< largest magnitude of the column over the training rows
   double evidence_gain = 0.0;          ///< 2 dL; NaN for methods without an evidence
@@ -20,13 +22,20 @@ struct ModelTerm {
   [[nodiscard]] double t() const;                         ///< mean / std
 };
 
+/// A candidate that was not kept.
+struct RejectedTerm {
+  std::string name;
+  double inclusion_probability = 0.0;  ///< as of ModelTerm
+};
+
 /// The identified equation: target = sum of mean_i term_i, in SI units.
 struct Model {
   std::string target, target_unit;
   std::vector<ModelTerm> terms;
-  double noise_std = 0.0;             ///< of the target
-  Eigen::MatrixXd covariance;         ///< of the coefficients, in the order of terms (Eq. 13)
-  Eigen::MatrixXd covariance_robust;  ///< without assuming a white residual; empty: not known
+  double noise_std = 0.0;              ///< of the target
+  Eigen::MatrixXd covariance;          ///< of the coefficients, in the order of terms (Eq. 13)
+  Eigen::MatrixXd covariance_robust;   ///< without assuming a white residual; empty: not known
+  std::vector<RejectedTerm> rejected;  ///< in the order of the library; empty for methods without an evidence
 };
 
 /// `column_scale` (b): largest magnitude of each library column over the training rows. `robust`: covariance from

@@ -33,15 +33,21 @@ std::vector<std::string> names_of(const Section4Study& study, const std::vector<
 ordered_json fit_json(const CaseReplication& replication, const CaseFit& fit, const ReplicateOptions& options) {
   const Section4Row& row = replication.row_of(fit);
   const auto names = names_of(replication.study, fit.fit.relevant);
-  ordered_json terms = ordered_json::array(), steps = ordered_json::array();
+  ordered_json terms = ordered_json::array(), rejected = ordered_json::array(), steps = ordered_json::array();
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto j = static_cast<Index>(i);
     const double truth = row.truth_known ? row.truth(fit.fit.relevant[i]) : std::nan("");
     terms.push_back({{"name", names[i]},
                      {"true", number_or_null(truth)},
                      {"mean", fit.fit.mean(j)},
-                     {"std", number_or_null(std::sqrt(fit.fit.covariance(j, j)))}});
+                     {"std", number_or_null(std::sqrt(fit.fit.interval_covariance()(j, j)))},
+                     {"std_noise", number_or_null(std::sqrt(fit.fit.covariance(j, j)))},
+                     {"inclusion_probability", number_or_null(fit.fit.inclusion_probability(fit.fit.relevant[i]))}});
   }
+  for (Index i = 0; i < fit.fit.evidence_gain.size(); ++i)
+    if (!std::binary_search(fit.fit.relevant.begin(), fit.fit.relevant.end(), i))
+      rejected.push_back({{"name", names_of(replication.study, {i}).front()},
+                          {"inclusion_probability", number_or_null(fit.fit.inclusion_probability(i))}});
   const auto name_of = [&](Index term) {
     return term < 0 ? ordered_json(nullptr) : ordered_json(names_of(replication.study, {term}).front());
   };
@@ -69,6 +75,7 @@ ordered_json fit_json(const CaseReplication& replication, const CaseFit& fit, co
           {"false_terms", names_of(replication.study, fit.error.false_terms)},
           {"missing_terms", names_of(replication.study, fit.error.missing_terms)},
           {"terms", std::move(terms)},
+          {"rejected", std::move(rejected)},
           {"noise_std", number_or_null(std::sqrt(fit.fit.noise_variance))},
           {"log_evidence", number_or_null(fit.fit.log_evidence)},
           {"condition_number", number_or_null(fit.fit.condition_number)},

@@ -26,7 +26,7 @@ std::string error_text(const CaseReplication& replication, double noise) {
     for (std::size_t i = 0; i < fit.fit.relevant.size(); ++i) {
       const auto j = static_cast<Index>(i);
       const double error = std::abs(fit.fit.mean(j) - row.truth(fit.fit.relevant[i]));
-      const double num_stds = error / std::sqrt(fit.fit.covariance(j, j));
+      const double num_stds = error / std::sqrt(fit.fit.interval_covariance()(j, j));
       covered += num_stds <= 1.959964;
       ++total;
       largest = std::max(largest, num_stds);

@@ -10,6 +10,8 @@
 #include <numeric>
 #include <utility>
 
+#include "ident/regression/weak_terms.hpp"
+
 namespace ident {
 
 using Eigen::Index;
@@ -76,7 +78,10 @@ void withhold_unrepresentable(Fit& fit) {
   const bool noise = std::isnormal(fit.noise_variance);
   const bool errors = fit.covariance.diagonal().unaryExpr([](double value) { return std::isnormal(value); }).all();
   if (!noise) fit.noise_variance = nan;
-  if (!errors) fit.covariance.setConstant(nan);
+  if (!errors) {
+    fit.covariance.setConstant(nan);
+    fit.covariance_weak.resize(0, 0);
+  }
   if (noise && errors) return;
   fit.no_variance = "a variance in these units is beyond what a double holds: give the data in others";
 }
@@ -148,6 +153,10 @@ void finish_bayesian(const UnitProblem& problem, std::vector<Index> kept, Vector
   fit.mean = at.mean.cwiseProduct(scale);
   const MatrixXd root = std::sqrt(noise_variance) * (scale.asDiagonal() * at.root);
   fit.covariance = root * root.transpose();
+  if (fit.selection == Selection::evidence && static_cast<Index>(kept.size()) < problem.num_samples)
+    fit.covariance_weak = scale.asDiagonal() *
+                          covariance_with_weak_terms(problem, fit.relevant, sorted, noise_variance) *
+                          scale.asDiagonal();
   fit.alpha = (sorted.array() / noise_variance / scale.array().square()).matrix();
   fit.noise_variance = noise_variance * problem.target_norm(0) * problem.target_norm(0);
   withhold_unrepresentable(fit);
@@ -206,7 +215,7 @@ void finish_least_squares(const UnitProblem& problem, std::vector<Index> kept, d
   fit.covariance = scaled * scaled.transpose();
   if (noise > 0.0) withhold_unrepresentable(fit);
   if (!rows_to_spare)
-    fit.no_variance = fmt::format("{} rows for {} terms: no row is left to tell the noise", problem.num_samples, n);
+    fit.no_variance = fmt::format("{} rows for {} terms: no row is left to estimate the noise", problem.num_samples, n);
   fit.alpha = VectorXd::Zero(n);
   fit.condition_number = condition_number(problem, fit.relevant);
   if (penalty == 0.0 && !(fit.condition_number < 0.1 / std::numeric_limits<double>::epsilon()))

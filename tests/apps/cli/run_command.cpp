@@ -8,12 +8,12 @@ using support::Scratch;
 
 TEST_CASE("the report and quality.json name what a sidecar gets wrong", "[apps][run_command]") {
   const Scratch folder;
-  const std::string bus = std::string(ARDENT_DATA) + "/qzs_bus_256.flac";
-  std::string side = support::bytes_of(bus + ".toml");
+  const std::string recording = std::string(ARDENT_DATA) + "/qzs_256.flac";
+  std::string side = support::bytes_of(recording + ".toml");
   const auto at = side.rfind("100 mV/g");  // the payload's accelerometer, said to be the other way round
   side.insert(at + 9, "\nsign = -1");
   (void)folder.file("side.toml", side);
-  (void)folder.file("run.toml", "schema = 1\n[[recording]]\nfile = \"" + bus +
+  (void)folder.file("run.toml", "schema = 1\n[[recording]]\nfile = \"" + recording +
                                     "\"\nsidecar = \"side.toml\"\n[prepare]\nrate_hz = 25.6\ncutoff_hz = 10.24\n"
                                     "[library]\norder = 1\n[fit]\nmethods = [\"ols\"]\n");
   const auto ended = support::run(folder, "$ARDENT run run.toml -o run");

@@ -50,8 +50,8 @@ Tally tally(const std::string& name, double noise, std::uint64_t first_seed, int
         ++sum.exact_rows[row.label()];
         for (std::size_t i = 0; i < fit.relevant.size(); ++i) {
           const auto index = static_cast<Index>(i);
-          const double z =
-              std::abs(fit.mean(index) - row.truth(fit.relevant[i])) / std::sqrt(fit.covariance(index, index));
+          const double z = std::abs(fit.mean(index) - row.truth(fit.relevant[i])) /
+                           std::sqrt(fit.interval_covariance()(index, index));
           sum.worst_error = std::max(sum.worst_error, z);
           sum.covered += z <= 1.959964;
           ++sum.coefficients;
@@ -192,9 +192,35 @@ TEST_CASE("95 % intervals cover over two hundred seeds", "[apps][section4][paper
     coefficients += t.coefficients;
   }
   REQUIRE(coefficients > 8000);
+  // Terms that may be there without being kept widen the intervals of those they resemble: 0.95 to 0.97.
   const double coverage = static_cast<double>(covered) / coefficients;
-  CHECK(coverage >= 0.94);
-  CHECK(coverage <= 0.96);
+  CHECK(coverage >= 0.945);
+  CHECK(coverage <= 0.97);
+}
+
+TEST_CASE("the interval of Coulomb's damping holds though its friction is lost in the noise",
+          "[apps][section4][paper]") {
+  const auto& of = study("coulomb");
+  const auto& regression = of.regressions.front();
+  const auto& row = regression.rows.at(1);
+  const auto v = std::find_if(of.library.terms.begin(), of.library.terms.end(),
+                              [](const auto& term) { return term.name == "v"; }) -
+                 of.library.terms.begin();
+  int kept = 0, covered = 0, covered_by_noise = 0;
+  for (unsigned seed = 68000; seed < 68400; ++seed) {
+    const auto fit = ident::fit_fast_rvm(apps::row_factor(apps::section4_factor(of, regression, 0.10, seed), 1));
+    const auto at = std::find(fit.relevant.begin(), fit.relevant.end(), v);
+    if (at == fit.relevant.end()) continue;
+    const auto j = at - fit.relevant.begin();
+    const double error = std::abs(fit.mean(j) - row.truth(v));
+    ++kept;
+    covered += error <= 1.96 * std::sqrt(fit.interval_covariance()(j, j));
+    covered_by_noise += error <= 1.96 * std::sqrt(fit.covariance(j, j));
+  }
+  REQUIRE(kept == 400);
+  // Where sgn(v) shows no sign of itself no interval can know of it; by the noise alone it is 0.56 to 0.65.
+  CHECK(covered >= 0.84 * kept);
+  CHECK(covered_by_noise < 0.70 * kept);
 }
 
 TEST_CASE("Coulomb's first row and its second row at little noise are exact", "[apps][section4][paper]") {

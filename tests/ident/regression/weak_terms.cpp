@@ -1,0 +1,69 @@
+#include "ident/regression/weak_terms.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "ident/fit.hpp"
+#include "support/random.hpp"
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+// 200 rows, 4 columns; the second resembles the first (correlation 0.8), the others nothing.
+struct Table {
+  MatrixXd phi;
+  VectorXd noise;
+  explicit Table(unsigned seed) {
+    const MatrixXd values = support::gaussian(200, 5, seed);
+    phi = values.leftCols(4);
+    phi.col(1) = 0.8 * phi.col(0) + 0.6 * values.col(1);
+    noise = values.col(4);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("terms that resemble no kept one leave its interval as it is", "[ident][weak_terms]") {
+  MatrixXd phi = Table(1).phi;
+  const MatrixXd q = phi.householderQr().householderQ() * MatrixXd::Identity(200, 4);  // orthonormal columns
+  const VectorXd target = 5.0 * q.col(0) + 0.1 * Table(2).noise;
+  const ident::Fit fit = ident::fit_fast_rvm(ident::r_factor(q, target));
+  REQUIRE(fit.relevant == std::vector<Index>{0});
+  // Only the noise differs, by what a weak term explains of it: its variance is 1 / 200 less for a term of 1 deviation.
+  CHECK(fit.covariance_weak(0, 0) == Approx(fit.covariance(0, 0)).epsilon(0.05));
+}
+
+TEST_CASE("an interval covers though a term like it is too weak to be kept", "[ident][weak_terms]") {
+  int covered = 0, covered_by_noise = 0, without = 0;
+  for (unsigned seed = 0; seed < 1000; ++seed) {
+    const Table table(100 + seed);
+    // The second term's t is 0.25 sqrt(200) 0.6 = 2.1: too little for tau = ln 200 + 2 ln 4 = 8.
+    const VectorXd target = 3.0 * table.phi.col(0) + 0.25 * table.phi.col(1) + table.noise;
+    const ident::Fit fit = ident::fit_fast_rvm(ident::r_factor(table.phi, target));
+    if (fit.relevant != std::vector<Index>{0}) continue;
+    ++without;
+    const double error = std::abs(fit.mean(0) - 3.0);
+    covered += error <= 1.96 * std::sqrt(fit.covariance_weak(0, 0));
+    covered_by_noise += error <= 1.96 * std::sqrt(fit.covariance(0, 0));
+  }
+  REQUIRE(without > 600);
+  CHECK(covered >= 0.80 * without);
+  CHECK(covered_by_noise <= 0.35 * without);  // 0.2 of bias is 2.8 deviations: 0.2
+}
+
+TEST_CASE("the covariance with weak terms is one", "[ident][weak_terms]") {
+  const Table table(7);
+  const VectorXd target = 3.0 * table.phi.col(0) + 2.0 * table.phi.col(1) + 0.1 * table.phi.col(2) + table.noise;
+  const ident::Fit fit = ident::fit_fast_rvm(ident::r_factor(table.phi, target));
+  REQUIRE(fit.covariance_weak.rows() == static_cast<Index>(fit.relevant.size()));
+  CHECK(fit.covariance_weak.isApprox(fit.covariance_weak.transpose(), 1e-12));
+  CHECK(Eigen::SelfAdjointEigenSolver<MatrixXd>(fit.covariance_weak).eigenvalues().minCoeff() > 0.0);
+  // Type-II selection is the paper's rule: its intervals are those of Eq. 13.
+  CHECK(ident::fit_fast_rvm(ident::r_factor(table.phi, target), {.selection = ident::Selection::type2})
+            .covariance_weak.size() == 0);
+}
