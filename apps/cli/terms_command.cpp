@@ -13,7 +13,7 @@ std::vector<ident::FunctionHelp> signal_help() {
   for (const dsp::Body body : {dsp::Body::relative, dsp::Body::base, dsp::Body::payload}) {
     std::string names;
     for (int order = 0; order < 3; ++order)
-      names += (order > 0 ? " " : "") + std::string(dsp::motion_signal(body, order).name);
+      names.append(order > 0 ? " " : "").append(dsp::motion_signal(body, order).name);
     help.push_back({names, std::string(dsp::motion_signal(body, 0).meaning) + ", its velocity and acceleration"});
   }
   for (const dsp::SignalInfo& signal : dsp::signal_table())
