@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "apps/cli/command.hpp"
-#include "apps/finished_run.hpp"
+#include "apps/output/finished_run.hpp"
 #include "apps/output/run_json.hpp"
 
 namespace apps {

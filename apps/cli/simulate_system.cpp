@@ -40,10 +40,10 @@ Table response(const sim::Experiment& experiment, const sim::Simulation& run, do
       run.time_s.unaryExpr(experiment.system.forcing);
   for (Eigen::Index column = 1; noise > 0.0 && column < 2 * num_states; ++column) {
     auto signal = table.values.col(column);
-    const double deviation = std::sqrt((signal.array() - signal.mean()).square().mean());
+    const double signal_std = std::sqrt((signal.array() - signal.mean()).square().mean());
     const sim::Noise source(seed, first_noise_id + static_cast<std::uint64_t>(column));
     for (Eigen::Index n = 0; n < signal.size(); ++n)
-      signal[n] += noise * deviation * source.normal(static_cast<std::uint64_t>(n));
+      signal[n] += noise * signal_std * source.normal(static_cast<std::uint64_t>(n));
   }
   return table;
 }

@@ -44,6 +44,10 @@ std::vector<Index> all_but(const std::vector<Index>& kept, Index num_terms) {
 
 }  // namespace
 
+double smallest_sparsity(const UnitProblem& problem) {
+  return std::pow(4.0 * std::numeric_limits<double>::epsilon(), 2) * static_cast<double>(problem.A.rows());
+}
+
 UnitProblem unit_problem(const RFactor& data, Poll poll) {
   UnitProblem unit;
   unit.poll = std::move(poll);

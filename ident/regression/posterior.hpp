@@ -20,6 +20,8 @@ struct UnitProblem {
   [[nodiscard]] Eigen::Index num_terms() const { return A.cols(); }
   [[nodiscard]] Eigen::Index num_targets() const { return Y.cols(); }
 };
+/// Squared norm of what is left of a unit-norm column beyond others that is still more than rounding.
+[[nodiscard]] double smallest_sparsity(const UnitProblem& problem);
 [[nodiscard]] UnitProblem unit_problem(const RFactor& data, Poll poll = {});
 
 /// Prior so wide (lambda of a unit-norm column) that the posterior is least squares. Best lambdas go with the square of

@@ -47,8 +47,7 @@ MarginalLikelihood::MarginalLikelihood(const UnitProblem& problem, double tau, d
       num_samples_(static_cast<double>(problem.num_samples)),
       num_targets_(static_cast<double>(problem.num_targets())),
       noise_floor_(noise_floor_fraction * (1.0 / num_samples_)),  // the mean square of a unit-norm target is 1 / m
-      smallest_sparsity_(std::pow(4.0 * std::numeric_limits<double>::epsilon(), 2) *
-                         static_cast<double>(problem.A.rows())) {}
+      smallest_sparsity_(smallest_sparsity(problem)) {}
 
 RvmState MarginalLikelihood::empty_state(double noise_fraction) const {
   const Index q = problem_.num_targets();

@@ -21,10 +21,10 @@ constexpr double smallest_determinant = 1e-9;
 // [A_kept; sqrt(lambda)] = Q T, and the other columns seen from there.
 struct LeftOut {
   MatrixXd root;        // b' x b': T^-1
-  MatrixXd beyond;      // what of each column is beyond the kept ones, at unit norm
+  MatrixXd products;    // of what of each column is beyond the kept ones, at unit norm
   MatrixXd replaced;    // b' x number left out: what a coefficient of 1 of it takes from the kept ones
-  VectorXd target;      // the target beyond the kept ones
-  VectorXd projection;  // of the target on each column
+  VectorXd projection;  // of the target on each
+  double rss = 0.0;     // of the target beyond the kept ones
 };
 
 LeftOut left_out_of(const UnitProblem& problem, const std::vector<Index>& kept, const VectorXd& lambda) {
@@ -39,32 +39,41 @@ LeftOut left_out_of(const UnitProblem& problem, const std::vector<Index>& kept, 
   others.applyOnTheLeft(qr.householderQ().adjoint());
   const auto T = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
 
-  LeftOut found{
-      T.solve(MatrixXd::Identity(n, n)), MatrixXd(rows, b), MatrixXd(n, b), others.bottomRightCorner(rows, 1), {}};
+  LeftOut found{T.solve(MatrixXd::Identity(n, n)), {}, MatrixXd(n, b), {}};
+  MatrixXd beyond(rows, b);
   Index count = 0;
   for (Index i = 0; i < b; ++i) {
     const double norm = others.col(i).tail(rows).norm();
     // As in the search: a column within rounding of the kept ones says nothing of its own.
-    if (std::find(kept.begin(), kept.end(), i) != kept.end() ||
-        !(norm > 4.0 * std::numeric_limits<double>::epsilon() * std::sqrt(static_cast<double>(rows))))
-      continue;
-    found.beyond.col(count) = others.col(i).tail(rows) / norm;
+    if (std::find(kept.begin(), kept.end(), i) != kept.end() || !(norm * norm > smallest_sparsity(problem))) continue;
+    beyond.col(count) = others.col(i).tail(rows) / norm;
     found.replaced.col(count++) = T.solve(others.col(i).head(n)) / norm;
   }
-  found.beyond.conservativeResize(rows, count);
+  const VectorXd target = others.col(b).tail(rows);
+  found.products = beyond.leftCols(count).transpose() * beyond.leftCols(count);
   found.replaced.conservativeResize(n, count);
-  found.projection = found.beyond.transpose() * found.target;
+  found.projection = beyond.leftCols(count).transpose() * target;
+  found.rss = target.squaredNorm();
   return found;
 }
 
-// Normal distributions of the kept coefficients about those of the kept terms alone.
+// Normal distributions of the kept coefficients about those of the kept terms alone. Weights are relative to the
+// largest so far: their own size may be beyond what a double holds.
 struct Mixture {
-  double total_weight = 0.0;
+  double log_largest = 0.0, total_weight = 0.0;
   MatrixXd covariance;  // times total_weight
   std::vector<double> weights;
   std::vector<VectorXd> shifts, variances;
 
-  void add(double weight, const VectorXd& shift, const MatrixXd& its_covariance) {
+  void add(double log_weight, const VectorXd& shift, const MatrixXd& its_covariance) {
+    if (log_weight > log_largest) {
+      const double smaller = std::exp(log_largest - log_weight);
+      total_weight *= smaller;
+      covariance *= smaller;
+      for (double& weight : weights) weight *= smaller;
+      log_largest = log_weight;
+    }
+    const double weight = std::exp(log_weight - log_largest);
     total_weight += weight;
     covariance += weight * (its_covariance + shift * shift.transpose());
     weights.push_back(weight);
@@ -100,27 +109,27 @@ MatrixXd covariance_with_weak_terms(const UnitProblem& problem, const std::vecto
   const LeftOut left = left_out_of(problem, kept, lambda);
   const Index n = left.root.rows(), count = left.projection.size();
   const MatrixXd alone = left.root * left.root.transpose();
-  Mixture mixture{0.0, MatrixXd::Zero(n, n), {}, {}, {}};
-  mixture.add(1.0, VectorXd::Zero(n), noise_variance * alone);
+  Mixture mixture{.covariance = MatrixXd::Zero(n, n)};
+  mixture.add(0.0, VectorXd::Zero(n), noise_variance * alone);
 
-  const double rss = left.target.squaredNorm(), odds = 1.0 / std::max(1.0, static_cast<double>(count) - 1.0);
+  const double log_odds = -std::log(std::max(1.0, static_cast<double>(count) - 1.0));
   const auto with = [&](const std::vector<Index>& added) {
-    const MatrixXd columns = left.beyond(Eigen::all, added), replaced = left.replaced(Eigen::all, added);
-    const MatrixXd products = columns.transpose() * columns;
+    const MatrixXd products = left.products(added, added), replaced = left.replaced(Eigen::all, added);
     if (products.determinant() < smallest_determinant) return;
     const MatrixXd inverse = products.inverse();
     const VectorXd coefficients = inverse * left.projection(added);
     const double noise =
-        std::max(1.0 - coefficients.dot(left.projection(added)) / rss, std::numeric_limits<double>::min());
+        std::max(1.0 - coefficients.dot(left.projection(added)) / left.rss, std::numeric_limits<double>::min());
     // Akaike's criterion: 2 ln L less two for each coefficient more.
-    const double gain =
-        -static_cast<double>(problem.num_samples) * std::log(noise) - 2.0 * static_cast<double>(added.size());
-    const double weight = std::exp(0.5 * gain) * std::pow(odds, static_cast<double>(added.size()));
-    if (weight < negligible_weight) return;
-    mixture.add(weight, -replaced * coefficients,
+    const auto k = static_cast<double>(added.size());
+    const double gain = -static_cast<double>(problem.num_samples) * std::log(noise) - 2.0 * k;
+    const double log_weight = 0.5 * gain + k * log_odds;
+    if (!(log_weight >= std::log(negligible_weight))) return;  // not a number: nothing is left to explain
+    mixture.add(log_weight, -replaced * coefficients,
                 noise * noise_variance * (alone + replaced * inverse * replaced.transpose()));
   };
   for (Index i = 0; i < count; ++i) {
+    if (problem.poll) problem.poll();
     with({i});
     for (Index j = 0; j < i; ++j) with({j, i});
   }

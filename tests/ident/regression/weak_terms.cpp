@@ -56,6 +56,17 @@ TEST_CASE("an interval covers though a term like it is too weak to be kept", "[i
   CHECK(covered_by_noise <= 0.35 * without);  // 0.2 of bias is 2.8 deviations: 0.2
 }
 
+TEST_CASE("terms left out by a high threshold, however strong, leave standard deviations that are numbers",
+          "[ident][weak_terms]") {
+  // The second term's gain is some 200 ln(1e12): the square root of e to that is beyond a double.
+  const Table table(9);
+  const VectorXd target = 1e3 * table.phi.col(0) + table.phi.col(2) + 1e-6 * table.noise;
+  const ident::Fit fit = ident::fit_fast_rvm(ident::r_factor(table.phi, target), {.tau = 1e3});
+  REQUIRE_FALSE(fit.relevant.empty());
+  CHECK(fit.covariance_weak.allFinite());
+  CHECK(fit.covariance_weak.diagonal().minCoeff() > 0.0);
+}
+
 TEST_CASE("the covariance with weak terms is one", "[ident][weak_terms]") {
   const Table table(7);
   const VectorXd target = 3.0 * table.phi.col(0) + 2.0 * table.phi.col(1) + 0.1 * table.phi.col(2) + table.noise;

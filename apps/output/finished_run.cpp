@@ -1,4 +1,4 @@
-#include "apps/finished_run.hpp"
+#include "apps/output/finished_run.hpp"
 
 #include <fmt/format.h>
 
