@@ -274,7 +274,7 @@ std::string record(const Setup& setup, const OutputFolder& folder, const fs::pat
 
 ordered_json sensors_json(const Setup& setup) {
   ordered_json sensors{{"noise", setup.raw.noise}, {"channels", ordered_json::array()}};
-  for (const auto& sensor : sim::rig_sensors(setup.raw.level, setup.rig->parameters()))
+  for (const auto& sensor : sim::rig_sensors(setup.raw.level, setup.rig->parameters(), setup.raw.seed)) {
     sensors["channels"].push_back({{"name", sensor.name},
                                    {"role", sensor.role},
                                    {"unit", sensor.unit},
@@ -283,6 +283,12 @@ ordered_json sensors_json(const Setup& setup) {
                                    {"offset", sensor.offset},
                                    {"lag_s", sensor.lag_s},
                                    {"highpass_hz", sensor.highpass_hz}});
+    if (sensor.role == "r" || sensor.role == "y")
+      sensors["channels"].back()["drift"] = {{"sine_m", sensor.drift.sine_m},
+                                             {"period_s", sensor.drift.period_s},
+                                             {"phase", sensor.drift.phase},
+                                             {"slope_m_per_1800_s", sensor.drift.slope_m}};
+  }
   for (const auto& fault : setup.raw.faults) {
     constexpr std::array kinds{"rail", "hold", "clip"};
     sensors["faults"].push_back({{"kind", kinds[static_cast<std::size_t>(fault.kind)]},
@@ -357,6 +363,11 @@ std::vector<std::string> record_qzs(const SimulateArguments& arguments, const Ou
   if (arguments.raw) {  // first: what the container cannot hold is refused at once
     truth["sensors"] = sensors_json(setup);
     truth["sensors"]["level"] = arguments.sensors.value_or("full");
+    constexpr std::size_t payload_laser = 1;
+    append_terms(truth["terms_as_recorded"],
+                 sim::true_terms_as_recorded(
+                     setup.rig->parameters(),
+                     sim::rig_sensors(setup.raw.level, setup.rig->parameters(), setup.raw.seed)[payload_laser].gain));
     const std::string recording = record(setup, folder, "", console);
     files.insert(files.end(), {"truth.csv", recording, dsp::sidecar_path(recording).string()});
   }
