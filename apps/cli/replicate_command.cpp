@@ -145,10 +145,7 @@ std::string replicate_cases(const std::vector<Wanted>& wanted, const ReplicateOp
   for (const Wanted& one : wanted) {
     const std::string& name = one.definition->name;
     console.step(name);
-    CaseReplication replication = replicate_case(*one.definition, options, [&](double share) {
-      check_interrupted();
-      console.progress(name, share);
-    });
+    CaseReplication replication = replicate_case(*one.definition, options, shown_progress(console, name));
     auto comparisons = compare_with_paper(replication);
     cases.push_back({std::move(replication), std::move(comparisons)});
     if (one.table)

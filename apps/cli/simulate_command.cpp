@@ -2,113 +2,26 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 
-#include "apps/config/parameter_settings.hpp"
-#include "apps/process/interrupt.hpp"
+#include "apps/cli/simulate_jobs.hpp"
 #include "apps/process/output_folder.hpp"
-#include "apps/process/system_fault.hpp"
-#include "apps/record_qzs.hpp"
 #include "dsp/fault.hpp"
-#include "dsp/names.hpp"
-#include "sim/noise.hpp"
-#include "sim/simulate.hpp"
-#include "sim/systems.hpp"
 
 namespace apps {
 namespace {
 
 using nlohmann::ordered_json;
 
-constexpr double sample_rate_hz = 100.0, default_duration_s = 25.0;  // as in Section 4 of [QZS23]
-constexpr std::uint64_t first_noise_id = 1000;
-
-struct Table {
-  std::vector<std::string> names;
-  Eigen::MatrixXd values;
-};
-
-/// t, the states, the derivatives that are not themselves states, f. Noise on all but t and f.
-Table response(const sim::Experiment& experiment, const sim::Simulation& run, double noise, std::uint64_t seed) {
-  const auto num_states = run.states.cols();
-  Table table{{"t"}, Eigen::MatrixXd(run.states.rows(), 2 * num_states + 1)};
-  table.names.insert(table.names.end(), experiment.system.states.begin(), experiment.system.states.end());
-  table.names.push_back("a");
-  if (num_states == 3) table.names.push_back("dz");
-  table.names.push_back("f");
-  table.values << run.time_s, run.states, run.derivatives.rightCols(num_states - 1),
-      run.time_s.unaryExpr(experiment.system.forcing);
-  for (Eigen::Index column = 1; noise > 0.0 && column < 2 * num_states; ++column) {
-    auto signal = table.values.col(column);
-    const double deviation = std::sqrt((signal.array() - signal.mean()).square().mean());
-    const sim::Noise source(seed, first_noise_id + static_cast<std::uint64_t>(column));
-    for (Eigen::Index n = 0; n < signal.size(); ++n)
-      signal[n] += noise * deviation * source.normal(static_cast<std::uint64_t>(n));
-  }
-  return table;
-}
-
-std::string csv_of(const Table& table) {
-  std::string text = fmt::format("{}\n", fmt::join(table.names, ","));
-  for (Eigen::Index n = 0; n < table.values.rows(); ++n)
-    for (Eigen::Index c = 0; c < table.values.cols(); ++c)
-      text += fmt::format("{:.17g}{}", table.values(n, c), c + 1 < table.values.cols() ? ',' : '\n');
-  return text;
-}
-
-/// The systems of Section 4: response.csv, and their truth.
-std::vector<std::string> simulate_system(const SimulateArguments& arguments, const OutputFolder& folder,
-                                         ordered_json& truth) {
-  if (arguments.raw || arguments.twin || arguments.sensors || arguments.container || arguments.frc ||
-      arguments.programme || arguments.from_s || arguments.rate_hz)
-    throw dsp::Fault(dsp::FaultKind::usage, "sim.option",
-                     fmt::format("sim {}: --raw, --twin, --sensors, --container, --from, --rate, --frc and --programme "
-                                 "belong to qzs",
-                                 arguments.system));
-  const auto names = sim::experiment_names();
-  if (std::find(names.begin(), names.end(), arguments.system) == names.end())
-    throw dsp::Fault(dsp::FaultKind::usage, "sim.option",
-                     fmt::format("sim: no system '{}'; there are {}, qzs", dsp::clean_name(arguments.system),
-                                 fmt::join(names, ", ")));
-  sim::Experiment experiment;
-  try {
-    experiment = sim::make_experiment(arguments.system, parse_settings(arguments.set));
-  } catch (const std::invalid_argument& error) {
-    throw dsp::Fault(dsp::FaultKind::usage, "sim.option", fmt::format("sim {}", error.what()));
-  }
-  const double noise = arguments.noise.value_or(0.0), duration_s = arguments.duration_s.value_or(default_duration_s);
-  // States, derivatives and the table's copy of both as numbers, the file's text of some 25 characters each.
-  constexpr double bytes_per_value = 16.0 + 25.0;
-  const double num_values = 2.0 * static_cast<double>(experiment.initial.size()) + 2.0;
-  require_memory(duration_s * sample_rate_hz * num_values * bytes_per_value, fmt::format("sim {}", arguments.system),
-                 "Shorten --duration");
-  const auto run =
-      sim::simulate(experiment.system, experiment.initial,
-                    {.duration_s = duration_s, .sample_rate_hz = sample_rate_hz, .poll = check_interrupted});
-  if (run.status != sim::SimulationStatus::finished)
-    throw dsp::Fault(dsp::FaultKind::numerics, "sim.diverged",
-                     fmt::format("sim {}. Try other parameters or a shorter --duration", run.reason));
-  folder.write("response.csv", csv_of(response(experiment, run, noise, arguments.seed)));
-  truth["noise"] = noise;
-  truth["duration_s"] = duration_s;
-  truth["omega_n"] = experiment.omega_n;
-  for (const auto& [name, value] : experiment.parameters) truth["parameters"][name] = value;
-  append_terms(truth["terms"], experiment.truth);
-  truth["num_events"] = run.events.size();
-  return {"response.csv"};
-}
-
 void check_numbers(const SimulateArguments& arguments) {
   const double noise = arguments.noise.value_or(0.0), duration_s = arguments.duration_s.value_or(1.0);
   if (!(noise >= 0.0) || !std::isfinite(noise))
     throw dsp::Fault(dsp::FaultKind::usage, "sim.noise",
                      fmt::format("sim: --noise must not be negative, got {}", noise));
-  if (!(duration_s * sample_rate_hz >= 1.0) || !std::isfinite(duration_s))
+  if (!(duration_s * system_rate_hz >= 1.0) || !std::isfinite(duration_s))
     throw dsp::Fault(dsp::FaultKind::usage, "sim.duration",
-                     fmt::format("sim: --duration must be at least {} s, got {}", 1.0 / sample_rate_hz, duration_s));
+                     fmt::format("sim: --duration must be at least {} s, got {}", 1.0 / system_rate_hz, duration_s));
 }
 
 }  // namespace
@@ -126,8 +39,8 @@ void run_simulate(const SimulateArguments& arguments, Console& console) {
   OutputFolder folder(arguments.folder, arguments.force);
   Manifest manifest = begin_manifest("sim", arguments.command_line, arguments.seed, folder.destination());
   auto files = arguments.system != "qzs" ? simulate_system(arguments, folder, truth)
-               : arguments.frc           ? sweep_qzs(arguments, folder, console, truth)
-                                         : record_qzs(arguments, folder, console, truth);
+               : arguments.frc           ? sweep_rig(arguments, folder, console, truth)
+                                         : simulate_rig(arguments, folder, console, truth);
   files.emplace_back("truth.json");
   folder.write(files.back(), truth.dump(2) + "\n");
   folder.commit(std::move(manifest));

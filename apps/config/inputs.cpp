@@ -63,10 +63,7 @@ Input described(const dsp::RecordingReader& reader) {
 }
 
 dsp::StreamOptions stream_options(const std::string& name, std::size_t max_memory_bytes, Console& console) {
-  return {.max_memory_bytes = max_memory_bytes, .progress = [&console, name](double share) {
-            check_interrupted();
-            console.progress("reading " + name, share);
-          }};
+  return {.max_memory_bytes = max_memory_bytes, .progress = shown_progress(console, "reading " + name)};
 }
 
 /// Everything after the signals: regimes, the power check, and what is said of them.

@@ -4,7 +4,6 @@
 
 #include <charconv>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 namespace apps {
@@ -23,14 +22,6 @@ std::vector<std::pair<std::string, double>> parse_settings(const std::vector<std
     parsed.emplace_back(setting.substr(0, equals), value);
   }
   return parsed;
-}
-
-void append_terms(nlohmann::ordered_json& array, const std::vector<sim::TrueTerm>& terms) {
-  for (const auto& term : terms) {
-    nlohmann::ordered_json row{{"row", term.row}, {"target", term.target}, {"name", term.name}, {"value", term.value}};
-    if (!term.where.empty()) row["where"] = term.where;
-    array.push_back(std::move(row));
-  }
 }
 
 }  // namespace apps

@@ -8,8 +8,9 @@
 #include "apps/process/interrupt.hpp"
 #include "apps/process/path.hpp"
 #include "apps/process/system_fault.hpp"
-#include "apps/record_qzs.hpp"
 #include "apps/regression_columns.hpp"
+#include "dsp/io/sidecar.hpp"
+#include "sim/rig/rig_recording.hpp"
 
 namespace apps {
 namespace {
@@ -38,6 +39,15 @@ class RawFolder {
  private:
   fs::path path_;
 };
+
+/// With its sidecar. Returns where it is.
+fs::path write_recording(const sim::RigTest& test, const OutputFolder& folder, const std::string& name,
+                         Console& console) {
+  fs::path file = folder.path(name);
+  sim::write_rig_recording(test, file, {.shown = folder.shown(name), .progress = shown_progress(console, "recording")});
+  folder.write(dsp::sidecar_path(name).string(), sim::rig_sidecar(test));
+  return file;
+}
 
 /// Candidates and the cases they are fitted to.
 struct Candidates {
@@ -145,14 +155,13 @@ Section5Replication replicate_section5(const std::vector<const Section5Case*>& c
   Section5Replication result;
   for (int k = 0; k < options.num_seeds; ++k)
     for (const char* twin : {"T1", "T0"}) {
-      SimulateArguments simulation{.system = "qzs", .seed = options.first_seed + static_cast<std::uint64_t>(k)};
+      const std::uint64_t seed = options.first_seed + static_cast<std::uint64_t>(k);
       const std::string name = "rig.partial";
       const RawFolder raw(folder, name);
-      simulation.noise = options.noise;
-      simulation.raw = true;
-      simulation.twin = twin;
-      console.step(fmt::format("simulating the raw record of {}, seed {}", twin, simulation.seed));
-      const fs::path recording = folder.path(write_rig_recording(simulation, folder, name, console));
+      console.step(fmt::format("simulating the raw record of {}, seed {}", twin, seed));
+      const fs::path recording =
+          write_recording(sim::rig_test({.twin = twin, .raw = {.noise = options.noise, .seed = seed}}), folder,
+                          name + "/recording.wav", console);
 
       std::vector<const Section5Way*> ways;
       std::vector<dsp::PrepareOptions> prepares;
@@ -165,8 +174,8 @@ Section5Replication replicate_section5(const std::vector<const Section5Case*>& c
       for (std::size_t i = 0; i < ways.size(); ++i) {
         console.step(fmt::format("{}: {}", ways[i]->name, ways[i]->what));
         const Config config = config_of(recording, *ways[i], options);
-        fit_all(candidates, config, prepare_inputs(sources, i, config, console), *ways[i], simulation.seed, k == 0,
-                result, console);
+        fit_all(candidates, config, prepare_inputs(sources, i, config, console), *ways[i], seed, k == 0, result,
+                console);
       }
     }
   return result;

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "apps/process/interrupt.hpp"
 #include "apps/process/printable.hpp"
 #include "apps/process/system_fault.hpp"
 
@@ -69,6 +70,13 @@ void Console::clear_progress() {
   if (!progress_shown_) return;
   std::fputs("\r\033[K", stderr);
   progress_shown_ = false;
+}
+
+std::function<void(double)> shown_progress(Console& console, std::string what) {
+  return [&console, what = std::move(what)](double share) {
+    check_interrupted();
+    console.progress(what, share);
+  };
 }
 
 std::string channel_prefix(const dsp::Check& check) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <chrono>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -46,6 +47,10 @@ class Console {
   std::string log_;
   std::vector<std::string> warnings_;
 };
+
+/// What a library calls with the fraction done: drawn as the progress of `what`; throws Interrupted when a signal has
+/// come. The console must outlive it.
+[[nodiscard]] std::function<void(double)> shown_progress(Console& console, std::string what);
 
 /// "channel: " for a check of one channel whose message does not begin with its name, else nothing.
 [[nodiscard]] std::string channel_prefix(const dsp::Check& check);

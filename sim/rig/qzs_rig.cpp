@@ -55,6 +55,15 @@ void set_parameter(QzsParameters& parameters, std::string_view name, double valu
   parameters.*field->second = value;
 }
 
+void set_parameters(QzsParameters& parameters, const std::vector<std::pair<std::string, double>>& settings,
+                    std::string_view of_what, std::string_view known) {
+  for (const auto& [name, value] : settings) try {
+      set_parameter(parameters, name, value);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument(fmt::format("{}; {}: {}", error.what(), of_what, known));
+    }
+}
+
 std::vector<std::pair<std::string, double>> parameter_values(const QzsParameters& parameters) {
   std::vector<std::pair<std::string, double>> values;
   for (const auto& [name, member] : fields) values.emplace_back(name, parameters.*member);

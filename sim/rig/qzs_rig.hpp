@@ -32,6 +32,9 @@ struct QzsParameters {
 [[nodiscard]] QzsParameters qzs_twin(std::string_view name);
 /// Sets one parameter by its field name. Throws std::invalid_argument that lists them.
 void set_parameter(QzsParameters& parameters, std::string_view name, double value);
+/// Sets several. What is no parameter may be a setting `of_what` that `known` lists, as the message then says.
+void set_parameters(QzsParameters& parameters, const std::vector<std::pair<std::string, double>>& settings,
+                    std::string_view of_what, std::string_view known);
 [[nodiscard]] std::vector<std::pair<std::string, double>> parameter_values(const QzsParameters& parameters);
 /// Of the slipping rig, friction at its kinetic level; effects outside the library have no term.
 [[nodiscard]] std::vector<TrueTerm> true_terms(const QzsParameters& parameters);

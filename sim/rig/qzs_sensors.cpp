@@ -1,6 +1,7 @@
 #include "sim/rig/qzs_sensors.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -132,12 +133,18 @@ double ZeroDrift::at(double t_s) const {
   return sine_m * std::sin(two_pi * t_s / period_s + phase) + slope_m * t_s / 1800.0;
 }
 
+namespace {
+constexpr std::array level_names{"ideal", "noise", "full", "random"};
+}
+
+std::string_view to_string(SensorLevel level) {
+  return level_names[static_cast<std::size_t>(level)];
+}
+
 SensorLevel sensor_level(std::string_view name) {
-  if (name == "ideal") return SensorLevel::ideal;
-  if (name == "noise") return SensorLevel::noise;
-  if (name == "full") return SensorLevel::full;
-  if (name == "random") return SensorLevel::random;
-  throw std::invalid_argument(fmt::format("qzs: no sensors \"{}\"; there are ideal, noise, full, random", name));
+  for (std::size_t i = 0; i < level_names.size(); ++i)
+    if (name == level_names[i]) return static_cast<SensorLevel>(i);
+  throw std::invalid_argument(fmt::format("qzs: no sensors \"{}\"; there are {}", name, fmt::join(level_names, ", ")));
 }
 
 std::array<RigSensor, num_raw_channels> rig_sensors(SensorLevel level, const QzsParameters& parameters,

@@ -26,6 +26,7 @@ enum class SensorLevel {
 };
 /// "ideal", "noise", "full", "random"; throws std::invalid_argument.
 [[nodiscard]] SensorLevel sensor_level(std::string_view name);
+[[nodiscard]] std::string_view to_string(SensorLevel level);
 
 /// How a laser's zero wanders: sine_m sin(2 pi t / period_s + phase) + slope_m t / 1800 s.
 struct ZeroDrift {

@@ -402,7 +402,9 @@ TEST_CASE("what cannot be simulated is told in one line", "[apps][simulate_comma
   fails({.system = "qzs", .folder = {}, .frc = true, .raw = true}, "sim.option", "--frc");
   fails({.system = "qzs", .folder = {}, .sensors = "ideal"}, "sim.option", "add --raw");
   fails({.system = "qzs", .folder = {}, .raw = true, .rate_hz = 25.6}, "sim.option", "must be whole");
-  fails({.system = "qzs", .folder = {}, .raw = true, .from_s = -1.0}, "sim.option", "--from");
+  fails({.system = "qzs", .folder = {}, .raw = true, .from_s = -1.0}, "sim.option", "must not begin before the test");
+  fails({.system = "qzs", .folder = {}, .duration_s = 0.01, .raw = true, .rate_hz = 256.0}, "sim.option",
+        "599 are the least");
   fails({.system = "qzs", .folder = {}, .twin = "T9"}, "sim.option", "T0, T1");
   fails({.system = "qzs", .folder = {}, .raw = true, .container = "mp3"}, "sim.option", "mp3");
   // 13 981 s of 4 channels of 24 bits at 25.6 kHz are 4 GiB.

@@ -1,0 +1,33 @@
+#pragma once
+#include <nlohmann/json_fwd.hpp>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "apps/cli/simulate_command.hpp"
+#include "apps/process/output_folder.hpp"
+#include "dsp/fault.hpp"
+
+// What `ardent sim` does for one kind of system each: files into `folder`, what is true of them into `truth`. They
+// return the names of the files and throw as run_simulate.
+
+namespace apps {
+
+inline constexpr double system_rate_hz = 100.0;  ///< of the systems of Section 4 of [QZS23], as there
+
+/// The systems of Section 4: response.csv.
+std::vector<std::string> simulate_system(const SimulateArguments& arguments, const OutputFolder& folder,
+                                         nlohmann::ordered_json& truth);
+
+/// The rig: response.csv at 25.6 Hz; with `raw` also the recording with its sidecar and truth.csv.
+std::vector<std::string> simulate_rig(const SimulateArguments& arguments, const OutputFolder& folder, Console& console,
+                                      nlohmann::ordered_json& truth);
+
+/// The rig's frequency response, up and down: frc.csv, frc.json, frc.svg.
+std::vector<std::string> sweep_rig(const SimulateArguments& arguments, const OutputFolder& folder, Console& console,
+                                   nlohmann::ordered_json& truth);
+
+/// What the rig refuses, as a fault: sim.option (usage).
+[[nodiscard]] dsp::Fault refused_by_rig(const std::invalid_argument& error);
+
+}  // namespace apps

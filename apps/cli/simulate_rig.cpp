@@ -1,0 +1,128 @@
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+
+#include "apps/cli/simulate_jobs.hpp"
+#include "apps/config/parameter_settings.hpp"
+#include "apps/config/sensor_fault_settings.hpp"
+#include "apps/output/truth_json.hpp"
+#include "apps/process/system_fault.hpp"
+#include "dsp/io/sidecar.hpp"
+#include "sim/rig/rig_recording.hpp"
+#include "sim/rig/rig_truth.hpp"
+
+namespace apps {
+namespace {
+
+constexpr int rows_per_response = 10;  // of the truth's: response.csv at 25.6 Hz, the rate of regression
+
+dsp::Fault no_recording(std::string_view what) {
+  return {dsp::FaultKind::usage, "sim.option", fmt::format("sim qzs: {}: add --raw", what)};
+}
+
+struct Wanted {
+  sim::RigTest test;
+  dsp::SoundContainer container;
+};
+
+Wanted wanted_of(const SimulateArguments& arguments) try {
+  if (!arguments.raw && (arguments.sensors || arguments.container || arguments.from_s || arguments.rate_hz))
+    throw no_recording("--sensors, --container, --from and --rate are about the recording");
+  if (!arguments.raw && arguments.noise.value_or(0.0) != 0.0)
+    throw no_recording("--noise is a factor on the sensors' own and response.csv has no sensors");
+  sim::RigTestOptions options;
+  options.twin = arguments.twin.value_or(options.twin);
+  options.programme = arguments.programme.value_or(options.programme);
+  std::vector<std::string> settings = arguments.set;
+  options.raw.faults = take_sensor_faults(settings);
+  if (!arguments.raw && !options.raw.faults.empty()) throw no_recording("rail, hold and clip are about the recording");
+  options.settings = parse_settings(settings);
+  options.from_s = arguments.from_s.value_or(options.from_s);
+  options.duration_s = arguments.duration_s;
+  options.rate_hz = arguments.rate_hz.value_or(options.rate_hz);
+  options.raw.level = sim::sensor_level(arguments.sensors.value_or("full"));
+  options.raw.noise = arguments.noise.value_or(options.raw.noise);
+  options.raw.seed = arguments.seed;
+  return {sim::rig_test(options), dsp::sound_container(arguments.container.value_or("rf64"))};
+} catch (const std::invalid_argument& error) {
+  throw refused_by_rig(error);
+}
+
+/// Throws dsp::Fault output.space where the files would not fit.
+void require_space(const sim::RigTest& test, bool raw, const OutputFolder& folder) {
+  constexpr double bytes_per_response = 140.0, bytes_per_truth = 110.0, bytes_per_sample = 3.0;
+  double bytes = test.duration_s * sim::truth_rate_hz / rows_per_response * bytes_per_response;
+  if (raw)
+    bytes += test.duration_s *
+             (sim::truth_rate_hz * bytes_per_truth + test.rate_hz * sim::num_raw_channels * bytes_per_sample);
+  std::error_code unknown;
+  const auto available =
+      static_cast<double>(std::filesystem::space(folder.path("response.csv").parent_path(), unknown).available);
+  if (!unknown && bytes > available)
+    throw output_fault(
+        "output.space", folder.destination(),
+        fmt::format("{:.3g} MB are needed, {:.3g} MB free. Shorten --duration or write elsewhere with -o", 1e-6 * bytes,
+                    1e-6 * available));
+}
+
+/// The recording and its sidecar. Returns their names.
+std::vector<std::string> write_recording(const Wanted& wanted, const OutputFolder& folder, Console& console) try {
+  const std::string recording = fmt::format("recording.{}", dsp::extension(wanted.container));
+  const std::string sidecar = dsp::sidecar_path(recording).string();
+  sim::write_rig_recording(wanted.test, folder.path(recording),
+                           {wanted.container, folder.shown(recording), shown_progress(console, "recording")});
+  folder.write(sidecar, sim::rig_sidecar(wanted.test));
+  return {recording, sidecar};
+} catch (const std::invalid_argument& error) {
+  throw refused_by_rig(error);
+}
+
+/// response.csv and, with the recording, truth.csv.
+sim::RigTruth write_motion(const sim::RigTest& test, bool raw, const OutputFolder& folder, Console& console) {
+  OutputFile response = folder.file("response.csv");
+  std::optional<OutputFile> exact;
+  response.write("t,x,v,a,r,dr,ddr\n");
+  if (raw) exact.emplace(folder.file("truth.csv")).write("t,x,v,r,ddr,mode\n");
+  const auto write = [&, row = 0](const sim::QzsState& s) mutable {
+    const double t = s.t_s - test.from_s;
+    if (row++ % rows_per_response == 0)
+      response.write(fmt::format("{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n", t, s.x, s.v, s.a,
+                                 s.base.r_m, s.base.dr_m_per_s, s.base.ddr_m_per_s2));
+    if (exact)
+      exact->write(fmt::format("{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{}\n", t, s.x, s.v, s.base.r_m,
+                               s.base.ddr_m_per_s2, s.mode));
+  };
+  sim::RigTruth truth = sim::rig_truth(test, {.take = write, .progress = shown_progress(console, "motion")});
+  response.close();
+  if (exact) exact->close();
+  return truth;
+}
+
+}  // namespace
+
+dsp::Fault refused_by_rig(const std::invalid_argument& error) {
+  const std::string_view why = error.what();
+  return {dsp::FaultKind::usage, "sim.option", fmt::format("sim {}{}", why.starts_with("qzs: ") ? "" : "qzs: ", why)};
+}
+
+std::vector<std::string> simulate_rig(const SimulateArguments& arguments, const OutputFolder& folder, Console& console,
+                                      nlohmann::ordered_json& truth) try {
+  const Wanted wanted = wanted_of(arguments);
+  const sim::RigTest& test = wanted.test;
+  require_space(test, arguments.raw, folder);
+  require_memory(sim::rig_truth_bytes(test), "sim qzs", "Shorten --duration or lower --from");
+  std::vector<std::string> files{"response.csv"};
+  if (arguments.raw) {  // first: what the container cannot hold is refused at once
+    files.emplace_back("truth.csv");
+    for (std::string& name : write_recording(wanted, folder, console)) files.push_back(std::move(name));
+  }
+  put_rig_truth(truth, test, write_motion(test, arguments.raw, folder, console), arguments.raw);
+  return files;
+} catch (const sim::Diverged& error) {
+  throw dsp::Fault(dsp::FaultKind::numerics, "sim.diverged",
+                   fmt::format("sim {}. Try other parameters or a shorter --duration", error.what()));
+}
+
+}  // namespace apps

@@ -1,0 +1,101 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "apps/cli/simulate_jobs.hpp"
+#include "apps/config/parameter_settings.hpp"
+#include "apps/output/truth_json.hpp"
+#include "apps/process/interrupt.hpp"
+#include "apps/process/system_fault.hpp"
+#include "dsp/names.hpp"
+#include "sim/noise.hpp"
+#include "sim/simulate.hpp"
+#include "sim/systems.hpp"
+
+namespace apps {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr double default_duration_s = 25.0;  // as in Section 4 of [QZS23]
+constexpr std::uint64_t first_noise_id = 1000;
+
+struct Table {
+  std::vector<std::string> names;
+  Eigen::MatrixXd values;
+};
+
+/// t, the states, the derivatives that are not themselves states, f. Noise on all but t and f.
+Table response(const sim::Experiment& experiment, const sim::Simulation& run, double noise, std::uint64_t seed) {
+  const auto num_states = run.states.cols();
+  Table table{{"t"}, Eigen::MatrixXd(run.states.rows(), 2 * num_states + 1)};
+  table.names.insert(table.names.end(), experiment.system.states.begin(), experiment.system.states.end());
+  table.names.push_back("a");
+  if (num_states == 3) table.names.push_back("dz");
+  table.names.push_back("f");
+  table.values << run.time_s, run.states, run.derivatives.rightCols(num_states - 1),
+      run.time_s.unaryExpr(experiment.system.forcing);
+  for (Eigen::Index column = 1; noise > 0.0 && column < 2 * num_states; ++column) {
+    auto signal = table.values.col(column);
+    const double deviation = std::sqrt((signal.array() - signal.mean()).square().mean());
+    const sim::Noise source(seed, first_noise_id + static_cast<std::uint64_t>(column));
+    for (Eigen::Index n = 0; n < signal.size(); ++n)
+      signal[n] += noise * deviation * source.normal(static_cast<std::uint64_t>(n));
+  }
+  return table;
+}
+
+std::string csv_of(const Table& table) {
+  std::string text = fmt::format("{}\n", fmt::join(table.names, ","));
+  for (Eigen::Index n = 0; n < table.values.rows(); ++n)
+    for (Eigen::Index c = 0; c < table.values.cols(); ++c)
+      text += fmt::format("{:.17g}{}", table.values(n, c), c + 1 < table.values.cols() ? ',' : '\n');
+  return text;
+}
+
+}  // namespace
+
+std::vector<std::string> simulate_system(const SimulateArguments& arguments, const OutputFolder& folder,
+                                         ordered_json& truth) {
+  if (arguments.raw || arguments.twin || arguments.sensors || arguments.container || arguments.frc ||
+      arguments.programme || arguments.from_s || arguments.rate_hz)
+    throw dsp::Fault(dsp::FaultKind::usage, "sim.option",
+                     fmt::format("sim {}: --raw, --twin, --sensors, --container, --from, --rate, --frc and --programme "
+                                 "belong to qzs",
+                                 arguments.system));
+  const auto names = sim::experiment_names();
+  if (std::find(names.begin(), names.end(), arguments.system) == names.end())
+    throw dsp::Fault(dsp::FaultKind::usage, "sim.option",
+                     fmt::format("sim: no system '{}'; there are {}, qzs", dsp::clean_name(arguments.system),
+                                 fmt::join(names, ", ")));
+  sim::Experiment experiment;
+  try {
+    experiment = sim::make_experiment(arguments.system, parse_settings(arguments.set));
+  } catch (const std::invalid_argument& error) {
+    throw dsp::Fault(dsp::FaultKind::usage, "sim.option", fmt::format("sim {}", error.what()));
+  }
+  const double noise = arguments.noise.value_or(0.0), duration_s = arguments.duration_s.value_or(default_duration_s);
+  // States, derivatives and the table's copy of both as numbers, the file's text of some 25 characters each.
+  constexpr double bytes_per_value = 16.0 + 25.0;
+  const double num_values = 2.0 * static_cast<double>(experiment.initial.size()) + 2.0;
+  require_memory(duration_s * system_rate_hz * num_values * bytes_per_value, fmt::format("sim {}", arguments.system),
+                 "Shorten --duration");
+  const auto run =
+      sim::simulate(experiment.system, experiment.initial,
+                    {.duration_s = duration_s, .sample_rate_hz = system_rate_hz, .poll = check_interrupted});
+  if (run.status != sim::SimulationStatus::finished)
+    throw dsp::Fault(dsp::FaultKind::numerics, "sim.diverged",
+                     fmt::format("sim {}. Try other parameters or a shorter --duration", run.reason));
+  folder.write("response.csv", csv_of(response(experiment, run, noise, arguments.seed)));
+  truth["noise"] = noise;
+  truth["duration_s"] = duration_s;
+  truth["omega_n"] = experiment.omega_n;
+  put_equation(truth, experiment.parameters, experiment.truth);
+  truth["num_events"] = run.events.size();
+  return {"response.csv"};
+}
+
+}  // namespace apps
