@@ -87,9 +87,10 @@ std::vector<ident::CandidateLibrary> compile_libraries(const Config& config, con
 namespace {
 
 /// What a recording takes while it is fitted: signals on the bus and filtered, the column of every term, and some
-/// twenty more for regimes, residuals and free runs (measured: 33 + 0.98 a term for seven signals).
+/// twenty more for regimes, residuals and free runs (measured: 33 + 0.98 a term for seven signals); speeds with their
+/// kinks, the signs of switches and a column on its way are four.
 double fit_bytes(const dsp::Motion& signals, std::size_t num_terms) {
-  const double columns = 2.0 * static_cast<double>(signals.signals.size()) + static_cast<double>(num_terms) + 20.0;
+  const double columns = 2.0 * static_cast<double>(signals.signals.size()) + static_cast<double>(num_terms) + 24.0;
   return sizeof(double) * columns * static_cast<double>(signals.num_samples());
 }
 
@@ -129,7 +130,7 @@ ident::IdentifyOptions identify_options(const Config& config, const std::vector<
           .poll = check_interrupted};
 }
 
-std::vector<ident::RangeResult> identify_ranges(Config& config, const std::vector<ident::Columns>& columns,
+std::vector<ident::RangeResult> identify_ranges(Config& config, std::vector<ident::Columns>& columns,
                                                 const ident::CandidateLibrary& library,
                                                 const ident::IdentifyOptions& options, Console& console) {
   std::vector<ident::RangeResult> ranges;

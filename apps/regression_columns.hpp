@@ -30,8 +30,7 @@ void check_library(const Config& config);
                                                       int num_threads);
 
 /// Every range of the config, whose specs get filled in what was left out. Terms that are left out are warned of.
-[[nodiscard]] std::vector<ident::RangeResult> identify_ranges(Config& config,
-                                                              const std::vector<ident::Columns>& columns,
+[[nodiscard]] std::vector<ident::RangeResult> identify_ranges(Config& config, std::vector<ident::Columns>& columns,
                                                               const ident::CandidateLibrary& library,
                                                               const ident::IdentifyOptions& options, Console& console);
 

@@ -263,6 +263,69 @@ RangeData range_data(RangeResult& result, const std::vector<Columns>& recordings
   return range;
 }
 
+/// The terms of a fit that jump, as they make an acceleration jump; none where the equation holds no acceleration.
+struct SwitchedFit {
+  WeightedTerms terms;
+  std::vector<double> stds;
+};
+
+SwitchedFit switched_fit(const RangeData& range, const CandidateLibrary& library, const IdentifyOptions& options) {
+  const Fit found = fit(range.data, options.methods.front());
+  const auto term_of = [&](std::size_t i) -> const Term& {
+    return library.terms[static_cast<std::size_t>(range.terms[static_cast<std::size_t>(found.relevant[i])])];
+  };
+  const auto is_acceleration = [](const std::string& name) { return name == "a" || name == "ddy"; };
+  double of_acceleration = is_acceleration(options.target) ? 1.0 : 0.0;
+  if (of_acceleration == 0.0)  // 0 = -target + m a + other terms
+    for (std::size_t i = 0; i < found.relevant.size(); ++i)
+      if (is_acceleration(term_of(i).name)) of_acceleration = -found.mean(static_cast<Index>(i));
+  SwitchedFit result;
+  for (std::size_t i = 0; of_acceleration != 0.0 && i < found.relevant.size(); ++i) {
+    const auto place = static_cast<Index>(i);
+    if (term_of(i).expression.all_switches().empty()) continue;
+    result.terms.emplace_back(term_of(i).expression, found.mean(place) / of_acceleration);
+    result.stds.push_back(std::sqrt(found.covariance(place, place)) / std::abs(of_acceleration));
+  }
+  return result;
+}
+
+bool settled(const WeightedTerms& before, const SwitchedFit& now) {
+  constexpr double of_std = 0.1;     // moves no other coefficient by more than about that
+  constexpr double relative = 1e-5;  // of a coefficient without error: what the times are exact to
+  if (before.size() != now.terms.size()) return false;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    const double mean = now.terms[i].second, limit = std::fmax(of_std * now.stds[i], relative * std::abs(mean));
+    if (before[i].first.text() != now.terms[i].first.text() || !(std::abs(mean - before[i].second) <= limit))
+      return false;
+  }
+  return true;
+}
+
+/// The data of a range with the switches where its own equation has them: fitted, placed and fitted again.
+RangeData settled_data(RangeResult& result, std::vector<Columns>& recordings, const CandidateLibrary& library,
+                       const IdentifyOptions& options) {
+  constexpr int most_passes = 4;  // each leaves less than a tenth of the error
+  const std::vector<DroppedTerm> dropped = result.dropped;
+  const auto data_under = [&](const WeightedTerms& equation) {
+    for (std::size_t r = 0; r < recordings.size(); ++r)
+      if (result.recording == 0 || static_cast<std::size_t>(result.recording) == r + 1)
+        place_switches(recordings[r], library, equation, options.poll);
+    result.dropped = dropped;
+    return range_data(result, recordings, library, options);
+  };
+  RangeData data = data_under({});
+  const bool matched = std::any_of(recordings.begin(), recordings.end(),
+                                   [](const Columns& columns) { return columns.switches != nullptr; });
+  WeightedTerms equation;
+  for (int pass = 0; matched && !options.methods.empty() && pass < most_passes; ++pass) {
+    const SwitchedFit now = switched_fit(data, library, options);
+    if (settled(equation, now)) break;
+    equation = now.terms;
+    data = data_under(equation);
+  }
+  return data;
+}
+
 struct Prediction {
   VectorXd mean, variance;
 };
@@ -354,7 +417,7 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
 
 }  // namespace
 
-RangeResult identify(const Range& range, const std::vector<Columns>& recordings, const CandidateLibrary& library,
+RangeResult identify(const Range& range, std::vector<Columns>& recordings, const CandidateLibrary& library,
                      const IdentifyOptions& options) {
   RangeResult result;
   result.spec = range.spec;
@@ -373,7 +436,7 @@ RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
           result.power_balance, largest_balance(*recordings[r].power, range.regime, &dsp::RegimePower::corrected));
   }
   const auto start = Clock::now();
-  const RangeData data = range_data(result, recordings, library, options);
+  const RangeData data = settled_data(result, recordings, library, options);
   result.accumulate_s = seconds_since(start);
   result.target.resize(data.train.size() + data.test.size());
   result.target << data.train, data.test;

@@ -60,9 +60,10 @@ struct IdentifyOptions {
 };
 
 /// Fits each method on the training rows of a range and judges all but what other ranges say of it (judgement).
-/// `columns` are those of each recording, of one library. Throws dsp::Fault as range_rows does, and (numerics,
+/// `recordings` are the columns of each recording, of one library; their switches are placed where the first method's
+/// equation of this range has them (place_switches), and stay so. Throws dsp::Fault as range_rows does, and (numerics,
 /// "library.nothing_left") where no candidate is left.
-[[nodiscard]] RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
+[[nodiscard]] RangeResult identify(const Range& range, std::vector<Columns>& recordings,
                                    const CandidateLibrary& library, const IdentifyOptions& options);
 
 /// The usual case in one call: the ranges of a record (its own, else default_ranges), about the zero of x that a

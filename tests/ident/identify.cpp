@@ -78,7 +78,7 @@ TEST_CASE("a Duffing oscillator is found, judged and run free", "[apps][identify
 }
 
 TEST_CASE("terms that cannot be told apart on the rows of a range are named, others not", "[apps][identify]") {
-  const auto said = [](const Bench& bench) {
+  const auto said = [](Bench& bench) {
     const ident::RangeResult result = ident::identify(range(whole()), bench.columns, bench.library, all_methods());
     std::string all;
     for (const std::string& remark : result.fits.front().fit.remarks) all += remark + "\n";
