@@ -113,6 +113,7 @@ std::vector<ident::Columns> all_columns(const Config& config, const std::vector<
       columns.push_back(ident::form_columns(libraries[i], config.fit.target, prepared, check_interrupted));
       columns.back().regimes = inputs[i].regimes;
       columns.back().power = inputs[i].power;
+      columns.back().sensors = ident::sensor_parameters(inputs[i]);
     } catch (const std::bad_alloc&) {
       throw dsp::Fault(dsp::FaultKind::numerics, "memory.exhausted",
                        fmt::format("{}: no memory for {} columns, {:.1f} MB. Use fewer terms or a lower rate.",

@@ -248,6 +248,7 @@ Prepared prepare(BusRecording bus, const PrepareOptions& options) {
   prepared.filter = column_filter(prepared.options);
   prepared.decimation = whole_sheet(prepared.options, rate_hz, prepared.filter, bus.sheet);
   const Recording& known = bus.recording;
+  prepared.channels = known.channels;
   prepared.x_is_difference = known.find(Role::x) < 0 && known.find(Role::y) >= 0 && known.find(Role::r) >= 0;
   prepared.clipped = std::move(bus.clipped);
   prepared.checks = std::move(bus.recording.checks);

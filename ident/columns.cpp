@@ -58,6 +58,7 @@ Columns form_columns(const CandidateLibrary& library, const std::string& target,
   const dsp::Motion& source = matched ? prepared.bus : prepared.signals;
   Columns result = empty_columns(library, prepared.signals, prepared.name, prepared.options.rolloff_hz,
                                  dsp::regression_signal(prepared, target));
+  result.prepared = &prepared;
   if (matched) result.switches = std::make_shared<ExactSwitches>(prepared, library);
   for (Index column = 0; column < result.phi.cols(); ++column) {
     if (poll) poll();

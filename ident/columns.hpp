@@ -10,6 +10,7 @@
 #include "dsp/segment_regimes.hpp"
 #include "dsp/sensors/power_check.hpp"
 #include "ident/candidate_library.hpp"
+#include "ident/sensors/sensor_parameters.hpp"
 
 namespace ident {
 
@@ -31,6 +32,8 @@ struct Columns {
   std::vector<dsp::Regime> regimes;      ///< per sample; empty: not looked for
   std::optional<dsp::PowerCheck> power;  ///< of its sensors; none: there was nothing to check
   std::vector<DroppedTerm> dropped;
+  const dsp::Prepared* prepared = nullptr;       ///< what they were formed from; not owned; none: a table
+  std::vector<SensorParameter> sensors = {};     ///< of the recording, which take part in every fit
   std::shared_ptr<ExactSwitches> switches = {};  ///< of recipe "matched"; else none
 };
 

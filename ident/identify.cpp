@@ -11,6 +11,8 @@
 #include "dsp/fault.hpp"
 #include "ident/library/collinearity.hpp"
 #include "ident/methods.hpp"
+#include "ident/sensors/range_sensors.hpp"
+#include "ident/validate/independent_rows.hpp"
 #include "ident/validate/judge.hpp"
 
 namespace ident {
@@ -222,8 +224,11 @@ double seconds_since(Clock::time_point start) {
 struct RangeData {
   std::vector<Index> terms;  ///< of the library, that can be told apart on the training rows
   VectorXd scale;            ///< largest magnitude of each column of the library on them
-  RFactor data;              ///< of `terms` and the target
-  VectorXd train, test;      ///< target
+  RFactor data;              ///< of `terms` and the target, the sensors integrated out
+  std::optional<RangeSensors> sensors;
+  SensorProblem joint;                 ///< of sensors, `terms` and target
+  MatrixXd sensor_train, sensor_test;  ///< the sensors' columns on the rows
+  VectorXd train, test;                ///< target
   std::vector<Index> train_samples;
   std::vector<Course> courses;
   std::vector<std::pair<std::string, double>> largest;  ///< of the signals the library looks at
@@ -263,14 +268,51 @@ RangeData range_data(RangeResult& result, const std::vector<Columns>& recordings
   return range;
 }
 
+/// The terms of a fit on the range's data.
+WeightedTerms equation_of(const Fit& found, const RangeData& range, const CandidateLibrary& library) {
+  WeightedTerms equation;
+  for (std::size_t i = 0; i < found.relevant.size(); ++i) {
+    const Index term = range.terms[static_cast<std::size_t>(found.relevant[i])];
+    equation.emplace_back(library.terms[static_cast<std::size_t>(term)].expression, found.mean(static_cast<Index>(i)));
+  }
+  return equation;
+}
+
+/// Lets the sensors take part, their columns formed with this equation.
+void add_sensors(RangeData& range, RangeSensors sensors, const WeightedTerms& equation, const RangeResult& result,
+                 const std::vector<Columns>& recordings, const IdentifyOptions& options) {
+  if (sensors.parameters().empty()) return;
+  const auto n_s = static_cast<Index>(sensors.parameters().size());
+  range.joint.prior_std.resize(n_s);
+  for (Index i = 0; i < n_s; ++i) {
+    const SensorParameter& parameter = sensors.parameters()[static_cast<std::size_t>(i)];
+    range.joint.prior_std(i) = parameter.std;
+    range.joint.sources.push_back(parameter.source);
+  }
+  sensors.form(equation, options.target, options.poll);
+  range.sensor_train = sensors.on(result.rows.train);
+  range.sensor_test = sensors.on(result.rows.test);
+  const RowsOfTerms columns(result.rows.train, recordings, range.terms);
+  range.joint.joint = r_factor(
+      columns.size(), n_s + columns.num_terms(), 1,
+      [&](Index first, Eigen::Ref<MatrixXd> block) {
+        block.leftCols(n_s) = range.sensor_train.middleRows(first, block.rows());
+        columns.read(first, block.middleCols(n_s, columns.num_terms()));
+        block.rightCols(1) = range.train.segment(first, block.rows());
+      },
+      options.num_threads);
+  range.data = without_sensors(range.joint, noise_beside_all(range.joint));
+  range.sensors.emplace(std::move(sensors));
+}
+
 /// The terms of a fit that jump, as they make an acceleration jump; none where the equation holds no acceleration.
 struct SwitchedFit {
   WeightedTerms terms;
   std::vector<double> stds;
 };
 
-SwitchedFit switched_fit(const RangeData& range, const CandidateLibrary& library, const IdentifyOptions& options) {
-  const Fit found = fit(range.data, options.methods.front());
+SwitchedFit switched_fit(const Fit& found, const RangeData& range, const CandidateLibrary& library,
+                         const IdentifyOptions& options) {
   const auto term_of = [&](std::size_t i) -> const Term& {
     return library.terms[static_cast<std::size_t>(range.terms[static_cast<std::size_t>(found.relevant[i])])];
   };
@@ -301,9 +343,10 @@ bool settled(const WeightedTerms& before, const SwitchedFit& now) {
   return true;
 }
 
-/// The data of a range with the switches where its own equation has them: fitted, placed and fitted again.
-RangeData settled_data(RangeResult& result, std::vector<Columns>& recordings, const CandidateLibrary& library,
-                       const IdentifyOptions& options) {
+/// The data of a range with the switches where its own equation has them and the sensors' columns of that equation:
+/// fitted, formed and fitted again.
+RangeData settled_data(const Range& range, RangeResult& result, std::vector<Columns>& recordings,
+                       const CandidateLibrary& library, const IdentifyOptions& options) {
   constexpr int most_passes = 4;  // each leaves less than a tenth of the error
   const std::vector<DroppedTerm> dropped = result.dropped;
   const auto data_under = [&](const WeightedTerms& equation) {
@@ -314,14 +357,20 @@ RangeData settled_data(RangeResult& result, std::vector<Columns>& recordings, co
     return range_data(result, recordings, library, options);
   };
   RangeData data = data_under({});
+  const RangeSensors sensors(range, recordings);
   const bool matched = std::any_of(recordings.begin(), recordings.end(),
                                    [](const Columns& columns) { return columns.switches != nullptr; });
+  // Coefficients without the sensors are a few per cent off, and so are the columns formed with them: not twice.
+  const int least_passes = sensors.parameters().empty() ? 0 : 2;
   WeightedTerms equation;
   for (int pass = 0; matched && !options.methods.empty() && pass < most_passes; ++pass) {
-    const SwitchedFit now = switched_fit(data, library, options);
-    if (settled(equation, now)) break;
+    const Fit found = fit(data.data, options.methods.front());
+    const SwitchedFit now = switched_fit(found, data, library, options);
+    if (settled(equation, now) && pass >= least_passes) break;
     equation = now.terms;
+    const WeightedTerms present = equation_of(found, data, library);
     data = data_under(equation);
+    add_sensors(data, sensors, present, result, recordings, options);
   }
   return data;
 }
@@ -375,7 +424,7 @@ void judge_errors(JudgedFit& judged, const RangeData& range, const Prediction& t
 
 /// The free run of an equation, or that of an earlier method which found the same one.
 FreeRun free_run_of(const JudgedFit& judged, const std::vector<JudgedFit>& earlier, const RangeData& range,
-                    const IdentifyOptions& options) {
+                    const std::vector<Course>& courses, const IdentifyOptions& options) {
   const auto twin = std::find_if(earlier.begin(), earlier.end(),
                                  [&](const JudgedFit& other) { return same_equation(other.model, judged.model); });
   FreeRun run;
@@ -385,9 +434,47 @@ FreeRun free_run_of(const JudgedFit& judged, const std::vector<JudgedFit>& earli
   else if (range.test.size() == 0)
     run.reason = "no test rows";
   else
-    run = twin != earlier.end() ? twin->free_run : free_run(judged.model, range.courses, {.poll = options.poll});
+    run = twin != earlier.end() ? twin->free_run : free_run(judged.model, courses, {.poll = options.poll});
   run.applies = options.free_run && (options.target == "a" || options.target == "ddy");  // else no equation of motion
   return run;
+}
+
+/// What the sensors are found to be beside a fit, and what the coefficients are known to with them.
+SensorPosterior posterior_with_sensors(const Fit& found, const RangeData& range, const std::vector<Index>& positions,
+                                       const VectorXd& residual_without, double& fraction) {
+  fraction = 1.0;
+  SensorPosterior posterior;
+  for (int pass = 0; pass < 2; ++pass) {  // the sensors, hence the residual, hence its colour, hence the deviations
+    posterior = sensor_posterior(range.joint, positions, found.mean, found.noise_variance, fraction);
+    fraction = independent_fraction(residual_without - range.sensor_train * posterior.sensor_mean, range.train_samples);
+  }
+  return sensor_posterior(range.joint, positions, found.mean, found.noise_variance, fraction);
+}
+
+/// Lets the sensors' values into model, predictions and the signals of the free run.
+void judge_sensors(JudgedFit& judged, const RangeData& range, const std::vector<Index>& positions, Prediction& train,
+                   Prediction& test, std::vector<dsp::Motion>& corrected, std::vector<Course>& courses,
+                   const std::vector<Columns>& recordings) {
+  if (!range.sensors || positions.empty() || !judged.fit.covariance.allFinite()) return;
+  const SensorPosterior posterior =
+      posterior_with_sensors(judged.fit, range, positions, range.train - train.mean, judged.independent_fraction);
+  set_sensor_deviations(judged.model, posterior);
+  train.mean += range.sensor_train * posterior.sensor_mean;
+  test.mean += range.sensor_test * posterior.sensor_mean;
+  const auto& parameters = range.sensors->parameters();
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const auto place = static_cast<Index>(i);
+    judged.sensors.push_back({parameters[i].name, parameters[i].unit, parameters[i].std, posterior.sensor_mean(place),
+                              posterior.sensor_std(place)});
+  }
+  corrected.reserve(courses.size());  // the courses point at them
+  for (Course& course : courses)
+    for (std::size_t r = 0; r < recordings.size(); ++r)
+      if (course.signals == recordings[r].signals && !recordings[r].sensors.empty()) {
+        corrected.push_back(range.sensors->corrected_signals(r, posterior.sensor_mean));
+        course.signals = &corrected.back();
+        break;
+      }
 }
 
 JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, const RangeData& range,
@@ -401,17 +488,23 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
   for (const Index j : range.terms) terms.push_back(&library.terms[static_cast<std::size_t>(j)]);
   for (std::string& remark : collinearity_remarks(range.data, judged.fit, terms, range.largest))
     judged.fit.remarks.push_back(std::move(remark));
+  const std::vector<Index> positions = judged.fit.relevant;
   renumber(judged.fit, range.terms, static_cast<Index>(library.terms.size()));
   name_dependent(judged.fit, library);
-  const Prediction train = predict(judged.fit, result.rows.train, recordings),
-                   test = predict(judged.fit, result.rows.test, recordings);
+  Prediction train = predict(judged.fit, result.rows.train, recordings),
+             test = predict(judged.fit, result.rows.test, recordings);
+  judged.model = make_model(
+      library, judged.fit, options.target, options.target_unit, range.scale,
+      range.sensors ? MatrixXd()
+                    : robust_covariance_of(judged.fit, range, result.rows.train, recordings, range.train - train.mean));
+  std::vector<dsp::Motion> corrected;
+  std::vector<Course> courses = range.courses;
+  judge_sensors(judged, range, positions, train, test, corrected, courses, recordings);
   const VectorXd residual = range.train - train.mean;
-  judged.model = make_model(library, judged.fit, options.target, options.target_unit, range.scale,
-                            robust_covariance_of(judged.fit, range, result.rows.train, recordings, residual));
   const Columns& first = recordings[result.recording == 0 ? 0 : static_cast<std::size_t>(result.recording) - 1];
   judged.whiteness = residual_whiteness(residual, range.train_samples, first.signals->sample_rate_hz, first.band_hz);
   judge_errors(judged, range, train, test);
-  judged.free_run = free_run_of(judged, result.fits, range, options);
+  judged.free_run = free_run_of(judged, result.fits, range, courses, options);
   return judged;
 }
 
@@ -436,7 +529,7 @@ RangeResult identify(const Range& range, std::vector<Columns>& recordings, const
           result.power_balance, largest_balance(*recordings[r].power, range.regime, &dsp::RegimePower::corrected));
   }
   const auto start = Clock::now();
-  const RangeData data = settled_data(result, recordings, library, options);
+  const RangeData data = settled_data(range, result, recordings, library, options);
   result.accumulate_s = seconds_since(start);
   result.target.resize(data.train.size() + data.test.size());
   result.target << data.train, data.test;
@@ -456,6 +549,7 @@ std::vector<RangeResult> identify(Record record, const LibraryOptions& library, 
   std::vector<Columns> columns{form_columns(compiled, options.target, record.prepared, options.poll)};
   columns.front().regimes = record.regimes;
   columns.front().power = record.power;
+  columns.front().sensors = sensor_parameters(record);
   options.target_unit = signals.find(options.target)->unit;
   std::vector<RangeResult> results;
   for (const Range& range : ranges) results.push_back(identify(range, columns, compiled, options));

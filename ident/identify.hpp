@@ -23,10 +23,18 @@ struct Figure {
   std::string reason;  ///< not empty: there is no value
 };
 
+/// What a fit makes of a sensor parameter.
+struct SensorEstimate {
+  std::string name, unit;
+  double prior_std = 0.0, mean = 0.0, std = 0.0;
+};
+
 /// One method on one range, with all that is needed to judge it.
 struct JudgedFit {
   Fit fit;  ///< terms are those of the library
   Model model;
+  std::vector<SensorEstimate> sensors;              ///< that took part; predictions and free run are with them
+  double independent_fraction = 1.0;                ///< of the training rows, by the residual's autocorrelation
   Whiteness whiteness;                              ///< of the training residual
   Figure train, test, train_centred, test_centred;  ///< NMSE
   BandShares bands;                                 ///< share of the test targets inside their predictive bands

@@ -44,6 +44,7 @@ Model make_model(const CandidateLibrary& library, const Fit& fit, const std::str
     row.column = column;
     row.mean = fit.mean(place);
     row.std = std::sqrt(fit.covariance(place, place));
+    row.std_noise = row.std;
     row.std_robust = robust.rows() > place ? std::sqrt(robust(place, place)) : nan;
     row.scale = column_scale(column);
     row.evidence_gain = fit.evidence_gain.size() > column ? fit.evidence_gain(column) : nan;
@@ -51,6 +52,21 @@ Model make_model(const CandidateLibrary& library, const Fit& fit, const std::str
     model.terms.push_back(std::move(row));
   }
   return model;
+}
+
+void set_sensor_deviations(Model& model, const SensorPosterior& posterior) {
+  model.covariance = posterior.covariance;
+  model.covariance_robust.resize(0, 0);
+  for (std::size_t j = 0; j < model.terms.size(); ++j) {
+    const auto place = static_cast<Eigen::Index>(j);
+    ModelTerm& term = model.terms[j];
+    term.std = std::sqrt(posterior.covariance(place, place));
+    term.std_noise = std::sqrt(posterior.noise_covariance(place, place));
+    term.std_robust = nan;
+    term.budget.clear();
+    for (std::size_t i = 0; i < posterior.sources.size(); ++i)
+      term.budget.emplace_back(posterior.sources[i], posterior.shares(static_cast<Eigen::Index>(i), place));
+  }
 }
 
 std::string number(double value) {

@@ -56,8 +56,36 @@ std::vector<Range> ranges_of(const Record& record, int recording, bool alone) {
 
 }  // namespace
 
+namespace {
+
+/// The base's signals in the scale and on the clock of the payload's, from where both move as one.
+void adopt_common_motion(Record& record) {
+  dsp::Prepared& prepared = record.prepared;
+  if (!prepared.equalised() || !prepared.x_is_difference) return;
+  std::optional<dsp::CommonMotion> found = dsp::find_common_motion(prepared.bus, record.segmentation);
+  if (!found || !(std::abs(found->gain - 1.0) <= dsp::largest_gain_error)) return;
+  // The lag is known from the accelerometers, too: to the deviations of both relations.
+  double related_s = 0.0;
+  for (const dsp::SensorRelation& relation : prepared.relations) related_s = std::hypot(related_s, relation.lag_std_s);
+  const double weight = 1.0 / (1.0 + std::pow(found->lead_std_s / related_s, 2));
+  const double lead_s = related_s > 0.0 ? weight * found->lead_s : 0.0;
+  for (dsp::Motion* motion : {&prepared.bus, &prepared.signals}) dsp::adopt(*motion, found->gain, lead_s);
+  prepared.checks.push_back(
+      {.name = "sensors.common_motion",
+       .status = dsp::CheckStatus::note,
+       .value = found->gain,
+       .message =
+           fmt::format("for {:.3g} s base and payload move as one: y reads {:.6g} +- {:.1g} times what r reads, "
+                       "{:.3g} +- {:.2g} us earlier; the base's signals are corrected by that",
+                       found->duration_s, found->gain, found->gain_std, 1e6 * found->lead_s, 1e6 * found->lead_std_s)});
+  record.common_motion = found;
+}
+
+}  // namespace
+
 void set_regimes(Record& record, dsp::Segmentation segmentation) {
   record.segmentation = std::move(segmentation);
+  adopt_common_motion(record);
   record.regimes = dsp::regimes_at(record.segmentation, record.prepared.bus, record.prepared.signals);
   warn_if_nothing_moves(record);
   if (record.prepared.raw_v.size() == 0) return;

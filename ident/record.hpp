@@ -5,6 +5,7 @@
 
 #include "dsp/prepare.hpp"
 #include "dsp/segment_regimes.hpp"
+#include "dsp/sensors/common_motion.hpp"
 #include "dsp/sensors/power_check.hpp"
 #include "ident/ranges.hpp"
 
@@ -16,11 +17,13 @@ struct Record {
   dsp::Segmentation segmentation;        ///< at the intermediate rate; no segments: regimes were not looked for
   std::vector<dsp::Regime> regimes;      ///< of each sample at the regression rate; empty likewise
   std::optional<dsp::PowerCheck> power;  ///< where displacement and acceleration of one body were measured
-  std::vector<dsp::RangeSpec> ranges;    ///< that a person named; none: they follow from the regimes
+  std::optional<dsp::CommonMotion> common_motion;  ///< by which the base's signals were corrected
+  std::vector<dsp::RangeSpec> ranges;              ///< that a person named; none: they follow from the regimes
 };
 
 /// Gives the record these regimes, the power check in each of them, and the checks that follow ("power.balance",
-/// "regime.no_motion").
+/// "regime.no_motion"). Where base and payload move as one, their displacement sensors, once brought to agree with the
+/// accelerometers, are brought to agree with one another ("sensors.common_motion").
 void set_regimes(Record& record, dsp::Segmentation segmentation);
 
 /// The same with the regimes found in the record: dsp::segment_regimes.

@@ -43,7 +43,10 @@ Json intervals_json(const std::vector<dsp::Interval>& intervals) {
 Json term_json(const ident::ModelTerm& term, std::string_view no_evidence) {
   Json result{{"name", term.name}, {"mean", term.mean}};
   put(result, "std", term.std, "no row is left to tell the noise");
-  put(result, "std_robust", term.std_robust, "too few rows");
+  put(result, "std_noise", term.std_noise, "no row is left to tell the noise");
+  put(result, "std_robust", term.std_robust,
+      term.budget.empty() ? "too few rows" : "the sensors' part of the deviation is in std");
+  for (const auto& [source, fraction] : term.budget) result["budget"][source] = fraction;
   put(result, "cov", term.coefficient_of_variation(),
       term.mean == 0.0 ? "the coefficient is zero" : "no row is left to tell the noise");
   result["unit"] = term.unit;
@@ -243,6 +246,14 @@ Json equation_row(const ident::JudgedFit& fit) {
   for (const std::string& remark : fit.judgement.remarks) row["remarks"].push_back(printable(remark));
   for (const ident::ModelTerm& term : fit.model.terms)
     row["terms"].push_back(term_json(term, method + " computes no evidence"));
+  row["sensors"] = Json::array();
+  for (const ident::SensorEstimate& sensor : fit.sensors)
+    row["sensors"].push_back({{"name", printable(sensor.name)},
+                              {"unit", sensor.unit},
+                              {"prior_std", sensor.prior_std},
+                              {"mean", sensor.mean},
+                              {"std", sensor.std}});
+  row["independent_fraction"] = fit.independent_fraction;
   row["covariance"] = matrix_json(fit.model.covariance);
   row["covariance_robust"] = matrix_json(fit.model.covariance_robust);
   return row;
