@@ -309,7 +309,7 @@ void add_sim(CLI::App& app, const GlobalOptions& global, const std::vector<std::
                       "dwell_s, from_hz, to_hz, step_hz; decay: amplitude_mm, dwell_s, releases");
   command->add_flag("--raw", arguments->raw, "qzs: also the recording at 25.6 kHz");
   command->add_option("--twin", arguments->twin, "qzs: T0 or T1");
-  command->add_option("--sensors", arguments->sensors, "qzs --raw: ideal, noise or full");
+  command->add_option("--sensors", arguments->sensors, "qzs --raw: ideal, noise, full or random");
   command->add_option("--from", arguments->from_s, "qzs --raw: first second of the recording");
   command->add_option("--rate", arguments->rate_hz, "qzs --raw: rate of the recording, Hz; 25600 unless lower");
   command->footer(

@@ -138,7 +138,7 @@ int run_fit(const FitArguments& arguments, Console& console) {
   const std::vector<std::string> terms = read_terms(arguments.terms);
   const ident::CandidateLibrary library =
       ident::make_library({.order = 0, .variables = {}, .terms = terms}, arguments.target, table);
-  const std::vector<ident::Columns> columns{
+  std::vector<ident::Columns> columns{
       ident::form_columns(library, arguments.target, table, arguments.table.filename().string(), check_interrupted)};
   dsp::RangeSpec all;
   all.name = "all";

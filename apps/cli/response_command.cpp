@@ -178,12 +178,11 @@ std::string text_of(const Result& result) {
   const auto& sweep = result.sweep;
   std::string text =
       printable(fmt::format("range {} by {}: {}", result.equation.range, result.equation.method, result.equation.text));
-  text += fmt::format("\n{}, {} to {} Hz in steps of {} Hz; {} draws of the coefficients ({} covariance), seed {}\n\n",
-                      result.drive == ident::DriveKind::base
-                          ? fmt::format("base motion of {:g} mm", 1e3 * sweep.amplitude_m)
-                          : fmt::format("force of {:g}", sweep.amplitude_m),
-                      sweep.from_hz, sweep.to_hz, sweep.step_hz, result.num_draws,
-                      result.equation.robust ? "robust" : "white-noise", result.seed);
+  text += fmt::format(
+      "\n{}, {} to {} Hz in steps of {} Hz; {} draws of the coefficients (covariance of {}), seed {}\n\n",
+      result.drive == ident::DriveKind::base ? fmt::format("base motion of {:g} mm", 1e3 * sweep.amplitude_m)
+                                             : fmt::format("force of {:g}", sweep.amplitude_m),
+      sweep.from_hz, sweep.to_hz, sweep.step_hz, result.num_draws, result.equation.covariance_of, result.seed);
   text += fmt::format("  {:<5} {:<34} {:>9} {:>11} {:>9}\n", "", "Hz", "step", "located", "sd");
   for (const ResponseEvent& event : response_events()) {
     const double step_hz = result.steady.response.jumps.*event.frequency_hz;
@@ -224,15 +223,16 @@ Json json_of(const Result& result) {
                 {"static_friction", result.static_friction > 0.0 ? Json(result.static_friction) : Json()},
                 {"draws", result.num_draws},
                 {"seed", result.seed},
-                {"covariance", equation.robust ? "robust" : "white noise"},
+                {"covariance", equation.covariance_of},
                 {"frequency_response", response_json(result.steady.response)},
                 {"located", {{"up", Json::object()}, {"down", Json::object()}}}};
   for (const ResponseEvent& event : response_events()) {
     const ident::DrawnFigure spread = drawn(result, event);
-    document["located"][event.way][event.key] = {{"value", number_or_null(result.steady.located.*event.frequency_hz)},
-                                                 {"draws_mean", number_or_null(spread.mean)},
-                                                 {"draws_std", number_or_null(spread.std)},
-                                                 {"draws_share", result.num_draws > 0 ? Json(spread.fraction) : Json()}};
+    document["located"][event.way][event.key] = {
+        {"value", number_or_null(result.steady.located.*event.frequency_hz)},
+        {"draws_mean", number_or_null(spread.mean)},
+        {"draws_std", number_or_null(spread.std)},
+        {"draws_share", result.num_draws > 0 ? Json(spread.fraction) : Json()}};
   }
   document["frequency_response"]["up"]["peak"]["std_m"] =
       number_or_null(ident::drawn_figure(result.draws.peak_up_m).std);

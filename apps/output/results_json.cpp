@@ -43,7 +43,12 @@ Json intervals_json(const std::vector<dsp::Interval>& intervals) {
 Json term_json(const ident::ModelTerm& term, const ident::Fit& fit, std::string_view no_evidence) {
   Json result{{"name", term.name}, {"mean", term.mean}};
   put(result, "std", term.std, fit.no_variance);
-  put(result, "std_robust", term.std_robust, fit.no_variance.empty() ? "too few rows" : fit.no_variance);
+  put(result, "std_noise", term.std_noise, fit.no_variance);
+  put(result, "std_robust", term.std_robust,
+      !fit.no_variance.empty() ? fit.no_variance
+      : term.budget.empty()    ? "too few rows"
+                               : "the sensors' part of the standard deviation is in std");
+  for (const auto& [source, fraction] : term.budget) result["budget"][source] = fraction;
   put(result, "cov", term.coefficient_of_variation(), term.mean == 0.0 ? "the coefficient is zero" : fit.no_variance);
   result["unit"] = term.unit;
   result["scale"] = term.scale;
@@ -241,6 +246,14 @@ Json equation_row(const ident::JudgedFit& fit) {
   for (const std::string& remark : fit.judgement.remarks) row["remarks"].push_back(printable(remark));
   for (const ident::ModelTerm& term : fit.model.terms)
     row["terms"].push_back(term_json(term, fit.fit, method + " computes no evidence"));
+  row["sensors"] = Json::array();
+  for (const ident::SensorEstimate& sensor : fit.sensors)
+    row["sensors"].push_back({{"name", printable(sensor.name)},
+                              {"unit", sensor.unit},
+                              {"prior_std", sensor.prior_std},
+                              {"mean", sensor.mean},
+                              {"std", sensor.std}});
+  row["independent_fraction"] = fit.independent_fraction;
   row["covariance"] = matrix_json(fit.model.covariance);
   row["covariance_robust"] = matrix_json(fit.model.covariance_robust);
   return row;
