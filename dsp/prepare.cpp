@@ -261,6 +261,7 @@ Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& optio
   prepared.filter = column_filter(prepared.options);
   prepared.decimation = whole_sheet(prepared.options, rate_hz, prepared.filter, intermediate.sheet);
   const Recording& known = intermediate.recording;
+  prepared.channels = known.channels;
   prepared.x_is_difference = known.find(Role::x) < 0 && known.find(Role::y) >= 0 && known.find(Role::r) >= 0;
   prepared.clipped = std::move(intermediate.clipped);
   prepared.checks = std::move(intermediate.recording.checks);

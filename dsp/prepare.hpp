@@ -49,6 +49,7 @@ struct Prepared {
                            ///< columns of recipe "paper"
   ColumnFilter filter;     ///< from intermediate to regression rate, with the high-pass that all accelerometers share
   std::vector<double> highpass_hz;          ///< its cut-offs; none: columns keep their means
+  std::vector<Channel> channels;            ///< of the recording
   std::optional<FilterSheet> decimation;    ///< from the recording to the regression rate
   std::vector<SensorRelation> relations;    ///< between displacement and accelerometer of base and payload
   std::vector<SensorRelation> derivatives;  ///< between other channels one of which is the other's derivative

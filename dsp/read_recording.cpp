@@ -155,7 +155,8 @@ struct RecordingReader::State {
       // A file that begins late holds samples that are ahead of the clock.
       const double late_s = late_start_s(files[pick.file], description.clock_start_s, description.sample_rate_hz);
       description.channels.push_back({channel.name, channel.role, calibration.unit, channel.delay_s - late_s,
-                                      channel.highpass_hz, calibration.calibrated});
+                                      channel.highpass_hz, calibration.calibrated, channel.sensitivity_uncertainty,
+                                      measured(channel.range, channel), measured(channel.drift, channel)});
     }
     if (!missing.empty())
       throw Fault(FaultKind::input, "calibration.missing",

@@ -11,10 +11,12 @@ namespace dsp {
 struct Channel {
   std::string name;
   Role role = Role::other;
-  std::string unit;                 ///< of the samples: SI ("m", "m/s^2", "N", "V", "rad", ...)
-  double delay_s = 0.0;             ///< known lag of this channel behind the clock; not yet removed
-  std::vector<double> highpass_hz;  ///< known cut-offs of its AC coupling, one pole each
-  bool calibrated = true;           ///< false: samples are raw units because the user asked for that
+  std::string unit;                       ///< of the samples: SI ("m", "m/s^2", "N", "V", "rad", ...)
+  double delay_s = 0.0;                   ///< known lag of this channel behind the clock; not yet removed
+  std::vector<double> highpass_hz;        ///< known cut-offs of its AC coupling, one pole each
+  bool calibrated = true;                 ///< false: samples are raw units because the user asked for that
+  double sensitivity_uncertainty = 0.01;  ///< standard deviation of the sensitivity, as a fraction: a maker's usual
+  double range = 0.0, drift = 0.0;  ///< of the sensor: largest reading, standard deviation of its zero; 0: not known
 };
 
 /// An interval of a recording that must not be used, in seconds from its first sample.

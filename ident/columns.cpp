@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
+
+#include "ident/exact_switches.hpp"
 
 namespace ident {
 namespace {
@@ -14,7 +17,7 @@ using Eigen::VectorXd;
 
 Columns empty_columns(const CandidateLibrary& library, const dsp::Motion& signals, const std::string& name,
                       double band_hz, VectorXd target) {
-  Columns result{name, &signals, band_hz, {}, std::move(target), {}, {}, {}};
+  Columns result{.name = name, .signals = &signals, .band_hz = band_hz, .phi = {}, .target = std::move(target)};
   result.phi.resize(signals.num_samples(), static_cast<Index>(library.terms.size()));
   return result;
 }
@@ -43,6 +46,10 @@ VectorXd through_filter(const VectorXd& values, const dsp::ColumnFilter& filter)
   return filtered;
 }
 
+VectorXd matched_column(const ExactSwitches& switches, const Term& term) {
+  return through_filter(switches.samples(term.expression), switches.prepared().filter);
+}
+
 }  // namespace
 
 double column_bytes(const dsp::Motion& signals, std::size_t num_terms) {
@@ -55,6 +62,8 @@ Columns form_columns(const CandidateLibrary& library, const std::string& target,
   const dsp::Motion& source = matched ? prepared.intermediate : prepared.signals;
   Columns result = empty_columns(library, prepared.signals, prepared.name, prepared.options.rolloff_hz,
                                  dsp::regression_signal(prepared, target));
+  result.prepared = &prepared;
+  if (matched) result.switches = std::make_shared<ExactSwitches>(prepared, library);
   for (Index column = 0; column < result.phi.cols(); ++column) {
     if (poll) poll();
     const Term& term = library.terms[static_cast<std::size_t>(column)];
@@ -62,18 +71,34 @@ Columns form_columns(const CandidateLibrary& library, const std::string& target,
       result.phi.col(column) = dsp::regression_signal(prepared, term.name);
       continue;
     }
-    VectorXd values = term.expression.evaluate(source, matched ? SwitchSampling::cell_average : SwitchSampling::point);
+    VectorXd values = term.expression.evaluate(source);
     if (const Index bad = first_bad(values, source); bad >= 0) {
       drop(result, column, term.name, source, values, bad);
       continue;
     }
     for (double& value : values)
       if (!std::isfinite(value)) value = 0.0;  // excluded samples only; their margins cover the filter's reach
-    result.phi.col(column) = matched ? through_filter(values, prepared.filter) : values;
+    result.phi.col(column) = matched ? matched_column(*result.switches, term) : values;
     if (matched && result.phi.col(column).isZero(0.0) && !values.isZero(0.0))
       result.dropped.push_back({term.name, "constant, and accelerometers pass no constant"});
   }
   return result;
+}
+
+void place_switches(Columns& columns, const CandidateLibrary& library, const WeightedTerms& equation,
+                    const std::function<void()>& poll) {
+  if (columns.switches == nullptr || (equation.empty() && !columns.switches->settled())) return;
+  columns.switches->settle(equation);
+  for (Index column = 0; column < columns.phi.cols(); ++column) {
+    const Term& term = library.terms[static_cast<std::size_t>(column)];
+    const bool dropped = std::any_of(columns.dropped.begin(), columns.dropped.end(),
+                                     [&](const DroppedTerm& one) { return one.name == term.name; });
+    if (dropped || columns.signals->find(term.name) != nullptr ||
+        !columns.switches->depends_on_equation(term.expression))
+      continue;
+    if (poll) poll();
+    columns.phi.col(column) = matched_column(*columns.switches, term);
+  }
 }
 
 Columns form_columns(const CandidateLibrary& library, const std::string& target, const dsp::Motion& table,
@@ -82,7 +107,7 @@ Columns form_columns(const CandidateLibrary& library, const std::string& target,
   for (Index column = 0; column < result.phi.cols(); ++column) {
     if (poll) poll();
     const Term& term = library.terms[static_cast<std::size_t>(column)];
-    const VectorXd values = term.expression.evaluate(table, SwitchSampling::point);
+    const VectorXd values = term.expression.evaluate(table);
     if (const Index bad = first_bad(values, table); bad >= 0)
       drop(result, column, term.name, table, values, bad);
     else

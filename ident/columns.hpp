@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,8 +10,11 @@
 #include "dsp/segment_regimes.hpp"
 #include "dsp/sensors/power_check.hpp"
 #include "ident/library.hpp"
+#include "ident/sensors/sensor_parameters.hpp"
 
 namespace ident {
+
+class ExactSwitches;
 
 /// A candidate that could not be used, and why, with the first offending row and value.
 struct DroppedTerm {
@@ -28,17 +32,25 @@ struct Columns {
   std::vector<dsp::Regime> regimes;      ///< per sample; empty: not looked for
   std::optional<dsp::PowerCheck> power;  ///< of its sensors; none: there was nothing to check
   std::vector<DroppedTerm> dropped;
+  const dsp::Prepared* prepared = nullptr;       ///< what they were formed from; not owned; none: a table
+  std::vector<SensorParameter> sensors = {};     ///< of the recording, which take part in every fit
+  std::shared_ptr<ExactSwitches> switches = {};  ///< of recipe "matched"; else none
 };
 
 /// What phi takes for this many terms.
 [[nodiscard]] double column_bytes(const dsp::Motion& signals, std::size_t num_terms);
 
-/// "matched": each term is evaluated at the intermediate rate and passes the target's filter; "paper": terms are
-/// evaluated on the filtered signals. Sample i of the result is sample i of prepared.signals, which must outlive it.
-/// `poll` is called before each column and may throw to stop. Throws std::invalid_argument for a target that is no
-/// signal.
+/// "matched": each term is formed with exact switches (exact_switches.hpp) and passes the target's filter; "paper":
+/// terms are evaluated on the filtered signals, sgn(g) at the point. Sample i of the result is sample i of
+/// prepared.signals; `prepared` must outlive it. `poll` is called before each column and may throw to stop. Throws
+/// std::invalid_argument for a target that is no signal.
 [[nodiscard]] Columns form_columns(const CandidateLibrary& library, const std::string& target,
                                    const dsp::Prepared& prepared, const std::function<void()>& poll = {});
+
+/// Forms the columns again that depend on where an equation's switches are; none: as form_columns left them. Columns of
+/// no recipe "matched" stay as they are. `library` is the one they were formed of.
+void place_switches(Columns& columns, const CandidateLibrary& library, const WeightedTerms& equation,
+                    const std::function<void()>& poll = {});
 
 /// A plain table: terms are evaluated row by row, sgn(g) at the point. The table must outlive the result.
 [[nodiscard]] Columns form_columns(const CandidateLibrary& library, const std::string& target, const dsp::Motion& table,

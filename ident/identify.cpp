@@ -6,12 +6,15 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <numeric>
+#include <limits>
+#include <utility>
+#include <variant>
 
-#include "dsp/fault.hpp"
 #include "ident/library/collinearity.hpp"
 #include "ident/methods.hpp"
 #include "ident/rows_of_terms.hpp"
+#include "ident/settle_columns.hpp"
+#include "ident/validate/independent_rows.hpp"
 #include "ident/validate/judge.hpp"
 
 namespace ident {
@@ -23,112 +26,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
-std::vector<Index> first_integers(Index count) {
-  std::vector<Index> all(static_cast<std::size_t>(count));
-  std::iota(all.begin(), all.end(), Index{0});
-  return all;
-}
-
-VectorXd target_of(const std::vector<Row>& rows, const std::vector<Columns>& recordings) {
-  VectorXd target(static_cast<Index>(rows.size()));
-  for (Index i = 0; i < target.size(); ++i) {
-    const Row& row = rows[static_cast<std::size_t>(i)];
-    target(i) = recordings[row.recording].target(row.sample);
-  }
-  return target;
-}
-
-/// The index in time of each row, the records one behind the other.
-std::vector<Index> samples_in_time(const std::vector<Row>& rows, const std::vector<Columns>& recordings) {
-  std::vector<Index> begin(recordings.size(), 0), samples;
-  for (std::size_t r = 1; r < recordings.size(); ++r)
-    begin[r] = begin[r - 1] + recordings[r - 1].signals->num_samples();
-  samples.reserve(rows.size());
-  for (const Row& row : rows) samples.push_back(begin[row.recording] + row.sample);
-  return samples;
-}
-
-/// Of each column on the training rows.
-struct ColumnExtent {
-  VectorXd largest;  ///< magnitude
-  std::vector<bool> is_constant;
-};
-
-ColumnExtent extent_of(const RowsOfTerms& rows) {
-  constexpr double rounding = 1e-13;  // of a column that a filter or an expression leaves constant
-  VectorXd lowest = VectorXd::Constant(rows.num_terms(), INFINITY), highest = -lowest;
-  rows.for_each_block([&](Index, const MatrixXd& block) {
-    lowest = lowest.cwiseMin(block.colwise().minCoeff().transpose());
-    highest = highest.cwiseMax(block.colwise().maxCoeff().transpose());
-  });
-  ColumnExtent extent{lowest.cwiseAbs().cwiseMax(highest.cwiseAbs()), {}};
-  for (Index j = 0; j < extent.largest.size(); ++j)
-    extent.is_constant.push_back(highest(j) - lowest(j) <= rounding * extent.largest(j));
-  return extent;
-}
-
-/// The terms that are neither dropped already nor zero on all rows; the latter are named.
-std::vector<Index> terms_with_values(const CandidateLibrary& library, const ColumnExtent& extent,
-                                     std::vector<DroppedTerm>& dropped) {
-  const std::vector<DroppedTerm> known = dropped;
-  std::vector<Index> kept;
-  for (Index j = 0; j < extent.largest.size(); ++j) {
-    const std::string& name = library.terms[static_cast<std::size_t>(j)].name;
-    if (std::any_of(known.begin(), known.end(), [&](const DroppedTerm& term) { return term.name == name; })) continue;
-    if (extent.largest(j) > 0.0)
-      kept.push_back(j);
-    else
-      dropped.push_back({name, "zero on all training rows"});
-  }
-  return kept;
-}
-
-/// Of `terms`, whose R factor is `data`, the positions of those that can be distinguished; the others are named. R has
-/// the lengths and angles of the columns themselves.
-std::vector<Index> distinct_positions(const CandidateLibrary& library, const std::vector<Index>& terms,
-                                      const ColumnExtent& extent, const RFactor& data,
-                                      std::vector<DroppedTerm>& dropped) {
-  constexpr double rounding = 1e-13;  // of unit vectors that are sums over up to 1e6 rows
-  const auto name = [&](Index position) -> const std::string& {
-    return library.terms[static_cast<std::size_t>(terms[static_cast<std::size_t>(position)])].name;
-  };
-  MatrixXd unit(data.R.rows(), data.num_terms);
-  std::vector<Index> kept;
-  Index constant = -1;
-  for (Index j = 0; j < data.num_terms; ++j) {
-    unit.col(j) = data.R.col(j).stableNormalized();
-    const bool is_constant = extent.is_constant[static_cast<std::size_t>(terms[static_cast<std::size_t>(j)])];
-    const auto twin = std::find_if(kept.begin(), kept.end(), [&](Index i) {
-      return (unit.col(j) - unit.col(i)).norm() <= rounding || (unit.col(j) + unit.col(i)).norm() <= rounding;
-    });
-    if (is_constant && constant >= 0) {
-      dropped.push_back({name(j), fmt::format("constant on the training rows, as {} is", name(constant))});
-    } else if (twin != kept.end()) {
-      dropped.push_back({name(j), fmt::format("proportional to {} on the training rows", name(*twin))});
-    } else {
-      if (is_constant) constant = j;
-      kept.push_back(j);
-    }
-  }
-  return kept;
-}
-
-/// Greatest magnitude on these rows of each signal the library uses.
-std::vector<std::pair<std::string, double>> largest_signals(const CandidateLibrary& library,
-                                                            const std::vector<Row>& rows,
-                                                            const std::vector<Columns>& recordings) {
-  std::vector<std::pair<std::string, double>> largest;
-  for (const Term& term : library.terms)
-    for (const std::string& name : term.expression.signals()) {
-      if (std::any_of(largest.begin(), largest.end(), [&](const auto& known) { return known.first == name; })) continue;
-      largest.emplace_back(name, 0.0);
-      for (const Row& row : rows)
-        if (const dsp::Signal* signal = recordings[row.recording].signals->find(name))
-          largest.back().second = std::max(largest.back().second, std::abs(signal->values(row.sample)));
-    }
-  return largest;
-}
 
 /// Sentences on the terms that least squares left out because others make them up.
 void name_dependent(Fit& fit, const CandidateLibrary& library) {
@@ -155,83 +52,8 @@ void fill_in(dsp::RangeSpec& spec, const RangeRows& rows, int recording, const s
         rows.test.empty() ? spec.to_s : static_cast<double>(rows.test.front().sample) / signals.sample_rate_hz;
 }
 
-/// The test part of each recording as index ranges to run through, and the rows that count.
-std::vector<Course> courses_of(const RangeRows& rows, const std::vector<Columns>& recordings) {
-  std::vector<Course> courses;
-  for (std::size_t r = 0; r < recordings.size(); ++r) {
-    const dsp::Motion& signals = *recordings[r].signals;
-    Course course{&signals, {}, std::vector<unsigned char>(static_cast<std::size_t>(signals.num_samples()), 0)};
-    Index first_test = signals.num_samples();
-    for (const Row& row : rows.test)
-      if (row.recording == r) {
-        course.scored[static_cast<std::size_t>(row.sample)] = 1;
-        first_test = std::min(first_test, row.sample);
-      }
-    Index previous = -2;
-    for (const Index i : rows.usable[r]) {
-      if (i < first_test) continue;
-      // A range begins at a row that counts: its state is measured where the equation is said to hold.
-      const bool continues = i == previous + 1;
-      if (!continues && course.scored[static_cast<std::size_t>(i)] == 0) continue;
-      if (!continues) course.ranges.push_back({i, i});
-      course.ranges.back().last = i + 1;
-      previous = i;
-    }
-    if (!course.ranges.empty()) courses.push_back(std::move(course));
-  }
-  return courses;
-}
-
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-/// All that the methods have in common on one range.
-struct RangeData {
-  std::vector<Index> terms;  ///< of the library, that can be distinguished on the training rows
-  VectorXd scale;            ///< largest magnitude of each column of the library on them
-  RFactor data;              ///< of `terms` and the target
-  VectorXd train, test;      ///< target
-  std::vector<Index> train_samples;
-  std::vector<Course> courses;
-  std::vector<std::pair<std::string, double>> largest;  ///< of the signals the library looks at
-};
-
-RangeData range_data(RangeResult& result, const std::vector<Columns>& recordings, const CandidateLibrary& library,
-                     const IdentifyOptions& options) {
-  RangeData range;
-  const std::vector<Row>& rows = result.rows.train;
-  const ColumnExtent extent = extent_of({rows, recordings, first_integers(static_cast<Index>(library.terms.size()))});
-  range.scale = extent.largest;
-  range.train = target_of(rows, recordings);
-  range.test = target_of(result.rows.test, recordings);
-  range.terms = terms_with_values(library, extent, result.dropped);
-  if (range.terms.empty())
-    throw dsp::Fault(dsp::FaultKind::numerics, "library.nothing_left",
-                     fmt::format("range '{}': every candidate term was dropped; the first, {}, is {}.",
-                                 result.spec.name, result.dropped.front().name, result.dropped.front().reason));
-  const RowsOfTerms columns(rows, recordings, range.terms);
-  Eigen::RowVectorXd largest(columns.num_terms() + 1);
-  largest << extent.largest(range.terms).transpose(), range.train.cwiseAbs().maxCoeff();
-  range.data = r_factor(
-      columns.size(), columns.num_terms(), largest,
-      [&](Index first, Eigen::Ref<MatrixXd> block) {
-        if (options.poll) options.poll();
-        columns.read(first, block.leftCols(columns.num_terms()));
-        block.rightCols(1) = range.train.segment(first, block.rows());
-      },
-      options.num_threads);
-  const std::vector<Index> kept = distinct_positions(library, range.terms, extent, range.data, result.dropped);
-  if (kept.size() < range.terms.size()) {
-    range.data = select(range.data, kept, 0);
-    std::vector<Index> terms;
-    for (const Index position : kept) terms.push_back(range.terms[static_cast<std::size_t>(position)]);
-    range.terms = std::move(terms);
-  }
-  range.train_samples = samples_in_time(rows, recordings);
-  if (options.free_run) range.courses = courses_of(result.rows, recordings);
-  range.largest = largest_signals(library, rows, recordings);
-  return range;
 }
 
 struct Prediction {
@@ -281,7 +103,7 @@ void judge_errors(JudgedFit& judged, const RangeData& range, const Prediction& t
 
 /// The free run of an equation, or that of an earlier method which found the same one.
 FreeRun free_run_of(const JudgedFit& judged, const std::vector<JudgedFit>& earlier, const RangeData& range,
-                    const IdentifyOptions& options) {
+                    const std::vector<Course>& courses, const IdentifyOptions& options) {
   const auto twin = std::find_if(earlier.begin(), earlier.end(),
                                  [&](const JudgedFit& other) { return same_equation(other.model, judged.model); });
   FreeRun run;
@@ -291,9 +113,49 @@ FreeRun free_run_of(const JudgedFit& judged, const std::vector<JudgedFit>& earli
   else if (range.test.size() == 0)
     run.reason = "no test rows";
   else
-    run = twin != earlier.end() ? twin->free_run : free_run(judged.model, range.courses, {.poll = options.poll});
+    run = twin != earlier.end() ? twin->free_run : free_run(judged.model, courses, {.poll = options.poll});
   run.applies = options.free_run && (options.target == "a" || options.target == "ddy");  // else no equation of motion
   return run;
+}
+
+/// What the sensors are found to be beside a fit, and what the coefficients are known to with them.
+SensorPosterior posterior_with_sensors(const Fit& found, const RangeData& range, const std::vector<Index>& positions,
+                                       const VectorXd& residual_without, double& fraction) {
+  fraction = 1.0;
+  SensorPosterior posterior;
+  for (int pass = 0; pass < 2; ++pass) {  // sensors, hence residual, hence its colour, hence std
+    posterior = sensor_posterior(range.joint, positions, found.mean, found.noise_variance, fraction);
+    fraction = independent_fraction(residual_without - range.sensor_train * posterior.sensor_mean, range.train_samples);
+  }
+  return sensor_posterior(range.joint, positions, found.mean, found.noise_variance, fraction);
+}
+
+/// Lets the sensors' values into model, predictions and the signals of the free run.
+void judge_sensors(JudgedFit& judged, const RangeData& range, const std::vector<Index>& positions, Prediction& train,
+                   Prediction& test, std::vector<dsp::Motion>& corrected, std::vector<Course>& courses,
+                   const std::vector<Columns>& recordings) {
+  if (!range.sensors || positions.empty() || !judged.fit.covariance.allFinite()) return;
+  SensorPosterior posterior =
+      posterior_with_sensors(judged.fit, range, positions, range.train - train.mean, judged.independent_fraction);
+  const VectorXd widening = judged.fit.interval_covariance().diagonal().cwiseQuotient(judged.fit.covariance.diagonal());
+  add_terms_left_out(posterior, widening.cwiseSqrt().cwiseMax(1.0));
+  set_sensor_posterior(judged.model, posterior);
+  train.mean += range.sensor_train * posterior.sensor_mean;
+  test.mean += range.sensor_test * posterior.sensor_mean;
+  const auto& parameters = range.sensors->parameters();
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const auto index = static_cast<Index>(i);
+    judged.sensors.push_back({parameters[i].name, parameters[i].unit, parameters[i].std, posterior.sensor_mean(index),
+                              posterior.sensor_std(index)});
+  }
+  corrected.reserve(courses.size());  // the courses point at them
+  for (Course& course : courses)
+    for (std::size_t r = 0; r < recordings.size(); ++r)
+      if (course.signals == recordings[r].signals && !recordings[r].sensors.empty()) {
+        corrected.push_back(range.sensors->corrected_signals(r, posterior.sensor_mean));
+        course.signals = &corrected.back();
+        break;
+      }
 }
 
 JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, const RangeData& range,
@@ -301,33 +163,37 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
                      const IdentifyOptions& options) {
   JudgedFit judged;
   const auto start = Clock::now();
-  MethodOptions polled = method;
-  std::visit([&](auto& own) { own.poll = options.poll; }, polled);
-  judged.fit = fit(range.data, polled);
+  judged.fit = fit(range.data, with_poll(method, options.poll));
   judged.solve_s = seconds_since(start);
   std::vector<const Term*> terms;
   for (const Index j : range.terms) terms.push_back(&library.terms[static_cast<std::size_t>(j)]);
   for (std::string& remark : collinearity_remarks(range.data, judged.fit, terms, range.largest, options.poll))
     judged.fit.remarks.push_back(std::move(remark));
+  const std::vector<Index> positions = judged.fit.relevant;
   renumber(judged.fit, range.terms, static_cast<Index>(library.terms.size()));
   name_dependent(judged.fit, library);
   if (!judged.fit.no_variance.empty())
     judged.fit.remarks.push_back("no standard deviations: " + judged.fit.no_variance);
-  const Prediction train = predict(judged.fit, result.rows.train, recordings),
-                   test = predict(judged.fit, result.rows.test, recordings);
+  Prediction train = predict(judged.fit, result.rows.train, recordings),
+             test = predict(judged.fit, result.rows.test, recordings);
+  judged.model = make_model(
+      library, judged.fit, options.target, options.target_unit, range.scale,
+      range.sensors ? MatrixXd()
+                    : robust_covariance_of(judged.fit, range, result.rows.train, recordings, range.train - train.mean));
+  std::vector<dsp::Motion> corrected;
+  std::vector<Course> courses = range.courses;
+  judge_sensors(judged, range, positions, train, test, corrected, courses, recordings);
   const VectorXd residual = range.train - train.mean;
-  judged.model = make_model(library, judged.fit, options.target, options.target_unit, range.scale,
-                            robust_covariance_of(judged.fit, range, result.rows.train, recordings, residual));
   const Columns& first = recordings[result.recording == 0 ? 0 : static_cast<std::size_t>(result.recording) - 1];
   judged.whiteness = residual_whiteness(residual, range.train_samples, first.signals->sample_rate_hz, first.band_hz);
   judge_errors(judged, range, train, test);
-  judged.free_run = free_run_of(judged, result.fits, range, options);
+  judged.free_run = free_run_of(judged, result.fits, range, courses, options);
   return judged;
 }
 
 }  // namespace
 
-RangeResult identify(const Range& range, const std::vector<Columns>& recordings, const CandidateLibrary& library,
+RangeResult identify(const Range& range, std::vector<Columns>& recordings, const CandidateLibrary& library,
                      const IdentifyOptions& options) {
   RangeResult result;
   result.spec = range.spec;
@@ -346,7 +212,7 @@ RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
           result.power_balance, largest_balance(*recordings[r].power, range.regime, &dsp::RegimePower::corrected));
   }
   const auto start = Clock::now();
-  const RangeData data = range_data(result, recordings, library, options);
+  const RangeData data = settled_data(range, result, recordings, library, options);
   result.accumulate_s = seconds_since(start);
   result.target.resize(data.train.size() + data.test.size());
   result.target << data.train, data.test;
@@ -357,7 +223,7 @@ RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
   return result;
 }
 
-std::vector<RangeResult> identify(const std::vector<Range>& ranges, const std::vector<Columns>& recordings,
+std::vector<RangeResult> identify(const std::vector<Range>& ranges, std::vector<Columns>& recordings,
                                   const CandidateLibrary& library, const IdentifyOptions& options) {
   std::vector<RangeResult> results;
   for (const Range& range : ranges) {

@@ -23,10 +23,18 @@ struct Figure {
   std::string reason;  ///< not empty: there is no value
 };
 
+/// What a fit makes of a sensor parameter.
+struct SensorEstimate {
+  std::string name, unit;
+  double prior_std = 0.0, mean = 0.0, std = 0.0;
+};
+
 /// One method on one range, with all that is needed to judge it.
 struct JudgedFit {
   Fit fit;  ///< terms are those of the library
   Model model;
+  std::vector<SensorEstimate> sensors;              ///< that took part; predictions and free run are with them
+  double independent_fraction = 1.0;                ///< of the training rows, by the residual's autocorrelation
   Whiteness whiteness;                              ///< of the training residual
   Figure train, test, train_centred, test_centred;  ///< NMSE
   BandFractions bands;                              ///< fraction of the test targets inside their predictive bands
@@ -55,22 +63,22 @@ struct IdentifyOptions {
   std::string target = "a", target_unit;
   std::vector<MethodOptions> methods = {FastRvmOptions{}, SlowRvmOptions{}, StlsqOptions{}};
   int num_threads = 1;
-  bool free_run = true;                                 ///< false: the rows of a table are no time response
-  Poll poll = {};                                       ///< called within fits and free runs, from any thread
-  std::function<void(const Range&)> before_range = {};  ///< called before each of several ranges is fitted
+  bool free_run = true;                                      ///< false: the rows of a table are no time response
+  Poll poll = {};                                            ///< called within fits and free runs, from any thread
+  std::function<void(const Range&)> before_range = {};       ///< called before each of several ranges is fitted
   std::function<void(const RangeResult&)> after_range = {};  ///< and behind each, before it is judged
 };
 
 /// Fits each method on the training rows of a range and judges all but what other ranges say of it (judgement).
-/// `columns` are those of each recording, of one library. Throws dsp::Fault as range_rows does, and (numerics,
+/// `recordings` are the columns of each recording, of one library; their switches are placed where the first method's
+/// equation of this range has them (place_switches), and stay so. Throws dsp::Fault as range_rows does, and (numerics,
 /// "library.nothing_left") where no candidate is left.
-[[nodiscard]] RangeResult identify(const Range& range, const std::vector<Columns>& recordings,
+[[nodiscard]] RangeResult identify(const Range& range, std::vector<Columns>& recordings,
                                    const CandidateLibrary& library, const IdentifyOptions& options);
 
 /// Each range in turn, judged beside the others.
-[[nodiscard]] std::vector<RangeResult> identify(const std::vector<Range>& ranges,
-                                                const std::vector<Columns>& recordings, const CandidateLibrary& library,
-                                                const IdentifyOptions& options);
+[[nodiscard]] std::vector<RangeResult> identify(const std::vector<Range>& ranges, std::vector<Columns>& recordings,
+                                                const CandidateLibrary& library, const IdentifyOptions& options);
 
 /// The usual case in one call: the ranges of a record (its own, else default_ranges), about the zero of x that a
 /// difference of two displacements needs, by the library given; judged. Throws as record_library, record_columns

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
+#include <variant>
 
 namespace ident {
 namespace {
@@ -104,6 +105,11 @@ Fit fit(const RFactor& data, const MethodOptions& options) {
 
 std::string_view to_string(Method method) {
   return description(method).name;
+}
+
+MethodOptions with_poll(MethodOptions options, const Poll& poll) {
+  std::visit([&](auto& own) { own.poll = poll; }, options);
+  return options;
 }
 
 }  // namespace ident

@@ -62,5 +62,7 @@ class MethodSettings {
 /// Regression of the only target by the method whose options these are. Throws std::invalid_argument for several
 /// targets, and for options out of their range.
 [[nodiscard]] Fit fit(const RFactor& data, const MethodOptions& options);
+/// These options with this poll.
+[[nodiscard]] MethodOptions with_poll(MethodOptions options, const Poll& poll);
 
 }  // namespace ident

@@ -44,6 +44,7 @@ Model make_model(const CandidateLibrary& library, const Fit& fit, const std::str
     row.column = column;
     row.mean = fit.mean(index);
     row.std = std::sqrt(fit.covariance(index, index));
+    row.std_noise = row.std;
     row.std_robust = robust.rows() > index ? std::sqrt(robust(index, index)) : nan;
     row.scale = column_scale(column);
     row.evidence_gain = fit.evidence_gain.size() > column ? fit.evidence_gain(column) : nan;
@@ -54,6 +55,21 @@ Model make_model(const CandidateLibrary& library, const Fit& fit, const std::str
     if (!std::binary_search(fit.relevant.begin(), fit.relevant.end(), i) && std::isfinite(fit.evidence_gain(i)))
       model.rejected.push_back({library.terms[static_cast<std::size_t>(i)].name, fit.inclusion_probability(i)});
   return model;
+}
+
+void set_sensor_posterior(Model& model, const SensorPosterior& posterior) {
+  model.covariance = posterior.covariance;
+  model.covariance_robust.resize(0, 0);
+  for (std::size_t j = 0; j < model.terms.size(); ++j) {
+    const auto index = static_cast<Eigen::Index>(j);
+    ModelTerm& term = model.terms[j];
+    term.std = std::sqrt(posterior.covariance(index, index));
+    term.std_noise = std::sqrt(posterior.noise_covariance(index, index));
+    term.std_robust = nan;
+    term.budget.clear();
+    for (std::size_t i = 0; i < posterior.sources.size(); ++i)
+      term.budget.emplace_back(posterior.sources[i], posterior.fractions(static_cast<Eigen::Index>(i), index));
+  }
 }
 
 std::string number(double value) {

@@ -1,10 +1,12 @@
 #pragma once
 #include <Eigen/Core>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "ident/fit.hpp"
 #include "ident/library.hpp"
+#include "ident/sensors/sensor_fit.hpp"
 
 namespace ident {
 
@@ -12,12 +14,15 @@ struct ModelTerm {
   std::string name, unit;              ///< the candidate term; the unit of its coefficient (SI, may be empty)
   Eigen::Index column = 0;             ///< its index in the library
   double mean = 0.0;                   ///< posterior on the kept terms (Eq. 12 of [QZS23])
-  double std = 0.0;                    ///< with what terms too weak to be kept may take from it
-  double std_noise = 0.0;              ///< of the noise alone, on the kept terms as their std
+  double std = 0.0;                    ///< total: of noise, terms too weak to be kept, and sensors
+  double std_noise = 0.0;              ///< of white noise alone, on the kept terms with the sensors known (Eq. 13)
   double std_robust = 0.0;             ///< without assuming a white residual; NaN: not known
   double scale = 0.0;                  ///< largest magnitude of the column over the training rows
   double evidence_gain = 0.0;          ///< 2 dL; NaN for methods without an evidence
   double inclusion_probability = 0.0;  ///< 1 / (1 + exp((tau - gain) / 2)); NaN likewise
+  /// Sources of the variance and by what fraction it would fall were they known ("noise": what would be left were all
+  /// sensors known); empty where no sensor takes part.
+  std::vector<std::pair<std::string, double>> budget = {};
   [[nodiscard]] double coefficient_of_variation() const;  ///< std / |mean|
   [[nodiscard]] double t() const;                         ///< mean / std
 };
@@ -33,7 +38,7 @@ struct Model {
   std::string target, target_unit;
   std::vector<ModelTerm> terms;
   double noise_std = 0.0;              ///< of the target
-  Eigen::MatrixXd covariance;          ///< of the coefficients, in the order of terms (Eq. 13)
+  Eigen::MatrixXd covariance;          ///< of the coefficients, in the order of terms: total
   Eigen::MatrixXd covariance_robust;   ///< without assuming a white residual; empty: not known
   std::vector<RejectedTerm> rejected;  ///< in the order of the library; empty for methods without an evidence
 };
@@ -43,6 +48,10 @@ struct Model {
 [[nodiscard]] Model make_model(const CandidateLibrary& library, const Fit& fit, const std::string& target,
                                const std::string& target_unit, const Eigen::VectorXd& column_scale,
                                const Eigen::MatrixXd& robust);
+
+/// Gives the coefficients the standard deviations of noise and sensors together, with their budget, instead of the
+/// noise's alone or those of a robust covariance.
+void set_sensor_posterior(Model& model, const SensorPosterior& posterior);
 
 /// Six significant digits at most, no trailing zeros: "-57.3912", "8.87e+04".
 [[nodiscard]] std::string number(double value);

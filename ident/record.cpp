@@ -56,17 +56,42 @@ std::vector<Range> ranges_of(const Record& record, int recording, bool alone) {
   return ranges;
 }
 
-/// What a recording takes while it is fitted: signals on the bus and filtered, the column of every term, and some
-/// twenty more for regimes, residuals and free runs (measured: 33 + 0.98 a term for seven signals).
+/// What a recording takes while it is fitted: signals at the intermediate rate and filtered, the column of every term,
+/// and some twenty more for regimes, residuals and free runs (measured: 33 + 0.98 a term for seven signals); speeds
+/// with their kinks, the signs of switches and a column on its way are four.
 double fit_bytes(const dsp::Motion& signals, std::size_t num_terms) {
-  const double columns = 2.0 * static_cast<double>(signals.signals.size()) + static_cast<double>(num_terms) + 20.0;
+  const double columns = 2.0 * static_cast<double>(signals.signals.size()) + static_cast<double>(num_terms) + 24.0;
   return sizeof(double) * columns * static_cast<double>(signals.num_samples());
+}
+
+/// The base's signals in the scale and on the clock of the payload's, from where both move as one.
+void adopt_common_motion(Record& record) {
+  dsp::Prepared& prepared = record.prepared;
+  if (!prepared.equalised() || !prepared.x_is_difference) return;
+  std::optional<dsp::CommonMotion> found = dsp::find_common_motion(prepared.intermediate, record.segmentation);
+  if (!found || !(std::abs(found->gain - 1.0) <= dsp::largest_gain_error)) return;
+  // The lag is known from the accelerometers, too: to the standard deviations of both relations.
+  double related_s = 0.0;
+  for (const dsp::SensorRelation& relation : prepared.relations) related_s = std::hypot(related_s, relation.lag_std_s);
+  const double weight = 1.0 / (1.0 + std::pow(found->lead_std_s / related_s, 2));
+  const double lead_s = related_s > 0.0 ? weight * found->lead_s : 0.0;
+  for (dsp::Motion* motion : {&prepared.intermediate, &prepared.signals}) dsp::adopt(*motion, found->gain, lead_s);
+  prepared.checks.push_back(
+      {.name = "sensors.common_motion",
+       .status = dsp::CheckStatus::note,
+       .value = found->gain,
+       .message =
+           fmt::format("for {:.3g} s base and payload move as one: y reads {:.6g} +- {:.1g} times what r reads, "
+                       "{:.3g} +- {:.2g} us earlier; the base's signals are corrected by that",
+                       found->duration_s, found->gain, found->gain_std, 1e6 * found->lead_s, 1e6 * found->lead_std_s)});
+  record.common_motion = found;
 }
 
 }  // namespace
 
 void set_regimes(Record& record, dsp::Segmentation segmentation) {
   record.segmentation = std::move(segmentation);
+  adopt_common_motion(record);
   record.regimes = dsp::regimes_at(record.segmentation, record.prepared.intermediate, record.prepared.signals);
   warn_if_nothing_moves(record);
   if (record.prepared.raw_v.size() == 0) return;
@@ -131,6 +156,7 @@ Columns record_columns(const CandidateLibrary& library, const std::string& targe
     Columns columns = form_columns(library, target, prepared, poll);
     columns.regimes = record.regimes;
     columns.power = record.power;
+    columns.sensors = sensor_parameters(record);
     return columns;
   } catch (const std::bad_alloc&) {
     throw dsp::Fault(

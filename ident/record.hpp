@@ -8,6 +8,7 @@
 #include "dsp/prepare.hpp"
 #include "dsp/read_recording.hpp"
 #include "dsp/segment_regimes.hpp"
+#include "dsp/sensors/common_motion.hpp"
 #include "dsp/sensors/power_check.hpp"
 #include "ident/ranges.hpp"
 
@@ -19,11 +20,13 @@ struct Record {
   dsp::Segmentation segmentation;        ///< at the intermediate rate; no segments: regimes were not looked for
   std::vector<dsp::Regime> regimes;      ///< of each sample at the regression rate; empty likewise
   std::optional<dsp::PowerCheck> power;  ///< where displacement and acceleration of one body were measured
-  std::vector<dsp::RangeSpec> ranges;    ///< that a person named; none: they follow from the regimes
+  std::optional<dsp::CommonMotion> common_motion;  ///< by which the base's signals were corrected
+  std::vector<dsp::RangeSpec> ranges;              ///< that a person named; none: they follow from the regimes
 };
 
 /// Gives the record these regimes, the power check in each of them, and the checks that follow ("power.balance",
-/// "regime.no_motion").
+/// "regime.no_motion"). Where base and payload move as one, their displacement sensors, once brought to agree with the
+/// accelerometers, are brought to agree with one another ("sensors.common_motion").
 void set_regimes(Record& record, dsp::Segmentation segmentation);
 
 /// The same with the regimes found in the record: dsp::segment_regimes.
@@ -41,8 +44,8 @@ void set_regimes(Record& record, dsp::Segmentation segmentation);
 /// first run. Lasers' zeros mean nothing, so this is what is subtracted from a difference of two.
 [[nodiscard]] double mean_of_first_range(const Record& record, const std::vector<Range>& ranges, int recording);
 
-/// form_columns of a record, with its regimes and power check. Throws dsp::Fault (numerics) memory.limit where fitting
-/// them would take more than max_memory_bytes, memory.exhausted; as form_columns.
+/// form_columns of a record, with its regimes, power check and sensor parameters. Throws dsp::Fault (numerics)
+/// memory.limit where fitting them would take more than max_memory_bytes, memory.exhausted; as form_columns.
 [[nodiscard]] Columns record_columns(const CandidateLibrary& library, const std::string& target, const Record& record,
                                      std::size_t max_memory_bytes = dsp::ReadOptions{}.max_memory_bytes,
                                      const std::function<void()>& poll = {});

@@ -17,8 +17,8 @@ struct FormedColumns {
 };
 
 /// Those of a case, formed where no case before had the same.
-const FormedColumns& columns_of(const StudyCase& one, const std::vector<const Record*>& records,
-                                std::size_t max_memory_bytes, std::vector<FormedColumns>& known) {
+FormedColumns& columns_of(const StudyCase& one, const std::vector<const Record*>& records, std::size_t max_memory_bytes,
+                          std::vector<FormedColumns>& known) {
   const std::string& target = one.options.target;
   const auto same = std::find_if(known.begin(), known.end(), [&](const FormedColumns& formed) {
     return formed.options == one.library && formed.target == target;
@@ -52,7 +52,7 @@ std::vector<StudyOutcome> study(const std::vector<const Record*>& records, std::
   for (std::size_t k = 0; k < num_cases; ++k) {
     const StudyCase one = vary(k);
     try {
-      const FormedColumns& formed = columns_of(one, records, max_memory_bytes, known);
+      FormedColumns& formed = columns_of(one, records, max_memory_bytes, known);
       for (RangeResult& range : identify(one.ranges, formed.columns, formed.libraries.front(), one.options))
         outcomes[k].ranges.push_back(summary_of(std::move(range)));
     } catch (const dsp::Fault& fault) {

@@ -7,6 +7,7 @@ mkdir -p out/study
 build/release/test_dsp "[large]"
 build/release/test_dsp "[study]"
 build/release/test_ident "[slow]"
+build/release/test_ident "[study]"
 build/release/test_apps "[slow]"
 build/release/test_apps "[study]"
 $ardent -q --force replicate duffing coulomb bouc-wen bouc-wen-2 valanis-1 valanis-2 valanis-3 valanis-4 \

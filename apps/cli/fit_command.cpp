@@ -42,7 +42,7 @@ int fit(const FitArguments& arguments, const GlobalOptions& global, Console& con
   }
   const ident::CandidateLibrary library =
       ident::make_library({.order = 0, .variables = {}, .terms = read_terms(arguments.terms)}, arguments.target, table);
-  const std::vector<ident::Columns> columns{
+  std::vector<ident::Columns> columns{
       ident::form_columns(library, arguments.target, table, arguments.table.filename().string(), check_interrupted)};
   dsp::RangeSpec all;
   all.name = "all";

@@ -32,7 +32,7 @@ int run(const RunArguments& arguments, Console& console) {
   Work work = prepare_work(config, arguments, console);
   results.add_files(work.inputs);
   const auto libraries = compile_libraries(work.config, work.inputs);
-  const std::vector<ident::Columns> columns =
+  std::vector<ident::Columns> columns =
       all_columns(work.config, work.inputs, libraries, arguments.max_memory_bytes, console);
   const ident::IdentifyOptions options = identify_options(work.config, work.inputs, arguments.num_threads);
   auto ranges = identify_ranges(work.config, columns, libraries.front(), options, console);

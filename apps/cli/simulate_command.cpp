@@ -77,7 +77,7 @@ Command simulate_command() {
                            "releases");
         command.add_flag("--raw", typed->raw, "qzs: also the recording at 25.6 kHz");
         command.add_option("--twin", typed->twin, "qzs: T0 or T1");
-        command.add_option("--sensors", typed->sensors, "qzs --raw: ideal, noise or full");
+        command.add_option("--sensors", typed->sensors, "qzs --raw: ideal, noise, full or random");
         command.add_option("--from", typed->from_s, "qzs --raw: first second of the recording");
         command.add_option("--rate", typed->rate_hz, "qzs --raw: rate of the recording, Hz; 25600 unless lower");
         command.add_option("--container", typed->container,

@@ -22,7 +22,7 @@ struct SimulateArguments {
   std::optional<std::string> programme;  ///< qzs: the test, down, up or decay ("down")
   bool raw = false;                      ///< qzs: also the recording at 25.6 kHz
   std::optional<std::string> twin;       ///< qzs: T0 or T1 ("T0")
-  std::optional<std::string> sensors;    ///< qzs --raw: ideal, noise or full ("full")
+  std::optional<std::string> sensors;    ///< qzs --raw: ideal, noise, full or random ("full")
   std::optional<double> from_s;          ///< qzs --raw: the files begin this far into the test (0)
   std::optional<double> rate_hz;         ///< qzs --raw: the recording decimated to this rate, flat to 30/256 of it
   std::optional<std::string> container;  ///< qzs --raw: rf64, wav, w64, caf, flac, aiff ("rf64")

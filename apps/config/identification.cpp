@@ -94,7 +94,7 @@ ident::IdentifyOptions identify_options(const Config& config, const std::vector<
           .poll = check_interrupted};
 }
 
-std::vector<ident::RangeResult> identify_ranges(Config& config, const std::vector<ident::Columns>& columns,
+std::vector<ident::RangeResult> identify_ranges(Config& config, std::vector<ident::Columns>& columns,
                                                 const ident::CandidateLibrary& library, ident::IdentifyOptions options,
                                                 Console& console) {
   options.before_range = [&](const ident::Range& range) {

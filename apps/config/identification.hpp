@@ -29,8 +29,7 @@ void require_unclipped(const Config& config, const std::vector<Input>& inputs);
                                                       int num_threads);
 
 /// Every range of the config, whose specs get filled in what was left out. Terms that are left out are warned of.
-[[nodiscard]] std::vector<ident::RangeResult> identify_ranges(Config& config,
-                                                              const std::vector<ident::Columns>& columns,
+[[nodiscard]] std::vector<ident::RangeResult> identify_ranges(Config& config, std::vector<ident::Columns>& columns,
                                                               const ident::CandidateLibrary& library,
                                                               ident::IdentifyOptions options, Console& console);
 

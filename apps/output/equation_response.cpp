@@ -106,7 +106,7 @@ Json json_of(const EquationResponse& result) {
                 {"static_friction", result.static_friction > 0.0 ? Json(result.static_friction) : Json()},
                 {"draws", result.num_draws},
                 {"seed", result.seed},
-                {"covariance", equation.robust ? "robust" : "white noise"},
+                {"covariance", equation.covariance_of},
                 {"frequency_response", response_json(result.steady.response)},
                 {"located", {{"up", Json::object()}, {"down", Json::object()}}}};
   for (const ResponseEvent& event : response_events()) {
@@ -158,12 +158,12 @@ std::string response_text(const EquationResponse& result) {
   const auto& sweep = result.sweep;
   std::string text =
       printable(fmt::format("range {} by {}: {}", result.equation.range, result.equation.method, result.equation.text));
-  text += fmt::format("\n{}, {} to {} Hz in steps of {} Hz; {} draws of the coefficients ({} covariance), seed {}\n\n",
+  text += fmt::format("\n{}, {} to {} Hz in steps of {} Hz; {} draws of the coefficients (covariance of {}), seed {}\n\n",
                       result.drive == ident::DriveKind::base
                           ? fmt::format("base motion of {:g} mm", 1e3 * sweep.amplitude_m)
                           : fmt::format("force of {:g}", sweep.amplitude_m),
                       sweep.from_hz, sweep.to_hz, sweep.step_hz, result.num_draws,
-                      result.equation.robust ? "robust" : "white-noise", result.seed);
+                      result.equation.covariance_of, result.seed);
   text += fmt::format("  {:<5} {:<34} {:>9} {:>11} {:>9}\n", "", "Hz", "step", "located", "sd");
   for (const ResponseEvent& event : response_events()) {
     const double step_hz = result.steady.response.jumps.*event.frequency_hz;

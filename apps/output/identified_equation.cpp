@@ -93,7 +93,7 @@ ident::IdentifiedEquation read_equation(const fs::path& run, const std::string& 
                                        .terms = {},
                                        .mean = {},
                                        .covariance = {},
-                                       .robust = false,
+                                       .covariance_of = "white noise",
                                        .scale = {},
                                        .base_measured = has_base(run)};
     const Json& terms = row.at("terms");
@@ -110,8 +110,12 @@ ident::IdentifiedEquation read_equation(const fs::path& run, const std::string& 
       variance[i] = std * std;
     }
     equation.covariance = matrix_of(row.value("covariance_robust", Json()), size);
-    equation.robust = equation.covariance.size() > 0;
-    if (!equation.robust) equation.covariance = matrix_of(row.value("covariance", Json()), size);
+    if (equation.covariance.size() > 0) {
+      equation.covariance_of = "robust";
+    } else {
+      equation.covariance = matrix_of(row.value("covariance", Json()), size);
+      if (!row.value("sensors", Json::array()).empty()) equation.covariance_of = "noise and sensors";
+    }
     if (equation.covariance.size() == 0) equation.covariance = variance.asDiagonal();
     return equation;
   } catch (const Json::exception& error) {

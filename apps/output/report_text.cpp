@@ -34,15 +34,36 @@ std::string intervals(const std::vector<dsp::Interval>& intervals) {
   return fmt::format("{}", fmt::join(texts, ", "));
 }
 
+/// What the variances come from, the largest sources of each coefficient first; nothing without sensors.
+std::string budget_text(const ident::Model& model) {
+  constexpr std::size_t most_sources = 3;
+  constexpr double least_fraction = 0.05;
+  std::string text;
+  for (const ident::ModelTerm& term : model.terms) {
+    auto sources = term.budget;
+    std::stable_sort(sources.begin(), sources.end(), [](const auto& a, const auto& b) { return a.second > b.second; });
+    if (sources.size() > most_sources) sources.resize(most_sources);
+    std::erase_if(sources, [&](const auto& source) { return source.second < least_fraction; });
+    std::vector<std::string> parts;
+    for (const auto& [source, fraction] : sources)
+      parts.push_back(fmt::format("{} {:.0f} %", printable(source), 100.0 * fraction));
+    if (!parts.empty()) text += fmt::format("        {}: {}\n", term.name, fmt::join(parts, ", "));
+  }
+  return text.empty()
+             ? text
+             : "      variance from (what it would fall by, were that known; noise: what would be left):\n" + text;
+}
+
 std::string terms_table(const ident::Model& model) {
+  const bool with_sensors = !model.terms.empty() && !model.terms.front().budget.empty();
   std::size_t width = 4;
   for (const ident::ModelTerm& term : model.terms) width = std::max(width, term.name.size());
   std::string text = fmt::format("      {:<{}}  {:>13}    {:<10} {:<10} {:>8} {:>9}  {}\n", "term", width, "mean",
-                                 "std", "robust", "CoV", "t", "unit");
+                                 "std", with_sensors ? "noise's" : "robust", "CoV", "t", "unit");
   for (const ident::ModelTerm& term : model.terms)
     text += fmt::format(
         "      {:<{}}  {:>13} +- {:<10} {:<10} {:>8} {:>9}  {}\n", term.name, width, ident::number(term.mean),
-        optional_number(term.std, "{:.3g}"), optional_number(term.std_robust, "{:.3g}"),
+        optional_number(term.std, "{:.3g}"), optional_number(with_sensors ? term.std_noise : term.std_robust, "{:.3g}"),
         optional_number(term.coefficient_of_variation(), "{:.2g}"), optional_number(term.t(), "{:.3g}"), term.unit);
   return text;
 }
@@ -51,7 +72,7 @@ std::string fit_text(const ident::JudgedFit& fit) {
   std::string text = fmt::format("    {}\n    {}\n", ident::to_text(fit.model), fit.judgement.sentence);
   for (const std::string& remark : fit.judgement.remarks) text += fmt::format("      - {}\n", remark);
   if (fit.model.terms.empty()) return text;
-  text += terms_table(fit.model);
+  text += terms_table(fit.model) + budget_text(fit.model);
   text += fmt::format(
       "      NMSE train {}, test {}, free run {}\n      about the mean: train {}, test {}; noise {} {}\n",
       figure(fit.train), figure(fit.test), figure({fit.free_run.nmse, fit.free_run.reason}), figure(fit.train_centred),

@@ -44,7 +44,11 @@ Json term_json(const ident::ModelTerm& term, const ident::Fit& fit, std::string_
   Json result{{"name", term.name}, {"mean", term.mean}};
   put(result, "std", term.std, fit.no_variance);
   put(result, "std_noise", term.std_noise, fit.no_variance);
-  put(result, "std_robust", term.std_robust, fit.no_variance.empty() ? "too few rows" : fit.no_variance);
+  put(result, "std_robust", term.std_robust,
+      !fit.no_variance.empty() ? fit.no_variance
+      : term.budget.empty()    ? "too few rows"
+                               : "the sensors' part of the standard deviation is in std");
+  for (const auto& [source, fraction] : term.budget) result["budget"][source] = fraction;
   put(result, "cov", term.coefficient_of_variation(), term.mean == 0.0 ? "the coefficient is zero" : fit.no_variance);
   result["unit"] = term.unit;
   result["scale"] = term.scale;
@@ -245,6 +249,14 @@ Json equation_row(const ident::JudgedFit& fit) {
   row["rejected"] = Json::array();
   for (const ident::RejectedTerm& term : fit.model.rejected)
     row["rejected"].push_back({{"name", term.name}, {"inclusion_probability", term.inclusion_probability}});
+  row["sensors"] = Json::array();
+  for (const ident::SensorEstimate& sensor : fit.sensors)
+    row["sensors"].push_back({{"name", printable(sensor.name)},
+                              {"unit", sensor.unit},
+                              {"prior_std", sensor.prior_std},
+                              {"mean", sensor.mean},
+                              {"std", sensor.std}});
+  row["independent_fraction"] = fit.independent_fraction;
   row["covariance"] = matrix_json(fit.model.covariance);
   row["covariance_robust"] = matrix_json(fit.model.covariance_robust);
   return row;

@@ -20,7 +20,7 @@ ordered_json problem_json(const sim::SensorProblem& problem, const ordered_json&
 
 ordered_json sensors_json(const sim::RawOptions& raw, const sim::QzsParameters& parameters) {
   ordered_json sensors{{"noise", raw.noise}, {"channels", ordered_json::array()}};
-  for (const sim::RigSensor& sensor : sim::rig_sensors(raw.level, parameters))
+  for (const sim::RigSensor& sensor : sim::rig_sensors(raw.level, parameters, raw.seed)) {
     sensors["channels"].push_back({{"name", sensor.name},
                                    {"role", sensor.role},
                                    {"unit", sensor.unit},
@@ -29,6 +29,12 @@ ordered_json sensors_json(const sim::RawOptions& raw, const sim::QzsParameters& 
                                    {"offset", sensor.offset},
                                    {"lag_s", sensor.lag_s},
                                    {"highpass_hz", sensor.highpass_hz}});
+    if (sensor.unit != "m") continue;
+    sensors["channels"].back()["drift"] = {{"sine_m", sensor.drift.sine_m},
+                                           {"period_s", sensor.drift.period_s},
+                                           {"phase", sensor.drift.phase},
+                                           {"slope_m_per_1800_s", sensor.drift.slope_m}};
+  }
   for (const sim::SensorProblem& problem : raw.problems)
     sensors["faults"].push_back(problem_json(problem, sensors["channels"]));
   sensors["level"] = sim::to_string(raw.level);
@@ -56,6 +62,12 @@ void put_rig_truth(ordered_json& truth, const sim::RigTest& test, const sim::Rig
   truth["duration_s"] = test.duration_s;
   put_equation(truth, sim::parameter_values(parameters), sim::true_terms(parameters));
   if (recorded) truth["sensors"] = sensors_json(test.raw, parameters);
+  if (recorded) {
+    constexpr std::size_t payload_laser = 1;
+    const double gain = sim::rig_sensors(test.raw.level, parameters, test.raw.seed)[payload_laser].gain;
+    for (const sim::TrueTerm& term : sim::true_terms_as_recorded(parameters, gain))
+      truth["terms_as_recorded"].push_back({{"name", term.name}, {"value", term.value}});
+  }
   truth["num_events"] = known.num_events;
   truth["manual"] = ordered_json::array();
   for (const sim::HandTruth& hand : known.hands) {

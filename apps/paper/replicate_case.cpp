@@ -99,8 +99,8 @@ sim::System identified_system(const CaseReplication& result, std::uint64_t seed,
 MatrixXd columns_on(const Section4Study& study, const std::vector<Index>& terms, const dsp::Motion& motion) {
   MatrixXd phi(motion.num_samples(), static_cast<Index>(terms.size()));
   for (std::size_t k = 0; k < terms.size(); ++k)
-    phi.col(static_cast<Index>(k)) = study.library.terms[static_cast<std::size_t>(terms[k])].expression.evaluate(
-        motion, ident::SwitchSampling::point);
+    phi.col(static_cast<Index>(k)) =
+        study.library.terms[static_cast<std::size_t>(terms[k])].expression.evaluate(motion);
   return phi;
 }
 

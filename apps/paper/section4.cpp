@@ -149,8 +149,7 @@ Section4Study section4_study(const Section4Case& definition) {
   const Index num_samples = study.training.num_samples();
   MatrixXd columns(num_samples, static_cast<Index>(study.library.terms.size()));
   for (std::size_t j = 0; j < study.library.terms.size(); ++j)
-    columns.col(static_cast<Index>(j)) =
-        study.library.terms[j].expression.evaluate(study.training, ident::SwitchSampling::point);
+    columns.col(static_cast<Index>(j)) = study.library.terms[j].expression.evaluate(study.training);
 
   const auto truth = sim::make_experiment(definition.system).truth;
   std::vector<Index> all(static_cast<std::size_t>(num_samples));

@@ -112,7 +112,7 @@ void fit_all(const std::vector<Candidates>& candidates, Config config, std::vect
   for (const Candidates& offered : candidates) {
     config.library = offered.library;
     const auto libraries = compile_libraries(config, inputs);
-    const auto columns = all_columns(config, inputs, libraries, 0, console);
+    auto columns = all_columns(config, inputs, libraries, 0, console);
     const ident::IdentifyOptions options = identify_options(config, inputs, 1);
     for (const Section5Case* definition : offered.cases) {
       check_interrupted();

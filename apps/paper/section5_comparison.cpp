@@ -34,7 +34,7 @@ dsp::Motion cycle(double x_max, double v_max) {
 }
 
 VectorXd values_on(const std::string& term, const dsp::Motion& motion) {
-  return ident::Expression(term, {"x", "v"}).evaluate(motion, ident::SwitchSampling::point);
+  return ident::Expression(term, {"x", "v"}).evaluate(motion);
 }
 
 template <class Value>

@@ -9,7 +9,7 @@
 namespace dsp {
 
 struct ColumnFilter::Impl {
-  double input_rate_hz = 0.0, output_rate_hz = 0.0, edge_s = 0.0;
+  double input_rate_hz = 0.0, output_rate_hz = 0.0, edge_s = 0.0, stop_hz = 0.0;
   std::optional<SpectralBand> band;  ///< of a taper
   FilterSheet sheet;                 ///< of a decimation otherwise
   std::vector<double> highpass_hz;
@@ -27,6 +27,7 @@ ColumnFilter ColumnFilter::taper(double sample_rate_hz, const SpectralBand& band
     throw std::invalid_argument("ColumnFilter: 0 < rolloff_hz < cutoff_hz <= half the sample rate is required");
   Impl impl{.input_rate_hz = sample_rate_hz, .output_rate_hz = sample_rate_hz, .band = band};
   impl.edge_s = 1.0 / (band.cutoff_hz - band.rolloff_hz);
+  impl.stop_hz = band.cutoff_hz;
   ColumnFilter filter;
   filter.impl_ = std::make_shared<const Impl>(std::move(impl));
   return filter;
@@ -36,6 +37,7 @@ ColumnFilter ColumnFilter::decimation(double input_rate_hz, const DecimateOption
   Impl impl{.input_rate_hz = input_rate_hz, .output_rate_hz = options.output_rate_hz};
   impl.sheet = Decimator(input_rate_hz, 1, options).sheet();
   impl.edge_s = impl.sheet.edge_s;
+  impl.stop_hz = options.stopband_start_hz > 0.0 ? options.stopband_start_hz : 0.5 * options.output_rate_hz;
   ColumnFilter filter;
   filter.impl_ = std::make_shared<const Impl>(std::move(impl));
   return filter;
@@ -70,6 +72,9 @@ double ColumnFilter::output_rate_hz() const {
 }
 double ColumnFilter::edge_s() const {
   return impl_->edge_s;
+}
+double ColumnFilter::stop_hz() const {
+  return impl_->stop_hz;
 }
 const FilterSheet& ColumnFilter::sheet() const {
   return impl_->sheet;

@@ -24,6 +24,8 @@ class ColumnFilter {
   [[nodiscard]] Eigen::VectorXd apply(const Eigen::Ref<const Eigen::VectorXd>& intermediate_signal) const;
   [[nodiscard]] double input_rate_hz() const;
   [[nodiscard]] double output_rate_hz() const;
+  /// Columns are gone from here on: the taper's cut-off, the start of the decimation's stop band.
+  [[nodiscard]] double stop_hz() const;
   /// Of the decimation; no stages for a taper.
   [[nodiscard]] const FilterSheet& sheet() const;
   /// Outputs lean on samples this far away, on either side; at the ends on predicted ones.

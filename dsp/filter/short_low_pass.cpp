@@ -13,8 +13,8 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double attenuation_db = 40.0, transition_fraction = 0.4;  // width of the transition / cut-off
-constexpr Index fine = 64;                                          // points of the grid a sample
+constexpr double usual_attenuation_db = 40.0, transition_fraction = 0.4;  // width of the transition / cut-off
+constexpr Index fine = 64;                                                // points of the grid a sample
 
 double kernel(const KaiserWindow& window, double t, double reach, double cycles_per_sample) {
   if (std::abs(t) >= reach) return 0.0;
@@ -25,12 +25,18 @@ double kernel(const KaiserWindow& window, double t, double reach, double cycles_
 
 }  // namespace
 
-ShortLowPass::ShortLowPass(double cutoff_hz, double sample_rate_hz) {
-  if (!(cutoff_hz > 0.0) || !(cutoff_hz < sample_rate_hz / 2.0))
+ShortLowPass::ShortLowPass(double cutoff_hz, double sample_rate_hz)
+    : ShortLowPass(cutoff_hz, transition_fraction * cutoff_hz, usual_attenuation_db, sample_rate_hz) {
+  if (!(cutoff_hz < sample_rate_hz / 2.0))
     throw std::invalid_argument("ShortLowPass: 0 < cutoff_hz < sample_rate_hz / 2 is required");
+}
+
+ShortLowPass::ShortLowPass(double cutoff_hz, double transition_hz, double attenuation_db, double sample_rate_hz) {
+  if (!(cutoff_hz > 0.0) || !(cutoff_hz <= sample_rate_hz / 2.0) || !(transition_hz > 0.0))
+    throw std::invalid_argument("ShortLowPass: a cut-off in (0, sample_rate_hz / 2] and a transition are required");
   const double cutoff = cutoff_hz / sample_rate_hz;
   const KaiserWindow window(kaiser_beta(attenuation_db));
-  const double length = kaiser_length(attenuation_db, transition_fraction * cutoff, 1.0);
+  const double length = kaiser_length(attenuation_db, transition_hz / sample_rate_hz, 1.0);
   reach_ = std::max<Index>(1, static_cast<Index>(std::ceil(length / 2.0)));
   const auto reach = static_cast<double>(reach_);
 

@@ -10,6 +10,10 @@ class ShortLowPass {
   /// Half gain at cutoff_hz; a fifth of that to either side it passes and stops within 40 dB. Throws
   /// std::invalid_argument unless 0 < cutoff_hz < sample_rate_hz / 2.
   ShortLowPass(double cutoff_hz, double sample_rate_hz);
+  /// Half gain at cutoff_hz; half of transition_hz to either side it passes and stops within attenuation_db. The
+  /// cut-off may be half the sample rate: what is sampled behind it then keeps its time, and nothing folds below the
+  /// transition. Throws std::invalid_argument for other cut-offs and a transition that is not positive.
+  ShortLowPass(double cutoff_hz, double transition_hz, double attenuation_db, double sample_rate_hz);
   [[nodiscard]] Eigen::Index reach() const { return reach_; }  ///< samples to either side that it needs
   /// Samples [first, first + count) of the signal behind it; the signal must have reach() more at both ends.
   [[nodiscard]] Eigen::VectorXd operator()(const Eigen::VectorXd& signal, Eigen::Index first, Eigen::Index count) const;

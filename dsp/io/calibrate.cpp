@@ -97,6 +97,12 @@ Calibration by_unit(const ChannelSpec& channel, const SourceInfo& source, int co
 
 }  // namespace
 
+double measured(const std::optional<Quantity>& quantity, const ChannelSpec& channel) {
+  if (!quantity) return 0.0;
+  const bool at_plug = channel.sensitivity && quantity->si == channel.sensitivity->electrical;
+  return quantity->value / (at_plug ? channel.sensitivity->value : 1.0);
+}
+
 Calibration calibrate(const ChannelSpec& channel, const SourceInfo& source, int column) {
   const bool direct =
       channel.full_scale && !(channel.sensitivity && channel.full_scale->si == channel.sensitivity->electrical);
@@ -109,10 +115,7 @@ Calibration calibrate(const ChannelSpec& channel, const SourceInfo& source, int 
   } else {
     calibration = channel.sensitivity ? by_sensitivity(channel, source, column) : by_unit(channel, source, column);
   }
-  if (channel.offset) {
-    const bool at_plug = channel.sensitivity && channel.offset->si == channel.sensitivity->electrical;
-    calibration.shift = -channel.offset->value / (at_plug ? channel.sensitivity->value : 1.0);
-  }
+  if (channel.offset) calibration.shift = -measured(channel.offset, channel);
   calibration.scale *= channel.sign;
   calibration.shift *= channel.sign;
   return calibration;

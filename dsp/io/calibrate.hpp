@@ -17,6 +17,9 @@ struct Calibration {
   std::string remark;   ///< what had to be taken as given
 };
 
+/// A quantity that was said at the plug or after calibration, as what the channel measures (SI); 0 where there is none.
+[[nodiscard]] double measured(const std::optional<Quantity>& quantity, const ChannelSpec& channel);
+
 /// From a sidecar's channel and what the file says of the column (0-based), in this order: sensitivity and full scale,
 /// a full scale in the measured unit, the sidecar's unit, the unit in the column's name, SI where the name is the role
 /// itself. Integers of a sound file mean nothing without a full scale. Throws Fault calibration.twice (usage) where a

@@ -59,6 +59,19 @@ void check_kind(const Settings& table, std::string_view key, const std::optional
                   channel.sensitivity ? " or " + channel.sensitivity->electrical : " (or give a sensitivity)"));
 }
 
+// "0.5 %" or a number, positive.
+double read_fraction(const Settings& table, std::string_view key, double fallback) {
+  constexpr NumberRange fraction{.from = 0, .to = 1, .above = true};
+  if (!table.is_text(key)) return table.number(key, fallback, fraction);
+  const std::string text = table.text(key, "");
+  char* rest = nullptr;
+  const double percent = std::strtod(text.c_str(), &rest);
+  while (*rest == ' ') ++rest;
+  if (rest == text.c_str() || std::string_view(rest) != "%" || !(percent > 0.0 && percent <= 100.0))
+    throw table.fault(key, "config.range", fmt::format("got '{}', want a fraction or a text like \"0.5 %\"", text));
+  return 0.01 * percent;
+}
+
 void read_calibration(const Settings& table, ChannelSpec& channel) {
   if (const auto text = table.find_text("sensitivity"))
     channel.sensitivity = placed(table, "sensitivity", [&] { return parse_sensitivity(*text); });
@@ -77,6 +90,12 @@ void read_calibration(const Settings& table, ChannelSpec& channel) {
   channel.offset = read_quantity(table, "offset");
   check_kind(table, "full_scale", channel.full_scale, channel);
   check_kind(table, "offset", channel.offset, channel);
+  channel.sensitivity_uncertainty = read_fraction(table, "sensitivity_uncertainty", channel.sensitivity_uncertainty);
+  for (const auto& [key, value] : {std::pair{"range", &channel.range}, std::pair{"drift", &channel.drift}}) {
+    *value = read_quantity(table, key);
+    if (*value && !((*value)->value > 0)) throw table.fault(key, "calibration.value", "want a positive quantity");
+    check_kind(table, key, *value, channel);
+  }
   channel.sign = table.number("sign", 1.0);
   if (std::abs(channel.sign) != 1.0)
     throw table.fault("sign", "config.range", fmt::format("got {}, want 1 or -1", channel.sign));

@@ -24,6 +24,9 @@ struct ChannelSpec {
   std::optional<Sensitivity> sensitivity;
   std::optional<Quantity> full_scale;  ///< what 1.0 in the file means, electrical or measured
   std::optional<Quantity> offset;      ///< subtracted, electrical or measured
+  double sensitivity_uncertainty = Channel{}.sensitivity_uncertainty;  ///< standard deviation, as a fraction
+  std::optional<Quantity> range;                                       ///< largest reading, electrical or measured
+  std::optional<Quantity> drift;  ///< standard deviation of the zero in the course of a record, likewise
   double sign = 1.0;
   double delay_s = 0.0;
   std::string coupling;             ///< AC, DC, IEPE or empty
@@ -44,8 +47,8 @@ struct RangeSpec {
 /// What a person knows about a recording, in NAME.ext.toml beside it:
 ///   schema = 1, title, rate (number or "51200/3", Hz), start, clock ("regular" or "interpolate": an irregular time
 ///   column is interpolated onto `rate`); [[channel]] name, index | column, file, role, unit, sensitivity, full_scale,
-///   offset, sign (1 or -1), delay ("0.23 ms" or seconds), coupling, highpass (Hz, number or array), sensor (free
-///   table);
+///   offset, sensitivity_uncertainty (fraction, or "0.5 %"), range, drift, sign (1 or -1), delay ("0.23 ms" or
+///   seconds), coupling, highpass (Hz, number or array), sensor (free table);
 ///   [[range]] name, from, to, train_to, where; [[bad]] from, to, why.
 struct Sidecar {
   std::filesystem::path file;  ///< empty if there is none

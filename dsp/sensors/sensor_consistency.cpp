@@ -32,11 +32,15 @@ struct Ratio {
   int num_windows = 0;
 };
 
-// D is differentiated before it is cut into windows: the ratio is then flat but for the sensors themselves, and what a
-// window smears from one frequency to its neighbours does no harm. Dividing spectra by f^2 afterwards costs 1e-3 in
-// gain.
+using Response = ExtendedSpectrum::Response;
+
+// D is differentiated, and given what the sensors are presumed to differ by, before it is cut into windows: a window
+// smears each frequency over its neighbours, which does no harm only where the ratio is flat. Dividing spectra by f^2
+// afterwards costs 1e-3 in gain; the slope of a coupling's phase, where motion lies between the window's frequencies,
+// 40 us of lag.
 Ratio measured_ratio(const SpectrumOf& displacement, const Eigen::Ref<const VectorXd>& a, double rate_hz,
-                     const std::vector<unsigned char>& excluded, const RelateOptions& options) {
+                     const std::vector<unsigned char>& excluded, const RelateOptions& options,
+                     const Response& presumed) {
   const Index length = static_cast<Index>(std::lround(options.window_s * rate_hz)), step = length / 2;
   const auto bins = static_cast<std::size_t>(length / 2 + 1);
   std::vector<Complex> cross(bins);
@@ -44,7 +48,9 @@ Ratio measured_ratio(const SpectrumOf& displacement, const Eigen::Ref<const Vect
   Ratio ratio;
   if (length < 16 || length > a.size()) return ratio;
   const double edge_hz = std::min(2.0 * options.to_hz, 0.4 * rate_hz);
-  const VectorXd d = displacement().derivative(2, {edge_hz, 1.2 * edge_hz});
+  const SpectralBand band{edge_hz, 1.2 * edge_hz};
+  const VectorXd d =
+      displacement().filtered([&](double f) { return -two_pi * f * two_pi * f * band.gain(f) * presumed(f); });
   const RealFft fft(length);
   const VectorXd window = hann_window(length);
   for (Index first = 0; first + length <= d.size(); first += step) {
@@ -67,10 +73,22 @@ Ratio measured_ratio(const SpectrumOf& displacement, const Eigen::Ref<const Vect
     const double f = static_cast<double>(k) * rate_hz / static_cast<double>(length);
     if (f < options.from_hz || f > options.to_hz || !(power[k] > 0.0)) continue;
     ratio.frequency_hz.push_back(f);
-    ratio.value.push_back(cross[k] / power[k]);
-    ratio.weight.push_back(std::sqrt(power[k]));
+    ratio.value.push_back(cross[k] / power[k] * presumed(f));
+    ratio.weight.push_back(std::sqrt(power[k]) / std::abs(presumed(f)));
     largest = std::max(largest, ratio.weight.back());
   }
+  for (double& weight : ratio.weight) weight /= largest;
+  return ratio;
+}
+
+void divide(Ratio& ratio, double sign, double level) {
+  ratio.sign = sign;
+  ratio.level = level;
+  for (Complex& value : ratio.value) value /= sign * level;
+}
+
+// Divides the ratio by its sign and its level.
+void normalise(Ratio& ratio) {
   double upright = 0.0, logs = 0.0, weights = 0.0;
   for (std::size_t i = 0; i < ratio.value.size(); ++i) {
     const double weight = ratio.weight[i] * ratio.weight[i];
@@ -78,11 +96,8 @@ Ratio measured_ratio(const SpectrumOf& displacement, const Eigen::Ref<const Vect
     logs += weight * std::log(std::abs(ratio.value[i]));
     weights += weight;
   }
-  if (weights > 0.0 && std::isfinite(logs)) ratio.level = std::exp(logs / weights);
-  ratio.sign = upright < 0.0 ? -1.0 : 1.0;
-  for (Complex& value : ratio.value) value /= ratio.sign * ratio.level;
-  for (double& weight : ratio.weight) weight /= largest;
-  return ratio;
+  divide(ratio, upright < 0.0 ? -1.0 : 1.0,
+         weights > 0.0 && std::isfinite(logs) ? std::exp(logs / weights) : ratio.level);
 }
 
 // Parameters: log gain, lag, then log cut-offs; four at most.
@@ -185,7 +200,13 @@ double median_error(const Ratio& ratio, const VectorXd& p) {
   return std::max(median(std::move(errors)), 1e-12);
 }
 
-// With so many poles, from several cut-offs; then twice more with the median error as the scale of the soft L1.
+// Twice more with the median error as the scale of the soft L1.
+Fitted robustly_from(const Ratio& ratio, Fitted start) {
+  for (int round = 0; round < 2; ++round) start = fit_from(ratio, start.p, median_error(ratio, start.p));
+  return start;
+}
+
+// With so many poles, from several cut-offs.
 Fitted fit_poles(const Ratio& ratio, Index poles) {
   Fitted best;
   for (const double start_hz : {0.1, 0.4, 1.0}) {
@@ -195,15 +216,18 @@ Fitted fit_poles(const Ratio& ratio, Index poles) {
     if (best.p.size() == 0 || fitted.cost < best.cost) best = std::move(fitted);
     if (poles == 0) break;
   }
-  for (int round = 0; round < 2; ++round) best = fit_from(ratio, best.p, median_error(ratio, best.p));
-  return best;
+  return robustly_from(ratio, std::move(best));
 }
 
 SensorRelation related(const SpectrumOf& displacement, const Eigen::Ref<const VectorXd>& acceleration,
                        double sample_rate_hz, const std::vector<unsigned char>& excluded,
                        const RelateOptions& options) {
   SensorRelation relation;
-  const Ratio ratio = measured_ratio(displacement, acceleration, sample_rate_hz, excluded, options);
+  const auto measured = [&](const Response& presumed) {
+    return measured_ratio(displacement, acceleration, sample_rate_hz, excluded, options, presumed);
+  };
+  Ratio ratio = measured([](double) { return Complex(1.0); });
+  normalise(ratio);
   relation.num_windows = ratio.num_windows;
   if (ratio.num_windows < options.min_windows) {
     relation.reason = "too little of the record is without faulty samples: " + std::to_string(ratio.num_windows) +
@@ -225,6 +249,13 @@ SensorRelation related(const SpectrumOf& displacement, const Eigen::Ref<const Ve
     relation.reason = "the two sensors do not describe one motion";
     relation.residual = best.residual;
     return relation;
+  }
+  // What is presumed is right to a few thousandths after the first of these, and the smear of the rest to 1e-5.
+  constexpr int refinements = 3;
+  for (int i = 0; i < refinements; ++i) {
+    Ratio again = measured(Model(best.p));
+    divide(again, ratio.sign, ratio.level);
+    best = robustly_from(again, std::move(best));
   }
   const VectorXd std = best.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   relation.sign = ratio.sign;

@@ -28,6 +28,7 @@ struct SensorRelation {
   /// Of a pair of any two of displacement, velocity and acceleration: how often the first of the two ("displacement")
   /// is differentiated already, and how often it has to be to become the second ("acceleration").
   int from_order = 0, order = 2;
+  double calibration_std = 0.0;     ///< of the ratio of the gains, as both channels' calibrations leave it: a fraction
   bool sign_and_unit_only = false;  ///< lag and cut-offs were not looked for; the gain is the ratio of the rms
 };
 

@@ -90,6 +90,8 @@ std::vector<SensorRelation> relate_derivatives(ColumnSpectra& spectra, const std
       relation.name = std::string(to_string(roles[lower])) + " and " + std::string(to_string(roles[higher]));
       relation.displacement = recording.channels[static_cast<std::size_t>(d)].name;
       relation.acceleration = recording.channels[static_cast<std::size_t>(a)].name;
+      relation.calibration_std = std::hypot(recording.channels[static_cast<std::size_t>(d)].sensitivity_uncertainty,
+                                            recording.channels[static_cast<std::size_t>(a)].sensitivity_uncertainty);
       relations.push_back(std::move(relation));
     }
   return relations;

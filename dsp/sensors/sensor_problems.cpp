@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 #include <optional>
 
@@ -15,7 +14,6 @@ namespace {
 
 constexpr double significant_stds = 4.0;
 constexpr double least_gain = 3e-3, least_lag_s = 50e-6, least_cutoff_hz = 0.02, least_cutoff_fraction = 0.05;
-constexpr double calibration_std = 0.01;  // of a sensor's gain, where nothing better is known
 constexpr double gravity = 9.80665;
 
 // Of a displacement, a velocity, an acceleration.
@@ -89,7 +87,7 @@ SensorProblem gain(const SensorRelation& r, ScaleReference scale) {
 /// rms values wrong by the correlation at most: the regressions of each on the other are its bounds.
 double scale_limit(const SensorRelation& r) {
   const double by_noise = -0.5 * std::log1p(-r.residual * r.residual);
-  return by_noise + significant_stds * std::hypot(r.gain_std / r.gain, std::numbers::sqrt2 * calibration_std);
+  return by_noise + significant_stds * std::hypot(r.gain_std / r.gain, r.calibration_std);
 }
 
 SensorProblem scale_problem(const SensorRelation& r) {

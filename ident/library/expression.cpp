@@ -19,19 +19,6 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-VectorXd sampled_sign(const VectorXd& g, const dsp::Signal* derivative, double sample_rate_hz) {
-  if (derivative == nullptr) return g.unaryExpr(&sign);
-  return g.binaryExpr(derivative->values, [&](double value, double slope) {
-    const double reach = std::abs(slope) / (2.0 * sample_rate_hz);  // |g| within half a cell of its zero
-    return reach > 0.0 ? std::clamp(value / reach, -1.0, 1.0) : sign(value);
-  });
-}
-
-const dsp::Signal* known_derivative(const std::string& signal, const dsp::Motion& motion) {
-  const dsp::SignalInfo* derivative = dsp::derivative_of(signal);
-  return derivative == nullptr ? nullptr : motion.find(derivative->name);
-}
-
 bool add_once(std::vector<std::string>& list, std::string text) {
   if (std::find(list.begin(), list.end(), text) != list.end()) return false;
   list.push_back(std::move(text));
@@ -54,6 +41,26 @@ std::vector<Tree> switch_trees(const Tree& tree) {
     if (is_switch && add_once(known, print_tree(*node.left, Notation::text))) arguments.push_back(node.left);
   });
   return arguments;
+}
+
+double band_factor_of(const Node& node) {
+  if (node.operation == Operation::number || is_logical(node)) return 0.0;
+  if (node.operation == Operation::signal) return 1.0;
+  const double left = band_factor_of(*node.left);
+  if (node.operation == Operation::call)
+    return node.function == Function::sgn ? 0.0 : node.function == Function::abs ? left : 3.0 * left;
+  if (!node.right) return left;
+  const double right = band_factor_of(*node.right);
+  switch (node.operation) {
+    case Operation::multiply:
+      return left + right;
+    case Operation::divide:
+      return left + 3.0 * right;
+    case Operation::power:
+      return left * (node.right->operation == Operation::number ? std::max(1.0, node.right->value) : 3.0);
+    default:
+      return std::max(left, right);
+  }
 }
 
 Tree read(std::string_view text, const std::vector<std::string>& signal_names) {
@@ -114,17 +121,18 @@ const std::vector<std::string>& Expression::switches() const {
   return parts_->switches;
 }
 
-VectorXd Expression::evaluate(const dsp::Motion& motion, SwitchSampling sampling) const {
+VectorXd Expression::evaluate(const dsp::Motion& motion) const {
   std::vector<VectorXd> signs;
-  for (std::size_t k = 0; k < parts_->switches.size(); ++k)
-    signs.push_back(
-        sampled_sign(parts_->switch_arguments[k].evaluate(motion, sampling),
-                     sampling == SwitchSampling::cell_average ? known_derivative(parts_->switches[k], motion) : nullptr,
-                     motion.sample_rate_hz));
+  for (const Expression& argument : parts_->switch_arguments)
+    signs.push_back(argument.evaluate(motion).unaryExpr(&sign));
   std::vector<const double*> columns;
   for (const std::string& name : parts_->signals) columns.push_back(motion.at(name).data());
   for (const VectorXd& sign : signs) columns.push_back(sign.data());
-  return parts_->program.over(columns, motion.num_samples());
+  return evaluate(columns, motion.num_samples());
+}
+
+VectorXd Expression::evaluate(const std::vector<const double*>& columns, Index num_rows) const {
+  return parts_->program.over(columns, num_rows);
 }
 
 double Expression::evaluate(const double* values, const double* signs) const {
@@ -160,6 +168,10 @@ std::optional<double> Expression::ratio_to(const Expression& other) const {
   return own.scale == others.scale ? 1.0 : own.scale / others.scale;
 }
 
+double Expression::band_factor() const {
+  return band_factor_of(*parts_->tree);
+}
+
 std::string Expression::unit(const dsp::Motion& signals) const {
   const auto dimension = dimension_of(*parts_->tree, [&](const std::string& name) -> std::optional<Dimension> {
     const dsp::Signal* signal = signals.find(name);
@@ -178,7 +190,7 @@ std::string Expression::print_as_factor(Notation notation) const {
 }
 
 std::vector<unsigned char> rows_where(const Expression& condition, const dsp::Motion& motion) {
-  const VectorXd values = condition.evaluate(motion, SwitchSampling::point);
+  const VectorXd values = condition.evaluate(motion);
   std::vector<unsigned char> rows(static_cast<std::size_t>(values.size()));
   for (Index i = 0; i < values.size(); ++i)
     rows[static_cast<std::size_t>(i)] = std::isfinite(values(i)) && values(i) != 0.0;

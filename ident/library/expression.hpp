@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "dsp/motion.hpp"
@@ -16,13 +17,6 @@ struct FunctionHelp {
   std::string name, meaning;
 };
 [[nodiscard]] std::vector<FunctionHelp> expression_functions();
-
-/// How sgn(g) is sampled.
-enum class SwitchSampling {
-  point,         ///< -1, 0 or 1 at the sample
-  cell_average,  ///< mean over the sampling cell, clip(2 g f_s / |dg/dt|, -1, 1), where dg/dt is a known signal: the
-                 ///< jump keeps its time between two samples, as the anti-alias filter of the target keeps it
-};
 
 struct Switch;
 
@@ -40,10 +34,12 @@ class Expression {
   [[nodiscard]] const std::string& text() const;
   /// The signals it uses, in order of first appearance.
   [[nodiscard]] const std::vector<std::string>& signals() const;
-  /// One value per sample of `motion`; may be non-finite where the expression is. Throws std::invalid_argument if a
-  /// signal is missing there.
-  [[nodiscard]] Eigen::VectorXd evaluate(const dsp::Motion& motion,
-                                         SwitchSampling sampling = SwitchSampling::cell_average) const;
+  /// One value per sample of `motion`, each at its point; may be non-finite where the expression is. Throws
+  /// std::invalid_argument if a signal is missing there.
+  [[nodiscard]] Eigen::VectorXd evaluate(const dsp::Motion& motion) const;
+
+  /// The same of columns of `num_rows`: the signals in the order of signals(), then the signs in that of switches().
+  [[nodiscard]] Eigen::VectorXd evaluate(const std::vector<const double*>& columns, Eigen::Index num_rows) const;
 
   /// The g of every sgn(g) in it, as text, in order of first appearance.
   [[nodiscard]] const std::vector<std::string>& switches() const;
@@ -59,6 +55,9 @@ class Expression {
   /// c where this is c times the other, however both are written (order, brackets, numbers folded); nothing if they are
   /// not recognised as such. Factors are not multiplied out. Zero is a multiple of zero alone, c = 1.
   [[nodiscard]] std::optional<double> ratio_to(const Expression& other) const;
+  /// How many times wider than that of its signals the band of its values is: its degree as a polynomial; sgn and
+  /// comparisons are constant between their switches, other functions taken to their third harmonic.
+  [[nodiscard]] double band_factor() const;
   /// SI unit of its values ("m/s^2", "1") where it follows from the units of the signals; else empty.
   [[nodiscard]] std::string unit(const dsp::Motion& signals) const;
   [[nodiscard]] std::string print(Notation notation) const;
@@ -70,6 +69,9 @@ class Expression {
   Expression(Tree tree, std::string text);
   std::shared_ptr<const Parts> parts_;
 };
+
+/// Terms and their coefficients: a sum.
+using WeightedTerms = std::vector<std::pair<Expression, double>>;
 
 enum class SwitchKind { sign, magnitude, comparison };
 struct Switch {

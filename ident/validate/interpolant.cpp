@@ -16,13 +16,15 @@ constexpr Index factor = 8;
 constexpr Index half_width = 24;  // samples either side; with this beta: flat to 0.85 of Nyquist within 1e-4
 constexpr double beta = 9.0;
 
-/// Taps x phase: what sample -half_width+1 ... half_width around a point `phase / factor` past sample 0 contribute.
-Eigen::MatrixXd phase_taps() {
+/// Taps x phase: what sample -half_width+1 ... half_width around a point `phase / num_phases` past sample 0 contribute;
+/// the last phase is sample 1.
+Eigen::MatrixXd phase_taps(Index num_phases) {
   const dsp::KaiserWindow window(beta);
-  Eigen::MatrixXd taps(2 * half_width, factor);
-  for (Index phase = 0; phase < factor; ++phase) {
+  Eigen::MatrixXd taps(2 * half_width, num_phases + 1);
+  for (Index phase = 0; phase <= num_phases; ++phase) {
     for (Index i = 0; i < taps.rows(); ++i) {
-      const double distance = static_cast<double>(phase) / factor - static_cast<double>(i - half_width + 1);
+      const double distance =
+          static_cast<double>(phase) / static_cast<double>(num_phases) - static_cast<double>(i - half_width + 1);
       const double angle = std::numbers::pi * distance;
       taps(i, phase) = (angle == 0.0 ? 1.0 : std::sin(angle) / angle) * window(distance / half_width);
     }
@@ -40,12 +42,29 @@ double reflected(const Eigen::Ref<const Eigen::VectorXd>& samples, Index i) {
 
 }  // namespace
 
+double interpolate(const Eigen::Ref<const Eigen::VectorXd>& samples, double at) {
+  constexpr Index phases = 512;  // linear between them: 2e-6 of what lies at the Nyquist frequency
+  static const Eigen::MatrixXd taps = phase_taps(phases);
+  const double floor = std::floor(at), fine = (at - floor) * phases;
+  const auto first = static_cast<Index>(floor) - half_width + 1;
+  const Index phase = std::min(static_cast<Index>(fine), phases - 1);
+  const double u = fine - static_cast<double>(phase);
+  if (first >= 0 && first + taps.rows() <= samples.size()) {
+    const auto window = samples.segment(first, taps.rows());
+    return (1.0 - u) * taps.col(phase).dot(window) + u * taps.col(phase + 1).dot(window);
+  }
+  double sum = 0.0;
+  for (Index k = 0; k < taps.rows(); ++k)
+    sum += ((1.0 - u) * taps(k, phase) + u * taps(k, phase + 1)) * reflected(samples, first + k);
+  return sum;
+}
+
 Interpolant::Interpolant(const Eigen::Ref<const Eigen::VectorXd>& samples, double sample_rate_hz, Index first,
                          Index last)
     : fine_rate_hz_(factor * sample_rate_hz), start_s_(static_cast<double>(first) / sample_rate_hz) {
   if (first < 0 || last > samples.size() || first >= last)
     throw std::invalid_argument("Interpolant: empty range, or outside the record");
-  static const Eigen::MatrixXd taps = phase_taps();
+  static const Eigen::MatrixXd taps = phase_taps(factor);
   const Index num_fine = (last - first - 1) * factor + 1;
   fine_.resize(num_fine);
   Eigen::VectorXd window(2 * half_width);

@@ -3,6 +3,10 @@
 
 namespace ident {
 
+/// A signal at any time between its samples (in samples from the first), band-limited: Kaiser-windowed sinc, flat to
+/// 0.85 of the Nyquist frequency within 1e-4. Beyond either end the record is continued by point reflection.
+[[nodiscard]] double interpolate(const Eigen::Ref<const Eigen::VectorXd>& samples, double at);
+
 /// A measured signal between its samples: eightfold band-limited (Kaiser-windowed sinc, flat to 0.85 of the Nyquist
 /// frequency), then cubic Hermite on that fine grid. Beyond either end the record is continued by point reflection.
 class Interpolant {

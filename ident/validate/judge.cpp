@@ -177,11 +177,18 @@ void remark_on_residual(const JudgedFit& fit, std::vector<std::string>& remarks)
                           : fmt::format("residual is white ({})", statistic));
     return;
   }
+  remarks.push_back(fmt::format("residual is not white: structure remains ({})", statistic));
+  if (!fit.sensors.empty()) {
+    remarks.push_back(
+        fmt::format("its autocorrelation is in the standard deviations: the rows count as {:.0f} % of as "
+                    "many white ones",
+                    100.0 * fit.independent_fraction));
+    return;
+  }
   double largest_ratio = 1.0;
   for (const ModelTerm& term : fit.model.terms)
     if (term.std > 0.0 && std::isfinite(term.std_robust))
       largest_ratio = std::max(largest_ratio, term.std_robust / term.std);
-  remarks.push_back(fmt::format("residual is not white: structure remains ({})", statistic));
   remarks.push_back(
       fmt::format("standard deviations assume white noise; without that they are up to {:.2g} times larger, and terms "
                   "may be kept that only fit the structure",

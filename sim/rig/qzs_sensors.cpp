@@ -1,6 +1,7 @@
 #include "sim/rig/qzs_sensors.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +10,7 @@
 #include <utility>
 
 #include "sim/noise.hpp"
+#include "sim/rig/random_sensors.hpp"
 
 namespace sim {
 namespace {
@@ -107,11 +109,7 @@ void tones(double hz, std::int64_t first, std::array<Chunk, num_harmonics>& sine
 
 struct Laser {
   Noise update_noise, daq_noise;
-  double drift_m, drift_period_s, drift_phase, drift_slope_m;  ///< slope: over 1800 s
-  double captured_m = 0.0;                                     ///< what the next update will show
-  [[nodiscard]] double drift(double t) const {
-    return drift_m * std::sin(two_pi * t / drift_period_s + drift_phase) + drift_slope_m * t / 1800.0;
-  }
+  double captured_m = 0.0;  ///< what the next update will show
 };
 
 struct Accelerometer {
@@ -131,34 +129,56 @@ Accelerometer accelerometer(std::uint64_t seed, std::uint64_t c, const RigSensor
 
 }  // namespace
 
+double ZeroDrift::at(double t_s) const {
+  return sine_m * std::sin(two_pi * t_s / period_s + phase) + slope_m * t_s / 1800.0;
+}
+
+namespace {
+constexpr std::array level_names{"ideal", "noise", "full", "random"};
+}
+
 std::string_view to_string(SensorLevel level) {
-  return level == SensorLevel::ideal ? "ideal" : level == SensorLevel::noise ? "noise" : "full";
+  return level_names[static_cast<std::size_t>(level)];
 }
 
 SensorLevel sensor_level(std::string_view name) {
-  for (const SensorLevel level : {SensorLevel::ideal, SensorLevel::noise, SensorLevel::full})
-    if (name == to_string(level)) return level;
-  throw std::invalid_argument(fmt::format("qzs: no sensors \"{}\"; there are ideal, noise, full", name));
+  for (std::size_t i = 0; i < level_names.size(); ++i)
+    if (name == level_names[i]) return static_cast<SensorLevel>(i);
+  throw std::invalid_argument(fmt::format("qzs: no sensors \"{}\"; there are {}", name, fmt::join(level_names, ", ")));
 }
 
-std::array<RigSensor, num_raw_channels> rig_sensors(SensorLevel level, const QzsParameters& parameters) {
+std::array<RigSensor, num_raw_channels> rig_sensors(SensorLevel level, const QzsParameters& parameters,
+                                                    std::uint64_t seed) {
   constexpr double laser = laser_range_v / laser_range_m, accelerometer = 0.1 / g;
   std::array<RigSensor, num_raw_channels> sensors{
-      {{"base_laser", "r", "m", laser, 1.0, 0.0, 0.0, {}},
-       {"payload_laser", "y", "m", laser, 1.0, 0.0, 0.0, {}},
-       {"base_accelerometer", "ddr", "m/s^2", accelerometer, 1.0, 0.0, 0.0, {}},
-       {"payload_accelerometer", "ddy", "m/s^2", accelerometer, 1.0, 0.0, 0.0, {}}}};
-  if (level != SensorLevel::full) return sensors;
+      {{"base_laser", "r", "m", laser, 1.0, 0.0, 0.0, {}, {}},
+       {"payload_laser", "y", "m", laser, 1.0, 0.0, 0.0, {}, {}},
+       {"base_accelerometer", "ddr", "m/s^2", accelerometer, 1.0, 0.0, 0.0, {}, {}},
+       {"payload_accelerometer", "ddy", "m/s^2", accelerometer, 1.0, 0.0, 0.0, {}, {}}}};
+  if (level != SensorLevel::full && level != SensorLevel::random) return sensors;
   constexpr std::array gains{1.003, 0.996, 1.020, 0.985}, cutoffs_hz{0.0, 0.0, 0.40, 0.45};
+  constexpr std::array drifts{ZeroDrift{30e-6, 1400.0, 0.3, 20e-6}, ZeroDrift{45e-6, 1900.0, 1.1, -35e-6}};
   constexpr std::array offsets{1.2e-3, -0.7e-3, 0.20e-3 / accelerometer, -0.15e-3 / accelerometer};
   for (std::size_t c = 0; c < sensors.size(); ++c) {
     sensors[c].gain = gains[c];
     sensors[c].offset = offsets[c];
+    if (c < 2) sensors[c].drift = drifts[c];
     if (c < 2) sensors[c].lag_s = (capture_frames + 0.5 * (update_frames - 1)) / raw_rate_hz;
     if (c >= 2) sensors[c].highpass_hz.push_back(cutoffs_hz[c]);
     if (c >= 2 && parameters.second_highpass_hz > 0.0) sensors[c].highpass_hz.push_back(parameters.second_highpass_hz);
   }
+  if (level == SensorLevel::random) draw_sensors(sensors, seed);
   return sensors;
+}
+
+std::vector<TrueTerm> true_terms_as_recorded(const QzsParameters& parameters, double payload_gain) {
+  std::vector<TrueTerm> terms = true_terms(parameters);
+  std::erase_if(terms, [](const TrueTerm& term) { return term.row != 2; });  // the others say what v is
+  for (TrueTerm& term : terms) {
+    const double degree = term.name == "x^3" ? 3.0 : term.name == "x^2" ? 2.0 : term.name == "sgn(v)" ? 0.0 : 1.0;
+    term.value *= std::pow(payload_gain, 1.0 - degree);
+  }
+  return terms;
 }
 
 struct RawRecorder::State {
@@ -191,9 +211,8 @@ RawRecorder::State::State(std::shared_ptr<const QzsRig> the_rig, double duration
     : rig(the_rig),
       trajectory(std::move(the_rig), duration_s),
       options(the_options),
-      sensors(rig_sensors(options.level, rig->parameters())),
-      lasers{{{{options.seed, 10}, {options.seed, 20}, 30e-6, 1400.0, 0.3, 20e-6},
-              {{options.seed, 11}, {options.seed, 21}, 45e-6, 1900.0, 1.1, -35e-6}}},
+      sensors(rig_sensors(options.level, rig->parameters(), options.seed)),
+      lasers{{{{options.seed, 10}, {options.seed, 20}}, {{options.seed, 11}, {options.seed, 21}}}},
       accelerometers{{accelerometer(options.seed, 0, sensors[2]), accelerometer(options.seed, 1, sensors[3])}},
       num_frames(std::llround(duration_s * raw_rate_hz)) {
   if (!(options.noise >= 0.0))
@@ -225,12 +244,12 @@ void RawRecorder::State::read_laser(std::size_t c) {
     const auto update = static_cast<std::uint64_t>(frame / update_frames);
     const double error = noise > 0.0 ? noise * laser_noise_m * laser.update_noise.at(update) : 0.0;
     const double taken_s = static_cast<double>(frame - capture_frames) / raw_rate_hz;
-    const double held = sensor.gain * laser.captured_m + sensor.offset + laser.drift(taken_s) + error;
+    const double held = sensor.gain * laser.captured_m + sensor.offset + sensor.drift.at(taken_s) + error;
     laser.captured_m = motion[c][static_cast<std::size_t>(first + capture_frames)];
     for (int i = first; i < first + update_frames; ++i) {
       const auto n = static_cast<std::size_t>(i);
       double shown = motion[c][n];
-      if (options.level == SensorLevel::full)
+      if (options.level == SensorLevel::full || options.level == SensorLevel::random)
         shown = std::clamp(laser_step_m * nearest(held / laser_step_m), -laser_range_m, laser_range_m);
       if (options.level == SensorLevel::noise) shown = laser_step_m * nearest((shown + error) / laser_step_m);
       volts[c][n] = shown * sensor.volts_per_unit;

@@ -22,10 +22,17 @@ enum class SensorLevel {
   ideal,  ///< none of it: exact displacement and acceleration
   noise,  ///< noise, resolution and interference only: no wrong gain, offset, lag, drift, high-pass or range
   full,
+  random,  ///< as full, with gains, offsets, drifts and high-pass cut-offs drawn from the seed: random_sensors.hpp
 };
-/// "ideal", "noise", "full"; throws std::invalid_argument.
+/// "ideal", "noise", "full", "random"; throws std::invalid_argument.
 [[nodiscard]] SensorLevel sensor_level(std::string_view name);
 [[nodiscard]] std::string_view to_string(SensorLevel level);
+
+/// How a laser's zero wanders: sine_m sin(2 pi t / period_s + phase) + slope_m t / 1800 s.
+struct ZeroDrift {
+  double sine_m = 0.0, period_s = 1.0, phase = 0.0, slope_m = 0.0;
+  [[nodiscard]] double at(double t_s) const;
+};
 
 /// A sensor and what its user does not know of it: volts = gain * volts_per_unit * (what it measures).
 struct RigSensor {
@@ -34,9 +41,16 @@ struct RigSensor {
   double gain = 1.0, offset = 0.0;  ///< offset in the SI unit
   double lag_s = 0.0;               ///< on average over its hold
   std::vector<double> highpass_hz;  ///< one pole each
+  ZeroDrift drift;                  ///< of a laser
 };
-/// In the order of the record's channels: base laser (r), payload laser (y), base and payload accelerometer.
-[[nodiscard]] std::array<RigSensor, num_raw_channels> rig_sensors(SensorLevel level, const QzsParameters& parameters);
+/// In the order of the record's channels: base laser (r), payload laser (y), base and payload accelerometer. `seed`
+/// counts at the level random alone.
+[[nodiscard]] std::array<RigSensor, num_raw_channels> rig_sensors(SensorLevel level, const QzsParameters& parameters,
+                                                                  std::uint64_t seed = 1);
+
+/// The slipping rig's equation in the units of sensors whose displacements all read payload_gain times too much:
+/// x^3 / g^2, x^2 / g, sgn(v) g; x, v and ddr as they are.
+[[nodiscard]] std::vector<TrueTerm> true_terms_as_recorded(const QzsParameters& parameters, double payload_gain);
 
 /// A failing sensor, as a test of those who must notice.
 struct SensorProblem {

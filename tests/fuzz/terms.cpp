@@ -27,8 +27,7 @@ dsp::Motion motion() {
 
 void evaluate(const std::string& text, const dsp::Motion& motion, const std::vector<std::string>& names) {
   const ident::Expression expression(text, names);
-  (void)expression.evaluate(motion, ident::SwitchSampling::point);
-  (void)expression.evaluate(motion, ident::SwitchSampling::cell_average);
+  (void)expression.evaluate(motion);
   (void)ident::rows_where(expression, motion);
   const std::vector<double> values(expression.signals().size(), -0.5), signs(expression.switches().size(), 1.0);
   (void)expression.evaluate(values.data(), signs.data());

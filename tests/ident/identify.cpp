@@ -97,7 +97,7 @@ TEST_CASE("several ranges are fitted in turn, told of before and after, and judg
 }
 
 TEST_CASE("terms that cannot be distinguished on the rows of a range are named, others not", "[ident][identify]") {
-  const auto said = [](const Bench& bench) {
+  const auto said = [](Bench& bench) {
     const ident::RangeResult result = ident::identify(range(whole()), bench.columns, bench.library, all_methods());
     std::string all;
     for (const std::string& remark : result.fits.front().fit.remarks) all += remark + "\n";

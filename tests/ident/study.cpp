@@ -46,8 +46,8 @@ TEST_CASE("every case of a study is an identification with its options", "[ident
   REQUIRE(outcomes.size() == cases.size());
   for (std::size_t k = 0; k < cases.size(); ++k) {
     const auto library = ident::record_library(cases[k].library, "a", record.prepared);
-    const auto alone =
-        ident::identify(cases[k].ranges, {ident::record_columns(library, "a", record)}, library, cases[k].options);
+    std::vector<ident::Columns> columns{ident::record_columns(library, "a", record)};
+    const auto alone = ident::identify(cases[k].ranges, columns, library, cases[k].options);
     REQUIRE(outcomes[k].ranges.size() == alone.size());
     CHECK(outcomes[k].trouble.empty());
     const ident::JudgedFit &fit = outcomes[k].ranges[0].fits[0], &same = alone[0].fits[0];

@@ -220,7 +220,14 @@ TEST_CASE("the equation identified from the record that comes with the sources h
   CHECK(response["down"]["lock_hz"].get<double>() == Approx(0.82).epsilon(0.02));
   CHECK(response["up"]["peak"]["amplitude_m"].get<double>() == Approx(38.86e-3).epsilon(0.01));
   CHECK(response["down"]["peak"]["amplitude_m"].get<double>() == Approx(26.22e-3).epsilon(0.01));
-  CHECK(found["covariance"] == "robust");
+  CHECK(found["covariance"] == "noise and sensors");
+  const json equation = json::parse(support::bytes_of(folder / "run/equation.json"))["ranges"][0]["methods"][0];
+  CHECK(equation["sensors"].size() > 6);
+  for (const json& term : equation["terms"]) {
+    CHECK(term["std"].get<double>() > term["std_noise"].get<double>());
+    CHECK(term["budget"]["noise"].get<double>() > 0.0);
+    CHECK(term["budget"].contains("relative gain of the base's displacement"));
+  }
   CHECK(found["record"]["num_steps"].get<int>() >= 42);
   CHECK(found["record"]["rms"].get<double>() < 0.01);
   CHECK(found["located"]["down"]["jump_hz"]["draws_std"].get<double>() < 1e-3);

@@ -155,6 +155,24 @@ TEST_CASE("the rig's recording holds what the sensors gave, and its sidecar what
   CHECK(read_csv(folder / "rig/response.csv").columns.at("t")[1] == 0.0390625);
 }
 
+TEST_CASE("the truth of random sensors names what was drawn and the equation in their units",
+          "[apps][simulate_command]") {
+  const support::Scratch folder;
+  simulate({.system = "qzs", .folder = folder / "rig", .seed = 5, .duration_s = 1.0, .raw = true, .sensors = "random"});
+  const auto truth = truth_of(folder / "rig");
+  const auto drawn = sim::rig_sensors(sim::SensorLevel::random, sim::qzs_twin("T0"), 5);
+  CHECK(truth["sensors"]["level"] == "random");
+  for (std::size_t c = 0; c < drawn.size(); ++c) {
+    CHECK(truth["sensors"]["channels"][c]["gain"] == drawn[c].gain);
+    CHECK(truth["sensors"]["channels"][c]["offset"] == drawn[c].offset);
+    CHECK(truth["sensors"]["channels"][c]["highpass_hz"] == drawn[c].highpass_hz);
+  }
+  CHECK(truth["sensors"]["channels"][1]["drift"]["sine_m"] == drawn[1].drift.sine_m);
+  for (const auto& term : truth["terms_as_recorded"])
+    if (term["name"] == "x^3") CHECK(term["value"].get<double>() == Approx(-9.5e4 / std::pow(drawn[1].gain, 2)));
+  CHECK(truth["terms_as_recorded"].size() == 5);
+}
+
 TEST_CASE("an excerpt of the rig's test is that part of the whole", "[apps][simulate_command]") {
   const support::Scratch folder;
   simulate({.system = "qzs", .folder = folder / "whole", .duration_s = 5.0, .raw = true});

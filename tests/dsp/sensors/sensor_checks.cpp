@@ -97,8 +97,7 @@ TEST_CASE("lines for a channel given by its unit", "[dsp][sensor_checks]") {
         "highpass = [0.4, 0.3]");
 }
 
-TEST_CASE("a table's displacement, velocity and acceleration are compared for sign and scale",
-          "[dsp][sensor_checks]") {
+TEST_CASE("a table's displacement, velocity and acceleration are compared for sign and scale", "[dsp][sensor_checks]") {
   // A slow swing and a fast one, a hundred seconds at 50 Hz; velocity and acceleration by hand.
   const auto table = [](double x_scale, double v_scale, double a_scale) {
     dsp::Recording recording{.name = "table", .sample_rate_hz = 50.0};
@@ -139,6 +138,12 @@ TEST_CASE("a table's displacement, velocity and acceleration are compared for si
     one(table(1, 1, 1.2), "sensor.gain",
         "name = \"a\" or its partner, whichever is calibrated wrongly: full_scale = \"0.833333 m/s^2\"");
     one(table(1, 0.7, 1), "sensor.gain", "v reads 0.7");
+    const auto calibrated_to = [](dsp::Recording recording, double fraction) {
+      for (dsp::Channel& channel : recording.channels) channel.sensitivity_uncertainty = fraction;
+      return recording;
+    };
+    one(calibrated_to(table(1, 1, 0.95), 0.002), "sensor.gain", "a\" or its partner");  // 18 standard deviations
+    CHECK(raised_of(calibrated_to(table(1, 1, 1.2), 0.1), recipe).empty());             // 1.3
     dsp::Recording noisy = table(1, 1, 1);  // noise in x that takes a tenth off the ratio
     noisy.samples.col(0) += support::gaussian(5000, 5, 0.3 * 0.0143);
     CHECK(raised_of(noisy, recipe).empty());

@@ -128,3 +128,32 @@ TEST_CASE("low frequencies that an AC coupling took come back from the displacem
   CHECK((recording.samples.col(1) - a).segment(skip, n - 2 * skip).cwiseAbs().maxCoeff() <=
         5e-3 * a.cwiseAbs().maxCoeff());
 }
+
+TEST_CASE("a motion whose frequency lies between those of the window is related as well as any other",
+          "[dsp][sensor_consistency]") {
+  // 1.46 Hz is 0.4 of the way between two frequencies of a 40 s window, where the phase of a 0.4 Hz cut-off has moved
+  // on by 2e-3. Nothing but that motion and two like it.
+  const Index n = static_cast<Index>(900 * rate_hz);
+  VectorXd x(n), a(n);
+  for (Index i = 0; i < n; ++i) {
+    const double t = static_cast<double>(i) / rate_hz;
+    const double w = two_pi * (t < 300.0 ? 1.46 : t < 600.0 ? 1.16 : 0.94);
+    x(i) = 4.5e-3 * std::sin(w * t);
+    a(i) = -w * w * x(i);
+  }
+  const double lag_s = 1.2e-3;
+  const std::vector<double> cutoffs_hz{0.4};
+  const VectorXd displacement =
+      dsp::ExtendedSpectrum(x, rate_hz).filtered([&](double f) { return std::polar(1.0, -two_pi * f * lag_s); });
+  const VectorXd acceleration =
+      dsp::ExtendedSpectrum(a, rate_hz).filtered([&](double f) { return dsp::highpass_response(cutoffs_hz, f); });
+  std::vector<unsigned char> excluded(static_cast<std::size_t>(n), 0);
+  for (const int change : {300, 600})  // the leap there is no motion
+    std::fill_n(excluded.begin() + static_cast<Index>((change - 1.0) * rate_hz),
+                static_cast<std::size_t>(2.0 * rate_hz), static_cast<unsigned char>(1));
+  const auto found = dsp::relate_sensors(displacement, acceleration, rate_hz, excluded);
+  REQUIRE(found.highpass_hz.size() == 1);
+  // Without noise: what is left are the window's skirts and the ends of the record.
+  CHECK(found.lag_s == Approx(lag_s).margin(1e-5));
+  CHECK(found.highpass_hz[0] == Approx(0.4).margin(2e-4));
+}

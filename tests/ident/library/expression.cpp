@@ -44,34 +44,12 @@ TEST_CASE("pointwise and column-wise evaluation agree", "[ident][expression]") {
   const ident::Expression term("sgn(v)*x^2 + sgn(x - 0.1)*v", names);
   REQUIRE(term.switches() == std::vector<std::string>{"v", "x-0.1"});
   REQUIRE(term.signals() == std::vector<std::string>{"v", "x"});
-  const VectorXd column = term.evaluate(motion, ident::SwitchSampling::point);
+  const VectorXd column = term.evaluate(motion);
   for (Index i = 0; i < 40; ++i) {
     const double values[] = {motion.at("v")(i), motion.at("x")(i)};
     const double signs[] = {values[0] > 0 ? 1.0 : -1.0, values[1] > 0.1 ? 1.0 : -1.0};
     CHECK(term.evaluate(values, signs) == Approx(column(i)).epsilon(1e-15));
   }
-}
-
-TEST_CASE("a cell-averaged sign keeps the place of the switch between samples", "[ident][expression]") {
-  // The mean of sgn(v) over one cell of width h around each sample, by fine sampling: a second computation.
-  const double rate = 64.0, frequency = 1.7;
-  const auto motion = sine_motion(rate, 200, frequency, 0.4);
-  const VectorXd column = ident::Expression("sgn(v)", names).evaluate(motion);
-  const double w = 2.0 * std::numbers::pi * frequency;
-  double worst = 0.0;
-  for (Index i = 0; i < 200; ++i) {
-    double mean = 0.0;
-    constexpr int fine = 2000;
-    for (int k = 0; k < fine; ++k) {
-      const double t = motion.at("t")(i) + ((k + 0.5) / fine - 0.5) / rate;
-      mean += std::cos(w * t + 0.4) > 0.0 ? 1.0 / fine : -1.0 / fine;
-    }
-    worst = std::max(worst, std::abs(column(i) - mean));
-  }
-  // v is straight within a cell up to (w h)^2 / 24 = 1e-3 of its change there.
-  CHECK(worst <= 4e-3);
-  const VectorXd points = ident::Expression("sgn(v)", names).evaluate(motion, ident::SwitchSampling::point);
-  CHECK((points - column).cwiseAbs().maxCoeff() > 0.5);
 }
 
 TEST_CASE("conditions select rows", "[ident][expression]") {

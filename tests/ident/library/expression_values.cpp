@@ -68,9 +68,7 @@ double value_of(const ident::Node& node, const std::array<double, 3>& values) {
 
 TEST_CASE("terms have the values that muParser gave, bit for bit", "[ident][expression]") {
   const auto motion = recorded_motion();
-  const auto values = [&](const char* text) {
-    return ident::Expression(text, names).evaluate(motion, ident::SwitchSampling::point);
-  };
+  const auto values = [&](const char* text) { return ident::Expression(text, names).evaluate(motion); };
   for (const recorded::Value& expected : recorded::exact) {
     CAPTURE(expected.text);
     const VectorXd found = values(expected.text);
@@ -94,13 +92,13 @@ TEST_CASE("random expressions are worth what a second computation says, in colum
   for (int k = 0; k < 400; ++k) {
     const auto tree = random(k % 6);
     const ident::Expression expression(ident::print_tree(*tree, ident::Notation::text), names);
-    const VectorXd column = expression.evaluate(motion, ident::SwitchSampling::point);
+    const VectorXd column = expression.evaluate(motion);
     for (const Index i : {Index{0}, Index{511}, Index{512}, num_rows - 1}) {
       const double expected = value_of(*tree, {x(i), v(i), ddr(i)});
       std::vector<double> values, signs;
       for (const std::string& name : expression.signals()) values.push_back(motion.at(name)(i));
       for (const std::string& text : expression.switches())
-        signs.push_back(ident::sign(ident::Expression(text, names).evaluate(motion, ident::SwitchSampling::point)(i)));
+        signs.push_back(ident::sign(ident::Expression(text, names).evaluate(motion)(i)));
       finite += std::isfinite(expected);
       if (same(column(i), expected) && same(expression.evaluate(values.data(), signs.data()), expected)) continue;
       ++wrong;
@@ -123,8 +121,7 @@ TEST_CASE("threads share an expression", "[ident][expression]") {
       for (int k = 0; k < 20; ++k) {
         count += expression.evaluate(motion) != alone;
         const double values[] = {motion.at("v")(k), motion.at("x")(k)}, sign = ident::sign(values[0]);
-        count += !(std::abs(expression.evaluate(values, &sign) -
-                            expression.evaluate(motion, ident::SwitchSampling::point)(k)) == 0.0);
+        count += !(std::abs(expression.evaluate(values, &sign) - expression.evaluate(motion)(k)) == 0.0);
       }
     });
   for (std::thread& thread : threads) thread.join();

@@ -175,3 +175,49 @@ TEST_CASE("failing sensors rail, hold or clip for as long as asked", "[sim][qzs_
   CHECK_THROWS_AS(sim::RawRecorder(rig, 1.0, {.problems = {{Kind::rail, 4, 0.0, 1.0}}}), std::invalid_argument);
   CHECK_THROWS_AS(sim::RawRecorder(rig, 1.0, {.noise = -1.0}), std::invalid_argument);
 }
+
+TEST_CASE("random sensors spread as their data sheet says and are another set for another seed", "[sim][qzs_sensors]") {
+  constexpr int num_seeds = 400;  // a standard deviation is then known to 3.5 %
+  Eigen::ArrayXd laser_gain(num_seeds), accelerometer_gain(num_seeds), offset(num_seeds), drift(num_seeds),
+      cutoff(num_seeds), period(num_seeds);
+  for (int i = 0; i < num_seeds; ++i) {
+    const auto sensors =
+        sim::rig_sensors(sim::SensorLevel::random, sim::qzs_twin("T0"), static_cast<std::uint64_t>(1000 + i));
+    laser_gain(i) = sensors[1].gain - 1.0;
+    accelerometer_gain(i) = sensors[2].gain - 1.0;
+    offset(i) = sensors[0].offset;
+    drift(i) = sensors[1].drift.sine_m;
+    period(i) = sensors[1].drift.period_s;
+    cutoff(i) = sensors[3].highpass_hz.at(0);
+    CHECK(sensors[1].lag_s == sim::rig_sensors(sim::SensorLevel::full, {})[1].lag_s);
+  }
+  const double four_std = 4.0 * 0.035;
+  CHECK(rms(laser_gain) == Approx(0.005).epsilon(four_std));
+  CHECK(rms(accelerometer_gain) == Approx(0.015).epsilon(four_std));
+  CHECK(rms(offset) == Approx(1e-3).epsilon(four_std));
+  CHECK(rms(drift) == Approx(0.04e-3).epsilon(four_std));
+  CHECK((cutoff.minCoeff() >= 0.3 && cutoff.maxCoeff() <= 0.6));
+  CHECK((period.minCoeff() >= 700.0 && period.maxCoeff() <= 2500.0));
+  CHECK(cutoff.mean() == Approx(0.45).margin(4.0 * 0.3 / std::sqrt(12.0 * num_seeds)));
+}
+
+TEST_CASE("a random sensor reads what its drawn gain, offset and drift make of the motion", "[sim][qzs_sensors]") {
+  const auto sensor = sim::rig_sensors(sim::SensorLevel::random, sim::qzs_twin("T0"), 7)[0];
+  const Eigen::ArrayXd expected = record(4.0, {.level = sim::SensorLevel::ideal}).col(0);
+  const Eigen::ArrayXd got = record(4.0, {.level = sim::SensorLevel::random, .noise = 0.0, .seed = 7}).col(0);
+  const Eigen::Index lag = 31, n = got.rows() - lag;  // 31.5 frames: half a frame of 0.06 m/s is 1.2 um
+  const Eigen::ArrayXd wanted = sensor.gain * expected.head(n) + laser_v_per_m * (sensor.offset + sensor.drift.at(2.0));
+  // Held for 32 frames, shown in steps of 10 um, and the drift moves on: 1 um.
+  CHECK(rms(got.tail(n) - wanted) < laser_v_per_m * 20e-6);
+}
+
+TEST_CASE("the equation as recorded has the payload laser's unit of length", "[sim][qzs_sensors]") {
+  const double g = 0.99;
+  for (const sim::TrueTerm& term : sim::true_terms_as_recorded(sim::qzs_twin("T1"), g)) {
+    CAPTURE(term.name);
+    if (term.name == "x" || term.name == "v" || term.name == "ddr") CHECK(std::abs(term.value) <= 50.0);
+    if (term.name == "x^3") CHECK(term.value == Approx(-9.5e4 / (g * g)));
+    if (term.name == "x^2") CHECK(term.value == Approx(200.0 / g));
+    if (term.name == "sgn(v)") CHECK(term.value == Approx(-0.065 * g));
+  }
+}

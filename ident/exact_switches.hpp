@@ -1,0 +1,43 @@
+#pragma once
+#include <Eigen/Core>
+#include <vector>
+
+#include "dsp/prepare.hpp"
+#include "ident/library.hpp"
+#include "ident/switches/crossings.hpp"
+
+namespace ident {
+
+/// Terms of one recording as a recorder would have delivered them: formed in continuous time, where sgn(g), abs(g) and
+/// comparisons switch at the very time at which g passes zero, then sampled at the intermediate rate behind an
+/// anti-alias filter. Jumps and kinks keep their times between two samples, and products of band-limited signals are
+/// formed at a rate at which they do not fold into the band of the regressor columns. Two zeros closer than a tenth of
+/// a wave of the state band's end may go unseen.
+class ExactSwitches {
+ public:
+  /// For all terms of a library, with their switches where the prepared signals have their zeros. `prepared` must
+  /// outlive it.
+  ExactSwitches(const dsp::Prepared& prepared, const CandidateLibrary& library);
+  /// Places the switches again under an equation, whose jumps the state band has rounded (crossings.hpp).
+  void settle(const WeightedTerms& equation);
+  /// Whether the switches are placed under an equation.
+  [[nodiscard]] bool settled() const { return settled_; }
+  [[nodiscard]] const dsp::Prepared& prepared() const { return prepared_; }
+  [[nodiscard]] const Crossings& crossings() const { return crossings_; }
+  /// Whether the term's column depends on the equation.
+  [[nodiscard]] bool depends_on_equation(const Expression& term) const;
+  /// The term at the intermediate rate, below the end of the column filter's band. What is not finite counts as zero.
+  [[nodiscard]] Eigen::VectorXd samples(const Expression& term) const;
+
+ private:
+  [[nodiscard]] Eigen::Index rate_factor(const Expression& term) const;
+  [[nodiscard]] std::vector<double> breaks(const Expression& term) const;
+  void sharpen(const Expression& term, Eigen::Index factor, Eigen::VectorXd& values) const;
+
+  const dsp::Prepared& prepared_;
+  Crossings crossings_;
+  bool settled_ = false;
+  double stop_hz_;  ///< columns are gone from here on
+};
+
+}  // namespace ident

@@ -1,0 +1,34 @@
+#pragma once
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "ident/identify.hpp"
+#include "ident/sensors/range_sensors.hpp"
+#include "ident/sensors/sensor_fit.hpp"
+#include "ident/validate/free_run.hpp"
+
+namespace ident {
+
+/// All that the methods have in common on one range.
+struct RangeData {
+  std::vector<Eigen::Index> terms;  ///< of the library, that can be distinguished on the training rows
+  Eigen::VectorXd scale;            ///< largest magnitude of each column of the library on them
+  RFactor data;                     ///< of `terms` and the target, the sensors integrated out
+  std::optional<RangeSensors> sensors;
+  SensorRegression joint;                     ///< of sensors, `terms` and target
+  Eigen::MatrixXd sensor_train, sensor_test;  ///< the sensors' columns on the rows
+  Eigen::VectorXd train, test;                ///< target
+  std::vector<Eigen::Index> train_samples;
+  std::vector<Course> courses;
+  std::vector<std::pair<std::string, double>> largest;  ///< of the signals the library looks at
+};
+
+/// Of the columns as they are, without sensors. Terms that cannot be used are named in result.dropped. Throws as
+/// identify does.
+[[nodiscard]] RangeData range_data(RangeResult& result, const std::vector<Columns>& recordings,
+                                   const CandidateLibrary& library, const IdentifyOptions& options);
+
+}  // namespace ident

@@ -1,0 +1,37 @@
+#pragma once
+#include <Eigen/Core>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "ident/columns.hpp"
+#include "ident/ranges.hpp"
+#include "ident/sensors/sensor_columns.hpp"
+#include "ident/sensors/sensor_parameters.hpp"
+
+namespace ident {
+
+/// The sensor parameters of all recordings that a range covers, one after the other, and their columns. The recordings
+/// must outlive it.
+class RangeSensors {
+ public:
+  RangeSensors(const Range& range, const std::vector<Columns>& recordings);
+  [[nodiscard]] const std::vector<SensorParameter>& parameters() const { return parameters_; }
+  /// Forms the columns with this equation.
+  void form(const WeightedTerms& equation, const std::string& target, const std::function<void()>& poll);
+  /// The columns on these rows; zero where a row is of another recording.
+  [[nodiscard]] Eigen::MatrixXd on(const std::vector<Row>& rows) const;
+  /// The signals of a recording (0-based), at the regression rate, with these values of the parameters.
+  [[nodiscard]] dsp::Motion corrected_signals(std::size_t recording, const Eigen::VectorXd& values) const;
+
+ private:
+  struct Part {
+    const Columns* columns = nullptr;  ///< null: no parameters
+    Eigen::Index first = 0;
+    Eigen::MatrixXd psi;
+  };
+  std::vector<Part> parts_;  ///< one for each recording
+  std::vector<SensorParameter> parameters_;
+};
+
+}  // namespace ident

@@ -1,0 +1,111 @@
+#include "ident/sensors/sensor_columns.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ident {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+/// 0 where it is not finite, which excluded samples only are.
+VectorXd finite(const VectorXd& values) {
+  return values.unaryExpr([](double value) { return std::isfinite(value) ? value : 0.0; });
+}
+
+/// By how much the equation changes with a signal, sample by sample: smoothly, and at switches by an impulse a cell
+/// wide of the same area.
+struct SignalSlope {
+  std::string name;
+  VectorXd values;
+};
+
+class EquationSlopes {
+ public:
+  EquationSlopes(const dsp::Motion& motion, const WeightedTerms& equation) : motion_(motion) {
+    for (const auto& [term, coefficient] : equation) {
+      for (const std::string& signal : term.signals())
+        of(signal) += coefficient * finite(term.derivative(signal).evaluate(motion));
+      for (std::size_t i = 0; i < term.switches().size(); ++i) add_jumps(term, i, coefficient);
+    }
+  }
+  [[nodiscard]] const std::vector<SignalSlope>& slopes() const { return slopes_; }
+
+ private:
+  VectorXd& of(const std::string& signal) {
+    for (SignalSlope& slope : slopes_)
+      if (slope.name == signal) return slope.values;
+    return slopes_.emplace_back(SignalSlope{signal, VectorXd::Zero(motion_.num_samples())}).values;
+  }
+
+  /// Where g, the argument of the term's switch i, passes zero, a change of it moves the jump: by that over the slope
+  /// of g in time.
+  void add_jumps(const Expression& term, std::size_t i, double coefficient) {
+    const Expression argument(term.switches()[i]);
+    const VectorXd g = argument.evaluate(motion_);
+    const VectorXd change = g.tail(g.size() - 1) - g.head(g.size() - 1);  // from sample to sample
+    // Where g hardly moves it rests, and its zeros are noise.
+    constexpr double resting = 0.05;
+    const double least = resting * std::sqrt(change.squaredNorm() / static_cast<double>(change.size()));
+    std::vector<std::pair<const std::string*, VectorXd>> gradient;
+    for (const std::string& signal : argument.signals())
+      gradient.emplace_back(&signal, argument.derivative(signal).evaluate(motion_));
+    std::vector<Expression> others;
+    for (const std::string& text : term.switches()) others.emplace_back(text);
+    for (Index n = 0; n < change.size(); ++n) {
+      if ((g(n) < 0.0) == (g(n + 1) < 0.0) || std::abs(change(n)) < least) continue;
+      const double fraction = std::clamp(-g(n) / change(n), 0.0, 1.0);
+      const double area = coefficient * jump_of(term, others, i, n) / std::abs(change(n));
+      if (!std::isfinite(area)) continue;
+      for (const auto& [signal, slope] : gradient) {
+        VectorXd& values = of(*signal);
+        values(n) += (1.0 - fraction) * area * slope(n);
+        values(n + 1) += fraction * area * slope(n + 1);
+      }
+    }
+  }
+
+  /// By how much the term jumps where its switch i goes from -1 to 1.
+  double jump_of(const Expression& term, const std::vector<Expression>& arguments, std::size_t i, Index n) const {
+    const auto values_of = [&](const Expression& expression) {
+      std::vector<double> values;
+      for (const std::string& signal : expression.signals()) values.push_back(motion_.at(signal)(n));
+      return values;
+    };
+    std::vector<double> signs;
+    for (const Expression& argument : arguments)
+      signs.push_back(argument.evaluate(values_of(argument).data(), nullptr) < 0.0 ? -1.0 : 1.0);
+    const std::vector<double> values = values_of(term);
+    signs[i] = 1.0;
+    const double above = term.evaluate(values.data(), signs.data());
+    signs[i] = -1.0;
+    return above - term.evaluate(values.data(), signs.data());
+  }
+
+  const dsp::Motion& motion_;
+  std::vector<SignalSlope> slopes_;
+};
+
+}  // namespace
+
+MatrixXd sensor_columns(const dsp::Prepared& prepared, const std::vector<SensorParameter>& parameters,
+                        const WeightedTerms& equation, const std::string& target, const std::function<void()>& poll) {
+  const EquationSlopes equation_slopes(prepared.intermediate, equation);
+  MatrixXd columns(prepared.signals.num_samples(), static_cast<Index>(parameters.size()));
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    if (poll) poll();
+    VectorXd sum = VectorXd::Zero(prepared.intermediate.num_samples());
+    for (const dsp::Signal& change : parameters[k].change(prepared.intermediate)) {
+      if (change.name == target) sum -= change.values;
+      for (const SignalSlope& slope : equation_slopes.slopes())
+        if (slope.name == change.name) sum += slope.values.cwiseProduct(change.values);
+    }
+    columns.col(static_cast<Index>(k)) = prepared.filter.apply(sum);
+  }
+  return columns;
+}
+
+}  // namespace ident

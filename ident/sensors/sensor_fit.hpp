@@ -1,0 +1,44 @@
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "ident/r_factor.hpp"
+
+// A regression t = Phi c + Psi eta + noise in which the values eta of sensor parameters have normal priors about zero.
+
+namespace ident {
+
+/// The R factor of [Psi Phi t], with what is known of eta beforehand.
+struct SensorRegression {
+  RFactor joint;                     ///< terms: n_s sensor columns, then b candidates
+  Eigen::VectorXd prior_std;         ///< n_s
+  std::vector<std::string> sources;  ///< n_s; parameters of one source share a line of the budget
+  [[nodiscard]] Eigen::Index num_sensors() const { return prior_std.size(); }
+};
+
+/// The same regression on the candidates alone: what least squares and an evidence make of it is what they would make
+/// of the joint one with eta integrated out, at this noise. Of b terms and as many samples.
+[[nodiscard]] RFactor without_sensors(const SensorRegression& regression, double noise_std);
+/// Standard deviation of the noise beside all candidates and sensors.
+[[nodiscard]] double noise_beside_all(const SensorRegression& regression);
+
+/// What a fit's coefficients and the sensors are known to, together.
+struct SensorPosterior {
+  Eigen::VectorXd sensor_mean, sensor_std;  ///< n_s
+  Eigen::MatrixXd covariance;               ///< of the kept coefficients: noise and sensors
+  Eigen::MatrixXd noise_covariance;         ///< with the sensors known and the noise white
+  std::vector<std::string> sources;         ///< "noise", then each source once
+  Eigen::MatrixXd fractions;  ///< sources x kept: by what fraction the variance falls where that source is known;
+                              ///< noise: the fraction that is left where all sensors are
+};
+/// `kept`: candidates (0 .. b-1) with coefficients `mean`; `independent_fraction`: n_a / n, of the residual.
+[[nodiscard]] SensorPosterior sensor_posterior(const SensorRegression& regression,
+                                               const std::vector<Eigen::Index>& kept,
+                                               const Eigen::Ref<const Eigen::VectorXd>& mean, double noise_variance,
+                                               double independent_fraction);
+/// Lets in what terms too weak to be kept take from the kept ones, as the source "terms left out". `widening`: of each
+/// standard deviation, at least 1.
+void add_terms_left_out(SensorPosterior& posterior, const Eigen::Ref<const Eigen::VectorXd>& widening);
+
+}  // namespace ident

@@ -1,0 +1,190 @@
+#include "ident/sensors/sensor_parameters.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+
+#include "dsp/filter/spectral.hpp"
+#include "ident/record.hpp"
+
+namespace ident {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+using Changes = std::vector<dsp::Signal>;
+
+// A change of base or payload, order by order; the relative motion goes with the payload and against the base.
+constexpr const char* signal_names[3][3] = {{"x", "v", "a"}, {"r", "dr", "ddr"}, {"y", "dy", "ddy"}};
+enum Body { relative, base, payload };
+
+void add(Changes& changes, const dsp::Motion& motion, Body body, int order, const VectorXd& change) {
+  const char* own = signal_names[body][order];
+  const char* of_x = signal_names[relative][order];
+  if (motion.find(own) != nullptr) changes.push_back({own, "", change});
+  if (motion.find(of_x) != nullptr) changes.push_back({of_x, "", body == base ? VectorXd(-change) : change});
+}
+
+const VectorXd& of(const dsp::Motion& motion, Body body, int order) {
+  return motion.at(signal_names[body][order]);
+}
+
+SensorParameter relative_gain(double std) {
+  return {"relative gain of the base's displacement", "relative gain of the base's displacement", "1", std,
+          [](const dsp::Motion& motion) {
+            Changes changes;
+            for (int order = 0; order < 3; ++order) {
+              const VectorXd& signal = of(motion, base, order);
+              add(changes, motion, base, order, signal.array() - signal.mean());
+            }
+            return changes;
+          }};
+}
+
+SensorParameter zero_of_x(double std) {
+  return {"zero of x", "zero of x", "m", std, [](const dsp::Motion& motion) {
+            return Changes{{"x", "", VectorXd::Ones(motion.num_samples())}};
+          }};
+}
+
+constexpr double drift_step_s = 300.0;
+
+VectorXd hat(const dsp::Motion& motion, double centre_s) {
+  return VectorXd::NullaryExpr(motion.num_samples(), [&](Index i) {
+    return std::max(0.0, 1.0 - std::abs(static_cast<double>(i) / motion.sample_rate_hz - centre_s) / drift_step_s);
+  });
+}
+
+SensorParameter drift_of_x(double centre_s, double std) {
+  return {fmt::format("drift of x at {:.0f} s", centre_s), "drift of x", "m", std,
+          [centre_s](const dsp::Motion& motion) {
+            return Changes{{"x", "", hat(motion, centre_s)}};
+          }};
+}
+
+SensorParameter lag(Body body, const dsp::SensorRelation& relation) {
+  return {"lag of " + relation.displacement, "lag of " + relation.displacement, "s", relation.lag_std_s,
+          [body](const dsp::Motion& motion) {
+            Changes changes;
+            for (int order = 0; order < 2; ++order) add(changes, motion, body, order, of(motion, body, order + 1));
+            return changes;
+          }};
+}
+
+SensorParameter accelerometer_gain(Body body, const dsp::SensorRelation& relation) {
+  return {"gain of " + relation.acceleration, "gain of " + relation.acceleration, "1",
+          relation.gain_std / relation.gain, [body](const dsp::Motion& motion) {
+            Changes changes;
+            add(changes, motion, body, 2, of(motion, body, 2));
+            return changes;
+          }};
+}
+
+/// What was divided by i f / (f_c + i f) above the passage to the displacement: one hertz more of the sum of cut-offs
+/// is sum (1 / n) / (f_c + i f) more of the signal.
+SensorParameter coupling(Body body, const dsp::SensorRelation& relation, double passage_hz) {
+  return {"coupling of " + relation.acceleration, "coupling of " + relation.acceleration, "Hz",
+          relation.highpass_sum_std_hz, [body, passage_hz, cutoffs = relation.highpass_hz](const dsp::Motion& motion) {
+            const dsp::SpectralBand low{passage_hz / 2.0, passage_hz};
+            const dsp::ExtendedSpectrum spectrum(of(motion, body, 2), motion.sample_rate_hz);
+            Changes changes;
+            add(changes, motion, body, 2, spectrum.filtered([&](double f) {
+              std::complex<double> sum = 0.0;
+              for (const double cutoff : cutoffs)
+                sum += (1.0 - low.gain(f)) / (static_cast<double>(cutoffs.size()) * std::complex<double>(cutoff, f));
+              return sum;
+            }));
+            return changes;
+          }};
+}
+
+/// How far x, averaged over a minute of motion, wanders about its mean.
+double observed_wander(const Record& record) {
+  constexpr double average_s = 60.0;  // some fifty periods, whose own means are next to nothing
+  const dsp::Motion& signals = record.prepared.signals;
+  const VectorXd& x = signals.at("x");
+  const auto block = static_cast<Index>(average_s * signals.sample_rate_hz);
+  std::vector<double> means;
+  for (Index first = 0; first + block <= x.size(); first += block) {
+    const auto moves = [&](Index i) {
+      const auto n = static_cast<std::size_t>(i);
+      const bool moving =
+          record.regimes.empty() || record.regimes[n] == dsp::Regime::low || record.regimes[n] == dsp::Regime::high;
+      return moving && signals.excluded[n] == 0;
+    };
+    bool whole = true;
+    for (Index i = first; whole && i < first + block; ++i) whole = moves(i);
+    if (whole) means.push_back(x.segment(first, block).mean());
+  }
+  if (means.size() < 2) return 0.0;
+  const Eigen::Map<const VectorXd> all(means.data(), std::ssize(means));
+  return std::sqrt((all.array() - all.mean()).square().sum() / static_cast<double>(means.size() - 1));
+}
+
+double extent(const VectorXd& values) {
+  return values.maxCoeff() - values.minCoeff();
+}
+
+const dsp::Channel* channel_of(const dsp::Prepared& prepared, dsp::Role role) {
+  for (const dsp::Channel& channel : prepared.channels)
+    if (channel.role == role) return &channel;
+  return nullptr;
+}
+
+void append_displacements(const Record& record, std::vector<SensorParameter>& parameters) {
+  constexpr double unknown_zero = 0.01;  // of its range
+  const dsp::Prepared& prepared = record.prepared;
+  const dsp::Motion& signals = prepared.signals;
+  double gain_std = 0.0, zero_m = 0.0, drift_m = 0.0;
+  for (const auto& [role, name] : {std::pair{dsp::Role::r, "r"}, std::pair{dsp::Role::y, "y"}}) {
+    const dsp::Channel* channel = channel_of(prepared, role);
+    if (channel == nullptr) continue;
+    gain_std = std::hypot(gain_std, channel->sensitivity_uncertainty);
+    zero_m = std::hypot(zero_m, unknown_zero * (channel->range > 0.0 ? channel->range : extent(signals.at(name))));
+    drift_m = std::hypot(drift_m, channel->drift);
+  }
+  if (record.common_motion) gain_std = std::min(gain_std, record.common_motion->gain_std);
+  if (gain_std > 0.0) parameters.push_back(relative_gain(gain_std));
+  if (zero_m > 0.0) parameters.push_back(zero_of_x(zero_m));
+  const double duration_s = static_cast<double>(signals.num_samples()) / signals.sample_rate_hz;
+  if (drift_m == 0.0) drift_m = observed_wander(record);
+  if (duration_s < drift_step_s || drift_m == 0.0) return;
+  for (int k = 0; static_cast<double>(k - 1) * drift_step_s < duration_s; ++k)
+    parameters.push_back(drift_of_x(static_cast<double>(k) * drift_step_s, drift_m));
+}
+
+}  // namespace
+
+std::vector<SensorParameter> sensor_parameters(const Record& record) {
+  const dsp::Prepared& prepared = record.prepared;
+  std::vector<SensorParameter> parameters;
+  if (!prepared.equalised()) return parameters;
+  const dsp::Motion& signals = prepared.signals;
+  if (prepared.x_is_difference && signals.find("r") != nullptr && signals.find("y") != nullptr)
+    append_displacements(record, parameters);
+  double passage_hz = 0.0;
+  for (const double cutoff : prepared.highpass_hz) passage_hz = std::max(passage_hz, cutoff);
+  for (const dsp::SensorRelation& relation : prepared.relations) {
+    if (!dsp::can_be_corrected(relation)) continue;
+    const Body body = relation.name.starts_with("r ") ? base : payload;
+    if (relation.lag_std_s > 0.0) parameters.push_back(lag(body, relation));
+    if (relation.highpass_sum_std_hz > 0.0) parameters.push_back(coupling(body, relation, passage_hz));
+    if (relation.gain_std > 0.0 && dsp::gain_is_plausible(relation))
+      parameters.push_back(accelerometer_gain(body, relation));
+  }
+  return parameters;
+}
+
+dsp::Motion corrected(dsp::Motion motion, const std::vector<SensorParameter>& parameters,
+                      const Eigen::Ref<const VectorXd>& values) {
+  const dsp::Motion as_recorded = motion;
+  for (std::size_t k = 0; k < parameters.size(); ++k)
+    for (const dsp::Signal& change : parameters[k].change(as_recorded))
+      for (dsp::Signal& signal : motion.signals)
+        if (signal.name == change.name) signal.values += values(static_cast<Index>(k)) * change.values;
+  return motion;
+}
+
+}  // namespace ident

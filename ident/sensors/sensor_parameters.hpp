@@ -1,0 +1,35 @@
+#pragma once
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "dsp/motion.hpp"
+
+namespace ident {
+
+struct Record;
+
+/// Something about a recording's sensors that is known to a standard deviation only. A value of it is a change of the
+/// signals: what the body did is what was recorded + value * change.
+struct SensorParameter {
+  std::string name;    ///< "relative gain of base_laser"
+  std::string source;  ///< of a budget; drifts of one signal at several times are one
+  std::string unit;    ///< SI, "1"
+  double std = 0.0;    ///< of the prior, a normal distribution about zero
+  /// The signals it changes and their change for a value of one, on the clock of the motion it is given.
+  std::function<std::vector<dsp::Signal>(const dsp::Motion&)> change;
+};
+
+/// Those that a record's channels have, once its sensors were brought to agree; none where they were not (recipe
+/// "paper", no two sensors to compare). Displacements of base and payload: their relative gain (standard deviation as
+/// their channels say, 1 % each, or what intervals of common motion leave), the zero of x (1 % of its channels' range,
+/// or of what they read) and its drift, piecewise linear every 300 s (as the channels say, or as x is seen to wander).
+/// Each displacement beside an accelerometer: a lag; the accelerometer: the sum of the cut-offs of its coupling and its
+/// gain; all to the standard deviation of their relation.
+[[nodiscard]] std::vector<SensorParameter> sensor_parameters(const Record& record);
+
+/// The motion with every signal changed by these values of the parameters.
+[[nodiscard]] dsp::Motion corrected(dsp::Motion motion, const std::vector<SensorParameter>& parameters,
+                                    const Eigen::Ref<const Eigen::VectorXd>& values);
+
+}  // namespace ident

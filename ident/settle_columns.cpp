@@ -1,0 +1,128 @@
+#include "ident/settle_columns.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "ident/methods.hpp"
+#include "ident/rows_of_terms.hpp"
+
+namespace ident {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+/// The terms of a fit on the range's data.
+WeightedTerms equation_of(const Fit& found, const RangeData& range, const CandidateLibrary& library) {
+  WeightedTerms equation;
+  for (std::size_t i = 0; i < found.relevant.size(); ++i) {
+    const Index term = range.terms[static_cast<std::size_t>(found.relevant[i])];
+    equation.emplace_back(library.terms[static_cast<std::size_t>(term)].expression, found.mean(static_cast<Index>(i)));
+  }
+  return equation;
+}
+
+/// Lets the sensors take part, their columns formed with this equation.
+void add_sensors(RangeData& range, RangeSensors sensors, const WeightedTerms& equation, const RangeResult& result,
+                 const std::vector<Columns>& recordings, const IdentifyOptions& options) {
+  if (sensors.parameters().empty()) return;
+  const auto n_s = static_cast<Index>(sensors.parameters().size());
+  range.joint.prior_std.resize(n_s);
+  for (Index i = 0; i < n_s; ++i) {
+    const SensorParameter& parameter = sensors.parameters()[static_cast<std::size_t>(i)];
+    range.joint.prior_std(i) = parameter.std;
+    range.joint.sources.push_back(parameter.source);
+  }
+  sensors.form(equation, options.target, options.poll);
+  range.sensor_train = sensors.on(result.rows.train);
+  range.sensor_test = sensors.on(result.rows.test);
+  const RowsOfTerms columns(result.rows.train, recordings, range.terms);
+  Eigen::RowVectorXd largest(n_s + columns.num_terms() + 1);
+  largest << range.sensor_train.cwiseAbs().colwise().maxCoeff(), range.scale(range.terms).transpose(),
+      range.train.cwiseAbs().maxCoeff();
+  range.joint.joint = r_factor(
+      columns.size(), n_s + columns.num_terms(), largest,
+      [&](Index first, Eigen::Ref<MatrixXd> block) {
+        if (options.poll) options.poll();
+        block.leftCols(n_s) = range.sensor_train.middleRows(first, block.rows());
+        columns.read(first, block.middleCols(n_s, columns.num_terms()));
+        block.rightCols(1) = range.train.segment(first, block.rows());
+      },
+      options.num_threads);
+  range.data = without_sensors(range.joint, noise_beside_all(range.joint));
+  range.sensors.emplace(std::move(sensors));
+}
+
+/// The terms of a fit that jump, as they make an acceleration jump; none where the equation holds no acceleration.
+struct SwitchedFit {
+  WeightedTerms terms;
+  std::vector<double> stds;
+};
+
+SwitchedFit switched_fit(const Fit& found, const RangeData& range, const CandidateLibrary& library,
+                         const IdentifyOptions& options) {
+  const auto term_of = [&](std::size_t i) -> const Term& {
+    return library.terms[static_cast<std::size_t>(range.terms[static_cast<std::size_t>(found.relevant[i])])];
+  };
+  const auto is_acceleration = [](const std::string& name) { return name == "a" || name == "ddy"; };
+  double of_acceleration = is_acceleration(options.target) ? 1.0 : 0.0;
+  if (of_acceleration == 0.0)  // 0 = -target + m a + other terms
+    for (std::size_t i = 0; i < found.relevant.size(); ++i)
+      if (is_acceleration(term_of(i).name)) of_acceleration = -found.mean(static_cast<Index>(i));
+  SwitchedFit result;
+  for (std::size_t i = 0; of_acceleration != 0.0 && i < found.relevant.size(); ++i) {
+    const auto index = static_cast<Index>(i);
+    if (term_of(i).expression.all_switches().empty()) continue;
+    result.terms.emplace_back(term_of(i).expression, found.mean(index) / of_acceleration);
+    result.stds.push_back(std::sqrt(found.covariance(index, index)) / std::abs(of_acceleration));
+  }
+  return result;
+}
+
+bool settled(const WeightedTerms& before, const SwitchedFit& now) {
+  constexpr double of_std = 0.1;     // moves no other coefficient by more than about that
+  constexpr double relative = 1e-5;  // of a coefficient without error: what the times are exact to
+  if (before.size() != now.terms.size()) return false;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    const double mean = now.terms[i].second, limit = std::fmax(of_std * now.stds[i], relative * std::abs(mean));
+    if (before[i].first.text() != now.terms[i].first.text() || !(std::abs(mean - before[i].second) <= limit))
+      return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+RangeData settled_data(const Range& range, RangeResult& result, std::vector<Columns>& recordings,
+                       const CandidateLibrary& library, const IdentifyOptions& options) {
+  constexpr int most_passes = 4;  // each leaves less than a tenth of the error
+  const std::vector<DroppedTerm> dropped = result.dropped;
+  const auto data_under = [&](const WeightedTerms& equation) {
+    for (std::size_t r = 0; r < recordings.size(); ++r)
+      if (result.recording == 0 || static_cast<std::size_t>(result.recording) == r + 1)
+        place_switches(recordings[r], library, equation, options.poll);
+    result.dropped = dropped;
+    return range_data(result, recordings, library, options);
+  };
+  RangeData data = data_under({});
+  const RangeSensors sensors(range, recordings);
+  const bool matched = std::any_of(recordings.begin(), recordings.end(),
+                                   [](const Columns& columns) { return columns.switches != nullptr; });
+  // Coefficients without the sensors are a few per cent off, and so are the columns formed with them: not twice.
+  const int least_passes = sensors.parameters().empty() ? 0 : 2;
+  WeightedTerms equation;
+  for (int pass = 0; matched && !options.methods.empty() && pass < most_passes; ++pass) {
+    const Fit found = fit(data.data, with_poll(options.methods.front(), options.poll));
+    const SwitchedFit now = switched_fit(found, data, library, options);
+    if (settled(equation, now) && pass >= least_passes) break;
+    equation = now.terms;
+    const WeightedTerms present = equation_of(found, data, library);
+    data = data_under(equation);
+    add_sensors(data, sensors, present, result, recordings, options);
+  }
+  return data;
+}
+
+}  // namespace ident

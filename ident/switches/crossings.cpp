@@ -1,0 +1,317 @@
+#include "ident/switches/crossings.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "ident/validate/interpolant.hpp"
+
+namespace ident {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+// In samples of the motion.
+constexpr double beside = 1e-3;  // either side of a crossing: far from the error of its time, near for everything else
+constexpr double difference = 0.05;  // half the base of a central difference
+constexpr double settled = 1e-4;  // 0.4 us at 256 Hz: 5e-5 of a cubic stiffness that half a millisecond spoils by 6 %
+constexpr int most_passes = 6;    // each leaves about a tenth of the error
+
+int sign_of(double g) {
+  return g > 0.0 ? 1 : g < 0.0 ? -1 : 0;
+}
+
+/// Changes of sign from one sample to the next; a zero of one sample is passed, a longer one rested at.
+class SignChanges {
+ public:
+  explicit SignChanges(double sample_rate_hz) : rate_hz_(sample_rate_hz) {}
+  void push(double g) {
+    const int side = sign_of(g);
+    if (count_++ == 0) {
+      first_side_ = side_ = side;
+    } else if (zero_before_) {
+      if (side != side_) change(static_cast<double>(count_ - 2), side);
+      zero_before_ = false;
+    } else if (side == 0 && side_ != 0) {
+      zero_before_ = true;
+      return;  // what comes next decides
+    } else if (side != side_) {
+      change(static_cast<double>(count_ - 2) + (side_ == 0 ? 0.0 : last_ / (last_ - g)), side);
+    }
+    last_ = g;
+  }
+  [[nodiscard]] int first_side() const { return first_side_; }
+  [[nodiscard]] const std::vector<Crossing>& found() const { return found_; }
+
+ private:
+  void change(double at, int side) {
+    found_.push_back({at / rate_hz_, side_, side, 0.0});
+    side_ = side;
+  }
+  double rate_hz_, last_ = 0.0;
+  Index count_ = 0;
+  int first_side_ = 0, side_ = 0;
+  bool zero_before_ = false;
+  std::vector<Crossing> found_;
+};
+
+/// Two that overtook one another have annihilated.
+void drop_overtaken(std::vector<Crossing>& crossings) {
+  std::vector<Crossing> kept;
+  for (const Crossing& crossing : crossings) {
+    if (!kept.empty() && crossing.t_s <= kept.back().t_s) {
+      if (kept.back().before == crossing.after)
+        kept.pop_back();
+      else
+        kept.back().after = crossing.after;
+    } else {
+      kept.push_back(crossing);
+    }
+  }
+  crossings = std::move(kept);
+}
+
+}  // namespace
+
+Crossings::Crossings(const dsp::Motion& motion, const dsp::SpectralBand& state_band, std::vector<Expression> arguments)
+    : motion_(motion), state_cutoff_hz_(state_band.cutoff_hz), kernel_(state_band), arguments_(std::move(arguments)) {
+  for (const Expression& argument : arguments_) bound_.push_back(bind(argument));
+  crossings_.resize(arguments_.size());
+  first_side_.resize(arguments_.size());
+  for (std::size_t i = 0; i < arguments_.size(); ++i) find(i);
+  (void)move_all();
+  found_ = crossings_;
+}
+
+void Crossings::find(std::size_t argument) {
+  // Between samples of a signal that goes up to half their rate there may be two zeros: eight times as many show them.
+  const Expression& g = arguments_[argument];
+  const double enough_hz = 10.0 * std::max(1.0, g.band_factor()) * state_cutoff_hz_;
+  Index factor = 1;
+  while (factor < 8 && static_cast<double>(factor) * motion_.sample_rate_hz < enough_hz) factor *= 2;
+  constexpr Index block = 16384;
+  SignChanges changes(static_cast<double>(factor) * motion_.sample_rate_hz);
+  const std::vector<std::size_t> switches = bound_[argument].switches;
+  for (Index first = 0; first < motion_.num_samples(); first += block) {
+    const Index count = std::min(block, motion_.num_samples() - first) * factor;
+    std::vector<VectorXd> own;
+    for (const std::string& name : g.signals()) own.push_back(resampled(name, factor, first * factor, count));
+    for (const std::size_t inner : switches) own.push_back(signs(inner, factor, first * factor, count));
+    std::vector<const double*> columns;
+    for (const VectorXd& values : own) columns.push_back(values.data());
+    for (const double value : g.evaluate(columns, count)) changes.push(value);
+  }
+  first_side_[argument] = changes.first_side();
+  crossings_[argument] = changes.found();
+}
+
+void Crossings::settle(const WeightedTerms& equation) {
+  std::vector<std::pair<Bound, double>> terms;
+  for (const auto& [expression, coefficient] : equation)
+    if (!expression.all_switches().empty()) terms.emplace_back(bind(expression), coefficient);
+  if (terms.empty()) crossings_ = found_;
+  for (int pass = 0; !terms.empty() && pass < most_passes; ++pass) {
+    set_slope_jumps(terms);
+    collect_kinks();
+    const double largest_s = move_all();
+    if (largest_s * motion_.sample_rate_hz <= settled) break;
+  }
+  collect_kinks();
+  restored_.clear();
+  for (const dsp::Signal& signal : motion_.signals)
+    if (restores(signal.name) && !kinks_.empty())
+      add_kinks(motion_.sample_rate_hz, restored_.try_emplace(signal.name, signal.values).first->second);
+}
+
+Crossings::Bound Crossings::bind(const Expression& expression) const {
+  Bound bound{&expression, {}, {}};
+  for (const std::string& name : expression.signals())
+    bound.inputs.push_back({name == "t" ? nullptr : &motion_.at(name), restores(name)});
+  for (const std::string& text : expression.switches())
+    bound.switches.push_back(static_cast<std::size_t>(
+        std::find_if(arguments_.begin(), arguments_.end(), [&](const auto& g) { return g.text() == text; }) -
+        arguments_.begin()));
+  return bound;
+}
+
+bool Crossings::restores(std::string_view signal) const {
+  const dsp::Signal* found = motion_.find(signal);
+  return (signal == "v" || signal == "dy") && found != nullptr && std::isfinite(found->flat_to_hz);
+}
+
+template <class Add>
+void Crossings::for_each_kink_near(double t_s, Add&& add) const {
+  const double reach_s = kernel_.reach_s();
+  auto kink = std::lower_bound(kinks_.begin(), kinks_.end(), t_s - reach_s,
+                               [](const Kink& one, double from_s) { return one.t_s < from_s; });
+  for (; kink != kinks_.end() && kink->t_s <= t_s + reach_s; ++kink) add(*kink);
+}
+
+int Crossings::side(std::size_t argument, double t_s) const {
+  const auto& list = crossings_[argument];
+  const auto next = std::upper_bound(list.begin(), list.end(), t_s,
+                                     [](double t, const Crossing& crossing) { return t < crossing.t_s; });
+  return next == list.begin() ? first_side_[argument] : std::prev(next)->after;
+}
+
+double Crossings::value(const Bound& bound, double t_s, const Moving& own) const {
+  constexpr std::size_t usual = 8;
+  double few_values[usual], few_signs[usual];
+  std::vector<double> many;
+  double *values = few_values, *signs = few_signs;
+  if (std::max(bound.inputs.size(), bound.switches.size()) > usual) {
+    many.resize(bound.inputs.size() + bound.switches.size());
+    values = many.data(), signs = values + bound.inputs.size();
+  }
+  for (std::size_t i = 0; i < bound.inputs.size(); ++i) {
+    const Bound::Input& input = bound.inputs[i];
+    values[i] = input.values == nullptr ? t_s : interpolate(*input.values, t_s * motion_.sample_rate_hz);
+    if (kinks_.empty() || !input.restored) continue;
+    for_each_kink_near(t_s, [&](const Kink& kink) { values[i] += kink.slope_jump * kernel_(t_s - kink.t_s); });
+    if (own.slope_jump != 0.0) values[i] += own.slope_jump * (kernel_(0.0) - kernel_(t_s - own.from_s));
+  }
+  for (std::size_t i = 0; i < bound.switches.size(); ++i) signs[i] = side(bound.switches[i], t_s);
+  return bound.expression->evaluate(values, signs);
+}
+
+double Crossings::value(const Bound& bound, double t_s) const {
+  return value(bound, t_s, {0.0, 0.0});
+}
+
+double Crossings::speed_slope(const VectorXd& speed, double t_s) const {
+  const double at = t_s * motion_.sample_rate_hz;
+  double slope = (interpolate(speed, at + difference) - interpolate(speed, at - difference)) * motion_.sample_rate_hz /
+                 (2.0 * difference);
+  for_each_kink_near(t_s, [&](const Kink& kink) { slope += kink.slope_jump * kernel_.slope(t_s - kink.t_s); });
+  return slope;
+}
+
+void Crossings::set_slope_jumps(const std::vector<std::pair<Bound, double>>& equation) {
+  const double beside_s = beside / motion_.sample_rate_hz;
+  for (std::size_t argument = 0; argument < arguments_.size(); ++argument) {
+    const std::string& text = arguments_[argument].text();
+    std::vector<const std::pair<Bound, double>*> switched;
+    for (const auto& term : equation) {
+      const auto own = term.first.expression->all_switches();
+      if (std::any_of(own.begin(), own.end(), [&](const Switch& one) { return one.argument.text() == text; }))
+        switched.push_back(&term);
+    }
+    const VectorXd* speed = restores(text) ? &motion_.at(text) : nullptr;
+    for (Crossing& crossing : crossings_[argument]) {
+      if (crossing.before * crossing.after >= 0) continue;
+      double jump = 0.0;
+      for (const auto* term : switched)
+        jump +=
+            term->second * (value(term->first, crossing.t_s + beside_s) - value(term->first, crossing.t_s - beside_s));
+      if (!std::isfinite(jump)) jump = 0.0;
+      // Friction takes from the acceleration no more than there is: then the motion stops. Behind the jump nothing is
+      // left of it, so half of it is the mean of both sides.
+      if (speed != nullptr && jump * crossing.after < 0.0) {
+        const double most = std::max(0.0, 2.0 * crossing.after * speed_slope(*speed, crossing.t_s));
+        jump = -crossing.after * std::min(std::abs(jump), most);
+      }
+      crossing.slope_jump = jump;
+    }
+  }
+}
+
+double Crossings::moved(std::size_t argument, const Crossing& crossing) const {
+  const double cell_s = 1.0 / motion_.sample_rate_hz, step_s = difference * cell_s;
+  const Moving own{crossing.t_s, crossing.slope_jump};
+  // No farther than a stop takes it, with a cell for what its neighbours do.
+  const double most_s = 2.0 * std::abs(kernel_(0.0)) + cell_s;
+  const auto g = [&](double t) { return value(bound_[argument], t, own); };
+  double slope = (g(crossing.t_s + step_s) - g(crossing.t_s - step_s)) / (2.0 * step_s);
+  double t_s = crossing.t_s, here = g(t_s);
+  constexpr int most_steps = 8;
+  for (int step = 0; step < most_steps; ++step) {
+    if (!(slope * crossing.after > 0.0)) return crossing.t_s;
+    const double correction_s = std::clamp(-here / slope, -cell_s, cell_s);
+    t_s += correction_s;
+    if (!(std::abs(t_s - crossing.t_s) <= most_s)) return crossing.t_s;
+    if (std::abs(correction_s) <= 0.1 * settled * cell_s) break;
+    const double next = g(t_s);
+    slope = (next - here) / correction_s;
+    here = next;
+  }
+  return t_s;
+}
+
+double Crossings::move_all() {
+  double largest_s = 0.0;
+  std::vector<std::vector<Crossing>> moved_ones = crossings_;
+  for (std::size_t argument = 0; argument < arguments_.size(); ++argument) {
+    for (Crossing& crossing : moved_ones[argument]) {
+      if (crossing.before * crossing.after >= 0) continue;
+      const double before_s = crossing.t_s;
+      crossing.t_s = moved(argument, crossing);
+      largest_s = std::max(largest_s, std::abs(crossing.t_s - before_s));
+    }
+    drop_overtaken(moved_ones[argument]);
+  }
+  crossings_ = std::move(moved_ones);
+  return largest_s;
+}
+
+void Crossings::collect_kinks() {
+  kinks_.clear();
+  for (const auto& list : crossings_)
+    for (const Crossing& crossing : list)
+      if (crossing.slope_jump != 0.0) kinks_.push_back({crossing.t_s, crossing.slope_jump});
+  const auto earlier = [](const Kink& a, const Kink& b) { return a.t_s < b.t_s; };
+  if (!std::is_sorted(kinks_.begin(), kinks_.end(), earlier)) std::sort(kinks_.begin(), kinks_.end(), earlier);
+}
+
+VectorXd Crossings::resampled(std::string_view signal, Index factor, Index first, Index count) const {
+  const VectorXd& known = motion_.at(signal);
+  VectorXd result(count);
+  for (Index i = first; i < first + count; ++i) {
+    const double at = static_cast<double>(i) / static_cast<double>(factor);
+    result(i - first) = i % factor == 0 ? known(i / factor)
+                        : signal == "t" ? at / motion_.sample_rate_hz
+                                        : interpolate(known, at);
+  }
+  return result;
+}
+
+void Crossings::add_kinks(double rate_hz, VectorXd& speed) const {
+  for (const Kink& kink : kinks_) {
+    const auto first = static_cast<Index>(std::ceil(std::max(0.0, (kink.t_s - kernel_.reach_s()) * rate_hz)));
+    const auto last = std::min(static_cast<Index>((kink.t_s + kernel_.reach_s()) * rate_hz), speed.size() - 1);
+    for (Index i = first; i <= last; ++i)
+      speed(i) += kink.slope_jump * kernel_(static_cast<double>(i) / rate_hz - kink.t_s);
+  }
+}
+
+const VectorXd& Crossings::samples(std::string_view signal) const {
+  const auto restored = restored_.find(signal);
+  return restored != restored_.end() ? restored->second : motion_.at(signal);
+}
+
+VectorXd Crossings::samples(std::string_view signal, Index factor) const {
+  VectorXd result = resampled(signal, factor, 0, motion_.num_samples() * factor);
+  if (restores(signal)) add_kinks(static_cast<double>(factor) * motion_.sample_rate_hz, result);
+  return result;
+}
+
+VectorXd Crossings::signs(std::size_t argument, Index factor) const {
+  return signs(argument, factor, 0, motion_.num_samples() * factor);
+}
+
+VectorXd Crossings::signs(std::size_t argument, Index factor, Index first, Index count) const {
+  const double rate_hz = static_cast<double>(factor) * motion_.sample_rate_hz;
+  VectorXd result(count);
+  Index begin = first;
+  int side = first_side_[argument];
+  const auto fill_to = [&](double end) {
+    for (; begin < first + count && static_cast<double>(begin) < end; ++begin) result(begin - first) = side;
+  };
+  for (const Crossing& crossing : crossings_[argument]) {
+    fill_to(crossing.t_s * rate_hz);
+    side = crossing.after;
+  }
+  fill_to(static_cast<double>(first + count));
+  return result;
+}
+
+}  // namespace ident

@@ -1,0 +1,98 @@
+#pragma once
+#include <Eigen/Core>
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "dsp/filter/kink_kernel.hpp"
+#include "dsp/motion.hpp"
+#include "ident/library/expression.hpp"
+
+namespace ident {
+
+/// A time at which the argument g of a switch passes zero.
+struct Crossing {
+  double t_s = 0.0;
+  int before = 0, after = 0;  ///< sign of g; 0 where it rests at zero for more than a sample
+  double slope_jump = 0.0;    ///< of the speeds, m/s^2: how far the acceleration jumps there
+};
+
+/// The signals of a motion between their samples, and the times at which the arguments of switches pass zero. Speeds
+/// computed from displacements are low-passed by the state band, which rounds their kinks where the acceleration jumps
+/// and so displaces their zeros: with the jumps known from an equation, kinks and zeros are where they were before.
+class Crossings {
+ public:
+  /// The motion is kept by reference. Arguments that others use come before those.
+  Crossings(const dsp::Motion& motion, const dsp::SpectralBand& state_band, std::vector<Expression> arguments);
+  /// Finds times and jumps of slope together, under an equation for the acceleration, of which only terms that jump
+  /// count, from where they are now; none: as the low-passed signals have them. Where an
+  /// acceleration is too small to lead through the jump, the motion stops, and the jump is that acceleration.
+  void settle(const WeightedTerms& equation);
+
+  [[nodiscard]] const std::vector<Expression>& arguments() const { return arguments_; }
+  /// In order of time.
+  [[nodiscard]] const std::vector<Crossing>& of(std::size_t argument) const { return crossings_[argument]; }
+  /// Whether kinks are restored in the signal of this name: v or dy, computed from displacements.
+  [[nodiscard]] bool restores(std::string_view signal) const;
+  /// A signal at the motion's rate, kinks restored.
+  [[nodiscard]] const Eigen::VectorXd& samples(std::string_view signal) const;
+  /// The same at `factor` times that rate, sample 0 at time 0.
+  [[nodiscard]] Eigen::VectorXd samples(std::string_view signal, Eigen::Index factor) const;
+  /// Sign of an argument at these times.
+  [[nodiscard]] Eigen::VectorXd signs(std::size_t argument, Eigen::Index factor) const;
+
+  /// An expression that can be evaluated at any time. It must outlive this.
+  struct Bound {
+    struct Input {
+      const Eigen::VectorXd* values;  ///< none: time
+      bool restored;
+    };
+    const Expression* expression;
+    std::vector<Input> inputs;
+    std::vector<std::size_t> switches;  ///< indices of arguments
+  };
+  [[nodiscard]] Bound bind(const Expression& expression) const;
+  [[nodiscard]] double value(const Bound& bound, double t_s) const;
+
+ private:
+  struct Kink {
+    double t_s, slope_jump;
+  };
+  /// While a crossing is sought its own kink moves with it.
+  struct Moving {
+    double from_s, slope_jump;
+  };
+  [[nodiscard]] double value(const Bound& bound, double t_s, const Moving& own) const;
+  [[nodiscard]] double speed_slope(const Eigen::VectorXd& speed, double t_s) const;
+  [[nodiscard]] int side(std::size_t argument, double t_s) const;
+  template <class Add>
+  void for_each_kink_near(double t_s, Add&& add) const;
+  void find(std::size_t argument);
+  /// Samples [first, first + count) of a signal as it is, and of an argument's sign.
+  [[nodiscard]] Eigen::VectorXd resampled(std::string_view signal, Eigen::Index factor, Eigen::Index first,
+                                          Eigen::Index count) const;
+  [[nodiscard]] Eigen::VectorXd signs(std::size_t argument, Eigen::Index factor, Eigen::Index first,
+                                      Eigen::Index count) const;
+  void set_slope_jumps(const std::vector<std::pair<Bound, double>>& equation);
+  [[nodiscard]] double moved(std::size_t argument, const Crossing& crossing) const;
+  double move_all();
+  void add_kinks(double rate_hz, Eigen::VectorXd& speed) const;
+  void collect_kinks();
+
+  const dsp::Motion& motion_;
+  double state_cutoff_hz_;
+  dsp::KinkKernel kernel_;
+  std::vector<Expression> arguments_;
+  std::vector<Bound> bound_;                                      ///< the arguments
+  std::vector<int> first_side_;                                   ///< of each argument, at time 0
+  std::vector<std::vector<Crossing>> found_;                      ///< in the signals as they are
+  std::vector<std::vector<Crossing>> crossings_;                  ///< of each argument
+  std::vector<Kink> kinks_;                                       ///< of all, in order of time
+  std::map<std::string, Eigen::VectorXd, std::less<>> restored_;  ///< signals with kinks
+};
+
+}  // namespace ident

@@ -1,0 +1,87 @@
+#include "ident/sensors/sensor_columns.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "ident/columns.hpp"
+#include "ident/record.hpp"
+#include "support/signals.hpp"
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double rate_hz = 256.0;
+
+/// Two lasers on base and payload; the base's reads (1 - relative_gain_error) times too little.
+dsp::Recording two_lasers(double relative_gain_error) {
+  const Index n = static_cast<Index>(60 * rate_hz);
+  const support::SweptHarmonics base{.start_hz = 1.6, .amplitudes = {4.5e-3, 0.0, 0.0, 0.0}},
+      relative{.start_hz = 1.6, .amplitudes = {9e-3, 0.0, 3e-4, 0.0}};
+  dsp::Recording recording{.name = "two lasers", .sample_rate_hz = rate_hz};
+  recording.channels = {{.name = "base", .role = dsp::Role::r, .unit = "m"},
+                        {.name = "payload", .role = dsp::Role::y, .unit = "m"}};
+  recording.samples.resize(n, 2);
+  for (Index i = 0; i < n; ++i) {
+    const double t = static_cast<double>(i) / rate_hz, r = base.at(t + 0.11).x;
+    recording.samples(i, 0) = r / (1.0 + relative_gain_error);
+    recording.samples(i, 1) = relative.at(t).x + r;
+  }
+  return recording;
+}
+
+dsp::Prepared prepared(double relative_gain_error) {
+  return dsp::prepare(two_lasers(relative_gain_error), {.rate_hz = 25.6, .cutoff_hz = 10.24, .rolloff_hz = 8.0});
+}
+
+const ident::WeightedTerms equation{{ident::Expression("x"), -50.0},
+                                    {ident::Expression("v"), -0.8},
+                                    {ident::Expression("x^3"), -9.5e4},
+                                    {ident::Expression("sgn(v)"), -0.08},
+                                    {ident::Expression("abs(x)*x"), -300.0}};
+
+/// Equation less target, as its columns have it.
+VectorXd error(const dsp::Prepared& record) {
+  ident::LibraryOptions options{.order = 0};
+  for (const auto& term : equation) options.terms.push_back(term.first.text());
+  const auto library = ident::make_library(options, "a", record.signals);
+  const ident::Columns columns = ident::form_columns(library, "a", record);
+  VectorXd sum = -columns.target;
+  for (std::size_t j = 0; j < equation.size(); ++j) sum += equation[j].second * columns.phi.col(static_cast<Index>(j));
+  return sum;
+}
+
+}  // namespace
+
+TEST_CASE("a sensor's column is what the equation's own columns change by when the sensor does",
+          "[ident][sensor_columns]") {
+  ident::Record record{.prepared = prepared(0.0)};
+  const auto parameters = ident::sensor_parameters(record);
+  REQUIRE(parameters.size() == 2);  // a minute is too short for a drift
+  CHECK(parameters[0].name == "relative gain of the base's displacement");
+  CHECK(parameters[0].std == Approx(0.01 * std::sqrt(2.0)));
+  const MatrixXd columns = ident::sensor_columns(record.prepared, parameters, equation, "a");
+  const double step = 1e-3;
+  const VectorXd expected = (error(prepared(-step)) - error(prepared(step))) / (2.0 * step);
+  const Index edge = 100, inner = expected.size() - 2 * edge;
+  // Recorded too small by the step is to be raised by it: the column has the other sign than the recordings' error.
+  // Switches move by whole samples of the recording here and by fractions there: the hundredth of it.
+  CHECK((columns.col(0) - expected).segment(edge, inner).norm() < 0.02 * expected.segment(edge, inner).norm());
+}
+
+TEST_CASE("a record prepared as the paper does has no sensor parameters", "[ident][sensor_columns]") {
+  ident::Record record{
+      .prepared = dsp::prepare(two_lasers(0.0), {.recipe = dsp::Recipe::paper, .rate_hz = 25.6, .cutoff_hz = 10.24})};
+  CHECK(ident::sensor_parameters(record).empty());
+}
+
+TEST_CASE("what a sidecar says of a sensor is its prior", "[ident][sensor_columns]") {
+  dsp::Recording recording = two_lasers(0.0);
+  for (dsp::Channel& channel : recording.channels) channel.sensitivity_uncertainty = 0.002, channel.range = 0.1;
+  ident::Record record{.prepared = dsp::prepare(recording, {.rate_hz = 25.6, .cutoff_hz = 10.24, .rolloff_hz = 8.0})};
+  const auto parameters = ident::sensor_parameters(record);
+  CHECK(parameters.at(0).std == Approx(0.002 * std::sqrt(2.0)));
+  CHECK(parameters.at(1).std == Approx(1e-3 * std::sqrt(2.0)));
+}

@@ -1,0 +1,40 @@
+#include "ident/validate/independent_rows.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "support/random.hpp"
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+namespace {
+
+std::vector<Index> samples_with_gap(Index count) {
+  std::vector<Index> samples;
+  for (Index i = 0; i < count; ++i) samples.push_back(i < count / 2 ? i : i + 1000);
+  return samples;
+}
+
+}  // namespace
+
+TEST_CASE("a white residual counts in full, a coloured one as its autocorrelation says", "[ident][independent_rows]") {
+  const Index n = 20000;
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    const VectorXd white = support::gaussian(n, 1, 500 + seed);
+    // Chance passes the threshold for one lag in a hundred or so, and then adds 2e-3.
+    CHECK(ident::independent_fraction(white, samples_with_gap(n)) > 0.98);
+    VectorXd coloured = white;
+    for (Index i = 1; i < n; ++i) coloured(i) += 0.6 * coloured(i - 1);
+    // sum of 0.6^(2 l): 1 / (1 + 2 * 0.5625). Lags under the threshold are missing, and chance lags of a coloured
+    // residual pass it more often than those of a white one: the safe side.
+    const double fraction = ident::independent_fraction(coloured, samples_with_gap(n));
+    CHECK(fraction > 0.8 / 2.125);
+    CHECK(fraction < 1.05 / 2.125);
+  }
+}
+
+TEST_CASE("no residual, and next to none, is as good as white", "[ident][independent_rows]") {
+  CHECK(ident::independent_fraction(VectorXd::Zero(100), samples_with_gap(100)) == 1.0);
+  CHECK(ident::independent_fraction(VectorXd::Ones(2), {0, 1}) == 1.0);
+}
