@@ -13,12 +13,10 @@ struct ColumnFilter::Impl {
   std::optional<SpectralBand> band;  ///< of a taper
   FilterSheet sheet;                 ///< of a decimation otherwise
   std::vector<double> highpass_hz;
-  double lowest_hz = 0.0;
 
   [[nodiscard]] std::complex<double> response(double f) const {
     const double gain = band ? band->gain(f) : 1.0;
-    if (highpass_hz.empty()) return gain;
-    return f < lowest_hz ? 0.0 : gain * highpass_response(highpass_hz, f);
+    return highpass_hz.empty() ? gain : gain * highpass_response(highpass_hz, f);
   }
 };
 
@@ -43,12 +41,11 @@ ColumnFilter ColumnFilter::decimation(double input_rate_hz, const DecimateOption
   return filter;
 }
 
-ColumnFilter ColumnFilter::with_highpass(const std::vector<double>& cutoffs_hz, double lowest_hz) const {
+ColumnFilter ColumnFilter::with_highpass(const std::vector<double>& cutoffs_hz) const {
   for (const double cutoff_hz : cutoffs_hz)
     if (!(cutoff_hz > 0.0)) throw std::invalid_argument("ColumnFilter::with_highpass: cut-offs must be positive");
   Impl impl = *impl_;
   impl.highpass_hz = cutoffs_hz;
-  impl.lowest_hz = lowest_hz;
   ColumnFilter filter;
   filter.impl_ = std::make_shared<const Impl>(std::move(impl));
   return filter;

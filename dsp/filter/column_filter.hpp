@@ -18,9 +18,8 @@ class ColumnFilter {
   /// FIR decimation from the intermediate rate to the regression rate. Throws as Decimator does.
   [[nodiscard]] static ColumnFilter decimation(double input_rate_hz, const DecimateOptions& options);
   /// The same filter followed by one-pole high-passes jf / (f_c + jf), those of an AC coupling: causal, DC goes to
-  /// zero, and with it everything below lowest_hz, where drift is all there is. Throws std::invalid_argument for a
-  /// cut-off that is not positive.
-  [[nodiscard]] ColumnFilter with_highpass(const std::vector<double>& cutoffs_hz, double lowest_hz = 0.02) const;
+  /// zero. Throws std::invalid_argument for a cut-off that is not positive.
+  [[nodiscard]] ColumnFilter with_highpass(const std::vector<double>& cutoffs_hz) const;
   [[nodiscard]] Eigen::VectorXd apply(const Eigen::Ref<const Eigen::VectorXd>& intermediate_signal) const;
   [[nodiscard]] double input_rate_hz() const;
   [[nodiscard]] double output_rate_hz() const;

@@ -3,6 +3,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace ident {
 namespace {
@@ -64,12 +65,16 @@ RFactor without_sensors(const SensorRegression& regression, double noise_std) {
 }
 
 double noise_beside_all(const SensorRegression& regression) {
-  const Index last = regression.joint.R.cols() - 1;
-  const double rows_to_spare = std::max(1.0, static_cast<double>(regression.joint.num_samples - last));
-  double noise_std = std::abs(regression.joint.R(last, last)) / std::sqrt(rows_to_spare);
-  for (int pass = 0; pass < 3; ++pass) {  // the priors hold the sensors back a little
+  const Index b = regression.joint.num_terms - regression.num_sensors();
+  const double rows_to_spare = std::max(1.0, static_cast<double>(regression.joint.num_samples - b));
+  // From above, as without sensors: unheld by their priors, the gains of two accelerometers make up any target.
+  double noise_std = std::abs(triangle(regression.joint.R.rightCols(b + 1))(b, b)) / std::sqrt(rows_to_spare);
+  constexpr int most_passes = 20;
+  constexpr double close = 1e-3;  // of the noise: a hundredth of what 10^4 rows tell
+  for (int pass = 0; pass < most_passes; ++pass) {
     const RFactor left = without_sensors(regression, noise_std);
-    noise_std = std::abs(left.R(left.num_terms, left.num_terms)) / std::sqrt(rows_to_spare);
+    const double before = std::exchange(noise_std, std::abs(left.R(b, b)) / std::sqrt(rows_to_spare));
+    if (noise_std >= (1.0 - close) * before) break;
   }
   return noise_std;
 }
