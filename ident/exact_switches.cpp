@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "dsp/decimate.hpp"
 #include "dsp/filter/short_low_pass.hpp"
@@ -81,16 +82,10 @@ std::vector<double> ExactSwitches::breaks(const Expression& term) const {
 
 /// Makes of point samples what an anti-alias filter would have made of the course: at each jump and kink the
 /// filter's own response to it, less the jump itself.
-void ExactSwitches::sharpen(const Expression& term, Index factor, VectorXd& values) const {
-  const std::vector<double> times = breaks(term);
-  if (times.empty()) return;
-  constexpr double attenuation_db = 100.0;  // of what folds: 1e-5 of a column
-  const double rate_hz = static_cast<double>(factor) * prepared_.intermediate.sample_rate_hz;
-  constexpr double least_transition = 0.02;  // of the rate: where columns go up to half of it, the last of them folds
-  const double transition_hz = std::max(rate_hz - 2.0 * stop_hz_, least_transition * rate_hz);
-  const dsp::ShortLowPass low_pass(0.5 * rate_hz, transition_hz, attenuation_db, rate_hz);
-  const auto reach = static_cast<double>(low_pass.reach());
-  const Crossings::Bound bound = crossings_.bind(term);
+void ExactSwitches::sharpen(const Crossings::Bound& bound, const std::vector<double>& times,
+                            const dsp::ShortLowPass& low_pass, double rate_hz, Index first, VectorXd& values) const {
+  const auto reach = static_cast<double>(low_pass.reach()), begin_s = static_cast<double>(first) - reach,
+             end_s = static_cast<double>(first + values.size()) + reach;
   const double step_s = 1e-3 / rate_hz;
   const auto side = [&](double t_s, double away_s) {
     const double near = crossings_.value(bound, t_s + away_s), far = crossings_.value(bound, t_s + 2.0 * away_s);
@@ -100,44 +95,61 @@ void ExactSwitches::sharpen(const Expression& term, Index factor, VectorXd& valu
     const double first_s = times[k];
     while (++k < times.size() && times[k] <= first_s + 4.0 * step_s) {
     }
+    if (first_s * rate_hz < begin_s) continue;
+    if (first_s * rate_hz > end_s) break;
     const double last_s = times[k - 1];  // switches that share a zero are one break
     const Beside before = side(first_s, -step_s), after = side(last_s, step_s);
     const double jump = after.value - before.value, kink = (after.slope - before.slope) / rate_hz;
     if (!std::isfinite(jump) || !std::isfinite(kink)) continue;
     const double at = first_s * rate_hz;
-    const auto begin = static_cast<Index>(std::ceil(std::max(0.0, at - reach)));
-    const auto end = std::min(static_cast<Index>(at + reach), values.size() - 1);
+    const auto begin = std::max(first, static_cast<Index>(std::ceil(std::max(0.0, at - reach))));
+    const auto end = std::min(static_cast<Index>(at + reach), first + values.size() - 1);
     for (Index i = begin; i <= end; ++i) {
       const double t = static_cast<double>(i) - at;
-      values(i) += jump * (low_pass.switched_on(0, t) - (t >= 0.0 ? 1.0 : 0.0)) +
+      values(i - first) += jump * (low_pass.switched_on(0, t) - (t >= 0.0 ? 1.0 : 0.0)) +
                    kink * (low_pass.switched_on(1, t) - std::max(0.0, t));
     }
   }
 }
 
 VectorXd ExactSwitches::samples(const Expression& term) const {
-  const Index factor = rate_factor(term);
-  const Index num_rows = prepared_.intermediate.num_samples() * factor;
-  std::vector<VectorXd> own;
-  own.reserve(term.signals().size() + term.switches().size());
-  std::vector<const double*> columns;
-  const auto keep = [&](VectorXd values) { columns.push_back(own.emplace_back(std::move(values)).data()); };
-  for (const std::string& name : term.signals()) {
-    if (factor == 1)
-      columns.push_back(crossings_.samples(name).data());
-    else
-      keep(crossings_.samples(name, factor));
+  const Index factor = rate_factor(term), num_rows = prepared_.intermediate.num_samples();
+  const double base_hz = prepared_.intermediate.sample_rate_hz, rate_hz = static_cast<double>(factor) * base_hz;
+  const Crossings::Bound bound = crossings_.bind(term);
+  const std::vector<double> times = breaks(term);
+  constexpr double attenuation_db = 100.0;   // of what folds: 1e-5 of a column
+  constexpr double least_transition = 0.02;  // of the rate: where columns go up to half of it, the last of them folds
+  const double transition_hz = std::max(rate_hz - 2.0 * stop_hz_, least_transition * rate_hz);
+  const dsp::ShortLowPass low_pass(0.5 * rate_hz, transition_hz, attenuation_db, rate_hz);
+  std::optional<dsp::Decimator> decimator;
+  if (factor > 1)
+    decimator.emplace(rate_hz, 1,
+                      dsp::DecimateOptions{.output_rate_hz = base_hz,
+                                           .passband_end_hz = stop_hz_,
+                                           .stopband_start_hz = base_hz - stop_hz_});
+
+  VectorXd result(num_rows);
+  Index done = 0;
+  const auto keep = [&](const Eigen::Ref<const VectorXd>& values) {
+    result.segment(done, values.size()) = values;
+    done += values.size();
+  };
+  constexpr Index block_rows = 16384;
+  for (Index first = 0; first < num_rows * factor; first += block_rows) {
+    const Index count = std::min(block_rows, num_rows * factor - first);
+    std::vector<VectorXd> own;
+    for (const std::string& name : term.signals()) own.push_back(crossings_.samples(name, factor, first, count));
+    for (const std::size_t argument : bound.switches) own.push_back(crossings_.signs(argument, factor, first, count));
+    std::vector<const double*> columns;
+    for (const VectorXd& values : own) columns.push_back(values.data());
+    VectorXd values = term.evaluate(columns, count);
+    for (double& value : values)
+      if (!std::isfinite(value)) value = 0.0;
+    sharpen(bound, times, low_pass, rate_hz, first, values);
+    keep(decimator ? VectorXd(decimator->push(values)) : values);
   }
-  for (const std::size_t argument : crossings_.bind(term).switches) keep(crossings_.signs(argument, factor));
-  VectorXd values = term.evaluate(columns, num_rows);
-  for (double& value : values)
-    if (!std::isfinite(value)) value = 0.0;
-  sharpen(term, factor, values);
-  if (factor == 1) return values;
-  const double rate_hz = prepared_.intermediate.sample_rate_hz;
-  return dsp::decimate(
-      values, static_cast<double>(factor) * rate_hz,
-      {.output_rate_hz = rate_hz, .passband_end_hz = stop_hz_, .stopband_start_hz = rate_hz - stop_hz_});
+  if (decimator) keep(VectorXd(decimator->finish()));
+  return result;
 }
 
 }  // namespace ident

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "dsp/filter/short_low_pass.hpp"
 #include "dsp/prepare.hpp"
 #include "ident/library.hpp"
 #include "ident/switches/crossings.hpp"
@@ -32,7 +33,8 @@ class ExactSwitches {
  private:
   [[nodiscard]] Eigen::Index rate_factor(const Expression& term) const;
   [[nodiscard]] std::vector<double> breaks(const Expression& term) const;
-  void sharpen(const Expression& term, Eigen::Index factor, Eigen::VectorXd& values) const;
+  void sharpen(const Crossings::Bound& bound, const std::vector<double>& times, const dsp::ShortLowPass& low_pass,
+               double rate_hz, Eigen::Index first, Eigen::VectorXd& values) const;
 
   const dsp::Prepared& prepared_;
   Crossings crossings_;

@@ -14,7 +14,6 @@
 #include "ident/methods.hpp"
 #include "ident/rows_of_terms.hpp"
 #include "ident/settle_columns.hpp"
-#include "ident/validate/independent_rows.hpp"
 #include "ident/validate/judge.hpp"
 
 namespace ident {
@@ -118,28 +117,18 @@ FreeRun free_run_of(const JudgedFit& judged, const std::vector<JudgedFit>& earli
   return run;
 }
 
-/// What the sensors are found to be beside a fit, and what the coefficients are known to with them.
-SensorPosterior posterior_with_sensors(const Fit& found, const RangeData& range, const std::vector<Index>& positions,
-                                       const VectorXd& residual_without, double& fraction) {
-  fraction = 1.0;
-  SensorPosterior posterior;
-  for (int pass = 0; pass < 2; ++pass) {  // sensors, hence residual, hence its colour, hence std
-    posterior = sensor_posterior(range.joint, positions, found.mean, found.noise_variance, fraction);
-    fraction = independent_fraction(residual_without - range.sensor_train * posterior.sensor_mean, range.train_samples);
-  }
-  return sensor_posterior(range.joint, positions, found.mean, found.noise_variance, fraction);
-}
-
 /// Lets the sensors' values into model, predictions and the signals of the free run.
 void judge_sensors(JudgedFit& judged, const RangeData& range, const std::vector<Index>& positions, Prediction& train,
                    Prediction& test, std::vector<dsp::Motion>& corrected, std::vector<Course>& courses,
                    const std::vector<Columns>& recordings) {
-  if (!range.sensors || positions.empty() || !judged.fit.covariance.allFinite()) return;
+  if (!range.sensors || positions.empty()) return;
   SensorPosterior posterior =
-      posterior_with_sensors(judged.fit, range, positions, range.train - train.mean, judged.independent_fraction);
-  const VectorXd widening = judged.fit.interval_covariance().diagonal().cwiseQuotient(judged.fit.covariance.diagonal());
-  add_terms_left_out(posterior, widening.cwiseSqrt().cwiseMax(1.0));
-  set_sensor_posterior(judged.model, posterior);
+      sensors_beside(judged.fit, positions, range, range.train - train.mean, judged.independent_fraction);
+  if (const Fit& found = judged.fit; found.covariance.allFinite()) {
+    const VectorXd widening = found.interval_covariance().diagonal().cwiseQuotient(found.covariance.diagonal());
+    add_terms_left_out(posterior, widening.cwiseSqrt().cwiseMax(1.0));
+    set_sensor_posterior(judged.model, posterior);
+  }
   train.mean += range.sensor_train * posterior.sensor_mean;
   test.mean += range.sensor_test * posterior.sensor_mean;
   const auto& parameters = range.sensors->parameters();

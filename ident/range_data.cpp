@@ -9,6 +9,7 @@
 
 #include "dsp/fault.hpp"
 #include "ident/rows_of_terms.hpp"
+#include "ident/validate/independent_rows.hpp"
 
 namespace ident {
 namespace {
@@ -151,6 +152,18 @@ std::vector<Course> courses_of(const RangeRows& rows, const std::vector<Columns>
 }
 
 }  // namespace
+
+SensorPosterior sensors_beside(const Fit& found, const std::vector<Index>& positions, const RangeData& range,
+                               const Eigen::Ref<const VectorXd>& residual_without, double& fraction) {
+  const auto posterior = [&] {
+    return sensor_posterior(range.joint, positions, found.mean, range.noise_std, fraction);
+  };
+  fraction = 1.0;
+  for (int pass = 0; pass < 2; ++pass)  // sensors, hence residual, hence its colour, hence sensors
+    fraction = ident::independent_fraction(residual_without - range.sensor_train * posterior().sensor_mean,
+                                           range.train_samples);
+  return posterior();
+}
 
 RangeData range_data(RangeResult& result, const std::vector<Columns>& recordings, const CandidateLibrary& library,
                      const IdentifyOptions& options) {

@@ -19,12 +19,20 @@ struct RangeData {
   RFactor data;                     ///< of `terms` and the target, the sensors integrated out
   std::optional<RangeSensors> sensors;
   SensorRegression joint;                     ///< of sensors, `terms` and target
+  double noise_std = 0.0;                     ///< of the target, beside all terms and sensors
   Eigen::MatrixXd sensor_train, sensor_test;  ///< the sensors' columns on the rows
   Eigen::VectorXd train, test;                ///< target
   std::vector<Eigen::Index> train_samples;
   std::vector<Course> courses;
   std::vector<std::pair<std::string, double>> largest;  ///< of the signals the library looks at
 };
+
+/// What the sensors are beside a fit, whose terms have these positions among range.terms and which leaves this residual
+/// without them. `independent_fraction`: of the rows, by the residual that sensors leave.
+[[nodiscard]] SensorPosterior sensors_beside(const Fit& found, const std::vector<Eigen::Index>& positions,
+                                             const RangeData& range,
+                                             const Eigen::Ref<const Eigen::VectorXd>& residual_without,
+                                             double& independent_fraction);
 
 /// Of the columns as they are, without sensors. Terms that cannot be used are named in result.dropped. Throws as
 /// identify does.

@@ -13,19 +13,44 @@ namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
+using Eigen::VectorXd;
 
-/// The terms of a fit on the range's data.
-WeightedTerms equation_of(const Fit& found, const RangeData& range, const CandidateLibrary& library) {
+/// A fit with the terms it keeps, by their numbers in the library.
+struct Present {
+  Fit fit;
+  std::vector<Index> terms;
   WeightedTerms equation;
-  for (std::size_t i = 0; i < found.relevant.size(); ++i) {
-    const Index term = range.terms[static_cast<std::size_t>(found.relevant[i])];
-    equation.emplace_back(library.terms[static_cast<std::size_t>(term)].expression, found.mean(static_cast<Index>(i)));
+};
+
+Present present_fit(const RangeData& range, const CandidateLibrary& library, const IdentifyOptions& options) {
+  Present present{fit(range.data, with_poll(options.methods.front(), options.poll)), {}, {}};
+  for (std::size_t i = 0; i < present.fit.relevant.size(); ++i) {
+    const Index term = range.terms[static_cast<std::size_t>(present.fit.relevant[i])];
+    present.terms.push_back(term);
+    present.equation.emplace_back(library.terms[static_cast<std::size_t>(term)].expression,
+                                  present.fit.mean(static_cast<Index>(i)));
   }
-  return equation;
+  return present;
 }
 
-/// Lets the sensors take part, their columns formed with this equation.
-void add_sensors(RangeData& range, RangeSensors sensors, const WeightedTerms& equation, const RangeResult& result,
+/// What the noise beside candidates and sensors counts for: that of as many white rows as the residual is worth. More
+/// weight would let sensors explain, against what is known of them, what the equation does not.
+double effective_noise(const RangeData& range, const Present& present, const RangeResult& result,
+                       const std::vector<Columns>& recordings) {
+  std::vector<Index> positions;
+  for (const Index term : present.terms)
+    positions.push_back(std::lower_bound(range.terms.begin(), range.terms.end(), term) - range.terms.begin());
+  VectorXd residual = range.train;
+  RowsOfTerms(result.rows.train, recordings, present.terms).for_each_block([&](Index first, const MatrixXd& phi) {
+    residual.segment(first, phi.rows()) -= phi * present.fit.mean;
+  });
+  double fraction = 1.0;
+  (void)sensors_beside(present.fit, positions, range, residual, fraction);
+  return range.noise_std / std::sqrt(fraction);
+}
+
+/// Lets the sensors take part, their columns formed with the present equation.
+void add_sensors(RangeData& range, RangeSensors sensors, const Present& present, const RangeResult& result,
                  const std::vector<Columns>& recordings, const IdentifyOptions& options) {
   if (sensors.parameters().empty()) return;
   const auto n_s = static_cast<Index>(sensors.parameters().size());
@@ -35,7 +60,7 @@ void add_sensors(RangeData& range, RangeSensors sensors, const WeightedTerms& eq
     range.joint.prior_std(i) = parameter.std;
     range.joint.sources.push_back(parameter.source);
   }
-  sensors.form(equation, options.target, options.poll);
+  sensors.form(present.equation, options.target, options.poll);
   range.sensor_train = sensors.on(result.rows.train);
   range.sensor_test = sensors.on(result.rows.test);
   const RowsOfTerms columns(result.rows.train, recordings, range.terms);
@@ -51,7 +76,8 @@ void add_sensors(RangeData& range, RangeSensors sensors, const WeightedTerms& eq
         block.rightCols(1) = range.train.segment(first, block.rows());
       },
       options.num_threads);
-  range.data = without_sensors(range.joint, noise_beside_all(range.joint));
+  range.noise_std = noise_beside_all(range.joint);
+  range.data = without_sensors(range.joint, effective_noise(range, present, result, recordings));
   range.sensors.emplace(std::move(sensors));
 }
 
@@ -61,22 +87,19 @@ struct SwitchedFit {
   std::vector<double> stds;
 };
 
-SwitchedFit switched_fit(const Fit& found, const RangeData& range, const CandidateLibrary& library,
-                         const IdentifyOptions& options) {
-  const auto term_of = [&](std::size_t i) -> const Term& {
-    return library.terms[static_cast<std::size_t>(range.terms[static_cast<std::size_t>(found.relevant[i])])];
-  };
+SwitchedFit switched_fit(const Present& present, const CandidateLibrary& library, const IdentifyOptions& options) {
   const auto is_acceleration = [](const std::string& name) { return name == "a" || name == "ddy"; };
+  const auto mean = [&](std::size_t i) { return present.equation[i].second; };
   double of_acceleration = is_acceleration(options.target) ? 1.0 : 0.0;
   if (of_acceleration == 0.0)  // 0 = -target + m a + other terms
-    for (std::size_t i = 0; i < found.relevant.size(); ++i)
-      if (is_acceleration(term_of(i).name)) of_acceleration = -found.mean(static_cast<Index>(i));
+    for (std::size_t i = 0; i < present.terms.size(); ++i)
+      if (is_acceleration(library.terms[static_cast<std::size_t>(present.terms[i])].name)) of_acceleration = -mean(i);
   SwitchedFit result;
-  for (std::size_t i = 0; of_acceleration != 0.0 && i < found.relevant.size(); ++i) {
+  for (std::size_t i = 0; of_acceleration != 0.0 && i < present.terms.size(); ++i) {
     const auto index = static_cast<Index>(i);
-    if (term_of(i).expression.all_switches().empty()) continue;
-    result.terms.emplace_back(term_of(i).expression, found.mean(index) / of_acceleration);
-    result.stds.push_back(std::sqrt(found.covariance(index, index)) / std::abs(of_acceleration));
+    if (present.equation[i].first.all_switches().empty()) continue;
+    result.terms.emplace_back(present.equation[i].first, mean(i) / of_acceleration);
+    result.stds.push_back(std::sqrt(present.fit.covariance(index, index)) / std::abs(of_acceleration));
   }
   return result;
 }
@@ -114,11 +137,10 @@ RangeData settled_data(const Range& range, RangeResult& result, std::vector<Colu
   const int least_passes = sensors.parameters().empty() ? 0 : 2;
   WeightedTerms equation;
   for (int pass = 0; matched && !options.methods.empty() && pass < most_passes; ++pass) {
-    const Fit found = fit(data.data, with_poll(options.methods.front(), options.poll));
-    const SwitchedFit now = switched_fit(found, data, library, options);
+    const Present present = present_fit(data, library, options);
+    const SwitchedFit now = switched_fit(present, library, options);
     if (settled(equation, now) && pass >= least_passes) break;
     equation = now.terms;
-    const WeightedTerms present = equation_of(found, data, library);
     data = data_under(equation);
     add_sensors(data, sensors, present, result, recordings, options);
   }

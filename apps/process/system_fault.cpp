@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cerrno>
+#include <new>
 #include <system_error>
 
 namespace apps {
@@ -31,6 +32,7 @@ dsp::Fault output_fault(std::string name, const std::filesystem::path& path, std
 }
 
 dsp::Fault cannot_write(const std::filesystem::path& path, int error) {
+  if (error == ENOMEM) throw std::bad_alloc();  // also where a folder or a file is made: no other place would help
   return output_fault("output.write", path,
                       fmt::format("cannot write: {}. {}", std::system_category().message(error), remedy(error)));
 }

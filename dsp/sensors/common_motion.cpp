@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "dsp/order_statistics.hpp"
+
 namespace dsp {
 namespace {
 
@@ -15,10 +17,21 @@ constexpr double least_interval_s = 2.0, end_s = 0.5, least_duration_s = 10.0;
 
 using IndexPair = std::pair<Index, Index>;  // first, behind the last
 
+/// Ten times what half of the samples of stick do not exceed: seven standard deviations of noise, which no record
+/// reaches.
+double largest_speed_at_rest(const VectorXd& v, const Segmentation& segmentation) {
+  constexpr double medians = 10.0;
+  std::vector<double> speeds;
+  for (const Segment& segment : segmentation.segments)
+    if (segment.regime == Regime::stick)
+      for (Index i = segment.first; i < segment.last; ++i) speeds.push_back(std::abs(v(i)));
+  return speeds.empty() ? 0.0 : medians * median(std::move(speeds));
+}
+
 /// Runs of stick in which the payload stays still.
 std::vector<IndexPair> still_ranges(const Motion& motion, const Segmentation& segmentation) {
   const VectorXd& v = motion.at("v");
-  const double limit = segmentation.options.stick_speed_m_per_s, rate_hz = motion.sample_rate_hz;
+  const double limit = largest_speed_at_rest(v, segmentation), rate_hz = motion.sample_rate_hz;
   const auto trim = static_cast<Index>(std::ceil(end_s * rate_hz));
   std::vector<IndexPair> ranges;
   const auto close = [&](Index first, Index last) {
@@ -29,7 +42,7 @@ std::vector<IndexPair> still_ranges(const Motion& motion, const Segmentation& se
     Index first = std::max(segment.first, motion.edge_samples);
     const Index last = std::min(segment.last, v.size() - motion.edge_samples);
     for (Index i = first; i < last; ++i)
-      if (!(std::abs(v(i)) < limit) || motion.excluded[static_cast<std::size_t>(i)] != 0) {
+      if (!(std::abs(v(i)) <= limit) || motion.excluded[static_cast<std::size_t>(i)] != 0) {
         close(first, i);
         first = i + 1;
       }

@@ -15,7 +15,7 @@ struct CommonMotion {
   double duration_s = 0.0;                ///< of all intervals
 };
 
-/// From the intervals of stick in which |v| stays below the speed that counts as a stop for two seconds or more, half a
+/// From the intervals of stick in which |v| stays within ten times its median there for two seconds or more, half a
 /// second at either end left out. Standard deviations come from the sums of a second each, whatever the colour of the
 /// noise. `motion` needs r, dr, y and v. Nothing where there are less than ten such seconds, or the base does not move.
 [[nodiscard]] std::optional<CommonMotion> find_common_motion(const Motion& motion, const Segmentation& segmentation);

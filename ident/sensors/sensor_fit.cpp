@@ -30,20 +30,49 @@ MatrixXd covariance_of(const MatrixXd& rows) {
   return scaled * scaled.transpose();
 }
 
-/// The joint rows over the noise, above those of the priors, for these sensor columns and candidates.
-MatrixXd rows_of(const SensorRegression& regression, const std::vector<Index>& sensors, const std::vector<Index>& kept,
-                 double noise_std) {
-  const auto n_s = static_cast<Index>(sensors.size()), k = static_cast<Index>(kept.size());
-  const MatrixXd& R = regression.joint.R;
-  MatrixXd rows = MatrixXd::Zero(R.rows() + n_s, n_s + k);
+/// The regression with sensors in units of their priors, candidates at unit norm and the target's norm as its unit: no
+/// square overflows or vanishes, whatever the units of the data.
+struct Scaled {
+  MatrixXd R;
+  VectorXd scale;  ///< what the columns were divided by; of sensors: target / (their value)
+  double unit;     ///< of the target
+
+  explicit Scaled(const SensorRegression& regression) : R(regression.joint.R), scale(R.cols()) {
+    const Index n_s = regression.num_sensors();
+    for (Index i = n_s; i < R.cols(); ++i) {
+      const double norm = R.col(i).stableNorm();
+      scale(i) = norm > 0.0 ? norm : 1.0;
+    }
+    unit = scale(R.cols() - 1);
+    for (Index i = 0; i < n_s; ++i) {
+      scale(i) = unit / regression.prior_std(i);
+      R.col(i) *= regression.prior_std(i) / unit;
+    }
+    for (Index i = n_s; i < R.cols(); ++i) R.col(i) /= scale(i);
+  }
+};
+
+/// The rows over the noise, above those of the priors, for these sensor columns and candidates.
+MatrixXd rows_of(const Scaled& data, Index num_sensors, const std::vector<Index>& sensors,
+                 const std::vector<Index>& kept, double noise) {
+  const auto n_s = static_cast<Index>(sensors.size()), k = static_cast<Index>(kept.size()), height = data.R.rows();
+  MatrixXd rows = MatrixXd::Zero(height + n_s, n_s + k);
   for (Index i = 0; i < n_s; ++i) {
-    const Index sensor = sensors[static_cast<std::size_t>(i)];
-    rows.col(i).head(R.rows()) = R.col(sensor) / noise_std;
-    rows(R.rows() + i, i) = 1.0 / regression.prior_std(sensor);
+    rows.col(i).head(height) = data.R.col(sensors[static_cast<std::size_t>(i)]) / noise;
+    rows(height + i, i) = 1.0;
   }
   for (Index j = 0; j < k; ++j)
-    rows.col(n_s + j).head(R.rows()) = R.col(regression.num_sensors() + kept[static_cast<std::size_t>(j)]) / noise_std;
+    rows.col(n_s + j).head(height) = data.R.col(num_sensors + kept[static_cast<std::size_t>(j)]) / noise;
   return rows;
+}
+
+/// R of the candidates and the target behind the sensors.
+MatrixXd behind_sensors(const Scaled& data, Index num_sensors, double noise) {
+  const Index width = data.R.cols() - num_sensors;
+  MatrixXd rows = MatrixXd::Zero(data.R.rows() + num_sensors, data.R.cols());
+  rows.topRows(data.R.rows()) = data.R;
+  rows.bottomLeftCorner(num_sensors, num_sensors).diagonal().setConstant(noise);
+  return triangle(rows).bottomRightCorner(width, width);
 }
 
 std::vector<Index> sensors_but(const SensorRegression& regression, const std::string& source) {
@@ -56,57 +85,62 @@ std::vector<Index> sensors_but(const SensorRegression& regression, const std::st
 }  // namespace
 
 RFactor without_sensors(const SensorRegression& regression, double noise_std) {
-  const Index n_s = regression.num_sensors(), width = regression.joint.R.cols() - n_s;
-  MatrixXd rows = MatrixXd::Zero(regression.joint.R.rows() + n_s, regression.joint.R.cols());
-  rows.topRows(regression.joint.R.rows()) = regression.joint.R;
-  rows.bottomLeftCorner(n_s, n_s).diagonal() = noise_std * regression.prior_std.cwiseInverse();
-  const MatrixXd R = triangle(rows);
-  return {R.bottomRightCorner(width, width), width - 1, regression.joint.num_samples};
+  const Scaled data(regression);
+  MatrixXd R = behind_sensors(data, regression.num_sensors(), noise_std / data.unit);
+  const Index width = R.cols();
+  R *= data.scale.tail(width).asDiagonal();
+  return {std::move(R), width - 1, regression.joint.num_samples};
 }
 
 double noise_beside_all(const SensorRegression& regression) {
-  const Index b = regression.joint.num_terms - regression.num_sensors();
+  const Scaled data(regression);
+  const Index b = data.R.cols() - 1 - regression.num_sensors();
   const double rows_to_spare = std::max(1.0, static_cast<double>(regression.joint.num_samples - b));
   // From above, as without sensors: unheld by their priors, the gains of two accelerometers make up any target.
-  double noise_std = std::abs(triangle(regression.joint.R.rightCols(b + 1))(b, b)) / std::sqrt(rows_to_spare);
+  double noise = std::abs(triangle(data.R.rightCols(b + 1))(b, b)) / std::sqrt(rows_to_spare);
   constexpr int most_passes = 20;
-  constexpr double close = 1e-3;  // of the noise: a hundredth of what 10^4 rows tell
+  constexpr double close = 1e-3;  // of the noise, of which 10^4 rows tell 7e-3
   for (int pass = 0; pass < most_passes; ++pass) {
-    const RFactor left = without_sensors(regression, noise_std);
-    const double before = std::exchange(noise_std, std::abs(left.R(b, b)) / std::sqrt(rows_to_spare));
-    if (noise_std >= (1.0 - close) * before) break;
+    const MatrixXd R = behind_sensors(data, regression.num_sensors(), noise);
+    const double before = std::exchange(noise, std::abs(R(b, b)) / std::sqrt(rows_to_spare));
+    if (noise >= (1.0 - close) * before) break;
   }
-  return noise_std;
+  return noise * data.unit;
 }
 
 SensorPosterior sensor_posterior(const SensorRegression& regression, const std::vector<Index>& kept,
-                                 const Eigen::Ref<const VectorXd>& mean, double noise_variance,
+                                 const Eigen::Ref<const VectorXd>& mean, double noise_std,
                                  double independent_fraction) {
+  const Scaled data(regression);
   const Index n_s = regression.num_sensors(), k = static_cast<Index>(kept.size());
   const std::vector<Index> all = sensors_but(regression, "");
-  const double white = std::sqrt(noise_variance), noise_std = white / std::sqrt(independent_fraction);
+  const double white = noise_std / data.unit, noise = white / std::sqrt(independent_fraction);
+  VectorXd unit(k);  // of the coefficients
+  for (Index j = 0; j < k; ++j) unit(j) = data.unit / data.scale(n_s + kept[static_cast<std::size_t>(j)]);
   SensorPosterior result;
-  const MatrixXd joint = covariance_of(rows_of(regression, all, kept, noise_std));
-  result.covariance = joint.bottomRightCorner(k, k);
-  result.noise_covariance = covariance_of(rows_of(regression, {}, kept, white));
-  result.sensor_std = joint.diagonal().head(n_s).cwiseSqrt();
-  const MatrixXd& R = regression.joint.R;
-  VectorXd left = VectorXd::Zero(R.rows() + n_s);
-  left.head(R.rows()) = R.col(R.cols() - 1);
-  for (Index j = 0; j < k; ++j) left.head(R.rows()) -= mean(j) * R.col(n_s + kept[static_cast<std::size_t>(j)]);
-  result.sensor_mean = rows_of(regression, all, {}, noise_std).householderQr().solve(left / noise_std);
+  const MatrixXd joint = covariance_of(rows_of(data, n_s, all, kept, noise));
+  result.covariance = unit.asDiagonal() * joint.bottomRightCorner(k, k) * unit.asDiagonal();
+  result.noise_covariance =
+      unit.asDiagonal() * covariance_of(rows_of(data, n_s, {}, kept, white)) * unit.asDiagonal();
+  result.sensor_std = joint.diagonal().head(n_s).cwiseSqrt().cwiseProduct(regression.prior_std);
+  VectorXd left = VectorXd::Zero(data.R.rows() + n_s);
+  left.head(data.R.rows()) = data.R.col(data.R.cols() - 1);
+  for (Index j = 0; j < k; ++j)
+    left.head(data.R.rows()) -= mean(j) / unit(j) * data.R.col(n_s + kept[static_cast<std::size_t>(j)]);
+  result.sensor_mean = regression.prior_std.cwiseProduct(
+      rows_of(data, n_s, all, {}, noise).householderQr().solve(left / noise));
 
   result.sources = {"noise"};
   for (const std::string& source : regression.sources)
     if (std::find(result.sources.begin(), result.sources.end(), source) == result.sources.end())
       result.sources.push_back(source);
   result.fractions.resize(static_cast<Index>(result.sources.size()), k);
-  const VectorXd total = result.covariance.diagonal();
+  const VectorXd total = joint.diagonal().tail(k);
   result.fractions.row(0) =
-      covariance_of(rows_of(regression, {}, kept, noise_std)).diagonal().cwiseQuotient(total).transpose();
+      covariance_of(rows_of(data, n_s, {}, kept, noise)).diagonal().cwiseQuotient(total).transpose();
   for (std::size_t i = 1; i < result.sources.size(); ++i) {
     const std::vector<Index> others = sensors_but(regression, result.sources[i]);
-    const MatrixXd known = covariance_of(rows_of(regression, others, kept, noise_std));
+    const MatrixXd known = covariance_of(rows_of(data, n_s, others, kept, noise));
     result.fractions.row(static_cast<Index>(i)) =
         (1.0 - known.diagonal().tail(k).cwiseQuotient(total).array()).cwiseMax(0.0).matrix().transpose();
   }

@@ -32,10 +32,11 @@ struct SensorPosterior {
   Eigen::MatrixXd fractions;  ///< sources x kept: by what fraction the variance falls where that source is known;
                               ///< noise: the fraction that is left where all sensors are
 };
-/// `kept`: candidates (0 .. b-1) with coefficients `mean`; `independent_fraction`: n_a / n, of the residual.
+/// `kept`: candidates (0 .. b-1) with coefficients `mean`; variances beyond what a double holds are 0 or infinite;
+/// `independent_fraction`: n_a / n, of the residual.
 [[nodiscard]] SensorPosterior sensor_posterior(const SensorRegression& regression,
                                                const std::vector<Eigen::Index>& kept,
-                                               const Eigen::Ref<const Eigen::VectorXd>& mean, double noise_variance,
+                                               const Eigen::Ref<const Eigen::VectorXd>& mean, double noise_std,
                                                double independent_fraction);
 /// Lets in what terms too weak to be kept take from the kept ones, as the source "terms left out". `widening`: of each
 /// standard deviation, at least 1.

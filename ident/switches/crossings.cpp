@@ -120,7 +120,7 @@ void Crossings::settle(const WeightedTerms& equation) {
   restored_.clear();
   for (const dsp::Signal& signal : motion_.signals)
     if (restores(signal.name) && !kinks_.empty())
-      add_kinks(motion_.sample_rate_hz, restored_.try_emplace(signal.name, signal.values).first->second);
+      add_kinks(motion_.sample_rate_hz, 0, restored_.try_emplace(signal.name, signal.values).first->second);
 }
 
 Crossings::Bound Crossings::bind(const Expression& expression) const {
@@ -274,12 +274,17 @@ VectorXd Crossings::resampled(std::string_view signal, Index factor, Index first
   return result;
 }
 
-void Crossings::add_kinks(double rate_hz, VectorXd& speed) const {
-  for (const Kink& kink : kinks_) {
-    const auto first = static_cast<Index>(std::ceil(std::max(0.0, (kink.t_s - kernel_.reach_s()) * rate_hz)));
-    const auto last = std::min(static_cast<Index>((kink.t_s + kernel_.reach_s()) * rate_hz), speed.size() - 1);
-    for (Index i = first; i <= last; ++i)
-      speed(i) += kink.slope_jump * kernel_(static_cast<double>(i) / rate_hz - kink.t_s);
+// `speed` begins with sample `first` at this rate.
+void Crossings::add_kinks(double rate_hz, Index first, VectorXd& speed) const {
+  const double reach_s = kernel_.reach_s(), begin_s = static_cast<double>(first) / rate_hz,
+               end_s = static_cast<double>(first + speed.size()) / rate_hz;
+  auto kink = std::lower_bound(kinks_.begin(), kinks_.end(), begin_s - reach_s,
+                               [](const Kink& one, double from_s) { return one.t_s < from_s; });
+  for (; kink != kinks_.end() && kink->t_s <= end_s + reach_s; ++kink) {
+    const auto begin = std::max(first, static_cast<Index>(std::ceil(std::max(0.0, (kink->t_s - reach_s) * rate_hz))));
+    const auto last = std::min(static_cast<Index>((kink->t_s + reach_s) * rate_hz), first + speed.size() - 1);
+    for (Index i = begin; i <= last; ++i)
+      speed(i - first) += kink->slope_jump * kernel_(static_cast<double>(i) / rate_hz - kink->t_s);
   }
 }
 
@@ -288,27 +293,27 @@ const VectorXd& Crossings::samples(std::string_view signal) const {
   return restored != restored_.end() ? restored->second : motion_.at(signal);
 }
 
-VectorXd Crossings::samples(std::string_view signal, Index factor) const {
-  VectorXd result = resampled(signal, factor, 0, motion_.num_samples() * factor);
-  if (restores(signal)) add_kinks(static_cast<double>(factor) * motion_.sample_rate_hz, result);
+VectorXd Crossings::samples(std::string_view signal, Index factor, Index first, Index count) const {
+  if (factor == 1) return samples(signal).segment(first, count);
+  VectorXd result = resampled(signal, factor, first, count);
+  if (restores(signal)) add_kinks(static_cast<double>(factor) * motion_.sample_rate_hz, first, result);
   return result;
-}
-
-VectorXd Crossings::signs(std::size_t argument, Index factor) const {
-  return signs(argument, factor, 0, motion_.num_samples() * factor);
 }
 
 VectorXd Crossings::signs(std::size_t argument, Index factor, Index first, Index count) const {
   const double rate_hz = static_cast<double>(factor) * motion_.sample_rate_hz;
   VectorXd result(count);
   Index begin = first;
-  int side = first_side_[argument];
+  const auto& list = crossings_[argument];
+  auto next = std::lower_bound(list.begin(), list.end(), static_cast<double>(first) / rate_hz,
+                               [](const Crossing& crossing, double from_s) { return crossing.t_s < from_s; });
+  int side = next == list.begin() ? first_side_[argument] : std::prev(next)->after;
   const auto fill_to = [&](double end) {
     for (; begin < first + count && static_cast<double>(begin) < end; ++begin) result(begin - first) = side;
   };
-  for (const Crossing& crossing : crossings_[argument]) {
-    fill_to(crossing.t_s * rate_hz);
-    side = crossing.after;
+  for (; next != list.end() && begin < first + count; ++next) {
+    fill_to(next->t_s * rate_hz);
+    side = next->after;
   }
   fill_to(static_cast<double>(first + count));
   return result;

@@ -40,10 +40,12 @@ class Crossings {
   [[nodiscard]] bool restores(std::string_view signal) const;
   /// A signal at the motion's rate, kinks restored.
   [[nodiscard]] const Eigen::VectorXd& samples(std::string_view signal) const;
-  /// The same at `factor` times that rate, sample 0 at time 0.
-  [[nodiscard]] Eigen::VectorXd samples(std::string_view signal, Eigen::Index factor) const;
+  /// The same at `factor` times that rate, samples [first, first + count) of those whose sample 0 is at time 0.
+  [[nodiscard]] Eigen::VectorXd samples(std::string_view signal, Eigen::Index factor, Eigen::Index first,
+                                        Eigen::Index count) const;
   /// Sign of an argument at these times.
-  [[nodiscard]] Eigen::VectorXd signs(std::size_t argument, Eigen::Index factor) const;
+  [[nodiscard]] Eigen::VectorXd signs(std::size_t argument, Eigen::Index factor, Eigen::Index first,
+                                      Eigen::Index count) const;
 
   /// An expression that can be evaluated at any time. It must outlive this.
   struct Bound {
@@ -72,15 +74,13 @@ class Crossings {
   template <class Add>
   void for_each_kink_near(double t_s, Add&& add) const;
   void find(std::size_t argument);
-  /// Samples [first, first + count) of a signal as it is, and of an argument's sign.
+  /// Samples [first, first + count) of a signal as it is.
   [[nodiscard]] Eigen::VectorXd resampled(std::string_view signal, Eigen::Index factor, Eigen::Index first,
                                           Eigen::Index count) const;
-  [[nodiscard]] Eigen::VectorXd signs(std::size_t argument, Eigen::Index factor, Eigen::Index first,
-                                      Eigen::Index count) const;
   void set_slope_jumps(const std::vector<std::pair<Bound, double>>& equation);
   [[nodiscard]] double moved(std::size_t argument, const Crossing& crossing) const;
   double move_all();
-  void add_kinks(double rate_hz, Eigen::VectorXd& speed) const;
+  void add_kinks(double rate_hz, Eigen::Index first, Eigen::VectorXd& speed) const;
   void collect_kinks();
 
   const dsp::Motion& motion_;

@@ -44,7 +44,6 @@ Record record(double gain, double lead_s, double noise_m, unsigned seed) {
                                {"y", "m", y}},
                    .excluded = std::vector<unsigned char>(static_cast<std::size_t>(n), 0)};
   const auto at = [](double s) { return static_cast<Index>(s * rate_hz); };
-  result.segmentation.options.stick_speed_m_per_s = 5e-3;
   result.segmentation.segments = {
       {dsp::Regime::low, 0, at(19)}, {dsp::Regime::stick, at(19), at(51)}, {dsp::Regime::low, at(51), n}};
   return result;

@@ -52,7 +52,7 @@ TEST_CASE("least squares with the sensors integrated out are those with their pr
   const VectorXd joint = rows.householderQr().solve(target);
   const auto fit = ident::fit_ols(ident::without_sensors(s.regression, noise_std));
   CHECK((fit.mean - joint.tail(3)).cwiseAbs().maxCoeff() < 1e-12);
-  const auto posterior = ident::sensor_posterior(s.regression, {0, 1, 2}, fit.mean, noise_std * noise_std, 1.0);
+  const auto posterior = ident::sensor_posterior(s.regression, {0, 1, 2}, fit.mean, noise_std, 1.0);
   CHECK((posterior.sensor_mean - joint.head(2)).cwiseAbs().maxCoeff() < 1e-12);
   CHECK(ident::noise_beside_all(s.regression) == Approx(noise_std).epsilon(0.15));  // 300 rows: 4 %
 }
@@ -66,7 +66,7 @@ TEST_CASE(
   for (unsigned seed = 1; seed <= num_seeds; ++seed) {
     const Simulation s = simulated(seed);
     const auto fit = ident::fit_ols(ident::without_sensors(s.regression, ident::noise_beside_all(s.regression)));
-    const auto posterior = ident::sensor_posterior(s.regression, {0, 1, 2}, fit.mean, fit.noise_variance, 1.0);
+    const auto posterior = ident::sensor_posterior(s.regression, {0, 1, 2}, fit.mean, std::sqrt(fit.noise_variance), 1.0);
     const VectorXd eta = prior_std.cwiseProduct(VectorXd(gaussian(2, 1, 10 * seed + 2)));
     for (Index j = 0; j < 3; ++j) {
       held += std::abs(fit.mean(j) - truth(j)) < 1.96 * std::sqrt(posterior.covariance(j, j));
@@ -85,10 +85,10 @@ TEST_CASE("the budget names what a coefficient's variance would fall by", "[iden
   Simulation s = simulated(2);
   const VectorXd mean = ident::fit_ols(ident::without_sensors(s.regression, noise_std)).mean;
   const double variance = noise_std * noise_std;
-  const auto posterior = ident::sensor_posterior(s.regression, {0, 1, 2}, mean, variance, 1.0);
+  const auto posterior = ident::sensor_posterior(s.regression, {0, 1, 2}, mean, std::sqrt(variance), 1.0);
   REQUIRE(posterior.sources == std::vector<std::string>{"noise", "gain", "drift"});
   s.regression.prior_std(0) = 1e-9;  // calibrated
-  const auto known = ident::sensor_posterior(s.regression, {0, 1, 2}, mean, variance, 1.0);
+  const auto known = ident::sensor_posterior(s.regression, {0, 1, 2}, mean, std::sqrt(variance), 1.0);
   for (Index j = 0; j < 3; ++j) {
     CHECK(posterior.fractions(1, j) == Approx(1.0 - known.covariance(j, j) / posterior.covariance(j, j)).margin(1e-9));
     CHECK(posterior.fractions(0, j) == Approx(posterior.noise_covariance(j, j) / posterior.covariance(j, j)));
@@ -99,7 +99,7 @@ TEST_CASE("the budget names what a coefficient's variance would fall by", "[iden
 TEST_CASE("rows that are worth half widen the noise's part and leave the priors alone", "[ident][sensor_fit]") {
   const Simulation s = simulated(3);
   const VectorXd mean = ident::fit_ols(ident::without_sensors(s.regression, noise_std)).mean;
-  const auto half = ident::sensor_posterior(s.regression, {0, 1, 2}, mean, noise_std * noise_std, 0.5);
-  const auto louder = ident::sensor_posterior(s.regression, {0, 1, 2}, mean, 2.0 * noise_std * noise_std, 1.0);
+  const auto half = ident::sensor_posterior(s.regression, {0, 1, 2}, mean, noise_std, 0.5);
+  const auto louder = ident::sensor_posterior(s.regression, {0, 1, 2}, mean, std::sqrt(2.0) * noise_std, 1.0);
   CHECK((half.covariance - louder.covariance).cwiseAbs().maxCoeff() < 1e-12);
 }
