@@ -237,18 +237,26 @@ const FilterSheet& Decimator::sheet() const {
 }
 
 Eigen::MatrixXd decimate(const Eigen::Ref<const Eigen::MatrixXd>& samples, const FilterSheet& design) {
-  Decimator decimator(design, samples.cols());
+  return decimate(
+      samples.rows(), samples.cols(),
+      [&](Index first, Index count) -> Eigen::MatrixXd { return samples.middleRows(first, count); }, design);
+}
+
+Eigen::MatrixXd decimate(Index num_samples, Index num_channels,
+                         const std::function<Eigen::MatrixXd(Index first, Index count)>& read,
+                         const FilterSheet& design) {
+  Decimator decimator(design, num_channels);
   constexpr Index block = 16384;
   double ratio = 1.0;
   for (const FilterStage& stage : design.stages) ratio *= static_cast<double>(stage.up) / stage.down;
-  Eigen::MatrixXd all(static_cast<Index>(static_cast<double>(samples.rows()) * ratio) + 2, samples.cols());
+  Eigen::MatrixXd all(static_cast<Index>(static_cast<double>(num_samples) * ratio) + 2, num_channels);
   Index num_outputs = 0;
   const auto keep = [&](const FrameBlock& outputs) {
     all.middleRows(num_outputs, outputs.rows()) = outputs;
     num_outputs += outputs.rows();
   };
-  for (Index first = 0; first < samples.rows(); first += block)
-    keep(decimator.push(FrameBlock(samples.middleRows(first, std::min(block, samples.rows() - first)))));
+  for (Index first = 0; first < num_samples; first += block)
+    keep(decimator.push(FrameBlock(read(first, std::min(block, num_samples - first)))));
   keep(decimator.finish());
   all.conservativeResize(num_outputs, Eigen::NoChange);
   return all;

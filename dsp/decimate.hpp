@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -63,7 +64,11 @@ class Decimator {
 /// One-shot form for a signal in memory: column by column, the same numbers as the stream.
 [[nodiscard]] Eigen::MatrixXd decimate(const Eigen::Ref<const Eigen::MatrixXd>& samples, double sample_rate_hz,
                                        const DecimateOptions& options, FilterSheet* sheet = nullptr);
-/// The same by a filter that is designed already. Throws std::invalid_argument for fewer samples than it is long.
+/// The same by a filter that is designed already. Throws std::invalid_argument for fewer samples than it is long. The
+/// second form asks for samples [first, first + count) of all channels, in order.
 [[nodiscard]] Eigen::MatrixXd decimate(const Eigen::Ref<const Eigen::MatrixXd>& samples, const FilterSheet& design);
+[[nodiscard]] Eigen::MatrixXd decimate(
+    Eigen::Index num_samples, Eigen::Index num_channels,
+    const std::function<Eigen::MatrixXd(Eigen::Index first, Eigen::Index count)>& read, const FilterSheet& design);
 
 }  // namespace dsp

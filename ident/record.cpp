@@ -68,7 +68,15 @@ double fit_bytes(const dsp::Motion& signals, std::size_t num_terms) {
 void adopt_common_motion(Record& record) {
   dsp::Prepared& prepared = record.prepared;
   if (!prepared.equalised() || !prepared.x_is_difference) return;
-  std::optional<dsp::CommonMotion> found = dsp::find_common_motion(prepared.intermediate, record.segmentation);
+  // Of what a file of segments would say: as far as the signals at the regression rate go.
+  const double edge_s = static_cast<double>(prepared.signals.edge_samples) / prepared.signals.sample_rate_hz;
+  const auto edge = static_cast<Eigen::Index>(std::lround(edge_s * prepared.intermediate.sample_rate_hz));
+  dsp::Segmentation inside = record.segmentation;
+  for (dsp::Segment& segment : inside.segments) {
+    segment.first = std::max(segment.first, edge);
+    segment.last = std::max(segment.first, std::min(segment.last, prepared.intermediate.num_samples() - edge));
+  }
+  std::optional<dsp::CommonMotion> found = dsp::find_common_motion(prepared.intermediate, inside);
   if (!found || !(std::abs(found->gain - 1.0) <= dsp::largest_gain_error)) return;
   // The lag is known from the accelerometers, too: to the standard deviations of both relations.
   double related_s = 0.0;

@@ -63,6 +63,7 @@ void add_sensors(RangeData& range, RangeSensors sensors, const Present& present,
   sensors.form(present.equation, options.target, options.poll);
   range.sensor_train = sensors.on(result.rows.train);
   range.sensor_test = sensors.on(result.rows.test);
+  sensors.drop_columns();
   const RowsOfTerms columns(result.rows.train, recordings, range.terms);
   Eigen::RowVectorXd largest(n_s + columns.num_terms() + 1);
   largest << range.sensor_train.cwiseAbs().colwise().maxCoeff(), range.scale(range.terms).transpose(),
@@ -141,6 +142,7 @@ RangeData settled_data(const Range& range, RangeResult& result, std::vector<Colu
     const SwitchedFit now = switched_fit(present, library, options);
     if (settled(equation, now) && pass >= least_passes) break;
     equation = now.terms;
+    data = {};  // before there is another
     data = data_under(equation);
     add_sensors(data, sensors, present, result, recordings, options);
   }

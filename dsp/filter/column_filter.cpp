@@ -8,6 +8,8 @@
 
 namespace dsp {
 
+using Eigen::Index;
+
 struct ColumnFilter::Impl {
   double input_rate_hz = 0.0, output_rate_hz = 0.0, edge_s = 0.0, stop_hz = 0.0;
   std::optional<SpectralBand> band;  ///< of a taper
@@ -52,13 +54,21 @@ ColumnFilter ColumnFilter::with_highpass(const std::vector<double>& cutoffs_hz) 
 }
 
 Eigen::VectorXd ColumnFilter::apply(const Eigen::Ref<const Eigen::VectorXd>& intermediate_signal) const {
-  const auto spectral = [this](const Eigen::Ref<const Eigen::VectorXd>& signal) {
-    return ExtendedSpectrum(signal, impl_->output_rate_hz).filtered([this](double f) { return impl_->response(f); });
-  };
-  if (impl_->band) return spectral(intermediate_signal);
+  return apply(intermediate_signal.size(), 1,
+               [&](Index first, Index count) -> Eigen::MatrixXd { return intermediate_signal.segment(first, count); });
+}
+
+Eigen::MatrixXd ColumnFilter::apply(Index num_samples, Index num_signals,
+                                    const std::function<Eigen::MatrixXd(Index first, Index count)>& read) const {
   // The high-pass is linear and time-invariant, so it may as well come after the decimation, where it is cheap.
-  Eigen::VectorXd decimated = decimate(intermediate_signal, impl_->sheet);
-  return impl_->highpass_hz.empty() ? decimated : spectral(decimated);
+  Eigen::MatrixXd signals =
+      impl_->band ? read(0, num_samples) : decimate(num_samples, num_signals, read, impl_->sheet);
+  if (impl_->band || !impl_->highpass_hz.empty())
+    for (Index c = 0; c < signals.cols(); ++c)
+      signals.col(c) = ExtendedSpectrum(signals.col(c), impl_->output_rate_hz).filtered([this](double f) {
+        return impl_->response(f);
+      });
+  return signals;
 }
 
 double ColumnFilter::input_rate_hz() const {

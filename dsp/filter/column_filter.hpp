@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -21,6 +22,10 @@ class ColumnFilter {
   /// zero. Throws std::invalid_argument for a cut-off that is not positive.
   [[nodiscard]] ColumnFilter with_highpass(const std::vector<double>& cutoffs_hz) const;
   [[nodiscard]] Eigen::VectorXd apply(const Eigen::Ref<const Eigen::VectorXd>& intermediate_signal) const;
+  /// The same of several signals side by side, whose samples [first, first + count) `read` gives, in order.
+  [[nodiscard]] Eigen::MatrixXd apply(
+      Eigen::Index num_samples, Eigen::Index num_signals,
+      const std::function<Eigen::MatrixXd(Eigen::Index first, Eigen::Index count)>& read) const;
   [[nodiscard]] double input_rate_hz() const;
   [[nodiscard]] double output_rate_hz() const;
   /// Columns are gone from here on: the taper's cut-off, the start of the decimation's stop band.

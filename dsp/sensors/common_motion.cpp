@@ -42,7 +42,7 @@ std::vector<IndexPair> still_ranges(const Motion& motion, const Segmentation& se
     Index first = std::max(segment.first, motion.edge_samples);
     const Index last = std::min(segment.last, v.size() - motion.edge_samples);
     for (Index i = first; i < last; ++i)
-      if (!(std::abs(v(i)) <= limit) || motion.excluded[static_cast<std::size_t>(i)] != 0) {
+      if (!(std::abs(v(i)) <= limit)) {  // faulty samples are no stick
         close(first, i);
         first = i + 1;
       }

@@ -122,13 +122,17 @@ const std::vector<std::string>& Expression::switches() const {
 }
 
 VectorXd Expression::evaluate(const dsp::Motion& motion) const {
+  return evaluate(motion, 0, motion.num_samples());
+}
+
+VectorXd Expression::evaluate(const dsp::Motion& motion, Index first, Index count) const {
   std::vector<VectorXd> signs;
   for (const Expression& argument : parts_->switch_arguments)
-    signs.push_back(argument.evaluate(motion).unaryExpr(&sign));
+    signs.push_back(argument.evaluate(motion, first, count).unaryExpr(&sign));
   std::vector<const double*> columns;
-  for (const std::string& name : parts_->signals) columns.push_back(motion.at(name).data());
+  for (const std::string& name : parts_->signals) columns.push_back(motion.at(name).data() + first);
   for (const VectorXd& sign : signs) columns.push_back(sign.data());
-  return evaluate(columns, motion.num_samples());
+  return evaluate(columns, count);
 }
 
 VectorXd Expression::evaluate(const std::vector<const double*>& columns, Index num_rows) const {

@@ -37,6 +37,8 @@ class Expression {
   /// One value per sample of `motion`, each at its point; may be non-finite where the expression is. Throws
   /// std::invalid_argument if a signal is missing there.
   [[nodiscard]] Eigen::VectorXd evaluate(const dsp::Motion& motion) const;
+  /// On samples [first, first + count).
+  [[nodiscard]] Eigen::VectorXd evaluate(const dsp::Motion& motion, Eigen::Index first, Eigen::Index count) const;
 
   /// The same of columns of `num_rows`: the signals in the order of signals(), then the signs in that of switches().
   [[nodiscard]] Eigen::VectorXd evaluate(const std::vector<const double*>& columns, Eigen::Index num_rows) const;

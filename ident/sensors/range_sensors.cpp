@@ -35,6 +35,10 @@ MatrixXd RangeSensors::on(const std::vector<Row>& rows) const {
   return psi;
 }
 
+void RangeSensors::drop_columns() {
+  for (Part& part : parts_) part.psi.resize(0, 0);
+}
+
 dsp::Motion RangeSensors::corrected_signals(std::size_t recording, const VectorXd& values) const {
   const Part& part = parts_[recording];
   const auto count = static_cast<Index>(part.columns->sensors.size());

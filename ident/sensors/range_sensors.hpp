@@ -21,6 +21,8 @@ class RangeSensors {
   void form(const WeightedTerms& equation, const std::string& target, const std::function<void()>& poll);
   /// The columns on these rows; zero where a row is of another recording.
   [[nodiscard]] Eigen::MatrixXd on(const std::vector<Row>& rows) const;
+  /// They are read, and take no more room.
+  void drop_columns();
   /// The signals of a recording (0-based), at the regression rate, with these values of the parameters.
   [[nodiscard]] dsp::Motion corrected_signals(std::size_t recording, const Eigen::VectorXd& values) const;
 

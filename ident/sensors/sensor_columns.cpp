@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace ident {
 
@@ -18,27 +19,43 @@ VectorXd finite(const VectorXd& values) {
 
 /// By how much the equation changes with a signal, sample by sample: smoothly, and at switches by an impulse a cell
 /// wide of the same area.
-struct SignalSlope {
-  std::string name;
-  VectorXd values;
+class SignalSlope {
+ public:
+  SignalSlope(const dsp::Motion& motion, std::string name) : motion_(motion), name_(std::move(name)) {}
+  [[nodiscard]] const std::string& name() const { return name_; }
+  void add(Expression derivative, double coefficient) { smooth_.emplace_back(std::move(derivative), coefficient); }
+  void add_impulse(Index at, double area) { impulses_[at] += area; }
+  [[nodiscard]] VectorXd block(Index first, Index count) const {
+    VectorXd values = VectorXd::Zero(count);
+    for (const auto& [derivative, coefficient] : smooth_)
+      values += coefficient * finite(derivative.evaluate(motion_, first, count));
+    for (auto it = impulses_.lower_bound(first); it != impulses_.end() && it->first < first + count; ++it)
+      values(it->first - first) += it->second;
+    return values;
+  }
+
+ private:
+  const dsp::Motion& motion_;
+  std::string name_;
+  std::vector<std::pair<Expression, double>> smooth_;
+  std::map<Index, double> impulses_;
 };
 
 class EquationSlopes {
  public:
   EquationSlopes(const dsp::Motion& motion, const WeightedTerms& equation) : motion_(motion) {
     for (const auto& [term, coefficient] : equation) {
-      for (const std::string& signal : term.signals())
-        of(signal) += coefficient * finite(term.derivative(signal).evaluate(motion));
+      for (const std::string& signal : term.signals()) of(signal).add(term.derivative(signal), coefficient);
       for (std::size_t i = 0; i < term.switches().size(); ++i) add_jumps(term, i, coefficient);
     }
   }
   [[nodiscard]] const std::vector<SignalSlope>& slopes() const { return slopes_; }
 
  private:
-  VectorXd& of(const std::string& signal) {
+  SignalSlope& of(const std::string& signal) {
     for (SignalSlope& slope : slopes_)
-      if (slope.name == signal) return slope.values;
-    return slopes_.emplace_back(SignalSlope{signal, VectorXd::Zero(motion_.num_samples())}).values;
+      if (slope.name() == signal) return slope;
+    return slopes_.emplace_back(motion_, signal);
   }
 
   /// Where g, the argument of the term's switch i, passes zero, a change of it moves the jump: by that over the slope
@@ -50,9 +67,9 @@ class EquationSlopes {
     // Where g hardly moves it rests, and its zeros are noise.
     constexpr double resting = 0.05;
     const double least = resting * std::sqrt(change.squaredNorm() / static_cast<double>(change.size()));
-    std::vector<std::pair<const std::string*, VectorXd>> gradient;
+    std::vector<std::pair<std::string, VectorXd>> gradient;
     for (const std::string& signal : argument.signals())
-      gradient.emplace_back(&signal, argument.derivative(signal).evaluate(motion_));
+      gradient.emplace_back(signal, argument.derivative(signal).evaluate(motion_));
     std::vector<Expression> others;
     for (const std::string& text : term.switches()) others.emplace_back(text);
     for (Index n = 0; n < change.size(); ++n) {
@@ -61,9 +78,8 @@ class EquationSlopes {
       const double area = coefficient * jump_of(term, others, i, n) / std::abs(change(n));
       if (!std::isfinite(area)) continue;
       for (const auto& [signal, slope] : gradient) {
-        VectorXd& values = of(*signal);
-        values(n) += (1.0 - fraction) * area * slope(n);
-        values(n + 1) += fraction * area * slope(n + 1);
+        of(signal).add_impulse(n, (1.0 - fraction) * area * slope(n));
+        of(signal).add_impulse(n + 1, fraction * area * slope(n + 1));
       }
     }
   }
@@ -91,21 +107,32 @@ class EquationSlopes {
 
 }  // namespace
 
+// Block by block: at the intermediate rate there is room for none of the columns.
 MatrixXd sensor_columns(const dsp::Prepared& prepared, const std::vector<SensorParameter>& parameters,
                         const WeightedTerms& equation, const std::string& target, const std::function<void()>& poll) {
   const EquationSlopes equation_slopes(prepared.intermediate, equation);
-  MatrixXd columns(prepared.signals.num_samples(), static_cast<Index>(parameters.size()));
-  for (std::size_t k = 0; k < parameters.size(); ++k) {
+  std::vector<SignalChange> changes;
+  for (const SensorParameter& parameter : parameters) {
     if (poll) poll();
-    VectorXd sum = VectorXd::Zero(prepared.intermediate.num_samples());
-    for (const dsp::Signal& change : parameters[k].change(prepared.intermediate)) {
-      if (change.name == target) sum -= change.values;
-      for (const SignalSlope& slope : equation_slopes.slopes())
-        if (slope.name == change.name) sum += slope.values.cwiseProduct(change.values);
-    }
-    columns.col(static_cast<Index>(k)) = prepared.filter.apply(sum);
+    changes.push_back(parameter.change(prepared.intermediate));
   }
-  return columns;
+  return prepared.filter.apply(
+      prepared.intermediate.num_samples(), static_cast<Index>(parameters.size()), [&](Index first, Index count) {
+        if (poll) poll();
+        std::vector<dsp::Signal> slopes;
+        for (const SignalSlope& slope : equation_slopes.slopes())
+          slopes.push_back({slope.name(), "", slope.block(first, count)});
+        MatrixXd block = MatrixXd::Zero(count, static_cast<Index>(parameters.size()));
+        for (std::size_t k = 0; k < changes.size(); ++k) {
+          auto sum = block.col(static_cast<Index>(k));
+          for (const dsp::Signal& change : changes[k](first, count)) {
+            if (change.name == target) sum -= change.values;
+            for (const dsp::Signal& slope : slopes)
+              if (slope.name == change.name) sum += slope.values.cwiseProduct(change.values);
+          }
+        }
+        return block;
+      });
 }
 
 }  // namespace ident

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 
@@ -33,52 +34,59 @@ const VectorXd& of(const dsp::Motion& motion, Body body, int order) {
 
 SensorParameter relative_gain(double std) {
   return {"relative gain of the base's displacement", "relative gain of the base's displacement", "1", std,
-          [](const dsp::Motion& motion) {
-            Changes changes;
-            for (int order = 0; order < 3; ++order) {
-              const VectorXd& signal = of(motion, base, order);
-              add(changes, motion, base, order, signal.array() - signal.mean());
-            }
-            return changes;
+          [](const dsp::Motion& motion) -> SignalChange {
+            std::array<double, 3> mean{};
+            for (int order = 0; order < 3; ++order) mean[static_cast<std::size_t>(order)] = of(motion, base, order).mean();
+            return [&motion, mean](Index first, Index count) {
+              Changes changes;
+              for (int order = 0; order < 3; ++order)
+                add(changes, motion, base, order,
+                    of(motion, base, order).segment(first, count).array() - mean[static_cast<std::size_t>(order)]);
+              return changes;
+            };
           }};
 }
 
 SensorParameter zero_of_x(double std) {
-  return {"zero of x", "zero of x", "m", std, [](const dsp::Motion& motion) {
-            return Changes{{"x", "", VectorXd::Ones(motion.num_samples())}};
+  return {"zero of x", "zero of x", "m", std, [](const dsp::Motion&) -> SignalChange {
+            return [](Index, Index count) { return Changes{{"x", "", VectorXd::Ones(count)}}; };
           }};
 }
 
 constexpr double drift_step_s = 300.0;
 
-VectorXd hat(const dsp::Motion& motion, double centre_s) {
-  return VectorXd::NullaryExpr(motion.num_samples(), [&](Index i) {
-    return std::max(0.0, 1.0 - std::abs(static_cast<double>(i) / motion.sample_rate_hz - centre_s) / drift_step_s);
-  });
-}
-
 SensorParameter drift_of_x(double centre_s, double std) {
   return {fmt::format("drift of x at {:.0f} s", centre_s), "drift of x", "m", std,
-          [centre_s](const dsp::Motion& motion) {
-            return Changes{{"x", "", hat(motion, centre_s)}};
+          [centre_s](const dsp::Motion& motion) -> SignalChange {
+            return [centre_s, rate_hz = motion.sample_rate_hz](Index first, Index count) {
+              return Changes{{"x", "", VectorXd::NullaryExpr(count, [&](Index i) {
+                                const double away_s = static_cast<double>(first + i) / rate_hz - centre_s;
+                                return std::max(0.0, 1.0 - std::abs(away_s) / drift_step_s);
+                              })}};
+            };
           }};
 }
 
 SensorParameter lag(Body body, const dsp::SensorRelation& relation) {
   return {"lag of " + relation.displacement, "lag of " + relation.displacement, "s", relation.lag_std_s,
-          [body](const dsp::Motion& motion) {
-            Changes changes;
-            for (int order = 0; order < 2; ++order) add(changes, motion, body, order, of(motion, body, order + 1));
-            return changes;
+          [body](const dsp::Motion& motion) -> SignalChange {
+            return [body, &motion](Index first, Index count) {
+              Changes changes;
+              for (int order = 0; order < 2; ++order)
+                add(changes, motion, body, order, of(motion, body, order + 1).segment(first, count));
+              return changes;
+            };
           }};
 }
 
 SensorParameter accelerometer_gain(Body body, const dsp::SensorRelation& relation) {
   return {"gain of " + relation.acceleration, "gain of " + relation.acceleration, "1",
-          relation.gain_std / relation.gain, [body](const dsp::Motion& motion) {
-            Changes changes;
-            add(changes, motion, body, 2, of(motion, body, 2));
-            return changes;
+          relation.gain_std / relation.gain, [body](const dsp::Motion& motion) -> SignalChange {
+            return [body, &motion](Index first, Index count) {
+              Changes changes;
+              add(changes, motion, body, 2, of(motion, body, 2).segment(first, count));
+              return changes;
+            };
           }};
 }
 
@@ -86,17 +94,21 @@ SensorParameter accelerometer_gain(Body body, const dsp::SensorRelation& relatio
 /// is sum (1 / n) / (f_c + i f) more of the signal.
 SensorParameter coupling(Body body, const dsp::SensorRelation& relation, double passage_hz) {
   return {"coupling of " + relation.acceleration, "coupling of " + relation.acceleration, "Hz",
-          relation.highpass_sum_std_hz, [body, passage_hz, cutoffs = relation.highpass_hz](const dsp::Motion& motion) {
+          relation.highpass_sum_std_hz,
+          [body, passage_hz, cutoffs = relation.highpass_hz](const dsp::Motion& motion) -> SignalChange {
             const dsp::SpectralBand low{passage_hz / 2.0, passage_hz};
             const dsp::ExtendedSpectrum spectrum(of(motion, body, 2), motion.sample_rate_hz);
-            Changes changes;
-            add(changes, motion, body, 2, spectrum.filtered([&](double f) {
+            const VectorXd whole = spectrum.filtered([&](double f) {
               std::complex<double> sum = 0.0;
               for (const double cutoff : cutoffs)
                 sum += (1.0 - low.gain(f)) / (static_cast<double>(cutoffs.size()) * std::complex<double>(cutoff, f));
               return sum;
-            }));
-            return changes;
+            });
+            return [body, &motion, whole](Index first, Index count) {
+              Changes changes;
+              add(changes, motion, body, 2, whole.segment(first, count));
+              return changes;
+            };
           }};
 }
 
@@ -181,7 +193,7 @@ dsp::Motion corrected(dsp::Motion motion, const std::vector<SensorParameter>& pa
                       const Eigen::Ref<const VectorXd>& values) {
   const dsp::Motion as_recorded = motion;
   for (std::size_t k = 0; k < parameters.size(); ++k)
-    for (const dsp::Signal& change : parameters[k].change(as_recorded))
+    for (const dsp::Signal& change : parameters[k].change(as_recorded)(0, motion.num_samples()))
       for (dsp::Signal& signal : motion.signals)
         if (signal.name == change.name) signal.values += values(static_cast<Index>(k)) * change.values;
   return motion;

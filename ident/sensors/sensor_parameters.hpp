@@ -9,6 +9,9 @@ namespace ident {
 
 struct Record;
 
+/// Samples [first, first + count) of a change of signals.
+using SignalChange = std::function<std::vector<dsp::Signal>(Eigen::Index first, Eigen::Index count)>;
+
 /// Something about a recording's sensors that is known to a standard deviation only. A value of it is a change of the
 /// signals: what the body did is what was recorded + value * change.
 struct SensorParameter {
@@ -16,8 +19,9 @@ struct SensorParameter {
   std::string source;  ///< of a budget; drifts of one signal at several times are one
   std::string unit;    ///< SI, "1"
   double std = 0.0;    ///< of the prior, a normal distribution about zero
-  /// The signals it changes and their change for a value of one, on the clock of the motion it is given.
-  std::function<std::vector<dsp::Signal>(const dsp::Motion&)> change;
+  /// The signals it changes and their change for a value of one, on the clock of the motion it is given, which must
+  /// outlive what is returned.
+  std::function<SignalChange(const dsp::Motion&)> change;
 };
 
 /// Those that a record's channels have, once its sensors were brought to agree; none where they were not (recipe

@@ -26,10 +26,11 @@ VectorXd lagged_products(const VectorXd& x) {
 double independent_fraction(const Eigen::Ref<const VectorXd>& residual, const std::vector<Index>& samples) {
   const auto n = static_cast<double>(residual.size());
   if (residual.size() < 3 || residual.isZero(0.0)) return 1.0;
+  const double unit = residual.cwiseAbs().maxCoeff();  // squares of smaller ones may vanish
   const Index first = samples.front(), length = samples.back() - first + 1;
   VectorXd series = VectorXd::Zero(length), mask = VectorXd::Zero(length);
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    series(samples[i] - first) = residual(static_cast<Index>(i));
+    series(samples[i] - first) = residual(static_cast<Index>(i)) / unit;
     mask(samples[i] - first) = 1.0;
   }
   const VectorXd products = lagged_products(series), pairs = lagged_products(mask);
