@@ -83,6 +83,7 @@ void Standstill::follow(std::span<const SampleCell> cells, const StepScale& scal
       low_ = std::min(low_, cell.mean);
       high_ = std::max(high_, cell.mean);
     }
+    if (scale.floor > 0.0 && !is_open_) note_extreme(cell);
     note(cell);
     ++cell_;
   }
@@ -107,13 +108,22 @@ void Standstill::note(const SampleCell& cell) {
   levels_before_ = {cell.mean, levels_before_[0]};
 }
 
+// A crest may be at a limit for less than a cell, or a part of two.
+void Standstill::note_extreme(const SampleCell& cell) {
+  const double reach = 2.0 * levels_.resolution();
+  if (cell.high >= high_ - reach)
+    extreme_runs_.push_back({.first = cell_, .last = cell_ + 1, .level = cell.high});
+  else if (cell.low <= low_ + reach)
+    extreme_runs_.push_back({.first = cell_, .last = cell_ + 1, .level = cell.low});
+}
+
 void Standstill::close(const StepScale& scale) {
   is_open_ = false;
   open_.last = cell_;
   const auto length = std::min(open_.num_cells(), static_cast<Eigen::Index>(cells_in_runs_.size()) - 1);
   cells_in_runs_[static_cast<std::size_t>(length)] += open_.num_cells();
   const double reach = 2.0 * levels_.resolution();
-  if (scale.floor > 0.0 && open_.num_cells() >= 2 && (open_.level >= high_ - reach || open_.level <= low_ + reach))
+  if (scale.floor > 0.0 && (open_.level >= high_ - reach || open_.level <= low_ + reach))
     extreme_runs_.push_back(open_);
   if (open_.num_cells() < least_cells && open_.num_equal < least_equal_cells) return;
   runs_.push_back(open_);

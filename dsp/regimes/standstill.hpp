@@ -40,7 +40,7 @@ class Standstill {
   void follow(std::span<const SampleCell> cells, const StepScale& scale);
   void finish();
   [[nodiscard]] const std::vector<StillRun>& runs() const { return runs_; }  ///< of eight cells and more, or four equal
-  /// The same of two cells and more, but only with noise on top and near the lowest and highest level met.
+  /// Near the lowest and highest level met, where noise lies on top: of any length, and single cells that move.
   [[nodiscard]] const std::vector<StillRun>& extreme_runs() const { return extreme_runs_; }
   [[nodiscard]] const LevelHistogram& levels() const { return levels_; }
   /// Half of the record is spent in runs not longer than this; 1 where it seldom stands still.
@@ -51,6 +51,7 @@ class Standstill {
   [[nodiscard]] std::size_t num_moving(std::span<const SampleCell> cells, double floor) const;
   void pass(std::span<const SampleCell> moving);
   void note(const SampleCell& cell);
+  void note_extreme(const SampleCell& cell);
   void close(const StepScale& scale);
 
   Eigen::Index cell_ = 0;          // the next one

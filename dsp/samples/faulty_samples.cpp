@@ -106,6 +106,7 @@ struct FaultySamples::State {
   void judge(Eigen::Index c, SampleFaults& faults) const;
   [[nodiscard]] std::vector<FaultyRange> clipped(Eigen::Index c, std::string& remark) const;
   [[nodiscard]] std::vector<FaultyRange> stood_still(Eigen::Index c, std::string& remark) const;
+  void add_shorter_crests(Eigen::Index c, std::vector<FaultyRange>& still) const;
   [[nodiscard]] FaultyRange in_frames(Eigen::Index c, SampleFault fault, const StillRun& run) const;
 };
 
@@ -233,6 +234,18 @@ std::vector<FaultyRange> FaultySamples::State::stood_still(Eigen::Index c, std::
   return found;
 }
 
+// Crests that stand still at one level again and again tell a limit: others that get there are clipped, however short.
+void FaultySamples::State::add_shorter_crests(Eigen::Index c, std::vector<FaultyRange>& still) const {
+  for (const double sign : {1.0, -1.0}) {
+    double limit = -std::numeric_limits<double>::infinity();
+    for (const FaultyRange& range : still)
+      if (range.fault == SampleFault::clipped && sign * range.level > 0.0) limit = std::max(limit, sign * range.level);
+    for (const StillRun& run : tracks[static_cast<std::size_t>(c)].standstill.extreme_runs())
+      if (sign * run.level >= tolerant(limit, options.limit_tolerance) && std::isfinite(limit))
+        still.push_back(in_frames(c, SampleFault::clipped, run));
+  }
+}
+
 void FaultySamples::State::judge(Eigen::Index c, SampleFaults& faults) const {
   const auto& track = tracks[static_cast<std::size_t>(c)];
   auto checks =
@@ -242,7 +255,8 @@ void FaultySamples::State::judge(Eigen::Index c, SampleFaults& faults) const {
 
   std::string clip_remark, rest_remark;
   const auto clips = clipped(c, clip_remark);
-  const auto still = stood_still(c, rest_remark);
+  auto still = stood_still(c, rest_remark);
+  add_shorter_crests(c, still);
   std::array<std::vector<FaultyRange>, 3> by_fault;  // each range once: a dropout may look clipped and held, too
   auto &kept_clips = by_fault[0], &dropouts = by_fault[1], &held = by_fault[2];
   std::copy_if(still.begin(), still.end(), std::back_inserter(dropouts),

@@ -64,7 +64,8 @@ struct FaultySampleOptions {
 /// and count start anew with every more extreme value. A record that spends 30 % at it rests there. Thirdly, where
 /// noise lies on repeated values, levels of the outermost 1/512 of the range that are met while standing still and four
 /// times as often as those next to them, if one such range lasts eight cells and is reached at a pace of three steps
-/// of the sensor a cell. A clipped range that has no other like it and noise on top is not found.
+/// of the sensor a cell; then every crest that gets there is clipped, however short. A clipped range that has no other
+/// like it and noise on top is not found.
 ///
 /// checks, one a channel: sample.clipped (value: fraction of samples), sample.dropout, sample.held (value: seconds),
 /// sample.spike (value: how many; they stay), sample.offset (value: mean), sample.drift (value: of a line through the

@@ -167,6 +167,40 @@ TEST_CASE("a laser that clips behind a noisy converter is found without its rang
   CHECK(wrong <= 40 * cell);
 }
 
+TEST_CASE("crests that are at a laser's limit for a moment only are clipped where longer ones tell the limit",
+          "[dsp][faulty_samples]") {
+  // A motion that dies away through the limit: most crests near it are not at it, so that levels alone tell nothing.
+  constexpr Eigen::Index n = 1200000, update = 32;
+  constexpr double limit = 0.97, frequency_hz = 1.0;
+  const auto noise = support::gaussian(n, 41), on_top = support::gaussian(n, 42);
+  dsp::FrameBlock frames(n, 1);
+  std::vector<bool> clipped(static_cast<std::size_t>(n)), near_limit(static_cast<std::size_t>(n));
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Eigen::Index taken = i - i % update;
+    const double t = static_cast<double>(taken) / rate_hz, amplitude = t < 3.0 ? 1.05 : 0.95 + 0.035 * std::exp(-t / 30.0);
+    const double value = amplitude * std::sin(2 * std::numbers::pi * frequency_hz * t) + 4e-5 * noise(taken);
+    frames(i, 0) = std::clamp(value, -limit, limit) + 7.5e-6 * on_top(i);
+    clipped[static_cast<std::size_t>(i)] = std::abs(value) > limit;
+    near_limit[static_cast<std::size_t>(i)] = std::abs(value) > 0.999 * limit;
+  }
+  const auto faults = examined(frames);
+  std::vector<bool> marked(static_cast<std::size_t>(n), false);
+  for (const auto& range : faults.ranges) {
+    CHECK(range.fault == SampleFault::clipped);
+    std::fill(marked.begin() + range.first, marked.begin() + range.last, true);
+  }
+  Eigen::Index truth = 0, missed = 0, wrong = 0;
+  for (std::size_t i = 0; i < marked.size(); ++i) {
+    truth += clipped[i];
+    missed += clipped[i] && !marked[i];
+    wrong += marked[i] && !near_limit[i];
+  }
+  CHECK(truth > 5000);
+  CHECK(missed == 0);
+  // Placed to a cell before and two behind, and what lies between two that are joined.
+  CHECK(wrong <= static_cast<Eigen::Index>(faults.ranges.size()) * 5 * update);
+}
+
 TEST_CASE("a short zero in a lively channel is not taken for the sensor", "[dsp][faulty_samples]") {
   dsp::FrameBlock frames = measured(accelerometer, 200000, 6);
   frames.middleRows(100000, 100).setZero();  // 3.9 ms, not four whole cells
