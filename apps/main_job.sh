@@ -44,7 +44,8 @@ echo "identifying it, signals filtered first (paper) ..."
 $ardent -q --force run out/qzs.toml -o out/paper --set prepare.recipe=paper > /dev/null
 
 echo
-echo "Fast RVM beside the truth. The payload's laser reads 0.4 % short, so x^3 is known as -95766 in its units:"
+echo "Fast RVM beside the truth in the sensors' units (the payload's laser reads 0.4 % short), and whether the truth is"
+echo "inside the 95 % intervals:"
 echo
 $ardent compare out/matched out/paper --truth out/rig/truth.json
 $ardent compare out/matched out/paper --truth out/rig/truth.json --method sindy > out/compare-sindy.txt

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "apps/output/run_json.hpp"
@@ -63,42 +64,59 @@ std::string number_or_none(const Json& value, const char* format) {
   return value.is_number() ? fmt::format(fmt::runtime(format), value.get<double>()) : "none";
 }
 
-std::string coefficient(const Json& fit, const std::string& term) {
-  if (fit.is_null()) return "";
-  for (const Json& candidate : fit.at("terms"))
-    if (candidate.at("name") == term)
-      return number_or_none(candidate.at("mean"), "{:.6g}") + " (" + number_or_none(candidate.at("cov"), "{:.1e}") +
-             ")";
-  return "-";
+/// A simulation's value of a term: in the units of the sensors that recorded it, where the file says so; 0 of a term it
+/// does not have; none where the target is another.
+double true_value(const Json& truth, const Json& target, const std::string& term) {
+  const bool recorded = truth.contains("terms_as_recorded") && target == "a";
+  for (const Json& candidate : truth.at(recorded ? "terms_as_recorded" : "terms"))
+    if (candidate.at("name") == term && (recorded || candidate.at("target") == target))
+      return candidate.at("value").get<double>();
+  return 0.0;
 }
 
-std::string true_value(const Json& truth, const Json& target, const std::string& term) {
-  for (const Json& candidate : truth.at("terms"))
-    if (candidate.at("name") == term && candidate.at("target") == target)
-      return fmt::format("{:.6g}", candidate.at("value").get<double>());
-  return "0";
+constexpr double coverage_95 = 1.96;  // standard deviations to either side of a normal distribution
+
+/// With the coefficient of variation; beside a true value with the standard deviation, and whether that value is inside
+/// the 95 % interval.
+std::string coefficient(const Json& fit, const std::string& term, const double* truth) {
+  if (fit.is_null()) return "";
+  for (const Json& candidate : fit.at("terms")) {
+    if (candidate.at("name") != term) continue;
+    const std::string mean = number_or_none(candidate.at("mean"), "{:.6g}");
+    if (truth == nullptr) return mean + " (" + number_or_none(candidate.at("cov"), "{:.1e}") + ")";
+    const Json& std = candidate.at("std");
+    if (!std.is_number()) return mean + " +- none        ";
+    const bool inside =
+        std::abs(candidate.at("mean").get<double>() - *truth) <= coverage_95 * std.get<double>();
+    return fmt::format("{} +- {:.2g} {:>7}", mean, std.get<double>(), inside ? "inside" : "outside");
+  }
+  return "-";
 }
 
 std::string text_of(const Comparison& one, const Json& truth) {
   std::string text = fmt::format("range {}\n  {:<16}", printable(one.range), "term");
   if (!truth.is_null()) text += fmt::format(" {:>12}", "truth");
-  for (const Column& column : one.columns) text += fmt::format(" {:>24}", printable(column.title) + " (CoV)");
+  const int width = truth.is_null() ? 24 : 32;
+  for (const Column& column : one.columns)
+    text += fmt::format(" {:>{}}", printable(column.title) + (truth.is_null() ? " (CoV)" : ""), width);
   text += "\n";
   const auto with_fit =
       std::find_if(one.columns.begin(), one.columns.end(), [](const Column& column) { return !column.fit.is_null(); });
   const Json target = with_fit == one.columns.end() ? Json() : with_fit->fit.at("target");
   for (const std::string& term : one.terms) {
     text += fmt::format("  {:<16}", printable(term));
-    if (!truth.is_null()) text += fmt::format(" {:>12}", true_value(truth, target, term));
-    for (const Column& column : one.columns) text += fmt::format(" {:>24}", coefficient(column.fit, term));
+    const double true_one = truth.is_null() ? 0.0 : true_value(truth, target, term);
+    if (!truth.is_null()) text += fmt::format(" {:>12.6g}", true_one);
+    for (const Column& column : one.columns)
+      text += fmt::format(" {:>{}}", coefficient(column.fit, term, truth.is_null() ? nullptr : &true_one), width);
     text += "\n";
   }
   for (const char* figure : {"train", "test", "free_run"}) {
     text += fmt::format("  {:<16}", fmt::format("NMSE {}", figure));
     if (!truth.is_null()) text += fmt::format(" {:>12}", "");
     for (const Column& column : one.columns)
-      text += fmt::format(" {:>24}",
-                          column.fit.is_null() ? "" : number_or_none(column.fit.at("nmse").at(figure), "{:.3g}"));
+      text += fmt::format(
+          " {:>{}}", column.fit.is_null() ? "" : number_or_none(column.fit.at("nmse").at(figure), "{:.3g}"), width);
     text += "\n";
   }
   return text + "\n";
@@ -112,7 +130,8 @@ std::string json_of(const std::vector<Comparison>& all, const Json& truth) {
       row["runs"].push_back({{"run", printable(column.title)}, {"fit", column.fit}});
     document["ranges"].push_back(std::move(row));
   }
-  if (!truth.is_null()) document["truth"] = truth.at("terms");
+  if (!truth.is_null())
+    document["truth"] = truth.at(truth.contains("terms_as_recorded") ? "terms_as_recorded" : "terms");
   return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
