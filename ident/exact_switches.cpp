@@ -107,7 +107,7 @@ void ExactSwitches::sharpen(const Crossings::Bound& bound, const std::vector<dou
     for (Index i = begin; i <= end; ++i) {
       const double t = static_cast<double>(i) - at;
       values(i - first) += jump * (low_pass.switched_on(0, t) - (t >= 0.0 ? 1.0 : 0.0)) +
-                   kink * (low_pass.switched_on(1, t) - std::max(0.0, t));
+                           kink * (low_pass.switched_on(1, t) - std::max(0.0, t));
     }
   }
 }
@@ -123,10 +123,10 @@ VectorXd ExactSwitches::samples(const Expression& term) const {
   const dsp::ShortLowPass low_pass(0.5 * rate_hz, transition_hz, attenuation_db, rate_hz);
   std::optional<dsp::Decimator> decimator;
   if (factor > 1)
-    decimator.emplace(rate_hz, 1,
-                      dsp::DecimateOptions{.output_rate_hz = base_hz,
-                                           .passband_end_hz = stop_hz_,
-                                           .stopband_start_hz = base_hz - stop_hz_});
+    decimator.emplace(
+        rate_hz, 1,
+        dsp::DecimateOptions{
+            .output_rate_hz = base_hz, .passband_end_hz = stop_hz_, .stopband_start_hz = base_hz - stop_hz_});
 
   VectorXd result(num_rows);
   Index done = 0;

@@ -36,7 +36,8 @@ Wanted wanted_of(const SimulateArguments& arguments) try {
   options.programme = arguments.programme.value_or(options.programme);
   std::vector<std::string> settings = arguments.set;
   options.raw.problems = take_sensor_problems(settings);
-  if (!arguments.raw && !options.raw.problems.empty()) throw no_recording("rail, hold and clip are about the recording");
+  if (!arguments.raw && !options.raw.problems.empty())
+    throw no_recording("rail, hold and clip are about the recording");
   options.settings = parse_settings(settings);
   options.from_s = arguments.from_s.value_or(options.from_s);
   options.duration_s = arguments.duration_s;

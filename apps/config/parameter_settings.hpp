@@ -14,5 +14,4 @@ double require_within(double value, double least, double most, const char* fault
 /// times better than each.
 inline constexpr double most_noise = 1e3;
 
-
 }  // namespace apps

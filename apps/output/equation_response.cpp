@@ -158,12 +158,11 @@ std::string response_text(const EquationResponse& result) {
   const auto& sweep = result.sweep;
   std::string text =
       printable(fmt::format("range {} by {}: {}", result.equation.range, result.equation.method, result.equation.text));
-  text += fmt::format("\n{}, {} to {} Hz in steps of {} Hz; {} draws of the coefficients (covariance of {}), seed {}\n\n",
-                      result.drive == ident::DriveKind::base
-                          ? fmt::format("base motion of {:g} mm", 1e3 * sweep.amplitude_m)
-                          : fmt::format("force of {:g}", sweep.amplitude_m),
-                      sweep.from_hz, sweep.to_hz, sweep.step_hz, result.num_draws,
-                      result.equation.covariance_of, result.seed);
+  text += fmt::format(
+      "\n{}, {} to {} Hz in steps of {} Hz; {} draws of the coefficients (covariance of {}), seed {}\n\n",
+      result.drive == ident::DriveKind::base ? fmt::format("base motion of {:g} mm", 1e3 * sweep.amplitude_m)
+                                             : fmt::format("force of {:g}", sweep.amplitude_m),
+      sweep.from_hz, sweep.to_hz, sweep.step_hz, result.num_draws, result.equation.covariance_of, result.seed);
   text += fmt::format("  {:<5} {:<34} {:>9} {:>11} {:>9}\n", "", "Hz", "step", "located", "sd");
   for (const ResponseEvent& event : response_events()) {
     const double step_hz = result.steady.response.jumps.*event.frequency_hz;

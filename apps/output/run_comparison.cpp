@@ -86,8 +86,7 @@ std::string coefficient(const Json& fit, const std::string& term, const double* 
     if (truth == nullptr) return mean + " (" + number_or_none(candidate.at("cov"), "{:.1e}") + ")";
     const Json& std = candidate.at("std");
     if (!std.is_number()) return mean + " +- none        ";
-    const bool inside =
-        std::abs(candidate.at("mean").get<double>() - *truth) <= coverage_95 * std.get<double>();
+    const bool inside = std::abs(candidate.at("mean").get<double>() - *truth) <= coverage_95 * std.get<double>();
     return fmt::format("{} +- {:.2g} {:>7}", mean, std.get<double>(), inside ? "inside" : "outside");
   }
   return "-";

@@ -61,8 +61,7 @@ Eigen::VectorXd ColumnFilter::apply(const Eigen::Ref<const Eigen::VectorXd>& int
 Eigen::MatrixXd ColumnFilter::apply(Index num_samples, Index num_signals,
                                     const std::function<Eigen::MatrixXd(Index first, Index count)>& read) const {
   // The high-pass is linear and time-invariant, so it may as well come after the decimation, where it is cheap.
-  Eigen::MatrixXd signals =
-      impl_->band ? read(0, num_samples) : decimate(num_samples, num_signals, read, impl_->sheet);
+  Eigen::MatrixXd signals = impl_->band ? read(0, num_samples) : decimate(num_samples, num_signals, read, impl_->sheet);
   if (impl_->band || !impl_->highpass_hz.empty())
     for (Index c = 0; c < signals.cols(); ++c)
       signals.col(c) = ExtendedSpectrum(signals.col(c), impl_->output_rate_hz).filtered([this](double f) {

@@ -36,12 +36,11 @@ bool corrects(const SensorRelation& relation, const SensorProblem& problem) {
   return problem.kind != Kind::polarity && (!of_scale || gain_is_plausible(relation));
 }
 
-Check check_of(const SensorProblem& problem, bool corrected, const ChannelSpec* channel,
-                    const std::string& sidecar) {
+Check check_of(const SensorProblem& problem, bool corrected, const ChannelSpec* channel, const std::string& sidecar) {
   Check check{.name = "sensor." + std::string(to_string(problem.kind)),
-                   .channel = problem.channel,
-                   .value = problem.value,
-                   .limit = problem.limit};
+              .channel = problem.channel,
+              .value = problem.value,
+              .limit = problem.limit};
   check.status = corrected ? CheckStatus::note : CheckStatus::warning;
   const char* other = !problem.either                  ? ""
                       : problem.kind == Kind::polarity ? " or its partner, whichever is wired the wrong way round"

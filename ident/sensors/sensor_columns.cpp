@@ -116,23 +116,23 @@ MatrixXd sensor_columns(const dsp::Prepared& prepared, const std::vector<SensorP
     if (poll) poll();
     changes.push_back(parameter.change(prepared.intermediate));
   }
-  return prepared.filter.apply(
-      prepared.intermediate.num_samples(), static_cast<Index>(parameters.size()), [&](Index first, Index count) {
-        if (poll) poll();
-        std::vector<dsp::Signal> slopes;
-        for (const SignalSlope& slope : equation_slopes.slopes())
-          slopes.push_back({slope.name(), "", slope.block(first, count)});
-        MatrixXd block = MatrixXd::Zero(count, static_cast<Index>(parameters.size()));
-        for (std::size_t k = 0; k < changes.size(); ++k) {
-          auto sum = block.col(static_cast<Index>(k));
-          for (const dsp::Signal& change : changes[k](first, count)) {
-            if (change.name == target) sum -= change.values;
-            for (const dsp::Signal& slope : slopes)
-              if (slope.name == change.name) sum += slope.values.cwiseProduct(change.values);
-          }
-        }
-        return block;
-      });
+  return prepared.filter.apply(prepared.intermediate.num_samples(), static_cast<Index>(parameters.size()),
+                               [&](Index first, Index count) {
+                                 if (poll) poll();
+                                 std::vector<dsp::Signal> slopes;
+                                 for (const SignalSlope& slope : equation_slopes.slopes())
+                                   slopes.push_back({slope.name(), "", slope.block(first, count)});
+                                 MatrixXd block = MatrixXd::Zero(count, static_cast<Index>(parameters.size()));
+                                 for (std::size_t k = 0; k < changes.size(); ++k) {
+                                   auto sum = block.col(static_cast<Index>(k));
+                                   for (const dsp::Signal& change : changes[k](first, count)) {
+                                     if (change.name == target) sum -= change.values;
+                                     for (const dsp::Signal& slope : slopes)
+                                       if (slope.name == change.name) sum += slope.values.cwiseProduct(change.values);
+                                   }
+                                 }
+                                 return block;
+                               });
 }
 
 }  // namespace ident

@@ -120,15 +120,14 @@ SensorPosterior sensor_posterior(const SensorRegression& regression, const std::
   SensorPosterior result;
   const MatrixXd joint = covariance_of(rows_of(data, n_s, all, kept, noise));
   result.covariance = unit.asDiagonal() * joint.bottomRightCorner(k, k) * unit.asDiagonal();
-  result.noise_covariance =
-      unit.asDiagonal() * covariance_of(rows_of(data, n_s, {}, kept, white)) * unit.asDiagonal();
+  result.noise_covariance = unit.asDiagonal() * covariance_of(rows_of(data, n_s, {}, kept, white)) * unit.asDiagonal();
   result.sensor_std = joint.diagonal().head(n_s).cwiseSqrt().cwiseProduct(regression.prior_std);
   VectorXd left = VectorXd::Zero(data.R.rows() + n_s);
   left.head(data.R.rows()) = data.R.col(data.R.cols() - 1);
   for (Index j = 0; j < k; ++j)
     left.head(data.R.rows()) -= mean(j) / unit(j) * data.R.col(n_s + kept[static_cast<std::size_t>(j)]);
-  result.sensor_mean = regression.prior_std.cwiseProduct(
-      rows_of(data, n_s, all, {}, noise).householderQr().solve(left / noise));
+  result.sensor_mean =
+      regression.prior_std.cwiseProduct(rows_of(data, n_s, all, {}, noise).householderQr().solve(left / noise));
 
   result.sources = {"noise"};
   for (const std::string& source : regression.sources)

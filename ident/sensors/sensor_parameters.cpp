@@ -36,7 +36,8 @@ SensorParameter relative_gain(double std) {
   return {"relative gain of the base's displacement", "relative gain of the base's displacement", "1", std,
           [](const dsp::Motion& motion) -> SignalChange {
             std::array<double, 3> mean{};
-            for (int order = 0; order < 3; ++order) mean[static_cast<std::size_t>(order)] = of(motion, base, order).mean();
+            for (int order = 0; order < 3; ++order)
+              mean[static_cast<std::size_t>(order)] = of(motion, base, order).mean();
             return [&motion, mean](Index first, Index count) {
               Changes changes;
               for (int order = 0; order < 3; ++order)

@@ -35,7 +35,7 @@ struct Whiteness {
   double p_value = 1.0;  ///< of two tests together: Bartlett's (the cumulated periodogram against a straight line)
                          ///< sees colour, Fisher's (its largest ordinate) sees a tone
   double peak_fraction =
-      0.0;  ///< fraction of the residual's power in the strongest 5 % of frequencies; white noise: 0.20
+      0.0;              ///< fraction of the residual's power in the strongest 5 % of frequencies; white noise: 0.20
   bool tested = false;  ///< false: too few rows, or no residual at all
   bool white = true;    ///< p_value >= 0.01
 };

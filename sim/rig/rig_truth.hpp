@@ -23,7 +23,7 @@ struct HandTruth {
 struct RigTruth {
   std::vector<HandTruth> hands;
   std::vector<RegimeInterval> regimes;  ///< in order without gaps
-  std::int64_t num_events = 0;      ///< switches of the friction
+  std::int64_t num_events = 0;          ///< switches of the friction
 };
 
 struct RigTruthOptions {

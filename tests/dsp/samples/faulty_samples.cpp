@@ -177,7 +177,8 @@ TEST_CASE("crests that are at a laser's limit for a moment only are clipped wher
   std::vector<bool> clipped(static_cast<std::size_t>(n)), near_limit(static_cast<std::size_t>(n));
   for (Eigen::Index i = 0; i < n; ++i) {
     const Eigen::Index taken = i - i % update;
-    const double t = static_cast<double>(taken) / rate_hz, amplitude = t < 3.0 ? 1.05 : 0.95 + 0.035 * std::exp(-t / 30.0);
+    const double t = static_cast<double>(taken) / rate_hz,
+                 amplitude = t < 3.0 ? 1.05 : 0.95 + 0.035 * std::exp(-t / 30.0);
     const double value = amplitude * std::sin(2 * std::numbers::pi * frequency_hz * t) + 4e-5 * noise(taken);
     frames(i, 0) = std::clamp(value, -limit, limit) + 7.5e-6 * on_top(i);
     clipped[static_cast<std::size_t>(i)] = std::abs(value) > limit;

@@ -66,7 +66,8 @@ TEST_CASE(
   for (unsigned seed = 1; seed <= num_seeds; ++seed) {
     const Simulation s = simulated(seed);
     const auto fit = ident::fit_ols(ident::without_sensors(s.regression, ident::noise_beside_all(s.regression)));
-    const auto posterior = ident::sensor_posterior(s.regression, {0, 1, 2}, fit.mean, std::sqrt(fit.noise_variance), 1.0);
+    const auto posterior =
+        ident::sensor_posterior(s.regression, {0, 1, 2}, fit.mean, std::sqrt(fit.noise_variance), 1.0);
     const VectorXd eta = prior_std.cwiseProduct(VectorXd(gaussian(2, 1, 10 * seed + 2)));
     for (Index j = 0; j < 3; ++j) {
       held += std::abs(fit.mean(j) - truth(j)) < 1.96 * std::sqrt(posterior.covariance(j, j));
