@@ -73,9 +73,7 @@ Prediction predict(const Fit& fit, const std::vector<Row>& rows, const std::vect
 MatrixXd robust_covariance_of(const Fit& fit, const RangeData& range, const std::vector<Row>& rows,
                               const std::vector<Columns>& recordings, const VectorXd& residual) {
   if (fit.relevant.empty() || !fit.covariance.allFinite()) return {};
-  std::vector<Index> positions;
-  for (const Index term : fit.relevant)
-    positions.push_back(std::lower_bound(range.terms.begin(), range.terms.end(), term) - range.terms.begin());
+  const std::vector<Index> positions = positions_in(range, fit.relevant);
   BlockScores scores(static_cast<Index>(positions.size()), residual.size());
   RowsOfTerms(rows, recordings, fit.relevant).for_each_block([&](Index first, const MatrixXd& phi) {
     scores.add(phi, residual.segment(first, phi.rows()));
@@ -117,20 +115,32 @@ FreeRun free_run_of(const JudgedFit& judged, const std::vector<JudgedFit>& earli
   return run;
 }
 
+/// Lets the sensors into predictions on these rows, their columns psi.
+void add_sensors(Prediction& prediction, const SensorPosterior& posterior, const MatrixXd& psi, const Fit& fit,
+                 const std::vector<Row>& rows, const std::vector<Columns>& recordings) {
+  prediction.mean += psi * posterior.sensor_mean;
+  RowsOfTerms(rows, recordings, fit.relevant).for_each_block([&](Index first, const MatrixXd& phi) {
+    MatrixXd both(phi.rows(), psi.cols() + phi.cols());
+    both << psi.middleRows(first, phi.rows()), phi;
+    prediction.variance.segment(first, phi.rows()) =
+        predictive_variance(both, posterior.joint, posterior.noise_std * posterior.noise_std);
+  });
+}
+
 /// Lets the sensors' values into model, predictions and the signals of the free run.
 void judge_sensors(JudgedFit& judged, const RangeData& range, const std::vector<Index>& positions, Prediction& train,
                    Prediction& test, std::vector<dsp::Motion>& corrected, std::vector<Course>& courses,
-                   const std::vector<Columns>& recordings) {
+                   const RangeRows& rows, const std::vector<Columns>& recordings) {
   if (!range.sensors || positions.empty()) return;
   SensorPosterior posterior =
       sensors_beside(judged.fit, positions, range, range.train - train.mean, judged.independent_fraction);
   if (const Fit& found = judged.fit; found.covariance.allFinite()) {
     const VectorXd widening = found.interval_covariance().diagonal().cwiseQuotient(found.covariance.diagonal());
-    add_terms_left_out(posterior, widening.cwiseSqrt().cwiseMax(1.0));
+    add_terms_left_out(posterior, widening.unaryExpr([](double by) { return by > 1.0 ? std::sqrt(by) : 1.0; }));
     set_sensor_posterior(judged.model, posterior);
   }
-  train.mean += range.sensor_train * posterior.sensor_mean;
-  test.mean += range.sensor_test * posterior.sensor_mean;
+  add_sensors(train, posterior, range.sensor_train, judged.fit, rows.train, recordings);
+  add_sensors(test, posterior, range.sensor_test, judged.fit, rows.test, recordings);
   const auto& parameters = range.sensors->parameters();
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const auto index = static_cast<Index>(i);
@@ -171,7 +181,7 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
                     : robust_covariance_of(judged.fit, range, result.rows.train, recordings, range.train - train.mean));
   std::vector<dsp::Motion> corrected;
   std::vector<Course> courses = range.courses;
-  judge_sensors(judged, range, positions, train, test, corrected, courses, recordings);
+  judge_sensors(judged, range, positions, train, test, corrected, courses, result.rows, recordings);
   const VectorXd residual = range.train - train.mean;
   const Columns& first = recordings[result.recording == 0 ? 0 : static_cast<std::size_t>(result.recording) - 1];
   judged.whiteness = residual_whiteness(residual, range.train_samples, first.signals->sample_rate_hz, first.band_hz);

@@ -153,15 +153,26 @@ std::vector<Course> courses_of(const RangeRows& rows, const std::vector<Columns>
 
 }  // namespace
 
+std::vector<Index> positions_in(const RangeData& range, const std::vector<Index>& terms) {
+  std::vector<Index> positions;
+  for (const Index term : terms) {
+    const auto at = std::lower_bound(range.terms.begin(), range.terms.end(), term);
+    if (at != range.terms.end() && *at == term) positions.push_back(at - range.terms.begin());
+  }
+  return positions;
+}
+
 SensorPosterior sensors_beside(const Fit& found, const std::vector<Index>& positions, const RangeData& range,
                                const Eigen::Ref<const VectorXd>& residual_without, double& fraction) {
-  const auto posterior = [&] {
-    return sensor_posterior(range.joint, positions, found.mean, range.noise_std, fraction);
-  };
+  double noise_std = range.noise_std;
   fraction = 1.0;
-  for (int pass = 0; pass < 2; ++pass)  // sensors, hence residual, hence its colour, hence sensors
-    fraction = ident::independent_fraction(residual_without - range.sensor_train * posterior().sensor_mean,
-                                           range.train_samples);
+  const auto posterior = [&] { return sensor_posterior(range.joint, positions, found.mean, noise_std, fraction); };
+  const auto rows_to_spare = static_cast<double>(std::max<Index>(1, residual_without.size() - std::ssize(positions)));
+  for (int pass = 0; pass < 2; ++pass) {  // sensors, hence residual, hence its size and colour, hence sensors
+    const VectorXd residual = residual_without - range.sensor_train * posterior().sensor_mean;
+    fraction = ident::independent_fraction(residual, range.train_samples);
+    noise_std = std::max(range.noise_std, residual.stableNorm() / std::sqrt(rows_to_spare));
+  }
   return posterior();
 }
 

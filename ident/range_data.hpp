@@ -27,8 +27,11 @@ struct RangeData {
   std::vector<std::pair<std::string, double>> largest;  ///< of the signals the library looks at
 };
 
+/// Where these terms of the library are among range.terms; those that are not there are left out.
+[[nodiscard]] std::vector<Eigen::Index> positions_in(const RangeData& range, const std::vector<Eigen::Index>& terms);
+
 /// What the sensors are beside a fit, whose terms have these positions among range.terms and which leaves this residual
-/// without them. `independent_fraction`: of the rows, by the residual that sensors leave.
+/// without them: at the noise of what both leave. `independent_fraction`: of the rows, by the same.
 [[nodiscard]] SensorPosterior sensors_beside(const Fit& found, const std::vector<Eigen::Index>& positions,
                                              const RangeData& range,
                                              const Eigen::Ref<const Eigen::VectorXd>& residual_without,

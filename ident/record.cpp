@@ -78,12 +78,17 @@ void adopt_common_motion(Record& record) {
   }
   std::optional<dsp::CommonMotion> found = dsp::find_common_motion(prepared.intermediate, inside);
   if (!found || !(std::abs(found->gain - 1.0) <= dsp::largest_gain_error)) return;
-  // The lag is known from the accelerometers, too: to the standard deviations of both relations.
-  double related_s = 0.0;
-  for (const dsp::SensorRelation& relation : prepared.relations) related_s = std::hypot(related_s, relation.lag_std_s);
-  const double weight = 1.0 / (1.0 + std::pow(found->lead_std_s / related_s, 2));
-  const double lead_s = related_s > 0.0 ? weight * found->lead_s : 0.0;
-  for (dsp::Motion* motion : {&prepared.intermediate, &prepared.signals}) dsp::adopt(*motion, found->gain, lead_s);
+  // Where both have an accelerometer beside them, it is known from those already that there is none, to the standard
+  // deviations of both relations.
+  if (prepared.relations.size() == 2 &&
+      std::all_of(prepared.relations.begin(), prepared.relations.end(), dsp::can_be_corrected)) {
+    const double related_s = std::hypot(prepared.relations[0].lag_std_s, prepared.relations[1].lag_std_s);
+    const double both_s = std::hypot(related_s, found->lead_std_s);
+    found->lead_s *= std::pow(related_s / both_s, 2);
+    found->lead_std_s *= related_s / both_s;
+  }
+  for (dsp::Motion* motion : {&prepared.intermediate, &prepared.signals})
+    dsp::adopt(*motion, found->gain, found->lead_s);
   prepared.checks.push_back(
       {.name = "sensors.common_motion",
        .status = dsp::CheckStatus::note,

@@ -37,16 +37,14 @@ Present present_fit(const RangeData& range, const CandidateLibrary& library, con
 /// weight would let sensors explain, against what is known of them, what the equation does not.
 double effective_noise(const RangeData& range, const Present& present, const RangeResult& result,
                        const std::vector<Columns>& recordings) {
-  std::vector<Index> positions;
-  for (const Index term : present.terms)
-    positions.push_back(std::lower_bound(range.terms.begin(), range.terms.end(), term) - range.terms.begin());
+  const std::vector<Index> positions = positions_in(range, present.terms);
+  if (positions.size() < present.terms.size()) return range.noise_std;  // of other terms: says nothing of these
   VectorXd residual = range.train;
   RowsOfTerms(result.rows.train, recordings, present.terms).for_each_block([&](Index first, const MatrixXd& phi) {
     residual.segment(first, phi.rows()) -= phi * present.fit.mean;
   });
   double fraction = 1.0;
-  (void)sensors_beside(present.fit, positions, range, residual, fraction);
-  return range.noise_std / std::sqrt(fraction);
+  return sensors_beside(present.fit, positions, range, residual, fraction).noise_std / std::sqrt(fraction);
 }
 
 /// Lets the sensors take part, their columns formed with the present equation.
@@ -131,7 +129,7 @@ RangeData settled_data(const Range& range, RangeResult& result, std::vector<Colu
     return range_data(result, recordings, library, options);
   };
   RangeData data = data_under({});
-  const RangeSensors sensors(range, recordings);
+  const RangeSensors sensors(range, result.rows, recordings);
   const bool matched = std::any_of(recordings.begin(), recordings.end(),
                                    [](const Columns& columns) { return columns.switches != nullptr; });
   // Coefficients without the sensors are a few per cent off, and so are the columns formed with them: not twice.

@@ -111,7 +111,7 @@ ident::IdentifiedEquation read_equation(const fs::path& run, const std::string& 
     }
     equation.covariance = matrix_of(row.value("covariance_robust", Json()), size);
     if (equation.covariance.size() > 0) {
-      equation.covariance_of = "robust";
+      equation.covariance_of = "residuals of any colour";
     } else {
       equation.covariance = matrix_of(row.value("covariance", Json()), size);
       if (!row.value("sensors", Json::array()).empty()) equation.covariance_of = "noise and sensors";

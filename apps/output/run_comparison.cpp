@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "apps/output/run_json.hpp"
 #include "apps/process/path.hpp"
@@ -64,14 +65,31 @@ std::string number_or_none(const Json& value, const char* format) {
   return value.is_number() ? fmt::format(fmt::runtime(format), value.get<double>()) : "none";
 }
 
-/// A simulation's value of a term: in the units of the sensors that recorded it, where the file says so; 0 of a term it
-/// does not have; none where the target is another.
-double true_value(const Json& truth, const Json& target, const std::string& term) {
-  const bool recorded = truth.contains("terms_as_recorded") && target == "a";
-  for (const Json& candidate : truth.at(recorded ? "terms_as_recorded" : "terms"))
-    if (candidate.at("name") == term && (recorded || candidate.at("target") == target))
-      return candidate.at("value").get<double>();
-  return 0.0;
+/// What a simulation says of each term.
+class Truth {
+ public:
+  /// In the units of the sensors that recorded it, where the file says so and the runs are of the recording.
+  Truth(const Json& document, bool of_recording)
+      : terms_(document.at(of_recording && document.contains("terms_as_recorded") ? "terms_as_recorded" : "terms")) {}
+  /// 0 of a term that the simulation does not have, or has for another target.
+  [[nodiscard]] double value(const Json& target, const std::string& term) const {
+    for (const Json& candidate : terms_)
+      if (candidate.at("name") == term && candidate.value("target", Json("a")) == target)
+        return candidate.at("value").get<double>();
+    return 0.0;
+  }
+
+ private:
+  Json terms_;
+};
+
+/// A simulation writes the exact motion beside what its sensors recorded of it.
+bool is_of_exact_motion(const fs::path& run) {
+  const Json manifest = read_run_json(run / "manifest.json");
+  const Json& inputs = manifest.at("inputs");
+  return std::any_of(inputs.begin(), inputs.end(), [](const Json& input) {
+    return fs::path(input.at("path").get<std::string>()).filename() == "response.csv";
+  });
 }
 
 constexpr double coverage_95 = 1.96;  // standard deviations to either side of a normal distribution
@@ -85,34 +103,34 @@ std::string coefficient(const Json& fit, const std::string& term, const double* 
     const std::string mean = number_or_none(candidate.at("mean"), "{:.6g}");
     if (truth == nullptr) return mean + " (" + number_or_none(candidate.at("cov"), "{:.1e}") + ")";
     const Json& std = candidate.at("std");
-    if (!std.is_number()) return mean + " +- none        ";
+    if (!std.is_number()) return fmt::format("{} +- none {:>7}", mean, "");
     const bool inside = std::abs(candidate.at("mean").get<double>() - *truth) <= coverage_95 * std.get<double>();
     return fmt::format("{} +- {:.2g} {:>7}", mean, std.get<double>(), inside ? "inside" : "outside");
   }
   return "-";
 }
 
-std::string text_of(const Comparison& one, const Json& truth) {
+std::string text_of(const Comparison& one, const std::optional<Truth>& truth) {
   std::string text = fmt::format("range {}\n  {:<16}", printable(one.range), "term");
-  if (!truth.is_null()) text += fmt::format(" {:>12}", "truth");
-  const int width = truth.is_null() ? 24 : 32;
+  if (truth) text += fmt::format(" {:>12}", "truth");
+  const int width = truth ? 32 : 24;
   for (const Column& column : one.columns)
-    text += fmt::format(" {:>{}}", printable(column.title) + (truth.is_null() ? " (CoV)" : ""), width);
+    text += fmt::format(" {:>{}}", printable(column.title) + (truth ? "" : " (CoV)"), width);
   text += "\n";
   const auto with_fit =
       std::find_if(one.columns.begin(), one.columns.end(), [](const Column& column) { return !column.fit.is_null(); });
   const Json target = with_fit == one.columns.end() ? Json() : with_fit->fit.at("target");
   for (const std::string& term : one.terms) {
     text += fmt::format("  {:<16}", printable(term));
-    const double true_one = truth.is_null() ? 0.0 : true_value(truth, target, term);
-    if (!truth.is_null()) text += fmt::format(" {:>12.6g}", true_one);
+    const double true_one = truth ? truth->value(target, term) : 0.0;
+    if (truth) text += fmt::format(" {:>12.6g}", true_one);
     for (const Column& column : one.columns)
-      text += fmt::format(" {:>{}}", coefficient(column.fit, term, truth.is_null() ? nullptr : &true_one), width);
+      text += fmt::format(" {:>{}}", coefficient(column.fit, term, truth ? &true_one : nullptr), width);
     text += "\n";
   }
   for (const char* figure : {"train", "test", "free_run"}) {
     text += fmt::format("  {:<16}", fmt::format("NMSE {}", figure));
-    if (!truth.is_null()) text += fmt::format(" {:>12}", "");
+    if (truth) text += fmt::format(" {:>12}", "");
     for (const Column& column : one.columns)
       text += fmt::format(
           " {:>{}}", column.fit.is_null() ? "" : number_or_none(column.fit.at("nmse").at(figure), "{:.3g}"), width);
@@ -129,8 +147,8 @@ std::string json_of(const std::vector<Comparison>& all, const Json& truth) {
       row["runs"].push_back({{"run", printable(column.title)}, {"fit", column.fit}});
     document["ranges"].push_back(std::move(row));
   }
-  if (!truth.is_null())
-    document["truth"] = truth.at(truth.contains("terms_as_recorded") ? "terms_as_recorded" : "terms");
+  if (!truth.is_null()) document["truth"] = truth.at("terms");
+  if (truth.contains("terms_as_recorded")) document["truth_as_recorded"] = truth.at("terms_as_recorded");
   return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -145,8 +163,11 @@ std::string comparison_of(const std::vector<fs::path>& run_folders, const fs::pa
   try {
     const std::vector<Comparison> all = comparisons(runs, method);
     if (as_json) return json_of(all, truth);
+    std::optional<Truth> known;
+    if (!truth.is_null())
+      known.emplace(truth, std::none_of(run_folders.begin(), run_folders.end(), is_of_exact_motion));
     std::string text;
-    for (const Comparison& one : all) text += text_of(one, truth);
+    for (const Comparison& one : all) text += text_of(one, known);
     return text;
   } catch (const Json::exception& error) {
     throw dsp::Fault(dsp::FaultKind::input, "run.damaged", fmt::format("metrics.json or truth.json: {}", error.what()));

@@ -15,7 +15,7 @@ struct IdentifiedEquation {
   std::vector<std::string> terms;
   Eigen::VectorXd mean;
   Eigen::MatrixXd covariance;  ///< of the coefficients; the one that does not assume a white residual where known
-  std::string covariance_of;   ///< what it is: "noise and sensors", "robust", "white noise"
+  std::string covariance_of;   ///< what it is: "noise and sensors", "white noise", "residuals of any colour"
   Eigen::VectorXd scale;       ///< largest magnitude of each term over the training rows; NaN: not known
   bool base_measured = false;  ///< the record has a base: x is relative to it
 };

@@ -1,20 +1,36 @@
 #include "ident/sensors/range_sensors.hpp"
 
+#include <algorithm>
+#include <limits>
+
 namespace ident {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-RangeSensors::RangeSensors(const Range& range, const std::vector<Columns>& recordings) : parts_(recordings.size()) {
+RangeSensors::RangeSensors(const Range& range, const RangeRows& rows, const std::vector<Columns>& recordings)
+    : parts_(recordings.size()) {
   const bool alone = range.recording != 0 || recordings.size() == 1;
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     if (!range.covers(r) || recordings[r].sensors.empty()) continue;
-    parts_[r] = {&recordings[r], static_cast<Index>(parameters_.size()), {}};
-    for (SensorParameter parameter : recordings[r].sensors) {
-      if (!alone) parameter.name = recordings[r].name + ": " + parameter.name;
-      if (!alone) parameter.source = recordings[r].name + ": " + parameter.source;
-      parameters_.push_back(std::move(parameter));
+    double first_s = std::numeric_limits<double>::infinity(), last_s = -first_s;
+    for (const auto* part : {&rows.train, &rows.test})
+      for (const Row& row : *part) {
+        if (row.recording != r) continue;
+        const double t_s = static_cast<double>(row.sample) / recordings[r].signals->sample_rate_hz;
+        first_s = std::min(first_s, t_s), last_s = std::max(last_s, t_s);
+      }
+    Part& part = parts_[r];
+    part.columns = &recordings[r];
+    part.first = static_cast<Index>(parameters_.size());
+    for (const SensorParameter& parameter : recordings[r].sensors) {
+      if (parameter.from_s >= last_s || parameter.to_s <= first_s) continue;
+      part.sensors.push_back(parameter);
+      parameters_.push_back(parameter);
+      if (alone) continue;
+      parameters_.back().name = recordings[r].name + ": " + parameter.name;
+      parameters_.back().source = recordings[r].name + ": " + parameter.source;
     }
   }
 }
@@ -22,7 +38,7 @@ RangeSensors::RangeSensors(const Range& range, const std::vector<Columns>& recor
 void RangeSensors::form(const WeightedTerms& equation, const std::string& target, const std::function<void()>& poll) {
   for (Part& part : parts_)
     if (part.columns != nullptr)
-      part.psi = sensor_columns(*part.columns->prepared, part.columns->sensors, equation, target, poll);
+      part.psi = sensor_columns(*part.columns->prepared, part.sensors, equation, target, poll);
 }
 
 MatrixXd RangeSensors::on(const std::vector<Row>& rows) const {
@@ -41,8 +57,8 @@ void RangeSensors::drop_columns() {
 
 dsp::Motion RangeSensors::corrected_signals(std::size_t recording, const VectorXd& values) const {
   const Part& part = parts_[recording];
-  const auto count = static_cast<Index>(part.columns->sensors.size());
-  return corrected(part.columns->prepared->signals, part.columns->sensors, values.segment(part.first, count));
+  const auto count = static_cast<Index>(part.sensors.size());
+  return corrected(part.columns->prepared->signals, part.sensors, values.segment(part.first, count));
 }
 
 }  // namespace ident

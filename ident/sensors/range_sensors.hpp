@@ -11,11 +11,12 @@
 
 namespace ident {
 
-/// The sensor parameters of all recordings that a range covers, one after the other, and their columns. The recordings
+/// The sensor parameters of all recordings that a range covers, one after the other, that change something between its
+/// first and last row, and their columns. The recordings
 /// must outlive it.
 class RangeSensors {
  public:
-  RangeSensors(const Range& range, const std::vector<Columns>& recordings);
+  RangeSensors(const Range& range, const RangeRows& rows, const std::vector<Columns>& recordings);
   [[nodiscard]] const std::vector<SensorParameter>& parameters() const { return parameters_; }
   /// Forms the columns with this equation.
   void form(const WeightedTerms& equation, const std::string& target, const std::function<void()>& poll);
@@ -30,6 +31,7 @@ class RangeSensors {
   struct Part {
     const Columns* columns = nullptr;  ///< null: no parameters
     Eigen::Index first = 0;
+    std::vector<SensorParameter> sensors;  ///< that change something on the rows
     Eigen::MatrixXd psi;
   };
   std::vector<Part> parts_;  ///< one for each recording

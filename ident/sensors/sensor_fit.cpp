@@ -118,8 +118,12 @@ SensorPosterior sensor_posterior(const SensorRegression& regression, const std::
   VectorXd unit(k);  // of the coefficients
   for (Index j = 0; j < k; ++j) unit(j) = data.unit / data.scale(n_s + kept[static_cast<std::size_t>(j)]);
   SensorPosterior result;
+  result.noise_std = noise_std;
   const MatrixXd joint = covariance_of(rows_of(data, n_s, all, kept, noise));
-  result.covariance = unit.asDiagonal() * joint.bottomRightCorner(k, k) * unit.asDiagonal();
+  VectorXd units(n_s + k);
+  units << regression.prior_std, unit;
+  result.joint = units.asDiagonal() * joint * units.asDiagonal();
+  result.covariance = result.joint.bottomRightCorner(k, k);
   result.noise_covariance = unit.asDiagonal() * covariance_of(rows_of(data, n_s, {}, kept, white)) * unit.asDiagonal();
   result.sensor_std = joint.diagonal().head(n_s).cwiseSqrt().cwiseProduct(regression.prior_std);
   VectorXd left = VectorXd::Zero(data.R.rows() + n_s);

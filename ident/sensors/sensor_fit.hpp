@@ -26,9 +26,11 @@ struct SensorRegression {
 /// What a fit's coefficients and the sensors are known to, together.
 struct SensorPosterior {
   Eigen::VectorXd sensor_mean, sensor_std;  ///< n_s
+  Eigen::MatrixXd joint;                    ///< covariance of sensors and kept coefficients, for predictions
   Eigen::MatrixXd covariance;               ///< of the kept coefficients: noise and sensors
   Eigen::MatrixXd noise_covariance;         ///< with the sensors known and the noise white
   std::vector<std::string> sources;         ///< "noise", then each source once
+  double noise_std = 0.0;                   ///< it was computed with, of white noise
   Eigen::MatrixXd fractions;  ///< sources x kept: by what fraction the variance falls where that source is known;
                               ///< noise: the fraction that is left where all sensors are
 };

@@ -33,8 +33,11 @@ const VectorXd& of(const dsp::Motion& motion, Body body, int order) {
 }
 
 SensorParameter relative_gain(double std) {
-  return {"relative gain of the base's displacement", "relative gain of the base's displacement", "1", std,
-          [](const dsp::Motion& motion) -> SignalChange {
+  return {.name = "relative gain of the base's displacement",
+          .source = "relative gain of the base's displacement",
+          .unit = "1",
+          .std = std,
+          .change = [](const dsp::Motion& motion) -> SignalChange {
             std::array<double, 3> mean{};
             for (int order = 0; order < 3; ++order)
               mean[static_cast<std::size_t>(order)] = of(motion, base, order).mean();
@@ -49,7 +52,11 @@ SensorParameter relative_gain(double std) {
 }
 
 SensorParameter zero_of_x(double std) {
-  return {"zero of x", "zero of x", "m", std, [](const dsp::Motion&) -> SignalChange {
+  return {.name = "zero of x",
+          .source = "zero of x",
+          .unit = "m",
+          .std = std,
+          .change = [](const dsp::Motion&) -> SignalChange {
             return [](Index, Index count) { return Changes{{"x", "", VectorXd::Ones(count)}}; };
           }};
 }
@@ -57,8 +64,13 @@ SensorParameter zero_of_x(double std) {
 constexpr double drift_step_s = 300.0;
 
 SensorParameter drift_of_x(double centre_s, double std) {
-  return {fmt::format("drift of x at {:.0f} s", centre_s), "drift of x", "m", std,
-          [centre_s](const dsp::Motion& motion) -> SignalChange {
+  return {.name = fmt::format("drift of x at {:.0f} s", centre_s),
+          .source = "drift of x",
+          .unit = "m",
+          .std = std,
+          .from_s = centre_s - drift_step_s,
+          .to_s = centre_s + drift_step_s,
+          .change = [centre_s](const dsp::Motion& motion) -> SignalChange {
             return [centre_s, rate_hz = motion.sample_rate_hz](Index first, Index count) {
               return Changes{{"x", "", VectorXd::NullaryExpr(count, [&](Index i) {
                                 const double away_s = static_cast<double>(first + i) / rate_hz - centre_s;
@@ -68,21 +80,29 @@ SensorParameter drift_of_x(double centre_s, double std) {
           }};
 }
 
-SensorParameter lag(Body body, const dsp::SensorRelation& relation) {
-  return {"lag of " + relation.displacement, "lag of " + relation.displacement, "s", relation.lag_std_s,
-          [body](const dsp::Motion& motion) -> SignalChange {
-            return [body, &motion](Index first, Index count) {
+/// Of these bodies' displacements by the same time.
+SensorParameter lag(const std::vector<Body>& bodies, const std::string& channel, double std_s) {
+  return {.name = "lag of " + channel,
+          .source = "lag of " + channel,
+          .unit = "s",
+          .std = std_s,
+          .change = [bodies](const dsp::Motion& motion) -> SignalChange {
+            return [bodies, &motion](Index first, Index count) {
               Changes changes;
-              for (int order = 0; order < 2; ++order)
-                add(changes, motion, body, order, of(motion, body, order + 1).segment(first, count));
+              for (const Body body : bodies)
+                for (int order = 0; order < 2; ++order)
+                  add(changes, motion, body, order, of(motion, body, order + 1).segment(first, count));
               return changes;
             };
           }};
 }
 
 SensorParameter accelerometer_gain(Body body, const dsp::SensorRelation& relation) {
-  return {"gain of " + relation.acceleration, "gain of " + relation.acceleration, "1",
-          relation.gain_std / relation.gain, [body](const dsp::Motion& motion) -> SignalChange {
+  return {.name = "gain of " + relation.acceleration,
+          .source = "gain of " + relation.acceleration,
+          .unit = "1",
+          .std = relation.gain_std / relation.gain,
+          .change = [body](const dsp::Motion& motion) -> SignalChange {
             return [body, &motion](Index first, Index count) {
               Changes changes;
               add(changes, motion, body, 2, of(motion, body, 2).segment(first, count));
@@ -94,9 +114,11 @@ SensorParameter accelerometer_gain(Body body, const dsp::SensorRelation& relatio
 /// What was divided by i f / (f_c + i f) above the passage to the displacement: one hertz more of the sum of cut-offs
 /// is sum (1 / n) / (f_c + i f) more of the signal.
 SensorParameter coupling(Body body, const dsp::SensorRelation& relation, double passage_hz) {
-  return {"coupling of " + relation.acceleration, "coupling of " + relation.acceleration, "Hz",
-          relation.highpass_sum_std_hz,
-          [body, passage_hz, cutoffs = relation.highpass_hz](const dsp::Motion& motion) -> SignalChange {
+  return {.name = "coupling of " + relation.acceleration,
+          .source = "coupling of " + relation.acceleration,
+          .unit = "Hz",
+          .std = relation.highpass_sum_std_hz,
+          .change = [body, passage_hz, cutoffs = relation.highpass_hz](const dsp::Motion& motion) -> SignalChange {
             const dsp::SpectralBand low{passage_hz / 2.0, passage_hz};
             const dsp::ExtendedSpectrum spectrum(of(motion, body, 2), motion.sample_rate_hz);
             const VectorXd whole = spectrum.filtered([&](double f) {
@@ -118,7 +140,7 @@ double observed_wander(const Record& record) {
   constexpr double average_s = 60.0;  // some fifty periods, whose own means are next to nothing
   const dsp::Motion& signals = record.prepared.signals;
   const VectorXd& x = signals.at("x");
-  const auto block = static_cast<Index>(average_s * signals.sample_rate_hz);
+  const auto block = std::max<Index>(1, static_cast<Index>(average_s * signals.sample_rate_hz));
   std::vector<double> means;
   for (Index first = 0; first + block <= x.size(); first += block) {
     const auto moves = [&](Index i) {
@@ -163,7 +185,7 @@ void append_displacements(const Record& record, std::vector<SensorParameter>& pa
   if (zero_m > 0.0) parameters.push_back(zero_of_x(zero_m));
   const double duration_s = static_cast<double>(signals.num_samples()) / signals.sample_rate_hz;
   if (drift_m == 0.0) drift_m = observed_wander(record);
-  if (duration_s < drift_step_s || drift_m == 0.0) return;
+  if (drift_m == 0.0) return;
   for (int k = 0; static_cast<double>(k - 1) * drift_step_s < duration_s; ++k)
     parameters.push_back(drift_of_x(static_cast<double>(k) * drift_step_s, drift_m));
 }
@@ -172,17 +194,26 @@ void append_displacements(const Record& record, std::vector<SensorParameter>& pa
 
 std::vector<SensorParameter> sensor_parameters(const Record& record) {
   const dsp::Prepared& prepared = record.prepared;
+  const auto& relations = prepared.relations;
   std::vector<SensorParameter> parameters;
-  if (!prepared.equalised()) return parameters;
+  if (!prepared.equalised() || prepared.options.scale != dsp::ScaleReference::displacement ||
+      !std::all_of(relations.begin(), relations.end(), dsp::can_be_corrected))
+    return parameters;
   const dsp::Motion& signals = prepared.signals;
   if (prepared.x_is_difference && signals.find("r") != nullptr && signals.find("y") != nullptr)
     append_displacements(record, parameters);
+  const dsp::Signal* a = signals.find("a");
+  if (a == nullptr || std::isfinite(a->flat_to_hz)) return parameters;
   double passage_hz = 0.0;
   for (const double cutoff : prepared.highpass_hz) passage_hz = std::max(passage_hz, cutoff);
-  for (const dsp::SensorRelation& relation : prepared.relations) {
-    if (!dsp::can_be_corrected(relation)) continue;
+  for (const dsp::SensorRelation& relation : relations) {
     const Body body = relation.name.starts_with("r ") ? base : payload;
-    if (relation.lag_std_s > 0.0) parameters.push_back(lag(body, relation));
+    const bool follows = body == base && record.common_motion.has_value();  // the payload's clock, but for what is left
+    const double lag_std_s = follows ? record.common_motion->lead_std_s : relation.lag_std_s;
+    const bool leads = body == payload && record.common_motion.has_value();
+    if (lag_std_s > 0.0)
+      parameters.push_back(
+          lag(leads ? std::vector{base, payload} : std::vector{body}, relation.displacement, lag_std_s));
     if (relation.highpass_sum_std_hz > 0.0) parameters.push_back(coupling(body, relation, passage_hz));
     if (relation.gain_std > 0.0 && dsp::gain_is_plausible(relation))
       parameters.push_back(accelerometer_gain(body, relation));

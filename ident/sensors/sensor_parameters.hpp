@@ -1,5 +1,6 @@
 #pragma once
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -19,17 +20,22 @@ struct SensorParameter {
   std::string source;  ///< of a budget; drifts of one signal at several times are one
   std::string unit;    ///< SI, "1"
   double std = 0.0;    ///< of the prior, a normal distribution about zero
+  double from_s = -std::numeric_limits<double>::infinity(), to_s = -from_s;  ///< it changes nothing elsewhere
   /// The signals it changes and their change for a value of one, on the clock of the motion it is given, which must
   /// outlive what is returned.
   std::function<SignalChange(const dsp::Motion&)> change;
 };
 
-/// Those that a record's channels have, once its sensors were brought to agree; none where they were not (recipe
-/// "paper", no two sensors to compare). Displacements of base and payload: their relative gain (standard deviation as
-/// their channels say, 1 % each, or what intervals of common motion leave), the zero of x (1 % of its channels' range,
-/// or of what they read) and its drift, piecewise linear every 300 s (as the channels say, or as x is seen to wander).
-/// Each displacement beside an accelerometer: a lag; the accelerometer: the sum of the cut-offs of its coupling and its
-/// gain; all to the standard deviation of their relation.
+/// Those that a record's channels have, in the units of its displacement sensors. None in recipe "paper", where the
+/// accelerometers set the scale, or where a displacement and the accelerometer beside it could not be brought to agree:
+/// how wrong they are is not known then.
+/// Displacements of base and payload: their relative gain (standard deviation as their channels say, 1 % each, or what
+/// intervals of common motion leave), the zero of x (1 % of its channels' range, or of what they read) and its drift,
+/// piecewise linear every 300 s (as the channels say, or as x is seen to wander).
+/// Where the acceleration was measured, each displacement beside an accelerometer: a lag; the accelerometer: the sum of
+/// the cut-offs of its coupling and its gain; all to the standard deviation of their relation. Where base and payload
+/// were seen to move as one, the base's lag is that to the payload's sensor. (An acceleration computed from the
+/// displacements is late as they are.)
 [[nodiscard]] std::vector<SensorParameter> sensor_parameters(const Record& record);
 
 /// The motion with every signal changed by these values of the parameters.
