@@ -11,6 +11,7 @@
 #include "dsp/fault.hpp"
 #include "dsp/memory_limit.hpp"
 #include "dsp/regimes/regime.hpp"
+#include "dsp/regimes/regime_signs.hpp"
 #include "dsp/signals.hpp"
 
 namespace ident {
@@ -64,6 +65,45 @@ double fit_bytes(const dsp::Motion& signals, std::size_t num_terms) {
   return sizeof(double) * columns * static_cast<double>(signals.num_samples());
 }
 
+/// The payload's signals as its body moves, where the mount of its sensors rings.
+void undo_mount(Record& record) {
+  dsp::Prepared& prepared = record.prepared;
+  if (!prepared.equalised()) return;
+  const dsp::Motion& intermediate = prepared.intermediate;
+  const auto& known = record.segmentation.mount;
+  record.mount = known ? *known : dsp::regime_signs(intermediate, record.segmentation.options).mount;
+  if (record.mount.is_rigid()) return;
+  for (dsp::Motion* motion : {&prepared.intermediate, &prepared.signals})
+    dsp::undo_mount(*motion, record.mount, mount_band(prepared));
+  const dsp::Mount& mount = record.mount;
+  prepared.checks.push_back(
+      {.name = "sensors.mount",
+       .status = dsp::CheckStatus::note,
+       .value = mount.frequency_hz,
+       .message = fmt::format("the mount of the payload's sensors rings at {:.4g} +- {:.2g} Hz, damping {:.3g} +- "
+                              "{:.1g}; the payload's signals are corrected by that",
+                              mount.frequency_hz, mount.frequency_std_hz, mount.damping, mount.damping_std)});
+}
+
+/// Another mount has y read otherwise where both bodies move as one, and r brought to agree with that.
+void note_how_mount_acts(Record& record, const dsp::Segmentation& inside, const dsp::CommonMotion& found,
+                         double weight_of_lead) {
+  const dsp::Motion& motion = record.prepared.intermediate;
+  const dsp::Mount& mount = record.mount;
+  for (const auto parameter : {dsp::MountParameter::frequency, dsp::MountParameter::damping}) {
+    const double step = parameter == dsp::MountParameter::frequency ? mount.frequency_std_hz : mount.damping_std;
+    dsp::Motion other = motion;
+    for (dsp::Signal& signal : other.signals)
+      if (signal.name == "y")
+        signal.values += step * dsp::mount_sensitivity(signal.values, motion.sample_rate_hz, mount, parameter,
+                                                       mount_band(record.prepared));
+    const auto then = dsp::find_common_motion(other, inside);
+    if (!then) continue;
+    record.base_by_mount[static_cast<std::size_t>(parameter)] = {(then->gain - found.gain) / (found.gain * step),
+                                                                 weight_of_lead * (then->lead_s - found.lead_s) / step};
+  }
+}
+
 /// The base's signals in the scale and on the clock of the payload's, from where both move as one.
 void adopt_common_motion(Record& record) {
   dsp::Prepared& prepared = record.prepared;
@@ -81,8 +121,9 @@ void adopt_common_motion(Record& record) {
   // The lag is known from the accelerometers, too: to the standard deviations of both relations.
   double related_s = 0.0;
   for (const dsp::SensorRelation& relation : prepared.relations) related_s = std::hypot(related_s, relation.lag_std_s);
-  const double weight = 1.0 / (1.0 + std::pow(found->lead_std_s / related_s, 2));
-  const double lead_s = related_s > 0.0 ? weight * found->lead_s : 0.0;
+  const double weight = related_s > 0.0 ? 1.0 / (1.0 + std::pow(found->lead_std_s / related_s, 2)) : 0.0;
+  const double lead_s = weight * found->lead_s;
+  if (!record.mount.is_rigid()) note_how_mount_acts(record, inside, *found, weight);
   for (dsp::Motion* motion : {&prepared.intermediate, &prepared.signals}) dsp::adopt(*motion, found->gain, lead_s);
   prepared.checks.push_back(
       {.name = "sensors.common_motion",
@@ -97,8 +138,15 @@ void adopt_common_motion(Record& record) {
 
 }  // namespace
 
+dsp::SpectralBand mount_band(const dsp::Prepared& prepared) {
+  // Speeds reach up to the state band's end and are to agree with the displacements up to there.
+  const double end_hz = prepared.options.state_cutoff_hz;
+  return {end_hz, std::min(1.5 * end_hz, 0.5 * prepared.intermediate.sample_rate_hz)};
+}
+
 void set_regimes(Record& record, dsp::Segmentation segmentation) {
   record.segmentation = std::move(segmentation);
+  undo_mount(record);
   adopt_common_motion(record);
   record.regimes = dsp::regimes_at(record.segmentation, record.prepared.intermediate, record.prepared.signals);
   warn_if_nothing_moves(record);
