@@ -80,6 +80,7 @@ Segmentation segment_regimes(const Motion& motion, const SegmentOptions& options
   result.segments =
       without_short_runs(runs(label(signs, result.options, stuck)), signs.samples_in(options.min_duration_s));
   result.envelope_m = std::move(signs.envelope_m);
+  result.mount = signs.mount;
   return result;
 }
 

@@ -1,10 +1,12 @@
 #pragma once
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "dsp/motion.hpp"
 #include "dsp/regimes/regime.hpp"
+#include "dsp/sensors/mount.hpp"
 
 namespace dsp {
 
@@ -36,6 +38,7 @@ struct Segmentation {
   Eigen::VectorXd envelope_m;        ///< of x, one per sample
   SegmentOptions options;            ///< with every threshold filled in
   std::vector<std::string> remarks;  ///< how thresholds were chosen, in sentences
+  std::optional<Mount> mount;        ///< of the sensors; none: not looked for, as segments are not from the record
 };
 
 /// Cuts a record into amplitude regimes from its relative displacement and velocity at the intermediate rate. `motion`

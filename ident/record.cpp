@@ -11,6 +11,7 @@
 #include "dsp/fault.hpp"
 #include "dsp/memory_limit.hpp"
 #include "dsp/regimes/regime.hpp"
+#include "dsp/regimes/regime_signs.hpp"
 #include "dsp/signals.hpp"
 
 namespace ident {
@@ -64,6 +65,45 @@ double fit_bytes(const dsp::Motion& signals, std::size_t num_terms) {
   return sizeof(double) * columns * static_cast<double>(signals.num_samples());
 }
 
+/// The payload's signals as its body moves, where the mount of its sensors rings.
+void undo_mount(Record& record) {
+  dsp::Prepared& prepared = record.prepared;
+  if (!prepared.equalised()) return;
+  const dsp::Motion& intermediate = prepared.intermediate;
+  const auto& known = record.segmentation.mount;
+  record.mount = known ? *known : dsp::regime_signs(intermediate, record.segmentation.options).mount;
+  if (record.mount.is_rigid()) return;
+  for (dsp::Motion* motion : {&prepared.intermediate, &prepared.signals})
+    dsp::undo_mount(*motion, record.mount, mount_band(prepared));
+  const dsp::Mount& mount = record.mount;
+  prepared.checks.push_back(
+      {.name = "sensors.mount",
+       .status = dsp::CheckStatus::note,
+       .value = mount.frequency_hz,
+       .message = fmt::format("the mount of the payload's sensors rings at {:.4g} +- {:.2g} Hz, damping {:.3g} +- "
+                              "{:.1g}; the payload's signals are corrected by that",
+                              mount.frequency_hz, mount.frequency_std_hz, mount.damping, mount.damping_std)});
+}
+
+/// Another mount has y read otherwise where both bodies move as one, and r brought to agree with that.
+void note_how_mount_acts(Record& record, const dsp::Segmentation& inside, const dsp::CommonMotion& found,
+                         double weight_of_lead) {
+  const dsp::Motion& motion = record.prepared.intermediate;
+  const dsp::Mount& mount = record.mount;
+  for (const auto parameter : {dsp::MountParameter::frequency, dsp::MountParameter::damping}) {
+    const double step = parameter == dsp::MountParameter::frequency ? mount.frequency_std_hz : mount.damping_std;
+    dsp::Motion other = motion;
+    for (dsp::Signal& signal : other.signals)
+      if (signal.name == "y")
+        signal.values += step * dsp::mount_sensitivity(signal.values, motion.sample_rate_hz, mount, parameter,
+                                                       mount_band(record.prepared));
+    const auto then = dsp::find_common_motion(other, inside);
+    if (!then) continue;
+    record.base_by_mount[static_cast<std::size_t>(parameter)] = {(then->gain - found.gain) / (found.gain * step),
+                                                                 weight_of_lead * (then->lead_s - found.lead_s) / step};
+  }
+}
+
 /// The base's signals in the scale and on the clock of the payload's, from where both move as one.
 void adopt_common_motion(Record& record) {
   dsp::Prepared& prepared = record.prepared;
@@ -80,13 +120,15 @@ void adopt_common_motion(Record& record) {
   if (!found || !(std::abs(found->gain - 1.0) <= dsp::largest_gain_error)) return;
   // Where both have an accelerometer beside them, it is known from those already that there is none, to the standard
   // deviations of both relations.
-  if (prepared.relations.size() == 2 &&
-      std::all_of(prepared.relations.begin(), prepared.relations.end(), dsp::can_be_corrected)) {
-    const double related_s = std::hypot(prepared.relations[0].lag_std_s, prepared.relations[1].lag_std_s);
-    const double both_s = std::hypot(related_s, found->lead_std_s);
-    found->lead_s *= std::pow(related_s / both_s, 2);
-    found->lead_std_s *= related_s / both_s;
+  const auto& relations = prepared.relations;
+  double weight = 1.0;
+  if (relations.size() == 2 && std::all_of(relations.begin(), relations.end(), dsp::can_be_corrected)) {
+    const double related_s = std::hypot(relations[0].lag_std_s, relations[1].lag_std_s);
+    weight = std::pow(related_s / std::hypot(related_s, found->lead_std_s), 2);
   }
+  if (!record.mount.is_rigid()) note_how_mount_acts(record, inside, *found, weight);
+  found->lead_s *= weight;
+  found->lead_std_s *= std::sqrt(weight);
   for (dsp::Motion* motion : {&prepared.intermediate, &prepared.signals})
     dsp::adopt(*motion, found->gain, found->lead_s);
   prepared.checks.push_back(
@@ -102,8 +144,15 @@ void adopt_common_motion(Record& record) {
 
 }  // namespace
 
+dsp::SpectralBand mount_band(const dsp::Prepared& prepared) {
+  // Speeds reach up to the state band's end and are to agree with the displacements up to there.
+  const double end_hz = prepared.options.state_cutoff_hz;
+  return {end_hz, std::min(1.5 * end_hz, 0.5 * prepared.intermediate.sample_rate_hz)};
+}
+
 void set_regimes(Record& record, dsp::Segmentation segmentation) {
   record.segmentation = std::move(segmentation);
+  undo_mount(record);
   adopt_common_motion(record);
   record.regimes = dsp::regimes_at(record.segmentation, record.prepared.intermediate, record.prepared.signals);
   warn_if_nothing_moves(record);

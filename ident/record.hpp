@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstddef>
 #include <functional>
 #include <optional>
@@ -14,19 +15,30 @@
 
 namespace ident {
 
+/// A correction of the base's signals: by how much they are scaled, and led.
+struct BaseCorrection {
+  double gain = 0.0, lead_s = 0.0;
+};
+
 /// A prepared recording with its amplitude regimes: what ranges are cut from.
 struct Record {
   dsp::Prepared prepared;
   dsp::Segmentation segmentation;        ///< at the intermediate rate; no segments: regimes were not looked for
   std::vector<dsp::Regime> regimes;      ///< of each sample at the regression rate; empty likewise
+  dsp::Mount mount;                      ///< by whose response the payload's signals were divided
   std::optional<dsp::PowerCheck> power;  ///< where displacement and acceleration of one body were measured
   std::optional<dsp::CommonMotion> common_motion;  ///< by which the base's signals were corrected
+  std::array<BaseCorrection, 2> base_by_mount;     ///< how that correction changes with a MountParameter, for one unit
   std::vector<dsp::RangeSpec> ranges;              ///< that a person named; none: they follow from the regimes
 };
 
+/// Up to where the mount's response is undone.
+[[nodiscard]] dsp::SpectralBand mount_band(const dsp::Prepared& prepared);
+
 /// Gives the record these regimes, the power check in each of them, and the checks that follow ("power.balance",
-/// "regime.no_motion"). Where base and payload move as one, their displacement sensors, once brought to agree with the
-/// accelerometers, are brought to agree with one another ("sensors.common_motion").
+/// "regime.no_motion"). Where the sensors were equalised, what a mount that rings adds to the payload's signals is
+/// taken off ("sensors.mount"). Where base and payload move as one, their displacement sensors, once brought to agree
+/// with the accelerometers, are brought to agree with one another ("sensors.common_motion").
 void set_regimes(Record& record, dsp::Segmentation segmentation);
 
 /// The same with the regimes found in the record: dsp::segment_regimes.

@@ -24,7 +24,8 @@ std::string error_steps(const Section5Replication& replication, const Section5Ca
                                 pair_of(Section5View(replication, definition, way, all_candidates).errors(fast))));
   return fmt::format(
       "NMSE train/test step by step, with all candidates in brackets: {}. What is left on T1 and not on T0 is physics "
-      "outside the candidates: the mount resonance, friction that depends on speed, place and time.",
+      "outside the candidates: friction that depends on speed, place and time, and where sensors stay as they are the "
+      "mount resonance.",
       fmt::join(parts, "; "));
 }
 

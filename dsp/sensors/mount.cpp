@@ -18,6 +18,11 @@ using Eigen::VectorXd;
 
 constexpr double pi = std::numbers::pi;
 
+struct MotionNames {
+  const char *relative, *base, *payload;
+};
+constexpr MotionNames motion_names[] = {{"x", "r", "y"}, {"v", "dr", "dy"}, {"a", "ddr", "ddy"}};
+
 // What the half wave behind one reversal leaves once its smooth part is projected out of it.
 struct HalfWave {
   MatrixXd smooth;  // orthonormal
@@ -51,13 +56,13 @@ class HalfWaves {
     return quantile(std::move(all), 0.5);
   }
 
-  // A decaying cosine and sine, of its own phase and size in every half wave.
-  [[nodiscard]] Ringing with(double frequency_hz, double damping, std::size_t stride) const {
+  // What a decaying cosine and sine, of its own phase and size in every half wave, leave of every stride-th one's
+  // power.
+  [[nodiscard]] VectorXd unexplained(double frequency_hz, double damping, std::size_t stride = 1) const {
     const double omega = 2.0 * pi * frequency_hz / sample_rate_hz_;
     const std::complex<double> step =
         std::exp(std::complex<double>(-damping * omega, omega * std::sqrt(1.0 - damping * damping)));
-    double left = 0.0, all = 0.0;
-    std::vector<double> fractions;
+    VectorXd left(static_cast<Index>((waves_.size() + stride - 1) / stride));
     for (std::size_t k = 0; k < waves_.size(); k += stride) {
       const HalfWave& wave = waves_[k];
       MatrixXd ring(wave.rest.size(), 2);
@@ -66,13 +71,42 @@ class HalfWaves {
       ring -= (wave.smooth * (wave.smooth.transpose() * ring)).eval();
       const Eigen::Matrix2d square = ring.transpose() * ring;
       const Eigen::Vector2d product = ring.transpose() * wave.rest;
-      const double power = wave.rest.squaredNorm();
-      const double unexplained = power - product.dot(square.ldlt().solve(product));
-      left += unexplained;
+      left(static_cast<Index>(k / stride)) = wave.rest.squaredNorm() - product.dot(square.ldlt().solve(product));
+    }
+    return left;
+  }
+
+  [[nodiscard]] Ringing with(double frequency_hz, double damping, std::size_t stride) const {
+    const VectorXd unexplained_power = unexplained(frequency_hz, damping, stride);
+    double left = 0.0, all = 0.0;
+    std::vector<double> fractions;
+    for (std::size_t k = 0; k < waves_.size(); k += stride) {
+      const double power = waves_[k].rest.squaredNorm(),
+                   unexplained_here = unexplained_power(static_cast<Index>(k / stride));
+      left += unexplained_here;
       all += power;
-      fractions.push_back(power > 0.0 ? unexplained / power : 1.0);
+      fractions.push_back(power > 0.0 ? unexplained_here / power : 1.0);
     }
     return {frequency_hz, damping, all > 0.0 ? left / all : 1.0, quantile(std::move(fractions), 0.5)};
+  }
+
+  // Of frequency and damping at the least of what is left, from how the half waves' slopes scatter there.
+  [[nodiscard]] Eigen::Vector2d stds(const Ringing& best) const {
+    constexpr double step = 0.01;  // of the frequency, and of damping: within the curvature
+    const auto at = [&](double along, double across) {
+      return unexplained(best.frequency_hz * (1.0 + along), best.damping + across);
+    };
+    const VectorXd here = at(0, 0), up = at(step, 0), down = at(-step, 0), more = at(0, step), less = at(0, -step);
+    Eigen::Matrix2d curvature;
+    curvature(0, 0) = (up + down - 2.0 * here).sum();
+    curvature(1, 1) = (more + less - 2.0 * here).sum();
+    curvature(0, 1) = curvature(1, 0) =
+        0.25 * (at(step, step) + at(-step, -step) - at(step, -step) - at(-step, step)).sum();
+    Eigen::MatrixX2d slopes(here.size(), 2);
+    slopes << 0.5 * (up - down), 0.5 * (more - less);
+    const Eigen::Matrix2d inverse = curvature.inverse();
+    const Eigen::Matrix2d covariance = inverse * (slopes.transpose() * slopes) * inverse;
+    return step * covariance.diagonal().cwiseSqrt().cwiseProduct(Eigen::Vector2d(best.frequency_hz, 1.0));
   }
 
  private:
@@ -139,6 +173,17 @@ std::complex<double> error_response(const Mount& mount, double f) {
   return -s * s / (2.0 * mount.damping * omega * s + omega * omega);  // 1 - 1 / response
 }
 
+// Its derivative with respect to a parameter.
+std::complex<double> error_slope(const Mount& mount, MountParameter parameter, double f) {
+  const std::complex<double> s(0.0, 2.0 * pi * f);
+  const double omega = 2.0 * pi * mount.frequency_hz;
+  const std::complex<double> denominator = 2.0 * mount.damping * omega * s + omega * omega,
+                             slope = parameter == MountParameter::damping
+                                         ? 2.0 * omega * s
+                                         : 2.0 * pi * (2.0 * mount.damping * s + 2.0 * omega);
+  return s * s * slope / (denominator * denominator);
+}
+
 }  // namespace
 
 Mount find_mount(const Motion& motion, const VectorXd& v, const std::vector<Index>& reversal_indices, double cutoff_hz,
@@ -170,24 +215,48 @@ Mount find_mount(const Motion& motion, const VectorXd& v, const std::vector<Inde
   if (best.usually_left > at_last || number < 4.5 || number > 18.0 || best.damping + 0.01 > most_damping ||
       waves.usual_rms() < least_size)
     return {};
-  return {best.frequency_hz, best.damping};
+  const Eigen::Vector2d stds = waves.stds(best);
+  return {best.frequency_hz, best.damping, stds(0), stds(1)};
+}
+
+VectorXd payload_signal(const Motion& motion, int order) {
+  const MotionNames& names = motion_names[order];
+  if (const Signal* base = motion.find(names.base)) return motion.at(names.relative) + base->values;
+  return motion.at(names.relative);
 }
 
 MountError mount_error(const Motion& motion, const Mount& mount, const SpectralBand& slow, const SpectralBand& band) {
-  const auto absolute = [&](const char* relative, const char* base) -> VectorXd {
-    if (const Signal* signal = motion.find(base)) return motion.at(relative) + signal->values;
-    return motion.at(relative);
-  };
   const auto of = [&](const VectorXd& signal, const ExtendedSpectrum::Response& response) {
     ExtendedSpectrum spectrum(signal, motion.sample_rate_hz);
     spectrum.multiply(response);
     return std::move(spectrum).signal();
   };
-  return {.velocity = of(absolute("x", "r"),
-                         [&](double f) {
-                           return slow.gain(f) * std::complex<double>(0.0, 2.0 * pi * f) * error_response(mount, f);
-                         }),
-          .acceleration = of(absolute("a", "ddr"), [&](double f) { return band.gain(f) * error_response(mount, f); })};
+  return {
+      .velocity = of(
+          payload_signal(motion, 0),
+          [&](double f) { return slow.gain(f) * std::complex<double>(0.0, 2.0 * pi * f) * error_response(mount, f); }),
+      .acceleration = of(payload_signal(motion, 2), [&](double f) { return band.gain(f) * error_response(mount, f); })};
+}
+
+void undo_mount(Motion& motion, const Mount& mount, const SpectralBand& band) {
+  for (int order = 0; order < 3; ++order) {
+    const MotionNames& names = motion_names[order];
+    if (motion.find(names.relative) == nullptr) continue;
+    ExtendedSpectrum spectrum(payload_signal(motion, order), motion.sample_rate_hz);
+    spectrum.multiply([&](double f) { return -band.gain(f) * error_response(mount, f); });
+    const VectorXd change = std::move(spectrum).signal();
+    for (Signal& signal : motion.signals)
+      if (signal.name == names.relative || signal.name == names.payload) signal.values += change;
+  }
+}
+
+VectorXd mount_sensitivity(const VectorXd& undone, double sample_rate_hz, const Mount& mount, MountParameter parameter,
+                           const SpectralBand& band) {
+  ExtendedSpectrum spectrum(undone, sample_rate_hz);
+  spectrum.multiply([&](double f) {
+    return -band.gain(f) * error_slope(mount, parameter, f) / (1.0 - band.gain(f) * error_response(mount, f));
+  });
+  return std::move(spectrum).signal();
 }
 
 }  // namespace dsp

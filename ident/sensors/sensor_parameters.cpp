@@ -135,6 +135,38 @@ SensorParameter coupling(Body body, const dsp::SensorRelation& relation, double 
           }};
 }
 
+/// Where base and payload are seen to move as one the base's signals follow the payload's.
+SensorParameter of_mount(dsp::MountParameter which, const Record& record) {
+  const dsp::Mount& mount = record.mount;
+  const bool damping = which == dsp::MountParameter::damping;
+  const std::string name = damping ? "damping of the mount" : "frequency of the mount";
+  return {.name = name,
+          .source = name,
+          .unit = damping ? "1" : "Hz",
+          .std = damping ? mount.damping_std : mount.frequency_std_hz,
+          .change = [which, mount, band = mount_band(record.prepared),
+                     with_it = record.base_by_mount[static_cast<std::size_t>(which)]](
+                        const dsp::Motion& motion) -> SignalChange {
+            std::array<VectorXd, 3> whole;
+            for (int order = 0; order < 3; ++order)
+              if (motion.find(signal_names[relative][order]) != nullptr)
+                whole[static_cast<std::size_t>(order)] = dsp::mount_sensitivity(
+                    dsp::payload_signal(motion, order), motion.sample_rate_hz, mount, which, band);
+            return [&motion, whole, with_it](Index first, Index count) {
+              Changes changes;
+              for (int order = 0; order < 3; ++order) {
+                const VectorXd& all = whole[static_cast<std::size_t>(order)];
+                if (all.size() > 0) add(changes, motion, payload, order, all.segment(first, count));
+                if (with_it.gain == 0.0) continue;
+                VectorXd follows = with_it.gain * of(motion, base, order).segment(first, count);
+                if (order < 2) follows += with_it.lead_s * of(motion, base, order + 1).segment(first, count);
+                add(changes, motion, base, order, follows);
+              }
+              return changes;
+            };
+          }};
+}
+
 /// How far x, averaged over a minute of motion, wanders about its mean.
 double observed_wander(const Record& record) {
   constexpr double average_s = 60.0;  // some fifty periods, whose own means are next to nothing
@@ -218,6 +250,9 @@ std::vector<SensorParameter> sensor_parameters(const Record& record) {
     if (relation.gain_std > 0.0 && dsp::gain_is_plausible(relation))
       parameters.push_back(accelerometer_gain(body, relation));
   }
+  if (!record.mount.is_rigid())
+    for (const dsp::MountParameter which : {dsp::MountParameter::frequency, dsp::MountParameter::damping})
+      parameters.push_back(of_mount(which, record));
   return parameters;
 }
 

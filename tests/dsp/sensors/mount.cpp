@@ -2,7 +2,10 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <complex>
 #include <numbers>
+#include <tuple>
+#include <utility>
 
 #include "dsp/regimes/reversals.hpp"
 #include "support/signals.hpp"
@@ -38,7 +41,7 @@ struct Ridden {
 
 // x of a payload that friction makes turn at each end of its half waves, its base at rest; displacement sensors on the
 // mount, too.
-Ridden ride(const dsp::Mount& mount, double noise) {
+Ridden ride(const dsp::Mount& mount, double noise, unsigned seed = 21) {
   const auto n = static_cast<Index>(100.0 * rate_hz);
   Ridden result{{.sample_rate_hz = rate_hz}, VectorXd(n), VectorXd(n)};
   VectorXd x(n);
@@ -56,7 +59,40 @@ Ridden ride(const dsp::Mount& mount, double noise) {
   x.array() -= VectorXd::LinSpaced(n, x(0), x(n - 1)).array();
   const VectorXd a = mount.is_rigid() ? result.body_a : on_mount(result.body_a, mount);
   result.motion.signals = {
-      {"x", "m", x}, {"v", "m/s", result.body_v}, {"a", "m/s^2", a + support::gaussian(n, 21, noise)}};
+      {"x", "m", x}, {"v", "m/s", result.body_v}, {"a", "m/s^2", a + support::gaussian(n, seed, noise)}};
+  return result;
+}
+
+// Base and payload in three tones that the mount passes each in its own way; sensors read the payload through it.
+struct Tones {
+  dsp::Motion body, read;
+};
+
+Tones tones(const dsp::Mount& mount) {
+  const auto n = static_cast<Index>(60.0 * rate_hz);
+  const char* names[3][3] = {{"x", "r", "y"}, {"v", "dr", "dy"}, {"a", "ddr", "ddy"}};
+  Tones result{{.sample_rate_hz = rate_hz}, {.sample_rate_hz = rate_hz}};
+  for (int order = 0; order < 3; ++order) {
+    VectorXd base(n), body(n), read(n);
+    for (Index i = 0; i < n; ++i) {
+      std::complex<double> b = 0.0, p = 0.0, q = 0.0;
+      for (const auto& [f, size] : {std::pair{1.3, 9e-3}, {4.1, 3e-4}, {9.2, 2e-5}}) {
+        const std::complex<double> s(0.0, 2.0 * pi * f);
+        const double w = 2.0 * pi * mount.frequency_hz;
+        const std::complex<double> spring = 2.0 * mount.damping * w * s + w * w;
+        const auto wave = std::pow(s, order) * size * std::exp(s * (static_cast<double>(i) / rate_hz));
+        b += 0.5 * wave * std::exp(std::complex<double>(0.0, 0.7));
+        p += wave;
+        q += wave * spring / (s * s + spring);
+      }
+      base(i) = b.real(), body(i) = p.real(), read(i) = q.real();
+    }
+    result.body.signals.push_back({names[order][0], "", body - base});
+    result.read.signals.push_back({names[order][0], "", read - base});
+    for (dsp::Motion* motion : {&result.body, &result.read}) motion->signals.push_back({names[order][1], "", base});
+    result.body.signals.push_back({names[order][2], "", body});
+    result.read.signals.push_back({names[order][2], "", read});
+  }
   return result;
 }
 
@@ -94,4 +130,62 @@ TEST_CASE("what a mount adds, taken off, gives the body's acceleration back", "[
   // What is left is above 45 Hz, where leaps have 2 % of their power.
   CHECK(support::nmse(read.segment(from, count), ridden.body_a.segment(from, count)) > 0.02);
   CHECK(support::nmse(back.segment(from, count), ridden.body_a.segment(from, count)) < 2e-3);
+}
+
+TEST_CASE("a mount undone gives displacement, velocity and acceleration of payload and relative motion back",
+          "[dsp][mount]") {
+  const dsp::Mount mount{10.7, 0.10};
+  const Tones known = tones(mount);
+  dsp::Motion undone = known.read;
+  dsp::undo_mount(undone, mount, {20.0, 30.0});
+  const Index edge = 512, inner = undone.num_samples() - 2 * edge;  // the ends lean on a prediction
+  for (const dsp::Signal& signal : known.body.signals) {
+    INFO(signal.name);
+    CHECK(support::nmse(undone.at(signal.name).segment(edge, inner), signal.values.segment(edge, inner)) < 1e-8);
+  }
+  CHECK(support::nmse(known.read.at("ddy"), known.body.at("ddy")) > 1e-3);
+}
+
+TEST_CASE("what a mount's frequency or damping changes is what undoing another mount gives", "[dsp][mount]") {
+  const dsp::Mount mount{10.7, 0.10};
+  const dsp::SpectralBand band{20.0, 30.0};
+  const Tones known = tones(mount);
+  const auto undone_by = [&](const dsp::Mount& other) {
+    dsp::Motion motion = known.read;
+    dsp::undo_mount(motion, other, band);
+    return motion;
+  };
+  const dsp::Motion undone = undone_by(mount);
+  const double step = 1e-3;
+  for (const auto& [parameter, more, less] :
+       {std::tuple{dsp::MountParameter::frequency, dsp::Mount{10.7 + step, 0.1}, dsp::Mount{10.7 - step, 0.1}},
+        std::tuple{dsp::MountParameter::damping, dsp::Mount{10.7, 0.1 + step}, dsp::Mount{10.7, 0.1 - step}}})
+    for (int order = 0; order < 3; ++order) {
+      const char* name = order == 0 ? "y" : order == 1 ? "dy" : "ddy";
+      const VectorXd expected = (undone_by(more).at(name) - undone_by(less).at(name)) / (2.0 * step);
+      const VectorXd change =
+          dsp::mount_sensitivity(dsp::payload_signal(undone, order), rate_hz, mount, parameter, band);
+      // Second order of the step: 1e-4 of the damping's own square. Ends are predicted anew.
+      const Index edge = 512, inner = change.size() - 2 * edge;
+      CHECK((change - expected).segment(edge, inner).norm() < 1e-3 * expected.segment(edge, inner).norm());
+    }
+}
+
+TEST_CASE("a mount's standard deviations are not less than how much noise makes it scatter", "[dsp][mount]") {
+  constexpr unsigned num_seeds = 12;
+  VectorXd frequency(num_seeds), damping(num_seeds), frequency_std(num_seeds), damping_std(num_seeds);
+  for (unsigned k = 0; k < num_seeds; ++k) {
+    const dsp::Mount is = found(ride({10.7, 0.10}, 0.01, 500 + k));
+    REQUIRE_FALSE(is.is_rigid());
+    frequency(k) = is.frequency_hz, damping(k) = is.damping;
+    frequency_std(k) = is.frequency_std_hz, damping_std(k) = is.damping_std;
+  }
+  const auto scatter = [](const VectorXd& values) {
+    return std::sqrt((values.array() - values.mean()).square().sum() / static_cast<double>(values.size() - 1));
+  };
+  // Twelve draws know a scatter to 21 %: 1.6 is three of these.
+  CHECK(scatter(frequency) < 1.6 * frequency_std.mean());
+  CHECK(scatter(damping) < 1.6 * damping_std.mean());
+  CHECK(frequency_std.maxCoeff() < 0.5);
+  CHECK(damping_std.maxCoeff() < 0.05);
 }

@@ -71,6 +71,37 @@ TEST_CASE("a sensor's column is what the equation's own columns change by when t
   CHECK((columns.col(0) - expected).segment(edge, inner).norm() < 0.02 * expected.segment(edge, inner).norm());
 }
 
+TEST_CASE("the columns of a mount are what the equation's own columns change by when another mount is undone",
+          "[ident][sensor_columns][mount]") {
+  const dsp::Mount mount{10.7, 0.10, 0.08, 0.005};
+  const auto undone_by = [](const dsp::Mount& other) {
+    ident::Record record{.prepared = prepared(0.0)};
+    record.mount = other;
+    for (dsp::Motion* motion : {&record.prepared.intermediate, &record.prepared.signals})
+      dsp::undo_mount(*motion, other, ident::mount_band(record.prepared));
+    return record;
+  };
+  const ident::Record record = undone_by(mount);
+  const auto parameters = ident::sensor_parameters(record);
+  REQUIRE(parameters.size() == 4);
+  CHECK(parameters[2].name == "frequency of the mount");
+  CHECK(parameters[2].std == 0.08);
+  CHECK(parameters[3].name == "damping of the mount");
+  CHECK(parameters[3].std == 0.005);
+  const MatrixXd columns = ident::sensor_columns(record.prepared, parameters, equation, "a");
+  const double step_hz = 0.1, step = 0.01;  // switches move by some fractions of a sample
+  const MatrixXd expected =
+      (MatrixXd(columns.rows(), 2) << (error(undone_by({10.7 + step_hz, 0.10}).prepared) -
+                                       error(undone_by({10.7 - step_hz, 0.10}).prepared)) /
+                                          (2.0 * step_hz),
+       (error(undone_by({10.7, 0.10 + step}).prepared) - error(undone_by({10.7, 0.10 - step}).prepared)) / (2.0 * step))
+          .finished();
+  const Index edge = 100, inner = columns.rows() - 2 * edge;
+  for (Index k = 0; k < 2; ++k)
+    CHECK((columns.col(2 + k) - expected.col(k)).segment(edge, inner).norm() <
+          0.02 * expected.col(k).segment(edge, inner).norm());
+}
+
 TEST_CASE("a record prepared as the paper does has no sensor parameters", "[ident][sensor_columns]") {
   ident::Record record{
       .prepared = dsp::prepare(two_lasers(0.0), {.recipe = dsp::Recipe::paper, .rate_hz = 25.6, .cutoff_hz = 10.24})};
