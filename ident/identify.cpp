@@ -13,6 +13,7 @@
 #include "ident/library/collinearity.hpp"
 #include "ident/methods.hpp"
 #include "ident/rows_of_terms.hpp"
+#include "ident/sensors/absolute_gains.hpp"
 #include "ident/settle_columns.hpp"
 #include "ident/validate/judge.hpp"
 
@@ -157,6 +158,27 @@ void judge_sensors(JudgedFit& judged, const RangeData& range, const std::vector<
       }
 }
 
+/// Samples of the first recording of a range, evenly spread over its training rows, enough to tell a term's degree.
+dsp::Motion some_training_samples(const RangeRows& rows, const std::vector<Columns>& recordings) {
+  constexpr std::size_t most = 10'000;
+  const std::size_t recording = rows.train.front().recording, step = rows.train.size() / most + 1;
+  std::vector<Index> samples;
+  for (std::size_t i = 0; i < rows.train.size(); i += step)
+    if (rows.train[i].recording == recording) samples.push_back(rows.train[i].sample);
+  dsp::Motion motion{.sample_rate_hz = recordings[recording].signals->sample_rate_hz};
+  for (const dsp::Signal& signal : recordings[recording].signals->signals)
+    motion.signals.push_back({signal.name, signal.unit, signal.values(samples)});
+  return motion;
+}
+
+/// Recordings of one range are of the same sensors.
+void judge_calibration(Model& model, const RangeResult& result, const std::vector<Columns>& recordings,
+                       const CandidateLibrary& library) {
+  const Columns& first = recordings[result.rows.train.front().recording];
+  if (first.prepared == nullptr || !result.uncalibrated.empty()) return;
+  set_si_stds(model, library, absolute_gains(*first.prepared), some_training_samples(result.rows, recordings));
+}
+
 JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, const RangeData& range,
                      const std::vector<Columns>& recordings, const CandidateLibrary& library,
                      const IdentifyOptions& options) {
@@ -182,6 +204,7 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
   std::vector<dsp::Motion> corrected;
   std::vector<Course> courses = range.courses;
   judge_sensors(judged, range, positions, train, test, corrected, courses, result.rows, recordings);
+  judge_calibration(judged.model, result, recordings, library);
   const VectorXd residual = range.train - train.mean;
   const Columns& first = recordings[result.recording == 0 ? 0 : static_cast<std::size_t>(result.recording) - 1];
   judged.whiteness = residual_whiteness(residual, range.train_samples, first.signals->sample_rate_hz, first.band_hz);

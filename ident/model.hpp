@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,6 +24,11 @@ struct ModelTerm {
   /// Sources of the variance and by what fraction it would fall were they known ("noise": what would be left were all
   /// sensors known); empty where no sensor takes part.
   std::vector<std::pair<std::string, double>> budget = {};
+  /// Total in SI: with the calibrations that nothing in the record can tell (sensors/absolute_gains.hpp), of which std,
+  /// in the sensors' units, knows nothing; NaN: not known.
+  double std_si = std::numeric_limits<double>::quiet_NaN();
+  /// Those that the coefficient changes with: by this power of 1 + e where their scale is 1 + e times what is written.
+  std::vector<std::pair<std::string, double>> gain_exponents = {};
   [[nodiscard]] double coefficient_of_variation() const;  ///< std / |mean|
   [[nodiscard]] double t() const;                         ///< mean / std
 };

@@ -58,12 +58,13 @@ std::string terms_table(const ident::Model& model) {
   const bool with_sensors = !model.terms.empty() && !model.terms.front().budget.empty();
   std::size_t width = 4;
   for (const ident::ModelTerm& term : model.terms) width = std::max(width, term.name.size());
-  std::string text = fmt::format("      {:<{}}  {:>13}    {:<10} {:<10} {:>8} {:>9}  {}\n", "term", width, "mean",
-                                 "std", with_sensors ? "noise's" : "robust", "CoV", "t", "unit");
+  std::string text = fmt::format("      {:<{}}  {:>13}    {:<10} {:<10} {:<10} {:>8} {:>9}  {}\n", "term", width,
+                                 "mean", "std", "in SI", with_sensors ? "noise's" : "robust", "CoV", "t", "unit");
   for (const ident::ModelTerm& term : model.terms)
     text += fmt::format(
-        "      {:<{}}  {:>13} +- {:<10} {:<10} {:>8} {:>9}  {}\n", term.name, width, ident::number(term.mean),
-        optional_number(term.std, "{:.3g}"), optional_number(with_sensors ? term.std_noise : term.std_robust, "{:.3g}"),
+        "      {:<{}}  {:>13} +- {:<10} {:<10} {:<10} {:>8} {:>9}  {}\n", term.name, width, ident::number(term.mean),
+        optional_number(term.std, "{:.3g}"), optional_number(term.std_si, "{:.3g}"),
+        optional_number(with_sensors ? term.std_noise : term.std_robust, "{:.3g}"),
         optional_number(term.coefficient_of_variation(), "{:.2g}"), optional_number(term.t(), "{:.3g}"), term.unit);
   return text;
 }

@@ -49,6 +49,9 @@ Json term_json(const ident::ModelTerm& term, const ident::Fit& fit, std::string_
       : term.budget.empty()    ? "too few rows"
                                : "the sensors' part of the standard deviation is in std");
   for (const auto& [source, fraction] : term.budget) result["budget"][source] = fraction;
+  put(result, "std_si", term.std_si,
+      !fit.no_variance.empty() ? fit.no_variance : "the channels' calibration is not known");
+  for (const auto& [gain, exponent] : term.gain_exponents) result["gain_exponents"][gain] = exponent;
   put(result, "cov", term.coefficient_of_variation(), term.mean == 0.0 ? "the coefficient is zero" : fit.no_variance);
   result["unit"] = term.unit;
   result["scale"] = term.scale;

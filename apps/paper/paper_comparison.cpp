@@ -9,13 +9,15 @@
 #include <set>
 #include <stdexcept>
 
+#include "apps/paper/printed_equation.hpp"
+#include "apps/paper/printed_free_run.hpp"
+
 namespace apps {
 namespace {
 
 using Eigen::Index;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double stated_noise = 0.10;
 
 struct RowIndex {
   std::size_t regression = 0, row = 0;
@@ -30,45 +32,16 @@ std::optional<RowIndex> row_index_of(const Section4Study& study, const PaperTerm
   return std::nullopt;
 }
 
-Index column_of(const Section4Study& study, const char* term) {
-  const auto& terms = study.library.terms;
-  return std::find_if(terms.begin(), terms.end(), [&](const auto& known) { return known.name == term; }) -
-         terms.begin();
-}
-
-double printed_mean(const PaperTerm& paper, const std::string& method) {
-  return method == "fast_rvm" ? paper.fast_rvm : method == "slow_rvm" ? paper.slow_rvm : paper.sindy;
-}
-
 struct Expected {
   double mean = 0.0, std = 0.0;
 };
 
-// The terms printed for this row and method.
-std::vector<Index> printed_terms(const Section4Study& study, const PaperTerm& paper, const std::string& method,
-                                 RowIndex row_index) {
-  const Section4Row& row = study.regressions[row_index.regression].rows[row_index.row];
-  std::vector<Index> kept;
-  for (const PaperTerm& other : paper_terms())
-    if (other.table == paper.table && other.row == paper.row && row.where == other.where &&
-        std::isfinite(printed_mean(other, method)))
-      kept.push_back(column_of(study, other.term));
-  return kept;
-}
-
-// Least squares on the terms printed for this row and method: the true coefficients where the truth is among them,
-// else those of the best equivalent; with the standard deviation of an estimate under the stated noise.
 Expected expected_of(const Section4Study& study, const PaperTerm& paper, const std::string& method,
                      RowIndex row_index) {
   const Section4Regression& regression = study.regressions[row_index.regression];
-  const Section4Row& row = regression.rows[row_index.row];
-  const std::vector<Index> kept = printed_terms(study, paper, method, row_index);
-  const Index wanted = column_of(study, paper.term);
-  const Index j = std::find(kept.begin(), kept.end(), wanted) - kept.begin();
-  const double mean = row.truth_known
-                          ? row.truth(wanted)
-                          : ident::fit_ols(ident::r_factor(regression.phi(Eigen::all, kept), row.values)).mean(j);
-  return {mean, unit_stds(regression, kept)(j) * stated_noise * row.std};
+  const PrintedRow row = printed_row(study, regression, regression.rows[row_index.row], method);
+  const Index j = row.position_of(column_of(study, paper.term));
+  return {row.expected(j), row.root.row(j).norm()};
 }
 
 // The samples of a regression outside the training record that goes furthest from x = 0, and that record's ratio.
@@ -98,7 +71,7 @@ std::string explanation_of(const Section4Study& study, const PaperTerm& paper, c
                            RowIndex row_index) {
   const Section4Regression& regression = study.regressions[row_index.regression];
   const Section4Row& row = regression.rows[row_index.row];
-  std::vector<Index> kept = printed_terms(study, paper, method, row_index);
+  std::vector<Index> kept = printed_row(study, regression, row, method).terms;
   Expected other;
   std::string origin;
   if (row.truth_known) {
@@ -120,7 +93,7 @@ std::string explanation_of(const Section4Study& study, const PaperTerm& paper, c
              unit_stds(regression, kept)(j) * stated_noise * row.std};
     origin = "a fit with v^2 and |x| v beside the printed terms, dropped without a refit";
   }
-  const double off = (printed_mean(paper, method) - other.mean) / other.std;
+  const double off = (paper.printed(method) - other.mean) / other.std;
   return fmt::format(
       "{:+.2g} from that of {}{}", off, origin,
       std::abs(off) <= stds_allowed ? ", which would explain the print" : ", which explains it no better");
@@ -156,7 +129,7 @@ Comparison compare_mean(const CaseReplication& replication, const PaperTerm& pap
   const Expected expected = expected_of(replication.study, paper, method, row_index);
   const bool false_term = row.truth_known && row.truth(column) == 0.0;
   const Found found = found_by(replication, row_index, column, false_term ? "sindy_raw" : method);
-  const double printed = printed_mean(paper, method);
+  const double printed = paper.printed(method);
   PaperVerdict verdict = judge_coefficient(printed, expected.mean, expected.std);
   if (row.truth_known && !false_term && std::isnan(found.mean) && verdict.verdict == "within noise")
     verdict = {"not reproducible",
@@ -175,7 +148,7 @@ Comparison compare_cov(const CaseReplication& replication, const PaperTerm& pape
   const bool fast = method == "fast_rvm";
   const double printed = fast ? paper.cov_fast_rvm : paper.cov_slow_rvm;
   const double expected =
-      expected_cov(printed_mean(paper, method), expected_of(replication.study, paper, method, row_index).std);
+      expected_cov(paper.printed(method), expected_of(replication.study, paper, method, row_index).std);
   const double noise = stated_noise * row.std;
   PaperVerdict verdict = judge_cov(printed, fast ? expected / noise : expected);
   if (fast && verdict.verdict == "within noise")
@@ -225,11 +198,12 @@ std::vector<Comparison> compare_with_paper(const CaseReplication& replication) {
     const auto row_index = row_index_of(replication.study, paper);
     if (!row_index) throw std::logic_error("compare_with_paper: no such row");
     for (const char* method : {"fast_rvm", "slow_rvm", "sindy"})
-      if (std::isfinite(printed_mean(paper, method)))
+      if (std::isfinite(paper.printed(method)))
         comparisons.push_back(compare_mean(replication, paper, *row_index, method));
     for (const char* method : {"slow_rvm", "fast_rvm"})
       if (std::isfinite(paper.cov_slow_rvm)) comparisons.push_back(compare_cov(replication, paper, *row_index, method));
   }
+  for (Comparison& run : compare_free_runs(replication)) comparisons.push_back(std::move(run));
   compare_seconds(replication, comparisons);
   return comparisons;
 }

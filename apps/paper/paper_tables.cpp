@@ -127,6 +127,10 @@ constexpr PaperErrors errors[] = {{10, {0.0224, 0.0224, 0.0224}, {0.0240, 0.0240
 
 }  // namespace
 
+double PaperTerm::printed(std::string_view method) const {
+  return method == "fast_rvm" ? fast_rvm : method == "slow_rvm" ? slow_rvm : sindy;
+}
+
 std::span<const PaperTerm> paper_terms() {
   return terms;
 }

@@ -1,6 +1,7 @@
 #pragma once
 #include <span>
 #include <string>
+#include <string_view>
 
 namespace apps {
 
@@ -14,6 +15,8 @@ struct PaperTerm {
   const char* term = "";
   double fast_rvm = 0.0, slow_rvm = 0.0, sindy = 0.0;
   double cov_fast_rvm = 0.0, cov_slow_rvm = 0.0;  ///< coefficients of variation beneath them
+  /// The coefficient by "fast_rvm", "slow_rvm" or "sindy".
+  [[nodiscard]] double printed(std::string_view method) const;
 };
 [[nodiscard]] std::span<const PaperTerm> paper_terms();
 

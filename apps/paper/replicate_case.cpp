@@ -5,11 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
-#include <limits>
-#include <memory>
 
-#include "apps/process/interrupt.hpp"
-#include "ident/equation/equation_of_motion.hpp"
+#include "apps/paper/free_response.hpp"
 #include "ident/methods.hpp"
 #include "ident/regression/multi_rvm.hpp"
 #include "sim/noise.hpp"
@@ -21,8 +18,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Beyond this many times the largest true magnitude of any state a run has diverged.
-constexpr double divergence_factor = 100.0;
 constexpr std::uint64_t first_held_out_id = 5000;  // of noise sequences, apart from the training's
 
 double cpu_seconds() {
@@ -78,9 +73,9 @@ void fit_seed(CaseReplication& result, const ReplicateOptions& options, std::uin
   }
 }
 
-/// The identified equations of all states, driven by the case's own force.
-sim::System identified_system(const CaseReplication& result, std::uint64_t seed, const std::string& method,
-                              const std::vector<std::string>& states, const std::function<double(double)>& forcing) {
+/// The identified equations of all states.
+std::vector<ident::StateEquation> identified_equations(const CaseReplication& result, std::uint64_t seed,
+                                                       const std::string& method) {
   std::vector<ident::StateEquation> equations;
   for (const CaseFit& fit : result.fits) {
     if (fit.seed != seed || fit.method != method) continue;
@@ -90,9 +85,7 @@ sim::System identified_system(const CaseReplication& result, std::uint64_t seed,
     for (const Index term : fit.fit.relevant)
       equations.back().terms.push_back(result.study.library.terms[static_cast<std::size_t>(term)].name);
   }
-  const ident::EquationFrame frame{.states = states, .inputs = {"f"}};
-  return ident::system_of(std::make_shared<const ident::EquationOfMotion>(equations, frame),
-                          [forcing](double t, double* f) { *f = forcing(t); });
+  return equations;
 }
 
 // The columns of these library terms on a record.
@@ -107,29 +100,10 @@ MatrixXd columns_on(const Section4Study& study, const std::vector<Index>& terms,
 sim::Simulation run_identified(CaseReplication& result, const Section4Record& record, std::uint64_t seed,
                                const std::string& method) {
   const Section4Case& definition = *result.study.definition;
-  const auto experiment = sim::make_experiment(definition.system, {{"ratio", record.ratio}});
-  const std::vector<std::string> states(experiment.system.states.begin(),
-                                        experiment.system.states.begin() + definition.num_rows);
-  const auto system = identified_system(result, seed, method, states, experiment.system.forcing);
-  const Index samples = record.motion.num_samples();
-  const double rate = record.motion.sample_rate_hz;
-  const MatrixXd truth = record.simulation.states.leftCols(definition.num_rows);
-  auto run = sim::simulate(system, experiment.initial.head(definition.num_rows),
-                           {.duration_s = static_cast<double>(samples - 1) / rate,
-                            .sample_rate_hz = rate,
-                            .relative_tolerance = 1e-8,
-                            .absolute_tolerance = 1e-10,
-                            .divergence_bound = divergence_factor * truth.cwiseAbs().maxCoeff(),
-                            .poll = check_interrupted});
-  for (Index j = 0; j < definition.num_rows; ++j) {
-    HeldOutScore score{seed, method, "free_run", record.ratio, states[static_cast<std::size_t>(j)], 0.0, "finished"};
-    score.nmse = ident::nmse(run.states.col(j), truth.col(j).head(run.states.rows()));
-    if (run.status != sim::SimulationStatus::finished) {
-      score.nmse = std::numeric_limits<double>::quiet_NaN();
-      score.status = "diverged: " + run.reason;
-    }
-    result.scores.push_back(std::move(score));
-  }
+  auto run = free_response(definition, identified_equations(result, seed, method), record);
+  for (StateError& error : state_errors(run, definition, record))
+    result.scores.push_back(
+        {seed, method, "free_run", record.ratio, std::move(error.signal), error.nmse, std::move(error.status)});
   return run;
 }
 

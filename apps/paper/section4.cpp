@@ -203,13 +203,17 @@ SupportError support_error(const ident::Fit& fit, const VectorXd& truth) {
   return error;
 }
 
-VectorXd unit_stds(const Section4Regression& regression, const std::vector<Index>& terms) {
+MatrixXd unit_root(const Section4Regression& regression, const std::vector<Index>& terms) {
   const auto unit =
       ident::unit_problem(ident::r_factor(regression.phi(Eigen::all, terms), regression.rows.front().values));
   std::vector<Index> all(terms.size());
   std::iota(all.begin(), all.end(), Index{0});
   const auto at = ident::posterior(unit, all, VectorXd::Constant(static_cast<Index>(all.size()), ident::flat_lambda));
-  return at.root.rowwise().norm().cwiseQuotient(unit.column_norm);
+  return unit.column_norm.cwiseInverse().asDiagonal() * at.root;
+}
+
+VectorXd unit_stds(const Section4Regression& regression, const std::vector<Index>& terms) {
+  return unit_root(regression, terms).rowwise().norm();
 }
 
 std::vector<WeakTerm> weak_terms(const Section4Study& study, double noise, double tau) {

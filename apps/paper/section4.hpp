@@ -85,7 +85,9 @@ struct SupportError {
 };
 [[nodiscard]] SupportError support_error(const ident::Fit& fit, const Eigen::VectorXd& truth);
 
-/// Standard deviations of least-squares coefficients of these terms for noise of standard deviation 1.
+/// Root L of the covariance L L^T of least-squares coefficients of these terms for noise of standard deviation 1.
+[[nodiscard]] Eigen::MatrixXd unit_root(const Section4Regression& regression, const std::vector<Eigen::Index>& terms);
+/// Their standard deviations.
 [[nodiscard]] Eigen::VectorXd unit_stds(const Section4Regression& regression, const std::vector<Eigen::Index>& terms);
 
 /// A true term that a draw of the noise can hide.
