@@ -13,10 +13,20 @@
 namespace apps {
 namespace {
 
+/// From a library context of our own: OpenSSL follows a null pointer in its default one where memory for that ended.
+const EVP_MD* sha256_method() {
+  static const std::unique_ptr<OSSL_LIB_CTX, decltype(&OSSL_LIB_CTX_free)> library(OSSL_LIB_CTX_new(),
+                                                                                   &OSSL_LIB_CTX_free);
+  static const std::unique_ptr<EVP_MD, decltype(&EVP_MD_free)> method(
+      library ? EVP_MD_fetch(library.get(), "SHA256", nullptr) : nullptr, &EVP_MD_free);
+  if (!method) throw std::bad_alloc();
+  return method.get();
+}
+
 class Digest {
  public:
   Digest() : context_(EVP_MD_CTX_new(), &EVP_MD_CTX_free) {
-    if (!context_ || EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr) != 1) throw std::bad_alloc();
+    if (!context_ || EVP_DigestInit_ex(context_.get(), sha256_method(), nullptr) != 1) throw std::bad_alloc();
   }
   void update(const void* bytes, std::size_t size) { EVP_DigestUpdate(context_.get(), bytes, size); }
   std::string hexadecimal() {
