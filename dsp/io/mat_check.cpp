@@ -26,7 +26,8 @@ enum ArrayClass : std::uint32_t {
   struct_class = 2,
   char_class = 4,
   sparse_class = 5,
-  last_numeric = 15
+  function_class = 16,
+  opaque_class = 17
 };
 
 struct Element {
@@ -98,7 +99,8 @@ bool matrix_is_sound(std::string_view bytes, bool swapped, int depth) {
   Element flags, dims, name;
   if (depth > deepest || !elements.next(flags) || flags.data.size() < 8) return false;
   const auto flag_bits = elements.number(flags.data, 0), kind = flag_bits & 0xff;
-  if (kind > last_numeric) return true;  // functions and opaque objects are laid out otherwise; they are not read
+  if (kind == opaque_class) return true;  // laid out otherwise, and not read
+  if (kind > opaque_class) return false;
   if (!elements.next(dims) || dims.data.size() < 8 || dims.data.size() % 4 != 0 || !elements.next(name)) return false;
   const std::uint64_t count = product(elements, dims.data);
   const bool complex = (flag_bits & 0x800) != 0;
@@ -111,7 +113,7 @@ bool matrix_is_sound(std::string_view bytes, bool swapped, int depth) {
     if (each == 0 || __builtin_mul_overflow(count, names.data.size() / each, &fields)) return false;
     return names.data.size() % each == 0 && has_matrices(elements, fields, swapped, depth);
   }
-  if (kind == sparse_class || kind < char_class) return true;  // not read
+  if (kind == sparse_class || kind < char_class || kind == function_class) return true;  // not read
   if (count == 0) return true;
   return has_values(elements, count) && (!complex || has_values(elements, count));
 }
