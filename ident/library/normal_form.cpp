@@ -154,29 +154,16 @@ NormalForm::Factor NormalForm::as_factor() const {
 NormalForm NormalForm::call(Function function, const NormalForm& argument) {
   if (function == Function::sqrt) return power(argument, NormalForm(0.5));
   const Scaled inner = argument.scaled();
-  const std::string_view name = known_functions[static_cast<std::size_t>(function)].name;
+  const KnownFunction& known = info_of(function);
   const double sign_of_it = inner.scale < 0.0 ? -1.0 : 1.0;
   double scale = 1.0, left = inner.scale;  // f(c u) = scale f(left u)
-  switch (function) {
-    case Function::abs:
-      scale = std::abs(inner.scale), left = 1.0;
-      break;
-    case Function::sgn:
-      scale = sign_of_it, left = 1.0;
-      break;
-    case Function::sin:
-    case Function::tanh:
-      scale = sign_of_it, left = std::abs(inner.scale);
-      break;
-    case Function::cos:
-      left = std::abs(inner.scale);
-      break;
-    default:
-      break;
-  }
+  if (known.parity == Parity::odd) scale = sign_of_it;
+  if (known.parity != Parity::none) left = std::abs(inner.scale);
+  if (function == Function::abs) scale = left;
+  if (function == Function::abs || function == Function::sgn) left = 1.0;
   if (inner.scale == 0.0) scale = 1.0;
-  return of_factor(
-      {fmt::format("{}({} {})", name, key_of(left), inner.unit), scale, call_node(function, argument.tree()), 1.0});
+  return of_factor({fmt::format("{}({} {})", known.name, key_of(left), inner.unit), scale,
+                    call_node(function, argument.tree()), 1.0});
 }
 
 NormalForm NormalForm::whole_power(const NormalForm& base, double exponent) {

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <complex>
+#include <utility>
 
 #include "dsp/filter/spectral.hpp"
 #include "ident/record.hpp"
@@ -17,38 +18,38 @@ using Eigen::Index;
 using Eigen::VectorXd;
 using Changes = std::vector<dsp::Signal>;
 
-// A change of base or payload, order by order; the relative motion goes with the payload and against the base.
-constexpr const char* signal_names[3][3] = {{"x", "v", "a"}, {"r", "dr", "ddr"}, {"y", "dy", "ddy"}};
-enum Body { relative, base, payload };
+using dsp::Body;
 
+/// A change of base or payload; the relative motion goes with the payload and against the base.
 void add(Changes& changes, const dsp::Motion& motion, Body body, int order, const VectorXd& change) {
-  const char* own = signal_names[body][order];
-  const char* of_x = signal_names[relative][order];
+  const std::string own(dsp::motion_signal(body, order).name);
+  const std::string of_x(dsp::motion_signal(Body::relative, order).name);
   if (motion.find(own) != nullptr) changes.push_back({own, "", change});
-  if (motion.find(of_x) != nullptr) changes.push_back({of_x, "", body == base ? VectorXd(-change) : change});
+  if (motion.find(of_x) != nullptr) changes.push_back({of_x, "", body == Body::base ? VectorXd(-change) : change});
 }
 
 const VectorXd& of(const dsp::Motion& motion, Body body, int order) {
-  return motion.at(signal_names[body][order]);
+  return motion.at(dsp::motion_signal(body, order).name);
 }
 
 SensorParameter relative_gain(double std) {
-  return {.name = "relative gain of the base's displacement",
-          .source = "relative gain of the base's displacement",
-          .unit = "1",
-          .std = std,
-          .change = [](const dsp::Motion& motion) -> SignalChange {
-            std::array<double, 3> mean{};
-            for (int order = 0; order < 3; ++order)
-              mean[static_cast<std::size_t>(order)] = of(motion, base, order).mean();
-            return [&motion, mean](Index first, Index count) {
-              Changes changes;
-              for (int order = 0; order < 3; ++order)
-                add(changes, motion, base, order,
-                    of(motion, base, order).segment(first, count).array() - mean[static_cast<std::size_t>(order)]);
-              return changes;
-            };
-          }};
+  return {
+      .name = "relative gain of the base's displacement",
+      .source = "relative gain of the base's displacement",
+      .unit = "1",
+      .std = std,
+      .change = [](const dsp::Motion& motion) -> SignalChange {
+        std::array<double, 3> mean{};
+        for (int order = 0; order < 3; ++order)
+          mean[static_cast<std::size_t>(order)] = of(motion, Body::base, order).mean();
+        return [&motion, mean](Index first, Index count) {
+          Changes changes;
+          for (int order = 0; order < 3; ++order)
+            add(changes, motion, Body::base, order,
+                of(motion, Body::base, order).segment(first, count).array() - mean[static_cast<std::size_t>(order)]);
+          return changes;
+        };
+      }};
 }
 
 SensorParameter zero_of_x(double std) {
@@ -121,13 +122,13 @@ SensorParameter coupling(Body body, const dsp::SensorRelation& relation, double 
           .change = [body, passage_hz, cutoffs = relation.highpass_hz](const dsp::Motion& motion) -> SignalChange {
             const dsp::SpectralBand low{passage_hz / 2.0, passage_hz};
             const dsp::ExtendedSpectrum spectrum(of(motion, body, 2), motion.sample_rate_hz);
-            const VectorXd whole = spectrum.filtered([&](double f) {
+            VectorXd whole = spectrum.filtered([&](double f) {
               std::complex<double> sum = 0.0;
               for (const double cutoff : cutoffs)
                 sum += (1.0 - low.gain(f)) / (static_cast<double>(cutoffs.size()) * std::complex<double>(cutoff, f));
               return sum;
             });
-            return [body, &motion, whole](Index first, Index count) {
+            return [body, &motion, whole = std::move(whole)](Index first, Index count) {
               Changes changes;
               add(changes, motion, body, 2, whole.segment(first, count));
               return changes;
@@ -149,18 +150,18 @@ SensorParameter of_mount(dsp::MountParameter which, const Record& record) {
                         const dsp::Motion& motion) -> SignalChange {
             std::array<VectorXd, 3> whole;
             for (int order = 0; order < 3; ++order)
-              if (motion.find(signal_names[relative][order]) != nullptr)
+              if (motion.find(dsp::motion_signal(Body::relative, order).name) != nullptr)
                 whole[static_cast<std::size_t>(order)] = dsp::mount_sensitivity(
                     dsp::payload_signal(motion, order), motion.sample_rate_hz, mount, which, band);
-            return [&motion, whole, with_it](Index first, Index count) {
+            return [&motion, whole = std::move(whole), with_it](Index first, Index count) {
               Changes changes;
               for (int order = 0; order < 3; ++order) {
                 const VectorXd& all = whole[static_cast<std::size_t>(order)];
-                if (all.size() > 0) add(changes, motion, payload, order, all.segment(first, count));
+                if (all.size() > 0) add(changes, motion, Body::payload, order, all.segment(first, count));
                 if (with_it.gain == 0.0) continue;
-                VectorXd follows = with_it.gain * of(motion, base, order).segment(first, count);
-                if (order < 2) follows += with_it.lead_s * of(motion, base, order + 1).segment(first, count);
-                add(changes, motion, base, order, follows);
+                VectorXd follows = with_it.gain * of(motion, Body::base, order).segment(first, count);
+                if (order < 2) follows += with_it.lead_s * of(motion, Body::base, order + 1).segment(first, count);
+                add(changes, motion, Body::base, order, follows);
               }
               return changes;
             };
@@ -194,19 +195,13 @@ double extent(const VectorXd& values) {
   return values.maxCoeff() - values.minCoeff();
 }
 
-const dsp::Channel* channel_of(const dsp::Prepared& prepared, dsp::Role role) {
-  for (const dsp::Channel& channel : prepared.channels)
-    if (channel.role == role) return &channel;
-  return nullptr;
-}
-
 void append_displacements(const Record& record, std::vector<SensorParameter>& parameters) {
   constexpr double unknown_zero = 0.01;  // of its range
   const dsp::Prepared& prepared = record.prepared;
   const dsp::Motion& signals = prepared.signals;
   double gain_std = 0.0, zero_m = 0.0, drift_m = 0.0;
   for (const auto& [role, name] : {std::pair{dsp::Role::r, "r"}, std::pair{dsp::Role::y, "y"}}) {
-    const dsp::Channel* channel = channel_of(prepared, role);
+    const dsp::Channel* channel = prepared.channel(role);
     if (channel == nullptr) continue;
     gain_std = std::hypot(gain_std, channel->sensitivity_uncertainty);
     zero_m = std::hypot(zero_m, unknown_zero * (channel->range > 0.0 ? channel->range : extent(signals.at(name))));
@@ -239,13 +234,14 @@ std::vector<SensorParameter> sensor_parameters(const Record& record) {
   double passage_hz = 0.0;
   for (const double cutoff : prepared.highpass_hz) passage_hz = std::max(passage_hz, cutoff);
   for (const dsp::SensorRelation& relation : relations) {
-    const Body body = relation.name.starts_with("r ") ? base : payload;
-    const bool follows = body == base && record.common_motion.has_value();  // the payload's clock, but for what is left
+    const Body body = relation.name.starts_with("r ") ? Body::base : Body::payload;
+    const bool follows =
+        body == Body::base && record.common_motion.has_value();  // the payload's clock, but for what is left
     const double lag_std_s = follows ? record.common_motion->lead_std_s : relation.lag_std_s;
-    const bool leads = body == payload && record.common_motion.has_value();
+    const bool leads = body == Body::payload && record.common_motion.has_value();
     if (lag_std_s > 0.0)
       parameters.push_back(
-          lag(leads ? std::vector{base, payload} : std::vector{body}, relation.displacement, lag_std_s));
+          lag(leads ? std::vector{Body::base, Body::payload} : std::vector{body}, relation.displacement, lag_std_s));
     if (relation.highpass_sum_std_hz > 0.0) parameters.push_back(coupling(body, relation, passage_hz));
     if (relation.gain_std > 0.0 && dsp::gain_is_plausible(relation))
       parameters.push_back(accelerometer_gain(body, relation));
