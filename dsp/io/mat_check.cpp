@@ -97,13 +97,15 @@ bool matrix_is_sound(std::string_view bytes, bool swapped, int depth) {
   if (bytes.empty()) return true;
   Elements elements(bytes, swapped);
   Element flags, dims, name;
-  if (depth > deepest || !elements.next(flags) || flags.type != uint32_type || flags.data.size() < 8) return false;
+  if (depth > deepest || !elements.next(flags) || flags.type != uint32_type || flags.data.size() != 8) return false;
   const auto flag_bits = elements.number(flags.data, 0), kind = flag_bits & 0xff;
-  if (kind == opaque_class) return true;  // laid out otherwise, and not read
+  const bool opaque = kind == opaque_class;  // without dimensions, and not read beyond its name
   if (kind < cell_class || kind > opaque_class) return false;
-  if (!elements.next(dims) || dims.type != int32_type || dims.data.size() < 8 || dims.data.size() % 4 != 0 ||
-      !elements.next(name) || name.type != int8_type || (depth > 0 && !name.data.empty()))  // only variables have names
+  if (!opaque && (!elements.next(dims) || dims.type != int32_type || dims.data.size() < 8 || dims.data.size() % 4 != 0))
     return false;
+  // Only variables have names.
+  if (!elements.next(name) || name.type != int8_type || (depth > 0 && !name.data.empty())) return false;
+  if (opaque) return true;
   const std::uint64_t count = product(elements, dims.data);
   const bool complex = (flag_bits & 0x800) != 0;
   if (kind == cell_class) return has_matrices(elements, count, swapped, depth);
