@@ -52,31 +52,38 @@ SensorParameter relative_gain(double std) {
       }};
 }
 
-SensorParameter zero_of_x(double std) {
+/// The same change of x and, where nothing measures a base, of y, which is x then.
+Changes of_x(const dsp::Motion& motion, VectorXd change) {
+  Changes changes{{"x", "", std::move(change)}};
+  if (motion.find("r") == nullptr && motion.find("y") != nullptr) changes.push_back({"y", "", changes[0].values});
+  return changes;
+}
+
+SensorParameter zero_of_x(double std, const std::string& unit) {
   return {.name = "zero of x",
           .source = "zero of x",
-          .unit = "m",
+          .unit = unit,
           .std = std,
-          .change = [](const dsp::Motion&) -> SignalChange {
-            return [](Index, Index count) { return Changes{{"x", "", VectorXd::Ones(count)}}; };
+          .change = [](const dsp::Motion& motion) -> SignalChange {
+            return [&motion](Index, Index count) { return of_x(motion, VectorXd::Ones(count)); };
           }};
 }
 
 constexpr double drift_step_s = 300.0;
 
-SensorParameter drift_of_x(double centre_s, double std) {
+SensorParameter drift_of_x(double centre_s, double std, const std::string& unit) {
   return {.name = fmt::format("drift of x at {:.0f} s", centre_s),
           .source = "drift of x",
-          .unit = "m",
+          .unit = unit,
           .std = std,
           .from_s = centre_s - drift_step_s,
           .to_s = centre_s + drift_step_s,
           .change = [centre_s](const dsp::Motion& motion) -> SignalChange {
-            return [centre_s, rate_hz = motion.sample_rate_hz](Index first, Index count) {
-              return Changes{{"x", "", VectorXd::NullaryExpr(count, [&](Index i) {
-                                const double away_s = static_cast<double>(first + i) / rate_hz - centre_s;
-                                return std::max(0.0, 1.0 - std::abs(away_s) / drift_step_s);
-                              })}};
+            return [centre_s, &motion](Index first, Index count) {
+              return of_x(motion, VectorXd::NullaryExpr(count, [&](Index i) {
+                            const double away_s = static_cast<double>(first + i) / motion.sample_rate_hz - centre_s;
+                            return std::max(0.0, 1.0 - std::abs(away_s) / drift_step_s);
+                          }));
             };
           }};
 }
@@ -134,6 +141,26 @@ SensorParameter coupling(Body body, const dsp::SensorRelation& relation, double 
               return changes;
             };
           }};
+}
+
+SensorParameter lag_of_force(double std_s) {
+  return {.name = "lag of f",
+          .source = "lag of f",
+          .unit = "s",
+          .std = std_s,
+          .change = [](const dsp::Motion& motion) -> SignalChange {
+            const double end_hz = 0.5 * motion.sample_rate_hz;
+            const dsp::ExtendedSpectrum spectrum(motion.at("f"), motion.sample_rate_hz);
+            return [slope = spectrum.derivative(1, {0.8 * end_hz, end_hz})](Index first, Index count) {
+              return Changes{{"f", "", slope.segment(first, count)}};
+            };
+          }};
+}
+
+/// Of the recording itself.
+double sample_interval_s(const dsp::Prepared& prepared) {
+  const bool decimated = prepared.decimation && !prepared.decimation->stages.empty();
+  return 1.0 / (decimated ? prepared.decimation->stages.front().input_rate_hz : prepared.intermediate.sample_rate_hz);
 }
 
 /// Where base and payload are seen to move as one the base's signals follow the payload's.
@@ -200,7 +227,8 @@ void append_displacements(const Record& record, std::vector<SensorParameter>& pa
   const dsp::Prepared& prepared = record.prepared;
   const dsp::Motion& signals = prepared.signals;
   double gain_std = 0.0, zero_m = 0.0, drift_m = 0.0;
-  for (const auto& [role, name] : {std::pair{dsp::Role::r, "r"}, std::pair{dsp::Role::y, "y"}}) {
+  for (const auto& [role, name] :
+       {std::pair{dsp::Role::r, "r"}, std::pair{dsp::Role::y, "y"}, std::pair{dsp::Role::x, "x"}}) {
     const dsp::Channel* channel = prepared.channel(role);
     if (channel == nullptr) continue;
     gain_std = std::hypot(gain_std, channel->sensitivity_uncertainty);
@@ -208,13 +236,14 @@ void append_displacements(const Record& record, std::vector<SensorParameter>& pa
     drift_m = std::hypot(drift_m, channel->drift);
   }
   if (record.common_motion) gain_std = std::min(gain_std, record.common_motion->gain_std);
-  if (gain_std > 0.0) parameters.push_back(relative_gain(gain_std));
-  if (zero_m > 0.0) parameters.push_back(zero_of_x(zero_m));
+  const std::string& unit = signals.find("x")->unit;
+  if (prepared.x_is_difference && gain_std > 0.0) parameters.push_back(relative_gain(gain_std));
+  if (zero_m > 0.0 && !record.zero_is_known) parameters.push_back(zero_of_x(zero_m, unit));
   const double duration_s = static_cast<double>(signals.num_samples()) / signals.sample_rate_hz;
   if (drift_m == 0.0) drift_m = observed_wander(record);
   if (drift_m == 0.0) return;
   for (int k = 0; static_cast<double>(k - 1) * drift_step_s < duration_s; ++k)
-    parameters.push_back(drift_of_x(static_cast<double>(k) * drift_step_s, drift_m));
+    parameters.push_back(drift_of_x(static_cast<double>(k) * drift_step_s, drift_m, unit));
 }
 
 }  // namespace
@@ -227,8 +256,13 @@ std::vector<SensorParameter> sensor_parameters(const Record& record) {
       !std::all_of(relations.begin(), relations.end(), dsp::can_be_corrected))
     return parameters;
   const dsp::Motion& signals = prepared.signals;
-  if (prepared.x_is_difference && signals.find("r") != nullptr && signals.find("y") != nullptr)
-    append_displacements(record, parameters);
+  const bool two = prepared.x_is_difference && signals.find("r") != nullptr && signals.find("y") != nullptr;
+  const bool lone = signals.find("r") == nullptr &&
+                    (prepared.channel(dsp::Role::x) != nullptr) != (prepared.channel(dsp::Role::y) != nullptr);
+  if (two || lone) append_displacements(record, parameters);
+  // Channels scanned one after the other are apart by some fraction of a sample interval, any with equal probability.
+  if (prepared.channel(dsp::Role::f) != nullptr)
+    parameters.push_back(lag_of_force(sample_interval_s(prepared) / std::sqrt(12.0)));
   const dsp::Signal* a = signals.find("a");
   if (a == nullptr || std::isfinite(a->flat_to_hz)) return parameters;
   double passage_hz = 0.0;
