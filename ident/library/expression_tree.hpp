@@ -36,20 +36,23 @@ struct KnownFunction {
   Function function;
   std::string_view name, meaning;
   Parity parity;
+  std::string_view latex;  ///< its name there; none: a notation of its own
   std::string_view c, matlab, python;
 };
 /// In the order of Function.
 inline constexpr std::array<KnownFunction, 8> known_functions{{
-    {Function::abs, "abs", "magnitude", Parity::even, "fabs({})", "abs({})", "np.abs({})"},
+    {Function::abs, "abs", "magnitude", Parity::even, "", "fabs({})", "abs({})", "np.abs({})"},
     {Function::sgn, "sgn", "sign: -1, 0 or 1; a switch that simulations locate exactly", Parity::odd,
-     "(double)(({0} > 0.0) - ({0} < 0.0))", "sign({})", "np.sign({})"},
-    {Function::sin, "sin", "sine of radians", Parity::odd, "sin({})", "sin({})", "np.sin({})"},
-    {Function::cos, "cos", "cosine of radians", Parity::even, "cos({})", "cos({})", "np.cos({})"},
-    {Function::exp, "exp", "exponential", Parity::none, "exp({})", "exp({})", "np.exp({})"},
-    {Function::log, "log", "natural logarithm; not finite at or below zero", Parity::none, "log({})", "log({})",
-     "np.log({})"},
-    {Function::sqrt, "sqrt", "square root; not finite below zero", Parity::none, "sqrt({})", "sqrt({})", "np.sqrt({})"},
-    {Function::tanh, "tanh", "hyperbolic tangent, a smooth sign", Parity::odd, "tanh({})", "tanh({})", "np.tanh({})"},
+     "\\operatorname{sgn}", "(double)(({0} > 0.0) - ({0} < 0.0))", "sign({})", "np.sign({})"},
+    {Function::sin, "sin", "sine of radians", Parity::odd, "\\sin", "sin({})", "sin({})", "np.sin({})"},
+    {Function::cos, "cos", "cosine of radians", Parity::even, "\\cos", "cos({})", "cos({})", "np.cos({})"},
+    {Function::exp, "exp", "exponential", Parity::none, "\\exp", "exp({})", "exp({})", "np.exp({})"},
+    {Function::log, "log", "natural logarithm; not finite at or below zero", Parity::none, "\\log", "log({})",
+     "log({})", "np.log({})"},
+    {Function::sqrt, "sqrt", "square root; not finite below zero", Parity::none, "", "sqrt({})", "sqrt({})",
+     "np.sqrt({})"},
+    {Function::tanh, "tanh", "hyperbolic tangent, a smooth sign", Parity::odd, "\\tanh", "tanh({})", "tanh({})",
+     "np.tanh({})"},
 }};
 [[nodiscard]] inline const KnownFunction& info_of(Function function) {
   return known_functions[static_cast<std::size_t>(function)];
