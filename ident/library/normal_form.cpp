@@ -56,7 +56,7 @@ NormalForm NormalForm::of_factor(Factor factor) {
   return of_term({1.0, {std::move(factor)}});
 }
 
-NormalForm NormalForm::of_term(Term term) {
+NormalForm NormalForm::of_term(const Term& term) {
   NormalForm form(0.0);
   form.add(term);
   return form;
@@ -122,7 +122,7 @@ NormalForm operator*(const NormalForm& a, const NormalForm& b) {
     product.coefficient *= form->terms_.front().coefficient;
     for (const NormalForm::Factor& factor : form->terms_.front().factors) product.multiply(factor);
   }
-  return NormalForm::of_term(std::move(product));
+  return NormalForm::of_term(product);
 }
 
 std::optional<double> NormalForm::number() const {
@@ -175,7 +175,7 @@ NormalForm NormalForm::whole_power(const NormalForm& base, double exponent) {
   Term term = base.terms_.front();
   term.coefficient = std::pow(term.coefficient, exponent);
   for (Factor& factor : term.factors) factor.exponent *= exponent;
-  return of_term(std::move(term));
+  return of_term(term);
 }
 
 NormalForm NormalForm::power(const NormalForm& base, const NormalForm& exponent) {
