@@ -149,6 +149,7 @@ SensorParameter lag_of_force(double std_s) {
           .unit = "s",
           .std = std_s,
           .change = [](const dsp::Motion& motion) -> SignalChange {
+            // To Nyquist, where a derivative must be zero, within the fifth of the band that the columns' filter stops.
             const double end_hz = 0.5 * motion.sample_rate_hz;
             const dsp::ExtendedSpectrum spectrum(motion.at("f"), motion.sample_rate_hz);
             return [slope = spectrum.derivative(1, {0.8 * end_hz, end_hz})](Index first, Index count) {

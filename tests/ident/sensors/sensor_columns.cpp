@@ -137,6 +137,9 @@ TEST_CASE("a lone displacement has a zero and a drift, a force a lag, and neithe
                                             "drift of x at 600 s", "lag of f"});
   CHECK(parameters[0].std == Approx(1e-3));
   CHECK(parameters[1].std == 4e-5);
+  auto stated = record;
+  stated.zero_is_known = true;
+  CHECK(ident::sensor_parameters(stated).at(0).name == "drift of x at 0 s");
   CHECK(parameters[4].std == Approx(1.0 / rate_hz / std::sqrt(12.0)));
   // x, and y, which is x without a base, move together; f by its slope.
   const auto zero = parameters[0].change(record.prepared.signals)(0, 10);
