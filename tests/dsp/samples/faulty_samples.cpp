@@ -253,7 +253,8 @@ TEST_CASE("a channel that is at its extreme for a third of the record rests ther
     samples(i) = std::max(0.2, std::sin(2 * std::numbers::pi * static_cast<double>(i) / 4973.0));
   const auto faults = examined(dsp::FrameBlock(samples), 4096, 100.0);
   CHECK(faults.ranges.empty());
-  CHECK_THAT(check(faults, "sample.clipped").message, Catch::Contains("56 % of the record is at 0.2 V: taken for rest"));
+  CHECK_THAT(check(faults, "sample.clipped").message,
+             Catch::Contains("56 % of the record is at 0.2 V: taken for rest"));
 }
 
 TEST_CASE("channels as a whole: constant, a switch, coarse, shifted, drifting, with spikes", "[dsp][faulty_samples]") {
