@@ -165,7 +165,6 @@ FlacDigest::FlacDigest(int bits) : state_(std::make_unique<State>()) {
 }
 FlacDigest::~FlacDigest() = default;
 FlacDigest::FlacDigest(FlacDigest&&) noexcept = default;
-FlacDigest& FlacDigest::operator=(FlacDigest&&) noexcept = default;
 
 void FlacDigest::push(const double* samples, std::size_t count) {
   constexpr std::size_t piece = 4096;  // samples, small enough for the processor's first cache

@@ -40,7 +40,6 @@ class FlacDigest {
   explicit FlacDigest(int bits);
   ~FlacDigest();
   FlacDigest(FlacDigest&&) noexcept;
-  FlacDigest& operator=(FlacDigest&&) noexcept;
   /// Fractions of full scale, in the order of the file; any number of frames at a time.
   void push(const double* samples, std::size_t count);
   /// 16 bytes; nothing can be pushed afterwards.

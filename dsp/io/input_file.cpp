@@ -22,9 +22,7 @@ std::string reason(int error) {
 std::string kind_of(mode_t mode) {
   if (S_ISDIR(mode)) return "a directory";
   if (S_ISCHR(mode) || S_ISBLK(mode)) return "a device";
-  if (S_ISFIFO(mode)) return "a pipe";
-  if (S_ISSOCK(mode)) return "a socket";
-  return "no regular file";
+  return S_ISFIFO(mode) ? "a pipe" : "a socket";
 }
 
 bool is_missing(int error) {

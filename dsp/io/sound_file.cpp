@@ -133,13 +133,10 @@ class SoundFile : public SampleSource {
 
   [[noreturn]] void damaged(std::string_view why) const {
     // Whether a FLAC holds the frames it promises shows only on decoding them.
-    if (header_.container == "FLAC")
-      refuse("container.truncated",
-             fmt::format("{}: the header promises {} frames, {} could be decoded ({}). Try --salvage to read what is "
-                         "there",
-                         name(), info_.num_frames, num_read_, clean_name(why)));
-    refuse("container.damaged", fmt::format("{}: cannot be decoded beyond frame {} of {}: {}", name(), num_read_,
-                                            info_.num_frames, clean_name(why)));
+    refuse(
+        "container.truncated",
+        fmt::format("{}: the header promises {} frames, {} could be decoded ({}). Try --salvage to read what is there",
+                    name(), info_.num_frames, num_read_, clean_name(why)));
   }
 
   void digest_frames(const double* frames, std::int64_t count) {

@@ -230,7 +230,7 @@ SoundHeader read_sound_header(const InputFile& file) {
   bool open = promised == (layout.size_bytes == 4 ? open_size_32 : open_size_64);
   if (ds64 && open) {  // RF64: the sizes that count are in ds64: RIFF, data, frames
     promised = little(file.text(ds64->body + 8, 8));
-    open = promised == open_size_64;
+    open = false;
     chunks.jump(promised > file.size() ? file.size() : data->body + promised + promised % 2);
   }
   header.promised_bytes = open ? header.present_bytes : promised - std::min(promised, preamble);

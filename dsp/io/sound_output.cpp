@@ -12,12 +12,6 @@ std::int64_t SoundOutput::seek(std::int64_t offset, int whence) {
   return position_;
 }
 
-std::int64_t SoundOutput::read(void* into, std::int64_t count) {
-  const ssize_t got = ::pread(descriptor_, into, static_cast<std::size_t>(count), position_);
-  position_ += std::max<ssize_t>(got, 0);
-  return std::max<ssize_t>(got, 0);
-}
-
 std::int64_t SoundOutput::write(const void* bytes, std::int64_t count) {
   std::int64_t done = 0;
   while (done < count && error_ == 0) {

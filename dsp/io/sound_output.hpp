@@ -14,7 +14,6 @@ class SoundOutput {
   [[nodiscard]] std::int64_t tell() const { return position_; }
   /// As lseek: whence is SEEK_SET, SEEK_CUR or SEEK_END.
   std::int64_t seek(std::int64_t offset, int whence);
-  std::int64_t read(void* into, std::int64_t count);
   std::int64_t write(const void* bytes, std::int64_t count);
 
  private:

@@ -177,8 +177,6 @@ SoundFileWriter::SoundFileWriter(const std::filesystem::path& file, const SoundF
 }
 
 SoundFileWriter::~SoundFileWriter() = default;
-SoundFileWriter::SoundFileWriter(SoundFileWriter&&) noexcept = default;
-SoundFileWriter& SoundFileWriter::operator=(SoundFileWriter&&) noexcept = default;
 
 void SoundFileWriter::write(const Eigen::Ref<const FrameBlock>& frames) {
   auto& state = *state_;
@@ -211,9 +209,6 @@ void SoundFileWriter::close() {
   ::close(std::exchange(state.descriptor, -1));
 }
 
-std::int64_t SoundFileWriter::num_frames() const {
-  return state_->num_frames;
-}
 const std::vector<std::int64_t>& SoundFileWriter::num_clipped() const {
   return state_->num_clipped;
 }

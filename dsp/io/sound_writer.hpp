@@ -35,13 +35,10 @@ class SoundFileWriter {
   /// Throws Fault: container.limit (usage; with the remedy) for what the container cannot hold, output.open (output).
   SoundFileWriter(const std::filesystem::path& file, const SoundFileOptions& options);
   ~SoundFileWriter();
-  SoundFileWriter(SoundFileWriter&&) noexcept;
-  SoundFileWriter& operator=(SoundFileWriter&&) noexcept;
   /// frames: any number x num_channels. Throws Fault output.write; std::invalid_argument for NaN in a PCM file.
   void write(const Eigen::Ref<const FrameBlock>& frames);
   /// Throws Fault output.write.
   void close();
-  [[nodiscard]] std::int64_t num_frames() const;
   [[nodiscard]] const std::vector<std::int64_t>& num_clipped() const;  ///< per channel
 
  private:

@@ -88,9 +88,9 @@ std::string_view to_string(SampleFault fault) {
     case SampleFault::dropout:
       return "dropout";
     case SampleFault::held:
-      return "held";
+      break;
   }
-  return "";
+  return "held";
 }
 
 struct FaultySamples::State {
@@ -307,8 +307,6 @@ FaultySamples::FaultySamples(double sample_rate_hz, std::vector<Channel> channel
   state_ = std::make_unique<State>(sample_rate_hz, std::move(channels), options);
 }
 FaultySamples::~FaultySamples() = default;
-FaultySamples::FaultySamples(FaultySamples&&) noexcept = default;
-FaultySamples& FaultySamples::operator=(FaultySamples&&) noexcept = default;
 
 double FaultySamples::bytes_per_channel(double sample_rate_hz, Eigen::Index num_frames) {
   constexpr double histograms = 4096 * 16 + 1024 * 8;  // of levels and lengths of runs, as Standstill keeps them

@@ -77,8 +77,6 @@ class FaultySamples {
   /// Throws std::invalid_argument for a rate that is not positive, no channels, or limits of another number.
   FaultySamples(double sample_rate_hz, std::vector<Channel> channels, const FaultySampleOptions& options = {});
   ~FaultySamples();
-  FaultySamples(FaultySamples&&) noexcept;
-  FaultySamples& operator=(FaultySamples&&) noexcept;
   /// Memory that a channel takes of a record of so many frames, but for the stretches found.
   [[nodiscard]] static double bytes_per_channel(double sample_rate_hz, Eigen::Index num_frames);
   /// Any number of frames. Throws std::invalid_argument for a wrong number of columns or a value that is not finite

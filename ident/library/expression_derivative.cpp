@@ -25,9 +25,9 @@ NormalForm derivative_of_call(Function function, const NormalForm& g) {
     case Function::sqrt:
       return 0.5 * NormalForm::power(g, NormalForm(-0.5));
     case Function::tanh:
-      return NormalForm(1.0) + -1.0 * NormalForm::power(NormalForm::call(Function::tanh, g), NormalForm(2.0));
+      break;
   }
-  return NormalForm(0.0);
+  return NormalForm(1.0) + -1.0 * NormalForm::power(NormalForm::call(Function::tanh, g), NormalForm(2.0));
 }
 
 /// g^h: h g^(h-1) g' for a number h, else g^h (h' log g + h g'/g).

@@ -186,3 +186,18 @@ TEST_CASE("what cannot be asked of a decimator is refused", "[dsp][decimate]") {
       dsp::Decimator(100.0, 2, {.output_rate_hz = 20.0, .passband_end_hz = 8.0}).push(dsp::FrameBlock::Zero(4, 3)),
       std::invalid_argument);
 }
+
+TEST_CASE("a decimator that is moved goes on where it was", "[dsp][decimate]") {
+  dsp::FrameBlock frames(20000, 2);
+  frames.col(0) = support::gaussian(20000, 1);
+  frames.col(1) = support::gaussian(20000, 2);
+  dsp::Decimator first(2560.0, 2, to_intermediate), other(2560.0, 1, to_intermediate);
+  const dsp::FrameBlock head = first.push(frames.topRows(7000));
+  other = std::move(first);
+  dsp::Decimator last(std::move(other));
+  dsp::FrameBlock whole(dsp::decimate(frames, 2560.0, to_intermediate).rows(), 2);
+  const dsp::FrameBlock middle = last.push(frames.bottomRows(13000)), tail = last.finish();
+  whole << head, middle, tail;
+  CHECK(whole == dsp::FrameBlock(dsp::decimate(frames, 2560.0, to_intermediate)));
+  CHECK_THROWS_AS(last.push(frames.leftCols<1>()), std::invalid_argument);
+}

@@ -475,3 +475,34 @@ TEST_CASE("records of the laboratory are read as their owners describe them", "[
     CHECK(recording.samples.col(1).mean() / 4.4482216152605 == Approx(-5.17).epsilon(1e-3));
   }
 }
+
+TEST_CASE("what an uncalibrated number was taken for is said, and which of two units counts", "[dsp][read_recording]") {
+  const Scratch scratch;
+  const auto file = scratch.file("a.csv", "t,top_mm,volts\n0,1,1\n1,2,2\n");
+  const auto remark = [&](const std::string& channel) {
+    scratch.file("a.csv.toml", "[[channel]]\n" + channel);
+    const auto recording = dsp::read_recording(file);
+    const auto found = std::find_if(recording.checks.begin(), recording.checks.end(),
+                                    [](const dsp::Check& check) { return check.name == "calibration"; });
+    return std::make_pair(recording.samples(1, 0), found == recording.checks.end() ? "" : found->message);
+  };
+  const auto [plug, taken] = remark("name = \"volts\"\nsensitivity = \"1 V/mm\"\n");
+  CHECK(plug == Approx(2e-3).epsilon(1e-15));
+  CHECK_THAT(taken, Catch::Contains("1.0 in the file taken as 1 V"));
+  const auto [stated, followed] = remark("name = \"top\"\nunit = \"um\"\n");
+  CHECK(stated == Approx(2e-6).epsilon(1e-15));
+  CHECK_THAT(followed, Catch::Contains("the column says mm, the sidecar um: the sidecar was followed"));
+}
+
+TEST_CASE("a reader that is moved goes on where it was", "[dsp][read_recording]") {
+  const Scratch scratch;
+  const auto file = scratch.file("a.csv", "x,f\n1,2\n3,4\n5,6\n");
+  scratch.file("a.csv.toml", "rate = 100");
+  dsp::RecordingReader first(file), other(file);
+  dsp::FrameBlock block;
+  REQUIRE(first.read(block, 2) == 2);
+  other = std::move(first);
+  dsp::RecordingReader last(std::move(other));
+  REQUIRE(last.read(block, 2) == 1);
+  CHECK(block(0, 1) == 6.0);
+}

@@ -157,6 +157,27 @@ TEST_CASE("reversals are found where the payload turned, not where the state ban
   CHECK(exact.back() <= 2e-5);
 }
 
+TEST_CASE("a constant is left out where accelerometers pass none", "[ident][exact_switches]") {
+  const support::RigRecord rig = support::rig_record({}, shaken(), {.level = sim::SensorLevel::full});
+  const auto prepared = dsp::prepare(rig.recording, {.rate_hz = 25.6, .cutoff_hz = 10.24});
+  const auto library = ident::make_library({.order = 0, .terms = {"x", "3"}}, "a", prepared.signals);
+  const ident::Columns columns = ident::form_columns(library, "a", prepared);
+  REQUIRE(columns.dropped.size() == 1);
+  CHECK(columns.dropped[0].name == "3");
+  CHECK(columns.dropped[0].reason == "constant, and accelerometers pass no constant");
+}
+
+TEST_CASE("regimes of a record are those of its motion, and its power balance is checked", "[ident][exact_switches]") {
+  const support::RigRecord rig = support::rig_record({}, shaken(), {.level = sim::SensorLevel::noise});
+  const auto prepared = dsp::prepare(rig.recording, {.rate_hz = 25.6, .cutoff_hz = 10.24});
+  const ident::Record record = ident::find_regimes(prepared);
+  const auto segmentation = dsp::segment_regimes(prepared.intermediate, {});
+  CHECK(record.segmentation.segments.size() == segmentation.segments.size());
+  CHECK(record.regimes.size() == static_cast<std::size_t>(prepared.signals.num_samples()));
+  CHECK(record.power.has_value());
+  CHECK(record.prepared.checks.back().name == "power.balance");
+}
+
 TEST_CASE("the equation of a rig with ideal sensors is the true one", "[ident][exact_switches]") {
   const support::RigRecord rig = support::rig_record({}, shaken(), {.level = sim::SensorLevel::ideal});
   for (const double rate_hz : {25.6, 32.0}) {

@@ -232,6 +232,16 @@ TEST_CASE("a search cut short says so and keeps its best so far", "[ident][fit]"
   CHECK(first.relevant.size() == 2);
   CHECK(first.mean == again.mean);
   CHECK(ident::fit_slow_rvm(data, {.max_iterations = 1}).status == ident::FitStatus::iteration_limit);
+  CHECK(ident::fit_stlsq(data, {.threshold = 0.05, .max_iterations = 1}).status == ident::FitStatus::iteration_limit);
+}
+
+TEST_CASE("least squares on some terms is that of a library of them alone", "[ident][fit]") {
+  const Data d = sparse_problem(8, 0.1);
+  const auto some = ident::fit_ols(ident::r_factor(d.phi, d.target), true_terms);
+  const auto alone = ident::fit_ols(ident::r_factor(d.phi(Eigen::all, true_terms), d.target));
+  CHECK(some.relevant == true_terms);
+  CHECK(some.mean.isApprox(alone.mean, 1e-12));  // two ways of solving ten well-conditioned columns
+  CHECK(some.covariance.isApprox(alone.covariance, 1e-12));
 }
 
 TEST_CASE("a library of which every term is kept is remarked on", "[ident][fit]") {

@@ -177,6 +177,16 @@ TEST_CASE("terms that are not finite, zero, constant or repeated are named and l
   CHECK(result.fits.front().model.terms.size() == 4);
 }
 
+TEST_CASE("without rows to test on there is no free run, and it is said why", "[ident][identify]") {
+  const auto bench = duffing_bench(0.02, 5);
+  dsp::RangeSpec spec = whole();
+  spec.train_to_s = 1e6;
+  const ident::RangeResult result = ident::identify(range(spec), bench->columns, bench->library, all_methods());
+  CHECK(result.rows.test.size() == 0);
+  CHECK(result.fits.front().free_run.reason == "no test rows");
+  CHECK(std::isnan(result.fits.front().free_run.nmse));
+}
+
 TEST_CASE("a library of which nothing is left is a numerical fault", "[ident][identify]") {
   auto bench = duffing_bench(0.0, 1);
   bench->library = ident::make_library({.order = 0, .terms = {"sqrt(-1-x^2)"}}, "a", bench->motion);

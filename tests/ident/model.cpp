@@ -73,4 +73,7 @@ TEST_CASE("two equations say what they do not agree on", "[ident][model]") {
   const auto missing = ident::disagreements(b, "low", a, "high");
   REQUIRE(missing.size() == 1);
   CHECK(missing[0].sentence == "sgn(v) is in high (0.08) and not in low");
+  const auto other_way = ident::disagreements(a, "low", b, "high");
+  REQUIRE(other_way.size() == 1);
+  CHECK(other_way[0].sentence == "sgn(v) is in low (0.08) and not in high");
 }

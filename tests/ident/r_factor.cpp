@@ -123,4 +123,8 @@ TEST_CASE("rows that are not finite or do not fit are refused", "[ident][r_facto
   phi(3, 1) = std::numeric_limits<double>::quiet_NaN();
   CHECK_THROWS_AS(ident::r_factor(phi, gaussian(10, 1, 11)), std::invalid_argument);
   CHECK_THROWS_AS(ident::RFactorBuilder(2, 1).push(gaussian(4, 2, 12)), std::invalid_argument);
+  CHECK_THROWS_AS(ident::RFactorBuilder(2, 0), std::invalid_argument);
+  CHECK_THROWS_AS(ident::merge(ident::r_factor(gaussian(10, 2, 13), gaussian(10, 1, 11)),
+                               ident::r_factor(gaussian(10, 3, 14), gaussian(10, 1, 11))),
+                  std::invalid_argument);
 }

@@ -223,3 +223,29 @@ TEST_CASE("no damage whatever crashes the reader of MATLAB files", "[dsp][mat_fi
     support::check_whole_or_refused([&] { return dsp::open_source(file, {.max_memory_bytes = 1 << 20}); }, 7);
   });
 }
+
+TEST_CASE("a time column that is not there is refused with those that are", "[dsp][mat_file]") {
+  const Scratch scratch;
+  const Mat mat;
+  const auto file = scratch.file("a.mat", mat.header() + mat.vector("t", times(100)) + mat.vector("x", wave(100)));
+  check_fault([&] { (void)dsp::open_source(file, {.time_column = "clock"}); }, FaultKind::input, "channel.column",
+              {"no time column 'clock'; there are t, x"});
+}
+
+TEST_CASE("stamps of few digits are a clock within them", "[dsp][mat_file]") {
+  const Scratch scratch;
+  const Mat mat;
+  std::vector<float> singles;
+  std::vector<std::int32_t> milliseconds;
+  for (int i = 0; i < 100; ++i) {
+    singles.push_back(static_cast<float>(1000.0 + i / 250.0));  // half a unit in the last place is 3 % of 1 ms
+    milliseconds.push_back(4 * i);
+  }
+  const auto rate_hz = [&](const std::string& stamps) {
+    return dsp::open_source(scratch.file("a.mat", mat.header() + stamps + mat.vector("x", wave(100))))
+        ->info()
+        .sample_rate_hz;
+  };
+  CHECK(rate_hz(mat.matrix("t", 7, {100, 1}, mat.element(7, mat.values(singles)))) == 250.0);
+  CHECK(rate_hz(mat.matrix("t_ms", 12, {100, 1}, mat.element(5, mat.values(milliseconds)))) == 250.0);
+}

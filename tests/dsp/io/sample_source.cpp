@@ -1,6 +1,9 @@
 #include "dsp/io/sample_source.hpp"
 
+#include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
 
 #include <catch2/catch.hpp>
 
@@ -23,6 +26,12 @@ TEST_CASE("what is no file is named for what it is", "[dsp][sample_source]") {
   refused(scratch.file("empty.wav", ""), "file.empty", "0 bytes");
   REQUIRE(::mkfifo((scratch / "pipe").c_str(), 0600) == 0);
   refused(scratch / "pipe", "file.kind", "a pipe");
+  const int socket = ::socket(AF_UNIX, SOCK_STREAM, 0);
+  sockaddr_un address{.sun_family = AF_UNIX, .sun_path = {}};
+  (scratch / "socket").string().copy(address.sun_path, sizeof address.sun_path - 1);
+  REQUIRE(::bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+  refused(scratch / "socket", "file.kind", "a socket");
+  ::close(socket);
 }
 
 TEST_CASE("the reader is chosen by content, and a wrong name is remarked on", "[dsp][sample_source]") {

@@ -114,12 +114,12 @@ TEST_CASE("overrides replace, add and reach into arrays", "[dsp][settings]") {
   const auto settings =
       Settings::from_text(config, "run.toml",
                           {"prepare.rate_hz=51.2", "fit.target=ddy", "range.0.to=5", "range.2.name=mixed",
-                           "library.terms=[\"x*v\"]", "library.terms.1=abs(x)"});
+                           "library.terms=[\"x*v\", \"x\"]", "library.terms.2=abs(x)", "library.terms.1=v"});
   CHECK(settings.table("prepare").number("rate_hz", 0) == 51.2);
   CHECK(settings.table("fit").text("target", "a") == "ddy");
   CHECK(settings.tables("range").at(0).number("to", 0) == 5.0);
   CHECK(settings.tables("range").at(2).text("name", "") == "mixed");
-  CHECK(settings.table("library").texts("terms") == std::vector<std::string>{"x*v", "abs(x)"});
+  CHECK(settings.table("library").texts("terms") == std::vector<std::string>{"x*v", "v", "abs(x)"});
 }
 
 TEST_CASE("a fault in an override names the override", "[dsp][settings]") {
@@ -143,6 +143,10 @@ TEST_CASE("a settings file that is not there or not a file is a fault", "[dsp][s
   const support::Scratch scratch;
   check_fault([&] { (void)Settings::from_file(scratch / "none.toml"); }, FaultKind::usage, "config.file",
               {"No such file"});
+  const auto long_one = scratch.file("long.toml", "");
+  std::filesystem::resize_file(long_one, 20'000'000);
+  check_fault([&] { (void)Settings::from_file(long_one); }, FaultKind::usage, "config.file",
+              {"long.toml: has 20000000 bytes, want at most 16777216"});
   check_fault([&] { (void)Settings::from_file(scratch / ""); }, FaultKind::usage, "config.file", {"regular file"});
   CHECK(Settings::from_file(scratch.file("c.toml", "a = 7")).integer("a", 0) == 7);
 }

@@ -107,6 +107,21 @@ TEST_CASE("what a sidecar gets wrong is named with its line", "[dsp][sidecar]") 
   refused("[[bad]]\nfrom = 3\nto = 2", "config.range", {"from below to"});
 }
 
+TEST_CASE("cut-offs and uncertainties are numbers or texts with their unit", "[dsp][sidecar]") {
+  const auto of = [](const std::string& line) { return channel(line).channels.at(0); };
+  CHECK(of("highpass = \"0.4 Hz\"").highpass_hz == of("highpass = 0.4").highpass_hz);
+  CHECK(of("sensitivity_uncertainty = \"0.5 %\"").sensitivity_uncertainty == 0.01 * 0.5);
+  CHECK(of("sensitivity_uncertainty = 0.005").sensitivity_uncertainty == 0.005);
+  const auto refused = [&](const std::string& line, const std::string& piece) {
+    check_fault([&] { (void)of(line); }, FaultKind::usage, "config.range", {"rig.wav.toml:3", piece});
+  };
+  refused("highpass = \"0 Hz\"", "above 0 Hz");
+  for (const char* text : {"half a percent", "5", "0 %", "101 %"})
+    refused("sensitivity_uncertainty = \"" + std::string(text) + "\"", "\"0.5 %\"");
+  check_fault([] { (void)parse("start = 2023\n[[channel]]\nname = \"c\""); }, FaultKind::usage, "config.type",
+              {"rig.wav.toml:1", "2023-05-04T10:12:30Z"});
+}
+
 TEST_CASE("ranges must make sense", "[dsp][sidecar]") {
   const auto refused = [](const std::string& lines, const std::vector<std::string>& pieces) {
     check_fault([&] { (void)parse(lines); }, FaultKind::usage, "config.range", pieces);

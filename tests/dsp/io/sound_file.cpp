@@ -2,6 +2,7 @@
 #include "dsp/io/sound_writer.hpp"
 
 #include <rapidcheck/catch.h>
+#include <sndfile.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -535,4 +536,105 @@ TEST_CASE("an RF64 beyond 4 GiB is written and read back whole", "[dsp][sound_fi
     REQUIRE((back - frames).cwiseAbs().maxCoeff() == 0.0);
   }
   CHECK(source->read(back, 1) == 0);
+}
+
+TEST_CASE("the sizes of an RF64 are those of its ds64", "[dsp][sound_file]") {
+  const Scratch scratch;
+  const auto frames = noise(2000, 2, 0.9);
+  const auto wav = support::bytes_of(write(scratch, frames, {.container = SoundContainer::wav}));
+  const std::size_t format_at = wav.find("fmt "), data_at = wav.find("data");
+  const auto rf64 = [&](std::uint64_t data_bytes) {
+    const auto number = [](std::uint64_t value, int count) {
+      std::string bytes;
+      for (int i = 0; i < count; ++i) bytes += static_cast<char>(value >> 8 * i & 0xff);
+      return bytes;
+    };
+    return "RF64" + number(0xffffffff, 4) + "WAVEds64" + number(28, 4) + number(wav.size() + 28, 8) +
+           number(data_bytes, 8) + number(2000, 8) + number(0, 4) + wav.substr(format_at, data_at - format_at) +
+           "data" + number(0xffffffff, 4) + wav.substr(data_at + 8);
+  };
+  const auto whole = open(scratch.file("a.rf64", rf64(2000 * 6)));
+  CHECK((read_all(*whole, 300) - frames).cwiseAbs().maxCoeff() <= std::ldexp(0.5, -23));
+  CHECK(whole->info().checks.empty());
+  const auto more = scratch.file("more.rf64", rf64(4000 * 6));
+  check_fault([&] { (void)open(more); }, FaultKind::input, "container.truncated", {"4000", "2000", "--salvage"});
+  CHECK(read_all(*open(more, true), 300).rows() == 2000);
+  const auto nonsense = scratch.file("open.rf64", rf64(~std::uint64_t{0}));
+  check_fault([&] { (void)open(nonsense); }, FaultKind::input, "container.truncated", {"2000", "--salvage"});
+  CHECK(read_all(*open(nonsense, true), 300).rows() == 2000);
+}
+
+TEST_CASE("a few samples behind a data size of 0 are a recorder that died as well", "[dsp][sound_file]") {
+  const Scratch scratch;
+  const auto bytes = support::bytes_of(write(scratch, noise(100, 2, 0.9), {.container = SoundContainer::wav}));
+  const auto file = scratch.file("dead.wav", with_size(bytes, 0));
+  check_fault([&] { (void)open(file); }, FaultKind::input, "container.unfinished", {"0 frames", "100", "--salvage"});
+  CHECK(read_all(*open(file, true), 30).rows() == 100);
+}
+
+TEST_CASE("what cannot be a block of a sound file is refused by its writer", "[dsp][sound_file]") {
+  const Scratch scratch;
+  CHECK_THROWS_AS(dsp::SoundFileWriter(scratch / "a.wav", {.sample_rate_hz = 100, .num_channels = 0}),
+                  std::invalid_argument);
+  CHECK_THROWS_AS(dsp::SoundFileWriter(scratch / "a.wav", {.sample_rate_hz = 0, .num_channels = 1}),
+                  std::invalid_argument);
+  dsp::SoundFileWriter writer(scratch / "a.wav", {.sample_rate_hz = 100, .num_channels = 2});
+  CHECK_THROWS_AS(writer.write(noise(10, 3, 0.9)), std::invalid_argument);
+}
+
+namespace {
+
+// As our writer does not: at a compression of libsndfile's, with samples that are given as integers.
+std::string flac_of(const Scratch& scratch, const std::vector<int>& samples, double compression) {
+  SF_INFO info{.frames = 0,
+               .samplerate = 25600,
+               .channels = 1,
+               .format = SF_FORMAT_FLAC | SF_FORMAT_PCM_24,
+               .sections = 0,
+               .seekable = 0};
+  SNDFILE* const sound = sf_open((scratch / "b.flac").c_str(), SFM_WRITE, &info);
+  REQUIRE(sound != nullptr);
+  sf_command(sound, SFC_SET_COMPRESSION_LEVEL, &compression, sizeof compression);
+  std::vector<int> shifted(samples);
+  for (int& sample : shifted) sample *= 256;  // libsndfile's integers are 32 bits wide
+  REQUIRE(sf_write_int(sound, shifted.data(), static_cast<sf_count_t>(shifted.size())) ==
+          static_cast<sf_count_t>(shifted.size()));
+  sf_close(sound);
+  return support::bytes_of(scratch / "b.flac");
+}
+
+std::vector<int> loud(std::size_t count) {
+  std::mt19937 generator(5);
+  std::uniform_int_distribution<int> any(-(1 << 23), (1 << 23) - 1);
+  std::vector<int> samples(count);
+  for (int& sample : samples) sample = any(generator);
+  return samples;
+}
+
+}  // namespace
+
+TEST_CASE("blocks of a FLAC are found whatever their length, and samples that read like one are none",
+          "[dsp][sound_file]") {
+  const Scratch scratch;
+  const auto short_blocks = flac_of(scratch, loud(20 * 1152), 0.0);
+  const auto check = [&](const std::string& bytes, Eigen::Index num_frames) {
+    const dsp::InputFile input(scratch.file("c.flac", bytes));
+    const auto stream = dsp::flac_stream(input);
+    CHECK(dsp::frames_by_last_block(input, stream) == num_frames);
+    CHECK_FALSE(dsp::misplaced_block(input, stream));
+    return stream.block_frames;
+  };
+  CHECK(check(short_blocks, 20 * 1152) == 1152);
+  // Noise of full size is kept as it is, three bytes a sample: the head of the third block as samples of the first.
+  auto samples = loud(5 * 4096);
+  const auto head = blocks_of(flac_of(scratch, samples, 1.0), 5).at(2);
+  const std::string bytes = support::bytes_of(scratch / "b.flac").substr(head, 9);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto byte = [&](std::size_t at) { return static_cast<int>(static_cast<unsigned char>(bytes[3 * k + at])); };
+    const int value = byte(0) << 16 | byte(1) << 8 | byte(2);
+    samples[100 + k] = value >= 1 << 23 ? value - (1 << 24) : value;
+  }
+  const auto disguised = flac_of(scratch, samples, 1.0);
+  REQUIRE(disguised.find(bytes) < blocks_of(disguised, 5).at(1));
+  CHECK(check(disguised, 5 * 4096) == 4096);
 }

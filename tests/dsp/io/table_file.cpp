@@ -285,3 +285,37 @@ TEST_CASE("no text whatever crashes the reader of tables", "[dsp][table_file]") 
     support::check_whole_or_refused([&] { return dsp::open_source(file, {.salvage = salvage}); }, 7);
   });
 }
+
+TEST_CASE("a clock with more missing than there is, and a rate with hardly a row a frame, are refused",
+          "[dsp][table_clock]") {
+  const Scratch scratch;
+  const auto file = scratch.file("a.csv", stamps(100, [](int i) { return (i < 50 ? i : i + 101) / 10.0; }));
+  check_fault([&] { (void)read(file); }, FaultKind::input, "clock.gap", {"more is missing (101 frames) than is there"});
+  check_fault([&] { (void)read(file, {.rate_hz = 1000.0, .interpolate = true}); }, FaultKind::input, "clock.gap",
+              {"100 rows over 20 s are too few for 1000 Hz"});
+}
+
+TEST_CASE("a time column is named or numbered, and refused where it is not", "[dsp][table_file]") {
+  const Scratch scratch;
+  const auto file = scratch.file("a.csv", "x,stamp\n1,0.1\n2,0.2\n3,0.3\n");
+  CHECK(read(file, {.time_column = "2"}).info.sample_rate_hz == 10.0);
+  CHECK(read(file, {.time_column = "stamp"}).info.sample_rate_hz == 10.0);
+  for (const char* wrong : {"3", "0", "clock"})
+    check_fault([&] { (void)read(file, {.time_column = wrong}); }, FaultKind::usage, "channel.index",
+                {"no time column '" + std::string(wrong) + "' among 2 columns"});
+}
+
+TEST_CASE("a table that is cut while it is read is refused", "[dsp][table_file]") {
+  const Scratch scratch;
+  const auto file = scratch.file("a.csv", stamps(1'000'000, [](int i) { return i / 10.0; }));
+  const auto source = dsp::open_source(file);
+  dsp::FrameBlock block;
+  REQUIRE(source->read(block, 10) == 10);
+  std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
+  check_fault(
+      [&] {
+        while (source->read(block, 100'000) > 0) {
+        }
+      },
+      FaultKind::input, "file.changed", {"a.csv", "while it was read"});
+}

@@ -45,3 +45,16 @@ TEST_CASE("a sample that is no number is refused with its index", "[dsp][interme
   recorder.push(dsp::FrameBlock::Zero(100, 2));
   CHECK_THROWS_WITH(recorder.push(frames), Catch::Contains("base is nan at 0.0554687 s"));
 }
+
+TEST_CASE("what is kept is what came, however much was announced", "[dsp][intermediate_recorder]") {
+  dsp::FrameBlock frames(5000, 2);
+  frames.col(0) = support::gaussian(5000, 1);
+  frames.col(1) = support::gaussian(5000, 2);
+  for (const Index announced : {1000, 5000, 9000}) {
+    dsp::IntermediateRecorder recorder(description(2560.0), announced, std::nullopt);
+    recorder.push(frames.topRows(3000));
+    CHECK_THROWS_AS(recorder.push(dsp::FrameBlock::Zero(10, 3)), std::invalid_argument);
+    recorder.push(frames.bottomRows(2000));
+    CHECK(recorder.finish().samples == frames);
+  }
+}

@@ -247,6 +247,16 @@ TEST_CASE("a friction stop at the extreme of the record is one visit and no clip
   CHECK(check(faults, "sample.clipped").message == "none");
 }
 
+TEST_CASE("a channel that is at its extreme for a third of the record rests there", "[dsp][faulty_samples]") {
+  Eigen::VectorXd samples(200000);
+  for (Eigen::Index i = 0; i < samples.size(); ++i)
+    samples(i) = std::max(0.2, std::sin(2 * std::numbers::pi * static_cast<double>(i) / 4973.0));
+  const auto faults = examined(dsp::FrameBlock(samples), 4096, 100.0);
+  CHECK(faults.ranges.empty());
+  CHECK_THAT(check(faults, "sample.clipped").message,
+             Catch::Contains("56 % of the record is at 0.2 V: taken for rest"));
+}
+
 TEST_CASE("channels as a whole: constant, a switch, coarse, shifted, drifting, with spikes", "[dsp][faulty_samples]") {
   const Eigen::Index n = 256000;
   dsp::FrameBlock frames(n, 6);

@@ -110,4 +110,5 @@ TEST_CASE("equations that are not to be followed are refused", "[ident][equation
   CHECK_THROWS_AS(make({{1, {"x"}, {1.0}, "x > 0"}}), dsp::Fault);
   CHECK_THROWS_AS(make({{2, {"x"}, {1.0}}}), std::invalid_argument);
   CHECK_THROWS_AS(make({{1, {"x"}, {}}}), std::invalid_argument);
+  CHECK_THROWS_AS(ident::EquationOfMotion({{1, {"x"}, {1.0}}}, {.states = {"x"}}), std::invalid_argument);
 }

@@ -96,6 +96,18 @@ TEST_CASE("equal columns, zero columns and constants beside the intercept are na
   CHECK((any(said, "1 and 3+0*v are the same column") || any(said, "3+0*v and 1 are the same column")));
 }
 
+TEST_CASE("of many kept terms that have a double only some are named and the rest counted", "[ident][collinearity]") {
+  std::vector<std::string> terms;
+  for (int power = 1; power <= 7; ++power) {
+    terms.push_back("sin(" + std::to_string(power) + "*t)");
+    terms.push_back("sin(" + std::to_string(power) + "*t+1e-4)");
+  }
+  const Data data = data_of(terms);
+  VectorXd target = 0.1 * gaussian(2000, 1, 7);
+  for (Index j = 0; j < 14; j += 2) target += data.phi.col(j);
+  CHECK(any(remarks(data, target), "2 more kept terms cannot be distinguished from one left out"));
+}
+
 TEST_CASE("an offset of three hundred standard deviations is named and does not end in a lonely term",
           "[ident][collinearity]") {
   for (const double offset : {300.0, 1000.0, 3000.0}) {

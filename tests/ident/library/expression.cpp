@@ -52,6 +52,15 @@ TEST_CASE("pointwise and column-wise evaluation agree", "[ident][expression]") {
   }
 }
 
+TEST_CASE("the band of a term is as many times its signals' as it has factors", "[ident][expression]") {
+  const auto factor = [](const char* text) { return ident::Expression(text, names).band_factor(); };
+  CHECK(factor("x^2*v") == 3.0);
+  CHECK(factor("x + v^2") == 2.0);
+  CHECK(factor("sgn(v)*x") == 1.0);
+  CHECK(factor("x/v") == 4.0);  // 1/v as a function whose third harmonic counts
+  CHECK(factor("tanh(x)") == 3.0);
+}
+
 TEST_CASE("conditions select rows", "[ident][expression]") {
   const auto motion = sine_motion(100.0, 100, 1.0, 0.0);
   const auto rows = ident::rows_where(ident::Expression("abs(v) > 2 && t < 0.5", names), motion);

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
@@ -8,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "dsp/order_statistics.hpp"
 #include "dsp/prepare.hpp"
 #include "ident/identify.hpp"
 #include "support/rig.hpp"
@@ -45,11 +45,6 @@ std::vector<ident::RangeResult> identified(const ident::Record& record, const st
   return results;
 }
 
-double median_of(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
-}
-
 }  // namespace
 
 TEST_CASE("behind a mount that rings the free run of the rig's equation follows the payload", "[.][study][rig_mount]") {
@@ -84,9 +79,9 @@ TEST_CASE("behind a mount that rings the free run of the rig's equation follows 
       {"low", {0.005, 0.003}}, {"high", {0.01, 0.002}}, {"mixed", {0.2, 0.01}}};
   for (const auto& [name, bar] : bars) {
     WARN(fmt::format("{}: free run, median NMSE {:.2g}, with the friction's own terms {:.2g}", name,
-                     median_of(offered[name]), median_of(own[name])));
-    CHECK(median_of(offered[name]) <= bar.first);
-    CHECK(median_of(own[name]) <= bar.second);
+                     dsp::median(offered[name]), dsp::median(own[name])));
+    CHECK(dsp::median(offered[name]) <= bar.first);
+    CHECK(dsp::median(own[name]) <= bar.second);
   }
   // Not checked: v is 0.9 % too small and sgn(v) 1.4 % too large, ten of their standard deviations, whatever the seed.
   WARN(fmt::format("{} of {} of x, v and x^3 inside their 95 % intervals", inside, count));

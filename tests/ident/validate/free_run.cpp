@@ -93,6 +93,21 @@ TEST_CASE("what cannot run free says why", "[ident][free_run]") {
   };
   CHECK_THAT(reason(model_of("v", {{"x", 1.0}}), whole(motion)), Catch::Contains("not an equation of motion"));
   CHECK_THAT(reason(model_of("a", {}), whole(motion)), Catch::Contains("no term"));
+  CHECK_THAT(reason(model_of("a", {{"x", -1.0}, {"a", 0.5}}), whole(motion)), Catch::Contains("its own left side"));
+  dsp::Motion hysteretic = motion;
+  hysteretic.signals.push_back({"z", "N", motion.at("x")});
+  CHECK_THAT(reason(model_of("a", {{"x", -1.0}, {"z", 0.5}}), whole(hysteretic)),
+             Catch::Contains("z has no equation of its own"));
+  std::vector<std::pair<std::string, double>> steps{{"x", -1.0}};
+  for (int k = 0; k < 13; ++k) steps.emplace_back("sgn(x-" + std::to_string(k) + ")", 0.1);
+  CHECK_THAT(reason(model_of("a", steps), whole(motion)), Catch::Contains("13 switches are more than the 12"));
+  dsp::Motion still = motion;
+  for (dsp::Signal& signal : still.signals)
+    if (signal.name == "v") signal.values.setZero();
+  CHECK_THAT(reason(true_model(experiment), whole(still)), Catch::Contains("x does not move"));
+  ident::Course unscored = whole(motion);
+  unscored.scored.assign(unscored.scored.size(), 0);
+  CHECK_THAT(reason(true_model(experiment), unscored), Catch::Contains("x is zero over the test rows"));
   ident::Course split = whole(motion);
   split.ranges = {{0, 200}, {300, 500}};
   CHECK_THAT(reason(true_model(experiment), split), Catch::Contains("5 periods"));
