@@ -14,6 +14,10 @@ constexpr int longest_transient = 60;  // cycles; at c = 0.8 1/s and 2 Hz a devi
 
 enum Branch : signed char { lower = -1, none = 0, upper = 1 };
 
+const char* name(Branch branch) {
+  return branch == none ? "free" : branch == upper ? "high" : "low";
+}
+
 /// A cycle of the base, about the zero of r at its middle.
 struct Cycle {
   double from_s, middle_s, to_s;
@@ -123,7 +127,7 @@ double passage_s(const Cycle& before, const Cycle& after) {
 
 std::vector<Change> branches(const QzsRig& rig, const Programme& whole, const std::vector<Cycle>& cycles,
                              double rate_hz) {
-  std::vector<Change> changes{{0.0, lower}};
+  std::vector<Change> changes{{0.0, none}};
   const auto pass = [&](double from_s, Branch branch) {
     if (changes.back().branch != branch) changes.push_back({from_s, branch});
   };
@@ -137,6 +141,12 @@ std::vector<Change> branches(const QzsRig& rig, const Programme& whole, const st
                                    cycles.begin() + static_cast<std::ptrdiff_t>(k), differs);
     Branch settles = now;
     if (moves && !hold.has_hand) settles = settled(rig, whole, hold, rate_hz);
+    if (hold.is_driven && changes.back().branch == none) {
+      const auto knows = [](const Cycle& cycle) { return cycle.branch != none; };
+      const auto end = cycles.begin() + static_cast<std::ptrdiff_t>(k);
+      const auto known = std::find_if(cycles.begin() + static_cast<std::ptrdiff_t>(first), end, knows);
+      pass(hold.from_s, known != end ? known->branch : lower);
+    }
     for (std::size_t i = first; i < k; ++i) {
       const Branch here = cycles[i].branch;
       if (here == none)
@@ -149,8 +159,8 @@ std::vector<Change> branches(const QzsRig& rig, const Programme& whole, const st
     }
     if (hold.has_hand) now = none;
     if (!hold.is_driven) {  // the last of the cycles ends as r comes to rest
-      pass(k > first ? cycles[k - 1].to_s : hold.from_s, lower);
-      now = lower;
+      now = none;
+      pass(k > first ? cycles[k - 1].to_s : hold.from_s, now);
     }
   }
   return changes;
@@ -191,7 +201,7 @@ std::vector<RegimeInterval> true_regimes(const std::shared_ptr<const QzsRig>& ri
   for (std::size_t i = 0; i < held.size(); ++i) {
     const double t = static_cast<double>(i) / sample_rate_hz;
     while (change + 1 != changes.end() && (change + 1)->from_s <= t) ++change;
-    const char* label = held[i] ? "stick" : change->branch == upper ? "high" : "low";
+    const char* label = held[i] ? "stick" : name(change->branch);
     if (intervals.empty() || intervals.back().label != label) intervals.push_back({label, t, t});
     intervals.back().to_s = static_cast<double>(i + 1) / sample_rate_hz;
   }

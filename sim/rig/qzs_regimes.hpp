@@ -8,7 +8,8 @@
 
 namespace sim {
 
-/// What the payload truly did from from_s to to_s: "stick", "low" (lower branch) or "high" (upper branch).
+/// What the payload truly did from from_s to to_s: "stick", "low" (lower branch), "high" (upper branch) or "free": it
+/// moves while its base is at rest, so there is no phase against it and no branch.
 struct RegimeInterval {
   std::string label;
   double from_s = 0.0, to_s = 0.0;
@@ -22,7 +23,7 @@ struct RegimeInterval {
 /// - While the drive is held (from a node of the programme, or from where a hand lets go, to the next), the branch
 ///   changes once at most: in the first cycle of the branch of the orbit on which the motion settles. That orbit is
 ///   found by integrating on with the drive of this interval held for longest_transient cycles. A payload that settles
-///   locked, or has no drive, is on the lower branch.
+///   locked is on the lower branch.
 /// - Stick is the friction mode of the integrator, sample by sample; a slip shorter than a cycle of the programme's
 ///   frequency between two sticks belongs to them.
 /// Throws std::invalid_argument unless there is one mode (QzsMode) for each x, and a rate.

@@ -67,6 +67,23 @@ TEST_CASE("stick is the mode, and what slips for less than a cycle between two s
   CHECK(found[3].to_s - found[3].from_s == Approx(0.1).margin(1.0 / rate));
 }
 
+TEST_CASE("a payload that moves while its base is at rest is on no branch", "[sim][qzs_regimes]") {
+  sim::Programme programme = sim::sine_steps(
+      {.frequencies_hz = {1.6, 1.6, 1.6}, .amplitude_m = 5e-3, .dwell_s = dwell_s, .transition_s = 2.0});
+  REQUIRE(programme.nodes.size() == 3);
+  programme.nodes[1].harmonics_m = {};
+  Made made({-2.0, -2.0, -2.0});
+  made.rig = std::make_shared<const sim::QzsRig>(sim::qzs_twin("T0"), programme);
+  made.stick(25.0, 40.5);
+  const auto found = made.regimes();
+  REQUIRE(found.size() == 4);
+  CHECK(found[0].label == "low");
+  CHECK(found[0].to_s == Approx(programme.nodes[1].t_s + programme.nodes[1].transition_s).margin(1.0 / rate));
+  CHECK(found[1].label == "free");
+  CHECK(found[2].label == "stick");
+  CHECK(found[3].label == "low");
+}
+
 TEST_CASE("an exact motion needs one mode for each x, and a rate", "[sim][qzs_regimes]") {
   Made made({-1.0});
   CHECK_THROWS_AS(sim::true_regimes(made.rig, made.x, made.modes, 0.0), std::invalid_argument);
