@@ -2,184 +2,210 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <stdexcept>
-
-#include "sim/rig/qzs_rig.hpp"
 
 namespace sim {
 namespace {
 
 using Eigen::Index;
+using Eigen::VectorXd;
 
-enum class Label { low, high, stick };
-const char* name(Label label) {
-  return label == Label::stick ? "stick" : label == Label::high ? "high" : "low";
+constexpr int longest_transient = 60;  // cycles; at c = 0.8 1/s and 2 Hz a deviation has died out to e^-12
+
+enum Branch : signed char { lower = -1, none = 0, upper = 1 };
+
+const char* name(Branch branch) {
+  return branch == none ? "free" : branch == upper ? "high" : "low";
 }
 
-/// Mean over the centred window of `half` samples to either side, cut at the ends.
-Eigen::VectorXd moving_mean(const Eigen::VectorXd& x, Index half) {
-  Eigen::VectorXd sums(x.size() + 1), mean(x.size());
-  sums[0] = 0.0;
-  for (Index n = 0; n < x.size(); ++n) sums[n + 1] = sums[n] + x[n];
-  for (Index n = 0; n < x.size(); ++n) {
-    const Index first = std::max<Index>(n - half, 0), last = std::min(n + half + 1, x.size());
-    mean[n] = (sums[last] - sums[first]) / static_cast<double>(last - first);
-  }
-  return mean;
-}
+/// A cycle of the base, about the zero of r at its middle.
+struct Cycle {
+  double from_s, middle_s, to_s;
+  double correlation;  ///< sum of x r over it, x about its mean
+  Branch branch;       ///< none: the payload is held in it
+};
 
-/// Largest value over the centred window; the queue holds candidates in falling order.
-Eigen::VectorXd moving_max(const Eigen::VectorXd& x, Index half) {
-  Eigen::VectorXd result(x.size());
-  std::deque<Index> falling;
-  for (Index n = 0, next = 0; n < x.size(); ++n) {
-    for (; next < std::min(n + half + 1, x.size()); ++next) {
-      while (!falling.empty() && x[falling.back()] <= x[next]) falling.pop_back();
-      falling.push_back(next);
+/// From where to where nobody touches the drive.
+struct Hold {
+  double from_s, to_s;
+  bool is_driven, has_hand;
+};
+
+/// From here on.
+struct Change {
+  double from_s;
+  Branch branch;
+};
+
+/// The passes of a programme up to to_s as a single one.
+Programme unrolled(const Programme& programme, double to_s) {
+  Programme whole{.name = programme.name, .nodes = {}, .manual = {}, .duration_s = 0.0};
+  for (; whole.duration_s == 0.0 || whole.duration_s < to_s; whole.duration_s += programme.duration_s) {
+    for (ProgrammeNode node : programme.nodes) {
+      node.t_s += whole.duration_s;
+      whole.nodes.push_back(node);
     }
-    while (falling.front() < n - half) falling.pop_front();
-    result[n] = x[falling.front()];
+    for (ManualForce hand : programme.manual) {
+      hand.from_s += whole.duration_s;
+      hand.to_s += whole.duration_s;
+      whole.manual.push_back(hand);
+    }
   }
-  return result;
+  return whole;
 }
 
-struct Run {
-  Label label;
-  Index first, last;  ///< [first, last)
-};
-
-std::vector<Run> runs_of(const std::vector<Label>& labels) {
-  std::vector<Run> runs;
-  for (Index n = 0; n < static_cast<Index>(labels.size()); ++n) {
-    const Label label = labels[static_cast<std::size_t>(n)];
-    if (runs.empty() || runs.back().label != label) runs.push_back({label, n, n});
-    runs.back().last = n + 1;
+std::vector<Hold> holds_of(const Programme& whole) {
+  std::vector<double> begins;
+  for (const ProgrammeNode& node : whole.nodes) begins.push_back(node.t_s);
+  for (const ManualForce& hand : whole.manual) begins.insert(begins.end(), {hand.from_s, hand.to_s});
+  std::sort(begins.begin(), begins.end());
+  std::vector<Hold> holds;
+  for (std::size_t i = 0; i < begins.size(); ++i) {
+    Hold hold{begins[i], i + 1 < begins.size() ? begins[i + 1] : whole.duration_s, false, false};
+    if (!(hold.from_s < hold.to_s)) continue;
+    for (const ProgrammeNode& node : whole.nodes)
+      if (node.t_s <= hold.from_s) hold.is_driven = node.harmonics_m[0] != 0.0;
+    for (const ManualForce& hand : whole.manual) hold.has_hand |= hand.from_s <= hold.from_s && hand.to_s >= hold.to_s;
+    holds.push_back(hold);
   }
-  return runs;
+  return holds;
 }
 
-std::vector<Run> join_short(const std::vector<Run>& runs, double min_samples) {
-  std::vector<Run> joined;
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    Run run = runs[i];
-    const bool is_short = run.label != Label::stick && static_cast<double>(run.last - run.first) < min_samples;
-    // The run before a short one is the stick it lies between, or the amplitude it briefly left.
-    if (is_short && !joined.empty()) run.label = joined.back().label;
-    if (!joined.empty() && joined.back().label == run.label)
-      joined.back().last = run.last;
-    else
-      joined.push_back(run);
+/// Every half cycle of r; none while it is at rest.
+std::vector<Cycle> cycles_of(const VectorXd& r, const Eigen::Ref<const VectorXd>& x, const std::vector<int>& modes,
+                             double rate_hz) {
+  std::vector<Cycle> cycles;
+  std::vector<Index> zeros;  // first sample behind each, since r was last at rest
+  for (Index i = 1; i < r.size(); ++i) {
+    if (r[i] == 0.0 && r[i - 1] == 0.0) zeros.clear();
+    if ((r[i] > 0.0) == (r[i - 1] > 0.0) || (r[i] == 0.0 && r[i - 1] <= 0.0)) continue;
+    zeros.push_back(i);
+    if (zeros.size() < 3) continue;
+    const Index first = zeros[zeros.size() - 3], middle = zeros[zeros.size() - 2], count = i - first;
+    const auto swing = x.segment(first, count);
+    const double correlation = swing.dot(r.segment(first, count)) - swing.mean() * r.segment(first, count).sum();
+    const bool held = std::any_of(modes.begin() + first, modes.begin() + i, [](int mode) { return mode == qzs_stick; });
+    cycles.push_back({static_cast<double>(first) / rate_hz, static_cast<double>(middle) / rate_hz,
+                      static_cast<double>(i) / rate_hz, correlation,
+                      held                ? none
+                      : correlation > 0.0 ? upper
+                                          : lower});
   }
-  return joined;
+  return cycles;
 }
 
-/// A frequency of the moving base, from when to when.
-struct Dwell {
-  double frequency_hz, from_s, to_s;
-};
-
-std::vector<Dwell> dwells_of(const Programme& programme) {
-  std::vector<Dwell> dwells;
-  for (std::size_t i = 0; i < programme.nodes.size(); ++i) {
-    const ProgrammeNode& node = programme.nodes[i];
-    const double to_s = i + 1 < programme.nodes.size() ? programme.nodes[i + 1].t_s : programme.duration_s;
-    if (node.harmonics_m[0] == 0.0) continue;
-    if (!dwells.empty() && dwells.back().to_s == node.t_s && dwells.back().frequency_hz == node.frequency_hz)
-      dwells.back().to_s = to_s;
-    else
-      dwells.push_back({node.frequency_hz, node.t_s, to_s});
+/// The branch of the orbit on which the motion settles if the drive stays as in this hold.
+Branch settled(const QzsRig& rig, Programme whole, const Hold& hold, double rate_hz) {
+  if (!hold.is_driven) return lower;
+  std::erase_if(whole.nodes, [&](const ProgrammeNode& node) { return node.t_s > hold.from_s; });
+  std::erase_if(whole.manual, [&](const ManualForce& hand) { return hand.from_s >= hold.to_s; });
+  const double cycle_s = 1.0 / whole.nodes.back().frequency_hz;
+  const double end_s = hold.to_s + longest_transient * cycle_s;
+  whole.duration_s = end_s + cycle_s;
+  QzsTrajectory trajectory(std::make_shared<const QzsRig>(rig.parameters(), whole), whole.duration_s);
+  const auto count = static_cast<Index>(std::lround(cycle_s * rate_hz));
+  VectorXd x(count), r(count);
+  bool held = true;
+  try {
+    for (Index i = 0; i < count; ++i) {
+      const QzsState& state = trajectory.at(end_s + cycle_s * static_cast<double>(i) / static_cast<double>(count));
+      x[i] = state.x, r[i] = state.base.r_m;
+      held &= state.mode == qzs_stick;
+    }
+  } catch (const Diverged&) {  // beyond any orbit
+    return upper;
   }
-  return dwells;
+  return !held && x.dot(r) - x.mean() * r.sum() > 0.0 ? upper : lower;
 }
 
-/// What x has settled to at the end of a dwell; no amplitude if it does not count.
-struct Swing {
-  double amplitude_m = 0.0;
-  bool upper = false;
-};
-
-/// From exact x, r and modes at a rate.
-Swing settled_swing(const Dwell& dwell, const std::vector<ManualForce>& hands,
-                    const Eigen::Ref<const Eigen::VectorXd>& x, const Eigen::VectorXd& r, const std::vector<int>& modes,
-                    double sample_rate_hz) {
-  double from_s = dwell.to_s - (dwell.to_s - dwell.from_s) / 3.0;
-  for (const ManualForce& hand : hands)
-    if (hand.from_s < dwell.to_s) from_s = std::max(from_s, hand.to_s);
-  const auto first = static_cast<Index>(std::ceil(from_s * sample_rate_hz)),
-             last = static_cast<Index>(std::floor(dwell.to_s * sample_rate_hz)),
-             cycle = static_cast<Index>(std::ceil(sample_rate_hz / dwell.frequency_hz));
-  if (last > x.size() || last - first < cycle ||
-      std::find(modes.begin() + first, modes.begin() + last, static_cast<int>(qzs_stick)) != modes.begin() + last)
-    return {};
-  const auto end = x.segment(last - cycle, cycle);
-  return {0.5 * (end.maxCoeff() - end.minCoeff()),
-          x.segment(first, last - first).dot(r.segment(first, last - first)) > 0.0};
+/// Where it passes from one cycle's branch to the next one's.
+double passage_s(const Cycle& before, const Cycle& after) {
+  const double from = before.correlation, to = after.correlation;
+  const double fraction = (from > 0.0) != (to > 0.0) ? from / (from - to) : 0.5;
+  return before.middle_s + fraction * (after.middle_s - before.middle_s);
 }
 
-Eigen::VectorXd base_motion(const Programme& programme, Index num_samples, double sample_rate_hz) {
-  const BaseMotion base(programme);
-  std::size_t near = 0;
-  Eigen::VectorXd r(num_samples);
-  for (Index n = 0; n < num_samples; ++n) r[n] = base.at(static_cast<double>(n) / sample_rate_hz, near).r_m;
-  return r;
+std::vector<Change> branches(const QzsRig& rig, const Programme& whole, const std::vector<Cycle>& cycles,
+                             double rate_hz) {
+  std::vector<Change> changes{{0.0, none}};
+  const auto pass = [&](double from_s, Branch branch) {
+    if (changes.back().branch != branch) changes.push_back({from_s, branch});
+  };
+  Branch now = none;
+  std::size_t k = 0;
+  for (const Hold& hold : holds_of(whole)) {
+    const std::size_t first = k;
+    while (k < cycles.size() && cycles[k].middle_s < hold.to_s) ++k;
+    const auto differs = [&](const Cycle& cycle) { return cycle.branch != none && cycle.branch != now; };
+    const bool moves = std::any_of(cycles.begin() + static_cast<std::ptrdiff_t>(first),
+                                   cycles.begin() + static_cast<std::ptrdiff_t>(k), differs);
+    Branch settles = now;
+    if (moves && !hold.has_hand) settles = settled(rig, whole, hold, rate_hz);
+    if (hold.is_driven && changes.back().branch == none) {
+      const auto knows = [](const Cycle& cycle) { return cycle.branch != none; };
+      const auto end = cycles.begin() + static_cast<std::ptrdiff_t>(k);
+      const auto known = std::find_if(cycles.begin() + static_cast<std::ptrdiff_t>(first), end, knows);
+      pass(hold.from_s, known != end ? known->branch : lower);
+    }
+    for (std::size_t i = first; i < k; ++i) {
+      const Branch here = cycles[i].branch;
+      if (here == none)
+        now = none;
+      else if (hold.has_hand || now == none)
+        now = here;
+      else if (here == settles)
+        now = settles;
+      if (now != none) pass(i > first ? passage_s(cycles[i - 1], cycles[i]) : hold.from_s, now);
+    }
+    if (hold.has_hand) now = none;
+    if (!hold.is_driven) {  // the last of the cycles ends as r comes to rest
+      now = none;
+      pass(k > first ? cycles[k - 1].to_s : hold.from_s, now);
+    }
+  }
+  return changes;
+}
+
+/// Marks as held what slips for less than a cycle between two sticks.
+void join_sticks(std::vector<bool>& held, const Programme& whole, double rate_hz) {
+  auto node = whole.nodes.begin();
+  std::size_t end_of_last = held.size();
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    if (!held[i]) continue;
+    while (node + 1 != whole.nodes.end() && (node + 1)->t_s * rate_hz <= static_cast<double>(i)) ++node;
+    if (end_of_last < i && static_cast<double>(i - end_of_last) * node->frequency_hz < rate_hz)
+      std::fill(held.begin() + static_cast<std::ptrdiff_t>(end_of_last), held.begin() + static_cast<std::ptrdiff_t>(i),
+                true);
+    end_of_last = i + 1;
+  }
 }
 
 }  // namespace
 
-RegimeOptions true_levels(const Eigen::Ref<const Eigen::VectorXd>& x, const std::vector<int>& modes,
-                          double sample_rate_hz, const Programme& programme) {
-  if (x.size() != static_cast<Index>(modes.size()) || !(sample_rate_hz > 0.0))
-    throw std::invalid_argument("true_levels: needs a rate and one mode for each x");
-  const Eigen::VectorXd r = base_motion(programme, x.size(), sample_rate_hz);
-  double smallest_upper = INFINITY, before_to_s = -1.0, largest_before = 0.0, log_after = 0.0;
-  int num_jumps = 0;
-  Swing before;
-  for (const Dwell& dwell : dwells_of(programme)) {
-    const Swing swing = settled_swing(dwell, programme.manual, x, r, modes, sample_rate_hz);
-    if (swing.upper) {
-      smallest_upper = std::min(smallest_upper, swing.amplitude_m);
-      if (before_to_s == dwell.from_s && before.amplitude_m > 0.0 && !before.upper) {
-        largest_before = std::max(largest_before, before.amplitude_m);
-        log_after += std::log(swing.amplitude_m);
-        ++num_jumps;
-      }
-    }
-    before = swing;
-    before_to_s = dwell.to_s;
-  }
-  RegimeOptions options;
-  options.high_leave_m = 0.8 * smallest_upper;
-  options.high_enter_m = options.high_leave_m;
-  if (num_jumps > 0) options.high_enter_m = std::max(0.625 * std::exp(log_after / num_jumps), 1.1 * largest_before);
-  options.high_leave_m = std::min(options.high_leave_m, options.high_enter_m);
-  return options;
-}
-
-std::vector<RegimeInterval> true_regimes(const Eigen::Ref<const Eigen::VectorXd>& x, const std::vector<int>& modes,
-                                         double sample_rate_hz, const RegimeOptions& options) {
+std::vector<RegimeInterval> true_regimes(const std::shared_ptr<const QzsRig>& rig, const Eigen::Ref<const VectorXd>& x,
+                                         const std::vector<int>& modes, double sample_rate_hz) {
   if (x.size() != static_cast<Index>(modes.size()) || !(sample_rate_hz > 0.0))
     throw std::invalid_argument("true_regimes: needs a rate and one mode for each x");
-  const auto half = [&](double window_s) { return std::max<Index>(std::llround(0.5 * window_s * sample_rate_hz), 1); };
-  const Eigen::VectorXd swing = x - moving_mean(x, half(options.mean_s));
-  const Eigen::VectorXd envelope =
-      0.5 * (moving_max(swing, half(options.envelope_s)) + moving_max(-swing, half(options.envelope_s)));
-  Eigen::VectorXd stuck(x.size());
-  for (Index n = 0; n < x.size(); ++n) stuck[n] = modes[static_cast<std::size_t>(n)] == qzs_stick ? 1.0 : 0.0;
-  stuck = moving_max(stuck, std::llround(options.stick_margin_s * sample_rate_hz));
+  std::size_t near = 0;
+  VectorXd r(x.size());
+  for (Index i = 0; i < x.size(); ++i) r[i] = rig->base().at(static_cast<double>(i) / sample_rate_hz, near).r_m;
+  const Programme whole = unrolled(rig->programme(), static_cast<double>(x.size()) / sample_rate_hz);
+  const std::vector<Cycle> cycles = cycles_of(r, x, modes, sample_rate_hz);
+  const std::vector<Change> changes = branches(*rig, whole, cycles, sample_rate_hz);
+  std::vector<bool> held;
+  for (const int mode : modes) held.push_back(mode == qzs_stick);
+  join_sticks(held, whole, sample_rate_hz);
 
-  std::vector<Label> labels;
-  Label amplitude = Label::low;
-  for (Index n = 0; n < x.size(); ++n) {
-    if (envelope[n] > options.high_enter_m) amplitude = Label::high;
-    if (envelope[n] < options.high_leave_m) amplitude = Label::low;
-    labels.push_back(stuck[n] > 0.0 ? Label::stick : amplitude);
+  std::vector<RegimeInterval> intervals;
+  auto change = changes.begin();
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    const double t = static_cast<double>(i) / sample_rate_hz;
+    while (change + 1 != changes.end() && (change + 1)->from_s <= t) ++change;
+    const char* label = held[i] ? "stick" : name(change->branch);
+    if (intervals.empty() || intervals.back().label != label) intervals.push_back({label, t, t});
+    intervals.back().to_s = static_cast<double>(i + 1) / sample_rate_hz;
   }
-  std::vector<RegimeInterval> spans;
-  for (const Run& run : join_short(runs_of(labels), options.min_duration_s * sample_rate_hz))
-    spans.push_back({name(run.label), static_cast<double>(run.first) / sample_rate_hz,
-                     static_cast<double>(run.last) / sample_rate_hz});
-  return spans;
+  return intervals;
 }
 
 }  // namespace sim

@@ -19,24 +19,9 @@ struct Motion {
   [[nodiscard]] Eigen::Map<const Eigen::VectorXd> signal() const { return {x.data(), std::ssize(x)}; }
 };
 
-/// The levels of the whole programme, however little of it is recorded; `motion` is continued for that.
-RegimeOptions programme_levels(QzsTrajectory& trajectory, Motion motion) {
-  const Programme& programme = trajectory.rig().programme();
-  try {
-    for (std::size_t n = motion.x.size(); static_cast<double>(n) <= programme.duration_s * truth_rate_hz; ++n)
-      motion.keep(trajectory.at(static_cast<double>(n) / truth_rate_hz));
-  } catch (const Diverged&) {  // only beyond the recording: what comes before it counts
-  }
-  return true_levels(motion.signal(), motion.modes, truth_rate_hz, programme);
-}
-
-std::vector<RegimeInterval> recorded_regimes(const RigTest& test, const Motion& motion, RegimeOptions options) {
-  if (test.programme == "decay") {  // over within two seconds: margins and runs of a sweep would leave nothing
-    options.stick_margin_s = 0.1;
-    options.min_duration_s = 0.5;
-  }
+std::vector<RegimeInterval> recorded_regimes(const RigTest& test, const Motion& motion) {
   std::vector<RegimeInterval> intervals;
-  for (RegimeInterval& interval : true_regimes(motion.signal(), motion.modes, truth_rate_hz, options))
+  for (RegimeInterval& interval : true_regimes(test.rig, motion.signal(), motion.modes, truth_rate_hz))
     if (interval.to_s > test.from_s)
       intervals.push_back({std::move(interval.label), std::max(interval.from_s - test.from_s, 0.0),
                            std::min(interval.to_s - test.from_s, test.duration_s)});
@@ -66,7 +51,7 @@ RigTruth rig_truth(const RigTest& test, const RigTruthOptions& options) {
   const auto num_rows = static_cast<std::int64_t>(std::floor(to_s * truth_rate_hz)) + 1;
   const auto first_row = static_cast<std::int64_t>(std::ceil(test.from_s * truth_rate_hz));
   Motion motion;
-  QzsTrajectory trajectory(test.rig, std::max(to_s, test.rig->programme().duration_s), [&] {
+  QzsTrajectory trajectory(test.rig, to_s, [&] {
     const auto done = static_cast<double>(motion.x.size()) / static_cast<double>(num_rows);
     if (options.progress) options.progress(std::min(done, 1.0));
   });
@@ -79,7 +64,7 @@ RigTruth rig_truth(const RigTest& test, const RigTruthOptions& options) {
   truth.num_events = std::count_if(trajectory.events().begin(), trajectory.events().end(),
                                    [&](const Event& event) { return event.t_s >= test.from_s && event.t_s <= to_s; });
   truth.hands = recorded_hands(test, motion);
-  truth.regimes = recorded_regimes(test, motion, programme_levels(trajectory, motion));
+  truth.regimes = recorded_regimes(test, motion);
   return truth;
 }
 

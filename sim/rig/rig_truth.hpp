@@ -31,8 +31,8 @@ struct RigTruthOptions {
   std::function<void(double)> progress = {};       ///< called with the fraction of the motion made; may throw to stop
 };
 
-/// By integrating the test from its start to the end of the recording, or of the programme whose levels count. Throws
-/// Diverged where the payload runs away within the recording.
+/// By integrating the test from its start to the end of the recording. Throws Diverged where the payload runs away
+/// within the recording.
 [[nodiscard]] RigTruth rig_truth(const RigTest& test, const RigTruthOptions& options = {});
 
 /// The memory that rig_truth takes, at most.

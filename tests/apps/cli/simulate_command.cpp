@@ -198,19 +198,22 @@ TEST_CASE("regimes are the truth of any programme, and of its part what they are
       .set = {"amplitude_mm=3", "mu_static=0.15", "from_hz=1.1", "to_hz=1.25", "step_hz=0.05", "dwell_s=20"},
       .programme = "up"};
   simulate(up);
-  // Loose at the second step, where (2 pi f)^2 A exceeds mu_static, it goes with the base: 9 mm, but the upper branch.
+  // Loose at the second step, where (2 pi f)^2 A exceeds mu_static, it sets out against the base; three cycles later it
+  // goes with it: 9 mm, but the upper branch.
   const auto whole = truth_of(folder / "whole")["regimes"];
-  REQUIRE(whole.size() == 2);
+  REQUIRE(whole.size() == 3);
   CHECK(whole[0]["label"] == "stick");
-  CHECK(whole[1]["label"] == "high");
-  CHECK(whole[1]["to_s"] == 80.0);
+  CHECK(whole[1]["label"] == "low");
+  CHECK(whole[2]["label"] == "high");
+  CHECK(whole[2]["from_s"].get<double>() - whole[1]["from_s"].get<double>() < 3.0 / 1.15);
+  CHECK(whole[2]["to_s"] == 80.0);
   up.folder = folder / "part";
   up.duration_s = 35.0;  // no step of it is seen to its end
   simulate(up);
   const auto part = truth_of(folder / "part")["regimes"];
-  REQUIRE(part.size() == 2);
-  CHECK(part[1]["label"] == "high");
-  CHECK(part[1]["from_s"] == whole[1]["from_s"]);
+  REQUIRE(part.size() == 3);
+  CHECK(part[2]["label"] == "high");
+  CHECK(part[2]["from_s"] == whole[2]["from_s"]);
 }
 
 TEST_CASE("a recording at a lower rate is the raw one decimated", "[apps][simulate_command]") {

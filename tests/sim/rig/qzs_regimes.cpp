@@ -2,95 +2,91 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <limits>
-
-#include "sim/rig/qzs_rig.hpp"
 
 namespace {
 
 constexpr double rate = 256.0, dwell_s = 20.0;
 
-/// Motion made up: in each dwell x = amplitude / A r, so of that amplitude, and on the upper branch if it is positive.
+/// Motion made up on a rig that would do otherwise: in each dwell x is a factor times r.
 struct Made {
-  sim::Programme programme;
+  std::shared_ptr<const sim::QzsRig> rig;
   Eigen::VectorXd x;
   std::vector<int> modes;
 
-  explicit Made(const std::vector<double>& amplitudes_m) {
-    sim::SineSteps steps{.frequencies_hz = {}, .amplitude_m = 5e-3, .dwell_s = dwell_s, .transition_s = 2.0};
-    for (std::size_t k = 0; k < amplitudes_m.size(); ++k)
-      steps.frequencies_hz.push_back(1.7 - 0.05 * static_cast<double>(k));
-    programme = sim::sine_steps(steps);
-    const sim::BaseMotion base(programme);
-    x.resize(std::lround(programme.duration_s * rate));
+  explicit Made(const std::vector<double>& factors, double amplitude_m = 5e-3) {
+    const sim::SineSteps steps{.frequencies_hz = std::vector<double>(factors.size(), 1.6),
+                               .amplitude_m = amplitude_m,
+                               .dwell_s = dwell_s,
+                               .transition_s = 2.0};
+    rig = std::make_shared<const sim::QzsRig>(sim::qzs_twin("T0"), sim::sine_steps(steps));
+    x.resize(std::lround(rig->programme().duration_s * rate));
     for (Eigen::Index n = 0; n < x.size(); ++n) {
       const double t = static_cast<double>(n) / rate;
-      x[n] = amplitudes_m[static_cast<std::size_t>(t / dwell_s)] / steps.amplitude_m * base.at(t).r_m;
+      x[n] = factors[static_cast<std::size_t>(t / dwell_s)] * rig->base().at(t).r_m;
     }
     modes.assign(static_cast<std::size_t>(x.size()), sim::qzs_slip_up);
   }
-  void stick_at(double t_s) { modes[static_cast<std::size_t>(t_s * rate)] = sim::qzs_stick; }
-  void check(double enter_m, double leave_m) const {
-    const auto levels = sim::true_levels(x, modes, rate, programme);
-    // A sine of 1.7 Hz at 256 Hz misses its crest by (pi f / rate)^2 / 2 = 2e-4 at most.
-    CHECK(levels.high_enter_m == Approx(enter_m).epsilon(2.5e-4));
-    CHECK(levels.high_leave_m == Approx(leave_m).epsilon(2.5e-4));
+  void stick(double from_s, double to_s) {
+    for (auto n = static_cast<std::size_t>(from_s * rate); n < static_cast<std::size_t>(to_s * rate); ++n)
+      modes[n] = sim::qzs_stick;
   }
+  [[nodiscard]] std::vector<sim::RegimeInterval> regimes() const { return sim::true_regimes(rig, x, modes, rate); }
 };
 
 }  // namespace
 
-TEST_CASE("levels lie between the branches at the jump, and below the smallest of the upper one",
-          "[sim][qzs_regimes]") {
-  const double none = std::numeric_limits<double>::infinity();
-  Made({-10e-3, -12e-3, 27e-3, 20e-3}).check(16.875e-3, 16e-3);
-  Made({-10e-3, -12e-3, 27e-3, 25e-3}).check(16.875e-3, 16.875e-3);  // never leaves above where it enters
-  Made({-8e-3, 32e-3, -12e-3, 27e-3, 10e-3}).check(0.625 * std::sqrt(32e-3 * 27e-3), 8e-3);  // the mean of two jumps
-  Made({-10e-3, -18e-3, 24e-3}).check(1.1 * 18e-3, 0.8 * 24e-3);  // clear of the lower branch
-  Made({30e-3, 25e-3, -12e-3}).check(20e-3, 20e-3);               // only down
-  Made({-10e-3, -12e-3}).check(none, none);                       // none
+TEST_CASE("the branch is the phase against the base, whatever the amplitude", "[sim][qzs_regimes]") {
+  for (const double factor : {-3.0, -0.1, 0.1, 3.0}) {
+    const auto found = Made({factor, factor}).regimes();
+    REQUIRE(found.size() == 1);
+    CHECK(found[0].label == (factor > 0.0 ? "high" : "low"));
+    CHECK(found[0].to_s == Approx(2 * dwell_s));
+  }
 }
 
-TEST_CASE("a dwell does not count if the payload sticks or a hand is at it to the end, or the motion ends before",
-          "[sim][qzs_regimes]") {
-  const Made made({-10e-3, -12e-3, 27e-3, 20e-3});
-  Made stuck = made;
-  stuck.stick_at(72.0);  // before the last third of the last dwell
-  stuck.check(16.875e-3, 16e-3);
-  stuck.stick_at(75.0);
-  stuck.check(16.875e-3, 16.875e-3);
-  stuck.stick_at(35.0);  // no lower dwell right before the upper one
-  stuck.check(0.8 * 27e-3, 0.8 * 27e-3);
-
-  Made between = made;  // a dwell that ends between two samples is seen to its end
-  between.programme.duration_s += 0.5 / rate;
-  between.check(16.875e-3, 16e-3);
-  Made cut = made;
-  cut.x.conservativeResize(cut.x.size() - 1);
-  cut.modes.pop_back();
-  cut.check(16.875e-3, 16.875e-3);
-
-  Made pushed = made;
-  pushed.programme.manual = {{.from_s = 55.0, .to_s = 59.0, .by_base = -0.8, .why = "pushed"}};
-  pushed.x.segment(40 * 256, 19 * 256) *= -0.5;
-  pushed.check(16.875e-3, 16e-3);
-  pushed.programme.manual[0].to_s = 59.5;  // no cycle of 1.6 Hz left
-  pushed.check(16e-3, 16e-3);
+TEST_CASE("a branch that the motion leaves again while the drive is held is a transient", "[sim][qzs_regimes]") {
+  // The rig itself, driven so at 1.6 Hz, settles on the lower branch.
+  Made swing({-2.0, -2.0});
+  swing.x.segment(static_cast<Eigen::Index>(25 * rate), static_cast<Eigen::Index>(3 * rate)) *= -1.0;
+  const auto found = swing.regimes();
+  REQUIRE(found.size() == 1);
+  CHECK(found[0].label == "low");
 }
 
-TEST_CASE("a base at rest makes no dwell, and iterations of a step are one", "[sim][qzs_regimes]") {
-  Made rest({-12e-3, 27e-3, 20e-3});
-  rest.programme.nodes[1].harmonics_m = {};
-  rest.check(16e-3, 16e-3);
-  Made whole({-12e-3, 27e-3, 20e-3});
-  whole.programme.nodes.insert(whole.programme.nodes.begin() + 2, whole.programme.nodes[1]);
-  whole.programme.nodes[2].t_s = 30.0;
-  whole.stick_at(29.0);  // the end of an iteration is not that of the step
-  whole.check(16.875e-3, 16e-3);
+TEST_CASE("stick is the mode, and what slips for less than a cycle between two sticks", "[sim][qzs_regimes]") {
+  Made made({-2.0, -2.0});
+  made.stick(22.0, 22.1);
+  made.stick(22.5, 22.6);  // a cycle lasts 0.625 s
+  made.stick(30.0, 30.1);
+  const auto found = made.regimes();
+  REQUIRE(found.size() == 5);
+  CHECK(found[1].label == "stick");
+  CHECK(found[1].from_s == 22.0);
+  CHECK(found[1].to_s == Approx(22.6).margin(1.0 / rate));
+  CHECK(found[3].label == "stick");
+  CHECK(found[3].to_s - found[3].from_s == Approx(0.1).margin(1.0 / rate));
 }
 
-TEST_CASE("levels need one mode for each x", "[sim][qzs_regimes]") {
-  Made made({-12e-3});
+TEST_CASE("a payload that moves while its base is at rest is on no branch", "[sim][qzs_regimes]") {
+  sim::Programme programme = sim::sine_steps(
+      {.frequencies_hz = {1.6, 1.6, 1.6}, .amplitude_m = 5e-3, .dwell_s = dwell_s, .transition_s = 2.0});
+  REQUIRE(programme.nodes.size() == 3);
+  programme.nodes[1].harmonics_m = {};
+  Made made({-2.0, -2.0, -2.0});
+  made.rig = std::make_shared<const sim::QzsRig>(sim::qzs_twin("T0"), programme);
+  made.stick(25.0, 40.5);
+  const auto found = made.regimes();
+  REQUIRE(found.size() == 4);
+  CHECK(found[0].label == "low");
+  CHECK(found[0].to_s == Approx(programme.nodes[1].t_s + programme.nodes[1].transition_s).margin(1.0 / rate));
+  CHECK(found[1].label == "free");
+  CHECK(found[2].label == "stick");
+  CHECK(found[3].label == "low");
+}
+
+TEST_CASE("an exact motion needs one mode for each x, and a rate", "[sim][qzs_regimes]") {
+  Made made({-1.0});
+  CHECK_THROWS_AS(sim::true_regimes(made.rig, made.x, made.modes, 0.0), std::invalid_argument);
   made.modes.pop_back();
-  CHECK_THROWS_AS(sim::true_levels(made.x, made.modes, rate, made.programme), std::invalid_argument);
+  CHECK_THROWS_AS(sim::true_regimes(made.rig, made.x, made.modes, rate), std::invalid_argument);
 }
