@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
+#include <numbers>
 
 #include "ident/validate/interpolant.hpp"
 
@@ -74,7 +76,7 @@ void drop_overtaken(std::vector<Crossing>& crossings) {
 }  // namespace
 
 Crossings::Crossings(const dsp::Motion& motion, const dsp::SpectralBand& state_band, std::vector<Expression> arguments)
-    : motion_(motion), state_cutoff_hz_(state_band.cutoff_hz), kernel_(state_band), arguments_(std::move(arguments)) {
+    : motion_(motion), state_band_(state_band), kernel_(state_band), arguments_(std::move(arguments)) {
   for (const Expression& argument : arguments_) bound_.push_back(bind(argument));
   crossings_.resize(arguments_.size());
   first_side_.resize(arguments_.size());
@@ -86,7 +88,7 @@ Crossings::Crossings(const dsp::Motion& motion, const dsp::SpectralBand& state_b
 void Crossings::find(std::size_t argument) {
   // Between samples of a signal that goes up to half their rate there may be two zeros: eight times as many show them.
   const Expression& g = arguments_[argument];
-  const double enough_hz = 10.0 * std::max(1.0, g.band_factor()) * state_cutoff_hz_;
+  const double enough_hz = 10.0 * std::max(1.0, g.band_factor()) * state_band_.cutoff_hz;
   Index factor = 1;
   while (factor < 8 && static_cast<double>(factor) * motion_.sample_rate_hz < enough_hz) factor *= 2;
   constexpr Index block = 16384;
@@ -106,21 +108,58 @@ void Crossings::find(std::size_t argument) {
 }
 
 void Crossings::settle(const WeightedTerms& equation) {
-  std::vector<std::pair<Bound, double>> terms;
-  for (const auto& [expression, coefficient] : equation)
-    if (!expression.all_switches().empty()) terms.emplace_back(bind(expression), coefficient);
-  if (terms.empty()) crossings_ = found_;
-  for (int pass = 0; !terms.empty() && pass < most_passes; ++pass) {
-    set_slope_jumps(terms);
+  std::vector<std::pair<Bound, double>> terms, jumping;
+  for (const auto& [expression, coefficient] : equation) {
+    terms.emplace_back(bind(expression), coefficient);
+    if (!expression.all_switches().empty()) jumping.push_back(terms.back());
+  }
+  if (jumping.empty()) {
+    crossings_ = found_;
+    smooth_part_.resize(0);
+  }
+  for (int pass = 0; !jumping.empty() && pass < most_passes; ++pass) {
+    set_slope_jumps(jumping);
     collect_kinks();
+    if (pass == 0) restore(terms);  // its changes from pass to pass are of higher order
     const double largest_s = move_all();
     if (largest_s * motion_.sample_rate_hz <= settled) break;
   }
   collect_kinks();
+  restore(jumping.empty() ? jumping : terms);
+}
+
+/// What the state band took from speeds: the integral of the equation's acceleration beyond it. Its jumps' part is
+/// known in closed form; the rest is smooth enough for the motion's samples.
+void Crossings::restore(const std::vector<std::pair<Bound, double>>& equation) {
+  const Index n = motion_.num_samples();
+  const double rate_hz = motion_.sample_rate_hz;
+  if (!kinks_.empty()) {
+    VectorXd course = VectorXd::Zero(n);
+    for (const auto& [bound, coefficient] : equation) {
+      std::vector<VectorXd> signs_of;
+      std::vector<const double*> columns;
+      for (const std::size_t argument : bound.switches) signs_of.push_back(signs(argument, 1, 0, n));
+      for (const std::string& name : bound.expression->signals()) columns.push_back(samples(name).data());
+      for (const VectorXd& sign : signs_of) columns.push_back(sign.data());
+      course += coefficient * bound.expression->evaluate(columns, n);
+    }
+    auto kink = kinks_.begin();
+    double jumped = 0.0;
+    for (Index i = 0; i < n; ++i) {
+      for (; kink != kinks_.end() && kink->t_s * rate_hz <= static_cast<double>(i); ++kink) jumped += kink->slope_jump;
+      course(i) -= jumped;
+      if (!std::isfinite(course(i))) course(i) = i > 0 ? course(i - 1) : 0.0;
+    }
+    smooth_part_ = dsp::ExtendedSpectrum(course, rate_hz).filtered([&](double f) -> std::complex<double> {
+      return f > 0.0 ? std::complex<double>(0.0, -(1.0 - state_band_.gain(f)) / (2.0 * std::numbers::pi * f)) : 0.0;
+    });
+  }
   restored_.clear();
-  for (const dsp::Signal& signal : motion_.signals)
-    if (restores(signal.name) && !kinks_.empty())
-      add_kinks(motion_.sample_rate_hz, 0, restored_.try_emplace(signal.name, signal.values).first->second);
+  for (const dsp::Signal& signal : motion_.signals) {
+    if (!restores(signal.name) || kinks_.empty()) continue;
+    VectorXd& speed = restored_.try_emplace(signal.name, signal.values + smooth_part_).first->second;
+    add_kinks(rate_hz, 0, speed);
+  }
 }
 
 Crossings::Bound Crossings::bind(const Expression& expression) const {
@@ -165,8 +204,10 @@ double Crossings::value(const Bound& bound, double t_s, const Moving& own) const
   }
   for (std::size_t i = 0; i < bound.inputs.size(); ++i) {
     const Bound::Input& input = bound.inputs[i];
-    values[i] = input.values == nullptr ? t_s : interpolate(*input.values, t_s * motion_.sample_rate_hz);
+    const double at = t_s * motion_.sample_rate_hz;
+    values[i] = input.values == nullptr ? t_s : interpolate(*input.values, at);
     if (kinks_.empty() || !input.restored) continue;
+    if (smooth_part_.size() > 0) values[i] += interpolate(smooth_part_, at);
     for_each_kink_near(t_s, [&](const Kink& kink) { values[i] += kink.slope_jump * kernel_(t_s - kink.t_s); });
     if (own.slope_jump != 0.0) values[i] += own.slope_jump * (kernel_(0.0) - kernel_(t_s - own.from_s));
   }
@@ -180,8 +221,11 @@ double Crossings::value(const Bound& bound, double t_s) const {
 
 double Crossings::speed_slope(const VectorXd& speed, double t_s) const {
   const double at = t_s * motion_.sample_rate_hz;
-  double slope = (interpolate(speed, at + difference) - interpolate(speed, at - difference)) * motion_.sample_rate_hz /
-                 (2.0 * difference);
+  const auto of = [&](const VectorXd& samples) {
+    return (interpolate(samples, at + difference) - interpolate(samples, at - difference)) * motion_.sample_rate_hz /
+           (2.0 * difference);
+  };
+  double slope = of(speed) + (smooth_part_.size() > 0 ? of(smooth_part_) : 0.0);
   for_each_kink_near(t_s, [&](const Kink& kink) { slope += kink.slope_jump * kernel_.slope(t_s - kink.t_s); });
   return slope;
 }
@@ -264,12 +308,14 @@ void Crossings::collect_kinks() {
 
 VectorXd Crossings::resampled(std::string_view signal, Index factor, Index first, Index count) const {
   const VectorXd& known = motion_.at(signal);
+  const bool is_restored = smooth_part_.size() > 0 && restores(signal);
   VectorXd result(count);
   for (Index i = first; i < first + count; ++i) {
     const double at = static_cast<double>(i) / static_cast<double>(factor);
     result(i - first) = i % factor == 0 ? known(i / factor)
                         : signal == "t" ? at / motion_.sample_rate_hz
                                         : interpolate(known, at);
+    if (is_restored) result(i - first) += i % factor == 0 ? smooth_part_(i / factor) : interpolate(smooth_part_, at);
   }
   return result;
 }

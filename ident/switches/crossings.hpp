@@ -23,22 +23,24 @@ struct Crossing {
 
 /// The signals of a motion between their samples, and the times at which the arguments of switches pass zero. Speeds
 /// computed from displacements are low-passed by the state band, which rounds their kinks where the acceleration jumps
-/// and so displaces their zeros: with the jumps known from an equation, kinks and zeros are where they were before.
+/// and so displaces their zeros. With an equation for the acceleration what the band took from them is known, and they
+/// are, with their zeros, as they were before: kinks by its jumps, the rest by the integral of its course beyond the
+/// band (friction that falls with the speed within milliseconds of a reversal).
 class Crossings {
  public:
   /// The motion is kept by reference. Arguments that others use come before those.
   Crossings(const dsp::Motion& motion, const dsp::SpectralBand& state_band, std::vector<Expression> arguments);
-  /// Finds times and jumps of slope together, under an equation for the acceleration, of which only terms that jump
-  /// count, from where they are now; none: as the low-passed signals have them. Where an
-  /// acceleration is too small to lead through the jump, the motion stops, and the jump is that acceleration.
+  /// Finds times and jumps of slope together, under an equation for the acceleration, from where they are now; without
+  /// a term that jumps: as the low-passed signals have them. Where an acceleration is too small to lead through the
+  /// jump, the motion stops, and the jump is that acceleration.
   void settle(const WeightedTerms& equation);
 
   [[nodiscard]] const std::vector<Expression>& arguments() const { return arguments_; }
   /// In order of time.
   [[nodiscard]] const std::vector<Crossing>& of(std::size_t argument) const { return crossings_[argument]; }
-  /// Whether kinks are restored in the signal of this name: v or dy, computed from displacements.
+  /// Whether the signal of this name is restored: v or dy, computed from displacements.
   [[nodiscard]] bool restores(std::string_view signal) const;
-  /// A signal at the motion's rate, kinks restored.
+  /// A signal at the motion's rate, restored.
   [[nodiscard]] const Eigen::VectorXd& samples(std::string_view signal) const;
   /// The same at `factor` times that rate, samples [first, first + count) of those whose sample 0 is at time 0.
   [[nodiscard]] Eigen::VectorXd samples(std::string_view signal, Eigen::Index factor, Eigen::Index first,
@@ -82,17 +84,19 @@ class Crossings {
   double move_all();
   void add_kinks(double rate_hz, Eigen::Index first, Eigen::VectorXd& speed) const;
   void collect_kinks();
+  void restore(const std::vector<std::pair<Bound, double>>& equation);
 
   const dsp::Motion& motion_;
-  double state_cutoff_hz_;
+  dsp::SpectralBand state_band_;
   dsp::KinkKernel kernel_;
   std::vector<Expression> arguments_;
-  std::vector<Bound> bound_;                                      ///< the arguments
-  std::vector<int> first_side_;                                   ///< of each argument, at time 0
-  std::vector<std::vector<Crossing>> found_;                      ///< in the signals as they are
-  std::vector<std::vector<Crossing>> crossings_;                  ///< of each argument
-  std::vector<Kink> kinks_;                                       ///< of all, in order of time
-  std::map<std::string, Eigen::VectorXd, std::less<>> restored_;  ///< signals with kinks
+  std::vector<Bound> bound_;                      ///< the arguments
+  std::vector<int> first_side_;                   ///< of each argument, at time 0
+  std::vector<std::vector<Crossing>> found_;      ///< in the signals as they are
+  std::vector<std::vector<Crossing>> crossings_;  ///< of each argument
+  std::vector<Kink> kinks_;                       ///< of all, in order of time
+  Eigen::VectorXd smooth_part_;                   ///< of speeds beyond the state band, kinks apart; none: zero
+  std::map<std::string, Eigen::VectorXd, std::less<>> restored_;  ///< signals with both
 };
 
 }  // namespace ident

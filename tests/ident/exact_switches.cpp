@@ -157,6 +157,31 @@ TEST_CASE("reversals are found where the payload turned, not where the state ban
   CHECK(exact.back() <= 2e-5);
 }
 
+TEST_CASE("where friction falls with the speed the speed is the payload's within milliseconds of a reversal",
+          "[ident][exact_switches]") {
+  sim::QzsParameters parameters;
+  parameters.mu_kinetic = 0.065, parameters.stribeck_m_per_s = 0.01;
+  const support::RigRecord rig = support::rig_record(parameters, shaken(), {.level = sim::SensorLevel::ideal});
+  const dsp::Prepared prepared = dsp::prepare(rig.recording, {.rate_hz = 25.6, .cutoff_hz = 10.24, .rolloff_hz = 8.0});
+  const ident::CandidateLibrary library =
+      ident::make_library({.order = 0, .terms = {"sgn(v)", "sgn(v)*exp(-abs(v)/0.01)"}}, "a", prepared.signals);
+  ident::ExactSwitches switches(prepared, library);
+  const auto error = [&](const ident::WeightedTerms& equation) {
+    switches.settle({});
+    switches.settle(equation);
+    const Index first = 10 * 256, count = 100 * 256;
+    return (switches.crossings().samples("v") - rig.v).segment(first, count).norm() / std::sqrt(count);
+  };
+  const double fall = parameters.mu_static - parameters.mu_kinetic;
+  const double rounded = error({}), kinks_alone = error({{library.terms[0].expression, -parameters.mu_static}}),
+               whole =
+                   error({{library.terms[0].expression, -parameters.mu_kinetic}, {library.terms[1].expression, -fall}});
+  CAPTURE(rounded, kinks_alone, whole);
+  // The friction falls within three samples, so that what is between two of them is seen to a tenth.
+  CHECK(whole < 0.05 * rounded);
+  CHECK(whole < 0.2 * kinks_alone);
+}
+
 TEST_CASE("a constant is left out where accelerometers pass none", "[ident][exact_switches]") {
   const support::RigRecord rig = support::rig_record({}, shaken(), {.level = sim::SensorLevel::full});
   const auto prepared = dsp::prepare(rig.recording, {.rate_hz = 25.6, .cutoff_hz = 10.24});
