@@ -1,5 +1,6 @@
 #include "ident/fit.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -12,9 +13,7 @@ namespace {
 
 template <class Enum, std::size_t n>
 std::string_view name_of(const std::array<std::pair<Enum, std::string_view>, n>& names, Enum value) {
-  for (const auto& [known, name] : names)
-    if (known == value) return name;
-  return "?";
+  return std::find_if(names.begin(), names.end(), [&](const auto& row) { return row.first == value; })->second;
 }
 
 constexpr std::array<std::pair<Selection, std::string_view>, 2> selection_names{

@@ -173,6 +173,11 @@ TEST_CASE("what cannot be asked of a decimator is refused", "[dsp][decimate]") {
   CHECK_THROWS_AS(dsp::Decimator(100.0, 0, {.output_rate_hz = 20.0, .passband_end_hz = 8.0}), std::invalid_argument);
   CHECK_THROWS_AS(dsp::Decimator(100.0 * std::numbers::pi, 1, {.output_rate_hz = 20.0, .passband_end_hz = 8.0}),
                   std::invalid_argument);
+  CHECK_THROWS_AS(dsp::Decimator(100.0, 1, {.output_rate_hz = 20.0, .passband_end_hz = 8.0, .stopband_start_hz = 7.0}),
+                  std::invalid_argument);
+  CHECK_THROWS_AS(
+      dsp::Decimator(100.0, 1, {.output_rate_hz = 20.0, .passband_end_hz = 8.0, .stopband_attenuation_db = 300.0}),
+      std::invalid_argument);
   // Nothing takes long to refuse: these would need tens of millions of coefficients.
   CHECK_FALSE(dsp::is_designable(25600.0, {.output_rate_hz = 31.4159, .passband_end_hz = 5.0}));
   CHECK_FALSE(dsp::is_designable(25600.0, {.output_rate_hz = 25600.0 / 10007, .passband_end_hz = 1.0}));
@@ -196,7 +201,9 @@ TEST_CASE("a decimator that is moved goes on where it was", "[dsp][decimate]") {
   other = std::move(first);
   dsp::Decimator last(std::move(other));
   dsp::FrameBlock whole(dsp::decimate(frames, 2560.0, to_intermediate).rows(), 2);
-  const dsp::FrameBlock middle = last.push(frames.bottomRows(13000)), tail = last.finish();
+  dsp::FrameBlock wide(13000, 3);
+  wide << frames.bottomRows(13000), Eigen::VectorXd::Zero(13000);
+  const dsp::FrameBlock middle = last.push(wide.leftCols<2>()), tail = last.finish();
   whole << head, middle, tail;
   CHECK(whole == dsp::FrameBlock(dsp::decimate(frames, 2560.0, to_intermediate)));
   CHECK_THROWS_AS(last.push(frames.leftCols<1>()), std::invalid_argument);

@@ -76,6 +76,12 @@ const std::vector<Formed> formed_terms{
     {"sgn(v-10*x)*x", [](const Course& c) { return (c.v > 10.0 * c.x ? 1.0 : -1.0) * c.x; }},
     {"(v>0)*x", [](const Course& c) { return c.v > 0.0 ? c.x : 0.0; }},
     {"sgn(v)*abs(v*x)", [](const Course& c) { return (c.v > 0.0 ? 1.0 : -1.0) * std::abs(c.v * c.x); }},
+    {"sgn(x)+sgn(x-0.1)+sgn(x-0.2)+sgn(x-0.3)+sgn(x-0.4)+sgn(x+0.1)+sgn(x+0.2)+sgn(x+0.3)+sgn(x+0.4)",
+     [](const Course& c) {
+       double sum = 0.0;
+       for (int k = -4; k <= 4; ++k) sum += c.x > 0.1 * k ? 1.0 : -1.0;
+       return sum;
+     }},
     {"x^3", [](const Course& c) { return c.x * c.x * c.x; }},
     {"x^2*v", [](const Course& c) { return c.x * c.x * c.v; }},
 };

@@ -73,6 +73,16 @@ TEST_CASE("any response is applied: a delay delays, a high-pass takes the mean",
   CHECK((spectrum.filtered([](double) { return 1.0; }) - record.x).cwiseAbs().maxCoeff() <= 1e-15);
 }
 
+TEST_CASE("the sum of two filtered signals is the filtered signals' sum, of one length", "[dsp][spectral]") {
+  const Eigen::VectorXd a = support::gaussian(500, 1), b = support::gaussian(500, 2);
+  const auto twice = [](double) { return std::complex<double>(2.0, 0.0); };
+  dsp::ExtendedSpectrum sum(a, 100.0);
+  sum.add(dsp::ExtendedSpectrum(b, 100.0), twice);
+  CHECK((std::move(sum).signal() - a - 2.0 * b).cwiseAbs().maxCoeff() < 1e-12);  // rounding of an FFT of some 1000
+  dsp::ExtendedSpectrum other(a, 100.0);
+  CHECK_THROWS_AS(other.add(dsp::ExtendedSpectrum(b.head(400), 100.0), twice), std::invalid_argument);
+}
+
 TEST_CASE("the fraction of power above a frequency is that of the tones above it", "[dsp][spectral]") {
   const Eigen::VectorXd x = Eigen::VectorXd::NullaryExpr(5120, [](Eigen::Index i) {
     const double t = static_cast<double>(i) / rate_hz;

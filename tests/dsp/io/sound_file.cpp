@@ -454,6 +454,9 @@ TEST_CASE("a cut header is refused with the byte", "[dsp][sound_file]") {
   const auto bytes = support::bytes_of(write(scratch, noise(100, 1, 0.9), {.container = SoundContainer::wav}));
   check_fault([&] { (void)open(scratch.file("cut.wav", bytes.substr(0, 30))); }, FaultKind::input, "container.damaged",
               {"byte 30 of 30", "'data'"});
+  const auto flac = support::bytes_of(write(scratch, noise(100, 1, 0.9), {.container = SoundContainer::flac}));
+  check_fault([&] { (void)open(scratch.file("cut.flac", flac.substr(0, 30))); }, FaultKind::input, "container.damaged",
+              {"FLAC header is cut at byte 30"});
 }
 
 TEST_CASE("a file that changes while it is read is a fault", "[dsp][sound_file]") {

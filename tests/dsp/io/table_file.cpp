@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "dsp/io/signal_table.hpp"
 #include "dsp/io/table_layout.hpp"
 #include "support/fault.hpp"
 #include "support/fuzz.hpp"
@@ -318,4 +319,14 @@ TEST_CASE("a table that is cut while it is read is refused", "[dsp][table_file]"
         }
       },
       FaultKind::input, "file.changed", {"a.csv", "while it was read"});
+}
+
+TEST_CASE("columns whose names become one are refused as signals", "[dsp][table_file]") {
+  const Scratch scratch;
+  const auto table = dsp::read_signal_table(scratch.file("a.csv", "force [kN],x\n1,2\n3,4\n"));
+  REQUIRE(table.renamed.size() == 1);
+  CHECK(table.renamed[0].second == table.signals.signals[0].name);
+  const auto twice = scratch.file("b.csv", table.renamed[0].second + ",force [kN]\n1,2\n3,4\n");
+  check_fault([&] { (void)dsp::read_signal_table(twice); }, FaultKind::input, "channel.name",
+              {"two columns are called '" + table.renamed[0].second + "'"});
 }

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <random>
 
+#include "dsp/samples/raw_spectrum.hpp"
 #include "support/signals.hpp"
 
 namespace {
@@ -345,6 +346,8 @@ TEST_CASE("sines with noise, repetition and rounding have no faults, in any unit
 TEST_CASE("nonsense is refused", "[dsp][faulty_samples]") {
   CHECK_THROWS_AS(dsp::FaultySamples(0.0, channels(1)), std::invalid_argument);
   CHECK_THROWS_AS(dsp::FaultySamples(100.0, {}), std::invalid_argument);
+  CHECK_THROWS_AS(dsp::RawSpectrum(0.0, 1, 1000), std::invalid_argument);
+  CHECK_THROWS_AS(dsp::RawSpectrum(100.0, 0, 1000), std::invalid_argument);
   CHECK_THROWS_AS(dsp::FaultySamples(100.0, channels(2), {.limits = {{}}}), std::invalid_argument);
   dsp::FaultySamples faulty(100.0, channels(2));
   CHECK_THROWS_AS(faulty.push(dsp::FrameBlock::Zero(3, 1)), std::invalid_argument);

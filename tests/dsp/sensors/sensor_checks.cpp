@@ -64,6 +64,10 @@ TEST_CASE("a wrong sensor is one line with the line that mends it", "[dsp][senso
   one(with(1.0, -1.0), "! sensor.polarity", "payload_accelerometer\" or its partner");
   one(with(1000.0, 1.0), "! sensor.unit", "base_laser\": sensitivity = \"1.14");
   one(with(1.0, 1.0 / 9.80665), "! sensor.unit", "payload_accelerometer\": sensitivity = \"10.");
+  auto in_newtons = described();
+  in_newtons[3].sensitivity = dsp::parse_sensitivity("10 pC/(m/s^2)");
+  CHECK_THAT(raised(with(1.0, 1.02), dsp::Recipe::matched, in_newtons).at(0).second,
+             Catch::Contains("sensitivity = \"1.02e-11 C/(m/s^2)\""));
   for (const Lines& lines :
        {raised(with(1000.0, 1.0), dsp::Recipe::matched), raised(with(1.0, 1.0 / 9.80665), dsp::Recipe::matched),
         raised(with(1.0, 1.3), dsp::Recipe::matched), raised(with(1.0, -1.0), dsp::Recipe::matched)}) {

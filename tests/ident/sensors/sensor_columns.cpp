@@ -5,6 +5,7 @@
 
 #include "ident/columns.hpp"
 #include "ident/record.hpp"
+#include "ident/sensors/range_sensors.hpp"
 #include "support/signals.hpp"
 
 using Eigen::Index;
@@ -115,6 +116,26 @@ TEST_CASE("what a sidecar says of a sensor is its prior", "[ident][sensor_column
   const auto parameters = ident::sensor_parameters(record);
   CHECK(parameters.at(0).std == Approx(0.002 * std::sqrt(2.0)));
   CHECK(parameters.at(1).std == Approx(1e-3 * std::sqrt(2.0)));
+}
+
+TEST_CASE("a joint range has the sensors of each recording, under its name", "[ident][sensor_columns]") {
+  const ident::Record record{.prepared = prepared(0.0)};
+  const auto library = ident::make_library({.order = 1}, "a", record.prepared.signals);
+  std::vector<ident::Columns> columns(2, ident::form_columns(library, "a", record.prepared));
+  columns[0].name = "first", columns[1].name = "second";
+  for (ident::Columns& one : columns) one.sensors = ident::sensor_parameters(record);
+  const auto names = [&](int recording) {
+    const ident::Range range{{.name = "all"}, recording, {}};
+    std::vector<std::string> found;
+    const ident::RangeSensors sensors(range, ident::range_rows(range, columns), columns);
+    for (const auto& parameter : sensors.parameters()) found.push_back(parameter.name);
+    return found;
+  };
+  std::vector<std::string> both;
+  for (const char* name : {"first: ", "second: "})
+    for (const std::string& own : names(1)) both.push_back(name + own);
+  CHECK_FALSE(both.empty());
+  CHECK(names(0) == both);
 }
 
 TEST_CASE("a lone displacement has a zero and a drift, a force a lag, and neither a gain", "[ident][sensor_columns]") {
