@@ -153,7 +153,8 @@ void finish_bayesian(const UnitProblem& problem, std::vector<Index> kept, Vector
   fit.mean = at.mean.cwiseProduct(scale);
   const MatrixXd root = std::sqrt(noise_variance) * (scale.asDiagonal() * at.root);
   fit.covariance = root * root.transpose();
-  if (fit.selection == Selection::evidence && static_cast<Index>(kept.size()) < problem.num_samples)
+  if (fit.selection.has_value() && fit.selection != Selection::type2 &&
+      static_cast<Index>(kept.size()) < problem.num_samples)
     fit.covariance_weak = scale.asDiagonal() *
                           covariance_with_weak_terms(problem, fit.relevant, sorted, noise_variance) *
                           scale.asDiagonal();
@@ -174,6 +175,29 @@ void finish_bayesian(const UnitProblem& problem, std::vector<Index> kept, Vector
     fit.remarks.push_back(
         "every candidate term was kept: the library may lack what the target needs, or the residual is "
         "structure and not noise");
+}
+
+void fit_on_terms(const UnitProblem& problem, const std::vector<Index>& terms, Fit& fit) {
+  constexpr int most_passes = 100;
+  constexpr double settled = 1e-9;  // of log lambda
+  const double spare = std::max(1.0, static_cast<double>(problem.num_samples) - static_cast<double>(terms.size()));
+  VectorXd lambda = VectorXd::Constant(static_cast<Index>(terms.size()), flat_lambda);
+  double noise = 1.0;
+  for (int pass = 0; pass < most_passes; ++pass) {
+    const Posterior at = posterior(problem, terms, lambda);
+    noise = at.residual(0, 0) / spare;
+    double change = 0.0;
+    for (Index j = 0; j < lambda.size(); ++j) {
+      const Index term = terms[static_cast<std::size_t>(j)];
+      const double best = best_lambda(at.sparsity(term), at.quality(term) * at.quality(term) / noise);
+      if (!std::isfinite(best) || !(best > 0.0)) continue;  // the evidence would rather be without it
+      change = std::max(change, std::abs(std::log(best / lambda(j))));
+      lambda(j) = best;
+    }
+    if (change < settled) break;
+  }
+  fit.steps.push_back(start_from(terms));
+  finish_bayesian(problem, terms, lambda, noise, fit);
 }
 
 void finish_least_squares(const UnitProblem& problem, std::vector<Index> kept, double penalty, Fit& fit) {
