@@ -178,6 +178,10 @@ std::vector<SensorTwin> sensor_twins(const SensorRegression& regression, const s
           std::abs(beyond.col(s).dot(beyond.col(n_s))) > same * left(s) * left(n_s))
         twins.push_back({s, j});
   }
+  // A sensor that is the same as each of several terms beyond the others scales the whole equation.
+  std::vector<int> count(static_cast<std::size_t>(n_s), 0);
+  for (const SensorTwin& twin : twins) ++count[static_cast<std::size_t>(twin.sensor)];
+  std::erase_if(twins, [&](const SensorTwin& twin) { return count[static_cast<std::size_t>(twin.sensor)] > 1; });
   return twins;
 }
 
