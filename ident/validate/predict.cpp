@@ -55,6 +55,17 @@ Errors errors_of(const VectorXd& x, const VectorXd& predicted, const std::string
   return {std::isfinite(nmse) ? Figure{nmse, {}} : Figure{nan, "x does not move"}, {rms, {}}};
 }
 
+/// White noise of the displacement over samples of the regression rate, as it was before any filter for that rate.
+double noise_within(const dsp::Prepared& prepared, const dsp::IndexRange& range) {
+  const bool unfiltered = prepared.intermediate.find("x") != nullptr;
+  const dsp::Motion& motion = unfiltered ? prepared.intermediate : prepared.signals;
+  const double by = motion.sample_rate_hz / prepared.signals.sample_rate_hz;
+  const Eigen::VectorXd& x = motion.at("x");
+  const auto first = std::min(x.size(), static_cast<Index>(std::ceil(by * static_cast<double>(range.first)))),
+             last = std::min(x.size(), static_cast<Index>(by * static_cast<double>(range.last)));
+  return white_noise_std(x.segment(first, std::max<Index>(0, last - first)));
+}
+
 /// The payload at rest in space, as far as the base's motion tells; x itself at rest where there is no base.
 VectorXd still_body(const dsp::Motion& motion, const VectorXd& predicted) {
   VectorXd still = motion.find("r") != nullptr ? (-motion.at("r").array() + motion.at("r").mean()).matrix().eval()
@@ -139,7 +150,7 @@ RecordPrediction predict(const Model& model, const Model& linear, const Record& 
                                   {}});
     if (length <= longest) continue;
     longest = length;
-    const double noise = white_noise_std(result.x.segment(range.first, length));
+    const double noise = noise_within(record.prepared, range);
     result.noise_floor = std::isfinite(noise) ? Figure{noise, {}} : Figure{nan, "too few samples"};
   }
   if (longest == 0) result.noise_floor = {nan, "no sample may be used"};
