@@ -79,6 +79,8 @@ VectorXd still_body(const dsp::Motion& motion, const VectorXd& predicted) {
 std::vector<CarryOver> carried_over(const Model& model, const Record& record, const PredictOptions& options) {
   LibraryOptions terms{.order = 0};
   for (const ModelTerm& term : model.terms) terms.terms.push_back(term.name);
+  // A zero that is off by little beside its motion is a constant beside the terms.
+  if (std::find(terms.terms.begin(), terms.terms.end(), "1") == terms.terms.end()) terms.terms.emplace_back("1");
   const CandidateLibrary library = record_library(terms, model.target, record.prepared);
   std::vector<Columns> columns;
   columns.push_back(record_columns(library, model.target, record, dsp::ReadOptions{}.max_memory_bytes, options.poll));
