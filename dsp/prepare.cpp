@@ -253,6 +253,11 @@ double prepared_bytes(const Recording& description, Index num_frames, double int
 
 }  // namespace
 
+const Channel* Prepared::channel(Role role) const {
+  const auto found = std::find_if(channels.begin(), channels.end(), [&](const Channel& c) { return c.role == role; });
+  return found == channels.end() ? nullptr : &*found;
+}
+
 Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& options) {
   const double rate_hz = intermediate.input_rate_hz;
   Prepared prepared{.name = intermediate.recording.name, .options = resolved(options, rate_hz)};

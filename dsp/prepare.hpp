@@ -59,6 +59,8 @@ struct Prepared {
   std::vector<Interval> excluded;           ///< with margins and reasons; marked in both motions
   std::vector<Interval> clipped;            ///< of these, the clipped ones without margins; why: the channel's name
   std::vector<Check> checks;
+  /// nullptr where the recording has none.
+  [[nodiscard]] const Channel* channel(Role role) const;
   /// Whether the relations were used: only "matched" does, unless asked not to.
   [[nodiscard]] bool equalised() const { return options.recipe == Recipe::matched && options.equalise; }
 };

@@ -29,6 +29,7 @@ struct Record {
   std::optional<dsp::PowerCheck> power;  ///< where displacement and acceleration of one body were measured
   std::optional<dsp::CommonMotion> common_motion;  ///< by which the base's signals were corrected
   std::array<BaseCorrection, 2> base_by_mount;     ///< how that correction changes with a MountParameter, for one unit
+  bool zero_is_known = false;                      ///< of x: a person stated it
   std::vector<dsp::RangeSpec> ranges;              ///< that a person named; none: they follow from the regimes
 };
 

@@ -243,7 +243,7 @@ Experiment valanis(const P& p, const char* name, Restoring restoring) {
 }
 
 /// The third row as one equation in |v|.
-void add_third_row(Experiment& e, double e1, double e2, std::vector<std::pair<const char*, double>> rest) {
+void add_third_row(Experiment& e, double e1, double e2, const std::vector<std::pair<const char*, double>>& rest) {
   e.truth.push_back({3, "dz", "v", e1});
   e.truth.push_back({3, "dz", "abs(v)*z", -e2});
   for (const auto& [name, value] : rest) e.truth.push_back({3, "dz", name, value});

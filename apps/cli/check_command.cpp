@@ -30,14 +30,7 @@ int check(const RunArguments& arguments, Console& console) {
 }  // namespace
 
 Command check_command() {
-  return {"check",
-          "All checks of a run, nothing written",
-          {{"--output"}, {"--seed"}, {"--dry-run"}},
-          [](CLI::App& command) -> CommandBody {
-            return [arguments = add_run_arguments(command)](const GlobalOptions& global, Console& console) {
-              return check(arguments(global), console);
-            };
-          }};
+  return {"check", "All checks of a run, nothing written", {{"--output"}, {"--seed"}, {"--dry-run"}}, run_like(check)};
 }
 
 }  // namespace apps

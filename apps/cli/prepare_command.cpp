@@ -25,11 +25,7 @@ int prepare(const RunArguments& arguments, Console& console) {
 }  // namespace
 
 Command prepare_command() {
-  return {"prep", "Calibration, decimation and motion only", {}, [](CLI::App& command) -> CommandBody {
-            return [arguments = add_run_arguments(command)](const GlobalOptions& global, Console& console) {
-              return prepare(arguments(global), console);
-            };
-          }};
+  return {"prep", "Calibration, decimation and motion only", {}, run_like(prepare)};
 }
 
 }  // namespace apps

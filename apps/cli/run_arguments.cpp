@@ -36,6 +36,14 @@ std::function<RunArguments(const GlobalOptions&)> add_run_arguments(CLI::App& co
   };
 }
 
+std::function<CommandBody(CLI::App&)> run_like(int (*body)(const RunArguments&, Console&)) {
+  return [body](CLI::App& command) -> CommandBody {
+    return [body, arguments = add_run_arguments(command)](const GlobalOptions& global, Console& console) {
+      return body(arguments(global), console);
+    };
+  };
+}
+
 void apply_flags(const RunArguments& arguments, Config& config) {
   for (RecordingConfig& recording : config.recordings) {
     recording.salvage = recording.salvage || arguments.salvage;

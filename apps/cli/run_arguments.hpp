@@ -26,6 +26,8 @@ struct RunArguments {
 
 /// The options that run, prep, check and study have in common; what it returns reads them once they are parsed.
 [[nodiscard]] std::function<RunArguments(const GlobalOptions&)> add_run_arguments(CLI::App& command);
+/// Command::describe of a command with these options and no others.
+[[nodiscard]] std::function<CommandBody(CLI::App&)> run_like(int (*body)(const RunArguments&, Console&));
 
 /// What the command line says of every recording.
 void apply_flags(const RunArguments& arguments, Config& config);

@@ -81,11 +81,7 @@ int run(const RunArguments& arguments, Console& console) {
 }  // namespace
 
 Command run_command() {
-  return {"run", "From a recording to its equation of motion", {}, [](CLI::App& command) -> CommandBody {
-            return [arguments = add_run_arguments(command)](const GlobalOptions& global, Console& console) {
-              return run(arguments(global), console);
-            };
-          }};
+  return {"run", "From a recording to its equation of motion", {}, run_like(run)};
 }
 
 }  // namespace apps

@@ -296,9 +296,9 @@ std::string to_svg(const PlotFigure& figure) {
   if (!figure.title.empty())
     out += text_element(0.5 * width, 20.0, "middle", figure.title, " font-size=\"15\" font-weight=\"bold\"");
   for (std::size_t i = 0; i < figure.panels.size(); ++i) {
-    const auto number = static_cast<int>(i);
+    const int number = static_cast<int>(i), row = number / columns;
     out += panel_element(figure.panels[i], gap + (number % columns) * (figure.panel_width_px + gap),
-                         panels_top + (number / columns) * (figure.panel_height_px + gap), figure.panel_width_px,
+                         panels_top + row * (figure.panel_height_px + gap), figure.panel_width_px,
                          figure.panel_height_px, number);
   }
   for (std::size_t i = 0; i < figure.caption.size(); ++i)

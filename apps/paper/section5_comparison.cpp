@@ -65,7 +65,7 @@ std::string judge_scaled(double paper, double ours) {
 }
 
 Section5View::Section5View(const Section5Replication& replication, const Section5Case& definition,
-                           const Section5Way& way, std::string candidates) {
+                           const Section5Way& way, const std::string& candidates) {
   for (const Section5Fit& fit : replication.fits)
     if (fit.definition == &definition && fit.way == &way && fit.candidates == candidates) fits_.push_back(&fit);
 }

@@ -34,7 +34,7 @@ struct FoundErrors {
 class Section5View {
  public:
   Section5View(const Section5Replication& replication, const Section5Case& definition, const Section5Way& way,
-               std::string candidates);
+               const std::string& candidates);
   [[nodiscard]] FoundTerm term(const std::string& method, const std::string& name) const;
   [[nodiscard]] FoundErrors errors(const std::string& method) const;
   /// Terms that a seed's fit by this method keeps, in library order.

@@ -242,7 +242,8 @@ DecimateOptions strict(double input_rate_hz, const DecimateOptions& asked) {
 
 // All phases together are the taps at up times the rate; their response is the mean over the phases.
 double stage_gain(const FilterStage& stage, double frequency_hz) {
-  const auto half = static_cast<double>((stage.taps.rows() - 1) / 2);
+  const Eigen::Index half_taps = (stage.taps.rows() - 1) / 2;
+  const auto half = static_cast<double>(half_taps);
   const double angle = 2.0 * pi * frequency_hz / stage.input_rate_hz;
   const std::complex<double> turn = std::polar(1.0, angle);
   double sum = 0.0;

@@ -19,7 +19,7 @@ namespace dsp {
 namespace {
 
 // Types of data elements and classes of arrays, as the MAT-File Format document numbers them.
-constexpr std::uint32_t matrix_type = 14, compressed_type = 15;
+constexpr std::uint32_t int8_type = 1, int32_type = 5, uint32_type = 6, matrix_type = 14, compressed_type = 15;
 constexpr std::array<std::uint64_t, 19> type_bytes{0, 1, 1, 2, 2, 4, 4, 4, 0, 8, 0, 0, 8, 8, 0, 0, 1, 2, 4};
 enum ArrayClass : std::uint32_t {
   cell_class = 1,
@@ -97,17 +97,23 @@ bool matrix_is_sound(std::string_view bytes, bool swapped, int depth) {
   if (bytes.empty()) return true;
   Elements elements(bytes, swapped);
   Element flags, dims, name;
-  if (depth > deepest || !elements.next(flags) || flags.data.size() < 8) return false;
+  if (depth > deepest || !elements.next(flags) || flags.type != uint32_type || flags.data.size() != 8) return false;
   const auto flag_bits = elements.number(flags.data, 0), kind = flag_bits & 0xff;
-  if (kind == opaque_class) return true;  // laid out otherwise, and not read
-  if (kind > opaque_class) return false;
-  if (!elements.next(dims) || dims.data.size() < 8 || dims.data.size() % 4 != 0 || !elements.next(name)) return false;
+  const bool opaque = kind == opaque_class;  // without dimensions, and not read beyond its name
+  if (kind < cell_class || kind > opaque_class) return false;
+  if (!opaque && (!elements.next(dims) || dims.type != int32_type || dims.data.size() < 8 || dims.data.size() % 4 != 0))
+    return false;
+  // Only variables have names.
+  if (!elements.next(name) || name.type != int8_type || (depth > 0 && !name.data.empty())) return false;
+  if (opaque) return true;
   const std::uint64_t count = product(elements, dims.data);
   const bool complex = (flag_bits & 0x800) != 0;
   if (kind == cell_class) return has_matrices(elements, count, swapped, depth);
   if (kind == struct_class) {
     Element length, names;
-    if (!elements.next(length) || length.data.size() < 4 || !elements.next(names)) return false;
+    if (!elements.next(length) || length.type != int32_type || length.data.size() != 4 || !elements.next(names) ||
+        names.type != int8_type)
+      return false;
     const std::uint64_t each = elements.number(length.data, 0);
     std::uint64_t fields = 0;
     if (each == 0 || __builtin_mul_overflow(count, names.data.size() / each, &fields)) return false;

@@ -132,7 +132,7 @@ struct Fitted {
 };
 
 // Levenberg-Marquardt on sum rho(|e|^2), rho(z) = 2 (sqrt(1 + z / s^2) - 1) s^2, as reweighted least squares.
-Fitted fit_from(const Ratio& ratio, VectorXd p, double scale) {
+Fitted fit_from(const Ratio& ratio, const VectorXd& p, double scale) {
   const Index n = p.size();
   const auto cost = [&](const VectorXd& at) {
     const Model model(at);

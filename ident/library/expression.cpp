@@ -64,8 +64,8 @@ double band_factor_of(const Node& node) {
 }
 
 Tree read(std::string_view text, const std::vector<std::string>& signal_names) {
-  const std::string known =
-      fmt::format("signals are {}; functions abs sgn sin cos exp log sqrt tanh", fmt::join(signal_names, ", "));
+  std::string known = fmt::format("signals are {}; functions", fmt::join(signal_names, ", "));
+  for (const KnownFunction& function : known_functions) known += fmt::format(" {}", function.name);
   return parse_expression(
       text,
       [&](std::string_view name) {

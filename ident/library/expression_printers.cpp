@@ -10,33 +10,31 @@ namespace {
 
 /// What notations along one line differ in: formats of {0} and {1}.
 struct Style {
-  std::array<std::string_view, 15> operation;                 ///< negate to logical_or, without call
-  std::array<std::string_view, known_functions.size()> call;  ///< in the order of Function
-  std::string_view as_number;                                 ///< a comparison as 0 or 1
-  bool point;                                                 ///< 2 would be a whole number there: it is written 2.0
+  std::array<std::string_view, 15> operation;  ///< negate to logical_or, without call
+  std::string_view KnownFunction::*call;       ///< the column of the table of functions; none: name(...)
+  std::string_view as_number;                  ///< a comparison as 0 or 1
+  bool point;                                  ///< 2 would be a whole number there: it is written 2.0
 };
 
 constexpr Style text_style{{"-{}", "{}+{}", "{}-{}", "{}*{}", "{}/{}", "{}^{}", "", "{}<{}", "{}<={}", "{}>{}",
                             "{}>={}", "{}=={}", "{}!={}", "{}&&{}", "{}||{}"},
-                           {"abs({})", "sgn({})", "sin({})", "cos({})", "exp({})", "log({})", "sqrt({})", "tanh({})"},
+                           nullptr,
                            {},
                            false};
 constexpr Style c_style{{"-{}", "{} + {}", "{} - {}", "{}*{}", "{}/{}", "pow({}, {})", "", "{} < {}", "{} <= {}",
                          "{} > {}", "{} >= {}", "{} == {}", "{} != {}", "{} && {}", "{} || {}"},
-                        {"fabs({})", "(double)(({0} > 0.0) - ({0} < 0.0))", "sin({})", "cos({})", "exp({})", "log({})",
-                         "sqrt({})", "tanh({})"},
+                        &KnownFunction::c,
                         "(double)({})",
                         true};
-constexpr Style matlab_style{
-    {"-{}", "{} + {}", "{} - {}", "{}.*{}", "{}./{}", "{}.^{}", "", "{} < {}", "{} <= {}", "{} > {}", "{} >= {}",
-     "{} == {}", "{} ~= {}", "{} & {}", "{} | {}"},
-    {"abs({})", "sign({})", "sin({})", "cos({})", "exp({})", "log({})", "sqrt({})", "tanh({})"},
-    "double({})",
-    false};
+constexpr Style matlab_style{{"-{}", "{} + {}", "{} - {}", "{}.*{}", "{}./{}", "{}.^{}", "", "{} < {}", "{} <= {}",
+                              "{} > {}", "{} >= {}", "{} == {}", "{} ~= {}", "{} & {}", "{} | {}"},
+                             &KnownFunction::matlab,
+                             "double({})",
+                             false};
 constexpr Style python_style{
     {"-{}", "{} + {}", "{} - {}", "{}*{}", "{}/{}", "{}**{}", "", "{} < {}", "{} <= {}", "{} > {}", "{} >= {}",
      "{} == {}", "{} != {}", "np.logical_and({}, {})", "np.logical_or({}, {})"},
-    {"np.abs({})", "np.sign({})", "np.sin({})", "np.cos({})", "np.exp({})", "np.log({})", "np.sqrt({})", "np.tanh({})"},
+    &KnownFunction::python,
     "(1.0*({}))",
     true};
 
@@ -47,9 +45,11 @@ std::string print(const Node& node, const Style& style) {
     const bool whole = shortest.find_first_of(".e") == std::string::npos;
     return style.point && whole ? shortest + ".0" : shortest;
   }
-  const auto function = static_cast<std::size_t>(node.function);
+  if (node.operation == Operation::call && style.call == nullptr)
+    return fmt::format("{}({})", info_of(node.function).name, print(*node.left, style));
   const auto operation = static_cast<std::size_t>(node.operation) - static_cast<std::size_t>(Operation::negate);
-  const std::string_view format = node.operation == Operation::call ? style.call[function] : style.operation[operation];
+  const std::string_view format =
+      node.operation == Operation::call ? info_of(node.function).*style.call : style.operation[operation];
   const bool infix = format.starts_with("{") || format.starts_with("-");
   const auto operand = [&](const Node& of, Side side) {
     const std::string text = print(of, style);

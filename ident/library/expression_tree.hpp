@@ -29,21 +29,34 @@ enum class Operation : unsigned char {
 };
 
 enum class Function : unsigned char { abs, sgn, sin, cos, exp, log, sqrt, tanh };
+enum class Parity : unsigned char { none, even, odd };
+/// One line of the table of functions. Notations: formats of the argument. What a function is worth and its derivative
+/// are in expression_program.cpp and expression_derivative.cpp.
 struct KnownFunction {
   Function function;
   std::string_view name, meaning;
+  Parity parity;
+  std::string_view latex;  ///< its name there; none: a notation of its own
+  std::string_view c, matlab, python;
 };
 /// In the order of Function.
 inline constexpr std::array<KnownFunction, 8> known_functions{{
-    {Function::abs, "abs", "magnitude"},
-    {Function::sgn, "sgn", "sign: -1, 0 or 1; a switch that simulations locate exactly"},
-    {Function::sin, "sin", "sine of radians"},
-    {Function::cos, "cos", "cosine of radians"},
-    {Function::exp, "exp", "exponential"},
-    {Function::log, "log", "natural logarithm; not finite at or below zero"},
-    {Function::sqrt, "sqrt", "square root; not finite below zero"},
-    {Function::tanh, "tanh", "hyperbolic tangent, a smooth sign"},
+    {Function::abs, "abs", "magnitude", Parity::even, "", "fabs({})", "abs({})", "np.abs({})"},
+    {Function::sgn, "sgn", "sign: -1, 0 or 1; a switch that simulations locate exactly", Parity::odd,
+     "\\operatorname{sgn}", "(double)(({0} > 0.0) - ({0} < 0.0))", "sign({})", "np.sign({})"},
+    {Function::sin, "sin", "sine of radians", Parity::odd, "\\sin", "sin({})", "sin({})", "np.sin({})"},
+    {Function::cos, "cos", "cosine of radians", Parity::even, "\\cos", "cos({})", "cos({})", "np.cos({})"},
+    {Function::exp, "exp", "exponential", Parity::none, "\\exp", "exp({})", "exp({})", "np.exp({})"},
+    {Function::log, "log", "natural logarithm; not finite at or below zero", Parity::none, "\\log", "log({})",
+     "log({})", "np.log({})"},
+    {Function::sqrt, "sqrt", "square root; not finite below zero", Parity::none, "", "sqrt({})", "sqrt({})",
+     "np.sqrt({})"},
+    {Function::tanh, "tanh", "hyperbolic tangent, a smooth sign", Parity::odd, "\\tanh", "tanh({})", "tanh({})",
+     "np.tanh({})"},
 }};
+[[nodiscard]] inline const KnownFunction& info_of(Function function) {
+  return known_functions[static_cast<std::size_t>(function)];
+}
 /// -1, 0 or 1; 0 of NaN.
 [[nodiscard]] inline double sign(double g) {
   return g > 0.0 ? 1.0 : g < 0.0 ? -1.0 : 0.0;

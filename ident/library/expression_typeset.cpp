@@ -126,10 +126,8 @@ class Typesetter {
     const std::string argument = print(*node.left);
     if (node.function == Function::abs) return put(markup_.magnitude, argument);
     if (node.function == Function::sqrt) return put(markup_.root, argument);
-    const std::string_view name = known_functions[static_cast<std::size_t>(node.function)].name;
-    if (!is_latex_) return put(markup_.named, name, argument);
-    return put(markup_.named, node.function == Function::sgn ? "\\operatorname{sgn}" : fmt::format("\\{}", name),
-               argument);
+    const KnownFunction& known = info_of(node.function);
+    return put(markup_.named, is_latex_ ? known.latex : known.name, argument);
   }
 
   std::string_view infix(const Node& node) const {

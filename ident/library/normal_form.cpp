@@ -56,7 +56,7 @@ NormalForm NormalForm::of_factor(Factor factor) {
   return of_term({1.0, {std::move(factor)}});
 }
 
-NormalForm NormalForm::of_term(Term term) {
+NormalForm NormalForm::of_term(const Term& term) {
   NormalForm form(0.0);
   form.add(term);
   return form;
@@ -122,7 +122,7 @@ NormalForm operator*(const NormalForm& a, const NormalForm& b) {
     product.coefficient *= form->terms_.front().coefficient;
     for (const NormalForm::Factor& factor : form->terms_.front().factors) product.multiply(factor);
   }
-  return NormalForm::of_term(std::move(product));
+  return NormalForm::of_term(product);
 }
 
 std::optional<double> NormalForm::number() const {
@@ -154,29 +154,16 @@ NormalForm::Factor NormalForm::as_factor() const {
 NormalForm NormalForm::call(Function function, const NormalForm& argument) {
   if (function == Function::sqrt) return power(argument, NormalForm(0.5));
   const Scaled inner = argument.scaled();
-  const std::string_view name = known_functions[static_cast<std::size_t>(function)].name;
+  const KnownFunction& known = info_of(function);
   const double sign_of_it = inner.scale < 0.0 ? -1.0 : 1.0;
   double scale = 1.0, left = inner.scale;  // f(c u) = scale f(left u)
-  switch (function) {
-    case Function::abs:
-      scale = std::abs(inner.scale), left = 1.0;
-      break;
-    case Function::sgn:
-      scale = sign_of_it, left = 1.0;
-      break;
-    case Function::sin:
-    case Function::tanh:
-      scale = sign_of_it, left = std::abs(inner.scale);
-      break;
-    case Function::cos:
-      left = std::abs(inner.scale);
-      break;
-    default:
-      break;
-  }
+  if (known.parity == Parity::odd) scale = sign_of_it;
+  if (known.parity != Parity::none) left = std::abs(inner.scale);
+  if (function == Function::abs) scale = left;
+  if (function == Function::abs || function == Function::sgn) left = 1.0;
   if (inner.scale == 0.0) scale = 1.0;
-  return of_factor(
-      {fmt::format("{}({} {})", name, key_of(left), inner.unit), scale, call_node(function, argument.tree()), 1.0});
+  return of_factor({fmt::format("{}({} {})", known.name, key_of(left), inner.unit), scale,
+                    call_node(function, argument.tree()), 1.0});
 }
 
 NormalForm NormalForm::whole_power(const NormalForm& base, double exponent) {
@@ -188,7 +175,7 @@ NormalForm NormalForm::whole_power(const NormalForm& base, double exponent) {
   Term term = base.terms_.front();
   term.coefficient = std::pow(term.coefficient, exponent);
   for (Factor& factor : term.factors) factor.exponent *= exponent;
-  return of_term(std::move(term));
+  return of_term(term);
 }
 
 NormalForm NormalForm::power(const NormalForm& base, const NormalForm& exponent) {

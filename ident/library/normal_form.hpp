@@ -49,7 +49,7 @@ class NormalForm {
     [[nodiscard]] Tree tree() const;  ///< with the coefficient's magnitude
   };
   static NormalForm of_factor(Factor factor);
-  static NormalForm of_term(Term term);
+  static NormalForm of_term(const Term& term);
   static NormalForm whole_power(const NormalForm& base, double exponent);
   /// The whole as one factor.
   [[nodiscard]] Factor as_factor() const;

@@ -14,12 +14,6 @@ using Eigen::VectorXd;
 
 constexpr std::array quantities{"displacements", "velocities", "accelerations"};  // by order
 
-const dsp::Channel* channel_of(const dsp::Prepared& prepared, dsp::Role role) {
-  const auto found = std::find_if(prepared.channels.begin(), prepared.channels.end(),
-                                  [&](const dsp::Channel& channel) { return channel.role == role; });
-  return found == prepared.channels.end() ? nullptr : &*found;
-}
-
 bool is_measured(const dsp::Prepared& prepared, const dsp::SignalInfo& info) {
   const dsp::Motion& motion = prepared.intermediate.num_samples() > 0 ? prepared.intermediate : prepared.signals;
   const dsp::Signal* signal = motion.find(info.name);
@@ -29,8 +23,7 @@ bool is_measured(const dsp::Prepared& prepared, const dsp::SignalInfo& info) {
 /// Whether displacement and accelerometer of a body, or of the payload where its motion is a difference, have one
 /// scale.
 bool agrees(const dsp::Prepared& prepared, const dsp::SignalInfo& info) {
-  if (!prepared.equalised() || (info.body == Body::relative && channel_of(prepared, info.role) != nullptr))
-    return false;
+  if (!prepared.equalised() || (info.body == Body::relative && prepared.channel(info.role) != nullptr)) return false;
   const char* body = info.body == Body::base ? "r " : "y ";
   return std::any_of(prepared.relations.begin(), prepared.relations.end(), [&](const dsp::SensorRelation& relation) {
     return relation.name.starts_with(body) && dsp::can_be_corrected(relation) && dsp::gain_is_plausible(relation);
@@ -55,7 +48,7 @@ std::vector<AbsoluteGain> absolute_gains(const dsp::Prepared& prepared) {
   std::vector<AbsoluteGain> gains;
   for (int order = 0; order < 3; ++order)
     for (const Body body : {Body::payload, Body::relative, Body::base})
-      if (const dsp::Channel* channel = channel_of(prepared, dsp::motion_signal(body, order).role)) {
+      if (const dsp::Channel* channel = prepared.channel(dsp::motion_signal(body, order).role)) {
         AbsoluteGain gain{quantities[static_cast<std::size_t>(order)], channel->sensitivity_uncertainty, {}};
         for (const dsp::SignalInfo& info : dsp::signal_table())
           if (info.order >= 0 && scaled_by(prepared, info) == order) gain.signals.emplace_back(info.name);

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <complex>
+#include <utility>
 
 #include "dsp/filter/spectral.hpp"
 #include "ident/record.hpp"
@@ -17,65 +18,72 @@ using Eigen::Index;
 using Eigen::VectorXd;
 using Changes = std::vector<dsp::Signal>;
 
-// A change of base or payload, order by order; the relative motion goes with the payload and against the base.
-constexpr const char* signal_names[3][3] = {{"x", "v", "a"}, {"r", "dr", "ddr"}, {"y", "dy", "ddy"}};
-enum Body { relative, base, payload };
+using dsp::Body;
 
+/// A change of base or payload; the relative motion goes with the payload and against the base.
 void add(Changes& changes, const dsp::Motion& motion, Body body, int order, const VectorXd& change) {
-  const char* own = signal_names[body][order];
-  const char* of_x = signal_names[relative][order];
+  const std::string own(dsp::motion_signal(body, order).name);
+  const std::string of_x(dsp::motion_signal(Body::relative, order).name);
   if (motion.find(own) != nullptr) changes.push_back({own, "", change});
-  if (motion.find(of_x) != nullptr) changes.push_back({of_x, "", body == base ? VectorXd(-change) : change});
+  if (motion.find(of_x) != nullptr) changes.push_back({of_x, "", body == Body::base ? VectorXd(-change) : change});
 }
 
 const VectorXd& of(const dsp::Motion& motion, Body body, int order) {
-  return motion.at(signal_names[body][order]);
+  return motion.at(dsp::motion_signal(body, order).name);
 }
 
 SensorParameter relative_gain(double std) {
-  return {.name = "relative gain of the base's displacement",
-          .source = "relative gain of the base's displacement",
-          .unit = "1",
-          .std = std,
-          .change = [](const dsp::Motion& motion) -> SignalChange {
-            std::array<double, 3> mean{};
-            for (int order = 0; order < 3; ++order)
-              mean[static_cast<std::size_t>(order)] = of(motion, base, order).mean();
-            return [&motion, mean](Index first, Index count) {
-              Changes changes;
-              for (int order = 0; order < 3; ++order)
-                add(changes, motion, base, order,
-                    of(motion, base, order).segment(first, count).array() - mean[static_cast<std::size_t>(order)]);
-              return changes;
-            };
-          }};
+  return {
+      .name = "relative gain of the base's displacement",
+      .source = "relative gain of the base's displacement",
+      .unit = "1",
+      .std = std,
+      .change = [](const dsp::Motion& motion) -> SignalChange {
+        std::array<double, 3> mean{};
+        for (int order = 0; order < 3; ++order)
+          mean[static_cast<std::size_t>(order)] = of(motion, Body::base, order).mean();
+        return [&motion, mean](Index first, Index count) {
+          Changes changes;
+          for (int order = 0; order < 3; ++order)
+            add(changes, motion, Body::base, order,
+                of(motion, Body::base, order).segment(first, count).array() - mean[static_cast<std::size_t>(order)]);
+          return changes;
+        };
+      }};
 }
 
-SensorParameter zero_of_x(double std) {
+/// The same change of x and, where nothing measures a base, of y, which is x then.
+Changes of_x(const dsp::Motion& motion, VectorXd change) {
+  Changes changes{{"x", "", std::move(change)}};
+  if (motion.find("r") == nullptr && motion.find("y") != nullptr) changes.push_back({"y", "", changes[0].values});
+  return changes;
+}
+
+SensorParameter zero_of_x(double std, const std::string& unit) {
   return {.name = "zero of x",
           .source = "zero of x",
-          .unit = "m",
+          .unit = unit,
           .std = std,
-          .change = [](const dsp::Motion&) -> SignalChange {
-            return [](Index, Index count) { return Changes{{"x", "", VectorXd::Ones(count)}}; };
+          .change = [](const dsp::Motion& motion) -> SignalChange {
+            return [&motion](Index, Index count) { return of_x(motion, VectorXd::Ones(count)); };
           }};
 }
 
 constexpr double drift_step_s = 300.0;
 
-SensorParameter drift_of_x(double centre_s, double std) {
+SensorParameter drift_of_x(double centre_s, double std, const std::string& unit) {
   return {.name = fmt::format("drift of x at {:.0f} s", centre_s),
           .source = "drift of x",
-          .unit = "m",
+          .unit = unit,
           .std = std,
           .from_s = centre_s - drift_step_s,
           .to_s = centre_s + drift_step_s,
           .change = [centre_s](const dsp::Motion& motion) -> SignalChange {
-            return [centre_s, rate_hz = motion.sample_rate_hz](Index first, Index count) {
-              return Changes{{"x", "", VectorXd::NullaryExpr(count, [&](Index i) {
-                                const double away_s = static_cast<double>(first + i) / rate_hz - centre_s;
-                                return std::max(0.0, 1.0 - std::abs(away_s) / drift_step_s);
-                              })}};
+            return [centre_s, &motion](Index first, Index count) {
+              return of_x(motion, VectorXd::NullaryExpr(count, [&](Index i) {
+                            const double away_s = static_cast<double>(first + i) / motion.sample_rate_hz - centre_s;
+                            return std::max(0.0, 1.0 - std::abs(away_s) / drift_step_s);
+                          }));
             };
           }};
 }
@@ -121,18 +129,38 @@ SensorParameter coupling(Body body, const dsp::SensorRelation& relation, double 
           .change = [body, passage_hz, cutoffs = relation.highpass_hz](const dsp::Motion& motion) -> SignalChange {
             const dsp::SpectralBand low{passage_hz / 2.0, passage_hz};
             const dsp::ExtendedSpectrum spectrum(of(motion, body, 2), motion.sample_rate_hz);
-            const VectorXd whole = spectrum.filtered([&](double f) {
+            VectorXd whole = spectrum.filtered([&](double f) {
               std::complex<double> sum = 0.0;
               for (const double cutoff : cutoffs)
                 sum += (1.0 - low.gain(f)) / (static_cast<double>(cutoffs.size()) * std::complex<double>(cutoff, f));
               return sum;
             });
-            return [body, &motion, whole](Index first, Index count) {
+            return [body, &motion, whole = std::move(whole)](Index first, Index count) {
               Changes changes;
               add(changes, motion, body, 2, whole.segment(first, count));
               return changes;
             };
           }};
+}
+
+SensorParameter lag_of_force(double std_s) {
+  return {.name = "lag of f",
+          .source = "lag of f",
+          .unit = "s",
+          .std = std_s,
+          .change = [](const dsp::Motion& motion) -> SignalChange {
+            const double end_hz = 0.5 * motion.sample_rate_hz;
+            const dsp::ExtendedSpectrum spectrum(motion.at("f"), motion.sample_rate_hz);
+            return [slope = spectrum.derivative(1, {0.8 * end_hz, end_hz})](Index first, Index count) {
+              return Changes{{"f", "", slope.segment(first, count)}};
+            };
+          }};
+}
+
+/// Of the recording itself.
+double sample_interval_s(const dsp::Prepared& prepared) {
+  const bool decimated = prepared.decimation && !prepared.decimation->stages.empty();
+  return 1.0 / (decimated ? prepared.decimation->stages.front().input_rate_hz : prepared.intermediate.sample_rate_hz);
 }
 
 /// Where base and payload are seen to move as one the base's signals follow the payload's.
@@ -149,18 +177,18 @@ SensorParameter of_mount(dsp::MountParameter which, const Record& record) {
                         const dsp::Motion& motion) -> SignalChange {
             std::array<VectorXd, 3> whole;
             for (int order = 0; order < 3; ++order)
-              if (motion.find(signal_names[relative][order]) != nullptr)
+              if (motion.find(dsp::motion_signal(Body::relative, order).name) != nullptr)
                 whole[static_cast<std::size_t>(order)] = dsp::mount_sensitivity(
                     dsp::payload_signal(motion, order), motion.sample_rate_hz, mount, which, band);
-            return [&motion, whole, with_it](Index first, Index count) {
+            return [&motion, whole = std::move(whole), with_it](Index first, Index count) {
               Changes changes;
               for (int order = 0; order < 3; ++order) {
                 const VectorXd& all = whole[static_cast<std::size_t>(order)];
-                if (all.size() > 0) add(changes, motion, payload, order, all.segment(first, count));
+                if (all.size() > 0) add(changes, motion, Body::payload, order, all.segment(first, count));
                 if (with_it.gain == 0.0) continue;
-                VectorXd follows = with_it.gain * of(motion, base, order).segment(first, count);
-                if (order < 2) follows += with_it.lead_s * of(motion, base, order + 1).segment(first, count);
-                add(changes, motion, base, order, follows);
+                VectorXd follows = with_it.gain * of(motion, Body::base, order).segment(first, count);
+                if (order < 2) follows += with_it.lead_s * of(motion, Body::base, order + 1).segment(first, count);
+                add(changes, motion, Body::base, order, follows);
               }
               return changes;
             };
@@ -194,32 +222,28 @@ double extent(const VectorXd& values) {
   return values.maxCoeff() - values.minCoeff();
 }
 
-const dsp::Channel* channel_of(const dsp::Prepared& prepared, dsp::Role role) {
-  for (const dsp::Channel& channel : prepared.channels)
-    if (channel.role == role) return &channel;
-  return nullptr;
-}
-
 void append_displacements(const Record& record, std::vector<SensorParameter>& parameters) {
   constexpr double unknown_zero = 0.01;  // of its range
   const dsp::Prepared& prepared = record.prepared;
   const dsp::Motion& signals = prepared.signals;
   double gain_std = 0.0, zero_m = 0.0, drift_m = 0.0;
-  for (const auto& [role, name] : {std::pair{dsp::Role::r, "r"}, std::pair{dsp::Role::y, "y"}}) {
-    const dsp::Channel* channel = channel_of(prepared, role);
+  for (const auto& [role, name] :
+       {std::pair{dsp::Role::r, "r"}, std::pair{dsp::Role::y, "y"}, std::pair{dsp::Role::x, "x"}}) {
+    const dsp::Channel* channel = prepared.channel(role);
     if (channel == nullptr) continue;
     gain_std = std::hypot(gain_std, channel->sensitivity_uncertainty);
     zero_m = std::hypot(zero_m, unknown_zero * (channel->range > 0.0 ? channel->range : extent(signals.at(name))));
     drift_m = std::hypot(drift_m, channel->drift);
   }
   if (record.common_motion) gain_std = std::min(gain_std, record.common_motion->gain_std);
-  if (gain_std > 0.0) parameters.push_back(relative_gain(gain_std));
-  if (zero_m > 0.0) parameters.push_back(zero_of_x(zero_m));
+  const std::string& unit = signals.find("x")->unit;
+  if (prepared.x_is_difference && gain_std > 0.0) parameters.push_back(relative_gain(gain_std));
+  if (zero_m > 0.0 && !record.zero_is_known) parameters.push_back(zero_of_x(zero_m, unit));
   const double duration_s = static_cast<double>(signals.num_samples()) / signals.sample_rate_hz;
   if (drift_m == 0.0) drift_m = observed_wander(record);
   if (drift_m == 0.0) return;
   for (int k = 0; static_cast<double>(k - 1) * drift_step_s < duration_s; ++k)
-    parameters.push_back(drift_of_x(static_cast<double>(k) * drift_step_s, drift_m));
+    parameters.push_back(drift_of_x(static_cast<double>(k) * drift_step_s, drift_m, unit));
 }
 
 }  // namespace
@@ -232,20 +256,26 @@ std::vector<SensorParameter> sensor_parameters(const Record& record) {
       !std::all_of(relations.begin(), relations.end(), dsp::can_be_corrected))
     return parameters;
   const dsp::Motion& signals = prepared.signals;
-  if (prepared.x_is_difference && signals.find("r") != nullptr && signals.find("y") != nullptr)
-    append_displacements(record, parameters);
+  const bool two = prepared.x_is_difference && signals.find("r") != nullptr && signals.find("y") != nullptr;
+  const bool lone = signals.find("r") == nullptr &&
+                    (prepared.channel(dsp::Role::x) != nullptr) != (prepared.channel(dsp::Role::y) != nullptr);
+  if (two || lone) append_displacements(record, parameters);
+  // Channels scanned one after the other are apart by some fraction of a sample interval, any with equal probability.
+  if (prepared.channel(dsp::Role::f) != nullptr)
+    parameters.push_back(lag_of_force(sample_interval_s(prepared) / std::sqrt(12.0)));
   const dsp::Signal* a = signals.find("a");
   if (a == nullptr || std::isfinite(a->flat_to_hz)) return parameters;
   double passage_hz = 0.0;
   for (const double cutoff : prepared.highpass_hz) passage_hz = std::max(passage_hz, cutoff);
   for (const dsp::SensorRelation& relation : relations) {
-    const Body body = relation.name.starts_with("r ") ? base : payload;
-    const bool follows = body == base && record.common_motion.has_value();  // the payload's clock, but for what is left
+    const Body body = relation.name.starts_with("r ") ? Body::base : Body::payload;
+    const bool follows =
+        body == Body::base && record.common_motion.has_value();  // the payload's clock, but for what is left
     const double lag_std_s = follows ? record.common_motion->lead_std_s : relation.lag_std_s;
-    const bool leads = body == payload && record.common_motion.has_value();
+    const bool leads = body == Body::payload && record.common_motion.has_value();
     if (lag_std_s > 0.0)
       parameters.push_back(
-          lag(leads ? std::vector{base, payload} : std::vector{body}, relation.displacement, lag_std_s));
+          lag(leads ? std::vector{Body::base, Body::payload} : std::vector{body}, relation.displacement, lag_std_s));
     if (relation.highpass_sum_std_hz > 0.0) parameters.push_back(coupling(body, relation, passage_hz));
     if (relation.gain_std > 0.0 && dsp::gain_is_plausible(relation))
       parameters.push_back(accelerometer_gain(body, relation));

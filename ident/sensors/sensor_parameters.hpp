@@ -31,11 +31,13 @@ struct SensorParameter {
 /// how wrong they are is not known then.
 /// Displacements of base and payload: their relative gain (standard deviation as their channels say, 1 % each, or what
 /// intervals of common motion leave), the zero of x (1 % of its channels' range, or of what they read) and its drift,
-/// piecewise linear every 300 s (as the channels say, or as x is seen to wander).
-/// Where the acceleration was measured, each displacement beside an accelerometer: a lag; the accelerometer: the sum of
-/// the cut-offs of its coupling and its gain; all to the standard deviation of their relation. Where base and payload
-/// were seen to move as one, the base's lag is that to the payload's sensor. (An acceleration computed from the
-/// displacements is late as they are.)
+/// piecewise linear every 300 s (as the channels say, or as x is seen to wander). A displacement without a base: its
+/// zero and its drift, likewise. A zero that a person stated is known. A force: its lag (1 / sqrt(12) of the
+/// recording's sample interval: channels scanned in turn). No gain of a lone displacement or of a force: its column is
+/// a candidate's own (c f); it is one of absolute_gains.hpp. Where the acceleration was measured, each displacement
+/// beside an accelerometer: a lag; the accelerometer: the sum of the cut-offs of its coupling and its gain; all to the
+/// standard deviation of their relation. Where base and payload were seen to move as one, the base's lag is that to the
+/// payload's sensor. (An acceleration computed from the displacements is late as they are.)
 [[nodiscard]] std::vector<SensorParameter> sensor_parameters(const Record& record);
 
 /// The motion with every signal changed by these values of the parameters.
