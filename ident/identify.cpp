@@ -181,6 +181,11 @@ void judge_calibration(Model& model, const RangeResult& result, const std::vecto
   set_si_stds(model, library, absolute_gains(*first.prepared), some_training_samples(result.rows, recordings));
 }
 
+/// Of the config; negative: the selection's own.
+double own_tau(const MethodOptions& method) {
+  return description(method).find("tau")->value(method);
+}
+
 /// A fit on the terms that misfit leaves room for, whatever the method would have searched.
 Fit fit_on(const EvidenceData& evidence, const MethodOptions& method, const Poll& poll) {
   Fit result;
@@ -188,8 +193,7 @@ Fit fit_on(const EvidenceData& evidence, const MethodOptions& method, const Poll
   result.selection = Selection::evidence;
   const UnitProblem problem = unit_problem(evidence.data, poll);
   if (cannot_begin(problem, result)) return result;
-  result.tau = gain_threshold(Selection::evidence, description(method).find("tau")->value(method),
-                              evidence.data.num_samples, evidence.data.num_terms);
+  result.tau = gain_threshold(Selection::evidence, own_tau(method), evidence.data.num_samples, evidence.data.num_terms);
   fit_on_terms(problem, *evidence.terms, result);
   return result;
 }
@@ -254,8 +258,8 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
   const EvidenceData* evidence = weighs_rows(method) ? &range.evidence : nullptr;
   const bool weighed = evidence != nullptr && !evidence->as_they_are();
   const RFactor& data = weighed ? evidence->data : range.data;
-  judged.fit = evidence != nullptr && evidence->terms ? fit_on(*evidence, method, options.poll)
-                                                      : fit(data, with_poll(method, options.poll));
+  const bool settled = evidence != nullptr && evidence->terms && !(own_tau(method) >= 0.0);
+  judged.fit = settled ? fit_on(*evidence, method, options.poll) : fit(data, with_poll(method, options.poll));
   judged.size.num_rows = judged.size.num_uncorrelated = static_cast<double>(range.train.size());
   if (evidence != nullptr) {
     judged.size = evidence->size;

@@ -178,24 +178,9 @@ void finish_bayesian(const UnitProblem& problem, std::vector<Index> kept, Vector
 }
 
 void fit_on_terms(const UnitProblem& problem, const std::vector<Index>& terms, Fit& fit) {
-  constexpr int most_passes = 100;
-  constexpr double settled = 1e-9;  // of log lambda
   const double spare = std::max(1.0, static_cast<double>(problem.num_samples) - static_cast<double>(terms.size()));
-  VectorXd lambda = VectorXd::Constant(static_cast<Index>(terms.size()), flat_lambda);
-  double noise = 1.0;
-  for (int pass = 0; pass < most_passes; ++pass) {
-    const Posterior at = posterior(problem, terms, lambda);
-    noise = at.residual(0, 0) / spare;
-    double change = 0.0;
-    for (Index j = 0; j < lambda.size(); ++j) {
-      const Index term = terms[static_cast<std::size_t>(j)];
-      const double best = best_lambda(at.sparsity(term), at.quality(term) * at.quality(term) / noise);
-      if (!std::isfinite(best) || !(best > 0.0)) continue;  // the evidence would rather be without it
-      change = std::max(change, std::abs(std::log(best / lambda(j))));
-      lambda(j) = best;
-    }
-    if (change < settled) break;
-  }
+  const VectorXd lambda = VectorXd::Constant(static_cast<Index>(terms.size()), flat_lambda);
+  const double noise = posterior(problem, terms, lambda).residual(0, 0) / spare;
   fit.steps.push_back(start_from(terms));
   finish_bayesian(problem, terms, lambda, noise, fit);
 }

@@ -67,6 +67,13 @@ double least_squares_rss(const UnitProblem& problem, const std::vector<Index>& t
   return LeastSquares(problem, terms).rss;
 }
 
+Subset without_weakest(const UnitProblem& problem, const std::vector<Index>& terms) {
+  const LeastSquares fit(problem, terms);
+  const Index weakest =
+      *std::min_element(terms.begin(), terms.end(), [&](Index a, Index b) { return fit.change(a) < fit.change(b); });
+  return {without(terms, weakest), fit.rss + fit.change(weakest)};
+}
+
 std::vector<Subset> best_subsets(const UnitProblem& problem, Index largest) {
   std::vector<Subset> best{Subset{}};
   for (Index size = 1; size <= largest; ++size) {
@@ -79,11 +86,7 @@ std::vector<Subset> best_subsets(const UnitProblem& problem, Index largest) {
     best.push_back(std::move(next));
   }
   for (std::size_t size = best.size() - 1; size-- > 1;) {
-    const std::vector<Index>& terms = best[size + 1].terms;
-    const LeastSquares fit(problem, terms);
-    const Index weakest =
-        *std::min_element(terms.begin(), terms.end(), [&](Index a, Index b) { return fit.change(a) < fit.change(b); });
-    Subset next{without(terms, weakest), fit.rss + fit.change(weakest)};
+    Subset next = without_weakest(problem, best[size + 1].terms);
     if (next.terms == best[size].terms) continue;
     exchange(problem, next);
     if (next.rss < best[size].rss) best[size] = std::move(next);

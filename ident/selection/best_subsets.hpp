@@ -16,6 +16,9 @@ struct Subset {
 /// only target: by forward selection and backward elimination, each size improved by exchanges of one term.
 [[nodiscard]] std::vector<Subset> best_subsets(const UnitProblem& problem, Eigen::Index largest);
 
+/// These terms, one at least, less the one without which least leaves.
+[[nodiscard]] Subset without_weakest(const UnitProblem& problem, const std::vector<Eigen::Index>& terms);
+
 /// What least squares on these terms leaves.
 [[nodiscard]] double least_squares_rss(const UnitProblem& problem, const std::vector<Eigen::Index>& terms);
 

@@ -26,6 +26,8 @@ using Eigen::VectorXd;
 constexpr double white_enough = 0.9;
 // Power of a residual, as a fraction of the target's, that is rounding of sums over up to 1e6 rows, not structure.
 constexpr double rounding = 1e-24;
+// What a term must gain in twice the log evidence however likely it was beforehand: what it costs in prediction.
+constexpr double least_gain = 2.0;
 constexpr Index largest_model = 60;  // candidates that are tried together: a path grows with the cube of its length
 
 /// The candidates and the target on the training rows, without what the sensors add to it.
@@ -188,6 +190,14 @@ double threshold(double num_effective, Index num_terms) {
   return gain_threshold(Selection::evidence, -1.0, std::max<Index>(2, std::lround(num_effective)), num_terms);
 }
 
+/// What k of b terms cost in twice the log evidence: ln n each for their values, and twice the log of how many such
+/// models there are, so that each number of terms is as likely beforehand as any other.
+double cost(double num_effective, Index num_terms, std::size_t k) {
+  const auto b = static_cast<double>(num_terms), count = static_cast<double>(k);
+  const double models = std::lgamma(b + 1.0) - std::lgamma(count + 1.0) - std::lgamma(b - count + 1.0);
+  return count * std::log(std::max(2.0, num_effective)) + 2.0 * models;
+}
+
 /// See evidence_data.
 Settled settled_model(const ModelSizes& sizes, Index num_terms) {
   const std::vector<Subset> path = best_subsets(sizes.problem(), std::min(num_terms, largest_model));
@@ -201,7 +211,7 @@ Settled settled_model(const ModelSizes& sizes, Index num_terms) {
     const double n = size_of(l).num_effective(), more = static_cast<double>(l - settled);
     const double gain = std::max(n - static_cast<double>(l), 0.0) *
                         std::log(path[settled].rss / std::max(path[l].rss, rounding * rounding));
-    if (gain > more * threshold(n, num_terms)) settled = l;
+    if (gain > std::max(least_gain * more, cost(n, num_terms, l) - cost(n, num_terms, settled))) settled = l;
   }
   return {path[settled], size_of(settled)};
 }
@@ -246,6 +256,18 @@ RFactor weighted(RFactor data, double fraction) {
   data.R *= std::sqrt(static_cast<double>(n) / static_cast<double>(data.num_samples));
   data.num_samples = n;
   return data;
+}
+
+/// These terms less those that the sensors take the place of, beside which `data` is.
+std::vector<Index> without_idle(const RFactor& data, std::vector<Index> terms, const Poll& poll) {
+  const UnitProblem problem = unit_problem(data, poll);
+  while (!terms.empty()) {
+    Subset fewer = without_weakest(problem, terms);
+    const double spare = std::max(0.0, static_cast<double>(data.num_samples) - static_cast<double>(terms.size()));
+    if (spare * std::log(fewer.rss / least_squares_rss(problem, terms)) >= least_gain) break;
+    terms = std::move(fewer.terms);
+  }
+  return terms;
 }
 
 /// The target without what the sensors make of it beside the white rule's equation.
@@ -317,8 +339,10 @@ EvidenceData evidence_data(const RangeData& range, const RangeResult& result, co
     }
     evidence.data = without_sensors(evidence.joint, evidence.noise_std / std::sqrt(evidence.size.fraction()));
   }
-  if (evidence.size.fraction() < white_enough)
+  if (evidence.size.fraction() < white_enough) {
     evidence.data = weighted(std::move(evidence.data), evidence.size.fraction());
+    evidence.terms = without_idle(evidence.data, std::move(*evidence.terms), options.poll);
+  }
   return evidence;
 }
 

@@ -49,8 +49,9 @@ struct Tally {
 };
 
 /// |t| of each true term by generalised least squares on the true terms with rho and the noise known.
-std::map<std::string, double> known_t(const System& system, const ident::Columns& columns,
-                                      const ident::CandidateLibrary& library, double rho, double noise_std) {
+std::map<std::string, double> known_t(const System& system, double rho, double noise_std) {
+  const ident::CandidateLibrary library = ident::make_library(system.library, "a", system.motion);
+  const ident::Columns columns = ident::form_columns(library, "a", system.motion, system.name);
   MatrixXd phi(columns.phi.rows(), static_cast<Index>(system.truth.size()));
   std::vector<std::string> names;
   for (std::size_t j = 0; j < library.terms.size(); ++j)
@@ -70,6 +71,17 @@ std::map<std::string, double> known_t(const System& system, const ident::Columns
   return t;
 }
 
+/// All of a motion by one method.
+ident::JudgedFit fit_of(const System& system, const dsp::Motion& motion, const ident::FastRvmOptions& method) {
+  const ident::CandidateLibrary library = ident::make_library(system.library, "a", motion);
+  std::vector<ident::Columns> columns{ident::form_columns(library, "a", motion, system.name)};
+  dsp::RangeSpec spec;
+  spec.name = "all";
+  spec.train_to_s = static_cast<double>(motion.num_samples()) / motion.sample_rate_hz;
+  return ident::identify({spec, 1, {}}, columns, library, {.target = "a", .methods = {method}, .free_run = false})
+      .fits.front();
+}
+
 Tally tally(const System& system, double fraction, double rho, unsigned first_seed, int runs, ident::Selection rule) {
   Tally result;
   for (int run = 0; run < runs; ++run) {
@@ -80,16 +92,8 @@ Tally tally(const System& system, double fraction, double rho, unsigned first_se
         noise_std = fraction * std::sqrt((signal.values.array() - signal.values.mean()).square().mean());
         signal.values += noise_std * noise(signal.values.size(), rho, first_seed + static_cast<unsigned>(run));
       }
-    const ident::CandidateLibrary library = ident::make_library(system.library, "a", motion);
-    std::vector<ident::Columns> columns{ident::form_columns(library, "a", motion, system.name)};
-    dsp::RangeSpec spec;
-    spec.name = "all";
-    spec.train_to_s = static_cast<double>(motion.num_samples()) / motion.sample_rate_hz;
-    const auto fitted =
-        ident::identify({spec, 1, {}}, columns, library,
-                        {.target = "a", .methods = {ident::FastRvmOptions{.selection = rule}}, .free_run = false});
-    const ident::JudgedFit& fit = fitted.fits.front();
-    const auto strong = known_t(system, columns.front(), library, rho, noise_std);
+    const ident::JudgedFit fit = fit_of(system, motion, {.selection = rule});
+    const auto strong = known_t(system, rho, noise_std);
     ++result.runs;
     result.effective += fit.size.num_effective() / runs;
     result.structural += fit.size.structural_fraction / runs;
@@ -147,6 +151,31 @@ TEST_CASE("where the residual is white all rows count, and the fit is that of th
   CHECK(found.exact == white.exact);
   CHECK(found.covered == white.covered);
   CHECK(found.effective > 0.95 * 2501);
+}
+
+TEST_CASE("misfit that is a function of the state counts once, however many rows show it", "[ident][selection]") {
+  const System system = duffing();
+  dsp::Motion motion = system.motion;
+  const VectorXd &x = motion.at("x"), &v = motion.at("v");
+  VectorXd misfit = (4.0 * x.array() / x.cwiseAbs().maxCoeff() + 3.0 * v.array() / v.cwiseAbs().maxCoeff()).sin();
+  for (dsp::Signal& signal : motion.signals)
+    if (signal.name == "a")
+      signal.values += 0.03 * std::sqrt(signal.values.array().square().mean()) * misfit +
+                       1e-3 * support::gaussian(signal.values.size(), 1, 5);
+  const ident::JudgedFit fit = fit_of(system, motion, {}),
+                         white = fit_of(system, motion, {.selection = ident::Selection::evidence_white});
+  CHECK(fit.size.structural_fraction > 0.9);
+  CHECK(fit.size.num_effective() < 60.0);  // of 2501 rows: the library and its probes span about thirty functions
+  CHECK(fit.model.terms.size() < white.model.terms.size());
+  std::size_t true_terms = 0;
+  for (const ident::ModelTerm& term : fit.model.terms) {
+    if (system.truth.count(term.name) == 0) continue;
+    ++true_terms;
+    INFO(term.name << " " << term.mean << " +- " << term.std);
+    CHECK(std::abs(term.mean - system.truth.at(term.name)) < 3.0 * term.std);
+  }
+  CHECK(true_terms >= 3);
+  CHECK(fit_of(system, motion, {.tau = 1e4}).model.terms.empty());  // the config's own threshold holds there too
 }
 
 TEST_CASE("supports and intervals at white and coloured noise", "[.study][selection]") {
