@@ -35,15 +35,15 @@ struct SensorEstimate {
 struct JudgedFit {
   Fit fit;  ///< terms are those of the library
   Model model;
-  std::vector<SensorEstimate> sensors;              ///< that took part; predictions and free run are with them
-  double independent_fraction = 1.0;                ///< of the training rows, by the residual's autocorrelation
-  EffectiveSize size;                               ///< of the rows as evidence; every row without Selection::evidence
+  std::vector<SensorEstimate> sensors;  ///< that took part; predictions and free run are with them
+  double independent_fraction = 1.0;    ///< of the training rows, by the residual's autocorrelation
+  EffectiveSize size;                   ///< of the rows as evidence; every row without Selection::evidence
   std::vector<std::pair<std::string, std::string>> ties;  ///< candidates, or a candidate and a sensor's, that the rows
                                                           ///< do not tell apart; the kept one first
-  Whiteness whiteness;                              ///< of the training residual
-  Figure train, test, train_centred, test_centred;  ///< NMSE
-  BandFractions bands;                              ///< fraction of the test targets inside their predictive bands
-  std::string bands_reason;                         ///< not empty: there are none
+  Whiteness whiteness;                                    ///< of the training residual
+  Figure train, test, train_centred, test_centred;        ///< NMSE
+  BandFractions bands;       ///< fraction of the test targets inside their predictive bands
+  std::string bands_reason;  ///< not empty: there are none
   FreeRun free_run;
   Judgement judgement;  ///< filled in by judge (validate/judge.hpp), which compares ranges
   double solve_s = 0.0;

@@ -179,6 +179,7 @@ SensorPosterior sensors_beside(const Fit& found, const std::vector<Index>& posit
     EffectiveSize size = evidence != nullptr ? evidence->size : EffectiveSize{};
     size.num_rows = static_cast<double>(residual.size());
     size.num_uncorrelated = size.num_rows * IndependentRows(range.train_samples, range.first_rows).fraction(residual);
+    size.num_noise = 0.0;  // sensors' columns are smoother than candidates
     fraction = size.fraction();
     noise_std = std::max(least_noise_std, residual.stableNorm() / std::sqrt(rows_to_spare));
   }

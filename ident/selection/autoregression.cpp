@@ -96,11 +96,11 @@ double autoregression(Index num_rows, Index num_terms, const Eigen::RowVectorXd&
   MatrixXd first_rows(num_runs, width);
   for (Index row = 0, run = 0; row < num_rows; ++row)
     if (begins_run(begins, row)) read(row, first_rows.middleRows(run++, 1));
-  Eigen::RowVectorXd scale = largest.unaryExpr([](double value) { return value > 0.0 ? 1.0 / value : 1.0; });
+  const Eigen::RowVectorXd scale = largest.unaryExpr([](double value) { return value > 0.0 ? value : 1.0; });
   MatrixXd R = continued.R;
-  R.leftCols(width).array().rowwise() *= scale.array();
-  R.rightCols(width).array().rowwise() *= scale.array();
-  first_rows.array().rowwise() *= scale.array();
+  R.leftCols(width).array().rowwise() /= scale.array();
+  R.rightCols(width).array().rowwise() /= scale.array();
+  first_rows.array().rowwise() /= scale.array();
   const RestrictedLikelihood likelihood(std::move(R), std::move(first_rows), num_rows);
 
   // Golden section over atanh(rho): 40 steps shrink it below 1e-7.

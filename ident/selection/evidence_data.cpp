@@ -57,6 +57,14 @@ struct Rows {
     if (rho != 0.0) read = whitened(std::move(read), begins, rho);
     return r_factor(size(), num_front + num_terms(), largest, read, options.num_threads);
   }
+  /// Of a term of the library, whitened.
+  [[nodiscard]] VectorXd column(Index term) const {
+    VectorXd values(size());
+    RowsOfTerms(result.rows.train, recordings, {term}).for_each_block([&](Index first, const MatrixXd& phi) {
+      values.segment(first, phi.rows()) = phi;
+    });
+    return rho == 0.0 ? values : whitened_values(values, begins, rho);
+  }
   /// What these coefficients of candidates leave, whitened.
   [[nodiscard]] VectorXd residual(const std::vector<Index>& positions, const VectorXd& mean) const {
     std::vector<Index> terms;
@@ -74,6 +82,15 @@ struct Rows {
     return (mean.array() * problem.target_norm(0) / problem.column_norm(positions).array()).matrix();
   }
 };
+
+/// R of at least as many rows as columns, squares of whose values may vanish or overflow.
+MatrixXd triangle_of(MatrixXd columns) {
+  const Eigen::RowVectorXd largest =
+      columns.cwiseAbs().colwise().maxCoeff().unaryExpr([](double value) { return value > 0.0 ? value : 1.0; });
+  columns.array().rowwise() /= largest.array();
+  MatrixXd R = columns.householderQr().matrixQR().topRows(columns.cols()).triangularView<Eigen::Upper>();
+  return R * largest.asDiagonal();
+}
 
 std::vector<Index> all_of(Index count) {
   std::vector<Index> all(static_cast<std::size_t>(count));
@@ -101,10 +118,10 @@ class ModelSizes {
         q, Eigen::RowVectorXd::Ones(q),
         [&](Index first, Eigen::Ref<MatrixXd> block) { state.read_probes(first, block); }, rows.target);
     // The candidates first: probes then count beyond them only.
-    std::vector<Index> order = all_of(q + rows.num_terms());
-    std::rotate(order.begin(), order.begin() + q, order.end());
-    const MatrixXd R = select(probed, order, 0).R;
     const Index b = rows.num_terms();
+    MatrixXd columns(probed.R.rows(), q + b + 1);
+    columns << probed.R.middleCols(q, b), probed.R.leftCols(q), probed.R.rightCols(1);
+    const MatrixXd R = triangle_of(std::move(columns));
     problem_ = unit_problem(candidates(R), rows.options.poll);
     const VectorXd norms = R.middleCols(b, q).colwise().stableNorm();
     MatrixXd beyond = R.block(b, b, q, q);
@@ -119,6 +136,7 @@ class ModelSizes {
     const std::vector<Index> all = all_of(b);
     const VectorXd left = rows.residual(all, Rows::coefficients(problem_, all));
     const Index apart = std::min(independence.first_lag_within_chance(left), quarter_period(rows));
+    if (independence.fraction(left) < white_enough) noise_fraction_ = least_fraction(left);
     pairs_ = state.revisits(apart, rows.range.train_samples, rows.range.first_rows);
   }
   [[nodiscard]] const UnitProblem& problem() const { return problem_; }
@@ -127,12 +145,13 @@ class ModelSizes {
     EffectiveSize size;
     size.num_rows = static_cast<double>(rows_.size());
     size.num_uncorrelated = independence_.fraction(left) * size.num_rows;
+    size.num_noise = std::max(size.num_uncorrelated, noise_fraction_ * size.num_rows);
     size.num_states = static_cast<double>(rows_.num_terms() + num_probes_);
     size.autoregression = rows_.rho;
     if (model.rss > rounding)
       size.structural_fraction = std::max(by_revisits(left), by_probes(model, size));
     else
-      size.num_uncorrelated = size.num_rows;
+      size.num_uncorrelated = size.num_noise = size.num_rows;
     return size;
   }
 
@@ -141,19 +160,30 @@ class ModelSizes {
     const Index b = rows_.num_terms();
     MatrixXd columns(R.rows(), b + 1);
     columns << R.leftCols(b), R.rightCols(1);
-    MatrixXd triangle = columns.householderQr().matrixQR().topRows(b + 1).triangularView<Eigen::Upper>();
-    return {std::move(triangle), b, rows_.size()};
+    return {triangle_of(std::move(columns)), b, rows_.size()};
+  }
+  /// Of the rows, for the candidate to which noise as coloured as what all leave does most.
+  [[nodiscard]] double least_fraction(const VectorXd& left) const {
+    double least = 1.0;
+    for (const Index term : rows_.range.terms) {
+      if (rows_.options.poll) rows_.options.poll();
+      least = std::min(least, independence_.fraction_for(rows_.column(term), left));
+    }
+    return least;
   }
   /// What does not differ between rows in the same state is a function of it.
   [[nodiscard]] double by_revisits(const VectorXd& left) const {
     const auto count = static_cast<double>(pairs_.size());
     if (count < 10.0) return 0.0;
+    const double unit = left.cwiseAbs().maxCoeff();  // squares of smaller ones may vanish
+    if (!(unit > 0.0)) return 0.0;
     double within = 0.0, within_square = 0.0, all = 0.0;
     for (const auto& [i, j] : pairs_) {
-      const double difference = 0.5 * (left(i) - left(j)) * (left(i) - left(j));
+      const double one = left(i) / unit, other = left(j) / unit;
+      const double difference = 0.5 * (one - other) * (one - other);
       within += difference;
       within_square += difference * difference;
-      all += 0.5 * (left(i) * left(i) + left(j) * left(j));
+      all += 0.5 * (one * one + other * other);
     }
     within /= count, all /= count;
     if (!(all > 0.0)) return 0.0;
@@ -176,6 +206,7 @@ class ModelSizes {
   const IndependentRows& independence_;
   UnitProblem problem_;
   Index num_probes_ = 0;
+  double noise_fraction_ = 1.0;
   double rss_of_all_ = 0.0;
   std::vector<RowPair> pairs_;
 };
@@ -289,7 +320,7 @@ bool EvidenceData::as_they_are() const {
 EvidenceData evidence_data(const RangeData& range, const RangeResult& result, const std::vector<Columns>& recordings,
                            const CandidateLibrary& library, const IdentifyOptions& options) {
   const auto n = static_cast<double>(range.train.size());
-  EvidenceData evidence{range.data, {n, n, 0.0, 0.0, 0.0}, std::nullopt, range.joint, range.noise_std, {}};
+  EvidenceData evidence{range.data, {n, n}, std::nullopt, range.joint, range.noise_std, {}};
   if (range.train.size() <= std::ssize(range.terms) + 1 || range.train.isZero(0.0)) return evidence;
   Rows rows{range, result, recordings, options, range.train, run_begins(range.train_samples, range.first_rows)};
   rows.target = target_beside_sensors(rows);

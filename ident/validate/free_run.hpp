@@ -23,8 +23,8 @@ struct FreeRun {
   std::string reason;  ///< not empty: there is no figure, and why: too short, no equation of motion, diverged
   double diverged_after_s = 0.0;  ///< from the start of its range; 0: it did not
   int num_ranges = 0;
-  bool sticks = false;  ///< it came to rest on a switch at least once
-  bool applies = true;  ///< false: the rows are no time response, and none was to be expected
+  bool sticks = false;             ///< it came to rest on a switch at least once
+  bool applies = true;             ///< false: the rows are no time response, and none was to be expected
   std::vector<Eigen::VectorXd> x;  ///< with keep_series: for each course and sample what it predicts; NaN: nothing
 };
 

@@ -40,7 +40,7 @@ IndependentRows::IndependentRows(const std::vector<Index>& samples, std::vector<
   pairs_ = pairs_.array().round();
 }
 
-VectorXd IndependentRows::squared_autocorrelation(const Eigen::Ref<const VectorXd>& residual) const {
+VectorXd IndependentRows::autocorrelation(const Eigen::Ref<const VectorXd>& residual) const {
   if (residual.size() < 3 || residual.isZero(0.0)) return {};
   const double unit = residual.cwiseAbs().maxCoeff();  // squares of smaller ones may vanish
   VectorXd products = VectorXd::Zero(pairs_.size());
@@ -53,29 +53,38 @@ VectorXd IndependentRows::squared_autocorrelation(const Eigen::Ref<const VectorX
   const double variance = products(0) / static_cast<double>(residual.size());
   for (Index lag = 0; lag < products.size(); ++lag) {
     const double r = pairs_(lag) < 1.0 ? 0.0 : products(lag) / pairs_(lag) / variance;
-    products(lag) = std::min(r * r, 1.0);
+    products(lag) = std::clamp(r, -1.0, 1.0);
   }
   return products;
 }
 
-bool IndependentRows::within_chance(double square, Index lag) const {
-  return pairs_(lag) < 1.0 || square <= 2.0 * std::log(static_cast<double>(samples_.size())) / pairs_(lag);
+bool IndependentRows::within_chance(double r, Index lag) const {
+  return pairs_(lag) < 1.0 || r * r <= 2.0 * std::log(static_cast<double>(samples_.size())) / pairs_(lag);
+}
+
+double IndependentRows::fraction_of(const VectorXd& r, const VectorXd& r_of_regressor) const {
+  const auto n = static_cast<double>(samples_.size());
+  double sum = 0.0;
+  for (Index lag = 1; lag < std::min(r.size(), r_of_regressor.size()); ++lag)
+    if (!within_chance(r(lag), lag)) sum += pairs_(lag) / n * (r(lag) * r_of_regressor(lag));
+  return 1.0 / (1.0 + 2.0 * std::max(0.0, sum));
 }
 
 double IndependentRows::fraction(const Eigen::Ref<const VectorXd>& residual) const {
-  const auto n = static_cast<double>(residual.size());
-  const VectorXd squares = squared_autocorrelation(residual);
-  double sum = 0.0;
-  for (Index lag = 1; lag < squares.size(); ++lag)
-    if (!within_chance(squares(lag), lag)) sum += pairs_(lag) / n * squares(lag);
-  return 1.0 / (1.0 + 2.0 * sum);
+  const VectorXd r = autocorrelation(residual);
+  return fraction_of(r, r);
+}
+
+double IndependentRows::fraction_for(const Eigen::Ref<const VectorXd>& regressor,
+                                     const Eigen::Ref<const VectorXd>& residual) const {
+  return fraction_of(autocorrelation(residual), autocorrelation(regressor));
 }
 
 Index IndependentRows::first_lag_within_chance(const Eigen::Ref<const VectorXd>& residual) const {
-  const VectorXd squares = squared_autocorrelation(residual);
-  for (Index lag = 1; lag < squares.size(); ++lag)
-    if (within_chance(squares(lag), lag)) return lag;
-  return std::max<Index>(1, squares.size());
+  const VectorXd r = autocorrelation(residual);
+  for (Index lag = 1; lag < r.size(); ++lag)
+    if (within_chance(r(lag), lag)) return lag;
+  return std::max<Index>(1, r.size());
 }
 
 double independent_fraction(const Eigen::Ref<const VectorXd>& residual, const std::vector<Index>& samples) {

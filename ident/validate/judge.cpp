@@ -179,8 +179,9 @@ void remark_on_residual(const JudgedFit& fit, std::vector<std::string>& remarks)
   }
   remarks.push_back(fmt::format("residual is not white: structure remains ({})", statistic));
   if (fit.size.fraction() < 1.0) {
-    remarks.push_back(fmt::format("that is in the standard deviations: the {:.0f} rows count as {:.0f} independent ones",
-                                  fit.size.num_rows, fit.size.num_effective()));
+    remarks.push_back(
+        fmt::format("that is in the standard deviations: the {:.0f} rows count as {:.0f} independent ones",
+                    fit.size.num_rows, fit.size.num_effective()));
     return;
   }
   if (!fit.sensors.empty()) {

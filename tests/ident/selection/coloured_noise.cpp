@@ -1,6 +1,7 @@
 // What selection and intervals make of noise that is white, and of noise that is not.
 #include <Eigen/LU>
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -189,4 +190,30 @@ TEST_CASE("supports and intervals at white and coloured noise", "[.study][select
         print(system.name.c_str(), fraction, rho, "evidence-white",
               tally(system, fraction, rho, 7000, runs, ident::Selection::evidence_white));
       }
+}
+
+TEST_CASE("what weighing the rows costs beside a fit that counts them in full", "[.study][selection_cost]") {
+  struct Size {
+    double rate_hz, duration_s;
+    int order;
+  };
+  for (const Size& size : {Size{350.0, 50.0, 3}, Size{4000.0, 250.0, 4}})
+    for (const double rho : {0.0, 0.9}) {
+      System system = duffing();
+      system.motion = support::motion_of(sim::make_experiment(sim::Duffing{}), size.duration_s, size.rate_hz);
+      system.library.order = size.order;
+      for (dsp::Signal& signal : system.motion.signals)
+        if (signal.name == "a") signal.values += noise(signal.values.size(), rho, 9);
+      const auto seconds = [&](ident::Selection rule) {
+        const auto start = std::chrono::steady_clock::now();
+        (void)fit_of(system, system.motion, {.selection = rule});
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+      };
+      const double white = seconds(ident::Selection::evidence_white), weighed = seconds(ident::Selection::evidence);
+      std::printf("%lld rows x %zu, rho %.1f: %.3f s, counted in full %.3f s: %.1f times\n",
+                  static_cast<long long>(system.motion.num_samples()),
+                  ident::make_library(system.library, "a", system.motion).terms.size(), rho, weighed, white,
+                  weighed / white);
+      std::fflush(stdout);
+    }
 }

@@ -46,7 +46,8 @@ TEST_CASE("a periodic residual counts as two numbers for each harmonic, however 
     VectorXd residual = VectorXd::Zero(n);
     for (int h = 1; h <= harmonics; ++h)
       for (Index i = 0; i < n; ++i)
-        residual(i) += std::cos(2.0 * static_cast<double>(EIGEN_PI) * 10.0 * h * static_cast<double>(i) / static_cast<double>(n) + h * h);
+        residual(i) += std::cos(
+            2.0 * static_cast<double>(EIGEN_PI) * 10.0 * h * static_cast<double>(i) / static_cast<double>(n) + h * h);
     std::vector<Index> samples;
     for (Index i = 0; i < n; ++i) samples.push_back(i);
     // The squared autocorrelation of H equal lines sums up to n / (2 H) over the record; chance lags are not counted.
