@@ -16,8 +16,8 @@ std::string_view name_of(const std::array<std::pair<Enum, std::string_view>, n>&
   return std::find_if(names.begin(), names.end(), [&](const auto& row) { return row.first == value; })->second;
 }
 
-constexpr std::array<std::pair<Selection, std::string_view>, 2> selection_names{
-    {{Selection::evidence, "evidence"}, {Selection::type2, "type2"}}};
+constexpr std::array<std::pair<Selection, std::string_view>, 3> selection_names{
+    {{Selection::evidence, "evidence"}, {Selection::evidence_white, "evidence-white"}, {Selection::type2, "type2"}}};
 constexpr std::array<std::pair<FitStatus, std::string_view>, 6> status_names{
     {{FitStatus::converged, "converged"},
      {FitStatus::iteration_limit, "iteration_limit"},

@@ -24,8 +24,10 @@ enum class Method { fast_rvm, slow_rvm, multi_rvm, stlsq, lasso, ridge, ols };
 
 /// How a term earns its place.
 enum class Selection {
-  evidence,  ///< its gain in log evidence must exceed tau: 2 dL = q - 1 - log q > tau
-  type2,     ///< any gain will do: type-II maximum likelihood, as in [QZS23]; keeps about 3 of 10 irrelevant terms
+  evidence,  ///< its gain in log evidence must exceed tau: 2 dL = q - 1 - log q > tau, at the effective sample size
+             ///< where the rows are known, as `identify` knows them; the rows of a bare R factor count in full
+  evidence_white,  ///< the same, and every row counts in full, as it does where the residual is white noise
+  type2,  ///< any gain will do: type-II maximum likelihood, as in [QZS23]; keeps about 3 of 10 irrelevant terms
 };
 [[nodiscard]] std::string_view to_string(Selection selection);
 

@@ -12,6 +12,7 @@
 
 #include "ident/library/collinearity.hpp"
 #include "ident/methods.hpp"
+#include "ident/regression/finish_fit.hpp"
 #include "ident/rows_of_terms.hpp"
 #include "ident/sensors/absolute_gains.hpp"
 #include "ident/settle_columns.hpp"
@@ -129,12 +130,13 @@ void add_sensors(Prediction& prediction, const SensorPosterior& posterior, const
 }
 
 /// Lets the sensors' values into model, predictions and the signals of the free run.
-void judge_sensors(JudgedFit& judged, const RangeData& range, const std::vector<Index>& positions, Prediction& train,
-                   Prediction& test, std::vector<dsp::Motion>& corrected, std::vector<Course>& courses,
-                   const RangeRows& rows, const std::vector<Columns>& recordings) {
+void judge_sensors(JudgedFit& judged, const RangeData& range, const EvidenceData* evidence,
+                   const std::vector<Index>& positions, Prediction& train, Prediction& test,
+                   std::vector<dsp::Motion>& corrected, std::vector<Course>& courses, const RangeRows& rows,
+                   const std::vector<Columns>& recordings) {
   if (!range.sensors || positions.empty()) return;
   SensorPosterior posterior =
-      sensors_beside(judged.fit, positions, range, range.train - train.mean, judged.independent_fraction);
+      sensors_beside(judged.fit, positions, range, evidence, range.train - train.mean, judged.independent_fraction);
   if (const Fit& found = judged.fit; found.covariance.allFinite()) {
     const VectorXd widening = found.interval_covariance().diagonal().cwiseQuotient(found.covariance.diagonal());
     add_terms_left_out(posterior, widening.unaryExpr([](double by) { return by > 1.0 ? std::sqrt(by) : 1.0; }));
@@ -179,31 +181,112 @@ void judge_calibration(Model& model, const RangeResult& result, const std::vecto
   set_si_stds(model, library, absolute_gains(*first.prepared), some_training_samples(result.rows, recordings));
 }
 
+/// Of the config; negative: the selection's own.
+double own_tau(const MethodOptions& method) {
+  return description(method).find("tau")->value(method);
+}
+
+/// A fit on the terms that misfit leaves room for, whatever the method would have searched.
+Fit fit_on(const EvidenceData& evidence, const MethodOptions& method, const Poll& poll) {
+  Fit result;
+  result.method = description(method).method;
+  result.selection = Selection::evidence;
+  const UnitProblem problem = unit_problem(evidence.data, poll);
+  if (cannot_begin(problem, result)) return result;
+  result.tau = gain_threshold(Selection::evidence, own_tau(method), evidence.data.num_samples, evidence.data.num_terms);
+  fit_on_terms(problem, *evidence.terms, result);
+  return result;
+}
+
+/// Candidates that would do as well as kept ones, and sensors that do the same as candidates.
+void name_ties(JudgedFit& judged, const RFactor& data, const RangeData& range, const CandidateLibrary& library,
+               const Poll& poll) {
+  const auto name = [&](Index position) {
+    return library.terms[static_cast<std::size_t>(range.terms[static_cast<std::size_t>(position)])].name;
+  };
+  for (const Rival& rival : rivals(data, judged.fit, judged.fit.tau, poll))
+    judged.ties.emplace_back(name(rival.kept), name(rival.other));
+  if (!range.sensors) return;
+  for (const SensorTwin& twin : sensor_twins(range.joint, judged.fit.relevant)) {
+    const std::string& sensor = range.sensors->parameters()[static_cast<std::size_t>(twin.sensor)].name;
+    const auto& kept = judged.fit.relevant;
+    const bool is_kept = std::find(kept.begin(), kept.end(), twin.candidate) != kept.end();
+    judged.ties.emplace_back(name(twin.candidate), sensor);
+    judged.fit.remarks.push_back(
+        fmt::format("{0} and the {1} do the same here and cannot be told apart: {0} is {2}", name(twin.candidate),
+                    sensor, is_kept ? "more than the sensor is known to be off" : "left to the sensor"));
+  }
+}
+
+/// What cannot be said of coefficients where misfit and not noise limits them; `nmse`: of the training rows.
+void judge_size(JudgedFit& judged, const CandidateLibrary& library, double nmse) {
+  Fit& fit = judged.fit;
+  const EffectiveSize& size = judged.size;
+  const auto k = static_cast<double>(fit.relevant.size());
+  // A library whose best model leaves more than this, most of it a function of the state, lacks what the target needs.
+  constexpr double mostly = 0.5, much = 0.1;
+  if (size.num_effective() - k < 2.0 || (size.structural_fraction > mostly && nmse > much)) {
+    fit.covariance.setConstant(nan);
+    fit.covariance_weak.resize(0, 0);
+    fit.no_variance = fmt::format(
+        "{:.2g} of the target is left over and is not noise ({:.0f} % of it a function of the state; the {:.0f} rows "
+        "count as {:.0f}): the library lacks what the target needs",
+        nmse, 100.0 * size.structural_fraction, size.num_rows, size.num_effective());
+    return;
+  }
+  const double known = std::min(size.num_uncorrelated, size.num_states);
+  if (!(known > 0.0) || !(known < size.num_effective())) return;
+  const double threshold =
+      gain_threshold(Selection::evidence, -1.0, std::max<Index>(2, std::lround(known)), std::ssize(library.terms));
+  std::vector<std::string> small;
+  for (std::size_t j = 0; j < fit.relevant.size(); ++j) {
+    const auto index = static_cast<Index>(j);
+    const double t2 = fit.mean(index) * fit.mean(index) / fit.covariance(index, index);
+    if (evidence_gain(t2 * known / size.num_effective()) < threshold)
+      small.push_back(library.terms[static_cast<std::size_t>(fit.relevant[j])].name);
+  }
+  const bool white = size.num_effective() >= 0.5 * size.num_rows;
+  if (!small.empty() && !white)
+    fit.remarks.push_back(fmt::format("small, cannot be told from model error: {}", fmt::join(small, ", ")));
+}
+
 JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, const RangeData& range,
                      const std::vector<Columns>& recordings, const CandidateLibrary& library,
                      const IdentifyOptions& options) {
   JudgedFit judged;
   const auto start = Clock::now();
-  judged.fit = fit(range.data, with_poll(method, options.poll));
+  const EvidenceData* evidence = weighs_rows(method) ? &range.evidence : nullptr;
+  const bool weighed = evidence != nullptr && !evidence->as_they_are();
+  const RFactor& data = weighed ? evidence->data : range.data;
+  const bool settled = evidence != nullptr && evidence->terms && !(own_tau(method) >= 0.0);
+  judged.fit = settled ? fit_on(*evidence, method, options.poll) : fit(data, with_poll(method, options.poll));
+  judged.size.num_rows = judged.size.num_uncorrelated = static_cast<double>(range.train.size());
+  if (evidence != nullptr) {
+    judged.size = evidence->size;
+    const double rho = evidence->size.autoregression;
+    judged.fit.noise_variance /= 1.0 - rho * rho;  // of the target itself
+  }
   judged.solve_s = seconds_since(start);
   std::vector<const Term*> terms;
   for (const Index j : range.terms) terms.push_back(&library.terms[static_cast<std::size_t>(j)]);
-  for (std::string& remark : collinearity_remarks(range.data, judged.fit, terms, range.largest, options.poll))
+  for (std::string& remark : collinearity_remarks(data, judged.fit, terms, range.largest, options.poll))
     judged.fit.remarks.push_back(std::move(remark));
+  if (evidence != nullptr) name_ties(judged, data, range, library, options.poll);
   const std::vector<Index> positions = judged.fit.relevant;
   renumber(judged.fit, range.terms, static_cast<Index>(library.terms.size()));
   name_dependent(judged.fit, library);
-  if (!judged.fit.no_variance.empty())
-    judged.fit.remarks.push_back("no standard deviations: " + judged.fit.no_variance);
   Prediction train = predict(judged.fit, result.rows.train, recordings),
              test = predict(judged.fit, result.rows.test, recordings);
-  judged.model = make_model(
-      library, judged.fit, options.target, options.target_unit, range.scale,
-      range.sensors ? MatrixXd()
-                    : robust_covariance_of(judged.fit, range, result.rows.train, recordings, range.train - train.mean));
+  if (weighed) judge_size(judged, library, nmse_centred(train.mean, range.train));
+  if (!judged.fit.no_variance.empty())
+    judged.fit.remarks.push_back("no standard deviations: " + judged.fit.no_variance);
+  judged.model = make_model(library, judged.fit, options.target, options.target_unit, range.scale,
+                            range.sensors || weighed ? MatrixXd()
+                                                     : robust_covariance_of(judged.fit, range, result.rows.train,
+                                                                            recordings, range.train - train.mean));
   std::vector<dsp::Motion> corrected;
   std::vector<Course> courses = range.courses;
-  judge_sensors(judged, range, positions, train, test, corrected, courses, result.rows, recordings);
+  judge_sensors(judged, range, evidence, positions, train, test, corrected, courses, result.rows, recordings);
   judge_calibration(judged.model, result, recordings, library);
   const VectorXd residual = range.train - train.mean;
   const Columns& first = recordings[result.recording == 0 ? 0 : static_cast<std::size_t>(result.recording) - 1];
@@ -211,6 +294,20 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
   judge_errors(judged, range, train, test);
   judged.free_run = free_run_of(judged, result.fits, range, courses, options);
   return judged;
+}
+
+/// On the candidates that are linear.
+Model linear_model(const RangeData& range, const CandidateLibrary& library, const IdentifyOptions& options) {
+  std::vector<Index> positions;
+  for (std::size_t i = 0; i < range.terms.size(); ++i) {
+    const Term& term = library.terms[static_cast<std::size_t>(range.terms[i])];
+    const std::vector<std::string>& signals = term.expression.signals();
+    if (term.name == "1" || (signals.size() == 1 && signals.front() == term.name))
+      positions.push_back(static_cast<Index>(i));
+  }
+  Fit fit = fit_ols(range.data, positions);
+  renumber(fit, range.terms, std::ssize(library.terms));
+  return make_model(library, fit, options.target, options.target_unit, range.scale, {});
 }
 
 }  // namespace
@@ -238,6 +335,7 @@ RangeResult identify(const Range& range, std::vector<Columns>& recordings, const
   result.accumulate_s = seconds_since(start);
   result.target.resize(data.train.size() + data.test.size());
   result.target << data.train, data.test;
+  result.linear = linear_model(data, library, options);
   for (const MethodOptions& method : options.methods) {
     if (options.poll) options.poll();
     result.fits.push_back(judged_fit(method, result, data, recordings, library, options));

@@ -4,6 +4,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "ident/columns.hpp"
@@ -11,6 +12,7 @@
 #include "ident/model.hpp"
 #include "ident/ranges.hpp"
 #include "ident/record.hpp"
+#include "ident/selection/effective_size.hpp"
 #include "ident/validate/free_run.hpp"
 #include "ident/validate/metrics.hpp"
 #include "ident/verdict.hpp"
@@ -33,12 +35,15 @@ struct SensorEstimate {
 struct JudgedFit {
   Fit fit;  ///< terms are those of the library
   Model model;
-  std::vector<SensorEstimate> sensors;              ///< that took part; predictions and free run are with them
-  double independent_fraction = 1.0;                ///< of the training rows, by the residual's autocorrelation
-  Whiteness whiteness;                              ///< of the training residual
-  Figure train, test, train_centred, test_centred;  ///< NMSE
-  BandFractions bands;                              ///< fraction of the test targets inside their predictive bands
-  std::string bands_reason;                         ///< not empty: there are none
+  std::vector<SensorEstimate> sensors;  ///< that took part; predictions and free run are with them
+  double independent_fraction = 1.0;    ///< of the training rows, by the residual's autocorrelation
+  EffectiveSize size;                   ///< of the rows as evidence; every row without Selection::evidence
+  std::vector<std::pair<std::string, std::string>> ties;  ///< candidates, or a candidate and a sensor's, that the rows
+                                                          ///< do not tell apart; the kept one first
+  Whiteness whiteness;                                    ///< of the training residual
+  Figure train, test, train_centred, test_centred;        ///< NMSE
+  BandFractions bands;       ///< fraction of the test targets inside their predictive bands
+  std::string bands_reason;  ///< not empty: there are none
   FreeRun free_run;
   Judgement judgement;  ///< filled in by judge (validate/judge.hpp), which compares ranges
   double solve_s = 0.0;
@@ -56,6 +61,7 @@ struct RangeResult {
   std::vector<std::string> uncalibrated;  ///< channels of raw numbers, with their recordings
   double accumulate_s = 0.0;
   double power_balance = std::numeric_limits<double>::quiet_NaN();  ///< of corrected v and a; NaN: nothing to check
+  Model linear;  ///< least squares on the candidates that are signals themselves, or 1: what an equation must beat
   std::vector<JudgedFit> fits;
 };
 

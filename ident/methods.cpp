@@ -107,6 +107,17 @@ std::string_view to_string(Method method) {
   return description(method).name;
 }
 
+bool weighs_rows(const MethodOptions& options) {
+  return std::visit(
+      [](const auto& own) {
+        if constexpr (requires { own.selection; })
+          return own.selection == Selection::evidence;
+        else
+          return false;
+      },
+      options);
+}
+
 MethodOptions with_poll(MethodOptions options, const Poll& poll) {
   std::visit([&](auto& own) { own.poll = poll; }, options);
   return options;

@@ -62,6 +62,8 @@ class MethodSettings {
 /// Regression of the only target by the method whose options these are. Throws std::invalid_argument for several
 /// targets, and for options out of their range.
 [[nodiscard]] Fit fit(const RFactor& data, const MethodOptions& options);
+/// Whether these options ask for Selection::evidence, which weighs the rows where they are known.
+[[nodiscard]] bool weighs_rows(const MethodOptions& options);
 /// These options with this poll.
 [[nodiscard]] MethodOptions with_poll(MethodOptions options, const Poll& poll);
 

@@ -43,8 +43,8 @@ Model make_model(const CandidateLibrary& library, const Fit& fit, const std::str
     row.unit = coefficient_unit(target_unit, term.unit);
     row.column = column;
     row.mean = fit.mean(index);
-    row.std = std::sqrt(fit.covariance(index, index));
-    row.std_noise = row.std;
+    row.std = std::sqrt(model.covariance(index, index));
+    row.std_noise = std::sqrt(fit.covariance(index, index));
     row.std_robust = robust.rows() > index ? std::sqrt(robust(index, index)) : nan;
     row.scale = column_scale(column);
     row.evidence_gain = fit.evidence_gain.size() > column ? fit.evidence_gain(column) : nan;

@@ -9,6 +9,7 @@
 
 #include "dsp/fault.hpp"
 #include "ident/rows_of_terms.hpp"
+#include "ident/selection/autoregression.hpp"
 #include "ident/validate/independent_rows.hpp"
 
 namespace ident {
@@ -163,17 +164,28 @@ std::vector<Index> positions_in(const RangeData& range, const std::vector<Index>
 }
 
 SensorPosterior sensors_beside(const Fit& found, const std::vector<Index>& positions, const RangeData& range,
-                               const Eigen::Ref<const VectorXd>& residual_without, double& fraction) {
-  double noise_std = range.noise_std;
+                               const EvidenceData* evidence, const Eigen::Ref<const VectorXd>& residual_without,
+                               double& fraction) {
+  const double rho = evidence != nullptr ? evidence->size.autoregression : 0.0;
+  const SensorRegression& joint = rho != 0.0 ? evidence->joint : range.joint;
+  const double least_noise_std = rho != 0.0 ? evidence->noise_std : range.noise_std;
+  double noise_std = least_noise_std;
   fraction = 1.0;
-  const auto posterior = [&] { return sensor_posterior(range.joint, positions, found.mean, noise_std, fraction); };
+  const auto posterior = [&] { return sensor_posterior(joint, positions, found.mean, noise_std, fraction); };
   const auto rows_to_spare = static_cast<double>(std::max<Index>(1, residual_without.size() - std::ssize(positions)));
   for (int pass = 0; pass < 2; ++pass) {  // sensors, hence residual, hence its size and colour, hence sensors
-    const VectorXd residual = residual_without - range.sensor_train * posterior().sensor_mean;
-    fraction = ident::independent_fraction(residual, range.train_samples);
-    noise_std = std::max(range.noise_std, residual.stableNorm() / std::sqrt(rows_to_spare));
+    VectorXd residual = residual_without - range.sensor_train * posterior().sensor_mean;
+    if (rho != 0.0) residual = whitened_values(residual, evidence->begins, rho);
+    EffectiveSize size = evidence != nullptr ? evidence->size : EffectiveSize{};
+    size.num_rows = static_cast<double>(residual.size());
+    size.num_uncorrelated = size.num_rows * IndependentRows(range.train_samples, range.first_rows).fraction(residual);
+    size.num_noise = 0.0;  // sensors' columns are smoother than candidates
+    fraction = size.fraction();
+    noise_std = std::max(least_noise_std, residual.stableNorm() / std::sqrt(rows_to_spare));
   }
-  return posterior();
+  SensorPosterior result = posterior();
+  result.noise_std /= std::sqrt(1.0 - rho * rho);  // of the target itself
+  return result;
 }
 
 RangeData range_data(RangeResult& result, const std::vector<Columns>& recordings, const CandidateLibrary& library,
@@ -208,6 +220,8 @@ RangeData range_data(RangeResult& result, const std::vector<Columns>& recordings
     range.terms = std::move(terms);
   }
   range.train_samples = samples_in_time(rows, recordings);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    if (i == 0 || rows[i].recording != rows[i - 1].recording) range.first_rows.push_back(static_cast<Index>(i));
   if (options.free_run) range.courses = courses_of(result.rows, recordings);
   range.largest = largest_signals(library, rows, recordings);
   return range;

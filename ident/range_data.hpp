@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "ident/identify.hpp"
+#include "ident/selection/evidence_data.hpp"
 #include "ident/sensors/range_sensors.hpp"
 #include "ident/sensors/sensor_fit.hpp"
 #include "ident/validate/free_run.hpp"
@@ -22,7 +23,9 @@ struct RangeData {
   double noise_std = 0.0;                     ///< of the target, beside all terms and sensors
   Eigen::MatrixXd sensor_train, sensor_test;  ///< the sensors' columns on the rows
   Eigen::VectorXd train, test;                ///< target
-  std::vector<Eigen::Index> train_samples;
+  std::vector<Eigen::Index> train_samples;    ///< the records one behind the other
+  std::vector<Eigen::Index> first_rows;       ///< of each record with training rows
+  EvidenceData evidence;                      ///< filled in by settled_data where a method asks for it
   std::vector<Course> courses;
   std::vector<std::pair<std::string, double>> largest;  ///< of the signals the library looks at
 };
@@ -31,9 +34,10 @@ struct RangeData {
 [[nodiscard]] std::vector<Eigen::Index> positions_in(const RangeData& range, const std::vector<Eigen::Index>& terms);
 
 /// What the sensors are beside a fit, whose terms have these positions among range.terms and which leaves this residual
-/// without them: at the noise of what both leave. `independent_fraction`: of the rows, by the same.
+/// without them: at the noise of what both leave. `evidence`: as which the rows were fitted; null: all count in full.
+/// `independent_fraction`: of the rows, by the same.
 [[nodiscard]] SensorPosterior sensors_beside(const Fit& found, const std::vector<Eigen::Index>& positions,
-                                             const RangeData& range,
+                                             const RangeData& range, const EvidenceData* evidence,
                                              const Eigen::Ref<const Eigen::VectorXd>& residual_without,
                                              double& independent_fraction);
 

@@ -44,7 +44,7 @@ double effective_noise(const RangeData& range, const Present& present, const Ran
     residual.segment(first, phi.rows()) -= phi * present.fit.mean;
   });
   double fraction = 1.0;
-  return sensors_beside(present.fit, positions, range, residual, fraction).noise_std / std::sqrt(fraction);
+  return sensors_beside(present.fit, positions, range, nullptr, residual, fraction).noise_std / std::sqrt(fraction);
 }
 
 /// Lets the sensors take part, their columns formed with the present equation.
@@ -144,6 +144,8 @@ RangeData settled_data(const Range& range, RangeResult& result, std::vector<Colu
     data = data_under(equation);
     add_sensors(data, sensors, present, result, recordings, options);
   }
+  if (std::any_of(options.methods.begin(), options.methods.end(), weighs_rows))
+    data.evidence = evidence_data(data, result, recordings, library, options);
   return data;
 }
 

@@ -164,7 +164,7 @@ int Integrator::State::roots(double t, N_Vector y, double* values, void* self) {
   }
 }
 
-/// The integrator's memory, at `end` and `y`; its flags or'ed.
+/// The integrator's memory, at `end` and `y`; the first flag that is no success.
 int Integrator::State::make_memory() {
   if (options.formula == Formula::dormand_prince) {
     calls = &dormand_prince;
@@ -175,8 +175,10 @@ int Integrator::State::make_memory() {
   memory = Memory(CVodeCreate(CV_ADAMS, context), {calls});
   solver.reset(SUNNonlinSol_FixedPoint(y.get(), 0, context));
   if (!memory || !solver) throw std::bad_alloc();
+  (void)calls->set_error_handler(memory.get(), quiet, nullptr);
+  // Memory that was not initialised is not to be handed on.
   const int made = CVodeInit(memory.get(), rhs, end, y.get());
-  return made | CVodeSetNonlinearSolver(memory.get(), solver.get());
+  return made != CV_SUCCESS ? made : CVodeSetNonlinearSolver(memory.get(), solver.get());
 }
 
 void Integrator::State::start(const Eigen::Ref<const Eigen::VectorXd>& initial) {

@@ -52,6 +52,7 @@ void add_global_options(CLI::App& app, GlobalOptions& options);
 [[nodiscard]] Command fit_command();
 [[nodiscard]] Command info_command();
 [[nodiscard]] Command init_command();
+[[nodiscard]] Command predict_command();
 [[nodiscard]] Command prepare_command();
 [[nodiscard]] Command replicate_command();
 [[nodiscard]] Command report_command();

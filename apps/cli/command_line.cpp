@@ -19,7 +19,7 @@ namespace {
 std::vector<Command> commands() {
   return {info_command(),     check_command(),    run_command(),       prepare_command(), study_command(),
           simulate_command(), response_command(), replicate_command(), fit_command(),     init_command(),
-          compare_command(),  report_command(),   terms_command()};
+          compare_command(),  predict_command(),  report_command(),    terms_command()};
 }
 
 void refuse_unused(const CLI::App& app, const Command& command) {

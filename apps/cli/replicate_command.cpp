@@ -28,10 +28,12 @@ ReplicateOptions options_of(const ReplicateArguments& arguments) {
   const double noise =
       require_within(arguments.noise.value_or(stated_noise), 0.0, most_noise, "replicate.noise", "replicate: --noise");
   ReplicateOptions options{arguments.num_seeds, arguments.first_seed, noise};
-  if (arguments.selection == "type2")
-    options.selection = ident::Selection::type2;
-  else if (arguments.selection != "evidence")
-    refuse("replicate.selection", fmt::format("--selection '{}', want evidence or type2", arguments.selection));
+  bool known = false;
+  for (const auto selection : {ident::Selection::evidence, ident::Selection::evidence_white, ident::Selection::type2})
+    if (arguments.selection == to_string(selection)) options.selection = selection, known = true;
+  if (!known)
+    refuse("replicate.selection",
+           fmt::format("--selection '{}', want evidence-white, evidence or type2", arguments.selection));
   if (arguments.tau && !(*arguments.tau >= 0.0 && std::isfinite(*arguments.tau)))
     refuse("replicate.tau", fmt::format("--tau {}, want 0 or more", *arguments.tau));
   options.tau = arguments.tau.value_or(-1.0);
@@ -61,36 +63,36 @@ void run_replicate(const ReplicateArguments& arguments, Console& console) {
 }
 
 Command replicate_command() {
-  return {
-      "replicate",
-      "The paper's tables and figures again, beside what it printed",
-      {{"--dry-run"}, {"--seed", ", or give --first-seed"}, {"--set"}},
-      [](CLI::App& command) -> CommandBody {
-        auto typed = std::make_shared<ReplicateArguments>();
-        command
-            .add_option("ITEM", typed->items,
-                        "A case (duffing, coulomb, bouc-wen, bouc-wen-2, valanis-1 ... valanis-4, qzs-low, "
-                        "qzs-high, qzs-mixed, qzs), table-1 ... table-12, fig-2 ... fig-9, fig-11 ... fig-13, all")
-            ->required();
-        command.add_option("--seeds", typed->num_seeds, "How many draws of the noise")
-            ->transform(whole(1, 1'000'000))
-            ->capture_default_str();
-        command.add_option("--first-seed", typed->first_seed, "The first of them")
-            ->transform(whole(0))
-            ->capture_default_str();
-        command.add_option("--noise", typed->noise,
-                           "Fraction of each target's standard deviation (0.1); qzs: times the sensors' own (1)");
-        command.add_option("--selection", typed->selection, "evidence or type2 (the paper's)")->capture_default_str();
-        command.add_option("--tau", typed->tau, "What a term's gain must exceed");
-        return [=](const GlobalOptions& global, Console& console) {
-          ReplicateArguments arguments = *typed;
-          arguments.folder = required_output(global, "replicate");
-          arguments.force = global.force;
-          arguments.command_line = global.command_line;
-          run_replicate(arguments, console);
-          return 0;
-        };
-      }};
+  return {"replicate",
+          "The paper's tables and figures again, beside what it printed",
+          {{"--dry-run"}, {"--seed", ", or give --first-seed"}, {"--set"}},
+          [](CLI::App& command) -> CommandBody {
+            auto typed = std::make_shared<ReplicateArguments>();
+            command
+                .add_option("ITEM", typed->items,
+                            "A case (duffing, coulomb, bouc-wen, bouc-wen-2, valanis-1 ... valanis-4, qzs-low, "
+                            "qzs-high, qzs-mixed, qzs), table-1 ... table-12, fig-2 ... fig-9, fig-11 ... fig-13, all")
+                ->required();
+            command.add_option("--seeds", typed->num_seeds, "How many draws of the noise")
+                ->transform(whole(1, 1'000'000))
+                ->capture_default_str();
+            command.add_option("--first-seed", typed->first_seed, "The first of them")
+                ->transform(whole(0))
+                ->capture_default_str();
+            command.add_option("--noise", typed->noise,
+                               "Fraction of each target's standard deviation (0.1); qzs: times the sensors' own (1)");
+            command.add_option("--selection", typed->selection, "evidence-white, evidence or type2 (the paper's)")
+                ->capture_default_str();
+            command.add_option("--tau", typed->tau, "What a term's gain must exceed");
+            return [=](const GlobalOptions& global, Console& console) {
+              ReplicateArguments arguments = *typed;
+              arguments.folder = required_output(global, "replicate");
+              arguments.force = global.force;
+              arguments.command_line = global.command_line;
+              run_replicate(arguments, console);
+              return 0;
+            };
+          }};
 }
 
 }  // namespace apps

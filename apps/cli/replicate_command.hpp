@@ -17,10 +17,10 @@ struct ReplicateArguments {
   bool force = false;              ///< replace an existing folder of results
   int num_seeds = 1;
   std::uint64_t first_seed = 1;
-  std::optional<double> noise;         ///< fraction of each target's standard deviation over the training set (0.1);
-                                       ///< the rig: times the sensors' own (1)
-  std::string selection = "evidence";  ///< or "type2", the paper's own
-  std::optional<double> tau;           ///< ln m + 2 ln b (evidence), 0 (type2)
+  std::optional<double> noise;  ///< fraction of each target's standard deviation over the training set (0.1);
+                                ///< the rig: times the sensors' own (1)
+  std::string selection = "evidence-white";  ///< or "evidence", or "type2", the paper's own
+  std::optional<double> tau;                 ///< ln m + 2 ln b (evidence), 0 (type2)
   std::vector<std::string> command_line{};
 };
 

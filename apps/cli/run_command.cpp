@@ -4,11 +4,17 @@
 
 #include "apps/cli/run_arguments.hpp"
 #include "apps/config/identification.hpp"
+#include "apps/config/other_recording.hpp"
 #include "apps/output/fit_outcome.hpp"
+#include "apps/output/prediction.hpp"
 #include "apps/output/report_text.hpp"
 #include "apps/output/results_json.hpp"
 #include "apps/output/run_folder.hpp"
+#include "apps/process/interrupt.hpp"
+#include "dsp/names.hpp"
 #include "ident/identify.hpp"
+#include "ident/validate/judge.hpp"
+#include "ident/validate/predict.hpp"
 
 namespace apps {
 namespace {
@@ -19,6 +25,28 @@ int exit_code_of(const std::vector<ident::RangeResult>& ranges, Console& console
   for (const ident::RangeResult& range : ranges)
     code = std::max(code, outcome_of(range.fits, fmt::format("range '{}'", range.spec.name), console));
   return code;
+}
+
+/// The chosen equation run free on the recordings that were kept for that: predict-NAME.json and .csv for each.
+std::string predict_test_recordings(const Work& work, const std::vector<ident::RangeResult>& ranges,
+                                    const RunArguments& arguments, RunFolder& results, Console& console) {
+  const std::optional<ident::ChosenFit> chosen = ident::chosen_fit(ranges);
+  std::string text;
+  if (!chosen || work.config.test_recordings.empty()) return text;
+  const ident::RangeResult& range = ranges[chosen->range];
+  for (std::size_t i = 0; i < work.config.test_recordings.size(); ++i) {
+    const RecordingConfig& recording = work.config.test_recordings[i];
+    const Input input = other_recording(work.config, recording, arguments.max_memory_bytes, console);
+    results.add_files({input});
+    const ident::RecordPrediction prediction =
+        ident::predict(range.fits[chosen->method].model, range.linear, input,
+                       {.where = range.spec.where, .num_threads = arguments.num_threads, .poll = check_interrupted});
+    const std::string name = fmt::format("predict-{}-{}", i + 1, dsp::slug(recording.file.stem().string()));
+    results.write(name + ".json", prediction_json(prediction));
+    results.stream(name + ".csv", [&](const Sink& sink) { write_prediction(prediction, sink); });
+    text += prediction_text(prediction);
+  }
+  return text;
 }
 
 /// Recording to judged equation: the run folder, and the equations on the console.
@@ -37,7 +65,8 @@ int run(const RunArguments& arguments, Console& console) {
   const ident::IdentifyOptions options = identify_options(work.config, work.inputs, arguments.num_threads);
   auto ranges = identify_ranges(work.config, columns, libraries.front(), options, console);
   refuse_warnings(arguments.strict, console);
-  const std::string report = report_text(ranges) + findings_text(work.inputs);
+  const std::string report = report_text(ranges) + findings_text(work.inputs) +
+                             predict_test_recordings(work, ranges, arguments, results, console);
   results.write("equation.txt", report);
   results.write("equation.tex", report_latex(ranges));
   results.write("equation.json", equation_json(ranges));

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "dsp/io/settings.hpp"
 #include "dsp/names.hpp"
@@ -30,6 +31,10 @@ RecordingConfig read_recording_table(const dsp::Settings& table, const fs::path&
   result.sidecar = from_folder(folder, table.text("sidecar", ""));
   result.salvage = table.flag("salvage", false);
   result.uncalibrated = table.flag("uncalibrated", false);
+  if (table.has("use") && table.is_text("use")) {
+    result.test = table.choice("use", "", {"test"}) == "test";
+    return result;
+  }
   const dsp::Settings use = table.table("use");
   for (const std::string& role : use.keys()) {
     try {
@@ -242,6 +247,7 @@ std::string recording_text(const RecordingConfig& recording, const fs::path& fol
   std::vector<std::string> pairs;
   for (const auto& [role, channel] : recording.use)
     pairs.push_back(fmt::format("{} = {}", role, dsp::toml_quoted(channel)));
+  if (recording.test) text += "use = \"test\"\n";
   if (!pairs.empty()) text += fmt::format("use = {{ {} }}\n", fmt::join(pairs, ", "));
   return text + "\n";
 }
@@ -317,8 +323,10 @@ Config read_config(const fs::path& input, const std::vector<std::string>& overri
                       input.string(), overrides);
   document.check_schema(schema);
   Config config;
-  for (const dsp::Settings& table : document.tables("recording"))
-    config.recordings.push_back(read_recording_table(table, input.parent_path()));
+  for (const dsp::Settings& table : document.tables("recording")) {
+    RecordingConfig recording = read_recording_table(table, input.parent_path());
+    (recording.test ? config.test_recordings : config.recordings).push_back(std::move(recording));
+  }
   const dsp::Settings prepare = document.table("prepare"), library = document.table("library");
   config.prepare = read_prepare(prepare);
   config.zero = read_zero(prepare);
@@ -338,13 +346,17 @@ Config read_config(const fs::path& input, const std::vector<std::string>& overri
     throw document.fault("", "config.missing", "this is a sidecar, not a config. Name the recording beside it");
   document.finish();
   if (config.recordings.empty())
-    throw document.fault("", "config.missing", "no [[recording]]. Add one: [[recording]] and file = \"...\"");
+    throw document.fault("", "config.missing",
+                         config.test_recordings.empty()
+                             ? "no [[recording]]. Add one: [[recording]] and file = \"...\""
+                             : "every [[recording]] is for testing. Add one to fit, without use = \"test\"");
   return config;
 }
 
 std::string to_toml(const Config& config, const fs::path& folder) {
   std::string text = fmt::format("schema = {}\n\n", schema);
-  for (const RecordingConfig& recording : config.recordings) text += recording_text(recording, folder);
+  for (const auto* recordings : {&config.recordings, &config.test_recordings})
+    for (const RecordingConfig& recording : *recordings) text += recording_text(recording, folder);
   text += prepare_text(config);
   text += segment_text(config, folder);
   text += fmt::format("[library]\norder = {}\nvariables = {}\nconstant = {}\nterms = {}\nmax_terms = {}\n\n",

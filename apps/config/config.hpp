@@ -17,6 +17,7 @@ namespace apps {
 struct RecordingConfig {
   std::filesystem::path file, sidecar;  ///< sidecar empty: NAME.ext.toml beside the recording, if there
   bool salvage = false, uncalibrated = false;
+  bool test = false;                       ///< use = "test": never fitted, only predicted
   std::map<std::string, std::string> use;  ///< role -> channel
 };
 
@@ -47,7 +48,8 @@ struct StudyAxis {
 };
 
 struct Config {
-  std::vector<RecordingConfig> recordings;
+  std::vector<RecordingConfig> recordings;       ///< to be fitted
+  std::vector<RecordingConfig> test_recordings;  ///< use = "test"; ranges do not count them
   dsp::PrepareOptions prepare;
   ZeroChoice zero;
   double max_clipped = 0.01;  ///< of a training interval, for any channel; more is refused

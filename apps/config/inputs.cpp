@@ -164,13 +164,14 @@ dsp::ReadOptions read_options(const RecordingConfig& recording, std::size_t max_
 
 std::vector<fs::path> input_files(const Config& config) {
   std::vector<fs::path> files;
-  for (const RecordingConfig& recording : config.recordings) {
-    const dsp::InputFile there(recording.file);  // said before anything is made for the results
-    files.push_back(recording.file);
-    const fs::path sidecar = recording.sidecar.empty() ? dsp::sidecar_path(recording.file) : recording.sidecar;
-    std::error_code ignored;
-    if (fs::exists(sidecar, ignored)) files.push_back(sidecar);
-  }
+  for (const auto* recordings : {&config.recordings, &config.test_recordings})
+    for (const RecordingConfig& recording : *recordings) {
+      const dsp::InputFile there(recording.file);  // said before anything is made for the results
+      files.push_back(recording.file);
+      const fs::path sidecar = recording.sidecar.empty() ? dsp::sidecar_path(recording.file) : recording.sidecar;
+      std::error_code ignored;
+      if (fs::exists(sidecar, ignored)) files.push_back(sidecar);
+    }
   if (!config.segment_file.empty()) {
     const dsp::InputFile there(config.segment_file);
     files.push_back(config.segment_file);

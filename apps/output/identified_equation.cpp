@@ -57,6 +57,33 @@ Eigen::MatrixXd matrix_of(const Json& rows, Eigen::Index size) {
   return matrix;
 }
 
+ident::Model model_of(const Json& row) {
+  ident::Model model;
+  model.target = row.at("target");
+  model.target_unit = row.at("target_unit");
+  for (const Json& term : row.at("terms")) {
+    ident::ModelTerm one;
+    one.name = term.at("name");
+    one.unit = term.value("unit", "");
+    one.mean = term.at("mean");
+    one.std = term.contains("std") && term.at("std").is_number() ? term.at("std").get<double>() : nan;
+    model.terms.push_back(std::move(one));
+  }
+  return model;
+}
+
+[[noreturn]] void refuse_choice(const Json& document, const fs::path& run, const std::string& range,
+                                const std::string& method) {
+  std::string known;
+  for (const Json& one : document.at("ranges"))
+    for (const Json& equation : one.at("methods"))
+      known += fmt::format("{}{} by {}", known.empty() ? "" : ", ", one.at("name").get<std::string>(),
+                           equation.at("method").get<std::string>());
+  throw dsp::Fault(dsp::FaultKind::usage, "run.no_such_equation",
+                   printable(fmt::format("{}: no equation of range '{}' by '{}'; there are: {}", run.string(), range,
+                                         method, known)));
+}
+
 /// Whether prepared.csv has a column of the base.
 bool has_base(const fs::path& run) {
   constexpr std::size_t most_bytes = 1 << 20;  // of a header
@@ -74,16 +101,7 @@ ident::IdentifiedEquation read_equation(const fs::path& run, const std::string& 
   const Json document = read_run_json(run / "equation.json");
   try {
     const std::optional<Row> found = chosen(document, range, method);
-    if (!found) {
-      std::string known;
-      for (const Json& one : document.at("ranges"))
-        for (const Json& equation : one.at("methods"))
-          known += fmt::format("{}{} by {}", known.empty() ? "" : ", ", one.at("name").get<std::string>(),
-                               equation.at("method").get<std::string>());
-      throw dsp::Fault(dsp::FaultKind::usage, "run.no_such_equation",
-                       printable(fmt::format("{}: no equation of range '{}' by '{}'; there are: {}", run.string(),
-                                             range, method, known)));
-    }
+    if (!found) refuse_choice(document, run, range, method);
     const Json& row = *found->equation;
     ident::IdentifiedEquation equation{.range = found->range,
                                        .method = row.at("method"),
@@ -117,6 +135,21 @@ ident::IdentifiedEquation read_equation(const fs::path& run, const std::string& 
       if (!row.value("sensors", Json::array()).empty()) equation.covariance_of = "noise and sensors";
     }
     if (equation.covariance.size() == 0) equation.covariance = variance.asDiagonal();
+    return equation;
+  } catch (const Json::exception& error) {
+    throw dsp::Fault(dsp::FaultKind::input, "run.damaged",
+                     fmt::format("{}: {}", (run / "equation.json").string(), error.what()));
+  }
+}
+
+PredictedEquation read_predicting_equation(const fs::path& run, const std::string& range, const std::string& method) {
+  const Json document = read_run_json(run / "equation.json");
+  try {
+    const std::optional<Row> found = chosen(document, range, method);
+    if (!found) refuse_choice(document, run, range, method);
+    PredictedEquation equation{found->range, model_of(*found->equation), {}};
+    for (const Json& one : document.at("ranges"))
+      if (one.at("name") == found->range && one.contains("linear")) equation.linear = model_of(one.at("linear"));
     return equation;
   } catch (const Json::exception& error) {
     throw dsp::Fault(dsp::FaultKind::input, "run.damaged",

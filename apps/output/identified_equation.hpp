@@ -3,6 +3,7 @@
 #include <string>
 
 #include "ident/equation/identified_equation.hpp"
+#include "ident/model.hpp"
 
 namespace apps {
 
@@ -11,5 +12,13 @@ namespace apps {
 /// "run.damaged" (input), "run.no_such_equation" (usage) with what there is.
 [[nodiscard]] ident::IdentifiedEquation read_equation(const std::filesystem::path& run, const std::string& range,
                                                       const std::string& method);
+
+/// The same equation as a model, with the linear one that it must beat; no terms: the run named none.
+struct PredictedEquation {
+  std::string range;
+  ident::Model model, linear;
+};
+[[nodiscard]] PredictedEquation read_predicting_equation(const std::filesystem::path& run, const std::string& range,
+                                                         const std::string& method);
 
 }  // namespace apps

@@ -140,6 +140,9 @@ Json method_json(const ident::JudgedFit& fit, const ident::RangeResult& range, c
   result["residual_white"] = fit.whiteness.tested ? Json(fit.whiteness.white) : Json();
   put(result, "residual_peak_share", fit.whiteness.tested ? fit.whiteness.peak_fraction : std::nan(""),
       "too few rows, or no residual");
+  result["num_effective"] = fit.size.num_effective();
+  result["structural_fraction"] = fit.size.structural_fraction;
+  result["noise_autoregression"] = fit.size.autoregression;
   result["nmse"] = nmse_json(fit);
   result["bands"] = bands_json(fit);
   result["free_run_stretches"] = fit.free_run.num_ranges;
@@ -259,9 +262,19 @@ Json equation_row(const ident::JudgedFit& fit) {
                               {"prior_std", sensor.prior_std},
                               {"mean", sensor.mean},
                               {"std", sensor.std}});
+  row["ties"] = Json::array();
+  for (const auto& [one, other] : fit.ties) row["ties"].push_back({printable(one), printable(other)});
   row["independent_fraction"] = fit.independent_fraction;
   row["covariance"] = matrix_json(fit.model.covariance);
   row["covariance_robust"] = matrix_json(fit.model.covariance_robust);
+  return row;
+}
+
+/// What the equations of a range must beat.
+Json linear_json(const ident::Model& linear) {
+  Json row{{"target", linear.target}, {"target_unit", linear.target_unit}, {"terms", Json::array()}};
+  for (const ident::ModelTerm& term : linear.terms)
+    row["terms"].push_back({{"name", term.name}, {"mean", term.mean}, {"unit", term.unit}});
   return row;
 }
 
@@ -316,6 +329,7 @@ std::string equation_json(const std::vector<ident::RangeResult>& ranges) {
     Json row{{"name", printable(range.spec.name)}, {"verdict", nullptr}, {"methods", Json::array()}};
     if (!range.fits.empty()) row["verdict"] = to_string(range.fits[ident::chosen_method(range)].judgement.verdict);
     for (const ident::JudgedFit& fit : range.fits) row["methods"].push_back(equation_row(fit));
+    row["linear"] = linear_json(range.linear);
     document["ranges"].push_back(std::move(row));
   }
   for (const ident::RangeDisagreement& pair : ident::compare_ranges(ranges)) {

@@ -14,8 +14,8 @@ struct ReplicateOptions {
   int num_seeds = 1;
   std::uint64_t first_seed = 1;
   double noise = 0.1;
-  ident::Selection selection = ident::Selection::evidence;
-  double tau = -1.0;  ///< negative: the selection's own
+  ident::Selection selection = ident::Selection::evidence_white;  ///< the paper counts every row in full
+  double tau = -1.0;                                              ///< negative: the selection's own
 };
 
 /// One regression of one row by one method.

@@ -36,9 +36,9 @@ struct Section5Way {
 struct Section5Options {
   int num_seeds = 1;
   std::uint64_t first_seed = 1;
-  double noise = 1.0;  ///< times the sensors' own
-  ident::Selection selection = ident::Selection::evidence;
-  double tau = -1.0;  ///< negative: the selection's own
+  double noise = 1.0;                                             ///< times the sensors' own
+  ident::Selection selection = ident::Selection::evidence_white;  ///< the paper counts every row in full
+  double tau = -1.0;                                              ///< negative: the selection's own
 };
 
 /// What is fitted from: the paper's candidates for the regime, or "all": cubic in x and v, sgn(v), ddr.

@@ -147,7 +147,7 @@ bool reestimate_all(const MarginalLikelihood& likelihood, RvmState& s) {
 
 RvmState search(const MarginalLikelihood& likelihood, const FastRvmOptions& options, Fit& fit) {
   const UnitProblem& problem = likelihood.problem();
-  const bool evidence = options.selection == Selection::evidence;
+  const bool evidence = options.selection != Selection::type2;
   const bool many_rows = problem.num_samples > problem.num_terms() && problem.num_terms() <= widest_full_start;
   const double inflation = evidence && many_rows ? largest_inflation(problem) : 1.0;
   const bool hard = inflation > inflation_of_a_hard_library, severe = inflation > inflation_of_a_severe_library;

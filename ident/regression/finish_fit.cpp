@@ -153,7 +153,8 @@ void finish_bayesian(const UnitProblem& problem, std::vector<Index> kept, Vector
   fit.mean = at.mean.cwiseProduct(scale);
   const MatrixXd root = std::sqrt(noise_variance) * (scale.asDiagonal() * at.root);
   fit.covariance = root * root.transpose();
-  if (fit.selection == Selection::evidence && static_cast<Index>(kept.size()) < problem.num_samples)
+  if (fit.selection.has_value() && fit.selection != Selection::type2 &&
+      static_cast<Index>(kept.size()) < problem.num_samples)
     fit.covariance_weak = scale.asDiagonal() *
                           covariance_with_weak_terms(problem, fit.relevant, sorted, noise_variance) *
                           scale.asDiagonal();
@@ -174,6 +175,14 @@ void finish_bayesian(const UnitProblem& problem, std::vector<Index> kept, Vector
     fit.remarks.push_back(
         "every candidate term was kept: the library may lack what the target needs, or the residual is "
         "structure and not noise");
+}
+
+void fit_on_terms(const UnitProblem& problem, const std::vector<Index>& terms, Fit& fit) {
+  const double spare = std::max(1.0, static_cast<double>(problem.num_samples) - static_cast<double>(terms.size()));
+  const VectorXd lambda = VectorXd::Constant(static_cast<Index>(terms.size()), flat_lambda);
+  const double noise = posterior(problem, terms, lambda).residual(0, 0) / spare;
+  fit.steps.push_back(start_from(terms));
+  finish_bayesian(problem, terms, lambda, noise, fit);
 }
 
 void finish_least_squares(const UnitProblem& problem, std::vector<Index> kept, double penalty, Fit& fit) {

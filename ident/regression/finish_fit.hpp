@@ -30,6 +30,10 @@ template <Method method>
 void finish_bayesian(const UnitProblem& problem, std::vector<Eigen::Index> kept, Eigen::VectorXd lambda,
                      double noise_variance, Fit& fit);
 
+/// A Bayesian fit on these terms and no search, under flat priors: a term near its own error is not shrunk for having
+/// been kept. Fills in what finish_bayesian does; fit.method, selection and tau are the caller's.
+void fit_on_terms(const UnitProblem& problem, const std::vector<Eigen::Index>& terms, Fit& fit);
+
 /// The columns that are not zero throughout.
 [[nodiscard]] std::vector<Eigen::Index> usable_terms(const UnitProblem& problem);
 

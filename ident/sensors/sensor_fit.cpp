@@ -124,7 +124,7 @@ SensorPosterior sensor_posterior(const SensorRegression& regression, const std::
   units << regression.prior_std, unit;
   result.joint = units.asDiagonal() * joint * units.asDiagonal();
   result.covariance = result.joint.bottomRightCorner(k, k);
-  result.noise_covariance = unit.asDiagonal() * covariance_of(rows_of(data, n_s, {}, kept, white)) * unit.asDiagonal();
+  result.noise_covariance = unit.asDiagonal() * covariance_of(rows_of(data, n_s, {}, kept, noise)) * unit.asDiagonal();
   result.sensor_std = joint.diagonal().head(n_s).cwiseSqrt().cwiseProduct(regression.prior_std);
   VectorXd left = VectorXd::Zero(data.R.rows() + n_s);
   left.head(data.R.rows()) = data.R.col(data.R.cols() - 1);
@@ -148,6 +148,41 @@ SensorPosterior sensor_posterior(const SensorRegression& regression, const std::
         (1.0 - known.diagonal().tail(k).cwiseQuotient(total).array()).cwiseMax(0.0).matrix().transpose();
   }
   return result;
+}
+
+std::vector<SensorTwin> sensor_twins(const SensorRegression& regression, const std::vector<Index>& kept) {
+  // Cosine of the angle between them: what is left of either beside the other is below a hundredth of its power.
+  constexpr double same = 0.995;
+  constexpr double rounding = 1e-6;  // of a column, beyond the kept ones
+  const Scaled data(regression);
+  const Index n_s = regression.num_sensors(), b = data.R.cols() - 1 - n_s;
+  std::vector<SensorTwin> twins;
+  for (Index j = 0; j < b; ++j) {
+    MatrixXd others(data.R.rows(), 0);
+    for (const Index term : kept) {
+      if (term == j) continue;
+      others.conservativeResize(Eigen::NoChange, others.cols() + 1);
+      others.rightCols(1) = data.R.col(n_s + term);
+    }
+    MatrixXd beyond(data.R.rows(), n_s + 1);
+    beyond << data.R.leftCols(n_s), data.R.col(n_s + j);
+    const VectorXd whole = beyond.colwise().norm();
+    if (others.cols() > 0) {
+      const Eigen::HouseholderQR<MatrixXd> qr(others);
+      beyond.applyOnTheLeft(qr.householderQ().adjoint());
+      beyond = beyond.bottomRows(beyond.rows() - others.cols()).eval();
+    }
+    const VectorXd left = beyond.colwise().norm();
+    for (Index s = 0; s < n_s; ++s)
+      if (left(s) > rounding * whole(s) && left(n_s) > rounding * whole(n_s) &&
+          std::abs(beyond.col(s).dot(beyond.col(n_s))) > same * left(s) * left(n_s))
+        twins.push_back({s, j});
+  }
+  // A sensor that is the same as each of several terms beyond the others scales the whole equation.
+  std::vector<int> count(static_cast<std::size_t>(n_s), 0);
+  for (const SensorTwin& twin : twins) ++count[static_cast<std::size_t>(twin.sensor)];
+  std::erase_if(twins, [&](const SensorTwin& twin) { return count[static_cast<std::size_t>(twin.sensor)] > 1; });
+  return twins;
 }
 
 void add_terms_left_out(SensorPosterior& posterior, const Eigen::Ref<const VectorXd>& widening) {

@@ -28,7 +28,7 @@ struct SensorPosterior {
   Eigen::VectorXd sensor_mean, sensor_std;  ///< n_s
   Eigen::MatrixXd joint;                    ///< covariance of sensors and kept coefficients, for predictions
   Eigen::MatrixXd covariance;               ///< of the kept coefficients: noise and sensors
-  Eigen::MatrixXd noise_covariance;         ///< with the sensors known and the noise white
+  Eigen::MatrixXd noise_covariance;         ///< with the sensors known
   std::vector<std::string> sources;         ///< "noise", then each source once
   double noise_std = 0.0;                   ///< it was computed with, of white noise
   Eigen::MatrixXd fractions;  ///< sources x kept: by what fraction the variance falls where that source is known;
@@ -40,6 +40,12 @@ struct SensorPosterior {
                                                const std::vector<Eigen::Index>& kept,
                                                const Eigen::Ref<const Eigen::VectorXd>& mean, double noise_std,
                                                double independent_fraction);
+/// Sensors and candidates (0 .. b-1) whose columns are one and the same beyond these other candidates.
+struct SensorTwin {
+  Eigen::Index sensor = 0, candidate = 0;
+};
+[[nodiscard]] std::vector<SensorTwin> sensor_twins(const SensorRegression& regression,
+                                                   const std::vector<Eigen::Index>& kept);
 /// Lets in what terms too weak to be kept take from the kept ones, as the source "terms left out". `widening`: of each
 /// standard deviation, at least 1.
 void add_terms_left_out(SensorPosterior& posterior, const Eigen::Ref<const Eigen::VectorXd>& widening);

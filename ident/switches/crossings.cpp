@@ -128,31 +128,47 @@ void Crossings::settle(const WeightedTerms& equation) {
   restore(jumping.empty() ? jumping : terms);
 }
 
+/// The equation's acceleration at the motion's rate, less the jumps of the kinks.
+VectorXd Crossings::course_between_jumps(const std::vector<std::pair<Bound, double>>& equation) const {
+  const Index num_rows = motion_.num_samples();
+  VectorXd course = VectorXd::Zero(num_rows);
+  constexpr Index block = 16384;
+  for (Index first = 0; first < num_rows; first += block) {
+    const Index count = std::min(block, num_rows - first);
+    for (const auto& [bound, coefficient] : equation) {
+      std::vector<VectorXd> sides;
+      std::vector<const double*> columns;
+      for (const std::size_t argument : bound.switches) sides.push_back(signs(argument, 1, first, count));
+      for (const std::string& name : bound.expression->signals()) columns.push_back(samples(name).data() + first);
+      for (const VectorXd& side : sides) columns.push_back(side.data());
+      course.segment(first, count) += coefficient * bound.expression->evaluate(columns, count);
+    }
+  }
+  auto kink = kinks_.begin();
+  double jumped = 0.0;
+  for (Index i = 0; i < num_rows; ++i) {
+    for (; kink != kinks_.end() && kink->t_s * motion_.sample_rate_hz <= static_cast<double>(i); ++kink)
+      jumped += kink->slope_jump;
+    course(i) -= jumped;
+    if (!std::isfinite(course(i))) course(i) = i > 0 ? course(i - 1) : 0.0;
+  }
+  return course;
+}
+
 /// What the state band took from speeds: the integral of the equation's acceleration beyond it. Its jumps' part is
 /// known in closed form; the rest is smooth enough for the motion's samples.
 void Crossings::restore(const std::vector<std::pair<Bound, double>>& equation) {
-  const Index n = motion_.num_samples();
   const double rate_hz = motion_.sample_rate_hz;
   if (!kinks_.empty()) {
-    VectorXd course = VectorXd::Zero(n);
-    for (const auto& [bound, coefficient] : equation) {
-      std::vector<VectorXd> signs_of;
-      std::vector<const double*> columns;
-      for (const std::size_t argument : bound.switches) signs_of.push_back(signs(argument, 1, 0, n));
-      for (const std::string& name : bound.expression->signals()) columns.push_back(samples(name).data());
-      for (const VectorXd& sign : signs_of) columns.push_back(sign.data());
-      course += coefficient * bound.expression->evaluate(columns, n);
-    }
-    auto kink = kinks_.begin();
-    double jumped = 0.0;
-    for (Index i = 0; i < n; ++i) {
-      for (; kink != kinks_.end() && kink->t_s * rate_hz <= static_cast<double>(i); ++kink) jumped += kink->slope_jump;
-      course(i) -= jumped;
-      if (!std::isfinite(course(i))) course(i) = i > 0 ? course(i - 1) : 0.0;
-    }
-    smooth_part_ = dsp::ExtendedSpectrum(course, rate_hz).filtered([&](double f) -> std::complex<double> {
+    VectorXd course = course_between_jumps(equation);
+    restored_.clear();
+    smooth_part_.resize(0);
+    dsp::ExtendedSpectrum spectrum(course, rate_hz);
+    course.resize(0);
+    spectrum.multiply([&](double f) -> std::complex<double> {
       return f > 0.0 ? std::complex<double>(0.0, -(1.0 - state_band_.gain(f)) / (2.0 * std::numbers::pi * f)) : 0.0;
     });
+    smooth_part_ = std::move(spectrum).signal();
   }
   restored_.clear();
   for (const dsp::Signal& signal : motion_.signals) {

@@ -84,6 +84,7 @@ class Crossings {
   double move_all();
   void add_kinks(double rate_hz, Eigen::Index first, Eigen::VectorXd& speed) const;
   void collect_kinks();
+  [[nodiscard]] Eigen::VectorXd course_between_jumps(const std::vector<std::pair<Bound, double>>& equation) const;
   void restore(const std::vector<std::pair<Bound, double>>& equation);
 
   const dsp::Motion& motion_;

@@ -78,14 +78,15 @@ class Inputs {
   double offset_m_ = 0.0;
 };
 
-bool long_enough(const Course& course, const dsp::IndexRange& range, double min_periods) {
-  constexpr Index min_samples = 16;
-  const Index length = range.last - range.first;
-  if (length < min_samples) return false;
-  const Eigen::VectorXd x = course.signals->at("x").segment(range.first, length);
-  return static_cast<double>(length) / course.signals->sample_rate_hz *
-             dsp::strongest_line(x, course.signals->sample_rate_hz).frequency_hz >=
-         min_periods;
+/// The shortest range that tells something, in samples: of the motion of the whole record, since a short range holds no
+/// line below its own length.
+double least_samples(const Course& course, double min_periods) {
+  constexpr double min_samples = 16.0;
+  const Eigen::VectorXd x =
+      course.signals->at("x").unaryExpr([](double value) { return std::isfinite(value) ? value : 0.0; });
+  const double rate_hz = course.signals->sample_rate_hz,
+               line_hz = x.size() < 2 ? 0.0 : dsp::strongest_line(x, rate_hz).frequency_hz;
+  return line_hz > 0.0 ? std::max(min_samples, min_periods * rate_hz / line_hz) : min_samples;
 }
 
 /// Squared errors and squared sizes of x, summed over the ranges so far.
@@ -104,7 +105,8 @@ bool sticks(const sim::Simulation& run, int num_switches) {
 
 /// Runs one range; false: `result` says how it ended.
 bool run_range(const std::shared_ptr<const EquationOfMotion>& equation, const Course& course,
-               const dsp::IndexRange& range, const FreeRunOptions& options, Tally& tally, FreeRun& result) {
+               const dsp::IndexRange& range, const FreeRunOptions& options, Tally& tally, Eigen::VectorXd* series,
+               FreeRun& result) {
   const dsp::Motion& motion = *course.signals;
   const auto inputs = std::make_shared<const Inputs>(*equation, motion, range);
   const Eigen::VectorXd& position = motion.at(equation->frame().states[0]);
@@ -134,6 +136,8 @@ bool run_range(const std::shared_ptr<const EquationOfMotion>& equation, const Co
   system.name = "free run";
   const sim::Simulation run = sim::simulate(system, initial, simulate_options);
   result.sticks = result.sticks || sticks(run, num_switches);
+  for (Index i = 0; series != nullptr && i < std::min(length, run.time_s.size()); ++i)
+    (*series)(range.first + i) = inputs->x_at(run.time_s(i), run.states(i, 0) * position_scale);
   if (run.status != sim::SimulationStatus::finished) {
     result.diverged_after_s = static_cast<double>(run.time_s.size()) / motion.sample_rate_hz;
     result.reason = fmt::format("{} {:.4g} s after its start at t = {:.6g} s ({})",
@@ -164,17 +168,21 @@ FreeRun free_run(const Model& model, const std::vector<Course>& courses, const F
   Tally tally;
   for (const Course& course : courses) {
     if (!result.reason.empty()) return result;
+    if (options.keep_series) result.x.push_back(Eigen::VectorXd::Constant(course.signals->num_samples(), result.nmse));
     const auto equation = std::make_shared<const EquationOfMotion>(equation_of(model, *course.signals));
     result.reason = obstacle(*equation);
     if (!result.reason.empty()) return result;
+    const double least = least_samples(course, options.min_periods);
     for (const dsp::IndexRange& range : course.ranges) {
-      if (!long_enough(course, range, options.min_periods)) continue;
+      if (static_cast<double>(range.last - range.first) < least) continue;
       ++result.num_ranges;
-      if (!run_range(equation, course, range, options, tally, result)) return result;
+      if (!run_range(equation, course, range, options, tally, options.keep_series ? &result.x.back() : nullptr, result))
+        return result;
     }
   }
   if (result.num_ranges == 0) {
-    result.reason = fmt::format("no test interval without a gap is {:g} periods long", options.min_periods);
+    result.reason = fmt::format("no test interval without a gap is {:g} period{} long", options.min_periods,
+                                options.min_periods == 1.0 ? "" : "s");
   } else if (!(tally.size > 0.0)) {
     result.reason = "x is zero over the test rows";
   } else {

@@ -23,14 +23,16 @@ struct FreeRun {
   std::string reason;  ///< not empty: there is no figure, and why: too short, no equation of motion, diverged
   double diverged_after_s = 0.0;  ///< from the start of its range; 0: it did not
   int num_ranges = 0;
-  bool sticks = false;  ///< it came to rest on a switch at least once
-  bool applies = true;  ///< false: the rows are no time response, and none was to be expected
+  bool sticks = false;             ///< it came to rest on a switch at least once
+  bool applies = true;             ///< false: the rows are no time response, and none was to be expected
+  std::vector<Eigen::VectorXd> x;  ///< with keep_series: for each course and sample what it predicts; NaN: nothing
 };
 
 struct FreeRunOptions {
-  double min_periods = 5.0;          ///< of the dominant frequency of x; shorter ranges are left out
+  double min_periods = 1.0;          ///< of the dominant frequency of x; shorter ranges tell nothing and are left out
   double relative_tolerance = 1e-6;  ///< of a step; ten times less moves the NMSE by under a thousandth of itself
   double divergence_factor = 100.0;  ///< a state beyond this many times its largest measured magnitude has diverged
+  bool keep_series = false;          ///< fills in FreeRun::x
   std::function<void()> poll = {};   ///< called now and then; may throw to end the run
 };
 

@@ -3,46 +3,92 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dsp/filter/fft.hpp"
-
 namespace ident {
 namespace {
 
 using Eigen::Index;
 using Eigen::VectorXd;
 
-/// sum_t x_t x_(t+l) for l = 0 .. n-1.
-VectorXd lagged_products(const VectorXd& x) {
-  const Index n = x.size(), length = dsp::good_fft_size(2 * n);
-  VectorXd padded = VectorXd::Zero(length);
-  padded.head(n) = x;
-  const dsp::RealFft fft(length);
+/// Adds sum_t x_t x_(t+l) for l = 0 .. length-1 to `sums`.
+void add_lagged_products(const dsp::RealFft& fft, const VectorXd& padded, Index length, VectorXd& sums) {
   const Eigen::VectorXcd X = fft.forward(padded);
-  return fft.inverse(X.cwiseAbs2().cast<std::complex<double>>()).head(n);
+  sums.head(length) += fft.inverse(X.cwiseAbs2().cast<std::complex<double>>()).head(length);
 }
 
 }  // namespace
 
-double independent_fraction(const Eigen::Ref<const VectorXd>& residual, const std::vector<Index>& samples) {
-  const auto n = static_cast<double>(residual.size());
-  if (residual.size() < 3 || residual.isZero(0.0)) return 1.0;
+IndependentRows::IndependentRows(const std::vector<Index>& samples, std::vector<Index> first_rows) : samples_(samples) {
+  first_rows.push_back(std::ssize(samples));
+  for (std::size_t r = 0; r + 1 < first_rows.size(); ++r) {
+    const Index first = first_rows[r], count = first_rows[r + 1] - first;
+    if (count <= 0) continue;
+    const Index first_sample = samples[static_cast<std::size_t>(first)];
+    records_.push_back(
+        {first, count, first_sample, samples[static_cast<std::size_t>(first + count - 1)] - first_sample + 1});
+  }
+  Index longest = 0;
+  for (const Record& record : records_) longest = std::max(longest, record.length);
+  pairs_ = VectorXd::Zero(longest);
+  if (longest == 0) return;
+  fft_ = std::make_unique<dsp::RealFft>(dsp::good_fft_size(2 * longest));
+  for (const Record& record : records_) {
+    VectorXd mask = VectorXd::Zero(fft_->size());
+    for (Index i = record.first_row; i < record.first_row + record.num_rows; ++i)
+      mask(samples_[static_cast<std::size_t>(i)] - record.first_sample) = 1.0;
+    add_lagged_products(*fft_, mask, record.length, pairs_);
+  }
+  pairs_ = pairs_.array().round();
+}
+
+VectorXd IndependentRows::autocorrelation(const Eigen::Ref<const VectorXd>& residual) const {
+  if (residual.size() < 3 || residual.isZero(0.0)) return {};
   const double unit = residual.cwiseAbs().maxCoeff();  // squares of smaller ones may vanish
-  const Index first = samples.front(), length = samples.back() - first + 1;
-  VectorXd series = VectorXd::Zero(length), mask = VectorXd::Zero(length);
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    series(samples[i] - first) = residual(static_cast<Index>(i)) / unit;
-    mask(samples[i] - first) = 1.0;
+  VectorXd products = VectorXd::Zero(pairs_.size());
+  for (const Record& record : records_) {
+    VectorXd series = VectorXd::Zero(fft_->size());
+    for (Index i = record.first_row; i < record.first_row + record.num_rows; ++i)
+      series(samples_[static_cast<std::size_t>(i)] - record.first_sample) = residual(i) / unit;
+    add_lagged_products(*fft_, series, record.length, products);
   }
-  const VectorXd products = lagged_products(series), pairs = lagged_products(mask);
-  const double variance = products(0) / n;
+  const double variance = products(0) / static_cast<double>(residual.size());
+  for (Index lag = 0; lag < products.size(); ++lag) {
+    const double r = pairs_(lag) < 1.0 ? 0.0 : products(lag) / pairs_(lag) / variance;
+    products(lag) = std::clamp(r, -1.0, 1.0);
+  }
+  return products;
+}
+
+bool IndependentRows::within_chance(double r, Index lag) const {
+  return pairs_(lag) < 1.0 || r * r <= 2.0 * std::log(static_cast<double>(samples_.size())) / pairs_(lag);
+}
+
+double IndependentRows::fraction_of(const VectorXd& r, const VectorXd& r_of_regressor) const {
+  const auto n = static_cast<double>(samples_.size());
   double sum = 0.0;
-  for (Index lag = 1; lag < length; ++lag) {
-    const double count = std::round(pairs(lag));
-    if (count < 1.0) continue;
-    const double r = products(lag) / count / variance, square = std::min(r * r, 1.0);
-    if (square > 2.0 * std::log(n) / count) sum += count / n * square;
-  }
-  return 1.0 / (1.0 + 2.0 * sum);
+  for (Index lag = 1; lag < std::min(r.size(), r_of_regressor.size()); ++lag)
+    if (!within_chance(r(lag), lag)) sum += pairs_(lag) / n * (r(lag) * r_of_regressor(lag));
+  return 1.0 / (1.0 + 2.0 * std::max(0.0, sum));
+}
+
+double IndependentRows::fraction(const Eigen::Ref<const VectorXd>& residual) const {
+  const VectorXd r = autocorrelation(residual);
+  return fraction_of(r, r);
+}
+
+double IndependentRows::fraction_for(const Eigen::Ref<const VectorXd>& regressor,
+                                     const Eigen::Ref<const VectorXd>& residual) const {
+  return fraction_of(autocorrelation(residual), autocorrelation(regressor));
+}
+
+Index IndependentRows::first_lag_within_chance(const Eigen::Ref<const VectorXd>& residual) const {
+  const VectorXd r = autocorrelation(residual);
+  for (Index lag = 1; lag < r.size(); ++lag)
+    if (within_chance(r(lag), lag)) return lag;
+  return std::max<Index>(1, r.size());
+}
+
+double independent_fraction(const Eigen::Ref<const VectorXd>& residual, const std::vector<Index>& samples) {
+  return IndependentRows(samples).fraction(residual);
 }
 
 }  // namespace ident

@@ -178,6 +178,12 @@ void remark_on_residual(const JudgedFit& fit, std::vector<std::string>& remarks)
     return;
   }
   remarks.push_back(fmt::format("residual is not white: structure remains ({})", statistic));
+  if (fit.size.fraction() < 1.0) {
+    remarks.push_back(
+        fmt::format("that is in the standard deviations: the {:.0f} rows count as {:.0f} independent ones",
+                    fit.size.num_rows, fit.size.num_effective()));
+    return;
+  }
   if (!fit.sensors.empty()) {
     remarks.push_back(
         fmt::format("its autocorrelation is in the standard deviations: the rows count as {:.0f} % of as "

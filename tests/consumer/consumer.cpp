@@ -4,6 +4,7 @@
 #include "dsp/prepare.hpp"
 #include "dsp/read_recording.hpp"
 #include "ident/identify.hpp"
+#include "ident/validate/predict.hpp"
 
 // A recording to its judged equations; the coefficient of x is known to be -50 within a per cent.
 int main(int /*argc*/, char** argv) {

@@ -97,7 +97,8 @@ TEST_CASE("replicate says what it does not know", "[apps][replicate]") {
   fault({.items = {}, .folder = {}, .tau = {}}, "replicate.item", "nothing to do");
   fault({.items = {"all"}, .folder = {}, .num_seeds = 0, .tau = {}}, "replicate.seeds", "--seeds 0");
   fault({.items = {"all"}, .folder = {}, .noise = -1.0, .tau = {}}, "replicate.noise", "--noise -1");
-  fault({.items = {"all"}, .folder = {}, .selection = "best", .tau = {}}, "replicate.selection", "evidence or type2");
+  fault({.items = {"all"}, .folder = {}, .selection = "best", .tau = {}}, "replicate.selection",
+        "evidence-white, evidence or type2");
   fault({.items = {"all"}, .folder = {}, .tau = -2.0}, "replicate.tau", "--tau -2");
 }
 

@@ -38,3 +38,31 @@ TEST_CASE("no residual, and next to none, is as good as white", "[ident][indepen
   CHECK(ident::independent_fraction(VectorXd::Zero(100), samples_with_gap(100)) == 1.0);
   CHECK(ident::independent_fraction(VectorXd::Ones(2), {0, 1}) == 1.0);
 }
+
+TEST_CASE("a periodic residual counts as two numbers for each harmonic, however many cycles there are",
+          "[ident][independent_rows]") {
+  const Index n = 2500;  // ten cycles
+  for (const int harmonics : {1, 3, 6, 12}) {
+    VectorXd residual = VectorXd::Zero(n);
+    for (int h = 1; h <= harmonics; ++h)
+      for (Index i = 0; i < n; ++i)
+        residual(i) += std::cos(
+            2.0 * static_cast<double>(EIGEN_PI) * 10.0 * h * static_cast<double>(i) / static_cast<double>(n) + h * h);
+    std::vector<Index> samples;
+    for (Index i = 0; i < n; ++i) samples.push_back(i);
+    // The squared autocorrelation of H equal lines sums up to n / (2 H) over the record; chance lags are not counted.
+    CHECK(static_cast<double>(n) * ident::IndependentRows(samples).fraction(residual) ==
+          Approx(2.0 * harmonics).epsilon(0.2));
+  }
+}
+
+TEST_CASE("lags do not cross from one record to the next", "[ident][independent_rows]") {
+  // The second record repeats the first, which is white but for chance: across the border the correlation is one.
+  const VectorXd white = support::gaussian(500, 1, 77);
+  VectorXd both(1000);
+  both << white, white;
+  std::vector<Index> samples;
+  for (Index i = 0; i < 1000; ++i) samples.push_back(i);
+  CHECK(ident::IndependentRows(samples, {0, 500}).fraction(both) > 0.9);
+  CHECK(ident::IndependentRows(samples).fraction(both) < 0.75);
+}

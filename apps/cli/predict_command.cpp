@@ -1,0 +1,89 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+
+#include "apps/cli/command.hpp"
+#include "apps/config/other_recording.hpp"
+#include "apps/output/finished_run.hpp"
+#include "apps/output/identified_equation.hpp"
+#include "apps/output/prediction.hpp"
+#include "apps/process/interrupt.hpp"
+#include "apps/process/output_folder.hpp"
+#include "dsp/names.hpp"
+
+namespace apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct PredictArguments {
+  fs::path run, recording, sidecar;
+  std::string range, method;
+};
+
+/// The equation of a finished run, run free on another recording. 4 where it could not be run to the end.
+int predict(const PredictArguments& arguments, const GlobalOptions& global, Console& console) {
+  const fs::path equation_file = arguments.run / "equation.json", config_file = arguments.run / "config.toml";
+  const fs::path destination = global.output.empty()
+                                   ? fs::path(dsp::slug(arguments.recording.stem().string()) + "-predict")
+                                   : fs::path(global.output);
+  check_finished_run(arguments.run, global.strict, console);
+  require_apart(destination, {equation_file, config_file, arguments.recording});
+  const Config config = read_config(config_file);
+  const PredictedEquation equation = read_predicting_equation(arguments.run, arguments.range, arguments.method);
+  OutputFolder folder(destination, global.force);
+  Manifest manifest = begin_manifest("predict", global.command_line, global.seed, folder.destination());
+  const Input input = other_recording(config, {.file = arguments.recording, .sidecar = arguments.sidecar}, 0, console);
+  refuse_warnings(global.strict, console);
+  const auto range = std::find_if(config.ranges.begin(), config.ranges.end(),
+                                  [&](const ident::Range& one) { return one.spec.name == equation.range; });
+  const ident::RecordPrediction prediction =
+      ident::predict(equation.model, equation.linear, input,
+                     {.where = range == config.ranges.end() ? "" : range->spec.where,
+                      .num_threads = thread_count(global),
+                      .poll = check_interrupted});
+  const std::string document = prediction_json(prediction);
+  folder.write("predict.json", document);
+  OutputFile series = folder.file("predict.csv");
+  write_prediction(prediction, [&](std::string_view text) { series.write(text); });
+  series.close();
+  for (const fs::path& file : {equation_file, config_file}) add_input(manifest, file, folder.destination());
+  for (const fs::path& file : input.files) add_input(manifest, file, folder.destination());
+  manifest.warnings = console.warnings();
+  folder.commit(std::move(manifest));
+  console.result(console.json() ? document
+                                : fmt::format("{}results are in {}\n", prediction_text(prediction),
+                                              folder.destination().string()));
+  if (prediction.nmse.reason.empty()) return 0;
+  console.error("predict.no_free_run",
+                fmt::format("{}: the free run {}", prediction.recording, prediction.nmse.reason));
+  return 4;
+}
+
+}  // namespace
+
+Command predict_command() {
+  return {"predict",
+          "The equation of a run, run free on another recording",
+          {{"--seed"}, {"--dry-run"}, {"--set"}},
+          [](CLI::App& command) -> CommandBody {
+            auto typed = std::make_shared<PredictArguments>();
+            command.add_option("RUN", typed->run, "Run folder")->required();
+            command.add_option("RECORDING", typed->recording, "Recording of the same preparation; not a fitted one")
+                ->required();
+            command.add_option("--sidecar", typed->sidecar,
+                               "Its sidecar; the one beside it, else the run's, unless said");
+            command.add_option("--range", typed->range, "Range whose equation it is; as the run chose, unless said");
+            command.add_option("--method", typed->method, "Method that found it; as the run chose, unless said");
+            command.footer(
+                "Writes predict.json and predict.csv: errors of the free run against the sensors' noise, a linear\n"
+                "equation and a payload that does not move, and which coefficients carry over.\n"
+                "  ardent predict swing1-run swing2.csv -o swing2-predict\n"
+                "  ardent predict frame_250g-run frame_450g.csv --range slip --json");
+            return [=](const GlobalOptions& global, Console& console) { return predict(*typed, global, console); };
+          }};
+}
+
+}  // namespace apps

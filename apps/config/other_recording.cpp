@@ -1,0 +1,26 @@
+#include "apps/config/other_recording.hpp"
+
+#include <system_error>
+#include <utility>
+
+#include "dsp/io/sidecar.hpp"
+
+namespace apps {
+
+Input other_recording(Config config, RecordingConfig recording, std::size_t max_memory_bytes, Console& console) {
+  const RecordingConfig& first = config.recordings.front();
+  std::error_code ignored;
+  if (recording.sidecar.empty() && !std::filesystem::exists(dsp::sidecar_path(recording.file), ignored))
+    recording.sidecar = first.sidecar.empty() ? dsp::sidecar_path(first.file) : first.sidecar;
+  if (!recording.sidecar.empty() && !std::filesystem::exists(recording.sidecar, ignored)) recording.sidecar.clear();
+  if (recording.use.empty()) recording.use = first.use;
+  recording.uncalibrated = recording.uncalibrated || first.uncalibrated;
+  config.recordings = {std::move(recording)};
+  config.ranges.clear();  // they are times of other recordings
+  config.segment_file.clear();
+  std::vector<Input> inputs = prepare_inputs(config, max_memory_bytes, console);
+  settle(config, inputs, console);
+  return std::move(inputs.front());
+}
+
+}  // namespace apps

@@ -1,0 +1,86 @@
+#include "apps/output/prediction.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "apps/process/printable.hpp"
+#include "ident/model.hpp"
+
+namespace apps {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Eigen::Index;
+
+void put(Json& object, const std::string& key, const ident::Figure& figure) {
+  object[key] = figure.reason.empty() ? Json(figure.value) : Json();
+  if (!figure.reason.empty()) object[key + "_reason"] = printable(figure.reason);
+}
+
+Json number_or_null(double value) {
+  return std::isfinite(value) ? Json(value) : Json();
+}
+
+std::string shown(const ident::Figure& figure) {
+  return figure.reason.empty() ? fmt::format("{:.3g}", figure.value) : figure.reason;
+}
+
+std::string cell(double value) {
+  return std::isfinite(value) ? fmt::format(",{}", value) : ",";
+}
+
+std::string coefficient_text(const ident::CarryOver& one) {
+  if (!std::isfinite(one.here))
+    return fmt::format("  {}: {}, and here it does not earn its place: does not carry over\n", one.term,
+                       ident::number(one.identified));
+  return fmt::format("  {}: {} +- {:.2g}, here {} +- {:.2g}: {}\n", one.term, ident::number(one.identified),
+                     one.identified_std, ident::number(one.here), one.here_std,
+                     one.carries ? "carries over" : "does not carry over");
+}
+
+}  // namespace
+
+std::string prediction_json(const ident::RecordPrediction& prediction) {
+  Json document{{"recording", printable(prediction.recording)}, {"stretches", Json::array()}};
+  for (const dsp::Interval& stretch : prediction.stretches)
+    document["stretches"].push_back({{"from_s", stretch.from_s}, {"to_s", stretch.to_s}});
+  put(document, "nmse", prediction.nmse);
+  put(document, "rms", prediction.rms);
+  document["unit"] = prediction.unit;
+  put(document, "noise_floor", prediction.noise_floor);
+  document["baselines"] = Json::object();
+  put(document["baselines"], "linear", prediction.linear);
+  put(document["baselines"], "still", prediction.still);
+  if (!prediction.remark.empty()) document["remark"] = prediction.remark;
+  document["coefficients"] = Json::array();
+  for (const ident::CarryOver& one : prediction.coefficients)
+    document["coefficients"].push_back({{"name", one.term},
+                                        {"identified", one.identified},
+                                        {"identified_std", number_or_null(one.identified_std)},
+                                        {"here", number_or_null(one.here)},
+                                        {"here_std", number_or_null(one.here_std)},
+                                        {"carries_over", one.carries}});
+  return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+void write_prediction(const ident::RecordPrediction& prediction, const Sink& sink) {
+  sink("t,x,x_predicted,x_linear\n");
+  for (Index i = 0; i < prediction.time_s.size(); ++i)
+    sink(fmt::format("{}{}{}{}\n", prediction.time_s(i), cell(prediction.x(i)), cell(prediction.predicted(i)),
+                     cell(prediction.linear_predicted(i))));
+}
+
+std::string prediction_text(const ident::RecordPrediction& prediction) {
+  std::string text = fmt::format("{}: free run of x: NMSE {}, a linear equation {}, a still payload {}\n",
+                                 printable(prediction.recording), shown(prediction.nmse), shown(prediction.linear),
+                                 shown(prediction.still));
+  text += fmt::format("  rms error {} {}, noise of the displacement {} {}\n", shown(prediction.rms), prediction.unit,
+                      shown(prediction.noise_floor), prediction.unit);
+  if (!prediction.remark.empty()) text += fmt::format("  {}\n", prediction.remark);
+  for (const ident::CarryOver& one : prediction.coefficients) text += coefficient_text(one);
+  return text;
+}
+
+}  // namespace apps

@@ -1,0 +1,97 @@
+#include "ident/selection/best_subsets.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace ident {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+// Least squares on some terms, and by how much the rest falls or grows with one more or one less.
+struct LeastSquares {
+  Posterior at;
+  double rss = 1.0;
+  LeastSquares(const UnitProblem& problem, const std::vector<Index>& terms)
+      : at(posterior(problem, terms, VectorXd::Constant(static_cast<Index>(terms.size()), flat_lambda))),
+        rss(at.residual(0, 0)) {}
+  [[nodiscard]] double change(Index term) const { return at.quality(term) * at.quality(term) / at.sparsity(term); }
+};
+
+bool holds(const std::vector<Index>& terms, Index term) {
+  return std::binary_search(terms.begin(), terms.end(), term);
+}
+
+std::vector<Index> with(std::vector<Index> terms, Index term) {
+  terms.insert(std::upper_bound(terms.begin(), terms.end(), term), term);
+  return terms;
+}
+
+std::vector<Index> without(std::vector<Index> terms, Index term) {
+  terms.erase(std::lower_bound(terms.begin(), terms.end(), term));
+  return terms;
+}
+
+// The left-out term that takes most of the rest away, and how much; -1: none is independent.
+std::pair<Index, double> best_addition(const UnitProblem& problem, const std::vector<Index>& terms,
+                                       const LeastSquares& fit) {
+  std::pair<Index, double> best{-1, 0.0};
+  for (Index i = 0; i < problem.num_terms(); ++i)
+    if (!holds(terms, i) && fit.at.sparsity(i) > smallest_sparsity(problem) &&
+        (best.first < 0 || fit.change(i) > best.second))
+      best = {i, fit.change(i)};
+  return best;
+}
+
+// Exchanges one term for another while the rest falls by it.
+void exchange(const UnitProblem& problem, Subset& subset) {
+  constexpr double rounding = 1e-9;  // of the rest, that an exchange must beat
+  for (bool moved = true; moved;) {
+    moved = false;
+    for (const Index leaving : std::vector<Index>(subset.terms)) {
+      const std::vector<Index> rest = without(subset.terms, leaving);
+      const LeastSquares fit(problem, rest);
+      const auto [term, gain] = best_addition(problem, rest, fit);
+      if (term < 0 || term == leaving || fit.rss - gain >= (1.0 - rounding) * subset.rss) continue;
+      subset = {with(rest, term), fit.rss - gain};
+      moved = true;
+    }
+  }
+  subset.rss = LeastSquares(problem, subset.terms).rss;
+}
+
+}  // namespace
+
+double least_squares_rss(const UnitProblem& problem, const std::vector<Index>& terms) {
+  return LeastSquares(problem, terms).rss;
+}
+
+Subset without_weakest(const UnitProblem& problem, const std::vector<Index>& terms) {
+  const LeastSquares fit(problem, terms);
+  const Index weakest =
+      *std::min_element(terms.begin(), terms.end(), [&](Index a, Index b) { return fit.change(a) < fit.change(b); });
+  return {without(terms, weakest), fit.rss + fit.change(weakest)};
+}
+
+std::vector<Subset> best_subsets(const UnitProblem& problem, Index largest) {
+  std::vector<Subset> best{Subset{}};
+  for (Index size = 1; size <= largest; ++size) {
+    const std::vector<Index>& terms = best.back().terms;
+    const Index term = best_addition(problem, terms, {problem, terms}).first;
+    if (term < 0) break;
+    Subset next{with(terms, term), 1.0};
+    next.rss = LeastSquares(problem, next.terms).rss;
+    exchange(problem, next);
+    best.push_back(std::move(next));
+  }
+  for (std::size_t size = best.size() - 1; size-- > 1;) {
+    Subset next = without_weakest(problem, best[size + 1].terms);
+    if (next.terms == best[size].terms) continue;
+    exchange(problem, next);
+    if (next.rss < best[size].rss) best[size] = std::move(next);
+  }
+  return best;
+}
+
+}  // namespace ident

@@ -1,0 +1,25 @@
+#pragma once
+#include <Eigen/Core>
+#include <vector>
+
+#include "ident/regression/posterior.hpp"
+
+namespace ident {
+
+/// Terms, and what least squares on them leaves of a target of unit norm.
+struct Subset {
+  std::vector<Eigen::Index> terms;  ///< ascending
+  double rss = 1.0;
+};
+
+/// For each number of terms from none to `largest` (fewer where no more are independent) those that leave least of the
+/// only target: by forward selection and backward elimination, each size improved by exchanges of one term.
+[[nodiscard]] std::vector<Subset> best_subsets(const UnitProblem& problem, Eigen::Index largest);
+
+/// These terms, one at least, less the one without which least leaves.
+[[nodiscard]] Subset without_weakest(const UnitProblem& problem, const std::vector<Eigen::Index>& terms);
+
+/// What least squares on these terms leaves.
+[[nodiscard]] double least_squares_rss(const UnitProblem& problem, const std::vector<Eigen::Index>& terms);
+
+}  // namespace ident

@@ -1,0 +1,19 @@
+#pragma once
+
+namespace ident {
+
+/// How many independent numbers rows hold about the coefficients of an equation.
+struct EffectiveSize {
+  double num_rows = 0.0;             ///< n
+  double num_uncorrelated = 0.0;     ///< n_a: by the autocorrelation of the residual
+  double num_noise = 0.0;            ///< by that of the residual and of the candidate most like it; 0: as n_a
+  double num_states = 0.0;           ///< n_s: dimensions of what smooth functions of the state could add; 0: not known
+  double structural_fraction = 0.0;  ///< f: of the residual's power, a function of the state
+  double autoregression = 0.0;       ///< rho: the rows were whitened by it; 0: they were not
+  /// 1 / ((1 - f) / n_noise + f / min(n_a, n_s)): noise is averaged over rows, misfit comes back in every cycle.
+  [[nodiscard]] double num_effective() const;
+  /// Of the rows; 1 where the residual is white.
+  [[nodiscard]] double fraction() const;
+};
+
+}  // namespace ident

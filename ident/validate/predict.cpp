@@ -1,0 +1,180 @@
+#include "ident/validate/predict.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "dsp/filter/strongest_line.hpp"
+#include "ident/library.hpp"
+#include "ident/methods.hpp"
+#include "ident/validate/free_run.hpp"
+#include "ident/validate/metrics.hpp"
+
+namespace ident {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+/// Every sample that may be used.
+Course whole_course(const dsp::Motion& motion) {
+  const Index n = motion.num_samples();
+  Course course{&motion, {}, std::vector<unsigned char>(static_cast<std::size_t>(n), 0)};
+  Index previous = -2;
+  for (Index i = motion.edge_samples; i < n - motion.edge_samples; ++i) {
+    if (!motion.excluded.empty() && motion.excluded[static_cast<std::size_t>(i)] != 0) continue;
+    if (i != previous + 1) course.ranges.push_back({i, i});
+    course.ranges.back().last = i + 1;
+    course.scored[static_cast<std::size_t>(i)] = 1;
+    previous = i;
+  }
+  return course;
+}
+
+struct Errors {
+  Figure nmse, rms;
+};
+
+/// Over the samples with a prediction, whose measured values are `x`.
+Errors errors_of(const VectorXd& x, const VectorXd& predicted, const std::string& reason) {
+  std::vector<Index> there;
+  for (Index i = 0; i < predicted.size(); ++i)
+    if (std::isfinite(predicted(i))) there.push_back(i);
+  if (!reason.empty() || there.empty()) {
+    const Figure none{nan, reason.empty() ? "nothing was run" : reason};
+    return {none, none};
+  }
+  const VectorXd measured = x(there), run = predicted(there);
+  const double nmse = nmse_centred(run, measured);
+  const double rms = (run - measured).stableNorm() / std::sqrt(static_cast<double>(there.size()));
+  return {std::isfinite(nmse) ? Figure{nmse, {}} : Figure{nan, "x does not move"}, {rms, {}}};
+}
+
+/// White noise of the displacement over samples of the regression rate, as it was before any filter for that rate.
+double noise_within(const dsp::Prepared& prepared, const dsp::IndexRange& range) {
+  const bool unfiltered = prepared.intermediate.find("x") != nullptr;
+  const dsp::Motion& motion = unfiltered ? prepared.intermediate : prepared.signals;
+  const double by = motion.sample_rate_hz / prepared.signals.sample_rate_hz;
+  const Eigen::VectorXd& x = motion.at("x");
+  const auto first = std::min(x.size(), static_cast<Index>(std::ceil(by * static_cast<double>(range.first)))),
+             last = std::min(x.size(), static_cast<Index>(by * static_cast<double>(range.last)));
+  return white_noise_std(x.segment(first, std::max<Index>(0, last - first)));
+}
+
+/// The payload at rest in space, as far as the base's motion tells; x itself at rest where there is no base.
+VectorXd still_body(const dsp::Motion& motion, const VectorXd& predicted) {
+  VectorXd still = motion.find("r") != nullptr ? (-motion.at("r").array() + motion.at("r").mean()).matrix().eval()
+                                               : VectorXd::Zero(predicted.size()).eval();
+  for (Index i = 0; i < still.size(); ++i)
+    if (!std::isfinite(predicted(i))) still(i) = nan;
+  return still;
+}
+
+/// Fits the equation's own terms to the recording.
+std::vector<CarryOver> carried_over(const Model& model, const Record& record, const PredictOptions& options) {
+  LibraryOptions terms{.order = 0};
+  for (const ModelTerm& term : model.terms) terms.terms.push_back(term.name);
+  // A zero that is off by little beside its motion is a constant beside the terms.
+  if (std::find(terms.terms.begin(), terms.terms.end(), "1") == terms.terms.end()) terms.terms.emplace_back("1");
+  const CandidateLibrary library = record_library(terms, model.target, record.prepared);
+  std::vector<Columns> columns;
+  columns.push_back(record_columns(library, model.target, record, dsp::ReadOptions{}.max_memory_bytes, options.poll));
+  Range all;
+  all.recording = 1;
+  all.spec.name = record.prepared.name;
+  all.spec.where = options.where;
+  all.spec.place = record.prepared.name;
+  all.train_fraction = 1.0;
+  const RangeResult result = identify(all, columns, library,
+                                      {.target = model.target,
+                                       .target_unit = model.target_unit,
+                                       .methods = {FastRvmOptions{}},
+                                       .num_threads = options.num_threads,
+                                       .free_run = false,
+                                       .poll = options.poll});
+  std::vector<CarryOver> coefficients;
+  for (const ModelTerm& term : model.terms) {
+    CarryOver one{term.name, term.mean, term.std, nan, nan, false};
+    for (const ModelTerm& here : result.fits.front().model.terms) {
+      if (here.name != term.name) continue;
+      one.here = here.mean, one.here_std = here.std;
+      constexpr double apart = 3.0;  // standard deviations
+      one.carries = std::abs(one.here - one.identified) <= apart * std::hypot(one.here_std, one.identified_std);
+    }
+    coefficients.push_back(std::move(one));
+  }
+  return coefficients;
+}
+
+}  // namespace
+
+double white_noise_std(const Eigen::Ref<const VectorXd>& samples) {
+  VectorXd difference = samples;
+  double smallest = std::numeric_limits<double>::infinity(), gain = 1.0;  // sum of squares of the difference's weights
+  for (int order = 1; order <= 8 && difference.size() > 16; ++order) {
+    difference = (difference.tail(difference.size() - 1) - difference.head(difference.size() - 1)).eval();
+    gain *= 2.0 * (2.0 * order - 1.0) / order;  // binomial (2 k, k)
+    if (order % 2 == 0)
+      smallest = std::min(smallest, difference.stableNorm() / std::sqrt(gain * static_cast<double>(difference.size())));
+  }
+  return std::isfinite(smallest) ? smallest : nan;
+}
+
+RecordPrediction predict(const Model& model, const Model& linear, const Record& record, const PredictOptions& options) {
+  const dsp::Motion& motion = record.prepared.signals;
+  RecordPrediction result;
+  result.recording = record.prepared.name;
+  result.unit = motion.find("x") != nullptr ? motion.find("x")->unit : "";
+  result.time_s = motion.at("t");
+  result.x = motion.at("x");
+  const std::vector<Course> courses{whole_course(motion)};
+  const FreeRunOptions run_options{.keep_series = true, .poll = options.poll};
+  const FreeRun run = free_run(model, courses, run_options), linear_run = free_run(linear, courses, run_options);
+  const VectorXd none = VectorXd::Constant(motion.num_samples(), nan);
+  result.predicted = run.x.empty() ? none : run.x.front();
+  result.linear_predicted = linear_run.x.empty() ? none : linear_run.x.front();
+  const Errors errors = errors_of(result.x, result.predicted, run.reason);
+  result.nmse = errors.nmse, result.rms = errors.rms;
+  result.linear = errors_of(result.x, result.linear_predicted, linear_run.reason).nmse;
+  Index longest = 0;
+  for (const dsp::IndexRange& range : courses.front().ranges) {
+    const Index length = range.last - range.first;
+    bool any = false;
+    for (Index i = range.first; i < range.last; ++i) any = any || std::isfinite(result.predicted(i));
+    if (any)
+      result.stretches.push_back({static_cast<double>(range.first) / motion.sample_rate_hz,
+                                  static_cast<double>(range.last) / motion.sample_rate_hz,
+                                  {}});
+    if (length <= longest) continue;
+    longest = length;
+    const double noise = noise_within(record.prepared, range);
+    result.noise_floor = std::isfinite(noise) ? Figure{noise, {}} : Figure{nan, "too few samples"};
+  }
+  if (longest == 0) result.noise_floor = {nan, "no sample may be used"};
+  const VectorXd everywhere = run.x.empty() ? none : result.x;
+  VectorXd where_run = result.predicted;
+  if (!run.reason.empty()) where_run = everywhere;  // a diverged run says nothing of a body at rest
+  result.still = errors_of(result.x, still_body(motion, where_run), run.x.empty() ? run.reason : "").nmse;
+  constexpr double few_periods = 5.0;
+  if (longest > 1) {
+    const dsp::IndexRange& first = courses.front().ranges.front();
+    const double line_hz =
+        dsp::strongest_line(result.x.segment(first.first, first.last - first.first), motion.sample_rate_hz)
+            .frequency_hz;
+    const double periods = line_hz * static_cast<double>(longest) / motion.sample_rate_hz;
+    if (periods < few_periods)
+      result.remark = fmt::format(
+          "the longest interval without a gap holds {:.2g} periods of the motion: errors that "
+          "grow slowly do not show",
+          periods);
+  }
+  if (!model.terms.empty()) result.coefficients = carried_over(model, record, options);
+  return result;
+}
+
+}  // namespace ident

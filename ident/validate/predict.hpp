@@ -1,0 +1,49 @@
+#pragma once
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "ident/identify.hpp"
+#include "ident/model.hpp"
+#include "ident/record.hpp"
+
+namespace ident {
+
+/// A coefficient of an equation beside the one that another recording gives it.
+struct CarryOver {
+  std::string term;
+  double identified = 0.0, identified_std = 0.0;
+  double here = 0.0, here_std = 0.0;  ///< NaN: the term does not earn its place here
+  bool carries = false;               ///< they agree within three total standard deviations
+};
+
+/// What an identified equation makes of a recording that it was not fitted to.
+struct RecordPrediction {
+  std::string recording, unit;           ///< of x
+  std::vector<dsp::Interval> stretches;  ///< run through, each from its measured state
+  Figure nmse;                           ///< of x, about its mean
+  Figure rms;                            ///< of x less its prediction, in `unit`
+  Figure noise_floor;                    ///< rms of the displacement's noise: no equation comes closer
+  Figure linear, still;                  ///< NMSE of the linear equation, and of a payload that does not move
+  std::string remark;                    ///< not empty: what the reader must know
+  std::vector<CarryOver> coefficients;   ///< empty: not compared
+  Eigen::VectorXd time_s, x, predicted, linear_predicted;  ///< per sample; NaN where nothing was run
+};
+
+struct PredictOptions {
+  std::string where = {};  ///< condition on the rows that coefficients are compared on; empty: all
+  int num_threads = 1;
+  Poll poll = {};
+};
+
+/// Runs `model` free over every interval of the recording without a gap, at least a period long. The recording is
+/// prepared as those the equation was identified from, about its own zero. `linear`: what is to be beaten; without
+/// terms: nothing is.
+[[nodiscard]] RecordPrediction predict(const Model& model, const Model& linear, const Record& record,
+                                       const PredictOptions& options = {});
+
+/// Standard deviation of the white noise of a series of samples: of its differences of the order in which the motion
+/// itself vanishes, 2 to 8.
+[[nodiscard]] double white_noise_std(const Eigen::Ref<const Eigen::VectorXd>& samples);
+
+}  // namespace ident

@@ -1,0 +1,60 @@
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "support/program.hpp"
+
+using nlohmann::json;
+using support::Scratch;
+
+namespace {
+
+/// Two forced Duffing oscillators, alike but for the frequency of the force, and a run of the first.
+void two_records(const Scratch& folder, const std::string& more_config = "") {
+  (void)folder.file("run.toml", "schema = 1\n[[recording]]\nfile = \"one/response.csv\"\n" + more_config +
+                                    "[fit]\nmethods = [\"fast_rvm\"]\n");
+  const auto ended = support::run(folder,
+                                  "$ARDENT -q sim duffing --duration 40 -o one && $ARDENT -q sim duffing --duration 30 "
+                                  "--set ratio=1.3 -o other && $ARDENT -q run run.toml -o run");
+  CAPTURE(ended.err);
+  REQUIRE(ended.code == 0);
+}
+
+}  // namespace
+
+TEST_CASE("an equation is run free on another recording, against baselines", "[apps][predict]") {
+  const Scratch folder;
+  two_records(folder);
+  const auto ended = support::run(folder, "$ARDENT -q predict run other/response.csv -o predicted");
+  CAPTURE(ended.err);
+  REQUIRE(ended.code == 0);
+  const json result = json::parse(support::bytes_of(folder / "predicted/predict.json"));
+  CHECK(result["recording"] == "response.csv");
+  CHECK(result["stretches"].size() == 1);
+  CHECK(result["unit"] == "m");
+  CHECK(result["nmse"].get<double>() < 1e-3);  // no noise: what is left is of the derivatives' ends
+  CHECK(result["baselines"]["linear"].get<double>() > 10.0 * result["nmse"].get<double>());
+  CHECK(result["baselines"]["still"].get<double>() == Approx(1.0).epsilon(0.01));
+  CHECK(result["rms"].get<double>() >= 0.0);
+  CHECK(result["noise_floor"].get<double>() < result["rms"].get<double>() + 1e-3);
+  CHECK_THAT(support::bytes_of(folder / "predicted/predict.csv"), Catch::StartsWith("t,x,x_predicted,x_linear\n"));
+}
+
+TEST_CASE("a recording for testing is never fitted, only predicted", "[apps][predict]") {
+  const Scratch folder;
+  two_records(folder, "[[recording]]\nfile = \"other/response.csv\"\nuse = \"test\"\n");
+  const json result = json::parse(support::bytes_of(folder / "run/predict-1-response.json"));
+  CHECK(result["nmse"].get<double>() < 1e-3);
+  CHECK_THAT(support::bytes_of(folder / "run/config.toml"), Catch::Contains("use = \"test\""));
+  const json metrics = json::parse(support::bytes_of(folder / "run/metrics.json"));
+  CHECK(metrics["ranges"].size() == 1);
+}
+
+TEST_CASE("predict says what it cannot do in a line", "[apps][predict]") {
+  const Scratch folder;
+  two_records(folder);
+  const auto no_run = support::run(folder, "$ARDENT predict nothing other/response.csv");
+  CHECK(no_run.code == 3);
+  const auto no_range = support::run(folder, "$ARDENT predict run other/response.csv --range low");
+  CHECK(no_range.code == 2);
+  CHECK_THAT(no_range.err, Catch::Contains("run.no_such_equation"));
+}
