@@ -225,13 +225,18 @@ void judge_size(JudgedFit& judged, const CandidateLibrary& library, double nmse)
   const auto k = static_cast<double>(fit.relevant.size());
   // A library whose best model leaves more than this, most of it a function of the state, lacks what the target needs.
   constexpr double mostly = 0.5, much = 0.1;
-  if (size.num_effective() - k < 2.0 || (size.structural_fraction > mostly && nmse > much)) {
+  const bool lacks = size.structural_fraction > mostly && nmse > much;
+  if (size.num_effective() - k < 2.0 || lacks) {
     fit.covariance.setConstant(nan);
     fit.covariance_weak.resize(0, 0);
-    fit.no_variance = fmt::format(
-        "{:.2g} of the target is left over and is not noise ({:.0f} % of it a function of the state; the {:.0f} rows "
-        "count as {:.0f}): the library lacks what the target needs",
-        nmse, 100.0 * size.structural_fraction, size.num_rows, size.num_effective());
+    if (!lacks)
+      fit.no_variance = fmt::format("the {:.0f} rows count as {:.0f} independent ones: too few for {:.0f} coefficients",
+                                    size.num_rows, size.num_effective(), k);
+    else
+      fit.no_variance = fmt::format(
+          "{:.2g} of the target is left over and is not noise ({:.0f} % of it a function of the state; the {:.0f} rows "
+          "count as {:.0f}): the library lacks what the target needs",
+          nmse, 100.0 * size.structural_fraction, size.num_rows, size.num_effective());
     return;
   }
   const double known = std::min(size.num_uncorrelated, size.num_states);

@@ -58,7 +58,7 @@ int predict(const PredictArguments& arguments, const GlobalOptions& global, Cons
                                               folder.destination().string()));
   if (prediction.nmse.reason.empty()) return 0;
   console.error("predict.no_free_run",
-                fmt::format("{}: the free run {}", prediction.recording, prediction.nmse.reason));
+                fmt::format("{}: no free run: {}", prediction.recording, prediction.nmse.reason));
   return 4;
 }
 

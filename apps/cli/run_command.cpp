@@ -64,9 +64,9 @@ int run(const RunArguments& arguments, Console& console) {
       all_columns(work.config, work.inputs, libraries, arguments.max_memory_bytes, console);
   const ident::IdentifyOptions options = identify_options(work.config, work.inputs, arguments.num_threads);
   auto ranges = identify_ranges(work.config, columns, libraries.front(), options, console);
-  refuse_warnings(arguments.strict, console);
   const std::string report = report_text(ranges) + findings_text(work.inputs) +
                              predict_test_recordings(work, ranges, arguments, results, console);
+  refuse_warnings(arguments.strict, console);
   results.write("equation.txt", report);
   results.write("equation.tex", report_latex(ranges));
   results.write("equation.json", equation_json(ranges));

@@ -10,9 +10,10 @@ namespace apps {
 Input other_recording(Config config, RecordingConfig recording, std::size_t max_memory_bytes, Console& console) {
   const RecordingConfig& first = config.recordings.front();
   std::error_code ignored;
-  if (recording.sidecar.empty() && !std::filesystem::exists(dsp::sidecar_path(recording.file), ignored))
-    recording.sidecar = first.sidecar.empty() ? dsp::sidecar_path(first.file) : first.sidecar;
-  if (!recording.sidecar.empty() && !std::filesystem::exists(recording.sidecar, ignored)) recording.sidecar.clear();
+  if (recording.sidecar.empty() && !std::filesystem::exists(dsp::sidecar_path(recording.file), ignored)) {
+    const auto own = first.sidecar.empty() ? dsp::sidecar_path(first.file) : first.sidecar;
+    if (std::filesystem::exists(own, ignored)) recording.sidecar = own;
+  }
   if (recording.use.empty()) recording.use = first.use;
   recording.uncalibrated = recording.uncalibrated || first.uncalibrated;
   config.recordings = {std::move(recording)};

@@ -32,12 +32,17 @@ std::string cell(double value) {
 }
 
 std::string coefficient_text(const ident::CarryOver& one) {
+  const auto with_std = [](double mean, double std) {
+    return ident::number(mean) +
+           (std::isfinite(std) ? fmt::format(" +- {:.2g}", std) : " (standard deviation unknown)");
+  };
+  const std::string identified = with_std(one.identified, one.identified_std);
   if (!std::isfinite(one.here))
-    return fmt::format("  {}: {}, and here it does not earn its place: does not carry over\n", one.term,
-                       ident::number(one.identified));
-  return fmt::format("  {}: {} +- {:.2g}, here {} +- {:.2g}: {}\n", one.term, ident::number(one.identified),
-                     one.identified_std, ident::number(one.here), one.here_std,
-                     one.carries ? "carries over" : "does not carry over");
+    return fmt::format("  {}: {}; not kept here: whether it carries over is not known\n", one.term, identified);
+  return fmt::format("  {}: {}, here {}: {}\n", one.term, identified, with_std(one.here, one.here_std),
+                     !one.carries   ? "whether it carries over is not known"
+                     : *one.carries ? "carries over"
+                                    : "does not carry over");
 }
 
 }  // namespace
@@ -61,7 +66,7 @@ std::string prediction_json(const ident::RecordPrediction& prediction) {
                                         {"identified_std", number_or_null(one.identified_std)},
                                         {"here", number_or_null(one.here)},
                                         {"here_std", number_or_null(one.here_std)},
-                                        {"carries_over", one.carries}});
+                                        {"carries_over", one.carries ? Json(*one.carries) : Json()}});
   return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -76,8 +81,9 @@ std::string prediction_text(const ident::RecordPrediction& prediction) {
   std::string text = fmt::format("{}: free run of x: NMSE {}, a linear equation {}, a still payload {}\n",
                                  printable(prediction.recording), shown(prediction.nmse), shown(prediction.linear),
                                  shown(prediction.still));
-  text += fmt::format("  rms error {} {}, noise of the displacement {} {}\n", shown(prediction.rms), prediction.unit,
-                      shown(prediction.noise_floor), prediction.unit);
+  if (prediction.rms.reason.empty())
+    text += fmt::format("  rms error {} {}, noise of the displacement {} {}\n", shown(prediction.rms), prediction.unit,
+                        shown(prediction.noise_floor), prediction.unit);
   if (!prediction.remark.empty()) text += fmt::format("  {}\n", prediction.remark);
   for (const ident::CarryOver& one : prediction.coefficients) text += coefficient_text(one);
   return text;

@@ -144,6 +144,8 @@ VectorXd Crossings::course_between_jumps(const std::vector<std::pair<Bound, doub
       course.segment(first, count) += coefficient * bound.expression->evaluate(columns, count);
     }
   }
+  // Where the motion stops at a crossing, what its jump lacks of the equation's stays in the course: when it moves on
+  // after a short halt, the acceleration has changed by all of it.
   auto kink = kinks_.begin();
   double jumped = 0.0;
   for (Index i = 0; i < num_rows; ++i) {
@@ -159,7 +161,9 @@ VectorXd Crossings::course_between_jumps(const std::vector<std::pair<Bound, doub
 /// known in closed form; the rest is smooth enough for the motion's samples.
 void Crossings::restore(const std::vector<std::pair<Bound, double>>& equation) {
   const double rate_hz = motion_.sample_rate_hz;
-  if (!kinks_.empty()) {
+  if (kinks_.empty()) {
+    smooth_part_.resize(0);
+  } else {
     VectorXd course = course_between_jumps(equation);
     restored_.clear();
     smooth_part_.resize(0);

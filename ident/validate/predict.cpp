@@ -99,12 +99,13 @@ std::vector<CarryOver> carried_over(const Model& model, const Record& record, co
                                        .poll = options.poll});
   std::vector<CarryOver> coefficients;
   for (const ModelTerm& term : model.terms) {
-    CarryOver one{term.name, term.mean, term.std, nan, nan, false};
+    CarryOver one{term.name, term.mean, term.std, nan, nan, {}};
     for (const ModelTerm& here : result.fits.front().model.terms) {
       if (here.name != term.name) continue;
       one.here = here.mean, one.here_std = here.std;
       constexpr double apart = 3.0;  // standard deviations
-      one.carries = std::abs(one.here - one.identified) <= apart * std::hypot(one.here_std, one.identified_std);
+      const double std = std::hypot(one.here_std, one.identified_std);
+      if (std::isfinite(std)) one.carries = std::abs(one.here - one.identified) <= apart * std;
     }
     coefficients.push_back(std::move(one));
   }
@@ -141,7 +142,7 @@ RecordPrediction predict(const Model& model, const Model& linear, const Record& 
   const Errors errors = errors_of(result.x, result.predicted, run.reason);
   result.nmse = errors.nmse, result.rms = errors.rms;
   result.linear = errors_of(result.x, result.linear_predicted, linear_run.reason).nmse;
-  Index longest = 0;
+  Index longest = 0, longest_from = 0;
   for (const dsp::IndexRange& range : courses.front().ranges) {
     const Index length = range.last - range.first;
     bool any = false;
@@ -151,7 +152,7 @@ RecordPrediction predict(const Model& model, const Model& linear, const Record& 
                                   static_cast<double>(range.last) / motion.sample_rate_hz,
                                   {}});
     if (length <= longest) continue;
-    longest = length;
+    longest = length, longest_from = range.first;
     const double noise = noise_within(record.prepared, range);
     result.noise_floor = std::isfinite(noise) ? Figure{noise, {}} : Figure{nan, "too few samples"};
   }
@@ -162,10 +163,8 @@ RecordPrediction predict(const Model& model, const Model& linear, const Record& 
   result.still = errors_of(result.x, still_body(motion, where_run), run.x.empty() ? run.reason : "").nmse;
   constexpr double few_periods = 5.0;
   if (longest > 1) {
-    const dsp::IndexRange& first = courses.front().ranges.front();
     const double line_hz =
-        dsp::strongest_line(result.x.segment(first.first, first.last - first.first), motion.sample_rate_hz)
-            .frequency_hz;
+        dsp::strongest_line(result.x.segment(longest_from, longest), motion.sample_rate_hz).frequency_hz;
     const double periods = line_hz * static_cast<double>(longest) / motion.sample_rate_hz;
     if (periods < few_periods)
       result.remark = fmt::format(
@@ -173,7 +172,12 @@ RecordPrediction predict(const Model& model, const Model& linear, const Record& 
           "grow slowly do not show",
           periods);
   }
-  if (!model.terms.empty()) result.coefficients = carried_over(model, record, options);
+  if (!model.terms.empty()) try {
+      result.coefficients = carried_over(model, record, options);
+    } catch (const dsp::Fault& fault) {
+      result.remark +=
+          fmt::format("{}the coefficients could not be compared: {}", result.remark.empty() ? "" : "; ", fault.what());
+    }
   return result;
 }
 

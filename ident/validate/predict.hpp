@@ -1,5 +1,6 @@
 #pragma once
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,7 @@ struct CarryOver {
   std::string term;
   double identified = 0.0, identified_std = 0.0;
   double here = 0.0, here_std = 0.0;  ///< NaN: the term does not earn its place here
-  bool carries = false;               ///< they agree within three total standard deviations
+  std::optional<bool> carries = {};   ///< they agree within three total standard deviations; none: not known
 };
 
 /// What an identified equation makes of a recording that it was not fitted to.
