@@ -3,6 +3,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 
 #include "dsp/for_each_index.hpp"
@@ -39,6 +40,12 @@ MatrixXd merged(const MatrixXd& upper, const MatrixXd& lower) {
 }
 
 }  // namespace
+
+std::vector<Index> all_columns(Index count) {
+  std::vector<Index> all(static_cast<std::size_t>(count));
+  std::iota(all.begin(), all.end(), Index{0});
+  return all;
+}
 
 RFactorBuilder::RFactorBuilder(Index num_terms, Index num_targets)
     : num_terms_(num_terms),

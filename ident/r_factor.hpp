@@ -16,6 +16,9 @@ struct RFactor {
   [[nodiscard]] Eigen::Index num_targets() const { return R.cols() - num_terms; }
 };
 
+/// 0, 1, ..., count - 1: all columns.
+[[nodiscard]] std::vector<Eigen::Index> all_columns(Eigen::Index count);
+
 /// Folds rows into an R factor block by block in constant memory: leaves of a fixed number of rows, merged in a fixed
 /// binary tree. The result depends on the rows and their order only, bit for bit: not on how they were cut into blocks.
 class RFactorBuilder {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "dsp/fault.hpp"
@@ -18,12 +17,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-std::vector<Index> first_integers(Index count) {
-  std::vector<Index> all(static_cast<std::size_t>(count));
-  std::iota(all.begin(), all.end(), Index{0});
-  return all;
-}
 
 VectorXd target_of(const std::vector<Row>& rows, const std::vector<Columns>& recordings) {
   VectorXd target(static_cast<Index>(rows.size()));
@@ -192,7 +185,7 @@ RangeData range_data(RangeResult& result, const std::vector<Columns>& recordings
                      const IdentifyOptions& options) {
   RangeData range;
   const std::vector<Row>& rows = result.rows.train;
-  const ColumnExtent extent = extent_of({rows, recordings, first_integers(static_cast<Index>(library.terms.size()))});
+  const ColumnExtent extent = extent_of({rows, recordings, all_columns(static_cast<Index>(library.terms.size()))});
   range.scale = extent.largest;
   range.train = target_of(rows, recordings);
   range.test = target_of(result.rows.test, recordings);

@@ -27,9 +27,8 @@ class RowsOfTerms {
   /// Calls visit(first row, block) for all rows in order.
   template <class Visit>
   void for_each_block(Visit&& visit) const {
-    Eigen::MatrixXd block;
     for (Eigen::Index first = 0; first < size(); first += block_rows) {
-      block.resize(std::min(block_rows, size() - first), num_terms());
+      Eigen::MatrixXd block(std::min(block_rows, size() - first), num_terms());
       read(first, block);
       visit(first, block);
     }

@@ -1,4 +1,3 @@
-#include <numeric>
 #include <stdexcept>
 
 #include "ident/fit.hpp"
@@ -29,16 +28,10 @@ Fit least_squares(const RFactor& data, const std::vector<Eigen::Index>& terms, d
   return fit;
 }
 
-std::vector<Eigen::Index> all_terms(const RFactor& data) {
-  std::vector<Eigen::Index> all(static_cast<std::size_t>(data.num_terms));
-  std::iota(all.begin(), all.end(), Eigen::Index{0});
-  return all;
-}
-
 }  // namespace
 
 Fit fit_ols(const RFactor& data, const OlsOptions& options) {
-  return least_squares(data, all_terms(data), 0.0, Method::ols, options.poll);
+  return least_squares(data, all_columns(data.num_terms), 0.0, Method::ols, options.poll);
 }
 
 Fit fit_ols(const RFactor& data, const std::vector<Eigen::Index>& terms) {
@@ -47,7 +40,7 @@ Fit fit_ols(const RFactor& data, const std::vector<Eigen::Index>& terms) {
 
 Fit fit_ridge(const RFactor& data, const RidgeOptions& options) {
   if (!(options.lambda > 0.0)) throw std::invalid_argument("fit_ridge: lambda must be positive");
-  return least_squares(data, all_terms(data), options.lambda, Method::ridge, options.poll);
+  return least_squares(data, all_columns(data.num_terms), options.lambda, Method::ridge, options.poll);
 }
 
 MethodDescription describe(const RidgeOptions& /*options*/) {

@@ -42,26 +42,38 @@ struct Rows {
 
   [[nodiscard]] Index size() const { return target.size(); }
   [[nodiscard]] Index num_terms() const { return std::ssize(range.terms); }
+  /// Rows of [Phi t], as they are.
+  [[nodiscard]] RowReader reader(const VectorXd& its_target) const {
+    return [this, &its_target, columns = RowsOfTerms(result.rows.train, recordings, range.terms)](
+               Index first, Eigen::Ref<MatrixXd> block) {
+      if (options.poll) options.poll();
+      columns.read(first, block.leftCols(num_terms()));
+      block.rightCols(1) = its_target.segment(first, block.rows());
+    };
+  }
+  /// Greatest magnitude in each of their columns.
+  [[nodiscard]] Eigen::RowVectorXd largest(const VectorXd& its_target) const {
+    Eigen::RowVectorXd values(num_terms() + 1);
+    values << range.scale(range.terms).transpose(), its_target.cwiseAbs().maxCoeff();
+    return values;
+  }
   /// R of [front Phi t], `read_front` writing the first columns; whitened.
   [[nodiscard]] RFactor factor(Index num_front, const Eigen::RowVectorXd& largest_front, const RowReader& read_front,
                                const VectorXd& its_target) const {
-    const RowsOfTerms columns(result.rows.train, recordings, range.terms);
-    RowReader read = [&, num_front](Index first, Eigen::Ref<MatrixXd> block) {
-      if (options.poll) options.poll();
+    RowReader read = [&, num_front, own = reader(its_target)](Index first, Eigen::Ref<MatrixXd> block) {
+      own(first, block.rightCols(num_terms() + 1));
       if (num_front > 0) read_front(first, block.leftCols(num_front));
-      columns.read(first, block.middleCols(num_front, num_terms()));
-      block.rightCols(1) = its_target.segment(first, block.rows());
     };
-    Eigen::RowVectorXd largest(num_front + num_terms() + 1);
-    largest << largest_front, range.scale(range.terms).transpose(), its_target.cwiseAbs().maxCoeff();
+    Eigen::RowVectorXd greatest(num_front + num_terms() + 1);
+    greatest << largest_front, largest(its_target);
     if (rho != 0.0) read = whitened(std::move(read), begins, rho);
-    return r_factor(size(), num_front + num_terms(), largest, read, options.num_threads);
+    return r_factor(size(), num_front + num_terms(), greatest, read, options.num_threads);
   }
   /// Of a term of the library, whitened.
   [[nodiscard]] VectorXd column(Index term) const {
     VectorXd values(size());
     RowsOfTerms(result.rows.train, recordings, {term}).for_each_block([&](Index first, const MatrixXd& phi) {
-      values.segment(first, phi.rows()) = phi;
+      values.segment(first, phi.rows()) = phi.col(0);
     });
     return rho == 0.0 ? values : whitened_values(values, begins, rho);
   }
@@ -90,12 +102,6 @@ MatrixXd triangle_of(MatrixXd columns) {
   columns.array().rowwise() /= largest.array();
   MatrixXd R = columns.householderQr().matrixQR().topRows(columns.cols()).triangularView<Eigen::Upper>();
   return R * largest.asDiagonal();
-}
-
-std::vector<Index> all_of(Index count) {
-  std::vector<Index> all(static_cast<std::size_t>(count));
-  for (Index i = 0; i < count; ++i) all[static_cast<std::size_t>(i)] = i;
-  return all;
 }
 
 /// At most a quarter of the period of the motion: rows closer than that share their misfit.
@@ -133,7 +139,7 @@ class ModelSizes {
     const double last = R(b + q, b + q) / problem_.target_norm(0);
     rss_of_all_ =
         last * last + target.squaredNorm() - (svd.matrixU().leftCols(num_probes_).transpose() * target).squaredNorm();
-    const std::vector<Index> all = all_of(b);
+    const std::vector<Index> all = all_columns(b);
     const VectorXd left = rows.residual(all, Rows::coefficients(problem_, all));
     const Index apart = std::min(independence.first_lag_within_chance(left), quarter_period(rows));
     if (independence.fraction(left) < white_enough) noise_fraction_ = least_fraction(left);
@@ -258,8 +264,7 @@ void prefer_simpler(Settled& settled, const UnitProblem& problem, const std::vec
   if (spare < 2.0) return;
   const double limit = threshold(settled.size.num_effective(), problem.num_terms()), least = settled.model.rss;
   const auto weight = [&](Index term) { return complexity(*terms[static_cast<std::size_t>(term)]); };
-  for (bool moved = true; moved;) {
-    moved = false;
+  while (true) {
     std::optional<Subset> simpler;
     double most_saved = 0.0;
     for (const Index leaving : settled.model.terms)
@@ -275,9 +280,8 @@ void prefer_simpler(Settled& settled, const UnitProblem& problem, const std::vec
         simpler = Subset{std::move(exchanged), rss};
         most_saved = saved;
       }
-    if (!simpler) break;
+    if (!simpler) return;
     settled.model = std::move(*simpler);
-    moved = true;
   }
 }
 
@@ -333,20 +337,12 @@ EvidenceData evidence_data(const RangeData& range, const RangeResult& result, co
   const auto full_residual = [&] {
     const UnitProblem problem =
         unit_problem(rows.rho == 0.0 ? plain : rows.factor(0, Eigen::RowVectorXd(), {}, rows.target));
-    const std::vector<Index> all = all_of(rows.num_terms());
+    const std::vector<Index> all = all_columns(rows.num_terms());
     return rows.residual(all, Rows::coefficients(problem, all));
   };
   if (independence.fraction(full_residual()) < white_enough) {
-    Eigen::RowVectorXd largest(rows.num_terms() + 1);
-    largest << range.scale(range.terms).transpose(), rows.target.cwiseAbs().maxCoeff();
-    const RowsOfTerms columns(result.rows.train, recordings, range.terms);
-    rows.rho = autoregression(
-        rows.size(), rows.num_terms(), largest,
-        [&](Index first, Eigen::Ref<MatrixXd> block) {
-          columns.read(first, block.leftCols(rows.num_terms()));
-          block.rightCols(1) = rows.target.segment(first, block.rows());
-        },
-        rows.begins, options.num_threads);
+    rows.rho = autoregression(rows.size(), rows.num_terms(), rows.largest(rows.target), rows.reader(rows.target),
+                              rows.begins, options.num_threads);
     if (independence.fraction(full_residual()) < white_enough) rows.rho = 0.0;  // it is no such noise
   }
   const ModelSizes sizes(rows, state, independence);

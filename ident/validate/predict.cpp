@@ -157,10 +157,10 @@ RecordPrediction predict(const Model& model, const Model& linear, const Record& 
     result.noise_floor = std::isfinite(noise) ? Figure{noise, {}} : Figure{nan, "too few samples"};
   }
   if (longest == 0) result.noise_floor = {nan, "no sample may be used"};
-  const VectorXd everywhere = run.x.empty() ? none : result.x;
-  VectorXd where_run = result.predicted;
-  if (!run.reason.empty()) where_run = everywhere;  // a diverged run says nothing of a body at rest
-  result.still = errors_of(result.x, still_body(motion, where_run), run.x.empty() ? run.reason : "").nmse;
+  const bool diverged = !run.reason.empty() && !run.x.empty();  // which says nothing of a body at rest
+  result.still = errors_of(result.x, still_body(motion, diverged ? result.x : result.predicted),
+                           diverged ? std::string() : run.reason)
+                     .nmse;
   constexpr double few_periods = 5.0;
   if (longest > 1) {
     const double line_hz =
