@@ -117,13 +117,15 @@ FreeRun free_run_of(const JudgedFit& judged, const std::vector<JudgedFit>& earli
   return run;
 }
 
-/// Lets the sensors into predictions on these rows, their columns psi.
-void add_sensors(Prediction& prediction, const SensorPosterior& posterior, const MatrixXd& psi, const Fit& fit,
+/// Lets the sensors into predictions on these rows.
+void add_sensors(Prediction& prediction, const SensorPosterior& posterior, const RangeSensors& sensors, const Fit& fit,
                  const std::vector<Row>& rows, const std::vector<Columns>& recordings) {
-  prediction.mean += psi * posterior.sensor_mean;
+  prediction.mean += sensors.effect(rows, posterior.sensor_mean);
   RowsOfTerms(rows, recordings, fit.relevant).for_each_block([&](Index first, const MatrixXd& phi) {
-    MatrixXd both(phi.rows(), psi.cols() + phi.cols());
-    both << psi.middleRows(first, phi.rows()), phi;
+    const Index n_s = posterior.sensor_mean.size();
+    MatrixXd both(phi.rows(), n_s + phi.cols());
+    sensors.read(rows, first, both.leftCols(n_s));
+    both.rightCols(phi.cols()) = phi;
     prediction.variance.segment(first, phi.rows()) =
         predictive_variance(both, posterior.joint, posterior.noise_std * posterior.noise_std);
   });
@@ -135,15 +137,15 @@ void judge_sensors(JudgedFit& judged, const RangeData& range, const EvidenceData
                    std::vector<dsp::Motion>& corrected, std::vector<Course>& courses, const RangeRows& rows,
                    const std::vector<Columns>& recordings) {
   if (!range.sensors || positions.empty()) return;
-  SensorPosterior posterior =
-      sensors_beside(judged.fit, positions, range, evidence, range.train - train.mean, judged.independent_fraction);
+  SensorPosterior posterior = sensors_beside(judged.fit, positions, range, rows.train, evidence,
+                                             range.train - train.mean, judged.independent_fraction);
   if (const Fit& found = judged.fit; found.covariance.allFinite()) {
     const VectorXd widening = found.interval_covariance().diagonal().cwiseQuotient(found.covariance.diagonal());
     add_terms_left_out(posterior, widening.unaryExpr([](double by) { return by > 1.0 ? std::sqrt(by) : 1.0; }));
     set_sensor_posterior(judged.model, posterior);
   }
-  add_sensors(train, posterior, range.sensor_train, judged.fit, rows.train, recordings);
-  add_sensors(test, posterior, range.sensor_test, judged.fit, rows.test, recordings);
+  add_sensors(train, posterior, *range.sensors, judged.fit, rows.train, recordings);
+  add_sensors(test, posterior, *range.sensors, judged.fit, rows.test, recordings);
   const auto& parameters = range.sensors->parameters();
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const auto index = static_cast<Index>(i);

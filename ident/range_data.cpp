@@ -157,8 +157,8 @@ std::vector<Index> positions_in(const RangeData& range, const std::vector<Index>
 }
 
 SensorPosterior sensors_beside(const Fit& found, const std::vector<Index>& positions, const RangeData& range,
-                               const EvidenceData* evidence, const Eigen::Ref<const VectorXd>& residual_without,
-                               double& fraction) {
+                               const std::vector<Row>& train, const EvidenceData* evidence,
+                               const Eigen::Ref<const VectorXd>& residual_without, double& fraction) {
   const double rho = evidence != nullptr ? evidence->size.autoregression : 0.0;
   const SensorRegression& joint = rho != 0.0 ? evidence->joint : range.joint;
   const double least_noise_std = rho != 0.0 ? evidence->noise_std : range.noise_std;
@@ -167,7 +167,7 @@ SensorPosterior sensors_beside(const Fit& found, const std::vector<Index>& posit
   const auto posterior = [&] { return sensor_posterior(joint, positions, found.mean, noise_std, fraction); };
   const auto rows_to_spare = static_cast<double>(std::max<Index>(1, residual_without.size() - std::ssize(positions)));
   for (int pass = 0; pass < 2; ++pass) {  // sensors, hence residual, hence its size and colour, hence sensors
-    VectorXd residual = residual_without - range.sensor_train * posterior().sensor_mean;
+    VectorXd residual = residual_without - range.sensors->effect(train, posterior().sensor_mean);
     if (rho != 0.0) residual = whitened_values(residual, evidence->begins, rho);
     EffectiveSize size = evidence != nullptr ? evidence->size : EffectiveSize{};
     size.num_rows = static_cast<double>(residual.size());

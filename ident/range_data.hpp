@@ -19,13 +19,12 @@ struct RangeData {
   Eigen::VectorXd scale;            ///< largest magnitude of each column of the library on them
   RFactor data;                     ///< of `terms` and the target, the sensors integrated out
   std::optional<RangeSensors> sensors;
-  SensorRegression joint;                     ///< of sensors, `terms` and target
-  double noise_std = 0.0;                     ///< of the target, beside all terms and sensors
-  Eigen::MatrixXd sensor_train, sensor_test;  ///< the sensors' columns on the rows
-  Eigen::VectorXd train, test;                ///< target
-  std::vector<Eigen::Index> train_samples;    ///< the records one behind the other
-  std::vector<Eigen::Index> first_rows;       ///< of each record with training rows
-  EvidenceData evidence;                      ///< filled in by settled_data where a method asks for it
+  SensorRegression joint;                   ///< of sensors, `terms` and target
+  double noise_std = 0.0;                   ///< of the target, beside all terms and sensors
+  Eigen::VectorXd train, test;              ///< target
+  std::vector<Eigen::Index> train_samples;  ///< the records one behind the other
+  std::vector<Eigen::Index> first_rows;     ///< of each record with training rows
+  EvidenceData evidence;                    ///< filled in by settled_data where a method asks for it
   std::vector<Course> courses;
   std::vector<std::pair<std::string, double>> largest;  ///< of the signals the library looks at
 };
@@ -34,10 +33,11 @@ struct RangeData {
 [[nodiscard]] std::vector<Eigen::Index> positions_in(const RangeData& range, const std::vector<Eigen::Index>& terms);
 
 /// What the sensors are beside a fit, whose terms have these positions among range.terms and which leaves this residual
-/// without them: at the noise of what both leave. `evidence`: as which the rows were fitted; null: all count in full.
-/// `independent_fraction`: of the rows, by the same.
+/// on the training rows without them: at the noise of what both leave. `evidence`: as which the rows were fitted; null:
+/// all count in full. `independent_fraction`: of the rows, by the same.
 [[nodiscard]] SensorPosterior sensors_beside(const Fit& found, const std::vector<Eigen::Index>& positions,
-                                             const RangeData& range, const EvidenceData* evidence,
+                                             const RangeData& range, const std::vector<Row>& train,
+                                             const EvidenceData* evidence,
                                              const Eigen::Ref<const Eigen::VectorXd>& residual_without,
                                              double& independent_fraction);
 

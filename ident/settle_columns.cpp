@@ -44,7 +44,8 @@ double effective_noise(const RangeData& range, const Present& present, const Ran
     residual.segment(first, phi.rows()) -= phi * present.fit.mean;
   });
   double fraction = 1.0;
-  return sensors_beside(present.fit, positions, range, nullptr, residual, fraction).noise_std / std::sqrt(fraction);
+  return sensors_beside(present.fit, positions, range, result.rows.train, nullptr, residual, fraction).noise_std /
+         std::sqrt(fraction);
 }
 
 /// Lets the sensors take part, their columns formed with the present equation.
@@ -59,25 +60,22 @@ void add_sensors(RangeData& range, RangeSensors sensors, const Present& present,
     range.joint.sources.push_back(parameter.source);
   }
   sensors.form(present.equation, options.target, options.poll);
-  range.sensor_train = sensors.on(result.rows.train);
-  range.sensor_test = sensors.on(result.rows.test);
-  sensors.drop_columns();
-  const RowsOfTerms columns(result.rows.train, recordings, range.terms);
+  range.sensors.emplace(std::move(sensors));
+  const std::vector<Row>& rows = result.rows.train;
+  const RowsOfTerms columns(rows, recordings, range.terms);
   Eigen::RowVectorXd largest(n_s + columns.num_terms() + 1);
-  largest << range.sensor_train.cwiseAbs().colwise().maxCoeff(), range.scale(range.terms).transpose(),
-      range.train.cwiseAbs().maxCoeff();
+  largest << range.sensors->largest(rows), range.scale(range.terms).transpose(), range.train.cwiseAbs().maxCoeff();
   range.joint.joint = r_factor(
       columns.size(), n_s + columns.num_terms(), largest,
       [&](Index first, Eigen::Ref<MatrixXd> block) {
         if (options.poll) options.poll();
-        block.leftCols(n_s) = range.sensor_train.middleRows(first, block.rows());
+        range.sensors->read(rows, first, block.leftCols(n_s));
         columns.read(first, block.middleCols(n_s, columns.num_terms()));
         block.rightCols(1) = range.train.segment(first, block.rows());
       },
       options.num_threads);
   range.noise_std = noise_beside_all(range.joint);
   range.data = without_sensors(range.joint, effective_noise(range, present, result, recordings));
-  range.sensors.emplace(std::move(sensors));
 }
 
 /// The terms of a fit that jump, as they make an acceleration jump; none where the equation holds no acceleration.
@@ -119,7 +117,7 @@ bool settled(const WeightedTerms& before, const SwitchedFit& now) {
 
 RangeData settled_data(const Range& range, RangeResult& result, std::vector<Columns>& recordings,
                        const CandidateLibrary& library, const IdentifyOptions& options) {
-  constexpr int most_passes = 4;  // each leaves less than a tenth of the error
+  constexpr int most_passes = 8;  // each leaves a tenth of the error; half, where crossings come and go beside halts
   const std::vector<DroppedTerm> dropped = result.dropped;
   const auto data_under = [&](const WeightedTerms& equation) {
     for (std::size_t r = 0; r < recordings.size(); ++r)

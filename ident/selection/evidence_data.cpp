@@ -311,8 +311,9 @@ VectorXd target_beside_sensors(const Rows& rows) {
   const Fit found = fit_fast_rvm(rows.range.data, {.poll = rows.options.poll});
   double fraction = 1.0;
   const VectorXd left = rows.residual(found.relevant, found.mean);
-  const SensorPosterior beside = sensors_beside(found, found.relevant, rows.range, nullptr, left, fraction);
-  return rows.range.train - rows.range.sensor_train * beside.sensor_mean;
+  const SensorPosterior beside =
+      sensors_beside(found, found.relevant, rows.range, rows.result.rows.train, nullptr, left, fraction);
+  return rows.range.train - rows.range.sensors->effect(rows.result.rows.train, beside.sensor_mean);
 }
 
 }  // namespace
@@ -357,11 +358,11 @@ EvidenceData evidence_data(const RangeData& range, const RangeResult& result, co
   if (!range.sensors) {
     if (rows.rho != 0.0) evidence.data = rows.factor(0, Eigen::RowVectorXd(), {}, range.train);
   } else {
-    const MatrixXd& psi = range.sensor_train;
     if (rows.rho != 0.0) {
+      const std::vector<Row>& train = result.rows.train;
       evidence.joint.joint = rows.factor(
-          psi.cols(), psi.cwiseAbs().colwise().maxCoeff(),
-          [&](Index first, Eigen::Ref<MatrixXd> block) { block = psi.middleRows(first, block.rows()); }, range.train);
+          range.joint.num_sensors(), range.sensors->largest(train),
+          [&](Index first, Eigen::Ref<MatrixXd> block) { range.sensors->read(train, first, block); }, range.train);
       evidence.noise_std = noise_beside_all(evidence.joint);
     }
     evidence.data = without_sensors(evidence.joint, evidence.noise_std / std::sqrt(evidence.size.fraction()));

@@ -1,6 +1,7 @@
 #include "ident/sensors/range_sensors.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace ident {
@@ -24,9 +25,13 @@ RangeSensors::RangeSensors(const Range& range, const RangeRows& rows, const std:
     Part& part = parts_[r];
     part.columns = &recordings[r];
     part.first = static_cast<Index>(parameters_.size());
+    part.accelerations = regression_accelerations(*part.columns->prepared);
     for (const SensorParameter& parameter : recordings[r].sensors) {
       if (parameter.from_s >= last_s || parameter.to_s <= first_s) continue;
       part.sensors.push_back(parameter);
+      const auto shape = std::find(part.shapes.begin(), part.shapes.end(), parameter.shape);
+      part.shape_of.push_back(shape - part.shapes.begin());
+      if (shape == part.shapes.end()) part.shapes.push_back(parameter.shape);
       parameters_.push_back(parameter);
       if (alone) continue;
       parameters_.back().name = recordings[r].name + ": " + parameter.name;
@@ -38,21 +43,38 @@ RangeSensors::RangeSensors(const Range& range, const RangeRows& rows, const std:
 void RangeSensors::form(const WeightedTerms& equation, const std::string& target, const std::function<void()>& poll) {
   for (Part& part : parts_)
     if (part.columns != nullptr)
-      part.psi = sensor_columns(*part.columns->prepared, part.sensors, equation, target, poll);
+      part.psi = sensor_columns(*part.columns->prepared, part.accelerations, part.shapes, equation, target, poll);
 }
 
-MatrixXd RangeSensors::on(const std::vector<Row>& rows) const {
-  MatrixXd psi = MatrixXd::Zero(static_cast<Index>(rows.size()), static_cast<Index>(parameters_.size()));
-  for (Index i = 0; i < psi.rows(); ++i) {
-    const Row& row = rows[static_cast<std::size_t>(i)];
-    const Part& part = parts_[row.recording];
-    if (part.columns != nullptr) psi.row(i).segment(part.first, part.psi.cols()) = part.psi.row(row.sample);
-  }
-  return psi;
+/// Calls visit(parameter, value of its column) for what is not zero.
+template <class Visit>
+void RangeSensors::for_each_value(const Row& row, Visit&& visit) const {
+  const Part& part = parts_[row.recording];
+  if (part.columns == nullptr) return;
+  const double t_s = static_cast<double>(row.sample) / part.columns->signals->sample_rate_hz;
+  for (std::size_t k = 0; k < part.sensors.size(); ++k)
+    if (const double course = part.sensors[k].course_at(t_s); course != 0.0)
+      visit(part.first + static_cast<Index>(k), course * part.psi(row.sample, part.shape_of[k]));
 }
 
-void RangeSensors::drop_columns() {
-  for (Part& part : parts_) part.psi.resize(0, 0);
+void RangeSensors::read(const std::vector<Row>& rows, Index first, Eigen::Ref<MatrixXd> block) const {
+  block.setZero();
+  for (Index i = 0; i < block.rows(); ++i)
+    for_each_value(rows[static_cast<std::size_t>(first + i)], [&](Index k, double value) { block(i, k) = value; });
+}
+
+Eigen::RowVectorXd RangeSensors::largest(const std::vector<Row>& rows) const {
+  Eigen::RowVectorXd result = Eigen::RowVectorXd::Zero(std::ssize(parameters_));
+  for (const Row& row : rows)
+    for_each_value(row, [&](Index k, double value) { result(k) = std::max(result(k), std::abs(value)); });
+  return result;
+}
+
+VectorXd RangeSensors::effect(const std::vector<Row>& rows, const VectorXd& values) const {
+  VectorXd result = VectorXd::Zero(std::ssize(rows));
+  for (Index i = 0; i < result.size(); ++i)
+    for_each_value(rows[static_cast<std::size_t>(i)], [&](Index k, double value) { result(i) += value * values(k); });
+  return result;
 }
 
 dsp::Motion RangeSensors::corrected_signals(std::size_t recording, const VectorXd& values) const {

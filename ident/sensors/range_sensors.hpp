@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -12,18 +13,19 @@
 namespace ident {
 
 /// The sensor parameters of all recordings that a range covers, one after the other, that change something between its
-/// first and last row, and their columns. The recordings
-/// must outlive it.
+/// first and last row, and their columns. The recordings must outlive it.
 class RangeSensors {
  public:
   RangeSensors(const Range& range, const RangeRows& rows, const std::vector<Columns>& recordings);
   [[nodiscard]] const std::vector<SensorParameter>& parameters() const { return parameters_; }
   /// Forms the columns with this equation.
   void form(const WeightedTerms& equation, const std::string& target, const std::function<void()>& poll);
-  /// The columns on these rows; zero where a row is of another recording.
-  [[nodiscard]] Eigen::MatrixXd on(const std::vector<Row>& rows) const;
-  /// They are read, and take no more room.
-  void drop_columns();
+  /// The columns on rows [first, first + block.rows()) of these; zero where a row is of another recording.
+  void read(const std::vector<Row>& rows, Eigen::Index first, Eigen::Ref<Eigen::MatrixXd> block) const;
+  /// Greatest magnitude of each column on these rows.
+  [[nodiscard]] Eigen::RowVectorXd largest(const std::vector<Row>& rows) const;
+  /// What these values of the parameters make on these rows.
+  [[nodiscard]] Eigen::VectorXd effect(const std::vector<Row>& rows, const Eigen::VectorXd& values) const;
   /// The signals of a recording (0-based), at the regression rate, with these values of the parameters.
   [[nodiscard]] dsp::Motion corrected_signals(std::size_t recording, const Eigen::VectorXd& values) const;
 
@@ -31,9 +33,15 @@ class RangeSensors {
   struct Part {
     const Columns* columns = nullptr;  ///< null: no parameters
     Eigen::Index first = 0;
-    std::vector<SensorParameter> sensors;  ///< that change something on the rows
-    Eigen::MatrixXd psi;
+    std::vector<SensorParameter> sensors;                    ///< that change something on the rows
+    std::vector<std::shared_ptr<const SensorShape>> shapes;  ///< theirs, each once
+    std::vector<Eigen::Index> shape_of;                      ///< of each sensor
+    dsp::Motion accelerations;                               ///< as the regression has them
+    Eigen::MatrixXd psi;                                     ///< of the shapes
   };
+  template <class Visit>
+  void for_each_value(const Row& row, Visit&& visit) const;
+
   std::vector<Part> parts_;  ///< one for each recording
   std::vector<SensorParameter> parameters_;
 };

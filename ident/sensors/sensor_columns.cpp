@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 
 namespace ident {
 
@@ -25,6 +26,16 @@ class SignalSlope {
   [[nodiscard]] const std::string& name() const { return name_; }
   void add(Expression derivative, double coefficient) { smooth_.emplace_back(std::move(derivative), coefficient); }
   void add_impulse(Index at, double area) { impulses_[at] += area; }
+  /// What it is at all times; none where that differs.
+  [[nodiscard]] std::optional<double> constant() const {
+    if (!impulses_.empty()) return std::nullopt;
+    double sum = 0.0;
+    for (const auto& [derivative, coefficient] : smooth_) {
+      if (!derivative.signals().empty() || !derivative.switches().empty()) return std::nullopt;
+      sum += coefficient * derivative.evaluate(nullptr, nullptr);
+    }
+    return sum;
+  }
   [[nodiscard]] VectorXd block(Index first, Index count) const {
     VectorXd values = VectorXd::Zero(count);
     for (const auto& [derivative, coefficient] : smooth_)
@@ -50,6 +61,10 @@ class EquationSlopes {
     }
   }
   [[nodiscard]] const std::vector<SignalSlope>& slopes() const { return slopes_; }
+  [[nodiscard]] bool constant_in(const std::string& signal) const {
+    return std::all_of(slopes_.begin(), slopes_.end(),
+                       [&](const SignalSlope& slope) { return slope.name() != signal || slope.constant(); });
+  }
 
  private:
   SignalSlope& of(const std::string& signal) {
@@ -105,34 +120,71 @@ class EquationSlopes {
   std::vector<SignalSlope> slopes_;
 };
 
+/// What these changes change "equation - target" by.
+VectorXd change_of_error(const std::vector<dsp::Signal>& changes, const std::vector<dsp::Signal>& slopes,
+                         const std::string& target, Index count) {
+  VectorXd sum = VectorXd::Zero(count);
+  for (const dsp::Signal& change : changes) {
+    if (change.name == target) sum -= change.values;
+    for (const dsp::Signal& slope : slopes)
+      if (slope.name == change.name) sum += slope.values.cwiseProduct(change.values);
+  }
+  return sum;
+}
+
 }  // namespace
 
-// Block by block: at the intermediate rate there is room for none of the columns.
-MatrixXd sensor_columns(const dsp::Prepared& prepared, const std::vector<SensorParameter>& parameters,
-                        const WeightedTerms& equation, const std::string& target, const std::function<void()>& poll) {
+dsp::Motion regression_accelerations(const dsp::Prepared& prepared) {
+  dsp::Motion result{.sample_rate_hz = prepared.filter.output_rate_hz()};
+  for (const char* name : {"a", "ddy", "ddr"})
+    if (const dsp::Signal* signal = prepared.intermediate.find(name))
+      result.signals.push_back({name, signal->unit, dsp::regression_signal(prepared, name)});
+  return result;
+}
+
+MatrixXd sensor_columns(const dsp::Prepared& prepared, const dsp::Motion& accelerations,
+                        const std::vector<std::shared_ptr<const SensorShape>>& shapes, const WeightedTerms& equation,
+                        const std::string& target, const std::function<void()>& poll) {
   const EquationSlopes equation_slopes(prepared.intermediate, equation);
+  const bool constant = std::all_of(accelerations.signals.begin(), accelerations.signals.end(),
+                                    [&](const auto& signal) { return equation_slopes.constant_in(signal.name); });
+  // Where the equation is linear in the accelerations, filters come in any order: theirs last, at the lower rate.
+  const auto comes_last = [&](const SensorShape& shape) { return shape.of_accelerations && constant; };
   std::vector<SignalChange> changes;
-  for (const SensorParameter& parameter : parameters) {
+  std::vector<Index> columns;
+  for (std::size_t k = 0; k < shapes.size(); ++k) {
+    if (comes_last(*shapes[k])) continue;
     if (poll) poll();
-    changes.push_back(parameter.change(prepared.intermediate));
+    changes.push_back(shapes[k]->change(prepared.intermediate));
+    columns.push_back(static_cast<Index>(k));
   }
-  return prepared.filter.apply(prepared.intermediate.num_samples(), static_cast<Index>(parameters.size()),
-                               [&](Index first, Index count) {
-                                 if (poll) poll();
-                                 std::vector<dsp::Signal> slopes;
-                                 for (const SignalSlope& slope : equation_slopes.slopes())
-                                   slopes.push_back({slope.name(), "", slope.block(first, count)});
-                                 MatrixXd block = MatrixXd::Zero(count, static_cast<Index>(parameters.size()));
-                                 for (std::size_t k = 0; k < changes.size(); ++k) {
-                                   auto sum = block.col(static_cast<Index>(k));
-                                   for (const dsp::Signal& change : changes[k](first, count)) {
-                                     if (change.name == target) sum -= change.values;
-                                     for (const dsp::Signal& slope : slopes)
-                                       if (slope.name == change.name) sum += slope.values.cwiseProduct(change.values);
-                                   }
-                                 }
-                                 return block;
-                               });
+  // Block by block: at the intermediate rate there is room for none of the columns.
+  const MatrixXd formed = prepared.filter.apply(
+      prepared.intermediate.num_samples(), std::max<Index>(1, std::ssize(changes)), [&](Index first, Index count) {
+        if (poll) poll();
+        std::vector<dsp::Signal> slopes;
+        for (const SignalSlope& slope : equation_slopes.slopes())
+          slopes.push_back({slope.name(), "", slope.block(first, count)});
+        MatrixXd block = MatrixXd::Zero(count, std::max<Index>(1, std::ssize(changes)));
+        for (std::size_t k = 0; k < changes.size(); ++k)
+          block.col(static_cast<Index>(k)) = change_of_error(changes[k](first, count), slopes, target, count);
+        return block;
+      });
+  MatrixXd result(formed.rows(), std::ssize(shapes));
+  for (std::size_t k = 0; k < columns.size(); ++k) result.col(columns[k]) = formed.col(static_cast<Index>(k));
+  if (columns.size() == shapes.size()) return result;
+  const Index count = result.rows();
+  std::vector<dsp::Signal> slopes;
+  for (const SignalSlope& slope : equation_slopes.slopes())
+    if (accelerations.find(slope.name()) != nullptr)
+      slopes.push_back({slope.name(), "", VectorXd::Constant(count, *slope.constant())});
+  for (std::size_t k = 0; k < shapes.size(); ++k) {
+    if (!comes_last(*shapes[k])) continue;
+    if (poll) poll();
+    result.col(static_cast<Index>(k)) =
+        change_of_error(shapes[k]->change(accelerations)(0, count), slopes, target, count);
+  }
+  return result;
 }
 
 }  // namespace ident

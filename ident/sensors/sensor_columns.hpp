@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <functional>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,11 +12,15 @@
 
 namespace ident {
 
-/// One column for each parameter (N x n_s, at the regression rate): the derivative of "equation - target" with respect
-/// to it, through the column filter. To first order the target is Phi c + Psi eta + noise, eta the parameters' values.
-/// Switches move with their signals. `poll` is called before each column and may throw to stop.
-[[nodiscard]] Eigen::MatrixXd sensor_columns(const dsp::Prepared& prepared,
-                                             const std::vector<SensorParameter>& parameters,
+/// The accelerations of a recording as the regression has them: at its rate, through the column filter.
+[[nodiscard]] dsp::Motion regression_accelerations(const dsp::Prepared& prepared);
+
+/// One column for each shape (N x shapes, at the regression rate): the derivative of "equation - target" with respect
+/// to a value of it, through the column filter. To first order the target is Phi c + Psi eta + noise, eta the values of
+/// parameters, each with the column of its shape times its course. Switches move with their signals. `accelerations`:
+/// those of regression_accelerations. `poll` is called before each shape and may throw to stop.
+[[nodiscard]] Eigen::MatrixXd sensor_columns(const dsp::Prepared& prepared, const dsp::Motion& accelerations,
+                                             const std::vector<std::shared_ptr<const SensorShape>>& shapes,
                                              const WeightedTerms& equation, const std::string& target,
                                              const std::function<void()>& poll = {});
 

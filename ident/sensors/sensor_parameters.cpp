@@ -28,6 +28,11 @@ void add(Changes& changes, const dsp::Motion& motion, Body body, int order, cons
   if (motion.find(of_x) != nullptr) changes.push_back({of_x, "", body == Body::base ? VectorXd(-change) : change});
 }
 
+std::shared_ptr<const SensorShape> shape(std::function<SignalChange(const dsp::Motion&)> change,
+                                         bool of_accelerations = false) {
+  return std::make_shared<const SensorShape>(SensorShape{std::move(change), of_accelerations});
+}
+
 const VectorXd& of(const dsp::Motion& motion, Body body, int order) {
   return motion.at(dsp::motion_signal(body, order).name);
 }
@@ -38,7 +43,7 @@ SensorParameter relative_gain(double std) {
       .source = "relative gain of the base's displacement",
       .unit = "1",
       .std = std,
-      .change = [](const dsp::Motion& motion) -> SignalChange {
+      .shape = shape([](const dsp::Motion& motion) -> SignalChange {
         std::array<double, 3> mean{};
         for (int order = 0; order < 3; ++order)
           mean[static_cast<std::size_t>(order)] = of(motion, Body::base, order).mean();
@@ -49,7 +54,7 @@ SensorParameter relative_gain(double std) {
                 of(motion, Body::base, order).segment(first, count).array() - mean[static_cast<std::size_t>(order)]);
           return changes;
         };
-      }};
+      })};
 }
 
 /// The same change of x and, where nothing measures a base, of y, which is x then.
@@ -64,28 +69,22 @@ SensorParameter zero_of_x(double std, const std::string& unit) {
           .source = "zero of x",
           .unit = unit,
           .std = std,
-          .change = [](const dsp::Motion& motion) -> SignalChange {
+          .shape = shape([](const dsp::Motion& motion) -> SignalChange {
             return [&motion](Index, Index count) { return of_x(motion, VectorXd::Ones(count)); };
-          }};
+          })};
 }
 
 constexpr double drift_step_s = 300.0;
 
-SensorParameter drift_of_x(double centre_s, double std, const std::string& unit) {
+SensorParameter drift_of_x(const SensorParameter& zero, double centre_s, double std) {
   return {.name = fmt::format("drift of x at {:.0f} s", centre_s),
           .source = "drift of x",
-          .unit = unit,
+          .unit = zero.unit,
           .std = std,
           .from_s = centre_s - drift_step_s,
           .to_s = centre_s + drift_step_s,
-          .change = [centre_s](const dsp::Motion& motion) -> SignalChange {
-            return [centre_s, &motion](Index first, Index count) {
-              return of_x(motion, VectorXd::NullaryExpr(count, [&](Index i) {
-                            const double away_s = static_cast<double>(first + i) / motion.sample_rate_hz - centre_s;
-                            return std::max(0.0, 1.0 - std::abs(away_s) / drift_step_s);
-                          }));
-            };
-          }};
+          .shape = zero.shape,
+          .course = [centre_s](double t_s) { return 1.0 - std::abs(t_s - centre_s) / drift_step_s; }};
 }
 
 /// Of these bodies' displacements by the same time.
@@ -94,7 +93,7 @@ SensorParameter lag(const std::vector<Body>& bodies, const std::string& channel,
           .source = "lag of " + channel,
           .unit = "s",
           .std = std_s,
-          .change = [bodies](const dsp::Motion& motion) -> SignalChange {
+          .shape = shape([bodies](const dsp::Motion& motion) -> SignalChange {
             return [bodies, &motion](Index first, Index count) {
               Changes changes;
               for (const Body body : bodies)
@@ -102,7 +101,7 @@ SensorParameter lag(const std::vector<Body>& bodies, const std::string& channel,
                   add(changes, motion, body, order, of(motion, body, order + 1).segment(first, count));
               return changes;
             };
-          }};
+          })};
 }
 
 SensorParameter accelerometer_gain(Body body, const dsp::SensorRelation& relation) {
@@ -110,13 +109,15 @@ SensorParameter accelerometer_gain(Body body, const dsp::SensorRelation& relatio
           .source = "gain of " + relation.acceleration,
           .unit = "1",
           .std = relation.gain_std / relation.gain,
-          .change = [body](const dsp::Motion& motion) -> SignalChange {
-            return [body, &motion](Index first, Index count) {
-              Changes changes;
-              add(changes, motion, body, 2, of(motion, body, 2).segment(first, count));
-              return changes;
-            };
-          }};
+          .shape = shape(
+              [body](const dsp::Motion& motion) -> SignalChange {
+                return [body, &motion](Index first, Index count) {
+                  Changes changes;
+                  add(changes, motion, body, 2, of(motion, body, 2).segment(first, count));
+                  return changes;
+                };
+              },
+              true)};
 }
 
 /// What was divided by i f / (f_c + i f) above the passage to the displacement: one hertz more of the sum of cut-offs
@@ -126,21 +127,24 @@ SensorParameter coupling(Body body, const dsp::SensorRelation& relation, double 
           .source = "coupling of " + relation.acceleration,
           .unit = "Hz",
           .std = relation.highpass_sum_std_hz,
-          .change = [body, passage_hz, cutoffs = relation.highpass_hz](const dsp::Motion& motion) -> SignalChange {
-            const dsp::SpectralBand low{passage_hz / 2.0, passage_hz};
-            const dsp::ExtendedSpectrum spectrum(of(motion, body, 2), motion.sample_rate_hz);
-            VectorXd whole = spectrum.filtered([&](double f) {
-              std::complex<double> sum = 0.0;
-              for (const double cutoff : cutoffs)
-                sum += (1.0 - low.gain(f)) / (static_cast<double>(cutoffs.size()) * std::complex<double>(cutoff, f));
-              return sum;
-            });
-            return [body, &motion, whole = std::move(whole)](Index first, Index count) {
-              Changes changes;
-              add(changes, motion, body, 2, whole.segment(first, count));
-              return changes;
-            };
-          }};
+          .shape = shape(
+              [body, passage_hz, cutoffs = relation.highpass_hz](const dsp::Motion& motion) -> SignalChange {
+                const dsp::SpectralBand low{passage_hz / 2.0, passage_hz};
+                const dsp::ExtendedSpectrum spectrum(of(motion, body, 2), motion.sample_rate_hz);
+                VectorXd whole = spectrum.filtered([&](double f) {
+                  std::complex<double> sum = 0.0;
+                  for (const double cutoff : cutoffs)
+                    sum +=
+                        (1.0 - low.gain(f)) / (static_cast<double>(cutoffs.size()) * std::complex<double>(cutoff, f));
+                  return sum;
+                });
+                return [body, &motion, whole = std::move(whole)](Index first, Index count) {
+                  Changes changes;
+                  add(changes, motion, body, 2, whole.segment(first, count));
+                  return changes;
+                };
+              },
+              true)};
 }
 
 SensorParameter lag_of_force(double std_s) {
@@ -148,14 +152,14 @@ SensorParameter lag_of_force(double std_s) {
           .source = "lag of f",
           .unit = "s",
           .std = std_s,
-          .change = [](const dsp::Motion& motion) -> SignalChange {
+          .shape = shape([](const dsp::Motion& motion) -> SignalChange {
             // To Nyquist, where a derivative must be zero, within the fifth of the band that the columns' filter stops.
             const double end_hz = 0.5 * motion.sample_rate_hz;
             const dsp::ExtendedSpectrum spectrum(motion.at("f"), motion.sample_rate_hz);
             return [slope = spectrum.derivative(1, {0.8 * end_hz, end_hz})](Index first, Index count) {
               return Changes{{"f", "", slope.segment(first, count)}};
             };
-          }};
+          })};
 }
 
 /// Of the recording itself.
@@ -173,9 +177,9 @@ SensorParameter of_mount(dsp::MountParameter which, const Record& record) {
           .source = name,
           .unit = damping ? "1" : "Hz",
           .std = damping ? mount.damping_std : mount.frequency_std_hz,
-          .change = [which, mount, band = mount_band(record.prepared),
-                     with_it = record.base_by_mount[static_cast<std::size_t>(which)]](
-                        const dsp::Motion& motion) -> SignalChange {
+          .shape = shape([which, mount, band = mount_band(record.prepared),
+                          with_it = record.base_by_mount[static_cast<std::size_t>(which)]](
+                             const dsp::Motion& motion) -> SignalChange {
             std::array<VectorXd, 3> whole;
             for (int order = 0; order < 3; ++order)
               if (motion.find(dsp::motion_signal(Body::relative, order).name) != nullptr)
@@ -193,7 +197,7 @@ SensorParameter of_mount(dsp::MountParameter which, const Record& record) {
               }
               return changes;
             };
-          }};
+          })};
 }
 
 /// How far x, averaged over a minute of motion, wanders about its mean.
@@ -239,12 +243,13 @@ void append_displacements(const Record& record, std::vector<SensorParameter>& pa
   if (record.common_motion) gain_std = std::min(gain_std, record.common_motion->gain_std);
   const std::string& unit = signals.find("x")->unit;
   if (prepared.x_is_difference && gain_std > 0.0) parameters.push_back(relative_gain(gain_std));
-  if (zero_m > 0.0 && !record.zero_is_known) parameters.push_back(zero_of_x(zero_m, unit));
+  const SensorParameter zero = zero_of_x(zero_m, unit);
+  if (zero_m > 0.0 && !record.zero_is_known) parameters.push_back(zero);
   const double duration_s = static_cast<double>(signals.num_samples()) / signals.sample_rate_hz;
   if (drift_m == 0.0) drift_m = observed_wander(record);
   if (drift_m == 0.0) return;
   for (int k = 0; static_cast<double>(k - 1) * drift_step_s < duration_s; ++k)
-    parameters.push_back(drift_of_x(static_cast<double>(k) * drift_step_s, drift_m, unit));
+    parameters.push_back(drift_of_x(zero, static_cast<double>(k) * drift_step_s, drift_m));
 }
 
 }  // namespace
@@ -290,10 +295,15 @@ std::vector<SensorParameter> sensor_parameters(const Record& record) {
 dsp::Motion corrected(dsp::Motion motion, const std::vector<SensorParameter>& parameters,
                       const Eigen::Ref<const VectorXd>& values) {
   const dsp::Motion as_recorded = motion;
-  for (std::size_t k = 0; k < parameters.size(); ++k)
-    for (const dsp::Signal& change : parameters[k].change(as_recorded)(0, motion.num_samples()))
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const SensorParameter& parameter = parameters[k];
+    for (const dsp::Signal& change : parameter.shape->change(as_recorded)(0, motion.num_samples()))
       for (dsp::Signal& signal : motion.signals)
-        if (signal.name == change.name) signal.values += values(static_cast<Index>(k)) * change.values;
+        if (signal.name == change.name)
+          for (Index i = 0; i < change.values.size(); ++i)
+            signal.values(i) += values(static_cast<Index>(k)) *
+                                parameter.course_at(static_cast<double>(i) / motion.sample_rate_hz) * change.values(i);
+  }
   return motion;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <functional>
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,14 @@ struct Record;
 /// Samples [first, first + count) of a change of signals.
 using SignalChange = std::function<std::vector<dsp::Signal>(Eigen::Index first, Eigen::Index count)>;
 
+/// What a sensor's error does to the signals of a motion.
+struct SensorShape {
+  /// The signals it changes and their change for a value of one, on the clock of the motion it is given, which must
+  /// outlive what is returned.
+  std::function<SignalChange(const dsp::Motion&)> change;
+  bool of_accelerations = false;  ///< it changes these only, by what linear filters make of these
+};
+
 /// Something about a recording's sensors that is known to a standard deviation only. A value of it is a change of the
 /// signals: what the body did is what was recorded + value * change.
 struct SensorParameter {
@@ -21,9 +30,14 @@ struct SensorParameter {
   std::string unit;    ///< SI, "1"
   double std = 0.0;    ///< of the prior, a normal distribution about zero
   double from_s = -std::numeric_limits<double>::infinity(), to_s = -from_s;  ///< it changes nothing elsewhere
-  /// The signals it changes and their change for a value of one, on the clock of the motion it is given, which must
-  /// outlive what is returned.
-  std::function<SignalChange(const dsp::Motion&)> change;
+  std::shared_ptr<const SensorShape> shape;                                  ///< shared by those that differ in course
+  /// By which the shape is multiplied at a time; so slow that it may as well be multiplied behind the column filter.
+  /// None: 1.
+  std::function<double(double t_s)> course;
+
+  [[nodiscard]] double course_at(double t_s) const {
+    return t_s < from_s || t_s > to_s ? 0.0 : course ? course(t_s) : 1.0;
+  }
 };
 
 /// Those that a record's channels have, in the units of its displacement sensors. None in recipe "paper", where the

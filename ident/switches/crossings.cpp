@@ -47,7 +47,7 @@ class SignChanges {
 
  private:
   void change(double at, int side) {
-    found_.push_back({at / rate_hz_, side_, side, 0.0});
+    found_.push_back({.t_s = at / rate_hz_, .before = side_, .after = side});
     side_ = side;
   }
   double rate_hz_, last_ = 0.0;
@@ -56,6 +56,12 @@ class SignChanges {
   bool zero_before_ = false;
   std::vector<Crossing> found_;
 };
+
+/// Whether each or one beside it has just moved, by more than is settled.
+void mark_moving(std::vector<Crossing>& crossings, const std::vector<bool>& moved) {
+  for (std::size_t i = 0; i < crossings.size(); ++i)
+    crossings[i].is_moving = moved[i] || (i > 0 && moved[i - 1]) || (i + 1 < moved.size() && moved[i + 1]);
+}
 
 /// Two that overtook one another have annihilated.
 void drop_overtaken(std::vector<Crossing>& crossings) {
@@ -77,6 +83,9 @@ void drop_overtaken(std::vector<Crossing>& crossings) {
 
 Crossings::Crossings(const dsp::Motion& motion, const dsp::SpectralBand& state_band, std::vector<Expression> arguments)
     : motion_(motion), state_band_(state_band), kernel_(state_band), arguments_(std::move(arguments)) {
+  for (const dsp::Signal& signal : motion_.signals)
+    if ((signal.name == "v" || signal.name == "dy") && std::isfinite(signal.flat_to_hz))
+      speeds_.push_back({signal.name, {}});
   for (const Expression& argument : arguments_) bound_.push_back(bind(argument));
   crossings_.resize(arguments_.size());
   first_side_.resize(arguments_.size());
@@ -113,19 +122,17 @@ void Crossings::settle(const WeightedTerms& equation) {
     terms.emplace_back(bind(expression), coefficient);
     if (!expression.all_switches().empty()) jumping.push_back(terms.back());
   }
-  if (jumping.empty()) {
-    crossings_ = found_;
-    smooth_part_.resize(0);
-  }
+  if (jumping.empty()) crossings_ = found_;
+  for (auto& list : crossings_)
+    for (Crossing& crossing : list) crossing.is_moving = true;
   for (int pass = 0; !jumping.empty() && pass < most_passes; ++pass) {
     set_slope_jumps(jumping);
     collect_kinks();
-    if (pass == 0) restore(terms);  // its changes from pass to pass are of higher order
-    const double largest_s = move_all();
-    if (largest_s * motion_.sample_rate_hz <= settled) break;
+    if (kinks_at_samples_.size() == 0) restore(terms);  // its changes from pass to pass are of higher order
+    if (!move_all()) break;
   }
   collect_kinks();
-  restore(jumping.empty() ? jumping : terms);
+  restore(terms);
 }
 
 /// The equation's acceleration at the motion's rate, less the jumps of the kinks.
@@ -136,11 +143,11 @@ VectorXd Crossings::course_between_jumps(const std::vector<std::pair<Bound, doub
   for (Index first = 0; first < num_rows; first += block) {
     const Index count = std::min(block, num_rows - first);
     for (const auto& [bound, coefficient] : equation) {
-      std::vector<VectorXd> sides;
+      std::vector<VectorXd> own;
       std::vector<const double*> columns;
-      for (const std::size_t argument : bound.switches) sides.push_back(signs(argument, 1, first, count));
-      for (const std::string& name : bound.expression->signals()) columns.push_back(samples(name).data() + first);
-      for (const VectorXd& side : sides) columns.push_back(side.data());
+      for (const std::string& name : bound.expression->signals()) own.push_back(samples(name, 1, first, count));
+      for (const std::size_t argument : bound.switches) own.push_back(signs(argument, 1, first, count));
+      for (const VectorXd& values : own) columns.push_back(values.data());
       course.segment(first, count) += coefficient * bound.expression->evaluate(columns, count);
     }
   }
@@ -160,32 +167,27 @@ VectorXd Crossings::course_between_jumps(const std::vector<std::pair<Bound, doub
 /// What the state band took from speeds: the integral of the equation's acceleration beyond it. Its jumps' part is
 /// known in closed form; the rest is smooth enough for the motion's samples.
 void Crossings::restore(const std::vector<std::pair<Bound, double>>& equation) {
-  const double rate_hz = motion_.sample_rate_hz;
   if (kinks_.empty()) {
-    smooth_part_.resize(0);
-  } else {
-    VectorXd course = course_between_jumps(equation);
-    restored_.clear();
-    smooth_part_.resize(0);
-    dsp::ExtendedSpectrum spectrum(course, rate_hz);
-    course.resize(0);
-    spectrum.multiply([&](double f) -> std::complex<double> {
-      return f > 0.0 ? std::complex<double>(0.0, -(1.0 - state_band_.gain(f)) / (2.0 * std::numbers::pi * f)) : 0.0;
-    });
-    smooth_part_ = std::move(spectrum).signal();
+    kinks_at_samples_.resize(0);
+    for (Speed& speed : speeds_) speed.smooth.resize(0);
+    return;
   }
-  restored_.clear();
-  for (const dsp::Signal& signal : motion_.signals) {
-    if (!restores(signal.name) || kinks_.empty()) continue;
-    VectorXd& speed = restored_.try_emplace(signal.name, signal.values + smooth_part_).first->second;
-    add_kinks(rate_hz, 0, speed);
-  }
+  kinks_at_samples_.setZero(motion_.num_samples());
+  add_kinks(motion_.sample_rate_hz, 0, kinks_at_samples_);
+  VectorXd course = course_between_jumps(equation);
+  dsp::ExtendedSpectrum spectrum(course, motion_.sample_rate_hz);
+  course.resize(0);
+  spectrum.multiply([&](double f) -> std::complex<double> {
+    return f > 0.0 ? std::complex<double>(0.0, -(1.0 - state_band_.gain(f)) / (2.0 * std::numbers::pi * f)) : 0.0;
+  });
+  const VectorXd taken = std::move(spectrum).signal();
+  for (Speed& speed : speeds_) speed.smooth = motion_.at(speed.name) + taken;
 }
 
 Crossings::Bound Crossings::bind(const Expression& expression) const {
   Bound bound{&expression, {}, {}};
   for (const std::string& name : expression.signals())
-    bound.inputs.push_back({name == "t" ? nullptr : &motion_.at(name), restores(name)});
+    bound.inputs.push_back({name == "t" ? nullptr : &motion_.at(name), speed(name)});
   for (const std::string& text : expression.switches())
     bound.switches.push_back(static_cast<std::size_t>(
         std::find_if(arguments_.begin(), arguments_.end(), [&](const auto& g) { return g.text() == text; }) -
@@ -193,9 +195,19 @@ Crossings::Bound Crossings::bind(const Expression& expression) const {
   return bound;
 }
 
+std::size_t Crossings::speed(std::string_view signal) const {
+  for (std::size_t i = 0; i < speeds_.size(); ++i)
+    if (speeds_[i].name == signal) return i;
+  return Bound::as_it_is;
+}
+
 bool Crossings::restores(std::string_view signal) const {
-  const dsp::Signal* found = motion_.find(signal);
-  return (signal == "v" || signal == "dy") && found != nullptr && std::isfinite(found->flat_to_hz);
+  return speed(signal) != Bound::as_it_is;
+}
+
+const VectorXd& Crossings::without_kinks(const Bound::Input& input) const {
+  const bool is_restored = input.restored != Bound::as_it_is && speeds_[input.restored].smooth.size() > 0;
+  return is_restored ? speeds_[input.restored].smooth : *input.values;
 }
 
 template <class Add>
@@ -224,10 +236,8 @@ double Crossings::value(const Bound& bound, double t_s, const Moving& own) const
   }
   for (std::size_t i = 0; i < bound.inputs.size(); ++i) {
     const Bound::Input& input = bound.inputs[i];
-    const double at = t_s * motion_.sample_rate_hz;
-    values[i] = input.values == nullptr ? t_s : interpolate(*input.values, at);
-    if (kinks_.empty() || !input.restored) continue;
-    if (smooth_part_.size() > 0) values[i] += interpolate(smooth_part_, at);
+    values[i] = input.values == nullptr ? t_s : interpolate(without_kinks(input), t_s * motion_.sample_rate_hz);
+    if (input.restored == Bound::as_it_is) continue;
     for_each_kink_near(t_s, [&](const Kink& kink) { values[i] += kink.slope_jump * kernel_(t_s - kink.t_s); });
     if (own.slope_jump != 0.0) values[i] += own.slope_jump * (kernel_(0.0) - kernel_(t_s - own.from_s));
   }
@@ -239,13 +249,11 @@ double Crossings::value(const Bound& bound, double t_s) const {
   return value(bound, t_s, {0.0, 0.0});
 }
 
-double Crossings::speed_slope(const VectorXd& speed, double t_s) const {
+double Crossings::slope(const Bound::Input& speed, double t_s) const {
+  const VectorXd& samples = without_kinks(speed);
   const double at = t_s * motion_.sample_rate_hz;
-  const auto of = [&](const VectorXd& samples) {
-    return (interpolate(samples, at + difference) - interpolate(samples, at - difference)) * motion_.sample_rate_hz /
-           (2.0 * difference);
-  };
-  double slope = of(speed) + (smooth_part_.size() > 0 ? of(smooth_part_) : 0.0);
+  double slope = (interpolate(samples, at + difference) - interpolate(samples, at - difference)) *
+                 motion_.sample_rate_hz / (2.0 * difference);
   for_each_kink_near(t_s, [&](const Kink& kink) { slope += kink.slope_jump * kernel_.slope(t_s - kink.t_s); });
   return slope;
 }
@@ -260,9 +268,9 @@ void Crossings::set_slope_jumps(const std::vector<std::pair<Bound, double>>& equ
       if (std::any_of(own.begin(), own.end(), [&](const Switch& one) { return one.argument.text() == text; }))
         switched.push_back(&term);
     }
-    const VectorXd* speed = restores(text) ? &motion_.at(text) : nullptr;
+    const bool is_speed = restores(text);
     for (Crossing& crossing : crossings_[argument]) {
-      if (crossing.before * crossing.after >= 0) continue;
+      if (crossing.before * crossing.after >= 0 || !crossing.is_moving) continue;
       double jump = 0.0;
       for (const auto* term : switched)
         jump +=
@@ -270,8 +278,8 @@ void Crossings::set_slope_jumps(const std::vector<std::pair<Bound, double>>& equ
       if (!std::isfinite(jump)) jump = 0.0;
       // Friction takes from the acceleration no more than there is: then the motion stops. Behind the jump nothing is
       // left of it, so half of it is the mean of both sides.
-      if (speed != nullptr && jump * crossing.after < 0.0) {
-        const double most = std::max(0.0, 2.0 * crossing.after * speed_slope(*speed, crossing.t_s));
+      if (is_speed && jump * crossing.after < 0.0) {
+        const double most = std::max(0.0, 2.0 * crossing.after * slope(bound_[argument].inputs.front(), crossing.t_s));
         jump = -crossing.after * std::min(std::abs(jump), most);
       }
       crossing.slope_jump = jump;
@@ -301,20 +309,25 @@ double Crossings::moved(std::size_t argument, const Crossing& crossing) const {
   return t_s;
 }
 
-double Crossings::move_all() {
-  double largest_s = 0.0;
+bool Crossings::move_all() {
+  const double least_s = settled / motion_.sample_rate_hz;
+  bool any = false;
   std::vector<std::vector<Crossing>> moved_ones = crossings_;
   for (std::size_t argument = 0; argument < arguments_.size(); ++argument) {
-    for (Crossing& crossing : moved_ones[argument]) {
-      if (crossing.before * crossing.after >= 0) continue;
-      const double before_s = crossing.t_s;
-      crossing.t_s = moved(argument, crossing);
-      largest_s = std::max(largest_s, std::abs(crossing.t_s - before_s));
+    std::vector<Crossing>& list = moved_ones[argument];
+    std::vector<bool> has_moved(list.size(), false);
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      if (list[i].before * list[i].after >= 0 || !list[i].is_moving) continue;
+      const double before_s = list[i].t_s;
+      list[i].t_s = moved(argument, list[i]);
+      has_moved[i] = std::abs(list[i].t_s - before_s) > least_s;
+      any = any || has_moved[i];
     }
-    drop_overtaken(moved_ones[argument]);
+    mark_moving(list, has_moved);
+    drop_overtaken(list);
   }
   crossings_ = std::move(moved_ones);
-  return largest_s;
+  return any;
 }
 
 void Crossings::collect_kinks() {
@@ -327,15 +340,14 @@ void Crossings::collect_kinks() {
 }
 
 VectorXd Crossings::resampled(std::string_view signal, Index factor, Index first, Index count) const {
-  const VectorXd& known = motion_.at(signal);
-  const bool is_restored = smooth_part_.size() > 0 && restores(signal);
+  const VectorXd& known = without_kinks({&motion_.at(signal), speed(signal)});
+  if (factor == 1) return known.segment(first, count);
   VectorXd result(count);
   for (Index i = first; i < first + count; ++i) {
     const double at = static_cast<double>(i) / static_cast<double>(factor);
     result(i - first) = i % factor == 0 ? known(i / factor)
                         : signal == "t" ? at / motion_.sample_rate_hz
                                         : interpolate(known, at);
-    if (is_restored) result(i - first) += i % factor == 0 ? smooth_part_(i / factor) : interpolate(smooth_part_, at);
   }
   return result;
 }
@@ -354,15 +366,13 @@ void Crossings::add_kinks(double rate_hz, Index first, VectorXd& speed) const {
   }
 }
 
-const VectorXd& Crossings::samples(std::string_view signal) const {
-  const auto restored = restored_.find(signal);
-  return restored != restored_.end() ? restored->second : motion_.at(signal);
-}
-
 VectorXd Crossings::samples(std::string_view signal, Index factor, Index first, Index count) const {
-  if (factor == 1) return samples(signal).segment(first, count);
   VectorXd result = resampled(signal, factor, first, count);
-  if (restores(signal)) add_kinks(static_cast<double>(factor) * motion_.sample_rate_hz, first, result);
+  if (kinks_.empty() || !restores(signal)) return result;
+  if (factor == 1)
+    result += kinks_at_samples_.segment(first, count);
+  else
+    add_kinks(static_cast<double>(factor) * motion_.sample_rate_hz, first, result);
   return result;
 }
 

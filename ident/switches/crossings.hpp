@@ -2,7 +2,6 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <functional>
-#include <map>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -19,6 +18,7 @@ struct Crossing {
   double t_s = 0.0;
   int before = 0, after = 0;  ///< sign of g; 0 where it rests at zero for more than a sample
   double slope_jump = 0.0;    ///< of the speeds, m/s^2: how far the acceleration jumps there
+  bool is_moving = true;      ///< while it is sought: it or a neighbour has just moved
 };
 
 /// The signals of a motion between their samples, and the times at which the arguments of switches pass zero. Speeds
@@ -40,9 +40,8 @@ class Crossings {
   [[nodiscard]] const std::vector<Crossing>& of(std::size_t argument) const { return crossings_[argument]; }
   /// Whether the signal of this name is restored: v or dy, computed from displacements.
   [[nodiscard]] bool restores(std::string_view signal) const;
-  /// A signal at the motion's rate, restored.
-  [[nodiscard]] const Eigen::VectorXd& samples(std::string_view signal) const;
-  /// The same at `factor` times that rate, samples [first, first + count) of those whose sample 0 is at time 0.
+  /// A signal, restored, at `factor` times the motion's rate: samples [first, first + count) of those whose sample 0 is
+  /// at time 0.
   [[nodiscard]] Eigen::VectorXd samples(std::string_view signal, Eigen::Index factor, Eigen::Index first,
                                         Eigen::Index count) const;
   /// Sign of an argument at these times.
@@ -52,9 +51,10 @@ class Crossings {
   /// An expression that can be evaluated at any time. It must outlive this.
   struct Bound {
     struct Input {
-      const Eigen::VectorXd* values;  ///< none: time
-      bool restored;
+      const Eigen::VectorXd* values;  ///< as it is; none: time
+      std::size_t restored;           ///< which of those; none: `as_it_is`
     };
+    static constexpr std::size_t as_it_is = static_cast<std::size_t>(-1);
     const Expression* expression;
     std::vector<Input> inputs;
     std::vector<std::size_t> switches;  ///< indices of arguments
@@ -71,17 +71,25 @@ class Crossings {
     double from_s, slope_jump;
   };
   [[nodiscard]] double value(const Bound& bound, double t_s, const Moving& own) const;
-  [[nodiscard]] double speed_slope(const Eigen::VectorXd& speed, double t_s) const;
+  /// A speed computed from displacements.
+  struct Speed {
+    std::string name;
+    Eigen::VectorXd smooth;  ///< with what the state band took from it, kinks apart; empty: as it is
+  };
+  [[nodiscard]] std::size_t speed(std::string_view signal) const;
+  [[nodiscard]] const Eigen::VectorXd& without_kinks(const Bound::Input& input) const;
+  [[nodiscard]] double slope(const Bound::Input& speed, double t_s) const;
   [[nodiscard]] int side(std::size_t argument, double t_s) const;
   template <class Add>
   void for_each_kink_near(double t_s, Add&& add) const;
   void find(std::size_t argument);
-  /// Samples [first, first + count) of a signal as it is.
+  /// Samples [first, first + count) of a signal, kinks apart.
   [[nodiscard]] Eigen::VectorXd resampled(std::string_view signal, Eigen::Index factor, Eigen::Index first,
                                           Eigen::Index count) const;
   void set_slope_jumps(const std::vector<std::pair<Bound, double>>& equation);
   [[nodiscard]] double moved(std::size_t argument, const Crossing& crossing) const;
-  double move_all();
+  /// Whether any moved.
+  bool move_all();
   void add_kinks(double rate_hz, Eigen::Index first, Eigen::VectorXd& speed) const;
   void collect_kinks();
   [[nodiscard]] Eigen::VectorXd course_between_jumps(const std::vector<std::pair<Bound, double>>& equation) const;
@@ -90,14 +98,14 @@ class Crossings {
   const dsp::Motion& motion_;
   dsp::SpectralBand state_band_;
   dsp::KinkKernel kernel_;
+  std::vector<Speed> speeds_;
   std::vector<Expression> arguments_;
   std::vector<Bound> bound_;                      ///< the arguments
   std::vector<int> first_side_;                   ///< of each argument, at time 0
   std::vector<std::vector<Crossing>> found_;      ///< in the signals as they are
   std::vector<std::vector<Crossing>> crossings_;  ///< of each argument
   std::vector<Kink> kinks_;                       ///< of all, in order of time
-  Eigen::VectorXd smooth_part_;                   ///< of speeds beyond the state band, kinks apart; none: zero
-  std::map<std::string, Eigen::VectorXd, std::less<>> restored_;  ///< signals with both
+  Eigen::VectorXd kinks_at_samples_;              ///< what they are in a speed at the motion's rate; empty: none
 };
 
 }  // namespace ident

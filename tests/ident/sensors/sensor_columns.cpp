@@ -54,6 +54,12 @@ VectorXd error(const dsp::Prepared& record) {
   return sum;
 }
 
+std::vector<std::shared_ptr<const ident::SensorShape>> shapes(const std::vector<ident::SensorParameter>& parameters) {
+  std::vector<std::shared_ptr<const ident::SensorShape>> result;
+  for (const auto& parameter : parameters) result.push_back(parameter.shape);
+  return result;
+}
+
 }  // namespace
 
 TEST_CASE("a sensor's column is what the equation's own columns change by when the sensor does",
@@ -63,7 +69,8 @@ TEST_CASE("a sensor's column is what the equation's own columns change by when t
   REQUIRE(parameters.size() == 2);  // a minute is too short for a drift
   CHECK(parameters[0].name == "relative gain of the base's displacement");
   CHECK(parameters[0].std == Approx(0.01 * std::sqrt(2.0)));
-  const MatrixXd columns = ident::sensor_columns(record.prepared, parameters, equation, "a");
+  const MatrixXd columns = ident::sensor_columns(record.prepared, ident::regression_accelerations(record.prepared),
+                                                 shapes(parameters), equation, "a");
   const double step = 1e-3;
   const VectorXd expected = (error(prepared(-step)) - error(prepared(step))) / (2.0 * step);
   const Index edge = 100, inner = expected.size() - 2 * edge;
@@ -89,7 +96,8 @@ TEST_CASE("the columns of a mount are what the equation's own columns change by 
   CHECK(parameters[2].std == 0.08);
   CHECK(parameters[3].name == "damping of the mount");
   CHECK(parameters[3].std == 0.005);
-  const MatrixXd columns = ident::sensor_columns(record.prepared, parameters, equation, "a");
+  const MatrixXd columns = ident::sensor_columns(record.prepared, ident::regression_accelerations(record.prepared),
+                                                 shapes(parameters), equation, "a");
   const double step_hz = 0.1, step = 0.01;  // switches move by some fractions of a sample
   const MatrixXd expected =
       (MatrixXd(columns.rows(), 2) << (error(undone_by({10.7 + step_hz, 0.10}).prepared) -
@@ -163,11 +171,11 @@ TEST_CASE("a lone displacement has a zero and a drift, a force a lag, and neithe
   CHECK(ident::sensor_parameters(stated).at(0).name == "drift of x at 0 s");
   CHECK(parameters[4].std == Approx(1.0 / rate_hz / std::sqrt(12.0)));
   // x, and y, which is x without a base, move together; f by its slope.
-  const auto zero = parameters[0].change(record.prepared.signals)(0, 10);
+  const auto zero = parameters[0].shape->change(record.prepared.signals)(0, 10);
   REQUIRE(zero.size() == 2);
   CHECK((zero[0].name == "x" && zero[1].name == "y" && zero[1].values == zero[0].values));
   const auto& signals = record.prepared.signals;
-  const auto slope = parameters[4].change(signals)(0, signals.num_samples());
+  const auto slope = parameters[4].shape->change(signals)(0, signals.num_samples());
   const Index edge = 100, inner = signals.num_samples() - 2 * edge;
   VectorXd slope_of_f(inner);
   for (Index i = 0; i < inner; ++i) {
