@@ -224,8 +224,8 @@ void remark_on_terms(const JudgedFit& fit, std::vector<std::string>& remarks) {
 Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range, std::size_t method) {
   const JudgedFit& fit = ranges[range].fits[method];
   if (fit.model.terms.empty())
-    return {Verdict::does_not, "No equation was found: no candidate term earned its place.", {}};
-  Judgement result{fit.free_run.applies ? by_free_run(fit.free_run) : by_error(fit), {}, {}};
+    return {Verdict::does_not, Cause::not_found, "No equation was found: no candidate term earned its place.", {}};
+  Judgement result{fit.free_run.applies ? by_free_run(fit.free_run) : by_error(fit), {}, {}, {}};
   const Figure& error = error_of(fit);
   const bool left_over = error.reason.empty() && error.value > explained;
   if (result.verdict == Verdict::undecided && left_over) result.verdict = Verdict::does_not;
