@@ -1,0 +1,286 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+
+#include "dsp/fault.hpp"
+#include "ident/columns.hpp"
+#include "ident/identify.hpp"
+#include "ident/validate/judge.hpp"
+#include "support/labelled_record.hpp"
+
+using ident::Cause;
+using ident::JudgedFit;
+using ident::Verdict;
+
+namespace {
+
+/// One case: what it was, what was found, and what the judgement made of it.
+struct Outcome {
+  std::uint32_t seed = 0;
+  support::LabelledRecord record;
+  bool right = false;
+  std::string verdict = "none", cause, why_wrong, sentence, range;
+  std::vector<Cause> accepted;  ///< causes that are true of a wrong equation
+  std::optional<JudgedFit> fit;
+  double equation_error = std::nan("");  ///< rms of equation less acceleration over that of the latter, on exact data
+  [[nodiscard]] bool names_a_cause() const { return !cause.empty() && cause != to_string(Cause::not_found); }
+  [[nodiscard]] bool cause_is_true() const {
+    return std::any_of(accepted.begin(), accepted.end(), [&](Cause one) { return cause == to_string(one); });
+  }
+};
+
+std::optional<double> coefficient_of(const std::vector<std::pair<std::string, double>>& truth,
+                                     const std::string& name) {
+  for (const auto& [term, value] : truth)
+    if (term == name) return value;
+  return std::nullopt;
+}
+
+bool has(const ident::Model& model, const std::string& name) {
+  return std::any_of(model.terms.begin(), model.terms.end(), [&](const auto& term) { return term.name == name; });
+}
+
+/// How the found support differs from the true one; the constant, which is a zero of a sensor, aside.
+struct Difference {
+  std::vector<std::string> extra, lacking;
+};
+Difference difference(const ident::Model& model, const support::LabelledRecord& record) {
+  Difference result;
+  for (const auto& term : model.terms)
+    if (term.name != "1" && !coefficient_of(record.truth, term.name)) result.extra.push_back(term.name);
+  for (const auto& [name, value] : record.truth)
+    if (!has(model, name)) result.lacking.push_back(name);
+  return result;
+}
+
+/// All that differs is tied: a term kept for one that is true, or a true one that a kept term or a sensor stands for.
+bool only_ties(const Difference& difference, const JudgedFit& fit) {
+  const auto tied = [&](const std::string& name) {
+    return std::any_of(fit.ties.begin(), fit.ties.end(),
+                       [&](const auto& tie) { return tie.first == name || tie.second == name; });
+  };
+  return std::all_of(difference.extra.begin(), difference.extra.end(), tied) &&
+         std::all_of(difference.lacking.begin(), difference.lacking.end(), tied);
+}
+
+/// Empty where the equation is right.
+std::string why_wrong(const JudgedFit& fit, const support::LabelledRecord& record) {
+  std::string why;
+  if (record.flaw) why = fmt::format("by design: {}; ", to_string(*record.flaw));
+  const Difference found = difference(fit.model, record);
+  if (!only_ties(found, fit))
+    why += fmt::format("extra [{}] lacking [{}]; ", fmt::join(found.extra, " "), fmt::join(found.lacking, " "));
+  for (const auto& term : fit.model.terms) {
+    const auto truth = coefficient_of(record.truth, term.name);
+    if (!truth) continue;
+    const double error = std::abs(term.mean - *truth);
+    if (!(error <= 3.0 * term.std || error <= 0.02 * std::abs(*truth)))
+      why += fmt::format("{} off by {:.1f} std = {:.1f} %; ", term.name, error / term.std,
+                         100.0 * error / std::abs(*truth));
+  }
+  return why;
+}
+
+/// What is true of a wrong equation, from how it was made alone.
+std::vector<Cause> true_causes(const Outcome& outcome) {
+  const support::LabelledRecord& record = outcome.record;
+  if (record.flaw) return {*record.flaw};
+  std::vector<Cause> causes;
+  if (record.noise > 0.0) causes.push_back(Cause::noise);
+  if (record.noise > 0.0 && record.wide_band) causes.push_back(Cause::wide_band);
+  if (!outcome.fit) return causes;
+  const Difference found = difference(outcome.fit->model, record);
+  if (!found.extra.empty() && found.lacking.empty()) causes.push_back(Cause::false_term);
+  // Without noise what is left over is a function of the state and of nothing else.
+  if (!found.lacking.empty() && record.noise == 0.0) causes.push_back(Cause::missing_term);
+  return causes;
+}
+
+double equation_error(const ident::Model& model, const dsp::Motion& exact) {
+  ident::LibraryOptions options{.order = 0};
+  for (const auto& term : model.terms) options.terms.push_back(term.name);
+  const auto library = ident::make_library(options, "a", exact);
+  const ident::Columns columns = ident::form_columns(library, "a", exact, "exact");
+  Eigen::VectorXd error = -columns.target;
+  for (std::size_t j = 0; j < model.terms.size(); ++j)
+    error += model.terms[j].mean * columns.phi.col(static_cast<Eigen::Index>(j));
+  return error.norm() / columns.target.norm();
+}
+
+void identify_as_the_product_does(Outcome& outcome) {
+  const support::LabelledRecord& record = outcome.record;
+  auto ranges = ident::identify(ident::find_regimes(dsp::prepare(record.recording, record.prepare)), record.library,
+                                {.methods = {ident::FastRvmOptions{}}});
+  const auto chosen = ident::chosen_fit(ranges);
+  if (!chosen) return;
+  outcome.range = ranges[chosen->range].spec.name;
+  outcome.fit = std::move(ranges[chosen->range].fits[chosen->method]);
+  const ident::Judgement& judgement = outcome.fit->judgement;
+  outcome.verdict = to_string(judgement.verdict);
+  if (judgement.cause) outcome.cause = to_string(*judgement.cause);
+  outcome.sentence = judgement.sentence;
+  outcome.why_wrong = why_wrong(*outcome.fit, record);
+  outcome.right = outcome.why_wrong.empty();
+  outcome.equation_error = equation_error(outcome.fit->model, record.exact);
+}
+
+Outcome run_case(std::uint32_t seed) {
+  Outcome outcome{.seed = seed, .record = support::labelled_record(seed)};
+  try {
+    identify_as_the_product_does(outcome);
+  } catch (const dsp::Fault& fault) {
+    outcome.sentence = fault.what();
+    outcome.why_wrong = "refused: " + fault.name();
+  }
+  if (!outcome.right) outcome.accepted = true_causes(outcome);
+  outcome.record.recording.samples.resize(0, 0);
+  outcome.record.exact = {};
+  return outcome;
+}
+
+std::string quoted(std::string text) {
+  std::replace(text.begin(), text.end(), '"', '\'');
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return '"' + text + '"';
+}
+
+std::string truth_text(const support::LabelledRecord& record) {
+  std::string text = "a =";
+  for (const auto& [name, value] : record.truth) text += fmt::format(" {:+.6g} {}", value, name);
+  return text;
+}
+
+constexpr const char* csv_head =
+    "seed,scenario,noise,wide_band,cutoff_hz,periods,label,verdict,cause,accepted,range,equation,truth,why_wrong,"
+    "equation_error,free_run_nmse,free_run_reason,train_nmse_centred,test_nmse_centred,n_eff,structural_fraction,"
+    "whiteness_p,status,ties,drawn,sentence\n";
+
+std::string csv_line(const Outcome& o) {
+  std::vector<std::string_view> accepted;
+  for (const Cause cause : o.accepted) accepted.push_back(to_string(cause));
+  const JudgedFit none;
+  const JudgedFit& fit = o.fit ? *o.fit : none;
+  const auto figure = [](const ident::Figure& f) { return f.reason.empty() ? f.value : std::nan(""); };
+  std::string ties;
+  for (const auto& [kept, other] : fit.ties) ties += kept + "~" + other + " ";
+  const std::array<std::string, 26> cells{
+      std::to_string(o.seed),
+      quoted(o.record.scenario),
+      fmt::format("{}", o.record.noise),
+      o.record.wide_band ? "1" : "0",
+      fmt::format("{:.4g}", o.record.prepare.cutoff_hz),
+      fmt::format("{:.1f}", o.record.periods),
+      o.right ? "right" : "wrong",
+      o.verdict,
+      o.cause,
+      fmt::format("{}", fmt::join(accepted, " ")),
+      o.range,
+      quoted(o.fit ? to_text(fit.model) : ""),
+      quoted(truth_text(o.record)),
+      quoted(o.why_wrong),
+      fmt::format("{:.3g}", o.equation_error),
+      fmt::format("{:.3g}", fit.free_run.reason.empty() ? fit.free_run.nmse : std::nan("")),
+      quoted(fit.free_run.reason),
+      fmt::format("{:.3g}", figure(fit.train_centred)),
+      fmt::format("{:.3g}", figure(fit.test_centred)),
+      fmt::format("{:.4g}", fit.size.num_effective()),
+      fmt::format("{:.3g}", fit.size.structural_fraction),
+      fmt::format("{:.3g}", fit.whiteness.p_value),
+      quoted(std::string(to_string(fit.fit.status))),
+      quoted(ties),
+      quoted(o.record.drawn),
+      quoted(o.sentence)};
+  return fmt::format("{}\n", fmt::join(cells, ","));
+}
+
+constexpr std::array verdicts{"describes", "in_part", "does_not", "undecided", "none"};
+
+std::string table(const std::vector<Outcome>& outcomes) {
+  std::string text = fmt::format("{:<34} {:<6} {:>5}", "scenario", "label", "all");
+  for (const char* verdict : verdicts) text += fmt::format(" {:>9}", verdict);
+  text += fmt::format(" {:>6} {:>5}\n", "named", "true");
+  for (const std::string& scenario : support::scenario_names())
+    for (const bool right : {true, false}) {
+      std::map<std::string, int> counts;
+      int all = 0, named = 0, named_true = 0;
+      for (const Outcome& o : outcomes) {
+        if (o.record.scenario != scenario || o.right != right) continue;
+        ++all, ++counts[o.verdict], named += o.names_a_cause(), named_true += o.names_a_cause() && o.cause_is_true();
+      }
+      if (all == 0) continue;
+      text += fmt::format("{:<34} {:<6} {:>5}", scenario, right ? "right" : "wrong", all);
+      for (const char* verdict : verdicts) text += fmt::format(" {:>9}", counts[verdict]);
+      text += fmt::format(" {:>6} {:>5}\n", named, named_true);
+    }
+  return text;
+}
+
+/// Fractions of the right and of the wrong ones.
+struct Rates {
+  int num_right = 0, num_wrong = 0, num_named = 0;
+  double right_describes = 0.0, right_does_not = 0.0, wrong_describes = 0.0, wrong_does_not = 0.0, named = 0.0,
+         named_true = 0.0;
+};
+
+Rates rates_of(const std::vector<Outcome>& outcomes) {
+  Rates r;
+  std::map<std::pair<bool, std::string>, int> counts;
+  int named_true = 0;
+  for (const Outcome& o : outcomes) {
+    ++(o.right ? r.num_right : r.num_wrong);
+    ++counts[{o.right, o.verdict}];
+    if (!o.right && o.names_a_cause()) ++r.num_named, named_true += o.cause_is_true();
+  }
+  const auto fraction = [](int part, int all) { return all == 0 ? 0.0 : static_cast<double>(part) / all; };
+  r.right_describes = fraction(counts[{true, "describes"}], r.num_right);
+  r.right_does_not = fraction(counts[{true, "does_not"}], r.num_right);
+  r.wrong_describes = fraction(counts[{false, "describes"}], r.num_wrong);
+  r.wrong_does_not = fraction(counts[{false, "does_not"}], r.num_wrong);
+  r.named = fraction(r.num_named, r.num_wrong);
+  r.named_true = fraction(named_true, r.num_named);
+  return r;
+}
+
+std::uint32_t from_environment(const char* name, std::uint32_t otherwise) {
+  const char* text = std::getenv(name);
+  return text == nullptr ? otherwise : static_cast<std::uint32_t>(std::stoul(text));
+}
+
+}  // namespace
+
+// What a judgement is worth: equations whose right answer is known, identified and judged as a stranger's records are.
+// The labels come from what was simulated alone. A right equation has the true terms, or ones tied with them, with
+// coefficients within three total standard deviations or 2 %. ARDENT_STUDY_CASES (300) and ARDENT_STUDY_SEED (1) give
+// the number of cases and the first seed; ARDENT_STUDY_OUT names a file that gets a line of CSV a case.
+TEST_CASE("a verdict is right of equations whose truth is known, and its cause is one", "[.][study][verdicts]") {
+  const std::uint32_t num_cases = from_environment("ARDENT_STUDY_CASES", 300),
+                      first_seed = from_environment("ARDENT_STUDY_SEED", 1);
+  std::ofstream csv;
+  if (const char* file = std::getenv("ARDENT_STUDY_OUT")) csv.open(file);
+  csv << csv_head;
+  std::vector<Outcome> outcomes;
+  for (std::uint32_t i = 0; i < num_cases; ++i) {
+    outcomes.push_back(run_case(first_seed + i));
+    csv << csv_line(outcomes.back()) << std::flush;
+  }
+  const Rates r = rates_of(outcomes);
+  fmt::print(
+      "{}\n{} cases from seed {}: {} right, of which {:.1f} % describes, {:.1f} % does_not; {} wrong, of which "
+      "{:.1f} % describes, {:.1f} % does_not; a cause named for {:.1f} % of the wrong, true for {:.1f} % of "
+      "these {}\n",
+      table(outcomes), num_cases, first_seed, r.num_right, 100 * r.right_describes, 100 * r.right_does_not, r.num_wrong,
+      100 * r.wrong_describes, 100 * r.wrong_does_not, 100 * r.named, 100 * r.named_true, r.num_named);
+  CHECK(r.right_describes >= 0.80);
+  CHECK(r.right_does_not <= 0.03);
+  CHECK(r.wrong_describes <= 0.02);
+  CHECK(r.wrong_does_not >= 0.80);
+  CHECK(r.named >= 0.60);
+  CHECK(r.named_true >= 0.90);
+}

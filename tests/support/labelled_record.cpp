@@ -1,0 +1,393 @@
+#include "support/labelled_record.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <stdexcept>
+
+#include "sim/noise.hpp"
+#include "sim/ode/friction.hpp"
+#include "sim/simulate.hpp"
+
+namespace support {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr double two_pi = 2.0 * std::numbers::pi;
+
+/// Numbers from a seed, each written down under its name. The same on every machine.
+class Draw {
+ public:
+  explicit Draw(std::uint32_t seed) : engine_(seed) {}
+  double uniform(const char* name, double from, double to) { return noted(name, from + (to - from) * unit()); }
+  double log_uniform(const char* name, double from, double to) {
+    return noted(name, from * std::pow(to / from, unit()));
+  }
+  template <class T>
+  T one_of(const char* name, const std::vector<T>& values) {
+    const T value =
+        values[std::min(values.size() - 1, static_cast<std::size_t>(unit() * static_cast<double>(values.size())))];
+    text_ += fmt::format("{}{}={}", text_.empty() ? "" : " ", name, value);
+    return value;
+  }
+  bool half(const char* name) { return one_of<int>(name, {0, 1}) == 1; }
+  [[nodiscard]] const std::string& text() const { return text_; }
+
+ private:
+  double unit() { return static_cast<double>(engine_()) / 4294967296.0; }
+  double noted(const char* name, double value) {
+    text_ += fmt::format("{}{}={:.4g}", text_.empty() ? "" : " ", name, value);
+    return value;
+  }
+  std::mt19937 engine_;
+  std::string text_;
+};
+
+/// A function of time with two derivatives.
+struct DriveValue {
+  double value = 0.0, rate = 0.0, second = 0.0;
+};
+
+/// A sum of tones, or one whose frequency goes from one value to another in a straight line.
+struct Drive {
+  struct Tone {
+    double amplitude = 0.0, omega = 0.0, phase = 0.0, sweep = 0.0;  ///< sweep: of omega, rad/s^2
+  };
+  std::vector<Tone> tones;
+  double scale = 1.0;
+  [[nodiscard]] DriveValue at(double t) const {
+    DriveValue sum;
+    for (const Tone& tone : tones) {
+      const double angle = tone.phase + (tone.omega + 0.5 * tone.sweep * t) * t, omega = tone.omega + tone.sweep * t;
+      const double s = scale * tone.amplitude * std::sin(angle), c = scale * tone.amplitude * std::cos(angle);
+      sum.value += s;
+      sum.rate += omega * c;
+      sum.second += tone.sweep * c - omega * omega * s;
+    }
+    return sum;
+  }
+};
+
+/// x'' = force_gain f - k x - c v - k3 x^3 - xxv x^2 v - friction sgn(v or y') - z_gain z [- r''],
+/// z' = z_stiffness v - z_bend (z_share z |v| + (1 - z_share) |z| v).
+struct Oscillator {
+  double k = 0.0, c = 0.0, k3 = 0.0, xxv = 0.0, friction = 0.0, force_gain = 0.0;
+  double z_gain = 0.0, z_stiffness = 0.0, z_bend = 0.0, z_share = 0.0;
+  bool base = false;  ///< the drive is the base's displacement and the friction acts against the ground
+  double x0 = 0.0, v0 = 0.0;
+  Drive drive;
+  double amplitude = 0.0, omega = 0.0;  ///< typical: of x, rad/s
+
+  [[nodiscard]] bool has_z() const { return z_gain != 0.0; }
+  /// Of the body with state y, without friction.
+  [[nodiscard]] double acceleration(double t, const double* y) const {
+    const DriveValue d = drive.at(t);
+    const double x = base ? y[0] - d.value : y[0], v = base ? y[1] - d.rate : y[1];
+    return (base ? 0.0 : force_gain * d.value) - (k + k3 * x * x) * x - (c + xxv * x * x) * v -
+           (has_z() ? z_gain * y[2] : 0.0);
+  }
+};
+
+sim::System system_of(const Oscillator& p) {
+  sim::System system{.name = "labelled", .states = {"x", "v"}};
+  system.scales = {p.amplitude, p.amplitude * p.omega};
+  system.max_step_s = p.friction > 0.0 || p.has_z() ? 0.15 / p.omega : 0.0;
+  if (p.has_z()) {
+    system.states.push_back("z");
+    system.scales.push_back(p.z_stiffness * p.amplitude);
+    system.rhs = [p](double t, const double* y, int mode, double* dydt) {
+      double side[2];
+      sim::sides_of(mode, 2, side);
+      const double abs_v = side[0] < 0.0 ? -y[1] : y[1], abs_z = side[1] < 0.0 ? -y[2] : y[2];
+      dydt[0] = y[1];
+      dydt[1] = p.acceleration(t, y);
+      dydt[2] = p.z_stiffness * y[1] - p.z_bend * (p.z_share * y[2] * abs_v + (1.0 - p.z_share) * abs_z * y[1]);
+    };
+    sim::add_switches(system, {.count = 2,
+                               .value = [](int i, double, const double* y) { return y[i + 1]; },
+                               .rates_at_zero = [p](int i, double t, const double* y,
+                                                    const double* sides) -> std::optional<sim::RatesAtZero> {
+                                 const double rate = i == 1 ? sides[0] : p.acceleration(t, y);
+                                 return sim::RatesAtZero{rate, rate};
+                               },
+                               .settle = [](int i, int, double, double* y) { y[i + 1] = 0.0; }});
+    return system;
+  }
+  const bool dry = p.friction > 0.0;
+  system.rhs = [p, dry](double t, const double* y, int mode, double* dydt) {
+    const bool rests = dry && mode == 0;
+    dydt[0] = rests ? 0.0 : y[1];
+    dydt[1] = rests ? 0.0 : p.acceleration(t, y) - (dry ? mode * p.friction : 0.0);
+  };
+  if (dry)
+    sim::add_switches(system, sim::velocity_switch([p](double t, const double* y) {
+                        const double pull = p.acceleration(t, y);
+                        return sim::RatesAtZero{pull - p.friction, pull + p.friction};
+                      }));
+  return system;
+}
+
+/// x, v, a, and of f, z or r, dr, ddr, y, dy, ddy what there is.
+dsp::Motion motion_of(const Oscillator& p, double duration_s, double rate_hz) {
+  VectorXd initial = VectorXd::Zero(p.has_z() ? 3 : 2);
+  initial.head(2) << p.x0, p.v0;
+  const sim::Simulation run = sim::simulate(
+      system_of(p), initial, {.duration_s = duration_s, .sample_rate_hz = rate_hz, .relative_tolerance = 1e-9});
+  if (run.status != sim::SimulationStatus::finished) throw std::runtime_error("labelled record: " + run.reason);
+  const Index n = run.time_s.size();
+  Eigen::MatrixX3d d(n, 3);
+  for (Index i = 0; i < n; ++i) {
+    const DriveValue value = p.drive.at(run.time_s(i));
+    d.row(i) << value.value, value.rate, value.second;
+  }
+  const VectorXd y = run.states.col(0), dy = run.states.col(1), ddy = run.derivatives.col(1);
+  dsp::Motion motion{.sample_rate_hz = rate_hz};
+  motion.signals = {{"t", "s", run.time_s}};
+  if (p.base)
+    for (auto& signal : std::vector<dsp::Signal>{{"x", "m", y - d.col(0)},
+                                                 {"v", "m/s", dy - d.col(1)},
+                                                 {"a", "m/s^2", ddy - d.col(2)},
+                                                 {"y", "m", y},
+                                                 {"dy", "m/s", dy},
+                                                 {"ddy", "m/s^2", ddy},
+                                                 {"r", "m", d.col(0)},
+                                                 {"dr", "m/s", d.col(1)},
+                                                 {"ddr", "m/s^2", d.col(2)}})
+      motion.signals.push_back(std::move(signal));
+  else
+    for (auto& signal :
+         std::vector<dsp::Signal>{{"x", "m", y}, {"v", "m/s", dy}, {"a", "m/s^2", ddy}, {"f", "N", d.col(0)}})
+      motion.signals.push_back(std::move(signal));
+  if (p.has_z()) motion.signals.push_back({"z", "N", run.states.col(2)});
+  return motion;
+}
+
+/// Several tones around the resonance, or a slow sweep across it. Of a peak of one at most.
+Drive drawn_drive(Draw& draw, double omega_n, double duration_s) {
+  Drive drive;
+  if (draw.half("sweep")) {
+    double from = draw.uniform("sweep_from", 0.4, 0.7) * omega_n, to = draw.uniform("sweep_to", 1.3, 1.8) * omega_n;
+    if (draw.half("sweep_down")) std::swap(from, to);
+    drive.tones = {{1.0, from, 0.0, (to - from) / duration_s}};
+    return drive;
+  }
+  const int count = draw.one_of<int>("tones", {3, 4, 5, 6});
+  for (int i = 0; i < count; ++i)
+    drive.tones.push_back({draw.uniform("amplitude", 0.3, 1.0) / count, draw.uniform("omega", 0.35, 1.7) * omega_n,
+                           draw.uniform("phase", 0.0, two_pi), 0.0});
+  return drive;
+}
+
+double highest_omega(const Drive& drive, double duration_s) {
+  double highest = 0.0;
+  for (const auto& tone : drive.tones) highest = std::max({highest, tone.omega, tone.omega + tone.sweep * duration_s});
+  return highest;
+}
+
+/// What the parts of a draw share.
+struct Sketch {
+  Oscillator p;
+  double zeta = 0.0, duration_s = 0.0, highest_hz = 0.0, cubic_fraction = 0.0, friction_fraction = 0.0;
+};
+
+enum class Family { duffing, decay, van_der_pol, friction, ground_friction, bouc_wen };
+
+struct Scenario {
+  const char* name;
+  Family family;
+  std::optional<ident::Cause> flaw;
+};
+const std::vector<Scenario> scenarios{
+    {"duffing", Family::duffing, {}},
+    {"duffing, f not recorded", Family::duffing, ident::Cause::missing_input},
+    {"duffing, f no candidate", Family::duffing, ident::Cause::missing_input},
+    {"free decay", Family::decay, {}},
+    {"van der pol", Family::van_der_pol, {}},
+    {"van der pol without x^2*v", Family::van_der_pol, ident::Cause::missing_term},
+    {"friction", Family::friction, {}},
+    {"friction without sgn(v)", Family::friction, ident::Cause::missing_term},
+    {"friction on the ground", Family::ground_friction, {}},
+    {"friction on the ground by sgn(v)", Family::ground_friction, ident::Cause::switch_variable},
+    {"bouc-wen", Family::bouc_wen, {}},
+    {"bouc-wen without z", Family::bouc_wen, ident::Cause::missing_term},
+};
+
+void draw_nonlinearity(Draw& draw, Family family, Sketch& s) {
+  Oscillator& p = s.p;
+  const double X = p.amplitude;
+  p.k = p.omega * p.omega;
+  p.c = 2.0 * s.zeta * p.omega;
+  switch (family) {
+    case Family::duffing:
+    case Family::decay:
+      s.cubic_fraction = draw.uniform("cubic_fraction", 0.05, 0.5);
+      p.k3 = p.k * s.cubic_fraction / (1.0 - s.cubic_fraction) / (X * X);
+      break;
+    case Family::van_der_pol:  // its limit cycle has twice the x at which the damping changes sign
+      p.c = -draw.log_uniform("mu", 0.05, 1.0) * p.omega;
+      p.xxv = -p.c / (0.25 * X * X);
+      break;
+    case Family::friction:
+      s.friction_fraction = draw.half("friction_small") ? draw.uniform("friction_fraction", 0.02, 0.08)
+                                                        : draw.uniform("friction_fraction", 0.1, 0.4);
+      break;
+    case Family::ground_friction:
+      s.friction_fraction = draw.uniform("friction_fraction", 0.1, 0.4);
+      break;
+    case Family::bouc_wen: {
+      const double share = draw.uniform("stiffness_share_of_z", 0.3, 0.9);
+      p.z_gain = p.force_gain;
+      p.z_stiffness = share * p.k / p.z_gain;
+      p.k *= 1.0 - share;
+      p.z_bend = draw.uniform("amplitude_over_yield", 1.0, 4.0) / X;
+      p.z_share = draw.uniform("z_share", 0.5, 1.0);
+    }
+  }
+}
+
+/// Scales the drive until the largest |x| is that which was drawn: a nonlinear oscillator has its own mind.
+dsp::Motion driven_to_amplitude(Sketch& s, double rate_hz) {
+  Oscillator& p = s.p;
+  p.drive.scale = (p.base ? 0.3 : 0.3 * p.omega * p.omega / p.force_gain) * p.amplitude;
+  for (int round = 0;; ++round) {
+    p.friction = s.friction_fraction * p.drive.scale * (p.base ? p.k : p.force_gain);
+    dsp::Motion motion = motion_of(p, s.duration_s, rate_hz);
+    const double ratio = motion.at("x").cwiseAbs().maxCoeff() / p.amplitude;
+    if (round == 8 || (ratio > 0.8 && ratio < 1.05)) return motion;
+    p.drive.scale *= std::pow(0.92 / ratio, 0.8);
+  }
+}
+
+double drawn_periods(Draw& draw, Family family, double zeta) {
+  // A decay is recorded until a fiftieth is left of it.
+  const double most = family == Family::decay ? std::clamp(std::log(50.0) / (two_pi * zeta), 10.0, 100.0) : 300.0;
+  return draw.log_uniform("periods", 8.0, most);
+}
+
+Sketch drawn_sketch(Draw& draw, Family family) {
+  Sketch s;
+  Oscillator& p = s.p;
+  p.base = family == Family::ground_friction;
+  p.omega = draw.uniform("omega_n", 4.0, 12.0);
+  s.zeta = draw.log_uniform("zeta", 0.005, 0.08);
+  p.amplitude = draw.log_uniform("x_max", 2e-3, 2e-2);
+  p.force_gain = 1.0 / draw.log_uniform("mass", 0.5, 5.0);
+  s.duration_s = drawn_periods(draw, family, s.zeta) * two_pi / p.omega;
+  draw_nonlinearity(draw, family, s);
+  const double hardening = std::sqrt(1.0 + s.cubic_fraction / (1.0 - s.cubic_fraction));
+  if (family == Family::decay || family == Family::van_der_pol) {
+    p.x0 = (family == Family::decay ? 1.0 : draw.uniform("start", 0.1, 1.2)) * p.amplitude;
+    s.highest_hz = hardening * p.omega / two_pi;
+  } else {
+    p.drive = drawn_drive(draw, p.omega, s.duration_s);
+    s.highest_hz = std::max(hardening * p.omega, highest_omega(p.drive, s.duration_s)) / two_pi;
+  }
+  return s;
+}
+
+double rms(const VectorXd& values) {
+  return std::sqrt(values.squaredNorm() / static_cast<double>(values.size()));
+}
+
+/// The channels of these signals, each with white noise.
+dsp::Recording recorded(const dsp::Motion& motion, const std::vector<std::string>& names, double noise,
+                        std::uint32_t seed) {
+  dsp::Recording recording{.name = "labelled", .sample_rate_hz = motion.sample_rate_hz};
+  recording.samples.resize(motion.num_samples(), static_cast<Index>(names.size()));
+  for (std::size_t c = 0; c < names.size(); ++c) {
+    const dsp::Signal& signal = *motion.find(names[c]);
+    recording.channels.push_back({.name = names[c], .role = dsp::role_from_string(names[c]), .unit = signal.unit});
+    const sim::Noise generator(seed, c);
+    const double std = noise * rms(signal.values);
+    for (Index i = 0; i < signal.values.size(); ++i)
+      recording.samples(i, static_cast<Index>(c)) =
+          signal.values(i) + std * generator.normal(static_cast<std::uint64_t>(i));
+  }
+  return recording;
+}
+
+std::vector<std::pair<std::string, double>> truth_of(const Oscillator& p) {
+  std::vector<std::pair<std::string, double>> truth{{"x", -p.k}, {"v", -p.c}};
+  const auto add = [&](const char* name, double value) {
+    if (value != 0.0) truth.emplace_back(name, value);
+  };
+  add("x^3", -p.k3);
+  add("x^2*v", -p.xxv);
+  add(p.base ? "sgn(dy)" : "sgn(v)", -p.friction);
+  if (p.base) add("ddr", -1.0);
+  if (!p.base && !p.drive.tones.empty()) add("f", p.force_gain);
+  add("z", -p.z_gain);
+  return truth;
+}
+
+/// Candidates that a person would write down. What imitates a term that is missing on purpose on the one orbit that
+/// the record shows (v^3 for x^2 v on a limit cycle) is missing with it.
+ident::LibraryOptions drawn_library(Draw& draw, const Scenario& scenario, bool with_force) {
+  ident::LibraryOptions library{.order = 3, .terms = {}};
+  const bool no_damping = scenario.family == Family::van_der_pol && scenario.flaw;
+  if (no_damping || draw.half("explicit_terms")) {
+    library.order = 0;
+    library.terms = {"x", "v", "x^2", "x^3", "abs(x)*x"};
+    for (const char* more : {"x^2*v", "abs(v)*v", "v^3"})
+      if (!no_damping) library.terms.emplace_back(more);
+    if (no_damping) library.terms.insert(library.terms.end(), {"x*v", "v^2", "x*v^2"});
+  }
+  const bool dry = scenario.family != Family::friction || !scenario.flaw;
+  const bool ground = scenario.family == Family::ground_friction;
+  if (ground && !scenario.flaw) library.terms.emplace_back("sgn(dy)");
+  if (ground ? scenario.flaw || draw.half("both_signs") : dry) library.terms.emplace_back("sgn(v)");
+  if (ground) library.terms.emplace_back("ddr");
+  if (with_force) library.terms.emplace_back("f");
+  if (scenario.family == Family::bouc_wen && !scenario.flaw) library.terms.emplace_back("z");
+  return library;
+}
+
+}  // namespace
+
+const std::vector<std::string>& scenario_names() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const Scenario& scenario : scenarios) all.emplace_back(scenario.name);
+    return all;
+  }();
+  return names;
+}
+
+LabelledRecord labelled_record(std::uint32_t seed) {
+  Draw draw(seed);
+  std::vector<int> indices;
+  for (std::size_t i = 0; i < scenarios.size(); ++i) indices.push_back(static_cast<int>(i));
+  const Scenario& scenario = scenarios[static_cast<std::size_t>(draw.one_of("scenario", indices))];
+  Sketch sketch = drawn_sketch(draw, scenario.family);
+  // Long records at the lowest rate, so that none has more than some 40000 samples.
+  const double rate_hz = sketch.duration_s > 100.0 ? 100.0 : draw.one_of<double>("rate_hz", {100.0, 200.0, 400.0});
+  LabelledRecord result{.scenario = scenario.name};
+  result.exact = sketch.p.drive.tones.empty() ? motion_of(sketch.p, sketch.duration_s, rate_hz)
+                                              : driven_to_amplitude(sketch, rate_hz);
+  result.flaw = scenario.flaw;
+  result.truth = truth_of(sketch.p);
+  result.periods = sketch.duration_s * sketch.p.omega / two_pi;
+  result.noise = draw.one_of<double>("noise", {0.0, 0.01, 0.02, 0.05, 0.1, 0.2});
+  result.wide_band = draw.half("wide_band");
+  const double bands = result.wide_band ? draw.uniform("bands", 10.0, 20.0) : 3.0;
+  result.prepare.cutoff_hz = std::min(bands * sketch.highest_hz, 0.4 * rate_hz);
+  const bool forced = !sketch.p.base && !sketch.p.drive.tones.empty();
+  const bool has_force_channel = forced && result.scenario != "duffing, f not recorded";
+  std::vector<std::string> names = sketch.p.base ? std::vector<std::string>{"y", "r"} : std::vector<std::string>{"x"};
+  if (draw.half("accelerometers"))
+    for (const char* more : sketch.p.base ? std::vector<const char*>{"ddy", "ddr"} : std::vector<const char*>{"v", "a"})
+      names.emplace_back(more);
+  if (has_force_channel) names.emplace_back("f");
+  if (scenario.family == Family::bouc_wen && !scenario.flaw) names.emplace_back("z");
+  result.recording = recorded(result.exact, names, result.noise, seed);
+  result.library = drawn_library(draw, scenario, has_force_channel && result.scenario != "duffing, f no candidate");
+  result.drawn = draw.text();
+  return result;
+}
+
+}  // namespace support
