@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "ident/exact_switches.hpp"
+#include "ident/sensors/channel_noise.hpp"
 
 namespace ident {
 namespace {
@@ -63,6 +64,7 @@ Columns form_columns(const CandidateLibrary& library, const std::string& target,
   Columns result = empty_columns(library, prepared.signals, prepared.name, prepared.options.rolloff_hz,
                                  dsp::regression_signal(prepared, target));
   result.prepared = &prepared;
+  result.noise = std::make_shared<const ChannelNoise>(prepared, target);
   if (matched) result.switches = std::make_shared<ExactSwitches>(prepared, library);
   for (Index column = 0; column < result.phi.cols(); ++column) {
     if (poll) poll();

@@ -14,6 +14,7 @@
 
 namespace ident {
 
+class ChannelNoise;
 class ExactSwitches;
 
 /// A candidate that could not be used, and why, with the first offending row and value.
@@ -32,9 +33,10 @@ struct Columns {
   std::vector<dsp::Regime> regimes;      ///< per sample; empty: not looked for
   std::optional<dsp::PowerCheck> power;  ///< of its sensors; none: there was nothing to check
   std::vector<DroppedTerm> dropped;
-  const dsp::Prepared* prepared = nullptr;       ///< what they were formed from; not owned; none: a table
-  std::vector<SensorParameter> sensors = {};     ///< of the recording, which take part in every fit
-  std::shared_ptr<ExactSwitches> switches = {};  ///< of recipe "matched"; else none
+  const dsp::Prepared* prepared = nullptr;         ///< what they were formed from; not owned; none: a table
+  std::vector<SensorParameter> sensors = {};       ///< of the recording, which take part in every fit
+  std::shared_ptr<ExactSwitches> switches = {};    ///< of recipe "matched"; else none
+  std::shared_ptr<const ChannelNoise> noise = {};  ///< of its channels; none: a table
 };
 
 /// What phi takes for this many terms.

@@ -16,6 +16,7 @@
 #include "ident/rows_of_terms.hpp"
 #include "ident/sensors/absolute_gains.hpp"
 #include "ident/settle_columns.hpp"
+#include "ident/validate/independent_rows.hpp"
 #include "ident/validate/judge.hpp"
 
 namespace ident {
@@ -100,6 +101,9 @@ void judge_errors(JudgedFit& judged, const RangeData& range, const Prediction& t
   judged.predicted_std << train.variance.cwiseSqrt(), test.variance.cwiseSqrt();
 }
 
+// Of a self-excited or free motion only the course is the equation's, not the phase after so many periods.
+constexpr double periods_alone = 10.0;
+
 /// The free run of an equation, or that of an earlier method which found the same one.
 FreeRun free_run_of(const JudgedFit& judged, const std::vector<JudgedFit>& earlier, const RangeData& range,
                     const std::vector<Course>& courses, const IdentifyOptions& options) {
@@ -112,7 +116,9 @@ FreeRun free_run_of(const JudgedFit& judged, const std::vector<JudgedFit>& earli
   else if (range.test.size() == 0)
     run.reason = "no test rows";
   else
-    run = twin != earlier.end() ? twin->free_run : free_run(judged.model, courses, {.poll = options.poll});
+    run = twin != earlier.end()
+              ? twin->free_run
+              : free_run(judged.model, courses, {.periods_alone = periods_alone, .poll = options.poll});
   run.applies = options.free_run && (options.target == "a" || options.target == "ddy");  // else no equation of motion
   return run;
 }
@@ -188,16 +194,32 @@ double own_tau(const MethodOptions& method) {
   return description(method).find("tau")->value(method);
 }
 
-/// A fit on the terms that misfit leaves room for, whatever the method would have searched.
-Fit fit_on(const EvidenceData& evidence, const MethodOptions& method, const Poll& poll) {
+/// A fit on these terms, whatever the method would have searched.
+Fit fit_on(const RFactor& data, const std::vector<Index>& terms, const MethodOptions& method, const Poll& poll) {
   Fit result;
   result.method = description(method).method;
   result.selection = Selection::evidence;
-  const UnitProblem problem = unit_problem(evidence.data, poll);
+  const UnitProblem problem = unit_problem(data, poll);
   if (cannot_begin(problem, result)) return result;
-  result.tau = gain_threshold(Selection::evidence, own_tau(method), evidence.data.num_samples, evidence.data.num_terms);
-  fit_on_terms(problem, *evidence.terms, result);
+  result.tau = gain_threshold(Selection::evidence, own_tau(method), data.num_samples, data.num_terms);
+  fit_on_terms(problem, terms, result);
   return result;
+}
+
+/// Terms that never make up a millionth of the target are rounding, on data without noise: no recorder has 120 dB.
+void drop_rounding(Fit& found, const RFactor& data, const RangeData& range, const MethodOptions& method,
+                   const Poll& poll) {
+  constexpr double of_target = 1e-6;
+  const double least = of_target * range.train.cwiseAbs().maxCoeff();
+  std::vector<Index> terms;
+  for (std::size_t i = 0; i < found.relevant.size(); ++i) {
+    const Index term = range.terms[static_cast<std::size_t>(found.relevant[i])];
+    if (std::abs(found.mean(static_cast<Index>(i))) * range.scale(term) > least) terms.push_back(found.relevant[i]);
+  }
+  if (!weighs_rows(method) || terms.empty() || terms.size() == found.relevant.size()) return;
+  Fit fewer = fit_on(data, terms, method, poll);
+  fewer.remarks = std::move(found.remarks);
+  found = std::move(fewer);
 }
 
 /// Candidates that would do as well as kept ones, and sensors that do the same as candidates.
@@ -257,6 +279,21 @@ void judge_size(JudgedFit& judged, const CandidateLibrary& library, double nmse)
     fit.remarks.push_back(fmt::format("small, cannot be told from model error: {}", fmt::join(small, ", ")));
 }
 
+/// What may be wrong with an equation however well it fits.
+void judge_doubts(JudgedFit& judged, const RangeData& range, const RangeResult& result,
+                  const std::vector<Columns>& recordings, const std::vector<Index>& positions, const VectorXd& residual,
+                  const IdentifyOptions& options) {
+  if (positions.empty()) return;
+  // Of the columns as they are: range.data is what the sensors leave of them.
+  std::vector<Index> columns = positions;
+  if (range.sensors)
+    for (Index& column : columns) column += range.joint.num_sensors();
+  const RFactor kept = select(range.sensors ? range.joint.joint : range.data, columns, 0);
+  judged.noise = regressor_noise(judged.model, kept, result.rows.train, recordings, residual, options.poll);
+  judged.explanation = explanation(judged.model, result.terms, kept, result.rows.train, recordings, residual,
+                                   IndependentRows(range.train_samples, range.first_rows), options.poll);
+}
+
 JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, const RangeData& range,
                      const std::vector<Columns>& recordings, const CandidateLibrary& library,
                      const IdentifyOptions& options) {
@@ -266,7 +303,9 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
   const bool weighed = evidence != nullptr && !evidence->as_they_are();
   const RFactor& data = weighed ? evidence->data : range.data;
   const bool settled = evidence != nullptr && evidence->terms && !(own_tau(method) >= 0.0);
-  judged.fit = settled ? fit_on(*evidence, method, options.poll) : fit(data, with_poll(method, options.poll));
+  judged.fit =
+      settled ? fit_on(data, *evidence->terms, method, options.poll) : fit(data, with_poll(method, options.poll));
+  drop_rounding(judged.fit, data, range, method, options.poll);
   judged.size.num_rows = judged.size.num_uncorrelated = static_cast<double>(range.train.size());
   if (evidence != nullptr) {
     judged.size = evidence->size;
@@ -299,6 +338,7 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
   const Columns& first = recordings[result.recording == 0 ? 0 : static_cast<std::size_t>(result.recording) - 1];
   judged.whiteness = residual_whiteness(residual, range.train_samples, first.signals->sample_rate_hz, first.band_hz);
   judge_errors(judged, range, train, test);
+  judge_doubts(judged, range, result, recordings, positions, residual, options);
   judged.free_run = free_run_of(judged, result.fits, range, courses, options);
   return judged;
 }

@@ -15,6 +15,8 @@
 #include "ident/selection/effective_size.hpp"
 #include "ident/validate/free_run.hpp"
 #include "ident/validate/metrics.hpp"
+#include "ident/validate/regressor_noise.hpp"
+#include "ident/validate/unexplained.hpp"
 #include "ident/verdict.hpp"
 
 namespace ident {
@@ -45,7 +47,9 @@ struct JudgedFit {
   BandFractions bands;       ///< fraction of the test targets inside their predictive bands
   std::string bands_reason;  ///< not empty: there are none
   FreeRun free_run;
-  Judgement judgement;  ///< filled in by judge (validate/judge.hpp), which compares ranges
+  RegressorNoise noise;                    ///< of the recorded channels, and what it does to the coefficients
+  std::optional<Explanation> explanation;  ///< of the training residual, by something recorded
+  Judgement judgement;                     ///< filled in by judge (validate/judge.hpp), which compares ranges
   double solve_s = 0.0;
   Eigen::VectorXd predicted, predicted_std;  ///< training rows, then test rows
 };

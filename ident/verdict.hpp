@@ -16,12 +16,11 @@ enum class Verdict { describes, in_part, does_not, undecided };
 /// Why an equation does not describe its record, or in part only; named where a test found it.
 enum class Cause {
   not_found,
-  missing_input,    ///< something drives the motion that is not in the equation
-  missing_term,     ///< what is left over is a function of the state, or of its past
-  wide_band,        ///< noise above the motion's frequencies is let in
-  noise,            ///< of a derivative or of a regressor
-  switch_variable,  ///< a sign is that of the wrong motion
-  false_term        ///< a term that is kept only fits what others leave
+  missing_input,   ///< something drives the motion that is not in the equation
+  missing_term,    ///< what is left over is a function of the state, or of its past
+  wide_band,       ///< noise above the motion's frequencies is let in
+  noise,           ///< of a derivative or of a regressor
+  switch_variable  ///< a sign is that of the wrong motion
 };
 /// "not_found", "missing_input", ...
 [[nodiscard]] std::string_view to_string(Cause cause);

@@ -80,10 +80,10 @@ Json nmse_json(const ident::JudgedFit& fit) {
   put(result, "test", fit.test);
   put(result, "train_centred", fit.train_centred);
   put(result, "test_centred", fit.test_centred);
-  if (fit.free_run.reason.empty())
-    result["free_run"] = fit.free_run.nmse;
-  else
-    result["free_run"] = nullptr;
+  const bool ran = fit.free_run.reason.empty();
+  result["free_run"] = ran ? Json(fit.free_run.nmse) : Json();
+  result["free_run_centred"] =
+      ran && std::isfinite(fit.free_run.nmse_centred) ? Json(fit.free_run.nmse_centred) : Json();
   result["free_run_reason"] = fit.free_run.reason.empty() ? Json() : Json(fit.free_run.reason);
   return result;
 }
@@ -246,6 +246,7 @@ Json equation_row(const ident::JudgedFit& fit) {
            {"text", ident::to_text(fit.model)},
            {"latex", ident::to_latex(fit.model)},
            {"verdict", to_string(fit.judgement.verdict)},
+           {"cause", fit.judgement.cause ? Json(to_string(*fit.judgement.cause)) : Json()},
            {"sentence", printable(fit.judgement.sentence)},
            {"remarks", Json::array()},
            {"terms", Json::array()}};

@@ -4,6 +4,7 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -154,10 +155,12 @@ class ModelSizes {
     size.num_noise = std::max(size.num_uncorrelated, noise_fraction_ * size.num_rows);
     size.num_states = static_cast<double>(rows_.num_terms() + num_probes_);
     size.autoregression = rows_.rho;
-    if (model.rss > rounding)
-      size.structural_fraction = std::max(by_revisits(left), by_probes(model, size));
-    else
+    if (model.rss > rounding) {
+      size.revisit_fraction = by_revisits(left);
+      size.structural_fraction = std::fmax(size.revisit_fraction, by_probes(model, size));
+    } else {
       size.num_uncorrelated = size.num_noise = size.num_rows;
+    }
     return size;
   }
 
@@ -177,10 +180,10 @@ class ModelSizes {
     }
     return least;
   }
-  /// What does not differ between rows in the same state is a function of it.
+  /// What does not differ between rows in the same state is a function of it; NaN: too few are.
   [[nodiscard]] double by_revisits(const VectorXd& left) const {
     const auto count = static_cast<double>(pairs_.size());
-    if (count < 10.0) return 0.0;
+    if (count < 10.0) return std::numeric_limits<double>::quiet_NaN();
     const double unit = left.cwiseAbs().maxCoeff();  // squares of smaller ones may vanish
     if (!(unit > 0.0)) return 0.0;
     double within = 0.0, within_square = 0.0, all = 0.0;

@@ -45,7 +45,6 @@ std::string obstacle(const EquationOfMotion& equation) {
   for (const std::string& name : equation.signals()) {
     if (name == "a" || name == "ddy")
       why = fmt::format("the equation contains {}, which follows from its own left side", name);
-    if (name == "z") why = "z has no equation of its own here";
   }
   if (equation.switches().size() > sim::max_switches)
     why = fmt::format("{} switches are more than the {} it can follow", equation.switches().size(), sim::max_switches);
@@ -78,21 +77,50 @@ class Inputs {
   double offset_m_ = 0.0;
 };
 
-/// The shortest range that tells something, in samples: of the motion of the whole record, since a short range holds no
-/// line below its own length.
-double least_samples(const Course& course, double min_periods) {
-  constexpr double min_samples = 16.0;
+/// A period in samples, of the motion of the whole record, since a short range holds no line below its own length; 0
+/// where there is none.
+double period(const Course& course) {
   const Eigen::VectorXd x =
       course.signals->at("x").unaryExpr([](double value) { return std::isfinite(value) ? value : 0.0; });
   const double rate_hz = course.signals->sample_rate_hz,
                line_hz = x.size() < 2 ? 0.0 : dsp::strongest_line(x, rate_hz).frequency_hz;
-  return line_hz > 0.0 ? std::max(min_samples, min_periods * rate_hz / line_hz) : min_samples;
+  return line_hz > 0.0 ? rate_hz / line_hz : 0.0;
+}
+
+/// Equal pieces of about this many samples.
+std::vector<dsp::IndexRange> pieces(const dsp::IndexRange& range, double most) {
+  const auto length = static_cast<double>(range.last - range.first);
+  const auto count = static_cast<Index>(std::max(1.0, std::round(length / most)));
+  std::vector<dsp::IndexRange> result;
+  for (Index i = 0; i < count; ++i)
+    result.push_back({range.first + (range.last - range.first) * i / count,
+                      range.first + (range.last - range.first) * (i + 1) / count});
+  return result;
 }
 
 /// Squared errors and squared sizes of x, summed over the ranges so far.
 struct Tally {
-  double error = 0.0, size = 0.0;
+  double error = 0.0, size = 0.0, about_mean = 0.0, count = 0.0;
 };
+
+/// What the pieces of one range have in common.
+struct WholeRange {
+  double position_scale = 0.0, speed_scale = 0.0, mean_x = 0.0;
+};
+
+WholeRange whole_range(const EquationOfMotion& equation, const Course& course, const dsp::IndexRange& range) {
+  const dsp::Motion& motion = *course.signals;
+  const auto of = [&](const std::string& name) {
+    return motion.at(name).segment(range.first, range.last - range.first);
+  };
+  WholeRange result{of(equation.frame().states[0]).cwiseAbs().maxCoeff(),
+                    of(equation.frame().states[1]).cwiseAbs().maxCoeff(), 0.0};
+  double count = 0.0;
+  for (Index i = range.first; i < range.last; ++i)
+    if (course.scored[static_cast<std::size_t>(i)] != 0) result.mean_x += motion.at("x")(i), count += 1.0;
+  if (count > 0.0) result.mean_x /= count;
+  return result;
+}
 
 /// Whether the motion came to be held on a switch.
 bool sticks(const sim::Simulation& run, int num_switches) {
@@ -103,17 +131,16 @@ bool sticks(const sim::Simulation& run, int num_switches) {
   });
 }
 
-/// Runs one range; false: `result` says how it ended.
+/// Runs one range, or a piece of the whole; false: `result` says how it ended.
 bool run_range(const std::shared_ptr<const EquationOfMotion>& equation, const Course& course,
-               const dsp::IndexRange& range, const FreeRunOptions& options, Tally& tally, Eigen::VectorXd* series,
-               FreeRun& result) {
+               const dsp::IndexRange& range, const WholeRange& whole, const FreeRunOptions& options, Tally& tally,
+               Eigen::VectorXd* series, FreeRun& result) {
   const dsp::Motion& motion = *course.signals;
   const auto inputs = std::make_shared<const Inputs>(*equation, motion, range);
   const Eigen::VectorXd& position = motion.at(equation->frame().states[0]);
   const Eigen::VectorXd& speed = motion.at(equation->frame().states[1]);
   const Index length = range.last - range.first;
-  const double position_scale = position.segment(range.first, length).cwiseAbs().maxCoeff();
-  const double speed_scale = speed.segment(range.first, length).cwiseAbs().maxCoeff();
+  const double position_scale = whole.position_scale, speed_scale = whole.speed_scale;
   if (!(position_scale > 0.0) || !(speed_scale > 0.0)) {
     result.reason = "x does not move";
     return false;
@@ -152,6 +179,8 @@ bool run_range(const std::shared_ptr<const EquationOfMotion>& equation, const Co
     const double x = inputs->x_at(run.time_s(i), run.states(i, 0) * position_scale);
     tally.error += (x - measured) * (x - measured);
     tally.size += measured * measured;
+    tally.about_mean += (measured - whole.mean_x) * (measured - whole.mean_x);
+    tally.count += 1.0;
   }
   return true;
 }
@@ -161,6 +190,7 @@ bool run_range(const std::shared_ptr<const EquationOfMotion>& equation, const Co
 FreeRun free_run(const Model& model, const std::vector<Course>& courses, const FreeRunOptions& options) {
   FreeRun result;
   result.nmse = std::numeric_limits<double>::quiet_NaN();
+  result.alone = !courses.empty();
   if (model.terms.empty())
     result.reason = "no term was selected";
   else if (model.target != "a" && model.target != "ddy")
@@ -172,12 +202,20 @@ FreeRun free_run(const Model& model, const std::vector<Course>& courses, const F
     const auto equation = std::make_shared<const EquationOfMotion>(equation_of(model, *course.signals));
     result.reason = obstacle(*equation);
     if (!result.reason.empty()) return result;
-    const double least = least_samples(course, options.min_periods);
+    constexpr double min_samples = 16.0;
+    const double cycle = period(course), least = std::max(min_samples, options.min_periods * cycle);
+    const bool alone = equation->inputs().empty() && !(equation->frame().base_moves && model.target == "ddy");
+    result.alone = result.alone && alone;
+    const double most =
+        alone && cycle > 0.0 ? std::max(least, options.periods_alone * cycle) : std::numeric_limits<double>::infinity();
     for (const dsp::IndexRange& range : course.ranges) {
       if (static_cast<double>(range.last - range.first) < least) continue;
       ++result.num_ranges;
-      if (!run_range(equation, course, range, options, tally, options.keep_series ? &result.x.back() : nullptr, result))
-        return result;
+      const WholeRange whole = whole_range(*equation, course, range);
+      for (const dsp::IndexRange& piece : pieces(range, most))
+        if (!run_range(equation, course, piece, whole, options, tally, options.keep_series ? &result.x.back() : nullptr,
+                       result))
+          return result;
     }
   }
   if (result.num_ranges == 0) {
@@ -187,6 +225,8 @@ FreeRun free_run(const Model& model, const std::vector<Course>& courses, const F
     result.reason = "x is zero over the test rows";
   } else {
     result.nmse = tally.error / tally.size;
+    result.mean_square = tally.about_mean / tally.count;
+    if (tally.about_mean > 0.0) result.nmse_centred = tally.error / tally.about_mean;
   }
   return result;
 }

@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -19,7 +20,11 @@ struct Course {
 
 /// What an identified equation by itself predicts of x, against what was measured.
 struct FreeRun {
-  double nmse = 0.0;   ///< of x over the scored samples
+  double nmse = 0.0;                                               ///< of x over the scored samples
+  double nmse_centred = std::numeric_limits<double>::quiet_NaN();  ///< about the mean of x in each range; NaN where
+                                                                   ///< there is no figure
+  bool alone = false;                                              ///< nothing measured drives the equation
+  double mean_square = 0.0;                                        ///< of x about its mean, m^2
   std::string reason;  ///< not empty: there is no figure, and why: too short, no equation of motion, diverged
   double diverged_after_s = 0.0;  ///< from the start of its range; 0: it did not
   int num_ranges = 0;
@@ -29,7 +34,10 @@ struct FreeRun {
 };
 
 struct FreeRunOptions {
-  double min_periods = 1.0;          ///< of the dominant frequency of x; shorter ranges tell nothing and are left out
+  double min_periods = 1.0;  ///< of the dominant frequency of x; shorter ranges tell nothing and are left out
+  double periods_alone =
+      std::numeric_limits<double>::infinity();  ///< an equation without inputs is set to the measured state again after
+                                                ///< so many: nothing else holds its phase
   double relative_tolerance = 1e-6;  ///< of a step; ten times less moves the NMSE by under a thousandth of itself
   double divergence_factor = 100.0;  ///< a state beyond this many times its largest measured magnitude has diverged
   bool keep_series = false;          ///< fills in FreeRun::x

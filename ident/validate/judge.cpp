@@ -5,26 +5,40 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace ident {
 namespace {
 
-constexpr double follows = 0.02, follows_in_part = 0.1;  // free-run NMSE of x
-constexpr double in_step = 0.02;                         // power balance: a degree between v and a
-constexpr double explained = 0.1;                        // fraction of the target's power that may be left over
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+// Free-run error of x about its mean, beyond what its noise makes, as a fraction of its power: a tenth of its
+// amplitude, and three tenths; where more than noise is left over, a seventh.
+constexpr double follows = 0.01, follows_in_part = 0.1, follows_beyond_noise = 0.02;
+constexpr double in_step = 0.02;   // power balance: a degree between v and a
+constexpr double explained = 0.1;  // a smaller part, of the target's power or of what is left of it, does not matter
+// Power of a residual, as a fraction of the target's, that sensors themselves may make: few are linear to 0.3 %.
+constexpr double linearity = 1e-5;
+// Where the noise of the channels makes less than this fraction of the residual, twice as much is something else.
+constexpr double mostly_noise = 0.5;
+// Of the residual's power, what comes back when the state does: from here on it is a function of the state, and up to
+// there of something else.
+constexpr double of_the_state = 0.75, of_something_else = 0.1;
 // Below this fraction of the target's power, structure in the residual spoils the error bars but not the equation.
 constexpr double negligible = 1e-3;
-constexpr double carries_over = 10.0;  // test NMSE / training NMSE beyond this: fitted to its rows only
+constexpr double carries_over = 10.0;  // residual power on test rows / on training rows: fitted to its rows only
 constexpr double matters = 0.05, same = 0.1;
 constexpr double collinear = 1e6;  // condition number of unit-norm columns
 constexpr double poorly_known_cov = 0.3;
 // Noise alone gives a p-value below this in one fit of twenty: no proof of structure, no clean bill either.
 constexpr double doubtful_p_value = 0.05;
 constexpr double small_term = 3.0;  // times the residual's standard deviation, at the term's largest
+constexpr double bias_in_stds = 2.0, bias_of_mean = 0.02;  // by noise of regressors: beyond both the interval misses
+// A start from a measured state carries the noise of x and of v into the run, beside that of x itself.
+constexpr double noises_of_a_run = 3.0;
 
 std::string percent(double fraction) {
-  return fmt::format("{:.2g} %", 100.0 * fraction);
+  return fraction > 0.99 ? fmt::format("{:.0f} %", 100.0 * fraction) : fmt::format("{:.2g} %", 100.0 * fraction);
 }
 
 /// About the mean: of a force about its rest the mean is most of the power and none of the news.
@@ -36,43 +50,154 @@ bool structured(const JudgedFit& fit) {
   return fit.whiteness.tested && !fit.whiteness.white;
 }
 
-bool fitted_to_its_rows(const JudgedFit& fit) {
-  return fit.train.reason.empty() && fit.test.reason.empty() && fit.test.value > negligible &&
-         fit.test.value > carries_over * fit.train.value;
+double mean_square(const Eigen::Ref<const Eigen::VectorXd>& values) {
+  return values.size() > 0 ? values.squaredNorm() / static_cast<double>(values.size()) : nan;
 }
 
-/// Where there is no free run to be had, the error one step ahead has to decide.
-Verdict by_error(const JudgedFit& fit) {
+double variance(const Eigen::Ref<const Eigen::VectorXd>& values) {
+  return values.size() > 0 ? mean_square((values.array() - values.mean()).matrix()) : nan;
+}
+
+/// What was found about a fit on a range, apart from other ranges.
+struct Findings {
+  Verdict by_run = Verdict::undecided;
+  double run_error = nan;    ///< NMSE of the free run beyond what noise makes; NaN: none
+  double unexplained = nan;  ///< of the target's variation one step ahead, beyond the noise of the channels
+  bool noise_is_known = false;
+  bool is_noise = false;     ///< what is left on the training rows is the noise of the channels
+  bool above_noise = false;  ///< what is left on the training rows is more than noise
+  bool fitted_to_its_rows = false;
+  std::string biased;  ///< a term whose interval misses by noise of the regressors
+};
+
+std::string biased_term(const JudgedFit& fit) {
+  for (std::size_t i = 0; i < fit.model.terms.size() && fit.noise.bias.size() > 0; ++i) {
+    const ModelTerm& term = fit.model.terms[i];
+    const double bias = std::abs(fit.noise.bias(static_cast<Eigen::Index>(i)));
+    if (bias > bias_in_stds * term.std && bias > bias_of_mean * std::abs(term.mean)) return term.name;
+  }
+  return {};
+}
+
+Verdict by_power(double left_over) {
+  if (!std::isfinite(left_over)) return Verdict::undecided;
+  return left_over <= follows           ? Verdict::describes
+         : left_over <= follows_in_part ? Verdict::in_part
+                                        : Verdict::does_not;
+}
+
+Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
+  const auto num_train = static_cast<Eigen::Index>(range.rows.train.size());
+  const auto train = range.target.head(std::min(num_train, range.target.size()));
+  const auto test = range.target.tail(range.target.size() - train.size());
+  const RegressorNoise& noise = fit.noise;
+  Findings found;
+  found.noise_is_known = noise.residual_power > 0.0 && noise.residual_std > 0.0;
+  const double noise_power = found.noise_is_known ? noise.residual_std * noise.residual_std : 0.0;
   const Figure& error = error_of(fit);
-  if (!error.reason.empty()) return Verdict::undecided;
-  if (error.value > explained) return Verdict::does_not;
-  return error.value <= follows && fit.whiteness.tested && fit.whiteness.white ? Verdict::describes : Verdict::in_part;
+  if (error.reason.empty()) {
+    const double power = variance(fit.test_centred.reason.empty() ? test : train);
+    found.unexplained = std::max(0.0, error.value - (power > 0.0 ? noise_power / power : 0.0));
+  }
+  const bool negligible_rest = fit.train_centred.reason.empty() && fit.train_centred.value <= linearity;
+  const double share = noise_power / noise.residual_power;
+  found.is_noise = found.noise_is_known ? noise.known_std * noise.known_std >= mostly_noise * noise.residual_power
+                                        : fit.whiteness.tested && fit.whiteness.white;
+  if (found.noise_is_known)
+    found.above_noise = !negligible_rest && share < mostly_noise;
+  else
+    found.above_noise = structured(fit) && fit.train.reason.empty() && fit.train.value > negligible;
+  if (fit.train.reason.empty() && fit.test.reason.empty()) {
+    const double before = fit.train.value * mean_square(train), after = fit.test.value * mean_square(test);
+    found.fitted_to_its_rows =
+        fit.test.value > negligible && after > carries_over * before && found.unexplained > follows;
+  }
+  const FreeRun& run = fit.free_run;
+  if (run.diverged_after_s > 0.0) {
+    found.by_run = Verdict::does_not;
+  } else if (run.applies && run.reason.empty()) {
+    const double floor = run.mean_square > 0.0 ? noise.x_std * noise.x_std / run.mean_square : 0.0;
+    if (std::isfinite(run.nmse_centred)) found.run_error = std::max(0.0, run.nmse_centred - noises_of_a_run * floor);
+    found.by_run = by_power(found.run_error);
+  } else if (!run.applies) {
+    found.by_run = by_power(found.unexplained);
+  }
+  found.biased = biased_term(fit);
+  return found;
 }
 
-Verdict by_free_run(const FreeRun& run) {
-  if (run.diverged_after_s > 0.0) return Verdict::does_not;
-  if (!run.reason.empty()) return Verdict::undecided;
-  if (run.nmse <= follows) return Verdict::describes;
-  return run.nmse <= follows_in_part ? Verdict::in_part : Verdict::does_not;
+/// With more than noise left over.
+Verdict lowered(const Findings& found) {
+  const double error = std::isfinite(found.run_error) ? found.run_error : found.unexplained;
+  if (found.by_run == Verdict::in_part && error > follows_beyond_noise) return Verdict::does_not;
+  return found.by_run == Verdict::describes ? Verdict::in_part : found.by_run;
 }
 
-std::string free_run_clause(const FreeRun& run) {
+/// Something recorded explains a part that matters of what is left over beside noise.
+bool explains(const JudgedFit& fit, const Findings& found) {
+  return found.above_noise && fit.explanation && fit.explanation->fraction > explained;
+}
+
+/// Named where a test found it, in this order.
+Cause cause_of(const JudgedFit& fit, const Findings& found) {
+  if (explains(fit, found)) return fit.explanation->cause;
+  const bool wide = fit.noise.needed_hz > 0.0 && fit.noise.needed_hz < 0.5 * fit.noise.band_hz;
+  if (!found.biased.empty()) return wide ? Cause::wide_band : Cause::noise;
+  if (!found.above_noise) return Cause::not_found;
+  if (fit.size.revisit_fraction > of_the_state) return Cause::missing_term;
+  const bool driven_otherwise =
+      fit.free_run.applies && fit.size.revisit_fraction < of_something_else && fit.free_run.alone;
+  return driven_otherwise && found.by_run == Verdict::does_not ? Cause::missing_input : Cause::not_found;
+}
+
+std::string cause_clause(const JudgedFit& fit, const Findings& found, Cause cause) {
+  switch (cause) {
+    case Cause::missing_input:
+      return explains(fit, found)
+                 ? fmt::format("{} was recorded and is not in the equation: it explains {} of what is left over",
+                               fit.explanation->what, percent(fit.explanation->fraction))
+                 : std::string("the motion is driven by something that is not in the equation");
+    case Cause::switch_variable:
+      return fmt::format("{} explains {} of what is left over: the sign is that of another motion",
+                         fit.explanation->what, percent(fit.explanation->fraction));
+    case Cause::missing_term:
+      return fmt::format("{} of what is left over comes back with the state: a term or an inner state is missing",
+                         percent(fit.size.revisit_fraction));
+    case Cause::wide_band:
+      return fmt::format(
+          "noise of the signals biases the coefficient of {}; above {:.3g} Hz the target is noise: lower "
+          "cutoff_hz",
+          found.biased, fit.noise.needed_hz);
+    case Cause::noise:
+      return fmt::format("noise of the signals biases the coefficient of {}", found.biased);
+    case Cause::not_found:
+      break;
+  }
+  return "cause not found";
+}
+
+std::string free_run_clause(const FreeRun& run, const Findings& found) {
   if (run.diverged_after_s > 0.0) return "the free run " + run.reason;
   if (!run.applies) return {};
   if (!run.reason.empty()) return "there is no free run (" + run.reason + ")";
-  const char* how = run.nmse <= follows           ? "follows x"
-                    : run.nmse <= follows_in_part ? "follows x roughly"
-                                                  : "does not follow x";
-  return fmt::format("the free run {} (NMSE {:.2g}{})", how, run.nmse, run.sticks ? ", sticking at times" : "");
+  const char* how = found.run_error <= follows           ? "follows x"
+                    : found.run_error <= follows_in_part ? "follows x roughly"
+                                                         : "does not follow x";
+  const std::string noise = run.nmse_centred > 2.0 * found.run_error
+                                ? fmt::format(", {:.1g} without what noise may make", found.run_error)
+                                : std::string();
+  return fmt::format("the free run {} (NMSE {:.2g}{}{})", how, run.nmse_centred, noise,
+                     run.sticks ? ", sticking at times" : "");
 }
 
-std::string residual_clause(const JudgedFit& fit) {
+std::string residual_clause(const JudgedFit& fit, const Findings& found) {
   const Figure& error = error_of(fit);
   std::string text = error.reason.empty() ? fmt::format("one step ahead {} of the variation of {} is unexplained",
                                                         percent(error.value), fit.model.target)
                                           : std::string("the error one step ahead is not known");
-  if (fit.whiteness.tested) text += fit.whiteness.white ? ", as noise" : ", and that is structure";
-  return text;
+  if (found.above_noise)
+    return text + (found.noise_is_known ? ", more than the noise of the signals" : ", and that is structure");
+  return found.is_noise ? text + ", as noise" : text;
 }
 
 std::string power_clause(double balance) {
@@ -83,8 +208,8 @@ std::string power_clause(double balance) {
                            std::abs(balance));
 }
 
-std::string carry_over_clause(const JudgedFit& fit) {
-  if (!fitted_to_its_rows(fit)) return {};
+std::string carry_over_clause(const JudgedFit& fit, const Findings& found) {
+  if (!found.fitted_to_its_rows) return {};
   return fmt::format("it does not carry over: NMSE {:.2g} on the test rows, {:.2g} on the training rows",
                      fit.test.value, fit.train.value);
 }
@@ -225,25 +350,29 @@ Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range
   const JudgedFit& fit = ranges[range].fits[method];
   if (fit.model.terms.empty())
     return {Verdict::does_not, Cause::not_found, "No equation was found: no candidate term earned its place.", {}};
-  Judgement result{fit.free_run.applies ? by_free_run(fit.free_run) : by_error(fit), {}, {}, {}};
-  const Figure& error = error_of(fit);
-  const bool left_over = error.reason.empty() && error.value > explained;
+  const Findings found = findings_of(ranges[range], fit);
+  Judgement result{found.by_run, {}, {}, {}};
+  if (found.above_noise) result.verdict = lowered(found);
+  if (explains(fit, found) || !found.biased.empty()) result.verdict = Verdict::does_not;
+  const bool left_over = found.unexplained > explained;
   if (result.verdict == Verdict::undecided && left_over) result.verdict = Verdict::does_not;
 
   const bool converged = fit.fit.status == FitStatus::converged;
-  const bool spoilt = structured(fit) && fit.train.reason.empty() && fit.train.value > negligible;
   const double balance = ranges[range].power_balance;
   const bool out_of_step = std::isfinite(balance) && std::abs(balance) > in_step;
   const Agreement others = agreement(ranges, range, method);
   if (result.verdict == Verdict::describes &&
-      (!converged || left_over || spoilt || fitted_to_its_rows(fit) || out_of_step || others.other))
+      (!converged || left_over || found.fitted_to_its_rows || out_of_step || others.other))
     result.verdict = Verdict::in_part;
 
-  std::vector<std::string> clauses{free_run_clause(fit.free_run), residual_clause(fit), carry_over_clause(fit),
-                                   power_clause(balance), others.clause};
+  std::vector<std::string> clauses{free_run_clause(fit.free_run, found), residual_clause(fit, found),
+                                   carry_over_clause(fit, found), power_clause(balance), others.clause};
   if (!converged) clauses.push_back(fmt::format("the fit ended as {}", to_string(fit.fit.status)));
-  if (result.verdict == Verdict::does_not && left_over && structured(fit))
-    clauses.emplace_back("no equation from this library can: a term or an inner state is missing");
+  if (result.verdict == Verdict::in_part || result.verdict == Verdict::does_not) {
+    result.cause = cause_of(fit, found);
+    if (result.verdict == Verdict::does_not || result.cause != Cause::not_found)
+      clauses.push_back(cause_clause(fit, found, *result.cause));
+  }
   std::erase_if(clauses, [](const std::string& clause) { return clause.empty(); });
   result.sentence = fmt::format("{}: {}.", opening(result.verdict), fmt::join(clauses, "; "));
   remark_on_residual(fit, result.remarks);

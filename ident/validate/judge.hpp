@@ -9,12 +9,20 @@
 namespace ident {
 
 /// Judges every fit of every range and stores the result in its `judgement`; the fits of one range are compared with
-/// those of the others by the same method. The free run decides: x followed to 2 % of its power is describes, to 10 %
-/// in part, worse or diverged is does not describe. Describes is taken down to in part by a fit that did not converge,
-/// structure in a residual of more than a thousandth of the target's power, a power balance beyond 0.02, a test error
-/// ten times the training error, or another equation in another range. Without a free run it is undecided, and does
-/// not describe where more than a tenth of the target's power is left over. Ranges agree where the terms that matter
-/// (a twentieth of the target's largest or more) are in both and within 10 %.
+/// those of the others by the same method. In this order:
+/// Does not describe: something recorded explains more than a tenth of what is left over (explanation), or noise of the
+/// regressors biases a coefficient beyond its interval (regressor_noise).
+/// The free run decides otherwise: x followed to 1 % of its power about the mean, beyond what noise makes, is
+/// describes, to 10 % in part, worse or diverged does not describe. Where there is none to be had it is undecided; of a
+/// law that is no equation of motion the error one step ahead decides, beyond that noise. Where more than twice what
+/// the noise of the channels makes is left over, and more than the linearity of sensors, an equation describes in part
+/// at best, and does not beyond 2 %. (A table, whose noise is not known: where the residual is not white and a
+/// thousandth of the target's power.) Describes is taken down to in part by a fit that did not converge, a tenth of the
+/// target's power left over, a residual ten times larger on test rows, a power balance beyond 0.02, or another equation
+/// in another range. Ranges agree where the terms that matter (a twentieth of the target's largest or more) are in both
+/// and within 10 %. A cause is named where one of these tests found it: what explains the residual; noise, or too wide
+/// a band where the target is noise in its upper half; a missing term where three quarters of what is left over come
+/// back with the state; a missing input where next to nothing does, nothing drives the equation and its free run fails.
 void judge(std::vector<RangeResult>& ranges);
 
 /// The equation that speaks for a run: the one with the best verdict (describes, in part, undecided, does not). Among

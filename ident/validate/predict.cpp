@@ -10,6 +10,7 @@
 #include "dsp/filter/strongest_line.hpp"
 #include "ident/library.hpp"
 #include "ident/methods.hpp"
+#include "ident/sensors/channel_noise.hpp"
 #include "ident/validate/free_run.hpp"
 #include "ident/validate/metrics.hpp"
 
@@ -53,17 +54,6 @@ Errors errors_of(const VectorXd& x, const VectorXd& predicted, const std::string
   const double nmse = nmse_centred(run, measured);
   const double rms = (run - measured).stableNorm() / std::sqrt(static_cast<double>(there.size()));
   return {std::isfinite(nmse) ? Figure{nmse, {}} : Figure{nan, "x does not move"}, {rms, {}}};
-}
-
-/// White noise of the displacement over samples of the regression rate, as it was before any filter for that rate.
-double noise_within(const dsp::Prepared& prepared, const dsp::IndexRange& range) {
-  const bool unfiltered = prepared.intermediate.find("x") != nullptr;
-  const dsp::Motion& motion = unfiltered ? prepared.intermediate : prepared.signals;
-  const double by = motion.sample_rate_hz / prepared.signals.sample_rate_hz;
-  const Eigen::VectorXd& x = motion.at("x");
-  const auto first = std::min(x.size(), static_cast<Index>(std::ceil(by * static_cast<double>(range.first)))),
-             last = std::min(x.size(), static_cast<Index>(by * static_cast<double>(range.last)));
-  return white_noise_std(x.segment(first, std::max<Index>(0, last - first)));
 }
 
 /// The payload at rest in space, as far as the base's motion tells; x itself at rest where there is no base.
@@ -114,18 +104,6 @@ std::vector<CarryOver> carried_over(const Model& model, const Record& record, co
 
 }  // namespace
 
-double white_noise_std(const Eigen::Ref<const VectorXd>& samples) {
-  VectorXd difference = samples;
-  double smallest = std::numeric_limits<double>::infinity(), gain = 1.0;  // sum of squares of the difference's weights
-  for (int order = 1; order <= 8 && difference.size() > 16; ++order) {
-    difference = (difference.tail(difference.size() - 1) - difference.head(difference.size() - 1)).eval();
-    gain *= 2.0 * (2.0 * order - 1.0) / order;  // binomial (2 k, k)
-    if (order % 2 == 0)
-      smallest = std::min(smallest, difference.stableNorm() / std::sqrt(gain * static_cast<double>(difference.size())));
-  }
-  return std::isfinite(smallest) ? smallest : nan;
-}
-
 RecordPrediction predict(const Model& model, const Model& linear, const Record& record, const PredictOptions& options) {
   const dsp::Motion& motion = record.prepared.signals;
   RecordPrediction result;
@@ -153,10 +131,9 @@ RecordPrediction predict(const Model& model, const Model& linear, const Record& 
                                   {}});
     if (length <= longest) continue;
     longest = length, longest_from = range.first;
-    const double noise = noise_within(record.prepared, range);
-    result.noise_floor = std::isfinite(noise) ? Figure{noise, {}} : Figure{nan, "too few samples"};
   }
-  if (longest == 0) result.noise_floor = {nan, "no sample may be used"};
+  const double noise = std::sqrt(ChannelNoise(record.prepared, "x").covariance("x", "x"));
+  result.noise_floor = noise > 0.0 ? Figure{noise, {}} : Figure{nan, "too few samples"};
   const bool diverged = !run.reason.empty() && !run.x.empty();  // which says nothing of a body at rest
   result.still = errors_of(result.x, still_body(motion, diverged ? result.x : result.predicted),
                            diverged ? std::string() : run.reason)

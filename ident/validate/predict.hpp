@@ -24,7 +24,7 @@ struct RecordPrediction {
   std::vector<dsp::Interval> stretches;  ///< run through, each from its measured state
   Figure nmse;                           ///< of x, about its mean
   Figure rms;                            ///< of x less its prediction, in `unit`
-  Figure noise_floor;                    ///< rms of the displacement's noise: no equation comes closer
+  Figure noise_floor;                    ///< rms of the noise of x within its band: no equation comes closer
   Figure linear, still;                  ///< NMSE of the linear equation, and of a payload that does not move
   std::string remark;                    ///< not empty: what the reader must know
   std::vector<CarryOver> coefficients;   ///< empty: not compared
@@ -42,9 +42,5 @@ struct PredictOptions {
 /// terms: nothing is.
 [[nodiscard]] RecordPrediction predict(const Model& model, const Model& linear, const Record& record,
                                        const PredictOptions& options = {});
-
-/// Standard deviation of the white noise of a series of samples: of its differences of the order in which the motion
-/// itself vanishes, 2 to 8.
-[[nodiscard]] double white_noise_std(const Eigen::Ref<const Eigen::VectorXd>& samples);
 
 }  // namespace ident

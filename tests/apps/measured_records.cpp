@@ -285,6 +285,7 @@ TEST_CASE("a friction damper with an inner state is not described, and that is s
     CHECK(equation["verdict"] == "does_not");
     CHECK_THAT(equation["sentence"].get<std::string>(),
                Catch::StartsWith("This equation does not describe the record") &&
-                   Catch::Contains(" % of the variation of f") && Catch::Contains("no equation from this library can"));
+                   Catch::Contains(" % of the variation of f") && Catch::Contains("an inner state is missing"));
+    CHECK(equation["cause"] == "missing_term");
   }
 }

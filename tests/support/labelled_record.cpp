@@ -137,7 +137,7 @@ dsp::Motion motion_of(const Oscillator& p, double duration_s, double rate_hz) {
   VectorXd initial = VectorXd::Zero(p.has_z() ? 3 : 2);
   initial.head(2) << p.x0, p.v0;
   const sim::Simulation run = sim::simulate(
-      system_of(p), initial, {.duration_s = duration_s, .sample_rate_hz = rate_hz, .relative_tolerance = 1e-9});
+      system_of(p), initial, {.duration_s = duration_s, .sample_rate_hz = rate_hz, .relative_tolerance = 1e-11});
   if (run.status != sim::SimulationStatus::finished) throw std::runtime_error("labelled record: " + run.reason);
   const Index n = run.time_s.size();
   Eigen::MatrixX3d d(n, 3);
@@ -282,7 +282,8 @@ Sketch drawn_sketch(Draw& draw, Family family) {
   const double hardening = std::sqrt(1.0 + s.cubic_fraction / (1.0 - s.cubic_fraction));
   if (family == Family::decay || family == Family::van_der_pol) {
     p.x0 = (family == Family::decay ? 1.0 : draw.uniform("start", 0.1, 1.2)) * p.amplitude;
-    s.highest_hz = hardening * p.omega / two_pi;
+    s.highest_hz = 2.0 * hardening * p.omega / two_pi;  // a narrow band is to hold the third harmonic, which tells
+                                                        // damping that depends on x from none on a limit cycle
   } else {
     p.drive = drawn_drive(draw, p.omega, s.duration_s);
     s.highest_hz = std::max(hardening * p.omega, highest_omega(p.drive, s.duration_s)) / two_pi;

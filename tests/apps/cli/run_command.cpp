@@ -43,5 +43,6 @@ TEST_CASE("a rig inside the library is described, one with physics outside it is
   const json inside = words("T0"), outside = words("T1");
   CHECK(inside["verdict"] == "describes");
   CHECK(outside["verdict"] != "describes");
-  CHECK_THAT(outside["sentence"].get<std::string>(), Catch::Contains("that is structure"));
+  CHECK_THAT(outside["sentence"].get<std::string>(), Catch::Contains("more than the noise of the signals"));
+  CHECK(outside["cause"] == "missing_term");
 }

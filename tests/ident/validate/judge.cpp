@@ -1,6 +1,7 @@
 #include "ident/validate/judge.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 
 using ident::Verdict;
 
@@ -11,13 +12,15 @@ ident::RangeResult range(const std::string& name, double free_run, double error,
   ident::RangeResult result;
   result.spec.name = name;
   if (name != "all") result.regime = dsp::regime_set_from_string(name);
-  result.target = Eigen::VectorXd::Constant(2, 1.0);
+  result.target = Eigen::Vector4d(1.0, -1.0, 1.0, -1.0);
+  result.rows.train.resize(2);
+  result.rows.test.resize(2);
   ident::JudgedFit fit;
   fit.model = {
       "a", "m/s^2", {{.name = "x", .mean = stiffness, .scale = 0.02}, {.name = "v", .mean = -0.8, .scale = 0.2}}};
   fit.train = fit.train_centred = fit.test = fit.test_centred = {error, {}};
   fit.whiteness = {.p_value = 0.4, .peak_fraction = 0.2, .tested = true, .white = true};
-  fit.free_run.nmse = free_run;
+  fit.free_run.nmse = fit.free_run.nmse_centred = free_run;
   fit.free_run.applies = true;
   result.fits = {fit};
   return result;
@@ -83,6 +86,55 @@ TEST_CASE("structure in a residual that matters, and a fit that did not converge
   CHECK_THAT(of(unfinished).sentence, Catch::Contains("iteration_limit"));
 }
 
+TEST_CASE("noise of the channels excuses what is left over, and nothing else does", "[ident][judge]") {
+  auto result = range("low", 0.015, 5e-3);
+  CHECK(of(result).verdict == Verdict::in_part);
+  // Of a run about as much as x is known to is its noise; that of x at its start and that of v go with it.
+  result.fits[0].noise.x_std = 0.1;
+  result.fits[0].free_run.mean_square = 1.0;
+  CHECK(of(result).verdict == Verdict::describes);
+  result.fits[0].noise.residual_power = 5e-3;
+  result.fits[0].noise.residual_std = result.fits[0].noise.known_std = std::sqrt(4e-3);
+  CHECK_THAT(of(result).sentence, Catch::Contains("as noise"));
+  result.fits[0].noise.residual_std = std::sqrt(1e-3);
+  CHECK(of(result).verdict == Verdict::in_part);
+  CHECK_THAT(of(result).sentence, Catch::Contains("more than the noise of the signals"));
+  result.fits[0].noise.x_std = 0.0;
+  result.fits[0].free_run.nmse_centred = 0.05;
+  CHECK(of(result).verdict == Verdict::does_not);
+  // Sensors are not linear to better than this.
+  result.fits[0].free_run.nmse_centred = 1e-4;
+  result.fits[0].train_centred = {5e-6, {}};
+  CHECK(of(result).verdict == Verdict::describes);
+}
+
+TEST_CASE("a cause is named where a test found it", "[ident][judge]") {
+  auto result = range("low", 0.5, 5e-3);
+  ident::JudgedFit& fit = result.fits[0];
+  CHECK(of(range("low", 1e-4, 1e-5)).cause == std::nullopt);
+  CHECK(of(result).cause == ident::Cause::not_found);
+  fit.noise.residual_power = 5e-3, fit.noise.residual_std = 1e-3;
+  CHECK(of(result).cause == ident::Cause::not_found);  // nothing is known of what comes back
+  fit.size.revisit_fraction = 0.0;
+  CHECK(of(result).cause == ident::Cause::not_found);  // something drives it
+  fit.free_run.alone = true;
+  CHECK(of(result).cause == ident::Cause::missing_input);
+  fit.size.revisit_fraction = 0.9;
+  CHECK(of(result).cause == ident::Cause::missing_term);
+  fit.model.terms[1].std = 0.02;
+  fit.noise.bias = Eigen::Vector2d(0.0, 0.05);
+  fit.noise.band_hz = 10.0, fit.noise.needed_hz = 8.0;
+  CHECK(of(result).cause == ident::Cause::noise);
+  CHECK_THAT(of(result).sentence, Catch::Contains("noise of the signals biases the coefficient of v"));
+  fit.noise.needed_hz = 3.0;
+  CHECK(of(result).cause == ident::Cause::wide_band);
+  fit.explanation = ident::Explanation{"f", ident::Cause::missing_input, 0.05};
+  CHECK(of(result).cause == ident::Cause::wide_band);  // too little to matter
+  fit.explanation->fraction = 0.8;
+  CHECK(of(result).cause == ident::Cause::missing_input);
+  CHECK_THAT(of(result).sentence, Catch::Contains("f was recorded and is not in the equation: it explains 80 %"));
+}
+
 TEST_CASE("every verdict is read back from its word", "[ident][judge]") {
   for (const Verdict verdict : {Verdict::describes, Verdict::in_part, Verdict::does_not, Verdict::undecided})
     CHECK(ident::verdict_from_string(to_string(verdict)) == verdict);
@@ -108,7 +160,10 @@ TEST_CASE("a force law is judged by what it leaves over", "[ident][judge]") {
   CHECK(of(law).verdict == Verdict::in_part);
   law.fits[0].test_centred = {0.22, {}};
   CHECK(of(law).verdict == Verdict::does_not);
-  CHECK_THAT(of(law).sentence, Catch::Contains("22 %") && Catch::Contains("inner state is missing"));
+  CHECK_THAT(of(law).sentence, Catch::Contains("22 %") && Catch::Contains("cause not found"));
+  law.fits[0].size.revisit_fraction = 0.9;
+  CHECK(of(law).cause == ident::Cause::missing_term);
+  CHECK_THAT(of(law).sentence, Catch::Contains("90 % of what is left over comes back with the state"));
   law.fits[0].model.terms.clear();
   CHECK_THAT(of(law).sentence, Catch::Contains("No equation was found"));
 }
@@ -123,7 +178,7 @@ TEST_CASE("the chosen fit has the best verdict", "[ident][judge]") {
     return ident::chosen_fit(ranges)->range;
   };
   CHECK(chosen() == 2);
-  ranges[2].fits[0].free_run.nmse = ranges[1].fits[0].free_run.nmse = 0.5;
+  ranges[2].fits[0].free_run.nmse_centred = ranges[1].fits[0].free_run.nmse_centred = 0.5;
   CHECK(chosen() == 0);  // no range's equation describes it: the one with the most rows
   ranges[0].fits[0].free_run.applies = false;
   ranges[0].fits[0].test_centred = ranges[0].fits[0].train_centred = {0.0, "the target is constant"};

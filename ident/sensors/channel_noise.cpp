@@ -1,0 +1,162 @@
+#include "ident/sensors/channel_noise.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numbers>
+
+#include "dsp/filter/fft.hpp"
+#include "dsp/signals.hpp"
+
+namespace ident {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// One-sided, averaged over pieces of a record under Hann's window.
+struct Spectrum {
+  VectorXd density;
+  double bin_hz = 0.0;
+  double pieces = 0.0;
+};
+
+Spectrum spectrum_of(const Eigen::Ref<const VectorXd>& signal, double sample_rate_hz) {
+  constexpr Index longest = 16384;  // a transform that stays in the cache
+  const Index pieces = std::max<Index>(1, signal.size() / longest), length = signal.size() / pieces;
+  const VectorXd window = dsp::hann_window(length);
+  const dsp::RealFft fft(length);
+  Spectrum result{VectorXd::Zero(length / 2 + 1), sample_rate_hz / static_cast<double>(length),
+                  static_cast<double>(pieces)};
+  for (Index piece = 0; piece < pieces; ++piece) {
+    const auto values = signal.segment(piece * length, length);
+    result.density += fft.forward((values.array() - values.mean()).matrix().cwiseProduct(window)).cwiseAbs2();
+  }
+  result.density *= 2.0 / (sample_rate_hz * window.squaredNorm() * result.pieces);
+  return result;
+}
+
+double median(VectorXd values) {
+  const auto middle = values.begin() + values.size() / 2;
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+double median_between(const Spectrum& spectrum, double from_hz, double to_hz) {
+  constexpr Index least = 8;
+  const auto first = static_cast<Index>(std::ceil(from_hz / spectrum.bin_hz));
+  const Index count = std::min(static_cast<Index>(to_hz / spectrum.bin_hz) + 1, spectrum.density.size()) - first;
+  if (count < least) return 0.0;
+  // Of a mean of exponentially distributed ordinates, by Wilson and Hilferty.
+  const double of_mean = std::pow(1.0 - 1.0 / (9.0 * spectrum.pieces), 3);
+  return median(spectrum.density.segment(first, count)) / of_mean;
+}
+
+/// Up to where a signal is more than its noise, whose density grows as f^(2 order).
+double needed_band(const Eigen::VectorXd& signal, double sample_rate_hz, int order, double noise_variance,
+                   double band_hz) {
+  const Spectrum spectrum = spectrum_of(signal, sample_rate_hz);
+  const double noise_at_end = noise_variance * (2.0 * order + 1.0) / band_hz;
+  // So many ordinates of noise are together twice what they are on average less than once in 1e7.
+  constexpr Index together = 48;
+  const Index end = std::min(static_cast<Index>(band_hz / spectrum.bin_hz), spectrum.density.size());
+  for (Index first = end - together; first > 0; first -= together) {
+    const double f_hz = spectrum.bin_hz * (static_cast<double>(first) + 0.5 * together);
+    if (spectrum.density.segment(first, together).mean() > 2.0 * noise_at_end * std::pow(f_hz / band_hz, 2.0 * order))
+      return spectrum.bin_hz * static_cast<double>(first + together);
+  }
+  return end > together ? spectrum.bin_hz * together : band_hz;
+}
+
+}  // namespace
+
+NoiseDensity noise_density(const Eigen::Ref<const VectorXd>& signal, double sample_rate_hz, double from_hz,
+                           double to_hz) {
+  if (signal.size() < 2) return {};
+  const Spectrum spectrum = spectrum_of(signal, sample_rate_hz);
+  constexpr int quarters = 4;
+  constexpr double alike = 2.0;  // more than the medians of a dozen ordinates differ by chance
+  const double width_hz = (to_hz - from_hz) / quarters;
+  double of_quarter[quarters];
+  for (int i = 0; i < quarters; ++i)
+    of_quarter[i] = median_between(spectrum, from_hz + i * width_hz, from_hz + (i + 1) * width_hz);
+  const double first = of_quarter[0];
+  std::sort(std::begin(of_quarter), std::end(of_quarter));
+  if (of_quarter[1] <= alike * of_quarter[0]) return {of_quarter[0], false};
+  return {first, true};
+}
+
+ChannelNoise::ChannelNoise(const dsp::Prepared& prepared, const std::string& target) {
+  const dsp::Motion& motion = prepared.intermediate;
+  const double stop_hz = prepared.filter.stop_hz(), rate_hz = motion.sample_rate_hz;
+  band_hz_ = 0.5 * (prepared.options.rolloff_hz + stop_hz);
+  const bool own_rate = !prepared.decimation || prepared.decimation->stages.empty() ||
+                        prepared.decimation->stages.front().input_rate_hz <= rate_hz;
+  // Behind an anti-alias filter noise is flat up to the end of the state band only.
+  const double to_hz = own_rate ? 0.45 * rate_hz : prepared.options.state_cutoff_hz;
+  const double from_hz = std::min(stop_hz, 0.5 * to_hz);
+  for (const dsp::Signal& signal : motion.signals)
+    if (signal.name != "t") parts_[signal.name] = parts_of(prepared, signal.name, 0);
+  for (const auto& [name, parts] : parts_)
+    for (const Part& part : parts)
+      if (density_.count(part.channel) == 0)
+        density_[part.channel] = noise_density(motion.at(part.channel), rate_hz, from_hz, to_hz);
+  int order = 0;
+  for (const Part& part : parts_[target]) order = std::max(order, part.order);
+  needed_hz_ = needed_band(motion.at(target), rate_hz, order, covariance(target, target), band_hz_);
+}
+
+std::vector<ChannelNoise::Part> ChannelNoise::parts_of(const dsp::Prepared& prepared, const std::string& signal,
+                                                       int depth) const {
+  constexpr int deepest = 6;  // a = dv/dt, v = dx/dt, x = y - r
+  const dsp::Motion& motion = prepared.intermediate;
+  const dsp::SignalInfo* info = dsp::find_signal(signal);
+  const bool moves = info != nullptr && info->order >= 0;
+  if (!moves || prepared.channel(info->role) != nullptr || depth == deepest) return {{signal, 0, 1.0}};
+  if (std::isfinite(motion.find(signal)->flat_to_hz)) {  // a computed derivative
+    const std::string below(dsp::motion_signal(info->body, info->order - 1).name);
+    if (motion.find(below) == nullptr) return {{signal, 0, 1.0}};
+    std::vector<Part> parts = parts_of(prepared, below, depth + 1);
+    for (Part& part : parts) ++part.order;
+    return parts;
+  }
+  const auto with = [&](dsp::Body one, dsp::Body other, double sign) -> std::vector<Part> {
+    const std::string a(dsp::motion_signal(one, info->order).name), b(dsp::motion_signal(other, info->order).name);
+    if (motion.find(a) == nullptr || motion.find(b) == nullptr) return {};
+    std::vector<Part> parts = parts_of(prepared, a, depth + 1);
+    for (Part part : parts_of(prepared, b, depth + 1)) {
+      part.sign *= sign;
+      parts.push_back(part);
+    }
+    return parts;
+  };
+  std::vector<Part> parts = info->body == dsp::Body::relative  ? with(dsp::Body::payload, dsp::Body::base, -1.0)
+                            : info->body == dsp::Body::payload ? with(dsp::Body::relative, dsp::Body::base, 1.0)
+                                                               : with(dsp::Body::payload, dsp::Body::relative, -1.0);
+  if (!parts.empty()) return parts;
+  // Without a base the relative and the absolute motion are one.
+  const dsp::Body twin = info->body == dsp::Body::relative ? dsp::Body::payload : dsp::Body::relative;
+  const dsp::SignalInfo& other = dsp::motion_signal(twin, info->order);
+  if (prepared.channel(other.role) != nullptr) return {{std::string(other.name), 0, 1.0}};
+  return {{signal, 0, 1.0}};
+}
+
+double ChannelNoise::covariance(const std::string& one, const std::string& other, bool known) const {
+  const auto a = parts_.find(one), b = parts_.find(other);
+  if (a == parts_.end() || b == parts_.end()) return 0.0;
+  double sum = 0.0;
+  for (const Part& p : a->second)
+    for (const Part& q : b->second) {
+      if (p.channel != q.channel || (p.order - q.order) % 2 != 0) continue;
+      const NoiseDensity& density = density_.at(p.channel);
+      if (known && density.is_bound) continue;
+      // Derivatives of order p and q of one white noise: the integral of (i w)^p conj((i w)^q).
+      const double turn = (p.order - q.order) % 4 == 0 ? 1.0 : -1.0;
+      const int power = p.order + q.order;
+      sum += p.sign * q.sign * turn * density.value * std::pow(2.0 * std::numbers::pi, power) *
+             std::pow(band_hz_, power + 1) / (power + 1);
+    }
+  return sum;
+}
+
+}  // namespace ident

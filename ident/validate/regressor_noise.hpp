@@ -1,0 +1,33 @@
+#pragma once
+#include <Eigen/Core>
+#include <vector>
+
+#include "ident/columns.hpp"
+#include "ident/fit.hpp"
+#include "ident/model.hpp"
+#include "ident/r_factor.hpp"
+#include "ident/ranges.hpp"
+
+// Least squares takes its regressors as they are. Noise in them biases the coefficients, however many rows there are:
+// with normal matrix G = Phi'Phi, of which N is noise, by G^-1 (n - N beta), n the part that it shares with the target.
+
+namespace ident {
+
+/// What white noise of the recorded channels does to an equation.
+struct RegressorNoise {
+  Eigen::VectorXd bias;       ///< of each coefficient, by noise that is known
+  double x_std = 0.0;         ///< of the noise of x within the band of the columns
+  double residual_std = 0.0;  ///< of what it leaves in the residual, at most: the target's noise and that of the terms
+  double known_std = 0.0;     ///< of that, by noise that is known
+  double residual_power = 0.0;  ///< mean square of the residual
+  double band_hz = 0.0;         ///< where the band of the columns ends
+  double needed_hz = 0.0;       ///< up to here the target is more than noise
+};
+
+/// Of a model fitted to rows of these recordings, which leaves this residual there; `kept`: R factor of its terms. Rows
+/// of a table have no noise that is known: everything is zero.
+[[nodiscard]] RegressorNoise regressor_noise(const Model& model, const RFactor& kept, const std::vector<Row>& rows,
+                                             const std::vector<Columns>& recordings,
+                                             const Eigen::Ref<const Eigen::VectorXd>& residual, const Poll& poll = {});
+
+}  // namespace ident

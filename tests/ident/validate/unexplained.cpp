@@ -1,0 +1,73 @@
+#include "ident/validate/unexplained.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "dsp/prepare.hpp"
+#include "ident/identify.hpp"
+#include "support/labelled_record.hpp"
+#include "support/oscillator.hpp"
+#include "support/signals.hpp"
+
+using Catch::Detail::Approx;
+
+namespace {
+
+dsp::Recording recording_of(const dsp::Motion& motion, const std::vector<std::pair<std::string, dsp::Role>>& channels) {
+  dsp::Recording recording{.name = "bench", .sample_rate_hz = motion.sample_rate_hz};
+  recording.samples.resize(motion.num_samples(), std::ssize(channels));
+  for (const auto& [name, role] : channels) {
+    recording.samples.col(std::ssize(recording.channels)) = motion.at(name);
+    recording.channels.push_back({.name = name, .role = role, .unit = role == dsp::Role::f ? "N" : "m"});
+  }
+  return recording;
+}
+
+std::optional<ident::Explanation> explanation_of(const dsp::Recording& recording,
+                                                 const std::vector<std::string>& terms) {
+  const auto record = ident::Record{.prepared = dsp::prepare(recording, {.cutoff_hz = 20.0})};
+  return ident::identify(record, {.order = 0, .terms = terms}, {.methods = {ident::OlsOptions{}}})
+      .at(0)
+      .fits.at(0)
+      .explanation;
+}
+
+}  // namespace
+
+TEST_CASE("a force that was recorded and is no candidate explains what is left over", "[ident][unexplained]") {
+  support::LabelledRecord record = support::labelled_record(22);
+  REQUIRE(record.scenario == "duffing, f no candidate");
+  const auto explanation = [&] {
+    return ident::identify(ident::find_regimes(dsp::prepare(record.recording, record.prepare)), record.library)
+        .at(0)
+        .fits.at(0)
+        .explanation;
+  };
+  const auto found = explanation();
+  REQUIRE(found.has_value());
+  CHECK(found->what == "f");
+  CHECK(found->cause == ident::Cause::missing_input);
+  CHECK(found->fraction > 0.5);
+  record.library.terms.emplace_back("f");
+  CHECK_FALSE(explanation().has_value());
+}
+
+TEST_CASE("noise on a channel explains nothing", "[ident][unexplained]") {
+  auto motion = support::motion_of(sim::make_experiment(sim::Duffing{.zeta = 0.2, .force_n = 3.0}), 60.0, 100.0);
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    auto other = motion;
+    for (dsp::Signal& signal : other.signals)
+      if (signal.name == "f") signal.values = support::gaussian(motion.num_samples(), 40 + seed);
+    CHECK_FALSE(explanation_of(recording_of(other, {{"x", dsp::Role::x}, {"f", dsp::Role::f}}), {"x", "x^3"}));
+  }
+}
+
+TEST_CASE("friction against the ground is not taken for friction against the base", "[ident][unexplained]") {
+  const sim::Coulomb p{.c = 1.0, .k = 400.0, .c_f = 20.0, .force_n = 100.0, .ratio = 0.8};
+  const auto recording =
+      recording_of(support::friction_on_the_ground(p, 60.0, 250.0), {{"r", dsp::Role::r}, {"y", dsp::Role::y}});
+  const auto found = explanation_of(recording, {"x", "v", "sgn(v)", "ddr"});
+  REQUIRE(found.has_value());
+  CHECK(found->what == "sgn(dy)");
+  CHECK(found->cause == ident::Cause::switch_variable);
+  CHECK_FALSE(explanation_of(recording, {"x", "dy", "sgn(dy)", "ddr"}).has_value());
+}
