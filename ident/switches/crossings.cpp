@@ -57,6 +57,12 @@ class SignChanges {
   std::vector<Crossing> found_;
 };
 
+/// Whether each or one beside it has just moved, by more than is settled.
+void mark_moving(std::vector<Crossing>& crossings, const std::vector<bool>& moved) {
+  for (std::size_t i = 0; i < crossings.size(); ++i)
+    crossings[i].is_moving = moved[i] || (i > 0 && moved[i - 1]) || (i + 1 < moved.size() && moved[i + 1]);
+}
+
 /// Two that overtook one another have annihilated.
 void drop_overtaken(std::vector<Crossing>& crossings) {
   std::vector<Crossing> kept;
@@ -122,7 +128,7 @@ void Crossings::settle(const WeightedTerms& equation) {
   for (int pass = 0; !jumping.empty() && pass < most_passes; ++pass) {
     set_slope_jumps(jumping);
     collect_kinks();
-    if (kinks_at_samples_.size() == 0) restore(terms);  // later ones go on from the last equation's
+    if (kinks_at_samples_.size() == 0) restore(terms);  // its changes from pass to pass are of higher order
     if (!move_all()) break;
   }
   collect_kinks();
@@ -305,26 +311,23 @@ double Crossings::moved(std::size_t argument, const Crossing& crossing) const {
 
 bool Crossings::move_all() {
   const double least_s = settled / motion_.sample_rate_hz;
-  std::vector<double> moved_s;  // where any has moved
+  bool any = false;
   std::vector<std::vector<Crossing>> moved_ones = crossings_;
   for (std::size_t argument = 0; argument < arguments_.size(); ++argument) {
-    for (Crossing& crossing : moved_ones[argument]) {
-      if (crossing.before * crossing.after >= 0 || !crossing.is_moving) continue;
-      const double before_s = crossing.t_s;
-      crossing.t_s = moved(argument, crossing);
-      if (std::abs(crossing.t_s - before_s) > least_s) moved_s.push_back(crossing.t_s);
+    std::vector<Crossing>& list = moved_ones[argument];
+    std::vector<bool> has_moved(list.size(), false);
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      if (list[i].before * list[i].after >= 0 || !list[i].is_moving) continue;
+      const double before_s = list[i].t_s;
+      list[i].t_s = moved(argument, list[i]);
+      has_moved[i] = std::abs(list[i].t_s - before_s) > least_s;
+      any = any || has_moved[i];
     }
-    drop_overtaken(moved_ones[argument]);
+    mark_moving(list, has_moved);
+    drop_overtaken(list);
   }
   crossings_ = std::move(moved_ones);
-  std::sort(moved_s.begin(), moved_s.end());
-  const double near_s = 1.0 / state_band_.cutoff_hz;  // farther off a moved kink has changed by next to nothing
-  for (auto& list : crossings_)
-    for (Crossing& crossing : list) {
-      const auto next = std::lower_bound(moved_s.begin(), moved_s.end(), crossing.t_s - near_s);
-      crossing.is_moving = next != moved_s.end() && *next <= crossing.t_s + near_s;
-    }
-  return !moved_s.empty();
+  return any;
 }
 
 void Crossings::collect_kinks() {

@@ -18,7 +18,7 @@ struct Crossing {
   double t_s = 0.0;
   int before = 0, after = 0;  ///< sign of g; 0 where it rests at zero for more than a sample
   double slope_jump = 0.0;    ///< of the speeds, m/s^2: how far the acceleration jumps there
-  bool is_moving = true;      ///< while it is sought: it or one near it has just moved
+  bool is_moving = true;      ///< while it is sought: it or a neighbour has just moved
 };
 
 /// The signals of a motion between their samples, and the times at which the arguments of switches pass zero. Speeds
