@@ -30,7 +30,12 @@ int check(const RunArguments& arguments, Console& console) {
 }  // namespace
 
 Command check_command() {
-  return {"check", "All checks of a run, nothing written", {{"--output"}, {"--seed"}, {"--dry-run"}}, run_like(check)};
+  return {"check",
+          "What a run would stumble over; nothing is written",
+          {{"--output"}, {"--seed"}, {"--dry-run"}, {"--force"}},
+          run_like(check),
+          look_group,
+          {"ardent check drive.wav", "ardent check drive.toml --set prepare.cutoff_hz=10.24"}};
 }
 
 }  // namespace apps

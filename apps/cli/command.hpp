@@ -38,9 +38,20 @@ struct Command {
   std::vector<UnusedOption> unused;
   /// Adds its own options to the parser; the body reads them once the command line is parsed.
   std::function<CommandBody(CLI::App&)> describe;
+  const char* group = "";                  ///< what a person wants to do with it: its heading in `ardent --help`
+  std::vector<const char*> examples = {};  ///< command lines
+  const char* details = "";                ///< paragraphs below the usage
 };
 
-void add_global_options(CLI::App& app, GlobalOptions& options);
+inline constexpr const char *look_group = "Look at a recording", *identify_group = "Find its equation of motion",
+                            *use_group = "Use and compare equations", *made_group = "Without a recording of your own",
+                            *help_group = "Help";
+
+/// All of them, in the order of `ardent --help`.
+[[nodiscard]] std::vector<Command> commands();
+
+/// The options that may stand anywhere on the command line, but those that a command takes no notice of.
+void add_global_options(CLI::App& app, GlobalOptions& options, const std::vector<UnusedOption>& unused = {});
 
 [[nodiscard]] int thread_count(const GlobalOptions& options);
 
@@ -49,9 +60,12 @@ void add_global_options(CLI::App& app, GlobalOptions& options);
 
 [[nodiscard]] Command check_command();
 [[nodiscard]] Command compare_command();
+[[nodiscard]] Command completion_command();
 [[nodiscard]] Command fit_command();
+[[nodiscard]] Command help_command();
 [[nodiscard]] Command info_command();
 [[nodiscard]] Command init_command();
+[[nodiscard]] Command manual_command();
 [[nodiscard]] Command predict_command();
 [[nodiscard]] Command prepare_command();
 [[nodiscard]] Command replicate_command();

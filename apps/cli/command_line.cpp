@@ -8,19 +8,14 @@
 #include <sstream>
 
 #include "apps/cli/command.hpp"
+#include "apps/cli/command_page.hpp"
 #include "apps/process/ending.hpp"
 #include "apps/process/interrupt.hpp"
 #include "apps/process/standard_streams.hpp"
+#include "apps/process/version.hpp"
 
 namespace apps {
 namespace {
-
-/// In the order of `ardent --help`.
-std::vector<Command> commands() {
-  return {info_command(),     check_command(),    run_command(),       prepare_command(), study_command(),
-          simulate_command(), response_command(), replicate_command(), fit_command(),     init_command(),
-          compare_command(),  predict_command(),  report_command(),    terms_command()};
-}
 
 void refuse_unused(const CLI::App& app, const Command& command) {
   for (const UnusedOption& option : command.unused)
@@ -36,8 +31,7 @@ bool parse(CLI::App& app, int argc, const char* const* argv, Console& console) {
     app.parse(argc, argv);
     return true;
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() != 0)
-      throw dsp::Fault(dsp::FaultKind::usage, "usage", fmt::format("{}. See ardent --help", error.what()));
+    if (error.get_exit_code() != 0) throw dsp::Fault(dsp::FaultKind::usage, "usage", usage_message(app, error));
     std::ostringstream text;  // --help, --version
     app.exit(error, text);
     console.result(text.str());
@@ -50,13 +44,19 @@ int run(int argc, const char* const* argv, Console& console) {
   CLI::App app("From raw vibration recordings to an equation of motion with error bars", "ardent");
   app.require_subcommand(1);
   app.fallthrough();
+  app.set_version_flag("--version", version_text(), "Print the versions of the program and its libraries.");
+  app.formatter_fn(
+      [](const CLI::App* shown, const std::string&, CLI::AppFormatMode) { return to_text(page_of(*shown)); });
   GlobalOptions global;
   global.command_line.assign(argv + std::min(argc, 1), argv + argc);
   add_global_options(app, global);
   const std::vector<Command> all = commands();
   std::vector<CommandBody> bodies;
-  for (const Command& command : all)
-    bodies.push_back(command.describe(*app.add_subcommand(command.name, command.help)));
+  for (const Command& command : all) {
+    CLI::App& added = *app.add_subcommand(command.name, command.help)->group(command.group);
+    bodies.push_back(command.describe(added));
+    add_global_options(added, global, command.unused);
+  }
   if (!parse(app, argc, argv, console)) return 0;
   console =
       Console({.verbosity = global.quiet ? -1 : global.verbosity, .json = global.json, .progress = global.progress});
@@ -69,6 +69,13 @@ int run(int argc, const char* const* argv, Console& console) {
 }
 
 }  // namespace
+
+std::vector<Command> commands() {
+  return {info_command(),       check_command(),  init_command(),      run_command(),     prepare_command(),
+          study_command(),      report_command(), compare_command(),   predict_command(), response_command(),
+          simulate_command(),   fit_command(),    replicate_command(), terms_command(),   help_command(),
+          completion_command(), manual_command()};
+}
 
 int run_command_line(int argc, const char* const* argv) {
   reserve_standard_streams();

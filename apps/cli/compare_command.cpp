@@ -15,19 +15,23 @@ Command compare_command() {
     std::string method = "fast_rvm";
   };
   return {"compare",
-          "The equations of several runs side by side",
-          {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}},
+          "What changed between runs, and their equations side by side",
+          {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}, {"--force"}, {"--threads"}},
           [](CLI::App& command) -> CommandBody {
             auto arguments = std::make_shared<Arguments>();
-            command.add_option("RUN", arguments->runs, "Run folders")->required();
-            command.add_option("--truth", arguments->truth, "truth.json of the simulation the recording came from");
-            command.add_option("--method", arguments->method, "Method to show");
+            command.add_option("RUN", arguments->runs, "Run folders.")->required();
+            command
+                .add_option("--truth", arguments->truth, "truth.json of the simulation that the recording came from.")
+                ->type_name("FILE");
+            command.add_option("--method", arguments->method, "Method whose equation is shown.")->capture_default_str();
             return [=](const GlobalOptions& global, Console& console) {
               for (const auto& run : arguments->runs) check_finished_run(run, global.strict, console);
               console.result(comparison_of(arguments->runs, arguments->truth, arguments->method, console.json()));
               return 0;
             };
-          }};
+          },
+          use_group,
+          {"ardent compare monday-run tuesday-run", "ardent compare out/* --method sindy"}};
 }
 
 }  // namespace apps

@@ -69,16 +69,22 @@ int fit(const FitArguments& arguments, const GlobalOptions& global, Console& con
 Command fit_command() {
   return {"fit",
           "Regression on a table: one column from expressions of the others",
-          {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}},
+          {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}, {"--force"}},
           [](CLI::App& command) -> CommandBody {
             auto arguments = std::make_shared<FitArguments>();
-            command.add_option("TABLE", arguments->table, "CSV or another table that `run` reads")->required();
-            command.add_option("--target", arguments->target, "Column to explain")->required();
-            command.add_option("--terms", arguments->terms, "\"1,x,x^2\", or a file with a term a line")->required();
+            command.add_option("TABLE", arguments->table, "CSV or another table that `run` reads.")->required();
+            command.add_option("--target", arguments->target, "Column to explain.")->required();
+            command
+                .add_option("--terms", arguments->terms,
+                            "Candidate terms: \"1,x,x^2\", or a file with one term a line.")
+                ->required();
             arguments->methods = add_method_options(command);
-            command.add_option("--where", arguments->where, "Condition on the rows");
+            command.add_option("--where", arguments->where, "Condition on the rows: \"v >= 0\".");
             return [=](const GlobalOptions& global, Console& console) { return fit(*arguments, global, console); };
-          }};
+          },
+          made_group,
+          {"ardent fit table.csv --target a --terms \"1,x,v,x^3\"",
+           "ardent fit table.csv --target dz --terms terms.txt --where \"v >= 0\" --methods fast_rvm,ols"}};
 }
 
 }  // namespace apps

@@ -11,26 +11,40 @@
 
 namespace apps {
 
-void add_global_options(CLI::App& app, GlobalOptions& options) {
-  app.add_option("-o,--output", options.output, "Folder for the results")->type_name("DIR");
-  app.add_flag("-q,--quiet", options.quiet, "Results and errors only");
-  app.add_flag("-v,--verbose", options.verbosity, "Notes too");
-  app.add_flag("--json", options.json, "One JSON document on standard output");
-  app.add_option("--seed", options.seed, "Seed of whatever is random")->transform(whole(0))->capture_default_str();
-  app.add_option("--threads", options.num_threads,
-                 "Threads; 0: as many as there are processors. The results are the same")
-      ->transform(whole(0, 1024))
-      ->option_text("INT=0");
-  app.add_flag("--dry-run", options.dry_run, "Say what would be done");
-  app.add_flag("--force", options.force, "Replace an earlier result");
-  app.add_flag("--strict", options.strict, "Warnings are errors");
-  app.add_option("--set", options.set, "Override a setting: a.b=c")->type_name("KEY=VALUE")->allow_extra_args(false);
+void add_global_options(CLI::App& app, GlobalOptions& options, const std::vector<UnusedOption>& unused) {
+  const auto takes = [&](std::string_view name) {
+    return std::none_of(unused.begin(), unused.end(), [&](const UnusedOption& one) { return one.name == name; });
+  };
+  if (takes("--output")) app.add_option("-o,--output", options.output, "Folder for the results.")->type_name("DIR");
+  if (takes("--set"))
+    app.add_option_function<std::vector<std::string>>(
+           "--set",
+           [&options](const std::vector<std::string>& given) {
+             options.set.insert(options.set.end(), given.begin(), given.end());
+           },
+           "Give a setting another value; may be repeated. What can be set: ardent help config, or below.")
+        ->type_name("KEY=VALUE")
+        ->allow_extra_args(false);
+  if (takes("--force")) app.add_flag("--force", options.force, "Replace an earlier result.");
+  if (takes("--dry-run")) app.add_flag("--dry-run", options.dry_run, "Say what would be done, and do nothing.");
+  app.add_flag("--strict", options.strict, "Stop at the first warning, with exit code 3.");
+  if (takes("--seed"))
+    app.add_option("--seed", options.seed, "Seed of whatever is random.")->transform(whole(0))->capture_default_str();
+  if (takes("--threads"))
+    app.add_option("--threads", options.num_threads,
+                   "Threads; 0: as many as there are processors. The results are the same.")
+        ->transform(whole(0, 1024))
+        ->option_text("N")
+        ->default_str("0");
+  app.add_flag("--json", options.json, "Print one JSON document on standard output.");
+  app.add_flag("-q,--quiet", options.quiet, "Print results and errors only.");
+  app.add_flag("-v,--verbose", options.verbosity, "Print notes, too.");
   const std::map<std::string, ProgressMode> modes{
       {"auto", ProgressMode::automatic}, {"always", ProgressMode::always}, {"never", ProgressMode::never}};
-  app.add_option("--progress", options.progress, "auto (on a terminal), always or never")
+  app.add_option("--progress", options.progress, "Draw progress: auto (on a terminal), always or never.")
       ->transform(CLI::CheckedTransformer(modes))
-      ->option_text("WHEN=auto");
-  app.set_version_flag("--version", version_text());
+      ->option_text("WHEN")
+      ->default_str("auto");
 }
 
 int thread_count(const GlobalOptions& options) {

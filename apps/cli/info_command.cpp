@@ -12,9 +12,10 @@
 namespace apps {
 namespace {
 
-RecordingInfo info_of(const std::filesystem::path& file, bool salvage) {
+RecordingInfo info_of(const std::filesystem::path& file, const std::filesystem::path& sidecar, bool salvage) {
   dsp::ReadOptions options;
   options.salvage = salvage;
+  options.sidecar = sidecar;
   options.uncalibrated = true;  // what is missing shows as such; only a run needs it
   const dsp::RecordingReader reader(file, options);
   const dsp::Recording& recording = reader.description();
@@ -50,11 +51,12 @@ std::string text_of(const RecordingInfo& info) {
   return text;
 }
 
-void info(const std::vector<std::filesystem::path>& files, bool salvage, bool strict, Console& console) {
+void info(const std::vector<std::filesystem::path>& files, const std::filesystem::path& sidecar, bool salvage,
+          bool strict, Console& console) {
   std::vector<RecordingInfo> recordings;
   std::string text;
   for (const std::filesystem::path& file : files) {
-    recordings.push_back(info_of(file, salvage));
+    recordings.push_back(info_of(file, sidecar, salvage));
     text += text_of(recordings.back());
     for (const dsp::Check& check : recordings.back().checks)
       if (strict && (check.status == dsp::CheckStatus::warning || check.status == dsp::CheckStatus::failed))
@@ -69,17 +71,22 @@ void info(const std::vector<std::filesystem::path>& files, bool salvage, bool st
 Command info_command() {
   return {"info",
           "What a recording is: container, channels, rate, length, sidecar",
-          {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}},
+          {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}, {"--force"}, {"--threads"}},
           [](CLI::App& command) -> CommandBody {
             auto files = std::make_shared<std::vector<std::filesystem::path>>();
+            auto sidecar = std::make_shared<std::filesystem::path>();
             auto salvage = std::make_shared<bool>(false);
-            command.add_option("FILE", *files, "Recordings")->required();
-            command.add_flag("--salvage", *salvage, "Also what is left of a truncated file");
+            command.add_option("FILE", *files, "Recordings.")->required();
+            command.add_option("--sidecar", *sidecar, "Sidecar of them all. Left out: NAME.ext.toml beside each.")
+                ->type_name("FILE");
+            command.add_flag("--salvage", *salvage, "Read what is left of a recording that was cut short.");
             return [=](const GlobalOptions& global, Console& console) {
-              info(*files, *salvage, global.strict, console);
+              info(*files, *sidecar, *salvage, global.strict, console);
               return 0;
             };
-          }};
+          },
+          look_group,
+          {"ardent info drive.wav", "ardent info *.csv --json"}};
 }
 
 }  // namespace apps

@@ -87,15 +87,17 @@ void init(const fs::path& recording, const fs::path& folder, bool force, Console
 Command init_command() {
   return {"init",
           "A first sidecar and config for a recording",
-          {{"--seed"}, {"--dry-run"}, {"--set"}},
+          {{"--seed"}, {"--dry-run"}, {"--set"}, {"--threads"}},
           [](CLI::App& command) -> CommandBody {
             auto file = std::make_shared<fs::path>();
-            command.add_option("FILE", *file, "Recording")->required();
+            command.add_option("FILE", *file, "Recording.")->required();
             return [=](const GlobalOptions& global, Console& console) {
               init(*file, global.output, global.force, console);
               return 0;
             };
-          }};
+          },
+          look_group,
+          {"ardent init drive.wav", "ardent init drive.wav -o project --force"}};
 }
 
 }  // namespace apps

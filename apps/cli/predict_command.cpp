@@ -47,7 +47,7 @@ int predict(const PredictArguments& arguments, const GlobalOptions& global, Cons
   const std::string document = prediction_json(prediction);
   folder.write("predict.json", document);
   OutputFile series = folder.file("predict.csv");
-  write_prediction(prediction, [&](std::string_view text) { series.write(text); });
+  write_table(prediction_table("predict.csv", prediction), {}, [&](std::string_view text) { series.write(text); });
   series.close();
   for (const fs::path& file : {equation_file, config_file}) add_input(manifest, file, folder.destination());
   for (const fs::path& file : input.files) add_input(manifest, file, folder.destination());
@@ -65,25 +65,26 @@ int predict(const PredictArguments& arguments, const GlobalOptions& global, Cons
 }  // namespace
 
 Command predict_command() {
-  return {"predict",
-          "The equation of a run, run free on another recording",
-          {{"--seed"}, {"--dry-run"}, {"--set"}},
-          [](CLI::App& command) -> CommandBody {
-            auto typed = std::make_shared<PredictArguments>();
-            command.add_option("RUN", typed->run, "Run folder")->required();
-            command.add_option("RECORDING", typed->recording, "Recording of the same preparation; not a fitted one")
-                ->required();
-            command.add_option("--sidecar", typed->sidecar,
-                               "Its sidecar; the one beside it, else the run's, unless said");
-            command.add_option("--range", typed->range, "Range whose equation it is; as the run chose, unless said");
-            command.add_option("--method", typed->method, "Method that found it; as the run chose, unless said");
-            command.footer(
-                "Writes predict.json and predict.csv: errors of the free run against the sensors' noise, a linear\n"
-                "equation and a payload that does not move, and which coefficients carry over.\n"
-                "  ardent predict swing1-run swing2.csv -o swing2-predict\n"
-                "  ardent predict frame_250g-run frame_450g.csv --range slip --json");
-            return [=](const GlobalOptions& global, Console& console) { return predict(*typed, global, console); };
-          }};
+  return {
+      "predict",
+      "The equation of a run, run free on another recording",
+      {{"--seed"}, {"--dry-run"}, {"--set"}},
+      [](CLI::App& command) -> CommandBody {
+        auto typed = std::make_shared<PredictArguments>();
+        command.add_option("RUN", typed->run, "Run folder.")->required();
+        command.add_option("RECORDING", typed->recording, "Recording of the same set-up, not a fitted one.")
+            ->required();
+        command.add_option("--sidecar", typed->sidecar, "Its sidecar. Left out: the one beside it, else the run's.")
+            ->type_name("FILE");
+        command.add_option("--range", typed->range, "Range whose equation it is. Left out: as the run chose.");
+        command.add_option("--method", typed->method, "Method that found it. Left out: as the run chose.");
+        return [=](const GlobalOptions& global, Console& console) { return predict(*typed, global, console); };
+      },
+      use_group,
+      {"ardent predict swing1-run swing2.csv -o swing2-predict",
+       "ardent predict frame_250g-run frame_450g.csv --range slip --json"},
+      "Writes predict.json and predict.csv: errors of the free run against the sensors' noise, a linear equation and "
+      "a payload that does not move, and which coefficients carry over."};
 }
 
 }  // namespace apps

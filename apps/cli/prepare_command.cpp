@@ -25,7 +25,12 @@ int prepare(const RunArguments& arguments, Console& console) {
 }  // namespace
 
 Command prepare_command() {
-  return {"prep", "Calibration, decimation and motion only", {}, run_like(prepare)};
+  return {"prep",
+          "Clean signals only: calibration, decimation, motion, regimes",
+          {},
+          run_like(prepare),
+          identify_group,
+          {"ardent prep drive.wav -o drive-prep", "ardent prep drive.toml --set prepare.rate_hz=256"}};
 }
 
 }  // namespace apps

@@ -65,25 +65,25 @@ void run_replicate(const ReplicateArguments& arguments, Console& console) {
 Command replicate_command() {
   return {"replicate",
           "The paper's tables and figures again, beside what it printed",
-          {{"--dry-run"}, {"--seed", ", or give --first-seed"}, {"--set"}},
+          {{"--dry-run"}, {"--seed", ", or give --first-seed"}, {"--set"}, {"--threads"}},
           [](CLI::App& command) -> CommandBody {
             auto typed = std::make_shared<ReplicateArguments>();
             command
                 .add_option("ITEM", typed->items,
                             "A case (duffing, coulomb, bouc-wen, bouc-wen-2, valanis-1 ... valanis-4, qzs-low, "
-                            "qzs-high, qzs-mixed, qzs), table-1 ... table-12, fig-2 ... fig-9, fig-11 ... fig-13, all")
+                            "qzs-high, qzs-mixed, qzs), table-1 ... table-12, fig-2 ... fig-9, fig-11 ... fig-13, all.")
                 ->required();
-            command.add_option("--seeds", typed->num_seeds, "How many draws of the noise")
+            command.add_option("--seeds", typed->num_seeds, "How many draws of the noise.")
                 ->transform(whole(1, 1'000'000))
                 ->capture_default_str();
-            command.add_option("--first-seed", typed->first_seed, "The first of them")
+            command.add_option("--first-seed", typed->first_seed, "The first of them.")
                 ->transform(whole(0))
                 ->capture_default_str();
             command.add_option("--noise", typed->noise,
-                               "Fraction of each target's standard deviation (0.1); qzs: times the sensors' own (1)");
-            command.add_option("--selection", typed->selection, "evidence-white, evidence or type2 (the paper's)")
+                               "Fraction of each target's standard deviation (0.1); qzs: times the sensors' own (1).");
+            command.add_option("--selection", typed->selection, "evidence-white, evidence or type2 (the paper's).")
                 ->capture_default_str();
-            command.add_option("--tau", typed->tau, "What a term's gain must exceed");
+            command.add_option("--tau", typed->tau, "What a term's gain must exceed.");
             return [=](const GlobalOptions& global, Console& console) {
               ReplicateArguments arguments = *typed;
               arguments.folder = required_output(global, "replicate");
@@ -92,7 +92,9 @@ Command replicate_command() {
               run_replicate(arguments, console);
               return 0;
             };
-          }};
+          },
+          made_group,
+          {"ardent replicate all -o paper", "ardent replicate table-9 fig-13 -o rig --seeds 5"}};
 }
 
 }  // namespace apps

@@ -14,13 +14,15 @@ Command report_command() {
           {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}, {"--force"}, {"--threads"}},
           [](CLI::App& command) -> CommandBody {
             auto run = std::make_shared<std::filesystem::path>();
-            command.add_option("RUN", *run, "Run folder")->required();
+            command.add_option("RUN", *run, "Run folder.")->required();
             return [=](const GlobalOptions& global, Console& console) {
               check_finished_run(*run, global.strict, console);
               console.result(read_run_file(*run / (console.json() ? "equation.json" : "equation.txt")));
               return 0;
             };
-          }};
+          },
+          use_group,
+          {"ardent report drive-run", "ardent report drive-run --json"}};
 }
 
 }  // namespace apps

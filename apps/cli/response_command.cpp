@@ -80,15 +80,16 @@ Command response_command() {
           {},
           [](CLI::App& command) -> CommandBody {
             auto typed = std::make_shared<ResponseArguments>();
-            command.add_option("RUN", typed->run, "Run folder")->required();
-            command.add_option("--range", typed->range, "Range whose equation it is; mixed, or the first, unless said");
-            command.add_option("--method", typed->method, "Method that found it; fast_rvm unless said");
-            command.add_option("--draws", typed->num_draws, "Draws of the coefficients; 0: no uncertainty")
+            command.add_option("RUN", typed->run, "Run folder.")->required();
+            command.add_option("--range", typed->range, "Range whose equation it is. Left out: mixed, or the first.");
+            command.add_option("--method", typed->method, "Method that found it. Left out: fast_rvm.");
+            command.add_option("--draws", typed->num_draws, "Draws of the coefficients; 0: no uncertainty.")
                 ->transform(whole(0, 100000))
-                ->option_text("INT=40");
+                ->option_text("N")
+                ->default_str("40");
             command
                 .add_option("--static-friction", typed->static_friction,
-                            "What a resting payload withstands, m/s^2; slipping does not show it")
+                            "What a resting payload withstands, m/s^2; slipping does not show it.")
                 ->check(not_negative());
             command.footer("--set from_hz, to_hz, step_hz, amplitude_mm of the base (amplitude, where a force drives)");
             return [=](const GlobalOptions& global, Console& console) {
@@ -103,7 +104,9 @@ Command response_command() {
               run_response(arguments, console);
               return 0;
             };
-          }};
+          },
+          use_group,
+          {"ardent frc drive-run", "ardent frc drive-run --range mixed --set amplitude_mm=4 --static-friction 0.385"}};
 }
 
 }  // namespace apps

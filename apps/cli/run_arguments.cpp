@@ -15,10 +15,14 @@ namespace fs = std::filesystem;
 std::function<RunArguments(const GlobalOptions&)> add_run_arguments(CLI::App& command) {
   auto arguments = std::make_shared<RunArguments>();
   auto max_memory_mb = std::make_shared<std::size_t>(0);
-  command.add_option("INPUT", arguments->input, "A config (NAME.toml), or a recording")->required();
-  command.add_flag("--salvage", arguments->salvage, "Read what is left of a truncated recording");
-  command.add_flag("--uncalibrated", arguments->uncalibrated, "Channels without a sensitivity stay raw");
-  command.add_option("--max-memory", *max_memory_mb, "Most memory a recording may take")
+  command.add_option("INPUT", arguments->input, "A recording, or a config NAME.toml.")->required();
+  command.add_flag("--salvage", arguments->salvage, "Read what is left of a recording that was cut short.");
+  command.add_flag("--uncalibrated", arguments->uncalibrated, "Take channels without a sensitivity as raw numbers.");
+  command
+      .add_option("--sidecar", arguments->sidecar,
+                  "Sidecar of the recording, which may serve many. Left out: NAME.ext.toml beside it.")
+      ->type_name("FILE");
+  command.add_option("--max-memory", *max_memory_mb, "Most memory that a recording may take.")
       ->transform(whole(1, 1 << 30))
       ->option_text("MB");
   return [=](const GlobalOptions& global) {
@@ -49,6 +53,10 @@ void apply_flags(const RunArguments& arguments, Config& config) {
     recording.salvage = recording.salvage || arguments.salvage;
     recording.uncalibrated = recording.uncalibrated || arguments.uncalibrated;
   }
+  config.full_tables = config.full_tables || arguments.full;
+  if (arguments.sidecar.empty()) return;
+  for (auto* recordings : {&config.recordings, &config.test_recordings})
+    for (RecordingConfig& recording : *recordings) recording.sidecar = arguments.sidecar;
 }
 
 Config config_of(const RunArguments& arguments) {

@@ -15,6 +15,9 @@ namespace apps {
 /// `ardent run|prep|check|study INPUT ...` as it was typed.
 struct RunArguments {
   std::filesystem::path input, folder;  ///< folder empty: NAME-run in the current folder
+  std::filesystem::path sidecar;        ///< of every recording; empty: as the config says
+  bool full = false;                    ///< tables with every row and digit
+  std::string require;                  ///< least verdict of every range: "describes", "in_part" or empty
   bool force = false, dry_run = false, strict = false;
   bool salvage = false, uncalibrated = false;
   int num_threads = 1;

@@ -1,87 +1,66 @@
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <CLI/CLI.hpp>
+#include <memory>
 
-#include "apps/cli/run_arguments.hpp"
-#include "apps/config/identification.hpp"
-#include "apps/config/other_recording.hpp"
-#include "apps/output/fit_outcome.hpp"
-#include "apps/output/prediction.hpp"
-#include "apps/output/report_text.hpp"
-#include "apps/output/results_json.hpp"
-#include "apps/output/run_folder.hpp"
-#include "apps/process/interrupt.hpp"
-#include "dsp/names.hpp"
-#include "ident/identify.hpp"
-#include "ident/validate/judge.hpp"
-#include "ident/validate/predict.hpp"
+#include "apps/cli/repeat_run.hpp"
+#include "apps/cli/run_job.hpp"
 
 namespace apps {
 namespace {
 
-/// 4 and a message where a range has no fit to show.
-int exit_code_of(const std::vector<ident::RangeResult>& ranges, Console& console) {
-  int code = 0;
-  for (const ident::RangeResult& range : ranges)
-    code = std::max(code, outcome_of(range.fits, fmt::format("range '{}'", range.spec.name), console));
-  return code;
-}
-
-/// The chosen equation run free on the recordings that were kept for that: predict-NAME.json and .csv for each.
-std::string predict_test_recordings(const Work& work, const std::vector<ident::RangeResult>& ranges,
-                                    const RunArguments& arguments, RunFolder& results, Console& console) {
-  const std::optional<ident::ChosenFit> chosen = ident::chosen_fit(ranges);
-  std::string text;
-  if (!chosen || work.config.test_recordings.empty()) return text;
-  const ident::RangeResult& range = ranges[chosen->range];
-  for (std::size_t i = 0; i < work.config.test_recordings.size(); ++i) {
-    const RecordingConfig& recording = work.config.test_recordings[i];
-    const Input input = other_recording(work.config, recording, arguments.max_memory_bytes, console);
-    results.add_files({input});
-    const ident::RecordPrediction prediction =
-        ident::predict(range.fits[chosen->method].model, range.linear, input,
-                       {.where = range.spec.where, .num_threads = arguments.num_threads, .poll = check_interrupted});
-    const std::string name = fmt::format("predict-{}-{}", i + 1, dsp::slug(recording.file.stem().string()));
-    results.write(name + ".json", prediction_json(prediction));
-    results.stream(name + ".csv", [&](const Sink& sink) { write_prediction(prediction, sink); });
-    text += prediction_text(prediction);
-  }
-  return text;
-}
-
 /// Recording to judged equation: the run folder, and the equations on the console.
 int run(const RunArguments& arguments, Console& console) {
+  if (is_finished_run(arguments.input)) return repeat_run(arguments, console);
   const Config config = config_of(arguments);
   if (arguments.dry_run) {
     console.result(plan_text(arguments, config));
     return 0;
   }
   RunFolder results(folder_apart(arguments, config, "-run"), arguments.force, origin_of(arguments, "run", config));
-  Work work = prepare_work(config, arguments, console);
-  results.add_files(work.inputs);
-  const auto libraries = compile_libraries(work.config, work.inputs);
-  std::vector<ident::Columns> columns =
-      all_columns(work.config, work.inputs, libraries, arguments.max_memory_bytes, console);
-  const ident::IdentifyOptions options = identify_options(work.config, work.inputs, arguments.num_threads);
-  auto ranges = identify_ranges(work.config, columns, libraries.front(), options, console);
-  const std::string report = report_text(ranges) + findings_text(work.inputs) +
-                             predict_test_recordings(work, ranges, arguments, results, console);
-  refuse_warnings(arguments.strict, console);
-  results.write("equation.txt", report);
-  results.write("equation.tex", report_latex(ranges));
-  results.write("equation.json", equation_json(ranges));
-  results.write("metrics.json", metrics_json(ranges, options));
-  results.stream("predictions.csv", [&](const Sink& sink) { write_predictions(ranges, columns, sink); });
-  results.finish(work.config, work.inputs, console);
-  console.result(console.json() ? equation_json(ranges)
-                                : fmt::format("{}\nresults are in {}\n", report, results.destination().string()));
-  return exit_code_of(ranges, console);
+  const RunOutcome outcome = run_into(results, config, arguments, console);
+  console.result(console.json()
+                     ? outcome.equation
+                     : fmt::format("{}\nresults are in {}\n", outcome.report, results.destination().string()));
+  return outcome.exit_code;
 }
 
 }  // namespace
 
 Command run_command() {
-  return {"run", "From a recording to its equation of motion", {}, run_like(run)};
+  return {"run",
+          "From a recording to its equation of motion",
+          {},
+          [](CLI::App& command) -> CommandBody {
+            const auto run_arguments = add_run_arguments(command);
+            auto require = std::make_shared<std::string>();
+            auto full = std::make_shared<bool>(false);
+            command
+                .add_option(
+                    "--require", *require,
+                    "Exit code 4 unless the verdict on every range is this or better. Results are written all the "
+                    "same.")
+                ->option_text("VERDICT")
+                ->check(CLI::IsMember({"describes", "in_part"}));
+            command.add_flag("--full", *full,
+                             "Write tables with every row and digit, even where the run folder grows larger than its "
+                             "recording and 10 MB.");
+            return [=](const GlobalOptions& global, Console& console) {
+              RunArguments arguments = run_arguments(global);
+              arguments.require = *require;
+              arguments.full = *full;
+              return run(arguments, console);
+            };
+          },
+          identify_group,
+          {"ardent run drive.wav", "ardent run drive.toml -o drive-run --set fit.train_share=0.5",
+           "ardent run monday.csv --sidecar rig.toml --require describes",
+           "ardent run drive-run   # a run again, compared"},
+          "INPUT is a recording, a config that names one or several, or the folder of an earlier run. Such a run is "
+          "repeated "
+          "from its config.toml in a temporary folder (or in the one that -o names), and it is said whether inputs, "
+          "program and "
+          "results are the same, bit for bit: exit code 0; 3 where an input has changed; 4 where only results differ."};
 }
 
 }  // namespace apps

@@ -88,21 +88,29 @@ int study(const StudyArguments& arguments, Console& console) {
 }  // namespace
 
 Command study_command() {
-  return {"study", "How an identification depends on its settings", {}, [](CLI::App& command) -> CommandBody {
+  return {"study",
+          "How an identification depends on its settings",
+          {},
+          [](CLI::App& command) -> CommandBody {
             const auto run = add_run_arguments(command);
             auto typed = std::make_shared<StudyArguments>();
             command
-                .add_option("--over", typed->over,
-                            "order, cutoff_hz, rolloff_hz, tau, threshold, selection, recipe, train_share, target, or "
-                            "any key of a config: KEY=V1,V2,...")
+                .add_option(
+                    "--over", typed->over,
+                    "Values of one setting; may be repeated. KEY is order, cutoff_hz, rolloff_hz, tau, threshold, "
+                    "selection, recipe, train_share, target, or any key of a config.")
+                ->type_name("KEY=V1,V2,...")
                 ->allow_extra_args(false);
-            command.add_flag("--grid", typed->grid, "Every combination instead of one setting at a time");
+            command.add_flag("--grid", typed->grid, "Try every combination instead of one setting at a time.");
             return [=](const GlobalOptions& global, Console& console) {
               StudyArguments arguments = *typed;
               arguments.run = run(global);
               return study(arguments, console);
             };
-          }};
+          },
+          identify_group,
+          {"ardent study drive.toml -o drive-study",
+           "ardent study drive.toml --over order=1,2,3 --over tau=5,20,80 --grid"}};
 }
 
 }  // namespace apps

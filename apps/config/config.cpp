@@ -5,9 +5,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <utility>
 
+#include "apps/config/config_keys.hpp"
 #include "dsp/io/settings.hpp"
 #include "dsp/names.hpp"
 
@@ -15,7 +15,6 @@ namespace apps {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::int64_t schema = 1;
 constexpr dsp::NumberRange positive{.from = 0.0, .above = true};
 constexpr dsp::NumberRange not_negative{.from = 0.0};
 
@@ -52,11 +51,6 @@ dsp::AccelerationSource acceleration_source(const std::string& word) {
   return word == "displacement" ? dsp::AccelerationSource::displacement : dsp::AccelerationSource::automatic;
 }
 
-std::string_view word(dsp::AccelerationSource source) {
-  if (source == dsp::AccelerationSource::accelerometer) return "accelerometer";
-  return source == dsp::AccelerationSource::displacement ? "displacement" : "automatic";
-}
-
 dsp::PrepareOptions read_prepare(const dsp::Settings& table) {
   dsp::PrepareOptions result;
   result.recipe =
@@ -87,28 +81,10 @@ dsp::PrepareOptions read_prepare(const dsp::Settings& table) {
 
 ZeroChoice read_zero(const dsp::Settings& prepare) {
   if (!prepare.has("zero")) return {};
-  if (!prepare.is_text("zero")) return {ZeroChoice::Kind::value, prepare.need_number("zero")};
+  if (!prepare.is_text("zero")) return {ZeroChoice::Kind::value, *prepare.find_number("zero")};
   return {prepare.choice("zero", "none", {"none", "regime-mean"}) == "none" ? ZeroChoice::Kind::none
                                                                             : ZeroChoice::Kind::regime_mean};
 }
-
-/// A number that TOML reads back as the same double and as a float.
-std::string real(double value) {
-  const std::string text = fmt::format("{}", value);
-  return text.find_first_of(".einf") == std::string::npos ? text + ".0" : text;
-}
-
-/// Keys of [segment] and the options they set.
-constexpr std::array<std::pair<std::string_view, double dsp::SegmentOptions::*>, 9> segment_keys{
-    {{"stick_speed_m_per_s", &dsp::SegmentOptions::stick_speed_m_per_s},
-     {"stick_duration_s", &dsp::SegmentOptions::stick_duration_s},
-     {"stick_halt_s", &dsp::SegmentOptions::stick_halt_s},
-     {"stick_margin_s", &dsp::SegmentOptions::stick_margin_s},
-     {"high_enter_m", &dsp::SegmentOptions::high_enter_m},
-     {"high_leave_m", &dsp::SegmentOptions::high_leave_m},
-     {"envelope_window_s", &dsp::SegmentOptions::envelope_window_s},
-     {"baseline_window_s", &dsp::SegmentOptions::baseline_window_s},
-     {"min_duration_s", &dsp::SegmentOptions::min_duration_s}}};
 
 dsp::SegmentOptions read_segment(const dsp::Settings& table) {
   dsp::SegmentOptions result;
@@ -132,9 +108,16 @@ ident::LibraryOptions read_library(const dsp::Settings& table) {
   return result;
 }
 
-double read_method_setting(const dsp::Settings& table, const ident::MethodSetting& setting) {
-  if (setting.words.empty()) return table.need_number(setting.name, setting.may_be_zero ? not_negative : positive);
-  return setting.index_of(table.choice(setting.name, "", {setting.words.begin(), setting.words.end()}));
+void read_method_setting(const dsp::Settings& table, const ident::MethodSetting& setting,
+                         ident::MethodSettings& settings) {
+  const double preset = settings.value(setting.name);
+  double value = 0.0;
+  if (setting.words.empty())
+    value = table.number(setting.name, preset, setting.may_be_zero ? not_negative : positive);
+  else
+    value = setting.index_of(table.choice(setting.name, setting.words[static_cast<std::size_t>(preset)],
+                                          {setting.words.begin(), setting.words.end()}));
+  if (table.has(setting.name)) settings.set(setting.name, value);  // to all methods, whose presets may differ
 }
 
 FitConfig read_fit(const dsp::Settings& table) {
@@ -154,7 +137,7 @@ FitConfig read_fit(const dsp::Settings& table) {
       throw table.fault("methods", "config.range", "no method. Name at least one: [\"fast_rvm\"]");
   }
   for (const ident::MethodSetting& setting : ident::method_settings())
-    if (table.has(setting.name)) result.settings.set(setting.name, read_method_setting(table, setting));
+    read_method_setting(table, setting, result.settings);
   result.train_fraction = table.number("train_share", result.train_fraction, {.from = 0.0, .to = 1.0, .above = true});
   return result;
 }
@@ -169,20 +152,14 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 6> study_key
 
 std::vector<StudyAxis> read_study(const dsp::Settings& table) {
   std::vector<StudyAxis> result;
-  for (const std::string& key : table.keys()) {
-    const std::string full = study_key(key);
-    if (full == key) {
-      std::vector<std::string_view> known;
-      for (const auto& [name, path] : study_keys) known.push_back(name);
-      for (const ident::MethodSetting& setting : ident::method_settings()) known.push_back(setting.name);
-      throw table.fault(key, "config.unknown_key", fmt::format("want one of {}", fmt::join(known, ", ")));
-    }
-    StudyAxis axis{full, {}};
+  for (const std::string& key : study_names()) {
+    StudyAxis axis{study_key(key), {}};
     const ident::MethodSetting* setting = ident::find_method_setting(key);
     if (key == "recipe" || key == "target" || (setting != nullptr && !setting->words.empty()))
       axis.values = table.texts(key);
     else
       for (const double value : table.numbers(key)) axis.values.push_back(fmt::format("{}", value));
+    if (!table.has(key)) continue;
     if (axis.values.empty()) throw table.fault(key, "config.missing", "no value. Give at least one");
     result.push_back(std::move(axis));
   }
@@ -193,7 +170,7 @@ int recording_number(const dsp::Settings& range, const std::vector<RecordingConf
   if (!range.has("recording")) return recordings.size() == 1 ? 1 : 0;
   if (!range.is_text("recording"))
     return static_cast<int>(range.integer("recording", 0, {.from = 1, .to = static_cast<double>(recordings.size())}));
-  const std::string name = range.need_text("recording");
+  const std::string name = *range.find_text("recording");
   std::vector<std::string> known;
   for (std::size_t i = 0; i < recordings.size(); ++i) {
     known.push_back(recordings[i].file.stem().string());
@@ -216,91 +193,6 @@ std::vector<ident::Range> read_range_tables(const dsp::Settings& document,
   return result;
 }
 
-std::string relative_to(const fs::path& file, const fs::path& folder) {
-  return fs::weakly_canonical(fs::absolute(file))
-      .lexically_relative(fs::weakly_canonical(fs::absolute(folder)))
-      .generic_string();
-}
-
-std::string text_array(const std::vector<std::string>& texts) {
-  std::vector<std::string> quoted;
-  for (const std::string& text : texts) quoted.push_back(dsp::toml_quoted(text));
-  return fmt::format("[{}]", fmt::join(quoted, ", "));
-}
-
-std::string segment_text(const Config& config, const fs::path& folder) {
-  std::string text = fmt::format("[segment]\nfind = {}\n", config.segment);
-  if (!config.segment_file.empty())
-    text += fmt::format("file = {}\n", dsp::toml_quoted(relative_to(config.segment_file, folder)));
-  if (config.split_by_direction) text += "split = \"sgn(v)\"\n";
-  for (const auto& [key, option] : segment_keys)
-    if (config.segment_options.*option > 0.0)
-      text += fmt::format("{} = {}\n", key, real(config.segment_options.*option));
-  return text + "\n";
-}
-
-std::string recording_text(const RecordingConfig& recording, const fs::path& folder) {
-  std::string text = fmt::format("[[recording]]\nfile = {}\n", dsp::toml_quoted(relative_to(recording.file, folder)));
-  if (!recording.sidecar.empty())
-    text += fmt::format("sidecar = {}\n", dsp::toml_quoted(relative_to(recording.sidecar, folder)));
-  text += fmt::format("salvage = {}\nuncalibrated = {}\n", recording.salvage, recording.uncalibrated);
-  std::vector<std::string> pairs;
-  for (const auto& [role, channel] : recording.use)
-    pairs.push_back(fmt::format("{} = {}", role, dsp::toml_quoted(channel)));
-  if (recording.test) text += "use = \"test\"\n";
-  if (!pairs.empty()) text += fmt::format("use = {{ {} }}\n", fmt::join(pairs, ", "));
-  return text + "\n";
-}
-
-std::string prepare_text(const Config& config) {
-  const dsp::PrepareOptions& prepare = config.prepare;
-  const ZeroChoice& zero = config.zero;
-  std::string text =
-      fmt::format("[prepare]\nrecipe = \"{}\"\n", prepare.recipe == dsp::Recipe::paper ? "paper" : "matched");
-  const auto known = [&](std::string_view key, double value) {
-    if (value > 0.0) text += fmt::format("{} = {}\n", key, real(value));
-  };
-  known("rate_hz", prepare.rate_hz);
-  known("cutoff_hz", prepare.cutoff_hz);
-  known("rolloff_hz", prepare.rolloff_hz);
-  known("state_cutoff_hz", prepare.state_cutoff_hz);
-  known("state_rolloff_hz", prepare.state_rolloff_hz);
-  known("bus_rate_hz", prepare.intermediate_rate_hz);
-  text += fmt::format("acceleration = \"{}\"\nequalise = {}\nscale = \"{}\"\n", word(prepare.acceleration),
-                      prepare.equalise,
-                      prepare.scale == dsp::ScaleReference::accelerometer ? "accelerometer" : "displacement");
-  if (zero.kind == ZeroChoice::Kind::value) text += fmt::format("zero = {}\n", real(zero.value_m));
-  if (zero.kind == ZeroChoice::Kind::none) text += "zero = \"none\"\n";
-  if (zero.kind == ZeroChoice::Kind::regime_mean) text += "zero = \"regime-mean\"\n";
-  return text + fmt::format("max_clipped = {}\n\n", real(config.max_clipped));
-}
-
-std::string fit_text(const FitConfig& fit) {
-  std::vector<std::string> methods;
-  for (const ident::Method method : fit.methods) methods.emplace_back(to_string(method));
-  std::string text = fmt::format("[fit]\ntarget = {}\nmethods = {}\ntrain_share = {}\n", dsp::toml_quoted(fit.target),
-                                 text_array(methods), real(fit.train_fraction));
-  for (const ident::MethodSetting& setting : ident::method_settings()) {
-    const double value = fit.settings.value(setting.name);
-    if (!setting.words.empty())
-      text += fmt::format("{} = \"{}\"\n", setting.name, setting.words[static_cast<std::size_t>(value)]);
-    else if (value >= 0.0)
-      text += fmt::format("{} = {}\n", setting.name, real(value));
-  }
-  return text + "\n";
-}
-
-std::string range_text(const ident::Range& range) {
-  std::string text = fmt::format("[[range]]\nname = {}\n", dsp::toml_quoted(range.spec.name));
-  if (range.recording > 0) text += fmt::format("recording = {}\n", range.recording);
-  if (!range.regime.any()) text += fmt::format("regime = \"{}\"\n", range.regime.name());
-  text += fmt::format("from = {}\n", real(range.spec.from_s));
-  if (std::isfinite(range.spec.to_s)) text += fmt::format("to = {}\n", real(range.spec.to_s));
-  if (range.spec.train_to_s) text += fmt::format("train_to = {}\n", real(*range.spec.train_to_s));
-  if (!range.spec.where.empty()) text += fmt::format("where = {}\n", dsp::toml_quoted(range.spec.where));
-  return text + "\n";
-}
-
 }  // namespace
 
 std::string study_key(const std::string& name) {
@@ -310,21 +202,20 @@ std::string study_key(const std::string& name) {
   return known == study_keys.end() ? name : std::string(known->second);
 }
 
-Config read_config(const fs::path& input, const std::vector<std::string>& overrides) {
-  const bool is_config = input.extension() == ".toml";
-  std::error_code unknown;
-  if (!is_config && fs::is_directory(input, unknown))
-    throw dsp::Fault(dsp::FaultKind::input, "file.kind",
-                     fmt::format("{}: is a directory, want a recording, or a config NAME.toml", input.string()));
-  const dsp::Settings document =
-      is_config ? dsp::Settings::from_file(input, overrides)
-                : dsp::Settings::from_text(
-                      fmt::format("[[recording]]\nfile = {}\n", dsp::toml_quoted(input.filename().string())),
-                      input.string(), overrides);
-  document.check_schema(schema);
+std::set<std::string> study_names() {
+  std::set<std::string> names;
+  for (const auto& [name, path] : study_keys) names.emplace(name);
+  for (const ident::MethodSetting& setting : ident::method_settings()) names.emplace(setting.name);
+  return names;
+}
+
+namespace {
+
+Config read_document(const dsp::Settings& document, const fs::path& folder) {
+  document.check_schema(config_schema);
   Config config;
   for (const dsp::Settings& table : document.tables("recording")) {
-    RecordingConfig recording = read_recording_table(table, input.parent_path());
+    RecordingConfig recording = read_recording_table(table, folder);
     (recording.test ? config.test_recordings : config.recordings).push_back(std::move(recording));
   }
   const dsp::Settings prepare = document.table("prepare"), library = document.table("library");
@@ -334,12 +225,13 @@ Config read_config(const fs::path& input, const std::vector<std::string>& overri
   const dsp::Settings segment = document.table("segment");
   config.segment = segment.flag("find", config.segment);
   config.segment_options = read_segment(segment);
-  config.segment_file = from_folder(input.parent_path(), segment.text("file", ""));
+  config.segment_file = from_folder(folder, segment.text("file", ""));
   config.split_by_direction = segment.choice("split", "none", {"none", "sgn(v)"}) == "sgn(v)";
   config.library = read_library(library);
   config.default_terms = !library.has("terms") && config.library.order > 0;
   config.library_place = library.place(library.has("terms") ? "terms" : "order");
   config.fit = read_fit(document.table("fit"));
+  config.full_tables = document.table("output").flag("full", config.full_tables);
   config.study = read_study(document.table("study"));
   config.ranges = read_range_tables(document, config.recordings);
   if (config.recordings.empty() && document.has("channel"))
@@ -353,19 +245,34 @@ Config read_config(const fs::path& input, const std::vector<std::string>& overri
   return config;
 }
 
-std::string to_toml(const Config& config, const fs::path& folder) {
-  std::string text = fmt::format("schema = {}\n\n", schema);
-  for (const auto* recordings : {&config.recordings, &config.test_recordings})
-    for (const RecordingConfig& recording : *recordings) text += recording_text(recording, folder);
-  text += prepare_text(config);
-  text += segment_text(config, folder);
-  text += fmt::format("[library]\norder = {}\nvariables = {}\nconstant = {}\nterms = {}\nmax_terms = {}\n\n",
-                      config.library.order, text_array(config.library.variables), config.library.constant,
-                      text_array(config.library.terms), config.library.max_terms);
-  text += fit_text(config.fit);
-  for (const ident::Range& range : config.ranges) text += range_text(range);
-  text.pop_back();
-  return text;
+}  // namespace
+
+std::vector<dsp::AskedSetting> config_settings() {
+  std::vector<dsp::AskedSetting> all;
+  // What may be written as a number or a table and as a text is written both ways.
+  for (const char* text : {"[[recording]]\nfile = \"a\"\nuse = {}\n[prepare]\nzero = 0\n[[range]]\nrecording = 1\n",
+                           "[[recording]]\nfile = \"a\"\n[[recording]]\nfile = \"b\"\nuse = \"test\"\n[prepare]\n"
+                           "zero = \"none\"\n[fit]\nmethods = \"ols\"\n[library]\nvariables = \"x\"\n[[range]]\n"
+                           "recording = \"a\"\n"}) {
+    const dsp::Settings document = dsp::Settings::from_text(text, "");
+    (void)read_document(document, "");
+    dsp::add_asked(all, document.asked());
+  }
+  return all;
+}
+
+Config read_config(const fs::path& input, const std::vector<std::string>& overrides) {
+  const bool is_config = input.extension() == ".toml";
+  std::error_code unknown;
+  if (!is_config && fs::is_directory(input, unknown))
+    throw dsp::Fault(dsp::FaultKind::input, "file.kind",
+                     fmt::format("{}: is a directory, want a recording, or a config NAME.toml", input.string()));
+  const dsp::Settings document =
+      is_config ? dsp::Settings::from_file(input, overrides)
+                : dsp::Settings::from_text(
+                      fmt::format("[[recording]]\nfile = {}\n", dsp::toml_quoted(input.filename().string())),
+                      input.string(), overrides);
+  return read_document(document, input.parent_path());
 }
 
 }  // namespace apps

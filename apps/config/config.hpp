@@ -2,9 +2,11 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "dsp/io/asked_setting.hpp"
 #include "dsp/prepare.hpp"
 #include "dsp/segment_regimes.hpp"
 #include "ident/library.hpp"
@@ -60,6 +62,7 @@ struct Config {
   ident::LibraryOptions library;
   bool default_terms = false;  ///< `terms` was left out: sgn(v) and the inputs that were measured
   FitConfig fit;
+  bool full_tables = false;          ///< tables of a run folder with every row and digit, whatever their size
   std::vector<StudyAxis> study;      ///< [study]: what `ardent study` varies; a run takes no notice
   std::vector<ident::Range> ranges;  ///< empty: one for each recording, named after it
   std::string library_place;         ///< file:line of `terms`, for messages
@@ -69,8 +72,14 @@ struct Config {
 /// `a.b=c`. Throws dsp::Fault (usage, config.*): every message begins with file:line.
 [[nodiscard]] Config read_config(const std::filesystem::path& input, const std::vector<std::string>& overrides = {});
 
+/// Every key that a config may have, once, with what its reader takes.
+[[nodiscard]] std::vector<dsp::AskedSetting> config_settings();
+
 /// The full key of a setting that a study may call by a short name: "order" is "library.order". Others stay.
 [[nodiscard]] std::string study_key(const std::string& name);
+
+/// All that [study] may name, sorted: short names and the settings of methods.
+[[nodiscard]] std::set<std::string> study_names();
 
 /// The config as TOML with nothing left to a default but what differs between recordings. Files are written relative
 /// to `folder`, where the text is to live.

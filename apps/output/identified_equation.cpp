@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "apps/output/csv_table.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/fault.hpp"
-#include "dsp/io/input_file.hpp"
 #include "dsp/signals.hpp"
 
 namespace apps {
@@ -86,9 +86,7 @@ ident::Model model_of(const Json& row) {
 
 /// Whether prepared.csv has a column of the base.
 bool has_base(const fs::path& run) {
-  constexpr std::size_t most_bytes = 1 << 20;  // of a header
-  const std::string begin = dsp::InputFile(run / "prepared.csv").text(0, most_bytes);
-  const std::string header = fmt::format(",{},", begin.substr(0, begin.find('\n')));
+  const std::string header = fmt::format(",{},", table_header(run, "prepared.csv"));
   const auto signals = dsp::signal_table();
   return std::any_of(signals.begin(), signals.end(), [&](const dsp::SignalInfo& signal) {
     return signal.body == dsp::Body::base && header.find(fmt::format(",{},", signal.name)) != std::string::npos;

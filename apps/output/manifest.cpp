@@ -20,20 +20,47 @@ namespace {
 using Json = nlohmann::ordered_json;
 constexpr const char* program_name = "ardent";
 
-std::optional<std::vector<ManifestFile>> outputs_of(const Json& document) {
-  const auto text = [](const Json& object, const char* key) {
-    const auto member = object.is_object() ? object.find(key) : object.end();
-    return member != object.end() && member->is_string() ? member->get<std::string>() : std::string();
-  };
-  if (text(document, "program") != program_name || !document.contains("outputs")) return std::nullopt;
-  const Json& list = document.at("outputs");
-  if (!list.is_array()) return std::nullopt;
-  std::vector<ManifestFile> outputs;
-  for (const Json& file : list) {
-    outputs.push_back({text(file, "path"), text(file, "sha256")});
-    if (!is_plain(outputs.back().path)) return std::nullopt;  // what is listed may be deleted
-  }
-  return outputs;
+std::string text_at(const Json& object, const char* key) {
+  const auto member = object.is_object() ? object.find(key) : object.end();
+  return member != object.end() && member->is_string() ? member->get<std::string>() : std::string();
+}
+
+std::vector<ManifestFile> files_at(const Json& document, const char* key) {
+  std::vector<ManifestFile> files;
+  if (document.contains(key) && document.at(key).is_array())
+    for (const Json& file : document.at(key)) files.push_back({text_at(file, "path"), text_at(file, "sha256")});
+  return files;
+}
+
+std::vector<std::string> texts_at(const Json& document, const char* key) {
+  std::vector<std::string> texts;
+  if (document.contains(key) && document.at(key).is_array())
+    for (const Json& one : document.at(key))
+      if (one.is_string()) texts.push_back(one.get<std::string>());
+  return texts;
+}
+
+std::string program_of(const Json& document) {
+  std::string text = fmt::format("{} ({})", text_at(document, "version"), text_at(document, "build"));
+  if (document.contains("libraries") && document.at("libraries").is_object())
+    for (const auto& [name, version] : document.at("libraries").items())
+      if (version.is_string()) text += fmt::format(", {} {}", name, version.get<std::string>());
+  return text;
+}
+
+std::optional<Manifest> manifest_of(const Json& document) {
+  if (text_at(document, "program") != program_name || !document.contains("outputs")) return std::nullopt;
+  if (!document.at("outputs").is_array()) return std::nullopt;
+  Manifest manifest;
+  manifest.command = text_at(document, "command");
+  manifest.arguments = texts_at(document, "arguments");
+  manifest.warnings = texts_at(document, "warnings");
+  manifest.inputs = files_at(document, "inputs");
+  manifest.outputs = files_at(document, "outputs");
+  manifest.program = program_of(document);
+  for (const ManifestFile& file : manifest.outputs)
+    if (!is_plain(file.path)) return std::nullopt;  // what is listed may be deleted
+  return manifest;
 }
 
 /// One argument, the paths in it as manifest_path says. A path may be the whole of it or a value: -oPATH, key=PATH,
@@ -82,15 +109,25 @@ std::string manifest_json(const Manifest& manifest) {
   return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-std::optional<std::vector<ManifestFile>> listed_outputs(const fs::path& folder) {
+std::optional<Manifest> read_manifest(const fs::path& folder) {
   std::error_code unknown;
   const fs::path file = folder / manifest_name;
   if (!fs::is_regular_file(fs::symlink_status(file, unknown))) return std::nullopt;
   try {
-    return outputs_of(read_run_json(file));
+    return manifest_of(read_run_json(file));
   } catch (const dsp::Fault&) {  // no JSON
     return std::nullopt;
   }
+}
+
+std::optional<std::vector<ManifestFile>> listed_outputs(const fs::path& folder) {
+  std::optional<Manifest> manifest = read_manifest(folder);
+  if (!manifest) return std::nullopt;
+  return std::move(manifest->outputs);
+}
+
+std::string this_program() {
+  return program_of(Json::parse(manifest_json({})));
 }
 
 std::string manifest_path(const fs::path& file, const fs::path& folder) {

@@ -19,6 +19,7 @@ struct Manifest {
   std::vector<ManifestFile> outputs;  ///< paths relative to the folder, sorted
   std::uint64_t seed = 1;
   bool calibrated = true;  ///< false: some numbers are raw
+  std::string program;     ///< version, build and libraries of the program that wrote it; empty: this one
 };
 
 inline constexpr const char* manifest_name = "manifest.json";  ///< written last
@@ -27,6 +28,12 @@ inline constexpr const char* manifest_name = "manifest.json";  ///< written last
 
 /// The outputs listed by the manifest.json of `folder`; nothing if there is none or Ardent did not write it.
 [[nodiscard]] std::optional<std::vector<ManifestFile>> listed_outputs(const std::filesystem::path& folder);
+
+/// The manifest.json of `folder`; nothing if there is none or Ardent did not write it.
+[[nodiscard]] std::optional<Manifest> read_manifest(const std::filesystem::path& folder);
+
+/// Version, build and libraries of this program, as Manifest::program has them.
+[[nodiscard]] std::string this_program();
 
 /// A file as the manifest of the results in `folder` names it: relative to `folder` where it is in it or in the folder
 /// that holds it ("../x.wav"), else the name alone, so that no manifest says where a person keeps things.

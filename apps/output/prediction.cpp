@@ -27,10 +27,6 @@ std::string shown(const ident::Figure& figure) {
   return figure.reason.empty() ? fmt::format("{:.3g}", figure.value) : figure.reason;
 }
 
-std::string cell(double value) {
-  return std::isfinite(value) ? fmt::format(",{}", value) : ",";
-}
-
 std::string coefficient_text(const ident::CarryOver& one) {
   const auto with_std = [](double mean, double std) {
     return ident::number(mean) +
@@ -70,11 +66,19 @@ std::string prediction_json(const ident::RecordPrediction& prediction) {
   return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-void write_prediction(const ident::RecordPrediction& prediction, const Sink& sink) {
-  sink("t,x,x_predicted,x_linear\n");
-  for (Index i = 0; i < prediction.time_s.size(); ++i)
-    sink(fmt::format("{}{}{}{}\n", prediction.time_s(i), cell(prediction.x(i)), cell(prediction.predicted(i)),
-                     cell(prediction.linear_predicted(i))));
+CsvTable prediction_table(std::string name, ident::RecordPrediction prediction) {
+  const auto num_rows = static_cast<std::size_t>(prediction.time_s.size());
+  return {std::move(name), "t,x,x_predicted,x_linear\n", num_rows,
+          [series = std::move(prediction)](std::size_t row, RowWriter& cells) {
+            const Index i = static_cast<Index>(row);
+            cells.time(series.time_s(i));
+            for (const Eigen::VectorXd* values : {&series.x, &series.predicted, &series.linear_predicted}) {
+              if (std::isfinite((*values)(i)))
+                cells.number((*values)(i));
+              else
+                cells.empty();
+            }
+          }};
 }
 
 std::string prediction_text(const ident::RecordPrediction& prediction) {

@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "apps/output/run_changes.hpp"
 #include "apps/output/run_json.hpp"
-#include "apps/process/path.hpp"
+#include "apps/output/text_grid.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/fault.hpp"
 
@@ -21,7 +23,14 @@ using Json = nlohmann::ordered_json;
 /// One column of the comparison: what one run says in one range.
 struct Column {
   std::string title;
-  Json fit;  ///< null: the run has no such range
+  Json fit;             ///< null: the run has no such range
+  std::string verdict;  ///< with its cause; empty: not known
+};
+
+/// A run as its folder has it.
+struct ComparedRun {
+  std::string title;
+  Json metrics, equation;  ///< equation null: there is none
 };
 
 struct Comparison {
@@ -41,17 +50,34 @@ Json fit_of(const Json& metrics, const std::string& range, const std::string& me
   return {};
 }
 
-std::vector<Comparison> comparisons(const std::vector<std::pair<std::string, Json>>& runs, const std::string& method) {
+/// "in_part (missing_input)", as equation.json has it for the method of `fit`.
+std::string verdict_of(const Json& equation, const std::string& range, const Json& fit) {
+  if (equation.is_null() || fit.is_null()) return "";
+  for (const Json& candidate : equation.at("ranges")) {
+    if (candidate.at("name") != range) continue;
+    for (const Json& one : candidate.at("methods")) {
+      if (one.at("method") != fit.at("method")) continue;
+      const Json cause = one.value("cause", Json());
+      const std::string verdict = one.value("verdict", Json()).is_string() ? one.at("verdict").get<std::string>() : "";
+      return cause.is_string() ? fmt::format("{} ({})", verdict, cause.get<std::string>()) : verdict;
+    }
+  }
+  return "";
+}
+
+std::vector<Comparison> comparisons(const std::vector<ComparedRun>& runs, const std::string& method) {
   std::vector<Comparison> all;
-  for (const auto& run : runs)
-    for (const Json& range : run.second.at("ranges")) {
+  for (const ComparedRun& run : runs)
+    for (const Json& range : run.metrics.at("ranges")) {
       const std::string name = range.at("name");
       if (std::none_of(all.begin(), all.end(), [&](const Comparison& one) { return one.range == name; }))
         all.push_back({name, {}, {}});
     }
   for (Comparison& one : all)
-    for (const auto& [title, metrics] : runs) {
-      one.columns.push_back({title, fit_of(metrics, one.range, method)});
+    for (const ComparedRun& run : runs) {
+      Json fit = fit_of(run.metrics, one.range, method);
+      std::string verdict = verdict_of(run.equation, one.range, fit);
+      one.columns.push_back({run.title, std::move(fit), std::move(verdict)});
       if (one.columns.back().fit.is_null()) continue;
       for (const Json& term : one.columns.back().fit.at("terms")) {
         const std::string name = term.at("name");
@@ -94,57 +120,127 @@ bool is_of_exact_motion(const fs::path& run) {
 
 constexpr double coverage_95 = 1.96;  // standard deviations to either side of a normal distribution
 
-/// With the coefficient of variation; beside a true value with the standard deviation, and whether that value is inside
-/// the 95 % interval.
-std::string coefficient(const Json& fit, const std::string& term, const double* truth) {
-  if (fit.is_null()) return "";
-  for (const Json& candidate : fit.at("terms")) {
-    if (candidate.at("name") != term) continue;
-    const std::string mean = number_or_none(candidate.at("mean"), "{:.6g}");
-    if (truth == nullptr) return mean + " (" + number_or_none(candidate.at("cov"), "{:.1e}") + ")";
-    const Json& std = candidate.at("std");
-    if (!std.is_number()) return fmt::format("{} +- none {:>7}", mean, "");
-    const bool inside = std::abs(candidate.at("mean").get<double>() - *truth) <= coverage_95 * std.get<double>();
-    return fmt::format("{} +- {:.2g} {:>7}", mean, std.get<double>(), inside ? "inside" : "outside");
-  }
-  return "-";
+const Json* term_of(const Json& fit, const std::string& term) {
+  if (fit.is_null()) return nullptr;
+  for (const Json& candidate : fit.at("terms"))
+    if (candidate.at("name") == term) return &candidate;
+  return nullptr;
 }
 
+std::string with_std(const Json& term) {
+  const Json& std = term.at("std");
+  return number_or_none(term.at("mean"), "{:.6g}") +
+         (std.is_number() ? fmt::format(" +- {:.2g}", std.get<double>()) : " +- none");
+}
+
+/// Beside a true value: whether it is inside the 95 % interval.
+std::string beside_truth(const Json& term, double truth) {
+  const Json& std = term.at("std");
+  if (!std.is_number()) return with_std(term);
+  const bool inside = std::abs(term.at("mean").get<double>() - truth) <= coverage_95 * std.get<double>();
+  return fmt::format("{} {:>7}", with_std(term), inside ? "inside" : "outside");
+}
+
+/// Beside the first run: by how many standard deviations of the difference it is larger.
+std::string beside_first(const Json& term, const Json* first) {
+  const std::string text = with_std(term);
+  if (first == nullptr || !term.at("std").is_number() || !first->at("std").is_number()) return text;
+  const double difference = term.at("mean").get<double>() - first->at("mean").get<double>();
+  const double deviation = std::hypot(term.at("std").get<double>(), first->at("std").get<double>());
+  return difference == 0.0 ? text + " (=)" : fmt::format("{} ({:+.1f})", text, difference / deviation);
+}
+
+std::vector<std::string> term_cells(const Comparison& one, const std::string& term,
+                                    const std::optional<double>& truth) {
+  std::vector<std::string> cells;
+  for (const Column& column : one.columns) {
+    const Json* own = term_of(column.fit, term);
+    if (own == nullptr)
+      cells.emplace_back(column.fit.is_null() ? "" : "-");
+    else if (truth)
+      cells.push_back(beside_truth(*own, *truth));
+    else
+      cells.push_back(&column == &one.columns.front() ? with_std(*own)
+                                                      : beside_first(*own, term_of(one.columns.front().fit, term)));
+  }
+  return cells;
+}
+
+void add_row(TextGrid& grid, const std::string& name, std::vector<std::string> cells) {
+  grid.rows.push_back(printable(name));
+  grid.cells.push_back(std::move(cells));
+}
+
+/// Verdicts, then coefficients, then errors; more runs than stand beside one another are rows.
 std::string text_of(const Comparison& one, const std::optional<Truth>& truth) {
-  std::string text = fmt::format("range {}\n  {:<16}", printable(one.range), "term");
-  if (truth) text += fmt::format(" {:>12}", "truth");
-  const int width = truth ? 32 : 24;
-  for (const Column& column : one.columns)
-    text += fmt::format(" {:>{}}", printable(column.title) + (truth ? "" : " (CoV)"), width);
-  text += "\n";
+  constexpr std::size_t most_beside = 4;
+  TextGrid grid{"term", {}, {}, {}};
+  for (const Column& column : one.columns) grid.columns.push_back(printable(column.title));
+  std::vector<std::string> verdicts;
+  for (const Column& column : one.columns) verdicts.push_back(column.verdict);
+  add_row(grid, "verdict", verdicts);
   const auto with_fit =
       std::find_if(one.columns.begin(), one.columns.end(), [](const Column& column) { return !column.fit.is_null(); });
   const Json target = with_fit == one.columns.end() ? Json() : with_fit->fit.at("target");
+  std::vector<std::string> true_cells{""};
   for (const std::string& term : one.terms) {
-    text += fmt::format("  {:<16}", printable(term));
-    const double true_one = truth ? truth->value(target, term) : 0.0;
-    if (truth) text += fmt::format(" {:>12.6g}", true_one);
-    for (const Column& column : one.columns)
-      text += fmt::format(" {:>{}}", coefficient(column.fit, term, truth ? &true_one : nullptr), width);
-    text += "\n";
+    std::optional<double> value;
+    if (truth) true_cells.push_back(fmt::format("{:.6g}", value.emplace(truth->value(target, term))));
+    add_row(grid, term, term_cells(one, term, value));
   }
   for (const char* figure : {"train", "test", "free_run"}) {
-    text += fmt::format("  {:<16}", fmt::format("NMSE {}", figure));
-    if (truth) text += fmt::format(" {:>12}", "");
+    std::vector<std::string> cells;
     for (const Column& column : one.columns)
-      text += fmt::format(
-          " {:>{}}", column.fit.is_null() ? "" : number_or_none(column.fit.at("nmse").at(figure), "{:.3g}"), width);
-    text += "\n";
+      cells.push_back(column.fit.is_null() ? "" : number_or_none(column.fit.at("nmse").at(figure), "{:.3g}"));
+    add_row(grid, fmt::format("NMSE {}", figure), std::move(cells));
   }
-  return text + "\n";
+  if (truth) {
+    grid.columns.insert(grid.columns.begin(), "truth");
+    true_cells.resize(grid.rows.size());
+    for (std::size_t row = 0; row < grid.rows.size(); ++row)
+      grid.cells[row].insert(grid.cells[row].begin(), true_cells[row]);
+  }
+  if (one.columns.size() > most_beside) {
+    grid.corner = "run";
+    grid = transposed(grid);
+  }
+  return fmt::format("range {}\n{}\n", printable(one.range), to_text(grid));
 }
 
-std::string json_of(const std::vector<Comparison>& all, const Json& truth) {
-  Json document{{"ranges", Json::array()}};
+std::string changes_text(const std::vector<Change>& changes, const std::vector<std::string>& titles) {
+  if (titles.size() < 2) return "";
+  if (changes.empty()) return "the same inputs, settings and program\n\n";
+  constexpr std::size_t most_beside = 4;
+  TextGrid grid{"what differs", titles, {}, {}};
+  for (const Change& change : changes) {
+    const char* kind = change.kind == Change::Kind::input ? "input " : "";
+    std::vector<std::string> cells;
+    for (const std::string& value : change.values) cells.push_back(value.empty() ? "-" : printable(value));
+    add_row(grid, kind + change.what, std::move(cells));
+  }
+  return to_text(titles.size() > most_beside ? transposed(grid) : grid) + "\n";
+}
+
+Json changes_json(const std::vector<Change>& changes) {
+  constexpr std::array kinds{"program", "input", "setting"};
+  Json list = Json::array();
+  for (const Change& change : changes) {
+    Json one{{"kind", kinds[static_cast<std::size_t>(change.kind)]},
+             {"what", printable(change.what)},
+             {"values", Json::array()}};
+    for (const std::string& value : change.values)
+      one["values"].push_back(value.empty() ? Json() : Json(printable(value)));
+    list.push_back(std::move(one));
+  }
+  return list;
+}
+
+std::string json_of(const std::vector<Comparison>& all, const std::vector<Change>& changes, const Json& truth) {
+  Json document{{"changes", changes_json(changes)}, {"ranges", Json::array()}};
   for (const Comparison& one : all) {
     Json row{{"name", one.range}, {"runs", Json::array()}};
     for (const Column& column : one.columns)
-      row["runs"].push_back({{"run", printable(column.title)}, {"fit", column.fit}});
+      row["runs"].push_back({{"run", printable(column.title)}, {"verdict", column.verdict}, {"fit", column.fit}});
     document["ranges"].push_back(std::move(row));
   }
   if (!truth.is_null()) document["truth"] = truth.at("terms");
@@ -156,18 +252,27 @@ std::string json_of(const std::vector<Comparison>& all, const Json& truth) {
 
 std::string comparison_of(const std::vector<fs::path>& run_folders, const fs::path& truth_file,
                           const std::string& method, bool as_json) {
-  std::vector<std::pair<std::string, Json>> runs;
-  for (const fs::path& run : run_folders)
-    runs.emplace_back(named_path(run).filename().string(), read_run_json(run / "metrics.json"));
+  const std::vector<std::string> titles = distinct_names(run_folders);
+  std::vector<ComparedRun> runs;
+  for (std::size_t i = 0; i < run_folders.size(); ++i) {
+    const fs::path equation = run_folders[i] / "equation.json";
+    std::error_code unknown;
+    runs.push_back({titles[i], read_run_json(run_folders[i] / "metrics.json"),
+                    fs::exists(equation, unknown) ? read_run_json(equation) : Json()});
+  }
   const Json truth = truth_file.empty() ? Json() : read_run_json(truth_file);
   try {
     const std::vector<Comparison> all = comparisons(runs, method);
-    if (as_json) return json_of(all, truth);
+    const std::vector<Change> changes = changes_between(run_folders);
+    if (as_json) return json_of(all, changes, truth);
     std::optional<Truth> known;
     if (!truth.is_null())
       known.emplace(truth, std::none_of(run_folders.begin(), run_folders.end(), is_of_exact_motion));
-    std::string text;
+    std::string text = changes_text(changes, titles);
     for (const Comparison& one : all) text += text_of(one, known);
+    if (!known && runs.size() > 1)
+      text += fmt::format("in brackets: the difference from {} in standard deviations of that difference\n",
+                          titles.front());
     return text;
   } catch (const Json::exception& error) {
     throw dsp::Fault(dsp::FaultKind::input, "run.damaged", fmt::format("metrics.json or truth.json: {}", error.what()));

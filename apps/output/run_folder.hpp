@@ -1,7 +1,6 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,15 +25,20 @@ class RunFolder {
   /// The files of these recordings, for the manifest.
   void add_files(const std::vector<Input>& inputs);
   void write(const std::string& name, std::string_view bytes);
-  /// In pieces: `fill` is handed where they go. Throws Interrupted when a signal has come.
-  void stream(const std::string& name, const std::function<void(const Sink&)>& fill);
-  /// What every run folder holds: prepared.csv, quality.json, segments.json, steps.csv of stepped sines, config.toml,
-  /// log.txt; the manifest last.
-  void finish(const Config& config, const std::vector<Input>& inputs, const Console& console);
+  /// Written by finish, in a form that fits the folder's size. What it rests on must last until then.
+  void add_table(CsvTable table);
+  /// What every run folder holds: quality.json, segments.json, steps.csv of stepped sines, config.toml; then the
+  /// tables, prepared.csv among them, in the first of table_forms() in which the folder is no larger than its
+  /// recordings or 10 MB, unless config.full_tables; log.txt, the manifest. Throws Interrupted when a signal has come.
+  void finish(const Config& config, const std::vector<Input>& inputs, Console& console);
   [[nodiscard]] const std::filesystem::path& destination() const { return folder_.destination(); }
 
  private:
+  void write_tables(double most_bytes, Console& console);
   OutputFolder folder_;
+  std::vector<CsvTable> tables_;
+  double bytes_ = 0.0;           ///< written so far
+  double recorded_bytes_ = 0.0;  ///< of the files that were read
   Manifest manifest_;
 };
 

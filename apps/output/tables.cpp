@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
+#include <iterator>
 
 #include "apps/process/printable.hpp"
 
@@ -16,16 +16,6 @@ using Eigen::Index;
 
 constexpr std::array<std::string_view, 7> leading_signals{"t", "r", "y", "x", "v", "a", "ddr"};
 constexpr int promised_digits = 17;
-
-/// A comma and the number: to so many digits, or (0) to as few as give it back when read.
-void append_number(std::string& line, double value, int digits) {
-  std::array<char, 32> text;
-  char* const end = text.data() + text.size();
-  const auto written = digits > 0 ? std::to_chars(text.data(), end, value, std::chars_format::general, digits)
-                                  : std::to_chars(text.data(), end, value);
-  line += ',';
-  line.append(text.data(), written.ptr);
-}
 
 /// The signals of all recordings, the promised ones first.
 std::vector<std::string> signal_order(const std::vector<const dsp::Prepared*>& recordings) {
@@ -47,6 +37,14 @@ bool is_set_aside(const dsp::Motion& signals, Index i) {
   return edge || (!signals.excluded.empty() && signals.excluded[static_cast<std::size_t>(i)] != 0);
 }
 
+/// The rows of one recording among all.
+struct PreparedRows {
+  const dsp::Motion* signals = nullptr;
+  std::size_t first = 0;
+  std::string label;
+  std::vector<const dsp::Signal*> columns;
+};
+
 }  // namespace
 
 std::string text_cell(std::string_view text) {
@@ -59,71 +57,81 @@ std::string text_cell(std::string_view text) {
   return quoted + "\"";
 }
 
-void write_prepared(const std::vector<const dsp::Prepared*>& recordings, const Sink& sink) {
+CsvTable prepared_table(const std::vector<const dsp::Prepared*>& recordings) {
   const bool several = recordings.size() > 1;
   const std::vector<std::string> names = signal_order(recordings);
   std::string header = several ? "recording," : "";
   for (const std::string& name : names) header += text_cell(name) + ",";
   const bool any_raw = std::any_of(recordings.begin(), recordings.end(),
                                    [](const dsp::Prepared* one) { return !one->signals.uncalibrated.empty(); });
-  sink(header + (any_raw ? "excluded,uncalibrated\n" : "excluded\n"));
+  CsvTable table{"prepared.csv", header + (any_raw ? "excluded,uncalibrated\n" : "excluded\n"), 0, {}};
+  std::vector<PreparedRows> all;
   for (const dsp::Prepared* recording : recordings) {
-    std::vector<const dsp::Signal*> signals;
-    for (const std::string& name : names) signals.push_back(recording->signals.find(name));
-    const std::string label = several ? text_cell(recording->name) : "";
-    const char* end = !any_raw ? "\n" : recording->signals.uncalibrated.empty() ? ",0\n" : ",1\n";
-    std::string line;
-    for (Index i = 0; i < recording->signals.num_samples(); ++i) {
-      line = label;
-      for (const dsp::Signal* signal : signals) {
-        if (signal != nullptr)
-          append_number(line, signal->values(i), promised_digits);
-        else
-          line += ",";
-      }
-      line += is_set_aside(recording->signals, i) ? ",1" : ",0";
-      line += end;
-      sink(std::string_view(line).substr(several ? 0 : 1));
-    }
+    PreparedRows rows{&recording->signals, table.num_rows, several ? text_cell(recording->name) : "", {}};
+    for (const std::string& name : names) rows.columns.push_back(recording->signals.find(name));
+    table.num_rows += static_cast<std::size_t>(recording->signals.num_samples());
+    all.push_back(std::move(rows));
   }
+  table.fill = [=](std::size_t row, RowWriter& cells) {
+    const auto of =
+        std::prev(std::find_if(all.begin(), all.end(), [&](const PreparedRows& one) { return one.first > row; }));
+    const Index i = static_cast<Index>(row - of->first);
+    if (several) cells.text(of->label);
+    for (const dsp::Signal* signal : of->columns) {
+      if (signal == nullptr)
+        cells.empty();
+      else if (signal->name == "t")
+        cells.time(signal->values(i), promised_digits);
+      else
+        cells.number(signal->values(i), promised_digits);
+    }
+    cells.text(is_set_aside(*of->signals, i) ? "1" : "0");
+    if (any_raw) cells.text(of->signals->uncalibrated.empty() ? "0" : "1");
+  };
+  return table;
 }
 
-void write_predictions(const std::vector<ident::RangeResult>& ranges, const std::vector<ident::Columns>& recordings,
-                       const Sink& sink) {
-  if (ranges.empty()) return;
-  std::string header = "range,recording,part,t,target";
+CsvTable predictions_table(const std::vector<ident::RangeResult>& ranges,
+                           const std::vector<ident::Columns>& recordings) {
+  CsvTable table{"predictions.csv", "", 0, {}};
+  if (ranges.empty()) return table;
+  table.header = "range,recording,part,t,target";
   for (const ident::JudgedFit& fit : ranges.front().fits)
-    header += fmt::format(",{0},{0}_std", to_string(fit.fit.method));
+    table.header += fmt::format(",{0},{0}_std", to_string(fit.fit.method));
   const bool any_raw = std::any_of(recordings.begin(), recordings.end(),
                                    [](const ident::Columns& one) { return !one.signals->uncalibrated.empty(); });
-  sink(header + (any_raw ? ",uncalibrated\n" : "\n"));
-  std::string line;
+  table.header += any_raw ? ",uncalibrated\n" : "\n";
+  std::vector<std::size_t> firsts;
+  std::vector<std::string> range_labels, recording_labels;
   for (const ident::RangeResult& range : ranges) {
-    std::vector<std::string> labels;
-    for (const ident::Columns& recording : recordings)
-      labels.push_back(text_cell(range.spec.name) + "," + text_cell(recording.name));
-    const std::size_t num_train = range.rows.train.size();
-    for (Index i = 0; i < range.target.size(); ++i) {
-      const auto index = static_cast<std::size_t>(i);
-      const bool train = index < num_train;
-      const ident::Row& row = train ? range.rows.train[index] : range.rows.test[index - num_train];
-      const ident::Columns& recording = recordings[row.recording];
-      line = labels[row.recording];
-      line += train ? ",train" : ",test";
-      append_number(line, static_cast<double>(row.sample) / recording.signals->sample_rate_hz, 0);
-      append_number(line, range.target(i), 0);
-      for (const ident::JudgedFit& fit : range.fits) {
-        append_number(line, fit.predicted(i), 0);
-        if (std::isfinite(fit.predicted_std(i)))
-          append_number(line, fit.predicted_std(i), 0);
-        else
-          line += ',';  // there is none
-      }
-      if (any_raw) line += recording.signals->uncalibrated.empty() ? ",0" : ",1";
-      line += '\n';
-      sink(line);
-    }
+    firsts.push_back(table.num_rows);
+    table.num_rows += static_cast<std::size_t>(range.target.size());
+    range_labels.push_back(text_cell(range.spec.name));
   }
+  for (const ident::Columns& recording : recordings) recording_labels.push_back(text_cell(recording.name));
+  table.fill = [=, &ranges, &recordings](std::size_t row, RowWriter& cells) {
+    const auto of = static_cast<std::size_t>(std::upper_bound(firsts.begin(), firsts.end(), row) - firsts.begin()) - 1;
+    const ident::RangeResult& range = ranges[of];
+    const std::size_t index = row - firsts[of], num_train = range.rows.train.size();
+    const bool train = index < num_train;
+    const ident::Row& at = train ? range.rows.train[index] : range.rows.test[index - num_train];
+    const dsp::Motion& signals = *recordings[at.recording].signals;
+    cells.text(range_labels[of]);
+    cells.text(recording_labels[at.recording]);
+    cells.text(train ? "train" : "test");
+    cells.time(static_cast<double>(at.sample) / signals.sample_rate_hz);
+    const Index i = static_cast<Index>(index);
+    cells.number(range.target(i));
+    for (const ident::JudgedFit& fit : range.fits) {
+      cells.number(fit.predicted(i));
+      if (std::isfinite(fit.predicted_std(i)))
+        cells.number(fit.predicted_std(i));
+      else
+        cells.empty();  // there is none
+    }
+    if (any_raw) cells.text(signals.uncalibrated.empty() ? "0" : "1");
+  };
+  return table;
 }
 
 }  // namespace apps

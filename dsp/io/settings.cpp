@@ -1,35 +1,18 @@
 #include "dsp/io/settings.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include <charconv>
 #include <cmath>
-#include <set>
 #include <sstream>
 #include <tuple>
 
+#include "dsp/io/settings_document.hpp"
 #include "dsp/io/small_file.hpp"
-#include "dsp/io/toml_text.hpp"
 #include "dsp/names.hpp"
 
 namespace dsp {
 namespace {
-
-struct Document {
-  std::string name;
-  toml::table root;
-  std::map<std::string, std::string> overrides;        // path of the key -> the override as typed
-  std::map<std::string, std::set<std::string>> asked;  // path of a table -> keys asked for in it
-  std::set<std::string> free;                          // paths of tables that may hold anything
-};
-
-std::string join(const std::string& path, std::string_view key) {
-  return path.empty() ? std::string(key) : fmt::format("{}.{}", path, key);
-}
-
-[[noreturn]] void raise(std::string name, const std::string& message) {
-  throw Fault(FaultKind::usage, std::move(name), message);
-}
 
 std::string describe(const toml::node& node) {
   if (const auto* value = node.as_string()) return fmt::format("the text '{}'", clean_name(value->get()));
@@ -52,83 +35,19 @@ bool contains(const NumberRange& range, double value) {
   return std::isfinite(value) && value <= range.to && (range.above ? value > range.from : value >= range.from);
 }
 
-std::optional<std::size_t> as_index(std::string_view text) {
-  std::size_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (text.empty() || error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
-// The value of an override: TOML, or text where it is none.
-toml::table parse_override(std::string_view value) {
-  try {
-    auto parsed = parse_toml(fmt::format("value = {}", value), "");
-    if (parsed.size() == 1) return parsed;
-  } catch (const Fault&) {
-  }
-  return toml::table{{"value", std::string(value)}};
-}
-
-// Steps from `node` into the element called `key`, making what is missing: a table, or an array before a number.
-toml::node* step(toml::node* node, std::string_view key, bool array_next) {
-  const auto make = [&](auto&& insert) { array_next ? insert(toml::array{}) : insert(toml::table{}); };
-  if (auto* table = node->as_table()) {
-    if (table->find(key) == table->end()) make([&](auto&& value) { table->insert(key, value); });
-    return table->get(key);
-  }
-  const auto index = as_index(key);
-  auto* array = node->as_array();
-  if (array == nullptr || !index || *index > array->size()) return nullptr;
-  if (*index == array->size()) make([&](auto&& value) { array->push_back(value); });
-  return array->get(*index);
-}
-
-void apply_override(Document& document, const std::string& text) {
-  const auto equals = text.find('=');
-  const std::string path = text.substr(0, equals);
-  const auto bad = [&](std::string_view why) {
-    raise("config.override", fmt::format("--set {}: {}", clean_name(text), why));
-  };
-  if (equals == std::string::npos || equals == 0) bad("want key=value, for example range.0.to=5");
-  std::vector<std::string> keys;
-  for (std::size_t from = 0; from <= path.size();) {
-    const auto dot = std::min(path.find('.', from), path.size());
-    keys.push_back(path.substr(from, dot - from));
-    if (keys.back().empty()) bad("an empty name between the dots");
-    if (keys.size() > most_key_parts) bad(fmt::format("a key of more than {} parts", most_key_parts));
-    from = dot + 1;
-  }
-  toml::node* node = &document.root;
-  for (std::size_t i = 0; i + 1 < keys.size(); ++i) {
-    node = step(node, keys[i], as_index(keys[i + 1]).has_value());
-    if (node == nullptr) bad(fmt::format("'{}' is not there to be set into", keys[i]));
-  }
-  auto value = parse_override(std::string_view(text).substr(equals + 1));
-  const auto index = as_index(keys.back());
-  if (auto* table = node->as_table()) {
-    table->insert_or_assign(keys.back(), std::move(*value.get("value")));
-  } else if (auto* array = node->as_array(); array != nullptr && index && *index <= array->size()) {
-    if (*index < array->size())
-      array->replace(array->cbegin() + static_cast<std::ptrdiff_t>(*index), std::move(*value.get("value")));
-    else
-      array->push_back(std::move(*value.get("value")));
-  } else {
-    bad(fmt::format("'{}' is not there to be set", keys.back()));
-  }
-  document.overrides[path] = fmt::format("--set {}", clean_name(text));
-}
-
 }  // namespace
 
 struct Settings::State {
-  std::shared_ptr<Document> document;
+  std::shared_ptr<SettingsDocument> document;
   const toml::table* table = nullptr;
   std::string path;
 
   const toml::node* find(std::string_view key) const {
     document->asked[path].insert(std::string(key));
+    std::ignore = asked(key);
     return table->get(key);
   }
+  AskedSetting& asked(std::string_view key) const { return document->setting(path, key); }
   std::shared_ptr<const State> child(const toml::table* node, std::string child_path) const {
     document->asked[child_path];
     return std::make_shared<const State>(State{document, node, std::move(child_path)});
@@ -149,7 +68,7 @@ struct Settings::State {
 
 Settings Settings::from_text(std::string_view text, const std::string& name,
                              const std::vector<std::string>& overrides) {
-  auto document = std::make_shared<Document>();
+  auto document = std::make_shared<SettingsDocument>();
   document->name = name;
   document->root = parse_toml(text, name);
   for (const auto& text_override : overrides) apply_override(*document, text_override);
@@ -165,22 +84,30 @@ Settings Settings::from_file(const std::filesystem::path& file, const std::vecto
 
 std::optional<double> Settings::find_number(std::string_view key, const NumberRange& range) const {
   const auto* node = state_->find(key);
+  AskedSetting& asked = state_->asked(key);
+  asked.number = true;
+  asked.range = range;
   if (node == nullptr) return std::nullopt;
   return state_->number(*this, key, *node, range);
 }
 
 double Settings::number(std::string_view key, double fallback, const NumberRange& range) const {
+  if (contains(range, fallback)) state_->asked(key).fallback = fmt::format("{}", fallback);
   return find_number(key, range).value_or(fallback);
 }
 
 double Settings::need_number(std::string_view key, const NumberRange& range) const {
   const auto value = find_number(key, range);
+  state_->asked(key).required = true;
   if (!value) throw fault(key, "config.missing", fmt::format("missing; want a number, {}", describe(range)));
   return *value;
 }
 
 std::optional<std::int64_t> Settings::find_integer(std::string_view key, const NumberRange& range) const {
   const auto* node = state_->find(key);
+  AskedSetting& asked = state_->asked(key);
+  asked.whole_number = true;
+  asked.range = range;
   if (node == nullptr) return std::nullopt;
   if (!node->is_integer()) state_->wrong_type(*this, key, *node, fmt::format("a whole number, {}", describe(range)));
   std::ignore = state_->number(*this, key, *node, range);
@@ -188,33 +115,39 @@ std::optional<std::int64_t> Settings::find_integer(std::string_view key, const N
 }
 
 std::int64_t Settings::integer(std::string_view key, std::int64_t fallback, const NumberRange& range) const {
+  if (contains(range, static_cast<double>(fallback))) state_->asked(key).fallback = fmt::format("{}", fallback);
   return find_integer(key, range).value_or(fallback);
 }
 
 std::optional<bool> Settings::find_flag(std::string_view key) const {
   const auto* node = state_->find(key);
+  state_->asked(key).flag = true;
   if (node == nullptr) return std::nullopt;
   if (!node->is_boolean()) state_->wrong_type(*this, key, *node, "true or false");
   return node->value<bool>();
 }
 
 bool Settings::flag(std::string_view key, bool fallback) const {
+  state_->asked(key).fallback = fallback ? "true" : "false";
   return find_flag(key).value_or(fallback);
 }
 
 std::optional<std::string> Settings::find_text(std::string_view key) const {
   const auto* node = state_->find(key);
+  state_->asked(key).text = true;
   if (node == nullptr) return std::nullopt;
   if (!node->is_string()) state_->wrong_type(*this, key, *node, "a text in quotes");
   return node->value<std::string>();
 }
 
 std::string Settings::text(std::string_view key, std::string_view fallback) const {
+  if (!fallback.empty()) state_->asked(key).fallback = toml_quoted(fallback);
   return find_text(key).value_or(std::string(fallback));
 }
 
 std::string Settings::need_text(std::string_view key) const {
   const auto value = find_text(key);
+  state_->asked(key).required = true;
   if (!value) throw fault(key, "config.missing", "missing; want a text in quotes");
   return *value;
 }
@@ -222,6 +155,7 @@ std::string Settings::need_text(std::string_view key) const {
 std::string Settings::choice(std::string_view key, std::string_view fallback,
                              const std::vector<std::string>& allowed) const {
   const std::string value = text(key, fallback);
+  state_->asked(key).words = allowed;
   for (const auto& word : allowed)
     if (value == word) return value;
   const std::string near = nearest(value, allowed);
@@ -232,6 +166,9 @@ std::string Settings::choice(std::string_view key, std::string_view fallback,
 
 std::vector<double> Settings::numbers(std::string_view key, const NumberRange& range) const {
   const auto* node = state_->find(key);
+  AskedSetting& asked = state_->asked(key);
+  asked.number = asked.several = true;
+  asked.range = range;
   if (node == nullptr) return {};
   const auto* array = node->as_array();
   if (array == nullptr) return {state_->number(*this, key, *node, range)};
@@ -242,6 +179,8 @@ std::vector<double> Settings::numbers(std::string_view key, const NumberRange& r
 
 std::vector<std::string> Settings::texts(std::string_view key) const {
   const auto* node = state_->find(key);
+  AskedSetting& asked = state_->asked(key);
+  asked.text = asked.several = true;
   if (node == nullptr) return {};
   std::vector<std::string> values;
   const auto take = [&](const toml::node& element) {
@@ -257,6 +196,7 @@ std::vector<std::string> Settings::texts(std::string_view key) const {
 
 std::string Settings::moment(std::string_view key) const {
   const auto* node = state_->find(key);
+  state_->asked(key).moment = true;
   if (node == nullptr) return {};
   if (const auto* value = node->as_string()) return value->get();
   if (!node->is_date() && !node->is_time() && !node->is_date_time())
@@ -266,10 +206,11 @@ std::string Settings::moment(std::string_view key) const {
 
 std::map<std::string, std::string> Settings::notes(std::string_view key) const {
   const auto* node = state_->find(key);
+  state_->asked(key).notes = true;
   if (node == nullptr) return {};
   const auto* table = node->as_table();
   if (table == nullptr) state_->wrong_type(*this, key, *node, "a table such as { model = \"352C33\" }");
-  state_->document->free.insert(join(state_->path, key));
+  state_->document->free.insert(key_path(state_->path, key));
   std::map<std::string, std::string> values;
   for (const auto& [name, value] : *table) {
     const auto* text_value = value.as_string();
@@ -281,7 +222,8 @@ std::map<std::string, std::string> Settings::notes(std::string_view key) const {
 Settings Settings::table(std::string_view key) const {
   static const toml::table nothing;
   const auto* node = state_->find(key);
-  const auto path = join(state_->path, key);
+  state_->asked(key).table_of_its_own = true;
+  const auto path = key_path(state_->path, key);
   if (node == nullptr) return Settings(state_->child(&nothing, path));
   if (!node->is_table()) state_->wrong_type(*this, key, *node, fmt::format("a table [{}]", path));
   return Settings(state_->child(node->as_table(), path));
@@ -289,8 +231,9 @@ Settings Settings::table(std::string_view key) const {
 
 std::vector<Settings> Settings::tables(std::string_view key) const {
   const auto* node = state_->find(key);
+  state_->asked(key).tables = true;
   if (node == nullptr) return {};
-  const auto path = join(state_->path, key);
+  const auto path = key_path(state_->path, key);
   const auto want = fmt::format("tables, each under [[{}]]", path);
   const auto* array = node->as_array();
   if (array == nullptr) state_->wrong_type(*this, key, *node, want);
@@ -332,40 +275,16 @@ void Settings::check_schema(std::int64_t ours) const {
                                           : fmt::format("Write it again for schema {}", ours)));
 }
 
-namespace {
-void check_keys(const Document& document, const toml::table& table, const std::string& path) {
-  const auto found = document.asked.find(path);
-  static const std::set<std::string> none;
-  const auto& asked = found == document.asked.end() ? none : found->second;
-  for (const auto& [name, node] : table) {
-    const std::string key(name.str()), child = join(path, key);
-    if (!asked.contains(key)) {
-      const std::vector<std::string> known(asked.begin(), asked.end());
-      const std::string near = nearest(key, known);
-      const auto line = node.source().begin.line;
-      std::string place = line > 0 ? fmt::format("{}:{}", document.name, line) : document.name;
-      for (const auto& [set_path, text] : document.overrides)
-        if (set_path == child || set_path.starts_with(child + ".") || child.starts_with(set_path + ".")) place = text;
-      raise("config.unknown_key", fmt::format("{}: unknown key '{}'. {}", place, clean_name(child),
-                                              near.empty() ? fmt::format("Known here: {}", fmt::join(known, ", "))
-                                                           : fmt::format("Did you mean '{}'?", near)));
-    }
-    if (document.free.contains(child)) continue;
-    if (const auto* inner = node.as_table()) check_keys(document, *inner, child);
-    if (const auto* array = node.as_array())
-      for (std::size_t i = 0; i < array->size(); ++i)
-        if (const auto* element = array->get(i)->as_table())
-          check_keys(document, *element, fmt::format("{}.{}", child, i));
-  }
-}
-}  // namespace
-
 void Settings::finish() const {
   check_keys(*state_->document, *state_->table, state_->path);
 }
 
+const std::vector<AskedSetting>& Settings::asked() const {
+  return state_->document->settings;
+}
+
 std::string Settings::place(std::string_view key) const {
-  const std::string path = key.empty() ? state_->path : join(state_->path, key);
+  const std::string path = key.empty() ? state_->path : key_path(state_->path, key);
   for (const auto& [set_path, text] : state_->document->overrides)
     if (path == set_path || path.starts_with(set_path + ".")) return text;
   const auto* node = key.empty() ? nullptr : state_->table->get(key);
@@ -374,7 +293,7 @@ std::string Settings::place(std::string_view key) const {
 }
 
 Fault Settings::fault(std::string_view key, std::string name, std::string_view what) const {
-  const std::string path = clean_name(join(state_->path, key));
+  const std::string path = clean_name(key_path(state_->path, key));
   return Fault(FaultKind::usage, std::move(name),
                fmt::format("{}: {}{}{}", place(key), path, path.empty() ? "" : ": ", what));
 }

@@ -1,7 +1,6 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
-#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -10,14 +9,9 @@
 #include <vector>
 
 #include "dsp/fault.hpp"
+#include "dsp/io/asked_setting.hpp"
 
 namespace dsp {
-
-/// Numbers a setting may take: [from, to], or (from, to] where `above`.
-struct NumberRange {
-  double from = -std::numeric_limits<double>::infinity(), to = std::numeric_limits<double>::infinity();
-  bool above = false;
-};
 
 /// A table of a TOML document that notices which of its keys were asked for: sidecars and configs are read through it.
 /// Everything wrong is a usage Fault whose message begins with `file:line: key:` (or `--set key=value: key:`):
@@ -68,6 +62,8 @@ class Settings {
   void check_schema(std::int64_t ours) const;
   /// Call on the whole document when everything has been asked for: any key nobody asked for is config.unknown_key.
   void finish() const;
+  /// Every key that was asked for so far, anywhere in the document, once, in the order of asking.
+  [[nodiscard]] const std::vector<AskedSetting>& asked() const;
 
   /// `file:line` of a key, of this table if the key is empty or absent.
   [[nodiscard]] std::string place(std::string_view key = {}) const;

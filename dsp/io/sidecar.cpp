@@ -177,6 +177,20 @@ Sidecar read_document(const Settings& document) {
 
 }  // namespace
 
+std::vector<AskedSetting> sidecar_settings() {
+  std::vector<AskedSetting> all;
+  // What may be written as a number and as a text is written both ways.
+  for (const char* text :
+       {"rate = 1\n[[channel]]\nname = \"x\"\ncoupling = \"AC\"\n[[range]]\n[[bad]]\nfrom = 0\nto = 1\n",
+        "rate = \"1\"\n[[channel]]\nname = \"x\"\ndelay = \"1 s\"\nhighpass = \"1 Hz\"\n"
+        "sensitivity_uncertainty = \"1 %\"\n"}) {
+    const Settings document = Settings::from_text(text, "");
+    (void)read_document(document);
+    add_asked(all, document.asked());
+  }
+  return all;
+}
+
 std::filesystem::path sidecar_path(const std::filesystem::path& recording) {
   auto path = recording;
   path += ".toml";

@@ -66,6 +66,9 @@ struct Sidecar {
 [[nodiscard]] Sidecar read_sidecar(const std::filesystem::path& file);
 [[nodiscard]] Sidecar parse_sidecar(std::string_view text, const std::string& name);
 
+/// Every key that a sidecar may have, once, with what its reader takes.
+[[nodiscard]] std::vector<AskedSetting> sidecar_settings();
+
 /// The [[range]] tables of a document; a fault (config.range) where `from` is not below `to`, train_to lies outside, or
 /// two ranges share a name.
 [[nodiscard]] std::vector<RangeSpec> read_ranges(const Settings& document);

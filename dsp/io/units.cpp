@@ -174,14 +174,19 @@ bool is_unit(std::string_view name) {
   return find_row(trimmed(name)) != nullptr;
 }
 
+std::vector<std::string> unit_names() {
+  std::vector<std::string> names;
+  for (const auto& row : rows) names.emplace_back(row.name);
+  return names;
+}
+
 Unit find_unit(std::string_view name) {
   const auto text = trimmed(name);
   if (const auto* row = find_row(text)) return {std::string(row->name), std::string(row->si), row->factor};
   std::string remedy;
   for (const auto& hint : hints)
     if (hint.name == text) remedy = hint.text;
-  std::vector<std::string> known;
-  for (const auto& row : rows) known.emplace_back(row.name);
+  const std::vector<std::string> known = unit_names();
   if (const auto near = nearest(text, known); remedy.empty() && !near.empty())
     remedy = fmt::format("Did you mean '{}'?", near);
   if (remedy.empty()) remedy = fmt::format("Known: {}", fmt::join(known, ", "));

@@ -1,6 +1,7 @@
 #pragma once
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "dsp/recording.hpp"
 
@@ -14,6 +15,8 @@ struct Unit {
 /// Throws Fault unit.unknown (usage) with the nearest unit, or the hint that belongs to it.
 [[nodiscard]] Unit find_unit(std::string_view name);
 [[nodiscard]] bool is_unit(std::string_view name);
+/// The closed table, in its order.
+[[nodiscard]] std::vector<std::string> unit_names();
 /// V, A or C: what sensors give, before it is made into what they measure.
 [[nodiscard]] bool is_electrical(std::string_view si);
 

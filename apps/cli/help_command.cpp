@@ -1,0 +1,81 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "apps/cli/command.hpp"
+#include "apps/cli/command_page.hpp"
+#include "apps/cli/reference_pages.hpp"
+#include "apps/reference/topics.hpp"
+#include "dsp/fault.hpp"
+#include "dsp/names.hpp"
+
+namespace apps {
+namespace {
+
+/// The entries of topics whose name this is: `ardent help cutoff_hz`.
+std::string entries_called(const std::string& name) {
+  std::string text;
+  for (const Page& page : topic_pages())
+    for (const Section& section : page.sections)
+      for (const Entry& entry : section.entries)
+        if (entry.term == name) text += to_text({page.name, section.heading, "", {{"", "", {entry}, {}}}});
+  return text;
+}
+
+std::string overview(const CLI::App& root) {
+  Page page{"help", "What `ardent help TOPIC` explains", "ardent help [TOPIC]", {{"Topics", "", {}, {}}}};
+  for (const Page& topic : topic_pages()) page.sections[0].entries.push_back({topic.name, topic.summary + "."});
+  page.sections[0].entries.push_back({"reference", "All of it, and every command, as one document in Markdown."});
+  page.sections[0].entries.push_back({"KEY", "A key of a config or sidecar: ardent help cutoff_hz."});
+  page.sections.push_back({"Commands", "", {}, {}});
+  for (const CLI::App* command : visible_commands(root))
+    page.sections[1].entries.push_back({command->get_name(), command->get_description() + "."});
+  return to_text(page);
+}
+
+std::string help_on(const CLI::App& root, const std::string& topic) {
+  if (topic.empty()) return overview(root);
+  if (topic == "reference") return reference_markdown(root);
+  std::vector<std::string> known{"reference"};
+  for (const Page& page : topic_pages()) {
+    if (page.name == topic) return to_text(page);
+    known.push_back(page.name);
+  }
+  for (const CLI::App* command : visible_commands(root)) {
+    if (command->get_name() == topic) return to_text(page_of(*command));
+    known.push_back(command->get_name());
+  }
+  if (std::string entries = entries_called(topic); !entries.empty()) return entries;
+  for (const Page& page : topic_pages())
+    for (const Section& section : page.sections)
+      for (const Entry& entry : section.entries) known.push_back(entry.term);
+  const std::string near = dsp::nearest(topic, known);
+  throw dsp::Fault(
+      dsp::FaultKind::usage, "usage",
+      fmt::format("help: nothing is called '{}'. {}", dsp::clean_name(topic),
+                  near.empty() ? "ardent help lists the topics" : fmt::format("Did you mean '{}'?", near)));
+}
+
+}  // namespace
+
+Command help_command() {
+  return {"help",
+          "Explains a command, a topic or a key",
+          {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}, {"--force"}, {"--threads"}},
+          [](CLI::App& command) -> CommandBody {
+            auto topic = std::make_shared<std::string>();
+            command.add_option("TOPIC", *topic,
+                               "config, sidecar, terms, methods, files, exit-codes, a command, or a key.");
+            const CLI::App* root = command.get_parent();
+            return [=](const GlobalOptions&, Console& console) {
+              console.result(help_on(*root, *topic));
+              return 0;
+            };
+          },
+          help_group,
+          {"ardent help config", "ardent help cutoff_hz"}};
+}
+
+}  // namespace apps

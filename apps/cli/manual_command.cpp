@@ -1,0 +1,26 @@
+#include "apps/cli/command.hpp"
+#include "apps/cli/reference_pages.hpp"
+#include "apps/process/output_folder.hpp"
+
+namespace apps {
+
+/// Of the build: man/man1, man/man5 and completion scripts, for `cmake --install`. Not shown to users.
+Command manual_command() {
+  return {"manual",
+          "Writes manual pages and completion scripts",
+          {{"--seed"}, {"--dry-run"}, {"--set"}, {"--threads"}},
+          [](CLI::App& command) -> CommandBody {
+            const CLI::App* root = command.get_parent();
+            return [=](const GlobalOptions& global, Console&) {
+              OutputFolder folder(required_output(global, "manual"), global.force);
+              for (const auto& [name, text] : manual_pages(*root))
+                folder.write("man/man" + name.substr(name.size() - 1) + "/" + name, text);
+              folder.write("bash-completion/completions/ardent", bash_completion(*root));
+              folder.write("zsh/vendor-completions/_ardent", zsh_completion(*root));
+              folder.commit(begin_manifest("manual", global.command_line, global.seed, folder.destination()));
+              return 0;
+            };
+          }};
+}
+
+}  // namespace apps

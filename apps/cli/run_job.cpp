@@ -1,0 +1,105 @@
+#include "apps/cli/run_job.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "apps/config/identification.hpp"
+#include "apps/config/other_recording.hpp"
+#include "apps/output/fit_outcome.hpp"
+#include "apps/output/prediction.hpp"
+#include "apps/output/report_text.hpp"
+#include "apps/output/results_json.hpp"
+#include "apps/process/interrupt.hpp"
+#include "dsp/names.hpp"
+#include "ident/identify.hpp"
+#include "ident/validate/judge.hpp"
+#include "ident/validate/predict.hpp"
+
+namespace apps {
+namespace {
+
+/// 4 and a message where a range has no fit to show.
+int exit_code_of(const std::vector<ident::RangeResult>& ranges, Console& console) {
+  int code = 0;
+  for (const ident::RangeResult& range : ranges)
+    code = std::max(code, outcome_of(range.fits, fmt::format("range '{}'", range.spec.name), console));
+  return code;
+}
+
+int rank(ident::Verdict verdict) {
+  return verdict == ident::Verdict::describes ? 2 : verdict == ident::Verdict::in_part ? 1 : 0;
+}
+
+/// 4 and a message where the verdict on a range is lower than asked for.
+int required_verdicts(const std::vector<ident::RangeResult>& ranges, const std::string& require, Console& console) {
+  const auto least = ident::verdict_from_string(require);
+  if (!least) return 0;
+  int code = 0;
+  for (const ident::RangeResult& range : ranges) {
+    if (range.fits.empty()) continue;  // said already
+    const ident::Verdict verdict = range.fits[ident::chosen_method(range)].judgement.verdict;
+    if (rank(verdict) >= rank(*least)) continue;
+    console.error(
+        "verdict.required",
+        fmt::format("range '{}': the verdict is {}, --require {} wants {}", range.spec.name, to_string(verdict),
+                    require, *least == ident::Verdict::describes ? "describes" : "in_part or better"));
+    code = 4;
+  }
+  return code;
+}
+
+/// The chosen equation run free on the recordings that were kept for that: predict-NAME.json and .csv for each.
+std::string predict_test_recordings(const Work& work, const std::vector<ident::RangeResult>& ranges,
+                                    const RunArguments& arguments, RunFolder& results,
+                                    std::vector<std::filesystem::path>& files, Console& console) {
+  const std::optional<ident::ChosenFit> chosen = ident::chosen_fit(ranges);
+  std::string text;
+  if (!chosen || work.config.test_recordings.empty()) return text;
+  const ident::RangeResult& range = ranges[chosen->range];
+  for (std::size_t i = 0; i < work.config.test_recordings.size(); ++i) {
+    const RecordingConfig& recording = work.config.test_recordings[i];
+    const Input input = other_recording(work.config, recording, arguments.max_memory_bytes, console);
+    results.add_files({input});
+    files.insert(files.end(), input.files.begin(), input.files.end());
+    const ident::RecordPrediction prediction =
+        ident::predict(range.fits[chosen->method].model, range.linear, input,
+                       {.where = range.spec.where, .num_threads = arguments.num_threads, .poll = check_interrupted});
+    const std::string name = fmt::format("predict-{}-{}", i + 1, dsp::slug(recording.file.stem().string()));
+    results.write(name + ".json", prediction_json(prediction));
+    results.add_table(prediction_table(name + ".csv", prediction));
+    text += prediction_text(prediction);
+  }
+  return text;
+}
+
+}  // namespace
+
+RunOutcome run_into(RunFolder& results, const Config& config, const RunArguments& arguments, Console& console) {
+  Work work = prepare_work(config, arguments, console);
+  results.add_files(work.inputs);
+  RunOutcome outcome;
+  for (const Input& input : work.inputs)
+    outcome.files.insert(outcome.files.end(), input.files.begin(), input.files.end());
+  const auto libraries = compile_libraries(work.config, work.inputs);
+  std::vector<ident::Columns> columns =
+      all_columns(work.config, work.inputs, libraries, arguments.max_memory_bytes, console);
+  const ident::IdentifyOptions options = identify_options(work.config, work.inputs, arguments.num_threads);
+  auto ranges = identify_ranges(work.config, columns, libraries.front(), options, console);
+  outcome.report = report_text(ranges) + findings_text(work.inputs) +
+                   predict_test_recordings(work, ranges, arguments, results, outcome.files, console);
+  refuse_warnings(arguments.strict, console);
+  outcome.equation = equation_json(ranges);
+  results.write("equation.txt", outcome.report);
+  results.write("equation.tex", report_latex(ranges));
+  results.write("equation.json", outcome.equation);
+  results.write("metrics.json", metrics_json(ranges, options));
+  results.add_table(predictions_table(ranges, columns));
+  results.finish(work.config, work.inputs, console);
+  outcome.config = std::move(work.config);
+  outcome.exit_code = std::max(exit_code_of(ranges, console), required_verdicts(ranges, arguments.require, console));
+  return outcome;
+}
+
+}  // namespace apps

@@ -1,0 +1,27 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <string_view>
+#include <utility>
+
+#include "dsp/segment_regimes.hpp"
+
+// What reading a config and writing one share.
+
+namespace apps {
+
+inline constexpr std::int64_t config_schema = 1;
+
+/// Keys of [segment] and the options they set.
+inline constexpr std::array<std::pair<std::string_view, double dsp::SegmentOptions::*>, 9> segment_keys{
+    {{"stick_speed_m_per_s", &dsp::SegmentOptions::stick_speed_m_per_s},
+     {"stick_duration_s", &dsp::SegmentOptions::stick_duration_s},
+     {"stick_halt_s", &dsp::SegmentOptions::stick_halt_s},
+     {"stick_margin_s", &dsp::SegmentOptions::stick_margin_s},
+     {"high_enter_m", &dsp::SegmentOptions::high_enter_m},
+     {"high_leave_m", &dsp::SegmentOptions::high_leave_m},
+     {"envelope_window_s", &dsp::SegmentOptions::envelope_window_s},
+     {"baseline_window_s", &dsp::SegmentOptions::baseline_window_s},
+     {"min_duration_s", &dsp::SegmentOptions::min_duration_s}}};
+
+}  // namespace apps

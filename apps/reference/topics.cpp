@@ -1,0 +1,125 @@
+#include "apps/reference/topics.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "apps/reference/setting_reference.hpp"
+#include "dsp/signals.hpp"
+#include "ident/methods.hpp"
+
+namespace apps {
+namespace {
+
+std::vector<Entry> entries_of(const std::vector<ident::FunctionHelp>& help) {
+  std::vector<Entry> entries;
+  for (const ident::FunctionHelp& one : help) entries.push_back({one.name, one.meaning});
+  return entries;
+}
+
+}  // namespace
+
+std::vector<ident::FunctionHelp> signal_help() {
+  std::vector<ident::FunctionHelp> help;
+  for (const dsp::Body body : {dsp::Body::relative, dsp::Body::base, dsp::Body::payload}) {
+    std::string names;
+    for (int order = 0; order < 3; ++order)
+      names.append(order > 0 ? " " : "").append(dsp::motion_signal(body, order).name);
+    help.push_back({names, std::string(dsp::motion_signal(body, 0).meaning) + ", its velocity and acceleration"});
+  }
+  for (const dsp::SignalInfo& signal : dsp::signal_table())
+    if (signal.body == dsp::Body::none && signal.role != dsp::Role::other)
+      help.push_back({std::string(signal.name), std::string(signal.meaning)});
+  help.push_back({"NAME", std::string(dsp::info_of(dsp::Role::other).meaning)});
+  return help;
+}
+
+Page terms_page() {
+  return {"terms",
+          "What candidate terms and conditions are made of",
+          "",
+          {{"Signals", "Those that the recording has, or that follow from what it has.", entries_of(signal_help()), {}},
+           {"Functions and operators", "", entries_of(ident::expression_functions()), {}},
+           {"Examples",
+            "",
+            {},
+            {"[library]", "terms = [\"1\", \"x^3\", \"x^2*v\", \"sgn(v)\", \"abs(x)*v\", \"ddr\"]", "", "[[range]]",
+             "where = \"abs(v) > 0.004 && t < 830\""}}}};
+}
+
+Page methods_page() {
+  Section methods{"Methods", "In [fit] methods = [...], or ardent fit --methods NAME,NAME.", {}, {}};
+  for (const ident::MethodDescription& method : ident::methods()) {
+    std::vector<std::string_view> settings;
+    for (const ident::MethodSetting& setting : method.settings) settings.push_back(setting.name);
+    methods.entries.push_back({std::string(method.name), std::string(method.help) + ".",
+                               settings.empty() ? "" : fmt::format("Settings: {}.", fmt::join(settings, ", "))});
+  }
+  Section settings{
+      "Settings", "In [fit], or as an option of ardent fit: tau is --tau, ridge_lambda is --ridge-lambda.", {}, {}};
+  for (const SettingHelp& help : config_help())
+    if (help.table == "fit" && ident::find_method_setting(help.key) != nullptr)
+      settings.entries.push_back({help.key, help.meaning});
+  return {"methods", "How an equation is found among candidate terms", "", {std::move(methods), std::move(settings)}};
+}
+
+Page files_page() {
+  const std::vector<Entry> results{
+      {"equation.txt",
+       "The page of the run: equations, standard deviations, verdict. equation.tex: the same for LaTeX."},
+      {"equation.json", "Equations with covariances, what their variance comes from, verdict and cause."},
+      {"metrics.json", "Figures of merit of every range and method."},
+      {"prepared.csv", "Signals at the regression rate in SI units; `excluded` is 1 where a row is left out."},
+      {"predictions.csv", "Target and prediction of every row of every range, by each method."},
+      {"quality.json", "Every check, relations of sensors, thresholds of regimes."},
+      {"segments.json", "Regimes and excluded intervals; can be edited and handed back: [segment] file."},
+      {"steps.csv", "Of stepped sines: each setting of the drive and its response."},
+      {"predict-N-NAME.json, .csv", "The equation run free on each recording with use = \"test\"."},
+      {"config.toml", "Every setting that was used; it repeats the run."},
+      {"log.txt", "What the run said, with its times: the only file that differs at a repeat."},
+      {"manifest.json",
+       "Program, command line, inputs and files with their SHA-256. Written last: where it is, all is."}};
+  return {"files",
+          "What a run folder holds",
+          "",
+          {{"", "A folder of results is complete or absent. Numbers are in SI units.", {}, {}},
+           {"Files", "", results, {}},
+           {"Size",
+            "A run folder is no larger than its recordings together or 10 MB, whichever is more. Tables that would "
+            "exceed that "
+            "are written as prepared.csv.gz and predictions.csv.gz: first with all digits, then with the columns "
+            "rounded to a "
+            "millionth of their largest value, then to a ten-thousandth, at last with every 2nd, 4th, ... row. log.txt "
+            "says "
+            "which. With --full (in a config [output] full = true) they are plain CSV with everything.",
+            {},
+            {"import pandas; table = pandas.read_csv(\"drive-run/prepared.csv.gz\")",
+             "import numpy; table = numpy.genfromtxt(\"drive-run/prepared.csv.gz\", delimiter=\",\", names=True)"}},
+           {"Again",
+            "ardent run drive-run repeats a run from its folder and says whether inputs, program and results are the "
+            "same, bit "
+            "for bit.",
+            {},
+            {}}}};
+}
+
+Page exit_codes_page() {
+  return {
+      "exit-codes",
+      "How a command ends",
+      "",
+      {{"",
+        "0: fine. 2: the command line, a config or a sidecar is wrong. 3: a recording or another input cannot be used, "
+        "or is not what it was. 4: the numbers do not carry the result: nothing selected, no free run, --require not "
+        "met, a repeat that differs. 5: results cannot be written. 1: a mistake of the program. 129, 130, 143: "
+        "interrupted.",
+        {},
+        {}}}};
+}
+
+std::vector<Page> topic_pages() {
+  return {config_page(), sidecar_page(), terms_page(), methods_page(), files_page(), exit_codes_page()};
+}
+
+}  // namespace apps
