@@ -187,7 +187,7 @@ std::string usage_message(const CLI::App& root, const CLI::ParseError& error) {
   std::string text = error.what();
   for (const OptionHelp& help : options_of(command))
     if (help.required && help.names.empty() && text.starts_with(help.value + " is required"))
-      return fmt::format("{0}: {1} is missing: {2} See ardent {0} --help", command.get_name(), help.value,
+      return fmt::format("{0}: {1} is missing. {1}: {2} See ardent {0} --help", command.get_name(), help.value,
                          help.meaning);
   return fmt::format("{}: {}. See ardent {} --help", command.get_name(), text, command.get_name());
 }

@@ -51,7 +51,9 @@ std::string help_on(const CLI::App& root, const std::string& topic) {
   for (const Page& page : topic_pages())
     for (const Section& section : page.sections)
       for (const Entry& entry : section.entries) known.push_back(entry.term);
-  const std::string near = dsp::nearest(topic, known);
+  const auto begins =
+      std::find_if(known.begin(), known.end(), [&](const std::string& name) { return name.starts_with(topic); });
+  const std::string near = begins != known.end() ? *begins : dsp::nearest(topic, known);
   throw dsp::Fault(
       dsp::FaultKind::usage, "usage",
       fmt::format("help: nothing is called '{}'. {}", dsp::clean_name(topic),

@@ -67,10 +67,12 @@ std::vector<std::string> simulate_system(const SimulateArguments& arguments, con
                                  "belong to qzs",
                                  arguments.system));
   const auto names = sim::experiment_names();
-  if (std::find(names.begin(), names.end(), arguments.system) == names.end())
+  if (std::find(names.begin(), names.end(), arguments.system) == names.end()) {
+    const std::string near = dsp::nearest(arguments.system, {names.begin(), names.end()});
     throw dsp::Fault(dsp::FaultKind::usage, "sim.option",
-                     fmt::format("sim: no system '{}'; there are {}, qzs", dsp::clean_name(arguments.system),
-                                 fmt::join(names, ", ")));
+                     fmt::format("sim: no system '{}'; there are {}, qzs{}", dsp::clean_name(arguments.system),
+                                 fmt::join(names, ", "), near.empty() ? "" : fmt::format(". Did you mean {}?", near)));
+  }
   sim::Experiment experiment;
   try {
     experiment = sim::make_experiment(arguments.system, parse_settings(arguments.set));

@@ -130,7 +130,11 @@ FitConfig read_fit(const dsp::Settings& table) {
       try {
         result.methods.push_back(ident::method_named(name).method);
       } catch (const std::invalid_argument& error) {
-        throw table.fault("methods", "config.range", error.what());
+        std::vector<std::string> known;
+        for (const ident::MethodDescription& method : ident::methods()) known.emplace_back(method.name);
+        const std::string near = dsp::nearest(name, known);
+        throw table.fault("methods", "config.range",
+                          error.what() + (near.empty() ? "" : fmt::format(". Did you mean '{}'?", near)));
       }
     }
     if (result.methods.empty())

@@ -8,6 +8,7 @@
 
 #include "apps/config/identification.hpp"
 #include "apps/process/interrupt.hpp"
+#include "dsp/names.hpp"
 
 namespace apps {
 namespace {
@@ -86,13 +87,17 @@ ident::StudyCase case_of(Config& config, const StudyCell& cell, const std::vecto
 
 StudyAxis parse_axis(const std::string& text) {
   const std::size_t equals = text.find('=');
-  const auto refuse = [&](const char* what) {
+  const auto refuse = [&](const std::string& what) {
     throw dsp::Fault(dsp::FaultKind::usage, "study.over",
                      fmt::format("--over {}: {}, want KEY=V1,V2,... as in --over tau=5,10,20", text, what));
   };
   if (equals == std::string::npos || equals == 0) refuse("no key");
   StudyAxis axis{study_key(text.substr(0, equals)), {""}};
-  if (axis.key.find('.') == std::string::npos) refuse("no such setting");
+  if (axis.key.find('.') == std::string::npos) {
+    const std::set<std::string> names = study_names();
+    const std::string near = dsp::nearest(axis.key, {names.begin(), names.end()});
+    refuse(near.empty() ? "no such setting" : fmt::format("no such setting (did you mean {}?)", near));
+  }
   int depth = 0;
   bool quoted = false;
   for (const char c : text.substr(equals + 1)) {

@@ -70,9 +70,9 @@ std::string TableForm::sentence() const {
 }
 
 std::vector<TableForm> table_forms() {
-  constexpr double fine = 1e-6, coarse = 1e-4;
+  constexpr double fine = 1e-6, medium = 1e-5, coarse = 1e-4;
   constexpr std::size_t most_step = std::size_t{1} << 20;
-  std::vector<TableForm> forms{{false}, {true}, {true, fine}, {true, coarse}};
+  std::vector<TableForm> forms{{false}, {true}, {true, fine}, {true, medium}, {true, coarse}};
   for (std::size_t step = 2; step <= most_step; step *= 2) forms.push_back({true, coarse, step});
   return forms;
 }

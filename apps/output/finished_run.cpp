@@ -13,6 +13,13 @@ namespace apps {
 namespace fs = std::filesystem;
 
 void check_finished_run(const fs::path& run, bool strict, Console& console) {
+  std::error_code error;
+  if (!fs::is_directory(run, error)) {
+    const bool there = fs::exists(fs::symlink_status(run, error));
+    throw dsp::Fault(dsp::FaultKind::input, "run.incomplete",
+                     fmt::format("{}: {}, want the folder of a finished run", run.string(),
+                                 there ? "is no folder" : "is not there"));
+  }
   static_cast<void>(read_run_json(run / manifest_name));
   const auto listed = listed_outputs(run);
   if (!listed)

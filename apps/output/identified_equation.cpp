@@ -79,9 +79,10 @@ ident::Model model_of(const Json& row) {
     for (const Json& equation : one.at("methods"))
       known += fmt::format("{}{} by {}", known.empty() ? "" : ", ", one.at("name").get<std::string>(),
                            equation.at("method").get<std::string>());
+  const std::string wanted = (range.empty() ? "" : fmt::format(" of range '{}'", range)) +
+                             (method.empty() ? "" : fmt::format(" by '{}'", method));
   throw dsp::Fault(dsp::FaultKind::usage, "run.no_such_equation",
-                   printable(fmt::format("{}: no equation of range '{}' by '{}'; there are: {}", run.string(), range,
-                                         method, known)));
+                   printable(fmt::format("{}: there is no equation{}; there are: {}", run.string(), wanted, known)));
 }
 
 /// Whether prepared.csv has a column of the base.

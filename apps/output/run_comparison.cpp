@@ -147,7 +147,8 @@ std::string beside_first(const Json& term, const Json* first) {
   if (first == nullptr || !term.at("std").is_number() || !first->at("std").is_number()) return text;
   const double difference = term.at("mean").get<double>() - first->at("mean").get<double>();
   const double deviation = std::hypot(term.at("std").get<double>(), first->at("std").get<double>());
-  return difference == 0.0 ? text + " (=)" : fmt::format("{} ({:+.1f})", text, difference / deviation);
+  return difference == 0.0 ? text + " (=)"
+                           : fmt::format("{} ({:+.1f})", text, std::round(10.0 * difference / deviation) / 10.0 + 0.0);
 }
 
 std::vector<std::string> term_cells(const Comparison& one, const std::string& term,

@@ -17,6 +17,7 @@ namespace {
 constexpr double least_folder_bytes = 10e6;  // a smaller recording's run folder may be as large as this
 constexpr double reserved_bytes = 100e3;     // for the manifest and the last lines of the log
 constexpr double estimate_margin = 0.96;     // sizes of tables are estimated from some of their rows
+constexpr double prepared_share = 0.6;       // of the tables' bytes, at most
 constexpr std::size_t pieces_between_polls = 4096;
 
 std::vector<const dsp::Prepared*> prepared_of(const std::vector<Input>& inputs) {
@@ -62,28 +63,32 @@ void RunFolder::add_table(CsvTable table) {
   tables_.push_back(std::move(table));
 }
 
-void RunFolder::write_tables(double most_bytes, Console& console) {
-  std::vector<TableForm> forms = table_forms();
-  const auto needed = [&](const TableForm& form) {
-    double bytes = 0.0;
-    for (const CsvTable& table : tables_) bytes += estimated_bytes(table, form);
-    return bytes;
-  };
+double RunFolder::write_table_within(const CsvTable& table, double most_bytes, Console& console) {
+  const std::vector<TableForm> forms = table_forms();
   std::size_t chosen = 0;
-  while (chosen + 1 < forms.size() && needed(forms[chosen]) > most_bytes) ++chosen, check_interrupted();
+  while (chosen + 1 < forms.size() && estimated_bytes(table, forms[chosen]) > most_bytes) ++chosen, check_interrupted();
   const TableForm& form = forms[chosen];
-  for (const CsvTable& table : tables_) {
-    OutputFile file = folder_.file(file_name(table, form));
-    std::size_t pieces = 0;
-    write_table(table, form, [&](std::string_view bytes) {
-      file.write(bytes);
-      if (++pieces % pieces_between_polls == 0) check_interrupted();
-    });
-    file.close();
-    check_interrupted();
-    if (form.compressed)
-      console.note(fmt::format("{}: {}; --full writes all of it", file_name(table, form), form.sentence()));
-  }
+  OutputFile file = folder_.file(file_name(table, form));
+  double written = 0.0;
+  std::size_t pieces = 0;
+  write_table(table, form, [&](std::string_view bytes) {
+    file.write(bytes);
+    written += static_cast<double>(bytes.size());
+    if (++pieces % pieces_between_polls == 0) check_interrupted();
+  });
+  file.close();
+  check_interrupted();
+  if (form.compressed)
+    console.note(fmt::format("{}: {}; --full writes all of it", file_name(table, form), form.sentence()));
+  return written;
+}
+
+/// Signals before what follows from them; tables of fits share the rest.
+void RunFolder::write_tables(const CsvTable& prepared, double most_bytes, Console& console) {
+  const double share = tables_.empty() ? 1.0 : prepared_share;
+  double left = most_bytes - write_table_within(prepared, share * most_bytes, console);
+  for (std::size_t i = 0; i < tables_.size(); ++i)
+    left -= write_table_within(tables_[i], left / static_cast<double>(tables_.size() - i), console);
 }
 
 void RunFolder::finish(const Config& config, const std::vector<Input>& inputs, Console& console) {
@@ -91,11 +96,10 @@ void RunFolder::finish(const Config& config, const std::vector<Input>& inputs, C
   write("segments.json", segments_json(inputs));
   if (const auto steps = steady_steps(inputs); !steps.empty()) write("steps.csv", steps_csv(steps));
   write("config.toml", to_toml(config, folder_.destination()));
-  add_table(prepared_table(prepared_of(inputs)));
   const double most = config.full_tables ? std::numeric_limits<double>::infinity()
                                          : std::max(least_folder_bytes, recorded_bytes_) - reserved_bytes -
                                                static_cast<double>(console.log().size()) - bytes_;
-  write_tables(estimate_margin * most, console);
+  write_tables(prepared_table(prepared_of(inputs)), estimate_margin * most, console);
   write("log.txt", console.log());
   manifest_.warnings = console.warnings();
   manifest_.calibrated = std::all_of(inputs.begin(), inputs.end(),

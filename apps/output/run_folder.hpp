@@ -27,14 +27,15 @@ class RunFolder {
   void write(const std::string& name, std::string_view bytes);
   /// Written by finish, in a form that fits the folder's size. What it rests on must last until then.
   void add_table(CsvTable table);
-  /// What every run folder holds: quality.json, segments.json, steps.csv of stepped sines, config.toml; then the
-  /// tables, prepared.csv among them, in the first of table_forms() in which the folder is no larger than its
+  /// What every run folder holds: quality.json, segments.json, steps.csv of stepped sines, config.toml; then
+  /// prepared.csv and the other tables, each in the first of table_forms() in which the folder is no larger than its
   /// recordings or 10 MB, unless config.full_tables; log.txt, the manifest. Throws Interrupted when a signal has come.
   void finish(const Config& config, const std::vector<Input>& inputs, Console& console);
   [[nodiscard]] const std::filesystem::path& destination() const { return folder_.destination(); }
 
  private:
-  void write_tables(double most_bytes, Console& console);
+  [[nodiscard]] double write_table_within(const CsvTable& table, double most_bytes, Console& console);
+  void write_tables(const CsvTable& prepared, double most_bytes, Console& console);
   OutputFolder folder_;
   std::vector<CsvTable> tables_;
   double bytes_ = 0.0;           ///< written so far

@@ -130,7 +130,10 @@ void StagingFolder::make_parents() {
 /// False: the folder went with its holder just now.
 bool StagingFolder::try_lock() {
   const int error = made_.make(folder_);
-  if (error == EEXIST) made_.paths.push_back(folder_);  // what was left by who was killed goes, too
+  if (error == EEXIST) made_.paths.push_back(folder_);          // what was left by who was killed goes, too
+  if (error == ENOENT && is_there(destination_.parent_path()))  // of /proc and its like
+    throw output_fault("output.write", destination_,
+                       "cannot write: its file system makes no folders there. Choose another place with -o");
   if (error != 0 && error != EEXIST) throw cannot_write(destination_, error);
   check_entries();
   lock_.descriptor = ::open(lock_.path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);

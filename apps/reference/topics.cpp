@@ -86,13 +86,13 @@ Page files_page() {
           {{"", "A folder of results is complete or absent. Numbers are in SI units.", {}, {}},
            {"Files", "", results, {}},
            {"Size",
-            "A run folder is no larger than its recordings together or 10 MB, whichever is more. Tables that would "
-            "exceed that "
-            "are written as prepared.csv.gz and predictions.csv.gz: first with all digits, then with the columns "
-            "rounded to a "
-            "millionth of their largest value, then to a ten-thousandth, at last with every 2nd, 4th, ... row. log.txt "
-            "says "
-            "which. With --full (in a config [output] full = true) they are plain CSV with everything.",
+            "A run folder is no larger than its recordings together or 10 MB, whichever is more. Tables that would be "
+            "larger are "
+            "written as prepared.csv.gz and predictions.csv.gz: with all digits where that is enough, else rounded to "
+            "1e-6, 1e-5 "
+            "or 1e-4 of each column's largest value (times are never rounded), else only every 2nd, 4th, ... row. "
+            "log.txt says "
+            "which. With --full, in a config [output] full = true, they are plain CSV with everything.",
             {},
             {"import pandas; table = pandas.read_csv(\"drive-run/prepared.csv.gz\")",
              "import numpy; table = numpy.genfromtxt(\"drive-run/prepared.csv.gz\", delimiter=\",\", names=True)"}},

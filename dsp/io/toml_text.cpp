@@ -66,7 +66,9 @@ toml::table parse_toml(std::string_view text, const std::string& name) {
   try {
     return toml::parse(text, name);
   } catch (const toml::parse_error& error) {
-    refuse(name, error.source().begin.line, clean_name(error.description()));
+    const bool bare_text = error.description().find("could not determine value type") != std::string_view::npos;
+    refuse(name, error.source().begin.line,
+           clean_name(error.description()) + (bare_text ? ". A text stands in quotes: key = \"text\"" : ""));
   }
 }
 

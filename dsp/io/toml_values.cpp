@@ -1,5 +1,7 @@
 #include "dsp/io/toml_values.hpp"
 
+#include <fmt/format.h>
+
 #include <sstream>
 
 #include "dsp/io/settings_document.hpp"
@@ -15,6 +17,10 @@ void gather(const toml::node& node, const std::string& path, std::map<std::strin
   const auto* array = node.as_array();
   if (array != nullptr && !array->empty() && array->front().is_table()) {
     for (std::size_t i = 0; i < array->size(); ++i) gather(*array->get(i), key_path(path, std::to_string(i)), values);
+    return;
+  }
+  if (const auto* number = node.as_floating_point()) {
+    values[path] = fmt::format("{}", number->get());  // to as few digits as give it back
     return;
   }
   std::ostringstream text;

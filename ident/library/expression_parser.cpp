@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "dsp/fault.hpp"
+#include "dsp/names.hpp"
 
 namespace ident {
 namespace {
@@ -152,8 +153,12 @@ class Parser {
                                        [&](const KnownFunction& known) { return known.name == word; });
     if (function != known_functions.end() && take('(')) return call(function->function, start);
     if (is_signal_(word)) return signal_node(std::string(word));
+    std::vector<std::string> functions;
+    for (const KnownFunction& known : known_functions) functions.emplace_back(known.name);
+    const std::string near = word.size() < 3 ? "" : dsp::nearest(word, functions);
     const std::string why = function != known_functions.end() ? "is a function and wants its argument in brackets"
-                                                              : "is not known here; " + known_;
+                            : near.empty()                    ? "is not known here; " + known_
+                                           : fmt::format("is not known here (did you mean {}?); {}", near, known_);
     refuse("term.unknown_name", text_, fmt::format("position {}: {} {}", start + 1, quoted(word), why));
   }
 
