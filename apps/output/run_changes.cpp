@@ -49,24 +49,23 @@ void add_differences(std::vector<Change>& changes, Change::Kind kind,
 }  // namespace
 
 std::vector<std::string> distinct_names(const std::vector<fs::path>& folders) {
-  std::vector<fs::path> paths;
+  std::vector<std::vector<std::string>> parts;
   std::vector<std::string> names;
+  std::vector<std::size_t> kept(folders.size(), 1);  // how many parts of each make its name
   for (const fs::path& folder : folders) {
-    paths.push_back(named_path(folder).lexically_normal());
-    names.push_back(paths.back().filename().string());
+    const fs::path path = named_path(folder).lexically_normal();
+    parts.emplace_back();
+    for (const fs::path& part : path) parts.back().push_back(part.string());
+    names.push_back(parts.back().back());
   }
   for (bool longer = true; longer;) {
     longer = false;
     std::map<std::string, int> counts;
     for (const std::string& name : names) ++counts[name];
     for (std::size_t i = 0; i < names.size(); ++i) {
-      if (counts[names[i]] < 2) continue;
-      const auto parts = std::distance(fs::path(names[i]).begin(), fs::path(names[i]).end()) + 1;
-      const auto all = std::distance(paths[i].begin(), paths[i].end());
-      if (parts > all) continue;
-      fs::path end;
-      for (auto part = std::next(paths[i].begin(), all - parts); part != paths[i].end(); ++part) end /= *part;
-      names[i] = end.string();
+      if (counts[names[i]] < 2 || kept[i] == parts[i].size()) continue;
+      ++kept[i];
+      names[i] = (fs::path(parts[i][parts[i].size() - kept[i]]) / names[i]).string();
       longer = true;
     }
   }

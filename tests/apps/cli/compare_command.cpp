@@ -22,7 +22,7 @@ const Scratch& bench() {
                                        " -o " + place + "/d")
                   .code == 0);
       REQUIRE(support::run(folder, "$ARDENT run " + place + "/d/response.csv -o " + place +
-                                       "/run --set 'fit.methods=[\"fast_rvm\"]'")
+                                       "/run --set segment.find=false --set 'fit.methods=[\"fast_rvm\"]'")
                   .code == 0);
     }
     return true;
@@ -35,10 +35,12 @@ const Scratch& bench() {
 
 TEST_CASE("a comparison says what changed, then verdicts, then coefficients in their deviations", "[apps][compare]") {
   const Scratch& folder = bench();
-  REQUIRE(support::run(folder,
-                       "$ARDENT run mon/d/response.csv -o again --set 'fit.methods=[\"fast_rvm\"]' --set "
-                       "fit.train_share=0.4")
-              .code == 0);
+  REQUIRE(
+      support::run(
+          folder,
+          "$ARDENT run mon/d/response.csv -o again --set segment.find=false --set 'fit.methods=[\"fast_rvm\"]' --set "
+          "fit.train_share=0.4")
+          .code == 0);
   const auto days = expect(folder, "$ARDENT compare mon/run tue/run", 0, {"mon/run", "tue/run", "input response.csv"});
   CHECK(days.out.find("input response.csv") < days.out.find("verdict"));
   CHECK(days.out.find("verdict") < days.out.find("x^3"));

@@ -20,7 +20,8 @@ TEST_CASE("every command shows its options and two examples, and ardent --help s
     CAPTURE(command);
     CHECK_THAT(overview, Catch::Contains("\n  " + command + " "));
     const std::string help = expect(folder, "$ARDENT " + command + " --help", 0, {"Options", "--json", "Examples"}).out;
-    CHECK(help == support::run(folder, "$ARDENT help " + command).out);
+    if (command != "terms")  // help on them is a topic
+      CHECK(help == support::run(folder, "$ARDENT help " + command).out);
     const std::string examples = help.substr(help.find("\nExamples\n"));
     std::size_t num = 0;
     for (std::size_t at = 0; (at = examples.find("ardent " + command, at)) != std::string::npos; ++at) ++num;
