@@ -88,10 +88,10 @@ Command simulate_command() {
                                "qzs --raw: rf64 (as recording.wav, which holds more than 4 GiB), wav, w64, caf, flac, "
                                "aiff.");
             command.footer(
-                "Parameters of the system by --set name=number. qzs --raw, failing sensors (channel by name or index, "
-                "seconds):\n"
-                "  --set rail=payload_laser:300:300.4       at the upper rail\n"
-                "  --set hold=2:300:300.4                   stuck at its value\n"
+                "Parameters of the system: --set name=number. Failing sensors of qzs --raw, by channel\n"
+                "(name or index) and seconds:\n"
+                "  --set rail=payload_laser:300:300.4         at the upper rail\n"
+                "  --set hold=2:300:300.4                     stuck at its value\n"
                 "  --set clip=payload_accelerometer:0:9:0.02  limited to +-0.02 V");
             return [=](const GlobalOptions& global, Console& console) {
               SimulateArguments arguments = *typed;

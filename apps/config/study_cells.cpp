@@ -13,7 +13,7 @@
 namespace apps {
 namespace {
 
-constexpr const char *train_fraction = "fit.train_fraction", *cutoff = "prepare.cutoff_hz",
+constexpr const char *train_fraction = "fit.train_share", *cutoff = "prepare.cutoff_hz",
                      *rolloff = "prepare.rolloff_hz";
 
 std::string number(double value) {

@@ -66,14 +66,15 @@ void write_rows(const CsvTable& table, const TableForm& form, Wanted&& wanted, c
 std::string TableForm::sentence() const {
   std::string text =
       resolution > 0.0 ? fmt::format("rounded to {:g} of each column's largest value", resolution) : "all digits";
-  return text + (row_step > 1 ? fmt::format(", every {}th row", row_step) : ", every row");
+  return text + (row_step > 1 ? fmt::format(", one row in {}", row_step) : ", every row");
 }
 
 std::vector<TableForm> table_forms() {
   constexpr double fine = 1e-6, medium = 1e-5, coarse = 1e-4;
   constexpr std::size_t most_step = std::size_t{1} << 20;
   std::vector<TableForm> forms{{false}, {true}, {true, fine}, {true, medium}, {true, coarse}};
-  for (std::size_t step = 2; step <= most_step; step *= 2) forms.push_back({true, coarse, step});
+  for (std::size_t step = 2; step <= most_step; step += std::max<std::size_t>(1, step / 3))
+    forms.push_back({true, coarse, step});
   return forms;
 }
 

@@ -15,8 +15,8 @@ using Sink = std::function<void(std::string_view)>;
 struct TableForm {
   bool compressed = false;   ///< gzip, the name then ends in .csv.gz
   double resolution = 0.0;   ///< 0: all digits; else numbers are rounded to this part of their column's largest
-  std::size_t row_step = 1;  ///< every row, every 2nd, ...
-  [[nodiscard]] std::string sentence() const;  ///< "all digits, every 4th row"
+  std::size_t row_step = 1;  ///< every row, one in two, ...
+  [[nodiscard]] std::string sentence() const;  ///< "all digits, one row in 4"
 };
 /// From all there is to ever less; each is smaller than the one before.
 [[nodiscard]] std::vector<TableForm> table_forms();

@@ -90,7 +90,8 @@ Page files_page() {
             "larger are "
             "written as prepared.csv.gz and predictions.csv.gz: with all digits where that is enough, else rounded to "
             "1e-6, 1e-5 "
-            "or 1e-4 of each column's largest value (times are never rounded), else only every 2nd, 4th, ... row. "
+            "or 1e-4 of each column's largest value (times are never rounded), else only one row in 2, 3, 4, ... is "
+            "written. "
             "log.txt says "
             "which. With --full, in a config [output] full = true, they are plain CSV with everything.",
             {},

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "support/fault.hpp"
+#include "support/scratch.hpp"
 
 TEST_CASE("an axis is read from what was typed", "[apps][study_cells]") {
   const apps::StudyAxis cutoff = apps::parse_axis("cutoff_hz=6,8,10.24");
@@ -28,4 +29,16 @@ TEST_CASE("cells are each value alone, or every combination", "[apps][study_cell
   REQUIRE(grid.size() == 3 * 2);
   CHECK(grid[1].label() == "library.order=1 fit.tau=10");
   CHECK(grid[1].axis == -1);
+}
+
+TEST_CASE("what a study varies of itself are settings that a config has", "[apps][study_cells]") {
+  const support::Scratch folder;
+  const auto file = folder.file("c.toml", "[[recording]]\nfile = \"a.csv\"\n");
+  const std::vector<apps::StudyAxis> axes = apps::default_axes(apps::read_config(file), 100.0);
+  CHECK(axes.size() >= 5);
+  for (const apps::StudyAxis& axis : axes)
+    for (const std::string& value : axis.values) {
+      CAPTURE(axis.key, value);
+      CHECK_NOTHROW(apps::read_config(file, {axis.key + "=" + value}));
+    }
 }
