@@ -79,7 +79,7 @@ std::string escaped(std::string_view text) {
 std::string marked_down(std::string_view text) {
   std::string result;
   for (const char c : text) {
-    if (std::string_view("*_<>[]|").find(c) != std::string_view::npos) result += '\\';
+    if (std::string_view("*<>|").find(c) != std::string_view::npos) result += '\\';
     result += c;
   }
   return result;

@@ -403,6 +403,7 @@ TEST_CASE("prep, check, init and a dry run do their part and no more", "[apps][e
   CHECK(support::run(folder, "cp duffing/response.csv new/a.csv && $ARDENT init new/a.csv").code == 0);
   CHECK(support::run(folder, "$ARDENT run new/a.toml -o new-run").code == 0);
   expect(folder, "$ARDENT init new/a.csv", 5, {"[output.exists]", "--force"});
+  expect(folder, "$ARDENT init new/a.csv -o newer/deep && $ARDENT run newer/deep/a.toml -o newer/run", 0, {});
 }
 
 TEST_CASE("runs are compared, and what is no run is named", "[apps][end_to_end]") {

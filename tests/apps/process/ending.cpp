@@ -73,6 +73,8 @@ TEST_CASE("what the system or a file refuses is no mistake of the program", "[ap
   ends(folder, "$ARDENT init " + longname + ".csv", 3, {"[file.missing]", "too long"});
   ends(folder, "$ARDENT compare folder loop", 3, {"[run.incomplete]"});
   ends(folder, "$ARDENT report x.csv", 3, {"[run.incomplete]", "is no folder"});
+  ends(folder, "$ARDENT report /proc/x", 3, {"[run.incomplete] /proc/x: is not there"});
+  ends(folder, "$ARDENT sim duffing -o /proc/x", 5, {"[output.write] /proc/x: ", "Choose another place with -o"});
   for (const std::string command :
        {"run x.csv -o ", "prep x.csv -o ", "study x.csv --over tau=5 -o ", "init x.csv -o ", "sim duffing -o ",
         "sim qzs --frc --set from_hz=1 --set to_hz=1.1 --set step_hz=0.1 -o ", "replicate table-1 -o "}) {
