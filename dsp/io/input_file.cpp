@@ -1,13 +1,17 @@
 #include "dsp/io/input_file.hpp"
 
+#include <dirent.h>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <memory>
+#include <string>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "dsp/fault.hpp"
 #include "dsp/names.hpp"
@@ -29,6 +33,18 @@ bool is_missing(int error) {
   return error == ENOENT || error == ENOTDIR || error == ELOOP || error == ENAMETOOLONG;
 }
 
+/// ". Did you mean 'drive.wav'?" where a file of nearly that name is in its folder. (The iterators of the standard
+/// library end the program where memory is short.)
+std::string nearly_so_called(const std::filesystem::path& path) {
+  const std::string folder = path.has_parent_path() ? path.parent_path().string() : ".";
+  const std::unique_ptr<DIR, int (*)(DIR*)> listing(::opendir(folder.c_str()), &::closedir);
+  std::vector<std::string> names;
+  while (const dirent* entry = listing ? ::readdir(listing.get()) : nullptr)
+    if (entry->d_name[0] != '.') names.emplace_back(entry->d_name);
+  const std::string near = nearest(path.filename().string(), names);
+  return near.empty() ? "" : fmt::format(". Did you mean '{}'?", clean_name((path.parent_path() / near).string()));
+}
+
 [[noreturn]] void refuse(std::string name, const std::string& message) {
   throw Fault(FaultKind::input, std::move(name), message);
 }
@@ -48,7 +64,8 @@ InputFile::InputFile(std::filesystem::path path) : path_(std::move(path)), name_
   if (found && !S_ISREG(status.st_mode))
     refuse("file.kind", fmt::format("{}: is {}, want a regular file", name_, kind_of(status.st_mode)));
   if (error != 0)
-    refuse(is_missing(error) ? "file.missing" : "file.denied", fmt::format("{}: {}", name_, reason(error)));
+    refuse(is_missing(error) ? "file.missing" : "file.denied",
+           fmt::format("{}: {}{}", name_, reason(error), error == ENOENT ? nearly_so_called(path_) : ""));
   size_ = static_cast<std::uint64_t>(status.st_size);
   changed_s_ = status.st_mtim.tv_sec;
   changed_ns_ = status.st_mtim.tv_nsec;

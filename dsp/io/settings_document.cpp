@@ -48,7 +48,9 @@ std::string advice(const SettingsDocument& document, const std::string& table, c
     const std::string place = one.table.empty() ? "the top of the file, above the first [table]"
                               : elements        ? fmt::format("[[{}]]", one.table)
                                                 : fmt::format("[{}]", one.table);
-    return fmt::format("It is a key of {}. Known here: {}", place, fmt::join(known, ", "));
+    return fmt::format("It is a key of {}, on a command line --set {}. Known here: {}", place,
+                       elements ? fmt::format("{}.0.{}=...", one.table, key) : key_path(one.table, key) + "=...",
+                       fmt::join(known, ", "));
   }
   return near.empty() ? fmt::format("Known here: {}", fmt::join(known, ", ")) : fmt::format("Did you mean '{}'?", near);
 }

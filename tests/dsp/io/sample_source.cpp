@@ -21,6 +21,8 @@ TEST_CASE("what is no file is named for what it is", "[dsp][sample_source]") {
     check_fault([&] { (void)dsp::open_source(path); }, FaultKind::input, name, {piece});
   };
   refused(scratch / "nothing.wav", "file.missing", "No such file");
+  (void)scratch.file("drive_1.wav", "RIFF");
+  refused(scratch / "drvie_1.wav", "file.missing", "drive_1.wav'?");
   refused(scratch / "", "file.kind", "a directory");
   refused("/dev/null", "file.kind", "a device");
   refused(scratch.file("empty.wav", ""), "file.empty", "0 bytes");

@@ -62,6 +62,35 @@ TEST_CASE("a key nobody asked for is an error with its line and the nearest know
               {"run.toml:2:", "'range.0.form'", "Did you mean 'from'?"});
 }
 
+TEST_CASE("a key under the wrong heading is told the right one", "[dsp][settings]") {
+  const auto settings = Settings::from_text("cutoff_hz = 1\n[prepare]\nto = 1\n[[range]]\n", "run.toml");
+  (void)settings.table("prepare").number("cutoff_hz", 0);
+  for (const auto& range : settings.tables("range")) (void)range.number("to", 0);
+  check_fault([&] { settings.finish(); }, FaultKind::usage, "config.unknown_key",
+              {"run.toml:1:", "'cutoff_hz'", "It is a key of [prepare]", "--set prepare.cutoff_hz="});
+  const auto other = Settings::from_text("[prepare]\nto = 1\n[[range]]\n", "run.toml");
+  (void)other.table("prepare").number("cutoff_hz", 0);
+  for (const auto& range : other.tables("range")) (void)range.number("to", 0);
+  check_fault([&] { other.finish(); }, FaultKind::usage, "config.unknown_key", {"[[range]]", "--set range.0.to="});
+}
+
+TEST_CASE("what was asked of a key is known afterwards: type, range, words and default", "[dsp][settings]") {
+  const auto first = Settings::from_text("[[range]]\n[[range]]\n", "a.toml");
+  for (const auto& range : first.tables("range")) (void)range.number("to", 5.0, {.from = 0.0, .above = true});
+  (void)first.choice("way", "slow", {"slow", "fast"});
+  std::vector<dsp::AskedSetting> all = first.asked();
+  REQUIRE(all.size() == 3);  // both elements of an array are one table
+  CHECK((all[0].key == "range" && all[0].tables));
+  CHECK((all[1].table == "range" && all[1].number && all[1].range.above && all[1].fallback == "5"));
+  CHECK((all[2].text && all[2].words.size() == 2 && all[2].fallback == "\"slow\""));
+  const auto second = Settings::from_text("way = 3", "b.toml");
+  (void)second.find_number("way");
+  (void)second.need_number("way");
+  dsp::add_asked(all, second.asked());
+  REQUIRE(all.size() == 3);
+  CHECK((all[2].text && all[2].number && all[2].required && all[2].words.size() == 2));
+}
+
 TEST_CASE("a table of notes may hold anything", "[dsp][settings]") {
   const auto settings = Settings::from_text("sensor = { model = \"ZX2\", serial = 12, day = 2022-11-02 }", "s.toml");
   const auto notes = settings.notes("sensor");
