@@ -16,6 +16,19 @@ Bytef* bytes_of(std::string_view text) {
   return reinterpret_cast<Bytef*>(const_cast<char*>(text.data()));  // zlib does not write there
 }
 
+void deflate_all(z_stream& stream, std::string_view bytes, int flush,
+                 const std::function<void(std::string_view)>& sink) {
+  std::array<char, piece_bytes> piece;
+  stream.next_in = bytes_of(bytes);
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  do {
+    stream.next_out = reinterpret_cast<Bytef*>(piece.data());
+    stream.avail_out = static_cast<uInt>(piece.size());
+    deflate(&stream, flush);
+    if (stream.avail_out < piece.size()) sink(std::string_view(piece.data(), piece.size() - stream.avail_out));
+  } while (stream.avail_out == 0);
+}
+
 }  // namespace
 
 struct GzipWriter::State {
@@ -32,23 +45,6 @@ GzipWriter::GzipWriter(std::function<void(std::string_view)> sink)
 GzipWriter::~GzipWriter() {
   deflateEnd(&state_->stream);
 }
-
-namespace {
-
-void deflate_all(z_stream& stream, std::string_view bytes, int flush,
-                 const std::function<void(std::string_view)>& sink) {
-  std::array<char, piece_bytes> piece;
-  stream.next_in = bytes_of(bytes);
-  stream.avail_in = static_cast<uInt>(bytes.size());
-  do {
-    stream.next_out = reinterpret_cast<Bytef*>(piece.data());
-    stream.avail_out = static_cast<uInt>(piece.size());
-    deflate(&stream, flush);
-    if (stream.avail_out < piece.size()) sink(std::string_view(piece.data(), piece.size() - stream.avail_out));
-  } while (stream.avail_out == 0);
-}
-
-}  // namespace
 
 void GzipWriter::write(std::string_view bytes) {
   state_->waiting += bytes;
