@@ -186,7 +186,7 @@ std::string usage_message(const CLI::App& root, const CLI::ParseError& error) {
                        dsp::clean_name(rest.front()), command.get_name());
   std::string text = error.what();
   if (const std::size_t at = text.find(" not in {"); at != std::string::npos && text.ends_with('}'))
-    text = fmt::format("{}, want one of {}", text.substr(0, at), text.substr(at + 9, text.size() - at - 10));
+    text = fmt::format("{}, which is none of {}", text.substr(0, at), text.substr(at + 9, text.size() - at - 10));
   for (const OptionHelp& help : options_of(command))
     if (help.required && help.names.empty() && text.starts_with(help.value + " is required"))
       return fmt::format("{0}: {1} is missing. {1}: {2} See ardent {0} --help", command.get_name(), help.value,

@@ -49,7 +49,7 @@ std::string advice(const SettingsDocument& document, const std::string& table, c
                               : elements        ? fmt::format("[[{}]]", one.table)
                                                 : fmt::format("[{}]", one.table);
     return fmt::format("It is a key of {}, on a command line --set {}. Known here: {}", place,
-                       elements ? fmt::format("{}.0.{}=...", one.table, key) : key_path(one.table, key) + "=...",
+                       elements ? fmt::format("{}.0.{}=VALUE", one.table, key) : key_path(one.table, key) + "=VALUE",
                        fmt::join(known, ", "));
   }
   return near.empty() ? fmt::format("Known here: {}", fmt::join(known, ", ")) : fmt::format("Did you mean '{}'?", near);
