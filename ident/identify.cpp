@@ -116,9 +116,9 @@ FreeRun free_run_of(const JudgedFit& judged, const std::vector<JudgedFit>& earli
   else if (range.test.size() == 0)
     run.reason = "no test rows";
   else
-    run = twin != earlier.end()
-              ? twin->free_run
-              : free_run(judged.model, courses, {.periods_alone = periods_alone, .poll = options.poll});
+    run = twin != earlier.end() ? twin->free_run
+                                : free_run(judged.model, courses,
+                                           {.periods_alone = periods_alone, .keep_series = true, .poll = options.poll});
   run.applies = options.free_run && (options.target == "a" || options.target == "ddy");  // else no equation of motion
   return run;
 }

@@ -10,6 +10,7 @@
 #include "apps/output/report_text.hpp"
 #include "apps/output/results_json.hpp"
 #include "apps/output/run_folder.hpp"
+#include "apps/page/page_files.hpp"
 #include "apps/process/interrupt.hpp"
 #include "dsp/names.hpp"
 #include "ident/identify.hpp"
@@ -28,24 +29,33 @@ int exit_code_of(const std::vector<ident::RangeResult>& ranges, Console& console
 }
 
 /// The chosen equation run free on the recordings that were kept for that: predict-NAME.json and .csv for each.
-std::string predict_test_recordings(const Work& work, const std::vector<ident::RangeResult>& ranges,
-                                    const RunArguments& arguments, RunFolder& results, Console& console) {
+std::vector<ident::RecordPrediction> predict_test_recordings(const Work& work,
+                                                             const std::vector<ident::RangeResult>& ranges,
+                                                             const RunArguments& arguments, RunFolder& results,
+                                                             Console& console) {
   const std::optional<ident::ChosenFit> chosen = ident::chosen_fit(ranges);
-  std::string text;
-  if (!chosen || work.config.test_recordings.empty()) return text;
+  std::vector<ident::RecordPrediction> predictions;
+  if (!chosen || work.config.test_recordings.empty()) return predictions;
   const ident::RangeResult& range = ranges[chosen->range];
   for (std::size_t i = 0; i < work.config.test_recordings.size(); ++i) {
     const RecordingConfig& recording = work.config.test_recordings[i];
     const Input input = other_recording(work.config, recording, arguments.max_memory_bytes, console);
     results.add_files({input});
-    const ident::RecordPrediction prediction =
+    ident::RecordPrediction prediction =
         ident::predict(range.fits[chosen->method].model, range.linear, input,
                        {.where = range.spec.where, .num_threads = arguments.num_threads, .poll = check_interrupted});
     const std::string name = fmt::format("predict-{}-{}", i + 1, dsp::slug(recording.file.stem().string()));
     results.write(name + ".json", prediction_json(prediction));
     results.stream(name + ".csv", [&](const Sink& sink) { write_prediction(prediction, sink); });
-    text += prediction_text(prediction);
+    predictions.push_back(std::move(prediction));
   }
+  return predictions;
+}
+
+/// What the first screen leaves out.
+std::string details_text(const RunResults& found) {
+  std::string text = report_text(found.ranges) + findings_text(found.inputs);
+  for (const ident::RecordPrediction& prediction : found.predictions) text += prediction_text(prediction);
   return text;
 }
 
@@ -64,17 +74,21 @@ int run(const RunArguments& arguments, Console& console) {
       all_columns(work.config, work.inputs, libraries, arguments.max_memory_bytes, console);
   const ident::IdentifyOptions options = identify_options(work.config, work.inputs, arguments.num_threads);
   auto ranges = identify_ranges(work.config, columns, libraries.front(), options, console);
-  const std::string report = report_text(ranges) + findings_text(work.inputs) +
-                             predict_test_recordings(work, ranges, arguments, results, console);
+  const RunResults found{work.config, work.inputs, columns, ranges,
+                         predict_test_recordings(work, ranges, arguments, results, console)};
   refuse_warnings(arguments.strict, console);
-  results.write("equation.txt", report);
+  const FirstScreen first = first_screen(found);
+  results.write("equation.txt", to_text(first));
+  results.write("details.txt", details_text(found));
   results.write("equation.tex", report_latex(ranges));
   results.write("equation.json", equation_json(ranges));
   results.write("metrics.json", metrics_json(ranges, options));
   results.stream("predictions.csv", [&](const Sink& sink) { write_predictions(ranges, columns, sink); });
+  write_page(found, first, results, console);
   results.finish(work.config, work.inputs, console);
   console.result(console.json() ? equation_json(ranges)
-                                : fmt::format("{}\nresults are in {}\n", report, results.destination().string()));
+                                : fmt::format("{}{:<{}}{}\n", to_text(first), "more", label_width,
+                                              (results.destination() / "report.html").string()));
   return exit_code_of(ranges, console);
 }
 

@@ -71,6 +71,7 @@ void complete(Input& input, double recorded_hz, const Config& config, Console& c
   const fs::path file = input.files.front();
   const std::string name = file.filename().string();
   input.prepared.name = name;
+  input.recorded_rate_hz = recorded_hz;
   for (dsp::Check& check : input.prepared.checks) check.message = without_place(std::move(check.message), file);
   for (dsp::Check& check : dsp::sensor_checks(input.prepared, input.channels, input.sidecar))
     input.prepared.checks.push_back(std::move(check));
@@ -119,6 +120,7 @@ void settle_zero(Config& config, std::vector<Input>& inputs, Console& console) {
         mean ? ident::mean_of_first_range(inputs[i], config.ranges, static_cast<int>(i) + 1) : config.zero.value_m;
     dsp::set_displacement_zero(inputs[i].prepared, zero_m);
     inputs[i].zero_is_known = !mean;
+    inputs[i].zero_m = zero_m;
     console.step(fmt::format("{}: zero of x {:.6g} subtracted ({})", inputs[i].prepared.name, zero_m,
                              mean ? "mean of the first range" : "as given"));
   }

@@ -1,0 +1,242 @@
+#include "apps/page/first_screen.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "apps/output/report_text.hpp"
+#include "apps/output/wrapped_text.hpp"
+#include "apps/page/equation_display.hpp"
+#include "apps/page/physical_terms.hpp"
+#include "apps/page/remedies.hpp"
+#include "apps/page/rounded.hpp"
+#include "apps/process/printable.hpp"
+#include "dsp/signals.hpp"
+#include "ident/sensors/absolute_gains.hpp"
+
+namespace apps {
+namespace {
+
+using Entry = FirstScreen::Entry;
+using Strings = std::vector<std::string>;
+
+std::string joined(const Strings& parts, const char* between = ", ") {
+  return fmt::format("{}", fmt::join(parts, between));
+}
+
+std::string x_unit_of(const RunResults& results) {
+  const dsp::Signal* x = results.inputs.front().prepared.signals.find("x");
+  return x == nullptr ? std::string() : x->unit;
+}
+
+/// What the other methods found where this one was chosen.
+std::string agreement_sentence(const ChosenEquation& chosen) {
+  Strings same, different;
+  for (const ident::JudgedFit& other : chosen.range->fits) {
+    if (&other == chosen.fit) continue;
+    const std::string method(to_string(other.fit.method));
+    if (other.model.terms.empty()) {
+      different.push_back(method + " found no equation");
+      continue;
+    }
+    Strings terms;
+    for (const ident::Disagreement& one : ident::disagreements(chosen.fit->model, "this", other.model, method))
+      terms.push_back(one.term);
+    if (terms.empty())
+      same.push_back(method);
+    else
+      different.push_back(fmt::format("{} has another {}", method, joined(terms)));
+  }
+  if (same.empty() && different.empty()) return "No other method was tried.";
+  Strings all;
+  if (!same.empty()) all.push_back(fmt::format("{} agree{}", joined(same, " and "), same.size() == 1 ? "s" : ""));
+  all.insert(all.end(), different.begin(), different.end());
+  return joined(all, "; ") + ".";
+}
+
+std::string choice_sentence(const RunResults& results, const ChosenEquation& chosen) {
+  const std::string method(to_string(chosen.fit->fit.method));
+  const std::string why =
+      results.ranges.size() > 1 ? "the best verdict, then most data, then fast_rvm" : "the best verdict, then fast_rvm";
+  return fmt::format("From range {}, by {} ({}). {}", chosen.range->spec.name, method, why, agreement_sentence(chosen));
+}
+
+/// Where x = 0 is.
+std::string zero_sentence(const RunResults& results) {
+  const std::string unit = x_unit_of(results);
+  Strings zeros;
+  for (const Input& input : results.inputs) {
+    const std::string where = input.prepared.x_is_difference ? "y - r" : "the displacement";
+    const std::string zero =
+        input.zero_m == 0.0
+            ? fmt::format("x = {}", where)
+            : fmt::format("x = {} {} {:.6g} {}", where, input.zero_m < 0.0 ? '+' : '-', std::abs(input.zero_m), unit);
+    if (std::find(zeros.begin(), zeros.end(), zero) == zeros.end()) zeros.push_back(zero);
+  }
+  constexpr std::size_t most = 3;
+  if (zeros.size() > most) zeros.resize(most), zeros.emplace_back("...");
+  const bool mean = results.config.zero.kind == ZeroChoice::Kind::regime_mean;
+  return fmt::format("{}{}. SI units; in brackets the standard deviation in units of the last digit.",
+                     joined(zeros, "; "),
+                     mean ? fmt::format(" (its mean in {})", results.ranges.front().spec.name) : "");
+}
+
+Entry equation_entry(const RunResults& results, const ChosenEquation& chosen) {
+  Entry entry{"equation", {}, 6};
+  if (chosen.fit == nullptr) {
+    entry.lines.push_back({"No equation was found: no method selected any term."});
+    for (const ident::RangeResult& range : results.ranges)
+      for (const ident::JudgedFit& fit : range.fits)
+        entry.lines.push_back(
+            {fmt::format("{}, {}: {}", range.spec.name, to_string(fit.fit.method), to_string(fit.fit.status))});
+    return entry;
+  }
+  entry.lines.push_back({displayed_equation(chosen.fit->model, ident::Notation::text)});
+  entry.lines.push_back({choice_sentence(results, chosen)});
+  entry.lines.push_back({zero_sentence(results)});
+  return entry;
+}
+
+Entry physics_entry(const RunResults& results, const ChosenEquation& chosen) {
+  Entry entry{"which means", {}, 2};
+  if (chosen.fit == nullptr) return entry;
+  const dsp::Prepared& prepared = results.inputs[chosen.range->rows.train.front().recording].prepared;
+  const ident::Model& model = chosen.fit->model;
+  Strings texts;
+  for (const PhysicalTerm& term :
+       physical_terms(model, si_covariance(model, ident::absolute_gains(prepared)),
+                      largest_displacement(*chosen.range, results.columns), x_unit_of(results)))
+    texts.push_back(to_text(term));
+  if (!texts.empty()) entry.lines.push_back({joined(texts)});
+  return entry;
+}
+
+Entry trust_entry(const RunResults& results, const ChosenEquation& chosen) {
+  Entry entry{"trust", {}, 4};
+  if (chosen.fit == nullptr) {
+    entry.lines.push_back({"There is nothing to trust."});
+    return entry;
+  }
+  entry.lines.push_back({chosen.fit->judgement.sentence});
+  Strings others;
+  for (const ident::RangeResult& range : results.ranges) {
+    const ChosenEquation one = chosen_equation(range);
+    const ident::FreeRun* run = one.fit != nullptr ? &one.fit->free_run : nullptr;
+    others.push_back(fmt::format(
+        "{}: {}{}", range.spec.name, one.fit == nullptr ? "no equation" : in_words(one.fit->judgement.verdict),
+        run != nullptr && std::isfinite(run->nmse_centred) ? fmt::format(" (free run NMSE {:.2g})", run->nmse_centred)
+                                                           : ""));
+  }
+  if (results.ranges.size() > 1) entry.lines.push_back({"Best of each range: " + joined(others, "; ") + "."});
+  return entry;
+}
+
+Entry remedy_entry(const RunResults& results) {
+  Entry entry{"mend", {}, 5};
+  for (const Remedy& remedy : remedies(results)) {
+    entry.lines.push_back({remedy.why});
+    for (const std::string& line : remedy.lines) entry.lines.push_back({line, true});
+  }
+  return entry;
+}
+
+/// Seconds of excluded samples by reason, the longest first.
+std::string left_out(const Input& input) {
+  std::map<std::string, double> by_reason;
+  for (const dsp::Interval& interval : input.prepared.excluded)
+    by_reason[interval.why] += interval.to_s - interval.from_s;
+  std::vector<std::pair<std::string, double>> reasons(by_reason.begin(), by_reason.end());
+  std::stable_sort(reasons.begin(), reasons.end(), [](const auto& a, const auto& b) { return a.second > b.second; });
+  Strings parts;
+  const double ends =
+      2.0 * static_cast<double>(input.prepared.signals.edge_samples) / input.prepared.signals.sample_rate_hz;
+  constexpr std::size_t most = 4;
+  for (std::size_t i = 0; i < std::min(most, reasons.size()); ++i)
+    parts.push_back(fmt::format("{:.3g} s {}", reasons[i].second, reasons[i].first));
+  if (reasons.size() > most) parts.push_back(fmt::format("{} other reasons", reasons.size() - most));
+  parts.push_back(fmt::format("{:.3g} s at both ends", ends));
+  return joined(parts);
+}
+
+Entry data_entry(const RunResults& results, const ChosenEquation& chosen) {
+  Entry entry{"data", {}, 3};
+  constexpr std::size_t most = 3;
+  for (std::size_t i = 0; i < std::min(most, results.inputs.size()); ++i) {
+    const Input& input = results.inputs[i];
+    const dsp::Motion& signals = input.prepared.signals;
+    entry.lines.push_back({fmt::format("{}: {:.5g} s at {:.6g} Hz (recorded at {:.6g} Hz); left out: {}.",
+                                       printable(input.prepared.name, 200),
+                                       static_cast<double>(signals.num_samples()) / signals.sample_rate_hz,
+                                       signals.sample_rate_hz, input.recorded_rate_hz, left_out(input))});
+  }
+  if (results.inputs.size() > most)
+    entry.lines.push_back({fmt::format("and {} more recordings", results.inputs.size() - most)});
+  if (chosen.range == nullptr) return entry;
+  const double rate_hz = results.inputs[chosen.range->rows.train.front().recording].prepared.signals.sample_rate_hz;
+  const auto seconds = [&](const std::vector<ident::Row>& rows) { return static_cast<double>(rows.size()) / rate_hz; };
+  entry.lines.push_back(
+      {fmt::format("{}: fitted to {:.4g} s, tested on {:.4g} s that were not fitted{}.", chosen.range->spec.name,
+                   seconds(chosen.range->rows.train), seconds(chosen.range->rows.test),
+                   chosen.range->spec.where.empty() ? "" : ", where " + chosen.range->spec.where)});
+  return entry;
+}
+
+Entry input_entry(const RunResults& results, const ChosenEquation& chosen) {
+  Entry entry{"inputs", {}, 1};
+  if (chosen.fit == nullptr) return entry;
+  Strings inside, outside;
+  for (const dsp::Signal& signal : results.inputs.front().prepared.signals.signals) {
+    const dsp::SignalInfo* known = dsp::find_signal(signal.name);
+    if (known != nullptr && !known->in_default_library) continue;
+    const auto& terms = chosen.fit->model.terms;
+    const bool used = std::any_of(terms.begin(), terms.end(), [&](const ident::ModelTerm& term) {
+      const auto names = ident::Expression(term.name).signals();
+      return std::find(names.begin(), names.end(), signal.name) != names.end();
+    });
+    (used ? inside : outside).push_back(signal.name);
+  }
+  if (inside.empty() && outside.empty())
+    entry.lines.push_back({"none was recorded: the equation is of free or self-excited motion"});
+  else
+    entry.lines.push_back(
+        {fmt::format("in the equation: {}; recorded and not in it: {}", inside.empty() ? "none" : joined(inside),
+                     outside.empty() ? "none" : joined(outside))});
+  return entry;
+}
+
+constexpr std::size_t width = 100;
+
+}  // namespace
+
+FirstScreen first_screen(const RunResults& results) {
+  const ChosenEquation chosen = chosen_equation(results.ranges);
+  FirstScreen screen;
+  if (const auto raw = uncalibrated_channels(results.ranges); !raw.empty())
+    screen.entries.push_back({"", {{"NOT CALIBRATED: numbers are raw and have no unit, from " + joined(raw)}}, 2});
+  for (Entry entry : {equation_entry(results, chosen), physics_entry(results, chosen), trust_entry(results, chosen),
+                      remedy_entry(results), data_entry(results, chosen), input_entry(results, chosen)})
+    if (!entry.lines.empty()) screen.entries.push_back(std::move(entry));
+  return screen;
+}
+
+std::string to_text(const FirstScreen& screen) {
+  std::string text;
+  for (const Entry& entry : screen.entries) {
+    Strings lines;
+    for (const FirstScreen::Line& line : entry.lines)
+      for (std::string& part : wrapped((line.to_paste ? "    " : "") + printable(line.text), width - label_width))
+        lines.push_back(std::move(part));
+    if (lines.size() > entry.most) {
+      lines.resize(entry.most - 1);
+      lines.emplace_back("... (the rest is in report.html)");
+    }
+    for (std::size_t i = 0; i < lines.size(); ++i)
+      text += fmt::format("{:<{}}{}\n", i == 0 ? entry.label : "", label_width, lines[i]);
+  }
+  return text;
+}
+
+}  // namespace apps

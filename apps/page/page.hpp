@@ -1,0 +1,23 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "apps/page/figures.hpp"
+#include "apps/page/first_screen.hpp"
+#include "apps/page/run_results.hpp"
+
+namespace apps {
+
+/// What report.html shows.
+struct PageContent {
+  FirstScreen first;
+  std::vector<std::vector<RunFigure>> range_figures;  ///< of each range
+  std::vector<RunFigure> record_figures;
+  std::string config;  ///< config.toml
+};
+
+/// report.html: one file that asks for nothing else, neither from the folder nor from anywhere; the same bytes for the
+/// same run.
+[[nodiscard]] std::string report_page(const RunResults& results, const PageContent& content);
+
+}  // namespace apps

@@ -1,0 +1,138 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/page/equation_display.hpp"
+#include "apps/page/page_sections.hpp"
+#include "apps/page/physical_terms.hpp"
+#include "apps/page/rounded.hpp"
+#include "apps/process/printable.hpp"
+#include "ident/sensors/absolute_gains.hpp"
+
+namespace apps {
+namespace {
+
+using Strings = std::vector<std::string>;
+
+std::string number_or_dash(double value, const char* format = "{:.3g}") {
+  return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "-";
+}
+
+std::string shown(const ident::Figure& figure) {
+  return figure.reason.empty() ? fmt::format("{:.3g}", figure.value) : "none: " + printable(figure.reason);
+}
+
+/// Sources of a variance, the largest first.
+std::string budget(const ident::ModelTerm& term) {
+  constexpr double least = 0.05;
+  auto sources = term.budget;
+  std::stable_sort(sources.begin(), sources.end(), [](const auto& a, const auto& b) { return a.second > b.second; });
+  Strings parts;
+  for (const auto& [source, fraction] : sources)
+    if (fraction >= least) parts.push_back(fmt::format("{} {:.0f} %", printable(source), 100.0 * fraction));
+  return parts.empty() ? "-" : fmt::format("{}", fmt::join(parts, ", "));
+}
+
+void write_coefficients(const ident::Model& model, HtmlWriter& html) {
+  std::vector<Strings> rows;
+  for (const ident::ModelTerm& term : model.terms)
+    rows.push_back({term.name, with_uncertainty(term.mean, shown_std(term)), term.unit.empty() ? "-" : term.unit,
+                    number_or_dash(term.std), number_or_dash(term.std_si),
+                    number_or_dash(100.0 * term.coefficient_of_variation(), "{:.2g} %"),
+                    number_or_dash(term.inclusion_probability, "{:.3f}"), budget(term)});
+  html.table("Coefficients",
+             {"term", "coefficient", "unit", "standard deviation", "with calibration (SI)", "relative",
+              "probability of belonging", "variance would fall by, were it known"},
+             rows);
+}
+
+void write_decisions(const ident::RangeResult& range, const ident::JudgedFit& fit, HtmlWriter& html) {
+  std::vector<Strings> rows;
+  for (const ident::RejectedTerm& term : fit.model.rejected)
+    rows.push_back({term.name, number_or_dash(term.inclusion_probability, "{:.3f}")});
+  html.open("details").element("summary", "What was decided, and what could not be");
+  if (!rows.empty()) html.table("Candidates that were not kept", {"term", "probability of belonging"}, rows);
+  Strings open;
+  for (const auto& [kept, other] : fit.ties) open.push_back(fmt::format("{} and {}", kept, other));
+  if (!open.empty()) html.element("p", fmt::format("Not to be told apart on these data: {}.", fmt::join(open, "; ")));
+  for (const ident::DroppedTerm& term : range.dropped)
+    html.element("p", fmt::format("Left out: {} ({})", term.name, term.reason));
+  html.open("ul");
+  for (const std::string& remark : fit.judgement.remarks) html.element("li", remark);
+  html.close().close();
+}
+
+void write_methods(const ident::RangeResult& range, HtmlWriter& html) {
+  std::vector<Strings> rows;
+  for (const ident::JudgedFit& fit : range.fits)
+    rows.push_back({std::string(to_string(fit.fit.method)),
+                    fit.model.terms.empty() ? "none: " + std::string(to_string(fit.fit.status))
+                                            : displayed_equation(fit.model, ident::Notation::text),
+                    in_words(fit.judgement.verdict), shown({fit.free_run.nmse_centred, fit.free_run.reason}),
+                    shown(fit.test_centred)});
+  html.table("All methods", {"method", "equation", "verdict", "free run NMSE", "test NMSE about the mean"}, rows);
+}
+
+void write_errors(const ident::JudgedFit& fit, HtmlWriter& html) {
+  std::vector<Strings> rows{{"training", shown(fit.train), shown(fit.train_centred)},
+                            {"test", shown(fit.test), shown(fit.test_centred)},
+                            {"free run of x, test", shown({fit.free_run.nmse, fit.free_run.reason}),
+                             shown({fit.free_run.nmse_centred, fit.free_run.reason})}};
+  html.table(fmt::format("Errors as fractions of power (NMSE); noise of {} {} {}", fit.model.target,
+                         number_or_dash(fit.model.noise_std), fit.model.target_unit),
+             {"on", "NMSE", "about the mean"}, rows);
+  if (!fit.bands_reason.empty()) return;
+  html.table("Predicted against actual spread: test data inside their bands", {"band", "inside"},
+             {{"50 %", fmt::format("{:.1f} %", 100.0 * fit.bands.within_50)},
+              {"90 %", fmt::format("{:.1f} %", 100.0 * fit.bands.within_90)},
+              {"95 %", fmt::format("{:.1f} %", 100.0 * fit.bands.within_95)}});
+}
+
+void write_equation(const ident::RangeResult& range, const ident::JudgedFit& fit, const RunResults& results,
+                    HtmlWriter& html) {
+  html.open("div", {{"class", "math"}, {"tabindex", "0"}, {"role", "region"}, {"aria-label", "equation"}})
+      .markup(displayed_equation(fit.model, ident::Notation::mathml))
+      .close();
+  html.open("details").element("summary", "LaTeX and plain text, to copy");
+  html.element("pre", displayed_equation(fit.model, ident::Notation::latex));
+  html.element("pre", displayed_equation(fit.model, ident::Notation::text)).close();
+  html.element("p", fit.judgement.sentence, {{"class", "verdict"}});
+  std::vector<Strings> rows;
+  const dsp::Motion& signals = *results.columns[range.rows.train.front().recording].signals;
+  const dsp::Signal* x = signals.find("x");
+  const auto gains = ident::absolute_gains(results.inputs[range.rows.train.front().recording].prepared);
+  if (x != nullptr)
+    for (const PhysicalTerm& term : physical_terms(fit.model, si_covariance(fit.model, gains),
+                                                   largest_displacement(range, results.columns), x->unit))
+      rows.push_back({term.name, with_uncertainty(term.value, term.std), term.unit});
+  if (!rows.empty()) html.table("Which means", {"quantity", "value", "unit"}, rows);
+}
+
+}  // namespace
+
+void write_range(const ident::RangeResult& range, const RunResults& results, const std::vector<RunFigure>& figures,
+                 Eigen::Index most_points, HtmlWriter& html) {
+  const std::string id = fmt::format("range-{}", &range - results.ranges.data() + 1);
+  html.open("section", {{"id", id}}).element("h2", "Range " + range.spec.name);
+  const ChosenEquation chosen = chosen_equation(range);
+  if (chosen.fit == nullptr) {
+    html.element("p", "No method found an equation here.");
+  } else {
+    html.element("p", fmt::format("By {}.", to_string(chosen.fit->fit.method)));
+    write_equation(range, *chosen.fit, results, html);
+    write_coefficients(chosen.fit->model, html);
+    write_errors(*chosen.fit, html);
+  }
+  write_methods(range, html);
+  if (chosen.fit != nullptr) write_decisions(range, *chosen.fit, html);
+  for (const RunFigure& figure : figures)
+    if (figure.zoomable) write_figure(figure, most_points, html);
+  html.open("div", {{"class", "clouds"}});
+  for (const RunFigure& figure : figures)
+    if (!figure.zoomable) write_figure(figure, most_points, html);
+  html.close().close();
+}
+
+}  // namespace apps

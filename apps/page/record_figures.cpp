@@ -1,0 +1,136 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "apps/page/figures.hpp"
+#include "apps/page/filter_response.hpp"
+#include "apps/page/power_spectrum.hpp"
+
+namespace apps {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr std::size_t most_recordings = 6;  // more are in the files of the run
+
+PlotColour colour_of(dsp::Regime regime) {
+  switch (regime) {
+    case dsp::Regime::low:
+      return PlotColour::sky;
+    case dsp::Regime::high:
+      return PlotColour::orange;
+    case dsp::Regime::stick:
+      return PlotColour::green;
+    case dsp::Regime::excluded:
+      break;
+  }
+  return PlotColour::black;
+}
+
+std::vector<PlotSpan> regime_spans(const Input& input) {
+  std::vector<PlotSpan> spans;
+  const double rate_hz = input.prepared.intermediate.sample_rate_hz;
+  for (const dsp::Segment& segment : input.segmentation.segments)
+    if (segment.regime != dsp::Regime::excluded)
+      spans.push_back({static_cast<double>(segment.first) / rate_hz, static_cast<double>(segment.last) / rate_hz,
+                       std::string(to_string(segment.regime)), colour_of(segment.regime)});
+  for (const dsp::Interval& interval : input.prepared.excluded)
+    spans.push_back({interval.from_s, interval.to_s, "excluded", PlotColour::black});
+  return spans;
+}
+
+std::optional<RunFigure> regime_figure(const Input& input, const std::string& prefix) {
+  const dsp::Signal* x = input.prepared.signals.find("x");
+  if (x == nullptr) return {};
+  RunFigure figure{prefix + "-regimes",
+                   fmt::format("{}: displacement x over the whole record, the regimes that were found in it, and what "
+                               "is left out.",
+                               input.prepared.name),
+                   {"the record", "time (s)", x->unit.empty() ? "x (no unit)" : fmt::format("x ({})", x->unit)}};
+  figure.panel.series = {{"x", input.prepared.signals.at("t"), x->values, PlotStyle::line, PlotColour::black}};
+  figure.panel.spans = regime_spans(input);
+  return figure;
+}
+
+std::optional<RunFigure> filter_figure(const dsp::Prepared& prepared, const std::string& prefix) {
+  if (!prepared.decimation || prepared.decimation->stages.empty()) return {};
+  constexpr Index points = 600;
+  const double rate_hz = prepared.signals.sample_rate_hz;
+  const VectorXd frequency_hz = VectorXd::LinSpaced(points, 0.0, 1.5 * rate_hz);
+  RunFigure figure{prefix + "-filter",
+                   fmt::format("What the decimation from {:.6g} Hz to {:.6g} Hz passes: measured on its filters' "
+                               "coefficients. Above {:.4g} Hz everything would fold.",
+                               prepared.decimation->stages.front().input_rate_hz, rate_hz, 0.5 * rate_hz),
+                   {"front-end filter", "frequency (Hz)", "gain (dB)"}};
+  figure.panel.series = {{"gain", frequency_hz,
+                          frequency_hz.unaryExpr([&](double f) { return gain_db(*prepared.decimation, f); }),
+                          PlotStyle::line, PlotColour::black}};
+  return figure;
+}
+
+std::optional<RunFigure> before_and_behind(const dsp::Prepared& prepared, const std::string& target,
+                                           const std::string& prefix) {
+  const dsp::Signal *wide = prepared.intermediate.find(target), *kept = prepared.signals.find(target);
+  if (wide == nullptr || kept == nullptr) return {};
+  const auto before = power_spectrum_db(wide->values, prepared.intermediate.sample_rate_hz),
+             behind = power_spectrum_db(kept->values, prepared.signals.sample_rate_hz);
+  if (before.frequency_hz.size() == 0 || behind.frequency_hz.size() == 0) return {};
+  RunFigure figure{prefix + "-spectra",
+                   fmt::format("Spectrum of {} at {:.6g} Hz, before the column filter, and at the {:.6g} Hz of the "
+                               "regression, behind it.",
+                               target, prepared.intermediate.sample_rate_hz, prepared.signals.sample_rate_hz),
+                   {"spectra before and behind the filter", "frequency (Hz)",
+                    fmt::format("power density (dB re 1 ({})^2/Hz)", wide->unit)}};
+  figure.panel.series = {{"before", before.frequency_hz, before.power_db, PlotStyle::line, PlotColour::black},
+                         {"behind", behind.frequency_hz, behind.power_db, PlotStyle::dashed, PlotColour::vermilion}};
+  return figure;
+}
+
+/// Amplitude of x at the steps that are end results, up and down apart.
+RunFigure steps_figure(const RecordingSteps& recording, const std::string& prefix) {
+  RunFigure figure{
+      prefix + "-response",
+      fmt::format("{}: amplitude of x at every step of the sine that settled, against its frequency.", recording.first),
+      {"frequency response", "frequency (Hz)", "amplitude of x (m)"},
+      false};
+  const auto add = [&](const char* label, auto&& belongs, PlotColour colour) {
+    std::vector<double> f, x;
+    for (const dsp::SteadyStep& step : recording.second)
+      if (step.tag == dsp::StepTag::final && belongs(step.direction)) {
+        f.push_back(step.frequency_hz);
+        x.push_back(step.x_m);
+      }
+    if (!f.empty())
+      figure.panel.series.push_back({label, Eigen::Map<const VectorXd>(f.data(), std::ssize(f)),
+                                     Eigen::Map<const VectorXd>(x.data(), std::ssize(x)), PlotStyle::points, colour});
+  };
+  add(
+      "sweep up", [](int direction) { return direction > 0; }, PlotColour::blue);
+  add(
+      "sweep down", [](int direction) { return direction < 0; }, PlotColour::vermilion);
+  add(
+      "single", [](int direction) { return direction == 0; }, PlotColour::black);
+  return figure;
+}
+
+}  // namespace
+
+std::vector<RunFigure> record_figures(const RunResults& results, const std::vector<RecordingSteps>& steps) {
+  std::vector<RunFigure> figures;
+  const auto add = [&](std::optional<RunFigure> figure) {
+    if (figure && !figure->panel.series.empty()) figures.push_back(std::move(*figure));
+  };
+  for (std::size_t i = 0; i < std::min(most_recordings, results.inputs.size()); ++i)
+    add(regime_figure(results.inputs[i], fmt::format("recording-{}", i + 1)));
+  for (std::size_t i = 0; i < std::min(most_recordings, steps.size()); ++i)
+    add(steps_figure(steps[i], fmt::format("steps-{}", i + 1)));
+  const dsp::Prepared& first = results.inputs.front().prepared;
+  add(filter_figure(first, "front-end"));
+  add(before_and_behind(first, results.config.fit.target, "front-end"));
+  return figures;
+}
+
+}  // namespace apps

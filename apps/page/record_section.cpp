@@ -1,0 +1,119 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+
+#include "apps/output/results_json.hpp"
+#include "apps/page/page_sections.hpp"
+#include "apps/process/printable.hpp"
+#include "apps/process/version.hpp"
+
+namespace apps {
+namespace {
+
+using Strings = std::vector<std::string>;
+
+bool is_of_front_end(const RunFigure& figure) {
+  return figure.name.starts_with("front-end");
+}
+
+std::string number(double value, const char* format = "{:.4g}") {
+  return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "-";
+}
+
+void write_excluded(const Input& input, HtmlWriter& html) {
+  constexpr std::size_t most = 200;
+  std::vector<Strings> rows;
+  for (const dsp::Interval& interval : input.prepared.excluded) {
+    if (rows.size() == most) break;
+    rows.push_back({fmt::format("{:.3f}", interval.from_s), fmt::format("{:.3f}", interval.to_s), interval.why});
+  }
+  const std::string name = printable(input.prepared.name, 200);
+  if (rows.empty()) {
+    html.element("p", name + ": nothing but its ends is left out.");
+    return;
+  }
+  html.open("details").element("summary",
+                               fmt::format("{}: {} intervals left out", name, input.prepared.excluded.size()));
+  html.table("Left out", {"from (s)", "to (s)", "why"}, rows);
+  if (input.prepared.excluded.size() > most) html.element("p", "The rest is in segments.json.");
+  html.close();
+}
+
+void write_sensors(const Input& input, HtmlWriter& html) {
+  std::vector<Strings> rows;
+  for (const dsp::SensorRelation& one : input.prepared.relations) {
+    if (!one.reason.empty()) {
+      rows.push_back({one.name, "not compared: " + one.reason, "", "", ""});
+      continue;
+    }
+    rows.push_back({one.name, fmt::format("{} +- {}", number(one.sign * one.gain, "{:.5f}"), number(one.gain_std)),
+                    fmt::format("{} +- {}", number(1e3 * one.lag_s), number(1e3 * one.lag_std_s)),
+                    fmt::format("{:.4f}", fmt::join(one.highpass_hz, ", ")), number(one.residual)});
+  }
+  if (!rows.empty())
+    html.table(printable(input.prepared.name, 200) + ": accelerometer against the second derivative of displacement",
+               {"pair", "gain", "displacement late by (ms)", "AC-coupling cut-offs (Hz)", "misfit"}, rows);
+  rows.clear();
+  if (input.power)
+    for (const dsp::RegimePower& one : *input.power)
+      rows.push_back({std::string(to_string(one.regime)), number(one.raw), number(one.corrected)});
+  if (!rows.empty())
+    html.table("Power balance of v and a (0 in steady motion; a phase error of 1 degree makes 0.017)",
+               {"regime", "as recorded", "corrected"}, rows);
+}
+
+void write_checks(const Input& input, HtmlWriter& html) {
+  std::vector<Strings> rows;
+  for (const dsp::Check& check : input.prepared.checks)
+    rows.push_back(
+        {check.name, std::string(to_string(check.status)), printable(check.channel, 200), printable(check.message)});
+  html.open("details").element("summary",
+                               fmt::format("{}: all {} checks", printable(input.prepared.name, 200), rows.size()));
+  html.table("Checks", {"check", "status", "channel", "what was found"}, rows);
+  html.close();
+}
+
+}  // namespace
+
+void write_record(const RunResults& results, const std::vector<RunFigure>& figures, Eigen::Index most_points,
+                  HtmlWriter& html) {
+  html.open("section", {{"id", "record"}}).element("h2", "The record");
+  for (const RunFigure& figure : figures)
+    if (!is_of_front_end(figure)) write_figure(figure, most_points, html);
+  for (const Input& input : results.inputs) write_excluded(input, html);
+  html.close();
+}
+
+void write_front_end(const RunResults& results, const std::vector<RunFigure>& figures, Eigen::Index most_points,
+                     HtmlWriter& html) {
+  html.open("section", {{"id", "front-end"}}).element("h2", "Front end");
+  const dsp::Prepared& first = results.inputs.front().prepared;
+  if (first.decimation)
+    html.table("Filter from the recording to the regression rate", {"property", "value"},
+               {{"pass-band ripple", number(first.decimation->passband_ripple_db) + " dB"},
+                {"rejection of what folds", number(first.decimation->alias_rejection_db) + " dB"},
+                {"delay, already removed", number(first.decimation->delay_s) + " s"},
+                {"columns flat to", number(first.options.cutoff_hz) + " Hz"}});
+  else
+    html.element("p",
+                 fmt::format("The record stays at its own rate; columns roll off from {:.4g} Hz and end at {:.4g} Hz.",
+                             first.options.rolloff_hz, first.options.cutoff_hz));
+  for (const RunFigure& figure : figures)
+    if (is_of_front_end(figure)) write_figure(figure, most_points, html);
+  for (const Input& input : results.inputs) write_sensors(input, html);
+  for (const Input& input : results.inputs) write_checks(input, html);
+  html.close();
+}
+
+void write_repeat(const RunResults& results, const std::string& config, HtmlWriter& html) {
+  html.open("section", {{"id", "repeat"}}).element("h2", "How to repeat it");
+  html.element("p",
+               fmt::format("With Ardent {}, in the folder of this page, with the recording{} where the config says:",
+                           version(), results.inputs.size() > 1 ? "s" : ""));
+  html.element("pre", "ardent run config.toml -o ../again");
+  html.element("p", "manifest.json lists the SHA-256 of every file that was read and written. The config:");
+  html.open("details").element("summary", "config.toml").element("pre", config).close().close();
+}
+
+}  // namespace apps
