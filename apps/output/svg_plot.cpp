@@ -139,8 +139,11 @@ std::string line(const PlotSeries& series, const Frame& frame) {
     }
     run.clear();
   };
-  for (Index i = 0; i < std::min(series.x.size(), series.y.size()); ++i) {
-    if (std::isfinite(series.x(i)) && std::isfinite(series.y(i)))
+  const Index n = std::min(series.x.size(), series.y.size());
+  const auto inside = [&](Index i) { return series.x(i) >= frame.x.first && series.x(i) <= frame.x.second; };
+  for (Index i = 0; i < n; ++i) {
+    const bool seen = inside(i) || (i > 0 && inside(i - 1)) || (i + 1 < n && inside(i + 1));
+    if (seen && std::isfinite(series.x(i)) && std::isfinite(series.y(i)))
       run.push_back(frame.at(series.x(i), series.y(i)));
     else
       flush();

@@ -128,6 +128,7 @@ std::string chart_json(const PlotPanel& panel, Index most_points) {
                 {"y_label", printable(panel.y_label)},
                 {"spans", Json::array()},
                 {"series", Json::array()}};
+  if (panel.x_limits) document["view"] = {panel.x_limits->first, panel.x_limits->second};
   for (const PlotSpan& span : panel.spans)
     document["spans"].push_back(
         {{"from", span.from}, {"to", span.to}, {"label", printable(span.label)}, {"colour", name_of(span.colour)}});

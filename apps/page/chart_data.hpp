@@ -27,9 +27,9 @@ struct Packed {
 
 [[nodiscard]] std::string base64(std::string_view bytes);
 
-/// A panel as the JSON document that page.js draws: {"title", "x_label", "y_label", "spans": [{"from", "to", "label",
-/// "colour"}], "series": [{"label", "dashed", "colour", "n", "x0", "dx" or "x" (float32), "middle", "step", "y"
-/// (int16)}]}, arrays in base64.
+/// A panel as the JSON document that page.js draws: {"title", "x_label", "y_label", "view": [from, to] (what is shown
+/// first, left out: all), "spans": [{"from", "to", "label", "colour"}], "series": [{"label", "dashed", "colour", "n",
+/// "x0", "dx" or "x" (float32), "middle", "step", "y" (int16)}]}, arrays in base64.
 [[nodiscard]] std::string chart_json(const PlotPanel& panel, Eigen::Index most_points);
 
 }  // namespace apps

@@ -10,12 +10,9 @@
 #include "apps/output/report_text.hpp"
 #include "apps/output/wrapped_text.hpp"
 #include "apps/page/equation_display.hpp"
-#include "apps/page/physical_terms.hpp"
 #include "apps/page/remedies.hpp"
-#include "apps/page/rounded.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/signals.hpp"
-#include "ident/sensors/absolute_gains.hpp"
 
 namespace apps {
 namespace {
@@ -59,29 +56,27 @@ std::string agreement_sentence(const ChosenEquation& chosen) {
 
 std::string choice_sentence(const RunResults& results, const ChosenEquation& chosen) {
   const std::string method(to_string(chosen.fit->fit.method));
-  const std::string why =
-      results.ranges.size() > 1 ? "the best verdict, then most data, then fast_rvm" : "the best verdict, then fast_rvm";
-  return fmt::format("From range {}, by {} ({}). {}", chosen.range->spec.name, method, why, agreement_sentence(chosen));
+  const std::string range =
+      results.ranges.size() > 1
+          ? fmt::format("range {}, of those with the best verdict the one with most data", chosen.range->spec.name)
+          : "range " + chosen.range->spec.name;
+  return fmt::format("Found by {} in {}. {}", method, range, agreement_sentence(chosen));
 }
 
 /// Where x = 0 is.
 std::string zero_sentence(const RunResults& results) {
-  const std::string unit = x_unit_of(results);
   Strings zeros;
   for (const Input& input : results.inputs) {
-    const std::string where = input.prepared.x_is_difference ? "y - r" : "the displacement";
-    const std::string zero =
-        input.zero_m == 0.0
-            ? fmt::format("x = {}", where)
-            : fmt::format("x = {} {} {:.6g} {}", where, input.zero_m < 0.0 ? '+' : '-', std::abs(input.zero_m), unit);
-    if (std::find(zeros.begin(), zeros.end(), zero) == zeros.end()) zeros.push_back(zero);
+    std::string zero =
+        fmt::format("{} = {:.6g}", input.prepared.x_is_difference ? "y - r" : "the displacement", input.zero_m);
+    if (const std::string unit = x_unit_of(results); !unit.empty()) zero += " " + unit;
+    if (std::find(zeros.begin(), zeros.end(), zero) == zeros.end()) zeros.push_back(std::move(zero));
   }
   constexpr std::size_t most = 3;
   if (zeros.size() > most) zeros.resize(most), zeros.emplace_back("...");
   const bool mean = results.config.zero.kind == ZeroChoice::Kind::regime_mean;
-  return fmt::format("{}{}. SI units; in brackets the standard deviation in units of the last digit.",
-                     joined(zeros, "; "),
-                     mean ? fmt::format(" (its mean in {})", results.ranges.front().spec.name) : "");
+  return fmt::format("x = 0 is where {}{}. SI units; in brackets the standard deviation of the last digits.",
+                     joined(zeros, "; "), mean ? fmt::format(" (mean of {})", results.ranges.front().spec.name) : "");
 }
 
 Entry equation_entry(const RunResults& results, const ChosenEquation& chosen) {
@@ -101,16 +96,11 @@ Entry equation_entry(const RunResults& results, const ChosenEquation& chosen) {
 }
 
 Entry physics_entry(const RunResults& results, const ChosenEquation& chosen) {
-  Entry entry{"which means", {}, 2};
+  Entry entry{"which means", {}, 3};
   if (chosen.fit == nullptr) return entry;
-  const dsp::Prepared& prepared = results.inputs[chosen.range->rows.train.front().recording].prepared;
-  const ident::Model& model = chosen.fit->model;
   Strings texts;
-  for (const PhysicalTerm& term :
-       physical_terms(model, si_covariance(model, ident::absolute_gains(prepared)),
-                      largest_displacement(*chosen.range, results.columns), x_unit_of(results)))
-    texts.push_back(to_text(term));
-  if (!texts.empty()) entry.lines.push_back({joined(texts)});
+  for (const PhysicalTerm& term : physical_terms(chosen, results)) texts.push_back(to_text(term));
+  if (!texts.empty()) entry.lines.push_back({joined(texts) + "."});
   return entry;
 }
 
@@ -130,7 +120,7 @@ Entry trust_entry(const RunResults& results, const ChosenEquation& chosen) {
         run != nullptr && std::isfinite(run->nmse_centred) ? fmt::format(" (free run NMSE {:.2g})", run->nmse_centred)
                                                            : ""));
   }
-  if (results.ranges.size() > 1) entry.lines.push_back({"Best of each range: " + joined(others, "; ") + "."});
+  if (results.ranges.size() > 1) entry.lines.push_back({"Range by range: " + joined(others, "; ") + "."});
   return entry;
 }
 
@@ -155,7 +145,7 @@ std::string left_out(const Input& input) {
       2.0 * static_cast<double>(input.prepared.signals.edge_samples) / input.prepared.signals.sample_rate_hz;
   constexpr std::size_t most = 4;
   for (std::size_t i = 0; i < std::min(most, reasons.size()); ++i)
-    parts.push_back(fmt::format("{:.3g} s {}", reasons[i].second, reasons[i].first));
+    parts.push_back(fmt::format("{:.3g} s ({})", reasons[i].second, reasons[i].first));
   if (reasons.size() > most) parts.push_back(fmt::format("{} other reasons", reasons.size() - most));
   parts.push_back(fmt::format("{:.3g} s at both ends", ends));
   return joined(parts);
@@ -223,15 +213,28 @@ FirstScreen first_screen(const RunResults& results) {
 }
 
 std::string to_text(const FirstScreen& screen) {
-  std::string text;
+  constexpr std::size_t most_lines = 24;
+  std::vector<Strings> all;
+  std::size_t taken = 0;
   for (const Entry& entry : screen.entries) {
     Strings lines;
     for (const FirstScreen::Line& line : entry.lines)
       for (std::string& part : wrapped((line.to_paste ? "    " : "") + printable(line.text), width - label_width))
         lines.push_back(std::move(part));
-    if (lines.size() > entry.most) {
-      lines.resize(entry.most - 1);
-      lines.emplace_back("... (the rest is in report.html)");
+    taken += std::min(lines.size(), entry.most);
+    all.push_back(std::move(lines));
+  }
+  std::string text;
+  for (std::size_t e = 0; e < all.size(); ++e) {
+    const Entry& entry = screen.entries[e];
+    Strings& lines = all[e];
+    std::size_t room = entry.most;  // and what the others leave
+    while (room < lines.size() && taken < most_lines) ++room, ++taken;
+    if (lines.size() > room) {
+      lines.resize(room);
+      constexpr std::string_view more = " ...";
+      if (lines.back().size() + more.size() > width - label_width) lines.back().resize(lines.back().rfind(' '));
+      lines.back() += more;
     }
     for (std::size_t i = 0; i < lines.size(); ++i)
       text += fmt::format("{:<{}}{}\n", i == 0 ? entry.label : "", label_width, lines[i]);

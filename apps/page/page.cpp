@@ -62,6 +62,7 @@ void write_contents(const RunResults& results, HtmlWriter& html) {
   link("record", "The record");
   link("front-end", "Front end");
   link("repeat", "How to repeat it");
+  link("words", "Words on this page");
   html.close().close();
 }
 
@@ -85,6 +86,7 @@ void write_figure(const RunFigure& figure, Eigen::Index most_points, HtmlWriter&
   const std::string id = "figure-" + figure.name;
   html.open("figure", {{"class", figure.zoomable ? "chart" : "cloud"}, {"aria-labelledby", id}});
   if (figure.zoomable) {
+    html.element("h3", figure.panel.title);
     html.open("div", {{"class", "plot"}, {"role", "img"}, {"aria-labelledby", id}}).close();
     html.open("div", {{"class", "tools"}}).close();
     html.open("script", {{"type", "application/json"}})
@@ -134,6 +136,7 @@ std::string report_page(const RunResults& results, const PageContent& content) {
   write_record(results, content.record_figures, most, html);
   write_front_end(results, content.record_figures, most, html);
   write_repeat(results, content.config, html);
+  write_words(html);
   html.close();
   html.open("footer").element("p", "Written by Ardent " + version() + ". Charts: uPlot, MIT licence:");
   html.open("details").element("summary", "licence of uPlot").element("pre", uplot_licence()).close().close();

@@ -62,6 +62,7 @@
         dash: one.dashed ? [7, 4] : undefined, spanGaps: false, points: { show: one.n < 60 },
         value: (u, v) => digits(v) }))),
       hooks: { drawClear: [shade(chart.spans)] },
+      legend: { markers: { width: 2, dash: (u, i) => (i > 0 && chart.series[i - 1].dashed ? "dashed" : "solid") } },
       cursor: { drag: { x: true, y: false } },
     };
     const plot = new uPlot(options, data, place), low = data[0][0], high = data[0][data[0].length - 1];
@@ -69,6 +70,7 @@
       const { min, max } = plot.scales.x, half = 0.5 * (max - min) * factor, middle = 0.5 * (min + max) + shift * (max - min);
       plot.setScale("x", { min: Math.max(low, middle - half), max: Math.min(high, middle + half) });
     };
+    if (chart.view) plot.setScale("x", { min: chart.view[0], max: chart.view[1] });
     const acts = { "zoom in": () => move(0, 0.5), "zoom out": () => move(0, 2), "earlier": () => move(-0.4, 1),
                    "later": () => move(0.4, 1), "all": () => plot.setScale("x", { min: low, max: high }) };
     const tools = figure.querySelector(".tools");

@@ -26,6 +26,9 @@ void write_record(const RunResults& results, const std::vector<RunFigure>& figur
 void write_front_end(const RunResults& results, const std::vector<RunFigure>& figures, Eigen::Index most_points,
                      HtmlWriter& html);
 
+/// What the words and signs of the page mean.
+void write_words(HtmlWriter& html);
+
 /// What it takes to get the same page again.
 void write_repeat(const RunResults& results, const std::string& config, HtmlWriter& html);
 

@@ -47,13 +47,13 @@ struct Restoring {
   }
 };
 
-bool only_of_motion(const ident::Expression& term) {
-  return !term.signals().empty() && std::all_of(term.signals().begin(), term.signals().end(), [](const auto& name) {
-    return name == "x" || name == "v" || name == "dy";
+bool only_of_motion(const ident::Expression& term, bool base_at_rest) {
+  return !term.signals().empty() && std::all_of(term.signals().begin(), term.signals().end(), [&](const auto& name) {
+    return name == "x" || name == "v" || name == "dy" || (base_at_rest && name == "y");
   });
 }
 
-std::optional<Restoring> restoring_side(const ident::Model& model) {
+std::optional<Restoring> restoring_side(const ident::Model& model, bool base_at_rest) {
   const Index n = std::ssize(model.terms);
   const double sign = is_acceleration(model.target) ? -1.0 : 1.0;
   Restoring side{VectorXd::Zero(n), VectorXd::Zero(n), VectorXd::Zero(n), VectorXd::Zero(n), {}};
@@ -61,10 +61,13 @@ std::optional<Restoring> restoring_side(const ident::Model& model) {
     const std::string& name = model.terms[static_cast<std::size_t>(i)].name;
     if (is_acceleration(name) && !is_acceleration(model.target)) side.mass = VectorXd::Unit(n, i);
     const ident::Expression term(name);
-    if (!only_of_motion(term)) continue;
-    side.stiffness(i) = sign * derivative_at_rest(term, "x", 1);
-    side.damping(i) = sign * derivative_at_rest(term, "v", 1);
-    side.cubic(i) = sign * derivative_at_rest(term, "x", 3) / 6.0;
+    if (!only_of_motion(term, base_at_rest)) continue;
+    for (const char* position : {"x", "y"}) {
+      side.stiffness(i) += sign * derivative_at_rest(term, position, 1);
+      side.cubic(i) += sign * derivative_at_rest(term, position, 3) / 6.0;
+    }
+    for (const char* speed : {"v", "dy"})
+      if (base_at_rest || speed[0] == 'v') side.damping(i) += sign * derivative_at_rest(term, speed, 1);
     if (!term.switches().empty()) side.friction(i) = 0.5 * sign * (at_rest(term, 1.0) - at_rest(term, -1.0));
   }
   if (!is_acceleration(model.target) && !side.mass) return {};
@@ -115,10 +118,12 @@ double propagated_std(const Function& function, const VectorXd& mean, const Matr
   return variance >= 0.0 ? std::sqrt(variance) : nan;
 }
 
-std::vector<PhysicalTerm> physical_terms(const ident::Model& model, const MatrixXd& covariance, double amplitude,
-                                         const std::string& x_unit) {
+std::vector<PhysicalTerm> physical_terms(const ident::Model& model, const MatrixXd& covariance,
+                                         const PhysicalContext& context) {
+  const std::string& x_unit = context.x_unit;
+  const double amplitude = context.amplitude;
   std::vector<PhysicalTerm> terms;
-  const std::optional<Restoring> side = restoring_side(model);
+  const std::optional<Restoring> side = restoring_side(model, context.base_at_rest);
   if (!side || x_unit.empty()) return terms;
   VectorXd mean(std::ssize(model.terms));
   for (Index i = 0; i < mean.size(); ++i) mean(i) = model.terms[static_cast<std::size_t>(i)].mean;

@@ -30,8 +30,13 @@ struct PhysicalTerm {
 /// mass (half the jump at v = 0), k3, and the frequency sqrt(k + 3/4 k3 A^2) / 2 pi at the amplitude A = `amplitude` of
 /// x (0: left out). Negative k: the rest positions sqrt(-k / k3) and the frequency sqrt(-2 k) / 2 pi about them. What
 /// the equation does not have is not there; nothing where frequency has no unit to be told from.
+struct PhysicalContext {
+  double amplitude = 0.0;  ///< of x
+  std::string x_unit;
+  bool base_at_rest = false;  ///< y and dy are x and v, but for a constant
+};
 [[nodiscard]] std::vector<PhysicalTerm> physical_terms(const ident::Model& model, const Eigen::MatrixXd& covariance,
-                                                       double amplitude, const std::string& x_unit);
+                                                       const PhysicalContext& context);
 
 /// The same for a terminal or a page: "natural frequency 1.1254(3) Hz".
 [[nodiscard]] std::string to_text(const PhysicalTerm& term);

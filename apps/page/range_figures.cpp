@@ -8,6 +8,7 @@
 
 #include "apps/page/figures.hpp"
 #include "apps/page/power_spectrum.hpp"
+#include "dsp/filter/strongest_line.hpp"
 #include "dsp/names.hpp"
 #include "ident/library/expression.hpp"
 
@@ -123,6 +124,9 @@ struct RangeView {
     return values;
   }
   [[nodiscard]] std::string target_axis() const { return axis(fit.model.target, fit.model.target_unit); }
+  [[nodiscard]] std::string residual_axis() const {
+    return axis("residual of " + fit.model.target, fit.model.target_unit);
+  }
   [[nodiscard]] std::vector<PlotSpan> train_and_test() const {
     std::vector<PlotSpan> spans;
     const bool one = results.columns.size() == 1 || range.recording > 0;
@@ -136,6 +140,23 @@ struct RangeView {
   }
 };
 
+/// A dozen periods of the motion around a time, where all of it would be a block of ink.
+constexpr double shown_periods = 12.0;
+
+std::optional<std::pair<double, double>> some_periods(const RangeView& view, const VectorXd& times_s,
+                                                      const VectorXd& values, double around_s) {
+  if (values.size() < 16) return {};
+  const VectorXd filled = values.unaryExpr([](double value) { return std::isfinite(value) ? value : 0.0; });
+  const double line_hz = dsp::strongest_line(filled, view.signals().sample_rate_hz).frequency_hz;
+  const double length = line_hz > 0.0 ? shown_periods / line_hz : 0.0, first = times_s(0),
+               last = times_s(times_s.size() - 1);
+  if (!(length > 0.0) || length > 0.4 * (last - first)) return {};
+  const double from = std::clamp(around_s - 0.5 * length, first, last - length);
+  return std::pair{from, from + length};
+}
+
+constexpr const char* how_to_see_all = " A dozen periods are shown; the button 'all' shows the rest.";
+
 RunFigure target_figure(const RangeView& view) {
   RunFigure figure{view.slug + "-target",
                    fmt::format("{} measured and identified in {}. Shaded: fitted (train) and not fitted (test).",
@@ -145,6 +166,12 @@ RunFigure target_figure(const RangeView& view) {
       {"measured", view.times_s, view.clock.on_clock(view.range.target), PlotStyle::line, PlotColour::black},
       {"identified", view.times_s, view.clock.on_clock(view.fit.predicted), PlotStyle::dashed, PlotColour::vermilion}};
   figure.panel.spans = view.train_and_test();
+  const auto first_test = std::find_if(figure.panel.spans.begin(), figure.panel.spans.end(),
+                                       [](const PlotSpan& span) { return span.label == "test"; });
+  figure.panel.x_limits =
+      some_periods(view, view.times_s, figure.panel.series.front().y,
+                   first_test != figure.panel.spans.end() ? first_test->from : view.times_s(view.times_s.size() / 2));
+  if (figure.panel.x_limits) figure.caption += how_to_see_all;
   return figure;
 }
 
@@ -173,6 +200,11 @@ std::optional<RunFigure> free_run_figure(const RangeView& view) {
   figure.panel.series = {
       {"measured", times, measured.segment(first, last - first), PlotStyle::line, PlotColour::black},
       {"free run", times, predicted.segment(first, last - first), PlotStyle::dashed, PlotColour::vermilion}};
+  figure.panel.x_limits = some_periods(view, times, figure.panel.series.front().y, times(times.size() - 1));
+  if (figure.panel.x_limits)
+    figure.caption +=
+        " The last dozen periods are shown, where an error of phase would have grown; the button 'all' "
+        "shows the rest.";
   return figure;
 }
 
@@ -180,7 +212,7 @@ RunFigure residual_figure(const RangeView& view) {
   RunFigure figure{
       view.slug + "-residual",
       fmt::format("What the equation leaves of {}, sample by sample, in {}.", view.fit.model.target, view.title),
-      {"residual: measured less identified", "time (s)", view.target_axis()}};
+      {"residual: measured less identified", "time (s)", view.residual_axis()}};
   figure.panel.series = {
       {"residual", view.times_s, view.clock.on_clock(view.residual), PlotStyle::line, PlotColour::blue}};
   figure.panel.spans = view.train_and_test();
@@ -216,7 +248,7 @@ void add_residual_clouds(const RangeView& view, std::vector<RunFigure>& figures)
     if (!of_interest || signal.name == view.fit.model.target) continue;
     RunFigure figure{fmt::format("{}-residual-{}", view.slug, dsp::slug(signal.name)),
                      fmt::format("Residual against {}: a shape in the cloud is a term that is missing.", signal.name),
-                     {"residual against " + signal.name, axis(signal.name, signal.unit), view.target_axis()},
+                     {"residual against " + signal.name, axis(signal.name, signal.unit), view.residual_axis()},
                      false};
     figure.panel.series = {cloud("", view.on_rows(signal.name), view.residual, PlotColour::blue)};
     figures.push_back(std::move(figure));
@@ -234,17 +266,18 @@ RunFigure phase_figure(const RangeView& view) {
   return figure;
 }
 
-/// Sum of the terms in x and v alone, as they act against the motion.
-VectorXd restoring_force(const ident::Model& model, const VectorXd& x, const VectorXd& v) {
+/// Sum of the terms in x and v alone, as they act against the motion; `at_rest`: y and dy are these, too.
+VectorXd restoring_force(const ident::Model& model, const VectorXd& x, const VectorXd& v, bool at_rest) {
   const double sign = model.target == "a" || model.target == "ddy" ? -1.0 : 1.0;
   VectorXd sum = VectorXd::Zero(x.size());
   dsp::Motion motion;
   motion.signals = {{"x", "", x}, {"v", "", v}};
+  if (at_rest) motion.signals.insert(motion.signals.end(), {{"y", "", x}, {"dy", "", v}});
   for (const ident::ModelTerm& term : model.terms) {
     const ident::Expression expression(term.name);
     const auto& names = expression.signals();
     if (!names.empty() &&
-        std::all_of(names.begin(), names.end(), [](const std::string& name) { return name == "x" || name == "v"; }))
+        std::all_of(names.begin(), names.end(), [&](const std::string& name) { return motion.find(name) != nullptr; }))
       sum += sign * term.mean * expression.evaluate(motion);
   }
   return sum;
@@ -261,7 +294,8 @@ void add_restoring_force(const RangeView& view, std::vector<RunFigure>& figures)
   const ident::Model& model = view.fit.model;
   const VectorXd x = view.on_rows("x"), v = view.on_rows("v"), still = VectorXd::Zero(x.size());
   const double sign = model.target == "a" || model.target == "ddy" ? -1.0 : 1.0;
-  const VectorXd spring = restoring_force(model, x, still), both = restoring_force(model, x, v);
+  const bool at_rest = base_at_rest(view.signals());
+  const VectorXd spring = restoring_force(model, x, still, at_rest), both = restoring_force(model, x, v, at_rest);
   const VectorXd left = sign * view.residual;
   if (!both.allFinite() || both.isZero(0.0)) return;
   const std::string what = sign < 0.0 ? "restoring force per mass" : "restoring force";
@@ -278,9 +312,10 @@ void add_restoring_force(const RangeView& view, std::vector<RunFigure>& figures)
     figures.push_back(std::move(figure));
   };
   const VectorXd grid_x = grid_over(x), grid_v = grid_over(v), none = VectorXd::Zero(grid_x.size());
-  add("x", x, spring, grid_x, restoring_force(model, grid_x, none),
+  add("x", x, spring, grid_x, restoring_force(model, grid_x, none, at_rest),
       "The spring: identified force at v = 0; the points add what was measured beyond the equation.");
-  add("v", v, both - spring, grid_v, restoring_force(model, none, grid_v) - restoring_force(model, none, none),
+  add("v", v, both - spring, grid_v,
+      restoring_force(model, none, grid_v, at_rest) - restoring_force(model, none, none, at_rest),
       "Damping and friction: identified force at x = 0; the points are at the x that was measured, and add what was "
       "measured beyond the equation.");
 }

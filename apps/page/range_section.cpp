@@ -9,7 +9,6 @@
 #include "apps/page/physical_terms.hpp"
 #include "apps/page/rounded.hpp"
 #include "apps/process/printable.hpp"
-#include "ident/sensors/absolute_gains.hpp"
 
 namespace apps {
 namespace {
@@ -100,13 +99,8 @@ void write_equation(const ident::RangeResult& range, const ident::JudgedFit& fit
   html.element("pre", displayed_equation(fit.model, ident::Notation::text)).close();
   html.element("p", fit.judgement.sentence, {{"class", "verdict"}});
   std::vector<Strings> rows;
-  const dsp::Motion& signals = *results.columns[range.rows.train.front().recording].signals;
-  const dsp::Signal* x = signals.find("x");
-  const auto gains = ident::absolute_gains(results.inputs[range.rows.train.front().recording].prepared);
-  if (x != nullptr)
-    for (const PhysicalTerm& term : physical_terms(fit.model, si_covariance(fit.model, gains),
-                                                   largest_displacement(range, results.columns), x->unit))
-      rows.push_back({term.name, with_uncertainty(term.value, term.std), term.unit});
+  for (const PhysicalTerm& term : physical_terms({&range, &fit}, results))
+    rows.push_back({term.name, with_uncertainty(term.value, term.std), term.unit});
   if (!rows.empty()) html.table("Which means", {"quantity", "value", "unit"}, rows);
 }
 
@@ -120,7 +114,7 @@ void write_range(const ident::RangeResult& range, const RunResults& results, con
   if (chosen.fit == nullptr) {
     html.element("p", "No method found an equation here.");
   } else {
-    html.element("p", fmt::format("By {}.", to_string(chosen.fit->fit.method)));
+    html.element("p", fmt::format("Method: {}.", to_string(chosen.fit->fit.method)));
     write_equation(range, *chosen.fit, results, html);
     write_coefficients(chosen.fit->model, html);
     write_errors(*chosen.fit, html);

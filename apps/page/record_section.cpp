@@ -106,6 +106,38 @@ void write_front_end(const RunResults& results, const std::vector<RunFigure>& fi
   html.close();
 }
 
+void write_words(HtmlWriter& html) {
+  constexpr std::pair<const char*, const char*> words[] = {
+      {"a, v, x",
+       "acceleration, velocity and displacement of the payload relative to its base (x = y - r); y, dy, ddy are "
+       "the payload's own motion, r, dr, ddr the base's, f a force or another input that was measured."},
+      {"-50.0(2)", "-50.0 with a standard deviation of 0.2: the digits in brackets are those of the last digits."},
+      {"e+04", "times ten to the power of 4."},
+      {"sgn(v)", "the sign of the velocity, +1 or -1: dry friction."},
+      {"k3/m", "cubic stiffness per mass: the restoring force per mass is (k/m) x + (k3/m) x^3."},
+      {"NMSE",
+       "power of the error as a fraction of the power of the signal (about its mean where that is said): 0.01 is an "
+       "error of a tenth of the amplitude."},
+      {"one step ahead", "the target predicted from the measured state of the same moment."},
+      {"free run",
+       "the equation integrated from one measured state, driven by the measured inputs and by nothing else: "
+       "the harder test."},
+      {"train, test", "data that the equation was fitted to, and data that it was not."},
+      {"range, regime",
+       "data that are fitted together; low, high: the lower and upper branch of a response with a jump; "
+       "stick: the payload does not move relative to its base."},
+      {"fast_rvm, slow_rvm, sindy",
+       "methods of sparse regression: they keep the terms that the data ask for and give the "
+       "others zero."},
+      {"probability of belonging", "of a term to the equation, given the data."},
+      {"power balance",
+       "mean of v times a over their standard deviations. Steady motion keeps no power, so anything but "
+       "zero is a phase error between the two sensors, which would be taken for damping."}};
+  html.open("section", {{"id", "words"}}).element("h2", "Words on this page").open("dl");
+  for (const auto& [word, meaning] : words) html.element("dt", word).element("dd", meaning);
+  html.close().close();
+}
+
 void write_repeat(const RunResults& results, const std::string& config, HtmlWriter& html) {
   html.open("section", {{"id", "repeat"}}).element("h2", "How to repeat it");
   html.element("p",

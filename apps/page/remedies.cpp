@@ -5,32 +5,75 @@
 
 #include <algorithm>
 
+#include "apps/process/console.hpp"
 #include "dsp/names.hpp"
+#include "dsp/sensors/power_check.hpp"
 #include "dsp/sensors/sensor_checks.hpp"
 #include "dsp/sensors/sensor_problems.hpp"
 
 namespace apps {
 namespace {
 
-/// As in the sidecar of this input, or where it should be.
-Remedy sensor_remedy(const Input& input, const dsp::SensorProblem& problem, bool corrected) {
-  const auto spec = std::find_if(input.channels.begin(), input.channels.end(),
-                                 [&](const dsp::ChannelSpec& channel) { return channel.name == problem.channel; });
-  const char* doubt = problem.either ? " (or its partner: which of the two is wrong cannot be seen)" : "";
-  return {fmt::format("{}{}; {}. In {}:", problem.sentence, doubt,
-                      corrected ? "corrected in this run" : "not corrected", input.sidecar),
-          {"[[channel]]", "name = " + dsp::toml_quoted(problem.channel),
-           dsp::remedy(problem, spec == input.channels.end() ? nullptr : &*spec)}};
+/// Keys of a sidecar's [[channel]], each channel once.
+using ChannelLines = std::vector<std::pair<std::string, std::vector<std::string>>>;
+
+void add_line(ChannelLines& channels, const std::string& name, const std::string& line) {
+  auto channel = std::find_if(channels.begin(), channels.end(), [&](const auto& one) { return one.first == name; });
+  if (channel == channels.end()) channel = channels.insert(channels.end(), {name, {}});
+  channel->second.push_back(line);
 }
 
-/// Of all sensor pairs of the inputs; which of them by whether they were corrected.
-void add_sensors(const RunResults& results, bool corrected, std::vector<Remedy>& found) {
+std::vector<std::string> to_paste(const ChannelLines& channels) {
+  std::vector<std::string> lines;
+  for (const auto& [name, keys] : channels) {
+    lines.push_back("[[channel]]  # " + dsp::toml_quoted(name) + ": add or replace");
+    lines.insert(lines.end(), keys.begin(), keys.end());
+  }
+  return lines;
+}
+
+/// What calls visit(relation, problem) for every problem of every sensor pair of an input.
+template <class Visit>
+void for_each_problem(const Input& input, const Visit& visit) {
+  for (const auto* relations : {&input.prepared.relations, &input.prepared.derivatives})
+    for (const dsp::SensorRelation& relation : *relations)
+      for (const dsp::SensorProblem& problem : dsp::sensor_problems(relation, input.prepared.options.scale))
+        visit(relation, problem);
+}
+
+std::string line_for(const Input& input, const dsp::SensorProblem& problem) {
+  const auto spec = std::find_if(input.channels.begin(), input.channels.end(),
+                                 [&](const dsp::ChannelSpec& channel) { return channel.name == problem.channel; });
+  return dsp::remedy(problem, spec == input.channels.end() ? nullptr : &*spec);
+}
+
+void add_uncorrected(const RunResults& results, std::vector<Remedy>& found) {
   for (const Input& input : results.inputs)
-    for (const auto* relations : {&input.prepared.relations, &input.prepared.derivatives})
-      for (const dsp::SensorRelation& relation : *relations)
-        for (const dsp::SensorProblem& problem : dsp::sensor_problems(relation, input.prepared.options.scale))
-          if (dsp::is_corrected(input.prepared, relation, problem) == corrected)
-            found.push_back(sensor_remedy(input, problem, corrected));
+    for_each_problem(input, [&](const dsp::SensorRelation& relation, const dsp::SensorProblem& problem) {
+      if (dsp::is_corrected(input.prepared, relation, problem)) return;
+      const char* doubt = problem.either ? " (or of its partner: which of the two is wrong cannot be seen)" : "";
+      ChannelLines lines;
+      add_line(lines, problem.channel, line_for(input, problem));
+      found.push_back(
+          {fmt::format("{}; not corrected. In {}{}:", problem.sentence, input.sidecar, doubt), to_paste(lines)});
+    });
+}
+
+/// One for each sidecar.
+void add_corrected(const RunResults& results, std::vector<Remedy>& found) {
+  for (const Input& input : results.inputs) {
+    ChannelLines lines;
+    for_each_problem(input, [&](const dsp::SensorRelation& relation, const dsp::SensorProblem& problem) {
+      if (dsp::is_corrected(input.prepared, relation, problem))
+        add_line(lines, problem.channel, line_for(input, problem));
+    });
+    if (!lines.empty())
+      found.push_back(
+          {fmt::format("Nothing for this run: gains, lags and AC couplings that {} does not know were found and "
+                       "corrected. To write them down there:",
+                       input.sidecar),
+           to_paste(lines)});
+  }
 }
 
 std::string quoted_list(const std::vector<std::string>& terms) {
@@ -72,7 +115,10 @@ void add_cause(const RunResults& results, const ident::JudgedFit& fit, std::vect
   }
 }
 
-bool is_of_sensor_pair(const dsp::Check& check) {
+/// Said by the lines above, or put right: signals that were out of step as recorded and are in step now.
+bool is_said(const dsp::Check& check, const Input& input) {
+  if (check.name == "power.balance" && input.power)
+    return dsp::largest_balance(*input.power, dsp::RegimeSet::mixed(), &dsp::RegimePower::corrected) <= check.limit;
   return check.name.starts_with("sensor.") && check.name != "sensor.relation";
 }
 
@@ -80,15 +126,16 @@ bool is_of_sensor_pair(const dsp::Check& check) {
 
 std::vector<Remedy> remedies(const RunResults& results) {
   std::vector<Remedy> found;
-  add_sensors(results, false, found);
+  add_uncorrected(results, found);
   if (const ChosenEquation chosen = chosen_equation(results.ranges); chosen.fit != nullptr)
     add_cause(results, *chosen.fit, found);
   for (const Input& input : results.inputs)
     for (const dsp::Check& check : input.prepared.checks)
       if ((check.status == dsp::CheckStatus::warning || check.status == dsp::CheckStatus::failed) &&
-          !is_of_sensor_pair(check))
-        found.push_back({fmt::format("{}: {}", input.prepared.name, check.message), {}});
-  add_sensors(results, true, found);
+          !is_said(check, input))
+        found.push_back(
+            {fmt::format("{}: {}{} [{}]", input.prepared.name, channel_prefix(check), check.message, check.name), {}});
+  add_corrected(results, found);
   return found;
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ident/sensors/absolute_gains.hpp"
+
 namespace apps {
 
 ChosenEquation chosen_equation(const std::vector<ident::RangeResult>& ranges) {
@@ -26,14 +28,29 @@ double largest_displacement(const ident::RangeResult& range, const std::vector<i
   return largest;
 }
 
+bool base_at_rest(const dsp::Motion& signals) {
+  return signals.find("y") != nullptr && signals.find("r") == nullptr && signals.find("dr") == nullptr &&
+         signals.find("ddr") == nullptr;
+}
+
+std::vector<PhysicalTerm> physical_terms(const ChosenEquation& chosen, const RunResults& results) {
+  const dsp::Prepared& prepared = results.inputs[chosen.range->rows.train.front().recording].prepared;
+  const dsp::Signal* x = prepared.signals.find("x");
+  if (x == nullptr) return {};
+  const ident::Model& model = chosen.fit->model;
+  return physical_terms(
+      model, si_covariance(model, ident::absolute_gains(prepared)),
+      {largest_displacement(*chosen.range, results.columns), x->unit, base_at_rest(prepared.signals)});
+}
+
 const char* in_words(ident::Verdict verdict) {
   switch (verdict) {
     case ident::Verdict::describes:
-      return "describes its range";
+      return "describes";
     case ident::Verdict::in_part:
-      return "describes its range in part";
+      return "describes in part";
     case ident::Verdict::does_not:
-      return "does not describe its range";
+      return "does not describe";
     case ident::Verdict::undecided:
       break;
   }

@@ -5,6 +5,7 @@
 
 #include "apps/config/config.hpp"
 #include "apps/config/inputs.hpp"
+#include "apps/page/physical_terms.hpp"
 #include "ident/identify.hpp"
 #include "ident/validate/judge.hpp"
 #include "ident/validate/predict.hpp"
@@ -32,7 +33,13 @@ struct ChosenEquation {
 /// Largest magnitude of x over the training rows.
 [[nodiscard]] double largest_displacement(const ident::RangeResult& range, const std::vector<ident::Columns>& columns);
 
-/// "describes its range", "describes its range in part", ...
+/// Whether nothing but the payload moves: y and dy are x and v, but for a constant.
+[[nodiscard]] bool base_at_rest(const dsp::Motion& signals);
+
+/// What the coefficients of a range's equation mean, with the uncertainty that they have in SI.
+[[nodiscard]] std::vector<PhysicalTerm> physical_terms(const ChosenEquation& chosen, const RunResults& results);
+
+/// "describes", "describes in part", ...
 [[nodiscard]] const char* in_words(ident::Verdict verdict);
 
 }  // namespace apps
