@@ -67,8 +67,8 @@ std::string choice_sentence(const RunResults& results, const ChosenEquation& cho
 std::string zero_sentence(const RunResults& results) {
   Strings zeros;
   for (const Input& input : results.inputs) {
-    std::string zero =
-        fmt::format("{} = {:.6g}", input.prepared.x_is_difference ? "y - r" : "the displacement", input.zero_m);
+    std::string zero = fmt::format(
+        "{} is {:.4g}", input.prepared.x_is_difference ? "y - r" : "the measured displacement", input.zero_m);
     if (const std::string unit = x_unit_of(results); !unit.empty()) zero += " " + unit;
     if (std::find(zeros.begin(), zeros.end(), zero) == zeros.end()) zeros.push_back(std::move(zero));
   }
@@ -82,11 +82,13 @@ std::string zero_sentence(const RunResults& results) {
 Entry equation_entry(const RunResults& results, const ChosenEquation& chosen) {
   Entry entry{"equation", {}, 6};
   if (chosen.fit == nullptr) {
-    entry.lines.push_back({"No equation was found: no method selected any term."});
-    for (const ident::RangeResult& range : results.ranges)
+    entry.lines.push_back({"No equation was found."});
+    for (const ident::RangeResult& range : results.ranges) {
+      Strings reasons;
       for (const ident::JudgedFit& fit : range.fits)
-        entry.lines.push_back(
-            {fmt::format("{}, {}: {}", range.spec.name, to_string(fit.fit.method), to_string(fit.fit.status))});
+        reasons.push_back(fmt::format("{}: {}", to_string(fit.fit.method), in_words(fit.fit.status)));
+      entry.lines.push_back({fmt::format("In range {}: {}.", range.spec.name, joined(reasons, "; "))});
+    }
     return entry;
   }
   entry.lines.push_back({displayed_equation(chosen.fit->model, ident::Notation::text)});
@@ -106,10 +108,7 @@ Entry physics_entry(const RunResults& results, const ChosenEquation& chosen) {
 
 Entry trust_entry(const RunResults& results, const ChosenEquation& chosen) {
   Entry entry{"trust", {}, 4};
-  if (chosen.fit == nullptr) {
-    entry.lines.push_back({"There is nothing to trust."});
-    return entry;
-  }
+  if (chosen.fit == nullptr) return entry;
   entry.lines.push_back({chosen.fit->judgement.sentence});
   Strings others;
   for (const ident::RangeResult& range : results.ranges) {

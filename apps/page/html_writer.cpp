@@ -80,10 +80,13 @@ HtmlWriter& HtmlWriter::markup(std::string_view markup) {
 }
 
 HtmlWriter& HtmlWriter::row(const std::vector<std::string>& cells) {
+  constexpr std::size_t short_cell = 26;  // numbers and names, which stay on one line
   open("tr");
   for (std::size_t i = 0; i < cells.size(); ++i)
     if (i == 0)
       element("th", cells[i], {{"scope", "row"}});
+    else if (cells[i].size() <= short_cell)
+      element("td", cells[i], {{"class", "short"}});
     else
       element("td", cells[i]);
   return close();

@@ -48,6 +48,7 @@
 
   function draw(figure) {
     const chart = JSON.parse(figure.querySelector("script").textContent), place = figure.querySelector(".plot");
+    const overlaid = chart.series.some(one => one.dashed);  // measured lies broad and grey under identified
     const data = columns(chart.series.map(unpack));
     const axis = label => ({ label: label, stroke: () => colour("ink"), grid: { stroke: () => colour("line"), width: 0.5 },
                              ticks: { stroke: () => colour("line") }, labelSize: 22, labelFont: "13px sans-serif" });
@@ -58,7 +59,8 @@
       axes: [axis(chart.x_label),
              Object.assign(axis(chart.y_label), { size: 62, values: (u, ticks) => ticks.map(digits) })],
       series: [{ label: chart.x_label, value: (u, v) => digits(v) }].concat(chart.series.map(one => ({
-        label: one.label || chart.y_label, stroke: () => colour(one.colour), width: one.dashed ? 1.8 : 1.3,
+        label: one.label || chart.y_label, stroke: () => colour(!one.dashed && overlaid ? "under" : one.colour),
+        width: one.dashed ? 1.8 : overlaid ? 3.5 : 1.3,
         dash: one.dashed ? [7, 4] : undefined, spanGaps: false, points: { show: one.n < 60 },
         value: (u, v) => digits(v) }))),
       hooks: { drawClear: [shade(chart.spans)] },

@@ -67,10 +67,10 @@ void write_methods(const ident::RangeResult& range, HtmlWriter& html) {
   std::vector<Strings> rows;
   for (const ident::JudgedFit& fit : range.fits)
     rows.push_back({std::string(to_string(fit.fit.method)),
-                    fit.model.terms.empty() ? "none: " + std::string(to_string(fit.fit.status))
+                    fit.model.terms.empty() ? "none: " + std::string(in_words(fit.fit.status))
                                             : displayed_equation(fit.model, ident::Notation::text),
-                    in_words(fit.judgement.verdict), shown({fit.free_run.nmse_centred, fit.free_run.reason}),
-                    shown(fit.test_centred)});
+                    fit.model.terms.empty() ? "-" : in_words(fit.judgement.verdict),
+                    shown({fit.free_run.nmse_centred, fit.free_run.reason}), shown(fit.test_centred)});
   html.table("All methods", {"method", "equation", "verdict", "free run NMSE", "test NMSE about the mean"}, rows);
 }
 

@@ -45,11 +45,12 @@ std::vector<PlotSpan> regime_spans(const Input& input) {
 std::optional<RunFigure> regime_figure(const Input& input, const std::string& prefix) {
   const dsp::Signal* x = input.prepared.signals.find("x");
   if (x == nullptr) return {};
-  RunFigure figure{prefix + "-regimes",
-                   fmt::format("{}: displacement x over the whole record, the regimes that were found in it, and what "
-                               "is left out.",
-                               input.prepared.name),
-                   {"the record", "time (s)", x->unit.empty() ? "x (no unit)" : fmt::format("x ({})", x->unit)}};
+  RunFigure figure{
+      prefix + "-regimes",
+      fmt::format("{}: displacement x over the whole record, the regimes that were found in it, and what "
+                  "is left out.",
+                  input.prepared.name),
+      {"displacement and regimes", "time (s)", x->unit.empty() ? "x (no unit)" : fmt::format("x ({})", x->unit)}};
   figure.panel.series = {{"x", input.prepared.signals.at("t"), x->values, PlotStyle::line, PlotColour::black}};
   figure.panel.spans = regime_spans(input);
   return figure;

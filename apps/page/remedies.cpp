@@ -82,6 +82,16 @@ std::string quoted_list(const std::vector<std::string>& terms) {
   return fmt::format("[{}]", fmt::join(quoted, ", "));
 }
 
+/// All products of x and v, one degree further than the candidates go now.
+std::vector<std::string> larger_library(const Config& config) {
+  constexpr double most = 7.0;
+  double degree = config.library.order;
+  for (const std::string& term : config.library.terms)
+    if (const ident::Expression expression(term); expression.switches().empty())
+      degree = std::max(degree, std::min(most, expression.band_factor()));
+  return {"[library]", fmt::format("order = {:.0f}", std::max(3.0, degree + 1.0))};
+}
+
 /// What the judgement of an equation found, as settings of the config.
 void add_cause(const RunResults& results, const ident::JudgedFit& fit, std::vector<Remedy>& found) {
   if (!fit.judgement.cause || fit.judgement.verdict == ident::Verdict::describes) return;
@@ -129,6 +139,9 @@ std::vector<Remedy> remedies(const RunResults& results) {
   add_uncorrected(results, found);
   if (const ChosenEquation chosen = chosen_equation(results.ranges); chosen.fit != nullptr)
     add_cause(results, *chosen.fit, found);
+  else
+    found.push_back({"No candidate explains more than noise does: try a larger library. In the config:",
+                     larger_library(results.config)});
   for (const Input& input : results.inputs)
     for (const dsp::Check& check : input.prepared.checks)
       if ((check.status == dsp::CheckStatus::warning || check.status == dsp::CheckStatus::failed) &&

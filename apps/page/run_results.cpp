@@ -57,4 +57,22 @@ const char* in_words(ident::Verdict verdict) {
   return "undecided";
 }
 
+const char* in_words(ident::FitStatus status) {
+  switch (status) {
+    case ident::FitStatus::converged:
+      return "converged";
+    case ident::FitStatus::iteration_limit:
+      return "stopped at its limit of iterations";
+    case ident::FitStatus::no_relevant_term:
+      return "no term explains more than noise";
+    case ident::FitStatus::rank_deficient:
+      return "terms that make one another up";
+    case ident::FitStatus::too_few_rows:
+      return "too few samples for the terms";
+    case ident::FitStatus::zero_target:
+      break;
+  }
+  return "the target is zero throughout";
+}
+
 }  // namespace apps

@@ -41,5 +41,7 @@ struct ChosenEquation {
 
 /// "describes", "describes in part", ...
 [[nodiscard]] const char* in_words(ident::Verdict verdict);
+/// "no term explains more than noise", "too few rows for the terms", ...
+[[nodiscard]] const char* in_words(ident::FitStatus status);
 
 }  // namespace apps
