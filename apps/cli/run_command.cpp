@@ -86,9 +86,11 @@ int run(const RunArguments& arguments, Console& console) {
   results.stream("predictions.csv", [&](const Sink& sink) { write_predictions(ranges, columns, sink); });
   write_page(found, first, results, console);
   results.finish(work.config, work.inputs, console);
-  console.result(console.json() ? equation_json(ranges)
-                                : fmt::format("{}{:<{}}{}\n", to_text(first), "more", label_width,
-                                              (results.destination() / "report.html").string()));
+  const std::string folder = results.destination().string();
+  console.result(console.json()
+                     ? equation_json(ranges)
+                     : fmt::format("{0}{1:<{2}}results are in {3}: open report.html, or ardent report {3} --details\n",
+                                   to_text(first), "more", label_width, folder));
   return exit_code_of(ranges, console);
 }
 

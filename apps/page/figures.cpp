@@ -30,7 +30,7 @@ std::string label_of(const PlotSeries& series, const PlotPanel& panel) {
 
 void write_side_by_side(const PlotPanel& panel, const Sink& sink) {
   std::string line = text_cell(panel.x_label);
-  for (const PlotSeries& series : panel.series) line += "," + label_of(series, panel);
+  for (const PlotSeries& series : panel.series) line.append(1, ',').append(label_of(series, panel));
   sink(line + "\n");
   for (Index i = 0; i < panel.series.front().x.size(); ++i) {
     line.clear();
