@@ -37,19 +37,21 @@ double shown_std(const ident::ModelTerm& term) {
 
 std::string displayed_equation(const ident::Model& model, Notation notation) {
   const bool mathml = notation == Notation::mathml;
-  std::string text = ident::Expression(model.target).print(notation) + (mathml ? "<mo>=</mo>" : " =");
+  const auto piece = [&](const std::string& content) {
+    return mathml ? "<math><mrow>" + content + "</mrow></math> " : content;
+  };
+  std::string text = piece(ident::Expression(model.target).print(notation) + (mathml ? "<mo>=</mo>" : " ="));
   for (const ident::ModelTerm& term : model.terms) {
-    text += joined(notation, &term == &model.terms.front(), term.mean < 0.0);
     const std::string number = number_in(rounded(std::abs(term.mean), shown_std(term)), notation);
     const std::string factor = term.name == "1" ? "" : ident::Expression(term.name).print_as_factor(notation);
     const char* between = factor.empty()                ? ""
                           : mathml                      ? "<mspace width=\"0.2em\"/>"
                           : notation == Notation::latex ? "\\,"
                                                         : " ";
-    text += mathml ? fmt::format("<mrow>{}{}{}</mrow>", number, between, factor) : number + between + factor;
+    text += piece(joined(notation, &term == &model.terms.front(), term.mean < 0.0) + number + between + factor);
   }
-  if (model.terms.empty()) text += mathml ? "<mn>0</mn>" : " 0";
-  return mathml ? fmt::format("<math display=\"block\"><mrow>{}</mrow></math>", text) : text;
+  if (model.terms.empty()) text += mathml ? piece("<mn>0</mn>") : " 0";
+  return text;
 }
 
 }  // namespace apps

@@ -75,8 +75,11 @@ std::string zero_sentence(const RunResults& results) {
   constexpr std::size_t most = 3;
   if (zeros.size() > most) zeros.resize(most), zeros.emplace_back("...");
   const bool mean = results.config.zero.kind == ZeroChoice::Kind::regime_mean;
-  return fmt::format("x = 0 is where {}{}. SI units; in brackets the standard deviation of the last digits.",
-                     joined(zeros, "; "), mean ? fmt::format(" (mean of {})", results.ranges.front().spec.name) : "");
+  const std::string unit = x_unit_of(results);
+  const bool si = unit.empty() || unit == "m" || unit == "rad";
+  return fmt::format("x = 0 is where {}{}. In SI units{}; in brackets the standard deviation of the last digits.",
+                     joined(zeros, "; "), mean ? fmt::format(" (mean of {})", results.ranges.front().spec.name) : "",
+                     si ? "" : " and " + unit);
 }
 
 Entry equation_entry(const RunResults& results, const ChosenEquation& chosen) {

@@ -32,7 +32,12 @@ std::string escaped_markup(std::string_view text) {
 
 std::string json_for_script(std::string_view document) {
   std::string out;
-  for (const char c : document) out += c == '<' ? std::string("\\u003c") : std::string(1, c);
+  out.reserve(document.size());
+  for (const char c : document)
+    if (c == '<')
+      out += "\\u003c";
+    else
+      out += c;
   return out;
 }
 

@@ -232,6 +232,9 @@ std::optional<RunFigure> spectrum_figure(const RangeView& view) {
                     fmt::format("power density (dB re 1 ({})^2/Hz)", view.fit.model.target_unit)}};
   figure.panel.series = {{"measured", target.frequency_hz, target.power_db, PlotStyle::line, PlotColour::black},
                          {"residual", residual.frequency_hz, residual.power_db, PlotStyle::dashed, PlotColour::blue}};
+  constexpr double beyond_band = 1.25;
+  const double band_hz = view.results.columns[view.range.rows.train.front().recording].band_hz;
+  if (band_hz > 0.0 && beyond_band * band_hz < 0.45 * rate_hz) figure.panel.x_limits = {0.0, beyond_band * band_hz};
   return figure;
 }
 

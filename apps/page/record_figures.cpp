@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <tuple>
+#include <utility>
 
 #include "apps/page/figures.hpp"
 #include "apps/page/filter_response.hpp"
+#include "apps/page/identified_response.hpp"
 #include "apps/page/power_spectrum.hpp"
 
 namespace apps {
@@ -90,30 +93,44 @@ std::optional<RunFigure> before_and_behind(const dsp::Prepared& prepared, const 
   return figure;
 }
 
-/// Amplitude of x at the steps that are end results, up and down apart.
-RunFigure steps_figure(const RecordingSteps& recording, const std::string& prefix) {
+PlotSeries points(const char* label, const std::vector<std::pair<double, double>>& pairs, PlotStyle style,
+                  PlotColour colour) {
+  PlotSeries series{label, VectorXd(std::ssize(pairs)), VectorXd(std::ssize(pairs)), style, colour};
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    std::tie(series.x(static_cast<Index>(i)), series.y(static_cast<Index>(i))) = pairs[i];
+  return series;
+}
+
+/// Amplitude of x at the steps that are end results, up and down apart, and what the chosen equation makes of them.
+RunFigure steps_figure(const RunResults& results, const RecordingSteps& recording, const std::string& prefix) {
+  const dsp::Signal* x = results.inputs.front().prepared.signals.find("x");
   RunFigure figure{
       prefix + "-response",
       fmt::format("{}: amplitude of x at every step of the sine that settled, against its frequency.", recording.first),
-      {"frequency response", "frequency (Hz)", "amplitude of x (m)"},
+      {"frequency response", "frequency (Hz)", fmt::format("amplitude of x ({})", x != nullptr ? x->unit : "")},
       false};
-  const auto add = [&](const char* label, auto&& belongs, PlotColour colour) {
-    std::vector<double> f, x;
+  const auto measured = [&](const char* label, int direction, PlotColour colour) {
+    std::vector<std::pair<double, double>> pairs;
     for (const dsp::SteadyStep& step : recording.second)
-      if (step.tag == dsp::StepTag::final && belongs(step.direction)) {
-        f.push_back(step.frequency_hz);
-        x.push_back(step.x_m);
-      }
-    if (!f.empty())
-      figure.panel.series.push_back({label, Eigen::Map<const VectorXd>(f.data(), std::ssize(f)),
-                                     Eigen::Map<const VectorXd>(x.data(), std::ssize(x)), PlotStyle::points, colour});
+      if (step.tag == dsp::StepTag::final && step.direction == direction)
+        pairs.emplace_back(step.frequency_hz, step.x_m);
+    if (!pairs.empty()) figure.panel.series.push_back(points(label, pairs, PlotStyle::points, colour));
   };
-  add(
-      "sweep up", [](int direction) { return direction > 0; }, PlotColour::blue);
-  add(
-      "sweep down", [](int direction) { return direction < 0; }, PlotColour::vermilion);
-  add(
-      "single", [](int direction) { return direction == 0; }, PlotColour::black);
+  measured("measured, up", 1, PlotColour::blue);
+  measured("measured, down", -1, PlotColour::vermilion);
+  measured("measured", 0, PlotColour::black);
+  const auto response = identified_response(results, recording.second);
+  if (!response) return figure;
+  const auto identified = [&](const char* label, const std::vector<sim::ResponsePoint>& answers, PlotStyle style) {
+    std::vector<std::pair<double, double>> pairs;
+    for (const sim::ResponsePoint& answer : answers) pairs.emplace_back(answer.frequency_hz, answer.x_m);
+    if (!pairs.empty()) figure.panel.series.push_back(points(label, pairs, style, PlotColour::black));
+  };
+  identified("equation, up", response->up, PlotStyle::dashed);
+  identified("equation, down", response->down, PlotStyle::line);
+  figure.caption +=
+      " Lines: the chosen equation, walked up and down at the median amplitude of the drive. What a resting payload "
+      "withstands does not show while it slips, so the equation may lock elsewhere; ardent frc takes it as an option.";
   return figure;
 }
 
@@ -127,7 +144,7 @@ std::vector<RunFigure> record_figures(const RunResults& results, const std::vect
   for (std::size_t i = 0; i < std::min(most_recordings, results.inputs.size()); ++i)
     add(regime_figure(results.inputs[i], fmt::format("recording-{}", i + 1)));
   for (std::size_t i = 0; i < std::min(most_recordings, steps.size()); ++i)
-    add(steps_figure(steps[i], fmt::format("steps-{}", i + 1)));
+    add(steps_figure(results, steps[i], fmt::format("steps-{}", i + 1)));
   const dsp::Prepared& first = results.inputs.front().prepared;
   add(filter_figure(first, "front-end"));
   add(before_and_behind(first, results.config.fit.target, "front-end"));
