@@ -53,6 +53,7 @@ std::string figure_svg(const RunFigure& figure) {
   file.panel_width_px = figure.zoomable ? 900.0 : 460.0;
   file.panel_height_px = figure.zoomable ? 320.0 : 340.0;
   file.caption = {figure.caption};
+  file.id = figure.name + "-";
   return to_svg(file);
 }
 

@@ -14,13 +14,17 @@ struct RunFigure {
   std::string name;     ///< of the files, without ending: plain, of this run once
   std::string caption;  ///< sentences that say what to see
   PlotPanel panel;
-  bool zoomable = true;  ///< lines over an ascending x
+  bool zoomable = true;   ///< lines over an ascending x
+  std::string hint = {};  ///< one more sentence of the caption, for who can zoom
 };
 
 /// Of a range and its chosen equation: measured against identified target, free run over x on data not fitted, residual
 /// in time, in its spectrum and against each signal, phase portrait, restoring force against x and against v, evidence
 /// by move. What does not exist is left out; nothing for a range without an equation.
 [[nodiscard]] std::vector<RunFigure> range_figures(const ident::RangeResult& range, const RunResults& results);
+
+/// Of recordings that were kept: x and the chosen equation's free run.
+[[nodiscard]] std::vector<RunFigure> prediction_figures(const RunResults& results);
 
 /// Of the recordings: x with its regimes and what is left out, response at the steps of a stepped sine, front-end
 /// filter, spectra before and behind it.

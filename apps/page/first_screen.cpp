@@ -109,6 +109,15 @@ Entry physics_entry(const RunResults& results, const ChosenEquation& chosen) {
   return entry;
 }
 
+std::string shown(const ident::Figure& figure) {
+  return figure.reason.empty() ? fmt::format("NMSE {:.2g}", figure.value) : "no figure: " + figure.reason;
+}
+
+std::string prediction_sentence(const ident::RecordPrediction& prediction) {
+  return fmt::format("On {}, which was not fitted: free run {}; a linear equation {}.",
+                     printable(prediction.recording, 100), shown(prediction.nmse), shown(prediction.linear));
+}
+
 Entry trust_entry(const RunResults& results, const ChosenEquation& chosen) {
   Entry entry{"trust", {}, 4};
   if (chosen.fit == nullptr) return entry;
@@ -122,6 +131,8 @@ Entry trust_entry(const RunResults& results, const ChosenEquation& chosen) {
         run != nullptr && std::isfinite(run->nmse_centred) ? fmt::format(" (free run NMSE {:.2g})", run->nmse_centred)
                                                            : ""));
   }
+  for (const ident::RecordPrediction& prediction : results.predictions)
+    entry.lines.push_back({prediction_sentence(prediction)});
   if (results.ranges.size() > 1) entry.lines.push_back({"Range by range: " + joined(others, "; ") + "."});
   return entry;
 }
@@ -135,37 +146,49 @@ Entry remedy_entry(const RunResults& results) {
   return entry;
 }
 
-/// Seconds of excluded samples by reason, the longest first.
-std::string left_out(const Input& input) {
+/// Seconds that are left out of all recordings by reason, the longest first.
+std::string left_out(const std::vector<Input>& inputs) {
   std::map<std::string, double> by_reason;
-  for (const dsp::Interval& interval : input.prepared.excluded)
-    by_reason[interval.why] += interval.to_s - interval.from_s;
+  double ends_s = 0.0;
+  for (const Input& input : inputs) {
+    for (const dsp::Interval& interval : input.prepared.excluded)
+      by_reason[interval.why] += interval.to_s - interval.from_s;
+    ends_s += 2.0 * static_cast<double>(input.prepared.signals.edge_samples) / input.prepared.signals.sample_rate_hz;
+  }
   std::vector<std::pair<std::string, double>> reasons(by_reason.begin(), by_reason.end());
   std::stable_sort(reasons.begin(), reasons.end(), [](const auto& a, const auto& b) { return a.second > b.second; });
   Strings parts;
-  const double ends =
-      2.0 * static_cast<double>(input.prepared.signals.edge_samples) / input.prepared.signals.sample_rate_hz;
   constexpr std::size_t most = 4;
   for (std::size_t i = 0; i < std::min(most, reasons.size()); ++i)
     parts.push_back(fmt::format("{:.3g} s ({})", reasons[i].second, reasons[i].first));
   if (reasons.size() > most) parts.push_back(fmt::format("{} other reasons", reasons.size() - most));
-  parts.push_back(fmt::format("{:.3g} s at both ends", ends));
+  parts.push_back(fmt::format("{:.3g} s (ends of the record)", ends_s));
   return joined(parts);
+}
+
+/// "1800 s at 25.6 Hz (recorded at 25600 Hz)", of all recordings together where they are alike.
+std::string length_and_rate(const std::vector<Input>& inputs) {
+  double duration_s = 0.0;
+  Strings rates;
+  for (const Input& input : inputs) {
+    const dsp::Motion& signals = input.prepared.signals;
+    duration_s += static_cast<double>(signals.num_samples()) / signals.sample_rate_hz;
+    std::string rate = fmt::format("{:.6g} Hz (recorded at {:.6g} Hz)", signals.sample_rate_hz, input.recorded_rate_hz);
+    if (std::find(rates.begin(), rates.end(), rate) == rates.end()) rates.push_back(std::move(rate));
+  }
+  constexpr std::size_t most = 2;
+  if (rates.size() > most) rates.resize(most), rates.emplace_back("...");
+  return fmt::format("{:.5g} s at {}", duration_s, joined(rates, " and "));
 }
 
 Entry data_entry(const RunResults& results, const ChosenEquation& chosen) {
   Entry entry{"data", {}, 3};
   constexpr std::size_t most = 3;
-  for (std::size_t i = 0; i < std::min(most, results.inputs.size()); ++i) {
-    const Input& input = results.inputs[i];
-    const dsp::Motion& signals = input.prepared.signals;
-    entry.lines.push_back({fmt::format("{}: {:.5g} s at {:.6g} Hz (recorded at {:.6g} Hz); left out: {}.",
-                                       printable(input.prepared.name, 200),
-                                       static_cast<double>(signals.num_samples()) / signals.sample_rate_hz,
-                                       signals.sample_rate_hz, input.recorded_rate_hz, left_out(input))});
-  }
-  if (results.inputs.size() > most)
-    entry.lines.push_back({fmt::format("and {} more recordings", results.inputs.size() - most)});
+  Strings names;
+  for (const Input& input : results.inputs) names.push_back(printable(input.prepared.name, 100));
+  if (names.size() > most) names = {names.front(), fmt::format("{} more recordings", names.size() - 1)};
+  entry.lines.push_back({fmt::format("{}: {}; left out: {}.", joined(names, " and "), length_and_rate(results.inputs),
+                                     left_out(results.inputs))});
   if (chosen.range == nullptr) return entry;
   const double rate_hz = results.inputs[chosen.range->rows.train.front().recording].prepared.signals.sample_rate_hz;
   const auto seconds = [&](const std::vector<ident::Row>& rows) { return static_cast<double>(rows.size()) / rate_hz; };

@@ -99,7 +99,7 @@ HtmlWriter& HtmlWriter::row(const std::vector<std::string>& cells) {
 
 HtmlWriter& HtmlWriter::table(std::string_view caption, const std::vector<std::string>& heads,
                               const std::vector<std::vector<std::string>>& rows) {
-  open("div", {{"class", "table"}, {"tabindex", "0"}, {"role", "region"}, {"aria-label", caption}});
+  open("div", {{"class", "table"}, {"tabindex", "0"}, {"role", "group"}, {"aria-label", caption}});
   open("table").element("caption", caption).open("thead").open("tr");
   for (const std::string& head : heads) element("th", head, {{"scope", "col"}});
   close().close().open("tbody");

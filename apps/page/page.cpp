@@ -59,6 +59,7 @@ void write_contents(const RunResults& results, HtmlWriter& html) {
   };
   for (std::size_t i = 0; i < results.ranges.size(); ++i)
     link(fmt::format("range-{}", i + 1), "Range " + printable(results.ranges[i].spec.name, 60));
+  if (!results.predictions.empty()) link("others", "Other recordings");
   link("record", "The record");
   link("front-end", "Front end");
   link("repeat", "How to repeat it");
@@ -76,6 +77,7 @@ Eigen::Index most_points(const PageContent& content) {
         if (figure.zoomable) wanted += std::min(series.y.size(), longest);
   };
   for (const auto& figures : content.range_figures) count(figures);
+  count(content.prediction_figures);
   count(content.record_figures);
   return wanted <= all ? longest : std::max(shortest, longest * all / wanted);
 }
@@ -99,7 +101,7 @@ void write_figure(const RunFigure& figure, Eigen::Index most_points, HtmlWriter&
     drawn.id = figure.name + "-";
     html.open("div", {{"role", "img"}, {"aria-labelledby", id}}).markup(to_svg(drawn)).close();
   }
-  html.open("figcaption", {{"id", id}}).text(figure.caption).close();
+  html.open("figcaption", {{"id", id}}).text(figure.caption + figure.hint).close();
   std::vector<std::vector<std::string>> rows;
   for (const PlotSeries& series : figure.panel.series) {
     double least = std::nan(""), greatest = least, squares = 0.0, count = 0.0;
@@ -133,6 +135,8 @@ std::string report_page(const RunResults& results, const PageContent& content) {
   const Eigen::Index most = most_points(content);
   for (std::size_t i = 0; i < results.ranges.size(); ++i)
     write_range(results.ranges[i], results, content.range_figures[i], most, html);
+  write_agreement(results, html);
+  write_predictions(results, content.prediction_figures, most, html);
   write_record(results, content.record_figures, most, html);
   write_front_end(results, content.record_figures, most, html);
   write_repeat(results, content.config, html);

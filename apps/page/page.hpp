@@ -12,7 +12,7 @@ namespace apps {
 struct PageContent {
   FirstScreen first;
   std::vector<std::vector<RunFigure>> range_figures;  ///< of each range
-  std::vector<RunFigure> record_figures;
+  std::vector<RunFigure> prediction_figures, record_figures;
   std::string config;  ///< config.toml
 };
 

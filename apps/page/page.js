@@ -89,6 +89,15 @@
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => plot.redraw());
   }
 
+  // On paper nothing can be opened: what is folded is printed, but for the numbers of figures.
+  const folded = () => document.querySelectorAll("section > details:not([open])");
+  let opened = [];
+  addEventListener("beforeprint", () => {
+    opened = Array.from(folded());
+    opened.forEach(one => (one.open = true));
+  });
+  addEventListener("afterprint", () => opened.forEach(one => (one.open = false)));
+
   const waiting = Array.from(document.querySelectorAll("figure.chart"));
   (function next() {
     const figure = waiting.shift();

@@ -22,11 +22,14 @@ void write_figures(const std::vector<RunFigure>& figures, RunFolder& folder) {
 void write_page(const RunResults& results, const FirstScreen& first, RunFolder& folder, Console& console) {
   const auto start = std::chrono::steady_clock::now();
   console.step("writing report.html");
-  PageContent content{
-      first, {}, record_figures(results, steady_steps(results.inputs)), to_toml(results.config, folder.destination())};
+  PageContent content{.first = first,
+                      .prediction_figures = prediction_figures(results),
+                      .record_figures = record_figures(results, steady_steps(results.inputs)),
+                      .config = to_toml(results.config, folder.destination())};
   for (const ident::RangeResult& range : results.ranges) content.range_figures.push_back(range_figures(range, results));
   folder.write("report.html", report_page(results, content));
   for (const auto& figures : content.range_figures) write_figures(figures, folder);
+  write_figures(content.prediction_figures, folder);
   write_figures(content.record_figures, folder);
   console.note(fmt::format("page and figures written in {:.2f} s",
                            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()));

@@ -18,6 +18,13 @@ void write_figure(const RunFigure& figure, Eigen::Index most_points, HtmlWriter&
 void write_range(const ident::RangeResult& range, const RunResults& results, const std::vector<RunFigure>& figures,
                  Eigen::Index most_points, HtmlWriter& html);
 
+/// What the equations of several ranges do not agree on; nothing of one range.
+void write_agreement(const RunResults& results, HtmlWriter& html);
+
+/// The chosen equation on recordings that were kept for that; nothing where there are none.
+void write_predictions(const RunResults& results, const std::vector<RunFigure>& figures, Eigen::Index most_points,
+                       HtmlWriter& html);
+
 /// The recordings: regimes, what is left out and why, response at the steps of a stepped sine.
 void write_record(const RunResults& results, const std::vector<RunFigure>& figures, Eigen::Index most_points,
                   HtmlWriter& html);

@@ -155,7 +155,7 @@ std::optional<std::pair<double, double>> some_periods(const RangeView& view, con
   return std::pair{from, from + length};
 }
 
-constexpr const char* how_to_see_all = " A dozen periods are shown; the button 'all' shows the rest.";
+constexpr const char* how_to_see_all = " The button 'all' shows the rest.";
 
 RunFigure target_figure(const RangeView& view) {
   RunFigure figure{view.slug + "-target",
@@ -171,7 +171,10 @@ RunFigure target_figure(const RangeView& view) {
   figure.panel.x_limits =
       some_periods(view, view.times_s, figure.panel.series.front().y,
                    first_test != figure.panel.spans.end() ? first_test->from : view.times_s(view.times_s.size() / 2));
-  if (figure.panel.x_limits) figure.caption += how_to_see_all;
+  if (figure.panel.x_limits) {
+    figure.caption += " A dozen periods are shown.";
+    figure.hint = how_to_see_all;
+  }
   return figure;
 }
 
@@ -201,10 +204,10 @@ std::optional<RunFigure> free_run_figure(const RangeView& view) {
       {"measured", times, measured.segment(first, last - first), PlotStyle::line, PlotColour::black},
       {"free run", times, predicted.segment(first, last - first), PlotStyle::dashed, PlotColour::vermilion}};
   figure.panel.x_limits = some_periods(view, times, figure.panel.series.front().y, times(times.size() - 1));
-  if (figure.panel.x_limits)
-    figure.caption +=
-        " The last dozen periods are shown, where an error of phase would have grown; the button 'all' "
-        "shows the rest.";
+  if (figure.panel.x_limits) {
+    figure.caption += " The last dozen periods are shown, where an error of phase would have grown.";
+    figure.hint = how_to_see_all;
+  }
   return figure;
 }
 

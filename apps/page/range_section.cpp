@@ -91,7 +91,7 @@ void write_errors(const ident::JudgedFit& fit, HtmlWriter& html) {
 
 void write_equation(const ident::RangeResult& range, const ident::JudgedFit& fit, const RunResults& results,
                     HtmlWriter& html) {
-  html.open("div", {{"class", "math"}, {"tabindex", "0"}, {"role", "region"}, {"aria-label", "equation"}})
+  html.open("div", {{"class", "math"}, {"tabindex", "0"}, {"role", "group"}, {"aria-label", "equation"}})
       .markup(displayed_equation(fit.model, ident::Notation::mathml))
       .close();
   html.open("details").element("summary", "LaTeX and plain text, to copy");
@@ -104,7 +104,54 @@ void write_equation(const ident::RangeResult& range, const ident::JudgedFit& fit
   if (!rows.empty()) html.table("Which means", {"quantity", "value", "unit"}, rows);
 }
 
+void write_prediction(const ident::RecordPrediction& prediction, HtmlWriter& html) {
+  const std::string unit = prediction.unit.empty() ? "" : " " + prediction.unit;
+  html.table(printable(prediction.recording, 200), {"of x", "value"},
+             {{"free run, NMSE about the mean", shown(prediction.nmse)},
+              {"a linear equation, likewise", shown(prediction.linear)},
+              {"a payload at rest, likewise", shown(prediction.still)},
+              {"rms error", shown(prediction.rms) + unit},
+              {"rms noise of the displacement", shown(prediction.noise_floor) + unit}});
+  if (!prediction.remark.empty()) html.element("p", prediction.remark);
+  std::vector<Strings> rows;
+  for (const ident::CarryOver& one : prediction.coefficients)
+    rows.push_back({one.term, with_uncertainty(one.identified, one.identified_std),
+                    std::isfinite(one.here) ? with_uncertainty(one.here, one.here_std) : "not kept here",
+                    !one.carries   ? "not known"
+                    : *one.carries ? "carries over"
+                                   : "does not carry over"});
+  if (!rows.empty()) html.table("Coefficients here and there", {"term", "identified", "on this recording", ""}, rows);
+}
+
 }  // namespace
+
+void write_agreement(const RunResults& results, HtmlWriter& html) {
+  if (results.ranges.size() < 2) return;
+  html.open("section", {{"id", "agreement"}}).element("h2", "Do the ranges agree?");
+  const std::vector<ident::RangeDisagreement> pairs = ident::compare_ranges(results.ranges);
+  if (pairs.empty()) html.element("p", "Yes: every coefficient of every range, within five standard deviations.");
+  std::vector<Strings> rows;
+  for (const ident::RangeDisagreement& pair : pairs)
+    for (const ident::Disagreement& term : pair.terms)
+      if (pair.method == pairs.front().method)  // the other methods' are in equation.json
+        rows.push_back({fmt::format("{} and {}", pair.range_a, pair.range_b), term.sentence});
+  if (!rows.empty()) {
+    html.element("p",
+                 "Not in all. A term that only one of them has, or that changes its sign, is not the physics of both.");
+    html.table(fmt::format("Disagreements beyond five standard deviations ({})", pairs.front().method),
+               {"ranges", "what differs"}, rows);
+  }
+  html.close();
+}
+
+void write_predictions(const RunResults& results, const std::vector<RunFigure>& figures, Eigen::Index most_points,
+                       HtmlWriter& html) {
+  if (results.predictions.empty()) return;
+  html.open("section", {{"id", "others"}}).element("h2", "Other recordings");
+  for (const ident::RecordPrediction& prediction : results.predictions) write_prediction(prediction, html);
+  for (const RunFigure& figure : figures) write_figure(figure, most_points, html);
+  html.close();
+}
 
 void write_range(const ident::RangeResult& range, const RunResults& results, const std::vector<RunFigure>& figures,
                  Eigen::Index most_points, HtmlWriter& html) {

@@ -136,6 +136,22 @@ RunFigure steps_figure(const RunResults& results, const RecordingSteps& recordin
 
 }  // namespace
 
+std::vector<RunFigure> prediction_figures(const RunResults& results) {
+  std::vector<RunFigure> figures;
+  for (const ident::RecordPrediction& prediction : results.predictions) {
+    if (prediction.time_s.size() == 0) continue;
+    RunFigure figure{fmt::format("prediction-{}", figures.size() + 1),
+                     fmt::format("{}, none of which was fitted: x as measured, and the chosen equation run free.",
+                                 prediction.recording),
+                     {"free run on another recording", "time (s)", fmt::format("x ({})", prediction.unit)}};
+    figure.panel.series = {
+        {"measured", prediction.time_s, prediction.x, PlotStyle::line, PlotColour::black},
+        {"free run", prediction.time_s, prediction.predicted, PlotStyle::dashed, PlotColour::vermilion}};
+    figures.push_back(std::move(figure));
+  }
+  return figures;
+}
+
 std::vector<RunFigure> record_figures(const RunResults& results, const std::vector<RecordingSteps>& steps) {
   std::vector<RunFigure> figures;
   const auto add = [&](std::optional<RunFigure> figure) {

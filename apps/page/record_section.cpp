@@ -21,6 +21,24 @@ std::string number(double value, const char* format = "{:.4g}") {
   return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "-";
 }
 
+void write_regimes(const Input& input, HtmlWriter& html) {
+  if (input.segmentation.segments.empty()) return;
+  constexpr std::size_t most = 200;
+  const double rate_hz = input.prepared.intermediate.sample_rate_hz;
+  std::vector<Strings> rows;
+  for (const dsp::Segment& segment : input.segmentation.segments) {
+    if (rows.size() == most) break;
+    rows.push_back({fmt::format("{:.2f}", static_cast<double>(segment.first) / rate_hz),
+                    fmt::format("{:.2f}", static_cast<double>(segment.last) / rate_hz),
+                    std::string(to_string(segment.regime)), segment.reason});
+  }
+  html.open("details").element(
+      "summary", fmt::format("{}: {} regimes one behind the other", printable(input.prepared.name, 200), rows.size()));
+  html.table("Regimes", {"from (s)", "to (s)", "regime", "why"}, rows);
+  for (const std::string& remark : input.segmentation.remarks) html.element("p", remark);
+  html.close();
+}
+
 void write_excluded(const Input& input, HtmlWriter& html) {
   constexpr std::size_t most = 200;
   std::vector<Strings> rows;
@@ -81,7 +99,10 @@ void write_record(const RunResults& results, const std::vector<RunFigure>& figur
   html.open("section", {{"id", "record"}}).element("h2", "The record");
   for (const RunFigure& figure : figures)
     if (!is_of_front_end(figure)) write_figure(figure, most_points, html);
-  for (const Input& input : results.inputs) write_excluded(input, html);
+  for (const Input& input : results.inputs) {
+    write_regimes(input, html);
+    write_excluded(input, html);
+  }
   html.close();
 }
 

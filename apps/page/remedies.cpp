@@ -117,7 +117,7 @@ void add_cause(const RunResults& results, const ident::JudgedFit& fit, std::vect
       found.push_back(
           {"What is left over returns with the state, so a term is missing: try a larger library. In the "
            "config:",
-           {"[library]", fmt::format("order = {}", results.config.library.order + 2)}});
+           larger_library(results.config)});
       break;
     case ident::Cause::noise:
     case ident::Cause::not_found:

@@ -29,7 +29,7 @@ return blank;
 """
 WIDER = "return document.documentElement.scrollWidth > document.documentElement.clientWidth;"
 UNNAMED = """
-return Array.from(document.querySelectorAll("[role=img], [role=region], table, nav, button"))
+return Array.from(document.querySelectorAll("[role=img], [role=group], table, nav, button"))
   .filter(one => !(one.getAttribute("aria-label") || one.querySelector("caption") || one.textContent.trim() ||
                    document.getElementById(one.getAttribute("aria-labelledby"))?.textContent)).map(one => one.outerHTML.slice(0, 80));
 """
@@ -48,6 +48,15 @@ const done = arguments[0];
   done(whole !== part && whole === again && whole !== without);
 })();
 """
+
+
+# Wider than its place on paper, where nothing scrolls.
+CUT = """
+document.querySelectorAll("section > details").forEach(one => { one.open = true; });
+return Array.from(document.querySelectorAll(".table, .math, pre, figure")).filter(one => one.scrollWidth > one.clientWidth + 1)
+  .map(one => one.textContent.slice(0, 60));
+"""
+PAPER_PX = 718  # A4 between margins of 10 mm
 
 
 def browser():
@@ -76,6 +85,7 @@ def look_at(driver, page, width, dark):
                            {"width": width, "height": 844, "deviceScaleFactor": 1, "mobile": width < 500})
     driver.execute_cdp_cmd("Emulation.setEmulatedMedia",
                            {"features": [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]})
+    driver.get_log("performance")  # of the page before
     driver.get(page)
     for _ in range(600):
         if driver.execute_script("return document.documentElement.dataset.drawn") == "all":
@@ -97,6 +107,17 @@ def look_at(driver, page, width, dark):
     return faults
 
 
+def print_it(driver, page):
+    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
+                           {"width": PAPER_PX, "height": 1000, "deviceScaleFactor": 1, "mobile": False})
+    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    driver.get(page)
+    time.sleep(0.5)
+    cut = driver.execute_script(CUT)
+    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+    return ["cut on paper: " + one for one in cut]
+
+
 def main():
     driver = browser()
     try:
@@ -104,6 +125,8 @@ def main():
             for width, dark in ((1200, False), (390, False), (1200, True)):
                 for fault in look_at(driver, "file://" + path, width, dark):
                     print("%s, %d px%s: %s" % (path, width, ", dark" if dark else "", fault))
+            for fault in print_it(driver, "file://" + path):
+                print("%s: %s" % (path, fault))
     finally:
         driver.quit()
 
