@@ -25,7 +25,7 @@ std::string number_in(const Rounded& number, Notation notation) {
 std::string joined(Notation notation, bool first, bool negative) {
   if (first && !negative) return notation == Notation::mathml ? "" : " ";
   const char sign = negative ? '-' : '+';
-  if (notation == Notation::mathml) return fmt::format("<mo>{}</mo>", negative ? "&#x2212;" : "+");
+  if (notation == Notation::mathml) return fmt::format("<mo form=\"infix\">{}</mo>", negative ? "&#x2212;" : "+");
   return first ? fmt::format(" {}", sign) : fmt::format(" {} ", sign);
 }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "apps/page/assets.hpp"
 #include "apps/page/chart_data.hpp"
@@ -52,12 +53,21 @@ void write_first_screen(const FirstScreen& screen, HtmlWriter& html) {
   html.close();
 }
 
+/// Indices of the ranges, that of the chosen equation before the others.
+std::vector<std::size_t> chosen_first(const RunResults& results) {
+  std::vector<std::size_t> order(results.ranges.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const ident::RangeResult* chosen = chosen_equation(results.ranges).range;
+  std::stable_partition(order.begin(), order.end(), [&](std::size_t i) { return &results.ranges[i] == chosen; });
+  return order;
+}
+
 void write_contents(const RunResults& results, HtmlWriter& html) {
   html.open("nav", {{"aria-label", "contents"}}).open("ul");
   const auto link = [&](const std::string& to, const std::string& text) {
     html.open("li").element("a", text, {{"href", "#" + to}}).close();
   };
-  for (std::size_t i = 0; i < results.ranges.size(); ++i)
+  for (const std::size_t i : chosen_first(results))
     link(fmt::format("range-{}", i + 1), "Range " + printable(results.ranges[i].spec.name, 60));
   if (!results.predictions.empty()) link("others", "Other recordings");
   link("record", "The record");
@@ -133,7 +143,7 @@ std::string report_page(const RunResults& results, const PageContent& content) {
   write_first_screen(content.first, html);
   write_contents(results, html);
   const Eigen::Index most = most_points(content);
-  for (std::size_t i = 0; i < results.ranges.size(); ++i)
+  for (const std::size_t i : chosen_first(results))
     write_range(results.ranges[i], results, content.range_figures[i], most, html);
   write_agreement(results, html);
   write_predictions(results, content.prediction_figures, most, html);

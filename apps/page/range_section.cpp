@@ -43,7 +43,7 @@ void write_coefficients(const ident::Model& model, HtmlWriter& html) {
                     number_or_dash(term.inclusion_probability, "{:.3f}"), budget(term)});
   html.table("Coefficients",
              {"term", "coefficient", "unit", "standard deviation", "with calibration (SI)", "relative",
-              "probability of belonging", "variance would fall by, were it known"},
+              "probability of belonging", "uncertainty from (share of the variance)"},
              rows);
 }
 
@@ -156,7 +156,9 @@ void write_predictions(const RunResults& results, const std::vector<RunFigure>& 
 void write_range(const ident::RangeResult& range, const RunResults& results, const std::vector<RunFigure>& figures,
                  Eigen::Index most_points, HtmlWriter& html) {
   const std::string id = fmt::format("range-{}", &range - results.ranges.data() + 1);
-  html.open("section", {{"id", id}}).element("h2", "Range " + range.spec.name);
+  const bool is_chosen = results.ranges.size() > 1 && chosen_equation(results.ranges).range == &range;
+  html.open("section", {{"id", id}})
+      .element("h2", fmt::format("Range {}{}", range.spec.name, is_chosen ? ": the chosen equation" : ""));
   const ChosenEquation chosen = chosen_equation(range);
   if (chosen.fit == nullptr) {
     html.element("p", "No method found an equation here.");

@@ -50,12 +50,13 @@ std::optional<RunFigure> regime_figure(const Input& input, const std::string& pr
   if (x == nullptr) return {};
   RunFigure figure{
       prefix + "-regimes",
-      fmt::format("{}: displacement x over the whole record, the regimes that were found in it, and what "
-                  "is left out.",
-                  input.prepared.name),
+      input.prepared.name + ": displacement x over the whole record.",
       {"displacement and regimes", "time (s)", x->unit.empty() ? "x (no unit)" : fmt::format("x ({})", x->unit)}};
   figure.panel.series = {{"x", input.prepared.signals.at("t"), x->values, PlotStyle::line, PlotColour::black}};
   figure.panel.spans = regime_spans(input);
+  if (!figure.panel.spans.empty())
+    figure.caption +=
+        " Shaded: the regimes found in it, low (blue), high (orange) and stick (green), and what is left out (grey).";
   return figure;
 }
 

@@ -136,6 +136,10 @@ void write_words(HtmlWriter& html) {
       {"e+04", "times ten to the power of 4."},
       {"sgn(v)", "the sign of the velocity, +1 or -1: dry friction."},
       {"k3/m", "cubic stiffness per mass: the restoring force per mass is (k/m) x + (k3/m) x^3."},
+      {"frequency at an amplitude",
+       "of free vibration without damping at that amplitude of x, sqrt(k/m + 3/4 (k3/m) A^2) / 2 pi: where the "
+       "response "
+       "peaks when it is that large."},
       {"NMSE",
        "power of the error as a fraction of the power of the signal (about its mean where that is said): 0.01 is an "
        "error of a tenth of the amplitude."},

@@ -92,22 +92,49 @@ std::vector<std::string> larger_library(const Config& config) {
   return {"[library]", fmt::format("order = {:.0f}", std::max(3.0, degree + 1.0))};
 }
 
+/// Recorded signals that act on the motion from outside and are in no candidate.
+std::vector<std::string> inputs_not_tried(const ident::RangeResult& range, const dsp::Motion& signals) {
+  std::vector<std::string> untried;
+  for (const dsp::Signal& signal : signals.signals) {
+    const dsp::SignalInfo* known = dsp::find_signal(signal.name);
+    if (known == nullptr || !known->in_default_library) continue;
+    if (std::none_of(range.terms.begin(), range.terms.end(), [&](const std::string& term) {
+          const auto& names = ident::Expression(term).signals();
+          return std::find(names.begin(), names.end(), signal.name) != names.end();
+        }))
+      untried.push_back(signal.name);
+  }
+  return untried;
+}
+
+/// The candidates of the config and these.
+std::vector<std::string> with_terms(const Config& config, const std::vector<std::string>& more) {
+  std::vector<std::string> terms = config.library.terms;
+  terms.insert(terms.end(), more.begin(), more.end());
+  return {"[library]", "terms = " + quoted_list(terms)};
+}
+
 /// What the judgement of an equation found, as settings of the config.
-void add_cause(const RunResults& results, const ident::JudgedFit& fit, std::vector<Remedy>& found) {
+void add_cause(const RunResults& results, const ident::RangeResult& range, const ident::JudgedFit& fit,
+               std::vector<Remedy>& found) {
   if (!fit.judgement.cause || fit.judgement.verdict == ident::Verdict::describes) return;
   switch (*fit.judgement.cause) {
     case ident::Cause::missing_input:
     case ident::Cause::switch_variable:
-      if (fit.explanation) {
-        std::vector<std::string> terms = results.config.library.terms;
-        terms.push_back(fit.explanation->what);
+      if (fit.explanation)
         found.push_back({fmt::format("{} explains {:.0f} % of what the equation leaves over. In the config:",
                                      fit.explanation->what, 100.0 * fit.explanation->fraction),
-                         {"[library]", "terms = " + quoted_list(terms)}});
-      } else {
+                         with_terms(results.config, {fit.explanation->what})});
+      else if (const auto untried = inputs_not_tried(range, results.inputs.front().prepared.signals); !untried.empty())
+        found.push_back(
+            {fmt::format("Something drives the motion that is not in the equation; {} {} recorded and {} no "
+                         "candidate. In the config:",
+                         fmt::join(untried, " and "), untried.size() == 1 ? "was" : "were",
+                         untried.size() == 1 ? "is" : "are"),
+             with_terms(results.config, untried)});
+      else
         found.push_back(
             {"Something drives the motion that is not in the equation: record it, or leave those times out.", {}});
-      }
       break;
     case ident::Cause::wide_band:
       found.push_back({fmt::format("Above {:.3g} Hz the target is noise. In the config:", fit.noise.needed_hz),
@@ -138,7 +165,7 @@ std::vector<Remedy> remedies(const RunResults& results) {
   std::vector<Remedy> found;
   add_uncorrected(results, found);
   if (const ChosenEquation chosen = chosen_equation(results.ranges); chosen.fit != nullptr)
-    add_cause(results, *chosen.fit, found);
+    add_cause(results, *chosen.range, *chosen.fit, found);
   else
     found.push_back({"No candidate explains more than noise does: try a larger library. In the config:",
                      larger_library(results.config)});
@@ -146,8 +173,9 @@ std::vector<Remedy> remedies(const RunResults& results) {
     for (const dsp::Check& check : input.prepared.checks)
       if ((check.status == dsp::CheckStatus::warning || check.status == dsp::CheckStatus::failed) &&
           !is_said(check, input))
-        found.push_back(
-            {fmt::format("{}: {}{} [{}]", input.prepared.name, channel_prefix(check), check.message, check.name), {}});
+        found.push_back({fmt::format("{}: {}{}{} [{}]", input.prepared.name, channel_prefix(check),
+                                     check.name == "sample.clipped" ? "clipped: " : "", check.message, check.name),
+                         {}});
   add_corrected(results, found);
   return found;
 }

@@ -89,6 +89,20 @@ TEST_CASE("terminal and page begin with the same words, on one screen", "[apps][
   CHECK(page == bytes_of(bench() / "run/report.html"));  // no time of day, no folder in it
 }
 
+TEST_CASE("a recording that was kept is predicted on the page", "[apps][page]") {
+  const Scratch& folder = bench();
+  REQUIRE(support::run(folder, "$ARDENT -q sim duffing -o other --noise 0.01 --seed 7").code == 0);
+  (void)folder.file("kept.toml",
+                    "schema = 1\n[[recording]]\nfile = \"duffing/response.csv\"\n"
+                    "[[recording]]\nfile = \"other/response.csv\"\nuse = \"test\"\n");
+  const auto ended = support::run(folder, "$ARDENT -q --force run kept.toml -o kept");
+  CAPTURE(ended.err);
+  REQUIRE(ended.code == 0);
+  CHECK_THAT(ended.out, Catch::Contains("which was not fitted: free run"));
+  CHECK_THAT(bytes_of(folder / "kept/report.html"), Catch::Contains("free run on another recording"));
+  CHECK_THAT(bytes_of(folder / "kept/figures/prediction-1.csv"), Catch::StartsWith("time (s),measured,free run\n"));
+}
+
 TEST_CASE("hostile names stay text on the page", "[apps][page]") {
   const Scratch& folder = bench();
   const std::string name = "<script>alert(1)</script>\\\"'&\\u202E" + std::string(10'000, 'A');
