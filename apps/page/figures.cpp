@@ -7,6 +7,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "apps/page/chart_data.hpp"
+
 namespace apps {
 namespace {
 
@@ -45,6 +47,16 @@ void write_side_by_side(const PlotPanel& panel, const Sink& sink) {
 }
 
 }  // namespace
+
+RunFigure decimated(RunFigure figure, Index most_points) {
+  if (!figure.zoomable) return figure;
+  for (PlotSeries& series : figure.panel.series) {
+    Decimated few = min_max_decimated(series.x, series.y, most_points);
+    series.x = std::move(few.x);
+    series.y = std::move(few.y);
+  }
+  return figure;
+}
 
 std::string figure_svg(const RunFigure& figure) {
   PlotFigure file;

@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -18,18 +19,23 @@ struct RunFigure {
   std::string hint = {};  ///< one more sentence of the caption, for who can zoom
 };
 
+/// Takes figures one by one, as they hold every sample.
+using FigureTaker = std::function<void(RunFigure)>;
+
 /// Of a range and its chosen equation: measured against identified target, free run over x on data not fitted, residual
 /// in time, in its spectrum and against each signal, phase portrait, restoring force against x and against v, evidence
 /// by move. What does not exist is left out; nothing for a range without an equation.
-[[nodiscard]] std::vector<RunFigure> range_figures(const ident::RangeResult& range, const RunResults& results);
+void range_figures(const ident::RangeResult& range, const RunResults& results, const FigureTaker& take);
 
 /// Of recordings that were kept: x and the chosen equation's free run.
-[[nodiscard]] std::vector<RunFigure> prediction_figures(const RunResults& results);
+void prediction_figures(const RunResults& results, const FigureTaker& take);
 
 /// Of the recordings: x with its regimes and what is left out, response at the steps of a stepped sine, front-end
 /// filter, spectra before and behind it.
-[[nodiscard]] std::vector<RunFigure> record_figures(const RunResults& results,
-                                                    const std::vector<RecordingSteps>& steps);
+void record_figures(const RunResults& results, const std::vector<RecordingSteps>& steps, const FigureTaker& take);
+
+/// The figure with at most so many points a series where these are lines over an ascending x: min_max_decimated.
+[[nodiscard]] RunFigure decimated(RunFigure figure, Eigen::Index most_points);
 
 /// The figure as a file.
 [[nodiscard]] std::string figure_svg(const RunFigure& figure);

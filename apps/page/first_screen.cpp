@@ -45,7 +45,7 @@ std::string agreement_sentence(const ChosenEquation& chosen) {
     if (terms.empty())
       same.push_back(method);
     else
-      different.push_back(fmt::format("{} has another {}", method, joined(terms)));
+      different.push_back(fmt::format("{} differs in {}", method, joined(terms)));
   }
   if (same.empty() && different.empty()) return "No other method was tried.";
   Strings all;
@@ -56,11 +56,9 @@ std::string agreement_sentence(const ChosenEquation& chosen) {
 
 std::string choice_sentence(const RunResults& results, const ChosenEquation& chosen) {
   const std::string method(to_string(chosen.fit->fit.method));
-  const std::string range =
-      results.ranges.size() > 1
-          ? fmt::format("range {}, of those with the best verdict the one with most data", chosen.range->spec.name)
-          : "range " + chosen.range->spec.name;
-  return fmt::format("Found by {} in {}. {}", method, range, agreement_sentence(chosen));
+  const char* why = results.ranges.size() > 1 ? " (of the best verdicts the one on most data)" : "";
+  return fmt::format("Chosen: range {}{}, method {}. {}", chosen.range->spec.name, why, method,
+                     agreement_sentence(chosen));
 }
 
 /// Where x = 0 is.
@@ -76,10 +74,12 @@ std::string zero_sentence(const RunResults& results) {
   if (zeros.size() > most) zeros.resize(most), zeros.emplace_back("...");
   const bool mean = results.config.zero.kind == ZeroChoice::Kind::regime_mean;
   const std::string unit = x_unit_of(results);
-  const bool si = unit.empty() || unit == "m" || unit == "rad";
-  return fmt::format("x = 0 is where {}{}. In SI units{}; in brackets the standard deviation of the last digits.",
+  const std::string units = unit.empty()                   ? "In raw units"
+                            : unit == "m" || unit == "rad" ? "In SI units"
+                                                           : "In SI units and " + unit;
+  return fmt::format("x = 0 is where {}{}. {}; in brackets the standard deviation of the last digits.",
                      joined(zeros, "; "), mean ? fmt::format(" (mean of {})", results.ranges.front().spec.name) : "",
-                     si ? "" : " and " + unit);
+                     units);
 }
 
 Entry equation_entry(const RunResults& results, const ChosenEquation& chosen) {

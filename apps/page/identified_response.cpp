@@ -29,11 +29,13 @@ ident::IdentifiedEquation equation_of(const ChosenEquation& chosen, const dsp::M
 std::optional<sim::FrequencyResponse> identified_response(const RunResults& results,
                                                           const std::vector<dsp::SteadyStep>& steps) {
   constexpr double num_frequencies = 100.0;
+  constexpr int most_periods = 300;  // of one frequency: a picture does not wait for what hardly settles
   const ChosenEquation chosen = chosen_equation(results.ranges);
   std::vector<double> drives, frequencies;
   for (const dsp::SteadyStep& step : steps)
     if (step.tag == dsp::StepTag::final) drives.push_back(step.drive), frequencies.push_back(step.frequency_hz);
-  if (chosen.fit == nullptr || frequencies.size() < 3) return {};
+  if (chosen.fit == nullptr || chosen.fit->judgement.verdict == ident::Verdict::does_not || frequencies.size() < 3)
+    return {};
   const auto [low, high] = std::minmax_element(frequencies.begin(), frequencies.end());
   const sim::FrequencyResponseOptions sweep{.from_hz = *low,
                                             .to_hz = *high,
@@ -43,7 +45,9 @@ std::optional<sim::FrequencyResponse> identified_response(const RunResults& resu
   try {
     const ident::IdentifiedEquation equation = equation_of(chosen, results.inputs.front().prepared.signals);
     const auto driven = ident::equation_oscillator(equation, equation.mean);
-    return sim::steady_response(driven.oscillator, sweep, {.locate_hz = 0.0, .poll = check_interrupted}).response;
+    return sim::steady_response(driven.oscillator, sweep,
+                                {.max_periods = most_periods, .locate_hz = 0.0, .poll = check_interrupted})
+        .response;
   } catch (const dsp::Fault&) {             // a sine of base or force does not drive it
   } catch (const std::invalid_argument&) {  // frequencies that make no sweep
   }

@@ -79,7 +79,7 @@ void write_contents(const RunResults& results, HtmlWriter& html) {
 
 /// Points a series may have: what all of them take together, two bytes each, stays below 3 MB.
 Eigen::Index most_points(const PageContent& content) {
-  constexpr Eigen::Index all = 1'100'000, longest = 60'000, shortest = 2'000;
+  constexpr Eigen::Index all = 1'100'000, longest = most_points_of_a_page, shortest = 2'000;
   Eigen::Index wanted = 0;
   const auto count = [&](const std::vector<RunFigure>& figures) {
     for (const RunFigure& figure : figures)

@@ -8,10 +8,13 @@
 
 namespace apps {
 
+/// Of one series of a figure.
+inline constexpr Eigen::Index most_points_of_a_page = 60'000;
+
 /// What report.html shows.
 struct PageContent {
   FirstScreen first;
-  std::vector<std::vector<RunFigure>> range_figures;  ///< of each range
+  std::vector<std::vector<RunFigure>> range_figures;  ///< of each range; series of any length
   std::vector<RunFigure> prediction_figures, record_figures;
   std::string config;  ///< config.toml
 };

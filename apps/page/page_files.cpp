@@ -10,11 +10,9 @@
 namespace apps {
 namespace {
 
-void write_figures(const std::vector<RunFigure>& figures, RunFolder& folder) {
-  for (const RunFigure& figure : figures) {
-    folder.write("figures/" + figure.name + ".svg", figure_svg(figure));
-    folder.stream("figures/" + figure.name + ".csv", [&](const Sink& sink) { write_figure_numbers(figure, sink); });
-  }
+void write_figure_files(const RunFigure& figure, RunFolder& folder) {
+  folder.write("figures/" + figure.name + ".svg", figure_svg(figure));
+  folder.stream("figures/" + figure.name + ".csv", [&](const Sink& sink) { write_figure_numbers(figure, sink); });
 }
 
 }  // namespace
@@ -22,15 +20,18 @@ void write_figures(const std::vector<RunFigure>& figures, RunFolder& folder) {
 void write_page(const RunResults& results, const FirstScreen& first, RunFolder& folder, Console& console) {
   const auto start = std::chrono::steady_clock::now();
   console.step("writing report.html");
-  PageContent content{.first = first,
-                      .prediction_figures = prediction_figures(results),
-                      .record_figures = record_figures(results, steady_steps(results.inputs)),
-                      .config = to_toml(results.config, folder.destination())};
-  for (const ident::RangeResult& range : results.ranges) content.range_figures.push_back(range_figures(range, results));
+  PageContent content{.first = first, .config = to_toml(results.config, folder.destination())};
+  const auto into = [&](std::vector<RunFigure>& figures) {
+    return [&](RunFigure figure) {
+      write_figure_files(figure, folder);
+      figures.push_back(decimated(std::move(figure), most_points_of_a_page));
+    };
+  };
+  for (const ident::RangeResult& range : results.ranges)
+    range_figures(range, results, into(content.range_figures.emplace_back()));
+  prediction_figures(results, into(content.prediction_figures));
+  record_figures(results, steady_steps(results.inputs), into(content.record_figures));
   folder.write("report.html", report_page(results, content));
-  for (const auto& figures : content.range_figures) write_figures(figures, folder);
-  write_figures(content.prediction_figures, folder);
-  write_figures(content.record_figures, folder);
   console.note(fmt::format("page and figures written in {:.2f} s",
                            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()));
 }

@@ -24,17 +24,19 @@ struct PhysicalTerm {
 [[nodiscard]] double propagated_std(const std::function<double(const Eigen::VectorXd&)>& function,
                                     const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance);
 
-/// Of an equation for an acceleration (a, ddy), or for a force with that acceleration among its terms, whose mass then
-/// divides it. With k, c and k3 the stiffness, damping and cubic stiffness per mass at x = 0, v = 0, from derivatives
-/// of the terms in x and v alone: natural frequency sqrt(k) / 2 pi, damping ratio c / (2 sqrt(k)), friction force per
-/// mass (half the jump at v = 0), k3, and the frequency sqrt(k + 3/4 k3 A^2) / 2 pi at the amplitude A = `amplitude` of
-/// x (0: left out). Negative k: the rest positions sqrt(-k / k3) and the frequency sqrt(-2 k) / 2 pi about them. What
-/// the equation does not have is not there; nothing where frequency has no unit to be told from.
+/// What an equation itself does not say.
 struct PhysicalContext {
   double amplitude = 0.0;  ///< of x
   std::string x_unit;
   bool base_at_rest = false;  ///< y and dy are x and v, but for a constant
 };
+
+/// Of an equation for an acceleration (a, ddy), or for a force with that acceleration among its terms, whose mass then
+/// divides it. With k, c and k3 the stiffness, damping and cubic stiffness per mass at x = 0, v = 0, from derivatives
+/// of the terms in x and v alone: natural frequency sqrt(k) / 2 pi, damping ratio c / (2 sqrt(k)), friction force per
+/// mass (half the jump at v = 0), k3, and the frequency sqrt(k + 3/4 k3 A^2) / 2 pi at the amplitude A of x (0: left
+/// out). Negative k: the rest positions sqrt(-k / k3) and the frequency sqrt(-2 k) / 2 pi about them. What
+/// the equation does not have is not there; nothing where x has no unit.
 [[nodiscard]] std::vector<PhysicalTerm> physical_terms(const ident::Model& model, const Eigen::MatrixXd& covariance,
                                                        const PhysicalContext& context);
 

@@ -104,7 +104,7 @@ struct RangeView {
   const ident::RangeResult& range;
   const RunResults& results;
   const ident::JudgedFit& fit;
-  RangeClock clock;
+  const RangeClock& clock;
   VectorXd times_s, residual;  ///< residual: training, then test rows
   std::string slug, title;
 
@@ -247,7 +247,7 @@ PlotSeries cloud(const std::string& label, const VectorXd& x, const VectorXd& y,
   return {label, x(chosen), y(chosen), PlotStyle::points, colour};
 }
 
-void add_residual_clouds(const RangeView& view, std::vector<RunFigure>& figures) {
+void add_residual_clouds(const RangeView& view, const FigureTaker& take) {
   for (const dsp::Signal& signal : view.signals().signals) {
     const dsp::SignalInfo* known = dsp::find_signal(signal.name);
     const bool of_interest = signal.name == "x" || signal.name == "v" || known == nullptr || known->in_default_library;
@@ -257,7 +257,7 @@ void add_residual_clouds(const RangeView& view, std::vector<RunFigure>& figures)
                      {"residual against " + signal.name, axis(signal.name, signal.unit), view.residual_axis()},
                      false};
     figure.panel.series = {cloud("", view.on_rows(signal.name), view.residual, PlotColour::blue)};
-    figures.push_back(std::move(figure));
+    take(std::move(figure));
   }
 }
 
@@ -296,7 +296,7 @@ VectorXd grid_over(const VectorXd& values) {
 
 /// The part of the restoring force that x alone makes, and that with v: identified as a line, measured as that plus
 /// what the equation leaves.
-void add_restoring_force(const RangeView& view, std::vector<RunFigure>& figures) {
+void add_restoring_force(const RangeView& view, const FigureTaker& take) {
   const ident::Model& model = view.fit.model;
   const VectorXd x = view.on_rows("x"), v = view.on_rows("v"), still = VectorXd::Zero(x.size());
   const double sign = model.target == "a" || model.target == "ddy" ? -1.0 : 1.0;
@@ -315,7 +315,7 @@ void add_restoring_force(const RangeView& view, std::vector<RunFigure>& figures)
         false};
     figure.panel.series = {cloud("measured", at, force + left, PlotColour::sky),
                            {"identified", line_x, line, PlotStyle::line, PlotColour::vermilion}};
-    figures.push_back(std::move(figure));
+    take(std::move(figure));
   };
   const VectorXd grid_x = grid_over(x), grid_v = grid_over(v), none = VectorXd::Zero(grid_x.size());
   add("x", x, spring, grid_x, restoring_force(model, grid_x, none, at_rest),
@@ -351,11 +351,10 @@ std::string range_slug(const ident::RangeResult& range, const RunResults& result
 
 }  // namespace
 
-std::vector<RunFigure> range_figures(const ident::RangeResult& range, const RunResults& results) {
-  std::vector<RunFigure> figures;
+void range_figures(const ident::RangeResult& range, const RunResults& results, const FigureTaker& take) {
   const ChosenEquation chosen = chosen_equation(range);
-  if (chosen.fit == nullptr) return figures;
-  RangeClock clock(range, results.columns);
+  if (chosen.fit == nullptr) return;
+  const RangeClock clock(range, results.columns);
   const RangeView view{range,
                        results,
                        *chosen.fit,
@@ -364,17 +363,19 @@ std::vector<RunFigure> range_figures(const ident::RangeResult& range, const RunR
                        range.target - chosen.fit->predicted,
                        range_slug(range, results),
                        range.spec.name};
-  figures.push_back(target_figure(view));
-  if (auto figure = free_run_figure(view)) figures.push_back(std::move(*figure));
-  figures.push_back(residual_figure(view));
-  if (auto figure = spectrum_figure(view)) figures.push_back(std::move(*figure));
+  const auto take_if_any = [&](std::optional<RunFigure> figure) {
+    if (figure) take(std::move(*figure));
+  };
+  take(target_figure(view));
+  take_if_any(free_run_figure(view));
+  take(residual_figure(view));
+  take_if_any(spectrum_figure(view));
   if (view.signals().find("x") != nullptr && view.signals().find("v") != nullptr) {
-    add_restoring_force(view, figures);
-    figures.push_back(phase_figure(view));
+    add_restoring_force(view, take);
+    take(phase_figure(view));
   }
-  add_residual_clouds(view, figures);
-  if (auto figure = evidence_figure(view)) figures.push_back(std::move(*figure));
-  return figures;
+  add_residual_clouds(view, take);
+  take_if_any(evidence_figure(view));
 }
 
 }  // namespace apps

@@ -137,35 +137,32 @@ RunFigure steps_figure(const RunResults& results, const RecordingSteps& recordin
 
 }  // namespace
 
-std::vector<RunFigure> prediction_figures(const RunResults& results) {
-  std::vector<RunFigure> figures;
+void prediction_figures(const RunResults& results, const FigureTaker& take) {
+  int number = 0;
   for (const ident::RecordPrediction& prediction : results.predictions) {
     if (prediction.time_s.size() == 0) continue;
-    RunFigure figure{fmt::format("prediction-{}", figures.size() + 1),
+    RunFigure figure{fmt::format("prediction-{}", ++number),
                      fmt::format("{}, none of which was fitted: x as measured, and the chosen equation run free.",
                                  prediction.recording),
                      {"free run on another recording", "time (s)", fmt::format("x ({})", prediction.unit)}};
     figure.panel.series = {
         {"measured", prediction.time_s, prediction.x, PlotStyle::line, PlotColour::black},
         {"free run", prediction.time_s, prediction.predicted, PlotStyle::dashed, PlotColour::vermilion}};
-    figures.push_back(std::move(figure));
+    take(std::move(figure));
   }
-  return figures;
 }
 
-std::vector<RunFigure> record_figures(const RunResults& results, const std::vector<RecordingSteps>& steps) {
-  std::vector<RunFigure> figures;
-  const auto add = [&](std::optional<RunFigure> figure) {
-    if (figure && !figure->panel.series.empty()) figures.push_back(std::move(*figure));
+void record_figures(const RunResults& results, const std::vector<RecordingSteps>& steps, const FigureTaker& take) {
+  const auto take_if_any = [&](std::optional<RunFigure> figure) {
+    if (figure && !figure->panel.series.empty()) take(std::move(*figure));
   };
   for (std::size_t i = 0; i < std::min(most_recordings, results.inputs.size()); ++i)
-    add(regime_figure(results.inputs[i], fmt::format("recording-{}", i + 1)));
+    take_if_any(regime_figure(results.inputs[i], fmt::format("recording-{}", i + 1)));
   for (std::size_t i = 0; i < std::min(most_recordings, steps.size()); ++i)
-    add(steps_figure(results, steps[i], fmt::format("steps-{}", i + 1)));
+    take_if_any(steps_figure(results, steps[i], fmt::format("steps-{}", i + 1)));
   const dsp::Prepared& first = results.inputs.front().prepared;
-  add(filter_figure(first, "front-end"));
-  add(before_and_behind(first, results.config.fit.target, "front-end"));
-  return figures;
+  take_if_any(filter_figure(first, "front-end"));
+  take_if_any(before_and_behind(first, results.config.fit.target, "front-end"));
 }
 
 }  // namespace apps
