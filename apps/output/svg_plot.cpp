@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "apps/output/html_writer.hpp"
 #include "apps/output/wrapped_text.hpp"
-#include "apps/page/html_writer.hpp"
 
 namespace apps {
 namespace {

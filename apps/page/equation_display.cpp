@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "apps/page/html_writer.hpp"
+#include "apps/output/html_writer.hpp"
 #include "apps/page/rounded.hpp"
 #include "ident/library/expression.hpp"
 

@@ -213,6 +213,8 @@ Entry input_entry(const RunResults& results, const ChosenEquation& chosen) {
     });
     (used ? inside : outside).push_back(signal.name);
   }
+  const dsp::Prepared& prepared = results.inputs.front().prepared;
+  if (chosen.fit->model.target == "ddy" && prepared.x_is_difference) inside.emplace_back("r, through x = y - r");
   if (inside.empty() && outside.empty())
     entry.lines.push_back({"none was recorded: the equation is of free or self-excited motion"});
   else

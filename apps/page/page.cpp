@@ -7,9 +7,9 @@
 #include <cmath>
 #include <numeric>
 
+#include "apps/output/html_writer.hpp"
 #include "apps/page/assets.hpp"
 #include "apps/page/chart_data.hpp"
-#include "apps/page/html_writer.hpp"
 #include "apps/page/page_sections.hpp"
 #include "apps/process/printable.hpp"
 #include "apps/process/version.hpp"

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "apps/output/html_writer.hpp"
 #include "apps/page/figures.hpp"
-#include "apps/page/html_writer.hpp"
 #include "apps/page/run_results.hpp"
 
 // The parts of report.html below its first screen. `most_points`: of one series of a figure.

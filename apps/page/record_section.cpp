@@ -5,6 +5,7 @@
 
 #include "apps/output/results_json.hpp"
 #include "apps/page/page_sections.hpp"
+#include "apps/page/rounded.hpp"
 #include "apps/process/printable.hpp"
 #include "apps/process/version.hpp"
 
@@ -65,9 +66,13 @@ void write_sensors(const Input& input, HtmlWriter& html) {
       rows.push_back({one.name, "not compared: " + one.reason, "", "", ""});
       continue;
     }
-    rows.push_back({one.name, fmt::format("{} +- {}", number(one.sign * one.gain, "{:.5f}"), number(one.gain_std)),
-                    fmt::format("{} +- {}", number(1e3 * one.lag_s), number(1e3 * one.lag_std_s)),
-                    fmt::format("{:.4f}", fmt::join(one.highpass_hz, ", ")), number(one.residual)});
+    Strings cutoffs;
+    for (std::size_t i = 0; i < one.highpass_hz.size(); ++i)
+      cutoffs.push_back(
+          with_uncertainty(one.highpass_hz[i], i < one.highpass_std_hz.size() ? one.highpass_std_hz[i] : std::nan("")));
+    rows.push_back({one.name, with_uncertainty(one.sign * one.gain, one.gain_std),
+                    with_uncertainty(1e3 * one.lag_s, 1e3 * one.lag_std_s),
+                    cutoffs.empty() ? "-" : fmt::format("{}", fmt::join(cutoffs, ", ")), number(one.residual)});
   }
   if (!rows.empty())
     html.table(printable(input.prepared.name, 200) + ": accelerometer against the second derivative of displacement",
@@ -132,7 +137,7 @@ void write_words(HtmlWriter& html) {
       {"a, v, x",
        "acceleration, velocity and displacement of the payload relative to its base (x = y - r); y, dy, ddy are "
        "the payload's own motion, r, dr, ddr the base's, f a force or another input that was measured."},
-      {"-50.0(2)", "-50.0 with a standard deviation of 0.2: the digits in brackets are those of the last digits."},
+      {"-50.0(4)", "-50.0 with a standard deviation of 0.4: what is in brackets counts in the last digits."},
       {"e+04", "times ten to the power of 4."},
       {"sgn(v)", "the sign of the velocity, +1 or -1: dry friction."},
       {"k3/m", "cubic stiffness per mass: the restoring force per mass is (k/m) x + (k3/m) x^3."},

@@ -161,3 +161,34 @@ TEST_CASE("the vendored charts are what their makers published", "[apps][page]")
       support::run(bench(), "sha256sum '" + std::string(ARDENT_SOURCES) + "/apps/page/vendor/uPlot.iife.min.js'");
   CHECK_THAT(ended.out, Catch::StartsWith("19c8d4c6ad88929a79f4ae49d6f7161566dfd0ba3d15cc495e974f787eb78f1f"));
 }
+
+TEST_CASE("the frequency response on the page goes through the measured steps", "[apps][page][rig]") {
+  const Scratch folder;
+  const auto ended = support::run(
+      folder,
+      "$ARDENT -q sim qzs --raw --rate 256 --container flac --duration 400 -o rig && $ARDENT -q run rig/recording.flac "
+      "-o run --set prepare.rate_hz=25.6 --set prepare.cutoff_hz=10.24 --set library.order=0 --set "
+      "'library.terms=[\"x\",\"v\",\"x^3\",\"sgn(v)\",\"ddr\"]'");
+  CAPTURE(ended.err);
+  REQUIRE(ended.code == 0);
+  std::istringstream table(bytes_of(folder / "run/figures/steps-1-response.csv"));
+  std::vector<std::pair<double, double>> measured, equation;
+  std::string line;
+  std::getline(table, line);
+  CHECK(line == "series,frequency (Hz),amplitude of x (m)");
+  while (std::getline(table, line)) {
+    const std::size_t second = line.rfind(','), first = line.rfind(',', second - 1);
+    const std::pair point{std::stod(line.substr(first + 1)), std::stod(line.substr(second + 1))};
+    if (line.find("measured") != std::string::npos) measured.push_back(point);
+    if (line.find("equation, down") != std::string::npos) equation.push_back(point);
+  }
+  REQUIRE(measured.size() >= 5);
+  std::sort(equation.begin(), equation.end());
+  REQUIRE(equation.size() >= 50);
+  for (const auto& [frequency, amplitude] : measured) {
+    CAPTURE(frequency);
+    const auto after = std::lower_bound(equation.begin(), equation.end(), std::pair{frequency, 0.0});
+    const auto& nearest = after == equation.end() ? equation.back() : *after;
+    CHECK(amplitude == Approx(nearest.second).epsilon(0.02));
+  }
+}

@@ -1,4 +1,4 @@
-#include "apps/page/html_writer.hpp"
+#include "apps/output/html_writer.hpp"
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
