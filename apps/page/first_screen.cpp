@@ -102,7 +102,8 @@ Entry equation_entry(const RunResults& results, const ChosenEquation& chosen) {
 
 Entry physics_entry(const RunResults& results, const ChosenEquation& chosen) {
   Entry entry{"which means", {}, 3};
-  if (chosen.fit == nullptr) return entry;
+  const bool means_something = chosen.fit != nullptr && chosen.fit->judgement.verdict != ident::Verdict::does_not;
+  if (!means_something) return entry;
   Strings texts;
   for (const PhysicalTerm& term : physical_terms(chosen, results)) texts.push_back(to_text(term));
   if (!texts.empty()) entry.lines.push_back({joined(texts) + "."});

@@ -11,6 +11,9 @@ namespace apps {
 /// Of one series of a figure.
 inline constexpr Eigen::Index most_points_of_a_page = 60'000;
 
+/// The first ones and that of the chosen equation: a run of a hundred recordings has as many ranges.
+inline constexpr std::size_t most_ranges_with_figures = 12;
+
 /// What report.html shows.
 struct PageContent {
   FirstScreen first;

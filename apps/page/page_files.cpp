@@ -27,8 +27,12 @@ void write_page(const RunResults& results, const FirstScreen& first, RunFolder& 
       figures.push_back(decimated(std::move(figure), most_points_of_a_page));
     };
   };
-  for (const ident::RangeResult& range : results.ranges)
-    range_figures(range, results, into(content.range_figures.emplace_back()));
+  const ident::RangeResult* chosen = chosen_equation(results.ranges).range;
+  for (const ident::RangeResult& range : results.ranges) {
+    std::vector<RunFigure>& figures = content.range_figures.emplace_back();
+    if (content.range_figures.size() <= most_ranges_with_figures || &range == chosen)
+      range_figures(range, results, into(figures));
+  }
   prediction_figures(results, into(content.prediction_figures));
   record_figures(results, steady_steps(results.inputs), into(content.record_figures));
   folder.write("report.html", report_page(results, content));

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "apps/page/equation_display.hpp"
+#include "apps/page/page.hpp"
 #include "apps/page/page_sections.hpp"
 #include "apps/page/physical_terms.hpp"
 #include "apps/page/rounded.hpp"
@@ -170,6 +171,9 @@ void write_range(const ident::RangeResult& range, const RunResults& results, con
   }
   write_methods(range, html);
   if (chosen.fit != nullptr) write_decisions(range, *chosen.fit, html);
+  if (chosen.fit != nullptr && figures.empty())
+    html.element("p", fmt::format("Figures are drawn for the first {} ranges and for that of the chosen equation.",
+                                  most_ranges_with_figures));
   for (const RunFigure& figure : figures)
     if (figure.zoomable) write_figure(figure, most_points, html);
   html.open("div", {{"class", "clouds"}});
