@@ -201,9 +201,7 @@ std::string legend(const PlotPanel& panel, const Frame& frame) {
   for (const PlotSeries& series : panel.series) {
     if (series.label.empty()) continue;
     y += 16.0;
-    PlotSeries key = series;
-    key.x = Eigen::Vector2d(0.0, 1.0);
-    key.y = Eigen::Vector2d::Zero();
+    const PlotSeries key{{}, Eigen::Vector2d(0.0, 1.0), Eigen::Vector2d::Zero(), series.style, series.colour};
     const Frame place{left + 6.0, y - 4.0, 24.0, 0.0, {0.0, 1.0}, {-1.0, 1.0}};
     out += series.style == PlotStyle::points ? points(key, place) : line(key, place);
     out += text_element(left + 36.0, y, "start", series.label);
