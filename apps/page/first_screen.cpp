@@ -265,7 +265,8 @@ std::string to_text(const FirstScreen& screen) {
       lines.back() += more;
     }
     for (std::size_t i = 0; i < lines.size(); ++i)
-      text += fmt::format("{:<{}}{}\n", i == 0 ? entry.label : "", label_width, lines[i]);
+      text += entry.label.empty() ? lines[i] + "\n"
+                                  : fmt::format("{:<{}}{}\n", i == 0 ? entry.label : "", label_width, lines[i]);
   }
   return text;
 }

@@ -13,7 +13,7 @@ struct FirstScreen {
     bool to_paste = false;  ///< of a file, as it is
   };
   struct Entry {
-    std::string label;
+    std::string label;  ///< none: it is about everything below
     std::vector<Line> lines;
     std::size_t most = 4;  ///< lines of a terminal; what is beyond is in report.html
   };

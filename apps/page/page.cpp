@@ -33,7 +33,7 @@ void write_head(const std::string& title, HtmlWriter& html) {
 void write_first_screen(const FirstScreen& screen, HtmlWriter& html) {
   html.open("dl", {{"class", "first"}});
   for (const FirstScreen::Entry& entry : screen.entries) {
-    html.element("dt", entry.label).open("dd");
+    html.element("dt", entry.label.empty() ? "note" : entry.label).open("dd");
     std::string to_paste;
     const auto paste = [&] {
       if (!to_paste.empty()) html.element("pre", to_paste);
