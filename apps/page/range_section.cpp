@@ -121,7 +121,8 @@ void write_prediction(const ident::RecordPrediction& prediction, HtmlWriter& htm
                     !one.carries   ? "not known"
                     : *one.carries ? "carries over"
                                    : "does not carry over"});
-  if (!rows.empty()) html.table("Coefficients here and there", {"term", "identified", "on this recording", "carries over?"}, rows);
+  if (!rows.empty())
+    html.table("Coefficients here and there", {"term", "identified", "on this recording", "carries over?"}, rows);
 }
 
 }  // namespace
