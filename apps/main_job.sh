@@ -54,5 +54,5 @@ if [ "$keep" = no ]; then
   rm -f out/rig/recording.wav
   echo "The raw recording was removed (./run --keep keeps it)."
 fi
-echo "Full reports with standard deviations and judgement: out/matched/equation.txt, out/paper/equation.txt"
+echo "Pages with figures: out/matched/report.html, out/paper/report.html (ardent report out/matched prints the first screen)"
 echo "Truth: out/rig/truth.json, out/rig/truth.csv. Prepared signals: out/matched/prepared.csv"

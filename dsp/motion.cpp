@@ -4,9 +4,13 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <stdexcept>
 #include <utility>
+
+#include "dsp/io/channel_roles.hpp"
+#include "dsp/io/sidecar.hpp"
 
 namespace dsp {
 namespace {
@@ -18,6 +22,7 @@ struct Quantity {
   std::array<VectorXd, 3> values;
   std::array<bool, 3> measured{};
   [[nodiscard]] bool has(std::size_t order) const { return values[order].size() > 0; }
+  [[nodiscard]] bool has_any() const { return has(0) || has(1) || has(2); }
   void set(std::size_t order, VectorXd signal, bool is_measured) {
     values[order] = std::move(signal);
     measured[order] = is_measured;
@@ -61,6 +66,12 @@ class MotionBuilder {
     auto others = other_channels();
     recording_.samples.resize(0, 0);  // the signals are as large again
 
+    if (!has_displacement(recording_) && (x.has_any() || y.has_any())) {
+      for (Quantity* q : {&r, &y, &x}) integrate(*q);
+      for (Signal& other : others) other.values = without_drift(other.values);
+      const double reach = 2.0 * rate_hz / options_.integrate_from_hz;
+      motion.edge_samples = std::max(motion.edge_samples, std::min(n / 2, static_cast<Index>(reach)));
+    }
     has_base_ = r.has(0) || r.has(1) || r.has(2) || (x.has(0) && y.has(0));
     complete_displacements(r, y, x);
     {
@@ -112,6 +123,31 @@ class MotionBuilder {
     return ExtendedSpectrum(signal, recording_.sample_rate_hz, options_.extension);
   }
 
+  VectorXd without_drift(const VectorXd& values) const {
+    const SpectralBand drift{0.5 * options_.integrate_from_hz, options_.integrate_from_hz};
+    return spectrum(values).filtered([&](double f) { return 1.0 - drift.gain(f); });
+  }
+
+  // From the lowest order measured; what was measured ends below where the integral does.
+  void integrate(Quantity& q) const {
+    const double from_hz = options_.integrate_from_hz;
+    std::size_t lowest = 3;
+    for (std::size_t order = 3; order-- > 0;)
+      if (q.has(order)) lowest = order;
+    if (lowest == 3) return;
+    if (!(from_hz > 0.0) || !(from_hz < options_.band.rolloff_hz))
+      throw std::invalid_argument("relative_motion: 0 < integrate_from_hz < rolloff_hz is required");
+    for (std::size_t order = lowest; order < 3; ++order)
+      if (q.has(order)) q.values[order] = without_drift(q.values[order]);
+    const ExtendedSpectrum of_lowest = spectrum(q.values[lowest]);
+    for (std::size_t order = 0; order < lowest; ++order)
+      q.set(order, of_lowest.filtered([&](double f) -> std::complex<double> {
+        if (!(f > 0.5 * from_hz)) return 0.0;
+        return std::pow(std::complex<double>(0.0, 2.0 * std::numbers::pi * f), -static_cast<int>(lowest - order));
+      }),
+            true);
+  }
+
   // x = y - r, whichever two are measured; without a base all that is known of x and y is known of both.
   void complete_displacements(Quantity& r, Quantity& y, Quantity& x) const {
     if (!has_base_)
@@ -123,9 +159,13 @@ class MotionBuilder {
     if (!y.has(0) && x.has(0) && r.has(0)) y.set(0, x.values[0] + r.values[0], true);
     if (has_base_ && !r.has(0) && y.has(0) && x.has(0)) r.set(0, y.values[0] - x.values[0], true);
     if (!x.has(0))
-      throw Fault(FaultKind::input, "motion.no_displacement",
-                  recording_.name + ": no relative displacement can be had: found " + roles_found() +
-                      ", wanted x, or y and r, or y alone without a base; give channels their roles in the sidecar");
+      throw Fault(
+          FaultKind::input, "motion.none",
+          recording_.name + ": no relative motion can be had: found " + roles_found() +
+              ". Want a displacement, velocity or acceleration of the payload (y, dy, ddy), with that of the base "
+              "where it moves (r, dr, ddr), or between both (x, v, a). Give channels their roles in " +
+              sidecar_path(recording_.name).string() + ":",
+          role_lines(recording_.channels));
   }
 
   // Derivatives not yet there, from the highest measured one below them.
@@ -165,6 +205,9 @@ class MotionBuilder {
   std::array<std::string, 3> units() const {
     constexpr std::array by_time{"", "/s", "/s^2"};
     std::array<std::string, 3> found{"m", "", ""};
+    if (!has_displacement(recording_))  // that of a turn follows from its rate
+      for (const Channel& channel : recording_.channels)
+        if (info_of(channel.role).order > 0 && channel.unit.starts_with("rad")) found[0] = "rad";
     for (std::size_t order = 0; order < 3; ++order) {
       const bool simple =
           std::all_of(found[0].begin(), found[0].end(), [](unsigned char c) { return std::isalpha(c); });
@@ -195,6 +238,12 @@ class MotionBuilder {
   bool has_base_ = false, has_units_ = true;
 };
 }  // namespace
+
+bool has_displacement(const Recording& recording) {
+  const auto has = [&](Role role) { return recording.find(role) >= 0; };
+  const bool base = has(Role::r) || has(Role::dr) || has(Role::ddr);
+  return has(Role::x) || (has(Role::y) && (has(Role::r) || !base));
+}
 
 const Signal* Motion::find(std::string_view name) const {
   const auto it = std::find_if(signals.begin(), signals.end(), [&](const Signal& s) { return s.name == name; });

@@ -44,14 +44,21 @@ struct MotionOptions {
   SpectralBand band;  ///< required: derivatives are flat below rolloff_hz and zero above cutoff_hz
   ExtensionOptions extension;
   AccelerationSource acceleration = AccelerationSource::automatic;
+  double integrate_from_hz = 0.0;  ///< required where no displacement was recorded
 };
+
+/// Whether x was recorded, or y and r, or y where nothing of a base was.
+[[nodiscard]] bool has_displacement(const Recording& recording);
 
 /// From the channels of one recording to x = y - r (Eq. 49 of [QZS23]; x = y where there is no base channel), v, a, and
 /// whatever else was measured or follows by differentiation (r dr ddr y dy ddy f z and channels without a role, by
 /// name). Derivatives are taken over the whole record in the frequency domain; a measured derivative is preferred to a
-/// computed one. Displacements are not filtered. Channel delays are removed. The recording's bad intervals are excluded
+/// computed one. Displacements are not filtered. Where none was recorded, velocities or accelerations are integrated
+/// from integrate_from_hz on, and every signal of the motion ends there alike (gain 1 above, raised cosine down to 0 at
+/// half of it). Channel delays are removed. The recording's bad intervals are excluded
 /// without margins. `edge_samples` is the length of the band's impulse response, 1 / (cutoff_hz - rolloff_hz). Throws
-/// Fault if no displacement can be had, std::invalid_argument for a band that does not fit below the Nyquist frequency.
+/// Fault if no motion was recorded, std::invalid_argument for a band that does not fit below the Nyquist frequency or
+/// where integrate_from_hz is needed and does not fit below the band.
 [[nodiscard]] Motion relative_motion(Recording recording, const MotionOptions& options);
 
 /// Advances every channel by the lag it is known to have, and says so in its description.

@@ -10,7 +10,9 @@
 #include "dsp/filter/filter_design.hpp"
 #include "dsp/memory_limit.hpp"
 #include "dsp/prepare/intermediate_recorder.hpp"
+#include "dsp/prepare/motion_band.hpp"
 #include "dsp/prepare/prepare_filters.hpp"
+#include "dsp/sensors/recorded_derivatives.hpp"
 
 namespace dsp {
 namespace {
@@ -23,6 +25,10 @@ SpectralBand state_band(const PrepareOptions& o) {
 }
 SpectralBand column_band(const PrepareOptions& o) {
   return {o.rolloff_hz, o.cutoff_hz};
+}
+
+MotionOptions motion_options(const PrepareOptions& o, const SpectralBand& band) {
+  return {.band = band, .acceleration = o.acceleration, .integrate_from_hz = o.integrate_from_hz};
 }
 
 ColumnFilter column_filter(const PrepareOptions& o) {
@@ -161,6 +167,28 @@ Check edge_check(const Motion& signals) {
                                  signals.edge_samples, seconds)};
 }
 
+// Numbers that would be no vibration in the unit that was taken for granted are a question.
+Check size_check(const Prepared& prepared) {
+  constexpr double most_m_per_s2 = 1000.0;  // rms: a hundred times gravity, which shocks reach for milliseconds only
+  Check check{.name = "sample.size", .limit = most_m_per_s2};
+  for (const Channel& channel : prepared.channels) {
+    const SignalInfo& signal = info_of(channel.role);
+    if (!channel.unit_is_assumed || signal.order < 0) continue;
+    const VectorXd& a = prepared.signals.at(motion_signal(signal.body, 2).name);
+    const double rms = std::sqrt(a.squaredNorm() / static_cast<double>(std::max<Index>(a.size(), 1)));
+    if (!(rms > most_m_per_s2)) continue;
+    check.channel = channel.name;
+    check.status = CheckStatus::warning;
+    check.value = rms;
+    check.message = fmt::format(
+        "in {}, which was taken for granted, it accelerates by {:.3g} m/s^2 rms. Is it in another "
+        "unit, such as mm? Write unit = \"mm\" under its [[channel]] in the sidecar",
+        channel.unit, rms);
+    break;
+  }
+  return check;
+}
+
 // From the intermediate rate on: everything that does not depend on where its samples came from.
 void finish(Prepared& prepared, Recording intermediate, const std::optional<FilterSheet>& raw) {
   const auto& o = prepared.options;
@@ -179,16 +207,36 @@ void finish(Prepared& prepared, Recording intermediate, const std::optional<Filt
   }
   intermediate.bad.clear();
   if (o.recipe == Recipe::paper)
-    prepared.signals =
-        relative_motion(filtered(intermediate, low_pass), {.band = column_band(o), .acceleration = o.acceleration});
-  prepared.intermediate =
-      relative_motion(std::move(intermediate), {.band = state_band(o), .acceleration = o.acceleration});
+    prepared.signals = relative_motion(filtered(intermediate, low_pass), motion_options(o, column_band(o)));
+  prepared.intermediate = relative_motion(std::move(intermediate), motion_options(o, state_band(o)));
   if (o.recipe == Recipe::matched) prepared.signals = filtered(prepared.intermediate, low_pass);
   const double reach_s = (raw ? raw->edge_s : 0.0) + low_pass.edge_s() + 1.0 / (o.state_cutoff_hz - o.state_rolloff_hz);
+  prepared.checks.push_back(size_check(prepared));
+  if (prepared.checks.back().status == CheckStatus::ok) prepared.checks.pop_back();
   prepared.signals.edge_samples =
       std::min(prepared.signals.num_samples() / 2, static_cast<Index>(std::ceil(reach_s * o.rate_hz)));
   exclude(prepared, bad, reach_s, duration_s);
   prepared.checks.push_back(edge_check(prepared.signals));
+}
+
+void settle_integration(Prepared& prepared, const MotionBand& band) {
+  double& from_hz = prepared.options.integrate_from_hz;
+  if (from_hz == 0.0) from_hz = band.from_hz;
+  if (!(from_hz > 0.0)) return;  // there is no motion: relative_motion says so
+  if (from_hz >= 0.5 * prepared.options.rolloff_hz)
+    throw Fault(
+        FaultKind::usage, "prepare.integrate_from",
+        fmt::format("{}: there is no displacement, and integration from {:.3g} Hz leaves nothing of a band that "
+                    "ends at {:.3g} Hz. Raise prepare.cutoff_hz or set prepare.integrate_from_hz",
+                    prepared.name, from_hz, prepared.options.cutoff_hz));
+  prepared.checks.push_back(
+      {.name = "prepare.integrated",
+       .status = CheckStatus::note,
+       .value = from_hz,
+       .message =
+           fmt::format("no displacement was recorded: x is integrated from {} above {:.3g} Hz. Slower motion and "
+                       "the zero of x are not known, so even powers of x cannot be trusted",
+                       band.signal, from_hz)});
 }
 
 VectorXd& displacement_of(Motion& motion) {
@@ -265,6 +313,8 @@ Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& optio
     throw std::invalid_argument("prepare: the recording was filled for other options");
   prepared.filter = column_filter(prepared.options);
   prepared.decimation = whole_sheet(prepared.options, rate_hz, prepared.filter, intermediate.sheet);
+  const std::vector<Check> unlike =
+      drop_unlike_derivatives(intermediate.recording, intermediate.spectrum, prepared.options.cutoff_hz);
   const Recording& known = intermediate.recording;
   prepared.channels = known.channels;
   prepared.x_is_difference = known.find(Role::x) < 0 && known.find(Role::y) >= 0 && known.find(Role::r) >= 0;
@@ -273,6 +323,10 @@ Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& optio
   const auto folding =
       intermediate.spectrum.checks(intermediate.recording.channels, prepared.options.rate_hz, prepared.decimation);
   prepared.checks.insert(prepared.checks.end(), folding.begin(), folding.end());
+  prepared.checks.insert(prepared.checks.end(), unlike.begin(), unlike.end());
+  const MotionBand band = motion_band_of_channels(intermediate.recording.channels, intermediate.spectrum);
+  if (!band.signal.empty()) prepared.checks.push_back(band_check(band, prepared.options.cutoff_hz));
+  if (!has_displacement(intermediate.recording)) settle_integration(prepared, band);
   finish(prepared, std::move(intermediate.recording), intermediate.sheet);
   return prepared;
 }

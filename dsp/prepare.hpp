@@ -35,7 +35,8 @@ struct PrepareOptions {
   double intermediate_rate_hz =
       0.0;  ///< rate at which columns are formed when decimating; 0: about 10 x regression rate
   AccelerationSource acceleration = AccelerationSource::automatic;
-  bool equalise = true;  ///< "matched": displacements and accelerometers of one body are equalised
+  double integrate_from_hz = 0.0;  ///< of a record without a displacement; 0: where its drift ends
+  bool equalise = true;            ///< "matched": displacements and accelerometers of one body are equalised
   ScaleReference scale = ScaleReference::displacement;
   bool operator==(const PrepareOptions&) const = default;
 };

@@ -10,6 +10,7 @@
 
 #include "dsp/filter/dispatch.hpp"
 #include "dsp/io/calibrate.hpp"
+#include "dsp/io/channel_roles.hpp"
 #include "dsp/io/recording_files.hpp"
 #include "dsp/memory_limit.hpp"
 #include "dsp/names.hpp"
@@ -99,9 +100,8 @@ ARDENT_DISPATCH void scale_and_shift(double* values, Eigen::Index count, const d
 // What 1.0 in the file is worth is not known: the lines that would say so, under the channel they belong to.
 std::string lines_to_add(const ChannelSpec& channel, const Calibration& calibration, bool in_sidecar) {
   if (in_sidecar) return fmt::format("# {}: channel {}\n{}", channel.place, channel.name, calibration.missing);
-  const auto role = channel.role == Role::other
-                        ? "# role = \"y\"  # r base, y payload, x relative, ddr ddy accelerations, f force\n"
-                        : fmt::format("role = \"{}\"\n", to_string(channel.role));
+  const auto role = channel.role == Role::other ? fmt::format("# role = \"y\"  # {}\n", role_choices)
+                                                : fmt::format("role = \"{}\"\n", to_string(channel.role));
   return fmt::format("[[channel]]\nname = {}\nindex = {}\n{}{}", toml_quoted(channel.name), channel.index, role,
                      calibration.missing);
 }
@@ -126,6 +126,7 @@ struct RecordingReader::State {
     std::vector<int> next_index(files.size(), 0);
     std::vector<std::unordered_map<int, std::string>> taken(files.size());  // column -> channel
     std::string missing, names;
+    std::vector<bool> role_is_known;
     for (const auto& channel : channels) {
       if (channel.role == Role::t) continue;
       const auto path = channel.file.empty() ? recording : recording.parent_path() / channel.file;
@@ -154,9 +155,11 @@ struct RecordingReader::State {
       picks.push_back(pick);
       // A file that begins late holds samples that are ahead of the clock.
       const double late_s = late_start_s(files[pick.file], description.clock_start_s, description.sample_rate_hz);
+      role_is_known.push_back(channel.role_is_known);
       description.channels.push_back({channel.name, channel.role, calibration.unit, channel.delay_s - late_s,
                                       channel.highpass_hz, calibration.calibrated, channel.sensitivity_uncertainty,
-                                      measured(channel.range, channel), measured(channel.drift, channel)});
+                                      measured(channel.range, channel), measured(channel.drift, channel),
+                                      calibration.unit_is_assumed});
     }
     if (!missing.empty())
       throw Fault(FaultKind::input, "calibration.missing",
@@ -164,6 +167,7 @@ struct RecordingReader::State {
                               description.name, names,
                               clean_name((sidecar.file.empty() ? sidecar_path(recording) : sidecar.file).string())),
                   missing);
+    guess_open_roles(role_is_known, options);
     if (!picks.empty()) return;
     std::vector<std::string> left_out;
     for (const auto& file : files)
@@ -175,6 +179,38 @@ struct RecordingReader::State {
                                                            "(n x 1) as long as it, best called like signals (x, y, r, "
                                                            "ddy, f) or named in a sidecar",
                                                            fmt::join(left_out, ", "))));
+  }
+
+  // Roles that nobody gave, and what was taken for what.
+  void guess_open_roles(const std::vector<bool>& is_known, const ReadOptions& options) {
+    std::vector<Channel>& channels = description.channels;
+    std::vector<UnnamedRole> open;
+    std::vector<std::size_t> places;
+    std::vector<Role> given;
+    for (std::size_t i = 0; i < channels.size(); ++i) {
+      const bool used = std::any_of(options.use.begin(), options.use.end(),
+                                    [&](const auto& pair) { return pair.second == channels[i].name; });
+      if (is_known[i] || used) {
+        given.push_back(channels[i].role);
+        continue;
+      }
+      open.push_back({channels[i].name, channels[i].unit});
+      places.push_back(i);
+    }
+    const std::vector<RoleGuess> guesses = guess_roles(open, given);
+    for (std::size_t k = 0; k < open.size(); ++k) {
+      if (guesses[k].role == Role::other) continue;
+      Channel& channel = channels[places[k]];
+      channel.role = guesses[k].role;
+      std::string message =
+          fmt::format("taken for {} ({}), by {}", to_string(channel.role), in_words(channel.role), guesses[k].why);
+      if (channel.unit.empty() && channel.calibrated && info_of(channel.role).order >= 0) {
+        channel.unit = si_unit(channel.role);
+        channel.unit_is_assumed = true;
+        message += fmt::format("; no unit is given, taken as {}", channel.unit);
+      }
+      description.checks.push_back(note("channel.role", channel.name, std::move(message)));
+    }
   }
 
   // Whether one file's columns are the channels as they are.
@@ -304,6 +340,25 @@ Eigen::Index RecordingReader::read(FrameBlock& block, Eigen::Index max_frames) {
   return state.bridge->take(block, max_frames);
 }
 
+Eigen::Index RecordingReader::skip(Eigen::Index num_frames) {
+  auto& state = *state_;
+  Eigen::Index skipped = 0;
+  if (state.bridge) {  // what is missing there decides how the next gap is filled
+    constexpr Eigen::Index block_frames = 16384;
+    FrameBlock block;
+    while (skipped < num_frames) {
+      const Eigen::Index count = read(block, std::min(block_frames, num_frames - skipped));
+      if (count == 0) break;
+      skipped += count;
+    }
+    return skipped;
+  }
+  skipped = static_cast<Eigen::Index>(std::min<std::int64_t>(num_frames, state.num_frames - state.num_read));
+  for (auto& file : state.files) (void)file.source->skip(skipped);
+  state.num_read += skipped;
+  return skipped;
+}
+
 Recording read_recording(const fs::path& file, const ReadOptions& options) {
   RecordingReader reader(file, options);
   const auto frames = static_cast<Eigen::Index>(reader.num_frames());
@@ -335,9 +390,8 @@ std::string draft_sidecar(const fs::path& file, const ReadOptions& options) {
     const auto calibration = calibrate(channel, info, channel.index - 1);
     const auto& in_file = info.units[static_cast<std::size_t>(channel.index - 1)];
     text += fmt::format("\n[[channel]]\nname = {}\nindex = {}\n", toml_quoted(channel.name), channel.index);
-    text += channel.role == Role::other
-                ? "# role = \"y\"  # r base, y payload, x relative, dr dy v, ddr ddy a, f force\n"
-                : fmt::format("role = \"{}\"\n", to_string(channel.role));
+    text += channel.role == Role::other ? fmt::format("# role = \"y\"  # {}\n", role_choices)
+                                        : fmt::format("role = \"{}\"\n", to_string(channel.role));
     const auto unit = in_file.empty() ? calibration.unit : find_unit(in_file).name;
     std::istringstream missing(calibration.missing);
     for (std::string line; std::getline(missing, line);) text += "# " + line + "\n";

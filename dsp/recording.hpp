@@ -17,6 +17,7 @@ struct Channel {
   bool calibrated = true;                 ///< false: samples are raw units because the user asked for that
   double sensitivity_uncertainty = 0.01;  ///< standard deviation of the sensitivity, as a fraction: a maker's usual
   double range = 0.0, drift = 0.0;  ///< of the sensor: largest reading, standard deviation of its zero; 0: not known
+  bool unit_is_assumed = false;     ///< nobody said it: SI of the role
 };
 
 /// An interval of a recording that must not be used, in seconds from its first sample.

@@ -57,6 +57,14 @@ const SignalInfo* derivative_of(std::string_view name) {
   return find_if([&](const SignalInfo& s) { return s.body == known->body && s.order == known->order + 1; });
 }
 
+std::string in_words(Role role) {
+  const SignalInfo& signal = info_of(role);
+  constexpr std::string_view displacement = "displacement";
+  std::string words(signal.meaning);
+  if (signal.order > 0) words.replace(0, displacement.size(), signal.order == 1 ? "velocity" : "acceleration");
+  return words;
+}
+
 std::string_view to_string(Role role) {
   return info_of(role).name;
 }

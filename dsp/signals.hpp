@@ -1,5 +1,6 @@
 #pragma once
 #include <span>
+#include <string>
 #include <string_view>
 
 namespace dsp {
@@ -33,6 +34,9 @@ struct SignalInfo {
 [[nodiscard]] const SignalInfo& motion_signal(Body body, int order);
 /// The signal that is the time derivative of this one; nullptr if none is.
 [[nodiscard]] const SignalInfo* derivative_of(std::string_view name);
+
+/// "velocity of the base": what a role stands for.
+[[nodiscard]] std::string in_words(Role role);
 
 [[nodiscard]] std::string_view to_string(Role role);
 /// Throws std::invalid_argument for a name that is no role.

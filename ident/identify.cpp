@@ -16,6 +16,7 @@
 #include "ident/rows_of_terms.hpp"
 #include "ident/sensors/absolute_gains.hpp"
 #include "ident/settle_columns.hpp"
+#include "ident/validate/crests.hpp"
 #include "ident/validate/independent_rows.hpp"
 #include "ident/validate/judge.hpp"
 
@@ -116,9 +117,9 @@ FreeRun free_run_of(const JudgedFit& judged, const std::vector<JudgedFit>& earli
   else if (range.test.size() == 0)
     run.reason = "no test rows";
   else
-    run = twin != earlier.end()
-              ? twin->free_run
-              : free_run(judged.model, courses, {.periods_alone = periods_alone, .poll = options.poll});
+    run = twin != earlier.end() ? twin->free_run
+                                : free_run(judged.model, courses,
+                                           {.periods_alone = periods_alone, .keep_series = true, .poll = options.poll});
   run.applies = options.free_run && (options.target == "a" || options.target == "ddy");  // else no equation of motion
   return run;
 }
@@ -168,25 +169,14 @@ void judge_sensors(JudgedFit& judged, const RangeData& range, const EvidenceData
       }
 }
 
-/// Samples of the first recording of a range, evenly spread over its training rows, enough to tell a term's degree.
-dsp::Motion some_training_samples(const RangeRows& rows, const std::vector<Columns>& recordings) {
-  constexpr std::size_t most = 10'000;
-  const std::size_t recording = rows.train.front().recording, step = rows.train.size() / most + 1;
-  std::vector<Index> samples;
-  for (std::size_t i = 0; i < rows.train.size(); i += step)
-    if (rows.train[i].recording == recording) samples.push_back(rows.train[i].sample);
-  dsp::Motion motion{.sample_rate_hz = recordings[recording].signals->sample_rate_hz};
-  for (const dsp::Signal& signal : recordings[recording].signals->signals)
-    motion.signals.push_back({signal.name, signal.unit, signal.values(samples)});
-  return motion;
-}
-
 /// Recordings of one range are of the same sensors.
 void judge_calibration(Model& model, const RangeResult& result, const std::vector<Columns>& recordings,
                        const CandidateLibrary& library) {
   const Columns& first = recordings[result.rows.train.front().recording];
   if (first.prepared == nullptr || !result.uncalibrated.empty()) return;
-  set_si_stds(model, library, absolute_gains(*first.prepared), some_training_samples(result.rows, recordings));
+  constexpr std::size_t enough = 10'000;  // to tell a term's degree
+  set_si_stds(model, library, absolute_gains(*first.prepared),
+              some_samples(result.rows.train, result.rows.train.front().recording, recordings, enough));
 }
 
 /// Of the config; negative: the selection's own.
@@ -357,6 +347,20 @@ Model linear_model(const RangeData& range, const CandidateLibrary& library, cons
   return make_model(library, fit, options.target, options.target_unit, range.scale, {});
 }
 
+/// Of x in every stretch of the range's samples.
+std::vector<std::vector<double>> crests_of(const RangeRows& rows, const std::vector<Columns>& recordings) {
+  std::vector<std::vector<double>> result;
+  for (std::size_t r = 0; r < rows.usable.size(); ++r) {
+    const dsp::Signal* x = recordings[r].signals->find("x");
+    const std::vector<Index>& samples = rows.usable[r];
+    for (std::size_t first = 0, last = 0; x != nullptr && first < samples.size(); first = last) {
+      for (last = first + 1; last < samples.size() && samples[last] == samples[last - 1] + 1;) ++last;
+      result.push_back(crests(x->values.segment(samples[first], static_cast<Index>(last - first))));
+    }
+  }
+  return result;
+}
+
 }  // namespace
 
 RangeResult identify(const Range& range, std::vector<Columns>& recordings, const CandidateLibrary& library,
@@ -368,6 +372,7 @@ RangeResult identify(const Range& range, std::vector<Columns>& recordings, const
   for (const Term& term : library.terms) result.terms.push_back(term.name);
   result.rows = range_rows(range, recordings);
   fill_in(result.spec, result.rows, range.recording, recordings);
+  result.crests = crests_of(result.rows, recordings);
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     if (!range.covers(r)) continue;
     result.dropped.insert(result.dropped.end(), recordings[r].dropped.begin(), recordings[r].dropped.end());

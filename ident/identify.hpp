@@ -65,6 +65,7 @@ struct RangeResult {
   std::vector<std::string> uncalibrated;  ///< channels of raw numbers, with their recordings
   double accumulate_s = 0.0;
   double power_balance = std::numeric_limits<double>::quiet_NaN();  ///< of corrected v and a; NaN: nothing to check
+  std::vector<std::vector<double>> crests;  ///< of x, in each stretch without a gap (crests.hpp)
   Model linear;  ///< least squares on the candidates that are signals themselves, or 1: what an equation must beat
   std::vector<JudgedFit> fits;
 };

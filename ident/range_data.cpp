@@ -123,7 +123,7 @@ std::vector<Course> courses_of(const RangeRows& rows, const std::vector<Columns>
   std::vector<Course> courses;
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     const dsp::Motion& signals = *recordings[r].signals;
-    Course course{&signals, {}, std::vector<unsigned char>(static_cast<std::size_t>(signals.num_samples()), 0)};
+    Course course{&signals, {}, std::vector<unsigned char>(static_cast<std::size_t>(signals.num_samples()), 0), r};
     Index first_test = signals.num_samples();
     for (const Row& row : rows.test)
       if (row.recording == r) {

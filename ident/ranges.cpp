@@ -139,4 +139,16 @@ RangeRows range_rows(const Range& range, const std::vector<Columns>& recordings)
   return result;
 }
 
+dsp::Motion some_samples(const std::vector<Row>& rows, std::size_t recording, const std::vector<Columns>& recordings,
+                         std::size_t most) {
+  const std::size_t step = rows.size() / most + 1;
+  std::vector<Eigen::Index> samples;
+  for (std::size_t i = 0; i < rows.size(); i += step)
+    if (rows[i].recording == recording) samples.push_back(rows[i].sample);
+  dsp::Motion motion{.sample_rate_hz = recordings[recording].signals->sample_rate_hz};
+  for (const dsp::Signal& signal : recordings[recording].signals->signals)
+    motion.signals.push_back({signal.name, signal.unit, signal.values(samples)});
+  return motion;
+}
+
 }  // namespace ident

@@ -49,4 +49,9 @@ struct RangeRows {
 /// "range.empty", "term.*" for the condition) with the range's place in the config.
 [[nodiscard]] RangeRows range_rows(const Range& range, const std::vector<Columns>& recordings);
 
+/// The signals of a recording (0-based) on those of these rows that are its own, of which about `most`, evenly spread,
+/// are looked at. No samples where none is.
+[[nodiscard]] dsp::Motion some_samples(const std::vector<Row>& rows, std::size_t recording,
+                                       const std::vector<Columns>& recordings, std::size_t most);
+
 }  // namespace ident

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <new>
@@ -28,6 +29,26 @@ std::vector<dsp::Regime> moving_regimes(const Record& record) {
   return found;
 }
 
+/// Regimes of which a person would want an equation of their own. Branches are distinguished by their phase against the
+/// base; without one, amplitude alone makes no regime. What moves for less than a tenth of the time is a passage of the
+/// rest, and has too few rows for an equation.
+std::vector<dsp::Regime> lasting(const std::vector<dsp::Regime>& moving, const Record& record) {
+  constexpr double least_fraction = 0.1;
+  if (!record.segmentation.mount) return moving;  // segments that a person gave
+  const dsp::Motion& signals = record.prepared.signals;
+  if (signals.find("r") == nullptr && signals.find("ddr") == nullptr && moving.size() > 1) return {};
+  const auto edge = std::min(signals.edge_samples, signals.num_samples() / 2);
+  const auto samples = [&](dsp::Regime regime) {
+    return static_cast<double>(std::count(record.regimes.begin() + edge, record.regimes.end() - edge, regime));
+  };
+  double all = 0.0;
+  for (const dsp::Regime regime : moving) all += samples(regime);
+  std::vector<dsp::Regime> found;
+  for (const dsp::Regime regime : moving)
+    if (samples(regime) >= least_fraction * all) found.push_back(regime);
+  return found;
+}
+
 /// A warning where everything that moves lies within the filters' reach of something excluded, as free decays do.
 void warn_if_nothing_moves(Record& record) {
   if (!has(record, dsp::Regime::stick) || !has(record, dsp::Regime::excluded) || !moving_regimes(record).empty())
@@ -41,6 +62,37 @@ void warn_if_nothing_moves(Record& record) {
                               static_cast<double>(signals.edge_samples) / signals.sample_rate_hz)});
 }
 
+/// A payload that stands still while its base moves is held by the ground: its friction is that of the absolute speed,
+/// and what holds it is not in the equation.
+void warn_if_held_by_the_ground(Record& record) {
+  const dsp::Motion& motion = record.prepared.intermediate;
+  if (motion.find("r") == nullptr || motion.find("y") == nullptr) return;
+  dsp::Motion absolute{.sample_rate_hz = motion.sample_rate_hz, .excluded = motion.excluded};
+  for (const auto& [name, source] : {std::pair{"t", "t"}, {"x", "y"}, {"v", "dy"}, {"a", "ddy"}})
+    absolute.signals.push_back({name, "", motion.at(source)});
+  const dsp::Segmentation found = dsp::segment_regimes(absolute);
+  const double still_m_per_s = found.options.stick_speed_m_per_s;
+  Eigen::Index held = 0;
+  const Eigen::VectorXd &dy = motion.at("dy"), &dr = motion.at("dr");
+  for (const dsp::Segment& segment : found.segments)
+    for (Eigen::Index i = segment.first; i < segment.last && segment.regime == dsp::Regime::stick; ++i)
+      held += std::abs(dy(i)) < still_m_per_s && std::abs(dr(i)) > still_m_per_s ? 1 : 0;
+  constexpr double least_fraction = 0.05;
+  const double fraction = static_cast<double>(held) / static_cast<double>(motion.num_samples());
+  if (fraction < least_fraction) return;
+  record.prepared.checks.push_back(
+      {.name = "regime.ground",
+       .status = dsp::CheckStatus::warning,
+       .value = fraction,
+       .limit = least_fraction,
+       .message =
+           fmt::format("for {:.0f} % of the time the payload stands still on the ground while its base moves: its "
+                       "friction is that of dy, and an equation holds only while it slips. Try target = "
+                       "\"ddy\" in [fit], only = [\"x\", \"v\", \"sgn(dy)\"] in [library], and a [[range]] with "
+                       "name = \"slip\" and where = \"abs(dy) > {:.2g}\"",
+                       100.0 * fraction, still_m_per_s)});
+}
+
 /// The ranges of a record for which nobody named any.
 std::vector<Range> ranges_of(const Record& record, int recording, bool alone) {
   const std::string name = alone ? "" : std::filesystem::path(record.prepared.name).stem().string();
@@ -49,9 +101,11 @@ std::vector<Range> ranges_of(const Record& record, int recording, bool alone) {
     result.spec.name = alone ? label : regime.any() ? name : name + " " + label;
     return result;
   };
-  const std::vector<dsp::Regime> moving = moving_regimes(record);
-  if (moving.empty() || (moving.size() == 1 && !has(record, dsp::Regime::stick))) return {range("all", {})};
+  const std::vector<dsp::Regime> moving = moving_regimes(record), own = lasting(moving, record);
+  const bool sticks = has(record, dsp::Regime::stick);
+  if (moving.empty() || (own.size() < 2 && !sticks)) return {range("all", {})};
   std::vector<Range> ranges;
+  if (own.size() < moving.size()) return {range(dsp::RegimeSet::mixed().name(), dsp::RegimeSet::mixed())};
   for (const dsp::Regime regime : moving) ranges.push_back(range(std::string(to_string(regime)), regime));
   if (moving.size() > 1) ranges.push_back(range(dsp::RegimeSet::mixed().name(), dsp::RegimeSet::mixed()));
   return ranges;
@@ -156,6 +210,7 @@ void set_regimes(Record& record, dsp::Segmentation segmentation) {
   adopt_common_motion(record);
   record.regimes = dsp::regimes_at(record.segmentation, record.prepared.intermediate, record.prepared.signals);
   warn_if_nothing_moves(record);
+  warn_if_held_by_the_ground(record);
   if (record.prepared.raw_v.size() == 0) return;
   record.power = dsp::power_check(record.prepared, record.regimes);
   record.prepared.checks.push_back(check_of(*record.power, record.prepared.relations));
@@ -183,13 +238,21 @@ std::vector<Range> default_ranges(const std::vector<const Record*>& records) {
   return ranges;
 }
 
+bool acts_from_outside(const dsp::Signal& signal) {
+  const auto moves = [&] { return signal.values.size() > 0 && signal.values.maxCoeff() > signal.values.minCoeff(); };
+  if (const dsp::SignalInfo* known = dsp::find_signal(signal.name)) return known->in_default_library && moves();
+  constexpr std::array drives{"N", "N*m", "Pa", "V", "A"};
+  return std::find(drives.begin(), drives.end(), signal.unit) != drives.end() && moves();
+}
+
 std::vector<std::string> default_terms(const std::vector<const Record*>& records) {
   std::vector<std::string> terms{"sgn(v)"};
-  for (const dsp::SignalInfo& signal : dsp::signal_table())
-    if (signal.in_default_library && std::all_of(records.begin(), records.end(), [&](const Record* record) {
-          return record->prepared.signals.find(signal.name) != nullptr;
+  for (const dsp::Signal& signal : records.front()->prepared.signals.signals)
+    if (std::all_of(records.begin(), records.end(), [&](const Record* record) {
+          const dsp::Signal* same = record->prepared.signals.find(signal.name);
+          return same != nullptr && acts_from_outside(*same);
         }))
-      terms.emplace_back(signal.name);
+      terms.push_back(signal.name);
   return terms;
 }
 

@@ -45,12 +45,18 @@ void set_regimes(Record& record, dsp::Segmentation segmentation);
 /// The same with the regimes found in the record: dsp::segment_regimes.
 [[nodiscard]] Record find_regimes(dsp::Prepared prepared, const dsp::SegmentOptions& options = {});
 
-/// The ranges of records for which nobody named any: low, high and mixed where there are two regimes of motion; the
-/// one there is where it sticks at times; else "all". Of several records each has its own, named after it.
+/// The ranges of records for which nobody named any: low, high and mixed where a base is moved, there are two regimes
+/// of motion and each lasts a tenth of it at least; the one there is where it sticks at times; else "all". Of several
+/// records each has its own, named after it.
 [[nodiscard]] std::vector<Range> default_ranges(const std::vector<const Record*>& records);
 
-/// What a library of polynomials in x and v cannot do without: dry friction, sgn(v), and of ddr, f and z, which drive
-/// the motion from outside, those that all records have.
+/// Whether a signal moves and is no motion of the system itself: the base's acceleration, a force, and further channels
+/// in units of what drives a machine (N, N*m, Pa, V, A). What else was recorded may as well be another sensor on the
+/// same motion.
+[[nodiscard]] bool acts_from_outside(const dsp::Signal& signal);
+
+/// What a library of polynomials in x and v cannot do without: dry friction, sgn(v), and what drives the motion from
+/// outside, as far as all records have it.
 [[nodiscard]] std::vector<std::string> default_terms(const std::vector<const Record*>& records);
 
 /// Mean of x (m) over the first range of the recording with this 1-based number; where that is of a regime, over its

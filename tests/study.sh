@@ -32,7 +32,7 @@ for sensors in ideal full; do
       /^ *NMSE train/ { gsub(",", ""); train[range] = $3; test[range] = $5; run[range] = $8 }
       END { printf "%-8s %-6s %12.5f %8.4f   %9s %9s     %s %s\n", recipe, sensors, mean["low", "sgn(v)"],
               mean["low", "v"], train["mixed"], test["mixed"], run["low"], run["high"] }' \
-      out/study/$recipe-$sensors/equation.txt
+      out/study/$recipe-$sensors/details.txt
   done
 done
 

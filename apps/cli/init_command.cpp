@@ -27,25 +27,25 @@ std::string draft_config(const std::string& recording, const std::string& sideca
 [[recording]]
 file = {}
 {}
-[prepare]
-recipe = "matched"       # columns formed first and filtered after; or "paper"
-# rate_hz = 25.6         # regression rate; left out: the record's own
-# cutoff_hz = 10.24      # columns and derivatives go to zero here
-# zero = "regime-mean"   # of x; or "none" or a number in metres
+# [prepare]
+# cutoff_hz = 10.24      # columns and derivatives end here; left out: where the motion falls below its noise
+# rate_hz = 25.6         # of the regression; left out: follows cutoff_hz
+# zero = "regime-mean"   # what is subtracted from x; or "none" or a number in metres
 
 [library]
-order = 3                # polynomials in x and v
-terms = []               # further ones: ["sgn(v)", "ddr"]
+order = 3                # polynomials in x and v; sgn(v) and every recorded input are candidates too
+# terms = ["abs(x)*x"]   # further candidates
+# only = ["x", "v", "f"] # or these and no others
 
 [fit]
 target = "a"
 methods = ["{}"]
 
-# [[range]]              # none: the whole record, its first 60 % for training
+# [[range]]              # left out: the amplitude regimes found in the record, else all of it
 # name = "low"
-# from = 0
+# from = 0               # s
 # to = 830
-# train_to = 500
+# train_to = 500         # left out: the first 60 % are for training
 # where = "abs(v) > 0.004"
 )toml",
                      dsp::toml_quoted(recording),

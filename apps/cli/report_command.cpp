@@ -10,14 +10,17 @@ namespace apps {
 
 Command report_command() {
   return {"report",
-          "The page of a finished run again",
+          "What a finished run printed, again; its page is RUN/report.html",
           {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}, {"--force"}, {"--threads"}},
           [](CLI::App& command) -> CommandBody {
             auto run = std::make_shared<std::filesystem::path>();
+            auto details = std::make_shared<bool>(false);
             command.add_option("RUN", *run, "Run folder.")->required();
+            command.add_flag("--details", *details, "Every equation with its coefficients, errors and remarks.");
             return [=](const GlobalOptions& global, Console& console) {
               check_finished_run(*run, global.strict, console);
-              console.result(read_run_file(*run / (console.json() ? "equation.json" : "equation.txt")));
+              const char* file = console.json() ? "equation.json" : *details ? "details.txt" : "equation.txt";
+              console.result(read_run_file(*run / file));
               return 0;
             };
           },

@@ -5,6 +5,7 @@
 
 #include "apps/cli/repeat_run.hpp"
 #include "apps/cli/run_job.hpp"
+#include "apps/page/first_screen.hpp"
 
 namespace apps {
 namespace {
@@ -21,7 +22,8 @@ int run(const RunArguments& arguments, Console& console) {
   const RunOutcome outcome = run_into(results, config, arguments, console);
   console.result(console.json()
                      ? outcome.equation
-                     : fmt::format("{}\nresults are in {}\n", outcome.report, results.destination().string()));
+                     : fmt::format("{0}{1:<{2}}results are in {3}: open report.html, or ardent report {3} --details\n",
+                                   outcome.report, "more", label_width, results.destination().string()));
   return outcome.exit_code;
 }
 

@@ -11,6 +11,7 @@
 #include "apps/output/prediction.hpp"
 #include "apps/output/report_text.hpp"
 #include "apps/output/results_json.hpp"
+#include "apps/page/page_files.hpp"
 #include "apps/process/interrupt.hpp"
 #include "dsp/names.hpp"
 #include "ident/identify.hpp"
@@ -51,26 +52,34 @@ int required_verdicts(const std::vector<ident::RangeResult>& ranges, const std::
 }
 
 /// The chosen equation run free on the recordings that were kept for that: predict-NAME.json and .csv for each.
-std::string predict_test_recordings(const Work& work, const std::vector<ident::RangeResult>& ranges,
-                                    const RunArguments& arguments, RunFolder& results,
-                                    std::vector<std::filesystem::path>& files, Console& console) {
+std::vector<ident::RecordPrediction> predict_test_recordings(const Work& work,
+                                                             const std::vector<ident::RangeResult>& ranges,
+                                                             const RunArguments& arguments, RunFolder& results,
+                                                             std::vector<std::filesystem::path>& files,
+                                                             Console& console) {
   const std::optional<ident::ChosenFit> chosen = ident::chosen_fit(ranges);
-  std::string text;
-  if (!chosen || work.config.test_recordings.empty()) return text;
+  std::vector<ident::RecordPrediction> predictions;
+  if (!chosen || work.config.test_recordings.empty()) return predictions;
   const ident::RangeResult& range = ranges[chosen->range];
   for (std::size_t i = 0; i < work.config.test_recordings.size(); ++i) {
     const RecordingConfig& recording = work.config.test_recordings[i];
     const Input input = other_recording(work.config, recording, arguments.max_memory_bytes, console);
     results.add_files({input});
     files.insert(files.end(), input.files.begin(), input.files.end());
-    const ident::RecordPrediction prediction =
+    predictions.push_back(
         ident::predict(range.fits[chosen->method].model, range.linear, input,
-                       {.where = range.spec.where, .num_threads = arguments.num_threads, .poll = check_interrupted});
+                       {.where = range.spec.where, .num_threads = arguments.num_threads, .poll = check_interrupted}));
     const std::string name = fmt::format("predict-{}-{}", i + 1, dsp::slug(recording.file.stem().string()));
-    results.write(name + ".json", prediction_json(prediction));
-    results.add_table(prediction_table(name + ".csv", prediction));
-    text += prediction_text(prediction);
+    results.write(name + ".json", prediction_json(predictions.back()));
+    results.add_table(prediction_table(name + ".csv", predictions.back()));
   }
+  return predictions;
+}
+
+/// What the first screen leaves out.
+std::string details_text(const RunResults& found) {
+  std::string text = report_text(found.ranges) + findings_text(found.inputs);
+  for (const ident::RecordPrediction& prediction : found.predictions) text += prediction_text(prediction);
   return text;
 }
 
@@ -87,15 +96,19 @@ RunOutcome run_into(RunFolder& results, const Config& config, const RunArguments
       all_columns(work.config, work.inputs, libraries, arguments.max_memory_bytes, console);
   const ident::IdentifyOptions options = identify_options(work.config, work.inputs, arguments.num_threads);
   auto ranges = identify_ranges(work.config, columns, libraries.front(), options, console);
-  outcome.report = report_text(ranges) + findings_text(work.inputs) +
-                   predict_test_recordings(work, ranges, arguments, results, outcome.files, console);
+  const RunResults found{work.config, work.inputs, columns, ranges,
+                         predict_test_recordings(work, ranges, arguments, results, outcome.files, console)};
   refuse_warnings(arguments.strict, console);
+  const FirstScreen first = first_screen(found);
+  outcome.report = to_text(first);
   outcome.equation = equation_json(ranges);
   results.write("equation.txt", outcome.report);
+  results.write("details.txt", details_text(found));
   results.write("equation.tex", report_latex(ranges));
   results.write("equation.json", outcome.equation);
   results.write("metrics.json", metrics_json(ranges, options));
   results.add_table(predictions_table(ranges, columns));
+  write_page(found, first, results, console);
   results.finish(work.config, work.inputs, console);
   outcome.config = std::move(work.config);
   outcome.exit_code = std::max(exit_code_of(ranges, console), required_verdicts(ranges, arguments.require, console));

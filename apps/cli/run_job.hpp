@@ -11,7 +11,7 @@ namespace apps {
 struct RunOutcome {
   Config config;                             ///< with everything settled
   std::vector<std::filesystem::path> files;  ///< that were read
-  std::string report, equation;              ///< equation.txt, equation.json
+  std::string report, equation;              ///< equation.txt: the first screen; equation.json
   int exit_code = 0;                         ///< 4 where a range has no fit to show, or --require is not met
 };
 

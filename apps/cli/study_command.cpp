@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
+#include <utility>
 
 #include "apps/cli/run_arguments.hpp"
 #include "apps/output/study_output.hpp"
@@ -47,16 +48,20 @@ bool kept_nothing(const std::vector<StudyResult>& results) {
 int study(const StudyArguments& arguments, Console& console) {
   const RunArguments& run = arguments.run;
   const auto adjust = [&run](Config& config) { apply_flags(run, config); };
-  const Config config = config_of(run);
+  Config config = config_of(run);
   const fs::path destination = folder_apart(run, config, "-study");
   const double rate_hz = dsp::RecordingReader(config.recordings.front().file,
                                               read_options(config.recordings.front(), run.max_memory_bytes))
                              .description()
                              .sample_rate_hz;
+  std::vector<std::string> set = run.set;
+  const bool open = config.prepare.cutoff_hz == 0.0;
+  choose_band(config, run.max_memory_bytes, console);
+  if (open && config.prepare.cutoff_hz > 0.0)
+    set.push_back(fmt::format("prepare.cutoff_hz={}", config.prepare.cutoff_hz));
   const std::vector<StudyAxis> axes = axes_of(arguments, config, rate_hz);
-  StudyRequest request{
-      run.input,       run.set,   adjust, study_cells(axes, arguments.grid), rate_hz, run.max_memory_bytes,
-      run.num_threads, run.strict};
+  StudyRequest request{run.input, std::move(set),       adjust,          study_cells(axes, arguments.grid),
+                       rate_hz,   run.max_memory_bytes, run.num_threads, run.strict};
   if (run.dry_run) {
     std::string text;
     for (const StudyCell& cell : request.cells) text += cell.label() + "\n";

@@ -61,6 +61,7 @@ dsp::PrepareOptions read_prepare(const dsp::Settings& table) {
   result.state_cutoff_hz = table.number("state_cutoff_hz", 0.0, positive);
   result.state_rolloff_hz = table.number("state_rolloff_hz", 0.0, positive);
   result.intermediate_rate_hz = table.number("bus_rate_hz", 0.0, positive);
+  result.integrate_from_hz = table.number("integrate_from_hz", 0.0, positive);
   result.acceleration =
       acceleration_source(table.choice("acceleration", "automatic", {"automatic", "accelerometer", "displacement"}));
   result.equalise = table.flag("equalise", result.equalise);
@@ -99,7 +100,10 @@ ident::LibraryOptions read_library(const dsp::Settings& table) {
   ident::LibraryOptions result;
   result.order = static_cast<int>(table.integer("order", result.order, {.from = 0, .to = 1000}));
   if (table.has("variables")) result.variables = table.texts("variables");
-  result.terms = table.texts("terms");
+  table.exclusive("only", "terms");
+  table.exclusive("only", "order");
+  result.terms = table.texts(table.has("only") ? "only" : "terms");
+  if (table.has("only")) result.order = 0;
   result.constant = table.flag("constant", result.constant);
   result.max_terms = static_cast<int>(table.integer("max_terms", result.max_terms, {.from = 1, .to = 10000}));
   if (result.order == 0 && result.terms.empty())
@@ -232,8 +236,8 @@ Config read_document(const dsp::Settings& document, const fs::path& folder) {
   config.segment_file = from_folder(folder, segment.text("file", ""));
   config.split_by_direction = segment.choice("split", "none", {"none", "sgn(v)"}) == "sgn(v)";
   config.library = read_library(library);
-  config.default_terms = !library.has("terms") && config.library.order > 0;
-  config.library_place = library.place(library.has("terms") ? "terms" : "order");
+  config.default_terms = config.library.order > 0;
+  config.library_place = library.place(library.has("only") ? "only" : library.has("terms") ? "terms" : "order");
   config.fit = read_fit(document.table("fit"));
   config.full_tables = document.table("output").flag("full", config.full_tables);
   config.study = read_study(document.table("study"));

@@ -60,7 +60,7 @@ struct Config {
   std::filesystem::path segment_file;  ///< segments.json of an earlier run, edited or not; empty: found in the record
   bool split_by_direction = false;     ///< every range becomes two, v > 0 and v < 0
   ident::LibraryOptions library;
-  bool default_terms = false;  ///< `terms` was left out: sgn(v) and the inputs that were measured
+  bool default_terms = false;  ///< beside those named, sgn(v) and the inputs that were measured; not with order = 0
   FitConfig fit;
   bool full_tables = false;          ///< tables of a run folder with every row and digit, whatever their size
   std::vector<StudyAxis> study;      ///< [study]: what `ardent study` varies; a run takes no notice

@@ -72,6 +72,7 @@ std::string prepare_text(const Config& config) {
   known("state_cutoff_hz", prepare.state_cutoff_hz);
   known("state_rolloff_hz", prepare.state_rolloff_hz);
   known("bus_rate_hz", prepare.intermediate_rate_hz);
+  known("integrate_from_hz", prepare.integrate_from_hz);
   text += fmt::format("acceleration = \"{}\"\nequalise = {}\nscale = \"{}\"\n", word(prepare.acceleration),
                       prepare.equalise,
                       prepare.scale == dsp::ScaleReference::accelerometer ? "accelerometer" : "displacement");

@@ -13,6 +13,7 @@
 #include "dsp/io/input_file.hpp"
 #include "dsp/io/sidecar.hpp"
 #include "dsp/names.hpp"
+#include "dsp/prepare/motion_band.hpp"
 #include "dsp/sensors/sensor_checks.hpp"
 
 namespace apps {
@@ -71,6 +72,7 @@ void complete(Input& input, double recorded_hz, const Config& config, Console& c
   const fs::path file = input.files.front();
   const std::string name = file.filename().string();
   input.prepared.name = name;
+  input.recorded_rate_hz = recorded_hz;
   for (dsp::Check& check : input.prepared.checks) check.message = without_place(std::move(check.message), file);
   for (dsp::Check& check : dsp::sensor_checks(input.prepared, input.channels, input.sidecar))
     input.prepared.checks.push_back(std::move(check));
@@ -92,7 +94,7 @@ Input prepare_input(const RecordingConfig& recording, const Config& config, std:
   const double rate_hz = reader.description().sample_rate_hz;
   Input input = described(reader);
   console.step(fmt::format("preparing {}", name));
-  input.prepared = dsp::prepare(reader, rate_settled(config.prepare, rate_hz),
+  input.prepared = dsp::prepare(reader, dsp::rate_by_cutoff(config.prepare, rate_hz),
                                 stream_options(name, options.max_memory_bytes, console));
   complete(input, rate_hz, config, console);
   return input;
@@ -104,6 +106,13 @@ void note_overlaps(const std::vector<ident::Range>& ranges, Console& console) {
   for (const auto& [a, b] : pairs)
     console.note(fmt::format("ranges {} and {} overlap", ranges[b].spec.name, ranges[a].spec.name));
   if (pairs.size() == most_notes) console.note("further ranges may overlap");
+}
+
+void add_default_terms(Config& config, const std::vector<const ident::Record*>& records) {
+  std::vector<std::string>& terms = config.library.terms;
+  for (std::string& term : ident::default_terms(records))
+    if (term != config.fit.target && std::find(terms.begin(), terms.end(), term) == terms.end())
+      terms.push_back(std::move(term));
 }
 
 void settle_zero(Config& config, std::vector<Input>& inputs, Console& console) {
@@ -119,6 +128,7 @@ void settle_zero(Config& config, std::vector<Input>& inputs, Console& console) {
         mean ? ident::mean_of_first_range(inputs[i], config.ranges, static_cast<int>(i) + 1) : config.zero.value_m;
     dsp::set_displacement_zero(inputs[i].prepared, zero_m);
     inputs[i].zero_is_known = !mean;
+    inputs[i].zero_m = zero_m;
     console.step(fmt::format("{}: zero of x {:.6g} subtracted ({})", inputs[i].prepared.name, zero_m,
                              mean ? "mean of the first range" : "as given"));
   }
@@ -126,9 +136,10 @@ void settle_zero(Config& config, std::vector<Input>& inputs, Console& console) {
 
 /// An option that came out the same for every recording is written down; else it stays to be found again.
 void settle_prepare(dsp::PrepareOptions& options, const std::vector<Input>& inputs) {
-  for (const auto member : {&dsp::PrepareOptions::rate_hz, &dsp::PrepareOptions::cutoff_hz,
-                            &dsp::PrepareOptions::rolloff_hz, &dsp::PrepareOptions::state_cutoff_hz,
-                            &dsp::PrepareOptions::state_rolloff_hz, &dsp::PrepareOptions::intermediate_rate_hz}) {
+  for (const auto member :
+       {&dsp::PrepareOptions::rate_hz, &dsp::PrepareOptions::cutoff_hz, &dsp::PrepareOptions::rolloff_hz,
+        &dsp::PrepareOptions::state_cutoff_hz, &dsp::PrepareOptions::state_rolloff_hz,
+        &dsp::PrepareOptions::intermediate_rate_hz, &dsp::PrepareOptions::integrate_from_hz}) {
     const double first = inputs.front().prepared.options.*member;
     if (std::all_of(inputs.begin(), inputs.end(),
                     [&](const Input& input) { return input.prepared.options.*member == first; }))
@@ -144,12 +155,21 @@ std::vector<const ident::Record*> records_of(const std::vector<Input>& inputs) {
   return records;
 }
 
-dsp::PrepareOptions rate_settled(dsp::PrepareOptions options, double sample_rate_hz) {
-  constexpr double raw_from_hz = 2000.0, regression_rate_hz = 25.6, cutoff_hz = 10.24;
-  if (options.rate_hz > 0.0 || options.cutoff_hz > 0.0 || sample_rate_hz < raw_from_hz) return options;
-  options.rate_hz = regression_rate_hz;
-  options.cutoff_hz = cutoff_hz;
-  return options;
+void choose_band(Config& config, std::size_t max_memory_bytes, Console& console) {
+  if (config.prepare.rate_hz > 0.0 || config.prepare.cutoff_hz > 0.0) return;
+  double highest_hz = 0.0;
+  for (const RecordingConfig& recording : config.recordings) {
+    const std::string name = recording.file.filename().string();
+    console.step(fmt::format("{}: looking for the band of its motion", name));
+    dsp::RecordingReader reader(recording.file, read_options(recording, max_memory_bytes));
+    const dsp::MotionBand band = dsp::find_motion_band(reader);
+    const double cutoff_hz = dsp::cutoff_for(band);
+    if (cutoff_hz == 0.0) return;
+    highest_hz = std::max(highest_hz, cutoff_hz);
+    console.note(fmt::format("{}: {} is above its noise up to {:.3g} Hz", name, band.signal, band.to_hz));
+  }
+  config.prepare.cutoff_hz = highest_hz;
+  console.step(fmt::format("cutoff_hz = {:.4g} chosen by the motion; [prepare] cutoff_hz sets another", highest_hz));
 }
 
 dsp::ReadOptions read_options(const RecordingConfig& recording, std::size_t max_memory_bytes) {
@@ -180,9 +200,11 @@ std::vector<fs::path> input_files(const Config& config) {
 }
 
 std::vector<Input> prepare_inputs(const Config& config, std::size_t max_memory_bytes, Console& console) {
+  Config settled = config;
+  choose_band(settled, max_memory_bytes, console);
   std::vector<Input> inputs;
   for (const RecordingConfig& recording : config.recordings)
-    inputs.push_back(prepare_input(recording, config, max_memory_bytes, console));
+    inputs.push_back(prepare_input(recording, settled, max_memory_bytes, console));
   return inputs;
 }
 
@@ -196,7 +218,7 @@ std::vector<Source> read_sources(const Config& config, const std::vector<dsp::Pr
     dsp::RecordingReader reader(recording.file, options);
     std::vector<dsp::PrepareOptions> settled;
     for (const dsp::PrepareOptions& way : ways)
-      settled.push_back(rate_settled(way, reader.description().sample_rate_hz));
+      settled.push_back(dsp::rate_by_cutoff(way, reader.description().sample_rate_hz));
     Source source{described(reader), {}};
     source.intermediates =
         dsp::read_intermediate(reader, settled, stream_options(name, options.max_memory_bytes, console));
@@ -211,7 +233,8 @@ std::vector<Input> prepare_inputs(const std::vector<Source>& sources, std::size_
   for (const Source& source : sources) {
     const dsp::IntermediateRecording& intermediate = *source.intermediates.at(way);
     inputs.push_back(source.described);
-    inputs.back().prepared = dsp::prepare(intermediate, rate_settled(config.prepare, intermediate.input_rate_hz));
+    inputs.back().prepared =
+        dsp::prepare(intermediate, dsp::rate_by_cutoff(config.prepare, intermediate.input_rate_hz));
     complete(inputs.back(), intermediate.input_rate_hz, config, console);
   }
   return inputs;
@@ -223,7 +246,8 @@ void settle(Config& config, std::vector<Input>& inputs, Console& console) {
   config.split_by_direction = false;  // done: the ranges say it
   note_overlaps(config.ranges, console);
   for (ident::Range& range : config.ranges) range.train_fraction = config.fit.train_fraction;
-  if (config.default_terms) config.library.terms = ident::default_terms(records_of(inputs));
+  if (config.default_terms) add_default_terms(config, records_of(inputs));
+  config.default_terms = false;
   settle_zero(config, inputs, console);
   settle_prepare(config.prepare, inputs);
 }

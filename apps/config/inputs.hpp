@@ -18,6 +18,8 @@ struct Input : ident::Record {
   std::vector<std::filesystem::path> files;  ///< all that were read: recording, further files, sidecar
   std::string sidecar;                       ///< name of its sidecar, there or not
   std::vector<dsp::ChannelSpec> channels;    ///< of its sidecar
+  double zero_m = 0.0;                       ///< what was subtracted from x
+  double recorded_rate_hz = 0.0;             ///< of the file
 };
 
 /// The inputs themselves, as the library takes them.
@@ -25,9 +27,9 @@ struct Input : ident::Record {
 
 [[nodiscard]] dsp::ReadOptions read_options(const RecordingConfig& recording, std::size_t max_memory_bytes);
 
-/// A raw recording is brought down to the paper's 25.6 Hz unless a rate or a cut-off is asked for: nothing in a
-/// suspension moves at kilohertz.
-[[nodiscard]] dsp::PrepareOptions rate_settled(dsp::PrepareOptions options, double sample_rate_hz);
+/// prepare.cutoff_hz where neither it nor a rate is given: by the motion of the recording that reaches highest; left
+/// open where that is above its noise in the whole band. Every recording is looked through once.
+void choose_band(Config& config, std::size_t max_memory_bytes, Console& console);
 
 /// The files a run would read, without reading them: recordings and sidecars that are there.
 [[nodiscard]] std::vector<std::filesystem::path> input_files(const Config& config);
@@ -49,9 +51,9 @@ struct Source {
 
 /// Fills in what the config left to the recordings: ranges (the sidecar's; else low, high and mixed where there are two
 /// regimes of motion; the one there is where it sticks at times; else one "all", or one for each of several recordings,
-/// named after it; each in two by the sign of v if asked for), further terms (sgn(v), and of ddr, f and z those that
-/// all recordings have), the zero of x, which is then subtracted, and the prepare options where all recordings agree.
-/// Throws dsp::Fault (usage, "range.*") with the range's place.
+/// named after it; each in two by the sign of v if asked for), further terms (sgn(v) and the inputs that all
+/// recordings have, ident::default_terms), the zero of x, which is then subtracted, and the prepare options where all
+/// recordings agree. Throws dsp::Fault (usage, "range.*") with the range's place.
 void settle(Config& config, std::vector<Input>& inputs, Console& console);
 
 }  // namespace apps

@@ -9,6 +9,7 @@
 #include "apps/config/identification.hpp"
 #include "apps/process/interrupt.hpp"
 #include "dsp/names.hpp"
+#include "dsp/prepare/motion_band.hpp"
 
 namespace apps {
 namespace {
@@ -45,10 +46,7 @@ Config config_of(const StudyRequest& request, const StudyCell& cell) {
   for (const auto& [key, value] : cell.setting) {
     overrides.push_back(key + "=" + value);
     if (key != cutoff) continue;
-    const dsp::PrepareOptions given = read_config(request.input, request.set).prepare,
-                              settled = rate_settled(given, request.sample_rate_hz);
-    if (given.rate_hz == 0.0 && settled.rate_hz > 0.0)  // as without the cut-off
-      overrides.push_back(fmt::format("prepare.rate_hz={}", settled.rate_hz));
+    const dsp::PrepareOptions given = read_config(request.input, request.set).prepare;
     if (given.cutoff_hz > 0.0 && given.rolloff_hz > 0.0 && !has(cell, rolloff))
       overrides.push_back(fmt::format("{}={}", rolloff, std::stod(value) * given.rolloff_hz / given.cutoff_hz));
   }
@@ -123,7 +121,7 @@ std::vector<StudyAxis> default_axes(const Config& config, double rate_hz) {
       axes.push_back({fit_key(setting), {setting.study_values.begin(), setting.study_values.end()}});
   axes.push_back({train_fraction, {"0.15", "0.3", "0.45", "0.6", "0.75"}});
   axes.push_back({cutoff, {}});
-  const double cutoff_hz = dsp::resolved(rate_settled(config.prepare, rate_hz), rate_hz).cutoff_hz;
+  const double cutoff_hz = dsp::resolved(dsp::rate_by_cutoff(config.prepare, rate_hz), rate_hz).cutoff_hz;
   for (const double fraction : {0.5, 0.65, 0.8, 1.0}) axes.back().values.push_back(number(fraction * cutoff_hz));
   return axes;
 }

@@ -238,6 +238,10 @@ Json calibration_json(const std::vector<std::string>& uncalibrated) {
   return result;
 }
 
+Json cause_json(const ident::JudgedFit& fit) {
+  return fit.judgement.cause ? Json(to_string(*fit.judgement.cause)) : Json();
+}
+
 Json equation_row(const ident::JudgedFit& fit) {
   const std::string method(to_string(fit.fit.method));
   Json row{{"method", method},
@@ -246,7 +250,7 @@ Json equation_row(const ident::JudgedFit& fit) {
            {"text", ident::to_text(fit.model)},
            {"latex", ident::to_latex(fit.model)},
            {"verdict", to_string(fit.judgement.verdict)},
-           {"cause", fit.judgement.cause ? Json(to_string(*fit.judgement.cause)) : Json()},
+           {"cause", cause_json(fit)},
            {"sentence", printable(fit.judgement.sentence)},
            {"remarks", Json::array()},
            {"terms", Json::array()}};
@@ -327,8 +331,13 @@ std::string equation_json(const std::vector<ident::RangeResult>& ranges) {
                           {"method", to_string(ranges[chosen->range].fits[chosen->method].fit.method)}};
   document["ranges"] = document["disagreements"] = Json::array();
   for (const ident::RangeResult& range : ranges) {
-    Json row{{"name", printable(range.spec.name)}, {"verdict", nullptr}, {"methods", Json::array()}};
-    if (!range.fits.empty()) row["verdict"] = to_string(range.fits[ident::chosen_method(range)].judgement.verdict);
+    Json row{
+        {"name", printable(range.spec.name)}, {"verdict", nullptr}, {"cause", nullptr}, {"methods", Json::array()}};
+    if (!range.fits.empty()) {
+      const ident::JudgedFit& best = range.fits[ident::chosen_method(range)];
+      row["verdict"] = to_string(best.judgement.verdict);
+      row["cause"] = cause_json(best);
+    }
     for (const ident::JudgedFit& fit : range.fits) row["methods"].push_back(equation_row(fit));
     row["linear"] = linear_json(range.linear);
     document["ranges"].push_back(std::move(row));

@@ -26,15 +26,6 @@ std::vector<const dsp::Prepared*> prepared_of(const std::vector<Input>& inputs) 
   return prepared;
 }
 
-/// Of the recordings that are stepped sines.
-std::vector<RecordingSteps> steady_steps(const std::vector<Input>& inputs) {
-  std::vector<RecordingSteps> all;
-  for (const Input& input : inputs)
-    if (auto steps = dsp::find_steady_steps(input.prepared.signals); !steps.empty())
-      all.emplace_back(input.prepared.name, std::move(steps));
-  return all;
-}
-
 }  // namespace
 
 RunFolder::RunFolder(const std::filesystem::path& destination, bool force, const Origin& origin)

@@ -24,6 +24,14 @@ std::string cell(double value) {
 
 }  // namespace
 
+std::vector<RecordingSteps> steady_steps(const std::vector<Input>& inputs) {
+  std::vector<RecordingSteps> all;
+  for (const Input& input : inputs)
+    if (auto steps = dsp::find_steady_steps(input.prepared.signals); !steps.empty())
+      all.emplace_back(input.prepared.name, std::move(steps));
+  return all;
+}
+
 std::string steps_csv(const std::vector<RecordingSteps>& recordings) {
   std::string text = std::string(header) + "\n";
   for (const auto& [name, steps] : recordings)

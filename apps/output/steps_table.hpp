@@ -4,12 +4,16 @@
 #include <utility>
 #include <vector>
 
+#include "apps/config/inputs.hpp"
 #include "dsp/regimes/steady_steps.hpp"
 
 namespace apps {
 
 /// Steps of a recording, by its name.
 using RecordingSteps = std::pair<std::string, std::vector<dsp::SteadyStep>>;
+
+/// Of the recordings that are stepped sines.
+[[nodiscard]] std::vector<RecordingSteps> steady_steps(const std::vector<Input>& inputs);
 
 /// steps.csv: recording, from_s, to_s, f_hz, drive_amplitude, amplitude_m, payload_amplitude_m, phase_deg, direction
 /// (up, down), mode (locked, stick-slip, slip), drive_distortion, tag; cells that do not exist are empty.

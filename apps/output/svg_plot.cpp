@@ -6,6 +6,9 @@
 #include <cmath>
 #include <limits>
 
+#include "apps/output/html_writer.hpp"
+#include "apps/output/wrapped_text.hpp"
+
 namespace apps {
 namespace {
 
@@ -35,23 +38,6 @@ const char* colour_of(PlotColour colour) {
       return "#56b4e9";
   }
   return "#000000";
-}
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '&')
-      out += "&amp;";
-    else if (c == '"')
-      out += "&quot;";
-    else if (static_cast<unsigned char>(c) >= 0x20)
-      out += c;
-  }
-  return out;
 }
 
 Limits limits_of(const PlotPanel& panel, Eigen::VectorXd PlotSeries::*values, const std::optional<Limits>& given) {
@@ -87,7 +73,7 @@ struct Frame {
 
 std::string text_element(double x, double y, const char* anchor, const std::string& text, const char* more = "") {
   return fmt::format("<text x=\"{:.2f}\" y=\"{:.2f}\" text-anchor=\"{}\"{}>{}</text>\n", x, y, anchor, more,
-                     escaped(text));
+                     escaped_markup(text));
 }
 
 /// Where an axis has ticks, and what is written there.
@@ -153,8 +139,11 @@ std::string line(const PlotSeries& series, const Frame& frame) {
     }
     run.clear();
   };
-  for (Index i = 0; i < std::min(series.x.size(), series.y.size()); ++i) {
-    if (std::isfinite(series.x(i)) && std::isfinite(series.y(i)))
+  const Index n = std::min(series.x.size(), series.y.size());
+  const auto inside = [&](Index i) { return series.x(i) >= frame.x.first && series.x(i) <= frame.x.second; };
+  for (Index i = 0; i < n; ++i) {
+    const bool seen = inside(i) || (i > 0 && inside(i - 1)) || (i + 1 < n && inside(i + 1));
+    if (seen && std::isfinite(series.x(i)) && std::isfinite(series.y(i)))
       run.push_back(frame.at(series.x(i), series.y(i)));
     else
       flush();
@@ -212,9 +201,7 @@ std::string legend(const PlotPanel& panel, const Frame& frame) {
   for (const PlotSeries& series : panel.series) {
     if (series.label.empty()) continue;
     y += 16.0;
-    PlotSeries key = series;
-    key.x = Eigen::Vector2d(0.0, 1.0);
-    key.y = Eigen::Vector2d::Zero();
+    const PlotSeries key{{}, Eigen::Vector2d(0.0, 1.0), Eigen::Vector2d::Zero(), series.style, series.colour};
     const Frame place{left + 6.0, y - 4.0, 24.0, 0.0, {0.0, 1.0}, {-1.0, 1.0}};
     out += series.style == PlotStyle::points ? points(key, place) : line(key, place);
     out += text_element(left + 36.0, y, "start", series.label);
@@ -222,18 +209,36 @@ std::string legend(const PlotPanel& panel, const Frame& frame) {
   return out;
 }
 
-std::string panel_element(const PlotPanel& panel, double left, double top, double width, double height, int number) {
+/// Behind everything else.
+std::string shading(const PlotPanel& panel, const Frame& frame) {
+  constexpr double letter_px = 6.6;
+  std::string out;
+  for (const PlotSpan& span : panel.spans) {
+    const double from = std::max(frame.left, frame.at(span.from, 0.0).first),
+                 to = std::min(frame.left + frame.width, frame.at(span.to, 0.0).first);
+    if (!(to > from)) continue;
+    out += fmt::format(
+        "<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" fill=\"{}\" fill-opacity=\"0.18\"/>\n",
+        from, frame.top, to - from, frame.height, colour_of(span.colour));
+    if (letter_px * static_cast<double>(span.label.size()) < to - from)
+      out += text_element(0.5 * (from + to), frame.top + 13.0, "middle", span.label);
+  }
+  return out;
+}
+
+std::string panel_element(const PlotPanel& panel, const PlotFigure& figure, double left, double top, int number) {
+  const double width = figure.panel_width_px, height = figure.panel_height_px;
   const Frame frame{left + margin_left,
                     top + margin_top,
                     width - margin_left - margin_right,
                     height - margin_top - margin_bottom,
                     limits_of(panel, &PlotSeries::x, panel.x_limits),
                     limits_of(panel, &PlotSeries::y, panel.y_limits)};
-  std::string out = axes(panel, frame);
+  std::string out = shading(panel, frame) + axes(panel, frame);
   out += fmt::format(
-      "<clipPath id=\"p{}\"><rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\"/></clipPath>\n"
-      "<g clip-path=\"url(#p{})\">\n",
-      number, frame.left, frame.top, frame.width, frame.height, number);
+      "<clipPath id=\"{0}\"><rect x=\"{1:.2f}\" y=\"{2:.2f}\" width=\"{3:.2f}\" height=\"{4:.2f}\"/></clipPath>\n"
+      "<g clip-path=\"url(#{0})\">\n",
+      figure.id + std::to_string(number), frame.left, frame.top, frame.width, frame.height);
   for (const PlotSeries& series : panel.series)
     out += series.style == PlotStyle::points ? points(series, frame) : line(series, frame);
   return out + "</g>\n" + legend(panel, frame);
@@ -288,7 +293,12 @@ std::string to_svg(const PlotFigure& figure) {
   const double width = columns * figure.panel_width_px + (columns + 1) * gap;
   const double panels_top = figure.title.empty() ? gap : title_height;
   const double caption_top = panels_top + rows * (figure.panel_height_px + gap);
-  const double height = caption_top + line_height * static_cast<double>(figure.caption.size()) + gap;
+  constexpr double letter_px = 6.4;
+  std::vector<std::string> caption;
+  for (const std::string& paragraph : figure.caption)
+    for (std::string& line : wrapped(paragraph, static_cast<std::size_t>((width - 4.0 * gap) / letter_px)))
+      caption.push_back(std::move(line));
+  const double height = caption_top + line_height * static_cast<double>(caption.size()) + gap;
   std::string out = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} {1:.0f}\" "
       "font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n",
@@ -297,13 +307,11 @@ std::string to_svg(const PlotFigure& figure) {
     out += text_element(0.5 * width, 20.0, "middle", figure.title, " font-size=\"15\" font-weight=\"bold\"");
   for (std::size_t i = 0; i < figure.panels.size(); ++i) {
     const int number = static_cast<int>(i), row = number / columns;
-    out += panel_element(figure.panels[i], gap + (number % columns) * (figure.panel_width_px + gap),
-                         panels_top + row * (figure.panel_height_px + gap), figure.panel_width_px,
-                         figure.panel_height_px, number);
+    out += panel_element(figure.panels[i], figure, gap + (number % columns) * (figure.panel_width_px + gap),
+                         panels_top + row * (figure.panel_height_px + gap), number);
   }
-  for (std::size_t i = 0; i < figure.caption.size(); ++i)
-    out +=
-        text_element(2.0 * gap, caption_top + line_height * (static_cast<double>(i) + 0.7), "start", figure.caption[i]);
+  for (std::size_t i = 0; i < caption.size(); ++i)
+    out += text_element(2.0 * gap, caption_top + line_height * (static_cast<double>(i) + 0.7), "start", caption[i]);
   return out + "</svg>\n";
 }
 

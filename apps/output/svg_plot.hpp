@@ -20,12 +20,20 @@ struct PlotSeries {
   PlotColour colour = PlotColour::black;
 };
 
+/// An interval of x that is shaded over the whole height, with its name at the top where there is room.
+struct PlotSpan {
+  double from = 0.0, to = 0.0;
+  std::string label;
+  PlotColour colour = PlotColour::sky;
+};
+
 /// One pair of axes. Limits left out are those of the data, with a small margin.
 struct PlotPanel {
   std::string title, x_label, y_label;  ///< with units: "displacement x (m)"
   std::vector<PlotSeries> series;
   std::optional<std::pair<double, double>> x_limits, y_limits;
   std::vector<std::string> x_names = {}, y_names = {};  ///< of 0, 1, 2 ... in place of numbers at the ticks
+  std::vector<PlotSpan> spans = {};
 };
 
 struct PlotFigure {
@@ -33,7 +41,8 @@ struct PlotFigure {
   std::vector<PlotPanel> panels;  ///< row by row
   int columns = 2;
   double panel_width_px = 460.0, panel_height_px = 300.0;
-  std::vector<std::string> caption;  ///< lines under the panels
+  std::vector<std::string> caption;  ///< paragraphs under the panels, wrapped to their width
+  std::string id = "p";              ///< what names inside begin with: other for each figure of one page
 };
 
 /// The figure as an SVG document of its own: no script, no link, no font but the reader's sans-serif. Lines are

@@ -99,6 +99,11 @@ fs::path OutputFolder::path(std::string_view name) const {
   return staging_.fresh(destination_) / name;
 }
 
+OutputFile OutputFolder::file(std::string_view name) const {
+  make_folder(path(name).parent_path());
+  return {path(name), shown(name)};
+}
+
 void OutputFolder::write(std::string_view name, std::string_view bytes) const {
   make_folder(path(name).parent_path());
   write_file(path(name), shown(name), bytes);

@@ -26,7 +26,7 @@ class OutputFolder {
   [[nodiscard]] std::filesystem::path path(std::string_view name) const;
   /// Where it will be, which is what messages call it.
   [[nodiscard]] std::filesystem::path shown(std::string_view name) const { return destination_ / name; }
-  [[nodiscard]] OutputFile file(std::string_view name) const { return {path(name), shown(name)}; }
+  [[nodiscard]] OutputFile file(std::string_view name) const;  ///< with the folders it is to be in
   void write(std::string_view name, std::string_view bytes) const;
   /// Lists all files in the manifest, ends it and puts the folder in its place.
   void commit(Manifest manifest);

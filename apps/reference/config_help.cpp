@@ -33,10 +33,10 @@ std::vector<SettingHelp> prepare_help() {
        "\"matched\": candidate terms are formed from wide-band signals and pass the filter that the target passed. "
        "\"paper\": signals are filtered first and terms formed from them; sensors stay as they are."},
       {"prepare", "rate_hz", "Rate at which rows are regressed; the recording is brought down to it.", "Hz",
-       "chosen from the recording, and said"},
+       "2.5 times cutoff_hz at least, a whole part of the record's own"},
       {"prepare", "cutoff_hz",
        "Above this frequency signals and terms are zero. Keep the harmonics of the motion below it.", "Hz",
-       "chosen from the recording, else 0.4 of rate_hz"},
+       "where the motion falls below its noise, and said; 0.4 of rate_hz where that is given"},
       {"prepare", "rolloff_hz", "Where the taper towards cutoff_hz begins.", "Hz", "0.78125 of cutoff_hz"},
       {"prepare", "state_cutoff_hz", "Upper end of the band in which x and v are formed before terms are made of them.",
        "Hz", "twice cutoff_hz, or what the intermediate rate allows"},
@@ -44,6 +44,10 @@ std::vector<SettingHelp> prepare_help() {
        "0.64 of state_cutoff_hz; at the record's own rate 0.75 of it"},
       {"prepare", "bus_rate_hz", "Intermediate rate at which terms are formed before they are brought to rate_hz.",
        "Hz", "about 10 times rate_hz"},
+      {"prepare", "integrate_from_hz",
+       "Where no displacement was recorded, x is integrated from a velocity or an acceleration above this frequency; "
+       "slower motion and the zero of x are not known then.",
+       "Hz", "where the drift of the sensor ends, and said"},
       {"prepare", "acceleration",
        "Where accelerations come from: the accelerometers, the second derivative of the displacements, or "
        "\"automatic\": "
@@ -88,8 +92,13 @@ std::vector<SettingHelp> library_help() {
       {"", "library", "Candidate terms of the equation. `ardent help terms` says what a term may be."},
       {"library", "order", "All products of the variables up to this degree are candidates; 0: none but `terms`."},
       {"library", "variables", "Signals of which products are formed.", "", "[\"x\", \"v\"]"},
-      {"library", "terms", "Further candidates: [\"sgn(v)\", \"ddr\", \"abs(x)*x\"].", "",
-       "sgn(v) and every recorded input"},
+      {"library", "terms",
+       "Further candidates: [\"abs(x)*x\", \"sin(x)\"]. With order above 0, sgn(v) and every recorded input (ddr, f "
+       "and "
+       "other channels in N, N*m, Pa, V or A) are candidates in any case.",
+       "", "none"},
+      {"library", "only", "These candidates and no others, instead of order and terms: [\"x\", \"v\", \"ddr\"].", "",
+       "order and terms count"},
       {"library", "constant", "Whether the constant \"1\" goes with the products."},
       {"library", "max_terms", "A larger library is refused before anything is computed."},
   };

@@ -68,8 +68,18 @@ Calibration by_sensitivity(const ChannelSpec& channel, const SourceInfo& source,
 
 Calibration by_unit(const ChannelSpec& channel, const SourceInfo& source, int column) {
   Calibration calibration;
+  if (is_sound_file(source) && !source.scaled && !channel.unit.empty()) {
+    const auto unit = find_unit(channel.unit);
+    calibration.scale = unit.factor;
+    calibration.unit = unit.si;
+    calibration.remark = fmt::format("1.0 in the file taken as 1 {}", unit.name);
+    return calibration;
+  }
   if (is_sound_file(source)) {
-    calibration.missing = sensitivity_line(channel.role) + (source.scaled ? full_scale_line : "");
+    if (!channel.unit.empty())  // what 1.0 means is all that lacks
+      calibration.missing = fmt::format("full_scale = \"... {}\"  # what 1.0 in the file means\n", channel.unit);
+    else
+      calibration.missing = sensitivity_line(channel.role) + (source.scaled ? full_scale_line : "");
     return calibration;
   }
   const auto in_name = unit_of_column(source, column);
@@ -87,6 +97,7 @@ Calibration by_unit(const ChannelSpec& channel, const SourceInfo& source, int co
   } else if (channel.role == Role::other) {
     calibration.remark = "no unit given; numbers taken as they are";
   } else if (base == to_string(channel.role)) {
+    calibration.unit_is_assumed = true;
     calibration.unit = si_unit(channel.role);
     calibration.remark = fmt::format("no unit given; taken as {}", calibration.unit);
   } else {

@@ -13,8 +13,9 @@ struct Calibration {
   double scale = 1.0, shift = 0.0;
   std::string unit;  ///< SI, empty where nobody knows it
   bool calibrated = true;
-  std::string missing;  ///< sidecar lines that would complete it; not empty: it cannot be done
-  std::string remark;   ///< what had to be taken as given
+  bool unit_is_assumed = false;  ///< SI, because the column is called like a role and nobody said another
+  std::string missing;           ///< sidecar lines that would complete it; not empty: it cannot be done
+  std::string remark;            ///< what had to be taken as given
 };
 
 /// A quantity that was said at the plug or after calibration, as what the channel measures (SI); 0 where there is none.

@@ -68,9 +68,13 @@ std::vector<ChannelSpec> channels_of(const OpenFile& file) {
     channel.place = file.name;
     try {
       channel.role = role_from_string(channel.name);
+      channel.role_is_known = channel.role != Role::other;
     } catch (const std::invalid_argument&) {
     }
-    if (channel.role == Role::t) channel.role = Role::other;
+    if (channel.role == Role::t) {
+      channel.role = Role::other;
+      channel.role_is_known = false;
+    }
     channels.push_back(std::move(channel));
   }
   return channels;

@@ -103,6 +103,18 @@ std::unique_ptr<SampleSource> open_by_content(std::unique_ptr<InputFile> file, c
 
 }  // namespace
 
+Eigen::Index SampleSource::skip(Eigen::Index num_frames) {
+  constexpr Eigen::Index block_frames = 16384;
+  FrameBlock block;
+  Eigen::Index skipped = 0;
+  while (skipped < num_frames) {
+    const Eigen::Index count = read(block, std::min(block_frames, num_frames - skipped));
+    if (count == 0) break;
+    skipped += count;
+  }
+  return skipped;
+}
+
 std::unique_ptr<SampleSource> open_source(const std::filesystem::path& file, const OpenOptions& options) {
   auto input = std::make_unique<InputFile>(file);
   const std::string name = input->name();

@@ -124,6 +124,7 @@ ChannelSpec read_channel(const Settings& table) {
   if (const auto role = table.find_text("role")) {
     try {
       channel.role = role_from_string(*role);
+      channel.role_is_known = true;
     } catch (const std::invalid_argument& error) {
       throw table.fault("role", "config.range", error.what());
     }

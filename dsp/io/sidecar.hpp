@@ -20,7 +20,8 @@ struct ChannelSpec {
   int index = 0;               ///< 1-based index in the file; 0: found by column
   std::string column;          ///< empty: by index, else the column called like the channel
   Role role = Role::other;
-  std::string unit;  ///< as written; empty: SI of the sensitivity's measured unit
+  bool role_is_known = false;  ///< somebody gave it, if only as the name
+  std::string unit;            ///< as written; empty: SI of the sensitivity's measured unit
   std::optional<Sensitivity> sensitivity;
   std::optional<Quantity> full_scale;  ///< what 1.0 in the file means, electrical or measured
   std::optional<Quantity> offset;      ///< subtracted, electrical or measured

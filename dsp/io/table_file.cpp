@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "dsp/io/rows_on_clock.hpp"
 #include "dsp/io/table_layout.hpp"
@@ -21,6 +22,41 @@ bool is_skipped(std::string_view line) {
   const auto start = line.find_first_not_of(" \t");
   return start == std::string_view::npos || line[start] == '#' || line[start] == '%';
 }
+
+/// To what digit numbers are printed: so many places behind the point, or so many figures, so that large ones are
+/// coarser.
+class PrintedDigits {
+ public:
+  void note(double value, double digit) {
+    const double size = std::abs(value);
+    if (current_ == nullptr || size < from_ || size >= 10.0 * from_) {
+      const int exponent = size > 0.0 ? static_cast<int>(std::floor(std::log10(size))) : least_exponent;
+      from_ = std::pow(10.0, exponent);
+      current_ = &decades_[exponent];
+    }
+    // The finest digit counts: some writers leave zeros at the end away.
+    current_->digit = current_->count++ == 0 ? digit : std::min(current_->digit, digit);
+    finest_ = std::min(finest_, digit);
+  }
+  /// The finest digit of the decade that is printed most coarsely; 0 without numbers.
+  [[nodiscard]] double coarsest() const {
+    constexpr std::int64_t enough = 10;  // that all should end in a zero by chance
+    double coarsest = 0.0;
+    for (const auto& [exponent, decade] : decades_)
+      if (decade.count >= enough) coarsest = std::max(coarsest, decade.digit);
+    return coarsest > 0.0 ? coarsest : decades_.empty() ? 0.0 : finest_;
+  }
+
+ private:
+  static constexpr int least_exponent = -400;
+  struct Decade {
+    double digit = 0.0;
+    std::int64_t count = 0;
+  };
+  std::map<int, Decade> decades_;
+  Decade* current_ = nullptr;
+  double from_ = 0.0, finest_ = std::numeric_limits<double>::infinity();
+};
 
 class TableFile : public RowsOnClock {
  public:
@@ -104,13 +140,14 @@ class TableFile : public RowsOnClock {
       if (!scan_row(line, time)) break;
       ++info_.num_frames;
       if (layout_.time_column < 0) continue;
-      append(stamps.time_s, stamp(stamps, time), options.max_memory_bytes);
+      append(stamps.time_s, stamp(time), options.max_memory_bytes);
     }
     if (info_.num_frames == 0) throw fault("table.empty", "no whole row");
     if (layout_.time_column < 0) {
       info_.sample_rate_hz = layout_.rate_hz.value_or(0.0);
       return;
     }
+    stamps.printed_to_s = printed_.coarsest();
     set_clock(even_clock(
         stamps, {.rate_hz = options.rate_hz, .header_rate_hz = layout_.rate_hz, .interpolate = options.interpolate}));
   }
@@ -126,15 +163,13 @@ class TableFile : public RowsOnClock {
     list.push_back(value);
   }
 
-  double stamp(Stamps& stamps, std::string_view text) const {
+  double stamp(std::string_view text) {
     double value = 0;
     const auto& unit = layout_.units[static_cast<std::size_t>(layout_.time_column)];
     const double factor = unit.empty() ? 1.0 : find_unit(unit).factor;
     if (parse_cell(text, layout_.decimal_comma, value) != Cell::number)
       throw fault("table.cell", fmt::format("column {}: '{}' is no time", layout_.time_column + 1, clean_name(text)));
-    // The finest digit printed anywhere: some writers leave zeros at the end away.
-    const double digit = last_digit(text) * factor;
-    stamps.printed_to_s = stamps.time_s.empty() ? digit : std::min(stamps.printed_to_s, digit);
+    printed_.note(value * factor, last_digit(text) * factor);
     return value * factor;
   }
 
@@ -157,6 +192,7 @@ class TableFile : public RowsOnClock {
   std::unique_ptr<InputFile> file_;
   bool salvage_;
   TableLayout layout_;
+  PrintedDigits printed_;  // of the clock
   TextLines lines_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -9,6 +10,7 @@
 #include <optional>
 #include <vector>
 
+#include "dsp/io/channel_roles.hpp"
 #include "dsp/names.hpp"
 
 namespace dsp {
@@ -234,7 +236,8 @@ bool is_time_name(std::string_view base) {
   std::string name(trimmed(base));
   for (char& c : name)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return name == "t" || name == "time" || name == "timestamp" || name == "x_value";
+  constexpr std::array clocks{"t", "time", "timestamp", "x_value", "zeit", "temps", "tiempo", "tempo", "seconds"};
+  return std::find(clocks.begin(), clocks.end(), name) != clocks.end();
 }
 
 NamedUnit split_unit(std::string_view column) {
@@ -248,6 +251,7 @@ NamedUnit split_unit(std::string_view column) {
   // x_top_mm, a_m_per_s2, omega_rad_s: the longest ending that is a unit.
   for (auto at = name.find('_'); at != std::string_view::npos; at = name.find('_', at + 1)) {
     std::string unit(name.substr(at + 1));
+    if (unit == "g" && names_acceleration(name.substr(0, at))) return {std::string(name.substr(0, at)), unit};
     if (at == 0 || unit == "in" || unit == "g" || unit == "A" || unit == "C" || unit == "K" || unit == "1") continue;
     if ((unit == "s" || unit == "ms" || unit == "us") && !is_time_name(name.substr(0, at))) continue;
     for (auto per = unit.find("_per_"); per != std::string::npos; per = unit.find("_per_")) {

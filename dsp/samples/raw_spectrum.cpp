@@ -13,7 +13,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr Index num_segments = 8, longest = 131072;
+constexpr Index longest = 131072;
 constexpr double segment_s = 4.0;  // a window whose foot is a Hertz wide
 
 Index segment_size(double sample_rate_hz, Index num_frames) {
@@ -29,10 +29,10 @@ double folded(double frequency_hz, double rate_hz) {
 
 }  // namespace
 
-RawSpectrum::RawSpectrum(double sample_rate_hz, Index num_channels, Index num_frames)
+RawSpectrum::RawSpectrum(double sample_rate_hz, Index num_channels, Index num_frames, Index num_segments)
     : sample_rate_hz_(sample_rate_hz), fft_(segment_size(sample_rate_hz, num_frames)) {
-  if (!(sample_rate_hz > 0.0) || num_channels < 1)
-    throw std::invalid_argument("RawSpectrum: want a positive rate and a channel at least");
+  if (!(sample_rate_hz > 0.0) || num_channels < 1 || num_segments < 2)
+    throw std::invalid_argument("RawSpectrum: want a positive rate, a channel and two segments at least");
   const Index size = fft_.size();
   window_ = hann_window(size);
   window_ *=
@@ -57,6 +57,11 @@ void RawSpectrum::push(const Eigen::Ref<const FrameBlock>& frames) {
     row += count;
   }
   num_taken_ += frames.rows();
+}
+
+Index RawSpectrum::num_idle() const {
+  const Index offset = num_taken_ % stride_;
+  return offset < held_.rows() ? 0 : stride_ - offset;
 }
 
 void RawSpectrum::transform() {

@@ -13,10 +13,14 @@ namespace dsp {
 /// what lies where a low-pass must stop it. Memory does not grow with the record; block sizes change nothing.
 class RawSpectrum {
  public:
-  /// Throws std::invalid_argument for a rate that is not positive or no channels.
-  RawSpectrum(double sample_rate_hz, Eigen::Index num_channels, Eigen::Index num_frames);
+  /// `num_segments`: at most. Throws std::invalid_argument for a rate that is not positive, no channels or fewer than 2
+  /// segments.
+  RawSpectrum(double sample_rate_hz, Eigen::Index num_channels, Eigen::Index num_frames, Eigen::Index num_segments = 8);
   /// The next frames, of num_frames in all.
   void push(const Eigen::Ref<const FrameBlock>& frames);
+  /// How many of the next frames lie in no segment, and leaving out so many of them at most.
+  [[nodiscard]] Eigen::Index num_idle() const;
+  void skip(Eigen::Index num_frames) { num_taken_ += num_frames; }
   /// Mean of the segments: power a bin, (size / 2 + 1) x num_channels, bin k at k * rate / size, the mean taken out.
   /// No rows: the record is shorter than a segment.
   [[nodiscard]] Eigen::MatrixXd power() const;

@@ -30,12 +30,6 @@ std::string scale_line(const SensorProblem& problem, const ChannelSpec* channel)
                      unit.si.empty() ? problem.unit : unit.si);
 }
 
-/// Of a pair whose lag and cut-offs are corrected: scales and signs that are off by too much are left as they are.
-bool corrects(const SensorRelation& relation, const SensorProblem& problem) {
-  const bool of_scale = problem.kind == Kind::unit || problem.kind == Kind::gain;
-  return problem.kind != Kind::polarity && (!of_scale || gain_is_plausible(relation));
-}
-
 Check check_of(const SensorProblem& problem, bool corrected, const ChannelSpec* channel, const std::string& sidecar) {
   Check check{.name = "sensor." + std::string(to_string(problem.kind)),
               .channel = problem.channel,
@@ -79,15 +73,23 @@ std::string remedy(const SensorProblem& problem, const ChannelSpec* channel) {
   return {};
 }
 
+bool is_corrected(const Prepared& prepared, const SensorRelation& relation, const SensorProblem& problem) {
+  const bool pair = std::any_of(prepared.relations.begin(), prepared.relations.end(),
+                                [&](const SensorRelation& one) { return one.name == relation.name; });
+  const bool of_scale = problem.kind == Kind::unit || problem.kind == Kind::gain;
+  return pair && prepared.equalised() && can_be_corrected(relation) && problem.kind != Kind::polarity &&
+         (!of_scale || gain_is_plausible(relation));
+}
+
 std::vector<Check> sensor_checks(const Prepared& prepared, const std::vector<ChannelSpec>& channels,
                                  const std::string& sidecar) {
   std::vector<Check> checks;
-  const auto add = [&](Check pair, const SensorRelation& relation, bool corrected) {
+  const auto add = [&](Check pair, const SensorRelation& relation) {
     checks.push_back(std::move(pair));
     for (const SensorProblem& problem : sensor_problems(relation, prepared.options.scale)) {
       const auto spec = std::find_if(channels.begin(), channels.end(),
                                      [&](const ChannelSpec& channel) { return channel.name == problem.channel; });
-      checks.push_back(check_of(problem, corrected && corrects(relation, problem),
+      checks.push_back(check_of(problem, is_corrected(prepared, relation, problem),
                                 spec == channels.end() ? nullptr : &*spec, sidecar));
     }
   };
@@ -98,14 +100,14 @@ std::vector<Check> sensor_checks(const Prepared& prepared, const std::vector<Cha
                         "AC-coupling cut-offs [{:.4f}] Hz",
                         relation.sign * relation.gain, 1e3 * relation.lag_s, fmt::join(relation.highpass_hz, ", ")),
             CheckStatus::warning),
-        relation, prepared.equalised() && can_be_corrected(relation));
+        relation);
   for (const SensorRelation& relation : prepared.derivatives)
     add(relation_check(
             relation,
             fmt::format("{} is {:.5f} times the {}derivative of {}", relation.acceleration,
                         relation.sign * relation.gain, relation.order == 2 ? "second " : "", relation.displacement),
             CheckStatus::note),
-        relation, false);
+        relation);
   return checks;
 }
 

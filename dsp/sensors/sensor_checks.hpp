@@ -12,6 +12,10 @@ namespace dsp {
 /// none of it): `sensitivity = "102 mV/g"`. A lag adds to the delay that is there.
 [[nodiscard]] std::string remedy(const SensorProblem& problem, const ChannelSpec* channel);
 
+/// Whether preparation took it away: of a pair that is equalised everything but opposite signs and scales that are off
+/// by more than any sensor's tolerance.
+[[nodiscard]] bool is_corrected(const Prepared& prepared, const SensorRelation& relation, const SensorProblem& problem);
+
 /// Rows of quality.json, one line each, for what the sensors of a recording say of one another: "sensor.polarity",
 /// "sensor.unit", "sensor.gain", "sensor.lag", "sensor.corner", each with what to change; a note where it was
 /// corrected, a warning where it was not or is too much for a sensor's tolerance; and "sensor.relation" for each pair,

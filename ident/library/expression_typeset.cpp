@@ -71,7 +71,7 @@ constexpr Markup mathml{
     "<msup>{}{}</msup>",
     "<msqrt>{}</msqrt>",
     "<mrow><mo>|</mo>{}<mo>|</mo></mrow>",
-    "<mrow><mi>{}</mi><mo>&#x2061;</mo><mo>(</mo>{}<mo>)</mo></mrow>",
+    "<mrow><mi>{}</mi><mo>&#x2061;</mo><mo stretchy=\"false\">(</mo>{}<mo stretchy=\"false\">)</mo></mrow>",
     "<mrow><mo>(</mo>{}<mo>)</mo></mrow>",
     "<mrow><mo>(</mo>{}<mo>)</mo></mrow>",
     "<mrow><mo>-</mo>{}</mrow>",

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "dsp/filter/fft.hpp"
+#include "dsp/order_statistics.hpp"
 #include "dsp/signals.hpp"
 
 namespace ident {
@@ -36,12 +37,6 @@ Spectrum spectrum_of(const Eigen::Ref<const VectorXd>& signal, double sample_rat
   return result;
 }
 
-double median(VectorXd values) {
-  const auto middle = values.begin() + values.size() / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 double median_between(const Spectrum& spectrum, double from_hz, double to_hz) {
   constexpr Index least = 8;
   const auto first = static_cast<Index>(std::ceil(from_hz / spectrum.bin_hz));
@@ -49,7 +44,8 @@ double median_between(const Spectrum& spectrum, double from_hz, double to_hz) {
   if (count < least) return 0.0;
   // Of a mean of exponentially distributed ordinates, by Wilson and Hilferty.
   const double of_mean = std::pow(1.0 - 1.0 / (9.0 * spectrum.pieces), 3);
-  return median(spectrum.density.segment(first, count)) / of_mean;
+  const double* ordinates = spectrum.density.data() + first;
+  return dsp::median({ordinates, ordinates + count}) / of_mean;
 }
 
 /// Up to where a signal is more than its noise, whose density grows as f^(2 order).

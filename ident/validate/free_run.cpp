@@ -198,7 +198,10 @@ FreeRun free_run(const Model& model, const std::vector<Course>& courses, const F
   Tally tally;
   for (const Course& course : courses) {
     if (!result.reason.empty()) return result;
-    if (options.keep_series) result.x.push_back(Eigen::VectorXd::Constant(course.signals->num_samples(), result.nmse));
+    if (options.keep_series) {
+      const Eigen::VectorXd& measured = course.signals->at("x");
+      result.series.push_back({course.recording, Eigen::VectorXd::Constant(measured.size(), result.nmse), measured});
+    }
     const auto equation = std::make_shared<const EquationOfMotion>(equation_of(model, *course.signals));
     result.reason = obstacle(*equation);
     if (!result.reason.empty()) return result;
@@ -213,8 +216,8 @@ FreeRun free_run(const Model& model, const std::vector<Course>& courses, const F
       ++result.num_ranges;
       const WholeRange whole = whole_range(*equation, course, range);
       for (const dsp::IndexRange& piece : pieces(range, most))
-        if (!run_range(equation, course, piece, whole, options, tally, options.keep_series ? &result.x.back() : nullptr,
-                       result))
+        if (!run_range(equation, course, piece, whole, options, tally,
+                       options.keep_series ? &result.series.back().predicted : nullptr, result))
           return result;
     }
   }

@@ -16,6 +16,14 @@ struct Course {
   const dsp::Motion* signals = nullptr;  ///< not owned
   std::vector<dsp::IndexRange> ranges;
   std::vector<unsigned char> scored;  ///< per sample of `signals`
+  std::size_t recording = 0;          ///< whose signals they are: an index that is the caller's
+};
+
+/// x of one course, a value per sample of its signals.
+struct FreeRunSeries {
+  std::size_t recording = 0;  ///< of the course
+  Eigen::VectorXd predicted;  ///< NaN: nothing was run there
+  Eigen::VectorXd measured;   ///< x of the course's signals, which the prediction is compared with
 };
 
 /// What an identified equation by itself predicts of x, against what was measured.
@@ -28,9 +36,9 @@ struct FreeRun {
   std::string reason;  ///< not empty: there is no figure, and why: too short, no equation of motion, diverged
   double diverged_after_s = 0.0;  ///< from the start of its range; 0: it did not
   int num_ranges = 0;
-  bool sticks = false;             ///< it came to rest on a switch at least once
-  bool applies = true;             ///< false: the rows are no time response, and none was to be expected
-  std::vector<Eigen::VectorXd> x;  ///< with keep_series: for each course and sample what it predicts; NaN: nothing
+  bool sticks = false;                ///< it came to rest on a switch at least once
+  bool applies = true;                ///< false: the rows are no time response, and none was to be expected
+  std::vector<FreeRunSeries> series;  ///< with keep_series: of each course
 };
 
 struct FreeRunOptions {
@@ -40,7 +48,7 @@ struct FreeRunOptions {
                                                 ///< so many: nothing else holds its phase
   double relative_tolerance = 1e-6;  ///< of a step; ten times less moves the NMSE by under a thousandth of itself
   double divergence_factor = 100.0;  ///< a state beyond this many times its largest measured magnitude has diverged
-  bool keep_series = false;          ///< fills in FreeRun::x
+  bool keep_series = false;          ///< fills in FreeRun::series
   std::function<void()> poll = {};   ///< called now and then; may throw to end the run
 };
 

@@ -8,6 +8,8 @@
 #include <limits>
 #include <utility>
 
+#include "ident/validate/crests.hpp"
+
 namespace ident {
 namespace {
 
@@ -138,12 +140,30 @@ bool explains(const JudgedFit& fit, const Findings& found) {
   return found.above_noise && fit.explanation && fit.explanation->fraction > explained;
 }
 
+/// Lost amplitude comes back, more than once, though nothing measured drives the equation.
+bool is_driven(const RangeResult& range, const JudgedFit& fit) {
+  if (!fit.model.terms.empty() && !fit.free_run.alone) return false;
+  constexpr double once = 1.0;
+  constexpr double noises = 8.0;  // among hundreds of crests the extremes lie six standard deviations apart
+  constexpr double quarter = 0.25, half = 0.5;  // of the largest: less is a passing transient; half where the noise of
+                                                // x was not looked for
+  double renewed = 0.0;
+  for (const std::vector<double>& crests : range.crests) {
+    if (crests.empty()) continue;
+    const double largest = *std::max_element(crests.begin(), crests.end());
+    const double least = (fit.noise.x_std > 0.0 ? quarter : half) * largest;
+    renewed += renewed_amplitude(crests, std::max(least, noises * fit.noise.x_std));
+  }
+  return renewed > once;
+}
+
 /// Named where a test found it, in this order.
-Cause cause_of(const JudgedFit& fit, const Findings& found) {
+Cause cause_of(const RangeResult& range, const JudgedFit& fit, const Findings& found) {
   if (explains(fit, found)) return fit.explanation->cause;
   const bool wide = fit.noise.needed_hz > 0.0 && fit.noise.needed_hz < 0.5 * fit.noise.band_hz;
   if (!found.biased.empty()) return wide ? Cause::wide_band : Cause::noise;
   if (!found.above_noise) return Cause::not_found;
+  if (found.by_run == Verdict::does_not && is_driven(range, fit)) return Cause::missing_input;
   if (fit.size.revisit_fraction > of_the_state) return Cause::missing_term;
   const bool driven_otherwise =
       fit.free_run.applies && fit.size.revisit_fraction < of_something_else && fit.free_run.alone;
@@ -151,12 +171,12 @@ Cause cause_of(const JudgedFit& fit, const Findings& found) {
 }
 
 std::string cause_clause(const JudgedFit& fit, const Findings& found, Cause cause) {
+  if (explains(fit, found) && cause != Cause::switch_variable)
+    return fmt::format("{} was recorded and is not in the equation: it explains {} of what is left over",
+                       fit.explanation->what, percent(fit.explanation->fraction));
   switch (cause) {
     case Cause::missing_input:
-      return explains(fit, found)
-                 ? fmt::format("{} was recorded and is not in the equation: it explains {} of what is left over",
-                               fit.explanation->what, percent(fit.explanation->fraction))
-                 : std::string("the motion is driven by something that is not in the equation");
+      return "the motion is driven by something that is not in the equation";
     case Cause::switch_variable:
       return fmt::format("{} explains {} of what is left over: the sign is that of another motion",
                          fit.explanation->what, percent(fit.explanation->fraction));
@@ -348,8 +368,14 @@ void remark_on_terms(const JudgedFit& fit, std::vector<std::string>& remarks) {
 
 Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range, std::size_t method) {
   const JudgedFit& fit = ranges[range].fits[method];
-  if (fit.model.terms.empty())
-    return {Verdict::does_not, Cause::not_found, "No equation was found: no candidate term earned its place.", {}};
+  if (fit.model.terms.empty()) {
+    const bool driven = is_driven(ranges[range], fit);
+    return {Verdict::does_not,
+            driven ? Cause::missing_input : Cause::not_found,
+            fmt::format("No equation was found: no candidate term earned its place{}.",
+                        driven ? "; the motion is driven by something that is not in the equation" : ""),
+            {}};
+  }
   const Findings found = findings_of(ranges[range], fit);
   Judgement result{found.by_run, {}, {}, {}};
   if (found.above_noise) result.verdict = lowered(found);
@@ -369,7 +395,7 @@ Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range
                                    carry_over_clause(fit, found), power_clause(balance), others.clause};
   if (!converged) clauses.push_back(fmt::format("the fit ended as {}", to_string(fit.fit.status)));
   if (result.verdict == Verdict::in_part || result.verdict == Verdict::does_not) {
-    result.cause = cause_of(fit, found);
+    result.cause = cause_of(ranges[range], fit, found);
     if (result.verdict == Verdict::does_not || result.cause != Cause::not_found)
       clauses.push_back(cause_clause(fit, found, *result.cause));
   }

@@ -115,8 +115,8 @@ RecordPrediction predict(const Model& model, const Model& linear, const Record& 
   const FreeRunOptions run_options{.keep_series = true, .poll = options.poll};
   const FreeRun run = free_run(model, courses, run_options), linear_run = free_run(linear, courses, run_options);
   const VectorXd none = VectorXd::Constant(motion.num_samples(), nan);
-  result.predicted = run.x.empty() ? none : run.x.front();
-  result.linear_predicted = linear_run.x.empty() ? none : linear_run.x.front();
+  result.predicted = run.series.empty() ? none : run.series.front().predicted;
+  result.linear_predicted = linear_run.series.empty() ? none : linear_run.series.front().predicted;
   const Errors errors = errors_of(result.x, result.predicted, run.reason);
   result.nmse = errors.nmse, result.rms = errors.rms;
   result.linear = errors_of(result.x, result.linear_predicted, linear_run.reason).nmse;
@@ -134,7 +134,7 @@ RecordPrediction predict(const Model& model, const Model& linear, const Record& 
   }
   const double noise = std::sqrt(ChannelNoise(record.prepared, "x").covariance("x", "x"));
   result.noise_floor = noise > 0.0 ? Figure{noise, {}} : Figure{nan, "too few samples"};
-  const bool diverged = !run.reason.empty() && !run.x.empty();  // which says nothing of a body at rest
+  const bool diverged = !run.reason.empty() && !run.series.empty();  // which says nothing of a body at rest
   result.still = errors_of(result.x, still_body(motion, diverged ? result.x : result.predicted),
                            diverged ? std::string() : run.reason)
                      .nmse;

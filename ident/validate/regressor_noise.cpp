@@ -13,23 +13,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Samples of these rows, no more than tell a mean.
-std::vector<Index> some_samples(const std::vector<Row>& rows, std::size_t recording) {
-  constexpr std::size_t most = 2'000;  // a mean to a few per cent
-  const std::size_t step = rows.size() / most + 1;
-  std::vector<Index> samples;
-  for (std::size_t i = 0; i < rows.size(); i += step)
-    if (rows[i].recording == recording) samples.push_back(rows[i].sample);
-  return samples;
-}
-
-dsp::Motion at(const dsp::Motion& motion, const std::vector<Index>& samples) {
-  dsp::Motion result{.sample_rate_hz = motion.sample_rate_hz};
-  for (const dsp::Signal& signal : motion.signals)
-    result.signals.push_back({signal.name, signal.unit, signal.values(samples)});
-  return result;
-}
-
 /// A term's derivative with respect to one of its signals, on some samples.
 struct Slope {
   Index term;
@@ -86,12 +69,14 @@ RegressorNoise regressor_noise(const Model& model, const RFactor& kept, const st
   double num_samples = 0.0, of_x = 0.0;
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     const Columns& columns = recordings[r];
-    const std::vector<Index> samples = some_samples(rows, r);
-    if (columns.noise == nullptr || samples.empty()) continue;
+    if (columns.noise == nullptr) continue;
+    constexpr std::size_t enough = 2'000;  // for means to a few per cent
+    const dsp::Motion samples = some_samples(rows, r, recordings, enough);
+    if (samples.num_samples() == 0) continue;
     if (poll) poll();
     const ChannelNoise& of = *columns.noise;
-    const auto count = static_cast<double>(samples.size());
-    const std::vector<Slope> slopes = slopes_of(model, at(*columns.signals, samples));
+    const auto count = static_cast<double>(samples.num_samples());
+    const std::vector<Slope> slopes = slopes_of(model, samples);
     known.add(slopes, model.target, of, count, true);
     at_most.add(slopes, model.target, of, count, false);
     num_samples += count;

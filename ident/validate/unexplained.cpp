@@ -64,25 +64,17 @@ VectorXd on_rows(const Expression& expression, const std::vector<Row>& rows, con
   return result;
 }
 
-/// A probe beyond the kept columns: its power and what it has in common with the residual.
-struct Beyond {
-  double power = 0.0, product = 0.0;
-};
-
-Beyond beyond_kept(const VectorXd& probe, const Eigen::Ref<const VectorXd>& residual, const Model& model,
-                   const RFactor& kept, const std::vector<Row>& rows, const std::vector<Columns>& recordings) {
+/// What the kept columns have of a series: its products with an orthonormal basis of them.
+VectorXd part_in_kept(const Eigen::Ref<const VectorXd>& values, const Model& model, const RFactor& kept,
+                      const std::vector<Row>& rows, const std::vector<Columns>& recordings) {
   const Index k = std::ssize(model.terms);
   std::vector<Index> columns;
   for (const ModelTerm& term : model.terms) columns.push_back(term.column);
-  VectorXd with_probe = VectorXd::Zero(k), with_residual = VectorXd::Zero(k);
+  VectorXd products = VectorXd::Zero(k);
   RowsOfTerms(rows, recordings, columns).for_each_block([&](Index first, const MatrixXd& phi) {
-    with_probe += phi.transpose() * probe.segment(first, phi.rows());
-    with_residual += phi.transpose() * residual.segment(first, phi.rows());
+    products += phi.transpose() * values.segment(first, phi.rows());
   });
-  const auto R = kept.R.topLeftCorner(k, k).triangularView<Eigen::Upper>();
-  const VectorXd made_up = R.transpose().solve(with_probe);
-  return {probe.squaredNorm() - made_up.squaredNorm(),
-          probe.dot(residual) - made_up.dot(R.transpose().solve(with_residual))};
+  return kept.R.topLeftCorner(k, k).triangularView<Eigen::Upper>().transpose().solve(products);
 }
 
 }  // namespace
@@ -96,14 +88,18 @@ std::optional<Explanation> explanation(const Model& model, const std::vector<std
   constexpr double rounding = 1e-10;  // of a probe that the kept columns make up
   constexpr double by_chance = 1e-3;  // that any of the probes explains as much of noise as independent as the residual
   const std::vector<Probe> tried = probes(model, terms, *recordings[rows.front().recording].signals);
+  if (tried.empty()) return best;
+  const VectorXd of_residual = part_in_kept(residual, model, kept, rows, recordings);
   for (const Probe& probe : tried) {
     if (poll) poll();
     VectorXd values = on_rows(probe.expression, rows, recordings);
     if (values.size() == 0 || !values.allFinite()) continue;
     values.array() -= values.mean();
-    const Beyond beyond = beyond_kept(values, residual, model, kept, rows, recordings);
-    if (!(beyond.power > rounding * values.squaredNorm())) continue;
-    const double fraction = beyond.product * beyond.product / (beyond.power * residual.squaredNorm());
+    const VectorXd of_probe = part_in_kept(values, model, kept, rows, recordings);
+    const double power = values.squaredNorm() - of_probe.squaredNorm();
+    if (!(power > rounding * values.squaredNorm())) continue;
+    const double product = values.dot(residual) - of_probe.dot(of_residual);
+    const double fraction = product * product / (power * residual.squaredNorm());
     // Of noise a fraction R^2 is explained with probability (1 - R^2)^((n - 2) / 2), about.
     const double independent = n * independence.fraction_for(values, residual) - 2.0;
     const double chance = std::pow(std::max(0.0, 1.0 - fraction), 0.5 * std::max(0.0, independent));

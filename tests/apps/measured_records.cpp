@@ -45,7 +45,8 @@ std::map<std::string, double> means(const json& fit) {
 // the rows that are kept; hence recipe "paper".
 std::string frame_config(const std::string& file, const std::string& terms) {
   return "schema = 1\n[[recording]]\nfile = \"" + (data / "friction_frame" / file).string() +
-         "\"\nsidecar = \"side.toml\"\n[prepare]\nrecipe = \"paper\"\ncutoff_hz = 30\nrolloff_hz = 24\n[library]\n" +
+         "\"\nsidecar = \"side.toml\"\n[prepare]\nrecipe = \"paper\"\nrate_hz = 250\ncutoff_hz = 30\nrolloff_hz = "
+         "24\n[library]\n" +
          terms +
          "\n[fit]\ntarget = \"ddy\"\nmethods = [\"fast_rvm\"]\n[[range]]\nname = \"slip\"\nwhere = \"abs(dy) > "
          "0.004\"\n";
@@ -181,13 +182,14 @@ TEST_CASE("a forced oscillator's ring-down gives the coefficients known of it", 
   const Scratch folder;
   (void)folder.file("side.toml", "schema = 1\n[[channel]]\nname = \"strain\"\ncolumn = \"Strain_0\"\nrole = \"y\"\n");
   // From where the strain begins to fall, for 1.48 s, about its rest (mean of the last 5 s), as in the reference fit.
-  const json fit = fit_of(
-      folder, "schema = 1\n[[recording]]\nfile = \"" +
-                  (data / "magmech_oscillator/decay_f_42p05_ampl_2p0_0.lvm").string() +
-                  "\"\nsidecar = \"side.toml\"\n[prepare]\ncutoff_hz = 150\nrolloff_hz = 120\nzero = 1.43002e-7\n"
-                  "[segment]\nfind = false\n[library]\norder = 0\nterms = [\"x\", \"v\", \"x^2\", \"x^3\"]\n"
-                  "[fit]\nmethods = [\"fast_rvm\"]\n[[range]]\nname = \"decay\"\nfrom = 12.213\nto = 15.2\n"
-                  "train_to = 13.693\n");
+  const json fit =
+      fit_of(folder, "schema = 1\n[[recording]]\nfile = \"" +
+                         (data / "magmech_oscillator/decay_f_42p05_ampl_2p0_0.lvm").string() +
+                         "\"\nsidecar = \"side.toml\"\n[prepare]\nrate_hz = 1000\ncutoff_hz = 150\nrolloff_hz = "
+                         "120\nzero = 1.43002e-7\n"
+                         "[segment]\nfind = false\n[library]\norder = 0\nterms = [\"x\", \"v\", \"x^2\", \"x^3\"]\n"
+                         "[fit]\nmethods = [\"fast_rvm\"]\n[[range]]\nname = \"decay\"\nfrom = 12.213\nto = 15.2\n"
+                         "train_to = 13.693\n");
   auto found = means(fit);  // per 1e-4 of strain there
   CHECK(found["x"] == Approx(-53270.0).epsilon(0.02));
   CHECK(found["v"] == Approx(-3.19).epsilon(0.06));

@@ -73,7 +73,7 @@ TEST_CASE("free decays of the payload give spring, damping and friction where fi
   REQUIRE(support::run(folder, "$ARDENT -q sim qzs --raw --programme decay -o decay").code == 0);
   const std::string run = "$ARDENT run decay/recording.wav --set 'fit.methods=[\"fast_rvm\"]' ";
   // At 25.6 Hz their reach is longer than any decay.
-  const auto narrow = support::run(folder, run + "-o narrow");
+  const auto narrow = support::run(folder, run + "-o narrow --set prepare.rate_hz=25.6 --set prepare.cutoff_hz=10.24");
   CHECK(narrow.code == 0);
   CHECK_THAT(narrow.err, Catch::Contains("[regime.no_motion]"));
   const auto wide = support::run(

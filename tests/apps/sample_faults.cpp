@@ -80,7 +80,8 @@ TEST_CASE("what the rig's sensors lose is found where it was lost, with the marg
   const json faults = json::parse(bytes_of(folder / "rig/truth.json"))["sensors"]["faults"];
   REQUIRE(faults.size() == 4);
   CHECK(faults[3]["limit_v"] == 0.004);
-  expect(folder, "$ARDENT -q prep rig/recording.wav -o found", 0, {});
+  expect(folder, "$ARDENT -q prep rig/recording.wav -o found --set prepare.rate_hz=25.6 --set prepare.cutoff_hz=10.24",
+         0, {});
   const double reach_s = 1.7, late_s = 0.4;  // two filters and the derivatives' taper; intervals are placed to a cell
   const auto check_found = [&](const std::string& reason, double from, double to) {
     CAPTURE(reason);
@@ -112,7 +113,8 @@ TEST_CASE("a gap in a sensor costs the rows around it and no more", "[apps][faul
             .code == 0);
     expect(folder,
            "$ARDENT -q run " + run + "-rig/recording.wav -o " + run +
-               " --set library.order=0 --set 'library.terms=[\"x\",\"v\",\"x^3\",\"sgn(v)\",\"ddr\"]'"
+               " --set prepare.rate_hz=25.6 --set prepare.cutoff_hz=10.24 --set library.order=0 --set "
+               "'library.terms=[\"x\",\"v\",\"x^3\",\"sgn(v)\",\"ddr\"]'"
                " --set 'fit.methods=[\"ols\"]'",
            0, {});
     const json metrics = json::parse(bytes_of(folder / (run + "/metrics.json")));

@@ -123,10 +123,13 @@ TEST_CASE("bad intervals are marked, with a margin where asked", "[dsp][motion]"
   CHECK(std::count(motion.excluded.begin(), motion.excluded.end(), 1) == num_samples);
 }
 
-TEST_CASE("a record without a displacement is refused with what was found", "[dsp][motion]") {
-  const auto record = recording({{{.name = "acc", .role = dsp::Role::ddy}, samples(payload, 2)}});
-  CHECK_THROWS_WITH(dsp::relative_motion(record, options), Catch::Contains("acc (ddy)"));
+TEST_CASE("a record without a motion of the payload is refused with what was found", "[dsp][motion]") {
+  const auto record = recording({{{.name = "acc", .role = dsp::Role::ddr}, samples(payload, 2)}});
+  CHECK_THROWS_WITH(dsp::relative_motion(record, options), Catch::Contains("acc (ddr)"));
   CHECK_THROWS_AS(dsp::relative_motion(record, dsp::MotionOptions{}), std::invalid_argument);
+  // An acceleration of the payload can be integrated, from a frequency that is said.
+  const auto alone = recording({{{.name = "acc", .role = dsp::Role::ddy}, samples(payload, 2)}});
+  CHECK_THROWS_AS(dsp::relative_motion(alone, options), std::invalid_argument);
 }
 
 TEST_CASE("what is not measured in metres keeps its unit through the derivatives", "[dsp][motion]") {

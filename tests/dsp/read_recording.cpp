@@ -185,7 +185,7 @@ TEST_CASE("columns called like roles need no sidecar", "[dsp][read_recording]") 
   CHECK(recording.find(Role::a) == 2);
   CHECK(recording.samples(1, 2) == 4e-3);
   CHECK(recording.channels[3].name == "load");
-  CHECK(recording.channels[3].role == Role::other);
+  CHECK(recording.channels[3].role == Role::f);  // by its name and unit
   CHECK(recording.samples(0, 3) == 4000.0);
   CHECK(recording.channels[4].unit.empty());
 }

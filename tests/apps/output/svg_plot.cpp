@@ -77,3 +77,27 @@ TEST_CASE("a legend is where it hides least", "[apps][svg_plot]") {
   CHECK(legend_at(rising) < 150.0);
   CHECK(legend_at(rising.reverse()) > 250.0);
 }
+
+TEST_CASE("shading spans its interval and captions keep to the width", "[apps][svg_plot]") {
+  apps::PlotPanel panel{"panel", "time (s)", "x (m)"};
+  panel.series = {{"x", VectorXd::LinSpaced(11, 0.0, 10.0), VectorXd::LinSpaced(11, 0.0, 1.0)}};
+  panel.x_limits = {0.0, 10.0};
+  panel.spans = {{2.0, 7.0, "test"}, {9.9, 30.0, "too narrow for its name"}};
+  apps::PlotFigure figure{.panels = {panel}, .columns = 1, .panel_width_px = 486.0, .id = "figure-"};
+  std::string caption;
+  for (int i = 0; i < 60; ++i) caption += "word ";
+  figure.caption = {caption};
+  const std::string svg = apps::to_svg(figure);
+  CHECK_THAT(svg, Catch::Contains("<rect x=\"162.00\" y=\"40.00\" width=\"200.00\""));  // 82 px, then 40 px a second
+  CHECK_THAT(svg, Catch::Contains(">test</text>") && !Catch::Contains("too narrow"));
+  CHECK_THAT(svg, Catch::Contains("url(#figure-0)"));
+  for (std::size_t at = svg.find(">word"); at != std::string::npos; at = svg.find(">word", at + 1))
+    CHECK(svg.find('<', at) - at < 80);
+}
+
+TEST_CASE("what lies outside the limits is not in the file", "[apps][svg_plot]") {
+  apps::PlotPanel panel{"", "t", "x"};
+  panel.series = {{"", VectorXd::LinSpaced(100'001, 0.0, 1000.0), VectorXd::Random(100'001)}};
+  panel.x_limits = {500.0, 501.0};
+  CHECK(apps::to_svg({.panels = {panel}}).size() < 10'000);
+}

@@ -1,9 +1,11 @@
 #include "dsp/io/table_file.hpp"
 
+#include <fmt/format.h>
 #include <rapidcheck/catch.h>
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <optional>
 
 #include "dsp/io/signal_table.hpp"
 #include "dsp/io/table_layout.hpp"
@@ -164,6 +166,21 @@ TEST_CASE("the rate is the roundest that explains the stamps", "[dsp][table_cloc
   CHECK(has_check(read(scratch.file("a.csv", stamps(
                                                  500, [](int i) { return i / 3200.0; }, "%.6f"))),
                   "clock.printed"));
+}
+
+TEST_CASE("stamps of so many figures are rounded ones, not uneven", "[dsp][table_clock]") {
+  const Scratch folder;
+  for (const int figures : {4, 5, 6}) {
+    // Trailing zeros left out, as %g does.
+    std::string text = "t,x\n";
+    for (int i = 0; i < 15000; ++i) text += fmt::format("{:.{}g},{}\n", i / 50.0, figures, i % 7);
+    CHECK(read(folder.file("g.csv", text), {.rate_hz = figures == 4 ? std::optional(50.0) : std::nullopt})
+              .info.sample_rate_hz == 50.0);
+  }
+  // An uneven clock stays one.
+  std::string uneven = "t,x\n";
+  for (int i = 0; i < 1000; ++i) uneven += fmt::format("{:.5f},1\n", i / 50.0 + (i % 2) * 1e-3);
+  check_fault([&] { (void)read(folder.file("u.csv", uneven)); }, FaultKind::input, "clock.jitter", {"u.csv"}, {});
 }
 
 TEST_CASE("the roundest rate is found within its uncertainty only", "[dsp][table_clock]") {

@@ -133,6 +133,8 @@ TEST_CASE("a cause is named where a test found it", "[ident][judge]") {
   fit.explanation->fraction = 0.8;
   CHECK(of(result).cause == ident::Cause::missing_input);
   CHECK_THAT(of(result).sentence, Catch::Contains("f was recorded and is not in the equation: it explains 80 %"));
+  fit.explanation->what = "z", fit.explanation->cause = ident::Cause::missing_term;
+  CHECK_THAT(of(result).sentence, Catch::Contains("z was recorded and is not in the equation: it explains 80 %"));
 }
 
 TEST_CASE("every verdict is read back from its word", "[ident][judge]") {

@@ -1,0 +1,273 @@
+#include "apps/page/first_screen.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "apps/output/report_text.hpp"
+#include "apps/output/wrapped_text.hpp"
+#include "apps/page/equation_display.hpp"
+#include "apps/page/remedies.hpp"
+#include "apps/process/printable.hpp"
+#include "dsp/signals.hpp"
+
+namespace apps {
+namespace {
+
+using Entry = FirstScreen::Entry;
+using Strings = std::vector<std::string>;
+
+std::string joined(const Strings& parts, const char* between = ", ") {
+  return fmt::format("{}", fmt::join(parts, between));
+}
+
+std::string x_unit_of(const RunResults& results) {
+  const dsp::Signal* x = results.inputs.front().prepared.signals.find("x");
+  return x == nullptr ? std::string() : x->unit;
+}
+
+/// What the other methods found where this one was chosen.
+std::string agreement_sentence(const ChosenEquation& chosen) {
+  Strings same, different;
+  for (const ident::JudgedFit& other : chosen.range->fits) {
+    if (&other == chosen.fit) continue;
+    const std::string method(to_string(other.fit.method));
+    if (other.model.terms.empty()) {
+      different.push_back(method + " found no equation");
+      continue;
+    }
+    Strings terms;
+    for (const ident::Disagreement& one : ident::disagreements(chosen.fit->model, "this", other.model, method))
+      terms.push_back(one.term);
+    if (terms.empty())
+      same.push_back(method);
+    else
+      different.push_back(fmt::format("{} differs in {}", method, joined(terms)));
+  }
+  if (same.empty() && different.empty()) return "No other method was tried.";
+  Strings all;
+  if (!same.empty()) all.push_back(fmt::format("{} agree{}", joined(same, " and "), same.size() == 1 ? "s" : ""));
+  all.insert(all.end(), different.begin(), different.end());
+  return joined(all, "; ") + ".";
+}
+
+std::string choice_sentence(const RunResults& results, const ChosenEquation& chosen) {
+  const std::string method(to_string(chosen.fit->fit.method));
+  const char* why = results.ranges.size() > 1 ? " (of the best verdicts the one on most data)" : "";
+  return fmt::format("Chosen: range {}{}, method {}. {}", chosen.range->spec.name, why, method,
+                     agreement_sentence(chosen));
+}
+
+/// Where x = 0 is.
+std::string zero_sentence(const RunResults& results) {
+  Strings zeros;
+  for (const Input& input : results.inputs) {
+    std::string zero = fmt::format(
+        "{} is {:.4g}", input.prepared.x_is_difference ? "y - r" : "the measured displacement", input.zero_m);
+    if (const std::string unit = x_unit_of(results); !unit.empty()) zero += " " + unit;
+    if (std::find(zeros.begin(), zeros.end(), zero) == zeros.end()) zeros.push_back(std::move(zero));
+  }
+  constexpr std::size_t most = 3;
+  if (zeros.size() > most) zeros.resize(most), zeros.emplace_back("...");
+  const bool mean = results.config.zero.kind == ZeroChoice::Kind::regime_mean;
+  const std::string unit = x_unit_of(results);
+  const std::string units = unit.empty()                   ? "In raw units"
+                            : unit == "m" || unit == "rad" ? "In SI units"
+                                                           : "In SI units and " + unit;
+  return fmt::format("x = 0 is where {}{}. {}; in brackets the standard deviation of the last digits.",
+                     joined(zeros, "; "), mean ? fmt::format(" (mean of {})", results.ranges.front().spec.name) : "",
+                     units);
+}
+
+Entry equation_entry(const RunResults& results, const ChosenEquation& chosen) {
+  Entry entry{"equation", {}, 6};
+  if (chosen.fit == nullptr) {
+    entry.lines.push_back({"No equation was found."});
+    for (const ident::RangeResult& range : results.ranges) {
+      Strings reasons;
+      for (const ident::JudgedFit& fit : range.fits)
+        reasons.push_back(fmt::format("{}: {}", to_string(fit.fit.method), in_words(fit.fit.status)));
+      entry.lines.push_back({fmt::format("In range {}: {}.", range.spec.name, joined(reasons, "; "))});
+    }
+    return entry;
+  }
+  entry.lines.push_back({displayed_equation(chosen.fit->model, ident::Notation::text)});
+  entry.lines.push_back({choice_sentence(results, chosen)});
+  entry.lines.push_back({zero_sentence(results)});
+  return entry;
+}
+
+Entry physics_entry(const RunResults& results, const ChosenEquation& chosen) {
+  Entry entry{"which means", {}, 3};
+  const bool means_something = chosen.fit != nullptr && chosen.fit->judgement.verdict != ident::Verdict::does_not;
+  if (!means_something) return entry;
+  Strings texts;
+  for (const PhysicalTerm& term : physical_terms(chosen, results)) texts.push_back(to_text(term));
+  if (!texts.empty()) entry.lines.push_back({joined(texts) + "."});
+  return entry;
+}
+
+std::string shown(const ident::Figure& figure) {
+  return figure.reason.empty() ? fmt::format("NMSE {:.2g}", figure.value) : "no figure: " + figure.reason;
+}
+
+std::string prediction_sentence(const ident::RecordPrediction& prediction) {
+  return fmt::format("On {}, which was not fitted: free run {}; a linear equation {}.",
+                     printable(prediction.recording, 100), shown(prediction.nmse), shown(prediction.linear));
+}
+
+Entry trust_entry(const RunResults& results, const ChosenEquation& chosen) {
+  Entry entry{"trust", {}, 4};
+  if (chosen.fit == nullptr) return entry;
+  entry.lines.push_back({chosen.fit->judgement.sentence});
+  Strings others;
+  for (const ident::RangeResult& range : results.ranges) {
+    const ChosenEquation one = chosen_equation(range);
+    const ident::FreeRun* run = one.fit != nullptr ? &one.fit->free_run : nullptr;
+    others.push_back(fmt::format(
+        "{}: {}{}", range.spec.name, one.fit == nullptr ? "no equation" : in_words(one.fit->judgement.verdict),
+        run != nullptr && std::isfinite(run->nmse_centred) ? fmt::format(" (free run NMSE {:.2g})", run->nmse_centred)
+                                                           : ""));
+  }
+  for (const ident::RecordPrediction& prediction : results.predictions)
+    entry.lines.push_back({prediction_sentence(prediction)});
+  if (results.ranges.size() > 1) entry.lines.push_back({"Range by range: " + joined(others, "; ") + "."});
+  return entry;
+}
+
+Entry remedy_entry(const RunResults& results) {
+  Entry entry{"mend", {}, 5};
+  for (const Remedy& remedy : remedies(results)) {
+    entry.lines.push_back({remedy.why});
+    for (const std::string& line : remedy.lines) entry.lines.push_back({line, true});
+  }
+  return entry;
+}
+
+/// Seconds that are left out of all recordings by reason, the longest first.
+std::string left_out(const std::vector<Input>& inputs) {
+  std::map<std::string, double> by_reason;
+  double ends_s = 0.0;
+  for (const Input& input : inputs) {
+    for (const dsp::Interval& interval : input.prepared.excluded)
+      by_reason[interval.why] += interval.to_s - interval.from_s;
+    ends_s += 2.0 * static_cast<double>(input.prepared.signals.edge_samples) / input.prepared.signals.sample_rate_hz;
+  }
+  std::vector<std::pair<std::string, double>> reasons(by_reason.begin(), by_reason.end());
+  std::stable_sort(reasons.begin(), reasons.end(), [](const auto& a, const auto& b) { return a.second > b.second; });
+  Strings parts;
+  constexpr std::size_t most = 4;
+  for (std::size_t i = 0; i < std::min(most, reasons.size()); ++i)
+    parts.push_back(fmt::format("{:.3g} s ({})", reasons[i].second, reasons[i].first));
+  if (reasons.size() > most) parts.push_back(fmt::format("{} other reasons", reasons.size() - most));
+  parts.push_back(fmt::format("{:.3g} s (ends of the record)", ends_s));
+  return joined(parts);
+}
+
+/// "1800 s at 25.6 Hz (recorded at 25600 Hz)", of all recordings together where they are alike.
+std::string length_and_rate(const std::vector<Input>& inputs) {
+  double duration_s = 0.0;
+  Strings rates;
+  for (const Input& input : inputs) {
+    const dsp::Motion& signals = input.prepared.signals;
+    duration_s += static_cast<double>(signals.num_samples()) / signals.sample_rate_hz;
+    std::string rate = fmt::format("{:.6g} Hz (recorded at {:.6g} Hz)", signals.sample_rate_hz, input.recorded_rate_hz);
+    if (std::find(rates.begin(), rates.end(), rate) == rates.end()) rates.push_back(std::move(rate));
+  }
+  constexpr std::size_t most = 2;
+  if (rates.size() > most) rates.resize(most), rates.emplace_back("...");
+  return fmt::format("{:.5g} s at {}", duration_s, joined(rates, " and "));
+}
+
+Entry data_entry(const RunResults& results, const ChosenEquation& chosen) {
+  Entry entry{"data", {}, 3};
+  constexpr std::size_t most = 3;
+  Strings names;
+  for (const Input& input : results.inputs) names.push_back(printable(input.prepared.name, 100));
+  if (names.size() > most) names = {names.front(), fmt::format("{} more recordings", names.size() - 1)};
+  entry.lines.push_back({fmt::format("{}: {}; left out: {}.", joined(names, " and "), length_and_rate(results.inputs),
+                                     left_out(results.inputs))});
+  if (chosen.range == nullptr) return entry;
+  const double rate_hz = results.inputs[chosen.range->rows.train.front().recording].prepared.signals.sample_rate_hz;
+  const auto seconds = [&](const std::vector<ident::Row>& rows) { return static_cast<double>(rows.size()) / rate_hz; };
+  entry.lines.push_back(
+      {fmt::format("{}: fitted to {:.4g} s, tested on {:.4g} s that were not fitted{}.", chosen.range->spec.name,
+                   seconds(chosen.range->rows.train), seconds(chosen.range->rows.test),
+                   chosen.range->spec.where.empty() ? "" : ", where " + chosen.range->spec.where)});
+  return entry;
+}
+
+Entry input_entry(const RunResults& results, const ChosenEquation& chosen) {
+  Entry entry{"inputs", {}, 1};
+  if (chosen.fit == nullptr) return entry;
+  Strings inside, outside;
+  for (const dsp::Signal& signal : results.inputs.front().prepared.signals.signals) {
+    if (!ident::acts_from_outside(signal)) continue;
+    const auto& terms = chosen.fit->model.terms;
+    const bool used = std::any_of(terms.begin(), terms.end(), [&](const ident::ModelTerm& term) {
+      const auto names = ident::Expression(term.name).signals();
+      return std::find(names.begin(), names.end(), signal.name) != names.end();
+    });
+    (used ? inside : outside).push_back(signal.name);
+  }
+  const dsp::Prepared& prepared = results.inputs.front().prepared;
+  if (chosen.fit->model.target == "ddy" && prepared.x_is_difference) inside.emplace_back("r, through x = y - r");
+  if (inside.empty() && outside.empty())
+    entry.lines.push_back({"none was recorded: the equation is of free or self-excited motion"});
+  else
+    entry.lines.push_back(
+        {fmt::format("in the equation: {}; recorded and not in it: {}", inside.empty() ? "none" : joined(inside),
+                     outside.empty() ? "none" : joined(outside))});
+  return entry;
+}
+
+constexpr std::size_t width = 100;
+
+}  // namespace
+
+FirstScreen first_screen(const RunResults& results) {
+  const ChosenEquation chosen = chosen_equation(results.ranges);
+  FirstScreen screen;
+  if (const auto raw = uncalibrated_channels(results.ranges); !raw.empty())
+    screen.entries.push_back({"", {{"NOT CALIBRATED: numbers are raw and have no unit, from " + joined(raw)}}, 2});
+  for (Entry entry : {equation_entry(results, chosen), physics_entry(results, chosen), trust_entry(results, chosen),
+                      remedy_entry(results), data_entry(results, chosen), input_entry(results, chosen)})
+    if (!entry.lines.empty()) screen.entries.push_back(std::move(entry));
+  return screen;
+}
+
+std::string to_text(const FirstScreen& screen) {
+  constexpr std::size_t most_lines = 24;
+  std::vector<Strings> all;
+  std::size_t taken = 0;
+  for (const Entry& entry : screen.entries) {
+    Strings lines;
+    for (const FirstScreen::Line& line : entry.lines)
+      for (std::string& part : wrapped((line.to_paste ? "    " : "") + printable(line.text), width - label_width))
+        lines.push_back(std::move(part));
+    taken += std::min(lines.size(), entry.most);
+    all.push_back(std::move(lines));
+  }
+  std::string text;
+  for (std::size_t e = 0; e < all.size(); ++e) {
+    const Entry& entry = screen.entries[e];
+    Strings& lines = all[e];
+    std::size_t room = entry.most;  // and what the others leave
+    while (room < lines.size() && taken < most_lines) ++room, ++taken;
+    if (lines.size() > room) {
+      lines.resize(room);
+      constexpr std::string_view more = " ...";
+      if (lines.back().size() + more.size() > width - label_width) lines.back().resize(lines.back().rfind(' '));
+      lines.back() += more;
+    }
+    for (std::size_t i = 0; i < lines.size(); ++i)
+      text += entry.label.empty() ? lines[i] + "\n"
+                                  : fmt::format("{:<{}}{}\n", i == 0 ? entry.label : "", label_width, lines[i]);
+  }
+  return text;
+}
+
+}  // namespace apps

@@ -1,0 +1,33 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "apps/page/run_results.hpp"
+
+namespace apps {
+
+/// What a reader wants first, in words that terminal and page share.
+struct FirstScreen {
+  struct Line {
+    std::string text;
+    bool to_paste = false;  ///< of a file, as it is
+  };
+  struct Entry {
+    std::string label;  ///< none: it is about everything below
+    std::vector<Line> lines;
+    std::size_t most = 4;  ///< lines of a terminal; what is beyond is in report.html
+  };
+  std::vector<Entry> entries;
+};
+
+/// The chosen equation, which one that is and whether the other methods agree, the zero of x, its physical terms;
+/// whether to trust it; what to mend; which data were used; which recorded inputs are in the equation.
+[[nodiscard]] FirstScreen first_screen(const RunResults& results);
+
+/// Columns of a terminal that labels take.
+inline constexpr std::size_t label_width = 13;
+
+/// For a terminal: at most 24 lines of at most 100 columns.
+[[nodiscard]] std::string to_text(const FirstScreen& screen);
+
+}  // namespace apps

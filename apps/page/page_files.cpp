@@ -1,0 +1,50 @@
+#include "apps/page/page_files.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "apps/page/page.hpp"
+
+namespace apps {
+namespace {
+
+void write_figure_files(const RunFigure& figure, RunFolder& folder) {
+  folder.write("figures/" + figure.name + ".svg", figure_svg(figure));
+  std::string numbers;
+  write_figure_numbers(figure, [&](std::string_view text) { numbers += text; });
+  folder.write("figures/" + figure.name + ".csv", numbers);
+}
+
+}  // namespace
+
+void write_page(const RunResults& results, const FirstScreen& first, RunFolder& folder, Console& console) {
+  const auto start = std::chrono::steady_clock::now();
+  console.step("writing report.html");
+  // Paths as from beside the recording: wherever the folder lies, the page is the same.
+  const std::filesystem::path beside = results.config.recordings.front().file.parent_path();
+  PageContent content{.first = first, .config = to_toml(results.config, beside.empty() ? "." : beside)};
+  const auto into = [&](std::vector<RunFigure>& figures) {
+    return [&](RunFigure figure) {
+      write_figure_files(figure, folder);
+      figures.push_back(decimated(std::move(figure), most_points_of_a_page));
+    };
+  };
+  const ident::RangeResult* chosen = chosen_equation(results.ranges).range;
+  for (const ident::RangeResult& range : results.ranges) {
+    std::vector<RunFigure>& figures = content.range_figures.emplace_back();
+    if (content.range_figures.size() <= most_ranges_with_figures || &range == chosen)
+      range_figures(range, results, into(figures));
+  }
+  prediction_figures(results, into(content.prediction_figures));
+  record_figures(results, steady_steps(results.inputs), into(content.record_figures));
+  folder.write("report.html", report_page(results, content));
+  console.note(fmt::format("page and figures written in {:.2f} s",
+                           std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()));
+}
+
+}  // namespace apps

@@ -1,0 +1,12 @@
+#pragma once
+#include "apps/output/run_folder.hpp"
+#include "apps/page/first_screen.hpp"
+#include "apps/page/run_results.hpp"
+#include "apps/process/console.hpp"
+
+namespace apps {
+
+/// report.html, and figures/: each figure of the page as a drawing (.svg) beside its numbers (.csv).
+void write_page(const RunResults& results, const FirstScreen& first, RunFolder& folder, Console& console);
+
+}  // namespace apps

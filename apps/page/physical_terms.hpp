@@ -1,0 +1,46 @@
+#pragma once
+#include <Eigen/Core>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "ident/model.hpp"
+#include "ident/sensors/absolute_gains.hpp"
+
+// What a vibration engineer calls the coefficients of an equation of motion.
+
+namespace apps {
+
+struct PhysicalTerm {
+  std::string name, unit;
+  double value = 0.0, std = 0.0;  ///< std NaN: not known
+};
+
+/// Covariance of the coefficients in SI: the model's, and what the calibrations add that nothing in the record can
+/// tell. Empty where the model's is not known.
+[[nodiscard]] Eigen::MatrixXd si_covariance(const ident::Model& model, const std::vector<ident::AbsoluteGain>& gains);
+
+/// Standard deviation of a function of the coefficients, to first order; NaN where the covariance is empty.
+[[nodiscard]] double propagated_std(const std::function<double(const Eigen::VectorXd&)>& function,
+                                    const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance);
+
+/// What an equation itself does not say.
+struct PhysicalContext {
+  double amplitude = 0.0;  ///< of x
+  std::string x_unit;
+  bool base_at_rest = false;  ///< y and dy are x and v, but for a constant
+};
+
+/// Of an equation for an acceleration (a, ddy), or for a force with that acceleration among its terms, whose mass then
+/// divides it. With k, c and k3 the stiffness, damping and cubic stiffness per mass at x = 0, v = 0, from derivatives
+/// of the terms in x and v alone: natural frequency sqrt(k) / 2 pi, damping ratio c / (2 sqrt(k)), friction force per
+/// mass (half the jump at v = 0), k3, and the frequency sqrt(k + 3/4 k3 A^2) / 2 pi at the amplitude A of x (0: left
+/// out). Negative k of a force that is a cubic: the rest positions sqrt(-k / k3) and the frequency sqrt(-2 k) / 2 pi
+/// about them. What the equation does not have is not there; nothing where x has no unit.
+[[nodiscard]] std::vector<PhysicalTerm> physical_terms(const ident::Model& model, const Eigen::MatrixXd& covariance,
+                                                       const PhysicalContext& context);
+
+/// The same for a terminal or a page: "natural frequency 1.1254(3) Hz".
+[[nodiscard]] std::string to_text(const PhysicalTerm& term);
+
+}  // namespace apps

@@ -1,0 +1,381 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "apps/page/figures.hpp"
+#include "apps/page/power_spectrum.hpp"
+#include "dsp/filter/strongest_line.hpp"
+#include "dsp/names.hpp"
+#include "ident/library/expression.hpp"
+
+namespace apps {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr Index most_points = 2000;  // of a cloud
+
+/// The rows of a range on one clock: the recordings one behind the other, from its first row to its last.
+class RangeClock {
+ public:
+  RangeClock(const ident::RangeResult& range, const std::vector<ident::Columns>& columns)
+      : range_(range), columns_(columns) {
+    double start_s = 0.0;
+    for (const ident::Columns& recording : columns) {
+      starts_s_.push_back(start_s);
+      start_s += static_cast<double>(recording.signals->num_samples()) / recording.signals->sample_rate_hz;
+      bounds_.push_back({std::numeric_limits<Index>::max(), -1});
+    }
+    for (const auto* rows : {&range.rows.train, &range.rows.test})
+      for (const ident::Row& row : *rows) {
+        dsp::IndexRange& bound = bounds_[row.recording];
+        bound.first = std::min(bound.first, row.sample);
+        bound.last = std::max(bound.last, row.sample);
+      }
+    for (std::size_t r = 0; r < bounds_.size(); ++r) {
+      firsts_.push_back(size_);
+      if (bounds_[r].last >= bounds_[r].first) size_ += bounds_[r].last - bounds_[r].first + 1;
+    }
+  }
+
+  [[nodiscard]] VectorXd times_s() const {
+    VectorXd times(size_);
+    for (std::size_t r = 0; r < bounds_.size(); ++r)
+      for (Index i = bounds_[r].first; i <= bounds_[r].last; ++i)
+        times(firsts_[r] + i - bounds_[r].first) =
+            starts_s_[r] + static_cast<double>(i) / columns_[r].signals->sample_rate_hz;
+    return times;
+  }
+  /// A value per row of the range (training, then test rows) on the clock; NaN between.
+  [[nodiscard]] VectorXd on_clock(const Eigen::Ref<const VectorXd>& values) const {
+    VectorXd result = VectorXd::Constant(size_, nan);
+    const auto num_train = static_cast<Index>(range_.rows.train.size());
+    for (Index i = 0; i < values.size(); ++i) {
+      const ident::Row& row = i < num_train ? range_.rows.train[static_cast<std::size_t>(i)]
+                                            : range_.rows.test[static_cast<std::size_t>(i - num_train)];
+      result(firsts_[row.recording] + row.sample - bounds_[row.recording].first) = values(i);
+    }
+    return result;
+  }
+  /// A value per sample of one recording.
+  void put(std::size_t recording, const VectorXd& values, VectorXd& on) const {
+    const dsp::IndexRange& bound = bounds_[recording];
+    for (Index i = bound.first; i <= bound.last; ++i) on(firsts_[recording] + i - bound.first) = values(i);
+  }
+  [[nodiscard]] double start_s(std::size_t recording) const { return starts_s_[recording]; }
+  [[nodiscard]] Index size() const { return size_; }
+
+ private:
+  const ident::RangeResult& range_;
+  const std::vector<ident::Columns>& columns_;
+  std::vector<double> starts_s_;
+  std::vector<dsp::IndexRange> bounds_;  ///< samples [first, last]
+  std::vector<Index> firsts_;
+  Index size_ = 0;
+};
+
+/// Indices of at most so many of n, spread without a period that a signal could share (steps of the golden ratio).
+std::vector<Index> scattered(Index n, Index most) {
+  std::vector<Index> chosen;
+  if (n <= most) {
+    for (Index i = 0; i < n; ++i) chosen.push_back(i);
+    return chosen;
+  }
+  for (Index i = 0; i < most; ++i)
+    chosen.push_back(static_cast<Index>(std::fmod(static_cast<double>(i) * (std::numbers::phi - 1.0), 1.0) *
+                                        static_cast<double>(n)));
+  std::sort(chosen.begin(), chosen.end());
+  chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
+  return chosen;
+}
+
+std::string axis(const std::string& what, const std::string& unit) {
+  return unit.empty() ? what + " (no unit)" : fmt::format("{} ({})", what, unit);
+}
+
+/// What all figures of a range are made from.
+struct RangeView {
+  const ident::RangeResult& range;
+  const RunResults& results;
+  const ident::JudgedFit& fit;
+  const RangeClock& clock;
+  VectorXd times_s, residual;  ///< residual: training, then test rows
+  std::string slug, title;
+
+  [[nodiscard]] const dsp::Motion& signals() const {
+    return *results.columns[range.rows.train.front().recording].signals;
+  }
+  [[nodiscard]] std::string unit(const std::string& name) const {
+    const dsp::Signal* signal = signals().find(name);
+    return signal == nullptr ? std::string() : signal->unit;
+  }
+  /// The signal on training and test rows.
+  [[nodiscard]] VectorXd on_rows(const std::string& name) const {
+    VectorXd values(range.target.size());
+    Index i = 0;
+    for (const auto* rows : {&range.rows.train, &range.rows.test})
+      for (const ident::Row& row : *rows) values(i++) = results.columns[row.recording].signals->at(name)(row.sample);
+    return values;
+  }
+  [[nodiscard]] std::string target_axis() const { return axis(fit.model.target, fit.model.target_unit); }
+  [[nodiscard]] std::string residual_axis() const {
+    return axis("residual of " + fit.model.target, fit.model.target_unit);
+  }
+  [[nodiscard]] std::vector<PlotSpan> train_and_test() const {
+    std::vector<PlotSpan> spans;
+    const bool one = results.columns.size() == 1 || range.recording > 0;
+    if (!one) return spans;  // intervals do not say of which recording they are
+    const double start_s = clock.start_s(range.recording > 0 ? static_cast<std::size_t>(range.recording) - 1 : 0);
+    for (const dsp::Interval& part : range.rows.train_s)
+      spans.push_back({start_s + part.from_s, start_s + part.to_s, "train", PlotColour::sky});
+    for (const dsp::Interval& part : range.rows.test_s)
+      spans.push_back({start_s + part.from_s, start_s + part.to_s, "test", PlotColour::orange});
+    return spans;
+  }
+};
+
+/// A dozen periods of the motion around a time, where all of it would be a block of ink.
+constexpr double shown_periods = 12.0;
+
+std::optional<std::pair<double, double>> some_periods(const RangeView& view, const VectorXd& times_s,
+                                                      const VectorXd& values, double around_s) {
+  if (values.size() < 16) return {};
+  const VectorXd filled = values.unaryExpr([](double value) { return std::isfinite(value) ? value : 0.0; });
+  const double line_hz = dsp::strongest_line(filled, view.signals().sample_rate_hz).frequency_hz;
+  const double length = line_hz > 0.0 ? shown_periods / line_hz : 0.0, first = times_s(0),
+               last = times_s(times_s.size() - 1);
+  if (!(length > 0.0) || length > 0.4 * (last - first)) return {};
+  const double from = std::clamp(around_s - 0.5 * length, first, last - length);
+  return std::pair{from, from + length};
+}
+
+constexpr const char* how_to_see_all = " The button 'all' shows the rest.";
+
+RunFigure target_figure(const RangeView& view) {
+  RunFigure figure{view.slug + "-target",
+                   fmt::format("{} measured and identified in {}. Shaded: fitted (train) and not fitted (test).",
+                               view.fit.model.target, view.title),
+                   {"measured and identified", "time (s)", view.target_axis()}};
+  figure.panel.series = {
+      {"measured", view.times_s, view.clock.on_clock(view.range.target), PlotStyle::line, PlotColour::black},
+      {"identified", view.times_s, view.clock.on_clock(view.fit.predicted), PlotStyle::dashed, PlotColour::vermilion}};
+  figure.panel.spans = view.train_and_test();
+  const auto first_test = std::find_if(figure.panel.spans.begin(), figure.panel.spans.end(),
+                                       [](const PlotSpan& span) { return span.label == "test"; });
+  figure.panel.x_limits =
+      some_periods(view, view.times_s, figure.panel.series.front().y,
+                   first_test != figure.panel.spans.end() ? first_test->from : view.times_s(view.times_s.size() / 2));
+  if (figure.panel.x_limits) {
+    figure.caption += " A dozen periods are shown.";
+    figure.hint = how_to_see_all;
+  }
+  return figure;
+}
+
+std::optional<RunFigure> free_run_figure(const RangeView& view) {
+  const ident::FreeRun& run = view.fit.free_run;
+  if (run.series.empty()) return {};
+  VectorXd measured = VectorXd::Constant(view.clock.size(), nan), predicted = measured;
+  for (const ident::FreeRunSeries& one : run.series) {
+    VectorXd shown = one.measured;
+    for (Index i = 0; i < shown.size(); ++i)
+      if (!std::isfinite(one.predicted(i))) shown(i) = nan;
+    view.clock.put(one.recording, shown, measured);
+    view.clock.put(one.recording, one.predicted, predicted);
+  }
+  Index first = 0, last = measured.size();
+  while (first < last && !std::isfinite(predicted(first))) ++first;
+  while (last > first && !std::isfinite(predicted(last - 1))) --last;
+  if (first == last) return {};
+  const std::string figure_of_merit = run.reason.empty() ? fmt::format("NMSE {:.2g}", run.nmse_centred) : run.reason;
+  RunFigure figure{view.slug + "-free-run",
+                   fmt::format("Free run of the equation over the measured x, on data of {} that were not fitted: "
+                               "started once from the measured state of each interval, then on its own ({}).",
+                               view.title, figure_of_merit),
+                   {"free run on data not fitted", "time (s)", axis("x", view.unit("x"))}};
+  const VectorXd times = view.times_s.segment(first, last - first);
+  figure.panel.series = {
+      {"measured", times, measured.segment(first, last - first), PlotStyle::line, PlotColour::black},
+      {"free run", times, predicted.segment(first, last - first), PlotStyle::dashed, PlotColour::vermilion}};
+  figure.panel.x_limits = some_periods(view, times, figure.panel.series.front().y, times(times.size() - 1));
+  if (figure.panel.x_limits) {
+    figure.caption += " The last dozen periods are shown, where an error of phase would have grown.";
+    figure.hint = how_to_see_all;
+  }
+  return figure;
+}
+
+RunFigure residual_figure(const RangeView& view) {
+  RunFigure figure{
+      view.slug + "-residual",
+      fmt::format("What the equation leaves of {}, sample by sample, in {}.", view.fit.model.target, view.title),
+      {"residual: measured less identified", "time (s)", view.residual_axis()}};
+  figure.panel.series = {
+      {"residual", view.times_s, view.clock.on_clock(view.residual), PlotStyle::line, PlotColour::blue}};
+  figure.panel.spans = view.train_and_test();
+  return figure;
+}
+
+std::optional<RunFigure> spectrum_figure(const RangeView& view) {
+  const double rate_hz = view.signals().sample_rate_hz;
+  const auto target = power_spectrum_db(view.clock.on_clock(view.range.target), rate_hz),
+             residual = power_spectrum_db(view.clock.on_clock(view.residual), rate_hz);
+  if (target.frequency_hz.size() == 0 || residual.frequency_hz.size() == 0) return {};
+  RunFigure figure{view.slug + "-spectrum",
+                   fmt::format("Power spectra in {}: a residual as high as the target at some frequency says that "
+                               "nothing is explained there.",
+                               view.title),
+                   {"spectra of target and residual", "frequency (Hz)",
+                    fmt::format("power density (dB re 1 ({})^2/Hz)", view.fit.model.target_unit)}};
+  figure.panel.series = {{"measured", target.frequency_hz, target.power_db, PlotStyle::line, PlotColour::black},
+                         {"residual", residual.frequency_hz, residual.power_db, PlotStyle::dashed, PlotColour::blue}};
+  constexpr double beyond_band = 1.25;
+  const double band_hz = view.results.columns[view.range.rows.train.front().recording].band_hz;
+  if (band_hz > 0.0 && beyond_band * band_hz < 0.45 * rate_hz) figure.panel.x_limits = {0.0, beyond_band * band_hz};
+  return figure;
+}
+
+/// A cloud of points, thinned.
+PlotSeries cloud(const std::string& label, const VectorXd& x, const VectorXd& y, PlotColour colour) {
+  const std::vector<Index> chosen = scattered(x.size(), most_points);
+  return {label, x(chosen), y(chosen), PlotStyle::points, colour};
+}
+
+void add_residual_clouds(const RangeView& view, const FigureTaker& take) {
+  for (const dsp::Signal& signal : view.signals().signals) {
+    const dsp::SignalInfo* known = dsp::find_signal(signal.name);
+    const bool of_interest = signal.name == "x" || signal.name == "v" || known == nullptr || known->in_default_library;
+    if (!of_interest || signal.name == view.fit.model.target) continue;
+    RunFigure figure{fmt::format("{}-residual-{}", view.slug, dsp::slug(signal.name)),
+                     fmt::format("Residual against {}: a shape in the cloud is a term that is missing.", signal.name),
+                     {"residual against " + signal.name, axis(signal.name, signal.unit), view.residual_axis()},
+                     false};
+    figure.panel.series = {cloud("", view.on_rows(signal.name), view.residual, PlotColour::blue)};
+    take(std::move(figure));
+  }
+}
+
+RunFigure phase_figure(const RangeView& view) {
+  RunFigure figure{view.slug + "-phase",
+                   fmt::format("Where in the plane of x and v the data of {} lie: the equation is known there, and "
+                               "nowhere else.",
+                               view.title),
+                   {"phase portrait", axis("x", view.unit("x")), axis("v", view.unit("v"))},
+                   false};
+  figure.panel.series = {cloud("", view.on_rows("x"), view.on_rows("v"), PlotColour::black)};
+  return figure;
+}
+
+/// Sum of the terms in x and v alone, as they act against the motion; `at_rest`: y and dy are these, too.
+VectorXd restoring_force(const ident::Model& model, const VectorXd& x, const VectorXd& v, bool at_rest) {
+  const double sign = model.target == "a" || model.target == "ddy" ? -1.0 : 1.0;
+  VectorXd sum = VectorXd::Zero(x.size());
+  dsp::Motion motion;
+  motion.signals = {{"x", "", x}, {"v", "", v}};
+  if (at_rest) motion.signals.insert(motion.signals.end(), {{"y", "", x}, {"dy", "", v}});
+  for (const ident::ModelTerm& term : model.terms) {
+    const ident::Expression expression(term.name);
+    const auto& names = expression.signals();
+    if (!names.empty() &&
+        std::all_of(names.begin(), names.end(), [&](const std::string& name) { return motion.find(name) != nullptr; }))
+      sum += sign * term.mean * expression.evaluate(motion);
+  }
+  return sum;
+}
+
+VectorXd grid_over(const VectorXd& values) {
+  constexpr Index points = 401;
+  return VectorXd::LinSpaced(points, values.minCoeff(), values.maxCoeff());
+}
+
+/// The part of the restoring force that x alone makes, and that with v: identified as a line, measured as that plus
+/// what the equation leaves.
+void add_restoring_force(const RangeView& view, const FigureTaker& take) {
+  const ident::Model& model = view.fit.model;
+  const VectorXd x = view.on_rows("x"), v = view.on_rows("v"), still = VectorXd::Zero(x.size());
+  const double sign = model.target == "a" || model.target == "ddy" ? -1.0 : 1.0;
+  const bool at_rest = base_at_rest(view.signals());
+  const VectorXd spring = restoring_force(model, x, still, at_rest), both = restoring_force(model, x, v, at_rest);
+  const VectorXd left = sign * view.residual;
+  if (!both.allFinite() || both.isZero(0.0)) return;
+  const std::string what = sign < 0.0 ? "restoring force per mass" : "restoring force";
+  const auto add = [&](const char* signal, const VectorXd& at, const VectorXd& force, const VectorXd& line_x,
+                       const VectorXd& line, const std::string& caption) {
+    if (force.isZero(0.0)) return;
+    RunFigure figure{
+        fmt::format("{}-force-{}", view.slug, signal),
+        caption,
+        {fmt::format("{} against {}", what, signal), axis(signal, view.unit(signal)), axis(what, model.target_unit)},
+        false};
+    figure.panel.series = {cloud("measured", at, force + left, PlotColour::sky),
+                           {"identified", line_x, line, PlotStyle::line, PlotColour::vermilion}};
+    take(std::move(figure));
+  };
+  const VectorXd grid_x = grid_over(x), grid_v = grid_over(v), none = VectorXd::Zero(grid_x.size());
+  add("x", x, spring, grid_x, restoring_force(model, grid_x, none, at_rest),
+      "The spring: identified force at v = 0; the points add what was measured beyond the equation.");
+  add("v", v, both - spring, grid_v,
+      restoring_force(model, none, grid_v, at_rest) - restoring_force(model, none, none, at_rest),
+      "Damping and friction: identified force at x = 0; the points are at the x that was measured, and add what was "
+      "measured beyond the equation.");
+}
+
+std::optional<RunFigure> evidence_figure(const RangeView& view) {
+  std::vector<double> moves, evidence;
+  for (std::size_t i = 0; i < view.fit.fit.steps.size(); ++i)
+    if (const double value = view.fit.fit.steps[i].log_evidence; std::isfinite(value)) {
+      moves.push_back(static_cast<double>(i));
+      evidence.push_back(value);
+    }
+  if (moves.size() < 2) return {};
+  RunFigure figure{view.slug + "-evidence",
+                   "Log evidence behind each move of the search: it rises while terms earn their place.",
+                   {"evidence path", "move", "log evidence"}};
+  const auto as_vector = [](const std::vector<double>& values) {
+    return VectorXd(Eigen::Map<const VectorXd>(values.data(), std::ssize(values)));
+  };
+  figure.panel.series = {{"log evidence", as_vector(moves), as_vector(evidence), PlotStyle::line, PlotColour::black}};
+  return figure;
+}
+
+/// Two ranges may differ by what a file name cannot hold, "low+" and "low-".
+std::string range_slug(const ident::RangeResult& range, const RunResults& results) {
+  return fmt::format("range-{}-{}", &range - results.ranges.data() + 1, dsp::slug(range.spec.name));
+}
+
+}  // namespace
+
+void range_figures(const ident::RangeResult& range, const RunResults& results, const FigureTaker& take) {
+  const ChosenEquation chosen = chosen_equation(range);
+  if (chosen.fit == nullptr) return;
+  const RangeClock clock(range, results.columns);
+  const RangeView view{range,
+                       results,
+                       *chosen.fit,
+                       clock,
+                       clock.times_s(),
+                       range.target - chosen.fit->predicted,
+                       range_slug(range, results),
+                       range.spec.name};
+  const auto take_if_any = [&](std::optional<RunFigure> figure) {
+    if (figure) take(std::move(*figure));
+  };
+  take(target_figure(view));
+  take_if_any(free_run_figure(view));
+  take(residual_figure(view));
+  take_if_any(spectrum_figure(view));
+  if (view.signals().find("x") != nullptr && view.signals().find("v") != nullptr) {
+    add_restoring_force(view, take);
+    take(phase_figure(view));
+  }
+  add_residual_clouds(view, take);
+  take_if_any(evidence_figure(view));
+}
+
+}  // namespace apps

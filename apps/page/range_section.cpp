@@ -1,0 +1,186 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/page/equation_display.hpp"
+#include "apps/page/page.hpp"
+#include "apps/page/page_sections.hpp"
+#include "apps/page/physical_terms.hpp"
+#include "apps/page/rounded.hpp"
+#include "apps/process/printable.hpp"
+
+namespace apps {
+namespace {
+
+using Strings = std::vector<std::string>;
+
+std::string number_or_dash(double value, const char* format = "{:.3g}") {
+  return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "-";
+}
+
+std::string shown(const ident::Figure& figure) {
+  return figure.reason.empty() ? fmt::format("{:.3g}", figure.value) : "none: " + printable(figure.reason);
+}
+
+/// Sources of a variance, the largest first.
+std::string budget(const ident::ModelTerm& term) {
+  constexpr double least = 0.05;
+  auto sources = term.budget;
+  std::stable_sort(sources.begin(), sources.end(), [](const auto& a, const auto& b) { return a.second > b.second; });
+  Strings parts;
+  for (const auto& [source, fraction] : sources)
+    if (fraction >= least) parts.push_back(fmt::format("{} {:.0f} %", printable(source), 100.0 * fraction));
+  return parts.empty() ? "-" : fmt::format("{}", fmt::join(parts, ", "));
+}
+
+void write_coefficients(const ident::Model& model, HtmlWriter& html) {
+  std::vector<Strings> rows;
+  for (const ident::ModelTerm& term : model.terms)
+    rows.push_back({term.name, with_uncertainty(term.mean, shown_std(term)), term.unit.empty() ? "-" : term.unit,
+                    number_or_dash(term.std), number_or_dash(term.std_si),
+                    number_or_dash(100.0 * term.coefficient_of_variation(), "{:.2g} %"),
+                    number_or_dash(term.inclusion_probability, "{:.3f}"), budget(term)});
+  html.table("Coefficients",
+             {"term", "coefficient", "unit", "standard deviation", "with calibration (SI)", "relative",
+              "probability of belonging", "uncertainty from (share of the variance)"},
+             rows);
+}
+
+void write_decisions(const ident::RangeResult& range, const ident::JudgedFit& fit, HtmlWriter& html) {
+  std::vector<Strings> rows;
+  for (const ident::RejectedTerm& term : fit.model.rejected)
+    rows.push_back({term.name, number_or_dash(term.inclusion_probability, "{:.3f}")});
+  html.open("details").element("summary", "What was decided, and what could not be");
+  if (!rows.empty()) html.table("Candidates that were not kept", {"term", "probability of belonging"}, rows);
+  Strings open;
+  for (const auto& [kept, other] : fit.ties) open.push_back(fmt::format("{} and {}", kept, other));
+  if (!open.empty()) html.element("p", fmt::format("Not to be told apart on these data: {}.", fmt::join(open, "; ")));
+  for (const ident::DroppedTerm& term : range.dropped)
+    html.element("p", fmt::format("Left out: {} ({})", term.name, term.reason));
+  html.open("ul");
+  for (const std::string& remark : fit.judgement.remarks) html.element("li", remark);
+  html.close().close();
+}
+
+void write_methods(const ident::RangeResult& range, HtmlWriter& html) {
+  std::vector<Strings> rows;
+  for (const ident::JudgedFit& fit : range.fits)
+    rows.push_back({std::string(to_string(fit.fit.method)),
+                    fit.model.terms.empty() ? "none: " + std::string(in_words(fit.fit.status))
+                                            : displayed_equation(fit.model, ident::Notation::text),
+                    fit.model.terms.empty() ? "-" : in_words(fit.judgement.verdict),
+                    shown({fit.free_run.nmse_centred, fit.free_run.reason}), shown(fit.test_centred)});
+  html.table("All methods", {"method", "equation", "verdict", "free run NMSE", "test NMSE about the mean"}, rows);
+}
+
+void write_errors(const ident::JudgedFit& fit, HtmlWriter& html) {
+  std::vector<Strings> rows{{"training", shown(fit.train), shown(fit.train_centred)},
+                            {"test", shown(fit.test), shown(fit.test_centred)},
+                            {"free run of x, test", shown({fit.free_run.nmse, fit.free_run.reason}),
+                             shown({fit.free_run.nmse_centred, fit.free_run.reason})}};
+  html.table(fmt::format("Errors as fractions of power (NMSE); noise of {} {} {}", fit.model.target,
+                         number_or_dash(fit.model.noise_std), fit.model.target_unit),
+             {"on", "NMSE", "about the mean"}, rows);
+  if (!fit.bands_reason.empty()) return;
+  html.table("Predicted against actual spread: test data inside their bands", {"band", "inside"},
+             {{"50 %", fmt::format("{:.1f} %", 100.0 * fit.bands.within_50)},
+              {"90 %", fmt::format("{:.1f} %", 100.0 * fit.bands.within_90)},
+              {"95 %", fmt::format("{:.1f} %", 100.0 * fit.bands.within_95)}});
+}
+
+void write_equation(const ident::RangeResult& range, const ident::JudgedFit& fit, const RunResults& results,
+                    HtmlWriter& html) {
+  html.open("div", {{"class", "math"}, {"tabindex", "0"}, {"role", "group"}, {"aria-label", "equation"}})
+      .markup(displayed_equation(fit.model, ident::Notation::mathml))
+      .close();
+  html.open("details").element("summary", "LaTeX and plain text, to copy");
+  html.element("pre", displayed_equation(fit.model, ident::Notation::latex));
+  html.element("pre", displayed_equation(fit.model, ident::Notation::text)).close();
+  html.element("p", fit.judgement.sentence, {{"class", "verdict"}});
+  std::vector<Strings> rows;
+  for (const PhysicalTerm& term : physical_terms({&range, &fit}, results))
+    rows.push_back({term.name, with_uncertainty(term.value, term.std), term.unit});
+  if (!rows.empty()) html.table("Which means", {"quantity", "value", "unit"}, rows);
+}
+
+void write_prediction(const ident::RecordPrediction& prediction, HtmlWriter& html) {
+  const std::string unit = prediction.unit.empty() ? "" : " " + prediction.unit;
+  html.table(printable(prediction.recording, 200), {"of x", "value"},
+             {{"free run, NMSE about the mean", shown(prediction.nmse)},
+              {"a linear equation, likewise", shown(prediction.linear)},
+              {"a payload at rest, likewise", shown(prediction.still)},
+              {"rms error", shown(prediction.rms) + unit},
+              {"rms noise of the displacement", shown(prediction.noise_floor) + unit}});
+  if (!prediction.remark.empty()) html.element("p", prediction.remark);
+  std::vector<Strings> rows;
+  for (const ident::CarryOver& one : prediction.coefficients)
+    rows.push_back({one.term, with_uncertainty(one.identified, one.identified_std),
+                    std::isfinite(one.here) ? with_uncertainty(one.here, one.here_std) : "not kept here",
+                    !one.carries   ? "not known"
+                    : *one.carries ? "carries over"
+                                   : "does not carry over"});
+  if (!rows.empty())
+    html.table("Coefficients here and there", {"term", "identified", "on this recording", "carries over?"}, rows);
+}
+
+}  // namespace
+
+void write_agreement(const RunResults& results, HtmlWriter& html) {
+  if (results.ranges.size() < 2) return;
+  html.open("section", {{"id", "agreement"}}).element("h2", "Do the ranges agree?");
+  const std::vector<ident::RangeDisagreement> pairs = ident::compare_ranges(results.ranges);
+  if (pairs.empty()) html.element("p", "Yes: every coefficient of every range, within five standard deviations.");
+  std::vector<Strings> rows;
+  for (const ident::RangeDisagreement& pair : pairs)
+    for (const ident::Disagreement& term : pair.terms)
+      if (pair.method == pairs.front().method)  // the other methods' are in equation.json
+        rows.push_back({fmt::format("{} and {}", pair.range_a, pair.range_b), term.sentence});
+  if (!rows.empty()) {
+    html.element("p",
+                 "Not in all. A term that only one of them has, or that changes its sign, is not the physics of both.");
+    html.table(fmt::format("Disagreements beyond five standard deviations ({})", pairs.front().method),
+               {"ranges", "what differs"}, rows);
+  }
+  html.close();
+}
+
+void write_predictions(const RunResults& results, const std::vector<RunFigure>& figures, Eigen::Index most_points,
+                       HtmlWriter& html) {
+  if (results.predictions.empty()) return;
+  html.open("section", {{"id", "others"}}).element("h2", "Other recordings");
+  for (const ident::RecordPrediction& prediction : results.predictions) write_prediction(prediction, html);
+  for (const RunFigure& figure : figures) write_figure(figure, most_points, html);
+  html.close();
+}
+
+void write_range(const ident::RangeResult& range, const RunResults& results, const std::vector<RunFigure>& figures,
+                 Eigen::Index most_points, HtmlWriter& html) {
+  const std::string id = fmt::format("range-{}", &range - results.ranges.data() + 1);
+  const bool is_chosen = results.ranges.size() > 1 && chosen_equation(results.ranges).range == &range;
+  html.open("section", {{"id", id}})
+      .element("h2", fmt::format("Range {}{}", range.spec.name, is_chosen ? ": the chosen equation" : ""));
+  const ChosenEquation chosen = chosen_equation(range);
+  if (chosen.fit == nullptr) {
+    html.element("p", "No method found an equation here.");
+  } else {
+    html.element("p", fmt::format("Method: {}.", to_string(chosen.fit->fit.method)));
+    write_equation(range, *chosen.fit, results, html);
+    write_coefficients(chosen.fit->model, html);
+    write_errors(*chosen.fit, html);
+  }
+  write_methods(range, html);
+  if (chosen.fit != nullptr) write_decisions(range, *chosen.fit, html);
+  if (chosen.fit != nullptr && figures.empty())
+    html.element("p", fmt::format("Figures are drawn for the first {} ranges and for that of the chosen equation.",
+                                  most_ranges_with_figures));
+  for (const RunFigure& figure : figures)
+    if (figure.zoomable) write_figure(figure, most_points, html);
+  html.open("div", {{"class", "clouds"}});
+  for (const RunFigure& figure : figures)
+    if (!figure.zoomable) write_figure(figure, most_points, html);
+  html.close().close();
+}
+
+}  // namespace apps

@@ -1,0 +1,190 @@
+#include "apps/page/remedies.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "apps/process/console.hpp"
+#include "dsp/names.hpp"
+#include "dsp/sensors/power_check.hpp"
+#include "dsp/sensors/sensor_checks.hpp"
+#include "dsp/sensors/sensor_problems.hpp"
+
+namespace apps {
+namespace {
+
+/// Keys of a sidecar's [[channel]], each channel once.
+using ChannelLines = std::vector<std::pair<std::string, std::vector<std::string>>>;
+
+void add_line(ChannelLines& channels, const std::string& name, const std::string& line) {
+  auto channel = std::find_if(channels.begin(), channels.end(), [&](const auto& one) { return one.first == name; });
+  if (channel == channels.end()) channel = channels.insert(channels.end(), {name, {}});
+  channel->second.push_back(line);
+}
+
+std::vector<std::string> to_paste(const ChannelLines& channels) {
+  std::vector<std::string> lines;
+  for (const auto& [name, keys] : channels) {
+    lines.push_back("[[channel]]  # " + dsp::toml_quoted(name) + ": add or replace");
+    lines.insert(lines.end(), keys.begin(), keys.end());
+  }
+  return lines;
+}
+
+/// What calls visit(relation, problem) for every problem of every sensor pair of an input.
+template <class Visit>
+void for_each_problem(const Input& input, const Visit& visit) {
+  for (const auto* relations : {&input.prepared.relations, &input.prepared.derivatives})
+    for (const dsp::SensorRelation& relation : *relations)
+      for (const dsp::SensorProblem& problem : dsp::sensor_problems(relation, input.prepared.options.scale))
+        visit(relation, problem);
+}
+
+std::string line_for(const Input& input, const dsp::SensorProblem& problem) {
+  const auto spec = std::find_if(input.channels.begin(), input.channels.end(),
+                                 [&](const dsp::ChannelSpec& channel) { return channel.name == problem.channel; });
+  return dsp::remedy(problem, spec == input.channels.end() ? nullptr : &*spec);
+}
+
+void add_uncorrected(const RunResults& results, std::vector<Remedy>& found) {
+  for (const Input& input : results.inputs)
+    for_each_problem(input, [&](const dsp::SensorRelation& relation, const dsp::SensorProblem& problem) {
+      if (dsp::is_corrected(input.prepared, relation, problem)) return;
+      const char* doubt = problem.either ? " (or of its partner: which of the two is wrong cannot be seen)" : "";
+      ChannelLines lines;
+      add_line(lines, problem.channel, line_for(input, problem));
+      found.push_back(
+          {fmt::format("{}; not corrected. In {}{}:", problem.sentence, input.sidecar, doubt), to_paste(lines)});
+    });
+}
+
+/// One for each sidecar.
+void add_corrected(const RunResults& results, std::vector<Remedy>& found) {
+  for (const Input& input : results.inputs) {
+    ChannelLines lines;
+    for_each_problem(input, [&](const dsp::SensorRelation& relation, const dsp::SensorProblem& problem) {
+      if (dsp::is_corrected(input.prepared, relation, problem))
+        add_line(lines, problem.channel, line_for(input, problem));
+    });
+    if (!lines.empty())
+      found.push_back(
+          {fmt::format("Nothing for this run: gains, lags and AC couplings that {} does not know were found and "
+                       "corrected. To write them down there:",
+                       input.sidecar),
+           to_paste(lines)});
+  }
+}
+
+std::string quoted_list(const std::vector<std::string>& terms) {
+  std::vector<std::string> quoted;
+  for (const std::string& term : terms) quoted.push_back(dsp::toml_quoted(term));
+  return fmt::format("[{}]", fmt::join(quoted, ", "));
+}
+
+/// All products of x and v, one degree further than the candidates go now.
+std::vector<std::string> larger_library(const Config& config) {
+  constexpr double most = 7.0;
+  double degree = config.library.order;
+  for (const std::string& term : config.library.terms)
+    if (const ident::Expression expression(term); expression.switches().empty())
+      degree = std::max(degree, std::min(most, expression.band_factor()));
+  return {"[library]", fmt::format("order = {:.0f}", std::max(3.0, degree + 1.0))};
+}
+
+/// Recorded signals that act on the motion from outside and are in no candidate.
+std::vector<std::string> inputs_not_tried(const ident::RangeResult& range, const dsp::Motion& signals) {
+  std::vector<std::string> untried;
+  for (const dsp::Signal& signal : signals.signals) {
+    if (!ident::acts_from_outside(signal)) continue;
+    if (std::none_of(range.terms.begin(), range.terms.end(), [&](const std::string& term) {
+          const auto& names = ident::Expression(term).signals();
+          return std::find(names.begin(), names.end(), signal.name) != names.end();
+        }))
+      untried.push_back(signal.name);
+  }
+  return untried;
+}
+
+/// The candidates of the config and these.
+std::vector<std::string> with_terms(const Config& config, const std::vector<std::string>& more) {
+  std::vector<std::string> terms = config.library.terms;
+  terms.insert(terms.end(), more.begin(), more.end());
+  return {"[library]", "terms = " + quoted_list(terms)};
+}
+
+/// What the judgement of an equation found, as settings of the config.
+void add_cause(const RunResults& results, const ident::RangeResult& range, const ident::JudgedFit& fit,
+               std::vector<Remedy>& found) {
+  if (!fit.judgement.cause || fit.judgement.verdict == ident::Verdict::describes) return;
+  switch (*fit.judgement.cause) {
+    case ident::Cause::missing_input:
+    case ident::Cause::switch_variable:
+      if (fit.explanation)
+        found.push_back({fmt::format("{} explains {:.0f} % of what the equation leaves over. In the config:",
+                                     fit.explanation->what, 100.0 * fit.explanation->fraction),
+                         with_terms(results.config, {fit.explanation->what})});
+      else if (const auto untried = inputs_not_tried(range, results.inputs.front().prepared.signals); !untried.empty())
+        found.push_back(
+            {fmt::format("Something drives the motion that is not in the equation; {} {} recorded and {} no "
+                         "candidate. In the config:",
+                         fmt::join(untried, " and "), untried.size() == 1 ? "was" : "were",
+                         untried.size() == 1 ? "is" : "are"),
+             with_terms(results.config, untried)});
+      else
+        found.push_back(
+            {"Something drives the motion that is not in the equation: record it, or leave those times out.", {}});
+      break;
+    case ident::Cause::wide_band:
+      found.push_back({fmt::format("Above {:.3g} Hz the target is noise. In the config:", fit.noise.needed_hz),
+                       {"[prepare]", fmt::format("cutoff_hz = {:.3g}", fit.noise.needed_hz)}});
+      break;
+    case ident::Cause::missing_term:
+      found.push_back(
+          {"What is left over returns with the state, so a term is missing: try a larger library. In the "
+           "config:",
+           larger_library(results.config)});
+      break;
+    case ident::Cause::noise:
+    case ident::Cause::not_found:
+      break;
+  }
+}
+
+/// Said by the lines above, or put right: signals that were out of step as recorded and are in step now.
+bool is_said(const dsp::Check& check, const Input& input) {
+  if (check.name == "power.balance" && input.power)
+    return dsp::largest_balance(*input.power, dsp::RegimeSet::mixed(), &dsp::RegimePower::corrected) <= check.limit;
+  return check.name.starts_with("sensor.") && check.name != "sensor.relation";
+}
+
+/// What is to be mended first then, and is said by its check.
+bool rests_on_the_ground(const RunResults& results) {
+  return std::any_of(results.inputs.begin(), results.inputs.end(), [](const Input& input) {
+    return std::any_of(input.prepared.checks.begin(), input.prepared.checks.end(),
+                       [](const dsp::Check& check) { return check.name == "regime.ground"; });
+  });
+}
+
+}  // namespace
+
+std::vector<Remedy> remedies(const RunResults& results) {
+  std::vector<Remedy> found;
+  add_uncorrected(results, found);
+  if (const ChosenEquation chosen = chosen_equation(results.ranges); chosen.fit != nullptr)
+    add_cause(results, *chosen.range, *chosen.fit, found);
+  else if (!rests_on_the_ground(results))
+    found.push_back({"No candidate explains more than noise does: try a larger library. In the config:",
+                     larger_library(results.config)});
+  for (const Input& input : results.inputs)
+    for (const dsp::Check& check : input.prepared.checks)
+      if ((check.status == dsp::CheckStatus::warning || check.status == dsp::CheckStatus::failed) &&
+          !is_said(check, input))
+        found.push_back({fmt::format("{}: {}{}{} [{}]", input.prepared.name, channel_prefix(check),
+                                     check.name == "sample.clipped" ? "clipped: " : "", check.message, check.name),
+                         {}});
+  add_corrected(results, found);
+  return found;
+}
+
+}  // namespace apps

@@ -1,0 +1,37 @@
+#pragma once
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "dsp/recording.hpp"
+
+namespace dsp {
+
+/// The roles a person chooses from, in a few words.
+inline constexpr std::string_view role_choices =
+    "y dy ddy payload, r dr ddr base, x v a relative (displacement, velocity, acceleration); f force or input";
+
+/// What is known of a channel whose role nobody gave.
+struct UnnamedRole {
+  std::string name;  ///< without its unit
+  std::string unit;  ///< SI; empty: not known
+};
+struct RoleGuess {
+  Role role = Role::other;
+  std::string why;  ///< "its name", "its unit", "its name and unit"; empty: no guess
+};
+
+/// Roles by words in the names (English, German, French, Spanish, Portuguese, usual abbreviations; "payload_disp",
+/// "Beschleunigung Tisch") and by units. A motion of no named body is the payload's where another channel is the
+/// base's, else the relative one. A force, or the only other input, is f. Channels that would share a role, one with
+/// another or with a channel in `given`, get none: that is a question to whoever made the recording.
+[[nodiscard]] std::vector<RoleGuess> guess_roles(const std::vector<UnnamedRole>& channels,
+                                                 const std::vector<Role>& given = {});
+
+/// [[channel]] tables to be pasted into a sidecar, a role to be chosen in each.
+[[nodiscard]] std::string role_lines(const std::vector<Channel>& channels);
+
+/// Whether a name speaks of an acceleration: "acc_g" is in g, "load_g" is not.
+[[nodiscard]] bool names_acceleration(std::string_view name);
+
+}  // namespace dsp

@@ -1,0 +1,214 @@
+#include "dsp/prepare/motion_band.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "dsp/signals.hpp"
+
+namespace dsp {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr double rate_to_cutoff = 2.5;  // 25.6 Hz for 10.24 Hz
+constexpr Index least_bin = 3;          // below lies what Hann's window leaves of a mean and a trend
+
+/// Which columns of a recording make the motion.
+struct MotionSource {
+  std::string signal;
+  int order = 0;
+  Index plus = -1, minus = -1;  // columns; minus -1: none
+};
+
+MotionSource motion_source(const Recording& description) {
+  for (int order = 0; order < 3; ++order) {
+    const auto column = [&](Body body) { return description.find(motion_signal(body, order).role); };
+    const auto name = [&](Body body) { return std::string(motion_signal(body, order).name); };
+    const Index x = column(Body::relative), y = column(Body::payload), r = column(Body::base);
+    if (x >= 0) return {name(Body::relative), order, x, -1};
+    if (y >= 0 && r >= 0) return {fmt::format("{} - {}", name(Body::payload), name(Body::base)), order, y, r};
+    if (y >= 0) return {name(Body::payload), order, y, -1};
+  }
+  return {};
+}
+
+/// The density times f^power, bins below least_bin left out.
+VectorXd weighted(const VectorXd& density, double bin_hz, double power) {
+  VectorXd result = density;
+  for (Index k = 0; k < result.size(); ++k)
+    result(k) *= k < least_bin ? 0.0 : std::pow(bin_hz * static_cast<double>(k), power);
+  return result;
+}
+
+Index argmax(const VectorXd& values) {
+  Index at = 0;
+  values.maxCoeff(&at);
+  return at;
+}
+
+/// Means of a spectrum over windows a twelfth of an octave apart.
+class Smoothed {
+ public:
+  /// `around_hz`: windows reach so far at least, which holds two harmonics of a motion.
+  Smoothed(const VectorXd& spectrum, double bin_hz, double around_hz) : bin_hz_(bin_hz), around_hz_(around_hz) {
+    sums_.resize(spectrum.size() + 1);
+    sums_(0) = 0.0;
+    for (Index k = 0; k < spectrum.size(); ++k) sums_(k + 1) = sums_(k) + spectrum(k);
+  }
+  [[nodiscard]] double half_width_hz(double f_hz) const {
+    constexpr double least_bins = 8.0;  // of noise: known to a quarter from one segment alone
+    static const double sixth = std::exp2(1.0 / 6.0) - 1.0;
+    return std::max({around_hz_, sixth * f_hz, least_bins * bin_hz_});
+  }
+  [[nodiscard]] double at(double f_hz) const {
+    const double half = half_width_hz(f_hz);
+    const auto last = static_cast<double>(sums_.size() - 2);
+    const auto from = static_cast<Index>(std::clamp((f_hz - half) / bin_hz_, static_cast<double>(least_bin), last));
+    const auto to = static_cast<Index>(std::clamp((f_hz + half) / bin_hz_, static_cast<double>(from), last)) + 1;
+    return (sums_(to) - sums_(from)) / static_cast<double>(to - from);
+  }
+
+ private:
+  double bin_hz_, around_hz_;
+  VectorXd sums_;
+};
+
+/// Where the smoothed spectrum is least between two frequencies; `end` if it still falls there.
+double valley_hz(const Smoothed& spectrum, double from_hz, double end_hz) {
+  static const double step = std::exp2(1.0 / 12.0);
+  double least = INFINITY, at_hz = from_hz, last_hz = from_hz;
+  for (double f_hz = from_hz; f_hz + 0.5 * spectrum.half_width_hz(f_hz) <= end_hz; f_hz *= step) {
+    last_hz = f_hz;
+    if (const double value = spectrum.at(f_hz); value < least) least = value, at_hz = f_hz;
+  }
+  return at_hz == last_hz ? end_hz : at_hz;
+}
+
+/// Up to where letting more in wins more of the motion than noise of this density, from `from_hz` on: a tone beyond a
+/// gap is motion, too.
+double reach_hz(const VectorXd& spectrum, double bin_hz, double noise, double power, double from_hz) {
+  double won = 0.0, most = 0.0, at_hz = from_hz;
+  for (auto k = static_cast<Index>(from_hz / bin_hz) + 1; k < spectrum.size(); ++k) {
+    const double f_hz = bin_hz * static_cast<double>(k);
+    won += spectrum(k) - 2.0 * noise * std::pow(f_hz, power);  // the motion there, less the noise
+    if (won > most) most = won, at_hz = f_hz;
+  }
+  return at_hz;
+}
+
+/// The largest whole number up to `ratio` without a prime factor above 5, for which filters are short.
+double smooth_divisor(double ratio) {
+  for (auto divisor = static_cast<std::int64_t>(ratio); divisor > 1; --divisor) {
+    std::int64_t rest = divisor;
+    for (const int prime : {2, 3, 5})
+      while (rest % prime == 0) rest /= prime;
+    if (rest == 1) return static_cast<double>(divisor);
+  }
+  return 1.0;
+}
+
+}  // namespace
+
+double MotionBand::kept_fraction(double cutoff_hz) const {
+  const VectorXd motion = weighted((density.array() - noise).max(0.0), bin_hz, 4.0 - 2.0 * order);
+  const auto bins_to = [&](double f_hz) {
+    return std::min(static_cast<Index>(std::ceil(f_hz / bin_hz)) + 1, motion.size());
+  };
+  const double all = motion.head(bins_to(to_hz)).sum();
+  return cutoff_hz >= to_hz || !(all > 0.0) ? 1.0 : motion.head(bins_to(cutoff_hz)).sum() / all;
+}
+
+MotionBand motion_band(std::string signal, int order, VectorXd density, double bin_hz) {
+  MotionBand band{.signal = std::move(signal), .order = order, .bin_hz = bin_hz, .density = std::move(density)};
+  constexpr double of_nyquist = 0.95;  // a recorder's own filter sets in above
+  band.nyquist_hz = bin_hz * static_cast<double>(band.density.size() - 1);
+  band.to_hz = band.nyquist_hz;
+  const double end_hz = of_nyquist * band.nyquist_hz;
+  // Of a displacement between slow drift, which rules it, and noise, which rules the velocity of a wide band.
+  band.peak_hz = bin_hz * static_cast<double>(argmax(weighted(band.density, bin_hz, order == 0 ? 1.0 : 0.0)));
+  if (!(band.peak_hz > 0.0)) return band;
+  const double derived = order == 2 ? 2.0 : 4.0 - 2.0 * order;
+  const VectorXd of_acceleration = weighted(band.density, bin_hz, derived);
+  const Smoothed acceleration(of_acceleration, bin_hz, 1.1 * band.peak_hz);
+  const double to_hz = valley_hz(acceleration, band.peak_hz, end_hz);
+  if (to_hz < end_hz) {
+    band.noise = acceleration.at(to_hz) / std::pow(to_hz, derived);
+    band.to_hz = reach_hz(of_acceleration, bin_hz, band.noise, derived, to_hz);
+  }
+  if (order > 0) {
+    const Smoothed displacement(weighted(band.density, bin_hz, -2.0 * order), bin_hz, 0.0);
+    const double from_hz = valley_hz(displacement, least_bin * bin_hz, band.peak_hz);
+    if (from_hz > least_bin * bin_hz) band.from_hz = std::min(from_hz, 0.5 * band.peak_hz);
+  }
+  return band;
+}
+
+MotionBand find_motion_band(RecordingReader& reader) {
+  constexpr int most_segments = 32;
+  constexpr Index block_frames = 16384;
+  const Recording& description = reader.description();
+  const MotionSource source = motion_source(description);
+  if (source.plus < 0) return {};
+  RawSpectrum spectrum(description.sample_rate_hz, 1, static_cast<Index>(reader.num_frames()), most_segments);
+  FrameBlock block;
+  for (;;) {
+    if (const Index idle = spectrum.num_idle(); idle > 0) {
+      const Index skipped = reader.skip(idle);
+      spectrum.skip(skipped);
+      if (skipped < idle) break;
+      continue;
+    }
+    if (reader.read(block, block_frames) == 0) break;
+    FrameBlock motion = block.col(source.plus);
+    if (source.minus >= 0) motion -= block.col(source.minus);
+    spectrum.push(motion);
+  }
+  const Eigen::MatrixXd power = spectrum.power();
+  if (power.rows() == 0) return {};
+  return motion_band(source.signal, source.order, power.col(0), spectrum.bin_hz());
+}
+
+MotionBand motion_band_of_channels(const std::vector<Channel>& channels, const RawSpectrum& spectrum) {
+  const MotionSource source = motion_source({.channels = channels});
+  const Eigen::MatrixXd power = spectrum.power();
+  if (source.plus < 0 || power.rows() == 0) return {};
+  return motion_band(channels[static_cast<std::size_t>(source.plus)].name, source.order, power.col(source.plus),
+                     spectrum.bin_hz());
+}
+
+double cutoff_for(const MotionBand& band) {
+  constexpr double cutoff_to_rolloff = 1.28;  // of 8 Hz: 10.24 Hz
+  const double cutoff_hz = cutoff_to_rolloff * band.to_hz;
+  if (band.signal.empty() || rate_to_cutoff * cutoff_hz >= 2.0 * band.nyquist_hz) return 0.0;
+  return std::stod(fmt::format("{:.3g}", cutoff_hz));  // more digits are not known of it
+}
+
+PrepareOptions rate_by_cutoff(PrepareOptions options, double sample_rate_hz) {
+  if (options.rate_hz > 0.0 || options.cutoff_hz == 0.0) return options;
+  const double divisor = smooth_divisor(sample_rate_hz / (rate_to_cutoff * options.cutoff_hz));
+  if (divisor > 1.0) options.rate_hz = sample_rate_hz / divisor;
+  return options;
+}
+
+Check band_check(const MotionBand& band, double cutoff_hz) {
+  constexpr double least_kept = 0.95;
+  Check check{.name = "prepare.band", .value = band.kept_fraction(cutoff_hz), .limit = least_kept};
+  const bool seen = band.to_hz < band.nyquist_hz;
+  check.status = check.value < least_kept ? CheckStatus::warning : CheckStatus::note;
+  check.message = fmt::format(
+      "the band used ends at {:.4g} Hz and holds {:.3g} % of the power of the motion's "
+      "acceleration ({})",
+      cutoff_hz, 100.0 * check.value,
+      seen ? fmt::format("noise apart, which exceeds the motion above {:.3g} Hz", band.to_hz)
+           : "which is above its noise up to the end of the record's band");
+  if (check.value < least_kept)
+    check.message += fmt::format(". For all of it set prepare.cutoff_hz = {:.3g} and leave rate_hz out",
+                                 seen ? cutoff_for(band) : 0.8 * band.nyquist_hz);
+  return check;
+}
+
+}  // namespace dsp

@@ -1,0 +1,51 @@
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "dsp/prepare.hpp"
+#include "dsp/read_recording.hpp"
+#include "dsp/samples/raw_spectrum.hpp"
+
+namespace dsp {
+
+/// One-sided power spectrum of a motion and where in it the motion lies.
+struct MotionBand {
+  std::string signal;         ///< what was looked at: "y - r", "x", "ddy", ...; empty: no channel is a motion
+  int order = 0;              ///< of it: 0 displacement, 1 velocity, 2 acceleration
+  double peak_hz = 0.0;       ///< where most of the motion is
+  double from_hz = 0.0;       ///< below, drift integrated to a displacement grows faster than the motion; 0: nowhere
+  double to_hz = 0.0;         ///< above, noise derived twice grows faster than the motion falls off
+  double nyquist_hz = 0.0;    ///< to_hz is this where the motion is above its noise up to the end of the band
+  double bin_hz = 0.0;        ///< of `density`
+  Eigen::VectorXd density{};  ///< of `signal`, bins from 0 Hz on, in any unit
+  double noise = 0.0;         ///< density of the noise at to_hz, likewise; 0: not seen
+  /// Fraction of the acceleration's power, noise apart, that lies below cutoff_hz: 1 from to_hz on.
+  [[nodiscard]] double kept_fraction(double cutoff_hz) const;
+};
+
+/// The band of a motion from its power a bin. The acceleration's spectrum falls with the motion and rises with the
+/// noise of a sensor, that of a displacement by f^4: its least value, averaged over a sixth of an octave either way and
+/// over two harmonics of the motion at least, parts them. No floor has to be seen and none has to be flat. Of a
+/// measured acceleration, whose noise does not rise, the spectrum is derived once more.
+[[nodiscard]] MotionBand motion_band(std::string signal, int order, Eigen::VectorXd density, double bin_hz);
+
+/// The same of a recording's motion: x, y - r where both were recorded, y; else the velocity or the acceleration. Reads
+/// some tens of pieces of a few seconds, or all of a short record. Throws as RecordingReader::read does.
+[[nodiscard]] MotionBand find_motion_band(RecordingReader& reader);
+
+/// The same of the channel that shows most of the motion, from spectra that were gathered on the way: of y rather than
+/// y - r.
+[[nodiscard]] MotionBand motion_band_of_channels(const std::vector<Channel>& channels, const RawSpectrum& spectrum);
+
+/// prepare.cutoff_hz for a motion, so that columns are flat up to its end; 0 where the record's band ends first.
+[[nodiscard]] double cutoff_for(const MotionBand& band);
+
+/// rate_hz, where it is left open and cutoff_hz is not: the least whole part of the record's rate with short filters
+/// that is at least 2.5 times cutoff_hz.
+[[nodiscard]] PrepareOptions rate_by_cutoff(PrepareOptions options, double sample_rate_hz);
+
+/// "prepare.band": what of the motion the columns keep; a warning below 95 %.
+[[nodiscard]] Check band_check(const MotionBand& band, double cutoff_hz);
+
+}  // namespace dsp

@@ -1,0 +1,108 @@
+// A stranger's own recording, without config or sidecar: the right equation at the first try, or a true reason why not.
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "support/program.hpp"
+#include "support/stranger_record.hpp"
+
+using nlohmann::json;
+using support::Scratch;
+
+namespace {
+
+/// What came of a bare run.
+struct Outcome {
+  std::string verdict, cause, message;
+  std::set<std::string> terms;
+  int within = 0, compared = 0;  // coefficients of true terms within three of their deviations
+};
+
+Outcome bare_run(const std::string& csv, const std::vector<std::pair<std::string, double>>& truth) {
+  const Scratch folder;
+  (void)folder.file("recording.csv", csv);
+  const auto ended = support::run(folder, "$ARDENT -q run recording.csv -o run");
+  Outcome outcome;
+  outcome.message = ended.err;
+  if (!std::filesystem::exists(folder / "run/equation.json")) return outcome;
+  const json equation = json::parse(support::bytes_of(folder / "run/equation.json"));
+  json range = equation["ranges"][0];
+  for (const json& other : equation["ranges"])
+    if (equation["chosen"].is_object() && other["name"] == equation["chosen"]["range"]) range = other;
+  outcome.verdict = range["verdict"];
+  if (range["cause"].is_string()) outcome.cause = range["cause"];
+  for (const json& term : range["methods"][0]["terms"]) {
+    const std::string name = term["name"];
+    outcome.terms.insert(name);
+    for (const auto& [known, value] : truth) {
+      if (known != name) continue;
+      ++outcome.compared;
+      if (std::abs(term["mean"].get<double>() - value) <= 3.0 * term["std"].get<double>()) ++outcome.within;
+    }
+  }
+  return outcome;
+}
+
+std::string joined(const std::set<std::string>& terms) {
+  std::string text;
+  for (const std::string& term : terms) text += (text.empty() ? "" : " ") + term;
+  return text;
+}
+
+std::uint32_t first_seed() {
+  const char* seed = std::getenv("ARDENT_STUDY_SEED");
+  return seed == nullptr ? 1 : static_cast<std::uint32_t>(std::strtoul(seed, nullptr, 10));
+}
+
+int num_cases(int usual) {
+  const char* count = std::getenv("ARDENT_STUDY_CASES");
+  return count == nullptr ? usual : std::atoi(count);
+}
+
+}  // namespace
+
+// ARDENT_STUDY_SEED, ARDENT_STUDY_CASES and ARDENT_STUDY_OUT (a table of all cases) as for the other studies.
+TEST_CASE("bare runs of driven oscillators: the right terms, or not called right", "[bare_runs]") {
+  const int count = num_cases(6);
+  const std::set<std::string> right{"x", "v", "x^3", "f"};
+  const char* path = std::getenv("ARDENT_STUDY_OUT");
+  std::ofstream table(path == nullptr ? "/dev/null" : path);
+  int quiet_right = 0, within = 0, compared = 0, noisy_wrong_describes = 0, unforced_describes = 0, unforced_part = 0,
+      named = 0;
+  for (int i = 0; i < 2 * count; ++i) {
+    const bool noisy = i >= count;
+    const auto seed = first_seed() + static_cast<std::uint32_t>(i);
+    const auto record = support::stranger_record(seed, noisy ? 0.02 : 0.0, noisy ? 0.1 : 0.01);
+    const Outcome forced = bare_run(record.csv, record.truth), unforced = bare_run(record.csv_unforced, {});
+    const bool is_right = forced.terms == right;
+    if (!noisy) {
+      quiet_right += is_right ? 1 : 0;
+      within += forced.within;
+      compared += forced.compared;
+    }
+    // Wrong: other terms, or a coefficient that its own interval excludes.
+    const bool wrong = !is_right || forced.within < forced.compared;
+    noisy_wrong_describes += noisy && wrong && forced.verdict == "describes" ? 1 : 0;
+    unforced_describes += unforced.verdict == "describes" ? 1 : 0;
+    unforced_part += unforced.verdict == "in_part" ? 1 : 0;
+    named += unforced.cause == "missing_input" ? 1 : 0;
+    table << fmt::format("{}: {} | {} | {} {} | {}/{} || {} | {} {} {}\n", i, record.drawn, joined(forced.terms),
+                         forced.verdict, forced.cause, forced.within, forced.compared, joined(unforced.terms),
+                         unforced.verdict, unforced.cause, forced.terms.empty() ? forced.message : "");
+  }
+  WARN(
+      fmt::format("{} quiet: right terms {}, coefficients within three deviations {} of {}; {} noisy: called right "
+                  "though wrong {}; without the force: describes {}, in part {}, input named {} of {}",
+                  count, quiet_right, within, compared, count, noisy_wrong_describes, unforced_describes, unforced_part,
+                  named, 2 * count));
+  CHECK(quiet_right >= (47 * count) / 50);
+  CHECK(within >= 0.95 * compared);
+  CHECK(noisy_wrong_describes == 0);
+  CHECK(unforced_describes == 0);
+}

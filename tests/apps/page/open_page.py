@@ -1,0 +1,135 @@
+"""Opens pages in headless Chromium and prints what a reader would run into, a line each; nothing if all is well.
+
+/usr/bin/python3 open_page.py REPORT.html...; exits with 77 where Chromium, its driver or Selenium are missing.
+"""
+import shutil
+import sys
+import time
+
+try:
+    from selenium import webdriver
+    from selenium.webdriver.chrome.options import Options
+    from selenium.webdriver.chrome.service import Service
+except ImportError:
+    print("skipped: no python3-selenium")
+    sys.exit(77)
+CHROMIUM, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
+if not CHROMIUM or not DRIVER:
+    print("skipped: no chromium or chromium-driver")
+    sys.exit(77)
+
+BLANK = """
+const blank = [];
+for (const canvas of document.querySelectorAll("canvas")) {
+  const pixels = new Uint32Array(canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.buffer);
+  const colours = new Set(pixels);
+  if (pixels.length < 10000 || colours.size < 8) blank.push(canvas.closest("figure").getAttribute("aria-labelledby"));
+}
+return blank;
+"""
+WIDER = "return document.documentElement.scrollWidth > document.documentElement.clientWidth;"
+UNNAMED = """
+return Array.from(document.querySelectorAll("[role=img], [role=group], table, nav, button"))
+  .filter(one => !(one.getAttribute("aria-label") || one.querySelector("caption") || one.textContent.trim() ||
+                   document.getElementById(one.getAttribute("aria-labelledby"))?.textContent)).map(one => one.outerHTML.slice(0, 80));
+"""
+# The largest button's click must change what the canvas shows, and "all" bring it back.
+ZOOM = """
+const figure = document.querySelector("figure.chart"), canvas = figure.querySelector("canvas");
+const button = name => Array.from(figure.querySelectorAll("button")).find(one => one.textContent === name);
+const shot = () => canvas.toDataURL(), wait = () => new Promise(done => setTimeout(done, 150));
+const done = arguments[0];
+(async () => {
+  button("all").click(); await wait(); const whole = shot();
+  button("zoom in").click(); await wait(); const part = shot();
+  button("all").click(); await wait(); const again = shot();
+  figure.querySelector(".u-legend .u-series:last-child th").click(); await wait(); const without = shot();
+  figure.querySelector(".u-legend .u-series:last-child th").click(); await wait();
+  done(whole !== part && whole === again && whole !== without);
+})();
+"""
+
+
+# Wider than its place on paper, where nothing scrolls.
+CUT = """
+document.querySelectorAll("section > details").forEach(one => { one.open = true; });
+return Array.from(document.querySelectorAll(".table, .math, pre, figure")).filter(one => one.scrollWidth > one.clientWidth + 1)
+  .map(one => one.textContent.slice(0, 60));
+"""
+PAPER_PX = 718  # A4 between margins of 10 mm
+
+
+def browser():
+    options = Options()
+    for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"):
+        options.add_argument(argument)
+    options.binary_location = CHROMIUM
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    return webdriver.Chrome(service=Service(DRIVER), options=options)
+
+
+def requests(driver, page):
+    import json
+    found = []
+    for entry in driver.get_log("performance"):
+        message = json.loads(entry["message"])["message"]
+        if message["method"] == "Network.requestWillBeSent":
+            url = message["params"]["request"]["url"]
+            if url != page and not url.startswith("data:"):
+                found.append(url)
+    return found
+
+
+def look_at(driver, page, width, dark):
+    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
+                           {"width": width, "height": 844, "deviceScaleFactor": 1, "mobile": width < 500})
+    driver.execute_cdp_cmd("Emulation.setEmulatedMedia",
+                           {"features": [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]})
+    driver.get_log("performance")  # of the page before
+    driver.get(page)
+    for _ in range(600):
+        if driver.execute_script("return document.documentElement.dataset.drawn") == "all":
+            break
+        time.sleep(0.05)
+    else:
+        return ["not drawn within 30 s"]
+    time.sleep(0.2)
+    faults = ["console: " + entry["message"] for entry in driver.get_log("browser")]
+    faults += ["request: " + url for url in requests(driver, page)]
+    faults += ["blank: " + str(name) for name in driver.execute_script(BLANK)]
+    faults += ["without a name: " + one for one in driver.execute_script(UNNAMED)]
+    if driver.execute_script(WIDER):
+        faults.append("wider than %d px" % width)
+    if driver.execute_script("return document.querySelectorAll('figure.chart').length") == 0:
+        faults.append("no chart")
+    elif not dark and width > 500 and not driver.execute_async_script(ZOOM):
+        faults.append("zoom or legend do not work")
+    return faults
+
+
+def print_it(driver, page):
+    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
+                           {"width": PAPER_PX, "height": 1000, "deviceScaleFactor": 1, "mobile": False})
+    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    driver.get(page)
+    time.sleep(0.5)
+    cut = driver.execute_script(CUT)
+    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+    return ["cut on paper: " + one for one in cut]
+
+
+def main():
+    driver = browser()
+    try:
+        for path in sys.argv[1:]:
+            for width, dark in ((1200, False), (390, False), (1200, True)):
+                for fault in look_at(driver, "file://" + path, width, dark):
+                    print("%s, %d px%s: %s" % (path, width, ", dark" if dark else "", fault))
+            for fault in print_it(driver, "file://" + path):
+                print("%s: %s" % (path, fault))
+    finally:
+        driver.quit()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,110 @@
+#include "apps/page/physical_terms.hpp"
+
+#include <Eigen/Cholesky>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+ident::Model model_of(const std::string& target, const std::vector<std::pair<std::string, double>>& terms) {
+  ident::Model model;
+  model.target = target;
+  for (const auto& [name, mean] : terms) model.terms.push_back({.name = name, .mean = mean});
+  model.covariance = MatrixXd::Zero(std::ssize(terms), std::ssize(terms));
+  return model;
+}
+
+/// NaN: there is none of this name.
+apps::PhysicalTerm named(const std::vector<apps::PhysicalTerm>& terms, const std::string& name) {
+  for (const apps::PhysicalTerm& term : terms)
+    if (term.name.starts_with(name)) return term;
+  return {name, "", std::nan(""), std::nan("")};
+}
+
+}  // namespace
+
+TEST_CASE("coefficients mean what they do by hand", "[apps][page]") {
+  const auto model = model_of("a", {{"x", -50.0}, {"v", -0.8}, {"x^3", -95'000.0}, {"sgn(v)", -0.08}, {"ddr", -1.0}});
+  const auto terms = apps::physical_terms(model, model.covariance, {0.01, "m"});
+  CHECK(named(terms, "natural frequency").value == Approx(std::sqrt(50.0) / (2 * pi)));
+  CHECK(named(terms, "damping ratio").value == Approx(100.0 * 0.8 / (2.0 * std::sqrt(50.0))));
+  CHECK(named(terms, "friction force per mass").value == Approx(0.08));
+  CHECK(named(terms, "hardening").value == Approx(95'000.0));
+  CHECK(named(terms, "frequency at").value == Approx(std::sqrt(50.0 + 0.75 * 9.5) / (2 * pi)));
+  CHECK(named(terms, "friction").unit == "m/s^2");
+}
+
+TEST_CASE("the same motion written another way means the same", "[apps][page]") {
+  const auto plain = model_of("a", {{"x", -50.0}, {"v", -0.8}, {"sgn(v)", -0.08}});
+  const auto force = model_of("f", {{"a", 2.0}, {"x", 100.0}, {"v", 1.6}, {"sgn(v)", 0.16}});  // of 2 kg
+  const auto absolute = model_of("ddy", {{"y", -50.0}, {"dy", -0.8}, {"sgn(dy)", -0.08}});
+  const auto sine = model_of("a", {{"sin(x)", -50.0}, {"v", -0.8}, {"sgn(v)", -0.08}});
+  for (const auto* model : {&plain, &force, &absolute, &sine}) {
+    const auto terms = apps::physical_terms(*model, model->covariance, {0.0, "m", model == &absolute});
+    for (const auto& expected : apps::physical_terms(plain, plain.covariance, {0.0, "m"})) {
+      CAPTURE(model->target, expected.name);
+      CHECK(named(terms, expected.name).value == Approx(expected.value).epsilon(1e-12));
+    }
+  }
+  CHECK(named(apps::physical_terms(sine, sine.covariance, {0.0, "rad"}), "softening").value == Approx(-50.0 / 6.0));
+}
+
+TEST_CASE("a payload between two magnets rests on either side of the middle", "[apps][page]") {
+  const auto model = model_of("a", {{"x", 20.0}, {"x^3", -5000.0}});
+  const auto terms = apps::physical_terms(model, model.covariance, {0.0, "m"});
+  CHECK(std::isnan(named(terms, "natural frequency").value) == false);
+  CHECK(named(terms, "rest positions").value == Approx(std::sqrt(20.0 / 5000.0)));
+  const double at = std::sqrt(20.0 / 5000.0), stiffness_there = -20.0 + 3.0 * 5000.0 * at * at;
+  CHECK(named(terms, "natural frequency about them").value == Approx(std::sqrt(stiffness_there) / (2 * pi)));
+  CHECK(std::isnan(named(terms, "damping").value));
+}
+
+TEST_CASE("their uncertainty is that of drawn coefficients", "[apps][page][random]") {
+  auto model = model_of("a", {{"x", -50.0}, {"v", -0.8}, {"x^3", -95'000.0}});
+  const Eigen::Vector3d std(0.5, 0.03, 2000.0);
+  Eigen::Matrix3d correlation;
+  correlation << 1.0, 0.3, -0.8, 0.3, 1.0, 0.1, -0.8, 0.1, 1.0;
+  model.covariance = std.asDiagonal() * correlation * std.asDiagonal();
+  const auto terms = apps::physical_terms(model, model.covariance, {0.01, "m"});
+  const MatrixXd root = model.covariance.llt().matrixL();
+  std::mt19937_64 draw(3);
+  std::normal_distribution<double> normal;
+  std::vector<VectorXd> sums(terms.size(), VectorXd::Zero(2));
+  constexpr int num_draws = 40'000;
+  for (int i = 0; i < num_draws; ++i) {
+    auto drawn = model;
+    const VectorXd change = root * VectorXd::NullaryExpr(3, [&] { return normal(draw); });
+    for (int k = 0; k < 3; ++k) drawn.terms[static_cast<std::size_t>(k)].mean += change(k);
+    const auto values = apps::physical_terms(drawn, {}, {0.01, "m"});
+    REQUIRE(values.size() == terms.size());
+    for (std::size_t k = 0; k < terms.size(); ++k) {
+      CHECK(std::isnan(values[k].std));  // without a covariance there is none
+      const double from_mean = values[k].value - terms[k].value;
+      sums[k] += Eigen::Vector2d(from_mean, from_mean * from_mean);
+    }
+  }
+  for (std::size_t k = 0; k < terms.size(); ++k) {
+    CAPTURE(terms[k].name);
+    const double mean = sums[k](0) / num_draws;
+    CHECK(terms[k].std == Approx(std::sqrt(sums[k](1) / num_draws - mean * mean)).epsilon(0.02));
+  }
+}
+
+TEST_CASE("calibrations widen what rests on them and nothing else", "[apps][page]") {
+  auto model = model_of("a", {{"x", -50.0}, {"sgn(v)", -0.08}});
+  model.covariance = Eigen::Vector2d(0.01, 1e-8).asDiagonal();
+  model.terms[0].gain_exponents = {{"displacements", 0.0}};
+  model.terms[1].gain_exponents = {{"displacements", 1.0}};
+  const MatrixXd si = apps::si_covariance(model, {{"displacements", 0.01, {"x", "v", "a"}}});
+  CHECK(si(0, 0) == Approx(0.01));
+  CHECK(si(1, 1) == Approx(1e-8 + std::pow(0.01 * 0.08, 2)));
+  model.covariance(0, 0) = std::nan("");
+  CHECK(apps::si_covariance(model, {}).size() == 0);
+}
