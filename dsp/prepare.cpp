@@ -174,16 +174,22 @@ Check size_check(const Prepared& prepared) {
   for (const Channel& channel : prepared.channels) {
     const SignalInfo& signal = info_of(channel.role);
     if (!channel.unit_is_assumed || signal.order < 0) continue;
-    const VectorXd& a = prepared.signals.at(motion_signal(signal.body, 2).name);
+    const Signal* found = prepared.signals.find(motion_signal(signal.body, 2).name);
+    if (found == nullptr) continue;
+    const VectorXd& a = found->values;
     const double rms = std::sqrt(a.squaredNorm() / static_cast<double>(std::max<Index>(a.size(), 1)));
     if (!(rms > most_m_per_s2)) continue;
     check.channel = channel.name;
     check.status = CheckStatus::warning;
     check.value = rms;
     check.message = fmt::format(
-        "in {}, which was taken for granted, it accelerates by {:.3g} m/s^2 rms. Is it in another "
-        "unit, such as mm? Write unit = \"mm\" under its [[channel]] in the sidecar",
-        channel.unit, rms);
+        "in {0}, which was taken for granted, it accelerates by {2:.3g} m/s^2 rms. Is it in another "
+        "unit, such as {1}? Write unit = \"{1}\" under its [[channel]] in the sidecar",
+        channel.unit,
+        signal.order == 0   ? "mm"
+        : signal.order == 1 ? "mm/s"
+                            : "g",
+        rms);
     break;
   }
   return check;
@@ -195,7 +201,6 @@ void finish(Prepared& prepared, Recording intermediate, const std::optional<Filt
   const std::vector<Interval> bad = intermediate.bad;
   const double duration_s = intermediate.duration_s();
   const ColumnFilter low_pass = prepared.filter;
-  remove_delays(intermediate);
   {
     const auto excluded = mask(intermediate.bad, intermediate.samples.rows(), intermediate.sample_rate_hz);
     ColumnSpectra spectra(intermediate);
@@ -219,10 +224,20 @@ void finish(Prepared& prepared, Recording intermediate, const std::optional<Filt
   prepared.checks.push_back(edge_check(prepared.signals));
 }
 
-void settle_integration(Prepared& prepared, const MotionBand& band) {
+void settle_integration(Prepared& prepared, double drift_to_hz) {
   double& from_hz = prepared.options.integrate_from_hz;
-  if (from_hz == 0.0) from_hz = band.from_hz;
-  if (!(from_hz > 0.0)) return;  // there is no motion: relative_motion says so
+  if (from_hz == 0.0) from_hz = drift_to_hz;
+  if (!(from_hz > 0.0)) {
+    const bool some = std::any_of(prepared.channels.begin(), prepared.channels.end(), [](const Channel& channel) {
+      const Body body = info_of(channel.role).body;
+      return body == Body::relative || body == Body::payload;
+    });
+    if (!some) return;  // relative_motion says what is missing
+    throw Fault(FaultKind::input, "prepare.integrate_from",
+                fmt::format("{}: not every displacement was recorded, and no motion faster than a few cycles of the "
+                            "record was found to integrate. Set prepare.integrate_from_hz, or record the displacement",
+                            prepared.name));
+  }
   if (from_hz >= 0.5 * prepared.options.rolloff_hz)
     throw Fault(
         FaultKind::usage, "prepare.integrate_from",
@@ -233,10 +248,9 @@ void settle_integration(Prepared& prepared, const MotionBand& band) {
       {.name = "prepare.integrated",
        .status = CheckStatus::note,
        .value = from_hz,
-       .message =
-           fmt::format("no displacement was recorded: x is integrated from {} above {:.3g} Hz. Slower motion and "
-                       "the zero of x are not known, so even powers of x cannot be trusted",
-                       band.signal, from_hz)});
+       .message = fmt::format("not every displacement was recorded: x is integrated above {:.3g} Hz. Slower motion and "
+                              "the zero of x are not known, so even powers of x cannot be trusted",
+                              from_hz)});
 }
 
 VectorXd& displacement_of(Motion& motion) {
@@ -313,8 +327,6 @@ Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& optio
     throw std::invalid_argument("prepare: the recording was filled for other options");
   prepared.filter = column_filter(prepared.options);
   prepared.decimation = whole_sheet(prepared.options, rate_hz, prepared.filter, intermediate.sheet);
-  const std::vector<Check> unlike =
-      drop_unlike_derivatives(intermediate.recording, intermediate.spectrum, prepared.options.cutoff_hz);
   const Recording& known = intermediate.recording;
   prepared.channels = known.channels;
   prepared.x_is_difference = known.find(Role::x) < 0 && known.find(Role::y) >= 0 && known.find(Role::r) >= 0;
@@ -323,10 +335,16 @@ Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& optio
   const auto folding =
       intermediate.spectrum.checks(intermediate.recording.channels, prepared.options.rate_hz, prepared.decimation);
   prepared.checks.insert(prepared.checks.end(), folding.begin(), folding.end());
-  prepared.checks.insert(prepared.checks.end(), unlike.begin(), unlike.end());
   const MotionBand band = motion_band_of_channels(intermediate.recording.channels, intermediate.spectrum);
   if (!band.signal.empty()) prepared.checks.push_back(band_check(band, prepared.options.cutoff_hz));
-  if (!has_displacement(intermediate.recording)) settle_integration(prepared, band);
+  if (!has_displacement(intermediate.recording))
+    settle_integration(prepared, integration_from_hz(intermediate.recording.channels, intermediate.spectrum));
+  remove_delays(intermediate.recording);
+  for (Check& check :
+       drop_unlike_derivatives(intermediate.recording, intermediate.spectrum, prepared.options.cutoff_hz))
+    prepared.checks.push_back(std::move(check));
+  for (std::size_t i = 0; i < prepared.channels.size(); ++i)
+    prepared.channels[i].role = intermediate.recording.channels[i].role;
   finish(prepared, std::move(intermediate.recording), intermediate.sheet);
   return prepared;
 }

@@ -188,10 +188,18 @@ struct RecordingReader::State {
     std::vector<std::size_t> places;
     std::vector<Role> given;
     for (std::size_t i = 0; i < channels.size(); ++i) {
-      const bool used = std::any_of(options.use.begin(), options.use.end(),
-                                    [&](const auto& pair) { return pair.second == channels[i].name; });
-      if (is_known[i] || used) {
-        given.push_back(channels[i].role);
+      const auto used = std::find_if(options.use.begin(), options.use.end(),
+                                     [&](const auto& pair) { return pair.second == channels[i].name; });
+      if (is_known[i] || used != options.use.end()) {
+        const SignalInfo* role = used == options.use.end() ? nullptr : find_signal(used->first);
+        given.push_back(role == nullptr ? channels[i].role : role->role);
+        continue;
+      }
+      // A unit in brackets that is not known: what it measures is not either.
+      if (channels[i].unit.empty() && channels[i].name.find_first_of("[(") != std::string::npos) {
+        description.checks.push_back({"unit.unknown", channels[i].name, CheckStatus::warning, 0.0, 0.0,
+                                      "its unit is not known, so it is taken for nothing. Give its role and unit in a "
+                                      "[[channel]] of the sidecar"});
         continue;
       }
       open.push_back({channels[i].name, channels[i].unit});

@@ -247,12 +247,15 @@ bool acts_from_outside(const dsp::Signal& signal) {
 
 std::vector<std::string> default_terms(const std::vector<const Record*>& records) {
   std::vector<std::string> terms{"sgn(v)"};
-  for (const dsp::Signal& signal : records.front()->prepared.signals.signals)
-    if (std::all_of(records.begin(), records.end(), [&](const Record* record) {
-          const dsp::Signal* same = record->prepared.signals.find(signal.name);
-          return same != nullptr && acts_from_outside(*same);
-        }))
-      terms.push_back(signal.name);
+  for (const dsp::Signal& signal : records.front()->prepared.signals.signals) {
+    bool in_all = true, acts = false;
+    for (const Record* record : records) {
+      const dsp::Signal* same = record->prepared.signals.find(signal.name);
+      in_all = in_all && same != nullptr;
+      acts = acts || (same != nullptr && acts_from_outside(*same));
+    }
+    if (in_all && acts) terms.push_back(signal.name);
+  }
   return terms;
 }
 

@@ -56,7 +56,7 @@ void set_regimes(Record& record, dsp::Segmentation segmentation);
 [[nodiscard]] bool acts_from_outside(const dsp::Signal& signal);
 
 /// What a library of polynomials in x and v cannot do without: dry friction, sgn(v), and what drives the motion from
-/// outside, as far as all records have it.
+/// outside in one of the records, as far as all have it.
 [[nodiscard]] std::vector<std::string> default_terms(const std::vector<const Record*>& records);
 
 /// Mean of x (m) over the first range of the recording with this 1-based number; where that is of a regime, over its

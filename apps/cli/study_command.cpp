@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <utility>
@@ -57,9 +58,13 @@ int study(const StudyArguments& arguments, Console& console) {
   std::vector<std::string> set = run.set;
   const bool open = config.prepare.cutoff_hz == 0.0;
   choose_band(config, run.max_memory_bytes, console);
-  if (open && config.prepare.cutoff_hz > 0.0)
+  const std::vector<StudyAxis> asked = axes_of(arguments, config, rate_hz);
+  const bool of_rates = std::any_of(asked.begin(), asked.end(), [](const StudyAxis& axis) {
+    return axis.key.starts_with("prepare.") && axis.key.ends_with("_hz");
+  });
+  if (open && config.prepare.cutoff_hz > 0.0 && !of_rates)
     set.push_back(fmt::format("prepare.cutoff_hz={}", config.prepare.cutoff_hz));
-  const std::vector<StudyAxis> axes = axes_of(arguments, config, rate_hz);
+  const std::vector<StudyAxis> axes = arguments.over.empty() ? axes_of(arguments, config, rate_hz) : asked;
   StudyRequest request{run.input, std::move(set),       adjust,          study_cells(axes, arguments.grid),
                        rate_hz,   run.max_memory_bytes, run.num_threads, run.strict};
   if (run.dry_run) {

@@ -111,7 +111,10 @@ void note_overlaps(const std::vector<ident::Range>& ranges, Console& console) {
 void add_default_terms(Config& config, const std::vector<const ident::Record*>& records) {
   std::vector<std::string>& terms = config.library.terms;
   for (std::string& term : ident::default_terms(records))
-    if (term != config.fit.target && std::find(terms.begin(), terms.end(), term) == terms.end())
+    if (term != config.fit.target && std::none_of(terms.begin(), terms.end(), [&](std::string typed) {
+          std::erase(typed, ' ');
+          return typed == term;
+        }))
       terms.push_back(std::move(term));
 }
 
@@ -164,7 +167,10 @@ void choose_band(Config& config, std::size_t max_memory_bytes, Console& console)
     dsp::RecordingReader reader(recording.file, read_options(recording, max_memory_bytes));
     const dsp::MotionBand band = dsp::find_motion_band(reader);
     const double cutoff_hz = dsp::cutoff_for(band);
-    if (cutoff_hz == 0.0) return;
+    if (cutoff_hz == 0.0) {
+      console.note(fmt::format("{}: its motion is above its noise in the whole band, or too slow to tell", name));
+      return;
+    }
     highest_hz = std::max(highest_hz, cutoff_hz);
     console.note(fmt::format("{}: {} is above its noise up to {:.3g} Hz", name, band.signal, band.to_hz));
   }

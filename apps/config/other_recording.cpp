@@ -17,6 +17,10 @@ Input other_recording(Config config, RecordingConfig recording, std::size_t max_
   if (recording.use.empty()) recording.use = first.use;
   recording.uncalibrated = recording.uncalibrated || first.uncalibrated;
   config.recordings = {std::move(recording)};
+  if (config.prepare.cutoff_hz > 0.0) {  // the band is the equation's; rates are those of the recording
+    config.prepare.rate_hz = config.prepare.intermediate_rate_hz = 0.0;
+    config.prepare.state_cutoff_hz = config.prepare.state_rolloff_hz = 0.0;
+  }
   config.ranges.clear();  // they are times of other recordings
   config.segment_file.clear();
   std::vector<Input> inputs = prepare_inputs(config, max_memory_bytes, console);

@@ -60,9 +60,8 @@ class Smoothed {
     for (Index k = 0; k < spectrum.size(); ++k) sums_(k + 1) = sums_(k) + spectrum(k);
   }
   [[nodiscard]] double half_width_hz(double f_hz) const {
-    constexpr double least_bins = 8.0;  // of noise: known to a quarter from one segment alone
     static const double sixth = std::exp2(1.0 / 6.0) - 1.0;
-    return std::max({around_hz_, sixth * f_hz, least_bins * bin_hz_});
+    return std::max(around_hz_, sixth * f_hz);
   }
   [[nodiscard]] double at(double f_hz) const {
     const double half = half_width_hz(f_hz);
@@ -100,6 +99,17 @@ double reach_hz(const VectorXd& spectrum, double bin_hz, double noise, double po
   return at_hz;
 }
 
+/// Most of the velocity lies in bins that the window does not tell from a mean.
+bool is_too_slow(const MotionBand& band) {
+  const auto velocity = [&](Index k) {
+    return band.density(k) * std::pow(static_cast<double>(k), 2.0 - 2.0 * band.order);
+  };
+  double slow = 0.0;
+  for (Index k = 1; k < least_bin; ++k) slow = std::max(slow, velocity(k));
+  constexpr double leakage = 10.0;  // Hann's window puts a third of a line into the next bin but one
+  return slow > leakage * velocity(std::max<Index>(least_bin, std::lround(band.peak_hz / band.bin_hz)));
+}
+
 /// The largest whole number up to `ratio` without a prime factor above 5, for which filters are short.
 double smooth_divisor(double ratio) {
   for (auto divisor = static_cast<std::int64_t>(ratio); divisor > 1; --divisor) {
@@ -131,19 +141,20 @@ MotionBand motion_band(std::string signal, int order, VectorXd density, double b
   // Of a displacement between slow drift, which rules it, and noise, which rules the velocity of a wide band.
   band.peak_hz = bin_hz * static_cast<double>(argmax(weighted(band.density, bin_hz, order == 0 ? 1.0 : 0.0)));
   if (!(band.peak_hz > 0.0)) return band;
+  if (is_too_slow(band)) return {};
   const double derived = order == 2 ? 2.0 : 4.0 - 2.0 * order;
   const VectorXd of_acceleration = weighted(band.density, bin_hz, derived);
-  const Smoothed acceleration(of_acceleration, bin_hz, 1.1 * band.peak_hz);
+  constexpr double least_bins = 8.0;  // of noise: known to a quarter from one segment alone
+  const Smoothed acceleration(of_acceleration, bin_hz, std::max(1.1 * band.peak_hz, least_bins * bin_hz));
   const double to_hz = valley_hz(acceleration, band.peak_hz, end_hz);
   if (to_hz < end_hz) {
     band.noise = acceleration.at(to_hz) / std::pow(to_hz, derived);
     band.to_hz = reach_hz(of_acceleration, bin_hz, band.noise, derived, to_hz);
   }
-  if (order > 0) {
-    const Smoothed displacement(weighted(band.density, bin_hz, -2.0 * order), bin_hz, 0.0);
-    const double from_hz = valley_hz(displacement, least_bin * bin_hz, band.peak_hz);
-    if (from_hz > least_bin * bin_hz) band.from_hz = std::min(from_hz, 0.5 * band.peak_hz);
-  }
+  if (order == 0) return band;
+  const Smoothed displacement(weighted(band.density, bin_hz, -2.0 * order), bin_hz, bin_hz);
+  // Where nothing rises towards 0 Hz there is no drift to be seen, and all that the spectrum resolves is motion.
+  band.from_hz = std::min(valley_hz(displacement, 0.5 * least_bin * bin_hz, band.peak_hz), 0.5 * band.peak_hz);
   return band;
 }
 
@@ -178,6 +189,22 @@ MotionBand motion_band_of_channels(const std::vector<Channel>& channels, const R
   if (source.plus < 0 || power.rows() == 0) return {};
   return motion_band(channels[static_cast<std::size_t>(source.plus)].name, source.order, power.col(source.plus),
                      spectrum.bin_hz());
+}
+
+double integration_from_hz(const std::vector<Channel>& channels, const RawSpectrum& spectrum) {
+  const Eigen::MatrixXd power = spectrum.power();
+  const Recording description{.channels = channels};
+  double from_hz = 0.0;
+  for (const Body body : {Body::relative, Body::payload, Body::base}) {
+    if (power.rows() == 0 || description.find(motion_signal(body, 0).role) >= 0) continue;
+    for (const int order : {1, 2}) {
+      const Index column = description.find(motion_signal(body, order).role);
+      if (column < 0) continue;
+      from_hz = std::max(from_hz, motion_band("", order, power.col(column), spectrum.bin_hz()).from_hz);
+      break;
+    }
+  }
+  return from_hz;
 }
 
 double cutoff_for(const MotionBand& band) {

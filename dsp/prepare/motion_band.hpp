@@ -26,8 +26,9 @@ struct MotionBand {
 
 /// The band of a motion from its power a bin. The acceleration's spectrum falls with the motion and rises with the
 /// noise of a sensor, that of a displacement by f^4: its least value, averaged over a sixth of an octave either way and
-/// over two harmonics of the motion at least, parts them. No floor has to be seen and none has to be flat. Of a
-/// measured acceleration, whose noise does not rise, the spectrum is derived once more.
+/// over two harmonics of the motion at least, parts them, but for tones beyond a gap that win more motion than noise.
+/// No floor has to be seen and none has to be flat. Of a measured acceleration, whose noise does not rise, the spectrum
+/// is derived once more. Nothing (no signal) where most of the motion is slower than the bins resolve.
 [[nodiscard]] MotionBand motion_band(std::string signal, int order, Eigen::VectorXd density, double bin_hz);
 
 /// The same of a recording's motion: x, y - r where both were recorded, y; else the velocity or the acceleration. Reads
@@ -37,6 +38,10 @@ struct MotionBand {
 /// The same of the channel that shows most of the motion, from spectra that were gathered on the way: of y rather than
 /// y - r.
 [[nodiscard]] MotionBand motion_band_of_channels(const std::vector<Channel>& channels, const RawSpectrum& spectrum);
+
+/// From where on the velocities and accelerations of bodies without a displacement can be integrated: above the drift
+/// of each; 0 where none moves.
+[[nodiscard]] double integration_from_hz(const std::vector<Channel>& channels, const RawSpectrum& spectrum);
 
 /// prepare.cutoff_hz for a motion, so that columns are flat up to its end; 0 where the record's band ends first.
 [[nodiscard]] double cutoff_for(const MotionBand& band);

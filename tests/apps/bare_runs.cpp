@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
 
 #include "support/program.hpp"
 #include "support/stranger_record.hpp"
@@ -105,4 +106,61 @@ TEST_CASE("bare runs of driven oscillators: the right terms, or not called right
   CHECK(within >= 0.95 * compared);
   CHECK(noisy_wrong_describes == 0);
   CHECK(unforced_describes == 0);
+}
+
+TEST_CASE("whatever of base and payload was recorded, a run ends in an equation or a sentence", "[bare_runs]") {
+  // A base at 1.3 Hz and a payload above its resonance, as displacement, velocity and acceleration of each.
+  const auto motion = [](const std::string& name, double t) {
+    const bool base = name.find('r') != std::string::npos;
+    const double w = 2.0 * 3.14159265358979 * (1.3 + 0.2 * std::sin(0.05 * t)), size = base ? 2e-3 : -1e-3;
+    if (name == "f") return std::sin(w * t);
+    if (name.starts_with("dd") || name == "a") return -size * w * w * std::sin(w * t);
+    if (name.starts_with("d") || name == "v") return size * w * std::cos(w * t);
+    return size * std::sin(w * t);
+  };
+  for (const std::vector<std::string>& names : std::vector<std::vector<std::string>>{{"y", "ddr"},
+                                                                                     {"y", "dr"},
+                                                                                     {"y", "dy", "ddr"},
+                                                                                     {"x", "dr"},
+                                                                                     {"x", "ddr", "dy"},
+                                                                                     {"ddy", "ddr"},
+                                                                                     {"v"},
+                                                                                     {"a", "f"},
+                                                                                     {"ddy", "r"},
+                                                                                     {"dr"},
+                                                                                     {"f"},
+                                                                                     {"x", "v", "a"}}) {
+    const Scratch folder;
+    std::string csv = "t", shown;
+    for (const std::string& name : names) csv += "," + name, shown += name + " ";
+    CAPTURE(shown);
+    for (int i = 0; i < 6000; ++i) {
+      csv += fmt::format("\n{:.2f}", i / 100.0);
+      for (const std::string& name : names) csv += fmt::format(",{:.6g}", motion(name, i / 100.0) + 1e-7 * (i % 7));
+    }
+    (void)folder.file("recording.csv", csv + "\n");
+    const auto ended = support::run(folder, "$ARDENT -q run recording.csv -o run");
+    CAPTURE(ended.err);
+    CHECK((ended.code == 0 || ended.code == 2 || ended.code == 3 || ended.code == 4));
+    const bool of_payload = names.front() != "dr" && names.front() != "f";
+    CHECK((ended.code != 3) == of_payload);
+  }
+}
+
+TEST_CASE("an equation is predicted on a recording of another rate", "[bare_runs]") {
+  const Scratch folder;
+  const auto record = support::stranger_record(4, 0.0, 0.01);
+  std::istringstream lines(record.csv);
+  std::string every, second, line;
+  for (int i = 0; std::getline(lines, line); ++i) {
+    every += line + "\n";
+    if (i == 0 || i % 2 == 1) second += line + "\n";
+  }
+  (void)folder.file("every.csv", every);
+  (void)folder.file("second.csv", second);
+  REQUIRE(support::run(folder, "$ARDENT -q run every.csv -o run").code == 0);
+  const auto ended = support::run(folder, "$ARDENT -q predict run second.csv -o next");
+  CAPTURE(ended.err);
+  REQUIRE(ended.code == 0);
+  CHECK(json::parse(support::bytes_of(folder / "next/predict.json"))["nmse"].get<double>() < 0.01);
 }

@@ -179,8 +179,7 @@ TEST_CASE("a thousand allocations of each command that fail, and every other cal
     Bench bench(command);
     for (const std::string& kind : kinds) {
       std::map<int, int> outcomes;
-      for (const long number : even_points(bench.count(kind), 1000))
-        ++outcomes[bench.fail(kind, number)];
+      for (const long number : even_points(bench.count(kind), 1000)) ++outcomes[bench.fail(kind, number)];
       std::string text;
       for (const auto& [code, number] : outcomes) text += fmt::format(" {} x {}", number, code);
       WARN(command.name << ", " << kind << ": " << bench.count(kind) << " calls; exit codes" << text);

@@ -31,7 +31,7 @@ std::string mat_file() {
   std::vector<double> t, x;
   for (int i = 0; i < num_rows; ++i) t.push_back(1e-3 * i), x.push_back(swing(i));
   return mat.header() + mat.compressed(mat.vector("t", t)) + mat.compressed(mat.vector("x", x)) +
-         mat.compressed(mat.vector("f", x));
+         mat.compressed(mat.vector("v", x));
 }
 
 /// A clock and so many channels that swing, `rows` samples of each at 100 Hz.
