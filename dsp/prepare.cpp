@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -168,9 +169,8 @@ Check edge_check(const Motion& signals) {
 }
 
 // Numbers that would be no vibration in the unit that was taken for granted are a question.
-Check size_check(const Prepared& prepared) {
+std::optional<Check> size_question(const Prepared& prepared) {
   constexpr double most_m_per_s2 = 1000.0;  // rms: a hundred times gravity, which shocks reach for milliseconds only
-  Check check{.name = "sample.size", .limit = most_m_per_s2};
   for (const Channel& channel : prepared.channels) {
     const SignalInfo& signal = info_of(channel.role);
     if (!channel.unit_is_assumed || signal.order < 0) continue;
@@ -179,20 +179,21 @@ Check size_check(const Prepared& prepared) {
     const VectorXd& a = found->values;
     const double rms = std::sqrt(a.squaredNorm() / static_cast<double>(std::max<Index>(a.size(), 1)));
     if (!(rms > most_m_per_s2)) continue;
-    check.channel = channel.name;
-    check.status = CheckStatus::warning;
-    check.value = rms;
-    check.message = fmt::format(
-        "in {0}, which was taken for granted, it accelerates by {2:.3g} m/s^2 rms. Is it in another "
-        "unit, such as {1}? Write unit = \"{1}\" under its [[channel]] in the sidecar",
-        channel.unit,
-        signal.order == 0   ? "mm"
-        : signal.order == 1 ? "mm/s"
-                            : "g",
-        rms);
-    break;
+    return Check{.name = "sample.size",
+                 .channel = channel.name,
+                 .status = CheckStatus::warning,
+                 .value = rms,
+                 .limit = most_m_per_s2,
+                 .message = fmt::format(
+                     "in {0}, which was taken for granted, it accelerates by {2:.3g} m/s^2 rms. Is it in another "
+                     "unit, such as {1}? Write unit = \"{1}\" under its [[channel]] in the sidecar",
+                     channel.unit,
+                     signal.order == 0   ? "mm"
+                     : signal.order == 1 ? "mm/s"
+                                         : "g",
+                     rms)};
   }
-  return check;
+  return std::nullopt;
 }
 
 // From the intermediate rate on: everything that does not depend on where its samples came from.
@@ -216,8 +217,7 @@ void finish(Prepared& prepared, Recording intermediate, const std::optional<Filt
   prepared.intermediate = relative_motion(std::move(intermediate), motion_options(o, state_band(o)));
   if (o.recipe == Recipe::matched) prepared.signals = filtered(prepared.intermediate, low_pass);
   const double reach_s = (raw ? raw->edge_s : 0.0) + low_pass.edge_s() + 1.0 / (o.state_cutoff_hz - o.state_rolloff_hz);
-  prepared.checks.push_back(size_check(prepared));
-  if (prepared.checks.back().status == CheckStatus::ok) prepared.checks.pop_back();
+  if (auto question = size_question(prepared)) prepared.checks.push_back(std::move(*question));
   prepared.signals.edge_samples =
       std::min(prepared.signals.num_samples() / 2, static_cast<Index>(std::ceil(reach_s * o.rate_hz)));
   exclude(prepared, bad, reach_s, duration_s);

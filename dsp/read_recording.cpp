@@ -167,7 +167,8 @@ struct RecordingReader::State {
                               description.name, names,
                               clean_name((sidecar.file.empty() ? sidecar_path(recording) : sidecar.file).string())),
                   missing);
-    guess_open_roles(role_is_known, options);
+    for (Check& check : assume_roles(description.channels, role_is_known, options.use))
+      description.checks.push_back(std::move(check));
     if (!picks.empty()) return;
     std::vector<std::string> left_out;
     for (const auto& file : files)
@@ -179,46 +180,6 @@ struct RecordingReader::State {
                                                            "(n x 1) as long as it, best called like signals (x, y, r, "
                                                            "ddy, f) or named in a sidecar",
                                                            fmt::join(left_out, ", "))));
-  }
-
-  // Roles that nobody gave, and what was taken for what.
-  void guess_open_roles(const std::vector<bool>& is_known, const ReadOptions& options) {
-    std::vector<Channel>& channels = description.channels;
-    std::vector<UnnamedRole> open;
-    std::vector<std::size_t> places;
-    std::vector<Role> given;
-    for (std::size_t i = 0; i < channels.size(); ++i) {
-      const auto used = std::find_if(options.use.begin(), options.use.end(),
-                                     [&](const auto& pair) { return pair.second == channels[i].name; });
-      if (is_known[i] || used != options.use.end()) {
-        const SignalInfo* role = used == options.use.end() ? nullptr : find_signal(used->first);
-        given.push_back(role == nullptr ? channels[i].role : role->role);
-        continue;
-      }
-      // A unit in brackets that is not known: what it measures is not either.
-      if (channels[i].unit.empty() && channels[i].name.find_first_of("[(") != std::string::npos) {
-        description.checks.push_back({"unit.unknown", channels[i].name, CheckStatus::warning, 0.0, 0.0,
-                                      "its unit is not known, so it is taken for nothing. Give its role and unit in a "
-                                      "[[channel]] of the sidecar"});
-        continue;
-      }
-      open.push_back({channels[i].name, channels[i].unit});
-      places.push_back(i);
-    }
-    const std::vector<RoleGuess> guesses = guess_roles(open, given);
-    for (std::size_t k = 0; k < open.size(); ++k) {
-      if (guesses[k].role == Role::other) continue;
-      Channel& channel = channels[places[k]];
-      channel.role = guesses[k].role;
-      std::string message =
-          fmt::format("taken for {} ({}), by {}", to_string(channel.role), in_words(channel.role), guesses[k].why);
-      if (channel.unit.empty() && channel.calibrated && info_of(channel.role).order >= 0) {
-        channel.unit = si_unit(channel.role);
-        channel.unit_is_assumed = true;
-        message += fmt::format("; no unit is given, taken as {}", channel.unit);
-      }
-      description.checks.push_back(note("channel.role", channel.name, std::move(message)));
-    }
   }
 
   // Whether one file's columns are the channels as they are.

@@ -347,20 +347,6 @@ Model linear_model(const RangeData& range, const CandidateLibrary& library, cons
   return make_model(library, fit, options.target, options.target_unit, range.scale, {});
 }
 
-/// Of x in every stretch of the range's samples.
-std::vector<std::vector<double>> crests_of(const RangeRows& rows, const std::vector<Columns>& recordings) {
-  std::vector<std::vector<double>> result;
-  for (std::size_t r = 0; r < rows.usable.size(); ++r) {
-    const dsp::Signal* x = recordings[r].signals->find("x");
-    const std::vector<Index>& samples = rows.usable[r];
-    for (std::size_t first = 0, last = 0; x != nullptr && first < samples.size(); first = last) {
-      for (last = first + 1; last < samples.size() && samples[last] == samples[last - 1] + 1;) ++last;
-      result.push_back(crests(x->values.segment(samples[first], static_cast<Index>(last - first))));
-    }
-  }
-  return result;
-}
-
 }  // namespace
 
 RangeResult identify(const Range& range, std::vector<Columns>& recordings, const CandidateLibrary& library,

@@ -4,23 +4,24 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdint>
 #include <map>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "dsp/io/settings.hpp"
+#include "dsp/io/units.hpp"
 
 namespace dsp {
 namespace {
 
-enum class Quantity { displacement, velocity, acceleration, force, input };
+enum class Kind { displacement, velocity, acceleration, force, input };
 
 /// A word of a name, or how a longer one begins.
 struct Word {
   std::string_view text;
   std::optional<Body> body;
-  std::optional<Quantity> quantity;
+  std::optional<Kind> quantity;
   bool is_beginning = false;
 };
 
@@ -63,69 +64,69 @@ constexpr std::array words{
     Word{"carga", payload, none},
     Word{"rel", relative, none},
     Word{"relativ", relative, none, true},
-    Word{"disp", none, Quantity::displacement},
-    Word{"displ", none, Quantity::displacement},
-    Word{"displacement", none, Quantity::displacement, true},
-    Word{"pos", none, Quantity::displacement},
-    Word{"position", none, Quantity::displacement},
-    Word{"laser", none, Quantity::displacement},
-    Word{"encoder", none, Quantity::displacement},
-    Word{"lvdt", none, Quantity::displacement},
-    Word{"angle", none, Quantity::displacement},
-    Word{"theta", none, Quantity::displacement},
-    Word{"phi", none, Quantity::displacement},
-    Word{"deflection", none, Quantity::displacement},
-    Word{"weg", none, Quantity::displacement},
-    Word{"winkel", none, Quantity::displacement},
-    Word{"auslenkung", none, Quantity::displacement},
-    Word{"verschieb", none, Quantity::displacement, true},
-    Word{"deplacement", none, Quantity::displacement},
-    Word{"desplaz", none, Quantity::displacement, true},
-    Word{"desloc", none, Quantity::displacement, true},
-    Word{"posicion", none, Quantity::displacement},
-    Word{"posicao", none, Quantity::displacement},
-    Word{"vel", none, Quantity::velocity},
-    Word{"veloc", none, Quantity::velocity, true},
-    Word{"speed", none, Quantity::velocity},
-    Word{"ldv", none, Quantity::velocity},
-    Word{"vibrometer", none, Quantity::velocity},
-    Word{"omega", none, Quantity::velocity},
-    Word{"geschwind", none, Quantity::velocity, true},
-    Word{"vitesse", none, Quantity::velocity},
-    Word{"acc", none, Quantity::acceleration},
-    Word{"accel", none, Quantity::acceleration, true},
-    Word{"beschl", none, Quantity::acceleration, true},
-    Word{"acel", none, Quantity::acceleration, true},
-    Word{"force", none, Quantity::force},
-    Word{"load", none, Quantity::force},
-    Word{"loadcell", none, Quantity::force},
-    Word{"torque", none, Quantity::force},
-    Word{"kraft", none, Quantity::force},
-    Word{"moment", none, Quantity::force},
-    Word{"drehmoment", none, Quantity::force},
-    Word{"effort", none, Quantity::force},
-    Word{"couple", none, Quantity::force},
-    Word{"fuerza", none, Quantity::force},
-    Word{"forca", none, Quantity::force},
-    Word{"input", none, Quantity::input},
-    Word{"excit", none, Quantity::input, true},
-    Word{"command", none, Quantity::input},
-    Word{"drive", none, Quantity::input},
-    Word{"voltage", none, Quantity::input},
-    Word{"current", none, Quantity::input},
-    Word{"pressure", none, Quantity::input},
-    Word{"anregung", none, Quantity::input},
-    Word{"spannung", none, Quantity::input},
-    Word{"strom", none, Quantity::input},
-    Word{"druck", none, Quantity::input},
-    Word{"entree", none, Quantity::input},
-    Word{"tension", none, Quantity::input},
-    Word{"pression", none, Quantity::input},
-    Word{"entrada", none, Quantity::input},
-    Word{"voltaje", none, Quantity::input},
-    Word{"tensao", none, Quantity::input},
-    Word{"presion", none, Quantity::input},
-    Word{"pressao", none, Quantity::input},
+    Word{"disp", none, Kind::displacement},
+    Word{"displ", none, Kind::displacement},
+    Word{"displacement", none, Kind::displacement, true},
+    Word{"pos", none, Kind::displacement},
+    Word{"position", none, Kind::displacement},
+    Word{"laser", none, Kind::displacement},
+    Word{"encoder", none, Kind::displacement},
+    Word{"lvdt", none, Kind::displacement},
+    Word{"angle", none, Kind::displacement},
+    Word{"theta", none, Kind::displacement},
+    Word{"phi", none, Kind::displacement},
+    Word{"deflection", none, Kind::displacement},
+    Word{"weg", none, Kind::displacement},
+    Word{"winkel", none, Kind::displacement},
+    Word{"auslenkung", none, Kind::displacement},
+    Word{"verschieb", none, Kind::displacement, true},
+    Word{"deplacement", none, Kind::displacement},
+    Word{"desplaz", none, Kind::displacement, true},
+    Word{"desloc", none, Kind::displacement, true},
+    Word{"posicion", none, Kind::displacement},
+    Word{"posicao", none, Kind::displacement},
+    Word{"vel", none, Kind::velocity},
+    Word{"veloc", none, Kind::velocity, true},
+    Word{"speed", none, Kind::velocity},
+    Word{"ldv", none, Kind::velocity},
+    Word{"vibrometer", none, Kind::velocity},
+    Word{"omega", none, Kind::velocity},
+    Word{"geschwind", none, Kind::velocity, true},
+    Word{"vitesse", none, Kind::velocity},
+    Word{"acc", none, Kind::acceleration},
+    Word{"accel", none, Kind::acceleration, true},
+    Word{"beschl", none, Kind::acceleration, true},
+    Word{"acel", none, Kind::acceleration, true},
+    Word{"force", none, Kind::force},
+    Word{"load", none, Kind::force},
+    Word{"loadcell", none, Kind::force},
+    Word{"torque", none, Kind::force},
+    Word{"kraft", none, Kind::force},
+    Word{"moment", none, Kind::force},
+    Word{"drehmoment", none, Kind::force},
+    Word{"effort", none, Kind::force},
+    Word{"couple", none, Kind::force},
+    Word{"fuerza", none, Kind::force},
+    Word{"forca", none, Kind::force},
+    Word{"input", none, Kind::input},
+    Word{"excit", none, Kind::input, true},
+    Word{"command", none, Kind::input},
+    Word{"drive", none, Kind::input},
+    Word{"voltage", none, Kind::input},
+    Word{"current", none, Kind::input},
+    Word{"pressure", none, Kind::input},
+    Word{"anregung", none, Kind::input},
+    Word{"spannung", none, Kind::input},
+    Word{"strom", none, Kind::input},
+    Word{"druck", none, Kind::input},
+    Word{"entree", none, Kind::input},
+    Word{"tension", none, Kind::input},
+    Word{"pression", none, Kind::input},
+    Word{"entrada", none, Kind::input},
+    Word{"voltaje", none, Kind::input},
+    Word{"tensao", none, Kind::input},
+    Word{"presion", none, Kind::input},
+    Word{"pressao", none, Kind::input},
 };
 
 /// Letters of Latin-1 without their accents, ss for a sharp s; anything else beyond ASCII parts words.
@@ -163,18 +164,18 @@ const Word* find_word(std::string_view text) {
   return found == words.end() ? nullptr : found;
 }
 
-std::optional<Quantity> quantity_in(std::string_view si) {
-  static const std::map<std::string_view, Quantity> known{{"m", Quantity::displacement},
-                                                          {"rad", Quantity::displacement},
-                                                          {"m/s", Quantity::velocity},
-                                                          {"rad/s", Quantity::velocity},
-                                                          {"m/s^2", Quantity::acceleration},
-                                                          {"rad/s^2", Quantity::acceleration},
-                                                          {"N", Quantity::force},
-                                                          {"N*m", Quantity::force},
-                                                          {"Pa", Quantity::input},
-                                                          {"V", Quantity::input},
-                                                          {"A", Quantity::input}};
+std::optional<Kind> quantity_in(std::string_view si) {
+  static const std::map<std::string_view, Kind> known{{"m", Kind::displacement},
+                                                      {"rad", Kind::displacement},
+                                                      {"m/s", Kind::velocity},
+                                                      {"rad/s", Kind::velocity},
+                                                      {"m/s^2", Kind::acceleration},
+                                                      {"rad/s^2", Kind::acceleration},
+                                                      {"N", Kind::force},
+                                                      {"N*m", Kind::force},
+                                                      {"Pa", Kind::input},
+                                                      {"V", Kind::input},
+                                                      {"A", Kind::input}};
   const auto found = known.find(si);
   return found == known.end() ? std::nullopt : std::optional(found->second);
 }
@@ -182,17 +183,17 @@ std::optional<Quantity> quantity_in(std::string_view si) {
 /// What a channel measures and of which body.
 struct Reading {
   std::optional<Body> body;
-  std::optional<Quantity> quantity;
+  std::optional<Kind> quantity;
   bool by_name = false, by_unit = false;
-  [[nodiscard]] bool is_motion() const { return quantity && *quantity <= Quantity::acceleration; }
+  [[nodiscard]] bool is_motion() const { return quantity && *quantity <= Kind::acceleration; }
 };
 
 Reading reading_of(const UnnamedRole& channel) {
   Reading reading;
-  std::optional<Quantity> named;
+  std::optional<Kind> named;
   const std::vector<std::string> texts = words_of(channel.name);
-  if (texts.size() == 1 && texts.front() == "f") named = Quantity::force;
-  if (texts.size() == 1 && texts.front() == "u") named = Quantity::input;
+  if (texts.size() == 1 && texts.front() == "f") named = Kind::force;
+  if (texts.size() == 1 && texts.front() == "u") named = Kind::input;
   for (const std::string& text : texts)
     if (const Word* word = find_word(text)) {
       if (word->body && !reading.body) reading.body = word->body;
@@ -200,14 +201,14 @@ Reading reading_of(const UnnamedRole& channel) {
     }
   reading.quantity = quantity_in(channel.unit);
   // A sensor's volts are those of what its name says.
-  if (named && (!reading.quantity || *reading.quantity == Quantity::input)) reading.quantity = named;
+  if (named && (!reading.quantity || *reading.quantity == Kind::input)) reading.quantity = named;
   reading.by_unit = reading.quantity && reading.quantity == quantity_in(channel.unit);
   reading.by_name = named || (reading.body && reading.is_motion());
   return reading;
 }
 
 /// The only channel of a quantity, or -1.
-std::ptrdiff_t only(const std::vector<Reading>& readings, Quantity quantity) {
+std::ptrdiff_t only(const std::vector<Reading>& readings, Kind quantity) {
   std::ptrdiff_t found = -1;
   for (std::size_t i = 0; i < readings.size(); ++i) {
     if (readings[i].quantity != quantity) continue;
@@ -226,10 +227,10 @@ std::vector<RoleGuess> guess_roles(const std::vector<UnnamedRole>& channels, con
       std::any_of(readings.begin(), readings.end(), [](const Reading& r) { return r.is_motion() && r.body == base; }) ||
       std::any_of(given.begin(), given.end(), [](Role role) { return info_of(role).body == base; });
   std::vector<RoleGuess> guesses(channels.size());
-  std::ptrdiff_t input = only(readings, Quantity::force);
+  std::ptrdiff_t input = only(readings, Kind::force);
   if (input < 0 &&
-      std::none_of(readings.begin(), readings.end(), [](const Reading& r) { return r.quantity == Quantity::force; }))
-    input = only(readings, Quantity::input);
+      std::none_of(readings.begin(), readings.end(), [](const Reading& r) { return r.quantity == Kind::force; }))
+    input = only(readings, Kind::input);
   for (std::size_t i = 0; i < channels.size(); ++i) {
     const Reading& reading = readings[i];
     if (reading.is_motion())
@@ -251,6 +252,47 @@ std::vector<RoleGuess> guess_roles(const std::vector<UnnamedRole>& channels, con
   return guesses;
 }
 
+std::vector<Check> assume_roles(std::vector<Channel>& channels, const std::vector<bool>& is_known,
+                                const std::map<std::string, std::string>& use) {
+  std::vector<Check> checks;
+  std::vector<UnnamedRole> open;
+  std::vector<std::size_t> places;
+  std::vector<Role> given;
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    const auto used =
+        std::find_if(use.begin(), use.end(), [&](const auto& pair) { return pair.second == channels[i].name; });
+    if (is_known[i] || used != use.end()) {
+      const SignalInfo* role = used == use.end() ? nullptr : find_signal(used->first);
+      given.push_back(role == nullptr ? channels[i].role : role->role);
+      continue;
+    }
+    // A unit in brackets that is not known: what it measures is not either.
+    if (channels[i].unit.empty() && channels[i].name.find_first_of("[(") != std::string::npos) {
+      checks.push_back({"unit.unknown", channels[i].name, CheckStatus::warning, 0.0, 0.0,
+                        "its unit is not known, so it is taken for nothing. Give its role and unit in a [[channel]] of "
+                        "the sidecar"});
+      continue;
+    }
+    open.push_back({channels[i].name, channels[i].unit});
+    places.push_back(i);
+  }
+  const std::vector<RoleGuess> guesses = guess_roles(open, given);
+  for (std::size_t k = 0; k < open.size(); ++k) {
+    if (guesses[k].role == Role::other) continue;
+    Channel& channel = channels[places[k]];
+    channel.role = guesses[k].role;
+    std::string message =
+        fmt::format("taken for {} ({}), by {}", to_string(channel.role), in_words(channel.role), guesses[k].why);
+    if (channel.unit.empty() && channel.calibrated && info_of(channel.role).order >= 0) {
+      channel.unit = si_unit(channel.role);
+      channel.unit_is_assumed = true;
+      message += fmt::format("; no unit is given, taken as {}", channel.unit);
+    }
+    checks.push_back({"channel.role", channel.name, CheckStatus::note, 0.0, 0.0, std::move(message)});
+  }
+  return checks;
+}
+
 std::string role_lines(const std::vector<Channel>& channels) {
   std::string text = fmt::format("# role: {}; other where it is none of these\n", role_choices);
   for (const Channel& channel : channels)
@@ -260,7 +302,7 @@ std::string role_lines(const std::vector<Channel>& channels) {
 
 bool names_acceleration(std::string_view name) {
   for (const std::string& text : words_of(name))
-    if (const Word* word = find_word(text); word != nullptr && word->quantity == Quantity::acceleration) return true;
+    if (const Word* word = find_word(text); word != nullptr && word->quantity == Kind::acceleration) return true;
   return false;
 }
 

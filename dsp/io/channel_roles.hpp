@@ -1,4 +1,5 @@
 #pragma once
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,6 +28,13 @@ struct RoleGuess {
 /// another or with a channel in `given`, get none: that is a question to whoever made the recording.
 [[nodiscard]] std::vector<RoleGuess> guess_roles(const std::vector<UnnamedRole>& channels,
                                                  const std::vector<Role>& given = {});
+
+/// Gives the channels that nobody gave a role one by guess_roles, and SI units to those motions that have none, and
+/// says so: "channel.role" (note) for each; "unit.unknown" (warning) where the name ends in a unit that is not known,
+/// which leaves the role open. `is_known`: per channel, whether its role was given; `use`: role -> channel name, as
+/// given too.
+[[nodiscard]] std::vector<Check> assume_roles(std::vector<Channel>& channels, const std::vector<bool>& is_known,
+                                              const std::map<std::string, std::string>& use);
 
 /// [[channel]] tables to be pasted into a sidecar, a role to be chosen in each.
 [[nodiscard]] std::string role_lines(const std::vector<Channel>& channels);

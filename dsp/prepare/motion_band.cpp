@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <utility>
 
 #include "dsp/signals.hpp"
@@ -106,7 +107,7 @@ bool is_too_slow(const MotionBand& band) {
   };
   double slow = 0.0;
   for (Index k = 1; k < least_bin; ++k) slow = std::max(slow, velocity(k));
-  constexpr double leakage = 10.0;  // Hann's window puts a third of a line into the next bin but one
+  constexpr double leakage = 10.0;  // under Hann's window a line puts no more than itself into a neighbouring bin
   return slow > leakage * velocity(std::max<Index>(least_bin, std::lround(band.peak_hz / band.bin_hz)));
 }
 

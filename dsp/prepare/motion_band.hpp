@@ -11,11 +11,11 @@ namespace dsp {
 
 /// One-sided power spectrum of a motion and where in it the motion lies.
 struct MotionBand {
-  std::string signal;         ///< what was looked at: "y - r", "x", "ddy", ...; empty: no channel is a motion
-  int order = 0;              ///< of it: 0 displacement, 1 velocity, 2 acceleration
-  double peak_hz = 0.0;       ///< where most of the motion is
-  double from_hz = 0.0;       ///< below, drift integrated to a displacement grows faster than the motion; 0: nowhere
-  double to_hz = 0.0;         ///< above, noise derived twice grows faster than the motion falls off
+  std::string signal;    ///< what was looked at: "y - r", "x", "ddy", ...; empty: none is a motion, or it is too slow
+  int order = 0;         ///< of it: 0 displacement, 1 velocity, 2 acceleration
+  double peak_hz = 0.0;  ///< where most of the motion is
+  double from_hz = 0.0;  ///< of order 1 and 2: below, drift integrated to a displacement exceeds the motion
+  double to_hz = 0.0;    ///< above, noise derived twice grows faster than the motion falls off
   double nyquist_hz = 0.0;    ///< to_hz is this where the motion is above its noise up to the end of the band
   double bin_hz = 0.0;        ///< of `density`
   Eigen::VectorXd density{};  ///< of `signal`, bins from 0 Hz on, in any unit

@@ -1,6 +1,7 @@
 #include "ident/validate/crests.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace ident {
 
@@ -45,6 +46,19 @@ double renewed_amplitude(const std::vector<double>& crests, double least) {
   if (direction != 0) close();
   const double largest = *std::max_element(crests.begin(), crests.end());
   return largest > 0.0 ? std::min(rises, falls) / largest : 0.0;
+}
+
+std::vector<std::vector<double>> crests_of(const RangeRows& rows, const std::vector<Columns>& recordings) {
+  std::vector<std::vector<double>> result;
+  for (std::size_t r = 0; r < rows.usable.size(); ++r) {
+    const dsp::Signal* x = recordings[r].signals->find("x");
+    const std::vector<Eigen::Index>& samples = rows.usable[r];
+    for (std::size_t first = 0, last = 0; x != nullptr && first < samples.size(); first = last) {
+      for (last = first + 1; last < samples.size() && samples[last] == samples[last - 1] + 1;) ++last;
+      result.push_back(crests(x->values.segment(samples[first], static_cast<Eigen::Index>(last - first))));
+    }
+  }
+  return result;
 }
 
 }  // namespace ident

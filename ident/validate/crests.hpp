@@ -2,12 +2,15 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "dsp/recording.hpp"
+#include "ident/ranges.hpp"
 
 namespace ident {
 
 /// The largest value of each cycle, from one upward passage through the mean to the next.
 [[nodiscard]] std::vector<double> crests(const Eigen::Ref<const Eigen::VectorXd>& displacement);
+
+/// The same of x in every stretch without a gap of a range's rows.
+[[nodiscard]] std::vector<std::vector<double>> crests_of(const RangeRows& rows, const std::vector<Columns>& recordings);
 
 /// How often crests that were lost came back: the sum of their rises, or of their falls where that is less, over the
 /// largest of them; turns by less than `least` do not count. Trajectories of a plane do not cross, so crests of a
