@@ -49,6 +49,9 @@ class MotionBuilder {
       : recording_(std::move(recording)), options_(options) {}
 
   Motion build() {
+    if (!any_motion(recording_.channels))
+      throw no_motion(recording_.name, recording_.channels,
+                      find_derivatives(recording_.samples, recording_.sample_rate_hz));
     const double rate_hz = recording_.sample_rate_hz;
     const Index n = recording_.samples.rows();
     Motion motion{.sample_rate_hz = rate_hz};
@@ -158,14 +161,7 @@ class MotionBuilder {
     if (!x.has(0) && y.has(0) && r.has(0)) x.set(0, y.values[0] - r.values[0], true);
     if (!y.has(0) && x.has(0) && r.has(0)) y.set(0, x.values[0] + r.values[0], true);
     if (has_base_ && !r.has(0) && y.has(0) && x.has(0)) r.set(0, y.values[0] - x.values[0], true);
-    if (!x.has(0))
-      throw Fault(
-          FaultKind::input, "motion.none",
-          recording_.name + ": no relative motion can be had: found " + roles_found() +
-              ". Want a displacement, velocity or acceleration of the payload (y, dy, ddy), with that of the base "
-              "where it moves (r, dr, ddr), or between both (x, v, a). Give channels their roles in " +
-              sidecar_path(recording_.name).string() + ":",
-          role_lines(recording_.channels));
+    if (!x.has(0)) throw no_motion(recording_.name, recording_.channels);
   }
 
   // Derivatives not yet there, from the highest measured one below them.
@@ -188,17 +184,11 @@ class MotionBuilder {
     }
     if (options_.acceleration == AccelerationSource::accelerometer && !x.has(2))
       throw Fault(FaultKind::usage, "motion.no_accelerometer",
-                  recording_.name + ": the acceleration is to come from accelerometers, found " + roles_found() +
+                  recording_.name + ": the acceleration is to come from accelerometers, found " +
+                      in_words(recording_.channels) +
                       ", wanted a, or ddy and ddr; set prepare.acceleration to displacement");
     if (options_.acceleration == AccelerationSource::displacement) x.set(2, {}, false);
     complete(x, of_x);
-  }
-
-  std::string roles_found() const {
-    std::string found;
-    for (const auto& channel : recording_.channels)
-      found += (found.empty() ? "" : ", ") + channel.name + " (" + std::string(to_string(channel.role)) + ")";
-    return found.empty() ? "no channels" : found;
   }
 
   // Of displacement, velocity and acceleration: as the channels say; the others follow from the displacement's.

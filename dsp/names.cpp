@@ -103,6 +103,9 @@ std::string nearest(std::string_view word, const std::vector<std::string>& candi
       found = candidate;
     }
   }
+  constexpr std::size_t enough = 3;  // letters to go by
+  for (const auto& candidate : candidates)
+    if (found.empty() && word.size() >= enough && candidate.starts_with(word)) found = candidate;
   return found;
 }
 

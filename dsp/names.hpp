@@ -12,7 +12,8 @@ namespace dsp {
 /// A name fit for a path: [a-z0-9_-] only, at most 64 characters, never empty and never a reserved device name.
 [[nodiscard]] std::string slug(std::string_view name);
 
-/// The candidate with the smallest edit distance, empty if none is near (more than a third of the word, at least 2).
+/// The candidate with the smallest edit distance; where none is near (a third of the word, at least 2), one that begins
+/// with the word; else empty.
 [[nodiscard]] std::string nearest(std::string_view word, const std::vector<std::string>& candidates);
 
 }  // namespace dsp

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "dsp/decimate.hpp"
 #include "dsp/filter/filter_design.hpp"
 #include "dsp/memory_limit.hpp"
 #include "dsp/prepare/intermediate_recorder.hpp"
@@ -49,14 +50,23 @@ std::optional<FilterSheet> whole_sheet(const PrepareOptions& o, double sample_ra
   return measure(std::move(stages), sample_rate_hz, *last);
 }
 
+std::int64_t fewest_samples(const ColumnFilter& filter, const std::optional<FilterSheet>& raw, double sample_rate_hz) {
+  constexpr std::int64_t fewest = 8;
+  const double reach_s = std::max(raw ? raw->edge_s : 0.0, filter.edge_s());
+  return std::max(fewest, static_cast<std::int64_t>(std::ceil(reach_s * sample_rate_hz)) + 1);
+}
+
 void require_length(const Recording& description, Index num_frames, const ColumnFilter& filter,
                     const std::optional<FilterSheet>& raw) {
-  const double reach_s = std::max(raw ? raw->edge_s : 0.0, filter.edge_s());
-  const Index least = std::max<Index>(8, static_cast<Index>(std::ceil(reach_s * description.sample_rate_hz)) + 1);
-  if (num_frames < least)
-    throw Fault(FaultKind::input, "sample.too_few",
-                fmt::format("{}: {} samples, the filters need at least {}; ask for a higher rate_hz or cutoff_hz",
-                            description.name, num_frames, least));
+  constexpr Index some = 200;  // fewer make no equation, whatever the filters
+  const Index least = fewest_samples(filter, raw, description.sample_rate_hz);
+  if (num_frames >= least) return;
+  throw Fault(FaultKind::input, "sample.too_few",
+              num_frames < some
+                  ? fmt::format("{}: {} samples are too few for an equation. Record some hundred, over many cycles",
+                                description.name, num_frames)
+                  : fmt::format("{}: {} samples, the filters need at least {}; ask for a higher rate_hz or cutoff_hz",
+                                description.name, num_frames, least));
 }
 
 // A dead base is only reported: a bench at rest is one.
@@ -314,6 +324,14 @@ double prepared_bytes(const Recording& description, Index num_frames, double int
 }
 
 }  // namespace
+
+std::int64_t fewest_samples(const PrepareOptions& options, double sample_rate_hz) {
+  const PrepareOptions o = resolved(options, sample_rate_hz);
+  const auto filter = to_intermediate(o, sample_rate_hz);
+  return fewest_samples(column_filter(o),
+                        filter ? std::optional(Decimator(sample_rate_hz, 1, *filter).sheet()) : std::nullopt,
+                        sample_rate_hz);
+}
 
 const Channel* Prepared::channel(Role role) const {
   const auto found = std::find_if(channels.begin(), channels.end(), [&](const Channel& c) { return c.role == role; });

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -103,6 +104,9 @@ struct IntermediateRecording {
   RawSpectrum spectrum;                   ///< of the file's samples
   std::vector<Interval> clipped;          ///< as in Prepared
 };
+
+/// Fewest samples that can be prepared so: what the filters reach over.
+[[nodiscard]] std::int64_t fewest_samples(const PrepareOptions& options, double sample_rate_hz);
 
 /// One pass over a file for several ways of preparing it: a recording at the intermediate rate for each of `options`,
 /// one and the same where they ask for the same filter. Throws as prepare does.

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <optional>
-#include <sstream>
 #include <unordered_map>
 #include <unordered_set>
 
+#include "dsp/faults.hpp"
 #include "dsp/filter/dispatch.hpp"
 #include "dsp/io/calibrate.hpp"
 #include "dsp/io/channel_roles.hpp"
@@ -244,8 +244,10 @@ RecordingReader::RecordingReader(const fs::path& file, const ReadOptions& option
   auto& description = state.description;
   description.name = clean_name(file.filename().string());
   state.sidecar = find_sidecar(file, options);
-  state.files = open_files(file, state.sidecar, options);
-  description.sample_rate_hz = agree_on_rate(state.files, state.sidecar);
+  Faults faults;
+  state.files = open_files(file, state.sidecar, options, faults);
+  const bool has_rate =
+      faults.empty() && faults.attempt([&] { description.sample_rate_hz = agree_on_rate(state.files, state.sidecar); });
   state.num_frames = agree_on_length(state.files, options.salvage, description.checks);
   description.clock_start_s = agree_on_start(state.files, description.sample_rate_hz, description.checks);
   description.bad = state.sidecar.bad;
@@ -258,8 +260,12 @@ RecordingReader::RecordingReader(const fs::path& file, const ReadOptions& option
     state.paths.push_back(opened.path);
     all_scaled = all_scaled && info.scaled;
   }
-  state.calibrate_channels(file, options);
-  assign_roles(description.channels, options, description.name);
+  faults.attempt([&] {
+    state.calibrate_channels(file, options);
+    assign_roles(description.channels, options, description.name);
+    if (!has_rate && !any_motion(description.channels)) throw no_motion(description.name, description.channels);
+  });
+  faults.raise();
   if (all_scaled) return;
   BridgeOptions bridge{description.name,           {},
                        description.sample_rate_hz, state.num_frames,
@@ -345,30 +351,6 @@ Recording read_recording(const fs::path& file, const ReadOptions& options) {
   Recording recording = reader.description();
   recording.samples = std::move(samples);
   return recording;
-}
-
-std::string draft_sidecar(const fs::path& file, const ReadOptions& options) {
-  const auto opened = open_file(file, "", {}, options);
-  const auto& info = opened.source->info();
-  std::string text =
-      fmt::format("schema = 1\n# {}: {} frames, {}\n# title = \"\"\n", opened.name, info.num_frames, info.container);
-  text += info.sample_rate_hz > 0 ? fmt::format("rate = {}  # Hz\n", info.sample_rate_hz)
-                                  : "# rate = 1000  # Hz, required\n";
-  text += "# start = 2023-05-04T10:12:30Z\n";
-  for (const auto& channel : channels_of(opened)) {
-    const auto calibration = calibrate(channel, info, channel.index - 1);
-    const auto& in_file = info.units[static_cast<std::size_t>(channel.index - 1)];
-    text += fmt::format("\n[[channel]]\nname = {}\nindex = {}\n", toml_quoted(channel.name), channel.index);
-    text += channel.role == Role::other ? fmt::format("# role = \"y\"  # {}\n", role_choices)
-                                        : fmt::format("role = \"{}\"\n", to_string(channel.role));
-    const auto unit = in_file.empty() ? calibration.unit : find_unit(in_file).name;
-    std::istringstream missing(calibration.missing);
-    for (std::string line; std::getline(missing, line);) text += "# " + line + "\n";
-    if (calibration.missing.empty()) text += unit.empty() ? "# unit = \"m\"\n" : fmt::format("unit = \"{}\"\n", unit);
-    text += "# sign = -1  # mounted the other way round\n# delay = \"0 ms\"\n# coupling = \"DC\"\n";
-  }
-  text += "\n# [[range]]\n# name = \"low\"\n# from = 0\n# to = 830\n# train_to = 500\n";
-  return text + "\n# [[bad]]\n# from = 412.1\n# to = 412.6\n# why = \"cable knocked\"\n";
 }
 
 }  // namespace dsp

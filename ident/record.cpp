@@ -1,6 +1,7 @@
 #include "ident/record.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -109,6 +110,24 @@ std::vector<Range> ranges_of(const Record& record, int recording, bool alone) {
   for (const dsp::Regime regime : moving) ranges.push_back(range(std::string(to_string(regime)), regime));
   if (moving.size() > 1) ranges.push_back(range(dsp::RegimeSet::mixed().name(), dsp::RegimeSet::mixed()));
   return ranges;
+}
+
+/// Signals that drive the motion from outside in one of the records.
+std::vector<std::string> inputs_of(const std::vector<const Record*>& records) {
+  std::vector<std::string> inputs;
+  for (const Record* record : records)
+    for (const dsp::Signal& signal : record->prepared.signals.signals)
+      if (acts_from_outside(signal) && std::find(inputs.begin(), inputs.end(), signal.name) == inputs.end())
+        inputs.push_back(signal.name);
+  return inputs;
+}
+
+/// Records without this signal.
+std::vector<std::string> lacking(const std::vector<const Record*>& records, const std::string& signal) {
+  std::vector<std::string> names;
+  for (const Record* record : records)
+    if (record->prepared.signals.find(signal) == nullptr) names.push_back(record->prepared.name);
+  return names;
 }
 
 /// What a recording takes while it is fitted: signals at the intermediate rate and filtered, the column of every term,
@@ -247,16 +266,26 @@ bool acts_from_outside(const dsp::Signal& signal) {
 
 std::vector<std::string> default_terms(const std::vector<const Record*>& records) {
   std::vector<std::string> terms{"sgn(v)"};
-  for (const dsp::Signal& signal : records.front()->prepared.signals.signals) {
-    bool in_all = true, acts = false;
-    for (const Record* record : records) {
-      const dsp::Signal* same = record->prepared.signals.find(signal.name);
-      in_all = in_all && same != nullptr;
-      acts = acts || (same != nullptr && acts_from_outside(*same));
-    }
-    if (in_all && acts) terms.push_back(signal.name);
-  }
+  for (const std::string& input : inputs_of(records))
+    if (lacking(records, input).empty()) terms.push_back(input);
   return terms;
+}
+
+std::vector<dsp::Check> inputs_of_some(const std::vector<const Record*>& records) {
+  std::vector<dsp::Check> checks;
+  for (const std::string& input : inputs_of(records)) {
+    const std::vector<std::string> without = lacking(records, input);
+    if (without.empty()) continue;
+    checks.push_back(
+        {.name = "input.not_everywhere",
+         .channel = input,
+         .status = dsp::CheckStatus::warning,
+         .value = static_cast<double>(without.size()),
+         .message = fmt::format("{} was not recorded in {}, so it can be in no equation of all recordings. "
+                                "Leave those out, or identify each recording for itself",
+                                input, fmt::join(without, ", "))});
+  }
+  return checks;
 }
 
 double mean_of_first_range(const Record& record, const std::vector<Range>& ranges, int recording) {

@@ -59,6 +59,10 @@ void set_regimes(Record& record, dsp::Segmentation segmentation);
 /// outside in one of the records, as far as all have it.
 [[nodiscard]] std::vector<std::string> default_terms(const std::vector<const Record*>& records);
 
+/// Warnings "input.not_everywhere" about what drives the motion in one of the records and was not recorded in another:
+/// no term of an equation of all of them can hold it.
+[[nodiscard]] std::vector<dsp::Check> inputs_of_some(const std::vector<const Record*>& records);
+
 /// Mean of x (m) over the first range of the recording with this 1-based number; where that is of a regime, over its
 /// first run. Lasers' zeros mean nothing, so this is what is subtracted from a difference of two.
 [[nodiscard]] double mean_of_first_range(const Record& record, const std::vector<Range>& ranges, int recording);

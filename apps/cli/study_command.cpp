@@ -22,8 +22,9 @@ struct StudyArguments {
   bool grid = false;              ///< every combination instead of one setting at a time
 };
 
-std::vector<StudyAxis> axes_of(const StudyArguments& arguments, const Config& config, double rate_hz) {
-  if (arguments.over.empty()) return config.study.empty() ? default_axes(config, rate_hz) : config.study;
+std::vector<StudyAxis> axes_of(const StudyArguments& arguments, const Config& config, double rate_hz,
+                               std::int64_t num_samples) {
+  if (arguments.over.empty()) return config.study.empty() ? default_axes(config, rate_hz, num_samples) : config.study;
   std::vector<StudyAxis> axes;
   for (const std::string& text : arguments.over) axes.push_back(parse_axis(text));
   return axes;
@@ -51,21 +52,19 @@ int study(const StudyArguments& arguments, Console& console) {
   const auto adjust = [&run](Config& config) { apply_flags(run, config); };
   Config config = config_of(run);
   const fs::path destination = folder_apart(run, config, "-study");
-  const double rate_hz = dsp::RecordingReader(config.recordings.front().file,
-                                              read_options(config.recordings.front(), run.max_memory_bytes))
-                             .description()
-                             .sample_rate_hz;
+  const dsp::RecordingReader first(config.recordings.front().file,
+                                   read_options(config.recordings.front(), run.max_memory_bytes));
+  const double rate_hz = first.description().sample_rate_hz;
   std::vector<std::string> set = run.set;
   const bool open = config.prepare.cutoff_hz == 0.0;
   choose_band(config, run.max_memory_bytes, console);
-  const std::vector<StudyAxis> asked = axes_of(arguments, config, rate_hz);
+  const std::vector<StudyAxis> asked = axes_of(arguments, config, rate_hz, first.num_frames());
   const bool of_rates = std::any_of(asked.begin(), asked.end(), [](const StudyAxis& axis) {
-    return axis.key.starts_with("prepare.") && axis.key.ends_with("_hz");
+    return axis.key.starts_with("prepare.") && axis.key.ends_with("rate_hz");
   });
   if (open && config.prepare.cutoff_hz > 0.0 && !of_rates)
     set.push_back(fmt::format("prepare.cutoff_hz={}", config.prepare.cutoff_hz));
-  const std::vector<StudyAxis> axes = arguments.over.empty() ? axes_of(arguments, config, rate_hz) : asked;
-  StudyRequest request{run.input, std::move(set),       adjust,          study_cells(axes, arguments.grid),
+  StudyRequest request{run.input, std::move(set),       adjust,          study_cells(asked, arguments.grid),
                        rate_hz,   run.max_memory_bytes, run.num_threads, run.strict};
   if (run.dry_run) {
     std::string text;
@@ -79,12 +78,12 @@ int study(const StudyArguments& arguments, Console& console) {
   if (run.input.extension() == ".toml") inputs.push_back(run.input);
   for (const fs::path& input : inputs) add_input(manifest, input, folder.destination());
   const std::vector<StudyResult> results = run_cells(request, console);
-  const std::string text = study_text(results, axes), json = study_json(results, axes);
+  const std::string text = study_text(results, asked), json = study_json(results, asked);
   folder.write("study.txt", text);
   folder.write("study.csv", study_csv(results));
   const auto names = range_names(results);
   for (std::size_t i = 0; i < names.size(); ++i)
-    folder.write(fmt::format("study-{}.svg", dsp::slug(names[i])), study_figure(results, axes, i));
+    folder.write(fmt::format("study-{}.svg", dsp::slug(names[i])), study_figure(results, asked, i));
   folder.write("study.json", json);
   manifest.warnings = console.warnings();
   folder.commit(std::move(manifest));

@@ -221,30 +221,31 @@ namespace {
 
 Config read_document(const dsp::Settings& document, const fs::path& folder) {
   document.check_schema(config_schema);
+  if (document.has("channel") && !document.has("recording"))
+    throw document.fault("", "config.missing", "this is a sidecar, not a config. Name the recording beside it");
   Config config;
-  for (const dsp::Settings& table : document.tables("recording")) {
-    RecordingConfig recording = read_recording_table(table, folder);
-    (recording.test ? config.test_recordings : config.recordings).push_back(std::move(recording));
-  }
-  const dsp::Settings prepare = document.table("prepare"), library = document.table("library");
-  config.prepare = read_prepare(prepare);
+  for (const dsp::Settings& table : document.tables("recording"))
+    document.attempt([&] {
+      RecordingConfig recording = read_recording_table(table, folder);
+      (recording.test ? config.test_recordings : config.recordings).push_back(std::move(recording));
+    });
+  const dsp::Settings prepare = document.table("prepare"), library = document.table("library"),
+                      segment = document.table("segment");
+  document.attempt([&] { config.prepare = read_prepare(prepare); });
   config.zero = read_zero(prepare);
   config.max_clipped = prepare.number("max_clipped", config.max_clipped, {.from = 0.0, .to = 1.0});
-  const dsp::Settings segment = document.table("segment");
   config.segment = segment.flag("find", config.segment);
-  config.segment_options = read_segment(segment);
+  document.attempt([&] { config.segment_options = read_segment(segment); });
   config.segment_file = from_folder(folder, segment.text("file", ""));
   config.split_by_direction = segment.choice("split", "none", {"none", "sgn(v)"}) == "sgn(v)";
-  config.library = read_library(library);
+  document.attempt([&] { config.library = read_library(library); });
   config.default_terms = config.library.order > 0;
   config.library_place = library.place(library.has("only") ? "only" : library.has("terms") ? "terms" : "order");
-  config.fit = read_fit(document.table("fit"));
+  document.attempt([&] { config.fit = read_fit(document.table("fit")); });
   config.full_tables = document.table("output").flag("full", config.full_tables);
-  config.study = read_study(document.table("study"));
-  config.ranges = read_range_tables(document, config.recordings);
-  if (config.recordings.empty() && document.has("channel"))
-    throw document.fault("", "config.missing", "this is a sidecar, not a config. Name the recording beside it");
-  document.finish();
+  document.attempt([&] { config.study = read_study(document.table("study")); });
+  document.attempt([&] { config.ranges = read_range_tables(document, config.recordings); });
+  document.finish(config_settings);
   if (config.recordings.empty())
     throw document.fault("", "config.missing",
                          config.test_recordings.empty()

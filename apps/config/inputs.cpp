@@ -10,6 +10,7 @@
 
 #include "apps/output/segments_file.hpp"
 #include "apps/process/interrupt.hpp"
+#include "dsp/faults.hpp"
 #include "dsp/io/input_file.hpp"
 #include "dsp/io/sidecar.hpp"
 #include "dsp/names.hpp"
@@ -100,6 +101,21 @@ Input prepare_input(const RecordingConfig& recording, const Config& config, std:
   return input;
 }
 
+/// Does `use` for each recording. Once something is wrong with one, the others are only looked at, and all that was
+/// found is thrown in the end.
+template <class Use>
+void for_each_recording(const Config& config, std::size_t max_memory_bytes, Use&& use) {
+  dsp::Faults faults;
+  for (const RecordingConfig& recording : config.recordings)
+    faults.attempt([&] {
+      if (faults.empty())
+        use(recording);
+      else
+        const dsp::RecordingReader looked_at(recording.file, read_options(recording, max_memory_bytes));
+    });
+  faults.raise();
+}
+
 void note_overlaps(const std::vector<ident::Range>& ranges, Console& console) {
   constexpr std::size_t most_notes = 100;
   const auto pairs = ident::overlaps(ranges, most_notes);
@@ -161,7 +177,9 @@ std::vector<const ident::Record*> records_of(const std::vector<Input>& inputs) {
 void choose_band(Config& config, std::size_t max_memory_bytes, Console& console) {
   if (config.prepare.rate_hz > 0.0 || config.prepare.cutoff_hz > 0.0) return;
   double highest_hz = 0.0;
-  for (const RecordingConfig& recording : config.recordings) {
+  bool is_clear = true;
+  for_each_recording(config, max_memory_bytes, [&](const RecordingConfig& recording) {
+    if (!is_clear) return;
     const std::string name = recording.file.filename().string();
     console.step(fmt::format("{}: looking for the band of its motion", name));
     dsp::RecordingReader reader(recording.file, read_options(recording, max_memory_bytes));
@@ -169,11 +187,13 @@ void choose_band(Config& config, std::size_t max_memory_bytes, Console& console)
     const double cutoff_hz = dsp::cutoff_for(band);
     if (cutoff_hz == 0.0) {
       console.note(fmt::format("{}: its motion is above its noise in the whole band, or too slow to tell", name));
+      is_clear = false;
       return;
     }
     highest_hz = std::max(highest_hz, cutoff_hz);
     console.note(fmt::format("{}: {} is above its noise up to {:.3g} Hz", name, band.signal, band.to_hz));
-  }
+  });
+  if (!is_clear) return;
   config.prepare.cutoff_hz = highest_hz;
   console.step(fmt::format("cutoff_hz = {:.4g} chosen by the motion; [prepare] cutoff_hz sets another", highest_hz));
 }
@@ -209,8 +229,9 @@ std::vector<Input> prepare_inputs(const Config& config, std::size_t max_memory_b
   Config settled = config;
   choose_band(settled, max_memory_bytes, console);
   std::vector<Input> inputs;
-  for (const RecordingConfig& recording : config.recordings)
+  for_each_recording(settled, max_memory_bytes, [&](const RecordingConfig& recording) {
     inputs.push_back(prepare_input(recording, settled, max_memory_bytes, console));
+  });
   return inputs;
 }
 
@@ -252,7 +273,13 @@ void settle(Config& config, std::vector<Input>& inputs, Console& console) {
   config.split_by_direction = false;  // done: the ranges say it
   note_overlaps(config.ranges, console);
   for (ident::Range& range : config.ranges) range.train_fraction = config.fit.train_fraction;
-  if (config.default_terms) add_default_terms(config, records_of(inputs));
+  if (config.default_terms) {
+    add_default_terms(config, records_of(inputs));
+    const std::vector<dsp::Check> missing = ident::inputs_of_some(records_of(inputs));
+    report_checks(missing, "all recordings", console);
+    auto& checks = inputs.front().prepared.checks;
+    checks.insert(checks.end(), missing.begin(), missing.end());
+  }
   config.default_terms = false;
   settle_zero(config, inputs, console);
   settle_prepare(config.prepare, inputs);

@@ -10,16 +10,13 @@
 #include "apps/process/interrupt.hpp"
 #include "dsp/names.hpp"
 #include "dsp/prepare/motion_band.hpp"
+#include "ident/validate/judge.hpp"
 
 namespace apps {
 namespace {
 
 constexpr const char *train_fraction = "fit.train_share", *cutoff = "prepare.cutoff_hz",
                      *rolloff = "prepare.rolloff_hz";
-
-std::string number(double value) {
-  return fmt::format("{:.6g}", value);
-}
 
 bool has(const StudyCell& cell, const std::string& key) {
   return std::any_of(cell.setting.begin(), cell.setting.end(), [&](const auto& pair) { return pair.first == key; });
@@ -81,6 +78,14 @@ ident::StudyCase case_of(Config& config, const StudyCell& cell, const std::vecto
   return {config.library, config.ranges, identify_options(config, inputs, num_threads)};
 }
 
+double kept_fraction(const std::vector<Input>& inputs) {
+  double least = 1.0;
+  for (const Input& input : inputs)
+    for (const dsp::Check& check : input.prepared.checks)
+      if (check.name == "prepare.band") least = std::min(least, check.value);
+  return least;
+}
+
 }  // namespace
 
 StudyAxis parse_axis(const std::string& text) {
@@ -111,7 +116,7 @@ StudyAxis parse_axis(const std::string& text) {
   return axis;
 }
 
-std::vector<StudyAxis> default_axes(const Config& config, double rate_hz) {
+std::vector<StudyAxis> default_axes(const Config& config, double rate_hz, std::int64_t num_samples) {
   std::vector<StudyAxis> axes;
   if (config.library.order > 0) axes.push_back({"library.order", {"1", "2", "3", "4", "5"}});
   for (const ident::MethodSetting& setting : ident::method_settings())
@@ -122,8 +127,41 @@ std::vector<StudyAxis> default_axes(const Config& config, double rate_hz) {
   axes.push_back({train_fraction, {"0.15", "0.3", "0.45", "0.6", "0.75"}});
   axes.push_back({cutoff, {}});
   const double cutoff_hz = dsp::resolved(dsp::rate_by_cutoff(config.prepare, rate_hz), rate_hz).cutoff_hz;
-  for (const double fraction : {0.5, 0.65, 0.8, 1.0}) axes.back().values.push_back(number(fraction * cutoff_hz));
+  // A decade to either side; where the rate ends before, all of it below.
+  constexpr double decade = 10.0, of_rate = 0.4;
+  constexpr int per_decade = 3;
+  const double asked_hz = config.prepare.rate_hz > 0.0 ? config.prepare.rate_hz : rate_hz;
+  const double most_hz = std::max(cutoff_hz, std::min(decade * cutoff_hz, of_rate * asked_hz));
+  for (int k = 2 * per_decade; k >= 0; --k) {
+    const std::string value = fmt::format("{:.3g}", most_hz * std::pow(decade, -static_cast<double>(k) / per_decade));
+    dsp::PrepareOptions options = config.prepare;
+    options.cutoff_hz = std::stod(value);
+    if (options.rolloff_hz > 0.0) options.rolloff_hz *= options.cutoff_hz / cutoff_hz;
+    if (dsp::fewest_samples(dsp::rate_by_cutoff(options, rate_hz), rate_hz) <= num_samples)
+      axes.back().values.push_back(value);
+  }
   return axes;
+}
+
+int best_cutoff(const std::vector<StudyResult>& results) {
+  constexpr double least_kept = 0.95;
+  int best = -1;
+  std::pair<int, double> best_score;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const StudyResult& result = results[i];
+    if (!has(result.cell, cutoff) || result.kept_fraction < least_kept || result.ranges.empty()) continue;
+    std::pair<int, double> score;
+    for (const ident::StudyRange& range : result.ranges) {
+      if (range.fits.empty()) continue;
+      const ident::JudgedFit& fit = range.fits.front();
+      score.first += ident::preference(fit.judgement.verdict);
+      score.second -= std::isfinite(fit.free_run.nmse_centred) ? fit.free_run.nmse_centred : HUGE_VAL;
+    }
+    if (best >= 0 && score <= best_score) continue;
+    best = static_cast<int>(i);
+    best_score = score;
+  }
+  return best;
 }
 
 std::string StudyCell::label() const {
@@ -167,8 +205,7 @@ std::vector<StudyResult> run_cells(const StudyRequest& request, Console& console
   const auto sources = read_sources(groups.at(order.front()).front().config, ways, request.max_memory_bytes, console);
   Console silent({.verbosity = -1, .progress = ProgressMode::never});  // what is the same for every cell is said once
   std::size_t done = 0;
-  for (const std::string& key : order) {
-    std::vector<Job>& jobs = groups.at(key);
+  const auto run_group = [&](std::vector<Job>& jobs) {
     Console& teller = done == 0 ? console : silent;
     const auto way = std::find(ways.begin(), ways.end(), jobs.front().config.prepare) - ways.begin();
     std::vector<Input> inputs = prepare_inputs(sources, static_cast<std::size_t>(way), jobs.front().config, teller);
@@ -188,8 +225,19 @@ std::vector<StudyResult> run_cells(const StudyRequest& request, Console& console
     const auto outcomes =
         ident::study(records_of(inputs), jobs.size(), vary,
                      request.max_memory_bytes > 0 ? request.max_memory_bytes : dsp::ReadOptions{}.max_memory_bytes);
-    for (std::size_t k = 0; k < jobs.size(); ++k)
+    for (std::size_t k = 0; k < jobs.size(); ++k) {
       static_cast<ident::StudyOutcome&>(results[jobs[k].place]) = outcomes[k];
+      results[jobs[k].place].kept_fraction = kept_fraction(inputs);
+    }
+  };
+  for (const std::string& key : order) {
+    std::vector<Job>& jobs = groups.at(key);
+    try {
+      run_group(jobs);
+    } catch (const dsp::Fault& fault) {  // some settings leave nothing to identify from
+      if (jobs.front().place == 0 || fault.kind() != dsp::FaultKind::input) throw;
+      for (const Job& job : jobs) results[job.place].trouble = fault.what();
+    }
   }
   return results;
 }

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -18,9 +19,9 @@ namespace apps {
 [[nodiscard]] StudyAxis parse_axis(const std::string& text);
 
 /// What is worth varying where nothing was asked for: order (unless the terms are all given by name), tau, the
-/// threshold of sindy, the training fraction and the cut-off, each from well below to above what `config` has. rate_hz:
-/// of the first recording.
-[[nodiscard]] std::vector<StudyAxis> default_axes(const Config& config, double rate_hz);
+/// threshold of sindy, the training fraction and the cut-off, each from well below to above what `config` has; the
+/// cut-off over two decades, as far as the rates and the length allow. rate_hz, num_samples: of the first recording.
+[[nodiscard]] std::vector<StudyAxis> default_axes(const Config& config, double rate_hz, std::int64_t num_samples);
 
 /// One combination of settings, on top of the config.
 struct StudyCell {
@@ -33,7 +34,12 @@ struct StudyCell {
 
 struct StudyResult : ident::StudyOutcome {
   StudyCell cell;
+  double kept_fraction = 1.0;  ///< of the power of the motion's acceleration, by the band: least of the recordings
 };
+
+/// Of the cells that vary the cut-off: the one whose equation of the first method, range by range, has the best verdict
+/// and then the free run closest to x, among those that keep 95 % of the motion's power; -1 where none of them does.
+[[nodiscard]] int best_cutoff(const std::vector<StudyResult>& results);
 
 struct StudyRequest {
   std::filesystem::path input;

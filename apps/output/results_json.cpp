@@ -382,9 +382,14 @@ std::string checks_json(const std::vector<Input>& inputs) {
 }
 
 std::string fault_json(std::string_view name, std::string_view kind, int exit_code, std::string_view message,
-                       std::string_view lines) {
+                       std::string_view lines, const std::vector<dsp::Fault>& further) {
   Json error{{"name", name}, {"kind", kind}, {"exit_code", exit_code}, {"message", printable(message)}};
   if (!lines.empty()) error["lines"] = lines;
+  for (const dsp::Fault& fault : further) {
+    Json one{{"name", fault.name()}, {"message", printable(fault.what())}};
+    if (!fault.lines().empty()) one["lines"] = fault.lines();
+    error["further"].push_back(std::move(one));
+  }
   return text_of({{"error", std::move(error)}});
 }
 

@@ -21,9 +21,10 @@ namespace apps {
 [[nodiscard]] std::string_view to_string(dsp::CheckStatus status);  ///< "ok", "note", "warning", "failed"
 /// What `ardent check --json` prints.
 [[nodiscard]] std::string checks_json(const std::vector<Input>& inputs);
-/// `lines`: what the fault wants added to a file; left out where empty.
+/// `lines`: what the fault wants added to a file; `further`: what else is wrong. Both are left out where empty.
 [[nodiscard]] std::string fault_json(std::string_view name, std::string_view kind, int exit_code,
-                                     std::string_view message, std::string_view lines);
+                                     std::string_view message, std::string_view lines,
+                                     const std::vector<dsp::Fault>& further);
 
 /// One recording as `ardent info` shows it.
 struct RecordingInfo {

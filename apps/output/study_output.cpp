@@ -81,6 +81,14 @@ std::string persistence_text(const Series& series) {
   return text;
 }
 
+std::string best_cutoff_text(const std::vector<StudyResult>& results, int best) {
+  const StudyResult& result = results[static_cast<std::size_t>(best)];
+  std::string text = fmt::format("best cut-off: {}\n", result.cell.label());
+  for (const ident::StudyRange& range : result.ranges)
+    if (!range.fits.empty()) text += fmt::format("  {}: {}\n", range.name, range.fits.front().judgement.sentence);
+  return text;
+}
+
 /// The fit that a figure shows of a cell: by the first method there.
 const ident::JudgedFit* shown_fit(const StudyResult& result, std::size_t range) {
   return range < result.ranges.size() && !result.ranges[range].fits.empty() ? &result.ranges[range].fits.front()
@@ -164,6 +172,7 @@ std::string study_text(const std::vector<StudyResult>& results, const std::vecto
                             to_string(fit.fit.method), fit.model.terms.size(), shown(value_of(fit.train)),
                             shown(value_of(fit.test)), shown(fit.free_run.nmse), fmt::join(kept(fit), " "));
   }
+  if (const int best = best_cutoff(results); best >= 0) text += "\n" + best_cutoff_text(results, best);
   for (const Series& series : series_of(results)) text += "\n" + persistence_text(series);
   return text;
 }
@@ -211,6 +220,9 @@ std::string study_json(const std::vector<StudyResult>& results, const std::vecto
              {"terms", std::move(terms)}});
       }
   }
+  const int best = best_cutoff(results);
+  document["best_cutoff"] =
+      best < 0 ? ordered_json() : ordered_json(results[static_cast<std::size_t>(best)].cell.label());
   return document.dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
 }
 

@@ -12,9 +12,11 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <vector>
 
 #include "apps/output/results_json.hpp"
 #include "apps/process/interrupt.hpp"
+#include "dsp/faults.hpp"
 
 namespace apps {
 namespace {
@@ -25,6 +27,7 @@ constexpr int code_bug = 1, code_usage = 2, code_input = 3, code_numerics = 4, c
 struct Ending {
   int code = code_bug;
   std::string name{}, kind{}, message{}, lines{};
+  std::vector<dsp::Fault> further{};  ///< what else is wrong
 };
 
 Ending of_fault(const dsp::Fault& fault) {
@@ -53,6 +56,10 @@ Ending ending_of_exception() {
     throw;
   } catch (const Interrupted& interrupted) {
     return {code_signal + interrupted.signal, "interrupted", "signal", "stopped by a signal; nothing was written"};
+  } catch (const dsp::SeveralFaults& faults) {
+    Ending ending = of_fault(faults);
+    ending.further.assign(faults.all().begin() + 1, faults.all().end());
+    return ending;
   } catch (const dsp::Fault& fault) {
     return of_fault(fault);
   } catch (const std::bad_alloc&) {
@@ -73,9 +80,10 @@ Ending ending_of_exception() {
 
 void say(const Ending& ending, Console& console) {
   console.error(ending.name, ending.message, ending.lines);
+  for (const dsp::Fault& fault : ending.further) console.error(fault.name(), fault.what(), fault.lines());
   if (!console.json()) return;
   try {
-    console.result(fault_json(ending.name, ending.kind, ending.code, ending.message, ending.lines));
+    console.result(fault_json(ending.name, ending.kind, ending.code, ending.message, ending.lines, ending.further));
   } catch (const dsp::Fault&) {  // standard output takes nothing; how it ended is said above
   }
 }

@@ -1,6 +1,7 @@
 #include "dsp/io/channel_roles.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -197,7 +198,9 @@ Reading reading_of(const UnnamedRole& channel) {
   for (const std::string& text : texts)
     if (const Word* word = find_word(text)) {
       if (word->body && !reading.body) reading.body = word->body;
-      if (word->quantity && !named) named = word->quantity;
+      // What moves outranks what drives: load_pos, drive_acceleration.
+      if (word->quantity && (!named || (*named > Kind::acceleration && *word->quantity <= Kind::acceleration)))
+        named = word->quantity;
     }
   reading.quantity = quantity_in(channel.unit);
   // A sensor's volts are those of what its name says.
@@ -216,6 +219,31 @@ std::ptrdiff_t only(const std::vector<Reading>& readings, Kind quantity) {
     found = static_cast<std::ptrdiff_t>(i);
   }
   return found;
+}
+
+/// The roles that channels have, and x, v, a along the only chain of derivatives that begins with none of them.
+std::vector<RoleGuess> along_derivatives(const std::vector<Channel>& channels,
+                                         const std::vector<FoundDerivative>& derivatives) {
+  std::vector<RoleGuess> roles;
+  for (const Channel& channel : channels) roles.push_back({channel.role, ""});
+  const auto is_derived = [&](Eigen::Index column) {
+    return std::any_of(derivatives.begin(), derivatives.end(), [&](const auto& pair) { return pair.is == column; });
+  };
+  std::vector<Eigen::Index> beginnings;
+  for (const FoundDerivative& pair : derivatives)
+    if (!is_derived(pair.of) && std::find(beginnings.begin(), beginnings.end(), pair.of) == beginnings.end())
+      beginnings.push_back(pair.of);
+  if (beginnings.size() != 1) return roles;
+  Eigen::Index at = beginnings.front();
+  roles[static_cast<std::size_t>(at)].role = Role::x;
+  for (const Role role : {Role::v, Role::a}) {
+    const auto next =
+        std::find_if(derivatives.begin(), derivatives.end(), [&](const auto& pair) { return pair.of == at; });
+    if (next == derivatives.end()) break;
+    roles[static_cast<std::size_t>(next->is)] = {role, "derivative of " + channels[static_cast<std::size_t>(at)].name};
+    at = next->is;
+  }
+  return roles;
 }
 
 }  // namespace
@@ -293,11 +321,51 @@ std::vector<Check> assume_roles(std::vector<Channel>& channels, const std::vecto
   return checks;
 }
 
-std::string role_lines(const std::vector<Channel>& channels) {
-  std::string text = fmt::format("# role: {}; other where it is none of these\n", role_choices);
+std::string in_words(const std::vector<Channel>& channels) {
+  std::vector<std::string> found;
   for (const Channel& channel : channels)
-    text += fmt::format("[[channel]]\nname = {}\nrole = \"{}\"\n", toml_quoted(channel.name), to_string(channel.role));
-  return text;
+    found.push_back(fmt::format("{} ({})", channel.name, to_string(channel.role)));
+  return found.empty() ? "no channels" : fmt::format("{}", fmt::join(found, ", "));
+}
+
+bool any_motion(const std::vector<Channel>& channels) {
+  return std::any_of(channels.begin(), channels.end(),
+                     [](const Channel& channel) { return info_of(channel.role).order >= 0; });
+}
+
+Fault no_motion(const std::string& recording, const std::vector<Channel>& channels,
+                const std::vector<FoundDerivative>& derivatives) {
+  const std::vector<RoleGuess> proposed = along_derivatives(channels, derivatives);
+  std::string lines = fmt::format("# role: {}; other where it is none of these\n", role_choices);
+  for (std::size_t i = 0; i < channels.size(); ++i)
+    lines += fmt::format("[[channel]]\nname = {}\nrole = \"{}\"{}\n", toml_quoted(channels[i].name),
+                         to_string(proposed[i].role), proposed[i].why.empty() ? "" : "  # " + proposed[i].why);
+  return Fault(FaultKind::input, "motion.none",
+               fmt::format("{}: no relative motion can be had: found {}. Want a displacement, velocity or acceleration "
+                           "of the payload (y, dy, ddy), with that of the base where it moves (r, dr, ddr), or between "
+                           "both (x, v, a). Give channels their roles in {}:",
+                           recording, in_words(channels), sidecar_path(recording).string()),
+               std::move(lines));
+}
+
+std::vector<RoleGuess> guess_roles(const std::vector<ChannelSpec>& channels, const SourceInfo& info) {
+  std::vector<RoleGuess> result(channels.size());
+  std::vector<UnnamedRole> open;
+  std::vector<std::size_t> places;
+  std::vector<Role> given;
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    result[i].role = channels[i].role;
+    if (channels[i].role_is_known) {
+      given.push_back(channels[i].role);
+      continue;
+    }
+    const std::string& unit = info.units[static_cast<std::size_t>(channels[i].index - 1)];
+    open.push_back({channels[i].name, unit.empty() ? "" : find_unit(unit).si});
+    places.push_back(i);
+  }
+  const std::vector<RoleGuess> guesses = guess_roles(open, given);
+  for (std::size_t k = 0; k < places.size(); ++k) result[places[k]] = guesses[k];
+  return result;
 }
 
 bool names_acceleration(std::string_view name) {

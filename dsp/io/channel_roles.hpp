@@ -4,7 +4,10 @@
 #include <string_view>
 #include <vector>
 
+#include "dsp/io/sample_source.hpp"
+#include "dsp/io/sidecar.hpp"
 #include "dsp/recording.hpp"
+#include "dsp/sensors/found_derivatives.hpp"
 
 namespace dsp {
 
@@ -36,8 +39,18 @@ struct RoleGuess {
 [[nodiscard]] std::vector<Check> assume_roles(std::vector<Channel>& channels, const std::vector<bool>& is_known,
                                               const std::map<std::string, std::string>& use);
 
-/// [[channel]] tables to be pasted into a sidecar, a role to be chosen in each.
-[[nodiscard]] std::string role_lines(const std::vector<Channel>& channels);
+/// "front (y), back (other)".
+[[nodiscard]] std::string in_words(const std::vector<Channel>& channels);
+/// Whether any channel is a motion.
+[[nodiscard]] bool any_motion(const std::vector<Channel>& channels);
+/// The question that is left where no relative motion can be had of the channels: Fault motion.none (input), whose
+/// lines() are [[channel]] tables for a sidecar with a role to be chosen in each. `derivatives`: which of them seem to
+/// be of which; where they make one chain from the open channels, x, v and a are proposed along it.
+[[nodiscard]] Fault no_motion(const std::string& recording, const std::vector<Channel>& channels,
+                              const std::vector<FoundDerivative>& derivatives = {});
+
+/// The same for channels of a file before anything is known of them.
+[[nodiscard]] std::vector<RoleGuess> guess_roles(const std::vector<ChannelSpec>& channels, const SourceInfo& info);
 
 /// Whether a name speaks of an acceleration: "acc_g" is in g, "load_g" is not.
 [[nodiscard]] bool names_acceleration(std::string_view name);

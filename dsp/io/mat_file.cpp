@@ -258,7 +258,7 @@ class MatFile : public RowsOnClock {
   }
 
   void set_time(const OpenOptions& options) {
-    if (info_.time_column < 0) return;
+    if (info_.time_column < 0 || !options.with_clock) return;
     const auto at = static_cast<std::size_t>(info_.time_column);
     const auto& unit = options.time_unit.empty() ? info_.units[at] : options.time_unit;
     const double factor = unit.empty() ? 1.0 : find_unit(unit).factor;

@@ -13,15 +13,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Fault fault(FaultKind kind, std::string name, const std::string& message) {
-  return Fault(kind, std::move(name), message);
+Fault fault(FaultKind kind, std::string name, const std::string& message, const std::string& lines = {}) {
+  return Fault(kind, std::move(name), message, lines);
 }
 
-}  // namespace
-
-OpenFile open_file(const fs::path& path, const fs::path& as_written, const Sidecar& sidecar,
-                   const ReadOptions& options) {
-  OpenOptions how{.salvage = options.salvage, .max_memory_bytes = options.max_memory_bytes};
+/// Opens a file with what its sidecar says of its clock; `as_written` is how the sidecar's channels name it.
+/// `with_clock` false: rows as they are, whatever their times.
+OpenFile open_file(const fs::path& path, const fs::path& as_written, const Sidecar& sidecar, const ReadOptions& options,
+                   bool with_clock) {
+  OpenOptions how{.salvage = options.salvage, .max_memory_bytes = options.max_memory_bytes, .with_clock = with_clock};
   for (const auto& channel : sidecar.channels)
     if (channel.role == Role::t && channel.file == as_written) {
       how.time_column = channel.index > 0        ? std::to_string(channel.index)
@@ -31,9 +31,10 @@ OpenFile open_file(const fs::path& path, const fs::path& as_written, const Sidec
     }
   how.rate_hz = sidecar.rate_hz;
   how.interpolate = sidecar.interpolate;
-  OpenFile file{path, clean_name(path.filename().string()), open_source(path, how), {}, {}};
+  OpenFile file{path, clean_name(path.filename().string()), open_source(path, how), {}, {}, {}};
   const auto& info = file.source->info();
   for (int i = 0; i < static_cast<int>(info.columns.size()); ++i) {
+    if (!info.named) file.called.push_back(fmt::format("channel{}", i + 1));
     if (i == info.time_column) continue;
     const auto& column = info.columns[static_cast<std::size_t>(i)];
     file.columns.emplace(column, i);
@@ -42,18 +43,30 @@ OpenFile open_file(const fs::path& path, const fs::path& as_written, const Sidec
   return file;
 }
 
-std::vector<OpenFile> open_files(const fs::path& recording, const Sidecar& sidecar, const ReadOptions& options) {
-  std::vector<OpenFile> files;
-  const bool used =
-      sidecar.channels.empty() || std::any_of(sidecar.channels.begin(), sidecar.channels.end(),
-                                              [](const ChannelSpec& channel) { return channel.file.empty(); });
-  if (used) files.push_back(open_file(recording, "", sidecar, options));
-  for (const auto& channel : sidecar.channels) {
-    const auto path = channel.file.empty() ? recording : recording.parent_path() / channel.file;
-    const bool known = std::any_of(files.begin(), files.end(), [&](const OpenFile& file) { return file.path == path; });
-    if (!known) files.push_back(open_file(path, channel.file, sidecar, options));
+}  // namespace
+
+std::vector<OpenFile> open_files(const fs::path& recording, const Sidecar& sidecar, const ReadOptions& options,
+                                 Faults& faults) {
+  const auto open = [&](bool with_clock) {
+    std::vector<OpenFile> files;
+    const bool used =
+        sidecar.channels.empty() || std::any_of(sidecar.channels.begin(), sidecar.channels.end(),
+                                                [](const ChannelSpec& channel) { return channel.file.empty(); });
+    if (used) files.push_back(open_file(recording, "", sidecar, options, with_clock));
+    for (const auto& channel : sidecar.channels) {
+      const auto path = channel.file.empty() ? recording : recording.parent_path() / channel.file;
+      const bool known = std::any_of(files.begin(), files.end(), [&](const OpenFile& one) { return one.path == path; });
+      if (!known) files.push_back(open_file(path, channel.file, sidecar, options, with_clock));
+    }
+    return files;
+  };
+  try {
+    return open(true);
+  } catch (const Fault& fault) {
+    if (!fault.name().starts_with("clock.")) throw;
+    faults.add(fault);
   }
-  return files;
+  return open(false);
 }
 
 std::vector<ChannelSpec> channels_of(const OpenFile& file) {
@@ -64,7 +77,7 @@ std::vector<ChannelSpec> channels_of(const OpenFile& file) {
     if (i == info.time_column || (at < info.partial.size() && info.partial[at])) continue;
     ChannelSpec channel;
     channel.index = i + 1;
-    channel.name = info.named ? split_unit(info.columns[at]).base : fmt::format("channel{}", i + 1);
+    channel.name = info.named ? split_unit(info.columns[at]).base : file.called[at];
     channel.place = file.name;
     try {
       channel.role = role_from_string(channel.name);
@@ -88,7 +101,8 @@ int find_column(const ChannelSpec& channel, const OpenFile& file, int index_in_f
   if (channel.index > 0) {
     found = channel.index - 1;
   } else if (channel.column.empty() && !info.named) {
-    found = index_in_file;
+    const auto own = std::find(file.called.begin(), file.called.end(), wanted);
+    found = own == file.called.end() ? index_in_file : static_cast<int>(own - file.called.begin());
   } else {
     const auto known = file.columns.find(wanted);
     if (known == file.columns.end())
@@ -126,8 +140,9 @@ double agree_on_rate(const std::vector<OpenFile>& files, const Sidecar& sidecar)
   }
   if (!agreed)
     throw fault(FaultKind::input, "rate.missing",
-                fmt::format("{}: holds no time and no rate. Put rate = 1000 (what it was, in Hz) into {}",
-                            files[0].name, sidecar_path(files[0].name).string()));
+                fmt::format("{}: holds no time and no rate. Its rate is to stand at the top of {}:", files[0].name,
+                            sidecar_path(files[0].name).string()),
+                fmt::format("{}\n", rate_line));
   return *agreed;
 }
 

@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "dsp/faults.hpp"
 #include "dsp/io/sample_source.hpp"
 #include "dsp/io/sidecar.hpp"
 #include "dsp/read_recording.hpp"
@@ -19,14 +20,17 @@ struct OpenFile {
   std::unique_ptr<SampleSource> source;
   FrameBlock block;
   std::unordered_map<std::string, int> columns;  ///< by name, with its unit and without; the first of each
+  std::vector<std::string> called;               ///< "channel3": what columns without names are called
 };
 
-/// Opens a file with what its sidecar says of its clock; `as_written` is how the sidecar's channels name it.
-[[nodiscard]] OpenFile open_file(const std::filesystem::path& path, const std::filesystem::path& as_written,
-                                 const Sidecar& sidecar, const ReadOptions& options);
-/// The recording itself, if any channel lies in it, and every file its channels name, each once.
+/// What a sidecar is asked to say where nothing else says the rate. Nobody's rate is "?": pasted as it is, it is
+/// refused.
+inline constexpr std::string_view rate_line = "rate = \"?\"  # samples a second, in Hz";
+
+/// The recording itself, if any channel lies in it, and every file its channels name, each once. Where a clock does not
+/// do, that is added to `faults` and all are opened without clocks, so that what else is wrong can be found.
 [[nodiscard]] std::vector<OpenFile> open_files(const std::filesystem::path& recording, const Sidecar& sidecar,
-                                               const ReadOptions& options);
+                                               const ReadOptions& options, Faults& faults);
 
 /// A channel for every column that is neither the clock nor shorter than the rest; a name that is a role is one.
 [[nodiscard]] std::vector<ChannelSpec> channels_of(const OpenFile& file);

@@ -36,6 +36,7 @@ struct OpenOptions {
   std::string time_unit{};          ///< of that column; empty: from its name, else s
   std::optional<double> rate_hz{};  ///< the rate a person stated; needed where the clock is too coarse, or interpolated
   bool interpolate = false;         ///< put an irregular clock on rate_hz by straight lines
+  bool with_clock = true;           ///< false: rows as they are, whatever their times
 };
 
 /// Samples of one file, frame by frame, as the file holds them (integers as fractions of full scale).

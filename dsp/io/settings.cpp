@@ -52,6 +52,13 @@ struct Settings::State {
     document->asked[child_path];
     return std::make_shared<const State>(State{document, node, std::move(child_path)});
   }
+  /// What `read` gives; what it finds wrong is kept, and the key counts as absent.
+  template <class Value, class Read>
+  std::optional<Value> valid(Read&& read) const {
+    std::optional<Value> value;
+    document->faults.attempt([&] { value = read(); });
+    return value;
+  }
   [[noreturn]] void wrong_type(const Settings& settings, std::string_view key, const toml::node& node,
                                std::string_view want) const {
     throw settings.fault(key, "config.type", fmt::format("got {}, want {}", describe(node), want));
@@ -88,7 +95,7 @@ std::optional<double> Settings::find_number(std::string_view key, const NumberRa
   asked.number = true;
   asked.range = range;
   if (node == nullptr) return std::nullopt;
-  return state_->number(*this, key, *node, range);
+  return state_->valid<double>([&] { return state_->number(*this, key, *node, range); });
 }
 
 double Settings::number(std::string_view key, double fallback, const NumberRange& range) const {
@@ -97,10 +104,12 @@ double Settings::number(std::string_view key, double fallback, const NumberRange
 }
 
 double Settings::need_number(std::string_view key, const NumberRange& range) const {
-  const auto value = find_number(key, range);
-  state_->asked(key).required = true;
-  if (!value) throw fault(key, "config.missing", fmt::format("missing; want a number, {}", describe(range)));
-  return *value;
+  const auto* node = state_->find(key);
+  AskedSetting& asked = state_->asked(key);
+  asked.number = asked.required = true;
+  asked.range = range;
+  if (node == nullptr) throw fault(key, "config.missing", fmt::format("missing; want a number, {}", describe(range)));
+  return state_->number(*this, key, *node, range);
 }
 
 std::optional<std::int64_t> Settings::find_integer(std::string_view key, const NumberRange& range) const {
@@ -109,9 +118,11 @@ std::optional<std::int64_t> Settings::find_integer(std::string_view key, const N
   asked.whole_number = true;
   asked.range = range;
   if (node == nullptr) return std::nullopt;
-  if (!node->is_integer()) state_->wrong_type(*this, key, *node, fmt::format("a whole number, {}", describe(range)));
-  std::ignore = state_->number(*this, key, *node, range);
-  return node->value<std::int64_t>();
+  return state_->valid<std::int64_t>([&] {
+    if (!node->is_integer()) state_->wrong_type(*this, key, *node, fmt::format("a whole number, {}", describe(range)));
+    std::ignore = state_->number(*this, key, *node, range);
+    return *node->value<std::int64_t>();
+  });
 }
 
 std::int64_t Settings::integer(std::string_view key, std::int64_t fallback, const NumberRange& range) const {
@@ -123,8 +134,10 @@ std::optional<bool> Settings::find_flag(std::string_view key) const {
   const auto* node = state_->find(key);
   state_->asked(key).flag = true;
   if (node == nullptr) return std::nullopt;
-  if (!node->is_boolean()) state_->wrong_type(*this, key, *node, "true or false");
-  return node->value<bool>();
+  return state_->valid<bool>([&] {
+    if (!node->is_boolean()) state_->wrong_type(*this, key, *node, "true or false");
+    return *node->value<bool>();
+  });
 }
 
 bool Settings::flag(std::string_view key, bool fallback) const {
@@ -136,8 +149,10 @@ std::optional<std::string> Settings::find_text(std::string_view key) const {
   const auto* node = state_->find(key);
   state_->asked(key).text = true;
   if (node == nullptr) return std::nullopt;
-  if (!node->is_string()) state_->wrong_type(*this, key, *node, "a text in quotes");
-  return node->value<std::string>();
+  return state_->valid<std::string>([&] {
+    if (!node->is_string()) state_->wrong_type(*this, key, *node, "a text in quotes");
+    return *node->value<std::string>();
+  });
 }
 
 std::string Settings::text(std::string_view key, std::string_view fallback) const {
@@ -146,10 +161,12 @@ std::string Settings::text(std::string_view key, std::string_view fallback) cons
 }
 
 std::string Settings::need_text(std::string_view key) const {
-  const auto value = find_text(key);
-  state_->asked(key).required = true;
-  if (!value) throw fault(key, "config.missing", "missing; want a text in quotes");
-  return *value;
+  const auto* node = state_->find(key);
+  AskedSetting& asked = state_->asked(key);
+  asked.text = asked.required = true;
+  if (node == nullptr) throw fault(key, "config.missing", "missing; want a text in quotes");
+  if (!node->is_string()) state_->wrong_type(*this, key, *node, "a text in quotes");
+  return *node->value<std::string>();
 }
 
 std::string Settings::choice(std::string_view key, std::string_view fallback,
@@ -159,9 +176,11 @@ std::string Settings::choice(std::string_view key, std::string_view fallback,
   for (const auto& word : allowed)
     if (value == word) return value;
   const std::string near = nearest(value, allowed);
-  throw fault(key, "config.range",
-              fmt::format("got '{}', want one of {}{}", clean_name(value), fmt::join(allowed, ", "),
-                          near.empty() ? "" : fmt::format(". Did you mean '{}'?", near)));
+  state_->document->faults.add(
+      fault(key, "config.range",
+            fmt::format("got '{}', want one of {}{}", clean_name(value), fmt::join(allowed, ", "),
+                        near.empty() ? "" : fmt::format(". Did you mean '{}'?", near))));
+  return std::string(fallback);
 }
 
 std::vector<double> Settings::numbers(std::string_view key, const NumberRange& range) const {
@@ -268,6 +287,7 @@ void Settings::exclusive(std::string_view key, std::string_view other) const {
 
 void Settings::check_schema(std::int64_t ours) const {
   const auto version = find_integer("schema", {.from = 1});
+  state_->document->faults.raise();
   if (!version || *version == ours) return;
   throw fault("schema", "config.schema",
               fmt::format("got {}, this program reads {}. {}", *version, ours,
@@ -275,8 +295,14 @@ void Settings::check_schema(std::int64_t ours) const {
                                           : fmt::format("Write it again for schema {}", ours)));
 }
 
-void Settings::finish() const {
+void Settings::attempt(const std::function<void()>& read) const {
+  if (!state_->document->faults.attempt(read)) state_->document->is_interrupted = true;
+}
+
+void Settings::finish(const std::function<std::vector<AskedSetting>()>& known) const {
+  if (state_->document->is_interrupted && known) state_->document->settings = known();
   check_keys(*state_->document, *state_->table, state_->path);
+  state_->document->faults.raise();
 }
 
 const std::vector<AskedSetting>& Settings::asked() const {

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -8,14 +9,16 @@
 #include <string_view>
 #include <vector>
 
-#include "dsp/fault.hpp"
+#include "dsp/faults.hpp"
 #include "dsp/io/asked_setting.hpp"
 
 namespace dsp {
 
 /// A table of a TOML document that notices which of its keys were asked for: sidecars and configs are read through it.
 /// Everything wrong is a usage Fault whose message begins with `file:line: key:` (or `--set key=value: key:`):
-/// config.syntax, config.unknown_key, config.type, config.range, config.missing, config.schema.
+/// config.syntax, config.unknown_key, config.type, config.range, config.missing, config.schema. A single value of
+/// the wrong kind or size counts as absent until `finish`, which throws all there is, so that a person learns of it at
+/// once.
 /// Copies are handles on the same document, and asking counts for all of them.
 class Settings {
  public:
@@ -27,7 +30,8 @@ class Settings {
   [[nodiscard]] static Settings from_text(std::string_view text, const std::string& name,
                                           const std::vector<std::string>& overrides = {});
 
-  // find_...: nothing where the key is absent. The plain form takes the fallback there. need_...: absence is a fault.
+  // find_...: nothing where the key is absent. The plain form takes the fallback there. need_...: absence is a fault,
+  // thrown there and then.
   [[nodiscard]] std::optional<double> find_number(std::string_view key, const NumberRange& range = {}) const;
   [[nodiscard]] double number(std::string_view key, double fallback, const NumberRange& range = {}) const;
   [[nodiscard]] double need_number(std::string_view key, const NumberRange& range = {}) const;
@@ -60,8 +64,12 @@ class Settings {
   /// `schema` absent or equal to `ours`; anything else is config.schema, and the message says which version can read
   /// it.
   void check_schema(std::int64_t ours) const;
-  /// Call on the whole document when everything has been asked for: any key nobody asked for is config.unknown_key.
-  void finish() const;
+  /// Does what `read` does, a part of reading the document; a Fault in it is kept for `finish`.
+  void attempt(const std::function<void()>& read) const;
+  /// Call on the whole document when everything has been asked for: throws all that was found wrong, as one Fault or
+  /// SeveralFaults. Any key nobody asked for is config.unknown_key; where an attempt broke off, any key that is not
+  /// among `known` either.
+  void finish(const std::function<std::vector<AskedSetting>()>& known = {}) const;
   /// Every key that was asked for so far, anywhere in the document, once, in the order of asking.
   [[nodiscard]] const std::vector<AskedSetting>& asked() const;
 

@@ -148,10 +148,12 @@ void apply_override(SettingsDocument& document, const std::string& text) {
   document.overrides[path] = fmt::format("--set {}", clean_name(text));
 }
 
-void check_keys(const SettingsDocument& document, const toml::table& table, const std::string& path) {
+void check_keys(SettingsDocument& document, const toml::table& table, const std::string& path) {
   const auto found = document.asked.find(path);
-  static const std::set<std::string> none;
-  const auto& asked = found == document.asked.end() ? none : found->second;
+  std::set<std::string> asked = found == document.asked.end() ? std::set<std::string>() : found->second;
+  if (document.is_interrupted)
+    for (const AskedSetting& one : document.settings)
+      if (one.table == table_of(path)) asked.insert(one.key);
   for (const auto& [name, node] : table) {
     const std::string key(name.str()), child = key_path(path, key);
     if (!asked.contains(key)) {
@@ -160,8 +162,10 @@ void check_keys(const SettingsDocument& document, const toml::table& table, cons
       std::string place = line > 0 ? fmt::format("{}:{}", document.name, line) : document.name;
       for (const auto& [set_path, text] : document.overrides)
         if (set_path == child || set_path.starts_with(child + ".") || child.starts_with(set_path + ".")) place = text;
-      raise("config.unknown_key", fmt::format("{}: unknown key '{}'. {}", place, clean_name(child),
-                                              advice(document, table_of(path), clean_name(key), known)));
+      document.faults.add(Fault(FaultKind::usage, "config.unknown_key",
+                                fmt::format("{}: unknown key '{}'. {}", place, clean_name(child),
+                                            advice(document, table_of(path), clean_name(key), known))));
+      continue;
     }
     if (document.free.contains(child)) continue;
     if (const auto* inner = node.as_table()) check_keys(document, *inner, child);

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "dsp/faults.hpp"
 #include "dsp/io/asked_setting.hpp"
 #include "dsp/io/toml_text.hpp"
 
@@ -18,6 +19,8 @@ struct SettingsDocument {
   std::map<std::string, std::set<std::string>> asked;  ///< path of a table -> keys asked for in it
   std::set<std::string> free;                          ///< paths of tables that may hold anything
   std::vector<AskedSetting> settings;                  ///< the same keys in the order of asking, and how
+  Faults faults;                                       ///< found in reading, not yet thrown
+  bool is_interrupted = false;                         ///< not all was asked for that would have been
 
   /// The record of a key in a table called `path`, made where there is none.
   AskedSetting& setting(const std::string& path, std::string_view key);
@@ -29,7 +32,7 @@ struct SettingsDocument {
 /// Sets what `a.b=c` says. Throws Fault (usage, "config.override").
 void apply_override(SettingsDocument& document, const std::string& text);
 
-/// Throws Fault (usage, "config.unknown_key") for a key of `table` or below that nobody asked for.
-void check_keys(const SettingsDocument& document, const toml::table& table, const std::string& path);
+/// Adds a fault "config.unknown_key" for each key of `table` or below that nobody asked for.
+void check_keys(SettingsDocument& document, const toml::table& table, const std::string& path);
 
 }  // namespace dsp

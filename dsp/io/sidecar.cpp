@@ -158,21 +158,26 @@ std::vector<Interval> read_bad(const Settings& document) {
   return bad;
 }
 
+void read_clock(const Settings& document, Sidecar& sidecar) {
+  sidecar.interpolate = document.choice("clock", "regular", {"regular", "interpolate"}) == "interpolate";
+  sidecar.rate_hz = read_rate(document, "rate");
+  if (sidecar.interpolate && !document.has("rate"))
+    throw document.fault("clock", "config.missing",
+                         "interpolate needs a rate to interpolate onto, for example rate = 100");
+}
+
 Sidecar read_document(const Settings& document) {
   document.check_schema(1);
   Sidecar sidecar;
   sidecar.title = clean_name(document.text("title", ""));
-  sidecar.start = clean_name(document.moment("start"));
-  sidecar.rate_hz = read_rate(document, "rate");
-  sidecar.interpolate = document.choice("clock", "regular", {"regular", "interpolate"}) == "interpolate";
-  if (sidecar.interpolate && !sidecar.rate_hz)
-    throw document.fault("clock", "config.missing",
-                         "interpolate needs a rate to interpolate onto, for example rate = 100");
-  for (const auto& table : document.tables("channel")) sidecar.channels.push_back(read_channel(table));
-  check_distinct(sidecar.channels);
-  sidecar.ranges = read_ranges(document);
-  sidecar.bad = read_bad(document);
-  document.finish();
+  document.attempt([&] { sidecar.start = clean_name(document.moment("start")); });
+  document.attempt([&] { read_clock(document, sidecar); });
+  for (const auto& table : document.tables("channel"))
+    document.attempt([&] { sidecar.channels.push_back(read_channel(table)); });
+  document.attempt([&] { check_distinct(sidecar.channels); });
+  document.attempt([&] { sidecar.ranges = read_ranges(document); });
+  document.attempt([&] { sidecar.bad = read_bad(document); });
+  document.finish(sidecar_settings);
   return sidecar;
 }
 

@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 
+#include "dsp/io/found_clock.hpp"
 #include "dsp/io/rows_on_clock.hpp"
 #include "dsp/io/table_layout.hpp"
 #include "dsp/io/text_lines.hpp"
@@ -63,6 +64,7 @@ class TableFile : public RowsOnClock {
   TableFile(std::unique_ptr<InputFile> file, const OpenOptions& options)
       : file_(std::move(file)), salvage_(options.salvage), layout_(table_layout(*file_)), lines_(rows()) {
     choose_time(options);
+    clock_column_ = layout_.time_column >= 0 ? layout_.time_column : layout_.clock_like_column;
     describe();
     scan(options);
     lines_ = rows();
@@ -79,6 +81,7 @@ class TableFile : public RowsOnClock {
     const auto& wanted = options.time_column;
     if (wanted.empty()) return;
     layout_.time_column = -1;
+    layout_.clock_like_column = -1;
     int number = 0;
     const auto [end, error] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), number);
     const bool by_number = error == std::errc() && end == wanted.data() + wanted.size();
@@ -110,7 +113,7 @@ class TableFile : public RowsOnClock {
     int count = 0;
     std::string_view field;
     for (Fields fields(line, layout_.separator); fields.next(field); ++count)
-      if (count == layout_.time_column) time = field;
+      if (count == clock_column_) time = field;
     if (count == layout_.num_columns + 1 && field.find_first_not_of(" \t") == std::string_view::npos) --count;
     if (count == layout_.num_columns || (layout_.comments_behind && count > layout_.num_columns)) {
       if (!lines_.ended()) leave_out_last("has no line end, so that its last number may be cut");
@@ -139,17 +142,33 @@ class TableFile : public RowsOnClock {
       }
       if (!scan_row(line, time)) break;
       ++info_.num_frames;
-      if (layout_.time_column < 0) continue;
+      if (clock_column_ < 0) continue;
       append(stamps.time_s, stamp(time), options.max_memory_bytes);
     }
     if (info_.num_frames == 0) throw fault("table.empty", "no whole row");
-    if (layout_.time_column < 0) {
+    if (clock_column_ >= 0) stamps.printed_to_s = printed_.coarsest();
+    if (layout_.time_column < 0) take_for_clock(stamps, options);
+    if (layout_.time_column < 0 || !options.with_clock) {
       info_.sample_rate_hz = layout_.rate_hz.value_or(0.0);
       return;
     }
-    stamps.printed_to_s = printed_.coarsest();
     set_clock(even_clock(
         stamps, {.rate_hz = options.rate_hz, .header_rate_hz = layout_.rate_hz, .interpolate = options.interpolate}));
+  }
+
+  // A column that nobody called time becomes the clock where it is one to its end and its unit is clear.
+  void take_for_clock(Stamps& stamps, const OpenOptions& options) {
+    if (clock_column_ < 0 || !is_clock_like(stamps.time_s)) return;
+    if (!options.with_clock) layout_.time_column = info_.time_column = clock_column_;
+    if (!options.with_clock) return;
+    const auto unit = unit_of_clock(stamps, clock_column_ + 1, options.rate_hz);
+    if (!unit) return;
+    for (double& time_s : stamps.time_s) time_s *= unit->in_s;
+    stamps.printed_to_s *= unit->in_s;
+    layout_.time_column = info_.time_column = clock_column_;
+    info_.checks.push_back({"clock.assumed", "", CheckStatus::note, unit->in_s, 0.0,
+                            fmt::format("{}: column {} rises evenly and was taken for the time in {}", file_->name(),
+                                        clock_column_ + 1, unit->name)});
   }
 
   // By a quarter at a time: old and new together are about what the clock needs afterwards.
@@ -165,10 +184,12 @@ class TableFile : public RowsOnClock {
 
   double stamp(std::string_view text) {
     double value = 0;
-    const auto& unit = layout_.units[static_cast<std::size_t>(layout_.time_column)];
+    const auto& unit = layout_.units[static_cast<std::size_t>(clock_column_)];
     const double factor = unit.empty() ? 1.0 : find_unit(unit).factor;
-    if (parse_cell(text, layout_.decimal_comma, value) != Cell::number)
+    if (parse_cell(text, layout_.decimal_comma, value) != Cell::number) {
+      if (layout_.time_column < 0) return std::numeric_limits<double>::quiet_NaN();
       throw fault("table.cell", fmt::format("column {}: '{}' is no time", layout_.time_column + 1, clean_name(text)));
+    }
     printed_.note(value * factor, last_digit(text) * factor);
     return value * factor;
   }
@@ -192,7 +213,8 @@ class TableFile : public RowsOnClock {
   std::unique_ptr<InputFile> file_;
   bool salvage_;
   TableLayout layout_;
-  PrintedDigits printed_;  // of the clock
+  int clock_column_ = -1;  // what is or could be the clock
+  PrintedDigits printed_;  // of it
   TextLines lines_;
 };
 

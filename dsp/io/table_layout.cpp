@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "dsp/fault.hpp"
+#include "dsp/io/found_clock.hpp"
 #include "dsp/io/text_lines.hpp"
 #include "dsp/io/units.hpp"
 #include "dsp/names.hpp"
@@ -131,6 +132,19 @@ void find_time(TableLayout& layout) {
   }
 }
 
+// A column that nobody called time, as far as its first rows tell.
+void find_clock_like(TableLayout& layout, const std::vector<Line>& lines) {
+  std::vector<std::vector<double>> columns(layout.columns.size());
+  for (const Line& line : lines) {
+    const auto fields = fields_of(line.text, layout.separator);
+    if (line.number < layout.first_line || is_comment(trimmed(line.text)) || fields.size() != columns.size()) continue;
+    for (std::size_t i = 0; i < columns.size(); ++i)
+      (void)parse_cell(fields[i], layout.decimal_comma, columns[i].emplace_back());
+  }
+  for (std::size_t i = 0; i < columns.size() && layout.clock_like_column < 0; ++i)
+    if (layout.units[i].empty() && is_clock_like(columns[i])) layout.clock_like_column = static_cast<int>(i);
+}
+
 void size_columns(TableLayout& layout) {
   const auto count = static_cast<std::size_t>(layout.num_columns);
   layout.columns.resize(count);
@@ -180,6 +194,7 @@ TableLayout csv_layout(const InputFile& file, const std::vector<Line>& lines) {
   // Names may be in the last comment above the numbers.
   if (!layout.named && static_cast<int>(remark.size()) == layout.num_columns) set_names(layout, remark);
   find_time(layout);
+  if (layout.time_column < 0) find_clock_like(layout, lines);
   return layout;
 }
 

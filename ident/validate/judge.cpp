@@ -176,7 +176,7 @@ std::string cause_clause(const JudgedFit& fit, const Findings& found, Cause caus
                        fit.explanation->what, percent(fit.explanation->fraction));
   switch (cause) {
     case Cause::missing_input:
-      return "the motion is driven by something that is not in the equation";
+      return "something that is not in the equation drives the motion: an input or a further moving part";
     case Cause::switch_variable:
       return fmt::format("{} explains {} of what is left over: the sign is that of another motion",
                          fit.explanation->what, percent(fit.explanation->fraction));
@@ -278,21 +278,6 @@ Agreement agreement(const std::vector<RangeResult>& ranges, std::size_t range, s
   return {false, fmt::format("{} agree{} within 10 %", fmt::join(agree, " and "), agree.size() == 1 ? "s" : "")};
 }
 
-/// The greater, the rather an equation speaks for its record.
-int preference(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::describes:
-      return 3;
-    case Verdict::in_part:
-      return 2;
-    case Verdict::undecided:
-      return 1;
-    case Verdict::does_not:
-      break;
-  }
-  return 0;
-}
-
 const char* opening(Verdict verdict) {
   switch (verdict) {
     case Verdict::describes:
@@ -370,11 +355,13 @@ Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range
   const JudgedFit& fit = ranges[range].fits[method];
   if (fit.model.terms.empty()) {
     const bool driven = is_driven(ranges[range], fit);
-    return {Verdict::does_not,
-            driven ? Cause::missing_input : Cause::not_found,
-            fmt::format("No equation was found: no candidate term earned its place{}.",
-                        driven ? "; the motion is driven by something that is not in the equation" : ""),
-            {}};
+    return {
+        Verdict::does_not,
+        driven ? Cause::missing_input : Cause::not_found,
+        fmt::format(
+            "No equation was found: no candidate term earned its place{}.",
+            driven ? "; something that is not among them drives the motion: an input or a further moving part" : ""),
+        {}};
   }
   const Findings found = findings_of(ranges[range], fit);
   Judgement result{found.by_run, {}, {}, {}};
@@ -412,6 +399,20 @@ void judge(std::vector<RangeResult>& ranges) {
   for (std::size_t range = 0; range < ranges.size(); ++range)
     for (std::size_t method = 0; method < ranges[range].fits.size(); ++method)
       ranges[range].fits[method].judgement = judgement_of(ranges, range, method);
+}
+
+int preference(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::describes:
+      return 3;
+    case Verdict::in_part:
+      return 2;
+    case Verdict::undecided:
+      return 1;
+    case Verdict::does_not:
+      break;
+  }
+  return 0;
 }
 
 std::size_t chosen_method(const RangeResult& range) {

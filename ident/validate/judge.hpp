@@ -25,6 +25,9 @@ namespace ident {
 /// back with the state; a missing input where next to nothing does, nothing drives the equation and its free run fails.
 void judge(std::vector<RangeResult>& ranges);
 
+/// The greater, the rather an equation speaks for its record: does not, undecided, in part, describes.
+[[nodiscard]] int preference(Verdict verdict);
+
 /// The equation that speaks for a run: the one with the best verdict (describes, in part, undecided, does not). Among
 /// equals that of the range with the most rows, then fast_rvm's, then the first. Nothing if there is no fit.
 struct ChosenFit {

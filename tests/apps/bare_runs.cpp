@@ -38,7 +38,10 @@ Outcome bare_run(const std::string& csv, const std::vector<std::pair<std::string
     if (equation["chosen"].is_object() && other["name"] == equation["chosen"]["range"]) range = other;
   outcome.verdict = range["verdict"];
   if (range["cause"].is_string()) outcome.cause = range["cause"];
-  for (const json& term : range["methods"][0]["terms"]) {
+  json method = range["methods"][0];
+  for (const json& other : range["methods"])
+    if (equation["chosen"].is_object() && other["method"] == equation["chosen"]["method"]) method = other;
+  for (const json& term : method["terms"]) {
     const std::string name = term["name"];
     outcome.terms.insert(name);
     for (const auto& [known, value] : truth) {

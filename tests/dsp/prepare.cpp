@@ -1,5 +1,6 @@
 #include "dsp/prepare.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
@@ -254,4 +255,18 @@ TEST_CASE("the zero of a laser is the mean at the intermediate rate where it may
 
 TEST_CASE("a handful of samples is refused", "[dsp][prepare]") {
   CHECK_THROWS_WITH(dsp::prepare(recording(64.0, 5), {}), Catch::Contains("5 samples"));
+}
+
+TEST_CASE("numbers that are no vibration in the unit taken for granted are a question", "[dsp][prepare]") {
+  const auto asked = [](double scale, bool assumed) {
+    auto record = recording(250.0, 5000);
+    record.samples *= scale;
+    for (auto& channel : record.channels) channel.unit_is_assumed = assumed;
+    const auto prepared = dsp::prepare(record, {});
+    return std::any_of(prepared.checks.begin(), prepared.checks.end(),
+                       [](const dsp::Check& check) { return check.name == "sample.size"; });
+  };
+  CHECK(asked(1e5, true));  // hundredths of a millimetre
+  CHECK_FALSE(asked(1e5, false));
+  CHECK_FALSE(asked(1.0, true));
 }

@@ -1,9 +1,12 @@
 #include "dsp/read_recording.hpp"
 
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <ctime>
 
+#include "dsp/faults.hpp"
 #include "dsp/io/sound_writer.hpp"
 #include "dsp/motion.hpp"
 #include "support/fault.hpp"
@@ -257,8 +260,43 @@ TEST_CASE("a rate that contradicts the container is refused with both numbers", 
   scratch.file("a.csv.toml", "rate = 50");
   check_fault([&] { (void)dsp::read_recording(csv); }, FaultKind::input, "rate.mismatch", {"50 Hz", "100 Hz"});
   const auto bare = scratch.file("b.csv", "x\n1\n2\n");
-  check_fault([&] { (void)dsp::read_recording(bare); }, FaultKind::input, "rate.missing",
-              {"rate = 1000", "b.csv.toml"});
+  check_fault([&] { (void)dsp::read_recording(bare); }, FaultKind::input, "rate.missing", {"b.csv.toml"},
+              {"rate = \"?\"  # samples a second, in Hz\n"});
+  // Pasted as it is, it is no rate.
+  scratch.file("b.csv.toml", "rate = \"?\"");
+  check_fault([&] { (void)dsp::read_recording(bare); }, FaultKind::usage, "config.range", {"rate", "'?'"});
+}
+
+TEST_CASE("without rate and roles both are asked for at once", "[dsp][read_recording]") {
+  const Scratch scratch;
+  const auto file = scratch.file("a.csv", "3,1\n1,2\n2,1\n");
+  std::vector<std::string> names;
+  std::string lines;
+  try {
+    (void)dsp::read_recording(file);
+  } catch (const dsp::SeveralFaults& faults) {
+    for (const dsp::Fault& fault : faults.all()) {
+      names.push_back(fault.name());
+      lines += fault.lines();
+    }
+  }
+  CHECK(names == std::vector<std::string>{"rate.missing", "motion.none"});
+  scratch.file("a.csv.toml", "rate = 100\n" + lines.substr(lines.find('#', lines.find('\n'))));
+  CHECK(dsp::read_recording(file).sample_rate_hz == 100.0);  // the lines can be pasted
+}
+
+TEST_CASE("a draft is written whatever is the matter with the clock, and says it", "[dsp][read_recording]") {
+  const Scratch scratch;
+  std::string uneven = "t,base_mm,payload_mm\n";
+  for (int i = 0; i < 20; ++i) uneven += fmt::format("{},{},{}\n", 0.1 * i + 0.02 * (i % 3), i % 5, i % 7);
+  const auto file = scratch.file("u.csv", uneven);
+  check_fault([&] { (void)dsp::read_recording(file); }, FaultKind::input, "clock.jitter", {"uneven"});
+  const std::string draft = dsp::draft_sidecar(file);
+  CHECK_THAT(draft, Catch::Matchers::Contains("is uneven") && Catch::Matchers::Contains("clock = \"interpolate\""));
+  CHECK_THAT(draft, Catch::Matchers::Contains("role = \"r\"  # by its name and unit") &&
+                        Catch::Matchers::Contains("role = \"y\"  # by its name and unit"));
+  scratch.file("u.csv.toml", "rate = 10\nclock = \"interpolate\"\n" + draft);
+  CHECK(dsp::read_recording(file).find(Role::y) == 1);
 }
 
 TEST_CASE("roles and names must be distinct, and `use` does it", "[dsp][read_recording]") {
@@ -425,6 +463,23 @@ TEST_CASE("the pneumatic laser's uneven clock is refused, then interpolated with
   const std::string rest = "[[channel]]\nname = \"laser\"\nindex = 5\nrole = \"y\"\nunit = \"mm\"\n";
   check_fault([&] { (void)dsp::read_recording(file, {.sidecar = scratch.file("s.toml", time + rest)}); },
               FaultKind::input, "clock.jitter", {"uneven", "clock = \"interpolate\""});
+  // With nothing said of it, its clock is found, and the lines that settle unit, unevenness and roles can be pasted.
+  std::string lines;
+  std::vector<std::string> names;
+  try {
+    (void)dsp::read_recording(file, {.sidecar = scratch.file("s.toml", "")});
+  } catch (const dsp::SeveralFaults& faults) {
+    for (const dsp::Fault& fault : faults.all()) {
+      names.push_back(fault.name());
+      lines += fault.lines();
+    }
+  }
+  CHECK(names == std::vector<std::string>{"clock.unit", "motion.none"});
+  const auto found = dsp::read_recording(file, {.sidecar = scratch.file("s.toml", lines)});
+  CHECK(found.sample_rate_hz == 100.0);
+  CHECK(found.samples.rows() == 10629);
+  REQUIRE(found.channels.size() == 6);
+  CHECK(found.samples(0, 3) == 0.018);  // channel5
   const auto recording = dsp::read_recording(
       file, {.sidecar = scratch.file("s.toml", "rate = 100\nclock = \"interpolate\"\n" + time + rest)});
   CHECK(recording.samples.rows() == 10629);

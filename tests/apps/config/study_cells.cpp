@@ -34,7 +34,7 @@ TEST_CASE("cells are each value alone, or every combination", "[apps][study_cell
 TEST_CASE("what a study varies of itself are settings that a config has", "[apps][study_cells]") {
   const support::Scratch folder;
   const auto file = folder.file("c.toml", "[[recording]]\nfile = \"a.csv\"\n");
-  const std::vector<apps::StudyAxis> axes = apps::default_axes(apps::read_config(file), 100.0);
+  const std::vector<apps::StudyAxis> axes = apps::default_axes(apps::read_config(file), 100.0, 100'000);
   CHECK(axes.size() >= 5);
   for (const apps::StudyAxis& axis : axes)
     for (const std::string& value : axis.values) {

@@ -61,9 +61,27 @@ TEST_CASE("a guess says what it rests on") {
   CHECK(guesses[2].why == "its name");
 }
 
+TEST_CASE("what moves outranks what drives") {
+  CHECK(roles({{"load_pos", ""}, {"drive_force", ""}}) == List{"x", "f"});
+  CHECK(roles({{"input acceleration", ""}}) == List{"a"});
+}
+
+TEST_CASE("a unit that is not known leaves the role open and is said") {
+  std::vector<dsp::Channel> channels{{.name = "disp [furlong]"}, {.name = "disp"}};
+  const auto checks = dsp::assume_roles(channels, {false, false}, {});
+  REQUIRE(checks.size() == 2);
+  CHECK(checks[0].name == "unit.unknown");
+  CHECK(checks[0].channel == "disp [furlong]");
+  CHECK(channels[0].role == Role::other);
+  CHECK(channels[1].role == Role::x);
+}
+
 TEST_CASE("lines to paste name every channel and what may stand there") {
-  const std::string lines = dsp::role_lines({{.name = "V1"}, {.name = "load", .role = Role::f, .unit = "N"}});
-  CHECK_THAT(lines, Catch::Contains("y dy ddy payload"));
-  CHECK_THAT(lines, Catch::Contains("[[channel]]\nname = \"V1\"\nrole = \"other\"\n"));
-  CHECK_THAT(lines, Catch::Contains("[[channel]]\nname = \"load\"\nrole = \"f\"\n"));
+  const std::vector<dsp::Channel> channels{{.name = "V1"}, {.name = "load", .role = Role::f, .unit = "N"}};
+  CHECK_FALSE(dsp::any_motion(channels));
+  const dsp::Fault question = dsp::no_motion("a.csv", channels);
+  CHECK_THAT(question.what(), Catch::Contains("found V1 (other), load (f)") && Catch::Contains("a.csv.toml"));
+  CHECK_THAT(question.lines(), Catch::Contains("y dy ddy payload"));
+  CHECK_THAT(question.lines(), Catch::Contains("[[channel]]\nname = \"V1\"\nrole = \"other\"\n"));
+  CHECK_THAT(question.lines(), Catch::Contains("[[channel]]\nname = \"load\"\nrole = \"f\"\n"));
 }

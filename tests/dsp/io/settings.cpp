@@ -3,11 +3,13 @@
 #include <rapidcheck/catch.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 
 #include "support/fault.hpp"
 #include "support/scratch.hpp"
 
+using dsp::Fault;
 using dsp::FaultKind;
 using dsp::Settings;
 using support::check_fault;
@@ -101,26 +103,68 @@ TEST_CASE("a table of notes may hold anything", "[dsp][settings]") {
 }
 
 TEST_CASE("wrong types and values out of range say what was found and wanted", "[dsp][settings]") {
-  const auto settings =
-      Settings::from_text("n = \"three\"\nr = -1\nk = 2.5\nb = 1\nw = \"fst_rvm\"\nv = nan\n", "c.toml");
-  check_fault([&] { (void)settings.number("n", 0); }, FaultKind::usage, "config.type",
-              {"c.toml:1: n: got the text 'three', want a number"});
-  check_fault([&] { (void)settings.number("r", 0, {.from = 0, .above = true}); }, FaultKind::usage, "config.range",
-              {"c.toml:2: r: got -1, want a number, above 0"});
-  check_fault([&] { (void)settings.number("r", 0, {.from = 0, .to = 4}); }, FaultKind::usage, "config.range",
-              {"0 to 4"});
-  check_fault([&] { (void)settings.integer("k", 0); }, FaultKind::usage, "config.type", {"c.toml:3", "whole number"});
-  check_fault([&] { (void)settings.flag("b", false); }, FaultKind::usage, "config.type", {"true or false"});
-  check_fault(
-      [&] {
-        (void)settings.choice("w", "", {"fast_rvm", "sindy"});
-      },
-      FaultKind::usage, "config.range", {"fast_rvm, sindy", "Did you mean 'fast_rvm'?"});
-  check_fault([&] { (void)settings.number("v", 0); }, FaultKind::usage, "config.range", {"nan", "finite"});
+  const auto faulty = [](const std::string& line, const auto& read, const char* name, std::vector<std::string> parts) {
+    const auto settings = Settings::from_text("\n" + line + "\n", "c.toml");
+    parts.push_back("c.toml:2: ");
+    check_fault(
+        [&] {
+          read(settings);
+          settings.finish();
+        },
+        FaultKind::usage, name, parts);
+  };
+  faulty("n = \"three\"", [](const Settings& s) { CHECK(s.number("n", 7) == 7.0); }, "config.type",
+         {"n: got the text 'three', want a number"});
+  faulty("r = -1", [](const Settings& s) { (void)s.number("r", 0, {.from = 0, .above = true}); }, "config.range",
+         {"r: got -1, want a number, above 0"});
+  faulty("r = -1", [](const Settings& s) { (void)s.number("r", 0, {.from = 0, .to = 4}); }, "config.range", {"0 to 4"});
+  faulty("k = 2.5", [](const Settings& s) { CHECK(s.integer("k", 3) == 3); }, "config.type", {"whole number"});
+  faulty("b = 1", [](const Settings& s) { CHECK(s.flag("b", true)); }, "config.type", {"true or false"});
+  faulty("w = \"fst_rvm\"",
+         [](const Settings& s) {
+           CHECK(s.choice("w", "a", {"fast_rvm", "sindy"}) == "a");
+         },
+         "config.range", {"fast_rvm, sindy", "Did you mean 'fast_rvm'?"});
+  faulty("v = nan", [](const Settings& s) { (void)s.number("v", 0); }, "config.range", {"nan", "finite"});
+  const auto settings = Settings::from_text("n = 1\nr = 1\nk = 2.5\n", "c.toml");
   check_fault([&] { (void)settings.need_text("title"); }, FaultKind::usage, "config.missing", {"c.toml", "title"});
   check_fault([&] { (void)settings.table("k"); }, FaultKind::usage, "config.type", {"want a table [k]"});
   check_fault([&] { (void)settings.tables("k"); }, FaultKind::usage, "config.type", {"[[k]]"});
   check_fault([&] { settings.exclusive("n", "r"); }, FaultKind::usage, "config.range", {"cannot be given beside 'n'"});
+}
+
+TEST_CASE("all that is wrong with a document is said at once", "[dsp][settings]") {
+  const auto settings =
+      Settings::from_text("a = \"one\"\nb = -1\nz = 0\n[fit]\ntarget = 3\ntau = 2\nmore = 1\n", "c.toml");
+  (void)settings.number("a", 0);
+  (void)settings.number("b", 0, {.from = 0});
+  const auto read_fit = [](const Settings& fit) {
+    (void)fit.need_text("target");  // breaks off: nobody comes to ask for tau
+    (void)fit.number("tau", 0);
+  };
+  settings.attempt([&] { read_fit(settings.table("fit")); });
+  const auto whole = [&] {
+    const auto all = Settings::from_text("[fit]\ntarget = \"a\"\n", "");
+    read_fit(all.table("fit"));
+    return all.asked();
+  };
+  std::vector<std::string> said;
+  try {
+    settings.finish(whole);
+  } catch (const dsp::SeveralFaults& faults) {
+    for (const Fault& fault : faults.all()) said.emplace_back(fault.what());
+  }
+  std::sort(said.begin(), said.end());
+  const auto begins = [&](std::size_t i, const char* with) {
+    CAPTURE(i, said);
+    CHECK((said.size() > i && said[i].starts_with(with)));
+  };
+  CHECK(said.size() == 5);
+  begins(0, "c.toml:1: a: got the text 'one'");
+  begins(1, "c.toml:2: b: got -1");
+  begins(2, "c.toml:3: unknown key 'z'");
+  begins(3, "c.toml:5: fit.target: got 3");
+  begins(4, "c.toml:7: unknown key 'fit.more'");
 }
 
 TEST_CASE("syntax errors carry file and line", "[dsp][settings]") {
@@ -152,16 +196,21 @@ TEST_CASE("overrides replace, add and reach into arrays", "[dsp][settings]") {
 }
 
 TEST_CASE("a fault in an override names the override", "[dsp][settings]") {
-  const auto settings = Settings::from_text(config, "run.toml", {"range.0.to=soon", "fit.targt=a"});
-  check_fault([&] { (void)settings.tables("range")[0].number("to", 0); }, FaultKind::usage, "config.type",
+  const auto read = [](const std::string& override) {
+    const auto settings = Settings::from_text(config, "run.toml", {override});
+    for (const char* key : {"schema", "prepare", "library", "range", "fit"}) (void)settings.has(key);
+    (void)settings.table("fit").has("target");
+    for (const char* key : {"rate_hz", "zero"}) (void)settings.table("prepare").has(key);
+    for (const char* key : {"order", "terms"}) (void)settings.table("library").has(key);
+    for (const auto& range : settings.tables("range")) {
+      for (const char* key : {"name", "from"}) (void)range.has(key);
+      (void)range.number("to", 0);
+    }
+    settings.finish();
+  };
+  check_fault([&] { read("range.0.to=soon"); }, FaultKind::usage, "config.type",
               {"--set range.0.to=soon: range.0.to: got the text 'soon'"});
-  for (const char* key : {"schema", "prepare", "library", "range", "fit"}) (void)settings.has(key);
-  (void)settings.table("fit").has("target");
-  for (const char* key : {"rate_hz", "zero"}) (void)settings.table("prepare").has(key);
-  for (const char* key : {"order", "terms"}) (void)settings.table("library").has(key);
-  for (const auto& range : settings.tables("range"))
-    for (const char* key : {"name", "from", "to"}) (void)range.has(key);
-  check_fault([&] { settings.finish(); }, FaultKind::usage, "config.unknown_key",
+  check_fault([&] { read("fit.targt=a"); }, FaultKind::usage, "config.unknown_key",
               {"--set fit.targt=a: unknown key 'fit.targt'", "Did you mean 'target'?"});
   for (const char* bad : {"novalue", "=3", "a..b=1", "range.7.to=1", "schema.x=1"})
     check_fault([&] { (void)Settings::from_text(config, "run.toml", {bad}); }, FaultKind::usage, "config.override",

@@ -1,0 +1,61 @@
+#include <fmt/format.h>
+
+#include <sstream>
+#include <utility>
+
+#include "dsp/faults.hpp"
+#include "dsp/io/calibrate.hpp"
+#include "dsp/io/channel_roles.hpp"
+#include "dsp/io/recording_files.hpp"
+#include "dsp/names.hpp"
+#include "dsp/read_recording.hpp"
+
+namespace dsp {
+namespace {
+
+std::string commented(const std::string& lines) {
+  std::istringstream text(lines);
+  std::string result;
+  for (std::string line; std::getline(text, line);) result += "# " + line + "\n";
+  return result;
+}
+
+std::string role_line(Role role, const std::string& why) {
+  if (role == Role::other) return fmt::format("# role = \"y\"  # {}\n", role_choices);
+  return fmt::format("role = \"{}\"{}\n", to_string(role), why.empty() ? "" : fmt::format("  # by {}", why));
+}
+
+std::string channel_text(const ChannelSpec& channel, const RoleGuess& role, const SourceInfo& info) {
+  const auto calibration = calibrate(channel, info, channel.index - 1);
+  const auto& in_file = info.units[static_cast<std::size_t>(channel.index - 1)];
+  const auto unit = in_file.empty() ? calibration.unit : find_unit(in_file).name;
+  std::string text = fmt::format("\n[[channel]]\nname = {}\nindex = {}\n{}", toml_quoted(channel.name), channel.index,
+                                 role_line(role.role, role.why));
+  text += commented(calibration.missing);
+  if (calibration.missing.empty())
+    text += unit.empty() ? fmt::format("# unit = \"{}\"\n", role.role == Role::other ? "m" : si_unit(role.role))
+                         : fmt::format("unit = \"{}\"\n", unit);
+  return text + "# sign = -1  # mounted the other way round\n# delay = \"0 ms\"\n# coupling = \"DC\"\n";
+}
+
+}  // namespace
+
+std::string draft_sidecar(const std::filesystem::path& file, const ReadOptions& options) {
+  Faults faults;  // of the clock: they are why a person wants a sidecar
+  const auto opened = std::move(open_files(file, {}, options, faults).front());
+  const auto& info = opened.source->info();
+  std::string text =
+      fmt::format("schema = 1\n# {}: {} frames, {}\n# title = \"\"\n", opened.name, info.num_frames, info.container);
+  if (faults.empty())
+    text += info.sample_rate_hz > 0 ? fmt::format("rate = {}  # Hz\n", info.sample_rate_hz)
+                                    : fmt::format("# {}  needed: the file does not say it\n", rate_line);
+  text += "# start = 2023-05-04T10:12:30Z\n";
+  for (const Fault& fault : faults.all()) text += commented(std::string(fault.what()) + "\n" + fault.lines());
+  const std::vector<ChannelSpec> channels = channels_of(opened);
+  const std::vector<RoleGuess> roles = guess_roles(channels, info);
+  for (std::size_t i = 0; i < channels.size(); ++i) text += channel_text(channels[i], roles[i], info);
+  text += "\n# [[range]]\n# name = \"low\"\n# from = 0\n# to = 830\n# train_to = 500\n";
+  return text + "\n# [[bad]]\n# from = 412.1\n# to = 412.6\n# why = \"cable knocked\"\n";
+}
+
+}  // namespace dsp

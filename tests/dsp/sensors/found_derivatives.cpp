@@ -1,0 +1,66 @@
+#include "dsp/sensors/found_derivatives.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <random>
+
+#include "dsp/motion.hpp"
+#include "support/fault.hpp"
+#include "support/signals.hpp"
+
+namespace {
+
+constexpr double rate_hz = 200.0;
+
+/// Columns acceleration, force, displacement (mm), velocity of a sweep, each with noise of a thousandth.
+Eigen::MatrixXd shuffled(Eigen::Index n) {
+  const support::SweptHarmonics motion;
+  std::mt19937 random(11);
+  std::normal_distribution<double> noise(0.0, 1e-3);
+  Eigen::MatrixXd samples(n, 4);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto p = motion.at(static_cast<double>(i) / rate_hz);
+    samples.row(i) << p.a, p.a + 40.0 * p.x + 2.0 * p.v, 1e3 * p.x, p.v;
+  }
+  for (Eigen::Index c = 0; c < samples.cols(); ++c) {
+    const double size = samples.col(c).cwiseAbs().maxCoeff();
+    samples.col(c) = samples.col(c).unaryExpr([&](double value) { return value + size * noise(random); });
+  }
+  return samples;
+}
+
+}  // namespace
+
+TEST_CASE("columns are told to be derivatives of one another, in whatever units of ten", "[dsp][found_derivatives]") {
+  const auto found = dsp::find_derivatives(shuffled(12'000), rate_hz);
+  REQUIRE(found.size() == 2);
+  CHECK((found[0].of == 3 && found[0].is == 0));  // the acceleration, of the velocity
+  CHECK(found[0].factor == Approx(1.0).epsilon(0.01));
+  CHECK((found[1].of == 2 && found[1].is == 3));  // the velocity, of the displacement in mm
+  CHECK(found[1].factor == Approx(1e-3).epsilon(0.01));
+}
+
+TEST_CASE("a force in phase with the velocity and noise are no derivatives", "[dsp][found_derivatives]") {
+  Eigen::MatrixXd samples(4000, 3);
+  std::mt19937 random(5);
+  std::normal_distribution<double> white;
+  for (Eigen::Index i = 0; i < samples.rows(); ++i) {
+    const double phase = 0.05 * static_cast<double>(i);
+    samples.row(i) << std::sin(phase), 23.0 * std::cos(phase), white(random);
+  }
+  CHECK(dsp::find_derivatives(samples, rate_hz).empty());
+  CHECK(dsp::find_derivatives(Eigen::MatrixXd::Constant(100, 2, 3.0), rate_hz).empty());
+}
+
+TEST_CASE("the question for roles proposes those that the numbers give away", "[dsp][found_derivatives]") {
+  dsp::Recording recording{.name = "a.csv", .sample_rate_hz = rate_hz};
+  for (const char* name : {"ch1", "ch2", "ch3", "ch4"}) recording.channels.push_back({.name = name});
+  recording.samples = shuffled(12'000);
+  support::check_fault(
+      [&] {
+        (void)dsp::relative_motion(recording, {.band = {60.0, 80.0}});
+      },
+      dsp::FaultKind::input, "motion.none", {"found ch1 (other)"},
+      {"name = \"ch3\"\nrole = \"x\"", "name = \"ch4\"\nrole = \"v\"  # derivative of ch3",
+       "name = \"ch1\"\nrole = \"a\"  # derivative of ch4", "name = \"ch2\"\nrole = \"other\"\n"});
+}

@@ -1,0 +1,76 @@
+#include "ident/record.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace {
+
+using Strings = std::vector<std::string>;
+
+/// Signals of one value or moving, by name, and nothing else.
+ident::Record record_with(const std::string& name, const std::vector<std::pair<std::string, std::string>>& moving,
+                          const Strings& still = {}) {
+  ident::Record record;
+  record.prepared.name = name;
+  auto& signals = record.prepared.signals.signals;
+  for (const auto& [signal, unit] : moving) signals.push_back({signal, unit, Eigen::Vector3d(0.0, 1.0, -1.0)});
+  for (const auto& signal : still) signals.push_back({signal, "N", Eigen::Vector3d(2.0, 2.0, 2.0)});
+  return record;
+}
+
+/// A payload on its base at 2 Hz that, where `rests`, stands on the ground for the second half.
+dsp::Recording on_a_moving_base(bool rests) {
+  constexpr double rate_hz = 200.0, noise_m = 1e-7;
+  constexpr Eigen::Index n = 24'000;
+  dsp::Recording recording{.name = "bench", .sample_rate_hz = rate_hz};
+  recording.channels = {{.name = "top", .role = dsp::Role::y, .unit = "m"},
+                        {.name = "base", .role = dsp::Role::r, .unit = "m"}};
+  recording.samples.resize(n, 2);
+  std::mt19937 random(7);
+  std::normal_distribution<double> noise(0.0, noise_m);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double phase = 2.0 * std::numbers::pi * 2.0 * static_cast<double>(i) / rate_hz;
+    const bool stands = rests && i > n / 2;
+    recording.samples(i, 0) = (stands ? 0.0 : 3e-3 * std::sin(phase)) + noise(random);
+    recording.samples(i, 1) = 4e-3 * std::sin(phase - 0.3) + noise(random);
+  }
+  return recording;
+}
+
+bool is_said(const ident::Record& record, const std::string& check) {
+  const auto& checks = record.prepared.checks;
+  return std::any_of(checks.begin(), checks.end(), [&](const dsp::Check& one) { return one.name == check; });
+}
+
+}  // namespace
+
+TEST_CASE("friction and what acts from outside are candidates by default", "[ident][record]") {
+  const auto record = record_with(
+      "a", {{"x", "m"}, {"v", "m/s"}, {"ddr", "m/s^2"}, {"f", "N"}, {"coil", "A"}, {"strain", "m/m"}, {"t", "s"}});
+  CHECK(ident::default_terms({&record}) == Strings{"sgn(v)", "ddr", "f", "coil"});
+  const auto idle = record_with("b", {{"x", "m"}, {"v", "m/s"}}, {"f"});
+  CHECK(ident::default_terms({&idle}) == Strings{"sgn(v)"});
+  // A force that acts in one record and is there in the other, if at rest, is a candidate of both.
+  CHECK(ident::default_terms({&idle, &record}) == Strings{"sgn(v)", "f"});
+}
+
+TEST_CASE("an input that another record lacks is said, with the record", "[ident][record]") {
+  const auto forced = record_with("forced.csv", {{"x", "m"}, {"f", "N"}, {"ddr", "m/s^2"}}),
+             free = record_with("free.csv", {{"x", "m"}, {"ddr", "m/s^2"}});
+  CHECK(ident::default_terms({&forced, &free}) == Strings{"sgn(v)", "ddr"});
+  const auto checks = ident::inputs_of_some({&forced, &free});
+  REQUIRE(checks.size() == 1);
+  CHECK(checks.front().name == "input.not_everywhere");
+  CHECK(checks.front().status == dsp::CheckStatus::warning);
+  CHECK_THAT(checks.front().message, Catch::Contains("f was not recorded in free.csv"));
+  CHECK(ident::inputs_of_some({&forced, &forced}).empty());
+}
+
+TEST_CASE("a payload that stands on the ground while its base moves is noticed", "[ident][record]") {
+  const auto prepared = [](bool rests) { return dsp::prepare(on_a_moving_base(rests), {.rate_hz = 50.0}); };
+  CHECK(is_said(ident::find_regimes(prepared(true)), "regime.ground"));
+  CHECK_FALSE(is_said(ident::find_regimes(prepared(false)), "regime.ground"));
+}
