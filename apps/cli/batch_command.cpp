@@ -136,7 +136,7 @@ int write_results(const BatchResults& results, const BatchArguments& arguments, 
                   Console& console) {
   const std::string json =
       table_json(results.records, results.joint.empty() ? "" : joint_json(results.joint), results.joint_reason);
-  for (const std::string& warning : results.warnings) console.warning("factors.band", warning);
+  for (const std::string& warning : results.warnings) console.warning("factors.differ", warning);
   folder.write("table.csv", table_csv(results.records));
   folder.write("table.json", json);
   folder.write("report.html", batch_page(results));

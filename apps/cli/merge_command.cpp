@@ -40,7 +40,7 @@ std::vector<ident::RecordFactors> read_all(const MergeArguments& arguments) {
 /// Joint fits of every range. 4 where no method found terms in one of them.
 int merge(const MergeArguments& arguments, const GlobalOptions& global, Console& console) {
   const std::vector<ident::RecordFactors> records = read_all(arguments);
-  for (const std::string& difference : differences(records)) console.warning("factors.band", difference);
+  for (const std::string& difference : differences(records)) console.warning("factors.differ", difference);
   const auto results = joint_fits(records, options_of(*arguments.methods), check_interrupted);
   refuse_warnings(global.strict, console);
   save_factors(arguments.save, records, arguments.files, global.force);

@@ -9,6 +9,8 @@
 #include "apps/cli/run_job.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/page/first_screen.hpp"
+#include "apps/process/path.hpp"
+#include "apps/process/staging_folder.hpp"
 
 namespace apps {
 namespace {
@@ -25,6 +27,7 @@ int run(const RunArguments& arguments, Console& console) {
   const RunFolder::Origin origin = origin_of(arguments, "run", config);
   if (arguments.resume)
     if (const std::optional<int> code = kept_exit_code(folder, config, origin)) {
+      { const StagingFolder leftovers(named_path(folder)); }  // of a command killed right behind its end: they go
       console.step(fmt::format("{} holds this run already", folder.string()));
       console.result(read_run_file(folder / (console.json() ? "equation.json" : "equation.txt")));
       return *code;

