@@ -50,8 +50,12 @@ std::vector<std::string> options_of_runs(const BatchArguments& arguments, int nu
   return options;
 }
 
+int processors_here() {
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
 RecordRuns record_runs(const BatchArguments& arguments, const Ranks* ranks) {
-  const int processors = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const int processors = processors_here();
   const int jobs = arguments.num_jobs > 0 ? arguments.num_jobs : ranks != nullptr ? 1 : processors;
   const int threads = arguments.num_threads > 0 ? arguments.num_threads
                       : ranks != nullptr        ? 1
@@ -100,10 +104,11 @@ std::vector<TaskOutcome> run_all(const std::vector<RecordTask>& tasks, const Rec
 }
 
 BatchResults results_of(const std::vector<RecordTask>& tasks, const std::vector<TaskOutcome>& outcomes,
-                        const BatchArguments& arguments, const Config& config, const RecordRuns& runs) {
+                        const BatchArguments& arguments, const Config& config, const RecordRuns& runs,
+                        int num_threads) {
   BatchResults results{.config = arguments.run.input.filename().string(), .records = {}};
   results.records.resize(tasks.size());
-  dsp::for_each_index(tasks.size(), runs.num_jobs, [&](std::size_t i) {
+  dsp::for_each_index(tasks.size(), num_threads, [&](std::size_t i) {
     check_interrupted();
     results.records[i] = record_result(tasks[i], outcomes[i], runs.runs, arguments.run.require);
   });
@@ -176,8 +181,9 @@ int lead(const BatchArguments& arguments, Ranks* ranks, bool& sent_home, Console
   sent_home = true;
   if (ranks != nullptr) ranks->finish();  // nobody waits while the summary is written
   console.step("writing the summary");
-  return write_results(results_of(tasks, outcomes, arguments, config, runs), arguments, folder, std::move(manifest),
-                       console);
+  const int num_threads = ranks != nullptr ? processors_here() : runs.num_jobs;  // the others have gone home
+  return write_results(results_of(tasks, outcomes, arguments, config, runs, num_threads), arguments, folder,
+                       std::move(manifest), console);
 }
 
 /// Another rank does what rank 0 gives it; what is wrong with the command line is rank 0's to say.
