@@ -84,11 +84,13 @@ std::string details_text(const RunResults& found) {
   return text;
 }
 
+/// Names alone: wherever the folder lies, the R factors are the same.
 std::vector<std::vector<ident::FactorSource>> sources_of(const std::vector<std::vector<ManifestFile>>& files) {
   std::vector<std::vector<ident::FactorSource>> sources;
   for (const auto& of_one : files) {
     sources.emplace_back();
-    for (const ManifestFile& file : of_one) sources.back().push_back({file.path, file.sha256});
+    for (const ManifestFile& file : of_one)
+      sources.back().push_back({std::filesystem::path(file.path).filename().string(), file.sha256});
   }
   return sources;
 }

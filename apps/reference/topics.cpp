@@ -91,7 +91,7 @@ Section factors_section() {
       {{"kind, schema, version", "\"ardent factors\"; 1; of the program."},
        {"records", "A list: each range of each record."},
        {"record, range, where", "Names; the condition on the rows or an empty text."},
-       {"files", "path and sha256 of what was read: recording, further files, sidecar."},
+       {"files", "path (a name) and sha256 of what was read: recording, further files, sidecar."},
        {"calibrated, rate_hz, band_hz", "Of the rows; band_hz: where the columns' pass band ends, 0 without a filter."},
        {"target, target_unit", "What is explained, and its unit."},
        {"terms", "name, unit and scale (largest magnitude) of the candidates that the rows can tell apart."},
