@@ -374,6 +374,9 @@ RangeResult identify(const Range& range, std::vector<Columns>& recordings, const
   result.target.resize(data.train.size() + data.test.size());
   result.target << data.train, data.test;
   result.linear = linear_model(data, library, options);
+  result.factors = {data.terms, data.scale(data.terms), data.data, data.evidence.data, {}};
+  if (options.most_blocks > 0)
+    result.factors.blocks = factor_blocks(result.rows.train, recordings, data.terms, options.most_blocks, options.poll);
   for (const MethodOptions& method : options.methods) {
     if (options.poll) options.poll();
     result.fits.push_back(judged_fit(method, result, data, recordings, library, options));

@@ -10,6 +10,7 @@
 #include "ident/columns.hpp"
 #include "ident/fit.hpp"
 #include "ident/model.hpp"
+#include "ident/range_factors.hpp"
 #include "ident/ranges.hpp"
 #include "ident/record.hpp"
 #include "ident/selection/effective_size.hpp"
@@ -68,12 +69,14 @@ struct RangeResult {
   std::vector<std::vector<double>> crests;  ///< of x, in each stretch without a gap (crests.hpp)
   Model linear;  ///< least squares on the candidates that are signals themselves, or 1: what an equation must beat
   std::vector<JudgedFit> fits;
+  RangeFactors factors;  ///< of the training rows; blocks where IdentifyOptions::most_blocks asks for them
 };
 
 struct IdentifyOptions {
   std::string target = "a", target_unit;
   std::vector<MethodOptions> methods = {FastRvmOptions{}, SlowRvmOptions{}, StlsqOptions{}};
   int num_threads = 1;
+  Eigen::Index most_blocks = 0;                              ///< of RangeFactors; 0: none are formed
   bool free_run = true;                                      ///< false: the rows of a table are no time response
   Poll poll = {};                                            ///< called within fits and free runs, from any thread
   std::function<void(const Range&)> before_range = {};       ///< called before each of several ranges is fitted

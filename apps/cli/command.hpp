@@ -58,6 +58,7 @@ void add_global_options(CLI::App& app, GlobalOptions& options, const std::vector
 /// -o DIR. Throws dsp::Fault (usage) where it is not given.
 [[nodiscard]] const std::filesystem::path& required_output(const GlobalOptions& options, const char* command);
 
+[[nodiscard]] Command batch_command();
 [[nodiscard]] Command check_command();
 [[nodiscard]] Command compare_command();
 [[nodiscard]] Command completion_command();
@@ -66,6 +67,7 @@ void add_global_options(CLI::App& app, GlobalOptions& options, const std::vector
 [[nodiscard]] Command info_command();
 [[nodiscard]] Command init_command();
 [[nodiscard]] Command manual_command();
+[[nodiscard]] Command merge_command();
 [[nodiscard]] Command predict_command();
 [[nodiscard]] Command prepare_command();
 [[nodiscard]] Command replicate_command();

@@ -71,10 +71,10 @@ int run(int argc, const char* const* argv, Console& console) {
 }  // namespace
 
 std::vector<Command> commands() {
-  return {info_command(),       check_command(),  init_command(),      run_command(),     prepare_command(),
-          study_command(),      report_command(), compare_command(),   predict_command(), response_command(),
-          simulate_command(),   fit_command(),    replicate_command(), terms_command(),   help_command(),
-          completion_command(), manual_command()};
+  return {info_command(),  check_command(),    init_command(),       run_command(),     prepare_command(),
+          study_command(), batch_command(),    report_command(),     compare_command(), predict_command(),
+          merge_command(), response_command(), simulate_command(),   fit_command(),     replicate_command(),
+          terms_command(), help_command(),     completion_command(), manual_command()};
 }
 
 int run_command_line(int argc, const char* const* argv) {

@@ -7,10 +7,13 @@
 #include "apps/cli/command.hpp"
 #include "apps/cli/method_options.hpp"
 #include "apps/config/term_list.hpp"
+#include "apps/output/factors_file.hpp"
 #include "apps/output/fit_outcome.hpp"
 #include "apps/output/report_text.hpp"
 #include "apps/output/results_json.hpp"
+#include "apps/output/saved_factors.hpp"
 #include "apps/process/interrupt.hpp"
+#include "apps/process/sha256.hpp"
 #include "dsp/io/signal_table.hpp"
 #include "ident/columns.hpp"
 #include "ident/identify.hpp"
@@ -20,7 +23,7 @@ namespace apps {
 namespace {
 
 struct FitArguments {
-  std::filesystem::path table;
+  std::filesystem::path table, save;
   std::string target, terms, where;
   std::shared_ptr<MethodArguments> methods;
 };
@@ -53,6 +56,7 @@ int fit(const FitArguments& arguments, const GlobalOptions& global, Console& con
                                        .target_unit = target->unit,
                                        .methods = options_of(*arguments.methods),
                                        .num_threads = thread_count(global),
+                                       .most_blocks = arguments.save.empty() ? 0 : most_factor_blocks,
                                        .free_run = false,
                                        .poll = check_interrupted};
   std::vector<ident::RangeResult> ranges{ident::identify({all, 1, {}}, columns, library, options)};
@@ -60,6 +64,10 @@ int fit(const FitArguments& arguments, const GlobalOptions& global, Console& con
   for (const ident::DroppedTerm& term : ranges.front().dropped)
     console.warning("term.left_out", fmt::format("{} is left out: {}", term.name, term.reason));
   refuse_warnings(global.strict, console);
+  save_factors(arguments.save,
+               record_factors(ranges, columns, {{{arguments.table.filename().string(), sha256_file(arguments.table)}}},
+                              library, options),
+               {arguments.table}, global.force);
   console.result(console.json() ? metrics_json(ranges, options) : report_text(ranges));
   return outcome_of(ranges.front().fits, arguments.table.string(), console);
 }
@@ -69,7 +77,7 @@ int fit(const FitArguments& arguments, const GlobalOptions& global, Console& con
 Command fit_command() {
   return {"fit",
           "Regression on a table: one column from expressions of the others",
-          {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}, {"--force"}},
+          {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}},
           [](CLI::App& command) -> CommandBody {
             auto arguments = std::make_shared<FitArguments>();
             command.add_option("TABLE", arguments->table, "CSV or another table that `run` reads.")->required();
@@ -80,11 +88,16 @@ Command fit_command() {
                 ->required();
             arguments->methods = add_method_options(command);
             command.add_option("--where", arguments->where, "Condition on the rows: \"v >= 0\".");
+            command
+                .add_option("--save", arguments->save,
+                            "Write R factors of the rows into this file: `ardent merge` fits several tables together.")
+                ->type_name("FILE");
             return [=](const GlobalOptions& global, Console& console) { return fit(*arguments, global, console); };
           },
           made_group,
           {"ardent fit table.csv --target a --terms \"1,x,v,x^3\"",
-           "ardent fit table.csv --target dz --terms terms.txt --where \"v >= 0\" --methods fast_rvm,ols"}};
+           "ardent fit table.csv --target dz --terms terms.txt --where \"v >= 0\" --methods fast_rvm,ols",
+           "ardent fit monday.csv --target a --terms terms.txt --save monday.json"}};
 }
 
 }  // namespace apps

@@ -51,6 +51,9 @@ class TemporaryFolder {
 /// The manifest of a run that can be repeated with these arguments.
 Manifest manifest_to_repeat(const RunArguments& arguments) {
   const Manifest manifest = *read_manifest(arguments.input);
+  if (!arguments.recording.empty())
+    refuse(arguments.input, fmt::format("is a run. To apply its settings to another recording: ardent run {} {}",
+                                        (arguments.input / "config.toml").string(), arguments.recording.string()));
   if (manifest.command != "run")
     refuse(arguments.input,
            fmt::format("was written by ardent {}, want the folder of a run. To have it again: ardent {}",
@@ -93,7 +96,33 @@ std::vector<RepeatedFile> repeated_results(const Manifest& manifest, const fs::p
   return files;
 }
 
+/// Whether every file the manifest lists is in the folder as it was written.
+bool outputs_unchanged(const fs::path& run, const Manifest& manifest) {
+  return std::all_of(manifest.outputs.begin(), manifest.outputs.end(), [&](const ManifestFile& output) {
+    std::error_code unknown;
+    const fs::path file = run / output.path;
+    return fs::is_regular_file(fs::symlink_status(file, unknown)) && sha256_file(file) == output.sha256;
+  });
+}
+
 }  // namespace
+
+std::optional<int> kept_exit_code(const fs::path& folder, const Config& config, const RunFolder::Origin& origin) {
+  const std::optional<Manifest> manifest = read_manifest(folder);
+  if (!manifest || manifest->command != origin.command || manifest->request != origin.request ||
+      manifest->program != this_program())
+    return std::nullopt;
+  std::vector<fs::path> files = input_files(config);
+  files.insert(files.end(), origin.files.begin(), origin.files.end());
+  for (const fs::path& file : files)
+    if (std::none_of(manifest->inputs.begin(), manifest->inputs.end(),
+                     [&](const ManifestFile& input) { return input.path == manifest_path(file, folder); }))
+      return std::nullopt;  // a sidecar that is new
+  for (const RepeatedFile& input : repeated_inputs(*manifest, files, folder))
+    if (!input.found || !input.same) return std::nullopt;
+  if (!outputs_unchanged(folder, *manifest)) return std::nullopt;
+  return manifest->exit_code;
+}
 
 bool is_finished_run(const fs::path& folder) {
   std::error_code unknown;

@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <optional>
 
 #include "apps/cli/run_arguments.hpp"
 
@@ -7,6 +8,12 @@ namespace apps {
 
 /// A folder with a manifest of Ardent's.
 [[nodiscard]] bool is_finished_run(const std::filesystem::path& folder);
+
+/// The exit code of the run in `folder` if it is the very one that `origin` asks for with this config: inputs, settings
+/// and program are the same by their SHA-256, and so are the files it wrote. Throws dsp::Fault (input) for a recording
+/// that cannot be read.
+[[nodiscard]] std::optional<int> kept_exit_code(const std::filesystem::path& folder, const Config& config,
+                                                const RunFolder::Origin& origin);
 
 /// Does the run whose folder is arguments.input once more, from its config.toml, into a temporary folder or
 /// arguments.folder, and prints whether inputs, program and results are the same. 0: all inputs and results are; 3: an

@@ -6,16 +6,18 @@
 
 #include "apps/cli/option_values.hpp"
 #include "apps/config/identification.hpp"
+#include "apps/process/sha256.hpp"
 #include "dsp/names.hpp"
 #include "dsp/read_recording.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;
 
-std::function<RunArguments(const GlobalOptions&)> add_run_arguments(CLI::App& command) {
+std::function<RunArguments(const GlobalOptions&)> add_run_arguments(CLI::App& command, const char* input,
+                                                                    const char* help) {
   auto arguments = std::make_shared<RunArguments>();
   auto max_memory_mb = std::make_shared<std::size_t>(0);
-  command.add_option("INPUT", arguments->input, "A recording, or a config NAME.toml.")->required();
+  command.add_option(input, arguments->input, help)->required();
   command.add_flag("--salvage", arguments->salvage, "Read what is left of a recording that was cut short.");
   command.add_flag("--uncalibrated", arguments->uncalibrated, "Take channels without a sensitivity as raw numbers.");
   command
@@ -60,14 +62,20 @@ void apply_flags(const RunArguments& arguments, Config& config) {
 }
 
 Config config_of(const RunArguments& arguments) {
-  Config config = read_config(arguments.input, arguments.set);
+  if (!arguments.recording.empty() && arguments.input.extension() != ".toml")
+    throw dsp::Fault(
+        dsp::FaultKind::usage, "usage",
+        fmt::format("{}: want a config NAME.toml before the recording {}. Of a recording alone: ardent run {}",
+                    arguments.input.string(), arguments.recording.string(), arguments.recording.string()));
+  Config config = read_config(arguments.input, arguments.set, arguments.recording);
   apply_flags(arguments, config);
   return config;
 }
 
 fs::path folder_apart(const RunArguments& arguments, const Config& config, const char* suffix) {
+  const fs::path& named = arguments.recording.empty() ? arguments.input : arguments.recording;
   const fs::path folder =
-      arguments.folder.empty() ? fs::path(dsp::slug(arguments.input.stem().string()) + suffix) : arguments.folder;
+      arguments.folder.empty() ? fs::path(dsp::slug(named.stem().string()) + suffix) : arguments.folder;
   std::vector<fs::path> inputs = input_files(config);
   inputs.push_back(arguments.input);
   require_apart(folder, inputs);
@@ -76,6 +84,9 @@ fs::path folder_apart(const RunArguments& arguments, const Config& config, const
 
 RunFolder::Origin origin_of(const RunArguments& arguments, std::string command, const Config& config) {
   RunFolder::Origin origin{std::move(command), arguments.command_line, arguments.seed, {}};
+  origin.request = sha256(fmt::format("{}\n{}\nstrict {} require {}", origin.command,
+                                      to_toml(config, arguments.folder.empty() ? "." : arguments.folder),
+                                      arguments.strict, arguments.require));
   if (arguments.input.extension() == ".toml") origin.files.push_back(arguments.input);
   if (!config.segment_file.empty()) origin.files.push_back(config.segment_file);
   return origin;

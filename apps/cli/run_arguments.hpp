@@ -15,10 +15,12 @@ namespace apps {
 /// `ardent run|prep|check|study INPUT ...` as it was typed.
 struct RunArguments {
   std::filesystem::path input, folder;  ///< folder empty: NAME-run in the current folder
+  std::filesystem::path recording;      ///< in place of the config's own; empty: its own
   std::filesystem::path sidecar;        ///< of every recording; empty: as the config says
   bool full = false;                    ///< tables with every row and digit
   std::string require;                  ///< least verdict of every range: "describes", "in_part" or empty
   bool force = false, dry_run = false, strict = false;
+  bool resume = false;  ///< an earlier run of the same inputs and settings stays as it is, any other is replaced
   bool salvage = false, uncalibrated = false;
   int num_threads = 1;
   std::size_t max_memory_bytes = 0;  ///< 0: the default
@@ -27,8 +29,9 @@ struct RunArguments {
   std::vector<std::string> command_line;
 };
 
-/// The options that run, prep, check and study have in common; what it returns reads them once they are parsed.
-[[nodiscard]] std::function<RunArguments(const GlobalOptions&)> add_run_arguments(CLI::App& command);
+/// The options that run, prep, check, study and batch have in common; what it returns reads them once they are parsed.
+[[nodiscard]] std::function<RunArguments(const GlobalOptions&)> add_run_arguments(
+    CLI::App& command, const char* input = "INPUT", const char* help = "A recording, or a config NAME.toml.");
 /// Command::describe of a command with these options and no others.
 [[nodiscard]] std::function<CommandBody(CLI::App&)> run_like(int (*body)(const RunArguments&, Console&));
 

@@ -1,11 +1,16 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "apps/cli/repeat_run.hpp"
 #include "apps/cli/run_job.hpp"
+#include "apps/output/run_json.hpp"
 #include "apps/page/first_screen.hpp"
+#include "apps/process/path.hpp"
+#include "apps/process/staging_folder.hpp"
 
 namespace apps {
 namespace {
@@ -18,7 +23,16 @@ int run(const RunArguments& arguments, Console& console) {
     console.result(plan_text(arguments, config));
     return 0;
   }
-  RunFolder results(folder_apart(arguments, config, "-run"), arguments.force, origin_of(arguments, "run", config));
+  const std::filesystem::path folder = folder_apart(arguments, config, "-run");
+  const RunFolder::Origin origin = origin_of(arguments, "run", config);
+  if (arguments.resume)
+    if (const std::optional<int> code = kept_exit_code(folder, config, origin)) {
+      { const StagingFolder leftovers(named_path(folder)); }  // of a command killed right behind its end: they go
+      console.step(fmt::format("{} holds this run already", folder.string()));
+      console.result(read_run_file(folder / (console.json() ? "equation.json" : "equation.txt")));
+      return *code;
+    }
+  RunFolder results(folder, arguments.force || arguments.resume, origin);
   const RunOutcome outcome = run_into(results, config, arguments, console);
   console.result(console.json()
                      ? outcome.equation
@@ -30,39 +44,46 @@ int run(const RunArguments& arguments, Console& console) {
 }  // namespace
 
 Command run_command() {
-  return {"run",
-          "From a recording to its equation of motion",
-          {},
-          [](CLI::App& command) -> CommandBody {
-            const auto run_arguments = add_run_arguments(command);
-            auto require = std::make_shared<std::string>();
-            auto full = std::make_shared<bool>(false);
-            command
-                .add_option(
-                    "--require", *require,
-                    "Exit code 4 unless the verdict on every range is this or better. Results are written all the "
-                    "same.")
-                ->option_text("VERDICT")
-                ->check(CLI::IsMember({"describes", "in_part"}));
-            command.add_flag("--full", *full,
-                             "Write tables with every row and digit, even where the run folder grows larger than its "
-                             "recording and 10 MB.");
-            return [=](const GlobalOptions& global, Console& console) {
-              RunArguments arguments = run_arguments(global);
-              arguments.require = *require;
-              arguments.full = *full;
-              return run(arguments, console);
-            };
-          },
-          identify_group,
-          {"ardent run drive.wav", "ardent run drive.toml -o drive-run --set fit.train_share=0.5",
-           "ardent run monday.csv --sidecar rig.toml --require describes",
-           "ardent run drive-run   # a run again, compared"},
-          "INPUT is a recording, a config that names one or several, or the folder of an earlier run. Such a run is "
-          "repeated "
-          "from its config.toml in a temporary folder (or in the one that -o names), and it is said whether inputs, "
-          "program and "
-          "results are the same, bit for bit: exit code 0; 3 where an input has changed; 4 where only results differ."};
+  return {
+      "run",
+      "From a recording to its equation of motion",
+      {},
+      [](CLI::App& command) -> CommandBody {
+        const auto run_arguments = add_run_arguments(command);
+        auto require = std::make_shared<std::string>();
+        auto full = std::make_shared<bool>(false), resume = std::make_shared<bool>(false);
+        auto recording = std::make_shared<std::filesystem::path>();
+        command.add_option("RECORDING", *recording, "To be identified with the settings of the config INPUT.");
+        command
+            .add_option("--require", *require,
+                        "Exit code 4 unless the verdict on every range is this or better. Results are written all the "
+                        "same.")
+            ->option_text("VERDICT")
+            ->check(CLI::IsMember({"describes", "in_part"}));
+        command.add_flag("--full", *full,
+                         "Write tables with every row and digit, even where the run folder grows larger than its "
+                         "recording and 10 MB.");
+        command.add_flag("--resume", *resume,
+                         "Leave a folder as it is that holds this very run: the same inputs, settings and program. "
+                         "Replace one that holds another.");
+        return [=](const GlobalOptions& global, Console& console) {
+          RunArguments arguments = run_arguments(global);
+          arguments.recording = *recording;
+          arguments.resume = *resume;
+          arguments.require = *require;
+          arguments.full = *full;
+          return run(arguments, console);
+        };
+      },
+      identify_group,
+      {"ardent run drive.wav", "ardent run drive.toml -o drive-run --set fit.train_share=0.5",
+       "ardent run monday.csv --sidecar rig.toml --require describes",
+       "ardent run rig.toml monday.csv   # the settings of rig.toml", "ardent run drive-run   # a run again, compared"},
+      "INPUT is a recording, a config that names one or several, or the folder of an earlier run. Such a run is "
+      "repeated "
+      "from its config.toml in a temporary folder (or in the one that -o names), and it is said whether inputs, "
+      "program and "
+      "results are the same, bit for bit: exit code 0; 3 where an input has changed; 4 where only results differ."};
 }
 
 }  // namespace apps

@@ -7,6 +7,7 @@
 
 #include "apps/config/identification.hpp"
 #include "apps/config/other_recording.hpp"
+#include "apps/output/factors_file.hpp"
 #include "apps/output/fit_outcome.hpp"
 #include "apps/output/prediction.hpp"
 #include "apps/output/report_text.hpp"
@@ -83,18 +84,40 @@ std::string details_text(const RunResults& found) {
   return text;
 }
 
+/// Names alone: wherever the folder lies, the R factors are the same.
+std::vector<std::vector<ident::FactorSource>> sources_of(const std::vector<std::vector<ManifestFile>>& files) {
+  std::vector<std::vector<ident::FactorSource>> sources;
+  for (const auto& of_one : files) {
+    sources.emplace_back();
+    for (const ManifestFile& file : of_one)
+      sources.back().push_back({std::filesystem::path(file.path).filename().string(), file.sha256});
+  }
+  return sources;
+}
+
+/// factors.json; not where it would fill the folder.
+void write_factors(const std::vector<ident::RecordFactors>& records, const Config& config, RunFolder& results,
+                   Console& console) {
+  constexpr double most_bytes = 3e6;
+  if (const double bytes = factors_bytes(records); bytes > most_bytes && !config.full_tables)
+    console.note(fmt::format("{}: left out, it may take {:.0f} MB; --full writes it", factors_name, 1e-6 * bytes));
+  else
+    results.write(factors_name, factors_json(records));
+}
+
 }  // namespace
 
 RunOutcome run_into(RunFolder& results, const Config& config, const RunArguments& arguments, Console& console) {
   Work work = prepare_work(config, arguments, console);
-  results.add_files(work.inputs);
+  const auto files_of = results.add_files(work.inputs);
   RunOutcome outcome;
   for (const Input& input : work.inputs)
     outcome.files.insert(outcome.files.end(), input.files.begin(), input.files.end());
   const auto libraries = compile_libraries(work.config, work.inputs);
   std::vector<ident::Columns> columns =
       all_columns(work.config, work.inputs, libraries, arguments.max_memory_bytes, console);
-  const ident::IdentifyOptions options = identify_options(work.config, work.inputs, arguments.num_threads);
+  ident::IdentifyOptions options = identify_options(work.config, work.inputs, arguments.num_threads);
+  options.most_blocks = most_factor_blocks;
   auto ranges = identify_ranges(work.config, columns, libraries.front(), options, console);
   const RunResults found{work.config, work.inputs, columns, ranges,
                          predict_test_recordings(work, ranges, arguments, results, outcome.files, console)};
@@ -107,11 +130,13 @@ RunOutcome run_into(RunFolder& results, const Config& config, const RunArguments
   results.write("equation.tex", report_latex(ranges));
   results.write("equation.json", outcome.equation);
   results.write("metrics.json", metrics_json(ranges, options));
+  write_factors(record_factors(ranges, columns, sources_of(files_of), libraries.front(), options), work.config, results,
+                console);
   results.add_table(predictions_table(ranges, columns));
   write_page(found, first, results, console);
-  results.finish(work.config, work.inputs, console);
-  outcome.config = std::move(work.config);
   outcome.exit_code = std::max(exit_code_of(ranges, console), required_verdicts(ranges, arguments.require, console));
+  results.finish(work.config, work.inputs, console, outcome.exit_code);
+  outcome.config = std::move(work.config);
   return outcome;
 }
 

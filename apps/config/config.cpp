@@ -9,6 +9,7 @@
 
 #include "apps/config/config_keys.hpp"
 #include "dsp/io/settings.hpp"
+#include "dsp/io/sidecar.hpp"
 #include "dsp/names.hpp"
 
 namespace apps {
@@ -219,16 +220,24 @@ std::set<std::string> study_names() {
 
 namespace {
 
-Config read_document(const dsp::Settings& document, const fs::path& folder) {
+Config read_document(const dsp::Settings& document, const fs::path& folder, const fs::path& recording = {}) {
   document.check_schema(config_schema);
   if (document.has("channel") && !document.has("recording"))
     throw document.fault("", "config.missing", "this is a sidecar, not a config. Name the recording beside it");
   Config config;
   for (const dsp::Settings& table : document.tables("recording"))
     document.attempt([&] {
-      RecordingConfig recording = read_recording_table(table, folder);
-      (recording.test ? config.test_recordings : config.recordings).push_back(std::move(recording));
+      RecordingConfig own = read_recording_table(table, folder);
+      (own.test ? config.test_recordings : config.recordings).push_back(std::move(own));
     });
+  if (!recording.empty()) {
+    RecordingConfig given{.file = recording};
+    if (!config.recordings.empty()) {
+      given.salvage = config.recordings.front().salvage;
+      given = completed(std::move(given), config.recordings.front());
+    }
+    config.recordings = {std::move(given)};
+  }
   const dsp::Settings prepare = document.table("prepare"), library = document.table("library"),
                       segment = document.table("segment");
   document.attempt([&] { config.prepare = read_prepare(prepare); });
@@ -270,7 +279,18 @@ std::vector<dsp::AskedSetting> config_settings() {
   return all;
 }
 
-Config read_config(const fs::path& input, const std::vector<std::string>& overrides) {
+RecordingConfig completed(RecordingConfig recording, const RecordingConfig& first) {
+  std::error_code ignored;
+  if (recording.sidecar.empty() && !fs::exists(dsp::sidecar_path(recording.file), ignored)) {
+    const fs::path own = first.sidecar.empty() ? dsp::sidecar_path(first.file) : first.sidecar;
+    if (fs::exists(own, ignored)) recording.sidecar = own;
+  }
+  if (recording.use.empty()) recording.use = first.use;
+  recording.uncalibrated = recording.uncalibrated || first.uncalibrated;
+  return recording;
+}
+
+Config read_config(const fs::path& input, const std::vector<std::string>& overrides, const fs::path& recording) {
   const bool is_config = input.extension() == ".toml";
   std::error_code unknown;
   if (!is_config && fs::is_directory(input, unknown))
@@ -281,7 +301,7 @@ Config read_config(const fs::path& input, const std::vector<std::string>& overri
                 : dsp::Settings::from_text(
                       fmt::format("[[recording]]\nfile = {}\n", dsp::toml_quoted(input.filename().string())),
                       input.string(), overrides);
-  return read_document(document, input.parent_path());
+  return read_document(document, input.parent_path(), recording);
 }
 
 }  // namespace apps

@@ -69,8 +69,14 @@ struct Config {
 };
 
 /// Reads INPUT: a config where its name ends in .toml, else a recording with the defaults for the rest. Overrides read
-/// `a.b=c`. Throws dsp::Fault (usage, config.*): every message begins with file:line.
-[[nodiscard]] Config read_config(const std::filesystem::path& input, const std::vector<std::string>& overrides = {});
+/// `a.b=c`. Where a `recording` is given the config is about that one, as it is about its own first (completed), and
+/// may have none. Throws dsp::Fault (usage, config.*): every message begins with file:line.
+[[nodiscard]] Config read_config(const std::filesystem::path& input, const std::vector<std::string>& overrides = {},
+                                 const std::filesystem::path& recording = {});
+
+/// A recording with what was left out as for `first`: a sidecar, where none is beside it, the channels in use, raw
+/// numbers.
+[[nodiscard]] RecordingConfig completed(RecordingConfig recording, const RecordingConfig& first);
 
 /// Every key that a config may have, once, with what its reader takes.
 [[nodiscard]] std::vector<dsp::AskedSetting> config_settings();

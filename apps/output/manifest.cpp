@@ -55,6 +55,10 @@ std::optional<Manifest> manifest_of(const Json& document) {
   manifest.command = text_at(document, "command");
   manifest.arguments = texts_at(document, "arguments");
   manifest.warnings = texts_at(document, "warnings");
+  manifest.errors = texts_at(document, "errors");
+  manifest.request = text_at(document, "request");
+  if (document.contains("exit_code") && document.at("exit_code").is_number_integer())
+    manifest.exit_code = document.at("exit_code").get<int>();
   manifest.inputs = files_at(document, "inputs");
   manifest.outputs = files_at(document, "outputs");
   manifest.program = program_of(document);
@@ -97,8 +101,15 @@ std::string manifest_json(const Manifest& manifest) {
   document["started_utc"] = manifest.started_utc;
   document["finished_utc"] = manifest.finished_utc;
   document["calibrated"] = manifest.calibrated;
-  document["warnings"] = Json::array();
-  for (const std::string& warning : manifest.warnings) document["warnings"].push_back(printable(warning));
+  document["exit_code"] = manifest.exit_code;
+  if (!manifest.request.empty()) document["request"] = manifest.request;
+  const auto texts = [](const std::vector<std::string>& list) {
+    Json result = Json::array();
+    for (const std::string& text : list) result.push_back(printable(text));
+    return result;
+  };
+  document["warnings"] = texts(manifest.warnings);
+  document["errors"] = texts(manifest.errors);
   const auto files = [](const std::vector<ManifestFile>& list) {
     Json result = Json::array();
     for (const ManifestFile& file : list) result.push_back({{"path", printable(file.path)}, {"sha256", file.sha256}});

@@ -18,8 +18,11 @@ struct Manifest {
   std::vector<ManifestFile> inputs;   ///< as manifest_path says
   std::vector<ManifestFile> outputs;  ///< paths relative to the folder, sorted
   std::uint64_t seed = 1;
-  bool calibrated = true;  ///< false: some numbers are raw
-  std::string program;     ///< version, build and libraries of the program that wrote it; empty: this one
+  bool calibrated = true;           ///< false: some numbers are raw
+  int exit_code = 0;                ///< of the command that wrote it
+  std::string request;              ///< SHA-256 of what the command was asked for beside its inputs; empty: not known
+  std::vector<std::string> errors;  ///< "[name] text", of exit code 4: results are written all the same
+  std::string program;              ///< version, build and libraries of the program that wrote it; empty: this one
 };
 
 inline constexpr const char* manifest_name = "manifest.json";  ///< written last

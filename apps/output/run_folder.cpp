@@ -31,17 +31,23 @@ std::vector<const dsp::Prepared*> prepared_of(const std::vector<Input>& inputs) 
 RunFolder::RunFolder(const std::filesystem::path& destination, bool force, const Origin& origin)
     : folder_(destination, force),
       manifest_(begin_manifest(origin.command, origin.command_line, origin.seed, folder_.destination())) {
+  manifest_.request = origin.request;
   for (const std::filesystem::path& file : origin.files) add_input(manifest_, file, folder_.destination());
 }
 
-void RunFolder::add_files(const std::vector<Input>& inputs) {
-  for (const Input& input : inputs)
+std::vector<std::vector<ManifestFile>> RunFolder::add_files(const std::vector<Input>& inputs) {
+  std::vector<std::vector<ManifestFile>> added;
+  for (const Input& input : inputs) {
+    added.emplace_back();
     for (const std::filesystem::path& file : input.files) {
       add_input(manifest_, file, folder_.destination());
+      added.back().push_back(manifest_.inputs.back());
       std::error_code unknown;
       const auto size = std::filesystem::file_size(file, unknown);
       if (!unknown) recorded_bytes_ += static_cast<double>(size);
     }
+  }
+  return added;
 }
 
 void RunFolder::write(const std::string& name, std::string_view bytes) {
@@ -82,7 +88,7 @@ void RunFolder::write_tables(const CsvTable& prepared, double most_bytes, Consol
     left -= write_table_within(tables_[i], left / static_cast<double>(tables_.size() - i), console);
 }
 
-void RunFolder::finish(const Config& config, const std::vector<Input>& inputs, Console& console) {
+void RunFolder::finish(const Config& config, const std::vector<Input>& inputs, Console& console, int exit_code) {
   write("quality.json", quality_json(inputs));
   write("segments.json", segments_json(inputs));
   if (const auto steps = steady_steps(inputs); !steps.empty()) write("steps.csv", steps_csv(steps));
@@ -93,6 +99,8 @@ void RunFolder::finish(const Config& config, const std::vector<Input>& inputs, C
   write_tables(prepared_table(prepared_of(inputs)), estimate_margin * most, console);
   write("log.txt", console.log());
   manifest_.warnings = console.warnings();
+  manifest_.errors = console.errors();
+  manifest_.exit_code = exit_code;
   manifest_.calibrated = std::all_of(inputs.begin(), inputs.end(),
                                      [](const Input& input) { return input.prepared.signals.uncalibrated.empty(); });
   folder_.commit(std::move(manifest_));

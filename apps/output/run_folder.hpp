@@ -19,18 +19,19 @@ class RunFolder {
     std::vector<std::string> command_line;
     std::uint64_t seed = 1;
     std::vector<std::filesystem::path> files;  ///< that were read besides recordings: config, segments
+    std::string request = {};                  ///< as of Manifest
   };
   /// Throws as OutputFolder.
   RunFolder(const std::filesystem::path& destination, bool force, const Origin& origin);
-  /// The files of these recordings, for the manifest.
-  void add_files(const std::vector<Input>& inputs);
+  /// The files of these recordings, for the manifest, and as it has them, of each recording.
+  std::vector<std::vector<ManifestFile>> add_files(const std::vector<Input>& inputs);
   void write(const std::string& name, std::string_view bytes);
   /// Written by finish, in a form that fits the folder's size. What it rests on must last until then.
   void add_table(CsvTable table);
   /// What every run folder holds: quality.json, segments.json, steps.csv of stepped sines, config.toml; then
   /// prepared.csv and the other tables, each in the first of table_forms() in which the folder is no larger than its
   /// recordings or 10 MB, unless config.full_tables; log.txt, the manifest. Throws Interrupted when a signal has come.
-  void finish(const Config& config, const std::vector<Input>& inputs, Console& console);
+  void finish(const Config& config, const std::vector<Input>& inputs, Console& console, int exit_code = 0);
   [[nodiscard]] const std::filesystem::path& destination() const { return folder_.destination(); }
 
  private:

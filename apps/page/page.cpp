@@ -10,25 +10,13 @@
 #include "apps/output/html_writer.hpp"
 #include "apps/page/assets.hpp"
 #include "apps/page/chart_data.hpp"
+#include "apps/page/page_frame.hpp"
 #include "apps/page/page_sections.hpp"
 #include "apps/process/printable.hpp"
 #include "apps/process/version.hpp"
 
 namespace apps {
 namespace {
-
-constexpr const char* policy =
-    "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
-
-void write_head(const std::string& title, HtmlWriter& html) {
-  html.markup("<!DOCTYPE html>\n").open("html", {{"lang", "en"}}).open("head");
-  html.empty("meta", {{"charset", "utf-8"}})
-      .empty("meta", {{"http-equiv", "Content-Security-Policy"}, {"content", policy}})
-      .empty("meta", {{"name", "viewport"}, {"content", "width=device-width, initial-scale=1"}})
-      .empty("link", {{"rel", "icon"}, {"href", "data:,"}})
-      .element("title", title);
-  html.open("style").markup(uplot_style()).markup(page_style()).close().close();
-}
 
 void write_first_screen(const FirstScreen& screen, HtmlWriter& html) {
   html.open("dl", {{"class", "first"}});
@@ -138,8 +126,7 @@ std::string report_page(const RunResults& results, const PageContent& content) {
   if (names.size() > most_names) names.resize(most_names), names.emplace_back("...");
   const std::string title = fmt::format("Equation of motion from {}", fmt::join(names, ", "));
   HtmlWriter html;
-  write_head(title, html);
-  html.open("body").open("main").element("h1", title);
+  open_page(title, html);
   write_first_screen(content.first, html);
   write_contents(results, html);
   const Eigen::Index most = most_points(content);

@@ -51,7 +51,8 @@ void Console::warning(std::string_view name, std::string_view text) {
   say("warning " + warnings_.back(), options_.verbosity >= 0);
 }
 void Console::error(std::string_view name, std::string_view text, std::string_view lines) {
-  say(fmt::format("error [{}] {}", name, text), true);
+  errors_.push_back(fmt::format("[{}] {}", name, printable(text)));
+  say("error " + errors_.back(), true);
   if (!lines.empty()) put(std::string(lines), true);
 }
 

@@ -37,6 +37,7 @@ class Console {
   /// are in notes only.
   [[nodiscard]] const std::string& log() const { return log_; }
   [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
+  [[nodiscard]] const std::vector<std::string>& errors() const { return errors_; }  ///< "[name] text", as of warnings
 
  private:
   void say(std::string_view line, bool shown);
@@ -46,7 +47,7 @@ class Console {
   bool draws_progress_ = false, progress_shown_ = false;
   std::chrono::steady_clock::time_point drawn_{};
   std::string log_;
-  std::vector<std::string> warnings_;
+  std::vector<std::string> warnings_, errors_;
 };
 
 /// What a library calls with the fraction done: drawn as the progress of `what`; throws Interrupted when a signal has

@@ -14,16 +14,9 @@ namespace apps {
 namespace fs = std::filesystem;
 namespace {
 
-/// `destination`, if it is neither the current folder nor holds it: replaced, that would leave whoever is in it
-/// nowhere.
+/// `destination`, if it is neither the current folder nor holds it.
 const fs::path& not_around_us(const fs::path& destination) {
-  std::error_code unknown;
-  const fs::path here = fs::current_path(unknown);
-  if (!unknown && lies_in(resolved_path(here), resolved_path(destination)))
-    throw dsp::Fault(dsp::FaultKind::usage, "output.current",
-                     fmt::format("{}: is the current folder or holds it; results come as a folder of their own. Name a "
-                                 "new one in it, as in -o results",
-                                 destination.string()));
+  require_not_current(destination);
   return destination;
 }
 
@@ -66,6 +59,16 @@ void require_apart(const fs::path& destination, const std::vector<fs::path>& inp
                                                 : "would hold",
                       input.string()));
   }
+}
+
+void require_not_current(const fs::path& destination) {
+  std::error_code unknown;
+  const fs::path here = fs::current_path(unknown);
+  if (!unknown && lies_in(resolved_path(here), resolved_path(destination)))
+    throw dsp::Fault(dsp::FaultKind::usage, "output.current",
+                     fmt::format("{}: is the current folder or holds it; results come as a folder of their own. Name a "
+                                 "new one in it, as in -o results",
+                                 destination.string()));
 }
 
 OutputFolder::OutputFolder(const fs::path& destination, bool force)

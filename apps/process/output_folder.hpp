@@ -13,6 +13,10 @@ namespace apps {
 /// output is an input, lies inside one, or an input lies inside the output.
 void require_apart(const std::filesystem::path& destination, const std::vector<std::filesystem::path>& inputs);
 
+/// Throws dsp::Fault (usage, "output.current") if `destination` is the current folder or holds it: replaced, that would
+/// leave whoever is in it nowhere.
+void require_not_current(const std::filesystem::path& destination);
+
 /// A folder of results that is complete or absent: written in a StagingFolder, it appears under its name when its
 /// manifest.json is on the disk, and an older one stays until then. Only a folder that was absent, empty, or an earlier
 /// result with nothing else in it is ever replaced. Throws dsp::Fault, usage: "output.current" for the current folder

@@ -64,6 +64,47 @@ Page methods_page() {
   return {"methods", "How an equation is found among candidate terms", "", {std::move(methods), std::move(settings)}};
 }
 
+Section batch_section() {
+  return {
+      "The folder of a batch",
+      "It fills while ardent batch works; what is in runs/ stays when it is stopped.",
+      {{"runs/NAME/", "The run folder of each recording, complete or absent."},
+       {"table.csv",
+        "A row for each range of each recording: recording, run, exit_code, error, range, chosen, verdict, cause, "
+        "method, num_train, num_effective, nmse_train, nmse_test, nmse_free_run (about the mean), then of every "
+        "candidate that is in any equation its coefficient and std."},
+       {"table.json",
+        "The same; \"joint\" is what ardent merge --json prints of all records, or null with joint_reason."},
+       {"report.html", "Counts, errors, joint equations, coefficients over the records, a link to each record's page."},
+       {"log.txt", "What the batch said."},
+       {"manifest.json", "Of the files beside it. Written last: where it is, the batch is complete."}},
+      {}};
+}
+
+Section factors_section() {
+  return {
+      "factors.json",
+      "One JSON document, also written by ardent fit --save and ardent merge --save. Left out of a run folder where it "
+      "might take more than 3 MB (some 100 candidates), unless --full. An R factor is the upper triangle of the QR "
+      "decomposition of the candidates' columns and the target behind them, row by row: R'R is the matrix of their "
+      "products.",
+      {{"kind, schema, version", "\"ardent factors\"; 1; of the program."},
+       {"records", "A list: each range of each record."},
+       {"record, range, where", "Names; the condition on the rows or an empty text."},
+       {"files", "path (a name) and sha256 of what was read: recording, further files, sidecar."},
+       {"calibrated, rate_hz, band_hz", "Of the rows; band_hz: where the columns' pass band ends, 0 without a filter."},
+       {"target, target_unit", "What is explained, and its unit."},
+       {"terms", "name, unit and scale (largest magnitude) of the candidates that the rows can tell apart."},
+       {"white", "num_rows and R with every row in full, the sensors' parameters integrated out."},
+       {"evidence",
+        "The same with the rows whitened and weighted down to their effective number, num_rows; absent where no "
+        "method asked for it."},
+       {"blocks",
+        "Up to 16 blocks of time: from_s, to_s, num_rows, target_sum, R of the rows as they are, sensors included. "
+        "Their num_rows add up to that of white."}},
+      {}};
+}
+
 Page files_page() {
   const std::vector<Entry> results{
       {"equation.txt",
@@ -75,6 +116,7 @@ Page files_page() {
       {"quality.json", "Every check, relations of sensors, thresholds of regimes."},
       {"segments.json", "Regimes and excluded intervals; can be edited and handed back: [segment] file."},
       {"steps.csv", "Of stepped sines: each setting of the drive and its response."},
+      {"factors.json", "R factors of the training rows, from which ardent merge fits several runs together."},
       {"predict-N-NAME.json, .csv", "The equation run free on each recording with use = \"test\"."},
       {"config.toml", "Every setting that was used; it repeats the run."},
       {"log.txt", "What the run said, with its times: the only file that differs at a repeat."},
@@ -85,6 +127,8 @@ Page files_page() {
           "",
           {{"", "A folder of results is complete or absent. Numbers are in SI units.", {}, {}},
            {"Files", "", results, {}},
+           batch_section(),
+           factors_section(),
            {"Size",
             "A run folder is no larger than its recordings together or 10 MB, whichever is more. Tables that would be "
             "larger are "

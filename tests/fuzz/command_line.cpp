@@ -11,7 +11,7 @@
 
 namespace {
 
-constexpr std::array left_out{"run", "prep", "study", "sim", "frc", "replicate", "manual"};
+constexpr std::array left_out{"run", "batch", "prep", "study", "sim", "frc", "replicate", "manual"};
 
 /// No command that computes for long, and no way out of the folder.
 bool is_harmless(const std::string& argument) {

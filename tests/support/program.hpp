@@ -39,6 +39,7 @@ class Running {
     ::_exit(127);
   }
   void send(int signal) const { ::kill(pid_, signal); }
+  [[nodiscard]] pid_t pid() const { return pid_; }
   Ended wait() {
     int status = 0;
     rusage used{};

@@ -1,0 +1,273 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <thread>
+#include <utility>
+
+#include "apps/batch/batch_folder.hpp"
+#include "apps/batch/batch_page.hpp"
+#include "apps/batch/ranks.hpp"
+#include "apps/batch/record_runs.hpp"
+#include "apps/cli/option_values.hpp"
+#include "apps/cli/run_arguments.hpp"
+#include "apps/config/identification.hpp"
+#include "apps/output/joint_report.hpp"
+#include "apps/process/interrupt.hpp"
+#include "dsp/for_each_index.hpp"
+
+namespace apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct BatchArguments {
+  RunArguments run;  ///< input: the config; folder: of the batch
+  std::vector<fs::path> recordings;
+  int num_jobs = 0;     ///< at a time; 0: one a processor, under mpirun one a process
+  int num_threads = 0;  ///< of each run; 0: what processors there are for the jobs
+};
+
+/// What `ardent run` is given for each recording.
+std::vector<std::string> options_of_runs(const BatchArguments& arguments, int num_threads) {
+  const RunArguments& run = arguments.run;
+  std::vector<std::string> options{
+      "-q", "--progress", "never", "--threads", std::to_string(num_threads), run.force ? "--force" : "--resume"};
+  const auto flag = [&](bool is_set, const char* name) {
+    if (is_set) options.emplace_back(name);
+  };
+  flag(run.strict, "--strict");
+  flag(run.salvage, "--salvage");
+  flag(run.uncalibrated, "--uncalibrated");
+  flag(run.full, "--full");
+  const auto value = [&](const char* name, const std::string& text) { options.insert(options.end(), {name, text}); };
+  if (!run.sidecar.empty()) value("--sidecar", run.sidecar.string());
+  if (run.max_memory_bytes > 0) value("--max-memory", std::to_string(run.max_memory_bytes / 1000000));
+  value("--seed", std::to_string(run.seed));
+  for (const std::string& setting : run.set) value("--set", setting);
+  return options;
+}
+
+int processors_here() {
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+RecordRuns record_runs(const BatchArguments& arguments, const Ranks* ranks) {
+  const int processors = processors_here();
+  const int jobs = arguments.num_jobs > 0 ? arguments.num_jobs : ranks != nullptr ? 1 : processors;
+  const int threads = arguments.num_threads > 0 ? arguments.num_threads
+                      : ranks != nullptr        ? 1
+                                                : std::max(1, processors / jobs);
+  return {arguments.run.input, arguments.run.folder / BatchFolder::runs_name, options_of_runs(arguments, threads),
+          jobs};
+}
+
+/// The config, for the first recording: what is wrong with it is said before anything is started.
+Config checked_config(const BatchArguments& arguments) {
+  RunArguments first = arguments.run;
+  first.recording = arguments.recordings.front();
+  Config config = config_of(first);
+  check_library(config);
+  std::vector<fs::path> inputs = arguments.recordings;
+  inputs.push_back(arguments.run.input);
+  require_apart(arguments.run.folder, inputs);
+  return config;
+}
+
+std::string plan(const std::vector<RecordTask>& tasks, const RecordRuns& runs) {
+  std::string text;
+  for (const std::size_t i : longest_first(tasks))
+    text += fmt::format("{} -> {}\n", tasks[i].recording.string(), (runs.runs / tasks[i].name).string());
+  return text + fmt::format("{} at a time in each process\n", runs.num_jobs);
+}
+
+/// Runs all tasks here and on the other ranks.
+std::vector<TaskOutcome> run_all(const std::vector<RecordTask>& tasks, const RecordRuns& runs, Ranks* ranks,
+                                 Console& console) {
+  std::vector<TaskOutcome> outcomes(tasks.size());
+  double all = 0.0, bytes = 0.0;
+  std::size_t count = 0;
+  for (const RecordTask& task : tasks) all += 1.0 + static_cast<double>(task.bytes);
+  const auto note = [&](TaskOutcome outcome) {
+    const RecordTask& task = tasks.at(outcome.task);
+    bytes += 1.0 + static_cast<double>(task.bytes);
+    if (!outcome.error.empty())
+      console.warning("batch.record", fmt::format("{}: {}", task.recording.filename().string(), outcome.error));
+    console.progress(fmt::format("{} of {} records", ++count, tasks.size()), bytes / all);
+    outcomes[outcome.task] = std::move(outcome);
+  };
+  console.progress(fmt::format("0 of {} records", tasks.size()), 0.0);
+  run_records(runs, tasks, *own_work(longest_first(tasks), note, ranks), check_interrupted);
+  return outcomes;
+}
+
+BatchResults results_of(const std::vector<RecordTask>& tasks, const std::vector<TaskOutcome>& outcomes,
+                        const BatchArguments& arguments, const Config& config, const RecordRuns& runs,
+                        int num_threads) {
+  BatchResults results{.config = arguments.run.input.filename().string(), .records = {}};
+  results.records.resize(tasks.size());
+  dsp::for_each_index(tasks.size(), num_threads, [&](std::size_t i) {
+    check_interrupted();
+    results.records[i] = record_result(tasks[i], outcomes[i], runs.runs, arguments.run.require);
+  });
+  std::vector<ident::RecordFactors> factors;
+  for (RecordResult& record : results.records) {
+    std::move(record.factors.begin(), record.factors.end(), std::back_inserter(factors));
+    record.factors.clear();
+  }
+  if (factors.empty()) {
+    results.joint_reason = "no record has R factors";
+    return results;
+  }
+  results.warnings = differences(factors);
+  try {
+    results.joint = joint_fits(factors, config.fit.settings.options_of(config.fit.methods), check_interrupted);
+  } catch (const dsp::Fault& fault) {
+    results.joint_reason = fault.what();
+  }
+  return results;
+}
+
+/// That of the first record, in the order given, that ended with one.
+int exit_code_of(const std::vector<RecordResult>& records) {
+  const auto failed =
+      std::find_if(records.begin(), records.end(), [](const RecordResult& record) { return record.exit_code != 0; });
+  return failed == records.end() ? 0 : failed->exit_code;
+}
+
+int write_results(const BatchResults& results, const BatchArguments& arguments, BatchFolder& folder, Manifest manifest,
+                  Console& console) {
+  const std::string json =
+      table_json(results.records, results.joint.empty() ? "" : joint_json(results.joint), results.joint_reason);
+  for (const std::string& warning : results.warnings) console.warning("factors.differ", warning);
+  folder.write("table.csv", table_csv(results.records));
+  folder.write("table.json", json);
+  folder.write("report.html", batch_page(results));
+  folder.write("log.txt", console.log());
+  add_input(manifest, arguments.run.input, folder.destination());
+  manifest.warnings = console.warnings();
+  manifest.exit_code = exit_code_of(results.records);
+  const int code = manifest.exit_code;
+  folder.commit(std::move(manifest));
+  const auto kept = std::count_if(results.records.begin(), results.records.end(),
+                                  [](const RecordResult& record) { return record.was_kept; });
+  console.result(console.json() ? json
+                                : fmt::format("{}{}results are in {}: open report.html\n", batch_text(results),
+                                              kept > 0 ? fmt::format("{} were there already; ", kept) : "",
+                                              folder.destination().string()));
+  return code;
+}
+
+/// What rank 0 does, or the only process there is.
+int lead(const BatchArguments& arguments, Ranks* ranks, bool& sent_home, Console& console) {
+  const Config config = checked_config(arguments);
+  const std::vector<RecordTask> tasks = record_tasks(arguments.recordings);
+  const RecordRuns runs = record_runs(arguments, ranks);
+  if (arguments.run.dry_run) {
+    console.result(plan(tasks, runs));
+    return 0;
+  }
+  BatchFolder folder(arguments.run.folder);
+  Manifest manifest = begin_manifest("batch", arguments.run.command_line, arguments.run.seed, folder.destination());
+  std::vector<TaskOutcome> outcomes;
+  try {
+    outcomes = run_all(tasks, runs, ranks, console);
+  } catch (const Interrupted&) {
+    console.step(fmt::format("runs that are complete stay in {}; the same command goes on there", runs.runs.string()));
+    throw;
+  }
+  sent_home = true;
+  if (ranks != nullptr) ranks->finish();  // nobody waits while the summary is written
+  console.step("writing the summary");
+  const int num_threads = ranks != nullptr ? processors_here() : runs.num_jobs;  // the others have gone home
+  return write_results(results_of(tasks, outcomes, arguments, config, runs, num_threads), arguments, folder,
+                       std::move(manifest), console);
+}
+
+/// Another rank does what rank 0 gives it; what is wrong with the command line is rank 0's to say.
+int follow(const BatchArguments& arguments, Ranks& ranks) {
+  std::vector<RecordTask> tasks;
+  try {
+    tasks = record_tasks(arguments.recordings);
+  } catch (const dsp::Fault&) {
+  }
+  const auto work = given_work(ranks);
+  run_records(record_runs(arguments, &ranks), tasks, *work, check_interrupted);
+  ranks.finish();
+  return 0;
+}
+
+int batch(const BatchArguments& arguments, Console& console) {
+  const std::unique_ptr<Ranks> ranks = launched_processes() > 1 ? join_ranks() : nullptr;
+  if (ranks != nullptr && ranks->rank() > 0) return follow(arguments, *ranks);
+  bool sent_home = ranks == nullptr;
+  const auto send_home = [&] {
+    if (sent_home) return;
+    const auto nothing = own_work(
+        {}, [](TaskOutcome) {}, ranks.get());
+    for (; !nothing->is_over(); std::this_thread::sleep_for(nothing->patience())) nothing->serve();
+    ranks->finish();
+  };
+  try {
+    const int code = lead(arguments, ranks.get(), sent_home, console);
+    send_home();
+    return code;
+  } catch (const dsp::Fault&) {
+    send_home();
+    throw;
+  }
+}
+
+}  // namespace
+
+Command batch_command() {
+  return {
+      "batch",
+      "Many recordings by one config: on all cores, or on a cluster",
+      {},
+      [](CLI::App& command) -> CommandBody {
+        auto typed = std::make_shared<BatchArguments>();
+        const auto run = add_run_arguments(command, "CONFIG",
+                                           "Settings for all recordings, NAME.toml; a [[recording]] in it is not run.");
+        command.add_option("RECORDINGS", typed->recordings, "Recordings, a run each.")->required();
+        command
+            .add_option("--jobs", typed->num_jobs,
+                        "Runs at a time in each process; 0: one for each processor, under mpirun one.")
+            ->transform(whole(0, 4096))
+            ->option_text("N")
+            ->default_str("0");
+        auto require = std::make_shared<std::string>();
+        auto full = std::make_shared<bool>(false);
+        command
+            .add_option("--require", *require,
+                        "Exit code 4 unless the verdict on every range of every record is this or better. Results "
+                        "are written all the same.")
+            ->option_text("VERDICT")
+            ->check(CLI::IsMember({"describes", "in_part"}));
+        command.add_flag("--full", *full, "Write tables with every row and digit, as run --full.");
+        return [=](const GlobalOptions& global, Console& console) {
+          BatchArguments arguments = *typed;
+          arguments.run = run(global);
+          arguments.run.require = *require;
+          arguments.run.full = *full;
+          arguments.num_threads = global.num_threads;
+          (void)required_output(global, "batch");
+          return batch(arguments, console);
+        };
+      },
+      identify_group,
+      {"ardent batch rig.toml *.wav -o fleet", "ardent batch rig.toml *.wav -o fleet --jobs 2 --threads 1",
+       "mpirun -n 64 ardent batch rig.toml /data/*.wav -o fleet"},
+      "Each recording is run by `ardent run CONFIG RECORDING` in a process of its own, the largest first; its folder "
+      "is DIR/runs/NAME. A recording that cannot be read, or a run that crashes or finds no memory, costs that record "
+      "only: its error is in the table. At the end: table.csv and table.json, a row for each range of each record; "
+      "report.html; in both what all records together say, as `ardent merge` has it. Stopped in whatever way and "
+      "started again with the same command it goes on where it was: runs that are complete stay, unless their "
+      "recording, sidecar or config has changed since; what failed is tried again. Under mpirun or srun the "
+      "processes share the work; the results are the same. Exit code: that of the first record, in the order "
+      "given, that ended with one."};
+}
+
+}  // namespace apps

@@ -1,0 +1,83 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+
+#include "apps/cli/command.hpp"
+#include "apps/cli/method_options.hpp"
+#include "apps/output/factors_file.hpp"
+#include "apps/output/joint_report.hpp"
+#include "apps/output/saved_factors.hpp"
+#include "apps/process/interrupt.hpp"
+
+namespace apps {
+namespace {
+
+struct MergeArguments {
+  std::vector<std::filesystem::path> files;
+  std::string range;
+  std::filesystem::path save;
+  std::shared_ptr<MethodArguments> methods;
+};
+
+std::vector<ident::RecordFactors> read_all(const MergeArguments& arguments) {
+  std::vector<ident::RecordFactors> records;
+  std::string known;
+  for (const std::filesystem::path& file : arguments.files)
+    for (ident::RecordFactors& record : read_factors(file)) {
+      check_interrupted();
+      if (known.find(record.range) == std::string::npos) known += (known.empty() ? "" : ", ") + record.range;
+      if (arguments.range.empty() || record.range == arguments.range) records.push_back(std::move(record));
+    }
+  if (records.empty())
+    throw dsp::Fault(dsp::FaultKind::usage, "usage",
+                     fmt::format("--range: no file has a range '{}', want one of {}", arguments.range, known));
+  return records;
+}
+
+/// Joint fits of every range. 4 where no method found terms in one of them.
+int merge(const MergeArguments& arguments, const GlobalOptions& global, Console& console) {
+  const std::vector<ident::RecordFactors> records = read_all(arguments);
+  for (const std::string& difference : differences(records)) console.warning("factors.differ", difference);
+  const auto results = joint_fits(records, options_of(*arguments.methods), check_interrupted);
+  refuse_warnings(global.strict, console);
+  save_factors(arguments.save, records, arguments.files, global.force);
+  console.result(console.json() ? joint_json(results) : joint_text(results));
+  int code = 0;
+  for (const ident::JointResult& result : results)
+    if (std::all_of(result.fits.begin(), result.fits.end(),
+                    [](const ident::JointFit& fit) { return fit.model.terms.empty(); })) {
+      console.error("fit.nothing_selected", fmt::format("range '{}': no method selected a term.", result.range));
+      code = 4;
+    }
+  return code;
+}
+
+}  // namespace
+
+Command merge_command() {
+  return {
+      "merge",
+      "Several records as one: fitted together, and without each",
+      {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}, {"--threads"}},
+      [](CLI::App& command) -> CommandBody {
+        auto arguments = std::make_shared<MergeArguments>();
+        command.add_option("FILES", arguments->files, "Run folders, or files that fit --save and merge --save wrote.")
+            ->required();
+        command.add_option("--range", arguments->range, "This range only. Left out: each one.")->option_text("NAME");
+        command.add_option("--save", arguments->save, "Write all of them into one such file.")->type_name("FILE");
+        arguments->methods = add_method_options(command);
+        return [=](const GlobalOptions& global, Console& console) { return merge(*arguments, global, console); };
+      },
+      use_group,
+      {"ardent merge monday-run tuesday-run wednesday-run", "ardent merge fleet/runs/* --methods fast_rvm --json"},
+      "Recordings are not read again: R factors hold all that a fit needs of their training rows. Candidates that "
+      "some record cannot tell apart are left out and named. Beside each standard deviation, which is that of one "
+      "regression on all rows with every record's sensors on their own, stands the one over the records: how much "
+      "the coefficient changes when one record after the other is left out. The second is the larger one where "
+      "records differ by more than their noise, or share an error of a sensor."};
+}
+
+}  // namespace apps

@@ -1,0 +1,33 @@
+#pragma once
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ident/identify.hpp"
+#include "ident/joint_fit.hpp"
+
+// factors.json: R factors of records, from which they are fitted together without being read again. The format is in
+// the reference (ardent help files), numbered by `schema`.
+
+namespace apps {
+
+inline constexpr const char* factors_name = "factors.json";
+/// Of one record; also what is formed for it (IdentifyOptions::most_blocks).
+inline constexpr Eigen::Index most_factor_blocks = 16;
+
+/// What the file says of each range. `recordings`: the columns that were identified. `sources`: files of each of them.
+[[nodiscard]] std::vector<ident::RecordFactors> record_factors(
+    const std::vector<ident::RangeResult>& ranges, const std::vector<ident::Columns>& recordings,
+    const std::vector<std::vector<ident::FactorSource>>& sources, const ident::CandidateLibrary& library,
+    const ident::IdentifyOptions& options);
+
+/// Bytes that the file takes at most.
+[[nodiscard]] double factors_bytes(const std::vector<ident::RecordFactors>& records);
+[[nodiscard]] std::string factors_json(const std::vector<ident::RecordFactors>& records);
+
+/// A factors.json, or the one in a run folder. Throws dsp::Fault (input): "factors.file" where it cannot be read or is
+/// none, "factors.schema" of another version, "factors.damaged" naming the field, what was found and what is wanted.
+[[nodiscard]] std::vector<ident::RecordFactors> read_factors(const std::filesystem::path& file_or_folder);
+
+}  // namespace apps
