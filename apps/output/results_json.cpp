@@ -119,6 +119,24 @@ Json steps_json(const ident::JudgedFit& fit, const std::vector<std::string>& ter
   return result;
 }
 
+/// Null without a ranking: a method that does not weigh the rows as evidence.
+Json models_json(const std::optional<ident::ModelRanking>& ranking, const std::vector<std::string>& terms) {
+  if (!ranking) return {};
+  const auto name = [&](Eigen::Index term) { return terms[static_cast<std::size_t>(term)]; };
+  Json result{{"num_scored", ranking->num_models}, {"all", ranking->all}};
+  put(result, "odds_to_next", ranking->odds(), "no other model was scored");
+  result["undecided"] = Json::array();
+  for (Eigen::Index term = 0; term < ranking->inclusion.size(); ++term)
+    if (ranking->is_undecided(term)) result["undecided"].push_back(name(term));
+  result["best"] = Json::array();
+  for (const ident::RankedModel& model : ranking->best) {
+    Json row{{"terms", Json::array()}, {"probability", model.probability}, {"nmse", model.rss}};
+    for (const Eigen::Index term : model.terms) row["terms"].push_back(name(term));
+    result["best"].push_back(std::move(row));
+  }
+  return result;
+}
+
 Json method_json(const ident::JudgedFit& fit, const ident::RangeResult& range, const ident::IdentifyOptions& options) {
   const std::string no_evidence = std::string(to_string(fit.fit.method)) + " computes no evidence";
   const bool has_evidence = std::isfinite(fit.fit.log_evidence);
@@ -146,6 +164,7 @@ Json method_json(const ident::JudgedFit& fit, const ident::RangeResult& range, c
   result["nmse"] = nmse_json(fit);
   result["bands"] = bands_json(fit);
   result["free_run_stretches"] = fit.free_run.num_ranges;
+  result["models"] = models_json(fit.fit.ranking, range.terms);
   result["steps"] = steps_json(fit, range.terms);
   return result;
 }
