@@ -123,7 +123,7 @@ Json steps_json(const ident::JudgedFit& fit, const std::vector<std::string>& ter
 Json models_json(const std::optional<ident::ModelRanking>& ranking, const std::vector<std::string>& terms) {
   if (!ranking) return {};
   const auto name = [&](Eigen::Index term) { return terms[static_cast<std::size_t>(term)]; };
-  Json result{{"num_scored", ranking->num_models}, {"all", ranking->all}};
+  Json result{{"num_scored", std::llround(ranking->num_models)}, {"all", ranking->all}};
   put(result, "odds_to_next", ranking->odds(), "no other model was scored");
   result["undecided"] = Json::array();
   for (Eigen::Index term = 0; term < ranking->inclusion.size(); ++term)
@@ -164,7 +164,6 @@ Json method_json(const ident::JudgedFit& fit, const ident::RangeResult& range, c
   result["nmse"] = nmse_json(fit);
   result["bands"] = bands_json(fit);
   result["free_run_stretches"] = fit.free_run.num_ranges;
-  result["models"] = models_json(fit.fit.ranking, range.terms);
   result["steps"] = steps_json(fit, range.terms);
   return result;
 }
@@ -261,7 +260,7 @@ Json cause_json(const ident::JudgedFit& fit) {
   return fit.judgement.cause ? Json(to_string(*fit.judgement.cause)) : Json();
 }
 
-Json equation_row(const ident::JudgedFit& fit) {
+Json equation_row(const ident::JudgedFit& fit, const std::vector<std::string>& terms) {
   const std::string method(to_string(fit.fit.method));
   Json row{{"method", method},
            {"target", fit.model.target},
@@ -279,6 +278,7 @@ Json equation_row(const ident::JudgedFit& fit) {
   row["rejected"] = Json::array();
   for (const ident::RejectedTerm& term : fit.model.rejected)
     row["rejected"].push_back({{"name", term.name}, {"inclusion_probability", term.inclusion_probability}});
+  row["models"] = models_json(fit.fit.ranking, terms);
   row["sensors"] = Json::array();
   for (const ident::SensorEstimate& sensor : fit.sensors)
     row["sensors"].push_back({{"name", printable(sensor.name)},
@@ -357,7 +357,7 @@ std::string equation_json(const std::vector<ident::RangeResult>& ranges) {
       row["verdict"] = to_string(best.judgement.verdict);
       row["cause"] = cause_json(best);
     }
-    for (const ident::JudgedFit& fit : range.fits) row["methods"].push_back(equation_row(fit));
+    for (const ident::JudgedFit& fit : range.fits) row["methods"].push_back(equation_row(fit, range.terms));
     row["linear"] = linear_json(range.linear);
     document["ranges"].push_back(std::move(row));
   }
