@@ -43,7 +43,17 @@ std::string_view to_string(FitAction action) {
   return name_of(action_names, action);
 }
 
+double ModelRanking::odds() const {
+  return best.size() > 1 ? best[0].probability / best[1].probability : std::numeric_limits<double>::infinity();
+}
+
+bool ModelRanking::is_undecided(Eigen::Index term) const {
+  constexpr double sure = 0.8;
+  return inclusion(term) > 1.0 - sure && inclusion(term) < sure;
+}
+
 double Fit::inclusion_probability(Eigen::Index term) const {
+  if (ranking && std::isfinite(ranking->inclusion(term))) return ranking->inclusion(term);
   return evidence_gain.size() > term ? 1.0 / (1.0 + std::exp(0.5 * (tau - evidence_gain(term))))
                                      : std::numeric_limits<double>::quiet_NaN();
 }
@@ -61,6 +71,14 @@ void renumber(Fit& fit, const std::vector<Eigen::Index>& terms, Eigen::Index num
     move(step.term);
     move(step.leaving);
     for (Eigen::Index& term : step.terms) move(term);
+  }
+  if (fit.ranking) {
+    const auto old_inclusion = std::move(fit.ranking->inclusion);
+    fit.ranking->inclusion = Eigen::VectorXd::Constant(num_terms, std::numeric_limits<double>::quiet_NaN());
+    for (Eigen::Index i = 0; i < old_inclusion.size(); ++i)
+      fit.ranking->inclusion(terms[static_cast<std::size_t>(i)]) = old_inclusion(i);
+    for (RankedModel& model : fit.ranking->best)
+      for (Eigen::Index& term : model.terms) move(term);
   }
   for (Dependent& dependent : fit.dependent) {
     move(dependent.term);

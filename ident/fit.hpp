@@ -56,6 +56,25 @@ struct Dependent {
   std::vector<Eigen::Index> of;  ///< those that carry the combination
 };
 
+/// Some terms of a library as a model, by least squares.
+struct RankedModel {
+  std::vector<Eigen::Index> terms;  ///< indices into the columns of the RFactor, ascending
+  double rss = 1.0;                 ///< of the target's squares
+  double probability = 0.0;         ///< by the selection's score, among all that were scored
+};
+
+/// Models of a library by what the rows say of each: see ident/selection/ranked_models.hpp.
+struct ModelRanking {
+  double num_models = 0.0;        ///< that were scored
+  bool all = true;                ///< they are all there are; false: those near the kept terms
+  std::vector<RankedModel> best;  ///< the most probable first, at least one
+  Eigen::VectorXd inclusion;      ///< b: probability that the term belongs; NaN: in none of these models
+  /// By how much the first is more probable than the second; infinite where there is no other.
+  [[nodiscard]] double odds() const;
+  /// Neither in nor out with 80 % probability.
+  [[nodiscard]] bool is_undecided(Eigen::Index term) const;
+};
+
 /// One regression of one target on a library, in the caller's units: coefficients in those of the target over those of
 /// their columns. Numerics that end badly are a status, never a throw.
 struct Fit {
@@ -77,14 +96,16 @@ struct Fit {
   int iterations = 0;               ///< moves from the start that won to its end
   int discarded_iterations = 0;     ///< of starts that ended lower
   std::vector<FitStep> steps;
-  std::vector<Dependent> dependent;  ///< least squares and what rests on it; then the status is rank_deficient
-  std::vector<std::string> remarks;  ///< sentences for a person: "columns nearly collinear: ..."
+  std::optional<ModelRanking> ranking;  ///< where the rows are known as evidence: by `identify`
+  std::vector<Dependent> dependent;     ///< least squares and what rests on it; then the status is rank_deficient
+  std::vector<std::string> remarks;     ///< sentences for a person: "columns nearly collinear: ..."
 
   /// What intervals are made of.
   [[nodiscard]] const Eigen::MatrixXd& interval_covariance() const {
     return covariance_weak.size() > 0 ? covariance_weak : covariance;
   }
-  /// 1 / (1 + exp((tau - gain) / 2)) of any term of the library; NaN for methods without an evidence.
+  /// Of any term of the library: by the ranking of models, else 1 / (1 + exp((tau - gain) / 2)), which compares two of
+  /// them; NaN for methods without an evidence.
   [[nodiscard]] double inclusion_probability(Eigen::Index term) const;
 };
 

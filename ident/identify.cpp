@@ -14,6 +14,7 @@
 #include "ident/methods.hpp"
 #include "ident/regression/finish_fit.hpp"
 #include "ident/rows_of_terms.hpp"
+#include "ident/selection/ranked_models.hpp"
 #include "ident/sensors/absolute_gains.hpp"
 #include "ident/settle_columns.hpp"
 #include "ident/validate/crests.hpp"
@@ -232,6 +233,23 @@ void name_ties(JudgedFit& judged, const RFactor& data, const RangeData& range, c
   }
 }
 
+/// Every model beside the one that was settled on; none where there is nothing to explain.
+std::optional<ModelRanking> ranking_of(const RFactor& data, const Fit& found, const Poll& poll) {
+  if (!std::isfinite(found.log_evidence)) return std::nullopt;
+  return ranked_models(unit_problem(data, poll), found.relevant);
+}
+
+/// A sentence on the terms that the rows leave open.
+void name_undecided(Fit& fit, const CandidateLibrary& library) {
+  if (!fit.ranking) return;
+  std::vector<std::string> open;
+  for (Index term = 0; term < fit.ranking->inclusion.size(); ++term)
+    if (fit.ranking->is_undecided(term))
+      open.push_back(fmt::format("{} (probability {:.2f})", library.terms[static_cast<std::size_t>(term)].name,
+                                 fit.ranking->inclusion(term)));
+  if (!open.empty()) fit.remarks.push_back(fmt::format("undecided on these rows: {}", fmt::join(open, ", ")));
+}
+
 /// What cannot be said of coefficients where misfit and not noise limits them; `nmse`: of the training rows.
 void judge_size(JudgedFit& judged, const CandidateLibrary& library, double nmse) {
   Fit& fit = judged.fit;
@@ -307,10 +325,14 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
   for (const Index j : range.terms) terms.push_back(&library.terms[static_cast<std::size_t>(j)]);
   for (std::string& remark : collinearity_remarks(data, judged.fit, terms, range.largest, options.poll))
     judged.fit.remarks.push_back(std::move(remark));
-  if (evidence != nullptr) name_ties(judged, data, range, library, options.poll);
+  if (evidence != nullptr) {
+    name_ties(judged, data, range, library, options.poll);
+    judged.fit.ranking = ranking_of(data, judged.fit, options.poll);
+  }
   const std::vector<Index> positions = judged.fit.relevant;
   renumber(judged.fit, range.terms, static_cast<Index>(library.terms.size()));
   name_dependent(judged.fit, library);
+  name_undecided(judged.fit, library);
   Prediction train = predict(judged.fit, result.rows.train, recordings),
              test = predict(judged.fit, result.rows.test, recordings);
   if (weighed) judge_size(judged, library, nmse_centred(train.mean, range.train));

@@ -1,8 +1,8 @@
 #include "ident/r_factor.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <stdexcept>
 
@@ -14,29 +14,43 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-// A leaf holds enough rows to make its Householder QR worth while and few enough to stay in cache. It depends on the
-// width alone, so the tree is the same however the rows arrive.
-Index leaf_rows(Index width) {
-  return std::max<Index>(256, 4 * width);
+// Rows folded at once: enough for a reflector to be worth its square root, few enough to stay in cache.
+constexpr Index block_rows = 256;
+// Rows of one shard, the unit handed to a thread.
+constexpr Index shard_rows = 128 * block_rows;
+// Fewer rows are folded sooner than a thread begins.
+constexpr Index fewest_rows_for_threads = 100'000;
+
+// Powers of two that bring the greatest magnitude of each column to between 1 and 2, so that no square overflows or
+// vanishes: to multiply by and to divide by is exact.
+struct ColumnScale {
+  Eigen::RowVectorXd down, up;
+  explicit ColumnScale(const Eigen::RowVectorXd& largest) : down(largest.size()), up(largest.size()) {
+    constexpr int least = std::numeric_limits<double>::min_exponent;  // whose inverse is still a number
+    for (Index j = 0; j < largest.size(); ++j) {
+      const bool usable = largest(j) > 0.0 && std::isfinite(largest(j));
+      const int exponent = usable ? std::max(least, std::ilogb(largest(j))) : 0;
+      down(j) = std::ldexp(1.0, -exponent);
+      up(j) = std::ldexp(1.0, exponent);
+    }
+  }
+};
+
+Eigen::RowVectorXd largest_of(const Eigen::Ref<const MatrixXd>& columns) {
+  if (columns.rows() == 0) return Eigen::RowVectorXd::Zero(columns.cols());
+  return columns.cwiseAbs().colwise().maxCoeff();
 }
 
-// Leaves in one shard: the unit handed to a thread, a whole subtree of the binary tree.
-constexpr Index shard_leaves = 64;
-
-MatrixXd triangle(MatrixXd rows) {
-  const Index width = rows.cols();
-  if (rows.rows() == 0) return MatrixXd::Zero(width, width);
-  Eigen::HouseholderQR<Eigen::Ref<MatrixXd>> qr(rows);
-  MatrixXd R = MatrixXd::Zero(width, width);
-  const Index height = std::min(rows.rows(), width);
-  R.topRows(height) = rows.topRows(height).triangularView<Eigen::Upper>();
+// Of [R; rows].
+MatrixXd folded(MatrixXd R, const Eigen::Ref<const MatrixXd>& rows) {
+  const ColumnScale scale(largest_of(R).cwiseMax(largest_of(rows)));
+  RowBlock block(rows.rows(), rows.cols());
+  block.rows(0, rows.rows()) = rows;
+  R.array().rowwise() *= scale.down.array();
+  if (!block.scale(rows.rows(), scale.down)) R.setConstant(std::numeric_limits<double>::quiet_NaN());
+  block.fold_into(R, rows.rows());
+  R.array().rowwise() *= scale.up.array();
   return R;
-}
-
-MatrixXd merged(const MatrixXd& upper, const MatrixXd& lower) {
-  MatrixXd stacked(upper.rows() + lower.rows(), upper.cols());
-  stacked << upper, lower;
-  return triangle(std::move(stacked));
 }
 
 }  // namespace
@@ -47,76 +61,67 @@ std::vector<Index> all_columns(Index count) {
   return all;
 }
 
+MatrixXd triangle(const Eigen::Ref<const MatrixXd>& rows) {
+  return folded(MatrixXd::Zero(rows.cols(), rows.cols()), rows);
+}
+
 RFactorBuilder::RFactorBuilder(Index num_terms, Index num_targets)
     : num_terms_(num_terms),
       num_targets_(num_targets),
-      leaf_(leaf_rows(num_terms + num_targets), num_terms + num_targets) {
+      block_(block_rows, num_terms + num_targets),
+      R_(MatrixXd::Zero(num_terms + num_targets, num_terms + num_targets)) {
   if (num_terms < 0 || num_targets < 1)
     throw std::invalid_argument("RFactorBuilder: needs terms >= 0 and targets >= 1");
 }
 
 void RFactorBuilder::push(const Eigen::Ref<const MatrixXd>& rows) {
-  if (rows.cols() != leaf_.cols()) throw std::invalid_argument("RFactorBuilder::push: rows have another width");
+  if (rows.cols() != R_.cols()) throw std::invalid_argument("RFactorBuilder::push: rows have another width");
   for (Index done = 0; done < rows.rows();) {
-    const Index count = std::min(leaf_.rows() - filled_, rows.rows() - done);
-    leaf_.middleRows(filled_, count) = rows.middleRows(done, count);
+    const Index count = std::min(block_rows - filled_, rows.rows() - done);
+    block_.rows(filled_, count) = rows.middleRows(done, count);
     filled_ += count;
     done += count;
-    if (filled_ == leaf_.rows()) {
-      fold(0, triangle(leaf_));
+    if (filled_ == block_rows) {
+      block_.fold_into(R_, filled_);
       filled_ = 0;
     }
   }
   num_samples_ += rows.rows();
 }
 
-void RFactorBuilder::fold(int level, MatrixXd R) {
-  const auto index = static_cast<std::size_t>(level);
-  if (index == levels_.size()) levels_.emplace_back();
-  if (levels_[index].size() == 0) {
-    levels_[index] = std::move(R);
-    return;
-  }
-  MatrixXd both = merged(levels_[index], R);
-  levels_[index].resize(0, 0);
-  fold(level + 1, std::move(both));
-}
-
 RFactor RFactorBuilder::finish() const {
-  MatrixXd R = triangle(leaf_.topRows(filled_));
-  for (const MatrixXd& level : levels_)
-    if (level.size() != 0) R = merged(level, R);
-  return {std::move(R), num_terms_, num_samples_};
+  RFactor factor{R_, num_terms_, num_samples_};
+  RowBlock rest = block_;
+  rest.fold_into(factor.R, filled_);
+  return factor;
 }
 
 RFactor r_factor(Index num_rows, Index num_terms, const Eigen::RowVectorXd& largest, const RowReader& read,
                  int num_threads) {
-  const Index width = largest.size(), leaf = leaf_rows(width), shard_rows = shard_leaves * leaf;
+  const Index width = largest.size();
   if (width <= num_terms) throw std::invalid_argument("r_factor: needs the greatest magnitude of terms and targets");
-  const Index num_shards = std::max<Index>(1, (num_rows + shard_rows - 1) / shard_rows);
-  // Powers of two taken out of each column: exact, and no square overflows or vanishes.
-  const Eigen::RowVectorXd scale = largest.unaryExpr(
-      [](double value) { return value > 0.0 && std::isfinite(value) ? std::ldexp(1.0, std::ilogb(value)) : 1.0; });
-
-  std::vector<RFactor> shards(static_cast<std::size_t>(num_shards));
-  dsp::for_each_index(shards.size(), num_threads, [&](std::size_t index) {
-    const auto shard = static_cast<Index>(index);
-    RFactorBuilder builder(num_terms, width - num_terms);
-    const Index end = std::min(num_rows, (shard + 1) * shard_rows);
-    MatrixXd rows;
-    for (Index first = shard * shard_rows; first < end; first += leaf) {
-      rows.resize(std::min(leaf, end - first), width);
-      read(first, rows);
-      if (!rows.allFinite()) throw std::invalid_argument("r_factor: a value is not finite");
-      rows.array().rowwise() /= scale.array();
-      builder.push(rows);
+  const ColumnScale scale(largest);
+  std::vector<MatrixXd> shards(static_cast<std::size_t>(std::max<Index>(1, (num_rows + shard_rows - 1) / shard_rows)),
+                               MatrixXd::Zero(width, width));
+  const int threads = num_rows < fewest_rows_for_threads ? 1 : num_threads;
+  dsp::for_each_index(shards.size(), threads, [&](std::size_t shard) {
+    RowBlock block(block_rows, width);
+    const Index begin = static_cast<Index>(shard) * shard_rows, end = std::min(num_rows, begin + shard_rows);
+    for (Index first = begin; first < end; first += block_rows) {
+      const Index count = std::min(block_rows, end - first);
+      read(first, block.rows(0, count));
+      if (!block.scale(count, scale.down)) throw std::invalid_argument("r_factor: a value is not finite");
+      block.fold_into(shards[shard], count);
     }
-    shards[index] = builder.finish();
   });
 
-  RFactor whole = shards.front();
-  for (std::size_t i = 1; i < shards.size(); ++i) whole = merge(whole, shards[i]);
-  whole.R.array().rowwise() *= scale.array();
+  RFactor whole{std::move(shards.front()), num_terms, num_rows};
+  RowBlock block(width, width);
+  for (std::size_t i = 1; i < shards.size(); ++i) {
+    block.rows(0, width) = shards[i];
+    block.fold_into(whole.R, width);
+  }
+  whole.R.array().rowwise() *= scale.up.array();
   return whole;
 }
 
@@ -125,11 +130,8 @@ RFactor r_factor(const Eigen::Ref<const MatrixXd>& phi, const Eigen::Ref<const M
   const auto read = [&](Index first, Eigen::Ref<MatrixXd> block) {
     block << phi.middleRows(first, block.rows()), targets.middleRows(first, block.rows());
   };
-  Eigen::RowVectorXd largest = Eigen::RowVectorXd::Zero(phi.cols() + targets.cols());
-  if (phi.rows() > 0) {
-    largest.head(phi.cols()) = phi.cwiseAbs().colwise().maxCoeff();
-    largest.tail(targets.cols()) = targets.cwiseAbs().colwise().maxCoeff();
-  }
+  Eigen::RowVectorXd largest(phi.cols() + targets.cols());
+  largest << largest_of(phi), largest_of(targets);
   return r_factor(phi.rows(), phi.cols(), largest, read, num_threads);
 }
 
@@ -140,7 +142,7 @@ RFactor r_factor(const Eigen::Ref<const MatrixXd>& phi, const Eigen::Ref<const M
 RFactor merge(const RFactor& a, const RFactor& b) {
   if (a.R.cols() != b.R.cols() || a.num_terms != b.num_terms)
     throw std::invalid_argument("merge: the R factors belong to different libraries");
-  return {merged(a.R, b.R), a.num_terms, a.num_samples + b.num_samples};
+  return {folded(a.R, b.R), a.num_terms, a.num_samples + b.num_samples};
 }
 
 RFactor select(const RFactor& data, const std::vector<Index>& terms, Index target) {
@@ -153,7 +155,7 @@ RFactor select(const RFactor& data, const std::vector<Index>& terms, Index targe
     columns.col(j) = data.R.col(term);
   }
   columns.col(count) = data.R.col(data.num_terms + target);
-  return {triangle(std::move(columns)), count, data.num_samples};
+  return {triangle(columns), count, data.num_samples};
 }
 
 }  // namespace ident

@@ -3,6 +3,8 @@
 #include <functional>
 #include <vector>
 
+#include "ident/fold_rows.hpp"
+
 namespace ident {
 
 /// All a linear regression T = Phi C + noise needs to know of its m rows: the triangle of [Phi T] = Q R, for which
@@ -19,8 +21,12 @@ struct RFactor {
 /// 0, 1, ..., count - 1: all columns.
 [[nodiscard]] std::vector<Eigen::Index> all_columns(Eigen::Index count);
 
-/// Folds rows into an R factor block by block in constant memory: leaves of a fixed number of rows, merged in a fixed
-/// binary tree. The result depends on the rows and their order only, bit for bit: not on how they were cut into blocks.
+/// The triangle R (n x n) of a QR factorisation of these rows (any number x n, of any magnitude); not a
+/// number where one of theirs is not finite.
+[[nodiscard]] Eigen::MatrixXd triangle(const Eigen::Ref<const Eigen::MatrixXd>& rows);
+
+/// Folds rows into an R factor in constant memory, 256 at a time. The result depends on the rows and their order only,
+/// bit for bit: not on how they were cut into blocks. It may depend on the processor, in its last bits.
 class RFactorBuilder {
  public:
   /// b >= 0 terms and q >= 1 targets; else throws std::invalid_argument.
@@ -32,17 +38,16 @@ class RFactorBuilder {
   [[nodiscard]] RFactor finish() const;
 
  private:
-  void fold(int level, Eigen::MatrixXd R);
   Eigen::Index num_terms_, num_targets_, num_samples_ = 0, filled_ = 0;
-  Eigen::MatrixXd leaf_;
-  std::vector<Eigen::MatrixXd> levels_;  ///< binary counter of subtrees; empty matrix: none at this level
+  RowBlock block_;
+  Eigen::MatrixXd R_;
 };
 
 /// One-shot: phi is m x b, targets m x q, of any magnitude. Throws std::invalid_argument if they differ in their rows,
 /// if there is no target, or if a value is not finite.
 [[nodiscard]] RFactor r_factor(const Eigen::Ref<const Eigen::MatrixXd>& phi,
                                const Eigen::Ref<const Eigen::MatrixXd>& targets);
-/// The same bits, with the leaves shared out among threads along the same tree.
+/// The same bits, with shards of a fixed number of rows shared out among threads and merged in their order.
 [[nodiscard]] RFactor r_factor(const Eigen::Ref<const Eigen::MatrixXd>& phi,
                                const Eigen::Ref<const Eigen::MatrixXd>& targets, int num_threads);
 /// The same bits again from rows that are read block by block, once, and never held together: `read` writes rows

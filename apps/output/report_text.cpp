@@ -69,7 +69,25 @@ std::string terms_table(const ident::Model& model) {
   return text;
 }
 
-std::string fit_text(const ident::JudgedFit& fit) {
+/// How the kept terms compare with other models; nothing without a ranking.
+std::string models_text(const ident::Fit& fit, const std::vector<std::string>& terms) {
+  if (!fit.ranking) return {};
+  const std::vector<ident::RankedModel>& best = fit.ranking->best;
+  const auto names = [&](const ident::RankedModel& model) {
+    std::vector<std::string> its;
+    for (const Eigen::Index term : model.terms) its.push_back(terms[static_cast<std::size_t>(term)]);
+    return its.empty() ? "no term" : fmt::format("{}", fmt::join(its, ", "));
+  };
+  std::string text = fmt::format("      {:.0f} models scored, {}\n", fit.ranking->num_models,
+                                 fit.ranking->all ? "all there are" : "those near the kept terms");
+  constexpr std::size_t most = 3;
+  for (std::size_t i = 0; i < std::min(most, best.size()); ++i)
+    text += fmt::format("        {:<6.3g} {}{}\n", best[i].probability, names(best[i]),
+                        best[i].terms == fit.relevant ? "  <- kept" : "");
+  return text;
+}
+
+std::string fit_text(const ident::JudgedFit& fit, const std::vector<std::string>& terms) {
   std::string text = fmt::format("    {}\n    {}\n", ident::to_text(fit.model), fit.judgement.sentence);
   for (const std::string& remark : fit.judgement.remarks) text += fmt::format("      - {}\n", remark);
   if (fit.model.terms.empty()) return text;
@@ -81,10 +99,10 @@ std::string fit_text(const ident::JudgedFit& fit) {
   if (fit.bands_reason.empty())
     text += fmt::format("      test rows inside their 50, 90 and 95 % bands: {:.1f}, {:.1f} and {:.1f} %\n",
                         100.0 * fit.bands.within_50, 100.0 * fit.bands.within_90, 100.0 * fit.bands.within_95);
-  return text;
+  return text + models_text(fit.fit, terms);
 }
 
-std::string fits_text(const std::vector<ident::JudgedFit>& fits) {
+std::string fits_text(const std::vector<ident::JudgedFit>& fits, const std::vector<std::string>& terms) {
   std::string text;
   for (auto fit = fits.begin(); fit != fits.end(); ++fit) {
     text += fmt::format(
@@ -94,7 +112,8 @@ std::string fits_text(const std::vector<ident::JudgedFit>& fits) {
     const auto twin = std::find_if(fits.begin(), fit, [&](const ident::JudgedFit& earlier) {
       return ident::same_equation(earlier.model, fit->model);
     });
-    text += twin == fit ? fit_text(*fit) : fmt::format("    the same equation as {}\n", to_string(twin->fit.method));
+    text +=
+        twin == fit ? fit_text(*fit, terms) : fmt::format("    the same equation as {}\n", to_string(twin->fit.method));
   }
   return text;
 }
@@ -106,7 +125,7 @@ std::string range_text(const ident::RangeResult& range) {
                   range.spec.where.empty() ? "" : ", where " + range.spec.where);
   for (const ident::DroppedTerm& term : range.dropped)
     text += fmt::format("  left out: {} ({})\n", term.name, term.reason);
-  return text + fits_text(range.fits);
+  return text + fits_text(range.fits, range.terms);
 }
 
 /// Nothing where all channels are calibrated.

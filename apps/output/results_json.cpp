@@ -119,6 +119,24 @@ Json steps_json(const ident::JudgedFit& fit, const std::vector<std::string>& ter
   return result;
 }
 
+/// Null without a ranking: a method that does not weigh the rows as evidence.
+Json models_json(const std::optional<ident::ModelRanking>& ranking, const std::vector<std::string>& terms) {
+  if (!ranking) return {};
+  const auto name = [&](Eigen::Index term) { return terms[static_cast<std::size_t>(term)]; };
+  Json result{{"num_scored", std::llround(ranking->num_models)}, {"all", ranking->all}};
+  put(result, "odds_to_next", ranking->odds(), "no other model was scored");
+  result["undecided"] = Json::array();
+  for (Eigen::Index term = 0; term < ranking->inclusion.size(); ++term)
+    if (ranking->is_undecided(term)) result["undecided"].push_back(name(term));
+  result["best"] = Json::array();
+  for (const ident::RankedModel& model : ranking->best) {
+    Json row{{"terms", Json::array()}, {"probability", model.probability}, {"nmse", model.rss}};
+    for (const Eigen::Index term : model.terms) row["terms"].push_back(name(term));
+    result["best"].push_back(std::move(row));
+  }
+  return result;
+}
+
 Json method_json(const ident::JudgedFit& fit, const ident::RangeResult& range, const ident::IdentifyOptions& options) {
   const std::string no_evidence = std::string(to_string(fit.fit.method)) + " computes no evidence";
   const bool has_evidence = std::isfinite(fit.fit.log_evidence);
@@ -242,7 +260,7 @@ Json cause_json(const ident::JudgedFit& fit) {
   return fit.judgement.cause ? Json(to_string(*fit.judgement.cause)) : Json();
 }
 
-Json equation_row(const ident::JudgedFit& fit) {
+Json equation_row(const ident::JudgedFit& fit, const std::vector<std::string>& terms) {
   const std::string method(to_string(fit.fit.method));
   Json row{{"method", method},
            {"target", fit.model.target},
@@ -260,6 +278,7 @@ Json equation_row(const ident::JudgedFit& fit) {
   row["rejected"] = Json::array();
   for (const ident::RejectedTerm& term : fit.model.rejected)
     row["rejected"].push_back({{"name", term.name}, {"inclusion_probability", term.inclusion_probability}});
+  row["models"] = models_json(fit.fit.ranking, terms);
   row["sensors"] = Json::array();
   for (const ident::SensorEstimate& sensor : fit.sensors)
     row["sensors"].push_back({{"name", printable(sensor.name)},
@@ -338,7 +357,7 @@ std::string equation_json(const std::vector<ident::RangeResult>& ranges) {
       row["verdict"] = to_string(best.judgement.verdict);
       row["cause"] = cause_json(best);
     }
-    for (const ident::JudgedFit& fit : range.fits) row["methods"].push_back(equation_row(fit));
+    for (const ident::JudgedFit& fit : range.fits) row["methods"].push_back(equation_row(fit, range.terms));
     row["linear"] = linear_json(range.linear);
     document["ranges"].push_back(std::move(row));
   }

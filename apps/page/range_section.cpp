@@ -56,6 +56,12 @@ void write_decisions(const ident::RangeResult& range, const ident::JudgedFit& fi
   if (!rows.empty()) html.table("Candidates that were not kept", {"term", "probability of belonging"}, rows);
   Strings open;
   for (const auto& [kept, other] : fit.ties) open.push_back(fmt::format("{} and {}", kept, other));
+  if (fit.fit.ranking) {
+    const ident::ModelRanking& ranking = *fit.fit.ranking;
+    html.element("p", fmt::format("{:.0f} models were scored, {}; the first is {:.3g} times as probable as the next.",
+                                  ranking.num_models, ranking.all ? "all there are" : "those near the kept terms",
+                                  ranking.odds()));
+  }
   if (!open.empty()) html.element("p", fmt::format("Not to be told apart on these data: {}.", fmt::join(open, "; ")));
   for (const ident::DroppedTerm& term : range.dropped)
     html.element("p", fmt::format("Left out: {} ({})", term.name, term.reason));

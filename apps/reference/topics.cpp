@@ -109,7 +109,8 @@ Page files_page() {
   const std::vector<Entry> results{
       {"equation.txt",
        "The page of the run: equations, standard deviations, verdict. equation.tex: the same for LaTeX."},
-      {"equation.json", "Equations with covariances, what their variance comes from, verdict and cause."},
+      {"equation.json",
+       "Equations with covariances, what their variance comes from, models ranked, verdict and cause."},
       {"metrics.json", "Figures of merit of every range and method."},
       {"prepared.csv", "Signals at the regression rate in SI units; `excluded` is 1 where a row is left out."},
       {"predictions.csv", "Target and prediction of every row of every range, by each method."},

@@ -1,6 +1,7 @@
 #include "ident/selection/best_subsets.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace ident {
@@ -92,6 +93,12 @@ std::vector<Subset> best_subsets(const UnitProblem& problem, Index largest) {
     if (next.rss < best[size].rss) best[size] = std::move(next);
   }
   return best;
+}
+
+double model_cost(double num_effective, Index num_terms, std::size_t k) {
+  const auto b = static_cast<double>(num_terms), count = static_cast<double>(k);
+  const double models = std::lgamma(b + 1.0) - std::lgamma(count + 1.0) - std::lgamma(b - count + 1.0);
+  return count * std::log(std::max(2.0, num_effective)) + 2.0 * models;
 }
 
 }  // namespace ident

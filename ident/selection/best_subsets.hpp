@@ -22,4 +22,8 @@ struct Subset {
 /// What least squares on these terms leaves.
 [[nodiscard]] double least_squares_rss(const UnitProblem& problem, const std::vector<Eigen::Index>& terms);
 
+/// What k of b terms cost in twice the log evidence: ln n each for their values, and twice the log of how many such
+/// models there are, so that each number of terms is as likely beforehand as any other.
+[[nodiscard]] double model_cost(double num_effective, Eigen::Index num_terms, std::size_t k);
+
 }  // namespace ident

@@ -1,6 +1,5 @@
 #include "ident/selection/evidence_data.hpp"
 
-#include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
@@ -96,15 +95,6 @@ struct Rows {
   }
 };
 
-/// R of at least as many rows as columns, squares of whose values may vanish or overflow.
-MatrixXd triangle_of(MatrixXd columns) {
-  const Eigen::RowVectorXd largest =
-      columns.cwiseAbs().colwise().maxCoeff().unaryExpr([](double value) { return value > 0.0 ? value : 1.0; });
-  columns.array().rowwise() /= largest.array();
-  MatrixXd R = columns.householderQr().matrixQR().topRows(columns.cols()).triangularView<Eigen::Upper>();
-  return R * largest.asDiagonal();
-}
-
 /// At most a quarter of the period of the motion: rows closer than that share their misfit.
 Index quarter_period(const Rows& rows) {
   const Row& row = rows.result.rows.train.front();
@@ -128,7 +118,7 @@ class ModelSizes {
     const Index b = rows.num_terms();
     MatrixXd columns(probed.R.rows(), q + b + 1);
     columns << probed.R.middleCols(q, b), probed.R.leftCols(q), probed.R.rightCols(1);
-    const MatrixXd R = triangle_of(std::move(columns));
+    const MatrixXd R = triangle(columns);
     problem_ = unit_problem(candidates(R), rows.options.poll);
     const VectorXd norms = R.middleCols(b, q).colwise().stableNorm();
     MatrixXd beyond = R.block(b, b, q, q);
@@ -169,7 +159,7 @@ class ModelSizes {
     const Index b = rows_.num_terms();
     MatrixXd columns(R.rows(), b + 1);
     columns << R.leftCols(b), R.rightCols(1);
-    return {triangle_of(std::move(columns)), b, rows_.size()};
+    return {triangle(columns), b, rows_.size()};
   }
   /// Of the rows, for the candidate to which noise as coloured as what all leave does most.
   [[nodiscard]] double least_fraction(const VectorXd& left) const {
@@ -230,14 +220,6 @@ double threshold(double num_effective, Index num_terms) {
   return gain_threshold(Selection::evidence, -1.0, std::max<Index>(2, std::lround(num_effective)), num_terms);
 }
 
-/// What k of b terms cost in twice the log evidence: ln n each for their values, and twice the log of how many such
-/// models there are, so that each number of terms is as likely beforehand as any other.
-double cost(double num_effective, Index num_terms, std::size_t k) {
-  const auto b = static_cast<double>(num_terms), count = static_cast<double>(k);
-  const double models = std::lgamma(b + 1.0) - std::lgamma(count + 1.0) - std::lgamma(b - count + 1.0);
-  return count * std::log(std::max(2.0, num_effective)) + 2.0 * models;
-}
-
 /// See evidence_data.
 Settled settled_model(const ModelSizes& sizes, Index num_terms) {
   const std::vector<Subset> path = best_subsets(sizes.problem(), std::min(num_terms, largest_model));
@@ -251,7 +233,8 @@ Settled settled_model(const ModelSizes& sizes, Index num_terms) {
     const double n = size_of(l).num_effective(), more = static_cast<double>(l - settled);
     const double gain = std::max(n - static_cast<double>(l), 0.0) *
                         std::log(path[settled].rss / std::max(path[l].rss, rounding * rounding));
-    if (gain > std::max(least_gain * more, cost(n, num_terms, l) - cost(n, num_terms, settled))) settled = l;
+    if (gain > std::max(least_gain * more, model_cost(n, num_terms, l) - model_cost(n, num_terms, settled)))
+      settled = l;
   }
   return {path[settled], size_of(settled)};
 }

@@ -12,15 +12,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// R of the stacked rows, upper triangular, as wide as they are.
-MatrixXd triangle(const MatrixXd& rows) {
-  MatrixXd R = MatrixXd::Zero(rows.cols(), rows.cols());
-  const Eigen::HouseholderQR<MatrixXd> qr(rows);
-  const Index height = std::min(rows.rows(), rows.cols());
-  R.topRows(height) = qr.matrixQR().topRows(height).triangularView<Eigen::Upper>();
-  return R;
-}
-
 /// Covariance of the unknowns of least squares on these rows of unit variance: (A'A)^-1, columns at unit norm inside.
 MatrixXd covariance_of(const MatrixXd& rows) {
   const VectorXd scale = rows.colwise().norm().transpose().cwiseMax(std::numeric_limits<double>::min());

@@ -1,9 +1,16 @@
-#include "bench/bench.hpp"
-
+// Usage: bench [--benchmark_filter=REGEX] [--benchmark_format=json] ..., as of google-benchmark. Regression problems
+// are read from the folder that the environment names in ARDENT_BENCH_PROBLEMS. tests/bench/ratios.py runs it beside
+// peers.
+#include <benchmark/benchmark.h>
 #include <sndfile.h>
+#include <stdlib.h>
 #include <sys/resource.h>
 
+#include <cstdlib>
+#include <string>
 #include <vector>
+
+#include "bench/bench.hpp"
 
 namespace {
 
@@ -11,6 +18,7 @@ double seconds(const timeval& t) {
   return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
 }
 
+// User and system, of this process and of the children it waited for.
 double cpu_now_s() {
   double sum = 0.0;
   for (const int whose : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
@@ -23,10 +31,16 @@ double cpu_now_s() {
 
 }  // namespace
 
-double bench::cpu_s(const std::function<void()>& work) {
-  const double start = cpu_now_s();
-  work();
-  return cpu_now_s() - start;
+void bench::add(const std::string& name, const std::function<void()>& work) {
+  const auto timed = [work](benchmark::State& state) {
+    work();  // makes what it needs
+    for (auto _ : state) {
+      const double start = cpu_now_s();
+      work();
+      state.SetIterationTime(cpu_now_s() - start);
+    }
+  };
+  benchmark::RegisterBenchmark(name.c_str(), timed)->UseManualTime()->Unit(benchmark::kMillisecond);
 }
 
 void bench::bare_read(const std::filesystem::path& file) {
@@ -39,10 +53,18 @@ void bench::bare_read(const std::filesystem::path& file) {
   sf_close(sound);
 }
 
-int main(int, char** arguments) {
-  const auto folder = std::filesystem::temp_directory_path() / "ardent_bench";
-  std::filesystem::create_directories(folder);
-  bench::raw_part(folder);
-  bench::whole_run(std::filesystem::path(arguments[0]).parent_path() / "ardent", folder);
+int main(int count, char** arguments) {
+  benchmark::Initialize(&count, arguments);
+  if (benchmark::ReportUnrecognizedArguments(count, arguments)) return 2;
+  std::string name = std::filesystem::temp_directory_path() / "ardent_bench_XXXXXX";
+  if (mkdtemp(name.data()) == nullptr) return 5;
+  const std::filesystem::path folder = name;
+  bench::register_machine();
+  if (const char* problems = std::getenv("ARDENT_BENCH_PROBLEMS")) bench::register_fits(problems);
+  bench::register_rankings();
+  bench::register_signals();
+  bench::register_raw_part(folder);
+  bench::register_whole_run(std::filesystem::path(arguments[0]).parent_path() / "ardent", folder);
+  benchmark::RunSpecifiedBenchmarks();
   std::filesystem::remove_all(folder);
 }

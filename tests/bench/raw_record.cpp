@@ -1,6 +1,3 @@
-// The raw part of a run, with all it does to each sample, against a bare read of the same file; and the decimator alone
-// against soxr at its own high quality, both read and calibrated. CPU seconds of one thread, in turn, as ratios of each
-// round.
 #include <fmt/format.h>
 #include <sndfile.h>
 #include <soxr.h>
@@ -21,7 +18,7 @@
 
 namespace {
 
-constexpr int num_channels = 4, rate_hz = 25600, rounds = 7;
+constexpr int num_channels = 4, rate_hz = 25600;
 constexpr Eigen::Index block = 65536;
 
 // Twenty lines of a measured-looking record: two tones and a little of every frequency.
@@ -78,40 +75,33 @@ void soxr_hq(const std::filesystem::path& file) {
   sf_close(sound);
 }
 
-std::string summary(std::vector<double> ratios) {
-  std::sort(ratios.begin(), ratios.end());
-  return fmt::format("{:.2f} ({:.2f} to {:.2f})", ratios[rounds / 2], ratios.front(), ratios.back());
-}
-
-void compare(const std::string& title, const std::filesystem::path& file) {
-  std::vector<double> over_read, alone_over_read, soxr_over_alone;
-  for (int round = 0; round < rounds; ++round) {
-    const double read = bench::cpu_s([&] { bench::bare_read(file); }), whole = bench::cpu_s([&] { whole_part(file); }),
-                 alone = bench::cpu_s([&] { decimator_alone(file); }), soxr = bench::cpu_s([&] { soxr_hq(file); });
-    over_read.push_back(whole / read);
-    alone_over_read.push_back(alone / read);
-    soxr_over_alone.push_back(soxr / alone);
-  }
-  fmt::print("{}: the raw part (calibrate, look for faults, spectrum, decimate) / a bare read = {}\n", title,
-             summary(over_read));
-  fmt::print("{}: the decimator alone / a bare read = {}, soxr HQ / that = {}\n", title, summary(alone_over_read),
-             summary(soxr_over_alone));
+// A record in this container, written when first asked for.
+std::filesystem::path record(const std::filesystem::path& folder, const std::string& name,
+                             dsp::SoundContainer container) {
+  constexpr Eigen::Index num_frames = 600 * rate_hz;  // what costs the same for any length stays small
+  const auto file = folder / name;
+  if (std::filesystem::exists(file)) return file;
+  dsp::SoundFileWriter writer(
+      file,
+      {.container = container, .sample_rate_hz = rate_hz, .num_channels = num_channels, .num_frames = num_frames});
+  for (Eigen::Index first = 0; first < num_frames; first += block)
+    writer.write(frames_at(first, std::min(block, num_frames - first)));
+  writer.close();
+  write_sidecar(file);
+  return file;
 }
 
 }  // namespace
 
-void bench::raw_part(const std::filesystem::path& folder) {
-  constexpr Eigen::Index num_frames = 600 * rate_hz;  // what costs the same for any length stays small
+void bench::register_raw_part(const std::filesystem::path& folder) {
   for (const auto& [name, container] :
-       {std::pair{"bench.wav", dsp::SoundContainer::rf64}, std::pair{"bench.flac", dsp::SoundContainer::flac}}) {
-    const auto file = folder / name;
-    dsp::SoundFileWriter writer(
-        file,
-        {.container = container, .sample_rate_hz = rate_hz, .num_channels = num_channels, .num_frames = num_frames});
-    for (Eigen::Index first = 0; first < num_frames; first += block)
-      writer.write(frames_at(first, std::min(block, num_frames - first)));
-    writer.close();
-    write_sidecar(file);
-    compare(name, file);
+       {std::pair{"rf64", dsp::SoundContainer::rf64}, std::pair{"flac", dsp::SoundContainer::flac}}) {
+    const auto on_record = [folder, file = std::string("bench.") + name, container = container](auto work) {
+      return [=] { work(record(folder, file, container)); };
+    };
+    add(std::string("bare_read/") + name, on_record(bench::bare_read));
+    add(std::string("raw_part/") + name, on_record(whole_part));
+    add(std::string("decimator/") + name, on_record(decimator_alone));
+    add(std::string("soxr/") + name, on_record(soxr_hq));
   }
 }

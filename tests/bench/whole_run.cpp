@@ -1,18 +1,14 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 #include "apps/process/sha256.hpp"
 #include "bench/bench.hpp"
 
 namespace {
-
-constexpr int rounds = 5;
 
 void command(const std::string& line) {
   if (std::system((line + " > /dev/null").c_str()) != 0) throw std::runtime_error("failed: " + line);
@@ -29,32 +25,30 @@ void write_config(const std::filesystem::path& file, const std::string& recordin
       << "[[range]]\nname = \"mixed\"\nfrom = 0\nto = 1720\ntrain_to = 1000\n";
 }
 
+// Made when first asked for.
+void prepare(const std::string& program, const std::filesystem::path& folder) {
+  if (std::filesystem::exists(folder / "qzs.toml")) return;
+  command(fmt::format("{} -q --force sim qzs --raw -o {}/rig --seed 1", program, folder.string()));
+  write_config(folder / "qzs.toml", "rig/recording.wav");
+}
+
 }  // namespace
 
-void bench::whole_run(const std::filesystem::path& ardent, const std::filesystem::path& folder) {
+void bench::register_whole_run(const std::filesystem::path& ardent, const std::filesystem::path& folder) {
   const std::string program = ardent.string(), at = folder.string();
-  command(fmt::format("{} -q --force sim qzs --raw -o {}/rig --seed 1", program, at));
-  const std::filesystem::path recording = folder / "rig" / "recording.wav";
-  write_config(folder / "qzs.toml", "rig/recording.wav");
-  for (const std::string& methods :
-       {std::string(R"(["fast_rvm"])"), std::string(R"(["fast_rvm", "slow_rvm", "sindy"])")}) {
-    std::vector<double> over_read, hashing;
-    for (int round = 0; round < rounds; ++round) {
-      const double read = cpu_s([&] { bare_read(recording); });
-      const double hash = cpu_s([&] { static_cast<void>(apps::sha256_file(recording)); });
-      const double whole = cpu_s([&] {
-        command(
-            fmt::format("{} -q --force run {}/qzs.toml -o {}/run --set 'fit.methods={}'", program, at, at, methods));
-      });
-      over_read.push_back((whole - hash) / read);
-      hashing.push_back(hash / whole);
-    }
-    std::sort(over_read.begin(), over_read.end());
-    std::sort(hashing.begin(), hashing.end());
-    fmt::print(
-        "whole run, 1800 s, three ranges, {}: {:.2f} x a bare read ({:.2f} to {:.2f}) and the input's hash, {:.0f} % "
-        "of "
-        "its time\n",
-        methods, over_read[rounds / 2], over_read.front(), over_read.back(), 100.0 * hashing[rounds / 2]);
-  }
+  const auto on_rig = [=](auto work) {
+    return [=] {
+      prepare(program, folder);
+      work();
+    };
+  };
+  const auto recording = folder / "rig" / "recording.wav";
+  add("rig/bare_read", on_rig([=] { bare_read(recording); }));
+  add("rig/hash", on_rig([=] { static_cast<void>(apps::sha256_file(recording)); }));
+  for (const auto& [name, methods] :
+       {std::pair{"fast_rvm", R"(["fast_rvm"])"}, std::pair{"three_methods", R"(["fast_rvm", "slow_rvm", "sindy"])"}})
+    add(std::string("rig/run_") + name, on_rig([=, methods = std::string(methods)] {
+          command(
+              fmt::format("{0} -q --force run {1}/qzs.toml -o {1}/run --set 'fit.methods={2}'", program, at, methods));
+        }));
 }

@@ -48,7 +48,7 @@ TEST_CASE("the rows give the same bits however they are cut into blocks", "[iden
 }
 
 TEST_CASE("one thread and two give the same bits", "[ident][r_factor]") {
-  const MatrixXd phi = gaussian(60000, 5, 4), target = gaussian(60000, 1, 5);
+  const MatrixXd phi = gaussian(140000, 5, 4), target = gaussian(140000, 1, 5);
   const MatrixXd one = ident::r_factor(phi, target, 1).R;
   CHECK(ident::r_factor(phi, target, 2).R == one);
   CHECK(ident::r_factor(phi, target, 3).R == one);
