@@ -10,7 +10,6 @@
 #include "apps/output/fit_outcome.hpp"
 #include "apps/output/report_text.hpp"
 #include "apps/output/results_json.hpp"
-#include "apps/process/interrupt.hpp"
 #include "dsp/io/signal_table.hpp"
 #include "ident/columns.hpp"
 #include "ident/identify.hpp"
@@ -42,8 +41,8 @@ int fit(const FitArguments& arguments, const GlobalOptions& global, Console& con
   }
   const ident::CandidateLibrary library =
       ident::make_library({.order = 0, .variables = {}, .terms = read_terms(arguments.terms)}, arguments.target, table);
-  std::vector<ident::Columns> columns{
-      ident::form_columns(library, arguments.target, table, arguments.table.filename().string(), check_interrupted)};
+  std::vector<ident::Columns> columns{ident::form_columns(
+      library, arguments.target, table, arguments.table.filename().string(), shown_poll(console, "forming columns"))};
   dsp::RangeSpec all;
   all.name = "all";
   all.to_s = all.train_to_s.emplace(static_cast<double>(table.num_samples()));
@@ -54,7 +53,7 @@ int fit(const FitArguments& arguments, const GlobalOptions& global, Console& con
                                        .methods = options_of(*arguments.methods),
                                        .num_threads = thread_count(global),
                                        .free_run = false,
-                                       .poll = check_interrupted};
+                                       .poll = shown_poll(console, "fitting")};
   std::vector<ident::RangeResult> ranges{ident::identify({all, 1, {}}, columns, library, options)};
   ident::judge(ranges);
   for (const ident::DroppedTerm& term : ranges.front().dropped)

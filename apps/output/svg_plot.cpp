@@ -40,12 +40,17 @@ const char* colour_of(PlotColour colour) {
   return "#000000";
 }
 
+/// Of y: those of the points that the given limits of x show.
 Limits limits_of(const PlotPanel& panel, Eigen::VectorXd PlotSeries::*values, const std::optional<Limits>& given) {
   if (given) return *given;
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const PlotSeries& series : panel.series)
-    for (const double value : series.*values)
-      if (std::isfinite(value)) low = std::min(low, value), high = std::max(high, value);
+    for (Index i = 0; i < series.y.size(); ++i) {
+      const bool shown =
+          !panel.x_limits || (series.x(i) >= panel.x_limits->first && series.x(i) <= panel.x_limits->second);
+      const double value = (series.*values)(i);
+      if (shown && std::isfinite(value)) low = std::min(low, value), high = std::max(high, value);
+    }
   if (!(low <= high)) return {0.0, 1.0};
   const double size = std::max(std::abs(low), std::abs(high));
   const double margin = high - low > 1e-12 * size ? 0.04 * (high - low) : size > 0.0 ? 0.5 * size : 0.5;
