@@ -161,7 +161,7 @@ class MotionBuilder {
     if (!x.has(0))
       throw Fault(
           FaultKind::input, "motion.none",
-          recording_.name + ": no relative motion can be had: found " + roles_found() +
+          recording_.name + ": the relative motion cannot be formed: found " + roles_found() +
               ". Want a displacement, velocity or acceleration of the payload (y, dy, ddy), with that of the base "
               "where it moves (r, dr, ddr), or between both (x, v, a). Give channels their roles in " +
               sidecar_path(recording_.name).string() + ":",

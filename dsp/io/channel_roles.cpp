@@ -268,9 +268,9 @@ std::vector<Check> assume_roles(std::vector<Channel>& channels, const std::vecto
     }
     // A unit in brackets that is not known: what it measures is not either.
     if (channels[i].unit.empty() && channels[i].name.find_first_of("[(") != std::string::npos) {
-      checks.push_back({"unit.unknown", channels[i].name, CheckStatus::warning, 0.0, 0.0,
-                        "its unit is not known, so it is taken for nothing. Give its role and unit in a [[channel]] of "
-                        "the sidecar"});
+      checks.push_back(
+          {"unit.unknown", channels[i].name, CheckStatus::warning, 0.0, 0.0,
+           "its unit is not known, so it is not used. Give its role and unit in a [[channel]] of the sidecar"});
       continue;
     }
     open.push_back({channels[i].name, channels[i].unit});
