@@ -89,7 +89,9 @@ struct Tick {
 
 std::vector<Tick> ticks_of(const Limits& limits, int most, const std::vector<std::string>& names) {
   std::vector<Tick> ticks;
-  for (std::size_t i = 0; i < names.size(); ++i) ticks.push_back({static_cast<double>(i), names[i]});
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (const auto value = static_cast<double>(i); value >= limits.first && value <= limits.second)
+      ticks.push_back({value, names[i]});
   if (!names.empty()) return ticks;
   const std::vector<double> values = nice_ticks(limits.first, limits.second, most);
   for (const double value : values)

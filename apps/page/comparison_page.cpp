@@ -55,6 +55,9 @@ RunFigure term_figure(const RangeComparison& range, const std::string& term, con
     figure.panel.series.push_back({"true value", as_vector({0.5, last}), as_vector({known->second, known->second}),
                                    PlotStyle::dashed, PlotColour::vermilion});
   figure.panel.x_limits = {0.5, last};
+  constexpr std::size_t most_names = 15;
+  for (std::size_t run = 0; run <= range.columns.size() && range.columns.size() <= most_names; ++run)
+    figure.panel.x_names.push_back(fmt::format("{}", run));
   return figure;
 }
 
