@@ -18,6 +18,13 @@ def shown(output):
     return [("    " + line).rstrip() for line in lines]
 
 
+def is_output(lines, i):
+    """Of the command before: indented, or an empty line within."""
+    while i < len(lines) and lines[i] == "":
+        i += 1
+    return i < len(lines) and lines[i].startswith("    ") and not lines[i].startswith("    $ ")
+
+
 def main():
     tutorial, program = sys.argv[1], sys.argv[2]
     environment = dict(os.environ, PATH=os.path.abspath(program) + os.pathsep + os.environ["PATH"], LC_ALL="C.UTF-8")
@@ -37,7 +44,7 @@ def main():
                 print("%s: exit code %d: %s" % (command, done.returncode, done.stderr), file=sys.stderr)
                 failed = True
             text += shown(done.stdout)
-            while i < len(lines) and lines[i].startswith("    ") and not lines[i].startswith("    $ "):
+            while is_output(lines, i):
                 i += 1
     sys.stdout.write("\n".join(text))
     return 1 if failed else 0

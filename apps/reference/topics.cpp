@@ -66,6 +66,10 @@ Page methods_page() {
 
 Page files_page() {
   const std::vector<Entry> results{
+      {"report.html", "The page: one file that opens anywhere, with the first screen, every range and all figures."},
+      {"figures/", "Each figure of the page as SVG, and its numbers as CSV."},
+      {"details.txt",
+       "Every equation with its coefficients, errors and remarks; ardent report RUN --details prints it."},
       {"equation.txt",
        "The first screen: the chosen equation, what it means, verdict, what to mend. equation.tex: all equations for "
        "LaTeX."},
