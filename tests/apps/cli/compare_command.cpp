@@ -78,7 +78,8 @@ TEST_CASE("a comparison as a page holds its tables, and a figure of every common
   const auto shown = expect(folder, "$ARDENT compare mon/run tue/run --truth mon/d/truth.json -o days --force", 0, {});
   CHECK(support::bytes_of(folder / "days/compare.txt") == shown.out);
   const std::string page = support::bytes_of(folder / "days/compare.html");
-  for (const char* piece : {"Content-Security-Policy", "What differs", "Range all", "mon/run", "x^3", "inside, outside: "})
+  for (const char* piece :
+       {"Content-Security-Policy", "What differs", "Range all", "mon/run", "x^3", "inside, outside: "})
     CHECK_THAT(page, Catch::Contains(piece));
   for (const char* request : {"src=", "href=\"http", "@import"}) CHECK(page.find(request) == std::string::npos);
   const json document = json::parse(support::bytes_of(folder / "days/compare.json"));
