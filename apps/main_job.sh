@@ -39,20 +39,22 @@ train_to = 1000
 END
 
 echo "identifying it, columns filtered as the target is (matched) ..."
-$ardent -q --force run out/qzs.toml -o out/matched > /dev/null
+echo
+$ardent -q --force run out/qzs.toml -o out/matched
+echo
 echo "identifying it, signals filtered first (paper) ..."
 $ardent -q --force run out/qzs.toml -o out/paper --set prepare.recipe=paper > /dev/null
 
 echo
-echo "Fast RVM beside the truth in the sensors' units (the payload's laser reads 0.4 % short), and whether the truth is"
-echo "inside the 95 % intervals:"
+echo "Both beside the truth, in the units of the payload's laser, which reads 0.4 % short; inside: the true coefficient is"
+echo "within the 95 % interval:"
 echo
-$ardent compare out/matched out/paper --truth out/rig/truth.json
+$ardent -q --force compare out/matched out/paper --truth out/rig/truth.json -o out/compare
 $ardent compare out/matched out/paper --truth out/rig/truth.json --method sindy > out/compare-sindy.txt
 
 if [ "$keep" = no ]; then
   rm -f out/rig/recording.wav
   echo "The raw recording was removed (./run --keep keeps it)."
 fi
-echo "Pages with figures: out/matched/report.html, out/paper/report.html (ardent report out/matched prints the first screen)"
+echo "Pages with figures: out/matched/report.html, out/paper/report.html, out/compare/compare.html"
 echo "Truth: out/rig/truth.json, out/rig/truth.csv. Prepared signals: out/matched/prepared.csv"

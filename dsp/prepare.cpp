@@ -160,7 +160,7 @@ void exclude(Prepared& prepared, const std::vector<Interval>& bad, double reach_
   if (!prepared.highpass_hz.empty())
     prepared.excluded.push_back(
         {0.0, std::min(duration_s, 2.0 / *std::min_element(prepared.highpass_hz.begin(), prepared.highpass_hz.end())),
-         "start: what came before it still acts in the columns' high-pass"});
+         "start: the high-pass of the sensors' coupling has not settled"});
   std::stable_sort(prepared.excluded.begin(), prepared.excluded.end(),
                    [](const Interval& a, const Interval& b) { return a.from_s < b.from_s; });
   for (const auto& interval : prepared.excluded) {
@@ -174,7 +174,7 @@ Check edge_check(const Motion& signals) {
   return {.name = "prepare.edges",
           .status = CheckStatus::note,
           .value = seconds,
-          .message = fmt::format("{} samples ({:.3g} s) at either end lean on samples predicted beyond the record",
+          .message = fmt::format("{} samples ({:.3g} s) at either end depend on samples predicted beyond the record",
                                  signals.edge_samples, seconds)};
 }
 
@@ -189,19 +189,19 @@ std::optional<Check> size_question(const Prepared& prepared) {
     const VectorXd& a = found->values;
     const double rms = std::sqrt(a.squaredNorm() / static_cast<double>(std::max<Index>(a.size(), 1)));
     if (!(rms > most_m_per_s2)) continue;
-    return Check{.name = "sample.size",
-                 .channel = channel.name,
-                 .status = CheckStatus::warning,
-                 .value = rms,
-                 .limit = most_m_per_s2,
-                 .message = fmt::format(
-                     "in {0}, which was taken for granted, it accelerates by {2:.3g} m/s^2 rms. Is it in another "
-                     "unit, such as {1}? Write unit = \"{1}\" under its [[channel]] in the sidecar",
-                     channel.unit,
-                     signal.order == 0   ? "mm"
-                     : signal.order == 1 ? "mm/s"
-                                         : "g",
-                     rms)};
+    return Check{
+        .name = "sample.size",
+        .channel = channel.name,
+        .status = CheckStatus::warning,
+        .value = rms,
+        .limit = most_m_per_s2,
+        .message = fmt::format("in {0}, which was assumed, it accelerates by {2:.3g} m/s^2 rms. Is it in another unit, "
+                               "such as {1}? Write unit = \"{1}\" under its [[channel]] in the sidecar",
+                               channel.unit,
+                               signal.order == 0   ? "mm"
+                               : signal.order == 1 ? "mm/s"
+                                                   : "g",
+                               rms)};
   }
   return std::nullopt;
 }

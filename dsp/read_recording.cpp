@@ -248,8 +248,10 @@ RecordingReader::RecordingReader(const fs::path& file, const ReadOptions& option
   state.files = open_files(file, state.sidecar, options, faults);
   const bool has_rate =
       faults.empty() && faults.attempt([&] { description.sample_rate_hz = agree_on_rate(state.files, state.sidecar); });
-  state.num_frames = agree_on_length(state.files, options.salvage, description.checks);
-  description.clock_start_s = agree_on_start(state.files, description.sample_rate_hz, description.checks);
+  faults.attempt([&] {
+    state.num_frames = agree_on_length(state.files, options.salvage, description.checks);
+    description.clock_start_s = agree_on_start(state.files, description.sample_rate_hz, description.checks);
+  });
   description.bad = state.sidecar.bad;
   bool all_scaled = true;
   for (const auto& opened : state.files) {

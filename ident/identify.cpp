@@ -227,9 +227,10 @@ void name_ties(JudgedFit& judged, const RFactor& data, const RangeData& range, c
     const auto& kept = judged.fit.relevant;
     const bool is_kept = std::find(kept.begin(), kept.end(), twin.candidate) != kept.end();
     judged.ties.emplace_back(name(twin.candidate), sensor);
-    judged.fit.remarks.push_back(
-        fmt::format("{0} and the {1} do the same here and cannot be told apart: {0} is {2}", name(twin.candidate),
-                    sensor, is_kept ? "more than the sensor is known to be off" : "left to the sensor"));
+    judged.fit.remarks.push_back(fmt::format(
+        "{0} and the {1} have the same effect on these data and cannot be separated: {0} is {2}", name(twin.candidate),
+        sensor,
+        is_kept ? "more than the sensor is known to be off" : "left out and counted as an error of the sensor"));
   }
 }
 
@@ -266,8 +267,8 @@ void judge_size(JudgedFit& judged, const CandidateLibrary& library, double nmse)
                                     size.num_rows, size.num_effective(), k);
     else
       fit.no_variance = fmt::format(
-          "{:.2g} of the target is left over and is not noise ({:.0f} % of it a function of the state; the {:.0f} rows "
-          "count as {:.0f}): the library lacks what the target needs",
+          "an NMSE of {:.2g} is left over and is not noise ({:.0f} % of it is a function of the state; the {:.0f} rows "
+          "count as {:.0f} independent ones): a term is missing from the candidates",
           nmse, 100.0 * size.structural_fraction, size.num_rows, size.num_effective());
     return;
   }
@@ -284,7 +285,7 @@ void judge_size(JudgedFit& judged, const CandidateLibrary& library, double nmse)
   }
   const bool white = size.num_effective() >= 0.5 * size.num_rows;
   if (!small.empty() && !white)
-    fit.remarks.push_back(fmt::format("small, cannot be told from model error: {}", fmt::join(small, ", ")));
+    fit.remarks.push_back(fmt::format("small enough to be an error of the model: {}", fmt::join(small, ", ")));
 }
 
 /// What may be wrong with an equation however well it fits.
@@ -317,6 +318,9 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
   judged.size.num_rows = judged.size.num_uncorrelated = static_cast<double>(range.train.size());
   if (evidence != nullptr) {
     judged.size = evidence->size;
+    judged.path = evidence->path;
+    for (ModelOfSize& model : judged.path)
+      for (Index& term : model.terms) term = range.terms[static_cast<std::size_t>(term)];
     const double rho = evidence->size.autoregression;
     judged.fit.noise_variance /= 1.0 - rho * rho;  // of the target itself
   }

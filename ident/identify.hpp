@@ -41,6 +41,7 @@ struct JudgedFit {
   std::vector<SensorEstimate> sensors;  ///< that took part; predictions and free run are with them
   double independent_fraction = 1.0;    ///< of the training rows, by the residual's autocorrelation
   EffectiveSize size;                   ///< of the rows as evidence; every row without Selection::evidence
+  std::vector<ModelOfSize> path;        ///< that Selection::evidence compared; terms are those of the library
   std::vector<std::pair<std::string, std::string>> ties;  ///< candidates, or a candidate and a sensor's, that the rows
                                                           ///< do not tell apart; the kept one first
   Whiteness whiteness;                                    ///< of the training residual

@@ -154,7 +154,7 @@ void undo_mount(Record& record) {
        .status = dsp::CheckStatus::note,
        .value = mount.frequency_hz,
        .message = fmt::format("the mount of the payload's sensors rings at {:.4g} +- {:.2g} Hz, damping {:.3g} +- "
-                              "{:.1g}; the payload's signals are corrected by that",
+                              "{:.1g}; the payload's signals are corrected for it",
                               mount.frequency_hz, mount.frequency_std_hz, mount.damping, mount.damping_std)});
 }
 
@@ -209,8 +209,8 @@ void adopt_common_motion(Record& record) {
        .status = dsp::CheckStatus::note,
        .value = found->gain,
        .message =
-           fmt::format("for {:.3g} s base and payload move as one: y reads {:.6g} +- {:.1g} times what r reads, "
-                       "{:.3g} +- {:.2g} us earlier; the base's signals are corrected by that",
+           fmt::format("for {:.3g} s base and payload move as one: y reads {:.6g} +- {:.1g} times what r reads, {:.3g} "
+                       "+- {:.2g} us earlier; the base's signals are corrected for it",
                        found->duration_s, found->gain, found->gain_std, 1e6 * found->lead_s, 1e6 * found->lead_std_s)});
   record.common_motion = found;
 }

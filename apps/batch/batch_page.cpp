@@ -8,10 +8,9 @@
 
 #include "apps/output/joint_report.hpp"
 #include "apps/output/svg_plot.hpp"
+#include "apps/page/document.hpp"
 #include "apps/page/equation_display.hpp"
-#include "apps/page/page_frame.hpp"
 #include "apps/process/printable.hpp"
-#include "apps/process/version.hpp"
 
 namespace apps {
 namespace {
@@ -167,16 +166,14 @@ void write_records(const BatchResults& results, HtmlWriter& html) {
 }  // namespace
 
 std::string batch_page(const BatchResults& results) {
-  HtmlWriter html;
-  open_page(fmt::format("{} records by {}", results.records.size(), printable(results.config, 200)), html);
-  html.element("p", counts_text(results) + ".", {{"class", "verdict"}});
-  write_errors(results, html);
-  write_joint(results, html);
-  write_coefficients(results, html);
-  write_records(results, html);
-  html.close().open("footer").element("p", "Written by Ardent " + version() + ".").close();
-  html.close().close();
-  return html.html();
+  const std::string title = fmt::format("{} records by {}", results.records.size(), printable(results.config, 200));
+  return html_document(title, [&](HtmlWriter& html) {
+    html.element("p", counts_text(results) + ".", {{"class", "verdict"}});
+    write_errors(results, html);
+    write_joint(results, html);
+    write_coefficients(results, html);
+    write_records(results, html);
+  });
 }
 
 std::string batch_text(const BatchResults& results) {

@@ -31,7 +31,7 @@ int check(const RunArguments& arguments, Console& console) {
 
 Command check_command() {
   return {"check",
-          "What a run would stumble over; nothing is written",
+          "Checks a recording or config as a run would; writes no files",
           {{"--output"}, {"--seed"}, {"--dry-run"}, {"--force"}},
           run_like(check),
           look_group,

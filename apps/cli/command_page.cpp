@@ -68,13 +68,13 @@ Page root_page(const CLI::App& root) {
     if (page.sections.empty() || page.sections.back().heading != group) page.sections.push_back({group, "", {}, {}});
     page.sections.back().entries.push_back({command->get_name(), command->get_description() + ".", ""});
   }
-  Section options{"Options of most commands", "Each command says with --help which of them it takes.", {}, {}};
+  Section options{"Options of most commands", "--help of a command lists those that it takes.", {}, {}};
   for (const OptionHelp& help : options_of(root)) options.entries.push_back(entry_of(help));
   page.sections.push_back({"First steps",
                            "",
                            {},
                            {"ardent info drive.wav              # what the file is",
-                            "ardent check drive.wav             # what a run would stumble over",
+                            "ardent check drive.wav             # is it usable? what was assumed?",
                             "ardent run drive.wav -o drive-run  # its equation of motion",
                             "ardent help run                    # the same as ardent run --help",
                             "ardent help                        # what else is explained"}});
@@ -182,7 +182,7 @@ std::string usage_message(const CLI::App& root, const CLI::ParseError& error) {
   for (const std::string& word : rest)
     if (word.size() > 1 && word[0] == '-') return unknown_option(root, command, word);
   if (!rest.empty())
-    return fmt::format("{}: nothing is expected where '{}' stands. See ardent {} --help", command.get_name(),
+    return fmt::format("{}: '{}' is one argument too many. See ardent {} --help", command.get_name(),
                        dsp::clean_name(rest.front()), command.get_name());
   std::string text = error.what();
   if (const std::size_t at = text.find(" not in {"); at != std::string::npos && text.ends_with('}'))

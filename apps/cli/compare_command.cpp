@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
@@ -5,33 +7,69 @@
 #include "apps/cli/command.hpp"
 #include "apps/output/finished_run.hpp"
 #include "apps/output/run_comparison.hpp"
+#include "apps/page/comparison_page.hpp"
+#include "apps/process/output_folder.hpp"
+#include "dsp/fault.hpp"
 
 namespace apps {
+namespace {
+
+struct CompareArguments {
+  std::vector<std::filesystem::path> runs;
+  std::filesystem::path truth;
+  std::string method = "fast_rvm";
+};
+
+/// Text, document and page of a comparison.
+void write_comparison(const CompareArguments& arguments, const RunComparison& comparison, const GlobalOptions& global,
+                      Console& console) {
+  std::vector<std::filesystem::path> inputs = arguments.runs;
+  if (!arguments.truth.empty()) inputs.push_back(arguments.truth);
+  require_apart(global.output, inputs);
+  OutputFolder folder(global.output, global.force);
+  Manifest manifest = begin_manifest("compare", global.command_line, global.seed, folder.destination());
+  for (const std::filesystem::path& run : arguments.runs)
+    add_input(manifest, run / "metrics.json", folder.destination());
+  if (!arguments.truth.empty()) add_input(manifest, arguments.truth, folder.destination());
+  const std::vector<RunFigure> figures = comparison_figures(comparison);
+  for (const RunFigure& figure : figures)
+    write_figure_files(figure, [&](const std::string& name, std::string_view bytes) { folder.write(name, bytes); });
+  folder.write("compare.txt", to_text(comparison));
+  folder.write("compare.json", to_json(comparison));
+  folder.write("compare.html", comparison_page(comparison, figures));
+  manifest.warnings = console.warnings();
+  folder.commit(std::move(manifest));
+  console.step(fmt::format("results are in {}: open compare.html", folder.destination().string()));
+}
+
+}  // namespace
 
 Command compare_command() {
-  struct Arguments {
-    std::vector<std::filesystem::path> runs;
-    std::filesystem::path truth;
-    std::string method = "fast_rvm";
-  };
   return {"compare",
           "What changed between runs, and their equations side by side",
-          {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}, {"--force"}, {"--threads"}},
+          {{"--seed"}, {"--dry-run"}, {"--set"}, {"--threads"}},
           [](CLI::App& command) -> CommandBody {
-            auto arguments = std::make_shared<Arguments>();
+            auto arguments = std::make_shared<CompareArguments>();
             command.add_option("RUN", arguments->runs, "Run folders.")->required();
             command
                 .add_option("--truth", arguments->truth, "truth.json of the simulation that the recording came from.")
                 ->type_name("FILE");
             command.add_option("--method", arguments->method, "Method whose equation is shown.")->capture_default_str();
             return [=](const GlobalOptions& global, Console& console) {
+              if (global.force && global.output.empty())
+                throw dsp::Fault(dsp::FaultKind::usage, "usage",
+                                 "compare: --force has no effect without -o DIR. Leave it out");
               for (const auto& run : arguments->runs) check_finished_run(run, global.strict, console);
-              console.result(comparison_of(arguments->runs, arguments->truth, arguments->method, console.json()));
+              const RunComparison comparison = compare_runs(arguments->runs, arguments->truth, arguments->method);
+              if (!global.output.empty()) write_comparison(*arguments, comparison, global, console);
+              console.result(console.json() ? to_json(comparison) : to_text(comparison));
               return 0;
             };
           },
           use_group,
-          {"ardent compare monday-run tuesday-run", "ardent compare out/* --method sindy"}};
+          {"ardent compare monday-run tuesday-run -o monday-tuesday", "ardent compare out/* --method sindy"},
+          "With -o DIR the comparison is also written into a folder: compare.html, the page with a figure of every "
+          "coefficient, compare.txt, compare.json and figures/."};
 }
 
 }  // namespace apps

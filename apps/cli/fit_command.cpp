@@ -12,7 +12,6 @@
 #include "apps/output/report_text.hpp"
 #include "apps/output/results_json.hpp"
 #include "apps/output/saved_factors.hpp"
-#include "apps/process/interrupt.hpp"
 #include "apps/process/sha256.hpp"
 #include "dsp/io/signal_table.hpp"
 #include "ident/columns.hpp"
@@ -45,8 +44,8 @@ int fit(const FitArguments& arguments, const GlobalOptions& global, Console& con
   }
   const ident::CandidateLibrary library =
       ident::make_library({.order = 0, .variables = {}, .terms = read_terms(arguments.terms)}, arguments.target, table);
-  std::vector<ident::Columns> columns{
-      ident::form_columns(library, arguments.target, table, arguments.table.filename().string(), check_interrupted)};
+  std::vector<ident::Columns> columns{ident::form_columns(
+      library, arguments.target, table, arguments.table.filename().string(), shown_poll(console, "forming columns"))};
   dsp::RangeSpec all;
   all.name = "all";
   all.to_s = all.train_to_s.emplace(static_cast<double>(table.num_samples()));
@@ -58,7 +57,7 @@ int fit(const FitArguments& arguments, const GlobalOptions& global, Console& con
                                        .num_threads = thread_count(global),
                                        .most_blocks = arguments.save.empty() ? 0 : most_factor_blocks,
                                        .free_run = false,
-                                       .poll = check_interrupted};
+                                       .poll = shown_poll(console, "fitting")};
   std::vector<ident::RangeResult> ranges{ident::identify({all, 1, {}}, columns, library, options)};
   ident::judge(ranges);
   for (const ident::DroppedTerm& term : ranges.front().dropped)

@@ -26,10 +26,10 @@ void add_global_options(CLI::App& app, GlobalOptions& options, const std::vector
         ->type_name("KEY=VALUE")
         ->allow_extra_args(false);
   if (takes("--force")) app.add_flag("--force", options.force, "Replace an earlier result.");
-  if (takes("--dry-run")) app.add_flag("--dry-run", options.dry_run, "Say what would be done, and do nothing.");
+  if (takes("--dry-run")) app.add_flag("--dry-run", options.dry_run, "Print what would be done, without doing it.");
   app.add_flag("--strict", options.strict, "Stop at the first warning, with exit code 3.");
   if (takes("--seed"))
-    app.add_option("--seed", options.seed, "Seed of whatever is random.")->transform(whole(0))->capture_default_str();
+    app.add_option("--seed", options.seed, "Seed of random numbers.")->transform(whole(0))->capture_default_str();
   if (takes("--threads"))
     app.add_option("--threads", options.num_threads,
                    "Threads; 0: as many as there are processors. The results are the same.")

@@ -7,6 +7,7 @@
 #include "apps/cli/command.hpp"
 #include "apps/cli/command_page.hpp"
 #include "apps/cli/reference_pages.hpp"
+#include "apps/reference/guides.hpp"
 #include "apps/reference/topics.hpp"
 #include "dsp/fault.hpp"
 #include "dsp/names.hpp"
@@ -27,6 +28,8 @@ std::string entries_called(const std::string& name) {
 std::string overview(const CLI::App& root) {
   Page page{"help", "What `ardent help TOPIC` explains", "ardent help [TOPIC]", {{"Topics", "", {}, {}}}};
   for (const Page& topic : topic_pages()) page.sections[0].entries.push_back({topic.name, topic.summary + "."});
+  for (const Guide& guide : guides)
+    page.sections[0].entries.push_back({std::string(guide.name), std::string(guide.summary) + "."});
   page.sections[0].entries.push_back({"reference", "All of it, and every command, as one document in Markdown."});
   page.sections[0].entries.push_back({"KEY", "A key of a config or sidecar: ardent help cutoff_hz."});
   page.sections.push_back({"Commands", "", {}, {}});
@@ -39,6 +42,10 @@ std::string help_on(const CLI::App& root, const std::string& topic) {
   if (topic.empty()) return overview(root);
   if (topic == "reference") return reference_markdown(root);
   std::vector<std::string> known{"reference"};
+  for (const Guide& guide : guides) {
+    if (topic == guide.name) return std::string(guide.text());
+    known.emplace_back(guide.name);
+  }
   for (const Page& page : topic_pages()) {
     if (page.name == topic) return to_text(page);
     known.push_back(page.name);
@@ -56,7 +63,7 @@ std::string help_on(const CLI::App& root, const std::string& topic) {
   const std::string near = begins != known.end() ? *begins : dsp::nearest(topic, known);
   throw dsp::Fault(
       dsp::FaultKind::usage, "usage",
-      fmt::format("help: nothing is called '{}'. {}", dsp::clean_name(topic),
+      fmt::format("help: there is no topic, command or key '{}'. {}", dsp::clean_name(topic),
                   near.empty() ? "ardent help lists the topics" : fmt::format("Did you mean '{}'?", near)));
 }
 
@@ -69,7 +76,8 @@ Command help_command() {
           [](CLI::App& command) -> CommandBody {
             auto topic = std::make_shared<std::string>();
             command.add_option("TOPIC", *topic,
-                               "config, sidecar, terms, methods, files, exit-codes, a command, or a key.");
+                               "config, sidecar, terms, methods, files, exit-codes, tutorial, method, validation, a "
+                               "command, or a key.");
             const CLI::App* root = command.get_parent();
             return [=](const GlobalOptions&, Console& console) {
               console.result(help_on(*root, *topic));

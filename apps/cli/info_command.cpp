@@ -79,7 +79,7 @@ Command info_command() {
             command.add_option("FILE", *files, "Recordings.")->required();
             command.add_option("--sidecar", *sidecar, "Sidecar of them all. Left out: NAME.ext.toml beside each.")
                 ->type_name("FILE");
-            command.add_flag("--salvage", *salvage, "Read what is left of a recording that was cut short.");
+            command.add_flag("--salvage", *salvage, "Read a recording that was cut short, as far as it goes.");
             return [=](const GlobalOptions& global, Console& console) {
               info(*files, *sidecar, *salvage, global.strict, console);
               return 0;

@@ -59,9 +59,9 @@ void require_free(const fs::path& file, bool force) {
   const auto status = fs::symlink_status(file, unknown);
   if (!fs::exists(status)) return;
   if (!fs::is_regular_file(status))
-    throw output_fault("output.foreign", file, "is there and is no file. Choose another place with -o");
+    throw output_fault("output.foreign", file, "exists and is not a file. Choose another place with -o");
   if (!force)
-    throw output_fault("output.exists", file, "is there already. Use --force to replace it or -o to write elsewhere");
+    throw output_fault("output.exists", file, "exists already. Use --force to replace it or -o to write elsewhere");
 }
 
 /// A file that is there stays unless `force`: dsp::Fault (output, "output.exists").

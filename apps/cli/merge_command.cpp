@@ -77,7 +77,7 @@ Command merge_command() {
       "some record cannot tell apart are left out and named. Beside each standard deviation, which is that of one "
       "regression on all rows with every record's sensors on their own, stands the one over the records: how much "
       "the coefficient changes when one record after the other is left out. The second is the larger one where "
-      "records differ by more than their noise, or share an error of a sensor."};
+      "records differ by more than their noise."};
 }
 
 }  // namespace apps

@@ -9,7 +9,6 @@
 #include "apps/output/finished_run.hpp"
 #include "apps/output/identified_equation.hpp"
 #include "apps/output/prediction.hpp"
-#include "apps/process/interrupt.hpp"
 #include "apps/process/output_folder.hpp"
 #include "dsp/names.hpp"
 
@@ -43,7 +42,7 @@ int predict(const PredictArguments& arguments, const GlobalOptions& global, Cons
       ident::predict(equation.model, equation.linear, input,
                      {.where = range == config.ranges.end() ? "" : range->spec.where,
                       .num_threads = thread_count(global),
-                      .poll = check_interrupted});
+                      .poll = shown_poll(console, "free run")});
   const std::string document = prediction_json(prediction);
   folder.write("predict.json", document);
   OutputFile series = folder.file("predict.csv");
@@ -67,7 +66,7 @@ int predict(const PredictArguments& arguments, const GlobalOptions& global, Cons
 Command predict_command() {
   return {
       "predict",
-      "The equation of a run, run free on another recording",
+      "Tests the equation of a run on another recording",
       {{"--seed"}, {"--dry-run"}, {"--set"}},
       [](CLI::App& command) -> CommandBody {
         auto typed = std::make_shared<PredictArguments>();
@@ -76,15 +75,16 @@ Command predict_command() {
             ->required();
         command.add_option("--sidecar", typed->sidecar, "Its sidecar. Left out: the one beside it, else the run's.")
             ->type_name("FILE");
-        command.add_option("--range", typed->range, "Range whose equation it is. Left out: as the run chose.");
-        command.add_option("--method", typed->method, "Method that found it. Left out: as the run chose.");
+        command.add_option("--range", typed->range,
+                           "Range whose equation is used. Left out: the one that the run chose.");
+        command.add_option("--method", typed->method, "Method that found it. Left out: the one that the run chose.");
         return [=](const GlobalOptions& global, Console& console) { return predict(*typed, global, console); };
       },
       use_group,
       {"ardent predict swing1-run swing2.csv -o swing2-predict",
        "ardent predict frame_250g-run frame_450g.csv --range slip --json"},
-      "Writes predict.json and predict.csv: errors of the free run against the sensors' noise, a linear equation and "
-      "a payload that does not move, and which coefficients carry over."};
+      "Writes predict.json and predict.csv: the error of the free run beside the noise of the sensors, beside a linear "
+      "equation and a payload at rest, and which coefficients carry over to the recording."};
 }
 
 }  // namespace apps

@@ -5,6 +5,7 @@
 
 #include "apps/cli/command_page.hpp"
 #include "apps/process/version.hpp"
+#include "apps/reference/guides.hpp"
 #include "apps/reference/topics.hpp"
 
 namespace apps {
@@ -19,6 +20,7 @@ std::vector<std::string> command_names(const CLI::App& root) {
 std::vector<std::string> help_topics(const CLI::App& root) {
   std::vector<std::string> names;
   for (const Page& page : topic_pages()) names.push_back(page.name);
+  for (const Guide& guide : guides) names.emplace_back(guide.name);
   names.emplace_back("reference");
   for (const std::string& name : command_names(root)) names.push_back(name);
   return names;

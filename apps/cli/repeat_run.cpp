@@ -137,7 +137,7 @@ int repeat_run(const RunArguments& arguments, Console& console) {
   again.input = run / "config.toml";
   const Config config = config_of(again);
   if (arguments.dry_run) {
-    console.result(fmt::format("would do {} again and compare\n", run.string()));
+    console.result(fmt::format("would repeat {} and compare\n", run.string()));
     return 0;
   }
   std::optional<TemporaryFolder> temporary;
@@ -153,7 +153,7 @@ int repeat_run(const RunArguments& arguments, Console& console) {
                             arguments.folder};
   console.result(console.json() ? repeat_json(report) : repeat_text(report));
   if (!report.inputs_same()) {
-    console.error("repeat.inputs", fmt::format("{}: an input is not what it was", run.string()));
+    console.error("repeat.inputs", fmt::format("{}: an input has changed since the run", run.string()));
     return 3;
   }
   if (!report.results_same()) {

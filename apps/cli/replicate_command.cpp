@@ -12,6 +12,7 @@
 #include "apps/cli/option_values.hpp"
 #include "apps/config/parameter_settings.hpp"
 #include "apps/paper/replicate_files.hpp"
+#include "apps/paper/replicate_page.hpp"
 #include "apps/process/output_folder.hpp"
 
 namespace apps {
@@ -50,21 +51,25 @@ void run_replicate(const ReplicateArguments& arguments, Console& console) {
   Manifest manifest = begin_manifest("replicate", arguments.command_line, arguments.first_seed, folder.destination());
 
   std::vector<ReplicatedCase> cases;
-  std::string summary = write_section4(items.cases, options, folder, cases, console);
+  std::vector<ReplicatedItem> written;
+  std::string summary = write_section4(items.cases, options, folder, cases, written, console);
   nlohmann::ordered_json document = replicate_json(cases, options);
   summary += write_section5(
       items.rig, {options.num_seeds, options.first_seed, arguments.noise.value_or(1.0), options.selection, options.tau},
-      folder, document, console);
+      folder, document, written, console);
   const std::string text = document.dump(1) + "\n";
   folder.write("replicate.json", text);
+  folder.write("replicate.html", replicate_page(written, summary));
   folder.commit(std::move(manifest));
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  console.result(console.json() ? text : summary + fmt::format("in {:.1f} s\n", seconds));
+  console.result(console.json() ? text
+                                : summary + fmt::format("in {:.1f} s; open {}\n", seconds,
+                                                        (folder.destination() / "replicate.html").string()));
 }
 
 Command replicate_command() {
   return {"replicate",
-          "The paper's tables and figures again, beside what it printed",
+          "Computes the paper's tables and figures again, beside the printed numbers",
           {{"--dry-run"}, {"--seed", ", or give --first-seed"}, {"--set"}, {"--threads"}},
           [](CLI::App& command) -> CommandBody {
             auto typed = std::make_shared<ReplicateArguments>();
@@ -83,7 +88,7 @@ Command replicate_command() {
                                "Fraction of each target's standard deviation (0.1); qzs: times the sensors' own (1).");
             command.add_option("--selection", typed->selection, "evidence-white, evidence or type2 (the paper's).")
                 ->capture_default_str();
-            command.add_option("--tau", typed->tau, "What a term's gain must exceed.");
+            command.add_option("--tau", typed->tau, "Gain of evidence above which a term is kept.");
             return [=](const GlobalOptions& global, Console& console) {
               ReplicateArguments arguments = *typed;
               arguments.folder = required_output(global, "replicate");

@@ -10,7 +10,7 @@ namespace apps {
 
 Command report_command() {
   return {"report",
-          "What a finished run printed, again; its page is RUN/report.html",
+          "Prints the first screen of a finished run again; its page is RUN/report.html",
           {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}, {"--force"}, {"--threads"}},
           [](CLI::App& command) -> CommandBody {
             auto run = std::make_shared<std::filesystem::path>();

@@ -12,14 +12,14 @@
 #include "apps/output/equation_response.hpp"
 #include "apps/output/finished_run.hpp"
 #include "apps/output/identified_equation.hpp"
-#include "apps/process/interrupt.hpp"
 #include "apps/process/output_folder.hpp"
 #include "apps/process/path.hpp"
 
 namespace apps {
 namespace {
 
-EquationResponse respond(const ResponseArguments& arguments) try {
+EquationResponse respond(const ResponseArguments& arguments, Console& console) try {
+  const auto poll = shown_poll(console, "computing the frequency response");
   EquationResponse result;
   result.equation = read_equation(arguments.run, arguments.range, arguments.method);
   auto driven = ident::equation_oscillator(result.equation, result.equation.mean);
@@ -33,11 +33,11 @@ EquationResponse respond(const ResponseArguments& arguments) try {
   result.sweep = sweep_of(arguments.set, driven.drive, result.steps);
   result.num_draws = arguments.num_draws;
   result.seed = arguments.seed;
-  result.steady = sim::steady_response(driven.oscillator, result.sweep, {.poll = check_interrupted});
+  result.steady = sim::steady_response(driven.oscillator, result.sweep, {.poll = poll});
   if (result.steady.response.up.empty() || result.steady.response.down.empty())
     throw dsp::Fault(dsp::FaultKind::numerics, "frc.diverged",
-                     fmt::format("frc: the motion runs away at {:.5g} Hz, where the sweep begins. Begin elsewhere or "
-                                 "drive it less",
+                     fmt::format("frc: the motion runs away at {:.5g} Hz, where the sweep begins. Begin at another "
+                                 "frequency or lower the amplitude",
                                  result.steady.diverged_hz));
   if (arguments.num_draws > 0)
     result.draws = ident::response_draws(result.equation, result.sweep,
@@ -45,7 +45,7 @@ EquationResponse respond(const ResponseArguments& arguments) try {
                                           .seed = arguments.seed,
                                           .num_threads = arguments.num_threads,
                                           .static_friction = result.static_friction,
-                                          .steady = {.poll = check_interrupted}});
+                                          .steady = {.poll = poll}});
   return result;
 } catch (const std::invalid_argument& error) {
   refuse_sweep(error.what());
@@ -61,7 +61,7 @@ void run_response(const ResponseArguments& arguments, Console& console) {
   require_apart(destination, {equation});
   OutputFolder folder(destination, arguments.force);
   Manifest manifest = begin_manifest("frc", arguments.command_line, arguments.seed, folder.destination());
-  const EquationResponse result = respond(arguments);
+  const EquationResponse result = respond(arguments, console);
   const std::string document = response_document(result);
   folder.write("frc.csv", response_csv(result));
   folder.write("frc.svg", to_svg(response_figure(result)));
@@ -81,7 +81,7 @@ Command response_command() {
           [](CLI::App& command) -> CommandBody {
             auto typed = std::make_shared<ResponseArguments>();
             command.add_option("RUN", typed->run, "Run folder.")->required();
-            command.add_option("--range", typed->range, "Range whose equation it is. Left out: mixed, or the first.");
+            command.add_option("--range", typed->range, "Range whose equation is used. Left out: mixed, or the first.");
             command.add_option("--method", typed->method, "Method that found it. Left out: fast_rvm.");
             command.add_option("--draws", typed->num_draws, "Draws of the coefficients; 0: no uncertainty.")
                 ->transform(whole(0, 100000))
@@ -89,7 +89,7 @@ Command response_command() {
                 ->default_str("40");
             command
                 .add_option("--static-friction", typed->static_friction,
-                            "What a resting payload withstands, m/s^2; slipping does not show it.")
+                            "Static friction per mass, m/s^2, which motion that slips does not show.")
                 ->check(not_negative());
             command.footer("--set from_hz, to_hz, step_hz, amplitude_mm of the base (amplitude, where a force drives)");
             return [=](const GlobalOptions& global, Console& console) {

@@ -18,11 +18,11 @@ std::function<RunArguments(const GlobalOptions&)> add_run_arguments(CLI::App& co
   auto arguments = std::make_shared<RunArguments>();
   auto max_memory_mb = std::make_shared<std::size_t>(0);
   command.add_option(input, arguments->input, help)->required();
-  command.add_flag("--salvage", arguments->salvage, "Read what is left of a recording that was cut short.");
+  command.add_flag("--salvage", arguments->salvage, "Read a recording that was cut short, as far as it goes.");
   command.add_flag("--uncalibrated", arguments->uncalibrated, "Take channels without a sensitivity as raw numbers.");
   command
       .add_option("--sidecar", arguments->sidecar,
-                  "Sidecar of the recording, which may serve many. Left out: NAME.ext.toml beside it.")
+                  "Sidecar of the recording; several recordings may share one. Left out: NAME.ext.toml beside it.")
       ->type_name("FILE");
   command.add_option("--max-memory", *max_memory_mb, "Most memory that a recording may take.")
       ->transform(whole(1, 1 << 30))

@@ -55,13 +55,13 @@ Command run_command() {
         auto recording = std::make_shared<std::filesystem::path>();
         command.add_option("RECORDING", *recording, "To be identified with the settings of the config INPUT.");
         command
-            .add_option("--require", *require,
-                        "Exit code 4 unless the verdict on every range is this or better. Results are written all the "
-                        "same.")
+            .add_option(
+                "--require", *require,
+                "Exit code 4 unless the verdict on every range is this or better. Results are written in either case.")
             ->option_text("VERDICT")
             ->check(CLI::IsMember({"describes", "in_part"}));
         command.add_flag("--full", *full,
-                         "Write tables with every row and digit, even where the run folder grows larger than its "
+                         "Write tables with every row and digit, even if the run folder becomes larger than its "
                          "recording and 10 MB.");
         command.add_flag("--resume", *resume,
                          "Leave a folder as it is that holds this very run: the same inputs, settings and program. "
@@ -79,11 +79,9 @@ Command run_command() {
       {"ardent run drive.wav", "ardent run drive.toml -o drive-run --set fit.train_share=0.5",
        "ardent run monday.csv --sidecar rig.toml --require describes",
        "ardent run rig.toml monday.csv   # the settings of rig.toml", "ardent run drive-run   # a run again, compared"},
-      "INPUT is a recording, a config that names one or several, or the folder of an earlier run. Such a run is "
-      "repeated "
-      "from its config.toml in a temporary folder (or in the one that -o names), and it is said whether inputs, "
-      "program and "
-      "results are the same, bit for bit: exit code 0; 3 where an input has changed; 4 where only results differ."};
+      "INPUT is a recording, a config that names one or several, or the folder of an earlier run. An earlier run is "
+      "repeated from its config.toml in a temporary folder (or in the one that -o names) and compared: exit code 0 if "
+      "inputs, program and results are the same, bit for bit; 3 if an input has changed; 4 if only results differ."};
 }
 
 }  // namespace apps

@@ -13,7 +13,6 @@
 #include "apps/output/report_text.hpp"
 #include "apps/output/results_json.hpp"
 #include "apps/page/page_files.hpp"
-#include "apps/process/interrupt.hpp"
 #include "dsp/names.hpp"
 #include "ident/identify.hpp"
 #include "ident/validate/judge.hpp"
@@ -67,9 +66,9 @@ std::vector<ident::RecordPrediction> predict_test_recordings(const Work& work,
     const Input input = other_recording(work.config, recording, arguments.max_memory_bytes, console);
     results.add_files({input});
     files.insert(files.end(), input.files.begin(), input.files.end());
-    predictions.push_back(
-        ident::predict(range.fits[chosen->method].model, range.linear, input,
-                       {.where = range.spec.where, .num_threads = arguments.num_threads, .poll = check_interrupted}));
+    predictions.push_back(ident::predict(
+        range.fits[chosen->method].model, range.linear, input,
+        {.where = range.spec.where, .num_threads = arguments.num_threads, .poll = shown_poll(console, "free run")}));
     const std::string name = fmt::format("predict-{}-{}", i + 1, dsp::slug(recording.file.stem().string()));
     results.write(name + ".json", prediction_json(predictions.back()));
     results.add_table(prediction_table(name + ".csv", predictions.back()));

@@ -17,7 +17,7 @@ inline constexpr double system_rate_hz = 100.0;  ///< of the systems of Section 
 
 /// The systems of Section 4: response.csv.
 std::vector<std::string> simulate_system(const SimulateArguments& arguments, const OutputFolder& folder,
-                                         nlohmann::ordered_json& truth);
+                                         Console& console, nlohmann::ordered_json& truth);
 
 /// The rig: response.csv at 25.6 Hz; with `raw` also the recording with its sidecar and truth.csv.
 std::vector<std::string> simulate_rig(const SimulateArguments& arguments, const OutputFolder& folder, Console& console,

@@ -28,16 +28,15 @@ struct Wanted {
 
 Wanted wanted_of(const SimulateArguments& arguments) try {
   if (!arguments.raw && (arguments.sensors || arguments.container || arguments.from_s || arguments.rate_hz))
-    throw no_recording("--sensors, --container, --from and --rate are about the recording");
+    throw no_recording("--sensors, --container, --from and --rate apply to the recording");
   if (!arguments.raw && arguments.noise.value_or(0.0) != 0.0)
-    throw no_recording("--noise is a factor on the sensors' own and response.csv has no sensors");
+    throw no_recording("--noise multiplies the noise of the sensors, and response.csv is free of sensors");
   sim::RigTestOptions options;
   options.twin = arguments.twin.value_or(options.twin);
   options.programme = arguments.programme.value_or(options.programme);
   std::vector<std::string> settings = arguments.set;
   options.raw.problems = take_sensor_problems(settings);
-  if (!arguments.raw && !options.raw.problems.empty())
-    throw no_recording("rail, hold and clip are about the recording");
+  if (!arguments.raw && !options.raw.problems.empty()) throw no_recording("rail, hold and clip apply to the recording");
   options.settings = parse_settings(settings);
   options.from_s = arguments.from_s.value_or(options.from_s);
   options.duration_s = arguments.duration_s;

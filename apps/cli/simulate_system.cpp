@@ -8,7 +8,6 @@
 #include "apps/cli/simulate_jobs.hpp"
 #include "apps/config/parameter_settings.hpp"
 #include "apps/output/truth_json.hpp"
-#include "apps/process/interrupt.hpp"
 #include "dsp/memory_limit.hpp"
 #include "dsp/names.hpp"
 #include "sim/noise.hpp"
@@ -59,7 +58,7 @@ std::string csv_of(const Table& table) {
 }  // namespace
 
 std::vector<std::string> simulate_system(const SimulateArguments& arguments, const OutputFolder& folder,
-                                         ordered_json& truth) {
+                                         Console& console, ordered_json& truth) {
   if (arguments.raw || arguments.twin || arguments.sensors || arguments.container || arguments.frc ||
       arguments.programme || arguments.from_s || arguments.rate_hz)
     throw dsp::Fault(dsp::FaultKind::usage, "sim.option",
@@ -85,9 +84,9 @@ std::vector<std::string> simulate_system(const SimulateArguments& arguments, con
   const double num_values = 2.0 * static_cast<double>(experiment.initial.size()) + 2.0;
   dsp::require_machine_memory(fmt::format("sim {}", arguments.system),
                               duration_s * system_rate_hz * num_values * bytes_per_value, "Shorten --duration");
-  const auto run =
-      sim::simulate(experiment.system, experiment.initial,
-                    {.duration_s = duration_s, .sample_rate_hz = system_rate_hz, .poll = check_interrupted});
+  const auto run = sim::simulate(
+      experiment.system, experiment.initial,
+      {.duration_s = duration_s, .sample_rate_hz = system_rate_hz, .poll = shown_poll(console, "simulating")});
   if (run.status != sim::SimulationStatus::finished)
     throw dsp::Fault(dsp::FaultKind::numerics, "sim.diverged",
                      fmt::format("sim {}. Try other parameters or a shorter --duration", run.reason));

@@ -7,7 +7,6 @@
 #include "apps/config/parameter_settings.hpp"
 #include "apps/output/response_report.hpp"
 #include "apps/output/truth_json.hpp"
-#include "apps/process/interrupt.hpp"
 
 namespace apps {
 
@@ -17,13 +16,12 @@ std::vector<std::string> sweep_rig(const SimulateArguments& arguments, const Out
                                    ordered_json& truth) {
   if (arguments.raw || arguments.sensors || arguments.container || arguments.from_s || arguments.rate_hz ||
       arguments.duration_s || arguments.programme || arguments.noise)
-    throw dsp::Fault(
-        dsp::FaultKind::usage, "sim.option",
-        "sim qzs --frc: computes steady responses without sensors; --raw, --programme, --duration, --noise "
-        "and what belongs to them do not go with it");
+    throw dsp::Fault(dsp::FaultKind::usage, "sim.option",
+                     "sim qzs --frc: computes steady responses without sensors; --raw, --programme, --duration, "
+                     "--noise and options that need them cannot be used with it");
   const std::string twin = arguments.twin.value_or("T0");
   try {
-    sim::FrequencyResponseOptions options{.poll = check_interrupted};
+    sim::FrequencyResponseOptions options{.poll = shown_poll(console, "sweeping")};
     auto settings = parse_settings(arguments.set);
     std::erase_if(settings,
                   [&](const auto& setting) { return set_sweep_option(options, setting.first, setting.second); });

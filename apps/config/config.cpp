@@ -222,7 +222,7 @@ namespace {
 
 Config read_document(const dsp::Settings& document, const fs::path& folder, const fs::path& recording = {}) {
   document.check_schema(config_schema);
-  if (document.has("channel") && !document.has("recording"))
+  if (!document.has("recording") && document.has("channel"))
     throw document.fault("", "config.missing", "this is a sidecar, not a config. Name the recording beside it");
   Config config;
   for (const dsp::Settings& table : document.tables("recording"))

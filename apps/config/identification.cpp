@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "apps/process/interrupt.hpp"
@@ -80,8 +81,8 @@ std::vector<ident::Columns> all_columns(const Config& config, const std::vector<
     const std::size_t num_terms = libraries[i].terms.size();
     console.step(fmt::format("{}: forming {} columns ({:.1f} MB)", inputs[i].prepared.name, num_terms,
                              1e-6 * ident::column_bytes(inputs[i].prepared.signals, num_terms)));
-    columns.push_back(
-        ident::record_columns(libraries[i], config.fit.target, inputs[i], max_memory_bytes, check_interrupted));
+    columns.push_back(ident::record_columns(libraries[i], config.fit.target, inputs[i], max_memory_bytes,
+                                            shown_poll(console, "forming columns")));
   }
   return columns;
 }
@@ -97,7 +98,12 @@ ident::IdentifyOptions identify_options(const Config& config, const std::vector<
 std::vector<ident::RangeResult> identify_ranges(Config& config, std::vector<ident::Columns>& columns,
                                                 const ident::CandidateLibrary& library, ident::IdentifyOptions options,
                                                 Console& console) {
+  std::size_t begun = 0;
+  options.poll = shown_poll(console, "fitting", [&] {
+    return begun < 2 ? std::nan("") : static_cast<double>(begun - 1) / static_cast<double>(config.ranges.size());
+  });
   options.before_range = [&](const ident::Range& range) {
+    ++begun;
     console.step(fmt::format("range {}: fitting", range.spec.name));
   };
   options.after_range = [&](const ident::RangeResult& range) {

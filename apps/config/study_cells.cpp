@@ -213,12 +213,13 @@ std::vector<StudyResult> run_cells(const StudyRequest& request, Console& console
       check_interrupted();
       const StudyCell& cell = results[jobs[k].place].cell;
       console.step(fmt::format("{}/{}: {}", ++done, request.cells.size(), cell.label()));
-      console.progress("study", static_cast<double>(done - 1) / static_cast<double>(request.cells.size()));
       Config& config = jobs[k].config;
       if (k > 0) config.zero.kind = ZeroChoice::Kind::none;  // it is subtracted
       settle(config, inputs, k > 0 ? silent : teller);
       refuse_warnings(request.strict, console);
       ident::StudyCase one = case_of(config, cell, inputs, request.num_threads);
+      one.options.poll = shown_poll(
+          console, "study", [&] { return static_cast<double>(done - 1) / static_cast<double>(request.cells.size()); });
       if (k == 0) require_unclipped(config, inputs);
       return one;
     };

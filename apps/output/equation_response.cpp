@@ -67,8 +67,9 @@ std::vector<std::string> remarks_of(const EquationResponse& result) {
     remarks.push_back(fmt::format("static friction of {:g} m/s^2 is given, not identified", result.static_friction));
   if (result.has_friction && result.static_friction == 0.0)
     remarks.push_back(
-        "static friction cannot be identified from slipping: locking, and breaking loose, are those of the identified "
-        "sliding friction. If it is known from elsewhere, give it with --static-friction");
+        "static friction cannot be identified while the payload slips: the frequencies of locking and breaking loose "
+        "are those of the identified sliding friction. If static friction is known from elsewhere, give it with "
+        "--static-friction");
   const double limit = trained_to(result.equation);
   const auto& response = result.steady.response;
   if (const double largest = std::max(sim::peak(response.up).x_m, sim::peak(response.down).x_m); largest > 1.1 * limit)

@@ -23,16 +23,18 @@ void check_finished_run(const fs::path& run, bool strict, Console& console) {
   static_cast<void>(read_run_json(run / manifest_name));
   const auto listed = listed_outputs(run);
   if (!listed)
-    console.warning("run.changed", fmt::format("{}: is not as Ardent writes it, so nothing tells whether the run's "
-                                               "files are as they were. Run it again",
-                                               (run / manifest_name).string()));
+    console.warning(
+        "run.changed",
+        fmt::format("{}: is not as Ardent writes it, so changes of the run's files cannot be detected. Run it again",
+                    (run / manifest_name).string()));
   for (const ManifestFile& file : listed.value_or(std::vector<ManifestFile>())) {
     const fs::path path = run / file.path;
     std::error_code unknown;
     const bool there = fs::is_regular_file(path, unknown);
     if (!there || sha256_file(path) != file.sha256)
-      console.warning("run.changed", fmt::format("{}: {} since the run was written. Run it again if that was not you",
-                                                 path.string(), there ? "has changed" : "is missing"));
+      console.warning("run.changed",
+                      fmt::format("{}: {} since the run was written. If that was not intended, run it again",
+                                  path.string(), there ? "has changed" : "is missing"));
   }
   refuse_warnings(strict, console);
 }

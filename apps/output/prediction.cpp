@@ -82,9 +82,9 @@ CsvTable prediction_table(std::string name, ident::RecordPrediction prediction) 
 }
 
 std::string prediction_text(const ident::RecordPrediction& prediction) {
-  std::string text = fmt::format("{}: free run of x: NMSE {}, a linear equation {}, a still payload {}\n",
-                                 printable(prediction.recording), shown(prediction.nmse), shown(prediction.linear),
-                                 shown(prediction.still));
+  std::string text = fmt::format(
+      "{}: error of x in the free run, as NMSE: {}; of a linear equation: {}; of a payload at rest: {}\n",
+      printable(prediction.recording), shown(prediction.nmse), shown(prediction.linear), shown(prediction.still));
   if (prediction.rms.reason.empty())
     text += fmt::format("  rms error {} {}, noise of the displacement {} {}\n", shown(prediction.rms), prediction.unit,
                         shown(prediction.noise_floor), prediction.unit);

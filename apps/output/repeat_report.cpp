@@ -49,8 +49,8 @@ std::string repeat_text(const RepeatReport& report) {
   if (!same_program)
     text += fmt::format("           then ardent {}\n           now  ardent {}\n", printable(report.program_then),
                         report.program_now);
-  text += lines_on("inputs", report.inputs, "is not to be found");
-  text += lines_on("results", report.results, "is not written any more");
+  text += lines_on("inputs", report.inputs, "is missing");
+  text += lines_on("results", report.results, "is no longer written");
   if (!report.folder.empty()) text += fmt::format("  the repeat is in {}\n", report.folder.string());
   return text;
 }

@@ -49,9 +49,10 @@ std::string budget_text(const ident::Model& model) {
       parts.push_back(fmt::format("{} {:.0f} %", printable(source), 100.0 * fraction));
     if (!parts.empty()) text += fmt::format("        {}: {}\n", term.name, fmt::join(parts, ", "));
   }
-  return text.empty()
-             ? text
-             : "      variance from (what it would fall by, were that known; noise: what would be left):\n" + text;
+  return text.empty() ? text
+                      : "      variance from (by how much it would fall if that were known exactly; noise: what would "
+                        "remain):\n" +
+                            text;
 }
 
 std::string terms_table(const ident::Model& model) {
@@ -155,8 +156,7 @@ std::string report_text(const std::vector<ident::RangeResult>& ranges) {
     text += fmt::format("{} and {} disagree ({}):\n", pair.range_a, pair.range_b, pair.method);
     for (const ident::Disagreement& term : pair.terms) text += fmt::format("  - {}\n", term.sentence);
   }
-  if (!pairs.empty())
-    text += "a term that only one of them has, or that changes its sign, is not the physics of both\n";
+  if (!pairs.empty()) text += "a term that only one range has, or that changes its sign, does not describe both\n";
   if (!text.empty() && text.ends_with("\n\n")) text.pop_back();
   return text;
 }

@@ -137,6 +137,17 @@ Json models_json(const std::optional<ident::ModelRanking>& ranking, const std::v
   return result;
 }
 
+Json path_json(const ident::JudgedFit& fit, const std::vector<std::string>& terms) {
+  Json result = Json::array();
+  for (const ident::ModelOfSize& model : fit.path) {
+    Json row{{"terms", Json::array()}, {"left_over", model.left_over}};
+    for (const Eigen::Index term : model.terms) row["terms"].push_back(terms[static_cast<std::size_t>(term)]);
+    put(row, "num_effective", model.terms.empty() ? std::nan("") : model.num_effective, "no term");
+    result.push_back(std::move(row));
+  }
+  return result;
+}
+
 Json method_json(const ident::JudgedFit& fit, const ident::RangeResult& range, const ident::IdentifyOptions& options) {
   const std::string no_evidence = std::string(to_string(fit.fit.method)) + " computes no evidence";
   const bool has_evidence = std::isfinite(fit.fit.log_evidence);
@@ -165,12 +176,13 @@ Json method_json(const ident::JudgedFit& fit, const ident::RangeResult& range, c
   result["bands"] = bands_json(fit);
   result["free_run_stretches"] = fit.free_run.num_ranges;
   result["steps"] = steps_json(fit, range.terms);
+  result["path"] = path_json(fit, range.terms);
   return result;
 }
 
 Json check_json(const dsp::Check& check) {
   Json result{{"name", check.name}, {"channel", printable(check.channel)}, {"status", to_string(check.status)}};
-  put(result, "value", check.value, "no single number says it");
+  put(result, "value", check.value, "not a single number");
   put(result, "limit", check.limit, "there is none");
   result["message"] = printable(check.message);
   return result;

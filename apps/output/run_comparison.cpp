@@ -5,12 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <optional>
 
-#include "apps/output/run_changes.hpp"
 #include "apps/output/run_json.hpp"
-#include "apps/output/text_grid.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/fault.hpp"
 
@@ -20,23 +17,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// One column of the comparison: what one run says in one range.
-struct Column {
-  std::string title;
-  Json fit;             ///< null: the run has no such range
-  std::string verdict;  ///< with its cause; empty: not known
-};
-
 /// A run as its folder has it.
 struct ComparedRun {
   std::string title;
   Json metrics, equation;  ///< equation null: there is none
-};
-
-struct Comparison {
-  std::string range;
-  std::vector<std::string> terms;  ///< of all columns, in order of appearance
-  std::vector<Column> columns;
 };
 
 Json fit_of(const Json& metrics, const std::string& range, const std::string& method) {
@@ -65,15 +49,15 @@ std::string verdict_of(const Json& equation, const std::string& range, const Jso
   return "";
 }
 
-std::vector<Comparison> comparisons(const std::vector<ComparedRun>& runs, const std::string& method) {
-  std::vector<Comparison> all;
+std::vector<RangeComparison> range_comparisons(const std::vector<ComparedRun>& runs, const std::string& method) {
+  std::vector<RangeComparison> all;
   for (const ComparedRun& run : runs)
     for (const Json& range : run.metrics.at("ranges")) {
       const std::string name = range.at("name");
-      if (std::none_of(all.begin(), all.end(), [&](const Comparison& one) { return one.range == name; }))
-        all.push_back({name, {}, {}});
+      if (std::none_of(all.begin(), all.end(), [&](const RangeComparison& one) { return one.range == name; }))
+        all.push_back({name, {}, {}, {}});
     }
-  for (Comparison& one : all)
+  for (RangeComparison& one : all)
     for (const ComparedRun& run : runs) {
       Json fit = fit_of(run.metrics, one.range, method);
       std::string verdict = verdict_of(run.equation, one.range, fit);
@@ -151,10 +135,10 @@ std::string beside_first(const Json& term, const Json* first) {
                            : fmt::format("{} ({:+.1f})", text, std::round(10.0 * difference / deviation) / 10.0 + 0.0);
 }
 
-std::vector<std::string> term_cells(const Comparison& one, const std::string& term,
+std::vector<std::string> term_cells(const RangeComparison& one, const std::string& term,
                                     const std::optional<double>& truth) {
   std::vector<std::string> cells;
-  for (const Column& column : one.columns) {
+  for (const ComparedColumn& column : one.columns) {
     const Json* own = term_of(column.fit, term);
     if (own == nullptr)
       cells.emplace_back(column.fit.is_null() ? "" : "-");
@@ -172,54 +156,16 @@ void add_row(TextGrid& grid, const std::string& name, std::vector<std::string> c
   grid.cells.push_back(std::move(cells));
 }
 
-/// Verdicts, then coefficients, then errors; more runs than stand beside one another are rows.
-std::string text_of(const Comparison& one, const std::optional<Truth>& truth) {
-  constexpr std::size_t most_beside = 4;
-  TextGrid grid{"term", {}, {}, {}};
-  for (const Column& column : one.columns) grid.columns.push_back(printable(column.title));
-  std::vector<std::string> verdicts;
-  for (const Column& column : one.columns) verdicts.push_back(column.verdict);
-  add_row(grid, "verdict", verdicts);
-  const auto with_fit =
-      std::find_if(one.columns.begin(), one.columns.end(), [](const Column& column) { return !column.fit.is_null(); });
-  const Json target = with_fit == one.columns.end() ? Json() : with_fit->fit.at("target");
-  std::vector<std::string> true_cells{""};
-  for (const std::string& term : one.terms) {
-    std::optional<double> value;
-    if (truth) true_cells.push_back(fmt::format("{:.6g}", value.emplace(truth->value(target, term))));
-    add_row(grid, term, term_cells(one, term, value));
-  }
-  for (const char* figure : {"train", "test", "free_run"}) {
-    std::vector<std::string> cells;
-    for (const Column& column : one.columns)
-      cells.push_back(column.fit.is_null() ? "" : number_or_none(column.fit.at("nmse").at(figure), "{:.3g}"));
-    add_row(grid, fmt::format("NMSE {}", figure), std::move(cells));
-  }
-  if (truth) {
-    grid.columns.insert(grid.columns.begin(), "truth");
-    true_cells.resize(grid.rows.size());
-    for (std::size_t row = 0; row < grid.rows.size(); ++row)
-      grid.cells[row].insert(grid.cells[row].begin(), true_cells[row]);
-  }
-  if (one.columns.size() > most_beside) {
-    grid.corner = "run";
-    grid = transposed(grid);
-  }
-  return fmt::format("range {}\n{}\n", printable(one.range), to_text(grid));
+/// The target of the first run that has such a range.
+Json target_of(const RangeComparison& one) {
+  for (const ComparedColumn& column : one.columns)
+    if (!column.fit.is_null()) return column.fit.at("target");
+  return {};
 }
 
-std::string changes_text(const std::vector<Change>& changes, const std::vector<std::string>& titles) {
-  if (titles.size() < 2) return "";
-  if (changes.empty()) return "the same inputs, settings and program\n\n";
-  constexpr std::size_t most_beside = 4;
-  TextGrid grid{"what differs", titles, {}, {}};
-  for (const Change& change : changes) {
-    const char* kind = change.kind == Change::Kind::input ? "input " : "";
-    std::vector<std::string> cells;
-    for (const std::string& value : change.values) cells.push_back(value.empty() ? "-" : printable(value));
-    add_row(grid, kind + change.what, std::move(cells));
-  }
-  return to_text(titles.size() > most_beside ? transposed(grid) : grid) + "\n";
+std::optional<double> true_value(const RangeComparison& one, const std::string& term) {
+  const auto found = one.truth.find(term);
+  return found == one.truth.end() ? std::nullopt : std::optional<double>(found->second);
 }
 
 Json changes_json(const std::vector<Change>& changes) {
@@ -236,48 +182,108 @@ Json changes_json(const std::vector<Change>& changes) {
   return list;
 }
 
-std::string json_of(const std::vector<Comparison>& all, const std::vector<Change>& changes, const Json& truth) {
-  Json document{{"changes", changes_json(changes)}, {"ranges", Json::array()}};
-  for (const Comparison& one : all) {
+}  // namespace
+
+TextGrid grid_of(const RangeComparison& one) {
+  TextGrid grid{"term", {}, {}, {}};
+  for (const ComparedColumn& column : one.columns) grid.columns.push_back(printable(column.title));
+  std::vector<std::string> verdicts, true_cells{""};
+  for (const ComparedColumn& column : one.columns) verdicts.push_back(column.verdict);
+  add_row(grid, "verdict", verdicts);
+  for (const std::string& term : one.terms) {
+    const std::optional<double> value = true_value(one, term);
+    if (value) true_cells.push_back(fmt::format("{:.6g}", *value));
+    add_row(grid, term, term_cells(one, term, value));
+  }
+  for (const char* figure : {"train", "test", "free_run"}) {
+    std::vector<std::string> cells;
+    for (const ComparedColumn& column : one.columns)
+      cells.push_back(column.fit.is_null() ? "" : number_or_none(column.fit.at("nmse").at(figure), "{:.3g}"));
+    add_row(grid, fmt::format("NMSE {}", figure), std::move(cells));
+  }
+  if (one.truth.empty()) return grid;
+  grid.columns.insert(grid.columns.begin(), "truth");
+  true_cells.resize(grid.rows.size());
+  for (std::size_t row = 0; row < grid.rows.size(); ++row)
+    grid.cells[row].insert(grid.cells[row].begin(), true_cells[row]);
+  return grid;
+}
+
+TextGrid changes_grid(const RunComparison& comparison) {
+  TextGrid grid{"what differs", comparison.titles, {}, {}};
+  for (const Change& change : comparison.changes) {
+    const char* kind = change.kind == Change::Kind::input ? "input " : "";
+    std::vector<std::string> cells;
+    for (const std::string& value : change.values) cells.push_back(value.empty() ? "-" : printable(value));
+    add_row(grid, kind + change.what, std::move(cells));
+  }
+  return grid;
+}
+
+RunComparison compare_runs(const std::vector<fs::path>& run_folders, const fs::path& truth_file,
+                           const std::string& method) {
+  RunComparison result{distinct_names(run_folders), {}, {}, truth_file.empty() ? Json() : read_run_json(truth_file)};
+  std::vector<ComparedRun> runs;
+  for (std::size_t i = 0; i < run_folders.size(); ++i) {
+    const fs::path equation = run_folders[i] / "equation.json";
+    std::error_code unknown;
+    runs.push_back({result.titles[i], read_run_json(run_folders[i] / "metrics.json"),
+                    fs::exists(equation, unknown) ? read_run_json(equation) : Json()});
+  }
+  try {
+    result.ranges = range_comparisons(runs, method);
+    result.changes = changes_between(run_folders);
+    if (result.truth.is_null()) return result;
+    const Truth known(result.truth, std::none_of(run_folders.begin(), run_folders.end(), is_of_exact_motion));
+    for (RangeComparison& one : result.ranges)
+      for (const std::string& term : one.terms) one.truth[term] = known.value(target_of(one), term);
+    return result;
+  } catch (const Json::exception& error) {
+    throw dsp::Fault(dsp::FaultKind::input, "run.damaged", fmt::format("metrics.json or truth.json: {}", error.what()));
+  }
+}
+
+std::string to_text(const RunComparison& comparison) {
+  constexpr std::size_t most_beside = 4;
+  const bool several = comparison.titles.size() > 1, upright = comparison.titles.size() <= most_beside;
+  std::string text;
+  if (several && comparison.changes.empty()) text = "the same inputs, settings and program\n\n";
+  if (several && !comparison.changes.empty()) {
+    const TextGrid grid = changes_grid(comparison);
+    text = to_text(upright ? grid : transposed(grid)) + "\n";
+  }
+  bool differences = false;
+  for (const RangeComparison& one : comparison.ranges) {
+    TextGrid grid = grid_of(one);
+    for (const auto& cells : grid.cells)
+      differences = differences || std::any_of(cells.begin(), cells.end(), [](const std::string& cell) {
+                      return cell.find(" (") != std::string::npos && cell.find("+-") != std::string::npos;
+                    });
+    if (!upright) grid.corner = "run";
+    text += fmt::format("range {}\n{}\n", printable(one.range), to_text(upright ? grid : transposed(grid)));
+  }
+  if (several && differences)
+    text += fmt::format("in brackets: the difference from {} in standard deviations of that difference\n",
+                        comparison.titles.front());
+  return text;
+}
+
+std::string to_json(const RunComparison& comparison) {
+  Json document{{"changes", changes_json(comparison.changes)}, {"ranges", Json::array()}};
+  for (const RangeComparison& one : comparison.ranges) {
     Json row{{"name", one.range}, {"runs", Json::array()}};
-    for (const Column& column : one.columns)
+    for (const ComparedColumn& column : one.columns)
       row["runs"].push_back({{"run", printable(column.title)}, {"verdict", column.verdict}, {"fit", column.fit}});
     document["ranges"].push_back(std::move(row));
   }
+  const Json& truth = comparison.truth;
   if (!truth.is_null()) document["truth"] = truth.at("terms");
   if (truth.contains("terms_as_recorded")) document["truth_as_recorded"] = truth.at("terms_as_recorded");
   return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-}  // namespace
-
-std::string comparison_of(const std::vector<fs::path>& run_folders, const fs::path& truth_file,
-                          const std::string& method, bool as_json) {
-  const std::vector<std::string> titles = distinct_names(run_folders);
-  std::vector<ComparedRun> runs;
-  for (std::size_t i = 0; i < run_folders.size(); ++i) {
-    const fs::path equation = run_folders[i] / "equation.json";
-    std::error_code unknown;
-    runs.push_back({titles[i], read_run_json(run_folders[i] / "metrics.json"),
-                    fs::exists(equation, unknown) ? read_run_json(equation) : Json()});
-  }
-  const Json truth = truth_file.empty() ? Json() : read_run_json(truth_file);
-  try {
-    const std::vector<Comparison> all = comparisons(runs, method);
-    const std::vector<Change> changes = changes_between(run_folders);
-    if (as_json) return json_of(all, changes, truth);
-    std::optional<Truth> known;
-    if (!truth.is_null())
-      known.emplace(truth, std::none_of(run_folders.begin(), run_folders.end(), is_of_exact_motion));
-    std::string text = changes_text(changes, titles);
-    for (const Comparison& one : all) text += text_of(one, known);
-    if (!known && runs.size() > 1)
-      text += fmt::format("in brackets: the difference from {} in standard deviations of that difference\n",
-                          titles.front());
-    return text;
-  } catch (const Json::exception& error) {
-    throw dsp::Fault(dsp::FaultKind::input, "run.damaged", fmt::format("metrics.json or truth.json: {}", error.what()));
-  }
+const Json* term_of(const ComparedColumn& column, const std::string& term) {
+  return term_of(column.fit, term);
 }
 
 }  // namespace apps

@@ -1,18 +1,54 @@
 #pragma once
 #include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "apps/output/run_changes.hpp"
+#include "apps/output/text_grid.hpp"
+
 namespace apps {
 
+/// What one run says in one range.
+struct ComparedColumn {
+  std::string title;
+  nlohmann::ordered_json fit;  ///< of metrics.json; null: the run has no such range
+  std::string verdict;         ///< with its cause; empty: not known
+};
+
+/// One range of several runs.
+struct RangeComparison {
+  std::string range;
+  std::vector<std::string> terms;  ///< of all runs, in order of appearance
+  std::vector<ComparedColumn> columns;
+  std::map<std::string, double> truth;  ///< of every term, in the units of what was recorded; empty: not known
+};
+
 /// What differs between several finished runs (inputs by their bytes, settings, program), then their verdicts,
-/// equations and NMSE range by range, as text of at most 120 columns or as JSON. Coefficients come with their
-/// difference from the first run in standard deviations of that difference; more than four runs are rows. `truth_file`:
-/// truth.json of a simulation, or empty: with it, whether the true values (in the units of the sensors that recorded
-/// them) are inside the 95 % intervals. The first method of a run that does not have `method`. Throws dsp::Fault
-/// (input, "run.incomplete", "run.damaged") for a run without fits.
-[[nodiscard]] std::string comparison_of(const std::vector<std::filesystem::path>& run_folders,
-                                        const std::filesystem::path& truth_file, const std::string& method,
-                                        bool as_json);
+/// equations and NMSE range by range.
+struct RunComparison {
+  std::vector<std::string> titles;
+  std::vector<Change> changes;
+  std::vector<RangeComparison> ranges;
+  nlohmann::ordered_json truth;  ///< truth.json; null: none was given
+};
+
+/// `truth_file`: truth.json of a simulation, or empty. The first method of a run that does not have `method`. Throws
+/// dsp::Fault (input, "run.incomplete", "run.damaged") for a run without fits.
+[[nodiscard]] RunComparison compare_runs(const std::vector<std::filesystem::path>& run_folders,
+                                         const std::filesystem::path& truth_file, const std::string& method);
+
+/// Terms in rows, runs in columns. Coefficients come with their difference from the first run in standard deviations of
+/// that difference or, where the truth is known, with whether it is inside their 95 % interval.
+[[nodiscard]] TextGrid grid_of(const RangeComparison& comparison);
+/// What differs in rows, runs in columns.
+[[nodiscard]] TextGrid changes_grid(const RunComparison& comparison);
+/// A term of a run's equation as metrics.json has it; nullptr: not in it.
+[[nodiscard]] const nlohmann::ordered_json* term_of(const ComparedColumn& column, const std::string& term);
+
+/// As text of at most 120 columns; more than four runs are rows.
+[[nodiscard]] std::string to_text(const RunComparison& comparison);
+[[nodiscard]] std::string to_json(const RunComparison& comparison);
 
 }  // namespace apps

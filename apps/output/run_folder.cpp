@@ -18,12 +18,25 @@ constexpr double least_folder_bytes = 10e6;  // a smaller recording's run folder
 constexpr double reserved_bytes = 100e3;     // for the manifest and the last lines of the log
 constexpr double estimate_margin = 0.96;     // sizes of tables are estimated from some of their rows
 constexpr double prepared_share = 0.6;       // of the tables' bytes, at most
-constexpr std::size_t pieces_between_polls = 4096;
+constexpr std::size_t rows_between_polls = 1024;
 
 std::vector<const dsp::Prepared*> prepared_of(const std::vector<Input>& inputs) {
   std::vector<const dsp::Prepared*> prepared;
   for (const Input& input : inputs) prepared.push_back(&input.prepared);
   return prepared;
+}
+
+/// The table with its progress on the console while it is written in this form.
+CsvTable watched(const CsvTable& table, const TableForm& form, Console& console) {
+  const std::size_t passes = form.resolution > 0.0 ? 2 : 1;  // the columns' largest values are gathered before
+  const auto all = static_cast<double>(passes * std::max<std::size_t>(1, table.num_rows / form.row_step));
+  CsvTable result = table;
+  result.fill = [&table, progress = shown_progress(console, "writing " + file_name(table, form)), all,
+                 done = std::size_t{0}](std::size_t row, RowWriter& cells) mutable {
+    if (++done % rows_between_polls == 0) progress(static_cast<double>(done) / all);
+    table.fill(row, cells);
+  };
+  return result;
 }
 
 }  // namespace
@@ -67,11 +80,9 @@ double RunFolder::write_table_within(const CsvTable& table, double most_bytes, C
   const TableForm& form = forms[chosen];
   OutputFile file = folder_.file(file_name(table, form));
   double written = 0.0;
-  std::size_t pieces = 0;
-  write_table(table, form, [&](std::string_view bytes) {
+  write_table(watched(table, form, console), form, [&](std::string_view bytes) {
     file.write(bytes);
     written += static_cast<double>(bytes.size());
-    if (++pieces % pieces_between_polls == 0) check_interrupted();
   });
   file.close();
   check_interrupted();

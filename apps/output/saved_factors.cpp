@@ -24,7 +24,7 @@ void save_factors(const fs::path& file, const std::vector<ident::RecordFactors>&
   require_no_link(place);
   std::error_code unknown;
   if (fs::exists(fs::symlink_status(place, unknown))) {
-    if (!force) throw output_fault("output.exists", place, "is there already. Use --force to replace it");
+    if (!force) throw output_fault("output.exists", place, "exists already. Use --force to replace it");
     try {
       (void)read_factors(place);
     } catch (const dsp::Fault&) {

@@ -23,7 +23,7 @@ std::vector<dsp::Interval> edges_of(const dsp::Motion& signals) {
   const double end = static_cast<double>(signals.num_samples()) / signals.sample_rate_hz;
   const double edge = static_cast<double>(signals.edge_samples) / signals.sample_rate_hz;
   if (edge == 0.0) return {};
-  const char* why = "filters and derivatives lean on samples predicted beyond the record";
+  const char* why = "filters and derivatives depend on samples predicted beyond the record";
   return {{0.0, edge, why}, {end - edge, end, why}};
 }
 
@@ -197,7 +197,7 @@ dsp::Segmentation apply_segments(const std::vector<LabelledInterval>& intervals,
   }
   if (asked.empty())
     throw segments_fault("segments.recording", file, 0,
-                         fmt::format("no interval is meant for {}", printable(prepared.name)));
+                         fmt::format("no interval is given for {}", printable(prepared.name)));
   asked.push_back({dsp::Regime::excluded, 0, 0, fmt::format("no interval of {} covers it", file.filename().string())});
   const auto nowhere = static_cast<int>(asked.size()) - 1;
   std::vector<int> owner = owners(asked, prepared.intermediate.num_samples());

@@ -71,7 +71,7 @@ std::vector<StepPoint> read_final_steps(const std::filesystem::path& run) {
                         cells[6].empty() ? std::numeric_limits<double>::quiet_NaN() : std::stod(cells[6]),
                         cells[8] == "up", cells[9] == "locked"});
     } catch (const std::exception&) {
-      throw damaged("a number is missing or is none: " + line);
+      throw damaged("a number is missing or not finite: " + line);
     }
   }
   return points;

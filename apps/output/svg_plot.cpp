@@ -40,12 +40,17 @@ const char* colour_of(PlotColour colour) {
   return "#000000";
 }
 
+/// Of y: those of the points that the given limits of x show.
 Limits limits_of(const PlotPanel& panel, Eigen::VectorXd PlotSeries::*values, const std::optional<Limits>& given) {
   if (given) return *given;
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const PlotSeries& series : panel.series)
-    for (const double value : series.*values)
-      if (std::isfinite(value)) low = std::min(low, value), high = std::max(high, value);
+    for (Index i = 0; i < series.y.size(); ++i) {
+      const bool shown =
+          !panel.x_limits || (series.x(i) >= panel.x_limits->first && series.x(i) <= panel.x_limits->second);
+      const double value = (series.*values)(i);
+      if (shown && std::isfinite(value)) low = std::min(low, value), high = std::max(high, value);
+    }
   if (!(low <= high)) return {0.0, 1.0};
   const double size = std::max(std::abs(low), std::abs(high));
   const double margin = high - low > 1e-12 * size ? 0.04 * (high - low) : size > 0.0 ? 0.5 * size : 0.5;
@@ -84,7 +89,9 @@ struct Tick {
 
 std::vector<Tick> ticks_of(const Limits& limits, int most, const std::vector<std::string>& names) {
   std::vector<Tick> ticks;
-  for (std::size_t i = 0; i < names.size(); ++i) ticks.push_back({static_cast<double>(i), names[i]});
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (const auto value = static_cast<double>(i); value >= limits.first && value <= limits.second)
+      ticks.push_back({value, names[i]});
   if (!names.empty()) return ticks;
   const std::vector<double> values = nice_ticks(limits.first, limits.second, most);
   for (const double value : values)

@@ -1,5 +1,6 @@
-# cmake -DNAMES=a;b -DFILES=a.js;b.css -DOUTPUT=assets.cpp -P embed.cmake: texts as constants of a C++ file.
-set(code "#include \"apps/page/assets.hpp\"\n\nnamespace apps {\n")
+# cmake -DHEADER=apps/page/assets.hpp -DNAMES=a;b -DFILES=a.js;b.css -DOUTPUT=assets.cpp -P embed.cmake: texts as constants
+# of a C++ file, returned by the functions NAMES that HEADER declares.
+set(code "#include \"${HEADER}\"\n\nnamespace apps {\n")
 foreach(name file IN ZIP_LISTS NAMES FILES)
   file(READ "${file}" hex HEX)
   string(LENGTH "${hex}" length)

@@ -48,6 +48,10 @@ void write_side_by_side(const PlotPanel& panel, const Sink& sink) {
 
 }  // namespace
 
+Eigen::VectorXd as_vector(const std::vector<double>& values) {
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), std::ssize(values));
+}
+
 RunFigure decimated(RunFigure figure, Index most_points) {
   if (!figure.zoomable) return figure;
   for (PlotSeries& series : figure.panel.series) {
@@ -84,6 +88,13 @@ void write_figure_numbers(const RunFigure& figure, const Sink& sink) {
       line += '\n';
       sink(line);
     }
+}
+
+void write_figure_files(const RunFigure& figure, const FileWriter& write) {
+  write("figures/" + figure.name + ".svg", figure_svg(figure));
+  std::string numbers;
+  write_figure_numbers(figure, [&](std::string_view text) { numbers += text; });
+  write("figures/" + figure.name + ".csv", numbers);
 }
 
 }  // namespace apps

@@ -1,6 +1,7 @@
 #pragma once
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "apps/output/steps_table.hpp"
@@ -18,6 +19,9 @@ struct RunFigure {
   bool zoomable = true;   ///< lines over an ascending x
   std::string hint = {};  ///< one more sentence of the caption, for who can zoom
 };
+
+/// Numbers gathered one by one, as a series takes them.
+[[nodiscard]] Eigen::VectorXd as_vector(const std::vector<double>& values);
 
 /// Takes figures one by one, as they hold every sample.
 using FigureTaker = std::function<void(RunFigure)>;
@@ -42,5 +46,8 @@ void record_figures(const RunResults& results, const std::vector<RecordingSteps>
 /// Its numbers, all of them: one column for x and one for each series where these share their x, else a row
 /// `series,x,y` for each point. Cells that do not exist are empty.
 void write_figure_numbers(const RunFigure& figure, const Sink& sink);
+/// Both, as figures/NAME.svg and figures/NAME.csv.
+using FileWriter = std::function<void(const std::string& name, std::string_view bytes)>;
+void write_figure_files(const RunFigure& figure, const FileWriter& write);
 
 }  // namespace apps

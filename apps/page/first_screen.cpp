@@ -56,8 +56,8 @@ std::string agreement_sentence(const ChosenEquation& chosen) {
 
 std::string choice_sentence(const RunResults& results, const ChosenEquation& chosen) {
   const std::string method(to_string(chosen.fit->fit.method));
-  const char* why = results.ranges.size() > 1 ? " (of the best verdicts the one on most data)" : "";
-  return fmt::format("Chosen: range {}{}, method {}. {}", chosen.range->spec.name, why, method,
+  const char* why = results.ranges.size() > 1 ? " (the best verdict on the most data)" : "";
+  return fmt::format("From range {}{} by method {}. {}", chosen.range->spec.name, why, method,
                      agreement_sentence(chosen));
 }
 
@@ -77,7 +77,7 @@ std::string zero_sentence(const RunResults& results) {
   const std::string units = unit.empty()                   ? "In raw units"
                             : unit == "m" || unit == "rad" ? "In SI units"
                                                            : "In SI units and " + unit;
-  return fmt::format("x = 0 is where {}{}. {}; in brackets the standard deviation of the last digits.",
+  return fmt::format("x = 0 is where {}{}. {}; digits in brackets are the standard deviation of the last ones.",
                      joined(zeros, "; "), mean ? fmt::format(" (mean of {})", results.ranges.front().spec.name) : "",
                      units);
 }
@@ -115,7 +115,7 @@ std::string shown(const ident::Figure& figure) {
 }
 
 std::string prediction_sentence(const ident::RecordPrediction& prediction) {
-  return fmt::format("On {}, which was not fitted: free run {}; a linear equation {}.",
+  return fmt::format("On {}, which was not fitted: error of x in the free run {}; of a linear equation {}.",
                      printable(prediction.recording, 100), shown(prediction.nmse), shown(prediction.linear));
 }
 
@@ -216,7 +216,7 @@ Entry input_entry(const RunResults& results, const ChosenEquation& chosen) {
   const dsp::Prepared& prepared = results.inputs.front().prepared;
   if (chosen.fit->model.target == "ddy" && prepared.x_is_difference) inside.emplace_back("r, through x = y - r");
   if (inside.empty() && outside.empty())
-    entry.lines.push_back({"none was recorded: the equation is of free or self-excited motion"});
+    entry.lines.push_back({"none was recorded: the equation describes free or self-excited motion"});
   else
     entry.lines.push_back(
         {fmt::format("in the equation: {}; recorded and not in it: {}", inside.empty() ? "none" : joined(inside),

@@ -7,13 +7,10 @@
 #include <cmath>
 #include <numeric>
 
-#include "apps/output/html_writer.hpp"
-#include "apps/page/assets.hpp"
 #include "apps/page/chart_data.hpp"
-#include "apps/page/page_frame.hpp"
+#include "apps/page/document.hpp"
 #include "apps/page/page_sections.hpp"
 #include "apps/process/printable.hpp"
-#include "apps/process/version.hpp"
 
 namespace apps {
 namespace {
@@ -50,19 +47,16 @@ std::vector<std::size_t> chosen_first(const RunResults& results) {
   return order;
 }
 
-void write_contents(const RunResults& results, HtmlWriter& html) {
-  html.open("nav", {{"aria-label", "contents"}}).open("ul");
-  const auto link = [&](const std::string& to, const std::string& text) {
-    html.open("li").element("a", text, {{"href", "#" + to}}).close();
-  };
+std::vector<PageLink> contents_of(const RunResults& results) {
+  std::vector<PageLink> links;
   for (const std::size_t i : chosen_first(results))
-    link(fmt::format("range-{}", i + 1), "Range " + printable(results.ranges[i].spec.name, 60));
-  if (!results.predictions.empty()) link("others", "Other recordings");
-  link("record", "The record");
-  link("front-end", "Front end");
-  link("repeat", "How to repeat it");
-  link("words", "Words on this page");
-  html.close().close();
+    links.push_back({fmt::format("range-{}", i + 1), "Range " + printable(results.ranges[i].spec.name, 60)});
+  if (!results.predictions.empty()) links.push_back({"others", "Other recordings"});
+  links.insert(links.end(), {{"record", "The record"},
+                             {"front-end", "Front end"},
+                             {"repeat", "How to repeat it"},
+                             {"words", "Words on this page"}});
+  return links;
 }
 
 /// Points a series may have: what all of them take together, two bytes each, stays below 3 MB.
@@ -125,25 +119,19 @@ std::string report_page(const RunResults& results, const PageContent& content) {
   constexpr std::size_t most_names = 4;
   if (names.size() > most_names) names.resize(most_names), names.emplace_back("...");
   const std::string title = fmt::format("Equation of motion from {}", fmt::join(names, ", "));
-  HtmlWriter html;
-  open_page(title, html);
-  write_first_screen(content.first, html);
-  write_contents(results, html);
-  const Eigen::Index most = most_points(content);
-  for (const std::size_t i : chosen_first(results))
-    write_range(results.ranges[i], results, content.range_figures[i], most, html);
-  write_agreement(results, html);
-  write_predictions(results, content.prediction_figures, most, html);
-  write_record(results, content.record_figures, most, html);
-  write_front_end(results, content.record_figures, most, html);
-  write_repeat(results, content.config, html);
-  write_words(html);
-  html.close();
-  html.open("footer").element("p", "Written by Ardent " + version() + ". Charts: uPlot, MIT licence:");
-  html.open("details").element("summary", "licence of uPlot").element("pre", uplot_licence()).close().close();
-  html.open("script").markup(uplot_script()).close().open("script").markup(page_script()).close();
-  html.close().close();
-  return html.html();
+  return html_document(title, [&](HtmlWriter& html) {
+    write_first_screen(content.first, html);
+    write_contents(contents_of(results), html);
+    const Eigen::Index most = most_points(content);
+    for (const std::size_t i : chosen_first(results))
+      write_range(results.ranges[i], results, content.range_figures[i], most, html);
+    write_agreement(results, html);
+    write_predictions(results, content.prediction_figures, most, html);
+    write_record(results, content.record_figures, most, html);
+    write_front_end(results, content.record_figures, most, html);
+    write_repeat(results, content.config, html);
+    write_words(html);
+  });
 }
 
 }  // namespace apps

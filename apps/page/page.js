@@ -44,7 +44,8 @@
     };
   }
 
-  const digits = value => value == null ? "-" : Number(value.toPrecision(4)).toString();
+  const digits = (value, most = 4) => value == null ? "-" : Number(value.toPrecision(most)).toString();
+  const place_digits = 8;  // of an abscissa: milliseconds of a day
 
   function draw(figure) {
     const chart = JSON.parse(figure.querySelector("script").textContent), place = figure.querySelector(".plot");
@@ -56,9 +57,9 @@
     const options = {
       width: place.clientWidth, height: height(),
       scales: { x: { time: false } },
-      axes: [axis(chart.x_label),
-             Object.assign(axis(chart.y_label), { size: 62, values: (u, ticks) => ticks.map(digits) })],
-      series: [{ label: chart.x_label, value: (u, v) => digits(v) }].concat(chart.series.map(one => ({
+      axes: [Object.assign(axis(chart.x_label), { values: (u, ticks) => ticks.map(v => digits(v, place_digits)) }),
+             Object.assign(axis(chart.y_label), { size: 62, values: (u, ticks) => ticks.map(v => digits(v)) })],
+      series: [{ label: chart.x_label, value: (u, v) => digits(v, place_digits) }].concat(chart.series.map(one => ({
         label: one.label || chart.y_label, stroke: () => colour(!one.dashed && overlaid ? "under" : one.colour),
         width: one.dashed ? 1.8 : overlaid ? 3.5 : 1.3,
         dash: one.dashed ? [7, 4] : undefined, spanGaps: false, points: { show: one.n < 60 },

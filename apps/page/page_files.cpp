@@ -11,26 +11,18 @@
 #include "apps/page/page.hpp"
 
 namespace apps {
-namespace {
-
-void write_figure_files(const RunFigure& figure, RunFolder& folder) {
-  folder.write("figures/" + figure.name + ".svg", figure_svg(figure));
-  std::string numbers;
-  write_figure_numbers(figure, [&](std::string_view text) { numbers += text; });
-  folder.write("figures/" + figure.name + ".csv", numbers);
-}
-
-}  // namespace
-
 void write_page(const RunResults& results, const FirstScreen& first, RunFolder& folder, Console& console) {
   const auto start = std::chrono::steady_clock::now();
   console.step("writing report.html");
   // Paths as from beside the recording: wherever the folder lies, the page is the same.
   const std::filesystem::path beside = results.config.recordings.front().file.parent_path();
   PageContent content{.first = first, .config = to_toml(results.config, beside.empty() ? "." : beside)};
+  const auto drawn = shown_progress(console, "drawing figures");
+  const auto all_parts = static_cast<double>(results.ranges.size() + 1);
   const auto into = [&](std::vector<RunFigure>& figures) {
     return [&](RunFigure figure) {
-      write_figure_files(figure, folder);
+      drawn(static_cast<double>(content.range_figures.size()) / (1.0 + all_parts));
+      write_figure_files(figure, [&](const std::string& name, std::string_view bytes) { folder.write(name, bytes); });
       figures.push_back(decimated(std::move(figure), most_points_of_a_page));
     };
   };

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <optional>
 
+#include "apps/page/evidence_figures.hpp"
 #include "apps/page/figures.hpp"
 #include "apps/page/power_spectrum.hpp"
 #include "dsp/filter/strongest_line.hpp"
@@ -194,11 +195,13 @@ std::optional<RunFigure> free_run_figure(const RangeView& view) {
   while (last > first && !std::isfinite(predicted(last - 1))) --last;
   if (first == last) return {};
   const std::string figure_of_merit = run.reason.empty() ? fmt::format("NMSE {:.2g}", run.nmse_centred) : run.reason;
-  RunFigure figure{view.slug + "-free-run",
-                   fmt::format("Free run of the equation over the measured x, on data of {} that were not fitted: "
-                               "started once from the measured state of each interval, then on its own ({}).",
-                               view.title, figure_of_merit),
-                   {"free run on data not fitted", "time (s)", axis("x", view.unit("x"))}};
+  RunFigure figure{
+      view.slug + "-free-run",
+      fmt::format(
+          "Free run of the equation beside the measured x, on data of {} that were not fitted. It starts from the "
+          "measured state at the beginning of each interval and is integrated with the measured inputs alone ({}).",
+          view.title, figure_of_merit),
+      {"free run on data not fitted", "time (s)", axis("x", view.unit("x"))}};
   const VectorXd times = view.times_s.segment(first, last - first);
   figure.panel.series = {
       {"measured", times, measured.segment(first, last - first), PlotStyle::line, PlotColour::black},
@@ -214,7 +217,7 @@ std::optional<RunFigure> free_run_figure(const RangeView& view) {
 RunFigure residual_figure(const RangeView& view) {
   RunFigure figure{
       view.slug + "-residual",
-      fmt::format("What the equation leaves of {}, sample by sample, in {}.", view.fit.model.target, view.title),
+      fmt::format("Measured less identified {}, sample by sample, in {}.", view.fit.model.target, view.title),
       {"residual: measured less identified", "time (s)", view.residual_axis()}};
   figure.panel.series = {
       {"residual", view.times_s, view.clock.on_clock(view.residual), PlotStyle::line, PlotColour::blue}};
@@ -227,12 +230,12 @@ std::optional<RunFigure> spectrum_figure(const RangeView& view) {
   const auto target = power_spectrum_db(view.clock.on_clock(view.range.target), rate_hz),
              residual = power_spectrum_db(view.clock.on_clock(view.residual), rate_hz);
   if (target.frequency_hz.size() == 0 || residual.frequency_hz.size() == 0) return {};
-  RunFigure figure{view.slug + "-spectrum",
-                   fmt::format("Power spectra in {}: a residual as high as the target at some frequency says that "
-                               "nothing is explained there.",
-                               view.title),
-                   {"spectra of target and residual", "frequency (Hz)",
-                    fmt::format("power density (dB re 1 ({})^2/Hz)", view.fit.model.target_unit)}};
+  RunFigure figure{
+      view.slug + "-spectrum",
+      fmt::format("Power spectra in {}. Where the residual is as high as the target, the equation explains none of it.",
+                  view.title),
+      {"spectra of target and residual", "frequency (Hz)",
+       fmt::format("power density (dB re 1 ({})^2/Hz)", view.fit.model.target_unit)}};
   figure.panel.series = {{"measured", target.frequency_hz, target.power_db, PlotStyle::line, PlotColour::black},
                          {"residual", residual.frequency_hz, residual.power_db, PlotStyle::dashed, PlotColour::blue}};
   constexpr double beyond_band = 1.25;
@@ -249,25 +252,26 @@ PlotSeries cloud(const std::string& label, const VectorXd& x, const VectorXd& y,
 
 void add_residual_clouds(const RangeView& view, const FigureTaker& take) {
   for (const dsp::Signal& signal : view.signals().signals) {
-    const dsp::SignalInfo* known = dsp::find_signal(signal.name);
-    const bool of_interest = signal.name == "x" || signal.name == "v" || known == nullptr || known->in_default_library;
+    const bool of_interest = signal.name == "x" || signal.name == "v" || ident::acts_from_outside(signal);
     if (!of_interest || signal.name == view.fit.model.target) continue;
-    RunFigure figure{fmt::format("{}-residual-{}", view.slug, dsp::slug(signal.name)),
-                     fmt::format("Residual against {}: a shape in the cloud is a term that is missing.", signal.name),
-                     {"residual against " + signal.name, axis(signal.name, signal.unit), view.residual_axis()},
-                     false};
+    RunFigure figure{
+        fmt::format("{}-residual-{}", view.slug, dsp::slug(signal.name)),
+        fmt::format("Residual against {}. It should have no shape: a curve or a step is a missing term.", signal.name),
+        {"residual against " + signal.name, axis(signal.name, signal.unit), view.residual_axis()},
+        false};
     figure.panel.series = {cloud("", view.on_rows(signal.name), view.residual, PlotColour::blue)};
     take(std::move(figure));
   }
 }
 
 RunFigure phase_figure(const RangeView& view) {
-  RunFigure figure{view.slug + "-phase",
-                   fmt::format("Where in the plane of x and v the data of {} lie: the equation is known there, and "
-                               "nowhere else.",
-                               view.title),
-                   {"phase portrait", axis("x", view.unit("x")), axis("v", view.unit("v"))},
-                   false};
+  RunFigure figure{
+      view.slug + "-phase",
+      fmt::format(
+          "States (x, v) in the data of {}. Between them the equation is tested; beyond them it is an extrapolation.",
+          view.title),
+      {"phase portrait", axis("x", view.unit("x")), axis("v", view.unit("v"))},
+      false};
   figure.panel.series = {cloud("", view.on_rows("x"), view.on_rows("v"), PlotColour::black)};
   return figure;
 }
@@ -319,29 +323,12 @@ void add_restoring_force(const RangeView& view, const FigureTaker& take) {
   };
   const VectorXd grid_x = grid_over(x), grid_v = grid_over(v), none = VectorXd::Zero(grid_x.size());
   add("x", x, spring, grid_x, restoring_force(model, grid_x, none, at_rest),
-      "The spring: identified force at v = 0; the points add what was measured beyond the equation.");
+      "The spring. Line: identified force at v = 0. Points: the same with the residual of each sample added, so that "
+      "their distance from the line is the residual.");
   add("v", v, both - spring, grid_v,
       restoring_force(model, none, grid_v, at_rest) - restoring_force(model, none, none, at_rest),
-      "Damping and friction: identified force at x = 0; the points are at the x that was measured, and add what was "
-      "measured beyond the equation.");
-}
-
-std::optional<RunFigure> evidence_figure(const RangeView& view) {
-  std::vector<double> moves, evidence;
-  for (std::size_t i = 0; i < view.fit.fit.steps.size(); ++i)
-    if (const double value = view.fit.fit.steps[i].log_evidence; std::isfinite(value)) {
-      moves.push_back(static_cast<double>(i));
-      evidence.push_back(value);
-    }
-  if (moves.size() < 2) return {};
-  RunFigure figure{view.slug + "-evidence",
-                   "Log evidence behind each move of the search: it rises while terms earn their place.",
-                   {"evidence path", "move", "log evidence"}};
-  const auto as_vector = [](const std::vector<double>& values) {
-    return VectorXd(Eigen::Map<const VectorXd>(values.data(), std::ssize(values)));
-  };
-  figure.panel.series = {{"log evidence", as_vector(moves), as_vector(evidence), PlotStyle::line, PlotColour::black}};
-  return figure;
+      "Damping and friction. Line: identified force at x = 0. Points: the same at the measured x, with the residual of "
+      "each sample added.");
 }
 
 /// Two ranges may differ by what a file name cannot hold, "low+" and "low-".
@@ -375,7 +362,7 @@ void range_figures(const ident::RangeResult& range, const RunResults& results, c
     take(phase_figure(view));
   }
   add_residual_clouds(view, take);
-  take_if_any(evidence_figure(view));
+  evidence_figures(*chosen.fit, view.slug, take);
 }
 
 }  // namespace apps

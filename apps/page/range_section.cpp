@@ -43,8 +43,9 @@ void write_coefficients(const ident::Model& model, HtmlWriter& html) {
                     number_or_dash(100.0 * term.coefficient_of_variation(), "{:.2g} %"),
                     number_or_dash(term.inclusion_probability, "{:.3f}"), budget(term)});
   html.table("Coefficients",
-             {"term", "coefficient", "unit", "standard deviation", "with calibration (SI)", "relative",
-              "probability of belonging", "uncertainty from (share of the variance)"},
+             {"term", "coefficient", "unit", "standard deviation", "standard deviation with calibration (SI)",
+              "standard deviation / coefficient", "probability of belonging",
+              "largest sources of uncertainty (share of the variance)"},
              rows);
 }
 
@@ -52,7 +53,7 @@ void write_decisions(const ident::RangeResult& range, const ident::JudgedFit& fi
   std::vector<Strings> rows;
   for (const ident::RejectedTerm& term : fit.model.rejected)
     rows.push_back({term.name, number_or_dash(term.inclusion_probability, "{:.3f}")});
-  html.open("details").element("summary", "What was decided, and what could not be");
+  html.open("details").element("summary", "Candidates that were not kept, and remarks");
   if (!rows.empty()) html.table("Candidates that were not kept", {"term", "probability of belonging"}, rows);
   Strings open;
   for (const auto& [kept, other] : fit.ties) open.push_back(fmt::format("{} and {}", kept, other));
@@ -62,7 +63,8 @@ void write_decisions(const ident::RangeResult& range, const ident::JudgedFit& fi
                                   ranking.num_models, ranking.all ? "all there are" : "those near the kept terms",
                                   ranking.odds()));
   }
-  if (!open.empty()) html.element("p", fmt::format("Not to be told apart on these data: {}.", fmt::join(open, "; ")));
+  if (!open.empty())
+    html.element("p", fmt::format("Cannot be distinguished on these data: {}.", fmt::join(open, "; ")));
   for (const ident::DroppedTerm& term : range.dropped)
     html.element("p", fmt::format("Left out: {} ({})", term.name, term.reason));
   html.open("ul");
@@ -86,11 +88,11 @@ void write_errors(const ident::JudgedFit& fit, HtmlWriter& html) {
                             {"test", shown(fit.test), shown(fit.test_centred)},
                             {"free run of x, test", shown({fit.free_run.nmse, fit.free_run.reason}),
                              shown({fit.free_run.nmse_centred, fit.free_run.reason})}};
-  html.table(fmt::format("Errors as fractions of power (NMSE); noise of {} {} {}", fit.model.target,
-                         number_or_dash(fit.model.noise_std), fit.model.target_unit),
+  html.table(fmt::format("Errors as fractions of the power of the signal (NMSE). Noise of {}: {} {} rms",
+                         fit.model.target, number_or_dash(fit.model.noise_std), fit.model.target_unit),
              {"on", "NMSE", "about the mean"}, rows);
   if (!fit.bands_reason.empty()) return;
-  html.table("Predicted against actual spread: test data inside their bands", {"band", "inside"},
+  html.table("Predicted and actual spread: share of the test data inside the predicted bands", {"band", "inside"},
              {{"50 %", fmt::format("{:.1f} %", 100.0 * fit.bands.within_50)},
               {"90 %", fmt::format("{:.1f} %", 100.0 * fit.bands.within_90)},
               {"95 %", fmt::format("{:.1f} %", 100.0 * fit.bands.within_95)}});
@@ -128,7 +130,8 @@ void write_prediction(const ident::RecordPrediction& prediction, HtmlWriter& htm
                     : *one.carries ? "carries over"
                                    : "does not carry over"});
   if (!rows.empty())
-    html.table("Coefficients here and there", {"term", "identified", "on this recording", "carries over?"}, rows);
+    html.table("Coefficients of the run and of this recording",
+               {"term", "identified", "on this recording", "carries over?"}, rows);
 }
 
 }  // namespace
@@ -144,8 +147,9 @@ void write_agreement(const RunResults& results, HtmlWriter& html) {
       if (pair.method == pairs.front().method)  // the other methods' are in equation.json
         rows.push_back({fmt::format("{} and {}", pair.range_a, pair.range_b), term.sentence});
   if (!rows.empty()) {
-    html.element("p",
-                 "Not in all. A term that only one of them has, or that changes its sign, is not the physics of both.");
+    html.element(
+        "p",
+        "Not in every coefficient. A term that only one range has, or that changes its sign, does not describe both.");
     html.table(fmt::format("Disagreements beyond five standard deviations ({})", pairs.front().method),
                {"ranges", "what differs"}, rows);
   }

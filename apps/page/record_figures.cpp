@@ -66,8 +66,8 @@ std::optional<RunFigure> filter_figure(const dsp::Prepared& prepared, const std:
   const double rate_hz = prepared.signals.sample_rate_hz;
   const VectorXd frequency_hz = VectorXd::LinSpaced(points, 0.0, 1.5 * rate_hz);
   RunFigure figure{prefix + "-filter",
-                   fmt::format("What the decimation from {:.6g} Hz to {:.6g} Hz passes: measured on its filters' "
-                               "coefficients. Above {:.4g} Hz everything would fold.",
+                   fmt::format("Gain of the filter that decimates from {:.6g} Hz to {:.6g} Hz, computed from its "
+                               "coefficients. What it passed above {:.4g} Hz would alias.",
                                prepared.decimation->stages.front().input_rate_hz, rate_hz, 0.5 * rate_hz),
                    {"front-end filter", "frequency (Hz)", "gain (dB)"}};
   figure.panel.series = {{"gain", frequency_hz,
@@ -84,13 +84,13 @@ std::optional<RunFigure> before_and_behind(const dsp::Prepared& prepared, const 
              behind = power_spectrum_db(kept->values, prepared.signals.sample_rate_hz);
   if (before.frequency_hz.size() == 0 || behind.frequency_hz.size() == 0) return {};
   RunFigure figure{prefix + "-spectra",
-                   fmt::format("Spectrum of {} at {:.6g} Hz, before the column filter, and at the {:.6g} Hz of the "
-                               "regression, behind it.",
+                   fmt::format("Spectrum of {} at {:.6g} Hz, before the filter of the columns, and at the {:.6g} Hz of "
+                               "the regression, after it.",
                                target, prepared.intermediate.sample_rate_hz, prepared.signals.sample_rate_hz),
-                   {"spectra before and behind the filter", "frequency (Hz)",
+                   {"spectra before and after the filter", "frequency (Hz)",
                     fmt::format("power density (dB re 1 ({})^2/Hz)", wide->unit)}};
   figure.panel.series = {{"before", before.frequency_hz, before.power_db, PlotStyle::line, PlotColour::black},
-                         {"behind", behind.frequency_hz, behind.power_db, PlotStyle::dashed, PlotColour::vermilion}};
+                         {"after", behind.frequency_hz, behind.power_db, PlotStyle::dashed, PlotColour::vermilion}};
   return figure;
 }
 
@@ -107,7 +107,8 @@ RunFigure steps_figure(const RunResults& results, const RecordingSteps& recordin
   const dsp::Signal* x = results.inputs.front().prepared.signals.find("x");
   RunFigure figure{
       prefix + "-response",
-      fmt::format("{}: amplitude of x at every step of the sine that settled, against its frequency.", recording.first),
+      fmt::format("{}: amplitude of x against frequency, at every step of the sine that reached a steady response.",
+                  recording.first),
       {"frequency response", "frequency (Hz)", fmt::format("amplitude of x ({})", x != nullptr ? x->unit : "")},
       false};
   const auto measured = [&](const char* label, int direction, PlotColour colour) {
@@ -130,8 +131,9 @@ RunFigure steps_figure(const RunResults& results, const RecordingSteps& recordin
   identified("equation, up", response->up, PlotStyle::dashed);
   identified("equation, down", response->down, PlotStyle::line);
   figure.caption +=
-      " Lines: the chosen equation, walked up and down at the median amplitude of the drive. What a resting payload "
-      "withstands does not show while it slips, so the equation may lock elsewhere; ardent frc takes it as an option.";
+      " Lines: steady response of the chosen equation, frequency rising and falling, at the median amplitude of the "
+      "drive. Static friction does not show while the payload slips, so the frequency at which it locks may differ; "
+      "ardent frc --static-friction sets it.";
   return figure;
 }
 
@@ -141,10 +143,10 @@ void prediction_figures(const RunResults& results, const FigureTaker& take) {
   int number = 0;
   for (const ident::RecordPrediction& prediction : results.predictions) {
     if (prediction.time_s.size() == 0) continue;
-    RunFigure figure{fmt::format("prediction-{}", ++number),
-                     fmt::format("{}, none of which was fitted: x as measured, and the chosen equation run free.",
-                                 prediction.recording),
-                     {"free run on another recording", "time (s)", fmt::format("x ({})", prediction.unit)}};
+    RunFigure figure{
+        fmt::format("prediction-{}", ++number),
+        fmt::format("{}, not fitted: measured x and the free run of the chosen equation.", prediction.recording),
+        {"free run on another recording", "time (s)", fmt::format("x ({})", prediction.unit)}};
     figure.panel.series = {
         {"measured", prediction.time_s, prediction.x, PlotStyle::line, PlotColour::black},
         {"free run", prediction.time_s, prediction.predicted, PlotStyle::dashed, PlotColour::vermilion}};

@@ -34,7 +34,7 @@ void write_regimes(const Input& input, HtmlWriter& html) {
                     std::string(to_string(segment.regime)), segment.reason});
   }
   html.open("details").element(
-      "summary", fmt::format("{}: {} regimes one behind the other", printable(input.prepared.name, 200), rows.size()));
+      "summary", fmt::format("{}: {} intervals of regimes", printable(input.prepared.name, 200), rows.size()));
   html.table("Regimes", {"from (s)", "to (s)", "regime", "why"}, rows);
   for (const std::string& remark : input.segmentation.remarks) html.element("p", remark);
   html.close();
@@ -49,7 +49,7 @@ void write_excluded(const Input& input, HtmlWriter& html) {
   }
   const std::string name = printable(input.prepared.name, 200);
   if (rows.empty()) {
-    html.element("p", name + ": nothing but its ends is left out.");
+    html.element("p", name + ": only its ends are left out.");
     return;
   }
   html.open("details").element("summary",
@@ -118,12 +118,12 @@ void write_front_end(const RunResults& results, const std::vector<RunFigure>& fi
   if (first.decimation)
     html.table("Filter from the recording to the regression rate", {"property", "value"},
                {{"pass-band ripple", number(first.decimation->passband_ripple_db) + " dB"},
-                {"rejection of what folds", number(first.decimation->alias_rejection_db) + " dB"},
+                {"alias rejection", number(first.decimation->alias_rejection_db) + " dB"},
                 {"delay, already removed", number(first.decimation->delay_s) + " s"},
-                {"columns flat to", number(first.options.cutoff_hz) + " Hz"}});
+                {"flat to", number(first.options.cutoff_hz) + " Hz"}});
   else
     html.element("p",
-                 fmt::format("The record stays at its own rate; columns roll off from {:.4g} Hz and end at {:.4g} Hz.",
+                 fmt::format("The record keeps its own rate; signals roll off from {:.4g} Hz and end at {:.4g} Hz.",
                              first.options.rolloff_hz, first.options.cutoff_hz));
   for (const RunFigure& figure : figures)
     if (is_of_front_end(figure)) write_figure(figure, most_points, html);
@@ -137,32 +137,31 @@ void write_words(HtmlWriter& html) {
       {"a, v, x",
        "acceleration, velocity and displacement of the payload relative to its base (x = y - r); y, dy, ddy are "
        "the payload's own motion, r, dr, ddr the base's, f a force or another input that was measured."},
-      {"-50.0(4)", "-50.0 with a standard deviation of 0.4: what is in brackets counts in the last digits."},
+      {"-50.0(4)", "-50.0 with a standard deviation of 0.4: the number in brackets is in units of the last digit."},
       {"e+04", "times ten to the power of 4."},
       {"sgn(v)", "the sign of the velocity, +1 or -1: dry friction."},
       {"k3/m", "cubic stiffness per mass: the restoring force per mass is (k/m) x + (k3/m) x^3."},
       {"frequency at an amplitude",
-       "of free vibration without damping at that amplitude of x, sqrt(k/m + 3/4 (k3/m) A^2) / 2 pi: where the "
-       "response "
-       "peaks when it is that large."},
+       "of free vibration without damping at amplitude A of x: sqrt(k/m + 3/4 (k3/m) A^2) / (2 pi). A resonance peak "
+       "of that amplitude is near it."},
       {"NMSE",
-       "power of the error as a fraction of the power of the signal (about its mean where that is said): 0.01 is an "
-       "error of a tenth of the amplitude."},
+       "power of the error as a fraction of the power of the signal (about its mean where so stated). 0.01 is an error "
+       "of 10 % of the rms, 0.0001 of 1 %."},
       {"one step ahead", "the target predicted from the measured state of the same moment."},
       {"free run",
-       "the equation integrated from one measured state, driven by the measured inputs and by nothing else: "
-       "the harder test."},
+       "the equation integrated from one measured state, driven by the measured inputs alone. Errors accumulate, so it "
+       "is the harder test."},
       {"train, test", "data that the equation was fitted to, and data that it was not."},
       {"range, regime",
        "data that are fitted together; low, high: the lower and upper branch of a response with a jump; "
        "stick: the payload does not move relative to its base."},
       {"fast_rvm, slow_rvm, sindy",
-       "methods of sparse regression: they keep the terms that the data ask for and give the "
-       "others zero."},
+       "methods of sparse regression: they keep the terms that the data support and set the coefficients of the others "
+       "to zero."},
       {"probability of belonging", "of a term to the equation, given the data."},
       {"power balance",
-       "mean of v times a over their standard deviations. Steady motion keeps no power, so anything but "
-       "zero is a phase error between the two sensors, which would be taken for damping."}};
+       "mean of v times a divided by the standard deviations of v and a. In steady motion it is zero. Another value is "
+       "a phase error between the two sensors, and a regression would take it for damping."}};
   html.open("section", {{"id", "words"}}).element("h2", "Words on this page").open("dl");
   for (const auto& [word, meaning] : words) html.element("dt", word).element("dd", meaning);
   html.close().close();

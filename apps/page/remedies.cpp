@@ -51,7 +51,8 @@ void add_uncorrected(const RunResults& results, std::vector<Remedy>& found) {
   for (const Input& input : results.inputs)
     for_each_problem(input, [&](const dsp::SensorRelation& relation, const dsp::SensorProblem& problem) {
       if (dsp::is_corrected(input.prepared, relation, problem)) return;
-      const char* doubt = problem.either ? " (or of its partner: which of the two is wrong cannot be seen)" : "";
+      const char* doubt =
+          problem.either ? " (or of its partner: the record does not show which of the two is wrong)" : "";
       ChannelLines lines;
       add_line(lines, problem.channel, line_for(input, problem));
       found.push_back(
@@ -68,11 +69,10 @@ void add_corrected(const RunResults& results, std::vector<Remedy>& found) {
         add_line(lines, problem.channel, line_for(input, problem));
     });
     if (!lines.empty())
-      found.push_back(
-          {fmt::format("Nothing for this run: gains, lags and AC couplings that {} does not know were found and "
-                       "corrected. To write them down there:",
-                       input.sidecar),
-           to_paste(lines)});
+      found.push_back({fmt::format("Optional, as it is corrected in this run: gains, lags and AC couplings that {} "
+                                   "does not state were found. To state them there:",
+                                   input.sidecar),
+                       to_paste(lines)});
   }
 }
 
@@ -121,19 +121,18 @@ void add_cause(const RunResults& results, const ident::RangeResult& range, const
     case ident::Cause::missing_input:
     case ident::Cause::switch_variable:
       if (fit.explanation)
-        found.push_back({fmt::format("{} explains {:.0f} % of what the equation leaves over. In the config:",
+        found.push_back({fmt::format("{} explains {:.0f} % of the power of the residual. In the config:",
                                      fit.explanation->what, 100.0 * fit.explanation->fraction),
                          with_terms(results.config, {fit.explanation->what})});
       else if (const auto untried = inputs_not_tried(range, results.inputs.front().prepared.signals); !untried.empty())
-        found.push_back(
-            {fmt::format("Something drives the motion that is not in the equation; {} {} recorded and {} no "
-                         "candidate. In the config:",
-                         fmt::join(untried, " and "), untried.size() == 1 ? "was" : "were",
-                         untried.size() == 1 ? "is" : "are"),
-             with_terms(results.config, untried)});
+        found.push_back({fmt::format("An input that drives the motion is not in the equation; {} {} recorded and {} no "
+                                     "candidate. In the config:",
+                                     fmt::join(untried, " and "), untried.size() == 1 ? "was" : "were",
+                                     untried.size() == 1 ? "is" : "are"),
+                         with_terms(results.config, untried)});
       else
         found.push_back(
-            {"Something drives the motion that is not in the equation: record it, or leave those times out.", {}});
+            {"An input that drives the motion is not in the equation: record it, or leave those times out.", {}});
       break;
     case ident::Cause::wide_band:
       found.push_back({fmt::format("Above {:.3g} Hz the target is noise. In the config:", fit.noise.needed_hz),
@@ -141,8 +140,8 @@ void add_cause(const RunResults& results, const ident::RangeResult& range, const
       break;
     case ident::Cause::missing_term:
       found.push_back(
-          {"What is left over returns with the state, so a term is missing: try a larger library. In the "
-           "config:",
+          {"The residual repeats whenever the motion returns to the same state, so a term is missing. Try more "
+           "candidates; in the config:",
            larger_library(results.config)});
       break;
     case ident::Cause::noise:
@@ -174,7 +173,7 @@ std::vector<Remedy> remedies(const RunResults& results) {
   if (const ChosenEquation chosen = chosen_equation(results.ranges); chosen.fit != nullptr)
     add_cause(results, *chosen.range, *chosen.fit, found);
   else if (!rests_on_the_ground(results))
-    found.push_back({"No candidate explains more than noise does: try a larger library. In the config:",
+    found.push_back({"No candidate explains more than noise does. Try more candidates; in the config:",
                      larger_library(results.config)});
   for (const Input& input : results.inputs)
     for (const dsp::Check& check : input.prepared.checks)

@@ -66,7 +66,7 @@ const char* in_words(ident::FitStatus status) {
     case ident::FitStatus::no_relevant_term:
       return "no term explains more than noise";
     case ident::FitStatus::rank_deficient:
-      return "terms that make one another up";
+      return "candidate terms that depend on one another";
     case ident::FitStatus::too_few_rows:
       return "too few samples for the terms";
     case ident::FitStatus::zero_target:

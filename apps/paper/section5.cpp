@@ -113,7 +113,8 @@ void fit_all(const std::vector<Candidates>& candidates, Config config, std::vect
     config.library = offered.library;
     const auto libraries = compile_libraries(config, inputs);
     auto columns = all_columns(config, inputs, libraries, 0, console);
-    const ident::IdentifyOptions options = identify_options(config, inputs, 1);
+    ident::IdentifyOptions options = identify_options(config, inputs, 1);
+    options.poll = shown_poll(console, "fitting");
     for (const Section5Case* definition : offered.cases) {
       check_interrupted();
       ident::RangeResult result = ident::identify(range_of(config, *definition), columns, libraries.front(), options);

@@ -3,9 +3,13 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <limits>
+#include <thread>
 
 #include "apps/process/interrupt.hpp"
 #include "apps/process/printable.hpp"
@@ -13,7 +17,7 @@
 
 namespace apps {
 namespace {
-constexpr std::chrono::milliseconds redraw_interval{100};
+constexpr std::chrono::milliseconds redraw_interval{100}, quiet_time{1000};
 constexpr int bar_width = 30;
 }  // namespace
 
@@ -57,13 +61,20 @@ void Console::error(std::string_view name, std::string_view text, std::string_vi
 }
 
 void Console::progress(std::string_view what, double fraction) {
+  if (!draws_progress_) return;
   const auto now = std::chrono::steady_clock::now();
-  if (!draws_progress_ || (now - drawn_ < redraw_interval && fraction < 1.0)) return;
+  if (what != phase_) {
+    clear_progress();
+    phase_ = what;
+    phase_began_ = now;
+    drawn_ = {};
+  }
+  const bool quiet = options_.progress == ProgressMode::automatic && now - phase_began_ < quiet_time;
+  if (quiet || (now - drawn_ < redraw_interval && !(fraction >= 1.0))) return;
   drawn_ = now;
   progress_shown_ = true;
-  const int filled = static_cast<int>(fraction * bar_width + 0.5);
-  const std::string line = fmt::format("\r{} [{:#<{}}{:{}}] {:3.0f} %", printable(what, 60), "", filled, "",
-                                       bar_width - filled, 100 * fraction);
+  const double elapsed_s = std::chrono::duration<double>(now - phase_began_).count();
+  const std::string line = "\r" + progress_line(printable(what, 60), fraction, elapsed_s) + "\033[K";
   std::fwrite(line.data(), 1, line.size(), stderr);
 }
 
@@ -73,10 +84,28 @@ void Console::clear_progress() {
   progress_shown_ = false;
 }
 
+std::string progress_line(std::string_view what, double fraction, double elapsed_s) {
+  if (!std::isfinite(fraction)) return fmt::format("{}, {:.0f} s", what, elapsed_s);
+  const double done = std::clamp(fraction, 0.0, 1.0);
+  const int filled = static_cast<int>(done * bar_width + 0.5);
+  std::string line = fmt::format("{} [{:#<{}}{:{}}] {:3.0f} %", what, "", filled, "", bar_width - filled, 100.0 * done);
+  if (done > 0.0 && elapsed_s > 0.0)
+    line += fmt::format(", {:.3g} %/s, {:.0f} s left", 100.0 * done / elapsed_s, elapsed_s * (1.0 - done) / done);
+  return line;
+}
+
 std::function<void(double)> shown_progress(Console& console, std::string what) {
   return [&console, what = std::move(what)](double share) {
     check_interrupted();
     console.progress(what, share);
+  };
+}
+
+std::function<void()> shown_poll(Console& console, std::string what, std::function<double()> fraction) {
+  return [&console, what = std::move(what), fraction = std::move(fraction), drawer = std::this_thread::get_id()] {
+    check_interrupted();
+    if (std::this_thread::get_id() == drawer)
+      console.progress(what, fraction ? fraction() : std::numeric_limits<double>::quiet_NaN());
   };
 }
 

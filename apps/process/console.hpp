@@ -31,7 +31,8 @@ class Console {
   void warning(std::string_view name, std::string_view text);
   /// `lines` follow as they are, to be copied.
   void error(std::string_view name, std::string_view text, std::string_view lines = {});
-  /// Fraction done of the step under way, redrawn in place on a terminal, at most ten times a second.
+  /// Fraction done of the phase `what`, NaN where nothing tells: drawn on a terminal with rate and remaining time, in
+  /// place, at most ten times a second, once the phase has lasted a second (ProgressMode::always: from its beginning).
   void progress(std::string_view what, double fraction);
   /// Everything said so far except results and progress, one line each: no paths of the machine of our own. Times
   /// are in notes only.
@@ -45,14 +46,23 @@ class Console {
   void clear_progress();
   ConsoleOptions options_;
   bool draws_progress_ = false, progress_shown_ = false;
-  std::chrono::steady_clock::time_point drawn_{};
+  std::string phase_;
+  std::chrono::steady_clock::time_point drawn_{}, phase_began_{};
   std::string log_;
   std::vector<std::string> warnings_, errors_;
 };
 
+/// "fitting [#####     ]  50 %, 5 %/s, 10 s left"; "fitting, 10 s" where the fraction is NaN.
+[[nodiscard]] std::string progress_line(std::string_view what, double fraction, double elapsed_s);
+
 /// What a library calls with the fraction done: drawn as the progress of `what`; throws Interrupted when a signal has
 /// come. The console must outlive it.
 [[nodiscard]] std::function<void(double)> shown_progress(Console& console, std::string what);
+
+/// The same for a library that only polls, from any thread: those of the thread that called this are drawn.
+/// `fraction`: done so far; left out: not known.
+[[nodiscard]] std::function<void()> shown_poll(Console& console, std::string what,
+                                               std::function<double()> fraction = {});
 
 /// "channel: " for a check of one channel whose message does not begin with its name, else nothing.
 [[nodiscard]] std::string channel_prefix(const dsp::Check& check);

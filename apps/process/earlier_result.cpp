@@ -28,7 +28,7 @@ std::string sha256_written(const fs::path& file, const fs::path& shown) {
   try {
     return sha256_file(file);
   } catch (const dsp::Fault&) {
-    throw output_fault("output.write", shown, "cannot be read again. Look whether the disk is sound");
+    throw output_fault("output.write", shown, "cannot be read again. Check the disk");
   }
 }
 

@@ -74,7 +74,7 @@ Ending ending_of_exception() {
     return {code_numerics, "system.refused", "numerics", fmt::format("the system refuses: {}", error.what())};
   } catch (const std::exception& error) {
     return {code_bug, "bug", "bug",
-            fmt::format("a mistake of this program: {}. Please report it with the command line", error.what())};
+            fmt::format("an error in this program: {}. Please report it with the command line", error.what())};
   }
 }
 

@@ -22,17 +22,17 @@ const fs::path& not_around_us(const fs::path& destination) {
 
 /// Whether an earlier result of ours is at `destination`, which is not free otherwise: foreign.
 bool holds_result(const fs::path& destination) {
-  constexpr std::string_view advice = "so nothing is replaced. Choose another place with -o";
+  constexpr std::string_view advice = "so it is not replaced. Choose another place with -o";
   std::error_code error;
   const auto status = fs::symlink_status(destination, error);
   if (!fs::exists(status)) return false;
   if (!fs::is_directory(status))
-    throw output_fault("output.foreign", destination, fmt::format("is there and is no folder, {}", advice));
+    throw output_fault("output.foreign", destination, fmt::format("exists and is not a folder, {}", advice));
   if (entries_of(destination).empty()) return false;
   const auto listed = listed_outputs(destination);
   if (!listed)
     throw output_fault("output.foreign", destination,
-                       fmt::format("holds files and no manifest.json of Ardent's, {}", advice));
+                       fmt::format("holds files but no manifest.json of Ardent's, {}", advice));
   const std::vector<fs::path> foreign = foreign_entries(destination, *listed);
   if (foreign.empty()) return true;
   const bool several = foreign.size() > 1;

@@ -62,7 +62,7 @@ void rename_to_free(const fs::path& from, const fs::path& to) {
   if (error == EINVAL || error == ENOSYS)  // the file system cannot look and move in one step
     error = fs::exists(fs::symlink_status(to, unknown)) ? EEXIST : ::rename(from.c_str(), to.c_str()) == 0 ? 0 : errno;
   if (error == EEXIST)
-    throw output_fault("output.exists", to, "is there already. Use --force to replace it or -o to write elsewhere");
+    throw output_fault("output.exists", to, "exists already. Use --force to replace it or -o to write elsewhere");
   if (error != 0) throw cannot_write(to, error);
 }
 

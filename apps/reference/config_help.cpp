@@ -15,7 +15,7 @@ std::vector<SettingHelp> recording_help() {
       {"recording", "file", "The recording: WAV, RF64, W64, CAF, FLAC, AIFF, MATLAB v5, CSV or LabVIEW text."},
       {"recording", "sidecar", "Its sidecar. Several recordings may name the same one.", "",
        "NAME.ext.toml beside the recording, if there is one"},
-      {"recording", "salvage", "Read what is left of a recording that was cut short."},
+      {"recording", "salvage", "Read a recording that was cut short, as far as it goes."},
       {"recording", "uncalibrated",
        "Take channels without a sensitivity as raw numbers. Every output then says that they are raw."},
       {"recording", "use",
@@ -32,35 +32,33 @@ std::vector<SettingHelp> prepare_help() {
       {"prepare", "recipe",
        "\"matched\": candidate terms are formed from wide-band signals and pass the filter that the target passed. "
        "\"paper\": signals are filtered first and terms formed from them; sensors stay as they are."},
-      {"prepare", "rate_hz", "Rate at which rows are regressed; the recording is brought down to it.", "Hz",
+      {"prepare", "rate_hz", "Rate of the rows of the regression; the recording is decimated to it.", "Hz",
        "2.5 times cutoff_hz at least, a whole part of the record's own"},
       {"prepare", "cutoff_hz",
        "Above this frequency signals and terms are zero. Keep the harmonics of the motion below it.", "Hz",
-       "where the motion falls below its noise, and said; 0.4 of rate_hz where that is given"},
+       "where the motion falls below its noise, and printed; 0.4 of rate_hz where that is given"},
       {"prepare", "rolloff_hz", "Where the taper towards cutoff_hz begins.", "Hz", "0.78125 of cutoff_hz"},
       {"prepare", "state_cutoff_hz", "Upper end of the band in which x and v are formed before terms are made of them.",
        "Hz", "twice cutoff_hz, or what the intermediate rate allows"},
       {"prepare", "state_rolloff_hz", "Where the taper towards state_cutoff_hz begins.", "Hz",
        "0.64 of state_cutoff_hz; at the record's own rate 0.75 of it"},
-      {"prepare", "bus_rate_hz", "Intermediate rate at which terms are formed before they are brought to rate_hz.",
+      {"prepare", "bus_rate_hz", "Intermediate rate at which terms are formed before they are decimated to rate_hz.",
        "Hz", "about 10 times rate_hz"},
       {"prepare", "integrate_from_hz",
        "Where no displacement was recorded, x is integrated from a velocity or an acceleration above this frequency; "
        "slower motion and the zero of x are not known then.",
-       "Hz", "where the drift of the sensor ends, and said"},
+       "Hz", "where the drift of the sensor ends, and printed"},
       {"prepare", "acceleration",
        "Where accelerations come from: the accelerometers, the second derivative of the displacements, or "
        "\"automatic\": "
        "accelerometers where base and payload have one."},
       {"prepare", "equalise",
-       "Bring displacement and accelerometer of one body to agree (gain, lag, AC coupling) where both are recorded. "
-       "Only "
-       "with recipe \"matched\"."},
-      {"prepare", "scale", "Which of the two sensors of a body is believed where their gains differ."},
+       "Correct displacement and accelerometer of one body against each other (gain, lag, AC coupling) where both are "
+       "recorded. Only with recipe \"matched\"."},
+      {"prepare", "scale", "Which of the two sensors of a body sets the scale where their gains differ."},
       {"prepare", "zero",
-       "What is subtracted from x, because a laser's zero means nothing: the mean of the first range "
-       "(\"regime-mean\"), "
-       "nothing (\"none\"), or this number.",
+       "What is subtracted from x, since the zero of a laser is arbitrary: the mean of the first range "
+       "(\"regime-mean\"), no value (\"none\"), or this number.",
        "m", "\"regime-mean\" where x is the difference of two displacements, else \"none\""},
       {"prepare", "max_clipped",
        "Fraction of a training interval that a channel may have clipped. More ends the run with exit code 3."},
@@ -72,14 +70,14 @@ std::vector<SettingHelp> segment_help() {
   return {
       {"", "segment", "Regimes of motion: stick, low and high amplitude. Thresholds used are in quality.json."},
       {"segment", "find", "Look for regimes. If false, the whole recording is one."},
-      {"segment", "stick_speed_m_per_s", "Slower than this for stick_duration_s is a stop.", "m/s", chosen},
+      {"segment", "stick_speed_m_per_s", "Motion slower than this for stick_duration_s is a stop.", "m/s", chosen},
       {"segment", "stick_duration_s", "How long a stop lasts at least.", "s", chosen},
       {"segment", "stick_halt_s", "A reversal at which the motion halts for this long is a stop, too.", "s", chosen},
       {"segment", "stick_margin_s", "Stops are widened by this to either side.", "s", chosen},
       {"segment", "high_enter_m", "The regime is high once the amplitude exceeds this,", "m", chosen},
       {"segment", "high_leave_m", "until it falls below this. At most high_enter_m.", "m", chosen},
       {"segment", "envelope_window_s", "Amplitude is half the span of x over this window,", "s"},
-      {"segment", "baseline_window_s", "after its mean over this one was taken off.", "s"},
+      {"segment", "baseline_window_s", "after its mean over this window was subtracted.", "s"},
       {"segment", "min_duration_s", "Shorter stretches join their left neighbour.", "s"},
       {"segment", "file", "segments.json of an earlier run, edited or not: its labels are used as they are.", "",
        "regimes are found in the record"},
@@ -99,7 +97,7 @@ std::vector<SettingHelp> library_help() {
        "", "none"},
       {"library", "only", "These candidates and no others, instead of order and terms: [\"x\", \"v\", \"ddr\"].", "",
        "order and terms count"},
-      {"library", "constant", "Whether the constant \"1\" goes with the products."},
+      {"library", "constant", "Whether the constant \"1\" is a candidate beside the products."},
       {"library", "max_terms", "A larger library is refused before anything is computed."},
   };
 }
@@ -126,7 +124,7 @@ std::vector<SettingHelp> range_help() {
        "A part of the recording with an equation of its own. Without any: those of the sidecar, else the regimes "
        "found, "
        "else the whole recording."},
-      {"range", "name", "What outputs call it.", "", "range1, range2, ..."},
+      {"range", "name", "Its name in all outputs.", "", "range1, range2, ..."},
       {"range", "from", "Where it begins, from the start of the recording.", "s"},
       {"range", "to", "Where it ends.", "s", "the end of the recording"},
       {"range", "train_to", "Rows up to here are fitted, the later ones tested.", "s",
@@ -145,10 +143,10 @@ std::vector<SettingHelp> range_help() {
 }
 
 std::vector<SettingHelp> study_help() {
-  std::vector<SettingHelp> all{{"", "study",
-                                "Values that `ardent study` gives to settings, one setting at a time. The option "
-                                "--over replaces them and takes any "
-                                "key of a config. A run takes no notice."}};
+  std::vector<SettingHelp> all{
+      {"", "study",
+       "Values that `ardent study` gives to settings, one setting at a time. The option --over replaces them and takes "
+       "any key of a config. `ardent run` ignores this table."}};
   for (const std::string& name : study_names())
     all.push_back({"study", name, fmt::format("Values for {}.", study_key(name)), "", "not varied"});
   return all;

@@ -125,7 +125,7 @@ Page config_page() {
 }
 
 Page sidecar_page() {
-  Page page{"sidecar", "What a person knows of a recording, in TOML beside it", "",
+  Page page{"sidecar", "What is known of a recording and its sensors, in TOML beside it", "",
             sections_of(dsp::sidecar_settings(), sidecar_help())};
   prepend(
       page,

@@ -16,7 +16,7 @@ std::string roles() {
 std::vector<SettingHelp> document_help() {
   return {
       {"", "schema", "Version of this layout of the file.", "", "1"},
-      {"", "title", "What the recording is, in your words."},
+      {"", "title", "Title of the recording."},
       {"", "start", "When it began: 2023-05-04T10:12:30Z."},
       {"", "rate",
        "Samples per second, as a number or a ratio: \"51200/3\". It must agree with the file where that has one.", "Hz",
@@ -26,7 +26,7 @@ std::vector<SettingHelp> document_help() {
        "\"regular\": "
        "uneven steps are refused."},
       {"", "range", "A part of the recording with an equation of its own, as in a config, whose ranges replace these."},
-      {"range", "name", "What outputs call it.", "", "range1, range2, ..."},
+      {"range", "name", "Its name in all outputs.", "", "range1, range2, ..."},
       {"range", "from", "Where it begins, from the start of the recording.", "s"},
       {"range", "to", "Where it ends.", "s", "the end of the recording"},
       {"range", "train_to", "Rows up to here are fitted, the later ones tested.", "s",
@@ -42,7 +42,7 @@ std::vector<SettingHelp> document_help() {
 std::vector<SettingHelp> channel_help() {
   return {
       {"", "channel", "A channel. Without any, the file's own columns with the names and units of its header."},
-      {"channel", "name", "What terms and outputs call it. Names must differ."},
+      {"channel", "name", "Its name in terms and outputs. Names must differ."},
       {"channel", "file", "Another file on the same clock that holds this channel.", "", "the recording itself"},
       {"channel", "index", "Its column or track in the file, counted from 1.", "", "found by `column` or by its name"},
       {"channel", "column", "Its name in the file.", "", "as `name`"},
@@ -56,18 +56,20 @@ std::vector<SettingHelp> channel_help() {
       {"channel", "offset", "Subtracted before or after calibration, according to its unit: \"0.2 mV\", \"1 mm\".", "",
        "0"},
       {"channel", "sensitivity_uncertainty",
-       "Standard deviation of the sensitivity as a fraction, or as a text \"0.5 %\". It goes into standard deviations.",
+       "Standard deviation of the sensitivity as a fraction, or as a text \"0.5 %\". It enters the standard deviations "
+       "of coefficients.",
        "", "0.01"},
       {"channel", "range", "Largest reading of the sensor; its zero is known to 1 % of it: \"35 mm\".", "",
        "what the record spans"},
       {"channel", "drift", "Standard deviation of its zero in the course of a record: \"40 um\".", "",
-       "as x is seen to wander"},
-      {"channel", "sign", "-1 turns round a sensor that was mounted the other way."},
-      {"channel", "delay", "By how much the channel lags, in seconds or as a text \"0.23 ms\". It is undone.", "s"},
+       "from the slow motion of x"},
+      {"channel", "sign", "-1 for a sensor that was mounted the other way round."},
+      {"channel", "delay", "By how much the channel lags, in seconds or as a text \"0.23 ms\". The lag is corrected.",
+       "s"},
       {"channel", "coupling", "Coupling of its amplifier.", "", "not known"},
       {"channel", "highpass", "Cut-off of its AC coupling, one number for each pole, or \"0.5 Hz\".", "Hz",
        "none known"},
-      {"channel", "sensor", "Notes: { model = \"352C33\", serial = \"A1234\" }. Nothing depends on them."},
+      {"channel", "sensor", "Notes: { model = \"352C33\", serial = \"A1234\" }. Not used in computations."},
   };
 }
 

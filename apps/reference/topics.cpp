@@ -39,7 +39,7 @@ Page terms_page() {
   return {"terms",
           "What candidate terms and conditions are made of",
           "",
-          {{"Signals", "Those that the recording has, or that follow from what it has.", entries_of(signal_help()), {}},
+          {{"Signals", "Recorded ones, and those computed from them.", entries_of(signal_help()), {}},
            {"Functions and operators", "", entries_of(ident::expression_functions()), {}},
            {"Examples",
             "",
@@ -107,61 +107,74 @@ Section factors_section() {
 
 Page files_page() {
   const std::vector<Entry> results{
+      {"report.html", "The page: one file that opens anywhere, with the first screen, every range and all figures."},
+      {"figures/", "Each figure of the page as SVG, and its numbers as CSV."},
+      {"details.txt",
+       "Every equation with its coefficients, errors and remarks; ardent report RUN --details prints it."},
       {"equation.txt",
-       "The page of the run: equations, standard deviations, verdict. equation.tex: the same for LaTeX."},
+       "The first screen: the chosen equation, what it means, verdict, what to mend. equation.tex: all equations for "
+       "LaTeX."},
       {"equation.json",
        "Equations with covariances, what their variance comes from, models ranked, verdict and cause."},
       {"metrics.json", "Figures of merit of every range and method."},
       {"prepared.csv", "Signals at the regression rate in SI units; `excluded` is 1 where a row is left out."},
       {"predictions.csv", "Target and prediction of every row of every range, by each method."},
       {"quality.json", "Every check, relations of sensors, thresholds of regimes."},
-      {"segments.json", "Regimes and excluded intervals; can be edited and handed back: [segment] file."},
+      {"segments.json", "Regimes and excluded intervals. An edited file is used again with [segment] file = \"...\"."},
       {"steps.csv", "Of stepped sines: each setting of the drive and its response."},
       {"factors.json", "R factors of the training rows, from which ardent merge fits several runs together."},
       {"predict-N-NAME.json, .csv", "The equation run free on each recording with use = \"test\"."},
       {"config.toml", "Every setting that was used; it repeats the run."},
-      {"log.txt", "What the run said, with its times: the only file that differs at a repeat."},
+      {"log.txt", "Messages of the run, with times: the only file that differs when a run is repeated."},
       {"manifest.json",
-       "Program, command line, inputs and files with their SHA-256. Written last: where it is, all is."}};
-  return {"files",
-          "What a run folder holds",
-          "",
-          {{"", "A folder of results is complete or absent. Numbers are in SI units.", {}, {}},
-           {"Files", "", results, {}},
-           batch_section(),
-           factors_section(),
-           {"Size",
-            "A run folder is no larger than its recordings together or 10 MB, whichever is more. Tables that would be "
-            "larger are "
-            "written as prepared.csv.gz and predictions.csv.gz: with all digits where that is enough, else rounded to "
-            "1e-6, 1e-5 "
-            "or 1e-4 of each column's largest value (times are never rounded), else only one row in 2, 3, 4, ... is "
-            "written. "
-            "log.txt says "
-            "which. With --full, in a config [output] full = true, they are plain CSV with everything.",
-            {},
-            {"import pandas; table = pandas.read_csv(\"drive-run/prepared.csv.gz\")",
-             "import numpy; table = numpy.genfromtxt(\"drive-run/prepared.csv.gz\", delimiter=\",\", names=True)"}},
-           {"Again",
-            "ardent run drive-run repeats a run from its folder and says whether inputs, program and results are the "
-            "same, bit "
-            "for bit.",
-            {},
-            {}}}};
+       "Program, command line, inputs and files with their SHA-256. Written last, so a folder that has it is "
+       "complete."}};
+  return {
+      "files",
+      "What a run folder holds",
+      "",
+      {{"",
+        "A folder of results is complete or absent: it is written in a hidden folder .NAME.ardent beside it and moved "
+        "to its place at the end. Numbers are in SI units.\n\n--force replaces an earlier result only if it holds "
+        "nothing but what its manifest lists, unchanged. A file of your own in it, or an edited one, stops the "
+        "command, which names it. What a killed command leaves in .NAME.ardent the next one into NAME removes. report, "
+        "compare and frc warn of files that are missing or have changed since the run (--strict stops there).",
+        {},
+        {}},
+       {"Files", "", results, {}},
+       batch_section(),
+       factors_section(),
+       {"Size",
+        "A run folder is no larger than its recordings together or 10 MB, whichever is more. Tables that would be "
+        "larger are "
+        "written as prepared.csv.gz and predictions.csv.gz: with all digits where that is enough, else rounded to "
+        "1e-6, 1e-5 "
+        "or 1e-4 of each column's largest value (times are never rounded), else only one row in 2, 3, 4, ... is "
+        "written. "
+        "log.txt says "
+        "which. With --full, in a config [output] full = true, they are plain CSV with everything.",
+        {},
+        {"import pandas; table = pandas.read_csv(\"drive-run/prepared.csv.gz\")",
+         "import numpy; table = numpy.genfromtxt(\"drive-run/prepared.csv.gz\", delimiter=\",\", names=True)"}},
+       {"Again",
+        "ardent run drive-run repeats a run from its folder and says whether inputs, program and results are the "
+        "same, bit "
+        "for bit.",
+        {},
+        {}}}};
 }
 
 Page exit_codes_page() {
-  return {
-      "exit-codes",
-      "How a command ends",
-      "",
-      {{"",
-        "0: fine. 2: the command line, a config or a sidecar is wrong. 3: a recording or another input cannot be used, "
-        "or is not what it was. 4: the numbers do not carry the result: nothing selected, no free run, --require not "
-        "met, a repeat that differs. 5: results cannot be written. 1: a mistake of the program. 129, 130, 143: "
-        "interrupted.",
-        {},
-        {}}}};
+  return {"exit-codes",
+          "How a command ends",
+          "",
+          {{"",
+            "0: success. 2: the command line, a config or a sidecar is wrong. 3: a recording or another input cannot "
+            "be used, or has changed. 4: no result from these numbers: no term selected, no free run, --require not "
+            "met, a repeat that differs. 5: results cannot be written. 1: an error in the program itself. 129, 130, "
+            "143: interrupted.",
+            {},
+            {}}}};
 }
 
 std::vector<Page> topic_pages() {

@@ -296,9 +296,9 @@ std::vector<Check> assume_roles(std::vector<Channel>& channels, const std::vecto
     }
     // A unit in brackets that is not known: what it measures is not either.
     if (channels[i].unit.empty() && channels[i].name.find_first_of("[(") != std::string::npos) {
-      checks.push_back({"unit.unknown", channels[i].name, CheckStatus::warning, 0.0, 0.0,
-                        "its unit is not known, so it is taken for nothing. Give its role and unit in a [[channel]] of "
-                        "the sidecar"});
+      checks.push_back(
+          {"unit.unknown", channels[i].name, CheckStatus::warning, 0.0, 0.0,
+           "its unit is not known, so it is not used. Give its role and unit in a [[channel]] of the sidecar"});
       continue;
     }
     open.push_back({channels[i].name, channels[i].unit});
@@ -341,7 +341,7 @@ Fault no_motion(const std::string& recording, const std::vector<Channel>& channe
     lines += fmt::format("[[channel]]\nname = {}\nrole = \"{}\"{}\n", toml_quoted(channels[i].name),
                          to_string(proposed[i].role), proposed[i].why.empty() ? "" : "  # " + proposed[i].why);
   return Fault(FaultKind::input, "motion.none",
-               fmt::format("{}: no relative motion can be had: found {}. Want a displacement, velocity or acceleration "
+               fmt::format("{}: the relative motion cannot be formed: found {}. Want a displacement, velocity or acceleration "
                            "of the payload (y, dy, ddy), with that of the base where it moves (r, dr, ddr), or between "
                            "both (x, v, a). Give channels their roles in {}:",
                            recording, in_words(channels), sidecar_path(recording).string()),

@@ -243,7 +243,7 @@ std::vector<RangeSpec> read_ranges(const Settings& document) {
           fmt::format("got {}, want above {} and at most {}", *range.train_to_s, range.from_s, range.to_s));
     if (const auto [found, added] = places.try_emplace(range.name, range.place); !added)
       throw table.fault("name", "config.range",
-                        fmt::format("range '{}' is there already ({})", range.name, found->second));
+                        fmt::format("range '{}' exists already ({})", range.name, found->second));
     ranges.push_back(std::move(range));
   }
   return ranges;

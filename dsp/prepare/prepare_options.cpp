@@ -125,7 +125,7 @@ PrepareOptions resolved(const PrepareOptions& options, double sample_rate_hz) {
                       o.cutoff_hz, o.rate_hz));
   throw Fault(FaultKind::usage, "prepare.rate",
               fmt::format("prepare: from {} Hz to {} Hz there is no filter of a reasonable length, the ratio being no "
-                          "fraction of small numbers; the nearest rate_hz that can be had is {}",
+                          "fraction of small numbers; the nearest possible rate_hz is {}",
                           sample_rate_hz, o.rate_hz, nearest_hz));
 }
 

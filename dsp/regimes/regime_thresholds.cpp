@@ -238,17 +238,17 @@ void choose_stick(const RegimeSigns& signs, Segmentation& result) {
   options.stick_speed_m_per_s = std::max(by_motion, floor);
   if (options.stick_halt_s == 0.0 && signs.halts_below_hz > 0.0)
     options.stick_halt_s = 0.9 * shortest_halt_s(signs.halts_below_hz);  // all that are detected, whatever the rounding
-  result.remarks.push_back(
-      fmt::format("a stop is slower than {:.2g} m/s for {:.2g} s: {}, a twentieth of the period of {:.2g} s",
-                  options.stick_speed_m_per_s, options.stick_duration_s,
-                  floor <= by_motion ? fmt::format("{:g} % of the smaller velocity amplitudes", 100.0 * fraction)
-                  : floor > by_noise ? std::string("a fiftieth of the base's, which the payload hardly leaves")
-                                     : fmt::format("{:g} times the noise of v", noise_stds),
-                  signs.period_s));
+  result.remarks.push_back(fmt::format(
+      "a stop is slower than {:.2g} m/s for {:.2g} s: {}, 5 % of the period of {:.2g} s", options.stick_speed_m_per_s,
+      options.stick_duration_s,
+      floor <= by_motion ? fmt::format("{:g} % of the smaller velocity amplitudes", 100.0 * fraction)
+      : floor > by_noise ? std::string("2 % of the base's velocity, since the payload hardly moves against it")
+                         : fmt::format("{:g} times the noise of v", noise_stds),
+      signs.period_s));
   if (!signs.mount.is_rigid())
-    result.remarks.push_back(
-        fmt::format("the sensors' mount rings at {:.3g} Hz (damping {:.2g}): taken off before stops are looked for",
-                    signs.mount.frequency_hz, signs.mount.damping));
+    result.remarks.push_back(fmt::format(
+        "the sensors' mount rings at {:.3g} Hz (damping {:.2g}): its ringing is subtracted before stops are looked for",
+        signs.mount.frequency_hz, signs.mount.damping));
   if (!signs.reversals.empty())
     result.remarks.push_back(fmt::format(
         "a reversal is a stop where the acceleration below {:.3g} Hz is zero{}", signs.halts_below_hz,

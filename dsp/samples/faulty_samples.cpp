@@ -176,7 +176,7 @@ std::vector<FaultyRange> FaultySamples::State::clipped(Eigen::Index c, std::stri
     if (side.piled_up(at_extreme)) {
       const double fraction = static_cast<double>(side.count()) / static_cast<double>(num_frames);
       if (fraction > max_extreme_fraction)
-        remark = fmt::format("; {:.0f} % of the record is at {:.6g} {}: taken for rest", 100 * fraction, side.value(),
+        remark = fmt::format("; {:.0f} % of the record is at {:.6g} {}: treated as rest", 100 * fraction, side.value(),
                              track.channel.unit);
       else
         for (const auto& range : side.at_extreme().list())
@@ -200,7 +200,7 @@ std::vector<FaultyRange> FaultySamples::State::stood_still(Eigen::Index c, std::
     if (run.num_cells() >= long_cells) num_still += run.num_cells();
   const double whole = static_cast<double>(num_cells), fraction = static_cast<double>(num_still) / whole;
   const bool rests = fraction > options.max_held_fraction;
-  if (rests) remark = fmt::format("; {:.0f} % of the record stands still: taken for rest", 100 * fraction);
+  if (rests) remark = fmt::format("; {:.0f} % of the record is constant: treated as rest", 100 * fraction);
   const bool seldom_equal =
       static_cast<double>(track.standstill.num_equal_cells()) <= options.max_held_fraction * whole;
 

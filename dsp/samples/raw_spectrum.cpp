@@ -114,10 +114,10 @@ std::vector<Check> RawSpectrum::checks(const std::vector<Channel>& channels, dou
     checks.push_back(
         {"sample.alias", channel.name, alias > largest_fraction ? CheckStatus::warning : CheckStatus::ok, alias,
          largest_fraction,
-         fmt::format("{:.2g} of the rms lies above {:.6g} Hz, most of it ({:.2g} of the rms a bin) at {:.6g} Hz, "
-                     "which would fold to {:.3g} Hz; {:.2g} of the rms does, by a rejection of {:.0f} dB",
+         fmt::format("{:.2g} of the rms lies above {:.6g} Hz, most of it ({:.2g} of the rms a bin) at {:.6g} Hz, which "
+                     "would fold to {:.3g} Hz; after the filter ({:.0f} dB) {:.2g} of the rms folds",
                      std::sqrt(fraction), 0.5 * output_rate_hz, std::sqrt(line / whole), line_hz,
-                     folded(line_hz, output_rate_hz), alias, filter->alias_rejection_db)});
+                     folded(line_hz, output_rate_hz), filter->alias_rejection_db, alias)});
   }
   return checks;
 }

@@ -103,9 +103,10 @@ std::vector<Check> SampleStatistics::checks(const Channel& channel, double cell_
   checks.push_back({"sample.offset", channel.name,
                     std::abs(offset) > 0.1 * spread ? CheckStatus::note : CheckStatus::ok, offset, 0.1 * spread,
                     fmt::format("mean {:.6g} {}", offset, channel.unit)});
-  checks.push_back({"sample.drift", channel.name, std::abs(drift) > 0.1 * spread ? CheckStatus::note : CheckStatus::ok,
-                    drift, 0.1 * spread,
-                    fmt::format("a line through the record climbs {:.6g} {} from end to end", drift, channel.unit)});
+  checks.push_back(
+      {"sample.drift", channel.name, std::abs(drift) > 0.1 * spread ? CheckStatus::note : CheckStatus::ok, drift,
+       0.1 * spread,
+       fmt::format("a straight line through the record changes by {:.6g} {} from end to end", drift, channel.unit)});
   if (const auto num = num_multiples_ + num_others_; num >= 20 && 20 * num_others_ <= num) {
     constexpr double least_bits = 7.0;
     const double bits = std::log2((high_ - low_) / quantum_ + 1.0);

@@ -62,10 +62,13 @@ Check check_of(const PowerCheck& power, const std::vector<SensorRelation>& relat
             raw,
             limit,
             "power balance not computed: no regime of motion has rows with velocity and acceleration"};
+  const bool settled = corrected <= limit;  // nothing is left to be done
   const bool agree = std::all_of(relations.begin(), relations.end(), can_be_corrected);
   return {"power.balance",
           "",
-          raw > limit ? CheckStatus::warning : CheckStatus::ok,
+          raw <= limit ? CheckStatus::ok
+          : settled    ? CheckStatus::note
+                       : CheckStatus::warning,
           raw,
           limit,
           fmt::format("velocity and acceleration {}: power balance {:.2g} as measured, {}",

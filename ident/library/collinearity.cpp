@@ -75,10 +75,10 @@ std::string sentence(const NearDependence& found, const std::vector<const Term*>
   names.pop_back();
   const std::string all = fmt::format("{} and {}", fmt::join(names, ", "), last);
   if (names.size() == 1 && found.size <= same_column)
-    return fmt::format("{} are the same column here but for a factor; {} was kept", all,
+    return fmt::format("{} are proportional on these data; {} was kept", all,
                        kept.empty() ? "neither" : fmt::format("{}", fmt::join(kept, " and ")));
   const std::string where = where_measured(terms, largest);
-  return fmt::format("{} are nearly dependent here{}: one part in {:.2g} sets them apart", all,
+  return fmt::format("{} are nearly dependent on these data{}: they differ by one part in {:.2g}", all,
                      where.empty() ? "" : " (" + where + ")", 1.0 / std::max(found.size, same_column));
 }
 

@@ -40,15 +40,16 @@ template <class Options, Fit (*fit_one)(const RFactor&, const Options&)>
 /// The settings that all relevance vector machines share.
 template <class Options>
 [[nodiscard]] std::vector<MethodSetting> rvm_settings() {
-  return {setting<&Options::selection>({.name = "selection",
-                                        .help = "How a term earns its place: evidence, more than tau of it at the "
-                                                "effective sample size; evidence-white, as if the residual were white "
-                                                "noise; type2, any, as in the paper",
-                                        .words = {to_string(Selection::evidence), to_string(Selection::evidence_white),
-                                                  to_string(Selection::type2)}}),
-          setting<&Options::tau>({.name = "tau",
-                                  .help = "What a term's gain must exceed; ln m + 2 ln b if left out, 0 with type2",
-                                  .study_values = {"0", "5", "10", "20", "40", "80"}})};
+  return {setting<&Options::selection>(
+              {.name = "selection",
+               .help = "Which terms are kept: evidence, those that gain more than tau at the effective number of rows; "
+                       "evidence-white, the same with every row counted; type2, those with any gain, as in the paper",
+               .words = {to_string(Selection::evidence), to_string(Selection::evidence_white),
+                         to_string(Selection::type2)}}),
+          setting<&Options::tau>(
+              {.name = "tau",
+               .help = "Gain of evidence above which a term is kept; ln m + 2 ln b if left out, 0 with type2",
+               .study_values = {"0", "5", "10", "20", "40", "80"}})};
 }
 
 }  // namespace ident

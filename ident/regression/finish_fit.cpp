@@ -173,8 +173,7 @@ void finish_bayesian(const UnitProblem& problem, std::vector<Index> kept, Vector
     fit.status = FitStatus::too_few_rows;
   if (problem.num_terms() > 2 && static_cast<Index>(fit.relevant.size()) == problem.num_terms())
     fit.remarks.push_back(
-        "every candidate term was kept: the library may lack what the target needs, or the residual is "
-        "structure and not noise");
+        "every candidate term was kept: a term may be missing from the candidates, or the residual is not noise");
 }
 
 void fit_on_terms(const UnitProblem& problem, const std::vector<Index>& terms, Fit& fit) {

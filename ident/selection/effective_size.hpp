@@ -1,5 +1,7 @@
 #pragma once
+#include <Eigen/Core>
 #include <limits>
+#include <vector>
 
 namespace ident {
 
@@ -17,6 +19,13 @@ struct EffectiveSize {
   [[nodiscard]] double num_effective() const;
   /// Of the rows; 1 where the residual is white.
   [[nodiscard]] double fraction() const;
+};
+
+/// The best model of a number of terms, as Selection::evidence compares them.
+struct ModelOfSize {
+  std::vector<Eigen::Index> terms;
+  double left_over = 1.0;      ///< power of the target that least squares on them leaves, as a fraction
+  double num_effective = 0.0;  ///< what the rows are worth beside it; 0 where there is no term
 };
 
 }  // namespace ident

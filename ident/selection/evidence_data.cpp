@@ -214,6 +214,7 @@ class ModelSizes {
 struct Settled {
   Subset model;
   EffectiveSize size;
+  std::vector<ModelOfSize> path;
 };
 
 double threshold(double num_effective, Index num_terms) {
@@ -236,7 +237,10 @@ Settled settled_model(const ModelSizes& sizes, Index num_terms) {
     if (gain > std::max(least_gain * more, model_cost(n, num_terms, l) - model_cost(n, num_terms, settled)))
       settled = l;
   }
-  return {path[settled], size_of(settled)};
+  std::vector<ModelOfSize> compared;
+  for (std::size_t l = 0; l < path.size(); ++l)
+    compared.push_back({path[l].terms, path[l].rss, l == 0 ? 0.0 : size_of(l).num_effective()});
+  return {path[settled], size_of(settled), std::move(compared)};
 }
 
 /// How much a reader takes a term for: the constant for nothing, a signal or a sign for one, a product for its degree.
@@ -311,7 +315,7 @@ bool EvidenceData::as_they_are() const {
 EvidenceData evidence_data(const RangeData& range, const RangeResult& result, const std::vector<Columns>& recordings,
                            const CandidateLibrary& library, const IdentifyOptions& options) {
   const auto n = static_cast<double>(range.train.size());
-  EvidenceData evidence{range.data, {n, n}, std::nullopt, range.joint, range.noise_std, {}};
+  EvidenceData evidence{range.data, {n, n}, std::nullopt, {}, range.joint, range.noise_std, {}};
   if (range.train.size() <= std::ssize(range.terms) + 1 || range.train.isZero(0.0)) return evidence;
   Rows rows{range, result, recordings, options, range.train, run_begins(range.train_samples, range.first_rows)};
   rows.target = target_beside_sensors(rows);
@@ -335,6 +339,7 @@ EvidenceData evidence_data(const RangeData& range, const RangeResult& result, co
   const ModelSizes sizes(rows, state, independence);
   Settled settled = settled_model(sizes, rows.num_terms());
   evidence.size = settled.size;
+  evidence.path = std::move(settled.path);
   if (evidence.as_they_are()) return evidence;
   if (evidence.size.fraction() < white_enough) {
     prefer_simpler(settled, sizes.problem(), terms);

@@ -20,10 +20,11 @@ struct EvidenceData {
   RFactor data;        ///< of the range's terms and target, the sensors integrated out; num_samples: n_eff
   EffectiveSize size;  ///< of the model that the terms settled on
   std::optional<std::vector<Eigen::Index>> terms;  ///< the model, where misfit and not noise limits the rows
-  SensorRegression joint;                          ///< as of the range, whitened
-  double noise_std = 0.0;                          ///< of the whitened target
-  std::vector<unsigned char> begins;               ///< of runs of consecutive rows
-  [[nodiscard]] bool as_they_are() const;          ///< all rows count as they are: the residual is white
+  std::vector<ModelOfSize> path;  ///< that were compared, from no term on; terms are the range's; empty: too few rows
+  SensorRegression joint;         ///< as of the range, whitened
+  double noise_std = 0.0;         ///< of the whitened target
+  std::vector<unsigned char> begins;       ///< of runs of consecutive rows
+  [[nodiscard]] bool as_they_are() const;  ///< all rows count as they are: the residual is white
 };
 
 /// `range`: with its sensors. Models of each size are tried: from that settled on, to the next larger whose gain

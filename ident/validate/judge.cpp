@@ -204,10 +204,10 @@ std::string free_run_clause(const FreeRun& run, const Findings& found) {
                     : found.run_error <= follows_in_part ? "follows x roughly"
                                                          : "does not follow x";
   const std::string noise = run.nmse_centred > 2.0 * found.run_error
-                                ? fmt::format(", {:.1g} without what noise may make", found.run_error)
+                                ? fmt::format(", NMSE {:.1g} beyond the noise of x", found.run_error)
                                 : std::string();
-  return fmt::format("the free run {} (NMSE {:.2g}{}{})", how, run.nmse_centred, noise,
-                     run.sticks ? ", sticking at times" : "");
+  return fmt::format("the free run {} (NMSE {:.2g}, an error of {} of its rms{}{})", how, run.nmse_centred,
+                     percent(std::sqrt(run.nmse_centred)), noise, run.sticks ? ", sticking at times" : "");
 }
 
 std::string residual_clause(const JudgedFit& fit, const Findings& found) {
@@ -217,7 +217,7 @@ std::string residual_clause(const JudgedFit& fit, const Findings& found) {
                                           : std::string("the error one step ahead is not known");
   if (found.above_noise)
     return text + (found.noise_is_known ? ", more than the noise of the signals" : ", and that is structure");
-  return found.is_noise ? text + ", as noise" : text;
+  return found.is_noise ? text + ", no more than noise" : text;
 }
 
 std::string power_clause(double balance) {
@@ -359,7 +359,7 @@ Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range
         Verdict::does_not,
         driven ? Cause::missing_input : Cause::not_found,
         fmt::format(
-            "No equation was found: no candidate term earned its place{}.",
+            "No equation was found: no candidate term explains more than noise{}.",
             driven ? "; something that is not among them drives the motion: an input or a further moving part" : ""),
         {}};
   }

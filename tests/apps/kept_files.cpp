@@ -88,7 +88,7 @@ TEST_CASE("what --force replaces is what a manifest of Ardent's lists and nothin
   (void)folder.file("npm/manifest.json", R"({"name": "site", "authors": ["ardent"]})");
   (void)folder.file("npm/index.html", "mine");
   for (const std::string& command : commands) {
-    expect(folder, "$ARDENT --force -o npm " + command, 5, {"[output.foreign] npm: holds files and no manifest"});
+    expect(folder, "$ARDENT --force -o npm " + command, 5, {"[output.foreign] npm: holds files but no manifest"});
     expect(folder, "$ARDENT -q -o again " + command, 0, {});
     expect(folder, "$ARDENT -q -o again " + command, 5, {"[output.exists] again", "--force"});
     (void)folder.file("again/notes.txt", "mine");

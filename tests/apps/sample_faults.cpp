@@ -246,7 +246,7 @@ TEST_CASE("any rate below the recording's is reached, none above it", "[apps][fa
   for (const char* odd : {"17.501", "3.14159265", "99.9999"}) {
     const auto refused = expect(folder, std::string("$ARDENT prep m.csv -o odd --set prepare.rate_hz=") + odd, 2,
                                 {"[prepare.rate]", odd, "100 Hz", "nearest"});
-    const std::string nearest = refused.err.substr(refused.err.find("can be had is ") + 14);
+    const std::string nearest = refused.err.substr(refused.err.find("possible rate_hz is ") + 20);
     CHECK(std::stod(nearest) == Approx(std::stod(odd)).epsilon(5e-3));
     expect(folder, "$ARDENT prep m.csv --force -o even --set prepare.rate_hz=" + nearest, 0, {});
   }
@@ -281,7 +281,8 @@ TEST_CASE("a laser's lag and an accelerometer's gain are estimated, reported, an
   const Scratch folder;
   REQUIRE(support::run(folder, "$ARDENT -q sim qzs --raw -o rig --duration 300 --rate 256").code == 0);
   const std::string run = "$ARDENT -v prep rig/recording.wav --set prepare.rate_hz=25.6 --set prepare.cutoff_hz=10.24";
-  expect(folder, run + " -o agreed", 0, {"[power.balance]", "payload_laser comes 1.2", "ms later", "corrected"});
+  expect(folder, run + " -o agreed", 0,
+         {"velocity and acceleration", "payload_laser comes 1.2", "ms later", "corrected"});
   const json quality = json::parse(bytes_of(folder / "agreed/quality.json"));
   REQUIRE(quality["pairs"].size() == 2);
   for (const auto& pair : quality["pairs"]) {

@@ -71,3 +71,31 @@ TEST_CASE("many runs are rows, and nothing is wider than 120 columns", "[apps][c
   for (std::size_t from = 0; from < many.out.size(); from = many.out.find('\n', from) + 1)
     CHECK(many.out.find('\n', from) - from <= 120);
 }
+
+TEST_CASE("a comparison as a page holds its tables, and a figure of every common coefficient",
+          "[apps][compare][page]") {
+  const Scratch& folder = bench();
+  const auto shown = expect(folder, "$ARDENT compare mon/run tue/run --truth mon/d/truth.json -o days --force", 0, {});
+  CHECK(support::bytes_of(folder / "days/compare.txt") == shown.out);
+  const std::string page = support::bytes_of(folder / "days/compare.html");
+  for (const char* piece :
+       {"Content-Security-Policy", "What differs", "Range all", "mon/run", "x^3", "inside, outside: "})
+    CHECK_THAT(page, Catch::Contains(piece));
+  for (const char* request : {"src=", "href=\"http", "@import"}) CHECK(page.find(request) == std::string::npos);
+  const json document = json::parse(support::bytes_of(folder / "days/compare.json"));
+  const auto& terms = document["ranges"][0]["runs"][0]["fit"]["terms"];
+  for (std::size_t k = 0; k < terms.size(); ++k) {
+    const std::string name = terms[k]["name"];
+    CHECK_THAT(page, Catch::Contains("Coefficient of " + name + " by run"));
+  }
+  // The figure's numbers are those of the document: the mean of each run in order.
+  bool found = false;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "days/figures")) {
+    if (entry.path().extension() != ".csv" || entry.path().filename().string().find("x_3") == std::string::npos)
+      continue;
+    found = true;
+    CHECK_THAT(support::bytes_of(entry.path()), Catch::Contains("coefficient,1,") && Catch::Contains("true value,"));
+  }
+  CHECK(found);
+  expect(folder, "$ARDENT compare mon/run tue/run -o mon/run/inside", 2, {"[output.overlap]"});
+}

@@ -52,7 +52,7 @@ TEST_CASE("the nearest command, option, topic or key is named", "[apps][help]") 
       {"run a.csv --ouput=x", "Did you mean --output?"},
       {"run", "run: INPUT is missing"},
       {"info a.csv --draws 3", "other commands have it"},
-      {"predict r a.csv b.csv", "nothing is expected where 'b.csv' stands"},
+      {"predict r a.csv b.csv", "'b.csv' is one argument too many"},
       {"help confg", "Did you mean 'config'?"},
       {"help cutof_hz", "Did you mean 'cutoff_hz'?"}};
   for (const auto& [arguments, message] : typed) {
@@ -66,7 +66,10 @@ TEST_CASE("topics and keys are explained", "[apps][help]") {
   const Scratch folder;
   for (const char* topic : {"config", "sidecar", "terms", "methods", "files", "exit-codes"})
     expect(folder, std::string("$ARDENT help ") + topic, 0, {std::string(topic) + ": "});
-  expect(folder, "$ARDENT help", 0, {"cutoff_hz", "sidecar", "predict"});
+  expect(folder, "$ARDENT help", 0, {"cutoff_hz", "sidecar", "predict", "tutorial", "method", "validation"});
+  for (const std::string guide : {"tutorial", "method", "validation"})
+    CHECK(expect(folder, "$ARDENT help " + guide, 0, {}).out ==
+          support::bytes_of(std::filesystem::path(ARDENT_DOCS) / (guide + ".md")));
   expect(folder, "$ARDENT help cutoff_hz", 0, {"config: [prepare].", "in Hz"});
 }
 
@@ -102,4 +105,19 @@ TEST_CASE("manual pages have every command, every topic and no loose request", "
         CHECK_THAT(line, Catch::Matches("\\.(TH|SH|TP|B|PP|nf|fi|RS|RE|nh|ad l|br).*"));
     }
   }
+}
+
+TEST_CASE("every command of the tutorial ends well", "[apps][help][tutorial]") {
+  const Scratch folder;
+  if (support::run(folder, "command -v python3").code != 0) {
+    WARN("skipped: no python3");
+    return;
+  }
+  // The numbers below the commands are not compared: another mathematics library may change their last digits.
+  const auto ended = support::run(folder, "python3 '" ARDENT_SOURCES "/tests/refresh_tutorial.py' '" ARDENT_DOCS
+                                          "/tutorial.md' \"$(dirname \"$ARDENT\")\"");
+  CAPTURE(ended.err);
+  CHECK(ended.code == 0);
+  CHECK_THAT(ended.out,
+             Catch::Contains("This equation describes the record") && Catch::Contains("does not carry over"));
 }

@@ -40,6 +40,10 @@ TEST_CASE("replicate writes the table, the figure and the JSON of what was asked
   CHECK(std::filesystem::exists(scratch / "out" / "fig-3.svg"));
   CHECK_FALSE(std::filesystem::exists(scratch / "out" / "fig-2.svg"));
   CHECK_FALSE(std::filesystem::exists(scratch / "out" / "table-2.txt"));
+  const std::string page = support::bytes_of(scratch / "out" / "replicate.html");
+  for (const char* piece : {"Content-Security-Policy", "Table 1: duffing", "Figure 3: coulomb", "verdict on the print",
+                            "not an uncertainty", "id=\"fig-3-0\""})
+    CHECK_THAT(page, Catch::Contains(piece));
   const auto& fits = document.at("fits");
   REQUIRE(fits.size() == 2 * 2 * 7);  // two cases, two rows, seven methods
   for (const auto& fit : fits) {

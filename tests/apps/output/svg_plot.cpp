@@ -101,3 +101,13 @@ TEST_CASE("what lies outside the limits is not in the file", "[apps][svg_plot]")
   panel.x_limits = {500.0, 501.0};
   CHECK(apps::to_svg({.panels = {panel}}).size() < 10'000);
 }
+
+TEST_CASE("the range of y is that of the points that the limits of x show", "[apps][svg_plot]") {
+  apps::PlotPanel panel{"", "t", "x"};
+  VectorXd spike = VectorXd::LinSpaced(1001, 0.0, 1.0);
+  spike(900) = 1e6;
+  panel.series = {{"", VectorXd::LinSpaced(1001, 0.0, 1000.0), spike}};
+  CHECK_THAT(apps::to_svg({.panels = {panel}}), Catch::Contains(">1e+06</text>"));
+  panel.x_limits = {0.0, 500.0};
+  CHECK_THAT(apps::to_svg({.panels = {panel}}), !Catch::Contains("e+0") && Catch::Contains(">0.4</text>"));
+}

@@ -1,9 +1,15 @@
 """Opens pages in headless Chromium and prints what a reader would run into, a line each; nothing if all is well.
 
-/usr/bin/python3 open_page.py REPORT.html...; exits with 77 where Chromium, its driver or Selenium are missing.
+/usr/bin/python3 open_page.py FOLDER REPORT.html...; exits with 77 where Chromium, its driver or Selenium are missing.
+FOLDER keeps axe-core, which npm fetches there once; without it a note on standard error says that accessibility was not
+tested.
 """
+import base64
+import os
 import shutil
+import subprocess
 import sys
+import tarfile
 import time
 
 try:
@@ -26,6 +32,13 @@ for (const canvas of document.querySelectorAll("canvas")) {
   if (pixels.length < 10000 || colours.size < 8) blank.push(canvas.closest("figure").getAttribute("aria-labelledby"));
 }
 return blank;
+"""
+# Drawings without scripts: those with hardly a line in them.
+EMPTY = """
+return Array.from(document.querySelectorAll("figure svg")).filter(svg => {
+  const box = svg.getBoundingClientRect(), paths = Array.from(svg.querySelectorAll("path"));
+  return box.width < 100 || paths.filter(path => path.getTotalLength() > 0).length < 6;
+}).map(svg => svg.closest("figure").getAttribute("aria-labelledby"));
 """
 WIDER = "return document.documentElement.scrollWidth > document.documentElement.clientWidth;"
 UNNAMED = """
@@ -57,6 +70,33 @@ return Array.from(document.querySelectorAll(".table, .math, pre, figure")).filte
   .map(one => one.textContent.slice(0, 60));
 """
 PAPER_PX = 718  # A4 between margins of 10 mm
+AXE_VERSION = "4.10.2"
+AXE = """
+const done = arguments[0];
+axe.run(document, {resultTypes: ["violations"]}).then(
+  result => done(result.violations.filter(one => ["serious", "critical"].includes(one.impact))
+                 .map(one => one.id + ": " + one.help + " (" + one.nodes.length + " times, first " +
+                             one.nodes[0].html.slice(0, 120) + ")")),
+  error => done(["axe-core failed: " + error]));
+"""
+
+
+def axe_source(folder):
+    """The script of axe-core, fetched by npm where it is not in the folder; None, with a note, where it cannot be."""
+    file = os.path.join(folder, "axe-core-%s.tgz" % AXE_VERSION)
+    if not os.path.exists(file):
+        if not shutil.which("npm"):
+            print("accessibility not tested: no npm", file=sys.stderr)
+            return None
+        os.makedirs(folder, exist_ok=True)
+        try:
+            subprocess.run(["npm", "pack", "--silent", "axe-core@" + AXE_VERSION], cwd=folder, timeout=90, check=True,
+                           stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        except (subprocess.SubprocessError, OSError):
+            print("accessibility not tested: npm could not fetch axe-core", file=sys.stderr)
+            return None
+    with tarfile.open(file) as archive:
+        return archive.extractfile("package/axe.min.js").read().decode("utf-8")
 
 
 def browser():
@@ -80,7 +120,7 @@ def requests(driver, page):
     return found
 
 
-def look_at(driver, page, width, dark):
+def look_at(driver, page, width, dark, axe):
     driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
                            {"width": width, "height": 844, "deviceScaleFactor": 1, "mobile": width < 500})
     driver.execute_cdp_cmd("Emulation.setEmulatedMedia",
@@ -100,10 +140,16 @@ def look_at(driver, page, width, dark):
     faults += ["without a name: " + one for one in driver.execute_script(UNNAMED)]
     if driver.execute_script(WIDER):
         faults.append("wider than %d px" % width)
-    if driver.execute_script("return document.querySelectorAll('figure.chart').length") == 0:
-        faults.append("no chart")
-    elif not dark and width > 500 and not driver.execute_async_script(ZOOM):
+    faults += ["empty: " + str(name) for name in driver.execute_script(EMPTY)]
+    charts = driver.execute_script("return document.querySelectorAll('figure.chart').length")
+    if driver.execute_script("return document.querySelectorAll('figure').length") == 0:
+        faults.append("no figure")
+    elif charts > 0 and not dark and width > 500 and not driver.execute_async_script(ZOOM):
         faults.append("zoom or legend do not work")
+    if axe:
+        driver.execute_script("document.querySelectorAll('details').forEach(one => { one.open = true; });")
+        driver.execute_script(axe)
+        faults += ["axe-core: " + one for one in driver.execute_async_script(AXE)]
     return faults
 
 
@@ -113,17 +159,24 @@ def print_it(driver, page):
     driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
     driver.get(page)
     time.sleep(0.5)
-    cut = driver.execute_script(CUT)
+    faults = ["cut on paper: " + one for one in driver.execute_script(CUT)]
     driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
-    return ["cut on paper: " + one for one in cut]
+    pdf = driver.execute_cdp_cmd("Page.printToPDF", {"paperWidth": 8.27, "paperHeight": 11.69, "transferMode":
+                                                     "ReturnAsBase64"})
+    document = base64.b64decode(pdf["data"])
+    if not document.startswith(b"%PDF") or len(document) < 20000:
+        faults.append("no PDF")
+    return faults
 
 
 def main():
     driver = browser()
+    driver.set_script_timeout(120)
+    axe = axe_source(sys.argv[1])
     try:
-        for path in sys.argv[1:]:
+        for path in sys.argv[2:]:
             for width, dark in ((1200, False), (390, False), (1200, True)):
-                for fault in look_at(driver, "file://" + path, width, dark):
+                for fault in look_at(driver, "file://" + path, width, dark, axe):
                     print("%s, %d px%s: %s" % (path, width, ", dark" if dark else "", fault))
             for fault in print_it(driver, "file://" + path):
                 print("%s: %s" % (path, fault))

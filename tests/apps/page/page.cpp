@@ -98,7 +98,7 @@ TEST_CASE("a recording that was kept is predicted on the page", "[apps][page]") 
   const auto ended = support::run(folder, "$ARDENT -q --force run kept.toml -o kept");
   CAPTURE(ended.err);
   REQUIRE(ended.code == 0);
-  CHECK_THAT(ended.out, Catch::Contains("which was not fitted: free run"));
+  CHECK_THAT(ended.out, Catch::Contains("which was not fitted: error of x in the free run"));
   CHECK_THAT(bytes_of(folder / "kept/report.html"), Catch::Contains("free run on another recording"));
   CHECK_THAT(bytes_of(folder / "kept/figures/prediction-1.csv"), Catch::StartsWith("time (s),measured,free run\n"));
 }

@@ -128,7 +128,7 @@ TEST_CASE("ranges must make sense", "[dsp][sidecar]") {
   };
   refused("[[range]]\nfrom = 5\nto = 5", {"rig.wav.toml:3", "from below to"});
   refused("[[range]]\nto = 5\ntrain_to = 6", {"rig.wav.toml:3", "above 0 and at most 5"});
-  refused("[[range]]\nname = \"a\"\n[[range]]\nname = \"a\"", {"rig.wav.toml:4", "there already"});
+  refused("[[range]]\nname = \"a\"\n[[range]]\nname = \"a\"", {"rig.wav.toml:4", "exists already"});
   refused("rate = \"51200/0\"", {"rig.wav.toml:1", "51200/3"});
   refused("rate = -1", {"above 0"});
   check_fault([] { (void)parse("clock = \"interpolate\""); }, FaultKind::usage, "config.missing", {"rate = 100"});

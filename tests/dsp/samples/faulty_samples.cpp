@@ -255,7 +255,7 @@ TEST_CASE("a channel that is at its extreme for a third of the record rests ther
   const auto faults = examined(dsp::FrameBlock(samples), 4096, 100.0);
   CHECK(faults.ranges.empty());
   CHECK_THAT(check(faults, "sample.clipped").message,
-             Catch::Contains("56 % of the record is at 0.2 V: taken for rest"));
+             Catch::Contains("56 % of the record is at 0.2 V: treated as rest"));
 }
 
 TEST_CASE("channels as a whole: constant, a switch, coarse, shifted, drifting, with spikes", "[dsp][faulty_samples]") {

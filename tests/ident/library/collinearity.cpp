@@ -90,10 +90,10 @@ TEST_CASE("x and sin(x) are distinguished where x is large, and nothing is said"
 TEST_CASE("equal columns, zero columns and constants beside the intercept are named", "[ident][collinearity]") {
   const Data data = data_of({"1", "x", "2*x", "0*v", "3+0*v", "v"});
   const auto said = remarks(data, 4.0 * data.phi.col(1) + 0.1 * gaussian(2000, 1, 5));
-  CHECK((any(said, "2*x and x are the same column") || any(said, "x and 2*x are the same column")));
+  CHECK((any(said, "2*x and x are proportional") || any(said, "x and 2*x are proportional")));
   CHECK(any(said, "was kept"));
   CHECK(any(said, "0*v is zero throughout"));
-  CHECK((any(said, "1 and 3+0*v are the same column") || any(said, "3+0*v and 1 are the same column")));
+  CHECK((any(said, "1 and 3+0*v are proportional") || any(said, "3+0*v and 1 are proportional")));
 }
 
 TEST_CASE("of many kept terms that have a double only some are named and the rest counted", "[ident][collinearity]") {

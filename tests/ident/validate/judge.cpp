@@ -95,7 +95,7 @@ TEST_CASE("noise of the channels excuses what is left over, and nothing else doe
   CHECK(of(result).verdict == Verdict::describes);
   result.fits[0].noise.residual_power = 5e-3;
   result.fits[0].noise.residual_std = result.fits[0].noise.known_std = std::sqrt(4e-3);
-  CHECK_THAT(of(result).sentence, Catch::Contains("as noise"));
+  CHECK_THAT(of(result).sentence, Catch::Contains("no more than noise"));
   result.fits[0].noise.residual_std = std::sqrt(1e-3);
   CHECK(of(result).verdict == Verdict::in_part);
   CHECK_THAT(of(result).sentence, Catch::Contains("more than the noise of the signals"));

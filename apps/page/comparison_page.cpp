@@ -1,0 +1,141 @@
+#include "apps/page/comparison_page.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <limits>
+
+#include "apps/page/document.hpp"
+#include "apps/page/page.hpp"
+#include "apps/page/page_sections.hpp"
+#include "apps/process/printable.hpp"
+#include "dsp/names.hpp"
+
+namespace apps {
+namespace {
+
+constexpr double interval_95 = 1.96;  // standard deviations to either side
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+/// What a term's figure begins with.
+std::string range_prefix(std::size_t range) {
+  return fmt::format("range-{}-", range + 1);
+}
+
+RunFigure term_figure(const RangeComparison& range, const std::string& term, const std::string& name) {
+  std::vector<double> runs, means, ends, interval;
+  std::string unit;
+  for (std::size_t i = 0; i < range.columns.size(); ++i) {
+    const nlohmann::ordered_json* own = term_of(range.columns[i], term);
+    if (own == nullptr) continue;
+    const auto run = static_cast<double>(i + 1);
+    const double mean = own->at("mean").get<double>();
+    const double std = own->at("std").is_number() ? own->at("std").get<double>() : nan;
+    unit = own->value("unit", "");
+    runs.push_back(run);
+    means.push_back(mean);
+    ends.insert(ends.end(), {run, run, run});
+    interval.insert(interval.end(), {mean - interval_95 * std, mean + interval_95 * std, nan});
+  }
+  const auto known = range.truth.find(term);
+  RunFigure figure{
+      name,
+      known == range.truth.end()
+          ? fmt::format("Coefficient of {} by run, with 95 % intervals. Runs agree where intervals overlap "
+                        "by half.",
+                        term)
+          : fmt::format("Coefficient of {} by run, with 95 % intervals, and its true value.", term),
+      {fmt::format("coefficient of {}", term), "run (number in the table)", unit.empty() ? "no unit" : unit},
+      false};
+  figure.panel.series = {{"95 % interval", as_vector(ends), as_vector(interval), PlotStyle::line, PlotColour::blue},
+                         {"coefficient", as_vector(runs), as_vector(means), PlotStyle::points, PlotColour::black}};
+  const double last = static_cast<double>(range.columns.size()) + 0.5;
+  if (known != range.truth.end())
+    figure.panel.series.push_back({"true value", as_vector({0.5, last}), as_vector({known->second, known->second}),
+                                   PlotStyle::dashed, PlotColour::vermilion});
+  figure.panel.x_limits = {0.5, last};
+  constexpr std::size_t most_names = 15;
+  for (std::size_t run = 0; run <= range.columns.size() && range.columns.size() <= most_names; ++run)
+    figure.panel.x_names.push_back(fmt::format("{}", run));
+  return figure;
+}
+
+std::vector<std::string> heads_of(const TextGrid& grid, bool numbered) {
+  std::vector<std::string> heads{grid.corner};
+  std::size_t number = 0;
+  for (const std::string& column : grid.columns)
+    heads.push_back(numbered && column != "truth" ? fmt::format("{}: {}", ++number, column) : column);
+  return heads;
+}
+
+void write_grid(const std::string& caption, const TextGrid& grid, bool numbered, HtmlWriter& html) {
+  std::vector<std::vector<std::string>> rows;
+  for (std::size_t i = 0; i < grid.rows.size(); ++i) {
+    rows.push_back({grid.rows[i]});
+    rows.back().insert(rows.back().end(), grid.cells[i].begin(), grid.cells[i].end());
+  }
+  html.table(caption, heads_of(grid, numbered), rows);
+}
+
+void write_changes(const RunComparison& comparison, HtmlWriter& html) {
+  html.open("section", {{"id", "changes"}}).element("h2", "What differs");
+  if (comparison.changes.empty())
+    html.element("p", "No difference: the same inputs, settings and program.");
+  else
+    write_grid("Program, inputs and settings that are not the same in all runs", changes_grid(comparison), false, html);
+  html.close();
+}
+
+void write_range(const RunComparison& comparison, std::size_t index, const std::vector<RunFigure>& figures,
+                 HtmlWriter& html) {
+  const RangeComparison& range = comparison.ranges[index];
+  html.open("section", {{"id", fmt::format("range-{}", index + 1)}})
+      .element("h2", "Range " + printable(range.range, 200));
+  write_grid("Verdict, coefficients and errors", grid_of(range), true, html);
+  html.element("p", range.truth.empty()
+                        ? "In brackets: the difference from the first run in standard deviations of that difference; "
+                          "beyond 3 the runs do not agree. -: the term was not kept."
+                        : "inside, outside: the true value is in the 95 % interval or not. -: the term was not kept.");
+  html.open("div", {{"class", "clouds"}});
+  for (const RunFigure& figure : figures)
+    if (figure.name.starts_with(range_prefix(index))) write_figure(figure, most_points_of_a_page, html);
+  html.close().close();
+}
+
+}  // namespace
+
+std::vector<RunFigure> comparison_figures(const RunComparison& comparison) {
+  constexpr std::size_t most_runs = 60;
+  std::vector<RunFigure> figures;
+  if (comparison.titles.size() > most_runs) return figures;
+  for (std::size_t i = 0; i < comparison.ranges.size(); ++i) {
+    const RangeComparison& range = comparison.ranges[i];
+    for (std::size_t k = 0; k < range.terms.size(); ++k) {
+      std::size_t having = 0;
+      for (const ComparedColumn& column : range.columns) having += term_of(column, range.terms[k]) != nullptr ? 1 : 0;
+      if (having < 2 && range.truth.empty()) continue;
+      figures.push_back(term_figure(range, range.terms[k],
+                                    fmt::format("{}{}-{}", range_prefix(i), k + 1, dsp::slug(range.terms[k]))));
+    }
+  }
+  return figures;
+}
+
+std::string comparison_page(const RunComparison& comparison, const std::vector<RunFigure>& figures) {
+  std::vector<std::string> names;
+  constexpr std::size_t most_names = 4;
+  for (const std::string& title : comparison.titles) names.push_back(printable(title, 100));
+  if (names.size() > most_names) names.resize(most_names), names.emplace_back("...");
+  return html_document(fmt::format("Runs side by side: {}", fmt::join(names, ", ")), [&](HtmlWriter& html) {
+    std::vector<PageLink> links;
+    if (comparison.titles.size() > 1) links.push_back({"changes", "What differs"});
+    for (std::size_t i = 0; i < comparison.ranges.size(); ++i)
+      links.push_back({fmt::format("range-{}", i + 1), "Range " + printable(comparison.ranges[i].range, 60)});
+    write_contents(links, html);
+    if (comparison.titles.size() > 1) write_changes(comparison, html);
+    for (std::size_t i = 0; i < comparison.ranges.size(); ++i) write_range(comparison, i, figures, html);
+  });
+}
+
+}  // namespace apps

@@ -1,0 +1,20 @@
+#pragma once
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "apps/output/html_writer.hpp"
+
+namespace apps {
+
+/// A page that asks for nothing else: head with policy and style, <main> with the title and what `body` writes, the
+/// licence of what draws the charts, scripts. The same bytes for the same content.
+[[nodiscard]] std::string html_document(const std::string& title, const std::function<void(HtmlWriter&)>& body);
+
+/// A link of a page's contents: to the element of this id.
+struct PageLink {
+  std::string id, text;
+};
+void write_contents(const std::vector<PageLink>& links, HtmlWriter& html);
+
+}  // namespace apps

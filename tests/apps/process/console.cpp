@@ -1,0 +1,27 @@
+#include "apps/process/console.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "support/program.hpp"
+
+using support::Scratch;
+
+TEST_CASE("a line of progress has phase, fraction, rate and remaining time", "[apps][console]") {
+  CHECK(apps::progress_line("reading a.wav", 0.25, 5.0) ==
+        "reading a.wav [########                      ]  25 %, 5 %/s, 15 s left");
+  CHECK(apps::progress_line("fitting", std::nan(""), 12.4) == "fitting, 12 s");
+  CHECK(apps::progress_line("fitting", 0.0, 12.4) == "fitting [                              ]   0 %");
+  CHECK(apps::progress_line("fitting", 1.2, 2.0) == "fitting [##############################] 100 %, 50 %/s, 0 s left");
+}
+
+TEST_CASE("progress is drawn while reading, fitting and writing, and only on a terminal", "[apps][console]") {
+  const Scratch folder;
+  REQUIRE(support::run(folder, "$ARDENT -q sim duffing -o d --duration 60").code == 0);
+  const auto asked = support::run(folder, "$ARDENT run d/response.csv -o always --progress always");
+  for (const char* phase : {"\rreading response.csv", "\rforming columns", "\rfitting", "\rdrawing figures",
+                            "\rwriting prepared.csv", "\rwriting predictions.csv"})
+    CHECK_THAT(asked.err, Catch::Contains(phase));
+  CHECK_THAT(support::bytes_of(folder / "always/log.txt"), !Catch::Contains("\r"));
+  CHECK_THAT(support::run(folder, "$ARDENT run d/response.csv -o file").err, !Catch::Contains("\r"));
+}
