@@ -359,6 +359,22 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
   return judged;
 }
 
+/// Rows that count as fewer than they are: the same coefficients, wider intervals.
+RFactor thinned(RFactor data, double fraction) {
+  data.R *= std::sqrt(fraction);
+  data.num_samples = std::lround(fraction * static_cast<double>(data.num_samples));
+  return data;
+}
+
+/// Of rows as evidence, what the colour that is left beside the sensors makes of them in the intervals of the first fit
+/// that weighs them.
+double uncounted_fraction(const RangeResult& result, const EvidenceData& evidence) {
+  const auto weighed = std::find_if(result.fits.begin(), result.fits.end(),
+                                    [](const JudgedFit& fit) { return !fit.sensors.empty() && fit.fit.selection; });
+  if (weighed == result.fits.end()) return 1.0;
+  return std::min(1.0, weighed->independent_fraction / evidence.size.fraction());
+}
+
 /// On the candidates that are linear.
 Model linear_model(const RangeData& range, const CandidateLibrary& library, const IdentifyOptions& options) {
   std::vector<Index> positions;
@@ -400,7 +416,11 @@ RangeResult identify(const Range& range, std::vector<Columns>& recordings, const
   result.target.resize(data.train.size() + data.test.size());
   result.target << data.train, data.test;
   result.linear = linear_model(data, library, options);
-  result.factors = {data.terms, data.scale(data.terms), data.data, data.evidence.data, {}};
+  result.factors = {data.terms,
+                    data.scale(data.terms),
+                    data.data,
+                    thinned(data.evidence.data, uncounted_fraction(result, data.evidence)),
+                    {}};
   if (options.most_blocks > 0)
     result.factors.blocks = factor_blocks(result.rows.train, recordings, data.terms, options.most_blocks, options.poll);
   for (const MethodOptions& method : options.methods) {

@@ -155,7 +155,7 @@ int write_results(const BatchResults& results, const BatchArguments& arguments, 
                                   [](const RecordResult& record) { return record.was_kept; });
   console.result(console.json() ? json
                                 : fmt::format("{}{}results are in {}: open report.html\n", batch_text(results),
-                                              kept > 0 ? fmt::format("{} were there already; ", kept) : "",
+                                              kept > 0 ? fmt::format("{} kept from before; ", kept) : "",
                                               folder.destination().string()));
   return code;
 }

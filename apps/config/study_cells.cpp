@@ -150,12 +150,13 @@ int best_cutoff(const std::vector<StudyResult>& results) {
   for (std::size_t i = 0; i < results.size(); ++i) {
     const StudyResult& result = results[i];
     if (!has(result.cell, cutoff) || result.kept_fraction < least_kept || result.ranges.empty()) continue;
-    std::pair<int, double> score;
+    std::pair<int, double> score{ident::preference(ident::Verdict::describes), 0.0};  // of the worst range
     for (const ident::StudyRange& range : result.ranges) {
       if (range.fits.empty()) continue;
       const ident::JudgedFit& fit = range.fits.front();
-      score.first += ident::preference(fit.judgement.verdict);
-      score.second -= std::isfinite(fit.free_run.nmse_centred) ? fit.free_run.nmse_centred : HUGE_VAL;
+      const double error = fit.free_run.nmse_centred;
+      score.first = std::min(score.first, ident::preference(fit.judgement.verdict));
+      score.second = std::min(score.second, std::isfinite(error) ? -error : -HUGE_VAL);
     }
     if (best >= 0 && score <= best_score) continue;
     best = static_cast<int>(i);
@@ -236,7 +237,7 @@ std::vector<StudyResult> run_cells(const StudyRequest& request, Console& console
     try {
       run_group(jobs);
     } catch (const dsp::Fault& fault) {  // some settings leave nothing to identify from
-      if (jobs.front().place == 0 || fault.kind() != dsp::FaultKind::input) throw;
+      if (jobs.front().place == 0 || fault.kind() == dsp::FaultKind::output) throw;
       for (const Job& job : jobs) results[job.place].trouble = fault.what();
     }
   }

@@ -37,8 +37,9 @@ struct StudyResult : ident::StudyOutcome {
   double kept_fraction = 1.0;  ///< of the power of the motion's acceleration, by the band: least of the recordings
 };
 
-/// Of the cells that vary the cut-off: the one whose equation of the first method, range by range, has the best verdict
-/// and then the free run closest to x, among those that keep 95 % of the motion's power; -1 where none of them does.
+/// Of the cells that vary the cut-off: the one whose equation of the first method has the best verdict on its worst
+/// range, and then the free run closest to x there, among those that keep 95 % of the motion's power, below which
+/// prepare.band warns; -1 where none of them does.
 [[nodiscard]] int best_cutoff(const std::vector<StudyResult>& results);
 
 struct StudyRequest {

@@ -55,7 +55,7 @@ Ending ending_of_exception() {
   try {
     throw;
   } catch (const Interrupted& interrupted) {
-    return {code_signal + interrupted.signal, "interrupted", "signal", "stopped by a signal; nothing was written"};
+    return {code_signal + interrupted.signal, "interrupted", "signal", "stopped by a signal; no unfinished result was written"};
   } catch (const dsp::SeveralFaults& faults) {
     Ending ending = of_fault(faults);
     ending.further.assign(faults.all().begin() + 1, faults.all().end());

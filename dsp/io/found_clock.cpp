@@ -70,13 +70,16 @@ std::optional<ClockUnit> unit_of_clock(const Stamps& stamps, int column, std::op
   }
   if (step < 1.0) return units[0];
   const double ms_hz = rate_hz_of(step, stamps, units[1]), us_hz = rate_hz_of(step, stamps, units[2]);
+  constexpr double slowest_hz = 10.0;  // of a recorder of vibration
+  const std::size_t likely = ms_hz < slowest_hz ? 2 : 1;
   throw Fault(
       FaultKind::input, "clock.unit",
       fmt::format("{}: column {} rises by {:.6g} from row to row and seems to be the time. In seconds that would "
                   "be {:.3g} Hz, in ms {:.6g} Hz, in us {:.6g} Hz. Say which it is in {}, its first lines:",
                   stamps.name, column, step, 1.0 / step, ms_hz, us_hz, sidecar_path(stamps.name).string()),
-      fmt::format("{}[[channel]]\nname = \"t\"\nindex = {}\nrole = \"t\"\nunit = \"ms\"\n",
-                  interpolation_lines(in_unit(stamps, units[1]), ms_hz), column));
+      fmt::format("{}[[channel]]\nname = \"t\"\nindex = {}\nrole = \"t\"\nunit = \"{}\"\n",
+                  interpolation_lines(in_unit(stamps, units[likely]), likely == 2 ? us_hz : ms_hz), column,
+                  units[likely].name));
 }
 
 }  // namespace dsp

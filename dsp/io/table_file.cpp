@@ -147,6 +147,7 @@ class TableFile : public RowsOnClock {
     }
     if (info_.num_frames == 0) throw fault("table.empty", "no whole row");
     if (clock_column_ >= 0) stamps.printed_to_s = printed_.coarsest();
+    if (options.with_clock && layout_.time_column >= 0) require_unit(stamps, options);
     if (layout_.time_column < 0) take_for_clock(stamps, options);
     if (layout_.time_column < 0 || !options.with_clock) {
       info_.sample_rate_hz = layout_.rate_hz.value_or(0.0);
@@ -156,13 +157,28 @@ class TableFile : public RowsOnClock {
         stamps, {.rate_hz = options.rate_hz, .header_rate_hz = layout_.rate_hz, .interpolate = options.interpolate}));
   }
 
+  // Time without a unit is in seconds, unless that would be slower than any vibration is sampled.
+  void require_unit(const Stamps& stamps, const OpenOptions& options) const {
+    const bool is_given =
+        !layout_.units[static_cast<std::size_t>(clock_column_)].empty() || options.rate_hz.has_value();
+    if (!is_given && is_clock_like(stamps.time_s)) (void)unit_of_clock(stamps, clock_column_ + 1, std::nullopt);
+  }
+
   // A column that nobody called time becomes the clock where it is one to its end and its unit is clear.
   void take_for_clock(Stamps& stamps, const OpenOptions& options) {
     if (clock_column_ < 0 || !is_clock_like(stamps.time_s)) return;
     if (!options.with_clock) layout_.time_column = info_.time_column = clock_column_;
     if (!options.with_clock) return;
     const auto unit = unit_of_clock(stamps, clock_column_ + 1, options.rate_hz);
-    if (!unit) return;
+    if (!unit) {
+      info_.checks.push_back(
+          {"clock.ignored", "", CheckStatus::warning, *options.rate_hz, 0.0,
+           fmt::format(
+               "{}: column {} rises evenly as a clock does, but not at the {} Hz that the sidecar says. Correct "
+               "the rate, or give the column the role t and its unit",
+               file_->name(), clock_column_ + 1, *options.rate_hz)});
+      return;
+    }
     for (double& time_s : stamps.time_s) time_s *= unit->in_s;
     stamps.printed_to_s *= unit->in_s;
     layout_.time_column = info_.time_column = clock_column_;

@@ -132,7 +132,7 @@ void find_time(TableLayout& layout) {
   }
 }
 
-// A column that nobody called time, as far as its first rows tell.
+// The only column that could be a clock, as far as its first rows tell.
 void find_clock_like(TableLayout& layout, const std::vector<Line>& lines) {
   std::vector<std::vector<double>> columns(layout.columns.size());
   for (const Line& line : lines) {
@@ -141,8 +141,10 @@ void find_clock_like(TableLayout& layout, const std::vector<Line>& lines) {
     for (std::size_t i = 0; i < columns.size(); ++i)
       (void)parse_cell(fields[i], layout.decimal_comma, columns[i].emplace_back());
   }
-  for (std::size_t i = 0; i < columns.size() && layout.clock_like_column < 0; ++i)
-    if (layout.units[i].empty() && is_clock_like(columns[i])) layout.clock_like_column = static_cast<int>(i);
+  std::vector<int> found;
+  for (std::size_t i = 0; i < columns.size(); ++i)
+    if (is_clock_like(columns[i])) found.push_back(static_cast<int>(i));
+  if (found.size() == 1) layout.clock_like_column = found.front();  // of two, a person must say which
 }
 
 void size_columns(TableLayout& layout) {
@@ -194,7 +196,7 @@ TableLayout csv_layout(const InputFile& file, const std::vector<Line>& lines) {
   // Names may be in the last comment above the numbers.
   if (!layout.named && static_cast<int>(remark.size()) == layout.num_columns) set_names(layout, remark);
   find_time(layout);
-  if (layout.time_column < 0) find_clock_like(layout, lines);
+  if (layout.time_column < 0 && !layout.named) find_clock_like(layout, lines);
   return layout;
 }
 

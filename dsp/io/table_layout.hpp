@@ -23,7 +23,7 @@ struct TableLayout {
   std::uint64_t data_offset = 0;  ///< first byte of the first row
   std::int64_t first_line = 1;    ///< its line number
   int time_column = -1;
-  int clock_like_column = -1;     ///< without a time column: one whose first values could be a clock's
+  int clock_like_column = -1;     ///< without names: the only one whose first values could be a clock's
   std::optional<double> rate_hz;  ///< the header's own
 };
 

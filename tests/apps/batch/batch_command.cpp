@@ -125,11 +125,11 @@ TEST_CASE("a batch that begins again does what is missing or has changed", "[app
   };
   const auto before = manifests();
   const std::string table = bytes_of(folder / "out/table.csv");
-  expect(folder, batch, 0, {"3 were there already"});
+  expect(folder, batch, 0, {"3 kept from before"});
   CHECK(manifests() == before);
   CHECK(bytes_of(folder / "out/table.csv") == table);
 
-  expect(folder, "sed -i '$ s/.$/1/' r2.csv; rm -r out/runs/r3; " + batch, 0, {"1 were there already"});
+  expect(folder, "sed -i '$ s/.$/1/' r2.csv; rm -r out/runs/r3; " + batch, 0, {"1 kept from before"});
   auto after = manifests();
   CHECK(after[0] == before[0]);
   CHECK(after[1] != before[1]);
@@ -202,7 +202,7 @@ TEST_CASE("kill -9 of a batch, of its children or of a rank loses nothing and no
     fs::rename(folder / "stopped1", folder / "out");
     const auto before = done("out");
     CHECK(before.size() == 5);
-    expect(folder, command, 0, {"5 were there already"});
+    expect(folder, command, 0, {"5 kept from before"});
     CHECK(files_of(folder / "out") == wanted);
   }
   SECTION("one rank") {
