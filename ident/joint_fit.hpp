@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,7 @@ struct RecordFactors {
   std::string target, target_unit;
   double rate_hz = 0.0, band_hz = 0.0;  ///< of the rows; where the columns' pass band ends, 0: no filter
   bool calibrated = true;
+  std::optional<double> stated_zero_m = {};  ///< of x, where a person stated what was subtracted from it
   std::vector<FactorTerm> terms;  ///< candidates that the rows can tell apart
   RFactor white, evidence;        ///< as of RangeFactors; each of `terms` and the target
   std::vector<FactorBlock> blocks;

@@ -129,8 +129,13 @@ RunOutcome run_into(RunFolder& results, const Config& config, const RunArguments
   results.write("equation.tex", report_latex(ranges));
   results.write("equation.json", outcome.equation);
   results.write("metrics.json", metrics_json(ranges, options));
-  write_factors(record_factors(ranges, columns, sources_of(files_of), libraries.front(), options), work.config, results,
-                console);
+  std::vector<ident::RecordFactors> factors =
+      record_factors(ranges, columns, sources_of(files_of), libraries.front(), options);
+  for (std::size_t i = 0; i < factors.size(); ++i) {
+    const Input& input = work.inputs[static_cast<std::size_t>(std::max(ranges[i].recording, 1) - 1)];
+    if (input.zero_is_known) factors[i].stated_zero_m = input.zero_m;
+  }
+  write_factors(factors, work.config, results, console);
   results.add_table(predictions_table(ranges, columns));
   write_page(found, first, results, console);
   outcome.exit_code = std::max(exit_code_of(ranges, console), required_verdicts(ranges, arguments.require, console));

@@ -36,6 +36,7 @@ Json record_json(const ident::RecordFactors& record) {
             {"target", record.target},
             {"target_unit", record.target_unit},
             {"terms", Json::array()}};
+  if (record.stated_zero_m) json["stated_zero_m"] = *record.stated_zero_m;
   for (const ident::FactorSource& source : record.sources)
     json["files"].push_back({{"path", printable(source.path)}, {"sha256", source.sha256}});
   for (const ident::FactorTerm& term : record.terms)

@@ -145,6 +145,24 @@ std::string different_ranges(const std::vector<ident::RecordFactors>& records) {
       recordings.size(), fmt::join(parts, ", "));
 }
 
+/// Zeros that were found in each record are each its own; those that a person stated may be mistaken. Empty where all
+/// are alike.
+std::string different_zeros(const std::vector<ident::RecordFactors>& records) {
+  const ident::RecordFactors& first = records.front();
+  const auto other = std::find_if(records.begin(), records.end(), [&](const ident::RecordFactors& record) {
+    return record.stated_zero_m != first.stated_zero_m;
+  });
+  if (other == records.end()) return {};
+  const auto shown_zero = [](const ident::RecordFactors& record) {
+    return fmt::format("{} ({})", record.stated_zero_m ? fmt::format("{:.6g} m", *record.stated_zero_m) : "not stated",
+                       printable(record.record));
+  };
+  return fmt::format(
+      "the zero of x differs between records: {}, {}. Terms in x are then of different x, unless the "
+      "sensor's zero differed. Give all of them one prepare.zero",
+      shown_zero(first), shown_zero(*other));
+}
+
 }  // namespace
 
 std::vector<std::string> differences(const std::vector<ident::RecordFactors>& records) {
@@ -161,6 +179,7 @@ std::vector<std::string> differences(const std::vector<ident::RecordFactors>& re
   };
   if (records.empty()) return found;
   compare("the band", &ident::RecordFactors::band_hz);
+  if (std::string text = different_zeros(records); !text.empty()) found.push_back(std::move(text));
   if (std::string text = different_ranges(records); !text.empty()) found.push_back(std::move(text));
   return found;
 }

@@ -148,6 +148,7 @@ ident::RecordFactors read_record(const Field& field) {
                               .band_hz = field.at("band_hz").number_from(0.0),
                               .calibrated = field.at("calibrated").flag(),
                               .terms = read_terms(field.at("terms"))};
+  if (field.has("stated_zero_m")) record.stated_zero_m = field.at("stated_zero_m").number();
   for (const Field& source : field.at("files").items())
     record.sources.push_back({source.at("path").text(), read_hash(source.at("sha256"))});
   if (record.sources.empty()) field.at("files").fail("at least one file");

@@ -98,6 +98,8 @@ TEST_CASE("runs are merged from their folders, each record with its blocks of ti
   }
   CHECK(record.blocks.size() > 8);
   for (std::size_t i = 1; i < record.blocks.size(); ++i) CHECK(record.blocks[i].from_s >= record.blocks[i - 1].to_s);
+  expect(folder, "$ARDENT run t2.csv -o off --set prepare.zero=0.01 && $ARDENT merge r1 off", 0,
+         {"warning", "the zero of x differs between records", "0.01 m (t2.csv)"});
   const json joint = json::parse(expect(folder, "$ARDENT merge r1 r2 --json", 0, {}).out);
   const json& terms = joint["ranges"][0]["methods"][0]["terms"];
   const auto mean = means_of(terms), deviation = means_of(terms, "std");
