@@ -10,6 +10,7 @@
 
 #include "apps/batch/batch_folder.hpp"
 #include "apps/output/factors_file.hpp"
+#include "apps/output/json_number.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/fault.hpp"
@@ -95,10 +96,6 @@ void require_verdicts(RecordResult& result, const std::string& require) {
                                  range.name, range.verdict, require);
     result.exit_code = std::max(result.exit_code, 4);
   }
-}
-
-Json number_or_null(double value) {
-  return std::isfinite(value) ? Json(value) : Json();
 }
 
 Json text_or_null(const std::string& text) {

@@ -78,12 +78,13 @@ ident::StudyCase case_of(Config& config, const StudyCell& cell, const std::vecto
   return {config.library, config.ranges, identify_options(config, inputs, num_threads)};
 }
 
-double kept_fraction(const std::vector<Input>& inputs) {
-  double least = 1.0;
-  for (const Input& input : inputs)
-    for (const dsp::Check& check : input.prepared.checks)
-      if (check.name == "prepare.band") least = std::min(least, check.value);
-  return least;
+bool keeps_motion(const std::vector<Input>& inputs) {
+  return std::none_of(inputs.begin(), inputs.end(), [](const Input& input) {
+    const auto& checks = input.prepared.checks;
+    return std::any_of(checks.begin(), checks.end(), [](const dsp::Check& check) {
+      return check.name == "prepare.band" && check.status == dsp::CheckStatus::warning;
+    });
+  });
 }
 
 }  // namespace
@@ -144,12 +145,11 @@ std::vector<StudyAxis> default_axes(const Config& config, double rate_hz, std::i
 }
 
 int best_cutoff(const std::vector<StudyResult>& results) {
-  constexpr double least_kept = 0.95;
   int best = -1;
   std::pair<int, double> best_score;
   for (std::size_t i = 0; i < results.size(); ++i) {
     const StudyResult& result = results[i];
-    if (!has(result.cell, cutoff) || result.kept_fraction < least_kept || result.ranges.empty()) continue;
+    if (!has(result.cell, cutoff) || !result.keeps_motion || result.ranges.empty()) continue;
     std::pair<int, double> score{ident::preference(ident::Verdict::describes), 0.0};  // of the worst range
     for (const ident::StudyRange& range : result.ranges) {
       if (range.fits.empty()) continue;
@@ -229,7 +229,7 @@ std::vector<StudyResult> run_cells(const StudyRequest& request, Console& console
                      request.max_memory_bytes > 0 ? request.max_memory_bytes : dsp::ReadOptions{}.max_memory_bytes);
     for (std::size_t k = 0; k < jobs.size(); ++k) {
       static_cast<ident::StudyOutcome&>(results[jobs[k].place]) = outcomes[k];
-      results[jobs[k].place].kept_fraction = kept_fraction(inputs);
+      results[jobs[k].place].keeps_motion = keeps_motion(inputs);
     }
   };
   for (const std::string& key : order) {

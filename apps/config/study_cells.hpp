@@ -34,12 +34,12 @@ struct StudyCell {
 
 struct StudyResult : ident::StudyOutcome {
   StudyCell cell;
-  double kept_fraction = 1.0;  ///< of the power of the motion's acceleration, by the band: least of the recordings
+  bool keeps_motion = true;  ///< in its band: prepare.band warns of no recording
 };
 
 /// Of the cells that vary the cut-off: the one whose equation of the first method has the best verdict on its worst
-/// range, and then the free run closest to x there, among those that keep 95 % of the motion's power, below which
-/// prepare.band warns; -1 where none of them does.
+/// range, and then the free run closest to x there, among those that keep the motion; -1 where none of them
+/// does.
 [[nodiscard]] int best_cutoff(const std::vector<StudyResult>& results);
 
 struct StudyRequest {

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "apps/output/json_number.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/fault.hpp"
 #include "ident/methods.hpp"
@@ -18,10 +19,6 @@ namespace {
 
 using Eigen::Index;
 using Json = nlohmann::ordered_json;
-
-Json number_or_null(double value) {
-  return std::isfinite(value) ? Json(value) : Json();
-}
 
 std::string shown(double value) {
   return std::isfinite(value) ? fmt::format("{:.3g}", value) : "none";

@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "apps/output/json_number.hpp"
 #include "apps/output/svg_plot.hpp"
 #include "apps/paper/replicate_statistics.hpp"
 #include "dsp/order_statistics.hpp"
@@ -20,10 +21,6 @@ using Eigen::VectorXd;
 using nlohmann::ordered_json;
 
 // JSON has no NaN.
-ordered_json number_or_null(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
-}
-
 std::vector<std::string> names_of(const Section4Study& study, const std::vector<Index>& terms) {
   std::vector<std::string> names;
   for (const Index term : terms) names.push_back(study.library.terms[static_cast<std::size_t>(term)].name);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "apps/output/json_number.hpp"
 #include "apps/paper/replicate_output.hpp"
 #include "ident/model.hpp"
 #include "sim/rig/qzs_rig.hpp"
@@ -15,10 +16,6 @@ namespace apps {
 namespace {
 
 using nlohmann::ordered_json;
-
-ordered_json number_or_null(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
-}
 
 std::string shown(double value, const char* format = "{:.4g}") {
   return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "-";

@@ -16,12 +16,6 @@ namespace {
 
 const std::array<ClockUnit, 3> units{{{"s", 1.0}, {"ms", 1e-3}, {"us", 1e-6}}};
 
-std::vector<double> steps_of(const std::vector<double>& values) {
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < values.size(); ++i) steps.push_back(values[i] - values[i - 1]);
-  return steps;
-}
-
 // The steps between stamps are even within their last digit, if not always, then in the middle.
 double rate_hz_of(double step, const Stamps& stamps, const ClockUnit& unit) {
   return roundest_rate(1.0 / (step * unit.in_s), std::min(0.5 * stamps.printed_to_s / step, 1e-3));
@@ -49,14 +43,18 @@ bool is_clock_like(const std::vector<double>& values) {
   constexpr std::size_t fewest = 8;
   constexpr double usual = 0.9, nearly = 0.5;
   if (values.size() < fewest) return false;
-  std::vector<double> steps = steps_of(values);
-  if (!std::all_of(steps.begin(), steps.end(), [](double step) { return step > 0.0 && std::isfinite(step); }))
-    return false;
-  if (std::all_of(steps.begin(), steps.end(), [](double step) { return step == 1.0; })) return false;
-  const double middle = median(steps);
-  const auto even = std::count_if(steps.begin(), steps.end(),
-                                  [&](double step) { return std::abs(step - middle) <= nearly * middle; });
-  return static_cast<double>(even) >= usual * static_cast<double>(steps.size());
+  bool by_ones = true;
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    const double step = values[i] - values[i - 1];
+    if (!(step > 0.0) || !std::isfinite(step)) return false;
+    by_ones = by_ones && step == 1.0;
+  }
+  if (by_ones) return false;
+  const double middle = median(steps_of(values));
+  std::size_t num_even = 0;
+  for (std::size_t i = 1; i < values.size(); ++i)
+    if (std::abs(values[i] - values[i - 1] - middle) <= nearly * middle) ++num_even;
+  return static_cast<double>(num_even) >= usual * static_cast<double>(values.size() - 1);
 }
 
 std::optional<ClockUnit> unit_of_clock(const Stamps& stamps, int column, std::optional<double> rate_hz) {

@@ -70,12 +70,6 @@ struct Steps {
   double least_s = 0.0, most_s = 0.0;
 };
 
-std::vector<double> steps_of(const std::vector<double>& time_s) {
-  std::vector<double> steps(time_s.size() - 1);
-  for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = time_s[i + 1] - time_s[i];
-  return steps;
-}
-
 Steps find_steps(const Stamps& stamps) {
   const auto& time_s = stamps.time_s;
   const std::size_t num_steps = time_s.size() - 1;
@@ -229,6 +223,12 @@ Clock interpolated_clock(const Stamps& stamps, double rate_hz) {
 }
 
 }  // namespace
+
+std::vector<double> steps_of(const std::vector<double>& stamps) {
+  std::vector<double> steps(stamps.empty() ? 0 : stamps.size() - 1);
+  for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = stamps[i + 1] - stamps[i];
+  return steps;
+}
 
 std::int64_t Stamps::line(std::size_t row) const {
   const auto at = static_cast<std::int64_t>(row);

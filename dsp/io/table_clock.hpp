@@ -18,6 +18,9 @@ struct Stamps {
   [[nodiscard]] std::int64_t line(std::size_t row) const;
 };
 
+/// From each stamp to the next, in the unit of the stamps.
+[[nodiscard]] std::vector<double> steps_of(const std::vector<double>& stamps);
+
 struct ClockOptions {
   std::optional<double> rate_hz{};         ///< what a person says
   std::optional<double> header_rate_hz{};  ///< what the file says elsewhere; given up where the stamps contradict it

@@ -161,7 +161,10 @@ class TableFile : public RowsOnClock {
   void require_unit(const Stamps& stamps, const OpenOptions& options) const {
     const bool is_given =
         !layout_.units[static_cast<std::size_t>(clock_column_)].empty() || options.rate_hz.has_value();
-    if (!is_given && is_clock_like(stamps.time_s)) (void)unit_of_clock(stamps, clock_column_ + 1, std::nullopt);
+    constexpr double least_mean_s = 0.4;  // of a clock whose usual step is a second or more, however uneven
+    const double span_s = stamps.time_s.back() - stamps.time_s.front();
+    if (is_given || !(span_s > least_mean_s * static_cast<double>(stamps.time_s.size()))) return;
+    if (is_clock_like(stamps.time_s)) (void)unit_of_clock(stamps, clock_column_ + 1, std::nullopt);
   }
 
   // A column that nobody called time becomes the clock where it is one to its end and its unit is clear.

@@ -44,10 +44,10 @@ TEST_CASE("what a study varies of itself are settings that a config has", "[apps
 }
 
 TEST_CASE("the best cut-off is best on its worst range and keeps the motion", "[apps][study_cells]") {
-  const auto result = [](const char* value, double kept, std::vector<std::pair<ident::Verdict, double>> ranges) {
+  const auto result = [](const char* value, bool keeps_motion, std::vector<std::pair<ident::Verdict, double>> ranges) {
     apps::StudyResult one;
     one.cell.setting = {{"prepare.cutoff_hz", value}};
-    one.kept_fraction = kept;
+    one.keeps_motion = keeps_motion;
     for (const auto& [verdict, nmse] : ranges) {
       ident::JudgedFit fit;
       fit.judgement.verdict = verdict;
@@ -59,10 +59,10 @@ TEST_CASE("the best cut-off is best on its worst range and keeps the motion", "[
   };
   using ident::Verdict;
   const auto in_parts =
-                 result("40", 1.0, {{Verdict::in_part, 0.02}, {Verdict::in_part, 0.02}, {Verdict::in_part, 0.02}}),
-             whole = result("20", 0.99, {{Verdict::describes, 0.005}}),
-             closer = result("15", 0.96, {{Verdict::describes, 0.002}}),
-             narrow = result("5", 0.5, {{Verdict::describes, 1e-5}});
+                 result("40", true, {{Verdict::in_part, 0.02}, {Verdict::in_part, 0.02}, {Verdict::in_part, 0.02}}),
+             whole = result("20", true, {{Verdict::describes, 0.005}}),
+             closer = result("15", true, {{Verdict::describes, 0.002}}),
+             narrow = result("5", false, {{Verdict::describes, 1e-5}});
   CHECK(apps::best_cutoff({in_parts, whole}) == 1);
   CHECK(apps::best_cutoff({in_parts, whole, closer, narrow}) == 2);
   CHECK(apps::best_cutoff({narrow}) == -1);
