@@ -292,15 +292,14 @@ void judge_size(JudgedFit& judged, const CandidateLibrary& library, double nmse)
 void judge_doubts(JudgedFit& judged, const RangeData& range, const RangeResult& result,
                   const std::vector<Columns>& recordings, const std::vector<Index>& positions, const VectorXd& residual,
                   const IdentifyOptions& options) {
-  if (positions.empty()) return;
   // Of the columns as they are: range.data is what the sensors leave of them.
   std::vector<Index> columns = positions;
   if (range.sensors)
     for (Index& column : columns) column += range.joint.num_sensors();
   const RFactor kept = select(range.sensors ? range.joint.joint : range.data, columns, 0);
   judged.noise = regressor_noise(judged.model, kept, result.rows.train, recordings, residual, options.poll);
-  judged.explanation = explanation(judged.model, result.terms, kept, result.rows.train, recordings, residual,
-                                   IndependentRows(range.train_samples, range.first_rows), options.poll);
+  judged.explanations = explanations(judged.model, result.terms, kept, result.rows.train, recordings, residual,
+                                     IndependentRows(range.train_samples, range.first_rows), options.poll);
 }
 
 JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, const RangeData& range,
@@ -375,6 +374,14 @@ double uncounted_fraction(const RangeResult& result, const EvidenceData& evidenc
   return std::min(1.0, weighed->independent_fraction / evidence.size.fraction());
 }
 
+bool input_recorded(const Range& range, const std::vector<Columns>& recordings) {
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    const auto& signals = recordings[r].signals->signals;
+    if (range.covers(r) && std::any_of(signals.begin(), signals.end(), acts_from_outside)) return true;
+  }
+  return false;
+}
+
 /// On the candidates that are linear.
 Model linear_model(const RangeData& range, const CandidateLibrary& library, const IdentifyOptions& options) {
   std::vector<Index> positions;
@@ -400,7 +407,7 @@ RangeResult identify(const Range& range, std::vector<Columns>& recordings, const
   for (const Term& term : library.terms) result.terms.push_back(term.name);
   result.rows = range_rows(range, recordings);
   fill_in(result.spec, result.rows, range.recording, recordings);
-  result.crests = crests_of(result.rows, recordings);
+  if (!input_recorded(range, recordings)) result.crests = crests_of(result.rows, recordings);
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     if (!range.covers(r)) continue;
     result.dropped.insert(result.dropped.end(), recordings[r].dropped.begin(), recordings[r].dropped.end());

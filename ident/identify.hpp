@@ -49,9 +49,9 @@ struct JudgedFit {
   BandFractions bands;       ///< fraction of the test targets inside their predictive bands
   std::string bands_reason;  ///< not empty: there are none
   FreeRun free_run;
-  RegressorNoise noise;                    ///< of the recorded channels, and what it does to the coefficients
-  std::optional<Explanation> explanation;  ///< of the training residual, by something recorded
-  Judgement judgement;                     ///< filled in by judge (validate/judge.hpp), which compares ranges
+  RegressorNoise noise;       ///< of the recorded channels, and what it does to the coefficients
+  Explanations explanations;  ///< of the training residual
+  Judgement judgement;        ///< filled in by judge (validate/judge.hpp), which compares ranges
   double solve_s = 0.0;
   Eigen::VectorXd predicted, predicted_std;  ///< training rows, then test rows
 };
@@ -67,7 +67,8 @@ struct RangeResult {
   std::vector<std::string> uncalibrated;  ///< channels of raw numbers, with their recordings
   double accumulate_s = 0.0;
   double power_balance = std::numeric_limits<double>::quiet_NaN();  ///< of corrected v and a; NaN: nothing to check
-  std::vector<std::vector<double>> crests;  ///< of x, in each stretch without a gap (crests.hpp)
+  std::vector<std::vector<double>> crests;  ///< of x, in each stretch without a gap (crests.hpp); none where something
+                                            ///< that may drive the motion was recorded
   Model linear;  ///< least squares on the candidates that are signals themselves, or 1: what an equation must beat
   std::vector<JudgedFit> fits;
   RangeFactors factors;  ///< of the training rows; blocks where IdentifyOptions::most_blocks asks for them

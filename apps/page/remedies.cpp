@@ -113,17 +113,22 @@ std::vector<std::string> with_terms(const Config& config, const std::vector<std:
   return {"[library]", "terms = " + quoted_list(terms)};
 }
 
+Remedy with_explanation(const Config& config, const ident::Explanation& explanation) {
+  return {fmt::format("{} explains {:.0f} % of the power of the residual. In the config:", explanation.what,
+                      100.0 * explanation.fraction),
+          with_terms(config, {explanation.what})};
+}
+
 /// What the judgement of an equation found, as settings of the config.
 void add_cause(const RunResults& results, const ident::RangeResult& range, const ident::JudgedFit& fit,
                std::vector<Remedy>& found) {
   if (!fit.judgement.cause || fit.judgement.verdict == ident::Verdict::describes) return;
+  const auto& [recorded, form] = fit.explanations;
   switch (*fit.judgement.cause) {
     case ident::Cause::missing_input:
     case ident::Cause::switch_variable:
-      if (fit.explanation)
-        found.push_back({fmt::format("{} explains {:.0f} % of the power of the residual. In the config:",
-                                     fit.explanation->what, 100.0 * fit.explanation->fraction),
-                         with_terms(results.config, {fit.explanation->what})});
+      if (recorded)
+        found.push_back(with_explanation(results.config, *recorded));
       else if (const auto untried = inputs_not_tried(range, results.inputs.front().prepared.signals); !untried.empty())
         found.push_back({fmt::format("An input that drives the motion is not in the equation; {} {} recorded and {} no "
                                      "candidate. In the config:",
@@ -139,10 +144,13 @@ void add_cause(const RunResults& results, const ident::RangeResult& range, const
                        {"[prepare]", fmt::format("cutoff_hz = {:.3g}", fit.noise.needed_hz)}});
       break;
     case ident::Cause::missing_term:
-      found.push_back(
-          {"The residual repeats whenever the motion returns to the same state, so a term is missing. Try more "
-           "candidates; in the config:",
-           larger_library(results.config)});
+      if (recorded || form)
+        found.push_back(with_explanation(results.config, recorded ? *recorded : *form));
+      else
+        found.push_back(
+            {"The residual repeats whenever the motion returns to the same state, so a term is missing. Try more "
+             "candidates; in the config:",
+             larger_library(results.config)});
       break;
     case ident::Cause::noise:
     case ident::Cause::not_found:

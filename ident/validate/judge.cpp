@@ -66,6 +66,7 @@ struct Findings {
   double run_error = nan;    ///< NMSE of the free run beyond what noise makes; NaN: none
   double unexplained = nan;  ///< of the target's variation one step ahead, beyond the noise of the channels
   bool noise_is_known = false;
+  double noise_share = 0.0;  ///< of the power of what is left on the training rows, at most
   bool is_noise = false;     ///< what is left on the training rows is the noise of the channels
   bool above_noise = false;  ///< what is left on the training rows is more than noise
   bool fitted_to_its_rows = false;
@@ -102,11 +103,11 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
     found.unexplained = std::max(0.0, error.value - (power > 0.0 ? noise_power / power : 0.0));
   }
   const bool negligible_rest = fit.train_centred.reason.empty() && fit.train_centred.value <= linearity;
-  const double share = noise_power / noise.residual_power;
+  if (found.noise_is_known) found.noise_share = noise_power / noise.residual_power;
   found.is_noise = found.noise_is_known ? noise.known_std * noise.known_std >= mostly_noise * noise.residual_power
                                         : fit.whiteness.tested && fit.whiteness.white;
   if (found.noise_is_known)
-    found.above_noise = !negligible_rest && share < mostly_noise;
+    found.above_noise = !negligible_rest && found.noise_share < mostly_noise;
   else
     found.above_noise = structured(fit) && fit.train.reason.empty() && fit.train.value > negligible;
   if (fit.train.reason.empty() && fit.test.reason.empty()) {
@@ -135,9 +136,26 @@ Verdict lowered(const Findings& found) {
   return found.by_run == Verdict::describes ? Verdict::in_part : found.by_run;
 }
 
+/// Most of what is in the band of the target is noise.
+bool wide_band(const RegressorNoise& noise) {
+  return noise.needed_hz > 0.0 && noise.needed_hz < 0.5 * noise.band_hz;
+}
+
 /// Something recorded explains a part that matters of what is left over beside noise.
 bool explains(const JudgedFit& fit, const Findings& found) {
-  return found.above_noise && fit.explanation && fit.explanation->fraction > explained;
+  return found.above_noise && fit.explanations.recorded && fit.explanations.recorded->fraction > explained;
+}
+
+/// A usual form that is no candidate explains most of what is left over beside noise.
+bool lacks_form(const JudgedFit& fit, const Findings& found) {
+  constexpr double most = 0.5;
+  return found.above_noise && fit.explanations.form &&
+         fit.explanations.form->fraction > std::max(explained, most * (1.0 - found.noise_share));
+}
+
+/// However little of what is left over it explains: an equation that fails has nothing better to show for it.
+bool was_no_candidate(const JudgedFit& fit) {
+  return fit.explanations.recorded && !fit.explanations.recorded->candidate;
 }
 
 /// Lost amplitude comes back, more than once, though nothing measured drives the equation.
@@ -159,28 +177,33 @@ bool is_driven(const RangeResult& range, const JudgedFit& fit) {
 
 /// Named where a test found it, in this order.
 Cause cause_of(const RangeResult& range, const JudgedFit& fit, const Findings& found) {
-  if (explains(fit, found)) return fit.explanation->cause;
-  const bool wide = fit.noise.needed_hz > 0.0 && fit.noise.needed_hz < 0.5 * fit.noise.band_hz;
-  if (!found.biased.empty()) return wide ? Cause::wide_band : Cause::noise;
+  if (explains(fit, found)) return fit.explanations.recorded->cause;
+  if (!found.biased.empty()) return wide_band(fit.noise) ? Cause::wide_band : Cause::noise;
+  if (was_no_candidate(fit) && found.by_run == Verdict::does_not) return fit.explanations.recorded->cause;
   if (!found.above_noise) return Cause::not_found;
   if (found.by_run == Verdict::does_not && is_driven(range, fit)) return Cause::missing_input;
-  if (fit.size.revisit_fraction > of_the_state) return Cause::missing_term;
+  if (lacks_form(fit, found) || fit.size.revisit_fraction > of_the_state) return Cause::missing_term;
   const bool driven_otherwise =
       fit.free_run.applies && fit.size.revisit_fraction < of_something_else && fit.free_run.alone;
   return driven_otherwise && found.by_run == Verdict::does_not ? Cause::missing_input : Cause::not_found;
 }
 
 std::string cause_clause(const JudgedFit& fit, const Findings& found, Cause cause) {
-  if (explains(fit, found) && cause != Cause::switch_variable)
+  const auto& recorded = fit.explanations.recorded;
+  const bool by_recorded = explains(fit, found) || was_no_candidate(fit);
+  if (by_recorded && recorded->cause == cause && cause != Cause::switch_variable)
     return fmt::format("{} was recorded and is not in the equation: it explains {} of what is left over",
-                       fit.explanation->what, percent(fit.explanation->fraction));
+                       recorded->what, percent(recorded->fraction));
   switch (cause) {
     case Cause::missing_input:
       return "something that is not in the equation drives the motion: an input or a further moving part";
     case Cause::switch_variable:
-      return fmt::format("{} explains {} of what is left over: the sign is that of another motion",
-                         fit.explanation->what, percent(fit.explanation->fraction));
+      return fmt::format("{} explains {} of what is left over: the sign is that of another motion", recorded->what,
+                         percent(recorded->fraction));
     case Cause::missing_term:
+      if (lacks_form(fit, found))
+        return fmt::format("{} is no candidate and explains {} of what is left over", fit.explanations.form->what,
+                           percent(fit.explanations.form->fraction));
       return fmt::format("{} of what is left over comes back with the state: a term or an inner state is missing",
                          percent(fit.size.revisit_fraction));
     case Cause::wide_band:
@@ -217,7 +240,11 @@ std::string residual_clause(const JudgedFit& fit, const Findings& found) {
                                           : std::string("the error one step ahead is not known");
   if (found.above_noise)
     return text + (found.noise_is_known ? ", more than the noise of the signals" : ", and that is structure");
-  return found.is_noise ? text + ", no more than noise" : text;
+  if (!found.is_noise) return text;
+  text += ", no more than noise";
+  if (error.reason.empty() && error.value > explained && wide_band(fit.noise))
+    text += fmt::format(", most of it above {:.3g} Hz: lower cutoff_hz", fit.noise.needed_hz);
+  return text;
 }
 
 std::string power_clause(double balance) {
@@ -354,14 +381,21 @@ void remark_on_terms(const JudgedFit& fit, std::vector<std::string>& remarks) {
 Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range, std::size_t method) {
   const JudgedFit& fit = ranges[range].fits[method];
   if (fit.model.terms.empty()) {
+    std::string text = "No equation was found: no candidate term explains more than noise";
     const bool driven = is_driven(ranges[range], fit);
-    return {
-        Verdict::does_not,
-        driven ? Cause::missing_input : Cause::not_found,
-        fmt::format(
-            "No equation was found: no candidate term explains more than noise{}.",
-            driven ? "; something that is not among them drives the motion: an input or a further moving part" : ""),
-        {}};
+    if (was_no_candidate(fit))
+      text += fmt::format("; {} was recorded, is not among them and explains {} of {}", fit.explanations.recorded->what,
+                          percent(fit.explanations.recorded->fraction), fit.model.target);
+    else if (driven)
+      text += "; something that is not among them drives the motion: an input or a further moving part";
+    if (wide_band(fit.noise))
+      text += fmt::format("; above {:.3g} Hz {} is noise: lower cutoff_hz", fit.noise.needed_hz, fit.model.target);
+    return {Verdict::does_not,
+            was_no_candidate(fit) ? fit.explanations.recorded->cause
+            : driven              ? Cause::missing_input
+                                  : Cause::not_found,
+            text + ".",
+            {}};
   }
   const Findings found = findings_of(ranges[range], fit);
   Judgement result{found.by_run, {}, {}, {}};

@@ -26,7 +26,8 @@ bool has_switch(const std::vector<std::string>& terms, const std::string& argume
   });
 }
 
-std::vector<Probe> probes(const Model& model, const std::vector<std::string>& terms, const dsp::Motion& motion) {
+std::vector<Probe> recorded_probes(const Model& model, const std::vector<std::string>& terms,
+                                   const dsp::Motion& motion) {
   std::vector<Probe> result;
   for (const dsp::SignalInfo& info : dsp::signal_table()) {
     const std::string name(info.name);
@@ -44,6 +45,17 @@ std::vector<Probe> probes(const Model& model, const std::vector<std::string>& te
     if (motion.find(one) != nullptr && motion.find("r") != nullptr && !has_switch(terms, one) &&
         has_switch(terms, other))
       result.push_back({Expression(std::string("sgn(") + one + ")"), Cause::switch_variable});
+  return result;
+}
+
+std::vector<Probe> form_probes(const std::vector<std::string>& terms, const dsp::Motion& motion) {
+  std::vector<Probe> result;
+  if (motion.find("x") == nullptr || motion.find("v") == nullptr) return result;
+  if (!has_switch(terms, "v") && !has_switch(terms, "dy"))
+    result.push_back({Expression("sgn(v)"), Cause::missing_term});
+  for (const char* text : {"x", "v", "x^2", "x*v", "v^2", "x^3", "x^2*v", "x*v^2", "v^3"})
+    if (std::find(terms.begin(), terms.end(), text) == terms.end())
+      result.push_back({Expression(text), Cause::missing_term});
   return result;
 }
 
@@ -77,36 +89,63 @@ VectorXd part_in_kept(const Eigen::Ref<const VectorXd>& values, const Model& mod
   return kept.R.topLeftCorner(k, k).triangularView<Eigen::Upper>().transpose().solve(products);
 }
 
+/// A residual beside the kept columns.
+struct Residual {
+  const Model& model;
+  const std::vector<std::string>& terms;
+  const RFactor& kept;
+  const std::vector<Row>& rows;
+  const std::vector<Columns>& recordings;
+  Eigen::Ref<const VectorXd> values;
+  const IndependentRows& independence;
+  const Poll& poll;
+  VectorXd in_kept = part_in_kept(values, model, kept, rows, recordings);
+
+  [[nodiscard]] std::optional<Explanation> best_of(const std::vector<Probe>& probes) const {
+    constexpr double by_chance = 1e-3;  // that any of the probes explains as much of noise as independent as this
+    std::optional<Explanation> best;
+    for (const Probe& probe : probes) {
+      if (poll) poll();
+      const auto [fraction, chance] = explained_by(probe.expression);
+      if (!(chance * static_cast<double>(probes.size()) < by_chance) || (best && best->fraction >= fraction)) continue;
+      const std::string what = probe.expression.text();
+      best = Explanation{what, probe.cause, std::min(1.0, fraction),
+                         std::find(terms.begin(), terms.end(), what) != terms.end()};
+    }
+    return best;
+  }
+
+ private:
+  struct Explained {
+    double fraction = 0.0, chance = 1.0;
+  };
+  [[nodiscard]] Explained explained_by(const Expression& expression) const {
+    constexpr double rounding = 1e-10;  // of a probe that the kept columns make up
+    VectorXd probe = on_rows(expression, rows, recordings);
+    if (probe.size() == 0 || !probe.allFinite()) return {};
+    probe.array() -= probe.mean();
+    const VectorXd probe_in_kept = part_in_kept(probe, model, kept, rows, recordings);
+    const double power = probe.squaredNorm() - probe_in_kept.squaredNorm();
+    if (!(power > rounding * probe.squaredNorm())) return {};
+    const double product = probe.dot(values) - probe_in_kept.dot(in_kept);
+    const double fraction = product * product / (power * values.squaredNorm());
+    // Of noise a fraction R^2 is explained with probability (1 - R^2)^((n - 2) / 2), about.
+    const double independent = static_cast<double>(values.size()) * independence.fraction_for(probe, values) - 2.0;
+    return {fraction, std::pow(std::max(0.0, 1.0 - fraction), 0.5 * std::max(0.0, independent))};
+  }
+};
+
 }  // namespace
 
-std::optional<Explanation> explanation(const Model& model, const std::vector<std::string>& terms, const RFactor& kept,
-                                       const std::vector<Row>& rows, const std::vector<Columns>& recordings,
-                                       const Eigen::Ref<const VectorXd>& residual, const IndependentRows& independence,
-                                       const Poll& poll) {
-  std::optional<Explanation> best;
-  const auto n = static_cast<double>(residual.size());
-  constexpr double rounding = 1e-10;  // of a probe that the kept columns make up
-  constexpr double by_chance = 1e-3;  // that any of the probes explains as much of noise as independent as the residual
-  const std::vector<Probe> tried = probes(model, terms, *recordings[rows.front().recording].signals);
-  if (tried.empty()) return best;
-  const VectorXd of_residual = part_in_kept(residual, model, kept, rows, recordings);
-  for (const Probe& probe : tried) {
-    if (poll) poll();
-    VectorXd values = on_rows(probe.expression, rows, recordings);
-    if (values.size() == 0 || !values.allFinite()) continue;
-    values.array() -= values.mean();
-    const VectorXd of_probe = part_in_kept(values, model, kept, rows, recordings);
-    const double power = values.squaredNorm() - of_probe.squaredNorm();
-    if (!(power > rounding * values.squaredNorm())) continue;
-    const double product = values.dot(residual) - of_probe.dot(of_residual);
-    const double fraction = product * product / (power * residual.squaredNorm());
-    // Of noise a fraction R^2 is explained with probability (1 - R^2)^((n - 2) / 2), about.
-    const double independent = n * independence.fraction_for(values, residual) - 2.0;
-    const double chance = std::pow(std::max(0.0, 1.0 - fraction), 0.5 * std::max(0.0, independent));
-    if (!(chance * static_cast<double>(tried.size()) < by_chance) || (best && best->fraction >= fraction)) continue;
-    best = Explanation{probe.expression.text(), probe.cause, std::min(1.0, fraction)};
-  }
-  return best;
+Explanations explanations(const Model& model, const std::vector<std::string>& terms, const RFactor& kept,
+                          const std::vector<Row>& rows, const std::vector<Columns>& recordings,
+                          const Eigen::Ref<const VectorXd>& residual, const IndependentRows& independence,
+                          const Poll& poll) {
+  const dsp::Motion& motion = *recordings[rows.front().recording].signals;
+  const std::vector<Probe> recorded = recorded_probes(model, terms, motion), forms = form_probes(terms, motion);
+  if (recorded.empty() && forms.empty()) return {};
+  const Residual left{model, terms, kept, rows, recordings, residual, independence, poll};
+  return {left.best_of(recorded), left.best_of(forms)};
 }
 
 }  // namespace ident

@@ -19,17 +19,25 @@ class IndependentRows;
 struct Explanation {
   std::string what;  ///< "f", "sgn(dy)"
   Cause cause = Cause::not_found;
-  double fraction = 0.0;  ///< of the residual's power
+  double fraction = 0.0;   ///< of the residual's power
+  bool candidate = false;  ///< it was one, and not taken
 };
 
-/// The best of: recorded signals that act on the motion from outside and are not in the model (missing_input), and
-/// sgn(v) or sgn(dy) where the library (`terms`) has the other (switch_variable), that explains more than chance would
-/// once in a thousand: by the partial correlation with the residual over as many independent rows as the two have
-/// together. `kept`: R factor of the model's terms on `rows`, as they are or beside sensors.
-[[nodiscard]] std::optional<Explanation> explanation(const Model& model, const std::vector<std::string>& terms,
-                                                     const RFactor& kept, const std::vector<Row>& rows,
-                                                     const std::vector<Columns>& recordings,
-                                                     const Eigen::Ref<const Eigen::VectorXd>& residual,
-                                                     const IndependentRows& independence, const Poll& poll = {});
+/// What explains more of a residual than chance would once in a thousand, by the partial correlation with it over as
+/// many independent rows as the two have together; of each kind the one that explains most.
+struct Explanations {
+  /// Recorded signals that act on the motion from outside and are not in the model (missing_input; z: missing_term),
+  /// and sgn(v) or sgn(dy) where the library has the other (switch_variable).
+  std::optional<Explanation> recorded;
+  /// Of what springs, dampers and friction are commonly made of, what is no candidate (missing_term): sgn(v), and x and
+  /// v with their products up to the third degree.
+  std::optional<Explanation> form;
+};
+
+/// `terms`: the library. `kept`: R factor of the model's terms on `rows`, as they are or beside sensors.
+[[nodiscard]] Explanations explanations(const Model& model, const std::vector<std::string>& terms, const RFactor& kept,
+                                        const std::vector<Row>& rows, const std::vector<Columns>& recordings,
+                                        const Eigen::Ref<const Eigen::VectorXd>& residual,
+                                        const IndependentRows& independence, const Poll& poll = {});
 
 }  // namespace ident

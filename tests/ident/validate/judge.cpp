@@ -121,6 +121,13 @@ TEST_CASE("a cause is named where a test found it", "[ident][judge]") {
   CHECK(of(result).cause == ident::Cause::missing_input);
   fit.size.revisit_fraction = 0.9;
   CHECK(of(result).cause == ident::Cause::missing_term);
+  CHECK_THAT(of(result).sentence, Catch::Contains("90 % of what is left over comes back with the state"));
+  fit.explanations.form = ident::Explanation{"x^2*v", ident::Cause::missing_term, 0.7};
+  CHECK_THAT(of(result).sentence, Catch::Contains("x^2*v is no candidate and explains 70 % of what is left over"));
+  fit.size.revisit_fraction = 0.5;
+  CHECK(of(result).cause == ident::Cause::missing_term);
+  fit.explanations.form->fraction = 0.4;  // something else is larger
+  CHECK(of(result).cause == ident::Cause::not_found);
   fit.model.terms[1].std = 0.02;
   fit.noise.bias = Eigen::Vector2d(0.0, 0.05);
   fit.noise.band_hz = 10.0, fit.noise.needed_hz = 8.0;
@@ -128,12 +135,12 @@ TEST_CASE("a cause is named where a test found it", "[ident][judge]") {
   CHECK_THAT(of(result).sentence, Catch::Contains("noise of the signals biases the coefficient of v"));
   fit.noise.needed_hz = 3.0;
   CHECK(of(result).cause == ident::Cause::wide_band);
-  fit.explanation = ident::Explanation{"f", ident::Cause::missing_input, 0.05};
+  fit.explanations.recorded = ident::Explanation{"f", ident::Cause::missing_input, 0.05};
   CHECK(of(result).cause == ident::Cause::wide_band);  // too little to matter
-  fit.explanation->fraction = 0.8;
+  fit.explanations.recorded->fraction = 0.8;
   CHECK(of(result).cause == ident::Cause::missing_input);
   CHECK_THAT(of(result).sentence, Catch::Contains("f was recorded and is not in the equation: it explains 80 %"));
-  fit.explanation->what = "z", fit.explanation->cause = ident::Cause::missing_term;
+  fit.explanations.recorded->what = "z", fit.explanations.recorded->cause = ident::Cause::missing_term;
   CHECK_THAT(of(result).sentence, Catch::Contains("z was recorded and is not in the equation: it explains 80 %"));
 }
 

@@ -28,7 +28,7 @@ std::optional<ident::Explanation> explanation_of(const dsp::Recording& recording
   return ident::identify(record, {.order = 0, .terms = terms}, {.methods = {ident::OlsOptions{}}})
       .at(0)
       .fits.at(0)
-      .explanation;
+      .explanations.recorded;
 }
 
 }  // namespace
@@ -40,7 +40,7 @@ TEST_CASE("a force that was recorded and is no candidate explains what is left o
     return ident::identify(ident::find_regimes(dsp::prepare(record.recording, record.prepare)), record.library)
         .at(0)
         .fits.at(0)
-        .explanation;
+        .explanations.recorded;
   };
   const auto found = explanation();
   REQUIRE(found.has_value());
@@ -70,4 +70,21 @@ TEST_CASE("friction against the ground is not taken for friction against the bas
   CHECK(found->what == "sgn(dy)");
   CHECK(found->cause == ident::Cause::switch_variable);
   CHECK_FALSE(explanation_of(recording, {"x", "dy", "sgn(dy)", "ddr"}).has_value());
+}
+
+TEST_CASE("a usual form that is no candidate is found in what is left over", "[ident][unexplained]") {
+  const auto motion = support::motion_of(sim::make_experiment(sim::Duffing{.zeta = 0.2, .force_n = 3.0}), 60.0, 100.0);
+  const ident::Record record{
+      .prepared = dsp::prepare(recording_of(motion, {{"x", dsp::Role::x}, {"f", dsp::Role::f}}), {.cutoff_hz = 20.0})};
+  const auto form = [&](const std::vector<std::string>& terms) {
+    return ident::identify(record, {.order = 0, .terms = terms}, {.methods = {ident::OlsOptions{}}})
+        .at(0)
+        .fits.at(0)
+        .explanations.form;
+  };
+  const auto found = form({"x", "v", "f"});
+  REQUIRE(found.has_value());
+  CHECK(found->what == "x^3");
+  CHECK(found->cause == ident::Cause::missing_term);
+  CHECK(found->fraction > 0.9);
 }

@@ -112,6 +112,7 @@ std::vector<Cause> true_causes(const Outcome& outcome) {
 
 /// At rest, where friction is whatever it takes, nothing is compared.
 double equation_error(const ident::Model& model, const dsp::Motion& exact) {
+  if (model.terms.empty()) return 1.0;
   ident::LibraryOptions options{.order = 0};
   for (const auto& term : model.terms) options.terms.push_back(term.name);
   const auto library = ident::make_library(options, "a", exact);
@@ -227,8 +228,8 @@ std::string csv_line(const Outcome& o) {
       fmt::format("{:.3g}", fit.whiteness.p_value),
       quoted(std::string(to_string(fit.fit.status))),
       quoted(ties),
-      quoted(fit.explanation ? fit.explanation->what : ""),
-      fmt::format("{:.3g}", fit.explanation ? fit.explanation->fraction : 0.0),
+      quoted(fit.explanations.recorded ? fit.explanations.recorded->what : ""),
+      fmt::format("{:.3g}", fit.explanations.recorded ? fit.explanations.recorded->fraction : 0.0),
       fmt::format("{:.3g}", worst_bias(fit).first),
       fmt::format("{:.3g}", worst_bias(fit).second),
       fmt::format("{:.3g}", std::pow(fit.noise.residual_std, 2) / fit.noise.residual_power),
