@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "dsp/io/flac_stream.hpp"
+#include "dsp/io/pcm_samples.hpp"
 #include "dsp/io/sound_bytes.hpp"
 #include "dsp/io/sound_handle.hpp"
 #include "dsp/io/sound_header.hpp"
@@ -110,7 +111,7 @@ class SoundFile : public SampleSource {
   Eigen::Index skip(Eigen::Index num_frames) override {
     if (flac_) return SampleSource::skip(num_frames);
     const auto count = static_cast<Eigen::Index>(std::min<std::int64_t>(num_frames, info_.num_frames - num_read_));
-    if (sf_seek(handle_.get(), num_read_ + count, SEEK_SET) < 0) damaged(sf_strerror(handle_.get()));
+    if (pcm_bytes_ == 0 && sf_seek(handle_.get(), num_read_ + count, SEEK_SET) < 0) damaged(sf_strerror(handle_.get()));
     num_read_ += count;
     return count;
   }
@@ -121,6 +122,7 @@ class SoundFile : public SampleSource {
   // The next frames into `block`, as many as it has rows. Of a FLAC that is salvaged as they were counted: where blocks
   // are missing, how many zeros the decoder puts in their place depends on how many frames it is asked for.
   Eigen::Index decode(FrameBlock& block) {
+    if (pcm_bytes_ > 0) return decode_pcm(block);
     if (!flac_ || !salvage_)
       return static_cast<Eigen::Index>(sf_readf_double(handle_.get(), block.data(), block.rows()));
     Eigen::Index got = 0;
@@ -138,6 +140,25 @@ class SoundFile : public SampleSource {
       next_held_ += count;
     }
     return got;
+  }
+
+  // The same numbers straight from the bytes: half the price of the library's way. In pieces that the processor's cache
+  // holds until they are converted.
+  Eigen::Index decode_pcm(FrameBlock& block) {
+    constexpr std::int64_t piece_bytes = std::int64_t{1} << 15;
+    const std::int64_t frame_bytes = pcm_bytes_ * block.cols();
+    const std::int64_t wanted = std::min<std::int64_t>(block.rows(), info_.num_frames - num_read_);
+    std::int64_t done = 0;
+    while (done < wanted) {
+      const std::int64_t count = std::min(wanted - done, std::max<std::int64_t>(piece_bytes / frame_bytes, 1));
+      packed_.resize(static_cast<std::size_t>(count * frame_bytes));
+      const auto at = header_.data_offset + static_cast<std::uint64_t>((num_read_ + done) * frame_bytes);
+      const auto got = static_cast<std::int64_t>(bytes_->file().read(at, packed_.data(), packed_.size())) / frame_bytes;
+      pcm_to_fractions(packed_.data(), got * block.cols(), pcm_bytes_, block.data() + done * block.cols());
+      done += got;
+      if (got < count) break;
+    }
+    return done;
   }
 
   [[noreturn]] void damaged(std::string_view why) const {
@@ -205,6 +226,9 @@ class SoundFile : public SampleSource {
     info_.columns.resize(static_cast<std::size_t>(sound.channels));
     info_.units.resize(info_.columns.size());
     info_.scaled = codec->scaled;
+    const bool lowest_byte_first =
+        header_.container == "WAV" || header_.container == "RF64" || header_.container == "W64";
+    if (lowest_byte_first && codec->scaled && codec->sample_bytes > 1) pcm_bytes_ = codec->sample_bytes;
     if (const char* comment = sf_get_string(handle_.get(), SF_STR_COMMENT))
       info_.checks.push_back({"container.comment", "", CheckStatus::note, 0.0, 0.0, clean_name(comment)});
   }
@@ -287,7 +311,9 @@ class SoundFile : public SampleSource {
   std::unique_ptr<SoundBytes> bytes_;
   SoundHandle handle_;  // after bytes_: closed before them
   std::int64_t num_read_ = 0;
-  FrameBlock held_;  // decoded, and read up to next_held_
+  int pcm_bytes_ = 0;         // of a sample that is read without the library; 0: with it
+  std::vector<char> packed_;  // such samples, as the file holds them
+  FrameBlock held_;           // decoded, and read up to next_held_
   Eigen::Index next_held_ = 0;
 };
 
