@@ -107,11 +107,16 @@ class SoundFile : public SampleSource {
     return got;
   }
 
+  bool calibrate(const Eigen::VectorXd& scales, const Eigen::VectorXd& shifts) override {
+    if (pcm_) pcm_->calibrate(scales, shifts);
+    return pcm_.has_value();
+  }
+
   // A decoder of FLAC seeks no faster than it decodes.
   Eigen::Index skip(Eigen::Index num_frames) override {
     if (flac_) return SampleSource::skip(num_frames);
     const auto count = static_cast<Eigen::Index>(std::min<std::int64_t>(num_frames, info_.num_frames - num_read_));
-    if (pcm_bytes_ == 0 && sf_seek(handle_.get(), num_read_ + count, SEEK_SET) < 0) damaged(sf_strerror(handle_.get()));
+    if (!pcm_ && sf_seek(handle_.get(), num_read_ + count, SEEK_SET) < 0) damaged(sf_strerror(handle_.get()));
     num_read_ += count;
     return count;
   }
@@ -122,7 +127,7 @@ class SoundFile : public SampleSource {
   // The next frames into `block`, as many as it has rows. Of a FLAC that is salvaged as they were counted: where blocks
   // are missing, how many zeros the decoder puts in their place depends on how many frames it is asked for.
   Eigen::Index decode(FrameBlock& block) {
-    if (pcm_bytes_ > 0) return decode_pcm(block);
+    if (pcm_) return decode_pcm(block);
     if (!flac_ || !salvage_)
       return static_cast<Eigen::Index>(sf_readf_double(handle_.get(), block.data(), block.rows()));
     Eigen::Index got = 0;
@@ -146,7 +151,7 @@ class SoundFile : public SampleSource {
   // holds until they are converted.
   Eigen::Index decode_pcm(FrameBlock& block) {
     constexpr std::int64_t piece_bytes = std::int64_t{1} << 15;
-    const std::int64_t frame_bytes = pcm_bytes_ * block.cols();
+    const std::int64_t frame_bytes = pcm_->frame_bytes();
     const std::int64_t wanted = std::min<std::int64_t>(block.rows(), info_.num_frames - num_read_);
     std::int64_t done = 0;
     while (done < wanted) {
@@ -154,7 +159,7 @@ class SoundFile : public SampleSource {
       packed_.resize(static_cast<std::size_t>(count * frame_bytes));
       const auto at = header_.data_offset + static_cast<std::uint64_t>((num_read_ + done) * frame_bytes);
       const auto got = static_cast<std::int64_t>(bytes_->file().read(at, packed_.data(), packed_.size())) / frame_bytes;
-      pcm_to_fractions(packed_.data(), got * block.cols(), pcm_bytes_, block.data() + done * block.cols());
+      pcm_->decode(packed_.data(), got, block.data() + done * block.cols());
       done += got;
       if (got < count) break;
     }
@@ -228,7 +233,8 @@ class SoundFile : public SampleSource {
     info_.scaled = codec->scaled;
     const bool lowest_byte_first =
         header_.container == "WAV" || header_.container == "RF64" || header_.container == "W64";
-    if (lowest_byte_first && codec->scaled && codec->sample_bytes > 1) pcm_bytes_ = codec->sample_bytes;
+    if (lowest_byte_first && codec->scaled && codec->sample_bytes > 1)
+      pcm_.emplace(codec->sample_bytes, sound.channels);
     if (const char* comment = sf_get_string(handle_.get(), SF_STR_COMMENT))
       info_.checks.push_back({"container.comment", "", CheckStatus::note, 0.0, 0.0, clean_name(comment)});
   }
@@ -311,9 +317,9 @@ class SoundFile : public SampleSource {
   std::unique_ptr<SoundBytes> bytes_;
   SoundHandle handle_;  // after bytes_: closed before them
   std::int64_t num_read_ = 0;
-  int pcm_bytes_ = 0;         // of a sample that is read without the library; 0: with it
-  std::vector<char> packed_;  // such samples, as the file holds them
-  FrameBlock held_;           // decoded, and read up to next_held_
+  std::optional<PcmDecoder> pcm_;  // of what is read without the library
+  std::vector<char> packed_;       // such frames, as the file holds them
+  FrameBlock held_;                // decoded, and read up to next_held_
   Eigen::Index next_held_ = 0;
 };
 

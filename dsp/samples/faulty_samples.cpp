@@ -132,21 +132,25 @@ void FaultySamples::State::take(const Eigen::RowVectorXd& before, const Eigen::R
   for (std::size_t c = 0; c < tracks.size(); ++c) {
     auto& track = tracks[c];
     const auto samples = frames.col(static_cast<Eigen::Index>(c));
-    Eigen::Index row = 0, index = num_cells;
-    for (const auto& cell : cells.subspan(c * count, count)) {
+    const auto own = cells.subspan(c * count, count);
+    const auto row_of = [&](std::size_t k) { return static_cast<Eigen::Index>(k) * cell_frames; };
+    for (std::size_t k = 0; k < count; ++k)
       for (auto* side : {&track.upper, &track.lower})
-        if (side->concerns(cell))
-          side->scan(samples.segment(row, std::min(cell_frames, samples.size() - row)), num_frames + row);
-      track.cells.push_back(cell);
-      if (index % spacing == 0) {
-        const Eigen::Index sample = row + index / 4 * 7 % cell_frames;
+        if (side->concerns(own[k]))
+          side->scan(samples.segment(row_of(k), std::min(cell_frames, samples.size() - row_of(k))),
+                     num_frames + row_of(k));
+    for (std::size_t first = 0, taken = 0; first < count; first += taken) {
+      taken = std::min(count - first, cells_per_chunk - track.cells.size());
+      track.cells.insert(track.cells.end(), own.begin() + first, own.begin() + first + taken);
+      for (std::size_t k = first; k < first + taken; ++k) {
+        const Eigen::Index index = num_cells + static_cast<Eigen::Index>(k);
+        if (index % spacing != 0) continue;
+        const Eigen::Index sample = row_of(k) + index / 4 * 7 % cell_frames;
         if (sample < samples.size())
           track.steps.push_back(
               std::abs(samples(sample) - (sample > 0 ? samples(sample - 1) : before(static_cast<Eigen::Index>(c)))));
       }
       if (track.cells.size() == cells_per_chunk) track.follow_chunk();
-      row += cell_frames;
-      ++index;
     }
   }
   num_frames += frames.rows();

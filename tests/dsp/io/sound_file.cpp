@@ -123,10 +123,10 @@ TEST_CASE("integers read from the bytes are the numbers that libsndfile makes of
     for (const int format : {SF_FORMAT_PCM_16, SF_FORMAT_PCM_24, SF_FORMAT_PCM_32}) {
       const auto file = scratch / "integers";
       SF_INFO info{.samplerate = 25600, .channels = channels, .format = container | format};
-      const dsp::SoundHandle written(sf_open(file.c_str(), SFM_WRITE, &info), sf_close);
-      REQUIRE(written);
-      REQUIRE(sf_write_int(written.get(), values.data(), std::ssize(values)) == std::ssize(values));
-      sf_write_sync(written.get());
+      {
+        const dsp::SoundHandle sound(sf_open(file.c_str(), SFM_WRITE, &info), sf_close);
+        REQUIRE(sf_write_int(sound.get(), values.data(), std::ssize(values)) == std::ssize(values));
+      }
       dsp::FrameBlock expected(std::ssize(values) / channels, channels);
       {
         SF_INFO again{};
