@@ -7,9 +7,11 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 #include <variant>
 
+#include "dsp/for_each_index.hpp"
 #include "ident/library/collinearity.hpp"
 #include "ident/methods.hpp"
 #include "ident/regression/finish_fit.hpp"
@@ -389,6 +391,15 @@ Model linear_model(const RangeData& range, const CandidateLibrary& library, cons
   return make_model(library, fit, options.target, options.target_unit, range.scale, {});
 }
 
+/// The columns of the recordings that a range covers, with switches to be placed for it alone.
+std::vector<Columns> columns_for(const Range& range, const std::vector<Columns>& recordings) {
+  std::vector<Columns> own;
+  for (std::size_t r = 0; r < recordings.size(); ++r)
+    own.push_back(range.covers(r) ? with_own_switches(recordings[r])
+                                  : Columns{.name = recordings[r].name, .signals = recordings[r].signals});
+  return own;
+}
+
 }  // namespace
 
 RangeResult identify(const Range& range, std::vector<Columns>& recordings, const CandidateLibrary& library,
@@ -430,14 +441,31 @@ RangeResult identify(const Range& range, std::vector<Columns>& recordings, const
   return result;
 }
 
-std::vector<RangeResult> identify(const std::vector<Range>& ranges, std::vector<Columns>& recordings,
+std::vector<RangeResult> identify(const std::vector<Range>& ranges, const std::vector<Columns>& recordings,
                                   const CandidateLibrary& library, const IdentifyOptions& options) {
-  std::vector<RangeResult> results;
-  for (const Range& range : ranges) {
-    if (options.before_range) options.before_range(range);
-    results.push_back(identify(range, recordings, library, options));
-    if (options.after_range) options.after_range(results.back());
-  }
+  const int together = std::clamp(options.num_threads, 1, std::max(1, static_cast<int>(ranges.size())));
+  IdentifyOptions of_one = options;
+  of_one.num_threads = options.num_threads / together;
+  std::vector<RangeResult> results(ranges.size());
+  std::vector<std::size_t> order(ranges.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto duration_s = [&](std::size_t i) { return ranges[i].spec.to_s - ranges[i].spec.from_s; };
+  if (together > 1)  // the longest first: no thread is left with it in the end
+    std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return duration_s(a) > duration_s(b); });
+  const auto begin = [&](std::size_t i) {
+    if (options.before_range) options.before_range(ranges[i]);
+  };
+  const auto end = [&](std::size_t i) {
+    if (options.after_range) options.after_range(results[i]);
+  };
+  dsp::for_each_index(ranges.size(), together, [&](std::size_t k) {
+    const std::size_t i = order[k];
+    if (together == 1) begin(i);
+    std::vector<Columns> own = columns_for(ranges[i], recordings);
+    results[i] = identify(ranges[i], own, library, of_one);
+    if (together == 1) end(i);
+  });
+  for (std::size_t i = 0; i < ranges.size() && together > 1; ++i) begin(i), end(i);
   judge(results);
   return results;
 }
