@@ -150,7 +150,7 @@ class SoundFile : public SampleSource {
   // The same numbers straight from the bytes: half the price of the library's way. In pieces that the processor's cache
   // holds until they are converted.
   Eigen::Index decode_pcm(FrameBlock& block) {
-    constexpr std::int64_t piece_bytes = std::int64_t{1} << 15;
+    constexpr std::int64_t piece_bytes = std::int64_t{1} << 16;
     const std::int64_t frame_bytes = pcm_->frame_bytes();
     const std::int64_t wanted = std::min<std::int64_t>(block.rows(), info_.num_frames - num_read_);
     std::int64_t done = 0;

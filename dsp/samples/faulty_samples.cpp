@@ -127,7 +127,7 @@ FaultySamples::State::State(double rate_hz, std::vector<Channel> channels, const
 void FaultySamples::State::take(const Eigen::RowVectorXd& before, const Eigen::Ref<const FrameBlock>& frames,
                                 std::span<const SampleCell> cells) {
   // A single step of every cell, of every fourth where that is enough, at a sample that wanders through the cell.
-  const Eigen::Index spacing = cell_frames < 8 ? 1 : 4;
+  const std::size_t spacing = cell_frames < 8 ? 1 : 4;
   const std::size_t count = cells.size() / tracks.size();
   for (std::size_t c = 0; c < tracks.size(); ++c) {
     auto& track = tracks[c];
@@ -142,10 +142,9 @@ void FaultySamples::State::take(const Eigen::RowVectorXd& before, const Eigen::R
     for (std::size_t first = 0, taken = 0; first < count; first += taken) {
       taken = std::min(count - first, cells_per_chunk - track.cells.size());
       track.cells.insert(track.cells.end(), own.begin() + first, own.begin() + first + taken);
-      for (std::size_t k = first; k < first + taken; ++k) {
-        const Eigen::Index index = num_cells + static_cast<Eigen::Index>(k);
-        if (index % spacing != 0) continue;
-        const Eigen::Index sample = row_of(k) + index / 4 * 7 % cell_frames;
+      const auto before_first = static_cast<std::size_t>(num_cells) + first;
+      for (std::size_t k = first + (spacing - before_first % spacing) % spacing; k < first + taken; k += spacing) {
+        const Eigen::Index sample = row_of(k) + (num_cells + static_cast<Eigen::Index>(k)) / 4 * 7 % cell_frames;
         if (sample < samples.size())
           track.steps.push_back(
               std::abs(samples(sample) - (sample > 0 ? samples(sample - 1) : before(static_cast<Eigen::Index>(c)))));

@@ -26,6 +26,8 @@ void register_whole_run(const std::filesystem::path& ardent, const std::filesyst
 
 /// What nobody can go below who reads through libsndfile: every sample as a double, and nothing done with it.
 void bare_read(const std::filesystem::path& file);
+/// What `ardent run` does with a raw file until it has 256 samples a second.
+void raw_part(const std::filesystem::path& file);
 /// Registers one whose time is CPU time, user and system, of this process and its children; wall_ms beside it.
 void add(const std::string& name, const std::function<void()>& work);
 

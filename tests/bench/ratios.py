@@ -32,7 +32,7 @@ FITS = [
 ]
 # what, benchmark, the one it is compared with, ratio ours / other allowed, of CPU or wall time
 OWN = [
-    ("raw part / bare read, RF64", "raw_part/rf64", "bare_read/rf64", 1.6, "cpu"),
+    ("raw part / bare read, RF64", "rig/raw_part", "rig/bare_read", 1.6, "cpu"),
     ("raw part / bare read, FLAC", "raw_part/flac", "bare_read/flac", 1.4, "cpu"),
     ("decimator / bare read, RF64", "decimator/rf64", "bare_read/rf64", 2.5, "cpu"),
     ("whole run / bare read, wall", "rig/run_fast_rvm", "rig/bare_read", 3.3, "wall"),
