@@ -364,8 +364,9 @@ void Crossings::add_kinks(double rate_hz, Index first, VectorXd& speed) const {
   for (; kink != kinks_.end() && kink->t_s <= end_s + reach_s; ++kink) {
     const auto begin = std::max(first, static_cast<Index>(std::ceil(std::max(0.0, (kink->t_s - reach_s) * rate_hz))));
     const auto last = std::min(static_cast<Index>((kink->t_s + reach_s) * rate_hz), first + speed.size() - 1);
-    for (Index i = begin; i <= last; ++i)
-      speed(i - first) += kink->slope_jump * kernel_(static_cast<double>(i) / rate_hz - kink->t_s);
+    if (begin <= last)
+      kernel_.add(kink->slope_jump, static_cast<double>(begin) / rate_hz - kink->t_s, 1.0 / rate_hz,
+                  speed.segment(begin - first, last - begin + 1));
   }
 }
 
