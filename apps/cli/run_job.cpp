@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <future>
 #include <optional>
 
 #include "apps/config/identification.hpp"
@@ -14,6 +13,7 @@
 #include "apps/output/report_text.hpp"
 #include "apps/output/results_json.hpp"
 #include "apps/page/page_files.hpp"
+#include "apps/process/beside.hpp"
 #include "dsp/names.hpp"
 #include "ident/identify.hpp"
 #include "ident/validate/judge.hpp"
@@ -109,8 +109,7 @@ RunOutcome run_into(RunFolder& results, const Config& config, const RunArguments
   HashesBeside hashes(input_files(config), arguments.num_threads);
   Work work = prepare_work(config, arguments, console);
   const auto files_of = results.add_files(work.inputs, hashes);
-  auto steps = std::async(arguments.num_threads > 1 ? std::launch::async : std::launch::deferred,
-                          [&] { return steady_steps(work.inputs); });
+  auto steps = beside(arguments.num_threads, [&] { return steady_steps(work.inputs); });
   RunOutcome outcome;
   for (const Input& input : work.inputs)
     outcome.files.insert(outcome.files.end(), input.files.begin(), input.files.end());
@@ -120,12 +119,10 @@ RunOutcome run_into(RunFolder& results, const Config& config, const RunArguments
   ident::IdentifyOptions options = identify_options(work.config, work.inputs, arguments.num_threads);
   options.most_blocks = most_factor_blocks;
   auto ranges = identify_ranges(work.config, columns, libraries.front(), options, console);
-  const RunResults found{work.config,
-                         work.inputs,
-                         columns,
-                         ranges,
-                         steps.get(),
-                         predict_test_recordings(work, ranges, arguments, results, hashes, outcome.files, console)};
+  const RunResults found{
+      work.config, work.inputs,
+      columns,     ranges,
+      steps.get(), predict_test_recordings(work, ranges, arguments, results, hashes, outcome.files, console)};
   refuse_warnings(arguments.strict, console);
   const FirstScreen first = first_screen(found);
   outcome.report = to_text(first);

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <future>
 #include <string>
 #include <string_view>
 
 #include "apps/page/page.hpp"
+#include "apps/process/beside.hpp"
 
 namespace apps {
 void write_page(const RunResults& results, const FirstScreen& first, int num_threads, RunFolder& folder,
@@ -28,12 +28,11 @@ void write_page(const RunResults& results, const FirstScreen& first, int num_thr
       figures.push_back(decimated(std::move(figure), most_points_of_a_page));
     };
   };
-  std::future<std::vector<RunFigure>> of_records =
-      std::async(num_threads > 1 ? std::launch::async : std::launch::deferred, [&] {
-        std::vector<RunFigure> figures;
-        record_figures(results, results.steps, [&](RunFigure figure) { figures.push_back(std::move(figure)); });
-        return figures;
-      });
+  auto of_records = apps::beside(num_threads, [&] {
+    std::vector<RunFigure> figures;
+    record_figures(results, results.steps, [&](RunFigure figure) { figures.push_back(std::move(figure)); });
+    return figures;
+  });
   const ident::RangeResult* chosen = chosen_equation(results.ranges).range;
   for (const ident::RangeResult& range : results.ranges) {
     std::vector<RunFigure>& figures = content.range_figures.emplace_back();
