@@ -400,6 +400,25 @@ std::vector<Columns> columns_for(const Range& range, const std::vector<Columns>&
   return own;
 }
 
+/// How many ranges may be at work at a time, so that memory does not grow by more than this for it.
+int most_together(const std::vector<Range>& ranges, const std::vector<Columns>& recordings) {
+  constexpr double most_bytes = 48e6;
+  constexpr double columns_at_work = 8.0;  // at the intermediate rate: speeds, kinks, columns on their way (measured)
+  double largest = 1.0;
+  for (const Range& range : ranges) {
+    double bytes = 0.0;
+    for (std::size_t r = 0; r < recordings.size(); ++r) {
+      if (!range.covers(r)) continue;
+      const Columns& own = recordings[r];
+      bytes += sizeof(double) * static_cast<double>(own.phi.size());
+      if (own.prepared != nullptr)
+        bytes += sizeof(double) * columns_at_work * static_cast<double>(own.prepared->intermediate.num_samples());
+    }
+    largest = std::max(largest, bytes);
+  }
+  return 1 + static_cast<int>(std::min(most_bytes / largest, 1000.0));
+}
+
 }  // namespace
 
 RangeResult identify(const Range& range, std::vector<Columns>& recordings, const CandidateLibrary& library,
@@ -443,7 +462,8 @@ RangeResult identify(const Range& range, std::vector<Columns>& recordings, const
 
 std::vector<RangeResult> identify(const std::vector<Range>& ranges, const std::vector<Columns>& recordings,
                                   const CandidateLibrary& library, const IdentifyOptions& options) {
-  const int together = std::clamp(options.num_threads, 1, std::max(1, static_cast<int>(ranges.size())));
+  const int together = std::max(
+      1, std::min({options.num_threads, static_cast<int>(std::ssize(ranges)), most_together(ranges, recordings)}));
   IdentifyOptions of_one = options;
   of_one.num_threads = options.num_threads / together;
   std::vector<RangeResult> results(ranges.size());
