@@ -117,7 +117,7 @@ struct RecordingReader::State {
   std::vector<Pick> picks;
   std::int64_t num_frames = 0, num_read = 0;
   std::optional<GapBridge> bridge;  // none where nothing can be missing
-  bool ended = false;
+  bool ended = false, is_straight = false, source_calibrates = false;
 
   void calibrate_channels(const fs::path& recording, const ReadOptions& options) {
     const bool described = std::any_of(sidecar.channels.begin(), sidecar.channels.end(),
@@ -184,10 +184,20 @@ struct RecordingReader::State {
 
   // Whether one file's columns are the channels as they are.
   bool straight() const {
-    if (files.size() > 1 || files[0].block.cols() != static_cast<Eigen::Index>(picks.size())) return false;
+    if (files.size() > 1 || files[0].source->info().columns.size() != picks.size()) return false;
     for (std::size_t c = 0; c < picks.size(); ++c)
       if (picks[c].column != static_cast<int>(c)) return false;
     return true;
+  }
+
+  // Whether the file's source does it on its way.
+  bool calibrated_by_source() const {
+    Eigen::VectorXd scales(std::ssize(picks)), shifts(std::ssize(picks));
+    for (Eigen::Index c = 0; c < scales.size(); ++c) {
+      scales(c) = picks[static_cast<std::size_t>(c)].scale;
+      shifts(c) = picks[static_cast<std::size_t>(c)].shift;
+    }
+    return files[0].source->calibrate(scales, shifts);
   }
 
   // In place, many frames at a time: this pass is a quarter of reading a long record.
@@ -210,10 +220,10 @@ struct RecordingReader::State {
     const auto count = static_cast<Eigen::Index>(std::min<std::int64_t>(max_frames, num_frames - num_read));
     for (auto& file : files) (void)file.source->read(file.block, std::max<Eigen::Index>(count, 1));
     num_read += count;
-    if (straight()) {
+    if (is_straight) {
       block.swap(files[0].block);
       block.conservativeResize(count, Eigen::NoChange);
-      calibrate_straight(block);
+      if (!source_calibrates) calibrate_straight(block);
       return count;
     }
     const auto width = static_cast<Eigen::Index>(picks.size());
@@ -268,6 +278,8 @@ RecordingReader::RecordingReader(const fs::path& file, const ReadOptions& option
     if (!has_rate && !any_motion(description.channels)) throw no_motion(description.name, description.channels);
   });
   faults.raise();
+  state.is_straight = state.straight();
+  state.source_calibrates = state.is_straight && state.calibrated_by_source();
   if (all_scaled) return;
   BridgeOptions bridge{description.name,           {},
                        description.sample_rate_hz, state.num_frames,

@@ -103,6 +103,11 @@ void place_switches(Columns& columns, const CandidateLibrary& library, const Wei
   }
 }
 
+Columns with_own_switches(Columns columns) {
+  if (columns.switches != nullptr) columns.switches = std::make_shared<ExactSwitches>(*columns.switches);
+  return columns;
+}
+
 Columns form_columns(const CandidateLibrary& library, const std::string& target, const dsp::Motion& table,
                      const std::string& name, const std::function<void()>& poll) {
   Columns result = empty_columns(library, table, name, 0.5 * table.sample_rate_hz, table.at(target));

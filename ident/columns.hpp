@@ -54,6 +54,9 @@ struct Columns {
 void place_switches(Columns& columns, const CandidateLibrary& library, const WeightedTerms& equation,
                     const std::function<void()>& poll = {});
 
+/// Columns whose switches can be placed without moving those of the others.
+[[nodiscard]] Columns with_own_switches(Columns columns);
+
 /// A plain table: terms are evaluated row by row, sgn(g) at the point. The table must outlive the result.
 [[nodiscard]] Columns form_columns(const CandidateLibrary& library, const std::string& target, const dsp::Motion& table,
                                    const std::string& name, const std::function<void()>& poll = {});

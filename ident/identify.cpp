@@ -7,9 +7,11 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 #include <variant>
 
+#include "dsp/for_each_index.hpp"
 #include "ident/library/collinearity.hpp"
 #include "ident/methods.hpp"
 #include "ident/regression/finish_fit.hpp"
@@ -396,6 +398,34 @@ Model linear_model(const RangeData& range, const CandidateLibrary& library, cons
   return make_model(library, fit, options.target, options.target_unit, range.scale, {});
 }
 
+/// The columns of the recordings that a range covers, with switches to be placed for it alone.
+std::vector<Columns> columns_for(const Range& range, const std::vector<Columns>& recordings) {
+  std::vector<Columns> own;
+  for (std::size_t r = 0; r < recordings.size(); ++r)
+    own.push_back(range.covers(r) ? with_own_switches(recordings[r])
+                                  : Columns{.name = recordings[r].name, .signals = recordings[r].signals});
+  return own;
+}
+
+/// How many ranges may be at work at a time, so that memory does not grow by more than this for it.
+int most_together(const std::vector<Range>& ranges, const std::vector<Columns>& recordings) {
+  constexpr double most_bytes = 48e6;
+  constexpr double columns_at_work = 8.0;  // at the intermediate rate: speeds, kinks, columns on their way (measured)
+  double largest = 1.0;
+  for (const Range& range : ranges) {
+    double bytes = 0.0;
+    for (std::size_t r = 0; r < recordings.size(); ++r) {
+      if (!range.covers(r)) continue;
+      const Columns& own = recordings[r];
+      bytes += sizeof(double) * static_cast<double>(own.phi.size());
+      if (own.prepared != nullptr)
+        bytes += sizeof(double) * columns_at_work * static_cast<double>(own.prepared->intermediate.num_samples());
+    }
+    largest = std::max(largest, bytes);
+  }
+  return 1 + static_cast<int>(std::min(most_bytes / largest, 1000.0));
+}
+
 }  // namespace
 
 RangeResult identify(const Range& range, std::vector<Columns>& recordings, const CandidateLibrary& library,
@@ -437,14 +467,32 @@ RangeResult identify(const Range& range, std::vector<Columns>& recordings, const
   return result;
 }
 
-std::vector<RangeResult> identify(const std::vector<Range>& ranges, std::vector<Columns>& recordings,
+std::vector<RangeResult> identify(const std::vector<Range>& ranges, const std::vector<Columns>& recordings,
                                   const CandidateLibrary& library, const IdentifyOptions& options) {
-  std::vector<RangeResult> results;
-  for (const Range& range : ranges) {
-    if (options.before_range) options.before_range(range);
-    results.push_back(identify(range, recordings, library, options));
-    if (options.after_range) options.after_range(results.back());
-  }
+  const int together = std::max(
+      1, std::min({options.num_threads, static_cast<int>(std::ssize(ranges)), most_together(ranges, recordings)}));
+  IdentifyOptions of_one = options;
+  of_one.num_threads = options.num_threads / together;
+  std::vector<RangeResult> results(ranges.size());
+  std::vector<std::size_t> order(ranges.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto duration_s = [&](std::size_t i) { return ranges[i].spec.to_s - ranges[i].spec.from_s; };
+  if (together > 1)  // the longest first: no thread is left with it in the end
+    std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return duration_s(a) > duration_s(b); });
+  const auto begin = [&](std::size_t i) {
+    if (options.before_range) options.before_range(ranges[i]);
+  };
+  const auto end = [&](std::size_t i) {
+    if (options.after_range) options.after_range(results[i]);
+  };
+  dsp::for_each_index(ranges.size(), together, [&](std::size_t k) {
+    const std::size_t i = order[k];
+    if (together == 1) begin(i);
+    std::vector<Columns> own = columns_for(ranges[i], recordings);
+    results[i] = identify(ranges[i], own, library, of_one);
+    if (together == 1) end(i);
+  });
+  for (std::size_t i = 0; i < ranges.size() && together > 1; ++i) begin(i), end(i);
   judge(results);
   return results;
 }

@@ -78,11 +78,13 @@ struct IdentifyOptions {
   std::string target = "a", target_unit;
   std::vector<MethodOptions> methods = {FastRvmOptions{}, SlowRvmOptions{}, StlsqOptions{}};
   int num_threads = 1;
-  Eigen::Index most_blocks = 0;                              ///< of RangeFactors; 0: none are formed
-  bool free_run = true;                                      ///< false: the rows of a table are no time response
-  Poll poll = {};                                            ///< called within fits and free runs, from any thread
-  std::function<void(const Range&)> before_range = {};       ///< called before each of several ranges is fitted
-  std::function<void(const RangeResult&)> after_range = {};  ///< and behind each, before it is judged
+  Eigen::Index most_blocks = 0;  ///< of RangeFactors; 0: none are formed
+  bool free_run = true;          ///< false: the rows of a table are no time response
+  Poll poll = {};                ///< called within fits and free runs, from any thread
+  /// Called in order by the calling thread: before each of several ranges is fitted, and behind each, before it is
+  /// judged; where they are fitted several at a time, when all are.
+  std::function<void(const Range&)> before_range = {};
+  std::function<void(const RangeResult&)> after_range = {};
 };
 
 /// Fits each method on the training rows of a range and judges all but what other ranges say of it (judgement).
@@ -92,9 +94,10 @@ struct IdentifyOptions {
 [[nodiscard]] RangeResult identify(const Range& range, std::vector<Columns>& recordings,
                                    const CandidateLibrary& library, const IdentifyOptions& options);
 
-/// Each range in turn, judged beside the others.
-[[nodiscard]] std::vector<RangeResult> identify(const std::vector<Range>& ranges, std::vector<Columns>& recordings,
-                                                const CandidateLibrary& library, const IdentifyOptions& options);
+/// Each range, on a copy of its columns, judged beside the others; several at a time where there are threads.
+[[nodiscard]] std::vector<RangeResult> identify(const std::vector<Range>& ranges,
+                                                const std::vector<Columns>& recordings, const CandidateLibrary& library,
+                                                const IdentifyOptions& options);
 
 /// The usual case in one call: the ranges of a record (its own, else default_ranges), about the zero of x that a
 /// difference of two displacements needs, by the library given; judged. Throws as record_library, record_columns

@@ -14,9 +14,10 @@ int prepare(const RunArguments& arguments, Console& console) {
     return 0;
   }
   RunFolder results(folder_apart(arguments, config, "-run"), arguments.force, origin_of(arguments, "prep", config));
+  HashesBeside hashes(input_files(config), arguments.num_threads);
   const Work work = prepare_work(config, arguments, console);
-  results.add_files(work.inputs);
-  results.finish(work.config, work.inputs, console);
+  results.add_files(work.inputs, hashes);
+  results.finish(work.config, work.inputs, steady_steps(work.inputs), console);
   console.result(console.json() ? quality_json(work.inputs)
                                 : fmt::format("prepared signals are in {}\n", results.destination().string()));
   return 0;

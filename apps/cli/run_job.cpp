@@ -13,6 +13,7 @@
 #include "apps/output/report_text.hpp"
 #include "apps/output/results_json.hpp"
 #include "apps/page/page_files.hpp"
+#include "apps/process/beside.hpp"
 #include "dsp/names.hpp"
 #include "ident/identify.hpp"
 #include "ident/validate/judge.hpp"
@@ -52,11 +53,9 @@ int required_verdicts(const std::vector<ident::RangeResult>& ranges, const std::
 }
 
 /// The chosen equation run free on the recordings that were kept for that: predict-NAME.json and .csv for each.
-std::vector<ident::RecordPrediction> predict_test_recordings(const Work& work,
-                                                             const std::vector<ident::RangeResult>& ranges,
-                                                             const RunArguments& arguments, RunFolder& results,
-                                                             std::vector<std::filesystem::path>& files,
-                                                             Console& console) {
+std::vector<ident::RecordPrediction> predict_test_recordings(
+    const Work& work, const std::vector<ident::RangeResult>& ranges, const RunArguments& arguments, RunFolder& results,
+    HashesBeside& hashes, std::vector<std::filesystem::path>& files, Console& console) {
   const std::optional<ident::ChosenFit> chosen = ident::chosen_fit(ranges);
   std::vector<ident::RecordPrediction> predictions;
   if (!chosen || work.config.test_recordings.empty()) return predictions;
@@ -64,7 +63,7 @@ std::vector<ident::RecordPrediction> predict_test_recordings(const Work& work,
   for (std::size_t i = 0; i < work.config.test_recordings.size(); ++i) {
     const RecordingConfig& recording = work.config.test_recordings[i];
     const Input input = other_recording(work.config, recording, arguments.max_memory_bytes, console);
-    results.add_files({input});
+    results.add_files({input}, hashes);
     files.insert(files.end(), input.files.begin(), input.files.end());
     predictions.push_back(ident::predict(
         range.fits[chosen->method].model, range.linear, input,
@@ -107,8 +106,10 @@ void write_factors(const std::vector<ident::RecordFactors>& records, const Confi
 }  // namespace
 
 RunOutcome run_into(RunFolder& results, const Config& config, const RunArguments& arguments, Console& console) {
+  HashesBeside hashes(input_files(config), arguments.num_threads);
   Work work = prepare_work(config, arguments, console);
-  const auto files_of = results.add_files(work.inputs);
+  const auto files_of = results.add_files(work.inputs, hashes);
+  auto steps = beside(arguments.num_threads, [&] { return steady_steps(work.inputs); });
   RunOutcome outcome;
   for (const Input& input : work.inputs)
     outcome.files.insert(outcome.files.end(), input.files.begin(), input.files.end());
@@ -118,8 +119,10 @@ RunOutcome run_into(RunFolder& results, const Config& config, const RunArguments
   ident::IdentifyOptions options = identify_options(work.config, work.inputs, arguments.num_threads);
   options.most_blocks = most_factor_blocks;
   auto ranges = identify_ranges(work.config, columns, libraries.front(), options, console);
-  const RunResults found{work.config, work.inputs, columns, ranges,
-                         predict_test_recordings(work, ranges, arguments, results, outcome.files, console)};
+  const RunResults found{
+      work.config, work.inputs,
+      columns,     ranges,
+      steps.get(), predict_test_recordings(work, ranges, arguments, results, hashes, outcome.files, console)};
   refuse_warnings(arguments.strict, console);
   const FirstScreen first = first_screen(found);
   outcome.report = to_text(first);
@@ -137,9 +140,9 @@ RunOutcome run_into(RunFolder& results, const Config& config, const RunArguments
   }
   write_factors(factors, work.config, results, console);
   results.add_table(predictions_table(ranges, columns));
-  write_page(found, first, results, console);
+  write_page(found, first, arguments.num_threads, results, console);
   outcome.exit_code = std::max(exit_code_of(ranges, console), required_verdicts(ranges, arguments.require, console));
-  results.finish(work.config, work.inputs, console, outcome.exit_code);
+  results.finish(work.config, work.inputs, found.steps, console, outcome.exit_code);
   outcome.config = std::move(work.config);
   return outcome;
 }

@@ -164,7 +164,11 @@ Manifest begin_manifest(std::string command, const std::vector<std::string>& com
 }
 
 void add_input(Manifest& manifest, const fs::path& input, const fs::path& folder) {
-  manifest.inputs.push_back({manifest_path(input, folder), sha256_file(input)});
+  add_input(manifest, input, folder, sha256_file(input));
+}
+
+void add_input(Manifest& manifest, const fs::path& input, const fs::path& folder, std::string sha256) {
+  manifest.inputs.push_back({manifest_path(input, folder), std::move(sha256)});
 }
 
 std::string utc_now() {

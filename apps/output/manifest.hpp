@@ -52,6 +52,9 @@ inline constexpr const char* manifest_name = "manifest.json";  ///< written last
 
 /// Throws dsp::Fault (input, "file.unreadable").
 void add_input(Manifest& manifest, const std::filesystem::path& input, const std::filesystem::path& folder);
+/// The same of a file whose hash is known.
+void add_input(Manifest& manifest, const std::filesystem::path& input, const std::filesystem::path& folder,
+               std::string sha256);
 
 /// Now, as the manifest writes it: 2026-01-31T12:00:00Z.
 [[nodiscard]] std::string utc_now();

@@ -8,7 +8,6 @@
 
 #include "apps/output/results_json.hpp"
 #include "apps/output/segments_file.hpp"
-#include "apps/output/steps_table.hpp"
 #include "apps/process/interrupt.hpp"
 
 namespace apps {
@@ -48,12 +47,12 @@ RunFolder::RunFolder(const std::filesystem::path& destination, bool force, const
   for (const std::filesystem::path& file : origin.files) add_input(manifest_, file, folder_.destination());
 }
 
-std::vector<std::vector<ManifestFile>> RunFolder::add_files(const std::vector<Input>& inputs) {
+std::vector<std::vector<ManifestFile>> RunFolder::add_files(const std::vector<Input>& inputs, HashesBeside& hashes) {
   std::vector<std::vector<ManifestFile>> added;
   for (const Input& input : inputs) {
     added.emplace_back();
     for (const std::filesystem::path& file : input.files) {
-      add_input(manifest_, file, folder_.destination());
+      add_input(manifest_, file, folder_.destination(), hashes.of(file));
       added.back().push_back(manifest_.inputs.back());
       std::error_code unknown;
       const auto size = std::filesystem::file_size(file, unknown);
@@ -99,10 +98,11 @@ void RunFolder::write_tables(const CsvTable& prepared, double most_bytes, Consol
     left -= write_table_within(tables_[i], left / static_cast<double>(tables_.size() - i), console);
 }
 
-void RunFolder::finish(const Config& config, const std::vector<Input>& inputs, Console& console, int exit_code) {
+void RunFolder::finish(const Config& config, const std::vector<Input>& inputs, const std::vector<RecordingSteps>& steps,
+                       Console& console, int exit_code) {
   write("quality.json", quality_json(inputs));
   write("segments.json", segments_json(inputs));
-  if (const auto steps = steady_steps(inputs); !steps.empty()) write("steps.csv", steps_csv(steps));
+  if (!steps.empty()) write("steps.csv", steps_csv(steps));
   write("config.toml", to_toml(config, folder_.destination()));
   const double most = config.full_tables ? std::numeric_limits<double>::infinity()
                                          : std::max(least_folder_bytes, recorded_bytes_) - reserved_bytes -

@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "apps/config/inputs.hpp"
+#include "apps/output/steps_table.hpp"
 #include "apps/output/tables.hpp"
+#include "apps/process/hashes_beside.hpp"
 #include "apps/process/output_folder.hpp"
 
 namespace apps {
@@ -24,14 +26,15 @@ class RunFolder {
   /// Throws as OutputFolder.
   RunFolder(const std::filesystem::path& destination, bool force, const Origin& origin);
   /// The files of these recordings, for the manifest, and as it has them, of each recording.
-  std::vector<std::vector<ManifestFile>> add_files(const std::vector<Input>& inputs);
+  std::vector<std::vector<ManifestFile>> add_files(const std::vector<Input>& inputs, HashesBeside& hashes);
   void write(const std::string& name, std::string_view bytes);
   /// Written by finish, in a form that fits the folder's size. What it rests on must last until then.
   void add_table(CsvTable table);
   /// What every run folder holds: quality.json, segments.json, steps.csv of stepped sines, config.toml; then
   /// prepared.csv and the other tables, each in the first of table_forms() in which the folder is no larger than its
   /// recordings or 10 MB, unless config.full_tables; log.txt, the manifest. Throws Interrupted when a signal has come.
-  void finish(const Config& config, const std::vector<Input>& inputs, Console& console, int exit_code = 0);
+  void finish(const Config& config, const std::vector<Input>& inputs, const std::vector<RecordingSteps>& steps,
+              Console& console, int exit_code = 0);
   [[nodiscard]] const std::filesystem::path& destination() const { return folder_.destination(); }
 
  private:

@@ -9,9 +9,11 @@
 #include <string_view>
 
 #include "apps/page/page.hpp"
+#include "apps/process/beside.hpp"
 
 namespace apps {
-void write_page(const RunResults& results, const FirstScreen& first, RunFolder& folder, Console& console) {
+void write_page(const RunResults& results, const FirstScreen& first, int num_threads, RunFolder& folder,
+                Console& console) {
   const auto start = std::chrono::steady_clock::now();
   console.step("writing report.html");
   // Paths as from beside the recording: wherever the folder lies, the page is the same.
@@ -26,6 +28,11 @@ void write_page(const RunResults& results, const FirstScreen& first, RunFolder& 
       figures.push_back(decimated(std::move(figure), most_points_of_a_page));
     };
   };
+  auto of_records = apps::beside(num_threads, [&] {
+    std::vector<RunFigure> figures;
+    record_figures(results, results.steps, [&](RunFigure figure) { figures.push_back(std::move(figure)); });
+    return figures;
+  });
   const ident::RangeResult* chosen = chosen_equation(results.ranges).range;
   for (const ident::RangeResult& range : results.ranges) {
     std::vector<RunFigure>& figures = content.range_figures.emplace_back();
@@ -33,7 +40,7 @@ void write_page(const RunResults& results, const FirstScreen& first, RunFolder& 
       range_figures(range, results, into(figures));
   }
   prediction_figures(results, into(content.prediction_figures));
-  record_figures(results, steady_steps(results.inputs), into(content.record_figures));
+  for (RunFigure& figure : of_records.get()) into(content.record_figures)(std::move(figure));
   folder.write("report.html", report_page(results, content));
   console.note(fmt::format("page and figures written in {:.2f} s",
                            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()));

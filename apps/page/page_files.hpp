@@ -6,7 +6,9 @@
 
 namespace apps {
 
-/// report.html, and figures/: each figure of the page as a drawing (.svg) beside its numbers (.csv).
-void write_page(const RunResults& results, const FirstScreen& first, RunFolder& folder, Console& console);
+/// report.html, and figures/: each figure of the page as a drawing (.svg) beside its numbers (.csv). With threads, the
+/// figures of ranges and of recordings are computed beside one another.
+void write_page(const RunResults& results, const FirstScreen& first, int num_threads, RunFolder& folder,
+                Console& console);
 
 }  // namespace apps

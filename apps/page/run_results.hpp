@@ -5,6 +5,7 @@
 
 #include "apps/config/config.hpp"
 #include "apps/config/inputs.hpp"
+#include "apps/output/steps_table.hpp"
 #include "apps/page/physical_terms.hpp"
 #include "ident/identify.hpp"
 #include "ident/validate/judge.hpp"
@@ -18,6 +19,7 @@ struct RunResults {
   const std::vector<Input>& inputs;
   const std::vector<ident::Columns>& columns;  ///< of each input
   const std::vector<ident::RangeResult>& ranges;
+  std::vector<RecordingSteps> steps = {};                 ///< of recordings that are stepped sines
   std::vector<ident::RecordPrediction> predictions = {};  ///< of recordings that were kept for that
 };
 

@@ -50,12 +50,13 @@ std::string sha256(std::string_view bytes) {
   return digest.hexadecimal();
 }
 
-std::string sha256_file(const std::filesystem::path& path) {
+std::string sha256_file(const std::filesystem::path& path, const std::stop_token& stop) {
   const dsp::InputFile file(path);
   Digest digest;
   std::vector<char> block(1 << 18);
   std::uint64_t done = 0;
   while (const std::size_t size = file.read(done, block.data(), block.size())) {
+    if (stop.stop_requested()) return {};
     digest.update(block.data(), size);
     done += size;
   }

@@ -1,8 +1,12 @@
 #include "dsp/filter/kink_kernel.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <stdexcept>
+
+#include "dsp/filter/dispatch.hpp"
 
 namespace dsp {
 namespace {
@@ -18,6 +22,44 @@ double pulse(const SpectralBand& band, double tau_s) {
   const double roll =
       std::abs(rest) < 1e-9 ? std::numbers::pi / 4.0 : std::cos(std::numbers::pi * edge_hz * tau_s) / rest;
   return width_hz * sinc * roll;
+}
+
+typedef double Lanes __attribute__((vector_size(4 * sizeof(double))));
+typedef double Unaligned __attribute__((vector_size(4 * sizeof(double)), aligned(8), may_alias));
+
+// Cubic interpolation between rows of a table, its values and slopes in turn, at |from|, |from + 1 by|, ... rows.
+struct Table {
+  const double* rows;
+  Index last;  // row at which an interval may begin
+};
+
+ARDENT_DISPATCH void add_interpolated(const Table& table, double weight, double from, double by, Index count,
+                                      double* out) {
+  typedef std::int64_t Bits __attribute__((vector_size(4 * sizeof(std::int64_t))));
+  typedef std::int32_t Integers __attribute__((vector_size(4 * sizeof(std::int32_t))));
+  for (Index i = 0; i < count; i += 4) {
+    const Lanes index = static_cast<double>(i) + Lanes{0.0, 1.0, 2.0, 3.0};
+    const Lanes at = reinterpret_cast<Lanes>(reinterpret_cast<Bits>(from + by * index) & INT64_MAX);
+    const Integers row = __builtin_convertvector(at, Integers);
+    Lanes cells[4];
+    for (int lane = 0; lane < 4; ++lane)
+      cells[lane] = *reinterpret_cast<const Unaligned*>(table.rows + 2 * std::min<Index>(row[lane], table.last));
+    const Lanes a = __builtin_shufflevector(cells[0], cells[1], 0, 4, 2, 6),
+                b = __builtin_shufflevector(cells[0], cells[1], 1, 5, 3, 7),
+                c = __builtin_shufflevector(cells[2], cells[3], 0, 4, 2, 6),
+                d = __builtin_shufflevector(cells[2], cells[3], 1, 5, 3, 7);
+    const Lanes value = __builtin_shufflevector(a, c, 0, 1, 4, 5),
+                next_value = __builtin_shufflevector(a, c, 2, 3, 6, 7),
+                slope = __builtin_shufflevector(b, d, 0, 1, 4, 5),
+                next_slope = __builtin_shufflevector(b, d, 2, 3, 6, 7);
+    const Lanes u = at - __builtin_convertvector(row, Lanes), w = 1.0 - u;
+    const Lanes sum = weight * (w * w * ((1.0 + 2.0 * u) * value + u * slope) +
+                                u * u * ((1.0 + 2.0 * w) * next_value - w * next_slope));
+    if (i + 4 <= count)
+      *reinterpret_cast<Unaligned*>(out + i) += sum;
+    else
+      for (Index lane = 0; i + lane < count; ++lane) out[i + lane] += sum[lane];
+  }
 }
 
 }  // namespace
@@ -46,6 +88,13 @@ KinkKernel::KinkKernel(const SpectralBand& band) {
   }
   value_.conservativeResize(kept);
   slope_.conservativeResize(kept);
+  both_.resize(2, kept);
+  both_ << value_.transpose(), step_s_ * slope_.transpose();
+}
+
+void KinkKernel::add(double weight, double tau_s, double spacing_s, Eigen::Ref<Eigen::VectorXd> values) const {
+  add_interpolated({both_.data(), both_.cols() - 2}, weight, tau_s / step_s_, spacing_s / step_s_, values.size(),
+                   values.data());
 }
 
 double KinkKernel::operator()(double tau_s) const {

@@ -13,6 +13,8 @@ class KinkKernel {
   /// Throws std::invalid_argument unless 0 < rolloff_hz < cutoff_hz.
   explicit KinkKernel(const SpectralBand& band);
   [[nodiscard]] double operator()(double tau_s) const;
+  /// Adds weight K(tau_s + i spacing_s) to values(i), all of them within reach_s() of 0.
+  void add(double weight, double tau_s, double spacing_s, Eigen::Ref<Eigen::VectorXd> values) const;
   /// dK/dtau; at 0, where it jumps, the mean of both sides: 0.
   [[nodiscard]] double slope(double tau_s) const;
   [[nodiscard]] double reach_s() const { return reach_s_; }  ///< beyond, less than 1e-3 of K(0) is left
@@ -20,6 +22,7 @@ class KinkKernel {
  private:
   double reach_s_ = 0.0, step_s_ = 0.0;
   Eigen::VectorXd value_, slope_;  ///< at multiples of step_s_ from 0
+  Eigen::Matrix2Xd both_;          ///< the same, slopes times step_s_
 };
 
 }  // namespace dsp

@@ -103,6 +103,10 @@ std::unique_ptr<SampleSource> open_by_content(std::unique_ptr<InputFile> file, c
 
 }  // namespace
 
+bool SampleSource::calibrate(const Eigen::VectorXd& /*scales*/, const Eigen::VectorXd& /*shifts*/) {
+  return false;
+}
+
 Eigen::Index SampleSource::skip(Eigen::Index num_frames) {
   constexpr Eigen::Index block_frames = 16384;
   FrameBlock block;

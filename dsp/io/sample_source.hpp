@@ -47,6 +47,9 @@ class SampleSource {
   /// Makes `block` the next frames, at most max_frames x num_columns; returns how many, 0 at the end. The frames do not
   /// depend on max_frames. Missing values are NaN. Throws Fault (input).
   virtual Eigen::Index read(FrameBlock& block, Eigen::Index max_frames) = 0;
+  /// Has `read` multiply every column by its scale and shift it, rounded after either. False: this source does not, and
+  /// the caller has to.
+  [[nodiscard]] virtual bool calibrate(const Eigen::VectorXd& scales, const Eigen::VectorXd& shifts);
   /// Leaves out the next frames, which need not be whole then; returns how many, fewer at the end only.
   virtual Eigen::Index skip(Eigen::Index num_frames);
   void add_check(Check check) { info_.checks.push_back(std::move(check)); }

@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "dsp/io/flac_stream.hpp"
+#include "dsp/io/pcm_samples.hpp"
 #include "dsp/io/sound_bytes.hpp"
 #include "dsp/io/sound_handle.hpp"
 #include "dsp/io/sound_header.hpp"
@@ -106,11 +107,16 @@ class SoundFile : public SampleSource {
     return got;
   }
 
+  bool calibrate(const Eigen::VectorXd& scales, const Eigen::VectorXd& shifts) override {
+    if (pcm_) pcm_->calibrate(scales, shifts);
+    return pcm_.has_value();
+  }
+
   // A decoder of FLAC seeks no faster than it decodes.
   Eigen::Index skip(Eigen::Index num_frames) override {
     if (flac_) return SampleSource::skip(num_frames);
     const auto count = static_cast<Eigen::Index>(std::min<std::int64_t>(num_frames, info_.num_frames - num_read_));
-    if (sf_seek(handle_.get(), num_read_ + count, SEEK_SET) < 0) damaged(sf_strerror(handle_.get()));
+    if (!pcm_ && sf_seek(handle_.get(), num_read_ + count, SEEK_SET) < 0) damaged(sf_strerror(handle_.get()));
     num_read_ += count;
     return count;
   }
@@ -121,6 +127,7 @@ class SoundFile : public SampleSource {
   // The next frames into `block`, as many as it has rows. Of a FLAC that is salvaged as they were counted: where blocks
   // are missing, how many zeros the decoder puts in their place depends on how many frames it is asked for.
   Eigen::Index decode(FrameBlock& block) {
+    if (pcm_) return decode_pcm(block);
     if (!flac_ || !salvage_)
       return static_cast<Eigen::Index>(sf_readf_double(handle_.get(), block.data(), block.rows()));
     Eigen::Index got = 0;
@@ -138,6 +145,25 @@ class SoundFile : public SampleSource {
       next_held_ += count;
     }
     return got;
+  }
+
+  // The same numbers straight from the bytes: half the price of the library's way. In pieces that the processor's cache
+  // holds until they are converted.
+  Eigen::Index decode_pcm(FrameBlock& block) {
+    constexpr std::int64_t piece_bytes = std::int64_t{1} << 16;
+    const std::int64_t frame_bytes = pcm_->frame_bytes();
+    const std::int64_t wanted = std::min<std::int64_t>(block.rows(), info_.num_frames - num_read_);
+    std::int64_t done = 0;
+    while (done < wanted) {
+      const std::int64_t count = std::min(wanted - done, std::max<std::int64_t>(piece_bytes / frame_bytes, 1));
+      packed_.resize(static_cast<std::size_t>(count * frame_bytes));
+      const auto at = header_.data_offset + static_cast<std::uint64_t>((num_read_ + done) * frame_bytes);
+      const auto got = static_cast<std::int64_t>(bytes_->file().read(at, packed_.data(), packed_.size())) / frame_bytes;
+      pcm_->decode(packed_.data(), got, block.data() + done * block.cols());
+      done += got;
+      if (got < count) break;
+    }
+    return done;
   }
 
   [[noreturn]] void damaged(std::string_view why) const {
@@ -205,6 +231,10 @@ class SoundFile : public SampleSource {
     info_.columns.resize(static_cast<std::size_t>(sound.channels));
     info_.units.resize(info_.columns.size());
     info_.scaled = codec->scaled;
+    const bool lowest_byte_first =
+        header_.container == "WAV" || header_.container == "RF64" || header_.container == "W64";
+    if (lowest_byte_first && codec->scaled && codec->sample_bytes > 1)
+      pcm_.emplace(codec->sample_bytes, sound.channels);
     if (const char* comment = sf_get_string(handle_.get(), SF_STR_COMMENT))
       info_.checks.push_back({"container.comment", "", CheckStatus::note, 0.0, 0.0, clean_name(comment)});
   }
@@ -287,7 +317,9 @@ class SoundFile : public SampleSource {
   std::unique_ptr<SoundBytes> bytes_;
   SoundHandle handle_;  // after bytes_: closed before them
   std::int64_t num_read_ = 0;
-  FrameBlock held_;  // decoded, and read up to next_held_
+  std::optional<PcmDecoder> pcm_;  // of what is read without the library
+  std::vector<char> packed_;       // such frames, as the file holds them
+  FrameBlock held_;                // decoded, and read up to next_held_
   Eigen::Index next_held_ = 0;
 };
 

@@ -8,8 +8,8 @@
 #include <optional>
 #include <utility>
 
-#include "dsp/filter/fft.hpp"
 #include "dsp/order_statistics.hpp"
+#include "dsp/sensors/band_windows.hpp"
 
 namespace dsp {
 namespace {
@@ -37,44 +37,31 @@ using Response = ExtendedSpectrum::Response;
 // D is differentiated, and given what the sensors are presumed to differ by, before it is cut into windows: a window
 // smears each frequency over its neighbours, which does no harm only where the ratio is flat. Dividing spectra by f^2
 // afterwards costs 1e-3 in gain; the slope of a coupling's phase, where motion lies between the window's frequencies,
-// 40 us of lag.
-Ratio measured_ratio(const SpectrumOf& displacement, const Eigen::Ref<const VectorXd>& a, double rate_hz,
-                     const std::vector<unsigned char>& excluded, const RelateOptions& options,
-                     const Response& presumed) {
-  const Index length = static_cast<Index>(std::lround(options.window_s * rate_hz)), step = length / 2;
-  const auto bins = static_cast<std::size_t>(length / 2 + 1);
-  std::vector<Complex> cross(bins);
-  std::vector<double> power(bins);
+// 40 us of lag. `A`: the acceleration's spectra.
+Ratio measured_ratio(const SpectrumOf& displacement, const Eigen::MatrixXcd& A, const BandWindows& windows,
+                     double rate_hz, const RelateOptions& options, const Response& presumed) {
   Ratio ratio;
-  if (length < 16 || length > a.size()) return ratio;
+  ratio.num_windows = static_cast<int>(windows.num_windows());
+  if (ratio.num_windows == 0) return ratio;
   const double edge_hz = std::min(2.0 * options.to_hz, 0.4 * rate_hz);
   const SpectralBand band{edge_hz, 1.2 * edge_hz};
-  const VectorXd d =
-      displacement().filtered([&](double f) { return -two_pi * f * two_pi * f * band.gain(f) * presumed(f); });
-  const RealFft fft(length);
-  const VectorXd window = hann_window(length);
-  for (Index first = 0; first + length <= d.size(); first += step) {
-    const auto begin = excluded.begin() + std::min<std::ptrdiff_t>(first, std::ssize(excluded));
-    const auto end = excluded.begin() + std::min<std::ptrdiff_t>(first + length, std::ssize(excluded));
-    if (std::any_of(begin, end, [](unsigned char bad) { return bad != 0; })) continue;
-    const auto spectrum = [&](const Eigen::Ref<const VectorXd>& x) {
-      const auto part = x.segment(first, length);
-      return fft.forward(((part.array() - part.mean()) * window.array()).matrix());
-    };
-    const Eigen::VectorXcd D = spectrum(d), A = spectrum(a);
-    for (std::size_t k = 0; k < bins; ++k) {
-      cross[k] += A(static_cast<Index>(k)) * std::conj(D(static_cast<Index>(k)));
-      power[k] += std::norm(D(static_cast<Index>(k)));
-    }
-    ++ratio.num_windows;
-  }
+  const Eigen::MatrixXcd D = windows.spectra(displacement().filtered([&](double f) {
+    const double gain = band.gain(f);
+    return gain == 0.0 ? Complex(0.0) : -two_pi * f * two_pi * f * gain * presumed(f);
+  }));
   double largest = 0.0;
-  for (std::size_t k = 1; k < bins; ++k) {
-    const double f = static_cast<double>(k) * rate_hz / static_cast<double>(length);
-    if (f < options.from_hz || f > options.to_hz || !(power[k] > 0.0)) continue;
+  for (Index k = 0; k < D.rows(); ++k) {
+    Complex cross = 0.0;
+    double power = 0.0;
+    for (Index i = 0; i < D.cols(); ++i) {
+      cross += A(k, i) * std::conj(D(k, i));
+      power += std::norm(D(k, i));
+    }
+    if (!(power > 0.0)) continue;
+    const double f = windows.frequencies_hz()(k);
     ratio.frequency_hz.push_back(f);
-    ratio.value.push_back(cross[k] / power[k] * presumed(f));
-    ratio.weight.push_back(std::sqrt(power[k]) / std::abs(presumed(f)));
+    ratio.value.push_back(cross / power * presumed(f));
+    ratio.weight.push_back(std::sqrt(power) / std::abs(presumed(f)));
     largest = std::max(largest, ratio.weight.back());
   }
   for (double& weight : ratio.weight) weight /= largest;
@@ -223,8 +210,11 @@ SensorRelation related(const SpectrumOf& displacement, const Eigen::Ref<const Ve
                        double sample_rate_hz, const std::vector<unsigned char>& excluded,
                        const RelateOptions& options) {
   SensorRelation relation;
+  const BandWindows windows(acceleration.size(), sample_rate_hz, excluded, options.window_s, options.from_hz,
+                            options.to_hz);
+  const Eigen::MatrixXcd A = windows.spectra(acceleration);
   const auto measured = [&](const Response& presumed) {
-    return measured_ratio(displacement, acceleration, sample_rate_hz, excluded, options, presumed);
+    return measured_ratio(displacement, A, windows, sample_rate_hz, options, presumed);
   };
   Ratio ratio = measured([](double) { return Complex(1.0); });
   normalise(ratio);

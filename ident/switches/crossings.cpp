@@ -82,21 +82,24 @@ void drop_overtaken(std::vector<Crossing>& crossings) {
 }  // namespace
 
 Crossings::Crossings(const dsp::Motion& motion, const dsp::SpectralBand& state_band, std::vector<Expression> arguments)
-    : motion_(motion), state_band_(state_band), kernel_(state_band), arguments_(std::move(arguments)) {
+    : motion_(motion),
+      state_band_(state_band),
+      kernel_(state_band),
+      arguments_(std::make_shared<const std::vector<Expression>>(std::move(arguments))) {
   for (const dsp::Signal& signal : motion_.signals)
     if ((signal.name == "v" || signal.name == "dy") && std::isfinite(signal.flat_to_hz))
       speeds_.push_back({signal.name, {}});
-  for (const Expression& argument : arguments_) bound_.push_back(bind(argument));
-  crossings_.resize(arguments_.size());
-  first_side_.resize(arguments_.size());
-  for (std::size_t i = 0; i < arguments_.size(); ++i) find(i);
+  for (const Expression& argument : *arguments_) bound_.push_back(bind(argument));
+  crossings_.resize(arguments_->size());
+  first_side_.resize(arguments_->size());
+  for (std::size_t i = 0; i < arguments_->size(); ++i) find(i);
   (void)move_all();
   found_ = crossings_;
 }
 
 void Crossings::find(std::size_t argument) {
   // Between samples of a signal that goes up to half their rate there may be two zeros: eight times as many show them.
-  const Expression& g = arguments_[argument];
+  const Expression& g = (*arguments_)[argument];
   const double enough_hz = 10.0 * std::max(1.0, g.band_factor()) * state_band_.cutoff_hz;
   Index factor = 1;
   while (factor < 8 && static_cast<double>(factor) * motion_.sample_rate_hz < enough_hz) factor *= 2;
@@ -190,8 +193,8 @@ Crossings::Bound Crossings::bind(const Expression& expression) const {
     bound.inputs.push_back({name == "t" ? nullptr : &motion_.at(name), speed(name)});
   for (const std::string& text : expression.switches())
     bound.switches.push_back(static_cast<std::size_t>(
-        std::find_if(arguments_.begin(), arguments_.end(), [&](const auto& g) { return g.text() == text; }) -
-        arguments_.begin()));
+        std::find_if(arguments_->begin(), arguments_->end(), [&](const auto& g) { return g.text() == text; }) -
+        arguments_->begin()));
   return bound;
 }
 
@@ -260,8 +263,8 @@ double Crossings::slope(const Bound::Input& speed, double t_s) const {
 
 void Crossings::set_slope_jumps(const std::vector<std::pair<Bound, double>>& equation) {
   const double beside_s = beside / motion_.sample_rate_hz;
-  for (std::size_t argument = 0; argument < arguments_.size(); ++argument) {
-    const std::string& text = arguments_[argument].text();
+  for (std::size_t argument = 0; argument < arguments_->size(); ++argument) {
+    const std::string& text = (*arguments_)[argument].text();
     std::vector<const std::pair<Bound, double>*> switched;
     for (const auto& term : equation) {
       const auto own = term.first.expression->all_switches();
@@ -313,7 +316,7 @@ bool Crossings::move_all() {
   const double least_s = settled / motion_.sample_rate_hz;
   bool any = false;
   std::vector<std::vector<Crossing>> moved_ones = crossings_;
-  for (std::size_t argument = 0; argument < arguments_.size(); ++argument) {
+  for (std::size_t argument = 0; argument < arguments_->size(); ++argument) {
     std::vector<Crossing>& list = moved_ones[argument];
     std::vector<bool> has_moved(list.size(), false);
     for (std::size_t i = 0; i < list.size(); ++i) {
@@ -361,8 +364,9 @@ void Crossings::add_kinks(double rate_hz, Index first, VectorXd& speed) const {
   for (; kink != kinks_.end() && kink->t_s <= end_s + reach_s; ++kink) {
     const auto begin = std::max(first, static_cast<Index>(std::ceil(std::max(0.0, (kink->t_s - reach_s) * rate_hz))));
     const auto last = std::min(static_cast<Index>((kink->t_s + reach_s) * rate_hz), first + speed.size() - 1);
-    for (Index i = begin; i <= last; ++i)
-      speed(i - first) += kink->slope_jump * kernel_(static_cast<double>(i) / rate_hz - kink->t_s);
+    if (begin <= last)
+      kernel_.add(kink->slope_jump, static_cast<double>(begin) / rate_hz - kink->t_s, 1.0 / rate_hz,
+                  speed.segment(begin - first, last - begin + 1));
   }
 }
 

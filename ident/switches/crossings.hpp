@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -35,7 +36,7 @@ class Crossings {
   /// jump, the motion stops, and the jump is that acceleration.
   void settle(const WeightedTerms& equation);
 
-  [[nodiscard]] const std::vector<Expression>& arguments() const { return arguments_; }
+  [[nodiscard]] const std::vector<Expression>& arguments() const { return *arguments_; }
   /// In order of time.
   [[nodiscard]] const std::vector<Crossing>& of(std::size_t argument) const { return crossings_[argument]; }
   /// Whether the signal of this name is restored: v or dy, computed from displacements.
@@ -99,13 +100,13 @@ class Crossings {
   dsp::SpectralBand state_band_;
   dsp::KinkKernel kernel_;
   std::vector<Speed> speeds_;
-  std::vector<Expression> arguments_;
-  std::vector<Bound> bound_;                      ///< the arguments
-  std::vector<int> first_side_;                   ///< of each argument, at time 0
-  std::vector<std::vector<Crossing>> found_;      ///< in the signals as they are
-  std::vector<std::vector<Crossing>> crossings_;  ///< of each argument
-  std::vector<Kink> kinks_;                       ///< of all, in order of time
-  Eigen::VectorXd kinks_at_samples_;              ///< what they are in a speed at the motion's rate; empty: none
+  std::shared_ptr<const std::vector<Expression>> arguments_;  ///< shared by copies, whose bound_ points at them
+  std::vector<Bound> bound_;                                  ///< the arguments
+  std::vector<int> first_side_;                               ///< of each argument, at time 0
+  std::vector<std::vector<Crossing>> found_;                  ///< in the signals as they are
+  std::vector<std::vector<Crossing>> crossings_;              ///< of each argument
+  std::vector<Kink> kinks_;                                   ///< of all, in order of time
+  Eigen::VectorXd kinks_at_samples_;  ///< what they are in a speed at the motion's rate; empty: none
 };
 
 }  // namespace ident

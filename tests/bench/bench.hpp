@@ -10,9 +10,10 @@ namespace bench {
 
 /// What the processor and its memory can do: multiply-adds of one core, and reading.
 void register_machine();
-/// Of each problem NAME in this folder (NAME_Phi.npy, rows x terms, and NAME_T.npy, rows x outputs): the R factor, and
-/// the whole fit of all outputs by each relevance vector machine; from NAME_X.npy, rows x 3, the products up to degree
-/// 3 of three states, read from the file and folded block by block. Nothing where the folder is empty or not there.
+/// Of each problem NAME in this folder (NAME_Phi.npy, rows x terms, and NAME_T.npy, rows x outputs): the R factor, the
+/// same on one and on two threads by the clock, and the whole fit of all outputs by each relevance vector machine; from
+/// NAME_X.npy, rows x 3, the products up to degree 3 of three states, read from the file and folded block by block.
+/// Nothing where the folder is empty or not there.
 void register_fits(const std::filesystem::path& problems);
 /// Every subset of 13 and of 20 terms.
 void register_rankings();
@@ -25,7 +26,9 @@ void register_whole_run(const std::filesystem::path& ardent, const std::filesyst
 
 /// What nobody can go below who reads through libsndfile: every sample as a double, and nothing done with it.
 void bare_read(const std::filesystem::path& file);
-/// Registers one whose time is CPU time, user and system, of this process and its children.
+/// What `ardent run` does with a raw file until it has 256 samples a second.
+void raw_part(const std::filesystem::path& file);
+/// Registers one whose time is CPU time, user and system, of this process and its children; wall_ms beside it.
 void add(const std::string& name, const std::function<void()>& work);
 
 }  // namespace bench

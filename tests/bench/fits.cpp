@@ -1,4 +1,5 @@
 #include <benchmark/benchmark.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <memory>
@@ -91,6 +92,12 @@ void streamed_fit(benchmark::State& state, const Problem& problem) {
   }
 }
 
+// The factor of a matrix given, on so many threads: wall time.
+void threaded_factor(benchmark::State& state, Problem& problem, int num_threads) {
+  const MatrixXd &phi = problem.phi(), &targets = problem.targets();
+  for (auto _ : state) benchmark::DoNotOptimize(ident::r_factor(phi, targets, num_threads));
+}
+
 void add(const std::string& name, std::function<void(benchmark::State&)> run) {
   benchmark::RegisterBenchmark(name.c_str(), std::move(run))->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
 }
@@ -119,6 +126,12 @@ void bench::register_fits(const std::filesystem::path& problems) {
     ::add("slow_rvm/" + name, [problem](benchmark::State& state) {
       whole_fit<ident::SlowRvmOptions, ident::fit_slow_rvm>(state, *problem);
     });
+    for (const int num_threads : {1, 2})
+      benchmark::RegisterBenchmark(
+          fmt::format("factor_on_{}/{}", num_threads, name).c_str(),
+          [problem, num_threads](benchmark::State& state) { threaded_factor(state, *problem, num_threads); })
+          ->UseRealTime()
+          ->Unit(benchmark::kMillisecond);
     if (name.starts_with("poly"))
       ::add("streamed/" + name, [problem](benchmark::State& state) { streamed_fit(state, *problem); });
   }

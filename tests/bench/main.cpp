@@ -1,11 +1,12 @@
 // Usage: bench [--benchmark_filter=REGEX] [--benchmark_format=json] ..., as of google-benchmark. Regression problems
-// are read from the folder that the environment names in ARDENT_BENCH_PROBLEMS. tests/bench/ratios.py runs it beside
-// peers.
+// are read from the folder that the environment names in ARDENT_BENCH_PROBLEMS; recordings are made in that of
+// ARDENT_BENCH_FILES and stay there, or in one of its own. tests/bench/ratios.py runs it beside peers.
 #include <benchmark/benchmark.h>
 #include <sndfile.h>
 #include <stdlib.h>
 #include <sys/resource.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <string>
 #include <vector>
@@ -34,11 +35,15 @@ double cpu_now_s() {
 void bench::add(const std::string& name, const std::function<void()>& work) {
   const auto timed = [work](benchmark::State& state) {
     work();  // makes what it needs
+    std::chrono::duration<double, std::milli> wall{};
     for (auto _ : state) {
+      const auto begin = std::chrono::steady_clock::now();
       const double start = cpu_now_s();
       work();
       state.SetIterationTime(cpu_now_s() - start);
+      wall += std::chrono::steady_clock::now() - begin;
     }
+    state.counters["wall_ms"] = benchmark::Counter(wall.count(), benchmark::Counter::kAvgIterations);
   };
   benchmark::RegisterBenchmark(name.c_str(), timed)->UseManualTime()->Unit(benchmark::kMillisecond);
 }
@@ -57,8 +62,9 @@ int main(int count, char** arguments) {
   benchmark::Initialize(&count, arguments);
   if (benchmark::ReportUnrecognizedArguments(count, arguments)) return 2;
   std::string name = std::filesystem::temp_directory_path() / "ardent_bench_XXXXXX";
-  if (mkdtemp(name.data()) == nullptr) return 5;
-  const std::filesystem::path folder = name;
+  const char* kept = std::getenv("ARDENT_BENCH_FILES");
+  if (kept == nullptr && mkdtemp(name.data()) == nullptr) return 5;
+  const std::filesystem::path folder = kept != nullptr ? kept : name;
   bench::register_machine();
   if (const char* problems = std::getenv("ARDENT_BENCH_PROBLEMS")) bench::register_fits(problems);
   bench::register_rankings();
@@ -66,5 +72,5 @@ int main(int count, char** arguments) {
   bench::register_raw_part(folder);
   bench::register_whole_run(std::filesystem::path(arguments[0]).parent_path() / "ardent", folder);
   benchmark::RunSpecifiedBenchmarks();
-  std::filesystem::remove_all(folder);
+  if (kept == nullptr) std::filesystem::remove_all(folder);
 }

@@ -5,8 +5,8 @@ usage: ratios.py BENCH [--peers DIR] [--rounds 5] [--only REGEX] [--json FILE]
 
 BENCH: the program `bench`. DIR (or the environment's ARDENT_PEERS) has make_problems.py, which writes the regression
 problems, and fit_peer.py, which times a peer on one of them and prints a line of JSON; without it, or where a peer
-cannot be run, its rows are skipped and say so. Peers run on one thread (OPENBLAS_NUM_THREADS=1) with the system's
-python3.
+cannot be run, its rows are skipped and say so. Other peers are in peers.py beside this script. Peers run on one thread
+(OPENBLAS_NUM_THREADS=1) with the system's python3.
 """
 import argparse
 import json
@@ -30,32 +30,59 @@ FITS = [
     ("17507 x 500", "fast_rvm/wide500", "ard_norm", "wide500", 0.6),
     ("10^6 x 20 from files", "streamed/poly1e6", "ard", "poly1e6", 15),
 ]
-# what, benchmark, the one it is compared with, ratio ours / other allowed
+# what, benchmark, the one it is compared with, ratio ours / other allowed, of CPU or wall time
 OWN = [
-    ("raw part / bare read, RF64", "raw_part/rf64", "bare_read/rf64", 1.6),
-    ("raw part / bare read, FLAC", "raw_part/flac", "bare_read/flac", 1.4),
-    ("whole run / bare read", "rig/run_fast_rvm", "rig/bare_read", 3.3),
+    ("raw part / bare read, RF64", "rig/raw_part", "rig/bare_read", 1.6, "cpu"),
+    ("raw part / bare read, FLAC", "raw_part/flac", "bare_read/flac", 1.4, "cpu"),
+    ("decimator / bare read, RF64", "decimator/rf64", "bare_read/rf64", 2.5, "cpu"),
+    ("whole run / bare read, wall", "rig/run_fast_rvm", "rig/bare_read", 3.3, "wall"),
 ]
-# what, benchmark, the peer's, ratio peer / ours asked for
-OWN_PEERS = [("decimator against soxr HQ, RF64", "decimator/rf64", "soxr/rf64", 1.2)]
+# what, benchmark, the other, ratio other / ours asked for, of CPU or wall time
+OWN_PEERS = [
+    ("decimator against soxr HQ, RF64", "decimator/rf64", "soxr/rf64", 1.2, "cpu"),
+    ("10^6 x 20, two threads against one, wall", "factor_on_2/poly1e6", "factor_on_1/poly1e6", 1.7, "wall"),
+    ("10^7 x 20, two threads against one, wall", "factor_on_2/poly1e7", "factor_on_1/poly1e7", 1.7, "wall"),
+]
+# what, benchmark, task of peers.py, ratio peer / ours asked for
+SCRIPTS = [
+    ("decimator against scipy resample_poly of 115 dB", "decimator/rf64", "resample_poly", 12),
+    ("decimator against scipy decimate", "decimator/rf64", "decimate", 15),
+    ("spectral derivative against scipy.fft", "derivative/plan_kept", "derivative", 1.3),
+    ("Duffing records against odeint", "simulate/duffing", "duffing_odeint", 8),
+    ("Duffing records against solve_ivp DOP853", "simulate/duffing", "duffing_dop853", 30),
+    ("Coulomb records against solve_ivp DOP853 with events", "simulate/coulomb", "coulomb_dop853", 60),
+]
+# what streams a problem from its files, most MiB of the whole process
+STREAMED = [("10^6 x 20 from files, MiB", "poly1e6", 32), ("10^7 x 20 from files, MiB", "poly1e7", 32)]
 
 
 class Bench:
-    def __init__(self, program, problems):
+    def __init__(self, program, problems, files):
         self.program = program
-        self.environment = dict(os.environ, ARDENT_BENCH_PROBLEMS=problems or "")
+        self.environment = dict(os.environ, ARDENT_BENCH_PROBLEMS=problems, ARDENT_BENCH_FILES=files)
+
+    def command(self, names):
+        wanted = "^(" + "|".join(map(re.escape, names)) + ")/(process|manual|real)_time$"
+        return [self.program, "--benchmark_filter=" + wanted, "--benchmark_format=json"]
+
+    def peak_mib(self, name):
+        """Of the process that runs this one alone."""
+        process = subprocess.Popen(self.command([name]), env=self.environment, stdout=subprocess.DEVNULL,
+                                   stderr=subprocess.DEVNULL)
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = status
+        return used.ru_maxrss / 1024 if status == 0 else None
 
     def run(self, *names):
         """{name: its row of google-benchmark's JSON}."""
-        wanted = "^(" + "|".join(map(re.escape, names)) + ")/(process|manual)_time$"
-        done = subprocess.run([self.program, "--benchmark_filter=" + wanted, "--benchmark_format=json"],
-                              env=self.environment, capture_output=True, text=True)
+        done = subprocess.run(self.command(names), env=self.environment, capture_output=True, text=True)
         if done.returncode != 0 or not done.stdout.strip():
             return {}
         found = {}
         for row in json.loads(done.stdout)["benchmarks"]:
             name, _, how = row["name"].rpartition("/")
             row["cpu_ms"] = row["real_time" if how == "manual_time" else "cpu_time"]
+            row.setdefault("wall_ms", row["real_time"])
             found[name] = row
         return found
 
@@ -79,7 +106,7 @@ class Table:
     def add(self, what, ratios, bar, higher_is_better, **figures):
         middle = statistics.median(ratios)
         held = middle >= bar if higher_is_better else middle <= bar
-        print(f"{what}: {middle:.3g} x ({min(ratios):.3g} to {max(ratios):.3g}), asked "
+        print(f"{what}: {middle:.3g} ({min(ratios):.3g} to {max(ratios):.3g}), asked "
               f"{'at least' if higher_is_better else 'at most'} {bar}{'' if held else '  MISSED'}", flush=True)
         self.rows.append({"what": what, "ratios": ratios, "asked": bar, "held": held, **figures})
 
@@ -111,20 +138,105 @@ def fit_rows(bench, folder, problems, arguments, table):
 
 def own_rows(bench, arguments, table):
     for rows, higher_is_better in ((OWN, False), (OWN_PEERS, True)):
-        for what, ours, other, bar in rows:
+        for what, ours, other, bar, clock in rows:
             if arguments.only and not re.search(arguments.only, what):
                 continue
-            ratios = []
-            for _ in range(arguments.rounds):
-                times = bench.run(ours, other)
-                if len(times) < 2:
-                    break
-                ratio = times[ours]["cpu_ms"] / times[other]["cpu_ms"]
-                ratios.append(1 / ratio if higher_is_better else ratio)
-            if ratios:
-                table.add(what, ratios, bar, higher_is_better)
-            else:
-                table.skip(what, "the benchmark did not run")
+            rounds = [bench.run(ours, other) for _ in range(arguments.rounds)]
+            rounds = [times for times in rounds if len(times) == 2]
+            if not rounds:
+                table.skip(what, f"no benchmark {ours} or {other}")
+                continue
+            ratios = [times[ours][clock + "_ms"] / times[other][clock + "_ms"] for times in rounds]
+            table.add(what, [1 / ratio for ratio in ratios] if higher_is_better else ratios, bar, higher_is_better,
+                      ours_ms=[times[ours][clock + "_ms"] for times in rounds],
+                      other_ms=[times[other][clock + "_ms"] for times in rounds])
+
+
+def whole_run_row(bench, arguments, table):
+    """What the hash costs is beside the rest where there are two cores: apart from it, CPU time."""
+    what = "whole run without the hash / bare read, CPU"
+    if arguments.only and not re.search(arguments.only, what):
+        return
+    names = "rig/run_fast_rvm", "rig/hash", "rig/bare_read"
+    rounds = [bench.run(*names) for _ in range(arguments.rounds)]
+    if all(len(times) == len(names) for times in rounds):
+        times = [[one[name]["cpu_ms"] for name in names] for one in rounds]
+        table.add(what, [(run - hashing) / bare for run, hashing, bare in times], 3.0, False, times_ms=times)
+    else:
+        table.skip(what, "the benchmark did not run")
+
+
+def script_ms(task, *arguments):
+    script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "peers.py")
+    done = subprocess.run([PYTHON, script, task, *arguments], env=dict(os.environ, OPENBLAS_NUM_THREADS="1"),
+                          capture_output=True, text=True)
+    if done.returncode != 0:
+        return None, (done.stderr.strip().splitlines() or ["no message"])[-1]
+    return 1e3 * json.loads(done.stdout)["cpu_median"], ""
+
+
+def script_rows(bench, arguments, table):
+    for what, name, task, ask in SCRIPTS:
+        if arguments.only and not re.search(arguments.only, what):
+            continue
+        ratios, why = [], ""
+        for _ in range(arguments.rounds):
+            theirs, why = script_ms(task, "--reps", "1")
+            ours = bench.run(name).get(name)
+            if theirs is None or ours is None:
+                why = why or f"no benchmark {name}"
+                break
+            ratios.append(theirs / ours["cpu_ms"])
+        if why:
+            table.skip(what, why)
+        else:
+            table.add(what, ratios, ask, True, ours_ms=ours["cpu_ms"], peer_ms=theirs)
+
+
+def process_ms(command):
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    _, status, used = os.wait4(process.pid, 0)
+    process.returncode = status
+    return 1e3 * (used.ru_utime + used.ru_stime) if status == 0 else None
+
+
+def csv_row(bench, problems, arguments, table):
+    """A table of the Duffing records to its equation, whole processes."""
+    what = "Duffing, CSV to equation, against Python and ARD"
+    if arguments.only and not re.search(arguments.only, what):
+        return
+    ardent = os.path.join(os.path.dirname(bench.program), "ardent")
+    csv = os.path.join(problems, "duffing_states.csv")
+    write = ("import numpy as np, sys; d = sys.argv[1]; np.savetxt(sys.argv[2], np.column_stack([np.load(d + '_X.npy'),"
+             " np.load(d + '_T.npy')[:, 1]]), delimiter=',', header='x,v,f,a', comments='', fmt='%.17g')")
+    made = subprocess.run([PYTHON, "-c", write, os.path.join(problems, "duffing"), csv], stderr=subprocess.DEVNULL)
+    if made.returncode != 0:
+        table.skip(what, f"no problem duffing in {problems}")
+        return
+    ratios = []
+    for _ in range(arguments.rounds):
+        theirs, why = script_ms("csv_ard", csv)
+        ours = process_ms([ardent, "fit", csv, "--target", "a", "--terms",
+                           "1,x,v,x^2,x*v,v^2,x^3,x^2*v,x*v^2,v^3,f", "--methods", "fast_rvm", "--threads", "1"])
+        if theirs is None or ours is None:
+            table.skip(what, why or f"{ardent} failed")
+            return
+        ratios.append(theirs / ours)
+    table.add(what, ratios, 35, True, ours_ms=ours, peer_ms=theirs)
+
+
+def memory_rows(bench, problems, arguments, table):
+    for what, problem, most in STREAMED:
+        if arguments.only and not re.search(arguments.only, what):
+            continue
+        if not os.path.exists(os.path.join(problems, problem + "_X.npy")):
+            table.skip(what, f"no problem {problem} in {problems}")
+            continue
+        peak = bench.peak_mib("streamed/" + problem)
+        if peak is None:
+            table.skip(what, "the benchmark did not run")
+        else:
+            table.add(what, [peak], most, False)
 
 
 def share_of_the_machine(bench, arguments, table):
@@ -157,15 +269,19 @@ def main():
     arguments = parser.parse_args()
     folder = arguments.peers if arguments.peers and os.path.isdir(arguments.peers) else None
     table = Table()
-    with tempfile.TemporaryDirectory() as problems:
+    with tempfile.TemporaryDirectory() as problems, tempfile.TemporaryDirectory() as files:
         if folder:
             subprocess.run([PYTHON, os.path.join(folder, "make_problems.py"), problems, *arguments.problems.split()],
                            env=dict(os.environ, OPENBLAS_NUM_THREADS="1"), stdout=subprocess.DEVNULL, check=True)
-        bench = Bench(arguments.bench, problems)
+        bench = Bench(arguments.bench, problems, files)
         fit_rows(bench, folder, problems, arguments, table)
         if not arguments.only:
             share_of_the_machine(bench, arguments, table)
         own_rows(bench, arguments, table)
+        whole_run_row(bench, arguments, table)
+        script_rows(bench, arguments, table)
+        csv_row(bench, problems, arguments, table)
+        memory_rows(bench, problems, arguments, table)
     if arguments.json:
         with open(arguments.json, "w") as out:
             json.dump(table.rows, out, indent=1)

@@ -42,12 +42,6 @@ void write_sidecar(const std::filesystem::path& recording) {
         c);
 }
 
-// What `ardent run` does with a raw file.
-void whole_part(const std::filesystem::path& file) {
-  dsp::RecordingReader reader(file);
-  static_cast<void>(dsp::read_intermediate(reader, {{.rate_hz = 25.6, .cutoff_hz = 10.24, .rolloff_hz = 8.0}}));
-}
-
 void decimator_alone(const std::filesystem::path& file) {
   dsp::RecordingReader reader(file);
   dsp::Decimator decimator(rate_hz, num_channels,
@@ -93,6 +87,11 @@ std::filesystem::path record(const std::filesystem::path& folder, const std::str
 
 }  // namespace
 
+void bench::raw_part(const std::filesystem::path& file) {
+  dsp::RecordingReader reader(file);
+  static_cast<void>(dsp::read_intermediate(reader, {{.rate_hz = 25.6, .cutoff_hz = 10.24, .rolloff_hz = 8.0}}));
+}
+
 void bench::register_raw_part(const std::filesystem::path& folder) {
   for (const auto& [name, container] :
        {std::pair{"rf64", dsp::SoundContainer::rf64}, std::pair{"flac", dsp::SoundContainer::flac}}) {
@@ -100,7 +99,7 @@ void bench::register_raw_part(const std::filesystem::path& folder) {
       return [=] { work(record(folder, file, container)); };
     };
     add(std::string("bare_read/") + name, on_record(bench::bare_read));
-    add(std::string("raw_part/") + name, on_record(whole_part));
+    add(std::string("raw_part/") + name, on_record(bench::raw_part));
     add(std::string("decimator/") + name, on_record(decimator_alone));
     add(std::string("soxr/") + name, on_record(soxr_hq));
   }

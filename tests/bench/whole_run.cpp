@@ -44,6 +44,7 @@ void bench::register_whole_run(const std::filesystem::path& ardent, const std::f
   };
   const auto recording = folder / "rig" / "recording.wav";
   add("rig/bare_read", on_rig([=] { bare_read(recording); }));
+  add("rig/raw_part", on_rig([=] { raw_part(recording); }));
   add("rig/hash", on_rig([=] { static_cast<void>(apps::sha256_file(recording)); }));
   for (const auto& [name, methods] :
        {std::pair{"fast_rvm", R"(["fast_rvm"])"}, std::pair{"three_methods", R"(["fast_rvm", "slow_rvm", "sindy"])"}})

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <optional>
 
 #include "ident/identify.hpp"
 #include "support/rig.hpp"
@@ -186,6 +187,24 @@ TEST_CASE("where friction falls with the speed the speed is the payload's within
   // The friction falls within three samples, so that what is between two of them is seen to a tenth.
   CHECK(whole < 0.05 * rounded);
   CHECK(whole < 0.2 * kinks_alone);
+}
+
+TEST_CASE("switches placed in a copy of columns leave the columns as they are", "[ident][exact_switches]") {
+  const support::RigRecord rig = support::rig_record({}, shaken(), {.level = sim::SensorLevel::ideal});
+  const dsp::Prepared prepared = dsp::prepare(rig.recording, {.rate_hz = 25.6, .cutoff_hz = 10.24});
+  const auto library = ident::make_library({.order = 0, .terms = {"x", "v", "sgn(v)"}}, "a", prepared.signals);
+  ident::Columns columns = ident::form_columns(library, "a", prepared);
+  const Eigen::MatrixXd formed = columns.phi;
+  const ident::WeightedTerms equation{{library.terms.back().expression, -0.08}};
+  std::optional<ident::Columns> copy = ident::with_own_switches(columns);
+  ident::place_switches(*copy, library, equation);
+  CHECK(columns.phi == formed);
+  CHECK_FALSE(columns.switches->settled());
+  CHECK(copy->phi != formed);
+  ident::Columns again = ident::with_own_switches(*copy);  // and outlives what it was copied from
+  copy.reset();
+  ident::place_switches(again, library, {});
+  CHECK(again.phi == formed);
 }
 
 TEST_CASE("a constant is left out where accelerometers pass none", "[ident][exact_switches]") {

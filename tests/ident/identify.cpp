@@ -89,11 +89,23 @@ TEST_CASE("several ranges are fitted in turn, told of before and after, and judg
   options.before_range = [&](const ident::Range& one) { heard.push_back("before " + one.spec.name); };
   options.after_range = [&](const ident::RangeResult& one) { heard.push_back("after " + one.spec.name); };
   const auto results = ident::identify(ranges, bench->columns, bench->library, options);
-  CHECK(heard == std::vector<std::string>{"before all", "after all", "before late", "after late"});
+  const std::vector<std::string> in_order{"before all", "after all", "before late", "after late"};
+  CHECK(heard == in_order);
   REQUIRE(results.size() == 2);
   CHECK_THAT(results[0].fits[0].judgement.sentence, Catch::Contains("late agrees within 10 %"));
   const ident::RangeResult alone = ident::identify(ranges[1], bench->columns, bench->library, options);
   CHECK(alone.fits[0].fit.mean == results[1].fits[0].fit.mean);
+  for (const int num_threads : {2, 5}) {
+    heard.clear();
+    options.num_threads = num_threads;
+    const auto together = ident::identify(ranges, bench->columns, bench->library, options);
+    CHECK(heard == in_order);
+    for (std::size_t i = 0; i < results.size(); ++i) {
+      CHECK(together[i].spec.name == results[i].spec.name);
+      CHECK(together[i].fits[0].fit.mean == results[i].fits[0].fit.mean);
+      CHECK(together[i].fits[0].judgement.sentence == results[i].fits[0].judgement.sentence);
+    }
+  }
 }
 
 TEST_CASE("terms that cannot be distinguished on the rows of a range are named, others not", "[ident][identify]") {

@@ -30,6 +30,23 @@ TEST_CASE("a signal with kinks is its low-passed self and the kernels of its kin
   CHECK(worst <= 5e-5);
 }
 
+TEST_CASE("a kernel added to samples is its value at each of them", "[dsp][kink_kernel]") {
+  const dsp::KinkKernel kernel({12.8, 20.0});
+  constexpr double spacing_s = 1.0 / 256.0;
+  for (const Eigen::Index count : {1, 3, 4, 5, 240}) {
+    const double tau_s = count == 240 ? -0.47 : -1.7 * spacing_s;
+    Eigen::VectorXd values = Eigen::VectorXd::Constant(count + 2, 3.0);
+    kernel.add(0.2, tau_s, spacing_s, values.segment(1, count));
+    CHECK(values(0) == 3.0);
+    CHECK(values(count + 1) == 3.0);
+    for (Eigen::Index i = 0; i < count; ++i)  // to the rounding of 3
+      CHECK(values(i + 1) == Approx(3.0 + 0.2 * kernel(tau_s + static_cast<double>(i) * spacing_s)).epsilon(1e-15));
+  }
+  Eigen::VectorXd ends = Eigen::VectorXd::Zero(2);
+  kernel.add(1.0, -kernel.reach_s(), 2.0 * kernel.reach_s(), ends);
+  CHECK(ends.cwiseAbs().maxCoeff() <= 1e-3 * std::abs(kernel(0.0)));
+}
+
 TEST_CASE("the slope of the kernel is its derivative, half a jump at either side of zero", "[dsp][kink_kernel]") {
   const dsp::KinkKernel kernel({30.0, 50.0});
   CHECK(kernel.slope(0.0) == 0.0);

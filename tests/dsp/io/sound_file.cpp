@@ -12,10 +12,12 @@
 #include <cmath>
 #include <csignal>
 #include <fstream>
+#include <limits>
 #include <random>
 
 #include "dsp/io/flac_stream.hpp"
 #include "dsp/io/input_file.hpp"
+#include "dsp/io/sound_handle.hpp"
 #include "support/fault.hpp"
 #include "support/fuzz.hpp"
 #include "support/scratch.hpp"
@@ -105,6 +107,41 @@ TEST_CASE("every container gives back what was written, whatever the block size"
                                                                  : 0.0;
       CHECK((back - frames).cwiseAbs().maxCoeff() <= tolerance);
       for (const Eigen::Index block_frames : {1, 7, 100'000}) CHECK(read_all(*open(file), block_frames) == back);
+    }
+}
+
+TEST_CASE("integers read from the bytes are the numbers that libsndfile makes of them", "[dsp][sound_file]") {
+  const Scratch scratch;
+  constexpr Eigen::Index channels = 3;
+  std::vector<int> values(3 * 20'000);
+  std::mt19937 generator(11);
+  for (int& value : values) value = static_cast<int>(generator());
+  const std::vector<int> edges{
+      0, 256, -256, 65536, -65536, std::numeric_limits<int>::max(), std::numeric_limits<int>::min()};
+  std::copy(edges.begin(), edges.end(), values.begin());
+  for (const int container : {SF_FORMAT_WAV, SF_FORMAT_WAVEX, SF_FORMAT_RF64, SF_FORMAT_W64, SF_FORMAT_CAF})
+    for (const int format : {SF_FORMAT_PCM_16, SF_FORMAT_PCM_24, SF_FORMAT_PCM_32}) {
+      const auto file = scratch / "integers";
+      SF_INFO info{.samplerate = 25600, .channels = channels, .format = container | format};
+      {
+        const dsp::SoundHandle sound(sf_open(file.c_str(), SFM_WRITE, &info), sf_close);
+        REQUIRE(sf_write_int(sound.get(), values.data(), std::ssize(values)) == std::ssize(values));
+      }
+      dsp::FrameBlock expected(std::ssize(values) / channels, channels);
+      {
+        SF_INFO again{};
+        const dsp::SoundHandle sound(sf_open(file.c_str(), SFM_READ, &again), sf_close);
+        REQUIRE(sf_readf_double(sound.get(), expected.data(), expected.rows()) == expected.rows());
+      }
+      for (const Eigen::Index block : {1, 7, 16384}) {
+        INFO(container << " " << format << " " << block);
+        CHECK(read_all(*open(file), block) == expected);
+      }
+      const auto source = open(file);
+      dsp::FrameBlock rest;
+      REQUIRE(source->skip(12'345) == 12'345);
+      REQUIRE(source->read(rest, 20'000) == 20'000 - 12'345);
+      CHECK(rest == expected.bottomRows(rest.rows()));
     }
 }
 
