@@ -144,7 +144,7 @@ void undo_mount(Record& record) {
   if (!prepared.equalised()) return;
   const dsp::Motion& intermediate = prepared.intermediate;
   const auto& known = record.segmentation.mount;
-  record.mount = known ? *known : dsp::regime_signs(intermediate, record.segmentation.options).mount;
+  record.mount = known ? *known : dsp::regime_signs(intermediate).mount;
   if (record.mount.is_rigid()) return;
   for (dsp::Motion* motion : {&prepared.intermediate, &prepared.signals})
     dsp::undo_mount(*motion, record.mount, mount_band(prepared));

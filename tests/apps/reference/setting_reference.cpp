@@ -42,7 +42,7 @@ TEST_CASE("a key of the reference is taken by the reader, its misspelling is not
     if (setting.table != "prepare" && setting.table != "segment" && setting.table != "fit" &&
         setting.table != "library" && setting.table != "output")
       continue;
-    if (setting.key == "methods" || setting.key == "target" || setting.key == "high_leave_m") continue;
+    if (setting.key == "methods" || setting.key == "target") continue;
     const auto text = [&](const std::string& key) {
       return "[[recording]]\nfile = \"a.csv\"\n[" + setting.table + "]\n" + key + " = " + value_for(setting) + "\n";
     };
