@@ -44,10 +44,24 @@ std::vector<Gap> gaps_between(const std::vector<bool>& stuck, const std::vector<
   return gaps;
 }
 
-/// What moves for less than a cycle between two stops is part of them.
+/// Cycles that a row of halts goes on over: one, as a payload that halts does so twice a cycle; more where halts
+/// shorter than a wave of the band are looked for and noise hides some, as many as may be missed in a row.
+double bridged_cycles(const std::vector<Gap>& gaps, const RegimeSigns& signs) {
+  constexpr double chance = 1e-3;  // that more of them are missed in a row
+  if (!signs.short_halts) return 1.0;
+  double missed = 0.5, seen = 0.5;
+  for (const Gap& gap : gaps)
+    if (gap.cycles < 1.0) (gap.cycles < 0.5 ? seen : missed) += 1.0;
+  if (missed >= seen) return 1.0;  // no row
+  const double in_a_row = std::floor(std::log(chance) / std::log(missed / (missed + seen)));
+  return std::max(1.0, 0.5 * (1.0 + in_a_row));
+}
+
 void join_stops(std::vector<bool>& stuck, const std::vector<HalfCycle>& halves, const RegimeSigns& signs) {
-  for (const Gap& gap : gaps_between(stuck, halves, signs))
-    if (gap.cycles < 1.0) std::fill(stuck.begin() + gap.first, stuck.begin() + gap.last, true);
+  const std::vector<Gap> gaps = gaps_between(stuck, halves, signs);
+  const double longest = bridged_cycles(gaps, signs);
+  for (const Gap& gap : gaps)
+    if (gap.cycles < longest) std::fill(stuck.begin() + gap.first, stuck.begin() + gap.last, true);
 }
 
 std::vector<Segment> runs(const Labels& labels) {

@@ -48,8 +48,8 @@ struct Segmentation {
 /// - stick: |v|, low-passed at 6.5 / T, below 0.05 of the velocity amplitude that 97 of 100 cycles in motion exceed, or
 ///   below three times the noise of v (from the spectrum of x between 10 / T and 16 / T) where that is more, for T / 20
 ///   longer than passing through zero at that slope would take. None are looked for where three times the noise is more
-///   than 0.3 of that amplitude (where most cycles rest: of the median of the others). Margins of 1 s; where the base
-///   is still, of T / 6, because friction ends a free decay within seconds.
+///   than 0.3 of that amplitude (where most cycles rest: of the median of the others). Its ends are blurred by the
+///   low-pass: stops are widened by T / 6.5 to either side, and that is the standard deviation of their ends.
 ///   Where the base moves and v reaches less than that noise, or a fiftieth of the base's velocity, the payload is
 ///   taken to follow its base: all of that is stick.
 /// - shorter stops, by the acceleration, where it is measured, or computed, up to 26 / T (38 Hz where that is above
@@ -57,6 +57,7 @@ struct Segmentation {
 ///   says what is detected. A mount that rings between body and sensors is looked for (mount.hpp) and its ringing taken
 ///   off first. What is slow for less than T / 4 but reverses at once by its acceleration is no stop.
 /// - what moves for less than a cycle between two stops is part of them: a payload that halts does so twice a cycle.
+///   Where noise hides some of the short halts, rows of them go on over as many as may be missed in a row.
 ///
 /// Low and high are the lower and upper branch of a resonance: branches.hpp. Without a base or a force there is no
 /// phase to see them by, and all motion is low unless high_amplitude_m is given.

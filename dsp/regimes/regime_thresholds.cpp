@@ -40,9 +40,9 @@ CycleAmplitudes velocity_amplitudes(const RegimeSigns& signs) {
 void choose_stick(const RegimeSigns& signs, Segmentation& result) {
   SegmentOptions& options = result.options;
   if (options.stick_duration_s == 0.0) options.stick_duration_s = signs.period_s / 20.0;
-  if (options.stick_margin_s == 0.0) options.stick_margin_s = signs.base_moves() ? 1.0 : signs.period_s / 6.0;
+  if (options.stick_margin_s == 0.0) options.stick_margin_s = 1.0 / signs.speed_cutoff_hz;  // what the low-pass blurs
   if (options.stick_speed_m_per_s > 0.0) return;
-  constexpr double fraction = 0.05, noise_stds = 3.0, largest_fraction = 0.3;
+  constexpr double fraction = 0.02, noise_stds = 3.0, largest_fraction = 0.3;
   const CycleAmplitudes amplitudes = velocity_amplitudes(signs);
   const double by_motion = fraction * amplitudes.small, by_base = 0.02 * signs.base_speed_m_per_s,
                by_noise = noise_stds * signs.speed_noise_m_per_s;
