@@ -45,7 +45,7 @@ struct Segmentation {
 /// thresholds.
 ///
 /// Thresholds from the record, T its dominant period:
-/// - stick: |v|, low-passed at 6.5 / T, below 0.05 of the velocity amplitude that 97 of 100 cycles in motion exceed, or
+/// - stick: |v|, low-passed at 6.5 / T, below 0.02 of the velocity amplitude that 97 of 100 cycles in motion exceed, or
 ///   below three times the noise of v (from the spectrum of x between 10 / T and 16 / T) where that is more, for T / 20
 ///   longer than passing through zero at that slope would take. None are looked for where three times the noise is more
 ///   than 0.3 of that amplitude (where most cycles rest: of the median of the others). Its ends are blurred by the

@@ -15,6 +15,7 @@
 #include "dsp/regimes/regime.hpp"
 #include "dsp/regimes/regime_signs.hpp"
 #include "dsp/signals.hpp"
+#include "ident/left_out.hpp"
 
 namespace ident {
 namespace {
@@ -30,14 +31,12 @@ std::vector<dsp::Regime> moving_regimes(const Record& record) {
   return found;
 }
 
-/// Regimes of which a person would want an equation of their own. Branches are distinguished by their phase against the
-/// base; without one, amplitude alone makes no regime. What moves for less than a tenth of the time is a passage of the
-/// rest, and has too few rows for an equation.
+/// Regimes of which a person would want an equation of their own. What moves for less than a tenth of the time is a
+/// passage of the rest, and has too few rows for an equation.
 std::vector<dsp::Regime> lasting(const std::vector<dsp::Regime>& moving, const Record& record) {
   constexpr double least_fraction = 0.1;
   if (!record.segmentation.mount) return moving;  // segments that a person gave
   const dsp::Motion& signals = record.prepared.signals;
-  if (signals.find("r") == nullptr && signals.find("ddr") == nullptr && moving.size() > 1) return {};
   const auto edge = std::min(signals.edge_samples, signals.num_samples() / 2);
   const auto samples = [&](dsp::Regime regime) {
     return static_cast<double>(std::count(record.regimes.begin() + edge, record.regimes.end() - edge, regime));
@@ -228,6 +227,7 @@ void set_regimes(Record& record, dsp::Segmentation segmentation) {
   undo_mount(record);
   adopt_common_motion(record);
   record.regimes = dsp::regimes_at(record.segmentation, record.prepared.intermediate, record.prepared.signals);
+  record.prepared.checks.push_back(left_out(record));
   warn_if_nothing_moves(record);
   warn_if_held_by_the_ground(record);
   if (record.prepared.raw_v.size() == 0) return;
