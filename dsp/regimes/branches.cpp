@@ -111,7 +111,7 @@ std::vector<std::optional<double>> amplitude_changes(const Observations& seen) {
 }
 
 /// What it gains to give the changes at switches, Laplace distributed as steps of a programme are, a scale of their
-/// own: twice the log-likelihood less the Bayesian information criterion's price of a parameter.
+/// own: twice the log-likelihood less Akaike's price of a parameter.
 double gain_of_jumps(const Observations& seen, const std::vector<int>& states) {
   constexpr std::size_t width = 2 * transient_cycles;
   const auto all = amplitude_changes(seen);
@@ -129,8 +129,7 @@ double gain_of_jumps(const Observations& seen, const std::vector<int>& states) {
   const auto num_switches = static_cast<double>(switches.size());
   const double ratio = (at_switches / num_switches) / (elsewhere / num_elsewhere);
   if (ratio <= 1.0) return 0.0;
-
-  return 2.0 * num_switches * (ratio - 1.0 - std::log(ratio)) - std::log(num_elsewhere);
+  return 2.0 * num_switches * (ratio - 1.0 - std::log(ratio)) - 2.0;
 }
 
 /// Where the level passes zero between the middles of two half cycles (samples); halfway where it does not.

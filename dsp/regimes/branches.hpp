@@ -31,7 +31,7 @@ struct Branches {
 /// between the sensors of up to half a sample.
 ///
 /// There are two branches if the amplitude jumps where the phase turns: if its logarithm changes there, from ten cycles
-/// before to ten behind, in which a response settles, as it does nowhere else, by the Bayesian information criterion.
+/// before to ten behind, in which a response settles, as it does nowhere else, by the Akaike information criterion.
 /// Otherwise, as in a resonance without jumps and under random excitation, all is one branch: that of the mean phase.
 [[nodiscard]] Branches find_branches(std::span<const HalfCycle> half_cycles, const std::vector<bool>& held,
                                      double sample_rate_hz);
