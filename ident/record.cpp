@@ -49,6 +49,28 @@ std::vector<dsp::Regime> lasting(const std::vector<dsp::Regime>& moving, const R
   return found;
 }
 
+/// No equation holds where friction holds the payload, and what is filtered holds some of that as far as the filter
+/// reaches: rows closer to a stop are of the stop, too.
+void widen_stops(Record& record) {
+  constexpr double reach_periods = 3.0;  // of the cut-off
+  const dsp::Prepared& prepared = record.prepared;
+  if (!(prepared.options.cutoff_hz > 0.0)) return;
+  const auto reach = std::lround(reach_periods / prepared.options.cutoff_hz * prepared.signals.sample_rate_hz);
+  const std::vector<dsp::Regime> found = record.regimes;
+  const auto count = static_cast<long>(found.size());
+  const auto is_stop = [&](long i) { return found[static_cast<std::size_t>(i)] == dsp::Regime::stick; };
+  const auto widen = [&](long i) {
+    auto& regime = record.regimes[static_cast<std::size_t>(i)];
+    if (regime != dsp::Regime::excluded) regime = dsp::Regime::stick;
+  };
+  for (long i = 0; i + 1 < count; ++i) {
+    if (!is_stop(i) && is_stop(i + 1))
+      for (long k = std::max(0L, i + 1 - reach); k <= i; ++k) widen(k);
+    if (is_stop(i) && !is_stop(i + 1))
+      for (long k = i + 1; k < std::min(count, i + 1 + reach); ++k) widen(k);
+  }
+}
+
 /// A warning where everything that moves lies within the filters' reach of something excluded, as free decays do.
 void warn_if_nothing_moves(Record& record) {
   if (!has(record, dsp::Regime::stick) || !has(record, dsp::Regime::excluded) || !moving_regimes(record).empty())
@@ -227,6 +249,7 @@ void set_regimes(Record& record, dsp::Segmentation segmentation) {
   undo_mount(record);
   adopt_common_motion(record);
   record.regimes = dsp::regimes_at(record.segmentation, record.prepared.intermediate, record.prepared.signals);
+  widen_stops(record);
   record.prepared.checks.push_back(left_out(record));
   warn_if_nothing_moves(record);
   warn_if_held_by_the_ground(record);

@@ -24,7 +24,7 @@ struct BaseCorrection {
 struct Record {
   dsp::Prepared prepared;
   dsp::Segmentation segmentation;        ///< at the intermediate rate; no segments: regimes were not looked for
-  std::vector<dsp::Regime> regimes;      ///< of each sample at the regression rate; empty likewise
+  std::vector<dsp::Regime> regimes;      ///< of each row, stops with their reach; empty likewise
   dsp::Mount mount;                      ///< by whose response the payload's signals were divided
   std::optional<dsp::PowerCheck> power;  ///< where displacement and acceleration of one body were measured
   std::optional<dsp::CommonMotion> common_motion;  ///< by which the base's signals were corrected

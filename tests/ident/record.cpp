@@ -105,6 +105,23 @@ TEST_CASE("what is left out is said, with its reasons, and from a quarter on wit
   CHECK(ident::scarce_ranges({low}, {&plenty}).empty());
 }
 
+TEST_CASE("rows that the filters mix with a stop are of the stop", "[ident][record]") {
+  ident::Record record{.prepared = dsp::prepare(on_a_moving_base(false), {.rate_hz = 50.0, .cutoff_hz = 20.0})};
+  const double rate_hz = record.prepared.intermediate.sample_rate_hz;
+  const auto at = [&](double t_s) { return static_cast<Eigen::Index>(t_s * rate_hz); };
+  dsp::Segmentation given;
+  given.segments = {{dsp::Regime::low, 0, at(40.0), {}},
+                    {dsp::Regime::stick, at(40.0), at(50.0), {}},
+                    {dsp::Regime::low, at(50.0), record.prepared.intermediate.num_samples(), {}}};
+  ident::set_regimes(record, given);
+  // Three periods of 20 Hz: 0.15 s.
+  const auto regime = [&](double t_s) { return record.regimes[static_cast<std::size_t>(std::lround(t_s * 50.0))]; };
+  CHECK(regime(39.8) == dsp::Regime::low);
+  CHECK(regime(39.9) == dsp::Regime::stick);
+  CHECK(regime(50.1) == dsp::Regime::stick);
+  CHECK(regime(50.2) == dsp::Regime::low);
+}
+
 TEST_CASE("a payload that stands on the ground while its base moves is noticed", "[ident][record]") {
   const auto prepared = [](bool rests) { return dsp::prepare(on_a_moving_base(rests), {.rate_hz = 50.0}); };
   CHECK(is_said(ident::find_regimes(prepared(true)), "regime.ground"));
