@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "dsp/regimes/branches.hpp"
 #include "dsp/regimes/regime_thresholds.hpp"
 
 namespace dsp {
@@ -13,20 +14,54 @@ namespace {
 using Eigen::Index;
 using Labels = std::vector<Regime>;
 
-Labels label(const RegimeSigns& signs, const SegmentOptions& options, const std::vector<bool>& stuck) {
-  Labels labels(stuck.size(), Regime::low);
-  bool high = false;
-  for (std::size_t i = 0; i < stuck.size(); ++i) {
-    const auto index = static_cast<Index>(i);
-    const double level = signs.envelope_m(index);
-    if (level > options.high_enter_m)
-      high = true;
-    else if (level < options.high_leave_m || against_base(signs, index))
-      high = false;
-    labels[i] = stuck[i] ? Regime::stick : high ? Regime::high : Regime::low;
-    if (signs.excluded[i] != 0) labels[i] = Regime::excluded;
+/// The cycle of the drive at a sample; the dominant period where nothing drives the motion.
+Index cycle_at(Index sample, const std::vector<HalfCycle>& halves, const RegimeSigns& signs) {
+  const auto behind = std::upper_bound(halves.begin(), halves.end(), sample,
+                                       [](Index at, const HalfCycle& half) { return at < half.middle; });
+  if (behind == halves.begin() || behind == halves.end()) return signs.samples_in(signs.period_s);
+  return behind->last - behind->first;
+}
+
+struct Gap {
+  Index first, last;  ///< moving in [first, last), nothing of it excluded, between two stops
+  double cycles;
+};
+
+std::vector<Gap> gaps_between(const std::vector<bool>& stuck, const std::vector<HalfCycle>& halves,
+                              const RegimeSigns& signs) {
+  std::vector<Gap> gaps;
+  Index moving_since = -1;  // the last stop ended here
+  for (Index i = 0; i < signs.num_samples(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (signs.excluded[at] != 0) moving_since = -1;
+    if (!stuck[at]) continue;
+    if (moving_since >= 0 && i > moving_since)
+      gaps.push_back(
+          {moving_since, i,
+           static_cast<double>(i - moving_since) / static_cast<double>(cycle_at(moving_since, halves, signs))});
+    moving_since = i + 1;
   }
-  return labels;
+  return gaps;
+}
+
+/// Cycles that a row of halts goes on over: one, as a payload that halts does so twice a cycle; more where halts
+/// shorter than a wave of the band are looked for and noise hides some, as many as may be missed in a row.
+double bridged_cycles(const std::vector<Gap>& gaps, const RegimeSigns& signs) {
+  constexpr double chance = 1e-3;  // that more of them are missed in a row
+  if (!signs.short_halts) return 1.0;
+  double missed = 0.5, seen = 0.5;
+  for (const Gap& gap : gaps)
+    if (gap.cycles < 1.0) (gap.cycles < 0.5 ? seen : missed) += 1.0;
+  if (missed >= seen) return 1.0;  // no row
+  const double in_a_row = std::floor(std::log(chance) / std::log(missed / (missed + seen)));
+  return std::max(1.0, 0.5 * (1.0 + in_a_row));
+}
+
+void join_stops(std::vector<bool>& stuck, const std::vector<HalfCycle>& halves, const RegimeSigns& signs) {
+  const std::vector<Gap> gaps = gaps_between(stuck, halves, signs);
+  const double longest = bridged_cycles(gaps, signs);
+  for (const Gap& gap : gaps)
+    if (gap.cycles < longest) std::fill(stuck.begin() + gap.first, stuck.begin() + gap.last, true);
 }
 
 std::vector<Segment> runs(const Labels& labels) {
@@ -39,47 +74,62 @@ std::vector<Segment> runs(const Labels& labels) {
   return segments;
 }
 
-// Short runs join their left neighbour (or become stick between two sticks); a stop, and what was excluded, stays so
-// however short. A run that an exclusion or an end of the record cuts may have been longer, and stays.
-std::vector<Segment> without_short_runs(std::vector<Segment> segments, Index shortest) {
-  for (bool changed = true; changed;) {
-    changed = false;
-    for (std::size_t i = 0; i < segments.size() && !changed; ++i) {
-      Segment& run = segments[i];
-      if (run.regime == Regime::excluded || run.regime == Regime::stick || run.last - run.first >= shortest) continue;
-      const bool whole = i > 0 && segments[i - 1].regime != Regime::excluded && i + 1 < segments.size() &&
-                         segments[i + 1].regime != Regime::excluded;
-      if (!whole) continue;
-      run.regime = segments[i - 1].regime;
-      changed = true;
-    }
-    if (!changed) break;
-    Labels labels(static_cast<std::size_t>(segments.back().last));
-    for (const Segment& run : segments) std::fill(labels.begin() + run.first, labels.begin() + run.last, run.regime);
-    segments = runs(labels);
+/// Low and high over the whole record, whatever else is there.
+Labels branch_labels(const Branches& branches, Index num_samples) {
+  Labels labels;
+  for (std::size_t i = 0; i < branches.intervals.size(); ++i) {
+    const Index end = i + 1 < branches.intervals.size() ? branches.intervals[i + 1].first : num_samples;
+    labels.resize(static_cast<std::size_t>(end), branches.intervals[i].upper ? Regime::high : Regime::low);
   }
-  return segments;
+  return labels;
+}
+
+/// Probabilities, and standard deviations of ends that lie where a branch begins, or a stop begins or ends.
+void qualify(std::vector<Segment>& segments, const Branches& branches, double stop_std_s) {
+  const auto& intervals = branches.intervals;
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    Segment& segment = segments[i];
+    const bool excluded = segment.regime == Regime::excluded || (i > 0 && segments[i - 1].regime == Regime::excluded);
+    if (i > 0 && !excluded && (segment.regime == Regime::stick || segments[i - 1].regime == Regime::stick))
+      segment.first_std_s = segments[i - 1].last_std_s = stop_std_s;
+    if (segment.regime != Regime::low && segment.regime != Regime::high) continue;
+    const auto behind = std::upper_bound(intervals.begin(), intervals.end(), segment.first,
+                                         [](Index first, const BranchInterval& one) { return first < one.first; });
+    const BranchInterval& in = *(behind - 1);
+    segment.probability = in.probability;
+    if (i > 0 && !excluded && in.first == segment.first)
+      segment.first_std_s = segments[i - 1].last_std_s = in.first_std_s;
+  }
 }
 
 }  // namespace
 
 Segmentation segment_regimes(const Motion& motion, const SegmentOptions& options) {
   if (options.stick_speed_m_per_s < 0.0 || options.stick_duration_s < 0.0 || options.stick_halt_s < 0.0 ||
-      options.high_enter_m < 0.0 || options.high_leave_m < 0.0 || options.envelope_window_s <= 0.0 ||
-      options.baseline_window_s <= 0.0)
-    throw std::invalid_argument("segment_regimes: thresholds must not be negative and windows must be positive");
-  if (options.high_enter_m > 0.0 && options.high_leave_m > options.high_enter_m)
-    throw std::invalid_argument("segment_regimes: high_leave_m lies above high_enter_m");
+      options.stick_margin_s < 0.0 || options.high_amplitude_m < 0.0)
+    throw std::invalid_argument("segment_regimes: thresholds must not be negative");
   Segmentation result;
   result.options = options;
   if (motion.at("x").size() == 0) return result;
-  RegimeSigns signs = regime_signs(motion, options);
+  const RegimeSigns signs = regime_signs(motion);
   choose_stick(signs, result);
-  const std::vector<bool> stuck = stick_mask(signs, result.options);
-  choose_high(signs, stuck, result);
-  result.segments =
-      without_short_runs(runs(label(signs, result.options, stuck)), signs.samples_in(options.min_duration_s));
-  result.envelope_m = std::move(signs.envelope_m);
+  std::vector<bool> stuck = stick_mask(signs, result.options);
+  const std::vector<HalfCycle> halves = half_cycles(motion, signs.period_s);
+  join_stops(stuck, halves, signs);
+  const double rate_hz = signs.sample_rate_hz;
+  const Branches branches =
+      options.high_amplitude_m > 0.0
+          ? branches_by_amplitude(own_half_cycles(motion, signs.period_s), options.high_amplitude_m, rate_hz)
+          : find_branches(halves, stuck, rate_hz);
+  result.remarks.push_back(branches.remark);
+  Labels labels = branch_labels(branches, signs.num_samples());
+  for (std::size_t i = 0; i < labels.size(); ++i)
+    if (signs.excluded[i] != 0)
+      labels[i] = Regime::excluded;
+    else if (stuck[i])
+      labels[i] = Regime::stick;
+  result.segments = runs(labels);
+  qualify(result.segments, branches, result.options.stick_margin_s);
   result.mount = signs.mount;
   return result;
 }

@@ -15,6 +15,7 @@
 #include "dsp/regimes/regime.hpp"
 #include "dsp/regimes/regime_signs.hpp"
 #include "dsp/signals.hpp"
+#include "ident/left_out.hpp"
 
 namespace ident {
 namespace {
@@ -30,14 +31,12 @@ std::vector<dsp::Regime> moving_regimes(const Record& record) {
   return found;
 }
 
-/// Regimes of which a person would want an equation of their own. Branches are distinguished by their phase against the
-/// base; without one, amplitude alone makes no regime. What moves for less than a tenth of the time is a passage of the
-/// rest, and has too few rows for an equation.
+/// Regimes of which a person would want an equation of their own. What moves for less than a tenth of the time is a
+/// passage of the rest, and has too few rows for an equation.
 std::vector<dsp::Regime> lasting(const std::vector<dsp::Regime>& moving, const Record& record) {
   constexpr double least_fraction = 0.1;
   if (!record.segmentation.mount) return moving;  // segments that a person gave
   const dsp::Motion& signals = record.prepared.signals;
-  if (signals.find("r") == nullptr && signals.find("ddr") == nullptr && moving.size() > 1) return {};
   const auto edge = std::min(signals.edge_samples, signals.num_samples() / 2);
   const auto samples = [&](dsp::Regime regime) {
     return static_cast<double>(std::count(record.regimes.begin() + edge, record.regimes.end() - edge, regime));
@@ -48,6 +47,28 @@ std::vector<dsp::Regime> lasting(const std::vector<dsp::Regime>& moving, const R
   for (const dsp::Regime regime : moving)
     if (samples(regime) >= least_fraction * all) found.push_back(regime);
   return found;
+}
+
+/// No equation holds where friction holds the payload, and what is filtered holds some of that as far as the filter
+/// reaches: rows closer to a stop are of the stop, too.
+void widen_stops(Record& record) {
+  constexpr double reach_periods = 3.0;  // of the cut-off
+  const dsp::Prepared& prepared = record.prepared;
+  if (!(prepared.options.cutoff_hz > 0.0)) return;
+  const auto reach = std::lround(reach_periods / prepared.options.cutoff_hz * prepared.signals.sample_rate_hz);
+  const std::vector<dsp::Regime> found = record.regimes;
+  const auto count = static_cast<long>(found.size());
+  const auto is_stop = [&](long i) { return found[static_cast<std::size_t>(i)] == dsp::Regime::stick; };
+  const auto widen = [&](long i) {
+    auto& regime = record.regimes[static_cast<std::size_t>(i)];
+    if (regime != dsp::Regime::excluded) regime = dsp::Regime::stick;
+  };
+  for (long i = 0; i + 1 < count; ++i) {
+    if (!is_stop(i) && is_stop(i + 1))
+      for (long k = std::max(0L, i + 1 - reach); k <= i; ++k) widen(k);
+    if (is_stop(i) && !is_stop(i + 1))
+      for (long k = i + 1; k < std::min(count, i + 1 + reach); ++k) widen(k);
+  }
 }
 
 /// A warning where everything that moves lies within the filters' reach of something excluded, as free decays do.
@@ -144,7 +165,7 @@ void undo_mount(Record& record) {
   if (!prepared.equalised()) return;
   const dsp::Motion& intermediate = prepared.intermediate;
   const auto& known = record.segmentation.mount;
-  record.mount = known ? *known : dsp::regime_signs(intermediate, record.segmentation.options).mount;
+  record.mount = known ? *known : dsp::regime_signs(intermediate).mount;
   if (record.mount.is_rigid()) return;
   for (dsp::Motion* motion : {&prepared.intermediate, &prepared.signals})
     dsp::undo_mount(*motion, record.mount, mount_band(prepared));
@@ -228,6 +249,8 @@ void set_regimes(Record& record, dsp::Segmentation segmentation) {
   undo_mount(record);
   adopt_common_motion(record);
   record.regimes = dsp::regimes_at(record.segmentation, record.prepared.intermediate, record.prepared.signals);
+  widen_stops(record);
+  record.prepared.checks.push_back(left_out(record));
   warn_if_nothing_moves(record);
   warn_if_held_by_the_ground(record);
   if (record.prepared.raw_v.size() == 0) return;

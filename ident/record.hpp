@@ -24,7 +24,7 @@ struct BaseCorrection {
 struct Record {
   dsp::Prepared prepared;
   dsp::Segmentation segmentation;        ///< at the intermediate rate; no segments: regimes were not looked for
-  std::vector<dsp::Regime> regimes;      ///< of each sample at the regression rate; empty likewise
+  std::vector<dsp::Regime> regimes;      ///< of each row, stops with their reach; empty likewise
   dsp::Mount mount;                      ///< by whose response the payload's signals were divided
   std::optional<dsp::PowerCheck> power;  ///< where displacement and acceleration of one body were measured
   std::optional<dsp::CommonMotion> common_motion;  ///< by which the base's signals were corrected
@@ -37,16 +37,17 @@ struct Record {
 [[nodiscard]] dsp::SpectralBand mount_band(const dsp::Prepared& prepared);
 
 /// Gives the record these regimes, the power check in each of them, and the checks that follow ("power.balance",
-/// "regime.no_motion"). Where the sensors were equalised, what a mount that rings adds to the payload's signals is
-/// taken off ("sensors.mount"). Where base and payload move as one, their displacement sensors, once brought to agree
-/// with the accelerometers, are brought to agree with one another ("sensors.common_motion").
+/// "regime.left_out", "regime.no_motion", "regime.ground"). Where the sensors were equalised, what a mount that rings
+/// adds to the payload's signals is taken off ("sensors.mount"). Where base and payload move as one, their displacement
+/// sensors, once brought to agree with the accelerometers, are brought to agree with one another
+/// ("sensors.common_motion").
 void set_regimes(Record& record, dsp::Segmentation segmentation);
 
 /// The same with the regimes found in the record: dsp::segment_regimes.
 [[nodiscard]] Record find_regimes(dsp::Prepared prepared, const dsp::SegmentOptions& options = {});
 
-/// The ranges of records for which nobody named any: low, high and mixed where a base is moved, there are two regimes
-/// of motion and each lasts a tenth of it at least; the one there is where it sticks at times; else "all". Of several
+/// The ranges of records for which nobody named any: low, high and mixed where there are two regimes of motion and each
+/// lasts a tenth of it at least; the one there is where it sticks at times; else "all". Of several
 /// records each has its own, named after it.
 [[nodiscard]] std::vector<Range> default_ranges(const std::vector<const Record*>& records);
 

@@ -91,9 +91,6 @@ ZeroChoice read_zero(const dsp::Settings& prepare) {
 dsp::SegmentOptions read_segment(const dsp::Settings& table) {
   dsp::SegmentOptions result;
   for (const auto& [key, option] : segment_keys) result.*option = table.number(key, result.*option, not_negative);
-  if (result.high_enter_m > 0.0 && result.high_leave_m > result.high_enter_m)
-    throw table.fault("high_leave_m", "config.range",
-                      fmt::format("got {}, want at most high_enter_m = {}", result.high_leave_m, result.high_enter_m));
   return result;
 }
 

@@ -13,15 +13,9 @@ namespace apps {
 inline constexpr std::int64_t config_schema = 1;
 
 /// Keys of [segment] and the options they set.
-inline constexpr std::array<std::pair<std::string_view, double dsp::SegmentOptions::*>, 9> segment_keys{
+inline constexpr std::array<std::pair<std::string_view, double dsp::SegmentOptions::*>, 3> segment_keys{
     {{"stick_speed_m_per_s", &dsp::SegmentOptions::stick_speed_m_per_s},
-     {"stick_duration_s", &dsp::SegmentOptions::stick_duration_s},
-     {"stick_halt_s", &dsp::SegmentOptions::stick_halt_s},
      {"stick_margin_s", &dsp::SegmentOptions::stick_margin_s},
-     {"high_enter_m", &dsp::SegmentOptions::high_enter_m},
-     {"high_leave_m", &dsp::SegmentOptions::high_leave_m},
-     {"envelope_window_s", &dsp::SegmentOptions::envelope_window_s},
-     {"baseline_window_s", &dsp::SegmentOptions::baseline_window_s},
-     {"min_duration_s", &dsp::SegmentOptions::min_duration_s}}};
+     {"high_amplitude_m", &dsp::SegmentOptions::high_amplitude_m}}};
 
 }  // namespace apps

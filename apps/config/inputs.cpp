@@ -16,6 +16,7 @@
 #include "dsp/names.hpp"
 #include "dsp/prepare/motion_band.hpp"
 #include "dsp/sensors/sensor_checks.hpp"
+#include "ident/left_out.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;
@@ -281,6 +282,9 @@ void settle(Config& config, std::vector<Input>& inputs, Console& console) {
     checks.insert(checks.end(), missing.begin(), missing.end());
   }
   config.default_terms = false;
+  const std::vector<dsp::Check> scarce = ident::scarce_ranges(config.ranges, records_of(inputs));
+  report_checks(scarce, "ranges", console);
+  inputs.front().prepared.checks.insert(inputs.front().prepared.checks.end(), scarce.begin(), scarce.end());
   settle_zero(config, inputs, console);
   settle_prepare(config.prepare, inputs);
 }

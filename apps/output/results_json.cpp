@@ -229,16 +229,16 @@ Json power_json(const dsp::PowerCheck& power) {
 Json segmentation_json(const dsp::Segmentation& segmentation) {
   const dsp::SegmentOptions& options = segmentation.options;
   Json result = Json::object();
-  const bool found = segmentation.envelope_m.size() > 0;
-  const auto threshold = [&](const char* key, double value) {
-    put(result, key, found ? value : std::nan(""), found ? "all motion is of one regime" : "regimes come from a file");
+  const bool found = segmentation.mount.has_value();
+  const auto threshold = [&](const char* key, double value, const char* reason = "not used") {
+    put(result, key, found ? value : std::nan(""), found ? reason : "regimes come from a file");
   };
   threshold("stick_speed_m_per_s", options.stick_speed_m_per_s);
   threshold("stick_duration_s", options.stick_duration_s);
   threshold("stick_halt_s", options.stick_halt_s);
   threshold("stick_margin_s", options.stick_margin_s);
-  threshold("high_enter_m", options.high_enter_m);
-  threshold("high_leave_m", options.high_leave_m);
+  threshold("high_amplitude_m", options.high_amplitude_m > 0.0 ? options.high_amplitude_m : std::nan(""),
+            "not given: branches are seen in the phase");
   result["remarks"] = segmentation.remarks;
   return result;
 }

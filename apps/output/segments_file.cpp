@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -35,6 +36,8 @@ std::vector<LabelledInterval> outside(const LabelledInterval& interval, std::vec
   const auto keep_until = [&](double end_s) {
     LabelledInterval part = rest;
     part.to_s = std::min(end_s, rest.to_s);
+    if (part.from_s > interval.from_s) part.from_std_s = std::nan("");
+    if (part.to_s < interval.to_s) part.to_std_s = std::nan("");
     if (part.from_s < part.to_s) left.push_back(part);
   };
   for (const dsp::Interval& gap : excluded) {
@@ -58,7 +61,10 @@ std::vector<LabelledInterval> intervals_of(const Input& input) {
                                  static_cast<double>(segment.first) / intermediate.sample_rate_hz,
                                  static_cast<double>(segment.last) / intermediate.sample_rate_hz,
                                  segment.reason,
-                                 {}};
+                                 {},
+                                 segment.probability,
+                                 segment.first_std_s,
+                                 segment.last_std_s};
     for (LabelledInterval& part : outside(whole, excluded)) intervals.push_back(std::move(part));
   }
   std::stable_sort(intervals.begin(), intervals.end(),
@@ -71,15 +77,18 @@ dsp::Fault segments_fault(std::string name, const fs::path& file, std::size_t nu
   return {dsp::FaultKind::usage, std::move(name), fmt::format("{}: {}.", place, what)};
 }
 
+constexpr std::array<std::string_view, 8> keys{"label",     "from_s",      "to_s",       "reason",
+                                               "recording", "probability", "from_std_s", "to_std_s"};
+
 LabelledInterval read_interval(const Json& row, const fs::path& file, std::size_t number) {
   const auto wrong = [&](std::string name, const std::string& what) {
     return segments_fault(std::move(name), file, number, what);
   };
   if (!row.is_object()) throw wrong("segments.syntax", "want {\"label\": ..., \"from_s\": ..., \"to_s\": ...}");
   for (const auto& [key, value] : row.items())
-    if (key != "label" && key != "from_s" && key != "to_s" && key != "reason" && key != "recording")
+    if (std::find(keys.begin(), keys.end(), key) == keys.end())
       throw wrong("segments.syntax",
-                  fmt::format("unknown key '{}', want label, from_s, to_s, reason, recording", printable(key, 80)));
+                  fmt::format("unknown key '{}', want one of {}", printable(key, 80), fmt::join(keys, ", ")));
   const auto text = [&](const char* key) {
     if (!row.contains(key)) return std::string();
     if (!row[key].is_string()) throw wrong("segments.syntax", fmt::format("{} is no text in quotes", key));
@@ -89,8 +98,14 @@ LabelledInterval read_interval(const Json& row, const fs::path& file, std::size_
     if (!row.contains(key) || !row[key].is_number()) throw wrong("segments.time", fmt::format("{} is no number", key));
     return row[key].get<double>();
   };
-  LabelledInterval interval{dsp::Regime::excluded, seconds("from_s"), seconds("to_s"), text("reason"),
-                            text("recording")};
+  const auto estimate = [&](const char* key) {
+    if (!row.contains(key) || row[key].is_null()) return std::nan("");
+    if (!row[key].is_number()) throw wrong("segments.syntax", fmt::format("{} is neither a number nor null", key));
+    return row[key].get<double>();
+  };
+  LabelledInterval interval{dsp::Regime::excluded,  seconds("from_s"),   seconds("to_s"),
+                            text("reason"),         text("recording"),   estimate("probability"),
+                            estimate("from_std_s"), estimate("to_std_s")};
   try {
     interval.label = dsp::regime_from_string(text("label"));
   } catch (const std::invalid_argument&) {
@@ -124,7 +139,8 @@ dsp::Segment samples_of(const LabelledInterval& interval, const dsp::Motion& int
     const double position = std::ceil(t_s * intermediate.sample_rate_hz - 1e-6);
     return static_cast<Index>(std::min(position, static_cast<double>(intermediate.num_samples())));
   };
-  return {interval.label, sample(interval.from_s), sample(interval.to_s), interval.reason};
+  return {interval.label,       sample(interval.from_s), sample(interval.to_s), interval.reason,
+          interval.probability, interval.from_std_s,     interval.to_std_s};
 }
 
 /// What each sample belongs to, as an index into the segments; -1: none of them. Excluded wins, then the later one.
@@ -146,16 +162,28 @@ std::vector<int> owners(const std::vector<dsp::Segment>& segments, Index num_sam
   return owner;
 }
 
+/// What begins at `first` of an interval that was asked for.
+dsp::Segment piece_of(const dsp::Segment& asked, dsp::Regime label, Index first) {
+  dsp::Segment piece = asked;
+  piece.regime = label, piece.first = piece.last = first;
+  if (first != asked.first) piece.first_std_s = std::nan("");
+  return piece;
+}
+
 }  // namespace
 
 std::string segments_json(const std::vector<Input>& inputs) {
+  const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
   std::string text;
   for (const Input& input : inputs)
     for (const LabelledInterval& interval : intervals_of(input)) {
       Json row{{"label", to_string(interval.label)},
                {"from_s", interval.from_s},
                {"to_s", interval.to_s},
-               {"reason", printable(interval.reason)}};
+               {"reason", printable(interval.reason)},
+               {"probability", number(interval.probability)},
+               {"from_std_s", number(interval.from_std_s)},
+               {"to_std_s", number(interval.to_std_s)}};
       if (inputs.size() > 1) row["recording"] = printable(input.prepared.name);
       text += (text.empty() ? "  " : ",\n  ") + row.dump(-1, ' ', false, Json::error_handler_t::replace);
     }
@@ -212,8 +240,12 @@ dsp::Segmentation apply_segments(const std::vector<LabelledInterval>& intervals,
   for (std::size_t i = 0; i < owner.size(); ++i) {
     const auto index = static_cast<Index>(i);
     if (i == 0 || owner[i] != owner[i - 1] || label(i) != label(i - 1))
-      result.segments.push_back({label(i), index, index, asked[static_cast<std::size_t>(owner[i])].reason});
+      result.segments.push_back(piece_of(asked[static_cast<std::size_t>(owner[i])], label(i), index));
     result.segments.back().last = index + 1;
+  }
+  for (dsp::Segment& segment : result.segments) {
+    const auto at = static_cast<std::size_t>(segment.last - 1);
+    if (segment.last != asked[static_cast<std::size_t>(owner[at])].last) segment.last_std_s = std::nan("");
   }
   std::vector<dsp::Interval> ruled_out_s = edges;
   ruled_out_s.insert(ruled_out_s.end(), prepared.excluded.begin(), prepared.excluded.end());

@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -15,9 +16,12 @@ struct LabelledInterval {
   dsp::Regime label = dsp::Regime::excluded;
   double from_s = 0.0, to_s = 0.0;
   std::string reason, recording;  ///< recording: its file's name, empty where there is one only
+  double probability = std::numeric_limits<double>::quiet_NaN();  ///< as in dsp::Segment, as the standard deviations
+  double from_std_s = std::numeric_limits<double>::quiet_NaN(), to_std_s = from_std_s;
 };
 
-/// [{"label": "low|high|stick|excluded", "from_s", "to_s", "reason"}], by time; "recording" where there are several.
+/// [{"label": "low|high|stick|excluded", "from_s", "to_s", "reason", "probability", "from_std_s", "to_std_s"}], by
+/// time; null: not estimated, as where something excluded ends. "recording" where there are several.
 [[nodiscard]] std::string segments_json(const std::vector<Input>& inputs);
 
 /// The same file back, edited or not. Throws dsp::Fault (usage): segments.syntax, segments.label, segments.time, each

@@ -121,7 +121,10 @@ Page files_page() {
       {"prepared.csv", "Signals at the regression rate in SI units; `excluded` is 1 where a row is left out."},
       {"predictions.csv", "Target and prediction of every row of every range, by each method."},
       {"quality.json", "Every check, relations of sensors, thresholds of regimes."},
-      {"segments.json", "Regimes and excluded intervals. An edited file is used again with [segment] file = \"...\"."},
+      {"segments.json",
+       "Regimes and excluded intervals, with probabilities and standard deviations of their ends (null: not estimated, "
+       "as "
+       "at an exclusion). An edited file is used again with [segment] file = \"...\"."},
       {"steps.csv", "Of stepped sines: each setting of the drive and its response."},
       {"factors.json", "R factors of the training rows, from which ardent merge fits several runs together."},
       {"predict-N-NAME.json, .csv", "The equation run free on each recording with use = \"test\"."},

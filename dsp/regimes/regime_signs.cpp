@@ -2,47 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <numbers>
 
 #include "dsp/filter/fft.hpp"
 #include "dsp/filter/spectral.hpp"
-#include "dsp/order_statistics.hpp"
+#include "dsp/regimes/half_cycles.hpp"
 
 namespace dsp {
 namespace {
 
 using Eigen::Index;
 using Eigen::VectorXd;
-
-// Of an expression, sample by sample, so that products need no room of their own.
-template <class Expression>
-VectorXd moving_mean(const Eigen::MatrixBase<Expression>& x, Index half) {
-  const double centre = x.mean();  // summed about the mean: no digits lost to an offset
-  VectorXd mean(x.size());
-  double sum = 0.0;
-  for (Index i = 0, from = 0, to = 0; i < x.size(); ++i) {
-    for (; to < std::min(x.size(), i + half + 1); ++to) sum += x.coeff(to) - centre;
-    for (; from < i - half; ++from) sum -= x.coeff(from) - centre;
-    mean(i) = centre + sum / static_cast<double>(to - from);
-  }
-  return mean;
-}
-
-// Largest value within +-half samples of each, in one pass with a monotone queue.
-VectorXd moving_max(const VectorXd& x, Index half) {
-  VectorXd largest(x.size());
-  std::deque<Index> queue;
-  for (Index i = 0, next = 0; i < x.size(); ++i) {
-    for (; next < std::min(x.size(), i + half + 1); ++next) {
-      while (!queue.empty() && x(queue.back()) <= x(next)) queue.pop_back();
-      queue.push_back(next);
-    }
-    while (queue.front() < i - half) queue.pop_front();
-    largest(i) = x(queue.front());
-  }
-  return largest;
-}
 
 // 1 / the power-weighted mean frequency of v between 0.1 Hz and an eighth of the rate.
 double mean_period_s(const VectorXd& v, double rate_hz) {
@@ -55,34 +25,6 @@ double mean_period_s(const VectorXd& v, double rate_hz) {
     moment += std::norm(spectrum(k)) * f;
   }
   return moment > 0.0 ? power / moment : 1.0;
-}
-
-// One-sided power density of what is no motion in x: the median of its periodogram from the tenth to the sixteenth
-// harmonic, where the motion has little left. An exponential distribution's median is ln 2 times its mean; a Hann
-// window keeps the leap between the record's ends out.
-double displacement_noise(const VectorXd& x, double rate_hz, double period_s) {
-  const VectorXd window = hann_window(x.size());
-  const Eigen::VectorXcd spectrum = RealFft(x.size()).forward(((x.array() - x.mean()) * window.array()).matrix());
-  std::vector<double> levels;
-  for (Index k = 1; k < spectrum.size(); ++k) {
-    const double f = static_cast<double>(k) * rate_hz / static_cast<double>(x.size());
-    if (f >= 10.0 / period_s && f <= std::min(16.0 / period_s, 0.45 * rate_hz))
-      levels.push_back(std::norm(spectrum(k)));
-  }
-  if (levels.empty()) return 0.0;
-  return 2.0 * median(std::move(levels)) / std::numbers::ln2 / (rate_hz * window.squaredNorm());
-}
-
-VectorXd phase_between(const VectorXd& x, const VectorXd& r, Index half) {
-  VectorXd phase = moving_mean(x.cwiseProduct(r), half);
-  VectorXd power = moving_mean(x.cwiseAbs2(), half);
-  const double largest = power.maxCoeff();
-  phase.array() *= (power.array() > 0.0).select(power.array().rsqrt(), 0.0);
-  power = moving_mean(r.cwiseAbs2(), half);
-  // A tenth of its largest amplitude, or a fiftieth of x's, is no motion of a base.
-  const double still = std::max(0.01 * power.maxCoeff(), 4e-4 * largest);
-  phase.array() *= (power.array() > still).select(power.array().rsqrt(), 0.0);
-  return phase;
 }
 
 // Reversals of v, which still has its sign, and what a does there; both behind a rigid mount.
@@ -104,7 +46,8 @@ void look_at_reversals(const Motion& motion, const Signal& a, const SpectralBand
   ReversalOptions options{.sample_rate_hz = rate_hz, .cutoff_hz = cutoff_hz, .samples_per_period = period};
   const auto found = find_reversals();
   signs.mount = find_mount(motion, v, found, cutoff_hz, period);
-  if (signs.mount.is_rigid()) {
+  signs.short_halts = signs.mount.is_rigid();
+  if (signs.short_halts) {
     signs.reversals = reversals(found, v, a.values, options);
     return;
   }
@@ -120,7 +63,7 @@ Index RegimeSigns::samples_in(double seconds) const {
   return std::max<Index>(1, static_cast<Index>(std::lround(seconds * sample_rate_hz)));
 }
 
-RegimeSigns regime_signs(const Motion& motion, const SegmentOptions& options) {
+RegimeSigns regime_signs(const Motion& motion) {
   const VectorXd& v = motion.at("v");
   const double rate_hz = motion.sample_rate_hz;
   RegimeSigns signs{.sample_rate_hz = rate_hz, .excluded = motion.excluded};
@@ -132,23 +75,12 @@ RegimeSigns regime_signs(const Motion& motion, const SegmentOptions& options) {
   const bool follows = base_speed != nullptr && v.squaredNorm() < 0.1 * base_speed->values.squaredNorm();
   signs.period_s = mean_period_s(follows ? base_speed->values : v, rate_hz);
   const SpectralBand slow{5.0 / signs.period_s, 6.5 / signs.period_s};
+  signs.speed_cutoff_hz = slow.cutoff_hz;
   const bool has_faster = slow.cutoff_hz < rate_hz / 2 && v.size() >= 8;
-  const auto swing_of = [&](const char* name) -> VectorXd {
-    VectorXd swing = moving_mean(motion.at(name), signs.samples_in(options.baseline_window_s / 2));
-    swing = motion.at(name) - swing;
-    return swing;
-  };
-  {  // long records: what is used up is let go
-    const VectorXd x = swing_of("x");
-    if (has_faster)  // derived, noise of density S in x has (2 pi f)^2 S
-      signs.speed_noise_m_per_s =
-          2.0 * std::numbers::pi *
-          std::sqrt(displacement_noise(x, rate_hz, signs.period_s) * std::pow(slow.cutoff_hz, 3) / 3.0);
-    if (motion.find("r") != nullptr) signs.phase = phase_between(x, swing_of("r"), signs.samples_in(signs.period_s));
-    const Index half = signs.samples_in(options.envelope_window_s / 2);
-    signs.envelope_m = moving_max(x, half);
-    signs.envelope_m = 0.5 * (signs.envelope_m + moving_max(-x, half));
-  }
+  if (has_faster)  // derived, noise of density S in x has (2 pi f)^2 S
+    signs.speed_noise_m_per_s =
+        2.0 * std::numbers::pi *
+        std::sqrt(noise_density(motion.at("x"), rate_hz, signs.period_s) * std::pow(slow.cutoff_hz, 3) / 3.0);
   if (has_faster) {
     ExtendedSpectrum spectrum(v, rate_hz);
     spectrum.multiply([&](double f) { return slow.gain(f); });

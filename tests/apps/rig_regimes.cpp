@@ -7,6 +7,7 @@
 
 #include "dsp/prepare.hpp"
 #include "dsp/segment_regimes.hpp"
+#include "ident/identify.hpp"
 #include "sim/rig/qzs_regimes.hpp"
 #include "support/rig.hpp"
 
@@ -171,6 +172,7 @@ Prepared prepared(const Case& tested) {
 
 struct Score {
   double accuracy = 0.0, stick_recall = 0.0, stick_precision = 0.0, boundary_cycles = 0.0;
+  int num_jumps = 0, num_inside = 0;  ///< boundaries between branches that were found; inside their 95 % intervals
 };
 
 const sim::ProgrammeNode& node_at(const sim::Programme& programme, double t_s) {
@@ -208,6 +210,21 @@ double boundary_error(const std::vector<sim::RegimeInterval>& truth, const std::
   return worst;
 }
 
+// Boundaries between low and high, and how many of them have a true one of the kind within the printed interval.
+void count_jumps(const std::vector<sim::RegimeInterval>& truth, const std::vector<dsp::Segment>& found, Score& result) {
+  for (std::size_t i = 1; i < found.size(); ++i) {
+    const auto moves = [](dsp::Regime regime) { return regime == dsp::Regime::low || regime == dsp::Regime::high; };
+    if (!moves(found[i - 1].regime) || !moves(found[i].regime) || !std::isfinite(found[i].first_std_s)) continue;
+    const double t = static_cast<double>(found[i].first) / support::rig_intermediate_hz;
+    double nearest = INFINITY;
+    for (std::size_t k = 1; k < truth.size(); ++k)
+      if (agree(found[i].regime, truth[k].label) && agree(found[i - 1].regime, truth[k - 1].label))
+        nearest = std::min(nearest, std::abs(truth[k].from_s - t));
+    ++result.num_jumps;
+    result.num_inside += nearest <= 1.96 * found[i].first_std_s + 0.5 / support::rig_intermediate_hz ? 1 : 0;
+  }
+}
+
 Score score(const Case& tested) {
   const Prepared record = prepared(tested);
   const std::vector<sim::RegimeInterval>& truth = record.truth;
@@ -224,8 +241,10 @@ Score score(const Case& tested) {
       stuck += is_stuck, called_stuck += called, both += is_stuck && called;
     }
   }
-  return {all > 0.0 ? same / all : 1.0, stuck > 0.0 ? both / stuck : 1.0,
-          called_stuck > 0.0 ? both / called_stuck : 1.0, boundary_error(truth, found, tested.programme)};
+  Score result{all > 0.0 ? same / all : 1.0, stuck > 0.0 ? both / stuck : 1.0,
+               called_stuck > 0.0 ? both / called_stuck : 1.0, boundary_error(truth, found, tested.programme)};
+  count_jumps(truth, found, result);
+  return result;
 }
 
 void print(const std::string& name, const Score& s) {
@@ -238,11 +257,11 @@ bool meets_bar(const Score& s) {
   return s.accuracy >= 0.995 && s.stick_recall >= 0.99 && s.boundary_cycles <= 1.5;
 }
 
-// A slow jump begins by its amplitude up to eight cycles before the phase turns, and a stop has margins of a second: of
-// the 211 s of "decays", with two such jumps and four such ends of stops, 14 s are not as the truth says.
 void check(const Score& s) {
-  CHECK(s.accuracy >= 0.93);
+  CHECK(s.accuracy >= 0.996);
   CHECK(s.stick_recall >= 0.99);
+  CHECK(s.stick_precision >= 0.99);
+  CHECK(s.boundary_cycles <= 0.5);
 }
 
 }  // namespace
@@ -267,17 +286,21 @@ TEST_CASE("regimes of 26 programmes", "[.][study][regimes]") {
 }
 
 TEST_CASE("regimes of a hundred random programmes", "[.][study][regimes]") {
-  int good = 0, count = 0;
-  for (int index = 1000; index < 1100; ++index) try {
+  int good = 0, count = 0, num_jumps = 0, num_inside = 0;
+  for (int index = 3000; index < 3100; ++index) try {
       const Case tested = random_programme(index);
       const Score s = score(tested);
       print(tested.name, s);
       ++count;
       good += meets_bar(s);
+      num_jumps += s.num_jumps, num_inside += s.num_inside;
     } catch (const sim::Diverged& error) {
       std::printf("%d: %s\n", index, error.what());
     }
-  std::printf("%d of %d meet the bar\n", good, count);
+  std::printf("%d of %d meet the bar; %d of %d jumps inside their 95 %% intervals\n", good, count, num_inside,
+              num_jumps);
+  CHECK(good >= count * 3 / 4);
+  CHECK(num_inside >= 0.85 * num_jumps);
 }
 
 TEST_CASE("regimes of the whole test, both twins, six seeds, noise up to thirtyfold", "[.][study][regimes]") {
@@ -286,7 +309,42 @@ TEST_CASE("regimes of the whole test, both twins, six seeds, noise up to thirtyf
       for (const double noise : {1.0, 3.0, 10.0, 30.0}) {
         const Score s = score({"", sim::qzs_twin(twin), sim::stepped_sine_down(), {.noise = noise, .seed = seed}});
         print(twin + (" seed " + std::to_string(seed)) + " x" + std::to_string(static_cast<int>(noise)), s);
-        CHECK(s.accuracy >= 0.98);
-        CHECK(s.stick_recall >= 0.99);
+        // On T1 stops come one in two cycles for 40 s, and at tenfold noise some of them are missed.
+        const bool clean = noise <= 3.0;
+        CHECK(s.accuracy >= (twin == std::string("T0") ? (clean ? 0.999 : 0.998) : (clean ? 0.996 : 0.99)));
+        CHECK(s.stick_recall >= (clean ? 0.99 : 0.85));
+        CHECK(s.stick_precision >= (twin == std::string("T0") ? 0.99 : 0.85));
       }
+}
+
+TEST_CASE("halts of a few milliseconds, left in, spoil the equation", "[.][study][regimes]") {
+  // The payload lingers where it halts twice a cycle, for 1 % of the record in all.
+  for (const Case& tested : later_programmes()) {
+    if (tested.name != "down, 3.8 mm" && tested.name != "slick, 3.9 mm") continue;
+    const support::RigRecord record = support::rig_record(tested.rig, tested.programme, tested.raw);
+    const dsp::Prepared prepared =
+        dsp::prepare(record.recording, {.rate_hz = 25.6, .cutoff_hz = 10.24, .rolloff_hz = 8.0});
+    const auto identified = [&](const dsp::SegmentOptions& options, const char* what) {
+      ident::Record found = ident::find_regimes(prepared, options);
+      auto ranges = ident::default_ranges({&found});
+      std::erase_if(ranges, [](const ident::Range& range) { return range.spec.name != "mixed"; });
+      for (ident::Range& range : ranges) range.train_fraction = 0.95;
+      dsp::set_displacement_zero(found.prepared, ident::mean_of_first_range(found, ranges, 1));
+      const ident::IdentifyOptions how{.methods = {ident::FastRvmOptions{}}};
+      const auto library =
+          ident::record_library({.order = 0, .terms = {"x", "v", "x^3", "sgn(v)", "ddr"}}, how.target, found.prepared);
+      std::vector<ident::Columns> columns{ident::record_columns(library, how.target, found)};
+      const ident::RangeResult result = ident::identify(ranges, columns, library, how).front();
+      const ident::JudgedFit& fit = result.fits.front();
+      std::printf("%s, %s: %d rows, NMSE %.2g, free run %.2g\n", tested.name.c_str(), what,
+                  static_cast<int>(result.rows.train.size()), fit.train_centred.value, fit.free_run.nmse);
+      return std::pair(fit.train_centred.value, fit.free_run.nmse);
+    };
+    const auto without = identified({}, "as found"), narrow = identified({.stick_margin_s = 0.05}, "margins of 0.05 s"),
+               wide = identified({.stick_margin_s = 1.0}, "margins of 1 s"),
+               with = identified({.stick_halt_s = 1000.0}, "short halts left in");
+    CHECK(with.first > 100.0 * without.first);
+    CHECK(with.second > 100.0 * without.second);
+    for (const auto& other : {narrow, wide}) CHECK(other.first == Approx(without.first).epsilon(0.5));
+  }
 }

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <random>
 
+#include "ident/left_out.hpp"
+
 namespace {
 
 using Strings = std::vector<std::string>;
@@ -67,6 +69,57 @@ TEST_CASE("an input that another record lacks is said, with the record", "[ident
   CHECK(checks.front().status == dsp::CheckStatus::warning);
   CHECK_THAT(checks.front().message, Catch::Contains("f was not recorded in free.csv"));
   CHECK(ident::inputs_of_some({&forced, &forced}).empty());
+}
+
+TEST_CASE("what is left out is said, with its reasons, and from a quarter on with what to change", "[ident][record]") {
+  // 1000 samples at 10 Hz, 20 at either end spoilt.
+  const auto record = [](double excluded_to_s, std::size_t stuck_from) {
+    ident::Record result;
+    result.prepared.excluded = {{10.0, excluded_to_s, "a knock"}};
+    result.prepared.signals.sample_rate_hz = 10.0;
+    result.prepared.signals.signals = {{"x", "m", Eigen::VectorXd::Zero(1000)}};
+    result.prepared.signals.edge_samples = 20;
+    result.regimes.assign(1000, dsp::Regime::low);
+    std::fill(result.regimes.begin() + static_cast<std::ptrdiff_t>(stuck_from), result.regimes.end(),
+              dsp::Regime::stick);
+    result.segmentation.mount = dsp::Mount{};
+    result.segmentation.options.stick_speed_m_per_s = 0.01;
+    return result;
+  };
+  const dsp::Check little = ident::left_out(record(14.95, 900));
+  CHECK(little.status == dsp::CheckStatus::note);
+  CHECK(little.value == Approx(0.05 + 0.04 + 0.08));
+  CHECK_THAT(little.message, Catch::Contains("8 % stops") && Catch::Contains("5 % a knock"));
+  const ident::Record stuck = record(14.95, 100);
+  const dsp::Check much = ident::left_out(stuck);
+  CHECK(much.status == dsp::CheckStatus::warning);
+  CHECK_THAT(much.message, Catch::Contains("segment.stick_speed_m_per_s"));
+
+  ident::Range low;
+  low.spec.name = "low";
+  low.regime = dsp::Regime::low;
+  const auto scarce = ident::scarce_ranges({low}, {&stuck});
+  REQUIRE(scarce.size() == 1);
+  CHECK_THAT(scarce.front().message, Catch::Contains("range low: 8 % of its time"));
+  const ident::Record plenty = record(14.95, 900);
+  CHECK(ident::scarce_ranges({low}, {&plenty}).empty());
+}
+
+TEST_CASE("rows that the filters mix with a stop are of the stop", "[ident][record]") {
+  ident::Record record{.prepared = dsp::prepare(on_a_moving_base(false), {.rate_hz = 50.0, .cutoff_hz = 20.0})};
+  const double rate_hz = record.prepared.intermediate.sample_rate_hz;
+  const auto at = [&](double t_s) { return static_cast<Eigen::Index>(t_s * rate_hz); };
+  dsp::Segmentation given;
+  given.segments = {{dsp::Regime::low, 0, at(40.0), {}},
+                    {dsp::Regime::stick, at(40.0), at(50.0), {}},
+                    {dsp::Regime::low, at(50.0), record.prepared.intermediate.num_samples(), {}}};
+  ident::set_regimes(record, given);
+  // Three periods of 20 Hz: 0.15 s.
+  const auto regime = [&](double t_s) { return record.regimes[static_cast<std::size_t>(std::lround(t_s * 50.0))]; };
+  CHECK(regime(39.8) == dsp::Regime::low);
+  CHECK(regime(39.9) == dsp::Regime::stick);
+  CHECK(regime(50.1) == dsp::Regime::stick);
+  CHECK(regime(50.2) == dsp::Regime::low);
 }
 
 TEST_CASE("a payload that stands on the ground while its base moves is noticed", "[ident][record]") {

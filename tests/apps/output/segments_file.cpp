@@ -68,6 +68,8 @@ TEST_CASE("a segments file that makes no sense is refused with its number", "[ap
   refused("[{\"label\": \"medium\", \"from_s\": 0, \"to_s\": 1}]", "segments.label", {"interval 1", "medium", "high"});
   refused("[{\"label\": \"low\", \"from_s\": 2, \"to_s\": 1}]", "segments.time", {"interval 1", "from_s 2"});
   refused("[{\"label\": \"low\", \"from_s\": \"2\", \"to_s\": 1}]", "segments.time", {"from_s"});
+  refused("[{\"label\": \"low\", \"from_s\": 0, \"to_s\": 1, \"probability\": \"likely\"}]", "segments.syntax",
+          {"probability"});
   refused("[{\"lable\": \"low\", \"from_s\": 0, \"to_s\": 1}]", "segments.syntax", {"lable"});
   auto record = prepared();
   support::check_fault(
@@ -98,6 +100,12 @@ TEST_CASE("segments handed back unedited change nothing, and edited ones are fol
   CHECK(support::bytes_of(folder / "same/segments.json") == text);
 
   json edited = json::parse(text);
+  int estimated = 0;
+  for (const auto& row : edited) {
+    if (row["label"] == "low" || row["label"] == "high") CHECK(row["probability"].get<double>() > 0.9);
+    estimated += row["from_std_s"].is_number() ? 1 : 0;
+  }
+  CHECK(estimated > 0);
   for (auto& row : edited)
     if (row["label"] == "high") row["label"] = "excluded";
   (void)folder.file("edited.json", edited.dump());

@@ -1,0 +1,239 @@
+#include "dsp/regimes/branches.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+#include "dsp/regimes/switching_model.hpp"
+
+namespace dsp {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr std::size_t transient_cycles = 10;       // in which a response has settled
+constexpr double first_switch_probability = 1e-3;  // where expectation maximisation starts
+constexpr int most_passes = 30;
+
+/// Half cycles that tell a branch.
+struct Observations {
+  std::vector<const HalfCycle*> halves;
+  std::vector<bool> begins_anew;  ///< something between it and the one before was held
+  [[nodiscard]] std::size_t size() const { return halves.size(); }
+};
+
+Observations observations_of(std::span<const HalfCycle> half_cycles, const std::vector<bool>& held) {
+  Observations seen;
+  bool anew = true;
+  for (const HalfCycle& half : half_cycles) {
+    const bool tells = std::isfinite(half.phase_variance) && half.amplitude > 0.0 &&
+                       std::none_of(held.begin() + half.first, held.begin() + half.last, [](bool one) { return one; });
+    if (tells) {
+      seen.halves.push_back(&half);
+      seen.begins_anew.push_back(anew);
+    }
+    anew = !tells;
+  }
+  return seen;
+}
+
+/// Concentration of a von Mises density with this mean cosine, [MJ00] Eq. (5.3.9) after its rational approximation.
+double concentration_of(double mean_cosine) {
+  const double r = std::clamp(mean_cosine, 0.0, 0.999);
+  return r * (2.0 - r * r) / (1.0 - r * r);
+}
+
+/// Half the logarithm of how much more probable each half cycle is on the upper branch.
+VectorXd evidence(const Observations& seen, double concentration) {
+  VectorXd weights(static_cast<Index>(seen.size()));
+  for (Index k = 0; k < weights.size(); ++k) {
+    const HalfCycle& half = *seen.halves[static_cast<std::size_t>(k)];
+    weights(k) = half.cosine / (1.0 / concentration + half.phase_variance);
+  }
+  return weights;
+}
+
+StateSequence states_of(const Observations& seen, const VectorXd& weights, double switch_probability) {
+  Eigen::MatrixX2d log_likelihoods(weights.size(), 2);
+  log_likelihoods << -weights, weights;
+  return most_probable_states(log_likelihoods, seen.begins_anew, switch_probability);
+}
+
+/// Probability of a switch that was seen so often; none leaves what one more observation could show.
+double switch_probability_of(const StateSequence& states) {
+  return (states.expected_switches + 0.5) / (static_cast<double>(states.states.size()) + 1.0);
+}
+
+/// Expectation maximisation of concentration and switch probability.
+StateSequence fitted_states(const Observations& seen) {
+  const auto count = static_cast<double>(seen.size());
+  double concentration = 1.0, switch_probability = first_switch_probability;
+  StateSequence states;
+  for (int pass = 0; pass < most_passes; ++pass) {
+    states = states_of(seen, evidence(seen, concentration), switch_probability);
+    double mean = 0.0;
+    for (std::size_t k = 0; k < seen.size(); ++k)
+      mean += (2.0 * states.probability(static_cast<Index>(k)) - 1.0) * seen.halves[k]->cosine / count;
+    const double before = concentration;
+    concentration = std::max(concentration_of(mean), 1.0 / count);
+    switch_probability = switch_probability_of(states);
+    if (std::abs(concentration - before) < 1e-6 * concentration) break;
+  }
+  return states;
+}
+
+/// By how much the mean logarithm of the amplitude changes at each half cycle, from transient_cycles before to as many
+/// behind, or as many as there are in a row; none where a row begins.
+std::vector<std::optional<double>> amplitude_changes(const Observations& seen) {
+  constexpr std::size_t width = 2 * transient_cycles;
+  const std::size_t count = seen.size();
+  std::vector<double> sums{0.0};
+  std::vector<std::size_t> begin(count), end(count, count);  // of the row that each is in
+  for (std::size_t k = 0; k < count; ++k) {
+    sums.push_back(sums.back() + std::log(seen.halves[k]->amplitude));
+    begin[k] = k == 0 || seen.begins_anew[k] ? k : begin[k - 1];
+  }
+  for (std::size_t k = count; k-- > 0;) end[k] = k + 1 == count || seen.begins_anew[k + 1] ? k + 1 : end[k + 1];
+  std::vector<std::optional<double>> result(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t before = std::min(width, k - begin[k]), behind = std::min(width, end[k] - k);
+    if (before > 0)
+      result[k] = (sums[k + behind] - sums[k]) / static_cast<double>(behind) -
+                  (sums[k] - sums[k - before]) / static_cast<double>(before);
+  }
+  return result;
+}
+
+/// What it gains to give the changes at switches, Laplace distributed as steps of a programme are, a scale of their
+/// own: twice the log-likelihood less Akaike's price of a parameter.
+double gain_of_jumps(const Observations& seen, const std::vector<int>& states) {
+  constexpr std::size_t width = 2 * transient_cycles;
+  const auto all = amplitude_changes(seen);
+  std::vector<std::size_t> switches;
+  for (std::size_t k = 1; k < states.size(); ++k)
+    if (states[k] != states[k - 1] && all[k]) switches.push_back(k);
+  double elsewhere = 0.0, at_switches = 0.0, num_elsewhere = 0.0;
+  auto next = switches.begin();
+  for (std::size_t k = 0; k < states.size(); ++k) {
+    while (next != switches.end() && *next + width <= k) ++next;
+    if (all[k] && (next == switches.end() || k + width <= *next)) elsewhere += std::abs(*all[k]), num_elsewhere += 1.0;
+  }
+  for (const std::size_t k : switches) at_switches += std::abs(*all[k]);
+  if (switches.empty() || num_elsewhere == 0.0) return 0.0;
+  const auto num_switches = static_cast<double>(switches.size());
+  const double ratio = (at_switches / num_switches) / (elsewhere / num_elsewhere);
+  if (ratio <= 1.0) return 0.0;
+  return 2.0 * num_switches * (ratio - 1.0 - std::log(ratio)) - 2.0;
+}
+
+/// Where the level passes zero between the middles of two half cycles (samples); halfway where it does not.
+double crossing(const Observations& seen, const VectorXd& level, Index k) {
+  const double from = static_cast<double>(seen.halves[static_cast<std::size_t>(k - 1)]->middle),
+               to = static_cast<double>(seen.halves[static_cast<std::size_t>(k)]->middle);
+  const bool passes = (level(k) > 0.0) != (level(k - 1) > 0.0);
+  return from + (passes ? level(k - 1) / (level(k - 1) - level(k)) : 0.5) * (to - from);
+}
+
+/// Standard deviation (samples) of a switch before half cycle k: that of the crossings it may be instead, as far as
+/// half the way to the switches beside it, and of the crossing itself by noise, sampling and a lag of less than a
+/// sample.
+double switch_std(const Observations& seen, const VectorXd& level, const StateSequence& states, Index k, Index from,
+                  Index to) {
+  const double here = crossing(seen, level, k);
+  double sum = 0.0, square = 0.0;
+  for (Index j = from; j < to; ++j) {
+    if (seen.begins_anew[static_cast<std::size_t>(j)] || (level(j) > 0.0) == (level(j - 1) > 0.0)) continue;
+    const double away = crossing(seen, level, j) - here;
+    sum += states.switch_probability(j), square += states.switch_probability(j) * away * away;
+  }
+  const HalfCycle &before = *seen.halves[static_cast<std::size_t>(k - 1)],
+                  &after = *seen.halves[static_cast<std::size_t>(k)];
+  const double slope = (after.cosine - before.cosine) / static_cast<double>(after.middle - before.middle);
+  constexpr double rounding = 1.0 / 12.0;  // variance of a place, or a lag between two sensors, known to a sample
+  const double turn = 2.0 * std::numbers::pi / static_cast<double>(after.last - after.first);
+  const double phase_variance = after.phase_variance + rounding * turn * turn;
+  return std::sqrt((sum > 0.0 ? square / sum : 0.0) + (slope != 0.0 ? phase_variance / (slope * slope) : 0.0) +
+                   rounding);
+}
+
+std::vector<BranchInterval> intervals_of(const Observations& seen, const VectorXd& level, const StateSequence& states,
+                                         double sample_rate_hz) {
+  std::vector<Index> begins;
+  for (Index k = 0; k < level.size(); ++k)
+    if (k == 0 || states.states[static_cast<std::size_t>(k)] != states.states[static_cast<std::size_t>(k - 1)])
+      begins.push_back(k);
+  begins.push_back(level.size());
+  std::vector<BranchInterval> intervals;
+  for (std::size_t i = 0; i + 1 < begins.size(); ++i) {
+    const Index k = begins[i], end = begins[i + 1];
+    const auto at = static_cast<std::size_t>(k);
+    BranchInterval interval{.upper = states.states[at] == 1};
+    const double upper = states.probability.segment(k, end - k).mean();
+    interval.probability = interval.upper ? upper : 1.0 - upper;
+    if (i > 0 && seen.begins_anew[at]) {  // somewhere in what was held
+      interval.first = seen.halves[at - 1]->last;
+    } else if (i > 0) {
+      interval.first = static_cast<Index>(std::ceil(crossing(seen, level, k)));
+      const Index from = (begins[i - 1] + k) / 2 + 1, to = (k + end) / 2 + 1;
+      interval.first_std_s = switch_std(seen, level, states, k, from, std::min(to, level.size())) / sample_rate_hz;
+    }
+    intervals.push_back(interval);
+  }
+  return intervals;
+}
+
+VectorXd correlations(const Observations& seen) {
+  VectorXd level(static_cast<Index>(seen.size()));
+  for (Index k = 0; k < level.size(); ++k) level(k) = seen.halves[static_cast<std::size_t>(k)]->correlation;
+  return level;
+}
+
+}  // namespace
+
+Branches find_branches(std::span<const HalfCycle> half_cycles, const std::vector<bool>& held, double sample_rate_hz) {
+  const Observations seen = observations_of(half_cycles, held);
+  if (seen.size() == 0) return {{{}}, "no phase against what drives the motion: one branch"};
+  const StateSequence states = fitted_states(seen);
+  const bool switches =
+      std::adjacent_find(states.states.begin(), states.states.end(), std::not_equal_to<>()) != states.states.end();
+  const auto one = [&](std::string remark) {
+    return Branches{{{.upper = evidence(seen, 1.0).sum() > 0.0}}, std::move(remark)};
+  };
+  if (!switches)
+    return one(states.states.front() == 1 ? "x always moves in phase with what drives it: one branch"
+                                          : "x always moves against what drives it: one branch");
+  const double gain = gain_of_jumps(seen, states.states);
+  if (gain <= 0.0) return one("the amplitude does not jump where the phase turns: one branch");
+  Branches found{intervals_of(seen, correlations(seen), states, sample_rate_hz), {}};
+  const auto count = found.intervals.size() - 1;
+  found.remark = fmt::format("{} change{} between a lower branch (x against its drive) and an upper one (in phase)",
+                             count, count == 1 ? "" : "s");
+  return found;
+}
+
+Branches branches_by_amplitude(std::span<const HalfCycle> half_cycles, double high_amplitude, double sample_rate_hz) {
+  Observations seen;
+  VectorXd level(static_cast<Index>(half_cycles.size()));
+  for (const HalfCycle& half : half_cycles) {
+    if (!(half.amplitude > 0.0)) continue;
+    level(static_cast<Index>(seen.size())) = std::log(half.amplitude / high_amplitude);
+    seen.halves.push_back(&half);
+    seen.begins_anew.push_back(seen.size() == 1);
+  }
+  if (seen.size() == 0) return {{{}}, "no motion"};
+  level.conservativeResize(static_cast<Index>(seen.size()));
+  const Index steps = std::max<Index>(1, level.size() - 1);
+  const double spread = (level.tail(level.size() - 1) - level.head(level.size() - 1)).norm() / std::sqrt(steps);
+  const VectorXd weights = level / std::max(spread, 1e-9);
+  StateSequence states = states_of(seen, weights, first_switch_probability);
+  states = states_of(seen, weights, switch_probability_of(states));
+  return {intervals_of(seen, level, states, sample_rate_hz), fmt::format("high is above {:.3g}", high_amplitude)};
+}
+
+}  // namespace dsp

@@ -1,0 +1,98 @@
+#include "dsp/regimes/half_cycles.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "dsp/filter/fft.hpp"
+#include "dsp/filter/spectral.hpp"
+#include "dsp/order_statistics.hpp"
+
+namespace dsp {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// Free of offset, drift and noise beyond the harmonics.
+VectorXd harmonics_of(const VectorXd& signal, double rate_hz, double period_s) {
+  if (signal.size() < 8 || !(signal.maxCoeff() > signal.minCoeff())) return {};
+  const SpectralBand harmonics{5.0 / period_s, 6.5 / period_s}, drift{0.05 / period_s, 0.1 / period_s};
+  return ExtendedSpectrum(signal, rate_hz).filtered([&](double f) { return harmonics.gain(f) - drift.gain(f); });
+}
+
+/// Variance by noise of this density of the phase of a sine fitted to `seconds`; what exceeds the noise within the band
+/// is the sine.
+double phase_variance(double mean_square, double density, double seconds, double band_hz) {
+  const double amplitude_square = 2.0 * (mean_square - density * band_hz);
+  if (amplitude_square <= 0.0) return std::numeric_limits<double>::infinity();
+  return density / (seconds * amplitude_square);
+}
+
+}  // namespace
+
+double noise_density(const VectorXd& signal, double rate_hz, double period_s) {
+  if (signal.size() < 8) return 0.0;
+  const VectorXd window = hann_window(signal.size());  // keeps the leap between the record's ends out
+  const Eigen::VectorXcd spectrum =
+      RealFft(signal.size()).forward(((signal.array() - signal.mean()) * window.array()).matrix());
+  std::vector<double> levels;
+  for (Index k = 1; k < spectrum.size(); ++k) {
+    const double f = static_cast<double>(k) * rate_hz / static_cast<double>(signal.size());
+    if (f >= 10.0 / period_s && f <= std::min(16.0 / period_s, 0.45 * rate_hz))
+      levels.push_back(std::norm(spectrum(k)));
+  }
+  if (levels.empty()) return 0.0;
+  // An exponential distribution's median is ln 2 times its mean.
+  return 2.0 * median(std::move(levels)) / std::numbers::ln2 / (rate_hz * window.squaredNorm());
+}
+
+namespace {
+
+std::vector<HalfCycle> half_cycles_between_zeros(const Motion& motion, const VectorXd& drive, double drive_density,
+                                                 double period_s) {
+  const double rate_hz = motion.sample_rate_hz;
+  const VectorXd& x = motion.at("x");
+  const double x_density = noise_density(x, rate_hz, period_s);
+  std::vector<HalfCycle> all;
+  std::vector<Index> zeros;
+  for (Index i = 1; i < drive.size(); ++i) {
+    if ((drive[i] > 0.0) == (drive[i - 1] > 0.0)) continue;
+    zeros.push_back(i);
+    if (zeros.size() < 3) continue;
+    HalfCycle half{.first = zeros[zeros.size() - 3], .middle = zeros[zeros.size() - 2], .last = i};
+    const Index count = i - half.first;
+    const auto swing = x.segment(half.first, count), driven = drive.segment(half.first, count);
+    const double mean = swing.mean(), samples = static_cast<double>(count), seconds = samples / rate_hz;
+    const double power = (swing.array() - mean).square().mean(), drive_power = driven.squaredNorm() / samples;
+    half.correlation = swing.dot(driven) - mean * driven.sum();
+    half.cosine = power > 0.0 ? half.correlation / (samples * std::sqrt(power * drive_power)) : 0.0;
+    half.amplitude = std::sqrt(2.0 * power);
+    half.phase_variance = phase_variance(power, x_density, seconds, 0.5 * rate_hz) +
+                          phase_variance(drive_power, drive_density, seconds, 5.0 / period_s);
+    all.push_back(half);
+  }
+  return all;
+}
+
+}  // namespace
+
+std::vector<HalfCycle> half_cycles(const Motion& motion, double period_s) {
+  for (const char* name : {"r", "ddr", "f"}) {
+    const Signal* signal = motion.find(name);
+    if (signal == nullptr) continue;
+    VectorXd drive = harmonics_of(signal->values, motion.sample_rate_hz, period_s);
+    if (signal->name == "ddr") drive = -drive;  // opposite to the displacement
+    return half_cycles_between_zeros(motion, drive, noise_density(signal->values, motion.sample_rate_hz, period_s),
+                                     period_s);
+  }
+  return {};
+}
+
+std::vector<HalfCycle> own_half_cycles(const Motion& motion, double period_s) {
+  return half_cycles_between_zeros(motion, harmonics_of(motion.at("x"), motion.sample_rate_hz, period_s), 0.0,
+                                   period_s);
+}
+
+}  // namespace dsp

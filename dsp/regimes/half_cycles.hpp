@@ -1,0 +1,29 @@
+#pragma once
+#include <Eigen/Core>
+#include <vector>
+
+#include "dsp/motion.hpp"
+
+namespace dsp {
+
+/// Half a cycle of what drives a motion, judged by the whole cycle about its middle.
+struct HalfCycle {
+  Eigen::Index first = 0, middle = 0, last = 0;  ///< samples right behind three zeros of the drive in a row
+  double correlation = 0.0;                      ///< sum over [first, last) of x times the drive, x about its mean
+  double cosine = 0.0;     ///< of the phase of x against the drive: the correlation over that of two sines in phase
+  double amplitude = 0.0;  ///< of x: of a sine of its power
+  double phase_variance = 0.0;  ///< by noise (rad^2); infinite where x or the drive is nothing but noise
+};
+
+/// The half cycles of the base's displacement (r, else what ddr says of it), else of the force f, of a motion of this
+/// dominant period. None where no such signal moves.
+[[nodiscard]] std::vector<HalfCycle> half_cycles(const Motion& motion, double period_s);
+
+/// The same of x itself, whatever drives it.
+[[nodiscard]] std::vector<HalfCycle> own_half_cycles(const Motion& motion, double period_s);
+
+/// One-sided power density of what is no motion in `signal`: the median of its periodogram from the tenth to the
+/// sixteenth harmonic, where the motion has little left; 0 where the record does not reach so far.
+[[nodiscard]] double noise_density(const Eigen::VectorXd& signal, double rate_hz, double period_s);
+
+}  // namespace dsp

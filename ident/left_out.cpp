@@ -1,0 +1,122 @@
+#include "ident/left_out.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+namespace ident {
+namespace {
+
+using Eigen::Index;
+
+constexpr const char* ends = "ends of the record, within the filters' reach";
+
+/// Why a sample at the regression rate is not used; nullptr: it is.
+std::vector<const char*> reasons(const Record& record) {
+  const dsp::Motion& signals = record.prepared.signals;
+  const Index count = signals.num_samples();
+  std::vector<const char*> why(static_cast<std::size_t>(count), nullptr);
+  const auto fill = [&](Index first, Index last, const char* reason) {
+    for (Index i = std::max<Index>(0, first); i < std::min(count, last); ++i)
+      if (why[static_cast<std::size_t>(i)] == nullptr) why[static_cast<std::size_t>(i)] = reason;
+  };
+  for (const dsp::Interval& interval : record.prepared.excluded)
+    fill(static_cast<Index>(std::ceil(interval.from_s * signals.sample_rate_hz)),
+         static_cast<Index>(std::floor(interval.to_s * signals.sample_rate_hz)) + 1, interval.why.c_str());
+  fill(0, signals.edge_samples, ends);
+  fill(count - signals.edge_samples, count, ends);
+  for (std::size_t i = 0; i < record.regimes.size(); ++i)
+    if (why[i] == nullptr && record.regimes[i] == dsp::Regime::stick) why[i] = "stops";
+  return why;
+}
+
+/// Reasons and what fraction each takes, the largest first.
+std::vector<std::pair<std::string, double>> fractions(const Record& record) {
+  std::vector<std::pair<std::string, double>> found;
+  const auto why = reasons(record);
+  for (auto first = why.begin(); first != why.end();) {
+    const auto last = std::find_if(first, why.end(), [&](const char* reason) { return reason != *first; });
+    if (*first != nullptr) {
+      auto at = std::find_if(found.begin(), found.end(), [&](const auto& one) { return one.first == *first; });
+      if (at == found.end()) at = found.insert(found.end(), {*first, 0.0});
+      at->second += static_cast<double>(last - first) / static_cast<double>(why.size());
+    }
+    first = last;
+  }
+  std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.second > b.second; });
+  return found;
+}
+
+std::string remedy(const std::string& reason, const Record& record) {
+  if (reason == "stops" && !record.segmentation.mount) return "If it moves there, label it low or high in segment.file";
+  if (reason == "stops")
+    return fmt::format("If it moves there, set segment.stick_speed_m_per_s below {:.2g} m/s",
+                       record.segmentation.options.stick_speed_m_per_s);
+  if (reason == ends) return "A higher prepare.rate_hz and prepare.cutoff_hz reach less far";
+  return "If it is good data, change what excludes it: [[bad]] in the sidecar, or segment.file";
+}
+
+}  // namespace
+
+dsp::Check left_out(const Record& record) {
+  constexpr double most = 0.25;
+  dsp::Check check{.name = "regime.left_out", .status = dsp::CheckStatus::note, .limit = most};
+  const auto found = fractions(record);
+  std::vector<std::string> parts;
+  for (const auto& [reason, fraction] : found) {
+    check.value += fraction;
+    const bool stops = reason == "stops";
+    parts.push_back(fmt::format("{:.2g} % {}{}", 100.0 * fraction, reason,
+                                stops && record.prepared.x_is_difference
+                                    ? " (at rest against the base: the friction that holds it is of v, sgn(v))"
+                                    : ""));
+  }
+  if (parts.empty())
+    check.message = "no sample is left out";
+  else
+    check.message = fmt::format("{:.2g} % of the record is left out: {}", 100.0 * check.value, fmt::join(parts, ", "));
+  if (check.value > most) {
+    check.status = dsp::CheckStatus::warning;
+    check.message += ". " + remedy(found.front().first, record);
+  }
+  return check;
+}
+
+std::vector<dsp::Check> scarce_ranges(const std::vector<Range>& ranges, const std::vector<const Record*>& records) {
+  constexpr double least = 0.1;
+  std::vector<dsp::Check> checks;
+  for (const Range& range : ranges) {
+    double given = 0.0, left = 0.0;
+    const Record* last = nullptr;
+    for (std::size_t r = 0; r < records.size(); ++r) {
+      if (!range.covers(r)) continue;
+      last = records[r];
+      const auto why = reasons(*last);
+      for (std::size_t i = 0; i < why.size(); ++i) {
+        const double t = static_cast<double>(i) / last->prepared.signals.sample_rate_hz;
+        if (t < range.spec.from_s || t >= range.spec.to_s) continue;
+        // A range by time takes stops in; of another branch's samples nobody expects that they are in a range of this.
+        const bool stops = i < last->regimes.size() && last->regimes[i] == dsp::Regime::stick;
+        if (why[i] == nullptr && !range.regime.any() && !range.regime.holds(last->regimes[i])) continue;
+        given += 1.0;
+        left += why[i] == nullptr || (stops && range.regime.any()) ? 1.0 : 0.0;
+      }
+    }
+    if (last == nullptr || given == 0.0 || left >= least * given) continue;
+    const auto found = fractions(*last);
+    checks.push_back(
+        {.name = "range.scarce",
+         .status = dsp::CheckStatus::warning,
+         .value = left / given,
+         .limit = least,
+         .message = fmt::format("range {}: {:.2g} % of its time is left. {}", range.spec.name, 100.0 * left / given,
+                                found.empty() ? "" : remedy(found.front().first, *last))});
+  }
+  return checks;
+}
+
+}  // namespace ident

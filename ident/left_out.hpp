@@ -1,0 +1,17 @@
+#pragma once
+#include <vector>
+
+#include "ident/record.hpp"
+
+namespace ident {
+
+/// "regime.left_out": which fraction of a record is used in no range of its regimes, and why: its ends, what is
+/// excluded by each reason, stops. A warning with the setting to change from a quarter on, else a note.
+[[nodiscard]] dsp::Check left_out(const Record& record);
+
+/// Warnings "range.scarce" about ranges of which less than a tenth of the time that they were given is left, with the
+/// setting to change.
+[[nodiscard]] std::vector<dsp::Check> scarce_ranges(const std::vector<Range>& ranges,
+                                                    const std::vector<const Record*>& records);
+
+}  // namespace ident
