@@ -72,11 +72,12 @@ JointRecords joint_records(const CandidateLibrary& library, const std::vector<RF
     counted += static_cast<double>(evidence[r].num_samples);
     of_own += known[r].num_effective();
   }
+  const double left = std::min(1.0, counted / of_own);
   EffectiveSize size = together(known);
-  const double fraction = std::min(1.0, size.fraction() * std::min(1.0, counted / of_own));
+  size.num_uncorrelated *= left, size.num_noise *= left, size.num_states *= left;
+  const double fraction = std::min(1.0, size.fraction());
   const Settled settled = settled_model(problems, [&](const Subset&) { return size; });
-  const RecordCoefficients found =
-      record_coefficients(problems, settled.model.terms, fraction * static_cast<double>(problems.num_samples()));
+  const RecordCoefficients found = record_coefficients(problems, settled.model.terms, size);
 
   JointRecords joint{terms_by_record(library, found.differing, names), {}, {}, {}};
   std::vector<Index> candidate_of = all_columns(std::ssize(library.terms));

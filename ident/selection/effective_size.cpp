@@ -20,7 +20,6 @@ EffectiveSize together(const std::vector<EffectiveSize>& records) {
   for (const EffectiveSize& record : records) {
     sum.num_rows += record.num_rows;
     sum.num_uncorrelated += record.num_uncorrelated;
-    sum.num_noise += record.num_noise > 0.0 ? record.num_noise : record.num_uncorrelated;
     sum.num_states = std::max(sum.num_states, record.num_states);
     sum.structural_fraction += record.structural_fraction * record.num_rows;
   }

@@ -96,6 +96,27 @@ void weigh_records(EvidenceRows& rows) {
   for (const double own : variance) rows.weighting.weight.push_back(std::sqrt(pooled / own));
 }
 
+/// The range's regression with its sensors on weighted rows, of all records or of one.
+SensorRegression sensor_regression(const EvidenceRows& rows, const RecordRows* record = nullptr) {
+  const RangeData& range = rows.range;
+  const std::vector<Row>& train = rows.result.rows.train;
+  SensorRegression regression = range.joint;
+  regression.joint = rows.factor(
+      range.joint.num_sensors(), range.sensors->largest(train),
+      [&](Index first, Eigen::Ref<MatrixXd> block) { range.sensors->read(train, first, block); }, range.train, record);
+  return regression;
+}
+
+/// The records as what their sensors leave of them, each its own: those explain no more than is known of them lets
+/// them.
+RecordProblems beside_sensors(const EvidenceRows& rows, double fraction) {
+  const double noise = noise_beside_all(sensor_regression(rows)) / std::sqrt(fraction);
+  std::vector<RFactor> factors;
+  for (const RecordRows& record : rows.records())
+    factors.push_back(without_sensors(sensor_regression(rows, &record), noise));
+  return RecordProblems(factors, rows.options.poll);
+}
+
 /// Fills in what follows from the rows, their size and the model.
 void form_data(EvidenceData& evidence, const EvidenceRows& rows) {
   const RangeData& range = rows.range;
@@ -105,10 +126,7 @@ void form_data(EvidenceData& evidence, const EvidenceRows& rows) {
     if (rows.weighting.changes_rows()) evidence.data = rows.factor(0, Eigen::RowVectorXd(), {}, range.train);
   } else {
     if (rows.weighting.changes_rows()) {
-      const std::vector<Row>& train = rows.result.rows.train;
-      evidence.joint.joint = rows.factor(
-          range.joint.num_sensors(), range.sensors->largest(train),
-          [&](Index first, Eigen::Ref<MatrixXd> block) { range.sensors->read(train, first, block); }, range.train);
+      evidence.joint = sensor_regression(rows);
       evidence.noise_std = noise_beside_all(evidence.joint);
     }
     evidence.data = without_sensors(evidence.joint, evidence.noise_std / std::sqrt(fraction));
@@ -151,8 +169,11 @@ EvidenceData evidence_data(const RangeData& range, const RangeResult& result, co
   if (!white) prefer_simpler(settled, sizes.problems(), complexity(terms));
   if (!white || several) evidence.terms = settled.model.terms;
   if (several) {
+    const auto coefficients = [&](const RecordProblems& problems) {
+      return record_coefficients(problems, settled.model.terms, evidence.size);
+    };
     RecordCoefficients found =
-        record_coefficients(sizes.problems(), settled.model.terms, evidence.size.num_effective());
+        coefficients(range.sensors ? beside_sensors(rows, evidence.size.fraction()) : sizes.problems());
     evidence.terms = std::move(found.terms);
     evidence.differing = std::move(found.differing);
   }

@@ -17,6 +17,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+constexpr double independent = 0.02;  // of a unit-norm probe that lies beyond all candidates
+
 /// At most a quarter of the period of the motion: rows closer than that share their misfit.
 Index quarter_period(const EvidenceRows& rows) {
   const dsp::Motion& signals = *rows.recordings[rows.records().front().recording].signals;
@@ -51,11 +53,11 @@ std::vector<ModelSizes::Probed> ModelSizes::probed(const EvidenceRows& rows, con
     for (Index j = 0; j < q; ++j) beyond.col(j) *= norms(j) > 0.0 ? 1.0 / norms(j) : 0.0;
     const VectorXd target = R.col(b + q).segment(b, q) / unit;
     const Eigen::JacobiSVD<MatrixXd> svd(beyond, Eigen::ComputeThinU);
-    constexpr double independent = 0.02;  // of a unit-norm probe that lies beyond all candidates
     one.num_probes = (svd.singularValues().array() > independent).count();
     const double last = R(b + q, b + q) / unit;
     one.rss = last * last + target.squaredNorm() -
               (svd.matrixU().leftCols(one.num_probes).transpose() * target).squaredNorm();
+    if (rows.records().size() > 1) one.triangle = R;
     result.push_back(std::move(one));
   }
   return result;
@@ -73,11 +75,11 @@ ModelSizes::ModelSizes(const EvidenceRows& rows, const StateSpace& state, const 
 ModelSizes::ModelSizes(const EvidenceRows& rows, const StateSpace& state, const IndependentRows& independence,
                        const std::vector<Probed>& records)
     : rows_(rows), independence_(independence), problems_(problems_of(records, rows)) {
-  for (std::size_t r = 0; r < records.size(); ++r) {
-    most_probes_ = std::max(most_probes_, records[r].num_probes);
-    all_probes_ += records[r].num_probes;
-    rss_of_all_ += problems_.weight(static_cast<Index>(r)) * records[r].rss;
+  for (const Probed& record : records) {
+    most_probes_ = std::max(most_probes_, record.num_probes);
+    if (records.size() > 1) triangles_.push_back(record.triangle);
   }
+  rss_of_all_ = records.front().rss;
   const VectorXd left = rows.residual(problems_, all_columns(rows.num_terms()));
   const Index apart = std::min(independence.first_lag_within_chance(left), quarter_period(rows));
   if (records.size() == 1 && independence.fraction(left) < white_enough) noise_fraction_ = least_fraction(left);
@@ -136,16 +138,41 @@ double ModelSizes::by_revisits(const VectorXd& left) const {
   return std::clamp(1.0 - within / all - 2.0 * error, 0.0, 1.0);
 }
 
+/// Of several records: the model's terms have coefficients in each, what is beside them is one function of the state in
+/// all, so that few coefficients answer what would take many if each record had its own.
+ModelSizes::Rest ModelSizes::beside_common_functions(const Subset& model) const {
+  const Index b = rows_.num_terms(), k = std::ssize(model.terms);
+  std::vector<Index> others;
+  for (Index j = 0; j < triangles_.front().cols() - 1; ++j)
+    if (j >= b || !std::binary_search(model.terms.begin(), model.terms.end(), j)) others.push_back(j);
+  const Index q = std::ssize(others), width = q + 1;
+  MatrixXd stacked(width * std::ssize(triangles_), width);
+  VectorXd squares = VectorXd::Zero(width);
+  for (std::size_t r = 0; r < triangles_.size(); ++r) {
+    MatrixXd columns(triangles_[r].rows(), k + width);
+    columns << triangles_[r](Eigen::all, model.terms), triangles_[r](Eigen::all, others), triangles_[r].rightCols(1);
+    squares += columns.rightCols(width).colwise().squaredNorm().transpose();
+    stacked.middleRows(width * static_cast<Index>(r), width) = triangle(columns).bottomRightCorner(width, width);
+  }
+  for (Index j = 0; j < width; ++j) stacked.col(j) *= squares(j) > 0.0 ? 1.0 / std::sqrt(squares(j)) : 0.0;
+  const MatrixXd R = triangle(stacked);
+  const Eigen::JacobiSVD<MatrixXd> svd(R.topLeftCorner(q, q), Eigen::ComputeThinU);
+  const Index dimensions = (svd.singularValues().array() > independent).count();
+  const VectorXd target = R.col(q).head(q);
+  return {R(q, q) * R(q, q) + target.squaredNorm() -
+              (svd.matrixU().leftCols(dimensions).transpose() * target).squaredNorm(),
+          static_cast<double>(dimensions)};
+}
+
 /// What the left-out candidates and the probes explain beyond chance.
 double ModelSizes::by_probes(const Subset& model, const EffectiveSize& size) const {
-  const double num_records = problems_.num_records();
-  const auto k = num_records * static_cast<double>(model.terms.size());
-  const double others = num_records * static_cast<double>(rows_.num_terms()) + static_cast<double>(all_probes_) - k,
-               spare = size.num_uncorrelated - k;
+  const auto terms = static_cast<double>(model.terms.size());
+  const Rest rest = triangles_.empty() ? Rest{rss_of_all_, size.num_states - terms} : beside_common_functions(model);
+  const double spare = size.num_uncorrelated - problems_.num_records() * terms;
   constexpr double fewest = 3.0;
-  if (spare - others < fewest) return size.num_uncorrelated < white_enough * size.num_rows ? 1.0 : 0.0;
-  const double noise = std::max(0.0, rss_of_all_) / (spare - others), left = model.rss / spare;
-  return std::clamp(1.0 - noise / left - 2.0 * std::sqrt(2.0 * others) / spare, 0.0, 1.0);
+  if (spare - rest.dimensions < fewest) return size.num_uncorrelated < white_enough * size.num_rows ? 1.0 : 0.0;
+  const double noise = std::max(0.0, rest.rss) / (spare - rest.dimensions), left = model.rss / spare;
+  return std::clamp(1.0 - noise / left - 2.0 * std::sqrt(2.0 * rest.dimensions) / spare, 0.0, 1.0);
 }
 
 }  // namespace ident

@@ -27,6 +27,7 @@ class ModelSizes {
     RFactor candidates;
     Eigen::Index num_probes = 0;  ///< dimensions beyond the candidates
     double rss = 0.0;             ///< what candidates and probes leave of a target of unit norm
+    Eigen::MatrixXd triangle;     ///< R of [Phi Z t]
   };
   [[nodiscard]] static std::vector<Probed> probed(const EvidenceRows& rows, const StateSpace& state);
   [[nodiscard]] static RecordProblems problems_of(const std::vector<Probed>& records, const EvidenceRows& rows);
@@ -34,15 +35,20 @@ class ModelSizes {
              const std::vector<Probed>& records);
   [[nodiscard]] double least_fraction(const Eigen::VectorXd& left) const;
   [[nodiscard]] double by_revisits(const Eigen::VectorXd& left) const;
+  /// What a model leaves, as a fraction of all targets' squares, beside all else of the candidates and the probes.
+  struct Rest {
+    double rss = 0.0, dimensions = 0.0;
+  };
+  [[nodiscard]] Rest beside_common_functions(const Subset& model) const;
   [[nodiscard]] double by_probes(const Subset& model, const EffectiveSize& size) const;
 
   const EvidenceRows& rows_;
   const IndependentRows& independence_;
   RecordProblems problems_;
   Eigen::Index most_probes_ = 0;  ///< of any record
-  Eigen::Index all_probes_ = 0;   ///< of all records
   double noise_fraction_ = 1.0;
-  double rss_of_all_ = 0.0;
+  double rss_of_all_ = 0.0;                 ///< of one record
+  std::vector<Eigen::MatrixXd> triangles_;  ///< of each of several: R of [Phi Z t]
   std::vector<RowPair> pairs_;
 };
 

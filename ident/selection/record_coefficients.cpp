@@ -75,11 +75,17 @@ std::vector<Index> RecordCoefficients::common() const {
   return result;
 }
 
+double num_beyond_misfit(const EffectiveSize& size) {
+  constexpr double by_noise = 0.5;
+  const double n = size.num_effective(), known = std::min(size.num_uncorrelated, size.num_states);
+  return n >= by_noise * size.num_rows || !(known > 0.0) ? n : std::min(n, known);
+}
+
 RecordCoefficients record_coefficients(const RecordProblems& problems, const std::vector<Index>& terms,
-                                       double num_effective) {
-  const double n = std::max(2.0, num_effective);
+                                       const EffectiveSize& size) {
+  const double n = std::max(2.0, size.num_effective()), beyond_misfit = std::max(2.0, num_beyond_misfit(size));
   RecordCoefficients found = shared(problems, terms, n);
-  while (add_common(problems, found, n)) found = shared(problems, found.terms, n);
+  while (add_common(problems, found, beyond_misfit)) found = shared(problems, found.terms, n);
   return found;
 }
 

@@ -77,7 +77,7 @@ TEST_CASE("the coefficients that differ between records are found, and no others
     const auto found = [&](double second, double third) {
       const ident::RecordProblems problems =
           problems_of({made(1.0, 0.5, 100 + seed), made(second, 0.5, 300 + seed), made(third, 0.5, 500 + seed)});
-      return ident::record_coefficients(problems, {0, 3, 4}, 1200.0);
+      return ident::record_coefficients(problems, {0, 3, 4}, {1200.0, 1200.0});
     };
     // A coefficient's standard error is 0.5 / sqrt(400) = 0.025: 0.3 are twelve of them.
     exact += found(1.3, 1.0) == ident::RecordCoefficients{{0, 3, 4}, {4}};
@@ -98,7 +98,7 @@ TEST_CASE("a weak common term comes in behind the others, and its neighbour is c
     return one;
   };
   const ident::RecordProblems problems = problems_of({record(0.95, 11), record(-0.95, 12)});
-  const ident::RecordCoefficients found = ident::record_coefficients(problems, {0, 3, 4}, 800.0);
+  const ident::RecordCoefficients found = ident::record_coefficients(problems, {0, 3, 4}, {800.0, 800.0});
   CHECK(found == ident::RecordCoefficients{{0, 1, 3, 4}, {}});
 }
 
