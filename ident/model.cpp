@@ -103,18 +103,20 @@ Model equation_of(const Model& model, int recording) {
     one.recording = 0;
     one.recording_name.clear();
     one.mean = 0.0;
-    double noise_variance = 0.0;
+    double noise_variance = 0.0, variance = 0.0;  // of the mean, the coefficients known apart
     for (const Eigen::Index j : alike) {
       const ModelTerm& its = model.terms[static_cast<std::size_t>(j)];
       from(row, j) = 1.0 / count;
       one.mean += its.mean / count;
       noise_variance += its.std_noise * its.std_noise / count / count;
+      variance += its.std * its.std / count / count;
       one.scale = std::max(one.scale, its.scale);
     }
     one.std_noise = std::sqrt(noise_variance);
     for (const Eigen::Index j : alike)
       if (alike.size() > 1)
         scatter(row) += std::pow(model.terms[static_cast<std::size_t>(j)].mean - one.mean, 2) / (count - 1.0);
+    if (alike.size() > 1) one.std = std::sqrt(variance + scatter(row));
     result.terms.push_back(std::move(one));
   }
   const auto kept = static_cast<Eigen::Index>(result.terms.size());

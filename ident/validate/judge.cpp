@@ -261,9 +261,11 @@ std::vector<std::string> unlike(const RangeResult& a, const RangeResult& b, std:
   return names;
 }
 
-/// Ranges that share no samples are the ones whose agreement says something: mixed holds low and high.
+/// Ranges that share no samples are the ones whose agreement says something: mixed holds low and high, all recordings
+/// hold each.
 bool apart(const RangeResult& a, const RangeResult& b) {
-  return a.regime != dsp::RegimeSet::mixed() && b.regime != dsp::RegimeSet::mixed();
+  return (a.recording == 0) == (b.recording == 0) && a.regime != dsp::RegimeSet::mixed() &&
+         b.regime != dsp::RegimeSet::mixed();
 }
 
 struct Agreement {
