@@ -75,6 +75,12 @@ std::vector<OwnCoefficients> own_coefficients(const Model& model) {
   return groups;
 }
 
+std::pair<const ModelTerm*, const ModelTerm*> OwnCoefficients::extremes() const {
+  const auto [least, greatest] = std::minmax_element(
+      terms.begin(), terms.end(), [](const ModelTerm* a, const ModelTerm* b) { return a->mean < b->mean; });
+  return {*least, *greatest};
+}
+
 bool differs_by_recording(const Model& model) {
   return std::any_of(model.terms.begin(), model.terms.end(), [](const ModelTerm& term) { return term.recording > 0; });
 }
@@ -170,6 +176,12 @@ std::string to_text(const Model& model) {
     if (term.recording == 0) add(term.mean < 0.0, number(std::abs(term.mean)), term.name);
   for (const OwnCoefficients& group : own_coefficients(model)) {
     add(false, group.symbol, group.name);
+    if (group.are_many()) {
+      const auto [least, greatest] = group.extremes();
+      own += fmt::format(", {} = {} to {} in {} recordings", group.symbol, number(least->mean), number(greatest->mean),
+                         group.terms.size());
+      continue;
+    }
     for (const ModelTerm* term : group.terms)
       own += fmt::format(", {}{} in {}", term == group.terms.front() ? group.symbol + " = " : "", number(term->mean),
                          term->recording_name);

@@ -64,6 +64,9 @@ struct Model {
 struct OwnCoefficients {
   std::string name, symbol;             ///< "sgn(v)"; "c1", which stands for them in the equation
   std::vector<const ModelTerm*> terms;  ///< of the model, one for each recording
+  /// Too many recordings to name each: more than six.
+  [[nodiscard]] bool are_many() const { return terms.size() > 6; }
+  [[nodiscard]] std::pair<const ModelTerm*, const ModelTerm*> extremes() const;  ///< the least, the greatest
 };
 [[nodiscard]] std::vector<OwnCoefficients> own_coefficients(const Model& model);
 
@@ -81,7 +84,7 @@ void set_sensor_posterior(Model& model, const SensorPosterior& posterior);
 /// Six significant digits at most, no trailing zeros: "-57.3912", "8.87e+04".
 [[nodiscard]] std::string number(double value);
 /// One line: "a = -50.2 x - 0.791 v - 0.0797 sgn(v)"; "a = 0" for no terms; with coefficients for each recording
-/// "a = -50.2 x + c1 sgn(v), c1 = -0.08 in run1, -0.16 in run2".
+/// "a = -50.2 x + c1 sgn(v), c1 = -0.08 in run1, -0.16 in run2"; of many "c1 = -0.2 to -0.1 in 30 recordings".
 [[nodiscard]] std::string to_text(const Model& model);
 /// The same as LaTeX, each coefficient with its coefficient of variation underneath, as the paper prints it.
 [[nodiscard]] std::string to_latex(const Model& model);

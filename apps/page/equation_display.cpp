@@ -73,12 +73,21 @@ std::string displayed_equation(const ident::Model& model, Notation notation) {
 std::vector<std::string> own_coefficient_sentences(const ident::Model& model) {
   std::vector<std::string> sentences;
   for (const ident::OwnCoefficients& own : own_coefficients(model)) {
+    const std::string what = own.name == "1" ? "the constant" : own.name;
+    if (own.are_many()) {
+      const auto [least, greatest] = own.extremes();
+      sentences.push_back(
+          fmt::format("{}, of {}, differs by recording: from {} in {} to {} in {}, {} recordings in all.", own.symbol,
+                      what, with_uncertainty(least->mean, shown_std(*least)), printable(least->recording_name, 100),
+                      with_uncertainty(greatest->mean, shown_std(*greatest)), printable(greatest->recording_name, 100),
+                      own.terms.size()));
+      continue;
+    }
     std::vector<std::string> values;
     for (const ident::ModelTerm* term : own.terms)
       values.push_back(fmt::format("{} in {}", with_uncertainty(term->mean, shown_std(*term)),
                                    printable(term->recording_name, 100)));
-    sentences.push_back(fmt::format("{}, of {}, differs by recording: {}.", own.symbol,
-                                    own.name == "1" ? "the constant" : own.name, fmt::join(values, ", ")));
+    sentences.push_back(fmt::format("{}, of {}, differs by recording: {}.", own.symbol, what, fmt::join(values, ", ")));
   }
   return sentences;
 }

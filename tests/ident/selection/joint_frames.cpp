@@ -29,7 +29,7 @@ dsp::Recording recorded(const sim::Coulomb& frame, const std::string& name, doub
 }
 
 struct Tally {
-  int pairs = 0, false_terms = 0, with_stiffness = 0, stiffness = 0, friction = 0, separate = 0;
+  int pairs = 0, false_terms = 0, with_false = 0, stiffness = 0, friction = 0, separate = 0;
 };
 
 /// Frames like that of the measured records: stiffness 386.7 and damping 0.217 per mass; load, drive and noise drawn.
@@ -72,6 +72,7 @@ Tally tally(unsigned first_seed, int pairs) {
     std::string text;
     bool stiffness_covered = false, own = true;
     int friction_covered = 0;
+    const int false_before = result.false_terms;
     for (const ident::ModelTerm& term : model.terms) {
       text += label(term) + " " + std::to_string(term.mean) + "+-" + std::to_string(term.std) + "  ";
       const auto covers = [&](double truth) { return std::abs(term.mean - truth) <= 1.96 * term.std; };
@@ -86,14 +87,16 @@ Tally tally(unsigned first_seed, int pairs) {
       }
     }
     ++result.pairs;
+    result.with_false += result.false_terms > false_before;
     result.stiffness += stiffness_covered;
     result.friction += friction_covered == 2;
     result.separate += own;
     std::printf("%2d n_eff %.0f of %.0f f %.2f: %s\n", pair, found.fits.front().size.num_effective(),
                 found.fits.front().size.num_rows, found.fits.front().size.structural_fraction, text.c_str());
   }
-  std::printf("%d pairs of frames: %d false terms, x common and sgn(dy) by record in %d, K covered in %d, F in %d\n",
-              result.pairs, result.false_terms, result.separate, result.stiffness, result.friction);
+  std::printf(
+      "%d pairs of frames: %d false terms in %d, x common and sgn(dy) by record in %d, K covered in %d, F in %d\n",
+      result.pairs, result.false_terms, result.with_false, result.separate, result.stiffness, result.friction);
   return result;
 }
 
@@ -109,7 +112,7 @@ TEST_CASE("two loads on one frame: its stiffness is common, its friction is not"
 
 TEST_CASE("thirty pairs of frames", "[.study][records]") {
   const Tally found = tally(92000, 30);
-  CHECK(found.false_terms <= 3);
+  CHECK(found.with_false <= 3);
   CHECK(found.stiffness >= 27);
   CHECK(found.friction >= 27);
 }
