@@ -22,6 +22,12 @@ struct DroppedTerm {
   std::string name, reason;
 };
 
+/// Where a term of a library is in phi.
+struct TermColumn {
+  Eigen::Index column = 0;
+  int recording = 0;  ///< 1-based: zero on the rows of others; 0: of all
+};
+
 /// The candidate columns and the target of one recording at the regression rate, all samples of it: ranges pick rows.
 /// The one place where the matrix of a regression is kept: 8 N b bytes.
 struct Columns {
@@ -37,6 +43,7 @@ struct Columns {
   std::vector<SensorParameter> sensors = {};       ///< of the recording, which take part in every fit
   std::shared_ptr<ExactSwitches> switches = {};    ///< of recipe "matched"; else none
   std::shared_ptr<const ChannelNoise> noise = {};  ///< of its channels; none: a table
+  std::vector<TermColumn> term_columns = {};       ///< of the library; empty: one behind the other
 };
 
 /// What phi takes for this many terms.

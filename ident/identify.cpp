@@ -19,6 +19,7 @@
 #include "ident/selection/ranked_models.hpp"
 #include "ident/sensors/absolute_gains.hpp"
 #include "ident/settle_columns.hpp"
+#include "ident/terms_by_record.hpp"
 #include "ident/validate/crests.hpp"
 #include "ident/validate/independent_rows.hpp"
 #include "ident/validate/judge.hpp"
@@ -35,7 +36,7 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// Sentences on the terms that least squares left out because others make them up.
 void name_dependent(Fit& fit, const CandidateLibrary& library) {
-  const auto name = [&](Index term) { return library.terms[static_cast<std::size_t>(term)].name; };
+  const auto name = [&](Index term) { return library.terms[static_cast<std::size_t>(term)].label(); };
   for (const Dependent& dependent : fit.dependent) {
     std::vector<std::string> others;
     for (const Index term : dependent.of) others.push_back(name(term));
@@ -182,23 +183,6 @@ void judge_calibration(Model& model, const RangeResult& result, const std::vecto
               some_samples(result.rows.train, result.rows.train.front().recording, recordings, enough));
 }
 
-/// Of the config; negative: the selection's own.
-double own_tau(const MethodOptions& method) {
-  return description(method).find("tau")->value(method);
-}
-
-/// A fit on these terms, whatever the method would have searched.
-Fit fit_on(const RFactor& data, const std::vector<Index>& terms, const MethodOptions& method, const Poll& poll) {
-  Fit result;
-  result.method = description(method).method;
-  result.selection = Selection::evidence;
-  const UnitProblem problem = unit_problem(data, poll);
-  if (cannot_begin(problem, result)) return result;
-  result.tau = gain_threshold(Selection::evidence, own_tau(method), data.num_samples, data.num_terms);
-  fit_on_terms(problem, terms, result);
-  return result;
-}
-
 /// Terms that never make up a millionth of the target are rounding, on data without noise: no recorder has 120 dB.
 void drop_rounding(Fit& found, const RFactor& data, const RangeData& range, const MethodOptions& method,
                    const Poll& poll) {
@@ -210,7 +194,7 @@ void drop_rounding(Fit& found, const RFactor& data, const RangeData& range, cons
     if (std::abs(found.mean(static_cast<Index>(i))) * range.scale(term) > least) terms.push_back(found.relevant[i]);
   }
   if (!weighs_rows(method) || terms.empty() || terms.size() == found.relevant.size()) return;
-  Fit fewer = fit_on(data, terms, method, poll);
+  Fit fewer = fit_on_terms(data, terms, method, poll);
   fewer.remarks = std::move(found.remarks);
   found = std::move(fewer);
 }
@@ -219,7 +203,7 @@ void drop_rounding(Fit& found, const RFactor& data, const RangeData& range, cons
 void name_ties(JudgedFit& judged, const RFactor& data, const RangeData& range, const CandidateLibrary& library,
                const Poll& poll) {
   const auto name = [&](Index position) {
-    return library.terms[static_cast<std::size_t>(range.terms[static_cast<std::size_t>(position)])].name;
+    return library.terms[static_cast<std::size_t>(range.terms[static_cast<std::size_t>(position)])].label();
   };
   for (const Rival& rival : rivals(data, judged.fit, judged.fit.tau, poll))
     judged.ties.emplace_back(name(rival.kept), name(rival.other));
@@ -248,7 +232,7 @@ void name_undecided(Fit& fit, const CandidateLibrary& library) {
   std::vector<std::string> open;
   for (Index term = 0; term < fit.ranking->inclusion.size(); ++term)
     if (fit.ranking->is_undecided(term))
-      open.push_back(fmt::format("{} (probability {:.2f})", library.terms[static_cast<std::size_t>(term)].name,
+      open.push_back(fmt::format("{} (probability {:.2f})", library.terms[static_cast<std::size_t>(term)].label(),
                                  fit.ranking->inclusion(term)));
   if (!open.empty()) fit.remarks.push_back(fmt::format("undecided on these rows: {}", fmt::join(open, ", ")));
 }
@@ -283,7 +267,7 @@ void judge_size(JudgedFit& judged, const CandidateLibrary& library, double nmse)
     const auto index = static_cast<Index>(j);
     const double t2 = fit.mean(index) * fit.mean(index) / fit.covariance(index, index);
     if (evidence_gain(t2 * known / size.num_effective()) < threshold)
-      small.push_back(library.terms[static_cast<std::size_t>(fit.relevant[j])].name);
+      small.push_back(library.terms[static_cast<std::size_t>(fit.relevant[j])].label());
   }
   const bool white = size.num_effective() >= 0.5 * size.num_rows;
   if (!small.empty() && !white)
@@ -312,16 +296,14 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
   const EvidenceData* evidence = weighs_rows(method) ? &range.evidence : nullptr;
   const bool weighed = evidence != nullptr && !evidence->as_they_are();
   const RFactor& data = weighed ? evidence->data : range.data;
-  const bool settled = evidence != nullptr && evidence->terms && !(own_tau(method) >= 0.0);
+  const bool settled = evidence != nullptr && evidence->terms && !has_own_tau(method);
   judged.fit =
-      settled ? fit_on(data, *evidence->terms, method, options.poll) : fit(data, with_poll(method, options.poll));
+      settled ? fit_on_terms(data, *evidence->terms, method, options.poll) : fit(data, with_poll(method, options.poll));
   drop_rounding(judged.fit, data, range, method, options.poll);
   judged.size.num_rows = judged.size.num_uncorrelated = static_cast<double>(range.train.size());
   if (evidence != nullptr) {
     judged.size = evidence->size;
     judged.path = evidence->path;
-    for (ModelOfSize& model : judged.path)
-      for (Index& term : model.terms) term = range.terms[static_cast<std::size_t>(term)];
     const double rho = evidence->size.autoregression;
     judged.fit.noise_variance /= 1.0 - rho * rho;  // of the target itself
   }
@@ -434,7 +416,6 @@ RangeResult identify(const Range& range, std::vector<Columns>& recordings, const
   result.spec = range.spec;
   result.recording = range.recording;
   result.regime = range.regime;
-  for (const Term& term : library.terms) result.terms.push_back(term.name);
   result.rows = range_rows(range, recordings);
   fill_in(result.spec, result.rows, range.recording, recordings);
   if (!input_recorded(range, recordings)) result.crests = crests_of(result.rows, recordings);
@@ -452,18 +433,19 @@ RangeResult identify(const Range& range, std::vector<Columns>& recordings, const
   result.accumulate_s = seconds_since(start);
   result.target.resize(data.train.size() + data.test.size());
   result.target << data.train, data.test;
-  result.linear = linear_model(data, library, options);
-  result.factors = {data.terms,
-                    data.scale(data.terms),
-                    data.data,
-                    thinned(data.evidence.data, uncounted_fraction(result, data.evidence)),
-                    {}};
-  if (options.most_blocks > 0)
-    result.factors.blocks = factor_blocks(result.rows.train, recordings, data.terms, options.most_blocks, options.poll);
+  for (const Term& term : library.terms) result.terms.push_back(term.name);
+  for (const Term& term : data.library.terms) result.labels.push_back(term.label());
+  result.linear = linear_model(data, data.library, options);
   for (const MethodOptions& method : options.methods) {
     if (options.poll) options.poll();
-    result.fits.push_back(judged_fit(method, result, data, recordings, library, options));
+    result.fits.push_back(judged_fit(method, result, data, recordings, data.library, options));
   }
+  columns_of_library(recordings);
+  result.factors = data.factors;
+  result.factors.evidence = thinned(data.factors.evidence, uncounted_fraction(result, data.evidence));
+  if (options.most_blocks > 0)
+    result.factors.blocks =
+        factor_blocks(result.rows.train, recordings, result.factors.terms, options.most_blocks, options.poll);
   return result;
 }
 

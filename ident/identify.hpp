@@ -57,10 +57,11 @@ struct JudgedFit {
 };
 
 struct RangeResult {
-  dsp::RangeSpec spec;             ///< with what was left out filled in
-  int recording = 0;               ///< 1-based; 0: all
-  dsp::RegimeSet regime;           ///< as in Range
-  std::vector<std::string> terms;  ///< of the library
+  dsp::RangeSpec spec;              ///< with what was left out filled in
+  int recording = 0;                ///< 1-based; 0: all
+  dsp::RegimeSet regime;            ///< as in Range
+  std::vector<std::string> terms;   ///< of the library
+  std::vector<std::string> labels;  ///< of what fits number: these, then "TERM in RECORDING" for those that differ
   RangeRows rows;
   Eigen::VectorXd target;  ///< training rows, then test rows
   std::vector<DroppedTerm> dropped;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "dsp/fault.hpp"
+#include "ident/joint_records.hpp"
 #include "ident/methods.hpp"
 
 namespace ident {
@@ -133,31 +134,49 @@ Rows rows_of(const RecordFactors& record, const std::vector<std::string>& terms)
   return rows;
 }
 
-double nmse_on(const Rows& rows, const Fit& fit) {
+/// Of an equation of these candidates, or of one record.
+double nmse_on(const Rows& rows, const Model& model, const CandidateLibrary& library) {
   const Index b = rows.data.num_terms;
   VectorXd left = rows.data.R.col(b);
   const double mean = rows.target_sum / std::sqrt(static_cast<double>(rows.data.num_samples));
   const double norm = left.stableNorm(), varies = (norm - mean) * (norm + mean);
-  for (std::size_t j = 0; j < fit.relevant.size(); ++j)
-    left -= fit.mean(static_cast<Index>(j)) * rows.data.R.col(fit.relevant[j]);
+  for (const ModelTerm& term : model.terms)
+    for (Index j = 0; j < b; ++j)
+      if (library.terms[static_cast<std::size_t>(j)].name == term.name) left -= term.mean * rows.data.R.col(j);
   const double rounding = std::numeric_limits<double>::epsilon() * norm * norm;
   const double error = left.stableNorm();
   return varies > rounding ? error / varies * error : nan;
 }
 
-/// Standard deviation of the coefficients of these terms over the records.
-VectorXd jackknife(const std::vector<RFactor>& but_each, const std::vector<Index>& terms) {
+/// Standard deviation over the records of the coefficients at these positions of the joint columns; NaN for those of
+/// one record.
+VectorXd jackknife(const std::vector<RFactor>& but_each, const JointRecords& joint, const std::vector<Index>& terms) {
   const auto n = static_cast<double>(but_each.size());
-  const auto k = static_cast<Index>(terms.size());
-  if (but_each.size() < 3 || terms.empty()) return VectorXd::Constant(k, nan);
-  MatrixXd means(k, std::ssize(but_each));
+  VectorXd result = VectorXd::Constant(std::ssize(terms), nan);
+  if (but_each.size() < 3 || terms.empty()) return result;
+  const auto recording_of = [&](Index position) {
+    const Index column = joint.columns[static_cast<std::size_t>(position)];
+    return joint.library.terms[static_cast<std::size_t>(column)].recording;
+  };
+  std::vector<Index> common;  // places among `terms`
+  for (Index j = 0; j < std::ssize(terms); ++j)
+    if (recording_of(terms[static_cast<std::size_t>(j)]) == 0) common.push_back(j);
+  MatrixXd means(std::ssize(common), std::ssize(but_each));
   for (std::size_t i = 0; i < but_each.size(); ++i) {
-    const Fit fit = fit_ols(but_each[i], terms);
-    if (fit.relevant.size() != terms.size()) return VectorXd::Constant(k, nan);
-    means.col(static_cast<Index>(i)) = fit.mean;
+    std::vector<Index> own;  // without the record's, which are zero here
+    for (const Index term : terms)
+      if (recording_of(term) != static_cast<int>(i) + 1) own.push_back(term);
+    const Fit fit = fit_ols(but_each[i], own);
+    if (fit.relevant != own) return result;
+    for (Index j = 0; j < means.rows(); ++j) {
+      const Index term = terms[static_cast<std::size_t>(common[static_cast<std::size_t>(j)])];
+      const auto at = std::lower_bound(fit.relevant.begin(), fit.relevant.end(), term);
+      means(j, static_cast<Index>(i)) = fit.mean(at - fit.relevant.begin());
+    }
   }
   means.colwise() -= means.rowwise().mean().eval();
-  return (means.rowwise().squaredNorm() * ((n - 1.0) / n)).cwiseSqrt();
+  result(common) = (means.rowwise().squaredNorm() * ((n - 1.0) / n)).cwiseSqrt();
+  return result;
 }
 
 /// The library and the rows that all methods share.
@@ -169,27 +188,59 @@ struct Joint {
   const Poll& poll;
 };
 
-JointFit fit_jointly(const Joint& joint, const std::vector<RFactor>& factors, const MethodOptions& method) {
+/// Every candidate with the same coefficient in all records.
+JointRecords with_common_terms(const CandidateLibrary& library, const std::vector<RFactor>& factors) {
+  return {library, all_columns(std::ssize(library.terms)), factors, {}};
+}
+
+/// What weighs rows, and which terms differ by record.
+JointRecords by_record(const Joint& joint, const std::vector<RFactor>& evidence) {
+  std::vector<EffectiveSize> sizes;
+  std::vector<RecordingName> names;
+  for (const RecordFactors* record : joint.records) {
+    sizes.push_back(record->size);
+    names.push_back({static_cast<int>(names.size()) + 1, record->record});
+  }
+  return joint_records(joint.library, evidence, sizes, names, joint.poll);
+}
+
+JointFit fit_jointly(const Joint& joint, const JointRecords& records, const MethodOptions& method, bool settled) {
   const RecordFactors& first = *joint.records.front();
-  const auto fitted = [&](const RFactor& data) { return fit(data, with_poll(method, joint.poll)); };
-  const auto model_of = [&](const Fit& one) {
-    return make_model(joint.library, one, first.target, first.target_unit, joint.scale, {});
+  const auto fitted = [&](const RFactor& data, const std::vector<Index>& terms) {
+    return settled ? fit_on_terms(data, terms, method, joint.poll) : fit(data, with_poll(method, joint.poll));
+  };
+  VectorXd scale(std::ssize(records.library.terms));
+  for (Index j = 0; j < scale.size(); ++j) {
+    const std::string& name = records.library.terms[static_cast<std::size_t>(j)].name;
+    for (Index i = 0; i < joint.scale.size(); ++i)
+      if (joint.library.terms[static_cast<std::size_t>(i)].name == name) scale(j) = joint.scale(i);
+  }
+  const auto model_of = [&](Fit one) {
+    renumber(one, records.columns, scale.size());
+    return make_model(records.library, one, first.target, first.target_unit, scale, {});
   };
   JointFit result;
-  result.fit = fitted(merge(factors));
+  result.fit = fitted(merge(records.factors), records.terms);
   result.model = model_of(result.fit);
-  const std::vector<RFactor> but_each = merged_but_each(factors);
-  for (std::size_t i = 0; i < factors.size(); ++i) {
+  const std::vector<RFactor> but_each = merged_but_each(records.factors);
+  for (std::size_t i = 0; i < records.factors.size(); ++i) {
     if (joint.poll) joint.poll();
-    RecordCheck check{joint.records[i]->record, nmse_on(joint.rows[i], result.fit), nan, {}};
-    if (factors.size() > 1) {
-      const Fit others = fitted(but_each[i]);
-      check.nmse_left_out = nmse_on(joint.rows[i], others);
-      check.left_out = model_of(others);
+    const int recording = static_cast<int>(i) + 1;
+    RecordCheck check{
+        joint.records[i]->record, nmse_on(joint.rows[i], equation_of(result.model, recording), joint.library), nan, {}};
+    if (records.factors.size() > 1) {
+      std::vector<Index> others;
+      for (const Index term : records.terms) {
+        const Index column = records.columns[static_cast<std::size_t>(term)];
+        if (records.library.terms[static_cast<std::size_t>(column)].recording != recording) others.push_back(term);
+      }
+      check.left_out = equation_of(model_of(fitted(but_each[i], others)), recording);
+      check.nmse_left_out = nmse_on(joint.rows[i], check.left_out, joint.library);
     }
     result.records.push_back(std::move(check));
   }
-  result.std_over_records = jackknife(but_each, result.fit.relevant);
+  result.std_over_records = jackknife(but_each, records, result.fit.relevant);
+  renumber(result.fit, records.columns, scale.size());
   return result;
 }
 
@@ -220,8 +271,17 @@ JointResult joint_fit(const std::vector<const RecordFactors*>& records, const st
       scale(j) = std::max(scale(j), record->terms[static_cast<std::size_t>(own[static_cast<std::size_t>(j)])].scale);
   }
   const Joint joint{library, records, rows, scale, poll};
+  const bool several = records.size() > 1;
+  const auto settles = [&](const MethodOptions& method) {
+    return several && weighs_rows(method) && !has_own_tau(method);
+  };
+  const JointRecords with_common = with_common_terms(library, white), weighed = with_common_terms(library, evidence);
+  const bool any = std::any_of(methods.begin(), methods.end(), settles);
+  const JointRecords own = any ? by_record(joint, evidence) : with_common;
   for (const MethodOptions& method : methods)
-    result.fits.push_back(fit_jointly(joint, weighs_rows(method) ? evidence : white, method));
+    result.fits.push_back(settles(method)
+                              ? fit_jointly(joint, own, method, true)
+                              : fit_jointly(joint, weighs_rows(method) ? weighed : with_common, method, false));
   return result;
 }
 

@@ -7,6 +7,7 @@
 #include "ident/fit.hpp"
 #include "ident/model.hpp"
 #include "ident/range_factors.hpp"
+#include "ident/selection/effective_size.hpp"
 
 // Fits of several records together from their R factors, without their rows.
 
@@ -29,8 +30,9 @@ struct RecordFactors {
   double rate_hz = 0.0, band_hz = 0.0;  ///< of the rows; where the columns' pass band ends, 0: no filter
   bool calibrated = true;
   std::optional<double> stated_zero_m = {};  ///< of x, where a person stated what was subtracted from it
-  std::vector<FactorTerm> terms;  ///< candidates that the rows can tell apart
-  RFactor white, evidence;        ///< as of RangeFactors; each of `terms` and the target
+  std::vector<FactorTerm> terms;             ///< candidates that the rows can tell apart
+  RFactor white, evidence;                   ///< as of RangeFactors; each of `terms` and the target
+  EffectiveSize size = {};                   ///< of the rows as evidence; num_rows 0: not known
   std::vector<FactorBlock> blocks;
   [[nodiscard]] Eigen::Index num_rows() const { return white.num_samples; }
 };
@@ -53,7 +55,7 @@ struct JointFit {
   Model model;  ///< std: as of one regression on all rows, the sensors of each record on their own
   std::vector<RecordCheck> records;
   /// Of each coefficient, by leaving one record out after the other (jackknife) with the same terms: owes nothing to
-  /// what is assumed of noise and sensors. NaN for fewer than three records.
+  /// what is assumed of noise and sensors. NaN for fewer than three records, and for the coefficient of one record.
   Eigen::VectorXd std_over_records;
 };
 
@@ -65,9 +67,11 @@ struct JointResult {
   std::vector<JointFit> fits;
 };
 
-/// Each method on all records of one range, and on all but each. Methods that weigh rows take `evidence`, the others
-/// `white`. Throws std::invalid_argument for no record; dsp::Fault (input): "factors.target" where targets or units are
-/// not the same, "factors.terms" where no candidate is in all.
+/// Each method on all records of one range, and on all but each. Methods that weigh rows take `evidence`; which terms
+/// have a coefficient for each record is found by joint_records (all but one record keep that, and what is asked of the
+/// one left out is the mean of theirs). The others take `white`, with the same coefficients in all records. Throws
+/// std::invalid_argument for no record; dsp::Fault (input): "factors.target" where targets or units are not the same,
+/// "factors.terms" where no candidate is in all.
 [[nodiscard]] JointResult joint_fit(const std::vector<const RecordFactors*>& records,
                                     const std::vector<MethodOptions>& methods, const Poll& poll = {});
 

@@ -22,7 +22,12 @@ struct LibraryOptions {
 struct Term {
   std::string name;
   Expression expression;
-  std::string unit;  ///< of the term's values, where it follows from the signals' units; else empty
+  std::string unit;              ///< of the term's values, where it follows from the signals' units; else empty
+  int recording = 0;             ///< 1-based: of its rows alone, zero on those of others; 0: of all
+  std::string recording_name{};  ///< its name
+  bool by_record = false;        ///< stands aside for terms of one recording each (terms_by_record)
+  /// As a person would tell it from others: "sgn(v)", "sgn(v) in run2".
+  [[nodiscard]] std::string label() const { return recording == 0 ? name : name + " in " + recording_name; }
 };
 
 /// The columns of Phi, in order.

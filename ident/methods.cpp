@@ -8,6 +8,8 @@
 #include <utility>
 #include <variant>
 
+#include "ident/regression/finish_fit.hpp"
+
 namespace ident {
 namespace {
 
@@ -116,6 +118,23 @@ bool weighs_rows(const MethodOptions& options) {
           return false;
       },
       options);
+}
+
+bool has_own_tau(const MethodOptions& options) {
+  return description(options).find("tau")->value(options) >= 0.0;
+}
+
+Fit fit_on_terms(const RFactor& data, const std::vector<Eigen::Index>& terms, const MethodOptions& options,
+                 const Poll& poll) {
+  Fit result;
+  result.method = description(options).method;
+  result.selection = Selection::evidence;
+  const UnitProblem problem = unit_problem(data, poll);
+  if (cannot_begin(problem, result)) return result;
+  const double own = description(options).find("tau")->value(options);
+  result.tau = gain_threshold(Selection::evidence, own, data.num_samples, data.num_terms);
+  fit_on_terms(problem, terms, result);
+  return result;
 }
 
 MethodOptions with_poll(MethodOptions options, const Poll& poll) {

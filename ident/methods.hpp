@@ -64,6 +64,11 @@ class MethodSettings {
 [[nodiscard]] Fit fit(const RFactor& data, const MethodOptions& options);
 /// Whether these options ask for Selection::evidence, which weighs the rows where they are known.
 [[nodiscard]] bool weighs_rows(const MethodOptions& options);
+/// Whether these options give a tau and do not leave it to the selection.
+[[nodiscard]] bool has_own_tau(const MethodOptions& options);
+/// What a method that weighs rows makes of these terms, without a search.
+[[nodiscard]] Fit fit_on_terms(const RFactor& data, const std::vector<Eigen::Index>& terms,
+                               const MethodOptions& options, const Poll& poll);
 /// These options with this poll.
 [[nodiscard]] MethodOptions with_poll(MethodOptions options, const Poll& poll);
 

@@ -17,9 +17,10 @@ double believed_std(const ModelTerm& term) {
   return std::isfinite(term.std_robust) ? std::max(term.std, term.std_robust) : term.std;
 }
 
-const ModelTerm* find(const Model& model, const std::string& name) {
-  const auto found =
-      std::find_if(model.terms.begin(), model.terms.end(), [&](const ModelTerm& term) { return term.name == name; });
+const ModelTerm* find(const Model& model, const ModelTerm& like) {
+  const auto found = std::find_if(model.terms.begin(), model.terms.end(), [&](const ModelTerm& term) {
+    return term.name == like.name && term.recording == like.recording;
+  });
   return found == model.terms.end() ? nullptr : &*found;
 }
 
@@ -42,6 +43,8 @@ Model make_model(const CandidateLibrary& library, const Fit& fit, const std::str
     row.name = term.name;
     row.unit = coefficient_unit(target_unit, term.unit);
     row.column = column;
+    row.recording = term.recording;
+    row.recording_name = term.recording_name;
     row.mean = fit.mean(index);
     row.std = std::sqrt(model.covariance(index, index));
     row.std_noise = std::sqrt(fit.covariance(index, index));
@@ -53,8 +56,94 @@ Model make_model(const CandidateLibrary& library, const Fit& fit, const std::str
   }
   for (Eigen::Index i = 0; i < fit.evidence_gain.size(); ++i)
     if (!std::binary_search(fit.relevant.begin(), fit.relevant.end(), i) && std::isfinite(fit.evidence_gain(i)))
-      model.rejected.push_back({library.terms[static_cast<std::size_t>(i)].name, fit.inclusion_probability(i)});
+      model.rejected.push_back({library.terms[static_cast<std::size_t>(i)].label(), fit.inclusion_probability(i)});
   return model;
+}
+
+std::string label(const ModelTerm& term) {
+  return term.recording == 0 ? term.name : term.name + " in " + term.recording_name;
+}
+
+std::vector<OwnCoefficients> own_coefficients(const Model& model) {
+  std::vector<OwnCoefficients> groups;
+  for (const ModelTerm& term : model.terms) {
+    if (term.recording == 0) continue;
+    auto group = std::find_if(groups.begin(), groups.end(), [&](const auto& one) { return one.name == term.name; });
+    if (group == groups.end()) group = groups.insert(group, {term.name, fmt::format("c{}", groups.size() + 1), {}});
+    group->terms.push_back(&term);
+  }
+  return groups;
+}
+
+std::pair<const ModelTerm*, const ModelTerm*> OwnCoefficients::extremes() const {
+  const auto [least, greatest] = std::minmax_element(
+      terms.begin(), terms.end(), [](const ModelTerm* a, const ModelTerm* b) { return a->mean < b->mean; });
+  return {*least, *greatest};
+}
+
+bool differs_by_recording(const Model& model) {
+  return std::any_of(model.terms.begin(), model.terms.end(), [](const ModelTerm& term) { return term.recording > 0; });
+}
+
+Model equation_of(const Model& model, int recording) {
+  if (!differs_by_recording(model)) return model;
+  const auto num_terms = static_cast<Eigen::Index>(model.terms.size());
+  Model result = model;
+  result.terms.clear();
+  Eigen::MatrixXd from = Eigen::MatrixXd::Zero(num_terms, num_terms);  // rows: its terms, columns: the model's
+  Eigen::VectorXd scatter = Eigen::VectorXd::Zero(num_terms);          // variance between recordings
+  for (Eigen::Index i = 0; i < num_terms; ++i) {
+    const ModelTerm& term = model.terms[static_cast<std::size_t>(i)];
+    const auto is_same = [&](const ModelTerm& other) { return other.name == term.name; };
+    if (std::any_of(result.terms.begin(), result.terms.end(), is_same)) continue;
+    std::vector<Eigen::Index> alike;  // of the same candidate
+    for (Eigen::Index j = i; j < num_terms; ++j)
+      if (is_same(model.terms[static_cast<std::size_t>(j)])) alike.push_back(j);
+    const auto own = std::find_if(alike.begin(), alike.end(), [&](Eigen::Index j) {
+      return model.terms[static_cast<std::size_t>(j)].recording == recording;
+    });
+    if (own != alike.end()) alike = {*own};
+    const auto row = static_cast<Eigen::Index>(result.terms.size());
+    const auto count = static_cast<double>(alike.size());
+    ModelTerm one = model.terms[static_cast<std::size_t>(alike.front())];
+    one.recording = 0;
+    one.recording_name.clear();
+    one.mean = 0.0;
+    double noise_variance = 0.0, variance = 0.0;  // of the mean, the coefficients known apart
+    for (const Eigen::Index j : alike) {
+      const ModelTerm& its = model.terms[static_cast<std::size_t>(j)];
+      from(row, j) = 1.0 / count;
+      one.mean += its.mean / count;
+      noise_variance += its.std_noise * its.std_noise / count / count;
+      variance += its.std * its.std / count / count;
+      one.scale = std::max(one.scale, its.scale);
+    }
+    one.std_noise = std::sqrt(noise_variance);
+    for (const Eigen::Index j : alike)
+      if (alike.size() > 1)
+        scatter(row) += std::pow(model.terms[static_cast<std::size_t>(j)].mean - one.mean, 2) / (count - 1.0);
+    if (alike.size() > 1) one.std = std::sqrt(variance + scatter(row));
+    result.terms.push_back(std::move(one));
+  }
+  const auto kept = static_cast<Eigen::Index>(result.terms.size());
+  const auto mapped = [&](const Eigen::MatrixXd& covariance) -> Eigen::MatrixXd {
+    if (covariance.rows() != num_terms) return covariance;
+    Eigen::MatrixXd own = from.topRows(kept) * covariance * from.topRows(kept).transpose();
+    own.diagonal() += scatter.head(kept);
+    return own;
+  };
+  result.covariance = mapped(model.covariance);
+  result.covariance_robust = mapped(model.covariance_robust);
+  for (Eigen::Index i = 0; i < kept; ++i) {
+    ModelTerm& term = result.terms[static_cast<std::size_t>(i)];
+    const bool is_mean = from.row(i).maxCoeff() < 1.0;
+    if (!is_mean) continue;
+    if (result.covariance.rows() == kept) term.std = std::sqrt(result.covariance(i, i));
+    term.std_robust = result.covariance_robust.rows() == kept ? std::sqrt(result.covariance_robust(i, i)) : nan;
+    term.budget.clear();
+    term.std_si = nan;
+  }
+  return result;
 }
 
 void set_sensor_posterior(Model& model, const SensorPosterior& posterior) {
@@ -77,33 +166,56 @@ std::string number(double value) {
 }
 
 std::string to_text(const Model& model) {
-  std::string text = model.target + " =";
-  for (const ModelTerm& term : model.terms) {
-    const bool first = &term == &model.terms.front(), constant = term.name == "1";
-    text += first ? (term.mean < 0.0 ? " -" : " ") : (term.mean < 0.0 ? " - " : " + ");
-    text += number(std::abs(term.mean));
-    if (!constant) text += fmt::format(" {}", Expression(term.name).print_as_factor(Notation::text));
+  std::string text = model.target + " =", own;
+  const auto add = [&](bool negative, const std::string& factor, const std::string& name) {
+    text += text.ends_with("=") ? (negative ? " -" : " ") : (negative ? " - " : " + ");
+    text += factor;
+    if (name != "1") text += fmt::format(" {}", Expression(name).print_as_factor(Notation::text));
+  };
+  for (const ModelTerm& term : model.terms)
+    if (term.recording == 0) add(term.mean < 0.0, number(std::abs(term.mean)), term.name);
+  for (const OwnCoefficients& group : own_coefficients(model)) {
+    add(false, group.symbol, group.name);
+    if (group.are_many()) {
+      const auto [least, greatest] = group.extremes();
+      own += fmt::format(", {} = {} to {} in {} recordings", group.symbol, number(least->mean), number(greatest->mean),
+                         group.terms.size());
+      continue;
+    }
+    for (const ModelTerm* term : group.terms)
+      own += fmt::format(", {}{} in {}", term == group.terms.front() ? group.symbol + " = " : "", number(term->mean),
+                         term->recording_name);
   }
-  return model.terms.empty() ? text + " 0" : text;
+  return model.terms.empty() ? text + " 0" : text + own;
 }
 
 std::string to_latex(const Model& model) {
-  std::string text = Expression(model.target).print(Notation::latex) + " =";
-  for (const ModelTerm& term : model.terms) {
-    text += term.mean < 0.0 ? " -" : (&term == &model.terms.front() ? " " : " +");
+  std::string text = Expression(model.target).print(Notation::latex) + " =", own;
+  const auto with_cov = [](const ModelTerm& term, double value) {
     const double cov = term.coefficient_of_variation();
-    const std::string size = number(std::abs(term.mean));
-    text += std::isfinite(cov) ? fmt::format("\\underset{{({:.2g})}}{{{}}}", cov, size) : size;
-    if (term.name != "1") text += "\\," + Expression(term.name).print_as_factor(Notation::latex);
+    return std::isfinite(cov) ? fmt::format("\\underset{{({:.2g})}}{{{}}}", cov, number(value)) : number(value);
+  };
+  const auto add = [&](bool negative, const std::string& factor, const std::string& name) {
+    text += negative ? " -" : (text.ends_with("=") ? " " : " +");
+    text += factor;
+    if (name != "1") text += "\\," + Expression(name).print_as_factor(Notation::latex);
+  };
+  for (const ModelTerm& term : model.terms)
+    if (term.recording == 0) add(term.mean < 0.0, with_cov(term, std::abs(term.mean)), term.name);
+  for (const OwnCoefficients& group : own_coefficients(model)) {
+    const std::string symbol = fmt::format("c_{{{}}}", group.symbol.substr(1));
+    add(false, symbol, group.name);
+    for (const ModelTerm* term : group.terms)
+      own += fmt::format(",\\; {}^{{({})}} = {}", symbol, term->recording, with_cov(*term, term->mean));
   }
-  return model.terms.empty() ? text + " 0" : text;
+  return model.terms.empty() ? text + " 0" : text + own;
 }
 
 bool same_equation(const Model& a, const Model& b) {
   constexpr double next_to_nothing = 0.01;
   return !a.terms.empty() && std::equal(a.terms.begin(), a.terms.end(), b.terms.begin(), b.terms.end(),
                                         [](const ModelTerm& one, const ModelTerm& other) {
-                                          return one.name == other.name &&
+                                          return one.name == other.name && one.recording == other.recording &&
                                                  std::abs(one.mean - other.mean) <= next_to_nothing * one.std;
                                         });
 }
@@ -112,24 +224,24 @@ std::vector<Disagreement> disagreements(const Model& a, const std::string& name_
                                         const std::string& name_b, double limit) {
   std::vector<Disagreement> found;
   for (const ModelTerm& term : a.terms) {
-    const ModelTerm* other = find(b, term.name);
+    const ModelTerm* other = find(b, term);
     if (other == nullptr) {
       found.push_back(
-          {term.name, fmt::format("{} is in {} ({}) and not in {}", term.name, name_a, number(term.mean), name_b)});
+          {label(term), fmt::format("{} is in {} ({}) and not in {}", label(term), name_a, number(term.mean), name_b)});
       continue;
     }
     const double apart = std::abs(term.mean - other->mean), sd = std::hypot(believed_std(term), believed_std(*other));
     const std::string both =
-        fmt::format("{}: {} in {}, {} in {}", term.name, number(term.mean), name_a, number(other->mean), name_b);
+        fmt::format("{}: {} in {}, {} in {}", label(term), number(term.mean), name_a, number(other->mean), name_b);
     if (term.mean * other->mean < 0.0)
-      found.push_back({term.name, both + ": opposite signs"});
+      found.push_back({label(term), both + ": opposite signs"});
     else if (apart > limit * sd)
-      found.push_back({term.name, both + fmt::format(": {:.0f} standard deviations apart", apart / sd)});
+      found.push_back({label(term), both + fmt::format(": {:.0f} standard deviations apart", apart / sd)});
   }
   for (const ModelTerm& term : b.terms)
-    if (find(a, term.name) == nullptr)
+    if (find(a, term) == nullptr)
       found.push_back(
-          {term.name, fmt::format("{} is in {} ({}) and not in {}", term.name, name_b, number(term.mean), name_a)});
+          {label(term), fmt::format("{} is in {} ({}) and not in {}", label(term), name_b, number(term.mean), name_a)});
   return found;
 }
 

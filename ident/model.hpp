@@ -14,6 +14,8 @@ namespace ident {
 struct ModelTerm {
   std::string name, unit;              ///< the candidate term; the unit of its coefficient (SI, may be empty)
   Eigen::Index column = 0;             ///< its index in the library
+  int recording = 0;                   ///< 1-based: in the equation of this one alone; 0: of all
+  std::string recording_name = {};     ///< empty: of all
   double mean = 0.0;                   ///< posterior on the kept terms (Eq. 12 of [QZS23])
   double std = 0.0;                    ///< total: of noise, terms too weak to be kept, and sensors
   double std_noise = 0.0;              ///< of white noise alone, on the kept terms with the sensors known (Eq. 13)
@@ -32,6 +34,9 @@ struct ModelTerm {
   [[nodiscard]] double coefficient_of_variation() const;  ///< std / |mean|
   [[nodiscard]] double t() const;                         ///< mean / std
 };
+
+/// "sgn(v)", "sgn(v) in run2".
+[[nodiscard]] std::string label(const ModelTerm& term);
 
 /// A candidate that was not kept.
 struct RejectedTerm {
@@ -55,13 +60,31 @@ struct Model {
                                const std::string& target_unit, const Eigen::VectorXd& column_scale,
                                const Eigen::MatrixXd& robust);
 
+/// A candidate that has a coefficient for each recording.
+struct OwnCoefficients {
+  std::string name, symbol;             ///< "sgn(v)"; "c1", which stands for them in the equation
+  std::vector<const ModelTerm*> terms;  ///< of the model, one for each recording
+  /// Too many recordings to name each: more than six.
+  [[nodiscard]] bool are_many() const { return terms.size() > 6; }
+  [[nodiscard]] std::pair<const ModelTerm*, const ModelTerm*> extremes() const;  ///< the least, the greatest
+};
+[[nodiscard]] std::vector<OwnCoefficients> own_coefficients(const Model& model);
+
+/// Whether some terms have a coefficient for each recording.
+[[nodiscard]] bool differs_by_recording(const Model& model);
+/// The equation of one recording (1-based) of those that were fitted together: the terms of all and its own, in the
+/// order of the library. A recording that has none of its own (0 for another than those fitted) gets the mean of the
+/// others' coefficients; variance: theirs about it and that of the mean.
+[[nodiscard]] Model equation_of(const Model& model, int recording);
+
 /// Gives the coefficients the standard deviations of noise and sensors together, with their budget, instead of the
 /// noise's alone or those of a robust covariance.
 void set_sensor_posterior(Model& model, const SensorPosterior& posterior);
 
 /// Six significant digits at most, no trailing zeros: "-57.3912", "8.87e+04".
 [[nodiscard]] std::string number(double value);
-/// One line: "a = -50.2 x - 0.791 v - 0.0797 sgn(v)"; "a = 0" for no terms.
+/// One line: "a = -50.2 x - 0.791 v - 0.0797 sgn(v)"; "a = 0" for no terms; with coefficients for each recording
+/// "a = -50.2 x + c1 sgn(v), c1 = -0.08 in run1, -0.16 in run2"; of many "c1 = -0.2 to -0.1 in 30 recordings".
 [[nodiscard]] std::string to_text(const Model& model);
 /// The same as LaTeX, each coefficient with its coefficient of variation underneath, as the paper prints it.
 [[nodiscard]] std::string to_latex(const Model& model);

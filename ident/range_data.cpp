@@ -8,7 +8,6 @@
 
 #include "dsp/fault.hpp"
 #include "ident/rows_of_terms.hpp"
-#include "ident/selection/autoregression.hpp"
 #include "ident/validate/independent_rows.hpp"
 
 namespace ident {
@@ -62,7 +61,9 @@ std::vector<Index> terms_with_values(const CandidateLibrary& library, const Colu
   const std::vector<DroppedTerm> known = dropped;
   std::vector<Index> kept;
   for (Index j = 0; j < extent.largest.size(); ++j) {
-    const std::string& name = library.terms[static_cast<std::size_t>(j)].name;
+    const Term& candidate = library.terms[static_cast<std::size_t>(j)];
+    const std::string name = candidate.label();
+    if (candidate.by_record) continue;
     if (std::any_of(known.begin(), known.end(), [&](const DroppedTerm& term) { return term.name == name; })) continue;
     if (extent.largest(j) > 0.0)
       kept.push_back(j);
@@ -78,8 +79,8 @@ std::vector<Index> distinct_positions(const CandidateLibrary& library, const std
                                       const ColumnExtent& extent, const RFactor& data,
                                       std::vector<DroppedTerm>& dropped) {
   constexpr double rounding = 1e-13;  // of unit vectors that are sums over up to 1e6 rows
-  const auto name = [&](Index position) -> const std::string& {
-    return library.terms[static_cast<std::size_t>(terms[static_cast<std::size_t>(position)])].name;
+  const auto name = [&](Index position) {
+    return library.terms[static_cast<std::size_t>(terms[static_cast<std::size_t>(position)])].label();
   };
   MatrixXd unit(data.R.rows(), data.num_terms);
   std::vector<Index> kept;
@@ -159,16 +160,17 @@ std::vector<Index> positions_in(const RangeData& range, const std::vector<Index>
 SensorPosterior sensors_beside(const Fit& found, const std::vector<Index>& positions, const RangeData& range,
                                const std::vector<Row>& train, const EvidenceData* evidence,
                                const Eigen::Ref<const VectorXd>& residual_without, double& fraction) {
-  const double rho = evidence != nullptr ? evidence->size.autoregression : 0.0;
-  const SensorRegression& joint = rho != 0.0 ? evidence->joint : range.joint;
-  const double least_noise_std = rho != 0.0 ? evidence->noise_std : range.noise_std;
+  const bool weighted = evidence != nullptr && evidence->weighting.changes_rows();
+  const double rho = weighted ? evidence->weighting.rho : 0.0;
+  const SensorRegression& joint = weighted ? evidence->joint : range.joint;
+  const double least_noise_std = weighted ? evidence->noise_std : range.noise_std;
   double noise_std = least_noise_std;
   fraction = 1.0;
   const auto posterior = [&] { return sensor_posterior(joint, positions, found.mean, noise_std, fraction); };
   const auto rows_to_spare = static_cast<double>(std::max<Index>(1, residual_without.size() - std::ssize(positions)));
   for (int pass = 0; pass < 2; ++pass) {  // sensors, hence residual, hence its size and colour, hence sensors
     VectorXd residual = residual_without - range.sensors->effect(train, posterior().sensor_mean);
-    if (rho != 0.0) residual = whitened_values(residual, evidence->begins, rho);
+    if (weighted) residual = evidence->weighting.weighted(std::move(residual));
     EffectiveSize size = evidence != nullptr ? evidence->size : EffectiveSize{};
     size.num_rows = static_cast<double>(residual.size());
     size.num_uncorrelated = size.num_rows * IndependentRows(range.train_samples, range.first_rows).fraction(residual);

@@ -25,6 +25,8 @@ struct RangeData {
   std::vector<Eigen::Index> train_samples;  ///< the records one behind the other
   std::vector<Eigen::Index> first_rows;     ///< of each record with training rows
   EvidenceData evidence;                    ///< filled in by settled_data where a method asks for it
+  CandidateLibrary library;                 ///< that `terms` are of: as given, or with terms of one recording each
+  RangeFactors factors;                     ///< in terms of the library given; without blocks
   std::vector<Course> courses;
   std::vector<std::pair<std::string, double>> largest;  ///< of the signals the library looks at
 };

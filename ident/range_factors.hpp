@@ -6,6 +6,7 @@
 #include "ident/columns.hpp"
 #include "ident/r_factor.hpp"
 #include "ident/ranges.hpp"
+#include "ident/selection/effective_size.hpp"
 
 namespace ident {
 
@@ -24,6 +25,7 @@ struct RangeFactors {
   RFactor white;                    ///< what the sensors leave of the rows; each counts in full
   RFactor evidence;                 ///< the same whitened and weighted down to their effective number (num_samples), as
                                     ///< Selection::evidence takes them; of no terms where no method asked for it
+  EffectiveSize size;               ///< by which they are
   std::vector<FactorBlock> blocks;  ///< in the order of recordings and time; together all training rows
 };
 

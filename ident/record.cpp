@@ -266,16 +266,23 @@ Record find_regimes(dsp::Prepared prepared, const dsp::SegmentOptions& options) 
 
 std::vector<Range> default_ranges(const std::vector<const Record*>& records) {
   std::vector<Range> ranges;
+  bool named = false, of_regimes = false;
   for (std::size_t i = 0; i < records.size(); ++i) {
     const int recording = static_cast<int>(i) + 1;
     for (const dsp::RangeSpec& spec : records[i]->ranges) ranges.push_back({spec, recording, {}});
+    named = named || !records[i]->ranges.empty();
     if (!records[i]->ranges.empty()) continue;
     for (Range& range : ranges_of(*records[i], recording, records.size() == 1)) {
       const bool taken = std::any_of(ranges.begin(), ranges.end(),
                                      [&](const Range& other) { return other.spec.name == range.spec.name; });
       if (taken) range.spec.name += fmt::format("-{}", recording);
+      of_regimes = of_regimes || !range.regime.any();
       ranges.push_back(std::move(range));
     }
+  }
+  if (records.size() > 1 && !named) {
+    ranges.push_back({{}, 0, of_regimes ? dsp::RegimeSet::mixed() : dsp::RegimeSet()});
+    ranges.back().spec.name = "all recordings";
   }
   return ranges;
 }

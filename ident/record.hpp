@@ -47,8 +47,8 @@ void set_regimes(Record& record, dsp::Segmentation segmentation);
 [[nodiscard]] Record find_regimes(dsp::Prepared prepared, const dsp::SegmentOptions& options = {});
 
 /// The ranges of records for which nobody named any: low, high and mixed where there are two regimes of motion and each
-/// lasts a tenth of it at least; the one there is where it sticks at times; else "all". Of several
-/// records each has its own, named after it.
+/// lasts a tenth of it at least; the one there is where it sticks at times; else "all". Of several records each has its
+/// own, named after it, and all together have "all recordings".
 [[nodiscard]] std::vector<Range> default_ranges(const std::vector<const Record*>& records);
 
 /// Whether a signal moves and is no motion of the system itself: the base's acceleration, a force, and further channels

@@ -1,7 +1,6 @@
 #pragma once
 #include <Eigen/Core>
 #include <algorithm>
-#include <utility>
 #include <vector>
 
 #include "ident/columns.hpp"
@@ -12,17 +11,26 @@ namespace ident {
 /// The rows of a range in these terms, read from the recordings' columns as they are needed. Both must outlive it.
 class RowsOfTerms {
  public:
-  RowsOfTerms(const std::vector<Row>& rows, const std::vector<Columns>& recordings, std::vector<Eigen::Index> terms)
-      : rows_(rows), recordings_(recordings), terms_(std::move(terms)) {}
+  RowsOfTerms(const std::vector<Row>& rows, const std::vector<Columns>& recordings,
+              const std::vector<Eigen::Index>& terms)
+      : rows_(rows), recordings_(recordings) {
+    for (const Eigen::Index term : terms) {
+      const std::vector<TermColumn>& known = recordings.front().term_columns;
+      terms_.push_back(known.empty() ? TermColumn{term} : known[static_cast<std::size_t>(term)]);
+    }
+  }
   [[nodiscard]] Eigen::Index size() const { return static_cast<Eigen::Index>(rows_.size()); }
   [[nodiscard]] Eigen::Index num_terms() const { return static_cast<Eigen::Index>(terms_.size()); }
   /// Rows [first, first + block.rows()).
   void read(Eigen::Index first, Eigen::Ref<Eigen::MatrixXd> block) const {
-    for (Eigen::Index j = 0; j < block.cols(); ++j)
+    for (Eigen::Index j = 0; j < block.cols(); ++j) {
+      const TermColumn term = terms_[static_cast<std::size_t>(j)];
       for (Eigen::Index i = 0; i < block.rows(); ++i) {
         const Row& row = rows_[static_cast<std::size_t>(first + i)];
-        block(i, j) = recordings_[row.recording].phi(row.sample, terms_[static_cast<std::size_t>(j)]);
+        const bool is_elsewhere = term.recording > 0 && static_cast<std::size_t>(term.recording) != row.recording + 1;
+        block(i, j) = is_elsewhere ? 0.0 : recordings_[row.recording].phi(row.sample, term.column);
       }
+    }
   }
   /// Calls visit(first row, block) for all rows in order.
   template <class Visit>
@@ -38,7 +46,7 @@ class RowsOfTerms {
   static constexpr Eigen::Index block_rows = 1024;
   const std::vector<Row>& rows_;
   const std::vector<Columns>& recordings_;
-  std::vector<Eigen::Index> terms_;
+  std::vector<TermColumn> terms_;
 };
 
 }  // namespace ident

@@ -7,6 +7,7 @@
 
 #include "ident/methods.hpp"
 #include "ident/rows_of_terms.hpp"
+#include "ident/terms_by_record.hpp"
 
 namespace ident {
 namespace {
@@ -48,19 +49,10 @@ double effective_noise(const RangeData& range, const Present& present, const Ran
          std::sqrt(fraction);
 }
 
-/// Lets the sensors take part, their columns formed with the present equation.
-void add_sensors(RangeData& range, RangeSensors sensors, const Present& present, const RangeResult& result,
-                 const std::vector<Columns>& recordings, const IdentifyOptions& options) {
-  if (sensors.parameters().empty()) return;
-  const auto n_s = static_cast<Index>(sensors.parameters().size());
-  range.joint.prior_std.resize(n_s);
-  for (Index i = 0; i < n_s; ++i) {
-    const SensorParameter& parameter = sensors.parameters()[static_cast<std::size_t>(i)];
-    range.joint.prior_std(i) = parameter.std;
-    range.joint.sources.push_back(parameter.source);
-  }
-  sensors.form(present.equation, options.target, options.poll);
-  range.sensors.emplace(std::move(sensors));
+/// The regression of the range's terms with its sensors.
+void form_joint(RangeData& range, const RangeResult& result, const std::vector<Columns>& recordings,
+                const IdentifyOptions& options) {
+  const auto n_s = std::ssize(range.sensors->parameters());
   const std::vector<Row>& rows = result.rows.train;
   const RowsOfTerms columns(rows, recordings, range.terms);
   Eigen::RowVectorXd largest(n_s + columns.num_terms() + 1);
@@ -75,6 +67,22 @@ void add_sensors(RangeData& range, RangeSensors sensors, const Present& present,
       },
       options.num_threads);
   range.noise_std = noise_beside_all(range.joint);
+}
+
+/// Lets the sensors take part, their columns formed with the present equation.
+void add_sensors(RangeData& range, RangeSensors sensors, const Present& present, const RangeResult& result,
+                 const std::vector<Columns>& recordings, const IdentifyOptions& options) {
+  if (sensors.parameters().empty()) return;
+  const auto n_s = static_cast<Index>(sensors.parameters().size());
+  range.joint.prior_std.resize(n_s);
+  for (Index i = 0; i < n_s; ++i) {
+    const SensorParameter& parameter = sensors.parameters()[static_cast<std::size_t>(i)];
+    range.joint.prior_std(i) = parameter.std;
+    range.joint.sources.push_back(parameter.source);
+  }
+  sensors.form(present.equation, options.target, options.poll);
+  range.sensors.emplace(std::move(sensors));
+  form_joint(range, result, recordings, options);
   range.data = without_sensors(range.joint, effective_noise(range, present, result, recordings));
 }
 
@@ -101,6 +109,37 @@ SwitchedFit switched_fit(const Present& present, const CandidateLibrary& library
   return result;
 }
 
+/// The same range with a term for each recording in place of each whose coefficients differ between them.
+RangeData data_by_record(RangeData pooled, RangeResult& result, std::vector<Columns>& recordings,
+                         const IdentifyOptions& options) {
+  const EvidenceData& found = pooled.evidence;
+  const auto of_library = [&](Index position) { return pooled.terms[static_cast<std::size_t>(position)]; };
+  std::vector<Index> differing, model;
+  std::vector<std::size_t> present;
+  for (const Index position : found.differing) differing.push_back(of_library(position));
+  for (const RecordRows& record : found.weighting.records) present.push_back(record.recording);
+  CandidateLibrary library = terms_by_record(std::move(pooled.library), differing, present, recordings);
+  for (const Index position : *found.terms)
+    if (!std::binary_search(differing.begin(), differing.end(), of_library(position)))
+      model.push_back(of_library(position));
+  for (Index j = 0; j < std::ssize(library.terms); ++j)
+    if (library.terms[static_cast<std::size_t>(j)].recording > 0) model.push_back(j);
+
+  RangeData data = range_data(result, recordings, library, options);
+  if (pooled.sensors) {
+    data.sensors = std::move(pooled.sensors);
+    data.joint.prior_std = pooled.joint.prior_std;
+    data.joint.sources = pooled.joint.sources;
+    form_joint(data, result, recordings, options);
+    data.data = without_sensors(data.joint, data.noise_std / std::sqrt(found.size.fraction()));
+  }
+  data.library = std::move(library);
+  data.factors = std::move(pooled.factors);
+  data.evidence = evidence_by_record(found, positions_in(data, model), data, result, recordings, options);
+  data.evidence.path = found.path;
+  return data;
+}
+
 bool settled(const WeightedTerms& before, const SwitchedFit& now) {
   constexpr double of_std = 0.1;     // moves no other coefficient by more than about that
   constexpr double relative = 1e-5;  // of a coefficient without error: what the times are exact to
@@ -117,6 +156,7 @@ bool settled(const WeightedTerms& before, const SwitchedFit& now) {
 
 RangeData settled_data(const Range& range, RangeResult& result, std::vector<Columns>& recordings,
                        const CandidateLibrary& library, const IdentifyOptions& options) {
+  columns_of_library(recordings);
   constexpr int most_passes = 8;  // each leaves a tenth of the error; half, where crossings come and go beside halts
   const std::vector<DroppedTerm> dropped = result.dropped;
   const auto data_under = [&](const WeightedTerms& equation) {
@@ -142,8 +182,16 @@ RangeData settled_data(const Range& range, RangeResult& result, std::vector<Colu
     data = data_under(equation);
     add_sensors(data, sensors, present, result, recordings, options);
   }
-  if (std::any_of(options.methods.begin(), options.methods.end(), weighs_rows))
-    data.evidence = evidence_data(data, result, recordings, library, options);
+  data.library = library;
+  data.factors = {data.terms, data.scale(data.terms), data.data, {}, {}, {}};
+  if (std::none_of(options.methods.begin(), options.methods.end(), weighs_rows)) return data;
+  data.evidence = evidence_data(data, result, recordings, library, options);
+  data.factors.evidence = data.evidence.data;
+  data.factors.size = data.evidence.size;
+  if (!data.evidence.differing.empty()) {
+    result.dropped = dropped;
+    data = data_by_record(std::move(data), result, recordings, options);
+  }
   return data;
 }
 

@@ -63,10 +63,11 @@ void write_joint_fit(const ident::JointResult& result, const ident::JointFit& fi
   html.open("div", {{"class", "math"}, {"tabindex", "0"}, {"role", "group"}, {"aria-label", "equation"}})
       .markup(displayed_equation(fit.model, ident::Notation::mathml))
       .close();
+  for (const std::string& sentence : own_coefficient_sentences(fit.model)) html.element("p", sentence);
   std::vector<std::vector<std::string>> terms;
   for (std::size_t i = 0; i < fit.model.terms.size(); ++i) {
     const ident::ModelTerm& term = fit.model.terms[i];
-    terms.push_back({term.name, ident::number(term.mean), shown(term.std),
+    terms.push_back({label(term), ident::number(term.mean), shown(term.std),
                      shown(fit.std_over_records(static_cast<Index>(i))), term.unit});
   }
   html.table("Coefficients", {"term", "mean", "standard deviation", "over records", "unit"}, terms);

@@ -50,8 +50,7 @@ RangeRow range_row(const Json& range, const Json& metrics, const std::string& me
   row.method = text_at(*fit, "method");
   row.equation = text_at(*fit, "text");
   for (const Json& term : fit->at("terms"))
-    row.terms.push_back(
-        {text_at(term, "name"), text_at(term, "unit"), number_at(term, "mean"), number_at(term, "std")});
+    row.terms.push_back({label_of(term), text_at(term, "unit"), number_at(term, "mean"), number_at(term, "std")});
   if (const Json* figures = with(metrics.at("methods"), "method", row.method)) {
     row.num_effective = number_at(*figures, "num_effective");
     const Json& nmse = figures->at("nmse");

@@ -43,6 +43,12 @@ Json record_json(const ident::RecordFactors& record) {
     json["terms"].push_back({{"name", term.name}, {"unit", term.unit}, {"scale", term.scale}});
   json["white"] = triangle_json(record.white);
   if (record.evidence.num_terms > 0) json["evidence"] = triangle_json(record.evidence);
+  if (const ident::EffectiveSize& size = record.size; record.evidence.num_terms > 0 && size.num_rows > 0.0)
+    json["size"] = {{"num_rows", size.num_rows},
+                    {"num_uncorrelated", size.num_uncorrelated},
+                    {"num_noise", size.num_noise},
+                    {"num_states", size.num_states},
+                    {"structural_fraction", size.structural_fraction}};
   json["blocks"] = Json::array();
   for (const ident::FactorBlock& block : record.blocks) {
     Json one{{"from_s", block.from_s}, {"to_s", block.to_s}, {"target_sum", block.target_sum}};
@@ -68,6 +74,7 @@ std::vector<ident::RecordFactors> record_factors(const std::vector<ident::RangeR
                                 .calibrated = range.uncalibrated.empty(),
                                 .white = range.factors.white,
                                 .evidence = range.factors.evidence,
+                                .size = range.factors.size,
                                 .blocks = range.factors.blocks};
     for (std::size_t r = 0; r < recordings.size(); ++r) {
       if (range.recording != 0 && static_cast<std::size_t>(range.recording) != r + 1) continue;

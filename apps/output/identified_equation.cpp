@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -61,11 +62,18 @@ ident::Model model_of(const Json& row) {
   ident::Model model;
   model.target = row.at("target");
   model.target_unit = row.at("target_unit");
+  std::vector<std::string> recordings;  // with coefficients of their own, in the order they are met
   for (const Json& term : row.at("terms")) {
     ident::ModelTerm one;
     one.name = term.at("name");
     one.unit = term.value("unit", "");
+    if (one.recording_name = term.value("recording", ""); !one.recording_name.empty()) {
+      auto at = std::find(recordings.begin(), recordings.end(), one.recording_name);
+      if (at == recordings.end()) at = recordings.insert(at, one.recording_name);
+      one.recording = static_cast<int>(at - recordings.begin()) + 1;
+    }
     one.mean = term.at("mean");
+    one.scale = term.contains("scale") && term.at("scale").is_number() ? term.at("scale").get<double>() : nan;
     one.std = term.contains("std") && term.at("std").is_number() ? term.at("std").get<double>() : nan;
     model.terms.push_back(std::move(one));
   }
@@ -113,27 +121,34 @@ ident::IdentifiedEquation read_equation(const fs::path& run, const std::string& 
                                        .covariance_of = "white noise",
                                        .scale = {},
                                        .base_measured = has_base(run)};
-    const Json& terms = row.at("terms");
-    const auto size = static_cast<Eigen::Index>(terms.size());
-    equation.mean.resize(size);
-    equation.scale.resize(size);
-    Eigen::VectorXd variance(size);
-    for (Eigen::Index i = 0; i < size; ++i) {
-      const Json& term = terms.at(static_cast<std::size_t>(i));
-      equation.terms.push_back(term.at("name"));
-      equation.mean[i] = term.at("mean");
-      equation.scale[i] = term.at("scale").is_number() ? term.at("scale").get<double>() : nan;
-      const double std = term.at("std").is_number() ? term.at("std").get<double>() : 0.0;
-      variance[i] = std * std;
-    }
-    equation.covariance = matrix_of(row.value("covariance_robust", Json()), size);
-    if (equation.covariance.size() > 0) {
+    ident::Model model = model_of(row);
+    const auto size = std::ssize(model.terms);
+    model.covariance = matrix_of(row.value("covariance_robust", Json()), size);
+    if (model.covariance.size() > 0) {
       equation.covariance_of = "residuals of any colour";
     } else {
-      equation.covariance = matrix_of(row.value("covariance", Json()), size);
+      model.covariance = matrix_of(row.value("covariance", Json()), size);
       if (!row.value("sensors", Json::array()).empty()) equation.covariance_of = "noise and sensors";
     }
-    if (equation.covariance.size() == 0) equation.covariance = variance.asDiagonal();
+    if (model.covariance.size() == 0) {
+      model.covariance = Eigen::MatrixXd::Zero(size, size);
+      for (Eigen::Index i = 0; i < size; ++i)
+        if (const double std = model.terms[static_cast<std::size_t>(i)].std; std::isfinite(std))
+          model.covariance(i, i) = std * std;
+    }
+    if (differs_by_recording(model)) {
+      model = equation_of(model, 0);
+      equation.covariance_of += ", and the scatter between recordings where coefficients differ (their mean is taken)";
+    }
+    equation.covariance = model.covariance;
+    equation.mean.resize(std::ssize(model.terms));
+    equation.scale.resize(equation.mean.size());
+    for (const ident::ModelTerm& term : model.terms) {
+      const auto i = std::ssize(equation.terms);
+      equation.mean[i] = term.mean;
+      equation.scale[i] = term.scale;
+      equation.terms.push_back(term.name);
+    }
     return equation;
   } catch (const Json::exception& error) {
     throw dsp::Fault(dsp::FaultKind::input, "run.damaged",

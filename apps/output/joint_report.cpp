@@ -26,12 +26,12 @@ std::string shown(double value) {
 
 std::string terms_table(const ident::JointFit& fit) {
   std::size_t width = 4;
-  for (const ident::ModelTerm& term : fit.model.terms) width = std::max(width, term.name.size());
+  for (const ident::ModelTerm& term : fit.model.terms) width = std::max(width, label(term).size());
   std::string text =
       fmt::format("      {:<{}}  {:>13}    {:<10} {:<13} unit\n", "term", width, "mean", "std", "over records");
   for (std::size_t i = 0; i < fit.model.terms.size(); ++i) {
     const ident::ModelTerm& term = fit.model.terms[i];
-    text += fmt::format("      {:<{}}  {:>13} +- {:<10} {:<13} {}\n", term.name, width, ident::number(term.mean),
+    text += fmt::format("      {:<{}}  {:>13} +- {:<10} {:<13} {}\n", label(term), width, ident::number(term.mean),
                         shown(term.std), shown(fit.std_over_records(static_cast<Index>(i))), term.unit);
   }
   return text;
@@ -69,11 +69,13 @@ Json fit_json(const ident::JointFit& fit) {
   json["terms"] = Json::array();
   for (std::size_t i = 0; i < fit.model.terms.size(); ++i) {
     const ident::ModelTerm& term = fit.model.terms[i];
-    json["terms"].push_back({{"name", term.name},
-                             {"mean", term.mean},
-                             {"std", number_or_null(term.std)},
-                             {"std_over_records", number_or_null(fit.std_over_records(static_cast<Index>(i)))},
-                             {"unit", term.unit}});
+    Json one{{"name", term.name}};
+    if (term.recording > 0) one["recording"] = printable(term.recording_name);
+    one.update({{"mean", term.mean},
+                {"std", number_or_null(term.std)},
+                {"std_over_records", number_or_null(fit.std_over_records(static_cast<Index>(i)))},
+                {"unit", term.unit}});
+    json["terms"].push_back(std::move(one));
   }
   json["covariance"] = Json::array();
   for (Index i = 0; i < fit.model.covariance.rows(); ++i) {

@@ -10,7 +10,8 @@ namespace apps {
 /// the records that say most first, no more than `most_records`.
 [[nodiscard]] std::string joint_text(const std::vector<ident::JointResult>& results, std::size_t most_records = 20);
 
-/// {"ranges": [{"name", "records", "left_out", "methods": [{"method", "status", "text", "terms": [{"name", "mean",
+/// {"ranges": [{"name", "records", "left_out", "methods": [{"method", "status", "text", "terms": [{"name", "recording"
+/// (of a term of one record), "mean",
 /// "std", "std_over_records", "unit"}], "covariance", "records": [{"record", "nmse", "nmse_left_out",
 /// "left_out_text"}]}]}]}
 [[nodiscard]] std::string joint_json(const std::vector<ident::JointResult>& results);

@@ -138,6 +138,15 @@ std::string read_hash(const Field& field) {
   return hash;
 }
 
+ident::EffectiveSize read_size(const Field& field) {
+  ident::EffectiveSize size{field.at("num_rows").number_from(1.0), field.at("num_uncorrelated").number_from(0.0),
+                            field.at("num_noise").number_from(0.0), field.at("num_states").number_from(0.0),
+                            field.at("structural_fraction").number_from(0.0)};
+  if (size.structural_fraction > 1.0) field.at("structural_fraction").fail("a number from 0 to 1");
+  if (size.num_uncorrelated > size.num_rows) field.at("num_uncorrelated").fail("no more than num_rows");
+  return size;
+}
+
 ident::RecordFactors read_record(const Field& field) {
   ident::RecordFactors record{.record = field.at("record").text(),
                               .range = field.at("range").text(),
@@ -155,6 +164,7 @@ ident::RecordFactors read_record(const Field& field) {
   const Index b = std::ssize(record.terms);
   record.white = read_triangle(field.at("white"), b);
   if (field.has("evidence")) record.evidence = read_triangle(field.at("evidence"), b);
+  if (field.has("size")) record.size = read_size(field.at("size"));
   record.blocks = read_blocks(field.at("blocks"), b, record.white.num_samples);
   return record;
 }

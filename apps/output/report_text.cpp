@@ -47,7 +47,7 @@ std::string budget_text(const ident::Model& model) {
     std::vector<std::string> parts;
     for (const auto& [source, fraction] : sources)
       parts.push_back(fmt::format("{} {:.0f} %", printable(source), 100.0 * fraction));
-    if (!parts.empty()) text += fmt::format("        {}: {}\n", term.name, fmt::join(parts, ", "));
+    if (!parts.empty()) text += fmt::format("        {}: {}\n", label(term), fmt::join(parts, ", "));
   }
   return text.empty() ? text
                       : "      variance from (by how much it would fall if that were known exactly; noise: what would "
@@ -58,12 +58,12 @@ std::string budget_text(const ident::Model& model) {
 std::string terms_table(const ident::Model& model) {
   const bool with_sensors = !model.terms.empty() && !model.terms.front().budget.empty();
   std::size_t width = 4;
-  for (const ident::ModelTerm& term : model.terms) width = std::max(width, term.name.size());
+  for (const ident::ModelTerm& term : model.terms) width = std::max(width, label(term).size());
   std::string text = fmt::format("      {:<{}}  {:>13}    {:<10} {:<10} {:<10} {:>8} {:>9}  {}\n", "term", width,
                                  "mean", "std", "in SI", with_sensors ? "noise's" : "robust", "CoV", "t", "unit");
   for (const ident::ModelTerm& term : model.terms)
     text += fmt::format(
-        "      {:<{}}  {:>13} +- {:<10} {:<10} {:<10} {:>8} {:>9}  {}\n", term.name, width, ident::number(term.mean),
+        "      {:<{}}  {:>13} +- {:<10} {:<10} {:<10} {:>8} {:>9}  {}\n", label(term), width, ident::number(term.mean),
         optional_number(term.std, "{:.3g}"), optional_number(term.std_si, "{:.3g}"),
         optional_number(with_sensors ? term.std_noise : term.std_robust, "{:.3g}"),
         optional_number(term.coefficient_of_variation(), "{:.2g}"), optional_number(term.t(), "{:.3g}"), term.unit);
@@ -126,7 +126,7 @@ std::string range_text(const ident::RangeResult& range) {
                   range.spec.where.empty() ? "" : ", where " + range.spec.where);
   for (const ident::DroppedTerm& term : range.dropped)
     text += fmt::format("  left out: {} ({})\n", term.name, term.reason);
-  return text + fits_text(range.fits, range.terms);
+  return text + fits_text(range.fits, range.labels);
 }
 
 /// Nothing where all channels are calibrated.

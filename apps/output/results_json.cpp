@@ -41,7 +41,9 @@ Json intervals_json(const std::vector<dsp::Interval>& intervals) {
 }
 
 Json term_json(const ident::ModelTerm& term, const ident::Fit& fit, std::string_view no_evidence) {
-  Json result{{"name", term.name}, {"mean", term.mean}};
+  Json result{{"name", term.name}};
+  if (term.recording > 0) result["recording"] = printable(term.recording_name);
+  result["mean"] = term.mean;
   put(result, "std", term.std, fit.no_variance);
   put(result, "std_noise", term.std_noise, fit.no_variance);
   put(result, "std_robust", term.std_robust,
@@ -175,8 +177,8 @@ Json method_json(const ident::JudgedFit& fit, const ident::RangeResult& range, c
   result["nmse"] = nmse_json(fit);
   result["bands"] = bands_json(fit);
   result["free_run_stretches"] = fit.free_run.num_ranges;
-  result["steps"] = steps_json(fit, range.terms);
-  result["path"] = path_json(fit, range.terms);
+  result["steps"] = steps_json(fit, range.labels);
+  result["path"] = path_json(fit, range.labels);
   return result;
 }
 
@@ -309,8 +311,13 @@ Json equation_row(const ident::JudgedFit& fit, const std::vector<std::string>& t
 /// What the equations of a range must beat.
 Json linear_json(const ident::Model& linear) {
   Json row{{"target", linear.target}, {"target_unit", linear.target_unit}, {"terms", Json::array()}};
-  for (const ident::ModelTerm& term : linear.terms)
-    row["terms"].push_back({{"name", term.name}, {"mean", term.mean}, {"unit", term.unit}});
+  for (const ident::ModelTerm& term : linear.terms) {
+    Json one{{"name", term.name}};
+    if (term.recording > 0) one["recording"] = printable(term.recording_name);
+    one["mean"] = term.mean;
+    one["unit"] = term.unit;
+    row["terms"].push_back(std::move(one));
+  }
   return row;
 }
 
@@ -369,7 +376,7 @@ std::string equation_json(const std::vector<ident::RangeResult>& ranges) {
       row["verdict"] = to_string(best.judgement.verdict);
       row["cause"] = cause_json(best);
     }
-    for (const ident::JudgedFit& fit : range.fits) row["methods"].push_back(equation_row(fit, range.terms));
+    for (const ident::JudgedFit& fit : range.fits) row["methods"].push_back(equation_row(fit, range.labels));
     row["linear"] = linear_json(range.linear);
     document["ranges"].push_back(std::move(row));
   }

@@ -64,7 +64,7 @@ std::vector<RangeComparison> range_comparisons(const std::vector<ComparedRun>& r
       one.columns.push_back({run.title, std::move(fit), std::move(verdict)});
       if (one.columns.back().fit.is_null()) continue;
       for (const Json& term : one.columns.back().fit.at("terms")) {
-        const std::string name = term.at("name");
+        const std::string name = label_of(term);
         if (std::find(one.terms.begin(), one.terms.end(), name) == one.terms.end()) one.terms.push_back(name);
       }
     }
@@ -83,8 +83,9 @@ class Truth {
       : terms_(document.at(of_recording && document.contains("terms_as_recorded") ? "terms_as_recorded" : "terms")) {}
   /// 0 of a term that the simulation does not have, or has for another target.
   [[nodiscard]] double value(const Json& target, const std::string& term) const {
+    const std::string name = term.substr(0, term.find(" in "));  // of one recording
     for (const Json& candidate : terms_)
-      if (candidate.at("name") == term && candidate.value("target", Json("a")) == target)
+      if (candidate.at("name") == name && candidate.value("target", Json("a")) == target)
         return candidate.at("value").get<double>();
     return 0.0;
   }
@@ -107,7 +108,7 @@ constexpr double coverage_95 = 1.96;  // standard deviations to either side of a
 const Json* term_of(const Json& fit, const std::string& term) {
   if (fit.is_null()) return nullptr;
   for (const Json& candidate : fit.at("terms"))
-    if (candidate.at("name") == term) return &candidate;
+    if (label_of(candidate) == term) return &candidate;
   return nullptr;
 }
 

@@ -35,4 +35,9 @@ Json read_run_json(const std::filesystem::path& file) {
   }
 }
 
+std::string label_of(const Json& term) {
+  const std::string name = term.at("name"), recording = term.value("recording", "");
+  return recording.empty() ? name : name + " in " + recording;
+}
+
 }  // namespace apps

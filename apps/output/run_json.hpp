@@ -11,4 +11,7 @@ namespace apps {
 /// A document of a run folder. Throws dsp::Fault (input): "run.incomplete" where it is missing, "run.damaged".
 [[nodiscard]] nlohmann::ordered_json read_run_json(const std::filesystem::path& file);
 
+/// Of an equation's term: its name, "sgn(v) in run1.csv" where it is of one recording.
+[[nodiscard]] std::string label_of(const nlohmann::ordered_json& term);
+
 }  // namespace apps

@@ -28,7 +28,7 @@ std::string shown(double value) {
 
 std::vector<std::string> kept(const ident::JudgedFit& fit) {
   std::vector<std::string> names;
-  for (const ident::ModelTerm& term : fit.model.terms) names.push_back(term.name);
+  for (const ident::ModelTerm& term : fit.model.terms) names.push_back(label(term));
   return names;
 }
 
@@ -62,7 +62,9 @@ std::vector<Series> series_of(const std::vector<StudyResult>& results) {
         for (const ident::ModelTerm& term : fit.model.terms)
           for (Persistence& one : at->terms)
             if (one.term == term.name) {
-              ++one.kept;
+              const auto same = [&](const ident::ModelTerm& other) { return other.name == term.name; };
+              const bool first = &term == &*std::find_if(fit.model.terms.begin(), fit.model.terms.end(), same);
+              one.kept += first ? 1 : 0;  // one of each recording counts once
               one.least = std::min(one.least, term.mean);
               one.greatest = std::max(one.greatest, term.mean);
             }

@@ -1,11 +1,13 @@
 #include "apps/page/equation_display.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 
 #include "apps/output/html_writer.hpp"
 #include "apps/page/rounded.hpp"
+#include "apps/process/printable.hpp"
 #include "ident/library/expression.hpp"
 
 namespace apps {
@@ -29,6 +31,14 @@ std::string joined(Notation notation, bool first, bool negative) {
   return first ? fmt::format(" {}", sign) : fmt::format(" {} ", sign);
 }
 
+/// "c1" with its number as an index.
+std::string symbol_in(const std::string& symbol, Notation notation) {
+  const std::string letter = symbol.substr(0, 1), index = symbol.substr(1);
+  if (notation == Notation::text) return symbol;
+  return notation == Notation::latex ? fmt::format("{}_{{{}}}", letter, index)
+                                     : fmt::format("<msub><mi>{}</mi><mn>{}</mn></msub>", letter, index);
+}
+
 }  // namespace
 
 double shown_std(const ident::ModelTerm& term) {
@@ -41,17 +51,45 @@ std::string displayed_equation(const ident::Model& model, Notation notation) {
     return mathml ? "<math><mrow>" + content + "</mrow></math> " : content;
   };
   std::string text = piece(ident::Expression(model.target).print(notation) + (mathml ? "<mo>=</mo>" : " ="));
-  for (const ident::ModelTerm& term : model.terms) {
-    const std::string number = number_in(rounded(std::abs(term.mean), shown_std(term)), notation);
-    const std::string factor = term.name == "1" ? "" : ident::Expression(term.name).print_as_factor(notation);
+  bool first = true;
+  const auto add = [&](bool negative, const std::string& number, const std::string& name) {
+    const std::string factor = name == "1" ? "" : ident::Expression(name).print_as_factor(notation);
     const char* between = factor.empty()                ? ""
                           : mathml                      ? "<mspace width=\"0.2em\"/>"
                           : notation == Notation::latex ? "\\,"
                                                         : " ";
-    text += piece(joined(notation, &term == &model.terms.front(), term.mean < 0.0) + number + between + factor);
-  }
+    text += piece(joined(notation, first, negative) + number + between + factor);
+    first = false;
+  };
+  for (const ident::ModelTerm& term : model.terms)
+    if (term.recording == 0)
+      add(term.mean < 0.0, number_in(rounded(std::abs(term.mean), shown_std(term)), notation), term.name);
+  for (const ident::OwnCoefficients& own : own_coefficients(model))
+    add(false, symbol_in(own.symbol, notation), own.name);
   if (model.terms.empty()) text += mathml ? piece("<mn>0</mn>") : " 0";
   return text;
+}
+
+std::vector<std::string> own_coefficient_sentences(const ident::Model& model) {
+  std::vector<std::string> sentences;
+  for (const ident::OwnCoefficients& own : own_coefficients(model)) {
+    const std::string what = own.name == "1" ? "the constant" : own.name;
+    if (own.are_many()) {
+      const auto [least, greatest] = own.extremes();
+      sentences.push_back(
+          fmt::format("{}, of {}, differs by recording: from {} in {} to {} in {}, {} recordings in all.", own.symbol,
+                      what, with_uncertainty(least->mean, shown_std(*least)), printable(least->recording_name, 100),
+                      with_uncertainty(greatest->mean, shown_std(*greatest)), printable(greatest->recording_name, 100),
+                      own.terms.size()));
+      continue;
+    }
+    std::vector<std::string> values;
+    for (const ident::ModelTerm* term : own.terms)
+      values.push_back(fmt::format("{} in {}", with_uncertainty(term->mean, shown_std(*term)),
+                                   printable(term->recording_name, 100)));
+    sentences.push_back(fmt::format("{}, of {}, differs by recording: {}.", own.symbol, what, fmt::join(values, ", ")));
+  }
+  return sentences;
 }
 
 }  // namespace apps

@@ -95,6 +95,8 @@ Entry equation_entry(const RunResults& results, const ChosenEquation& chosen) {
     return entry;
   }
   entry.lines.push_back({displayed_equation(chosen.fit->model, ident::Notation::text)});
+  for (std::string& sentence : own_coefficient_sentences(chosen.fit->model))
+    entry.lines.push_back({std::move(sentence)});
   entry.lines.push_back({choice_sentence(results, chosen)});
   entry.lines.push_back({zero_sentence(results)});
   return entry;

@@ -13,7 +13,7 @@ namespace apps {
 namespace {
 
 ident::IdentifiedEquation equation_of(const ChosenEquation& chosen, const dsp::Motion& signals) {
-  const ident::Model& model = chosen.fit->model;
+  const ident::Model model = ident::equation_of(chosen.fit->model, 1);
   ident::IdentifiedEquation equation{.target = model.target};
   equation.mean.resize(std::ssize(model.terms));
   for (const ident::ModelTerm& term : model.terms) {

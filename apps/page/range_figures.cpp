@@ -301,7 +301,9 @@ VectorXd grid_over(const VectorXd& values) {
 /// The part of the restoring force that x alone makes, and that with v: identified as a line, measured as that plus
 /// what the equation leaves.
 void add_restoring_force(const RangeView& view, const FigureTaker& take) {
-  const ident::Model& model = view.fit.model;
+  const ident::Model model = equation_of(view.fit.model, 0);
+  const char* of_mean =
+      differs_by_recording(view.fit.model) ? " Of coefficients that differ by recording, with their mean." : "";
   const VectorXd x = view.on_rows("x"), v = view.on_rows("v"), still = VectorXd::Zero(x.size());
   const double sign = model.target == "a" || model.target == "ddy" ? -1.0 : 1.0;
   const bool at_rest = base_at_rest(view.signals());
@@ -314,7 +316,7 @@ void add_restoring_force(const RangeView& view, const FigureTaker& take) {
     if (force.isZero(0.0)) return;
     RunFigure figure{
         fmt::format("{}-force-{}", view.slug, signal),
-        caption,
+        caption + of_mean,
         {fmt::format("{} against {}", what, signal), axis(signal, view.unit(signal)), axis(what, model.target_unit)},
         false};
     figure.panel.series = {cloud("measured", at, force + left, PlotColour::sky),

@@ -38,7 +38,7 @@ std::string budget(const ident::ModelTerm& term) {
 void write_coefficients(const ident::Model& model, HtmlWriter& html) {
   std::vector<Strings> rows;
   for (const ident::ModelTerm& term : model.terms)
-    rows.push_back({term.name, with_uncertainty(term.mean, shown_std(term)), term.unit.empty() ? "-" : term.unit,
+    rows.push_back({label(term), with_uncertainty(term.mean, shown_std(term)), term.unit.empty() ? "-" : term.unit,
                     number_or_dash(term.std), number_or_dash(term.std_si),
                     number_or_dash(100.0 * term.coefficient_of_variation(), "{:.2g} %"),
                     number_or_dash(term.inclusion_probability, "{:.3f}"), budget(term)});
@@ -103,6 +103,7 @@ void write_equation(const ident::RangeResult& range, const ident::JudgedFit& fit
   html.open("div", {{"class", "math"}, {"tabindex", "0"}, {"role", "group"}, {"aria-label", "equation"}})
       .markup(displayed_equation(fit.model, ident::Notation::mathml))
       .close();
+  for (const std::string& sentence : own_coefficient_sentences(fit.model)) html.element("p", sentence);
   html.open("details").element("summary", "LaTeX and plain text, to copy");
   html.element("pre", displayed_equation(fit.model, ident::Notation::latex));
   html.element("pre", displayed_equation(fit.model, ident::Notation::text)).close();

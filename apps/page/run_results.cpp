@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "ident/sensors/absolute_gains.hpp"
 
@@ -37,10 +38,32 @@ std::vector<PhysicalTerm> physical_terms(const ChosenEquation& chosen, const Run
   const dsp::Prepared& prepared = results.inputs[chosen.range->rows.train.front().recording].prepared;
   const dsp::Signal* x = prepared.signals.find("x");
   if (x == nullptr) return {};
+  const PhysicalContext context{largest_displacement(*chosen.range, results.columns), x->unit,
+                                base_at_rest(prepared.signals)};
+  const auto of = [&](const ident::Model& model) {
+    return physical_terms(model, si_covariance(model, ident::absolute_gains(prepared)), context);
+  };
   const ident::Model& model = chosen.fit->model;
-  return physical_terms(
-      model, si_covariance(model, ident::absolute_gains(prepared)),
-      {largest_displacement(*chosen.range, results.columns), x->unit, base_at_rest(prepared.signals)});
+  if (!differs_by_recording(model)) return of(model);
+  std::vector<PhysicalTerm> terms;
+  std::vector<std::size_t> of_recording;
+  const auto same = [&](const PhysicalTerm& one, const PhysicalTerm& other) {
+    constexpr double rounding = 1e-9;
+    return one.name == other.name && std::abs(one.value - other.value) <= rounding * std::abs(one.value);
+  };
+  for (std::size_t r = 0; r < results.inputs.size(); ++r) {
+    if (!std::any_of(chosen.range->rows.train.begin(), chosen.range->rows.train.end(),
+                     [&](const ident::Row& row) { return row.recording == r; }))
+      continue;
+    for (PhysicalTerm& term : of(ident::equation_of(model, static_cast<int>(r) + 1)))
+      if (std::none_of(terms.begin(), terms.end(), [&](const PhysicalTerm& known) { return same(known, term); }))
+        terms.push_back(std::move(term)), of_recording.push_back(r);
+  }
+  std::vector<PhysicalTerm> named = terms;
+  for (std::size_t i = 0; i < terms.size(); ++i)
+    if (std::count_if(terms.begin(), terms.end(), [&](const auto& other) { return other.name == terms[i].name; }) > 1)
+      named[i].name += " in " + results.inputs[of_recording[i]].prepared.name;
+  return named;
 }
 
 const char* in_words(ident::Verdict verdict) {

@@ -11,7 +11,10 @@ std::vector<SettingHelp> recording_help() {
   return {
       {"", "schema", "Version of this layout of the file.", "", "1"},
       {"", "recording",
-       "A recording. Several are fitted together: one equation for each range, from the rows of all of them."},
+       "A recording. Several are fitted together: one equation for each range, from the rows of all of them. Terms "
+       "whose "
+       "coefficient differs between recordings are found, and have one for each. Without any range, each recording has "
+       "an equation of its own, and all together have one."},
       {"recording", "file", "The recording: WAV, RF64, W64, CAF, FLAC, AIFF, MATLAB v5, CSV or LabVIEW text."},
       {"recording", "sidecar", "Its sidecar. Several recordings may name the same one.", "",
        "NAME.ext.toml beside the recording, if there is one"},

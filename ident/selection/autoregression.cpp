@@ -42,6 +42,37 @@ class RestrictedLikelihood {
   double num_rows_;
 };
 
+/// That of rows [first_row, first_row + num_rows); as of autoregression.
+RestrictedLikelihood likelihood_of(Index first_row, Index num_rows, Index num_terms, const Eigen::RowVectorXd& largest,
+                                   const RowReader& read, const std::vector<unsigned char>& begins, int num_threads) {
+  const Index width = num_terms + 1;
+  Eigen::RowVectorXd twice(2 * width);
+  twice << largest, largest;
+  const RFactor continued = r_factor(
+      num_rows, 2 * num_terms + 1, twice,
+      [&](Index from, Eigen::Ref<MatrixXd> block) {
+        const Index first = first_row + from, before = first > 0 ? 1 : 0;
+        MatrixXd rows(block.rows() + before, width);
+        read(first - before, rows);
+        for (Index i = 0; i < block.rows(); ++i)
+          if (begins_run(begins, first + i))
+            block.row(i).setZero();
+          else
+            block.row(i) << rows.row(i + before), rows.row(i + before - 1);
+      },
+      num_threads);
+  const auto own = begins.begin() + first_row;
+  MatrixXd first_rows(std::count(own, own + num_rows, 1), width);
+  for (Index row = first_row, run = 0; row < first_row + num_rows; ++row)
+    if (begins_run(begins, row)) read(row, first_rows.middleRows(run++, 1));
+  const Eigen::RowVectorXd scale = largest.unaryExpr([](double value) { return value > 0.0 ? value : 1.0; });
+  MatrixXd R = continued.R;
+  R.leftCols(width).array().rowwise() /= scale.array();
+  R.rightCols(width).array().rowwise() /= scale.array();
+  first_rows.array().rowwise() /= scale.array();
+  return {std::move(R), std::move(first_rows), num_rows};
+}
+
 }  // namespace
 
 std::vector<unsigned char> run_begins(const std::vector<Index>& samples, const std::vector<Index>& first_rows) {
@@ -75,33 +106,17 @@ VectorXd whitened_values(const Eigen::Ref<const VectorXd>& values, const std::ve
 }
 
 double autoregression(Index num_rows, Index num_terms, const Eigen::RowVectorXd& largest, const RowReader& read,
-                      const std::vector<unsigned char>& begins, int num_threads) {
-  const Index width = num_terms + 1;
-  Eigen::RowVectorXd twice(2 * width);
-  twice << largest, largest;
-  const RFactor continued = r_factor(
-      num_rows, 2 * num_terms + 1, twice,
-      [&](Index first, Eigen::Ref<MatrixXd> block) {
-        const Index before = first > 0 ? 1 : 0;
-        MatrixXd rows(block.rows() + before, width);
-        read(first - before, rows);
-        for (Index i = 0; i < block.rows(); ++i)
-          if (begins_run(begins, first + i))
-            block.row(i).setZero();
-          else
-            block.row(i) << rows.row(i + before), rows.row(i + before - 1);
-      },
-      num_threads);
-  const Index num_runs = std::count(begins.begin(), begins.end(), 1);
-  MatrixXd first_rows(num_runs, width);
-  for (Index row = 0, run = 0; row < num_rows; ++row)
-    if (begins_run(begins, row)) read(row, first_rows.middleRows(run++, 1));
-  const Eigen::RowVectorXd scale = largest.unaryExpr([](double value) { return value > 0.0 ? value : 1.0; });
-  MatrixXd R = continued.R;
-  R.leftCols(width).array().rowwise() /= scale.array();
-  R.rightCols(width).array().rowwise() /= scale.array();
-  first_rows.array().rowwise() /= scale.array();
-  const RestrictedLikelihood likelihood(std::move(R), std::move(first_rows), num_rows);
+                      const std::vector<unsigned char>& begins, int num_threads, std::vector<Index> first_rows) {
+  std::vector<RestrictedLikelihood> records;
+  first_rows.push_back(num_rows);
+  for (std::size_t i = 0; i + 1 < first_rows.size(); ++i)
+    records.push_back(
+        likelihood_of(first_rows[i], first_rows[i + 1] - first_rows[i], num_terms, largest, read, begins, num_threads));
+  const auto likelihood = [&](double rho) {
+    double sum = 0.0;
+    for (const RestrictedLikelihood& record : records) sum += record(rho);
+    return sum;
+  };
 
   // Golden section over atanh(rho): 40 steps shrink it below 1e-7.
   constexpr double golden = 0.6180339887498949;

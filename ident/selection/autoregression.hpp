@@ -22,8 +22,10 @@ namespace ident {
                                               const std::vector<unsigned char>& begins, double rho);
 
 /// The rho of the residual of least squares on all terms, by restricted maximum likelihood: that of the residual itself
-/// is too small by what the terms take. One pass over the rows, which are as of r_factor with one target.
+/// is too small by what the terms take. One pass over the rows, which are as of r_factor with one target. `first_rows`:
+/// of each record, in which the terms have coefficients of their own.
 [[nodiscard]] double autoregression(Eigen::Index num_rows, Eigen::Index num_terms, const Eigen::RowVectorXd& largest,
-                                    const RowReader& read, const std::vector<unsigned char>& begins, int num_threads);
+                                    const RowReader& read, const std::vector<unsigned char>& begins, int num_threads,
+                                    std::vector<Eigen::Index> first_rows = {0});
 
 }  // namespace ident

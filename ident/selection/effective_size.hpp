@@ -21,6 +21,10 @@ struct EffectiveSize {
   [[nodiscard]] double fraction() const;
 };
 
+/// Of the rows of several records, one misfit of which comes back in all: rows and what is independent of them add up,
+/// states do not.
+[[nodiscard]] EffectiveSize together(const std::vector<EffectiveSize>& records);
+
 /// The best model of a number of terms, as Selection::evidence compares them.
 struct ModelOfSize {
   std::vector<Eigen::Index> terms;

@@ -21,7 +21,7 @@ namespace {
 
 using Eigen::Index;
 
-EquationOfMotion equation_of(const Model& model, const dsp::Motion& motion) {
+EquationOfMotion equation_on(const Model& model, const dsp::Motion& motion) {
   StateEquation row{.state = 1, .terms = {}, .coefficients = {}};
   for (const ModelTerm& term : model.terms) {
     row.terms.push_back(term.name);
@@ -202,7 +202,8 @@ FreeRun free_run(const Model& model, const std::vector<Course>& courses, const F
       const Eigen::VectorXd& measured = course.signals->at("x");
       result.series.push_back({course.recording, Eigen::VectorXd::Constant(measured.size(), result.nmse), measured});
     }
-    const auto equation = std::make_shared<const EquationOfMotion>(equation_of(model, *course.signals));
+    const auto equation = std::make_shared<const EquationOfMotion>(
+        equation_on(equation_of(model, static_cast<int>(course.recording) + 1), *course.signals));
     result.reason = obstacle(*equation);
     if (!result.reason.empty()) return result;
     constexpr double min_samples = 16.0;

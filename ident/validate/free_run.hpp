@@ -16,7 +16,7 @@ struct Course {
   const dsp::Motion* signals = nullptr;  ///< not owned
   std::vector<dsp::IndexRange> ranges;
   std::vector<unsigned char> scored;  ///< per sample of `signals`
-  std::size_t recording = 0;          ///< whose signals they are: an index that is the caller's
+  std::size_t recording = 0;          ///< whose signals they are (0-based): terms of one recording are those of this
 };
 
 /// x of one course, a value per sample of its signals.

@@ -261,13 +261,22 @@ std::string carry_over_clause(const JudgedFit& fit, const Findings& found) {
                      fit.test.value, fit.train.value);
 }
 
+/// The equations of two ranges as they are beside one another: that of a recording, where one range is of it alone.
+std::pair<Model, Model> comparable(const RangeResult& a, const RangeResult& b, std::size_t method) {
+  const Model &one = a.fits[method].model, &other = b.fits[method].model;
+  if (own_coefficients(one).size() == own_coefficients(other).size() && a.recording == b.recording) return {one, other};
+  const int recording = std::max(a.recording, b.recording);
+  return {equation_of(one, recording), equation_of(other, recording)};
+}
+
 /// Terms that matter in one of two equations and are not the same in the other.
 std::vector<std::string> unlike(const RangeResult& a, const RangeResult& b, std::size_t method) {
   std::vector<std::string> names;
   const auto one_way = [&](const RangeResult& one, const RangeResult& other) {
     const double bar = matters * one.target.cwiseAbs().maxCoeff();
-    const auto& others = other.fits[method].model.terms;
-    for (const ModelTerm& term : one.fits[method].model.terms) {
+    const auto [model, other_model] = comparable(one, other, method);
+    const auto& others = other_model.terms;
+    for (const ModelTerm& term : model.terms) {
       if (std::abs(term.mean) * term.scale < bar) continue;
       const auto twin = std::find_if(others.begin(), others.end(), [&](const auto& t) { return t.name == term.name; });
       const bool alike = twin != others.end() && std::abs(twin->mean - term.mean) <= same * std::abs(term.mean);
@@ -279,9 +288,11 @@ std::vector<std::string> unlike(const RangeResult& a, const RangeResult& b, std:
   return names;
 }
 
-/// Ranges that share no samples are the ones whose agreement says something: mixed holds low and high.
+/// Ranges that share no samples are the ones whose agreement says something: mixed holds low and high, all recordings
+/// hold each.
 bool apart(const RangeResult& a, const RangeResult& b) {
-  return a.regime != dsp::RegimeSet::mixed() && b.regime != dsp::RegimeSet::mixed();
+  return (a.recording == 0) == (b.recording == 0) && a.regime != dsp::RegimeSet::mixed() &&
+         b.regime != dsp::RegimeSet::mixed();
 }
 
 struct Agreement {
@@ -367,10 +378,10 @@ void remark_on_terms(const JudgedFit& fit, std::vector<std::string>& remarks) {
   for (const ModelTerm& term : fit.model.terms) {
     const double std = std::max(term.std, std::isfinite(term.std_robust) ? term.std_robust : 0.0);
     if (const double cov = std / std::abs(term.mean); cov > poorly_known_cov)
-      poor.push_back(fmt::format("{} (CoV {:.2g})", term.name, cov));
+      poor.push_back(fmt::format("{} (CoV {:.2g})", label(term), cov));
     // With structure left in the residual, a term no larger than the residual may be there only to fit it.
     if (structured(fit) && std::abs(term.mean) * term.scale < small_term * fit.model.noise_std)
-      small.push_back(term.name);
+      small.push_back(label(term));
   }
   if (!poor.empty()) remarks.push_back(fmt::format("poorly determined: {}", fmt::join(poor, ", ")));
   if (!small.empty())
@@ -476,7 +487,8 @@ std::vector<RangeDisagreement> compare_ranges(const std::vector<RangeResult>& ra
     for (std::size_t a = 0; a < ranges.size(); ++a)
       for (std::size_t b = a + 1; b < ranges.size(); ++b) {
         const std::string &name_a = ranges[a].spec.name, &name_b = ranges[b].spec.name;
-        auto terms = disagreements(ranges[a].fits[method].model, name_a, ranges[b].fits[method].model, name_b);
+        const auto [model_a, model_b] = comparable(ranges[a], ranges[b], method);
+        auto terms = disagreements(model_a, name_a, model_b, name_b);
         if (!terms.empty())
           result.push_back(
               {std::string(to_string(ranges[a].fits[method].fit.method)), name_a, name_b, std::move(terms)});

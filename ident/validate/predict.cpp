@@ -1,6 +1,7 @@
 #include "ident/validate/predict.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -102,9 +103,37 @@ std::vector<CarryOver> carried_over(const Model& model, const Record& record, co
   return coefficients;
 }
 
+/// The number (1-based) that this recording has among those the equation was fitted to; 0: it is another.
+int number_of(const Model& model, const std::string& recording) {
+  for (const ModelTerm& term : model.terms)
+    if (term.recording > 0 && term.recording_name == recording) return term.recording;
+  return 0;
+}
+
+Model equation_for(const Model& model, const std::string& recording) {
+  return equation_of(model, number_of(model, recording));
+}
+
+/// A sentence where coefficients that differ by recording are not known for this one.
+std::string means_taken(const Model& model, const std::string& recording) {
+  if (!differs_by_recording(model) || number_of(model, recording) > 0) return {};
+  std::vector<std::string> terms;
+  for (const ModelTerm& term : model.terms)
+    if (term.recording > 0 && std::find(terms.begin(), terms.end(), term.name) == terms.end())
+      terms.push_back(term.name);
+  return fmt::format(
+      "the coefficient{} of {} differ{} between the recordings of the fit and {} not known for this one: "
+      "the mean of theirs was taken",
+      terms.size() > 1 ? "s" : "", fmt::join(terms, ", "), terms.size() > 1 ? "" : "s",
+      terms.size() > 1 ? "are" : "is");
+}
+
 }  // namespace
 
-RecordPrediction predict(const Model& model, const Model& linear, const Record& record, const PredictOptions& options) {
+RecordPrediction predict(const Model& joint, const Model& joint_linear, const Record& record,
+                         const PredictOptions& options) {
+  const Model model = equation_for(joint, record.prepared.name),
+              linear = equation_for(joint_linear, record.prepared.name);
   const dsp::Motion& motion = record.prepared.signals;
   RecordPrediction result;
   result.recording = record.prepared.name;
@@ -138,16 +167,18 @@ RecordPrediction predict(const Model& model, const Model& linear, const Record& 
   result.still = errors_of(result.x, still_body(motion, diverged ? result.x : result.predicted),
                            diverged ? std::string() : run.reason)
                      .nmse;
+  result.remark = means_taken(joint, record.prepared.name);
   constexpr double few_periods = 5.0;
   if (longest > 1) {
     const double line_hz =
         dsp::strongest_line(result.x.segment(longest_from, longest), motion.sample_rate_hz).frequency_hz;
     const double periods = line_hz * static_cast<double>(longest) / motion.sample_rate_hz;
     if (periods < few_periods)
-      result.remark = fmt::format(
-          "the longest interval without a gap holds {:.2g} periods of the motion: errors that "
-          "grow slowly do not show",
-          periods);
+      result.remark += (result.remark.empty() ? "" : "; ") +
+                       fmt::format(
+                           "the longest interval without a gap holds {:.2g} periods of the motion: errors that "
+                           "grow slowly do not show",
+                           periods);
   }
   if (!model.terms.empty()) try {
       result.coefficients = carried_over(model, record, options);

@@ -37,8 +37,9 @@ struct PredictOptions {
   Poll poll = {};
 };
 
-/// Runs `model` free over every interval of the recording without a gap, at least a period long. The recording is
-/// prepared as those the equation was identified from, about its own zero. `linear`: what is to be beaten; without
+/// Coefficients that differ by recording are those of a recording of this name, else their mean, and so said in the
+/// remark. Runs `model` free over every interval of the recording without a gap, at least a period long. The recording
+/// is prepared as those the equation was identified from, about its own zero. `linear`: what is to be beaten; without
 /// terms: nothing is.
 [[nodiscard]] RecordPrediction predict(const Model& model, const Model& linear, const Record& record,
                                        const PredictOptions& options = {});

@@ -20,9 +20,11 @@ struct Slope {
   VectorXd values;
 };
 
-std::vector<Slope> slopes_of(const Model& model, const dsp::Motion& motion) {
+std::vector<Slope> slopes_of(const Model& model, std::size_t recording, const dsp::Motion& motion) {
   std::vector<Slope> slopes;
   for (std::size_t i = 0; i < model.terms.size(); ++i) {
+    const int own = model.terms[i].recording;
+    if (own > 0 && static_cast<std::size_t>(own) != recording + 1) continue;
     const Expression term(model.terms[i].name);
     for (const std::string& signal : term.signals()) {
       if (signal == "t") continue;
@@ -76,7 +78,7 @@ RegressorNoise regressor_noise(const Model& model, const RFactor& kept, const st
     if (poll) poll();
     const ChannelNoise& of = *columns.noise;
     const auto count = static_cast<double>(samples.num_samples());
-    const std::vector<Slope> slopes = slopes_of(model, samples);
+    const std::vector<Slope> slopes = slopes_of(model, r, samples);
     known.add(slopes, model.target, of, count, true);
     at_most.add(slopes, model.target, of, count, false);
     num_samples += count;

@@ -2,8 +2,12 @@
 // part of the sources; each test says so where they are missing.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+#include <vector>
 
 #include "support/program.hpp"
 
@@ -175,6 +179,95 @@ TEST_CASE("the Silverbox is a Duffing oscillator, and filtering the signals firs
   CHECK(fit["nmse"]["train"].get<double>() <= 2e-5);
   auto paper = means(fit_of(folder, config, "--set prepare.recipe=paper"));
   CHECK(paper["y^3"] == Approx(-550000.0).epsilon(0.05));  // a quarter low
+}
+
+namespace {
+
+/// Names of an equation's terms, those of one recording in brackets.
+std::string structure_of(const json& fit) {
+  std::set<std::string> names;
+  for (const auto& term : fit["terms"])
+    names.insert(term.contains("recording") ? "[" + term["name"].get<std::string>() + "]"
+                                            : term["name"].get<std::string>());
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : " ") + name;
+  return text;
+}
+
+}  // namespace
+
+TEST_CASE("two loads on the frame have one stiffness and two frictions", "[apps][measured][records]") {
+  if (missing("friction_frame")) return;
+  const Scratch folder;
+  (void)folder.file("side.toml", frame_columns);
+  const std::string one = frame_config("frame_250g.csv", "order = 3\nterms = [\"sgn(dy)\", \"ddr\"]");
+  const std::string second =
+      "[[recording]]\nfile = \"" + (data / "friction_frame/frame_450g.csv").string() + "\"\nsidecar = \"side.toml\"\n";
+  const std::string both = one.substr(0, one.find("[prepare]")) + second + one.substr(one.find("[prepare]"));
+  for (const int low_pass_hz : {20, 30, 40})
+    for (const char* gate : {"0.002", "0.004", "0.008"}) {
+      std::string config = both;
+      config.replace(config.find("0.004"), 5, gate);
+      const json fit = fit_of(folder, config,
+                              "--set fit.train_share=1 --set prepare.cutoff_hz=" + std::to_string(low_pass_hz) +
+                                  " --set prepare.rolloff_hz=" + std::to_string(0.8 * low_pass_hz));
+      const std::string found = structure_of(fit);
+      CAPTURE(low_pass_hz, gate, found);
+      const std::set<std::string> right{"[sgn(dy)] x", "1 [sgn(dy)] x", "[sgn(dy)] v x", "1 [sgn(dy)] v x"};
+      CHECK(right.count(found) == 1);
+      for (const auto& term : fit["terms"])
+        if (term["name"] == "x")
+          CHECK(std::abs(term["mean"].get<double>() + 386.7) <= 1.96 * term["std"].get<double>());
+    }
+}
+
+TEST_CASE("nine realisations of the Silverbox have one equation", "[apps][measured][records]") {
+  if (missing("silverbox_multisine")) return;
+  const Scratch folder;
+  std::ifstream whole(data / "silverbox_multisine/snls80mv_rows_40496_118723.csv");
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(whole, line);) lines.push_back(line);
+  std::string config = "schema = 1\n";
+  for (std::size_t part = 0; part < 9; ++part) {  // 8190 samples or more of each, between pauses
+    const std::string name = "part" + std::to_string(part + 1) + ".csv";
+    std::string text = "V1,V2\n";
+    for (std::size_t row = 100 + 8692 * part; row < 100 + 8692 * part + 8580; ++row)
+      text += lines[row + 1].substr(0, lines[row + 1].rfind(',')) + "\n";
+    (void)folder.file(name, text);
+    config += "[[recording]]\nfile = \"" + name + "\"\nsidecar = \"side.toml\"\n";
+  }
+  (void)folder.file(
+      "side.toml",
+      "schema = 1\nrate = 610.3515625\n[[channel]]\nname = \"input\"\ncolumn = \"V1\"\nrole = \"f\"\nunit = \"V\"\n"
+      "[[channel]]\nname = \"output\"\ncolumn = \"V2\"\nrole = \"y\"\nunit = \"V\"\n");
+  config +=
+      "[prepare]\ncutoff_hz = 160\nrolloff_hz = 140\nzero = \"none\"\n[segment]\nfind = false\n[library]\norder = 0\n"
+      "terms = [\"1\", \"y\", \"dy\", \"y^2\", \"y^3\", \"f\", \"y*dy\", \"dy^2\", \"y^2*dy\", \"y*dy^2\", "
+      "\"dy^3\", \"y^4\"]\n[fit]\ntarget = \"ddy\"\nmethods = [\"fast_rvm\"]\n[[range]]\nname = \"all\"\n";
+  const json fit = fit_of(folder, config);
+  CHECK(structure_of(fit) == "1 dy f y y^2 y^3");
+  auto found = means(fit);
+  CHECK(found["y"] == Approx(-184266.0).epsilon(0.001));
+  CHECK(found["y^3"] == Approx(-733300.0).epsilon(0.02));
+  CHECK(fit["num_effective"].get<double>() < 1000.0);  // of 46,000
+}
+
+TEST_CASE("four swings of a pendulum have one equation", "[apps][measured][records]") {
+  if (missing("pendulum")) return;
+  const Scratch folder;
+  (void)folder.file("side.toml", "schema = 1\n[[channel]]\nname = \"theta\"\ncolumn = \"theta_rad\"\nrole = \"y\"\n");
+  std::string config = "schema = 1\n";
+  for (const char* segment : {"1", "2", "3", "4"})
+    config += "[[recording]]\nfile = \"" +
+              (data / ("pendulum/swing_1kHz_segment" + std::string(segment) + ".csv")).string() +
+              "\"\nsidecar = \"side.toml\"\n";
+  config +=
+      "[prepare]\ncutoff_hz = 20\nrolloff_hz = 15\nzero = \"none\"\n[segment]\nfind = false\n[library]\norder = 0\n"
+      "terms = [\"1\", \"sin(x)\", \"v\", \"sgn(v)\", \"v^2\", \"v^3\", \"cos(x)\", \"sin(x)*v\", \"sin(x)^2\", "
+      "\"sin(x)^3\", \"abs(v)*v\", \"sin(x)*v^2\"]\n[fit]\nmethods = [\"fast_rvm\"]\n[[range]]\nname = \"all\"\n";
+  const json fit = fit_of(folder, config, "--set fit.train_share=1");
+  CHECK(structure_of(fit) == "sgn(v) sin(x)");
+  CHECK(means(fit)["sin(x)"] == Approx(64.05).epsilon(0.002));
 }
 
 TEST_CASE("a forced oscillator's ring-down gives the coefficients known of it", "[apps][measured][decay]") {

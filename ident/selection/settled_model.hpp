@@ -1,0 +1,36 @@
+#pragma once
+#include <Eigen/Core>
+#include <functional>
+#include <vector>
+
+#include "ident/selection/best_subsets.hpp"
+#include "ident/selection/effective_size.hpp"
+
+namespace ident {
+
+/// What a term must gain in twice the log evidence however likely it was beforehand: what it costs in prediction.
+inline constexpr double least_gain = 2.0;
+/// Power of a residual, as a fraction of the target's, that is rounding of sums over up to 1e6 rows, not structure.
+inline constexpr double rounding_power = 1e-24;
+
+/// What the rows are worth beside a model.
+using SizeOfModel = std::function<EffectiveSize(const Subset&)>;
+
+/// The model that is settled on, its size, and what was compared.
+struct Settled {
+  Subset model;
+  EffectiveSize size;
+  std::vector<ModelOfSize> path;
+};
+
+/// Models of each number of terms are tried, with coefficients of each record: from that settled on, to the next larger
+/// whose gain (n_eff - k') ln(rss / rss') exceeds that of their cost (model_cost), at the effective size of the larger
+/// model. Noise tells the coefficients of R records apart, so that a term costs as R of them; misfit that is a function
+/// of the state comes back in every record, and a term that answers it counts once: a term is 1 + (1 - f) (R - 1)
+/// coefficients.
+[[nodiscard]] Settled settled_model(const RecordProblems& problems, const SizeOfModel& size_of);
+
+/// Exchanges single terms for simpler ones while the two models cannot be told apart. `complexity`: of each candidate.
+void prefer_simpler(Settled& settled, const RecordProblems& problems, const Eigen::VectorXd& complexity);
+
+}  // namespace ident
