@@ -14,8 +14,6 @@ namespace ident {
 struct ModelTerm {
   std::string name, unit;              ///< the candidate term; the unit of its coefficient (SI, may be empty)
   Eigen::Index column = 0;             ///< its index in the library
-  int recording = 0;                   ///< 1-based: in the equation of this one alone; 0: of all
-  std::string recording_name = {};     ///< empty: of all
   double mean = 0.0;                   ///< posterior on the kept terms (Eq. 12 of [QZS23])
   double std = 0.0;                    ///< total: of noise, terms too weak to be kept, and sensors
   double std_noise = 0.0;              ///< of white noise alone, on the kept terms with the sensors known (Eq. 13)
@@ -31,6 +29,8 @@ struct ModelTerm {
   double std_si = std::numeric_limits<double>::quiet_NaN();
   /// Those that the coefficient changes with: by this power of 1 + e where their scale is 1 + e times what is written.
   std::vector<std::pair<std::string, double>> gain_exponents = {};
+  int recording = 0;                                      ///< 1-based: in the equation of this one alone; 0: of all
+  std::string recording_name = {};                        ///< empty: of all
   [[nodiscard]] double coefficient_of_variation() const;  ///< std / |mean|
   [[nodiscard]] double t() const;                         ///< mean / std
 };

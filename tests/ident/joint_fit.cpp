@@ -120,6 +120,37 @@ TEST_CASE("where a coefficient differs between records only the spread over them
   CHECK(fit.std_over_records(1) < 5.0 * fit.model.terms[1].std);
 }
 
+TEST_CASE("which coefficients differ between records is found from their R factors", "[ident][joint][records]") {
+  std::vector<Made> parts;
+  for (unsigned i = 0; i < 4; ++i)
+    parts.push_back(made(40 + i, 400, 0.5, Eigen::Vector3d(i % 2 == 0 ? -49.0 : -51.0, -0.8, 0.3)));
+  std::vector<const ident::RecordFactors*> records;
+  for (const Made& part : parts) records.push_back(&part.record);
+  const auto result = ident::joint_fit(records, {ident::FastRvmOptions{}});
+  const ident::JointFit& fit = result.fits.front();
+  int own = 0, common = 0;
+  for (const ident::ModelTerm& term : fit.model.terms) {
+    if (term.recording == 0) {
+      ++common;
+      CHECK(term.name != "x");
+      continue;
+    }
+    ++own;
+    CHECK(term.name == "x");
+    CHECK(term.recording_name == records[static_cast<std::size_t>(term.recording) - 1]->record);
+    CHECK(std::abs(term.mean - (term.recording % 2 == 1 ? -49.0 : -51.0)) < 4.0 * term.std);
+    CHECK(term.std == Approx(0.5 / 20.0).epsilon(0.2));
+  }
+  CHECK(own == 4);
+  CHECK(common == 2);
+  // Each record's error is the noise: 0.25 beside 49^2 + (0.8 * 20)^2; that of the others' mean misses x by 1 or more.
+  for (const ident::RecordCheck& check : fit.records) {
+    CHECK(check.nmse < 2e-4);
+    CHECK(check.nmse_left_out > 3e-5);
+    CHECK(check.left_out.terms.size() == 3);
+  }
+}
+
 TEST_CASE("only candidates that all records have are fitted, of one target in one unit", "[ident][joint]") {
   Made a = made(1, 80, 0.1), b = made(2, 80, 0.1);
   b.record.terms[1].name = "v^2";

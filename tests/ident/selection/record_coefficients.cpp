@@ -192,8 +192,8 @@ TEST_CASE("intervals of common and differing coefficients cover", "[ident][recor
 TEST_CASE("the equation of a recording is what is common and its own", "[ident][records]") {
   ident::Model model{.target = "a", .target_unit = "m/s^2", .terms = {}, .covariance = MatrixXd::Identity(3, 3)};
   model.terms.push_back({.name = "x", .mean = -50.0, .std = 1.0});
-  model.terms.push_back({.name = "sgn(v)", .recording = 1, .recording_name = "one", .mean = -1.0, .std = 1.0});
-  model.terms.push_back({.name = "sgn(v)", .recording = 2, .recording_name = "two", .mean = -3.0, .std = 1.0});
+  model.terms.push_back({.name = "sgn(v)", .mean = -1.0, .std = 1.0, .recording = 1, .recording_name = "one"});
+  model.terms.push_back({.name = "sgn(v)", .mean = -3.0, .std = 1.0, .recording = 2, .recording_name = "two"});
   CHECK(to_text(model) == "a = -50 x + c1 sgn(v), c1 = -1 in one, -3 in two");
   const ident::Model second = equation_of(model, 2), other = equation_of(model, 0);
   CHECK(to_text(second) == "a = -50 x - 3 sgn(v)");
