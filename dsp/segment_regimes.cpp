@@ -117,10 +117,12 @@ Segmentation segment_regimes(const Motion& motion, const SegmentOptions& options
   const std::vector<HalfCycle> halves = half_cycles(motion, signs.period_s);
   join_stops(stuck, halves, signs);
   const double rate_hz = signs.sample_rate_hz;
+  std::vector<bool> unusable = stuck;
+  for (std::size_t i = 0; i < unusable.size(); ++i) unusable[i] = unusable[i] || signs.excluded[i] != 0;
   const Branches branches =
       options.high_amplitude_m > 0.0
           ? branches_by_amplitude(own_half_cycles(motion, signs.period_s), options.high_amplitude_m, rate_hz)
-          : find_branches(halves, stuck, rate_hz);
+          : find_branches(halves, unusable, rate_hz);
   result.remarks.push_back(branches.remark);
   Labels labels = branch_labels(branches, signs.num_samples());
   for (std::size_t i = 0; i < labels.size(); ++i)
@@ -129,7 +131,7 @@ Segmentation segment_regimes(const Motion& motion, const SegmentOptions& options
     else if (stuck[i])
       labels[i] = Regime::stick;
   result.segments = runs(labels);
-  qualify(result.segments, branches, result.options.stick_margin_s);
+  qualify(result.segments, branches, signs.speed_cutoff_hz > 0.0 ? 1.0 / signs.speed_cutoff_hz : 0.0);
   result.mount = signs.mount;
   return result;
 }

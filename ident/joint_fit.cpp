@@ -234,7 +234,7 @@ JointFit fit_jointly(const Joint& joint, const JointRecords& records, const Meth
         const Index column = records.columns[static_cast<std::size_t>(term)];
         if (records.library.terms[static_cast<std::size_t>(column)].recording != recording) others.push_back(term);
       }
-      check.left_out = equation_of(model_of(fitted(but_each[i], others)), recording);
+      check.left_out = equation_of(model_of(fitted(but_each[i], others)), 0);
       check.nmse_left_out = nmse_on(joint.rows[i], check.left_out, joint.library);
     }
     result.records.push_back(std::move(check));

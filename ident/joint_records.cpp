@@ -36,7 +36,7 @@ std::vector<RFactor> of_one_noise(const std::vector<RFactor>& evidence, const st
     one.R *= std::sqrt(n / static_cast<double>(one.num_samples));
     one.num_samples = std::lround(n);
     const double left = one.R(b, b), norm = one.R.col(b).stableNorm();
-    if (!(left * left > rounding_power * norm * norm) || !(n > static_cast<double>(b) + 1.0)) return weighted;
+    if (!(left * left > rounding_power * norm * norm) || !(n > static_cast<double>(b) + 1.0)) return evidence;
     variance.push_back(left * left / (n - static_cast<double>(b)));
     pooled += n * variance.back();
     rows += n;

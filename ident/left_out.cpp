@@ -13,6 +13,10 @@ namespace {
 
 using Eigen::Index;
 
+std::string percent(double fraction) {
+  return fraction >= 0.1 ? fmt::format("{:.0f} %", 100.0 * fraction) : fmt::format("{:.2g} %", 100.0 * fraction);
+}
+
 constexpr const char* ends = "ends of the record, within the filters' reach";
 
 /// Why a sample at the regression rate is not used; nullptr: it is.
@@ -70,7 +74,7 @@ dsp::Check left_out(const Record& record) {
   for (const auto& [reason, fraction] : found) {
     check.value += fraction;
     const bool stops = reason == "stops";
-    parts.push_back(fmt::format("{:.2g} % {}{}", 100.0 * fraction, reason,
+    parts.push_back(fmt::format("{} {}{}", percent(fraction), reason,
                                 stops && record.prepared.x_is_difference
                                     ? " (at rest against the base: the friction that holds it is of v, sgn(v))"
                                     : ""));
@@ -78,7 +82,7 @@ dsp::Check left_out(const Record& record) {
   if (parts.empty())
     check.message = "no sample is left out";
   else
-    check.message = fmt::format("{:.2g} % of the record is left out: {}", 100.0 * check.value, fmt::join(parts, ", "));
+    check.message = fmt::format("{} of the record is left out: {}", percent(check.value), fmt::join(parts, ", "));
   if (check.value > most) {
     check.status = dsp::CheckStatus::warning;
     check.message += ". " + remedy(found.front().first, record);
@@ -113,7 +117,7 @@ std::vector<dsp::Check> scarce_ranges(const std::vector<Range>& ranges, const st
          .status = dsp::CheckStatus::warning,
          .value = left / given,
          .limit = least,
-         .message = fmt::format("range {}: {:.2g} % of its time is left. {}", range.spec.name, 100.0 * left / given,
+         .message = fmt::format("range {}: {} of its time is left. {}", range.spec.name, percent(left / given),
                                 found.empty() ? "" : remedy(found.front().first, *last))});
   }
   return checks;

@@ -102,7 +102,13 @@ Model equation_of(const Model& model, int recording) {
     const auto own = std::find_if(alike.begin(), alike.end(), [&](Eigen::Index j) {
       return model.terms[static_cast<std::size_t>(j)].recording == recording;
     });
-    if (own != alike.end()) alike = {*own};
+    const bool common = std::any_of(alike.begin(), alike.end(), [&](Eigen::Index j) {
+      return model.terms[static_cast<std::size_t>(j)].recording == 0;
+    });
+    if (own != alike.end())
+      alike = {*own};
+    else if (recording > 0 && !common)
+      continue;  // it was offered to this recording, and not kept
     const auto row = static_cast<Eigen::Index>(result.terms.size());
     const auto count = static_cast<double>(alike.size());
     ModelTerm one = model.terms[static_cast<std::size_t>(alike.front())];

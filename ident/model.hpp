@@ -73,8 +73,8 @@ struct OwnCoefficients {
 /// Whether some terms have a coefficient for each recording.
 [[nodiscard]] bool differs_by_recording(const Model& model);
 /// The equation of one recording (1-based) of those that were fitted together: the terms of all and its own, in the
-/// order of the library. A recording that has none of its own (0 for another than those fitted) gets the mean of the
-/// others' coefficients; variance: theirs about it and that of the mean.
+/// order of the library; a term that was not kept for it is none of its equation. 0, for another recording than those
+/// fitted: with the mean of their coefficients; variance: theirs about it and that of the mean.
 [[nodiscard]] Model equation_of(const Model& model, int recording);
 
 /// Gives the coefficients the standard deviations of noise and sensors together, with their budget, instead of the

@@ -43,7 +43,7 @@ Json record_json(const ident::RecordFactors& record) {
     json["terms"].push_back({{"name", term.name}, {"unit", term.unit}, {"scale", term.scale}});
   json["white"] = triangle_json(record.white);
   if (record.evidence.num_terms > 0) json["evidence"] = triangle_json(record.evidence);
-  if (const ident::EffectiveSize& size = record.size; record.evidence.num_terms > 0 && size.num_rows > 0.0)
+  if (const ident::EffectiveSize& size = record.size; record.evidence.num_terms > 0)
     json["size"] = {{"num_rows", size.num_rows},
                     {"num_uncorrelated", size.num_uncorrelated},
                     {"num_noise", size.num_noise},

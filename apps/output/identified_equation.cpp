@@ -61,7 +61,7 @@ Eigen::MatrixXd matrix_of(const Json& rows, Eigen::Index size) {
 ident::Model model_of(const Json& row) {
   ident::Model model;
   model.target = row.at("target");
-  model.target_unit = row.at("target_unit");
+  model.target_unit = row.value("target_unit", std::string());
   std::vector<std::string> recordings;  // with coefficients of their own, in the order they are met
   for (const Json& term : row.at("terms")) {
     ident::ModelTerm one;

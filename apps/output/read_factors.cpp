@@ -163,8 +163,10 @@ ident::RecordFactors read_record(const Field& field) {
   if (record.sources.empty()) field.at("files").fail("at least one file");
   const Index b = std::ssize(record.terms);
   record.white = read_triangle(field.at("white"), b);
-  if (field.has("evidence")) record.evidence = read_triangle(field.at("evidence"), b);
-  if (field.has("size")) record.size = read_size(field.at("size"));
+  if (field.has("evidence")) {
+    record.evidence = read_triangle(field.at("evidence"), b);
+    record.size = read_size(field.at("size"));
+  }
   record.blocks = read_blocks(field.at("blocks"), b, record.white.num_samples);
   return record;
 }

@@ -113,6 +113,8 @@ std::vector<std::string> with_terms(const Config& config, const std::vector<std:
   return {"[library]", "terms = " + quoted_list(terms)};
 }
 
+constexpr double a_part_that_matters = 0.25;  // of what is left over
+
 Remedy with_explanation(const Config& config, const ident::Explanation& explanation) {
   return {fmt::format("{} explains {:.0f} % of the power of the residual. In the config:", explanation.what,
                       100.0 * explanation.fraction),
@@ -144,8 +146,10 @@ void add_cause(const RunResults& results, const ident::RangeResult& range, const
                        {"[prepare]", fmt::format("cutoff_hz = {:.3g}", fit.noise.needed_hz)}});
       break;
     case ident::Cause::missing_term:
-      if (recorded || form)
-        found.push_back(with_explanation(results.config, recorded ? *recorded : *form));
+      if (recorded && recorded->cause == ident::Cause::missing_term)
+        found.push_back(with_explanation(results.config, *recorded));
+      else if (form && form->fraction > a_part_that_matters)
+        found.push_back(with_explanation(results.config, *form));
       else
         found.push_back(
             {"The residual repeats whenever the motion returns to the same state, so a term is missing. Try more "

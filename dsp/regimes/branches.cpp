@@ -132,6 +132,16 @@ double gain_of_jumps(const Observations& seen, const std::vector<int>& states) {
   return 2.0 * num_switches * (ratio - 1.0 - std::log(ratio)) - 2.0;
 }
 
+/// Whether the larger amplitude is the one in phase with the drive: of a spring that hardens. Of one that softens, or a
+/// force that counts against x, it is the other.
+bool grows_in_phase(const Observations& seen, const std::vector<int>& states) {
+  const auto changes = amplitude_changes(seen);
+  double growth = 0.0;
+  for (std::size_t k = 1; k < states.size(); ++k)
+    if (states[k] != states[k - 1]) growth += (states[k] == 1 ? 1.0 : -1.0) * changes[k].value_or(0.0);
+  return growth >= 0.0;
+}
+
 /// Where the level passes zero between the middles of two half cycles (samples); halfway where it does not.
 double crossing(const Observations& seen, const VectorXd& level, Index k) {
   const double from = static_cast<double>(seen.halves[static_cast<std::size_t>(k - 1)]->middle),
@@ -212,8 +222,12 @@ Branches find_branches(std::span<const HalfCycle> half_cycles, const std::vector
   if (gain <= 0.0) return one("the amplitude does not jump where the phase turns: one branch");
   Branches found{intervals_of(seen, correlations(seen), states, sample_rate_hz), {}};
   const auto count = found.intervals.size() - 1;
-  found.remark = fmt::format("{} change{} between a lower branch (x against its drive) and an upper one (in phase)",
-                             count, count == 1 ? "" : "s");
+  const bool hardens = grows_in_phase(seen, states.states);
+  if (!hardens)
+    for (BranchInterval& interval : found.intervals) interval.upper = !interval.upper;
+  found.remark =
+      fmt::format("{} change{} between a lower branch (x {}) and an upper one ({})", count, count == 1 ? "" : "s",
+                  hardens ? "against its drive" : "in phase with its drive", hardens ? "in phase" : "against it");
   return found;
 }
 

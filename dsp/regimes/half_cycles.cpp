@@ -15,11 +15,13 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
+constexpr double harmonics = 5.0;  // of the dominant frequency
+
 /// Free of offset, drift and noise beyond the harmonics.
 VectorXd harmonics_of(const VectorXd& signal, double rate_hz, double period_s) {
   if (signal.size() < 8 || !(signal.maxCoeff() > signal.minCoeff())) return {};
-  const SpectralBand harmonics{5.0 / period_s, 6.5 / period_s}, drift{0.05 / period_s, 0.1 / period_s};
-  return ExtendedSpectrum(signal, rate_hz).filtered([&](double f) { return harmonics.gain(f) - drift.gain(f); });
+  const SpectralBand band{harmonics / period_s, 6.5 / period_s}, drift{0.05 / period_s, 0.1 / period_s};
+  return ExtendedSpectrum(signal, rate_hz).filtered([&](double f) { return band.gain(f) - drift.gain(f); });
 }
 
 /// Variance by noise of this density of the phase of a sine fitted to `seconds`; what exceeds the noise within the band
@@ -70,7 +72,7 @@ std::vector<HalfCycle> half_cycles_between_zeros(const Motion& motion, const Vec
     half.cosine = power > 0.0 ? half.correlation / (samples * std::sqrt(power * drive_power)) : 0.0;
     half.amplitude = std::sqrt(2.0 * power);
     half.phase_variance = phase_variance(power, x_density, seconds, 0.5 * rate_hz) +
-                          phase_variance(drive_power, drive_density, seconds, 5.0 / period_s);
+                          phase_variance(drive_power, drive_density, seconds, harmonics / period_s);
     all.push_back(half);
   }
   return all;
@@ -83,9 +85,13 @@ std::vector<HalfCycle> half_cycles(const Motion& motion, double period_s) {
     const Signal* signal = motion.find(name);
     if (signal == nullptr) continue;
     VectorXd drive = harmonics_of(signal->values, motion.sample_rate_hz, period_s);
+    if (drive.size() == 0) continue;
     if (signal->name == "ddr") drive = -drive;  // opposite to the displacement
-    return half_cycles_between_zeros(motion, drive, noise_density(signal->values, motion.sample_rate_hz, period_s),
-                                     period_s);
+    const double density = noise_density(signal->values, motion.sample_rate_hz, period_s);
+    constexpr double noises = 2.0;  // rms: what is less is a sensor at rest
+    if (!(drive.squaredNorm() > noises * noises * density * harmonics / period_s * static_cast<double>(drive.size())))
+      continue;
+    return half_cycles_between_zeros(motion, drive, density, period_s);
   }
   return {};
 }

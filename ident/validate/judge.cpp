@@ -395,7 +395,7 @@ Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range
     std::string text = "No equation was found: no candidate term explains more than noise";
     const bool driven = is_driven(ranges[range], fit);
     if (was_no_candidate(fit))
-      text += fmt::format("; {} was recorded, is not among them and explains {} of {}", fit.explanations.recorded->what,
+      text += fmt::format("; {} is not among them and explains {} of {}", fit.explanations.recorded->what,
                           percent(fit.explanations.recorded->fraction), fit.model.target);
     else if (driven)
       text += "; something that is not among them drives the motion: an input or a further moving part";

@@ -20,6 +20,7 @@ std::vector<std::string> fuzz::seeds() {
   record.terms = {{"x", "m", 3.0}, {"1", "1", 1.0}};
   record.white = factor(20);
   record.evidence = factor(9);
+  record.size = {.num_rows = 20.0, .num_uncorrelated = 9.0, .num_noise = 9.0, .num_states = 12.0};
   record.blocks = {{0.0, 0.1, 1.0, factor(11)}, {0.1, 0.2, -1.0, factor(9)}};
   ident::RecordFactors bare = record;
   bare.evidence = {};

@@ -203,4 +203,8 @@ TEST_CASE("the equation of a recording is what is common and its own", "[ident][
   CHECK(other.covariance(1, 1) == Approx(2.5));
   CHECK(other.terms[1].std == Approx(std::sqrt(2.5)));
   CHECK_FALSE(differs_by_recording(other));
+  // A term that was offered to a recording and not kept is none of its equation.
+  model.terms.pop_back();
+  model.covariance = model.covariance.topLeftCorner(model.covariance.rows() - 1, model.covariance.cols() - 1).eval();
+  CHECK(equation_of(model, 2).terms.size() + 1 == equation_of(model, 1).terms.size());
 }
