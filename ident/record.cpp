@@ -249,7 +249,7 @@ void set_regimes(Record& record, dsp::Segmentation segmentation) {
   undo_mount(record);
   adopt_common_motion(record);
   record.regimes = dsp::regimes_at(record.segmentation, record.prepared.intermediate, record.prepared.signals);
-  if (record.segmentation.mount) widen_stops(record);  // labels that were given stay as they are
+  widen_stops(record);
   record.prepared.checks.push_back(left_out(record));
   warn_if_nothing_moves(record);
   warn_if_held_by_the_ground(record);
