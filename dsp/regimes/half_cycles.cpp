@@ -85,12 +85,8 @@ std::vector<HalfCycle> half_cycles(const Motion& motion, double period_s) {
     const Signal* signal = motion.find(name);
     if (signal == nullptr) continue;
     VectorXd drive = harmonics_of(signal->values, motion.sample_rate_hz, period_s);
-    if (drive.size() == 0) continue;
     if (signal->name == "ddr") drive = -drive;  // opposite to the displacement
     const double density = noise_density(signal->values, motion.sample_rate_hz, period_s);
-    constexpr double noises = 2.0;  // rms: what is less is a sensor at rest
-    if (!(drive.squaredNorm() > noises * noises * density * harmonics / period_s * static_cast<double>(drive.size())))
-      continue;
     return half_cycles_between_zeros(motion, drive, density, period_s);
   }
   return {};
