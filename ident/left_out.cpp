@@ -8,14 +8,12 @@
 #include <string>
 #include <utility>
 
+#include "ident/percent.hpp"
+
 namespace ident {
 namespace {
 
 using Eigen::Index;
-
-std::string percent(double fraction) {
-  return fraction >= 0.1 ? fmt::format("{:.0f} %", 100.0 * fraction) : fmt::format("{:.2g} %", 100.0 * fraction);
-}
 
 constexpr const char* ends = "ends of the record, within the filters' reach";
 

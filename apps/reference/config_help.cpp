@@ -12,8 +12,8 @@ std::vector<SettingHelp> recording_help() {
       {"", "schema", "Version of this layout of the file.", "", "1"},
       {"", "recording",
        "A recording. Several are fitted together: one equation for each range, from the rows of all of them. Terms "
-       "whose "
-       "coefficient differs between recordings are found, and have one for each. Without any range, each recording has "
+       "whose coefficient differs between recordings are found, and have one for each. Without any range, each "
+       "recording has "
        "an equation of its own, and all together have one."},
       {"recording", "file", "The recording: WAV, RF64, W64, CAF, FLAC, AIFF, MATLAB v5, CSV or LabVIEW text."},
       {"recording", "sidecar", "Its sidecar. Several recordings may name the same one.", "",
@@ -79,8 +79,10 @@ std::vector<SettingHelp> segment_help() {
        "Amplitudes of x above this are high, below it low. Left out: low is the lower branch of a resonance, where x "
        "moves against the base (or force) that drives it, high the upper one, where it moves in phase.",
        "m", "branches are seen in the phase"},
-      {"segment", "file", "segments.json of an earlier run, edited or not: its labels are used as they are.", "",
-       "regimes are found in the record"},
+      {"segment", "file",
+       "segments.json of an earlier run, edited or not: its labels are used; rows that the filters mix with a stop are "
+       "of the stop.",
+       "", "regimes are found in the record"},
       {"segment", "split", "\"sgn(v)\" makes two of every range: v > 0 (\"low+\") and v < 0 (\"low-\")."},
   };
 }

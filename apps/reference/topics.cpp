@@ -124,8 +124,7 @@ Page files_page() {
       {"quality.json", "Every check, relations of sensors, thresholds of regimes."},
       {"segments.json",
        "Regimes and excluded intervals, with probabilities and standard deviations of their ends (null: not estimated, "
-       "as "
-       "at an exclusion). An edited file is used again with [segment] file = \"...\"."},
+       "as at an exclusion). An edited file is used again with [segment] file = \"...\"."},
       {"steps.csv", "Of stepped sines: each setting of the drive and its response."},
       {"factors.json", "R factors of the training rows, from which ardent merge fits several runs together."},
       {"predict-N-NAME.json, .csv", "The equation run free on each recording with use = \"test\"."},

@@ -112,9 +112,8 @@ std::vector<std::optional<double>> amplitude_changes(const Observations& seen) {
 
 /// What it gains to give the changes at switches, Laplace distributed as steps of a programme are, a scale of their
 /// own: twice the log-likelihood less Akaike's price of a parameter.
-double gain_of_jumps(const Observations& seen, const std::vector<int>& states) {
+double gain_of_jumps(const std::vector<std::optional<double>>& all, const std::vector<int>& states) {
   constexpr std::size_t width = 2 * transient_cycles;
-  const auto all = amplitude_changes(seen);
   std::vector<std::size_t> switches;
   for (std::size_t k = 1; k < states.size(); ++k)
     if (states[k] != states[k - 1] && all[k]) switches.push_back(k);
@@ -134,8 +133,7 @@ double gain_of_jumps(const Observations& seen, const std::vector<int>& states) {
 
 /// Whether the larger amplitude is the one in phase with the drive: of a spring that hardens. Of one that softens, or a
 /// force that counts against x, it is the other.
-bool grows_in_phase(const Observations& seen, const std::vector<int>& states) {
-  const auto changes = amplitude_changes(seen);
+bool grows_in_phase(const std::vector<std::optional<double>>& changes, const std::vector<int>& states) {
   double growth = 0.0;
   for (std::size_t k = 1; k < states.size(); ++k)
     if (states[k] != states[k - 1]) growth += (states[k] == 1 ? 1.0 : -1.0) * changes[k].value_or(0.0);
@@ -218,11 +216,12 @@ Branches find_branches(std::span<const HalfCycle> half_cycles, const std::vector
   if (!switches)
     return one(states.states.front() == 1 ? "x always moves in phase with what drives it: one branch"
                                           : "x always moves against what drives it: one branch");
-  const double gain = gain_of_jumps(seen, states.states);
-  if (gain <= 0.0) return one("the amplitude does not jump where the phase turns: one branch");
+  const auto changes = amplitude_changes(seen);
+  if (gain_of_jumps(changes, states.states) <= 0.0)
+    return one("the amplitude does not jump where the phase turns: one branch");
   Branches found{intervals_of(seen, correlations(seen), states, sample_rate_hz), {}};
   const auto count = found.intervals.size() - 1;
-  const bool hardens = grows_in_phase(seen, states.states);
+  const bool hardens = grows_in_phase(changes, states.states);
   if (!hardens)
     for (BranchInterval& interval : found.intervals) interval.upper = !interval.upper;
   found.remark =

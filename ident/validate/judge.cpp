@@ -8,6 +8,7 @@
 #include <limits>
 #include <utility>
 
+#include "ident/percent.hpp"
 #include "ident/validate/crests.hpp"
 
 namespace ident {
@@ -38,10 +39,6 @@ constexpr double small_term = 3.0;  // times the residual's standard deviation, 
 constexpr double bias_in_stds = 2.0, bias_of_mean = 0.02;  // by noise of regressors: beyond both the interval misses
 // A start from a measured state carries the noise of x and of v into the run, beside that of x itself.
 constexpr double noises_of_a_run = 3.0;
-
-std::string percent(double fraction) {
-  return fraction > 0.99 ? fmt::format("{:.0f} %", 100.0 * fraction) : fmt::format("{:.2g} %", 100.0 * fraction);
-}
 
 /// About the mean: of a force about its rest the mean is most of the power and none of the news.
 const Figure& error_of(const JudgedFit& fit) {

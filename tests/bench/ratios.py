@@ -111,6 +111,19 @@ class Table:
         self.rows.append({"what": what, "ratios": ratios, "asked": bar, "held": held, **figures})
 
 
+def against_peer(bench, arguments, table, what, name, ask, time_peer):
+    """By turns with a benchmark of ours; time_peer gives milliseconds, or None and why."""
+    ratios = []
+    for _ in range(arguments.rounds):
+        theirs, why = time_peer()
+        ours = bench.run(name).get(name)
+        if theirs is None or ours is None:
+            table.skip(what, why or f"no benchmark {name}")
+            return
+        ratios.append(theirs / ours["cpu_ms"])
+    table.add(what, ratios, ask, True, ours_ms=ours["cpu_ms"], peer_ms=theirs)
+
+
 def fit_rows(bench, folder, problems, arguments, table):
     for what, name, peer, problem, ask in FITS:
         what = f"{what} against {peer}"
@@ -122,18 +135,7 @@ def fit_rows(bench, folder, problems, arguments, table):
         if not os.path.exists(os.path.join(problems, problem + "_Phi.npy")):
             table.skip(what, f"no problem {problem} in {problems}")
             continue
-        ratios, why = [], ""
-        for _ in range(arguments.rounds):
-            theirs, why = peer_ms(folder, peer, problems, problem)
-            ours = bench.run(name).get(name)
-            if theirs is None or ours is None:
-                why = why or f"no benchmark {name}"
-                break
-            ratios.append(theirs / ours["cpu_ms"])
-        if why:
-            table.skip(what, why)
-        else:
-            table.add(what, ratios, ask, True, ours_ms=ours["cpu_ms"], peer_ms=theirs)
+        against_peer(bench, arguments, table, what, name, ask, lambda: peer_ms(folder, peer, problems, problem))
 
 
 def own_rows(bench, arguments, table):
@@ -179,18 +181,7 @@ def script_rows(bench, arguments, table):
     for what, name, task, ask in SCRIPTS:
         if arguments.only and not re.search(arguments.only, what):
             continue
-        ratios, why = [], ""
-        for _ in range(arguments.rounds):
-            theirs, why = script_ms(task, "--reps", "1")
-            ours = bench.run(name).get(name)
-            if theirs is None or ours is None:
-                why = why or f"no benchmark {name}"
-                break
-            ratios.append(theirs / ours["cpu_ms"])
-        if why:
-            table.skip(what, why)
-        else:
-            table.add(what, ratios, ask, True, ours_ms=ours["cpu_ms"], peer_ms=theirs)
+        against_peer(bench, arguments, table, what, name, ask, lambda: script_ms(task, "--reps", "1"))
 
 
 def process_ms(command):
