@@ -20,7 +20,6 @@
 #include "ident/sensors/absolute_gains.hpp"
 #include "ident/settle_columns.hpp"
 #include "ident/terms_by_record.hpp"
-#include "ident/validate/crests.hpp"
 #include "ident/validate/independent_rows.hpp"
 #include "ident/validate/judge.hpp"
 

@@ -14,6 +14,7 @@
 #include "ident/ranges.hpp"
 #include "ident/record.hpp"
 #include "ident/selection/effective_size.hpp"
+#include "ident/validate/crests.hpp"
 #include "ident/validate/free_run.hpp"
 #include "ident/validate/metrics.hpp"
 #include "ident/validate/regressor_noise.hpp"
@@ -68,8 +69,7 @@ struct RangeResult {
   std::vector<std::string> uncalibrated;  ///< channels of raw numbers, with their recordings
   double accumulate_s = 0.0;
   double power_balance = std::numeric_limits<double>::quiet_NaN();  ///< of corrected v and a; NaN: nothing to check
-  std::vector<std::vector<double>> crests;  ///< of x, in each stretch without a gap (crests.hpp); none where something
-                                            ///< that may drive the motion was recorded
+  Crests crests;  ///< of x; none where something that may drive the motion was recorded
   Model linear;  ///< least squares on the candidates that are signals themselves, or 1: what an equation must beat
   std::vector<JudgedFit> fits;
   RangeFactors factors;  ///< of the training rows; blocks where IdentifyOptions::most_blocks asks for them

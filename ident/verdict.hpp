@@ -25,11 +25,22 @@ enum class Cause {
 /// "not_found", "missing_input", ...
 [[nodiscard]] std::string_view to_string(Cause cause);
 
+/// Something that is not in an equation and explains part of what that leaves over.
+struct Explanation {
+  std::string what;  ///< "f", "sgn(dy)"
+  Cause cause = Cause::not_found;
+  double fraction = 0.0;    ///< of the residual's power
+  bool is_recorded = true;  ///< a signal; else a form that is commonly met
+  bool candidate = false;   ///< it was one, and not taken
+  bool is_term = true;      ///< a library can have it; else `what` is said in words
+};
+
 /// The one judgement of an equation: the verdict, the sentence that says it with what it rests on, and remarks on what
 /// a reader of its coefficients must know.
 struct Judgement {
   Verdict verdict = Verdict::undecided;
-  std::optional<Cause> cause = {};  ///< nothing where there is nothing to explain
+  std::optional<Cause> cause = {};        ///< nothing where there is nothing to explain
+  std::optional<Explanation> named = {};  ///< what the cause is, where it has a name
   std::string sentence;
   std::vector<std::string> remarks;
 };

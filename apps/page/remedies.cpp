@@ -10,6 +10,7 @@
 #include "dsp/sensors/power_check.hpp"
 #include "dsp/sensors/sensor_checks.hpp"
 #include "dsp/sensors/sensor_problems.hpp"
+#include "ident/percent.hpp"
 
 namespace apps {
 namespace {
@@ -113,8 +114,6 @@ std::vector<std::string> with_terms(const Config& config, const std::vector<std:
   return {"[library]", "terms = " + quoted_list(terms)};
 }
 
-constexpr double a_part_that_matters = 0.25;  // of what is left over
-
 Remedy with_explanation(const Config& config, const ident::Explanation& explanation) {
   return {fmt::format("{} explains {:.0f} % of the power of the residual. In the config:", explanation.what,
                       100.0 * explanation.fraction),
@@ -125,12 +124,12 @@ Remedy with_explanation(const Config& config, const ident::Explanation& explanat
 void add_cause(const RunResults& results, const ident::RangeResult& range, const ident::JudgedFit& fit,
                std::vector<Remedy>& found) {
   if (!fit.judgement.cause || fit.judgement.verdict == ident::Verdict::describes) return;
-  const auto& [recorded, form] = fit.explanations;
+  const std::optional<ident::Explanation>& named = fit.judgement.named;
   switch (*fit.judgement.cause) {
     case ident::Cause::missing_input:
     case ident::Cause::switch_variable:
-      if (recorded)
-        found.push_back(with_explanation(results.config, *recorded));
+      if (named)
+        found.push_back(with_explanation(results.config, *named));
       else if (const auto untried = inputs_not_tried(range, results.inputs.front().prepared.signals); !untried.empty())
         found.push_back({fmt::format("An input that drives the motion is not in the equation; {} {} recorded and {} no "
                                      "candidate. In the config:",
@@ -146,10 +145,13 @@ void add_cause(const RunResults& results, const ident::RangeResult& range, const
                        {"[prepare]", fmt::format("cutoff_hz = {:.3g}", fit.noise.needed_hz)}});
       break;
     case ident::Cause::missing_term:
-      if (recorded && recorded->cause == ident::Cause::missing_term)
-        found.push_back(with_explanation(results.config, *recorded));
-      else if (form && form->fraction > a_part_that_matters)
-        found.push_back(with_explanation(results.config, *form));
+      if (named && !named->is_term)
+        found.push_back({fmt::format("{} explains {} of the residual's power: a force with an inner state (hysteresis) "
+                                     "is not in the equation. Record it as a channel with role = \"z\".",
+                                     named->what, ident::percent(named->fraction)),
+                         {}});
+      else if (named)
+        found.push_back(with_explanation(results.config, *named));
       else
         found.push_back(
             {"The residual repeats whenever the motion returns to the same state, so a term is missing. Try more "

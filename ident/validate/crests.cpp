@@ -3,21 +3,26 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ident/sensors/channel_noise.hpp"
+
 namespace ident {
 
-std::vector<double> crests(const Eigen::Ref<const Eigen::VectorXd>& displacement) {
+std::vector<double> crests(const Eigen::Ref<const Eigen::VectorXd>& displacement, double noise_swing) {
   std::vector<double> found;
   if (displacement.size() < 2) return found;
   const double mean = displacement.mean();
   bool whole = false;  // the cycle under way has begun within the record
+  bool below = false;  // the motion has been below the mean since
   double largest = 0.0;
-  for (Eigen::Index i = 1; i < displacement.size(); ++i) {
-    const double before = displacement(i - 1) - mean, now = displacement(i) - mean;
-    if (before < 0.0 && now >= 0.0) {
+  for (const double value : displacement) {
+    const double now = value - mean;
+    if (below && now >= noise_swing) {
       if (whole) found.push_back(largest);
       whole = true;
+      below = false;
       largest = now;
     }
+    below = below || now < -noise_swing;
     largest = std::max(largest, now);
   }
   return found;
@@ -48,14 +53,20 @@ double renewed_amplitude(const std::vector<double>& crests, double least) {
   return largest > 0.0 ? std::min(rises, falls) / largest : 0.0;
 }
 
-std::vector<std::vector<double>> crests_of(const RangeRows& rows, const std::vector<Columns>& recordings) {
-  std::vector<std::vector<double>> result;
+Crests crests_of(const RangeRows& rows, const std::vector<Columns>& recordings) {
+  constexpr double noises = 4.0;  // passed by one in thirty thousand values of noise, in that direction
+  Crests result;
   for (std::size_t r = 0; r < rows.usable.size(); ++r) {
     const dsp::Signal* x = recordings[r].signals->find("x");
     const std::vector<Eigen::Index>& samples = rows.usable[r];
-    for (std::size_t first = 0, last = 0; x != nullptr && first < samples.size(); first = last) {
+    if (x == nullptr || samples.empty()) continue;
+    const ChannelNoise* noise = recordings[r].noise.get();
+    const double x_std = noise == nullptr ? 0.0 : std::sqrt(noise->covariance("x", "x"));
+    result.x_std = std::max(result.x_std, x_std);
+    for (std::size_t first = 0, last = 0; first < samples.size(); first = last) {
       for (last = first + 1; last < samples.size() && samples[last] == samples[last - 1] + 1;) ++last;
-      result.push_back(crests(x->values.segment(samples[first], static_cast<Eigen::Index>(last - first))));
+      result.stretches.push_back(
+          crests(x->values.segment(samples[first], static_cast<Eigen::Index>(last - first)), noises * x_std));
     }
   }
   return result;

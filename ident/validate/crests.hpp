@@ -6,11 +6,18 @@
 
 namespace ident {
 
-/// The largest value of each cycle, from one upward passage through the mean to the next.
-[[nodiscard]] std::vector<double> crests(const Eigen::Ref<const Eigen::VectorXd>& displacement);
+/// The largest value of each cycle, from one upward passage through the mean to the next; a passage goes from more than
+/// `noise_swing` below it to as much above: noise passes the mean many times where a motion passes it once.
+[[nodiscard]] std::vector<double> crests(const Eigen::Ref<const Eigen::VectorXd>& displacement,
+                                         double noise_swing = 0.0);
 
-/// The same of x in every stretch without a gap of a range's rows.
-[[nodiscard]] std::vector<std::vector<double>> crests_of(const RangeRows& rows, const std::vector<Columns>& recordings);
+/// Of x, in every stretch without a gap of a range's rows.
+struct Crests {
+  std::vector<std::vector<double>> stretches;
+  double x_std = 0.0;  ///< of the noise of x, at most; 0: not known
+};
+/// Cycles are told from noise of x, where that is known.
+[[nodiscard]] Crests crests_of(const RangeRows& rows, const std::vector<Columns>& recordings);
 
 /// How often crests that were lost came back: the sum of their rises, or of their falls where that is less, over the
 /// largest of them; turns by less than `least` do not count. Trajectories of a plane do not cross, so crests of a

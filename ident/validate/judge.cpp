@@ -5,211 +5,51 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "ident/percent.hpp"
-#include "ident/validate/crests.hpp"
+#include "ident/validate/findings.hpp"
 
 namespace ident {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-// Free-run error of x about its mean, beyond what its noise makes, as a fraction of its power: a tenth of its
-// amplitude, and three tenths; where more than noise is left over, a seventh.
-constexpr double follows = 0.01, follows_in_part = 0.1, follows_beyond_noise = 0.02;
-constexpr double in_step = 0.02;   // power balance: a degree between v and a
-constexpr double explained = 0.1;  // a smaller part, of the target's power or of what is left of it, does not matter
-// Power of a residual, as a fraction of the target's, that sensors themselves may make: few are linear to 0.3 %.
-constexpr double linearity = 1e-5;
-// Where the noise of the channels makes less than this fraction of the residual, twice as much is something else.
-constexpr double mostly_noise = 0.5;
-// Of the residual's power, what comes back when the state does: from here on it is a function of the state, and up to
-// there of something else.
-constexpr double of_the_state = 0.75, of_something_else = 0.1;
-// Below this fraction of the target's power, structure in the residual spoils the error bars but not the equation.
-constexpr double negligible = 1e-3;
-constexpr double carries_over = 10.0;  // residual power on test rows / on training rows: fitted to its rows only
+constexpr double in_step = 0.02;  // power balance: a degree between v and a
 constexpr double matters = 0.05, same = 0.1;
 constexpr double collinear = 1e6;  // condition number of unit-norm columns
 constexpr double poorly_known_cov = 0.3;
 // Noise alone gives a p-value below this in one fit of twenty: no proof of structure, no clean bill either.
 constexpr double doubtful_p_value = 0.05;
 constexpr double small_term = 3.0;  // times the residual's standard deviation, at the term's largest
-constexpr double bias_in_stds = 2.0, bias_of_mean = 0.02;  // by noise of regressors: beyond both the interval misses
-// A start from a measured state carries the noise of x and of v into the run, beside that of x itself.
-constexpr double noises_of_a_run = 3.0;
 
-/// About the mean: of a force about its rest the mean is most of the power and none of the news.
-const Figure& error_of(const JudgedFit& fit) {
-  return fit.test_centred.reason.empty() ? fit.test_centred : fit.train_centred;
+std::string explanation_clause(const Explanation& named) {
+  const std::string fraction = percent(named.fraction);
+  if (named.cause == Cause::switch_variable)
+    return fmt::format("{} explains {} of what is left over: the sign is that of another motion", named.what, fraction);
+  if (!named.is_term)
+    return fmt::format("{} explains {} of what is left over: an inner state is missing", named.what, fraction);
+  return named.is_recorded
+             ? fmt::format("{} was recorded and is not in the equation: it explains {} of what is left over",
+                           named.what, fraction)
+             : fmt::format("{} is no candidate and explains {} of what is left over", named.what, fraction);
 }
 
-bool structured(const JudgedFit& fit) {
-  return fit.whiteness.tested && !fit.whiteness.white;
-}
-
-double mean_square(const Eigen::Ref<const Eigen::VectorXd>& values) {
-  return values.size() > 0 ? values.squaredNorm() / static_cast<double>(values.size()) : nan;
-}
-
-double variance(const Eigen::Ref<const Eigen::VectorXd>& values) {
-  return values.size() > 0 ? mean_square((values.array() - values.mean()).matrix()) : nan;
-}
-
-/// What was found about a fit on a range, apart from other ranges.
-struct Findings {
-  Verdict by_run = Verdict::undecided;
-  double run_error = nan;    ///< NMSE of the free run beyond what noise makes; NaN: none
-  double unexplained = nan;  ///< of the target's variation one step ahead, beyond the noise of the channels
-  bool noise_is_known = false;
-  double noise_share = 0.0;  ///< of the power of what is left on the training rows, at most
-  bool is_noise = false;     ///< what is left on the training rows is the noise of the channels
-  bool above_noise = false;  ///< what is left on the training rows is more than noise
-  bool fitted_to_its_rows = false;
-  std::string biased;  ///< a term whose interval misses by noise of the regressors
-};
-
-std::string biased_term(const JudgedFit& fit) {
-  for (std::size_t i = 0; i < fit.model.terms.size() && fit.noise.bias.size() > 0; ++i) {
-    const ModelTerm& term = fit.model.terms[i];
-    const double bias = std::abs(fit.noise.bias(static_cast<Eigen::Index>(i)));
-    if (bias > bias_in_stds * term.std && bias > bias_of_mean * std::abs(term.mean)) return term.name;
-  }
-  return {};
-}
-
-Verdict by_power(double left_over) {
-  if (!std::isfinite(left_over)) return Verdict::undecided;
-  return left_over <= follows           ? Verdict::describes
-         : left_over <= follows_in_part ? Verdict::in_part
-                                        : Verdict::does_not;
-}
-
-Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
-  const auto num_train = static_cast<Eigen::Index>(range.rows.train.size());
-  const auto train = range.target.head(std::min(num_train, range.target.size()));
-  const auto test = range.target.tail(range.target.size() - train.size());
-  const RegressorNoise& noise = fit.noise;
-  Findings found;
-  found.noise_is_known = noise.residual_power > 0.0 && noise.residual_std > 0.0;
-  const double noise_power = found.noise_is_known ? noise.residual_std * noise.residual_std : 0.0;
-  const Figure& error = error_of(fit);
-  if (error.reason.empty()) {
-    const double power = variance(fit.test_centred.reason.empty() ? test : train);
-    found.unexplained = std::max(0.0, error.value - (power > 0.0 ? noise_power / power : 0.0));
-  }
-  const bool negligible_rest = fit.train_centred.reason.empty() && fit.train_centred.value <= linearity;
-  if (found.noise_is_known) found.noise_share = noise_power / noise.residual_power;
-  found.is_noise = found.noise_is_known ? noise.known_std * noise.known_std >= mostly_noise * noise.residual_power
-                                        : fit.whiteness.tested && fit.whiteness.white;
-  if (found.noise_is_known)
-    found.above_noise = !negligible_rest && found.noise_share < mostly_noise;
-  else
-    found.above_noise = structured(fit) && fit.train.reason.empty() && fit.train.value > negligible;
-  if (fit.train.reason.empty() && fit.test.reason.empty()) {
-    const double before = fit.train.value * mean_square(train), after = fit.test.value * mean_square(test);
-    found.fitted_to_its_rows =
-        fit.test.value > negligible && after > carries_over * before && found.unexplained > follows;
-  }
-  const FreeRun& run = fit.free_run;
-  if (run.diverged_after_s > 0.0) {
-    found.by_run = Verdict::does_not;
-  } else if (run.applies && run.reason.empty()) {
-    const double floor = run.mean_square > 0.0 ? noise.x_std * noise.x_std / run.mean_square : 0.0;
-    if (std::isfinite(run.nmse_centred)) found.run_error = std::max(0.0, run.nmse_centred - noises_of_a_run * floor);
-    found.by_run = by_power(found.run_error);
-  } else if (!run.applies) {
-    found.by_run = by_power(found.unexplained);
-  }
-  found.biased = biased_term(fit);
-  return found;
-}
-
-/// With more than noise left over.
-Verdict lowered(const Findings& found) {
-  const double error = std::isfinite(found.run_error) ? found.run_error : found.unexplained;
-  if (found.by_run == Verdict::in_part && error > follows_beyond_noise) return Verdict::does_not;
-  return found.by_run == Verdict::describes ? Verdict::in_part : found.by_run;
-}
-
-/// Most of what is in the band of the target is noise.
-bool wide_band(const RegressorNoise& noise) {
-  return noise.needed_hz > 0.0 && noise.needed_hz < 0.5 * noise.band_hz;
-}
-
-/// Something recorded explains a part that matters of what is left over beside noise.
-bool explains(const JudgedFit& fit, const Findings& found) {
-  return found.above_noise && fit.explanations.recorded && fit.explanations.recorded->fraction > explained;
-}
-
-/// A usual form that is no candidate explains most of what is left over beside noise.
-bool lacks_form(const JudgedFit& fit, const Findings& found) {
-  constexpr double most = 0.5;
-  return found.above_noise && fit.explanations.form &&
-         fit.explanations.form->fraction > std::max(explained, most * (1.0 - found.noise_share));
-}
-
-/// However little of what is left over it explains: an equation that fails has nothing better to show for it.
-bool was_no_candidate(const JudgedFit& fit) {
-  return fit.explanations.recorded && !fit.explanations.recorded->candidate;
-}
-
-/// Lost amplitude comes back, more than once, though nothing measured drives the equation.
-bool is_driven(const RangeResult& range, const JudgedFit& fit) {
-  if (!fit.model.terms.empty() && !fit.free_run.alone) return false;
-  constexpr double once = 1.0;
-  constexpr double noises = 8.0;  // among hundreds of crests the extremes lie six standard deviations apart
-  constexpr double quarter = 0.25, half = 0.5;  // of the largest: less is a passing transient; half where the noise of
-                                                // x was not looked for
-  double renewed = 0.0;
-  for (const std::vector<double>& crests : range.crests) {
-    if (crests.empty()) continue;
-    const double largest = *std::max_element(crests.begin(), crests.end());
-    const double least = (fit.noise.x_std > 0.0 ? quarter : half) * largest;
-    renewed += renewed_amplitude(crests, std::max(least, noises * fit.noise.x_std));
-  }
-  return renewed > once;
-}
-
-/// Named where a test found it, in this order.
-Cause cause_of(const RangeResult& range, const JudgedFit& fit, const Findings& found) {
-  if (explains(fit, found)) return fit.explanations.recorded->cause;
-  if (!found.biased.empty()) return wide_band(fit.noise) ? Cause::wide_band : Cause::noise;
-  if (was_no_candidate(fit) && found.by_run == Verdict::does_not) return fit.explanations.recorded->cause;
-  if (!found.above_noise) return Cause::not_found;
-  if (found.by_run == Verdict::does_not && is_driven(range, fit)) return Cause::missing_input;
-  if (lacks_form(fit, found) || fit.size.revisit_fraction > of_the_state) return Cause::missing_term;
-  const bool driven_otherwise =
-      fit.free_run.applies && fit.size.revisit_fraction < of_something_else && fit.free_run.alone;
-  return driven_otherwise && found.by_run == Verdict::does_not ? Cause::missing_input : Cause::not_found;
-}
-
-std::string cause_clause(const JudgedFit& fit, const Findings& found, Cause cause) {
-  const auto& recorded = fit.explanations.recorded;
-  const bool by_recorded = explains(fit, found) || was_no_candidate(fit);
-  if (by_recorded && recorded->cause == cause && cause != Cause::switch_variable)
-    return fmt::format("{} was recorded and is not in the equation: it explains {} of what is left over",
-                       recorded->what, percent(recorded->fraction));
-  switch (cause) {
+std::string cause_clause(const JudgedFit& fit, const Findings& found, const NamedCause& why) {
+  if (why.explanation) return explanation_clause(*why.explanation);
+  switch (why.cause) {
     case Cause::missing_input:
       return "something that is not in the equation drives the motion: an input or a further moving part";
-    case Cause::switch_variable:
-      return fmt::format("{} explains {} of what is left over: the sign is that of another motion", recorded->what,
-                         percent(recorded->fraction));
     case Cause::missing_term:
-      if (lacks_form(fit, found))
-        return fmt::format("{} is no candidate and explains {} of what is left over", fit.explanations.form->what,
-                           percent(fit.explanations.form->fraction));
       return fmt::format("{} of what is left over comes back with the state: a term or an inner state is missing",
                          percent(fit.size.revisit_fraction));
     case Cause::wide_band:
-      return fmt::format(
-          "noise of the signals biases the coefficient of {}; above {:.3g} Hz the target is noise: lower "
-          "cutoff_hz",
-          found.biased, fit.noise.needed_hz);
-    case Cause::noise:
-      return fmt::format("noise of the signals biases the coefficient of {}", found.biased);
+    case Cause::noise: {
+      if (found.biased.empty()) return "what the equation lacks is hidden by that noise";
+      const std::string biased = "noise of the signals biases the coefficient of " + found.biased;
+      return why.cause == Cause::noise
+                 ? biased
+                 : fmt::format("{}; above {:.3g} Hz the target is noise: lower cutoff_hz", biased, fit.noise.needed_hz);
+    }
+    case Cause::switch_variable:
     case Cause::not_found:
       break;
   }
@@ -239,8 +79,7 @@ std::string residual_clause(const JudgedFit& fit, const Findings& found) {
     return text + (found.noise_is_known ? ", more than the noise of the signals" : ", and that is structure");
   if (!found.is_noise) return text;
   text += ", no more than noise";
-  if (error.reason.empty() && error.value > explained && wide_band(fit.noise))
-    text += fmt::format(", most of it above {:.3g} Hz: lower cutoff_hz", fit.noise.needed_hz);
+  if (lower_band_helps(fit)) text += fmt::format(", most of it above {:.3g} Hz: lower cutoff_hz", fit.noise.needed_hz);
   return text;
 }
 
@@ -377,7 +216,7 @@ void remark_on_terms(const JudgedFit& fit, std::vector<std::string>& remarks) {
     if (const double cov = std / std::abs(term.mean); cov > poorly_known_cov)
       poor.push_back(fmt::format("{} (CoV {:.2g})", label(term), cov));
     // With structure left in the residual, a term no larger than the residual may be there only to fit it.
-    if (structured(fit) && std::abs(term.mean) * term.scale < small_term * fit.model.noise_std)
+    if (is_structured(fit) && std::abs(term.mean) * term.scale < small_term * fit.model.noise_std)
       small.push_back(label(term));
   }
   if (!poor.empty()) remarks.push_back(fmt::format("poorly determined: {}", fmt::join(poor, ", ")));
@@ -386,30 +225,26 @@ void remark_on_terms(const JudgedFit& fit, std::vector<std::string>& remarks) {
                                   small_term, fmt::join(small, ", ")));
 }
 
+Judgement judgement_of_none(const RangeResult& range, const JudgedFit& fit) {
+  std::string text = "No equation was found: no candidate term explains more than noise";
+  const NamedCause why = cause_of_none(range, fit);
+  if (why.explanation)
+    text += fmt::format("; {} is not among them and explains {} of {}", why.explanation->what,
+                        percent(why.explanation->fraction), fit.model.target);
+  else if (why.cause == Cause::missing_input)
+    text += "; something that is not among them drives the motion: an input or a further moving part";
+  if (has_wide_band(fit.noise))
+    text += fmt::format("; above {:.3g} Hz {} is noise: lower cutoff_hz", fit.noise.needed_hz, fit.model.target);
+  return {Verdict::does_not, why.cause, why.explanation, text + ".", {}};
+}
+
 Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range, std::size_t method) {
   const JudgedFit& fit = ranges[range].fits[method];
-  if (fit.model.terms.empty()) {
-    std::string text = "No equation was found: no candidate term explains more than noise";
-    const bool driven = is_driven(ranges[range], fit);
-    if (was_no_candidate(fit))
-      text += fmt::format("; {} is not among them and explains {} of {}", fit.explanations.recorded->what,
-                          percent(fit.explanations.recorded->fraction), fit.model.target);
-    else if (driven)
-      text += "; something that is not among them drives the motion: an input or a further moving part";
-    if (wide_band(fit.noise))
-      text += fmt::format("; above {:.3g} Hz {} is noise: lower cutoff_hz", fit.noise.needed_hz, fit.model.target);
-    return {Verdict::does_not,
-            was_no_candidate(fit) ? fit.explanations.recorded->cause
-            : driven              ? Cause::missing_input
-                                  : Cause::not_found,
-            text + ".",
-            {}};
-  }
+  if (fit.model.terms.empty()) return judgement_of_none(ranges[range], fit);
   const Findings found = findings_of(ranges[range], fit);
-  Judgement result{found.by_run, {}, {}, {}};
-  if (found.above_noise) result.verdict = lowered(found);
-  if (explains(fit, found) || !found.biased.empty()) result.verdict = Verdict::does_not;
-  const bool left_over = found.unexplained > explained;
+  Judgement result{.verdict = found.verdict()};
+  if (leaves_out_recorded(fit, found) || !found.biased.empty()) result.verdict = Verdict::does_not;
+  const bool left_over = found.unexplained > matters_to_power;
   if (result.verdict == Verdict::undecided && left_over) result.verdict = Verdict::does_not;
 
   const bool converged = fit.fit.status == FitStatus::converged;
@@ -424,9 +259,11 @@ Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range
                                    carry_over_clause(fit, found), power_clause(balance), others.clause};
   if (!converged) clauses.push_back(fmt::format("the fit ended as {}", to_string(fit.fit.status)));
   if (result.verdict == Verdict::in_part || result.verdict == Verdict::does_not) {
-    result.cause = cause_of(ranges[range], fit, found);
-    if (result.verdict == Verdict::does_not || result.cause != Cause::not_found)
-      clauses.push_back(cause_clause(fit, found, *result.cause));
+    const NamedCause why = cause_of(ranges[range], fit, found);
+    result.cause = why.cause;
+    result.named = why.explanation;
+    if (result.verdict == Verdict::does_not || why.cause != Cause::not_found)
+      clauses.push_back(cause_clause(fit, found, why));
   }
   std::erase_if(clauses, [](const std::string& clause) { return clause.empty(); });
   result.sentence = fmt::format("{}: {}.", opening(result.verdict), fmt::join(clauses, "; "));

@@ -20,9 +20,8 @@ namespace ident {
 /// thousandth of the target's power.) Describes is taken down to in part by a fit that did not converge, a tenth of the
 /// target's power left over, a residual ten times larger on test rows, a power balance beyond 0.02, or another equation
 /// in another range. Ranges agree where the terms that matter (a twentieth of the target's largest or more) are in both
-/// and within 10 %. A cause is named where one of these tests found it: what explains the residual; noise, or too wide
-/// a band where the target is noise in its upper half; a missing term where three quarters of what is left over come
-/// back with the state; a missing input where next to nothing does, nothing drives the equation and its free run fails.
+/// and within 10 %. A cause is named where a test found it
+/// (cause_of in findings.hpp).
 void judge(std::vector<RangeResult>& ranges);
 
 /// The greater, the rather an equation speaks for its record: does not, undecided, in part, describes.

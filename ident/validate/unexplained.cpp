@@ -1,7 +1,13 @@
 #include "ident/validate/unexplained.hpp"
 
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
+#include <limits>
 
 #include "dsp/signals.hpp"
 #include "ident/rows_of_terms.hpp"
@@ -14,10 +20,41 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+/// What may explain a residual, formed from the signals of a recording.
 struct Probe {
-  Expression expression;
-  Cause cause;
+  Explanation as;  ///< what it is, without a fraction
+  std::vector<std::string> signals;
+  Index num_series = 1;
+  std::function<MatrixXd(const dsp::Motion&)> series;  ///< a column each
 };
+
+Probe probe_of(const std::string& term, Cause cause, bool is_recorded) {
+  const Expression expression(term);
+  Explanation as;
+  as.what = expression.text();
+  as.cause = cause;
+  as.is_recorded = is_recorded;
+  return {as, expression.signals(), 1,
+          [expression](const dsp::Motion& motion) -> MatrixXd { return expression.evaluate(motion); }};
+}
+
+/// Forces of springs in series with sliders (Jenkins elements), over their stiffness: each follows x up to a part of
+/// the largest x to either side of where it slid to last. Their sum is hysteresis of any shape (Iwan, J. Appl. Mech.
+/// 33, 1966); octaves of that part are as many as a record tells apart.
+constexpr std::array slips{1.0 / 16, 1.0 / 8, 1.0 / 4, 1.0 / 2};
+MatrixXd sliding_springs(const VectorXd& x) {
+  const double amplitude = x.cwiseAbs().maxCoeff();
+  MatrixXd forces(x.size(), std::ssize(slips));
+  for (Index j = 0; j < forces.cols(); ++j) {
+    const double slip = slips[static_cast<std::size_t>(j)] * amplitude;
+    double now = 0.0;
+    for (Index i = 0; i < x.size(); ++i) {
+      if (i > 0) now = std::clamp(now + x(i) - x(i - 1), -slip, slip);
+      forces(i, j) = now;
+    }
+  }
+  return forces;
+}
 
 bool has_switch(const std::vector<std::string>& terms, const std::string& argument) {
   return std::any_of(terms.begin(), terms.end(), [&](const std::string& text) {
@@ -39,12 +76,12 @@ std::vector<Probe> recorded_probes(const Model& model, const std::vector<std::st
     });
     // A hysteretic force is a state of the system's own.
     if (!used)
-      result.push_back({Expression(name), info.role == dsp::Role::z ? Cause::missing_term : Cause::missing_input});
+      result.push_back(probe_of(name, info.role == dsp::Role::z ? Cause::missing_term : Cause::missing_input, true));
   }
   for (const auto& [one, other] : {std::pair("v", "dy"), std::pair("dy", "v")})
     if (motion.find(one) != nullptr && motion.find("r") != nullptr && !has_switch(terms, one) &&
         has_switch(terms, other))
-      result.push_back({Expression(std::string("sgn(") + one + ")"), Cause::switch_variable});
+      result.push_back(probe_of(fmt::format("sgn({})", one), Cause::switch_variable, true));
   return result;
 }
 
@@ -52,39 +89,45 @@ std::vector<Probe> form_probes(const std::vector<std::string>& terms, const dsp:
   std::vector<Probe> result;
   if (motion.find("x") == nullptr || motion.find("v") == nullptr) return result;
   if (!has_switch(terms, "v") && !has_switch(terms, "dy"))
-    result.push_back({Expression("sgn(v)"), Cause::missing_term});
+    result.push_back(probe_of("sgn(v)", Cause::missing_term, false));
   for (const char* text : {"x", "v", "x^2", "x*v", "v^2", "x^3", "x^2*v", "x*v^2", "v^3"})
     if (std::find(terms.begin(), terms.end(), text) == terms.end())
-      result.push_back({Expression(text), Cause::missing_term});
+      result.push_back(probe_of(text, Cause::missing_term, false));
+  if (motion.find("z") != nullptr) return result;
+  Explanation as;
+  as.what = "hysteresis of x (springs that slide)";
+  as.cause = Cause::missing_term;
+  as.is_recorded = as.is_term = false;
+  result.push_back({as, {"x"}, std::ssize(slips), [](const dsp::Motion& of) { return sliding_springs(of.at("x")); }});
   return result;
 }
 
 /// Empty where a recording lacks one of its signals.
-VectorXd on_rows(const Expression& expression, const std::vector<Row>& rows, const std::vector<Columns>& recordings) {
-  VectorXd result(std::ssize(rows));
-  VectorXd values;
-  for (Index i = 0; i < result.size(); ++i) {
+MatrixXd on_rows(const Probe& probe, const std::vector<Row>& rows, const std::vector<Columns>& recordings) {
+  MatrixXd result(std::ssize(rows), probe.num_series);
+  MatrixXd values;
+  for (Index i = 0; i < result.rows(); ++i) {
     const Row& row = rows[static_cast<std::size_t>(i)];
     if (i == 0 || row.recording != rows[static_cast<std::size_t>(i - 1)].recording) {
       const dsp::Motion& motion = *recordings[row.recording].signals;
-      for (const std::string& name : expression.signals())
+      for (const std::string& name : probe.signals)
         if (motion.find(name) == nullptr) return {};
-      values = expression.evaluate(motion);
+      values = probe.series(motion);
     }
-    result(i) = values(row.sample);
+    result.row(i) = values.row(row.sample);
   }
   return result;
 }
 
-/// What the kept columns have of a series: its products with an orthonormal basis of them.
-VectorXd part_in_kept(const Eigen::Ref<const VectorXd>& values, const Model& model, const RFactor& kept,
+/// What the kept columns have of series: products with an orthonormal basis of them.
+MatrixXd part_in_kept(const Eigen::Ref<const MatrixXd>& values, const Model& model, const RFactor& kept,
                       const std::vector<Row>& rows, const std::vector<Columns>& recordings) {
   const Index k = std::ssize(model.terms);
   std::vector<Index> columns;
   for (const ModelTerm& term : model.terms) columns.push_back(term.column);
-  VectorXd products = VectorXd::Zero(k);
+  MatrixXd products = MatrixXd::Zero(k, values.cols());
   RowsOfTerms(rows, recordings, columns).for_each_block([&](Index first, const MatrixXd& phi) {
-    products += phi.transpose() * values.segment(first, phi.rows());
+    products += phi.transpose() * values.middleRows(first, phi.rows());
   });
   return kept.R.topLeftCorner(k, k).triangularView<Eigen::Upper>().transpose().solve(products);
 }
@@ -106,11 +149,11 @@ struct Residual {
     std::optional<Explanation> best;
     for (const Probe& probe : probes) {
       if (poll) poll();
-      const auto [fraction, chance] = explained_by(probe.expression);
+      const auto [fraction, chance] = explained_by(probe);
       if (!(chance * static_cast<double>(probes.size()) < by_chance) || (best && best->fraction >= fraction)) continue;
-      const std::string what = probe.expression.text();
-      best = Explanation{what, probe.cause, std::min(1.0, fraction),
-                         std::find(terms.begin(), terms.end(), what) != terms.end()};
+      best = probe.as;
+      best->fraction = std::min(1.0, fraction);
+      best->candidate = std::find(terms.begin(), terms.end(), best->what) != terms.end();
     }
     return best;
   }
@@ -119,19 +162,34 @@ struct Residual {
   struct Explained {
     double fraction = 0.0, chance = 1.0;
   };
-  [[nodiscard]] Explained explained_by(const Expression& expression) const {
+  [[nodiscard]] Explained explained_by(const Probe& of) const {
     constexpr double rounding = 1e-10;  // of a probe that the kept columns make up
-    VectorXd probe = on_rows(expression, rows, recordings);
+    MatrixXd probe = on_rows(of, rows, recordings);
     if (probe.size() == 0 || !probe.allFinite()) return {};
-    probe.array() -= probe.mean();
-    const VectorXd probe_in_kept = part_in_kept(probe, model, kept, rows, recordings);
-    const double power = probe.squaredNorm() - probe_in_kept.squaredNorm();
-    if (!(power > rounding * probe.squaredNorm())) return {};
-    const double product = probe.dot(values) - probe_in_kept.dot(in_kept);
-    const double fraction = product * product / (power * values.squaredNorm());
-    // Of noise a fraction R^2 is explained with probability (1 - R^2)^((n - 2) / 2), about.
-    const double independent = static_cast<double>(values.size()) * independence.fraction_for(probe, values) - 2.0;
-    return {fraction, std::pow(std::max(0.0, 1.0 - fraction), 0.5 * std::max(0.0, independent))};
+    probe.rowwise() -= probe.colwise().mean();
+    const VectorXd scale = probe.colwise().norm().cwiseMax(std::numeric_limits<double>::min());
+    probe.array().rowwise() /= scale.transpose().array();
+    const MatrixXd probe_in_kept = part_in_kept(probe, model, kept, rows, recordings);
+    const MatrixXd power = probe.transpose() * probe - probe_in_kept.transpose() * probe_in_kept;
+    const VectorXd product = probe.transpose() * values - probe_in_kept.transpose() * in_kept;
+    if (!(power.diagonal().minCoeff() > rounding)) return {};
+    const VectorXd coefficients = power.ldlt().solve(product);
+    const double fraction = std::clamp(product.dot(coefficients) / values.squaredNorm(), 0.0, 1.0);
+    const double independent =
+        static_cast<double>(values.size()) * independence.fraction_for(probe * coefficients, values);
+    return {fraction, chance_of(fraction, of.num_series, independent)};
+  }
+
+  /// That `num_series` explain as much of noise, or more: R^2 has the distribution beta(k / 2, (n - 1 - k) / 2), whose
+  /// tail this is for an even number; that of one is below (1 - R^2)^((n - 2) / 2).
+  static double chance_of(double fraction, Index num_series, double independent) {
+    const double half = 0.5 * std::max(0.0, independent - 1.0 - static_cast<double>(num_series));
+    double term = std::pow(1.0 - fraction, half), sum = term;
+    for (Index j = 1; 2 * j < num_series; ++j) {
+      term *= fraction * (half + static_cast<double>(j) - 1.0) / static_cast<double>(j);
+      sum += term;
+    }
+    return std::min(1.0, sum);
   }
 };
 

@@ -15,22 +15,14 @@ namespace ident {
 
 class IndependentRows;
 
-/// Something recorded that is not in an equation and explains part of what that leaves over.
-struct Explanation {
-  std::string what;  ///< "f", "sgn(dy)"
-  Cause cause = Cause::not_found;
-  double fraction = 0.0;   ///< of the residual's power
-  bool candidate = false;  ///< it was one, and not taken
-};
-
 /// What explains more of a residual than chance would once in a thousand, by the partial correlation with it over as
 /// many independent rows as the two have together; of each kind the one that explains most.
 struct Explanations {
   /// Recorded signals that act on the motion from outside and are not in the model (missing_input; z: missing_term),
   /// and sgn(v) or sgn(dy) where the library has the other (switch_variable).
   std::optional<Explanation> recorded;
-  /// Of what springs, dampers and friction are commonly made of, what is no candidate (missing_term): sgn(v), and x and
-  /// v with their products up to the third degree.
+  /// Of what springs, dampers and friction are commonly made of, what is no candidate (missing_term): sgn(v), x and v
+  /// with their products up to the third degree, and a spring in series with a slider (hysteresis).
   std::optional<Explanation> form;
 };
 

@@ -348,6 +348,15 @@ ident::LibraryOptions drawn_library(Draw& draw, const Scenario& scenario, bool w
   return library;
 }
 
+/// Makes every term of the truth a candidate.
+void add_lacking(LabelledRecord& record) {
+  const auto library = ident::make_library(record.library, "a", record.exact);
+  for (const auto& [name, value] : record.truth)
+    if (std::none_of(library.terms.begin(), library.terms.end(), [&](const auto& term) { return term.name == name; }))
+      record.library.terms.push_back(name);
+  record.flaw.reset();
+}
+
 }  // namespace
 
 const std::vector<std::string>& scenario_names() {
@@ -359,7 +368,7 @@ const std::vector<std::string>& scenario_names() {
   return names;
 }
 
-LabelledRecord labelled_record(std::uint32_t seed) {
+LabelledRecord labelled_record(std::uint32_t seed, bool mended) {
   Draw draw(seed);
   std::vector<int> indices;
   for (std::size_t i = 0; i < scenarios.size(); ++i) indices.push_back(static_cast<int>(i));
@@ -378,15 +387,16 @@ LabelledRecord labelled_record(std::uint32_t seed) {
   const double bands = result.wide_band ? draw.uniform("bands", 10.0, 20.0) : 3.0;
   result.prepare.cutoff_hz = std::min(bands * sketch.highest_hz, 0.4 * rate_hz);
   const bool forced = !sketch.p.base && !sketch.p.drive.tones.empty();
-  const bool has_force_channel = forced && result.scenario != "duffing, f not recorded";
+  const bool has_force_channel = forced && (mended || result.scenario != "duffing, f not recorded");
   std::vector<std::string> names = sketch.p.base ? std::vector<std::string>{"y", "r"} : std::vector<std::string>{"x"};
   if (draw.half("accelerometers"))
     for (const char* more : sketch.p.base ? std::vector<const char*>{"ddy", "ddr"} : std::vector<const char*>{"v", "a"})
       names.emplace_back(more);
   if (has_force_channel) names.emplace_back("f");
-  if (scenario.family == Family::bouc_wen && !scenario.flaw) names.emplace_back("z");
+  if (scenario.family == Family::bouc_wen && (mended || !scenario.flaw)) names.emplace_back("z");
   result.recording = recorded(result.exact, names, result.noise, seed);
   result.library = drawn_library(draw, scenario, has_force_channel && result.scenario != "duffing, f no candidate");
+  if (mended) add_lacking(result);
   result.drawn = draw.text();
   return result;
 }

@@ -31,6 +31,7 @@ struct LabelledRecord {
 [[nodiscard]] const std::vector<std::string>& scenario_names();
 
 /// Everything follows from the seed: the scenario, the oscillator, its drive, sensors, noise, band and library.
-[[nodiscard]] LabelledRecord labelled_record(std::uint32_t seed);
+/// `mended`: the same without its flaw, what it lacks recorded and a candidate.
+[[nodiscard]] LabelledRecord labelled_record(std::uint32_t seed, bool mended = false);
 
 }  // namespace support

@@ -38,6 +38,18 @@ TEST_CASE("free decays, limit cycles and steady motion renew no amplitude, a bea
   CHECK(beat < 5.5);
 }
 
+TEST_CASE("noise that passes the mean many times makes no cycles of its own") {
+  std::mt19937 random(5);
+  std::normal_distribution<double> white(0.0, 0.1);
+  VectorXd x = sampled(60.0, [](double t) { return std::sin(0.2 * two_pi * t); });
+  for (double& value : x) value += white(random);
+  CHECK(ident::crests(x).size() > 20);
+  const auto found = ident::crests(x, 0.4);
+  CHECK(found.size() == 10);
+  CHECK(ident::renewed_amplitude(ident::crests(x), 0.8) > 1.0);
+  CHECK(ident::renewed_amplitude(found, 0.8) == 0.0);
+}
+
 TEST_CASE("noise below the least turn renews nothing") {
   std::mt19937 random(4);
   std::normal_distribution<double> white(0.0, 0.02);

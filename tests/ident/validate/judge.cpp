@@ -122,8 +122,10 @@ TEST_CASE("a cause is named where a test found it", "[ident][judge]") {
   fit.size.revisit_fraction = 0.9;
   CHECK(of(result).cause == ident::Cause::missing_term);
   CHECK_THAT(of(result).sentence, Catch::Contains("90 % of what is left over comes back with the state"));
-  fit.explanations.form = ident::Explanation{"x^2*v", ident::Cause::missing_term, 0.7};
+  fit.explanations.form = ident::Explanation{"x^2*v", ident::Cause::missing_term, 0.7, false};
   CHECK_THAT(of(result).sentence, Catch::Contains("x^2*v is no candidate and explains 70 % of what is left over"));
+  REQUIRE(of(result).named.has_value());
+  CHECK(of(result).named->what == "x^2*v");
   fit.size.revisit_fraction = 0.5;
   CHECK(of(result).cause == ident::Cause::missing_term);
   fit.explanations.form->fraction = 0.4;  // something else is larger
@@ -142,6 +144,34 @@ TEST_CASE("a cause is named where a test found it", "[ident][judge]") {
   CHECK_THAT(of(result).sentence, Catch::Contains("f was recorded and is not in the equation: it explains 80 %"));
   fit.explanations.recorded->what = "z", fit.explanations.recorded->cause = ident::Cause::missing_term;
   CHECK_THAT(of(result).sentence, Catch::Contains("z was recorded and is not in the equation: it explains 80 %"));
+}
+
+TEST_CASE("an equation that misses where only noise is left lacks what noise hides", "[ident][judge]") {
+  auto result = range("low", 0.5, 5e-3);
+  ident::JudgedFit& fit = result.fits[0];
+  fit.noise.residual_power = 5e-3, fit.noise.residual_std = fit.noise.known_std = std::sqrt(4e-3);
+  fit.noise.band_hz = 10.0, fit.noise.needed_hz = 8.0;
+  CHECK(of(result).cause == ident::Cause::noise);
+  CHECK_THAT(of(result).sentence, Catch::Contains("what the equation lacks is hidden by that noise"));
+  fit.noise.needed_hz = 3.0;
+  CHECK(of(result).cause == ident::Cause::noise);  // a lower cut-off would take away half a hundredth
+  fit.train = fit.train_centred = fit.test = fit.test_centred = {0.2, {}};
+  fit.noise.residual_power = 0.2, fit.noise.residual_std = fit.noise.known_std = std::sqrt(0.19);
+  CHECK(of(result).cause == ident::Cause::wide_band);
+  // The amplitude that the equation cannot renew is seen in x itself.
+  fit.free_run.alone = true;
+  result.crests = {{{1.0, 0.1, 1.0, 0.1, 1.0}}, 0.01};
+  CHECK(of(result).cause == ident::Cause::missing_input);
+  result.crests.x_std = 0.2;
+  CHECK(of(result).cause == ident::Cause::wide_band);
+  // On rows of its own noise is left, on others more.
+  fit.test = fit.test_centred = {2.5, {}};
+  CHECK(of(result).cause == ident::Cause::not_found);
+  // Nothing is lacking where the free run follows.
+  fit.test = fit.test_centred = {0.2, {}};
+  fit.free_run.nmse_centred = 1e-4;
+  CHECK(of(result).verdict == Verdict::describes);
+  CHECK(of(result).cause == std::nullopt);
 }
 
 TEST_CASE("every verdict is read back from its word", "[ident][judge]") {

@@ -88,3 +88,23 @@ TEST_CASE("a usual form that is no candidate is found in what is left over", "[i
   CHECK(found->cause == ident::Cause::missing_term);
   CHECK(found->fraction > 0.9);
 }
+
+TEST_CASE("a slider in series with a spring is found by its hysteresis", "[ident][unexplained]") {
+  // Bouc-Wen records whose inner force was not recorded, with little noise.
+  const support::LabelledRecord record = support::labelled_record(4);
+  REQUIRE(record.scenario == "bouc-wen without z");
+  const auto explanations = [](const support::LabelledRecord& of, const std::vector<std::string>& terms) {
+    return ident::identify(ident::find_regimes(dsp::prepare(of.recording, of.prepare)), {.order = 0, .terms = terms},
+                           {.methods = {ident::OlsOptions{}}})
+        .at(0)
+        .fits.at(0)
+        .explanations;
+  };
+  const auto form = explanations(record, {"x", "v", "f", "x^2", "x*v", "v^2", "x^3", "x^2*v", "x*v^2", "v^3"}).form;
+  REQUIRE(form.has_value());
+  CHECK_THAT(form->what, Catch::Contains("hysteresis"));
+  CHECK(form->fraction > 0.5);
+  CHECK_FALSE(form->is_term);
+  const support::LabelledRecord mended = support::labelled_record(4, true);
+  CHECK_FALSE(explanations(mended, {"x", "v", "f", "z"}).form.has_value());
+}

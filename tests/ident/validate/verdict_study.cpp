@@ -34,6 +34,8 @@ struct Outcome {
   [[nodiscard]] bool cause_is_true() const {
     return std::any_of(accepted.begin(), accepted.end(), [&](Cause one) { return cause == to_string(one); });
   }
+  /// By the flaw alone where there is one, however noisy the record.
+  [[nodiscard]] bool cause_is_flaw() const { return record.flaw ? cause == to_string(*record.flaw) : cause_is_true(); }
 };
 
 std::optional<double> coefficient_of(const std::vector<std::pair<std::string, double>>& truth,
@@ -96,14 +98,16 @@ std::string why_wrong(const JudgedFit& fit, const support::LabelledRecord& recor
   return why;
 }
 
-/// What is true of a wrong equation, from how it was made alone.
-std::vector<Cause> true_causes(const Outcome& outcome) {
+/// What is true of a wrong equation, from how it was made alone: its flaw, and the noise where without the flaw the
+/// equation would be as wrong (`wrong_without_flaw`).
+std::vector<Cause> true_causes(const Outcome& outcome, bool wrong_without_flaw) {
   const support::LabelledRecord& record = outcome.record;
-  if (record.flaw) return {*record.flaw};
   std::vector<Cause> causes;
+  if (record.flaw) causes.push_back(*record.flaw);
+  if (record.flaw && !wrong_without_flaw) return causes;
   if (record.noise > 0.0) causes.push_back(Cause::noise);
   if (record.noise > 0.0 && record.wide_band) causes.push_back(Cause::wide_band);
-  if (!outcome.fit) return causes;
+  if (record.flaw || !outcome.fit) return causes;
   const Difference found = difference(outcome.fit->model, record);
   // Without noise what is left over is a function of the state and of nothing else.
   if (!found.lacking.empty() && record.noise == 0.0) causes.push_back(Cause::missing_term);
@@ -141,15 +145,23 @@ void identify_as_the_product_does(Outcome& outcome) {
   outcome.equation_error = equation_error(outcome.fit->model, record.exact);
 }
 
-Outcome run_case(std::uint32_t seed) {
-  Outcome outcome{.seed = seed, .record = support::labelled_record(seed)};
+Outcome judged(std::uint32_t seed, bool mended) {
+  Outcome outcome{.seed = seed, .record = support::labelled_record(seed, mended)};
   try {
     identify_as_the_product_does(outcome);
   } catch (const dsp::Fault& fault) {
     outcome.sentence = fault.what();
     outcome.why_wrong = "refused: " + fault.name();
   }
-  if (!outcome.right) outcome.accepted = true_causes(outcome);
+  return outcome;
+}
+
+Outcome run_case(std::uint32_t seed) {
+  Outcome outcome = judged(seed, false);
+  if (!outcome.right) {
+    const bool noisy = outcome.record.flaw && outcome.record.noise > 0.0;
+    outcome.accepted = true_causes(outcome, noisy && !judged(seed, true).right);
+  }
   outcome.record.recording.samples.resize(0, 0);
   outcome.record.exact = {};
   return outcome;
@@ -270,17 +282,17 @@ std::string table(const std::vector<Outcome>& outcomes) {
 struct Rates {
   int num_right = 0, num_wrong = 0, num_named = 0;
   double right_describes = 0.0, right_does_not = 0.0, wrong_describes = 0.0, wrong_does_not = 0.0, named = 0.0,
-         named_true = 0.0;
+         named_true = 0.0, named_flaw = 0.0;
 };
 
 Rates rates_of(const std::vector<Outcome>& outcomes) {
   Rates r;
   std::map<std::pair<bool, std::string>, int> counts;
-  int named_true = 0;
+  int named_true = 0, named_flaw = 0;
   for (const Outcome& o : outcomes) {
     ++(o.right ? r.num_right : r.num_wrong);
     ++counts[{o.right, o.verdict}];
-    if (!o.right && o.names_a_cause()) ++r.num_named, named_true += o.cause_is_true();
+    if (!o.right && o.names_a_cause()) ++r.num_named, named_true += o.cause_is_true(), named_flaw += o.cause_is_flaw();
   }
   const auto fraction = [](int part, int all) { return all == 0 ? 0.0 : static_cast<double>(part) / all; };
   r.right_describes = fraction(counts[{true, "describes"}], r.num_right);
@@ -289,6 +301,7 @@ Rates rates_of(const std::vector<Outcome>& outcomes) {
   r.wrong_does_not = fraction(counts[{false, "does_not"}], r.num_wrong);
   r.named = fraction(r.num_named, r.num_wrong);
   r.named_true = fraction(named_true, r.num_named);
+  r.named_flaw = fraction(named_flaw, r.num_named);
   return r;
 }
 
@@ -318,9 +331,10 @@ TEST_CASE("a verdict is right of equations whose truth is known, and its cause i
   fmt::print(
       "{}\n{} cases from seed {}: {} right, of which {:.1f} % describes, {:.1f} % does_not; {} wrong, of which "
       "{:.1f} % describes, {:.1f} % does_not; a cause named for {:.1f} % of the wrong, true for {:.1f} % of "
-      "these {}\n",
+      "these {} ({:.1f} % where of a flawed record its flaw alone is true)\n",
       table(outcomes), num_cases, first_seed, r.num_right, 100 * r.right_describes, 100 * r.right_does_not, r.num_wrong,
-      100 * r.wrong_describes, 100 * r.wrong_does_not, 100 * r.named, 100 * r.named_true, r.num_named);
+      100 * r.wrong_describes, 100 * r.wrong_does_not, 100 * r.named, 100 * r.named_true, r.num_named,
+      100 * r.named_flaw);
   // What is asked, and what must not be lost of what is reached.
   CHECK_NOFAIL(r.right_describes >= 0.80);
   CHECK_NOFAIL(r.right_does_not <= 0.03);

@@ -1,0 +1,175 @@
+#include "ident/validate/findings.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ident {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double follows_beyond_noise = 0.02;  // as `follows`, where more than noise is left over: a seventh
+// Power of a residual, as a fraction of the target's, that sensors themselves may make: few are linear to 0.3 %.
+constexpr double linearity = 1e-5;
+// Where the noise of the channels makes less than this fraction of the residual, twice as much is something else.
+constexpr double mostly_noise = 0.5;
+// Of the residual's power, what comes back when the state does: from here on it is a function of the state, and up to
+// there of something else.
+constexpr double of_the_state = 0.75, of_something_else = 0.1;
+// Below this fraction of the target's power, structure in the residual spoils the error bars but not the equation.
+constexpr double negligible = 1e-3;
+constexpr double carries_over = 10.0;  // residual power on test rows / on training rows: fitted to its rows only
+constexpr double bias_in_stds = 2.0, bias_of_mean = 0.02;  // by noise of regressors: beyond both the interval misses
+// A start from a measured state carries the noise of x and of v into the run, beside that of x itself.
+constexpr double noises_of_a_run = 3.0;
+
+double mean_square(const Eigen::Ref<const Eigen::VectorXd>& values) {
+  return values.size() > 0 ? values.squaredNorm() / static_cast<double>(values.size()) : nan;
+}
+
+double variance(const Eigen::Ref<const Eigen::VectorXd>& values) {
+  return values.size() > 0 ? mean_square((values.array() - values.mean()).matrix()) : nan;
+}
+
+std::string biased_term(const JudgedFit& fit) {
+  for (std::size_t i = 0; i < fit.model.terms.size() && fit.noise.bias.size() > 0; ++i) {
+    const ModelTerm& term = fit.model.terms[i];
+    const double bias = std::abs(fit.noise.bias(static_cast<Eigen::Index>(i)));
+    if (bias > bias_in_stds * term.std && bias > bias_of_mean * std::abs(term.mean)) return term.name;
+  }
+  return {};
+}
+
+Verdict by_power(double left_over) {
+  if (!std::isfinite(left_over)) return Verdict::undecided;
+  return left_over <= follows           ? Verdict::describes
+         : left_over <= follows_in_part ? Verdict::in_part
+                                        : Verdict::does_not;
+}
+
+/// A usual form that is no candidate explains most of what is left over beside noise.
+bool lacks_form(const JudgedFit& fit, const Findings& found) {
+  constexpr double most = 0.5;
+  return found.above_noise && fit.explanations.form &&
+         fit.explanations.form->fraction > std::max(matters_to_power, most * (1.0 - found.noise_share));
+}
+
+/// However little of what is left over it explains: an equation that fails has nothing better to show for it.
+bool was_no_candidate(const JudgedFit& fit) {
+  return fit.explanations.recorded && !fit.explanations.recorded->candidate;
+}
+
+/// Lost amplitude comes back, more than once, though nothing measured drives the equation.
+bool is_driven(const RangeResult& range, const JudgedFit& fit) {
+  if (!fit.model.terms.empty() && !fit.free_run.alone) return false;
+  constexpr double once = 1.0;
+  constexpr double noises = 8.0;  // among hundreds of crests the extremes lie six standard deviations apart
+  constexpr double quarter = 0.25, half = 0.5;  // of the largest: less is a passing transient; half where the noise of
+                                                // x is not known
+  const double x_std = range.crests.x_std;
+  double renewed = 0.0;
+  for (const std::vector<double>& crests : range.crests.stretches) {
+    if (crests.empty()) continue;
+    const double largest = *std::max_element(crests.begin(), crests.end());
+    renewed += renewed_amplitude(crests, std::max((x_std > 0.0 ? quarter : half) * largest, noises * x_std));
+  }
+  return renewed > once;
+}
+
+}  // namespace
+
+/// About the mean: of a force about its rest the mean is most of the power and none of the news.
+const Figure& error_of(const JudgedFit& fit) {
+  return fit.test_centred.reason.empty() ? fit.test_centred : fit.train_centred;
+}
+
+bool is_structured(const JudgedFit& fit) {
+  return fit.whiteness.tested && !fit.whiteness.white;
+}
+
+bool has_wide_band(const RegressorNoise& noise) {
+  return noise.needed_hz > 0.0 && noise.needed_hz < 0.5 * noise.band_hz;
+}
+
+bool leaves_out_recorded(const JudgedFit& fit, const Findings& found) {
+  return found.above_noise && fit.explanations.recorded && fit.explanations.recorded->fraction > matters_to_power;
+}
+
+bool lower_band_helps(const JudgedFit& fit) {
+  const Figure& error = error_of(fit);
+  return error.reason.empty() && error.value > matters_to_power && has_wide_band(fit.noise);
+}
+
+Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
+  const auto num_train = static_cast<Eigen::Index>(range.rows.train.size());
+  const auto train = range.target.head(std::min(num_train, range.target.size()));
+  const auto test = range.target.tail(range.target.size() - train.size());
+  const RegressorNoise& noise = fit.noise;
+  Findings found;
+  found.noise_is_known = noise.residual_power > 0.0 && noise.residual_std > 0.0;
+  const double noise_power = found.noise_is_known ? noise.residual_std * noise.residual_std : 0.0;
+  const Figure& error = error_of(fit);
+  if (error.reason.empty()) {
+    const double power = variance(fit.test_centred.reason.empty() ? test : train);
+    found.unexplained = std::max(0.0, error.value - (power > 0.0 ? noise_power / power : 0.0));
+  }
+  const bool negligible_rest = fit.train_centred.reason.empty() && fit.train_centred.value <= linearity;
+  if (found.noise_is_known) found.noise_share = noise_power / noise.residual_power;
+  found.is_noise = found.noise_is_known ? noise.known_std * noise.known_std >= mostly_noise * noise.residual_power
+                                        : fit.whiteness.tested && fit.whiteness.white;
+  if (found.noise_is_known)
+    found.above_noise = !negligible_rest && found.noise_share < mostly_noise;
+  else
+    found.above_noise = is_structured(fit) && fit.train.reason.empty() && fit.train.value > negligible;
+  if (fit.train.reason.empty() && fit.test.reason.empty()) {
+    const double before = fit.train.value * mean_square(train), after = fit.test.value * mean_square(test);
+    found.fitted_to_its_rows =
+        fit.test.value > negligible && after > carries_over * before && found.unexplained > follows;
+  }
+  const FreeRun& run = fit.free_run;
+  if (run.diverged_after_s > 0.0) {
+    found.by_run = Verdict::does_not;
+  } else if (run.applies && run.reason.empty()) {
+    const double floor = run.mean_square > 0.0 ? noise.x_std * noise.x_std / run.mean_square : 0.0;
+    if (std::isfinite(run.nmse_centred)) found.run_error = std::max(0.0, run.nmse_centred - noises_of_a_run * floor);
+    found.by_run = by_power(found.run_error);
+  } else if (!run.applies) {
+    found.by_run = by_power(found.unexplained);
+  }
+  found.biased = biased_term(fit);
+  return found;
+}
+
+Verdict Findings::verdict() const {
+  if (!above_noise) return by_run;
+  const double error = std::isfinite(run_error) ? run_error : unexplained;
+  if (by_run == Verdict::in_part && error > follows_beyond_noise) return Verdict::does_not;
+  return by_run == Verdict::describes ? Verdict::in_part : by_run;
+}
+
+NamedCause cause_of(const RangeResult& range, const JudgedFit& fit, const Findings& found) {
+  const auto& [recorded, form] = fit.explanations;
+  const bool fails = found.by_run == Verdict::does_not;
+  if (leaves_out_recorded(fit, found)) return {recorded->cause, recorded};
+  if (!found.biased.empty()) return {has_wide_band(fit.noise) ? Cause::wide_band : Cause::noise};
+  if (was_no_candidate(fit) && fails) return {recorded->cause, recorded};
+  if (fails && is_driven(range, fit)) return {Cause::missing_input};
+  const bool misses = found.by_run != Verdict::describes || found.unexplained > matters_to_power;
+  if (found.noise_is_known && found.is_noise && misses && !found.fitted_to_its_rows)
+    return {lower_band_helps(fit) ? Cause::wide_band : Cause::noise};
+  if (!found.above_noise) return {};
+  if (lacks_form(fit, found)) return {Cause::missing_term, form};
+  if (fit.size.revisit_fraction > of_the_state) return {Cause::missing_term};
+  const bool driven_otherwise =
+      fit.free_run.applies && fit.size.revisit_fraction < of_something_else && fit.free_run.alone;
+  return {driven_otherwise && fails ? Cause::missing_input : Cause::not_found};
+}
+
+NamedCause cause_of_none(const RangeResult& range, const JudgedFit& fit) {
+  if (was_no_candidate(fit)) return {fit.explanations.recorded->cause, fit.explanations.recorded};
+  if (is_driven(range, fit)) return {Cause::missing_input};
+  const Findings found = findings_of(range, fit);
+  if (!found.noise_is_known || !found.is_noise) return {};
+  return {lower_band_helps(fit) ? Cause::wide_band : Cause::noise};
+}
+
+}  // namespace ident

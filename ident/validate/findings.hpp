@@ -1,0 +1,60 @@
+#pragma once
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "ident/identify.hpp"
+
+// What speaks for an equation and against it, and why it fails: what judge.hpp puts into words.
+
+namespace ident {
+
+/// Free-run error of x about its mean, beyond what its noise makes, as a fraction of its power: a tenth of its
+/// amplitude, and three tenths.
+inline constexpr double follows = 0.01, follows_in_part = 0.1;
+/// A smaller part, of the target's power or of what is left of it, does not matter.
+inline constexpr double matters_to_power = 0.1;
+
+/// Of a fit on a range, apart from other ranges.
+struct Findings {
+  Verdict by_run = Verdict::undecided;
+  double run_error = std::numeric_limits<double>::quiet_NaN();    ///< NMSE of the free run beyond what noise makes;
+                                                                  ///< NaN: none
+  double unexplained = std::numeric_limits<double>::quiet_NaN();  ///< of the target's variation one step ahead, beyond
+                                                                  ///< the noise of the channels
+  bool noise_is_known = false;
+  double noise_share = 0.0;  ///< of the power of what is left on the training rows, at most
+  bool is_noise = false;     ///< what is left on the training rows is the noise of the channels
+  bool above_noise = false;  ///< what is left on the training rows is more than noise
+  bool fitted_to_its_rows = false;
+  std::string biased;  ///< a term whose interval misses by noise of the regressors
+  /// The free run, taken down where more than noise is left over.
+  [[nodiscard]] Verdict verdict() const;
+};
+[[nodiscard]] Findings findings_of(const RangeResult& range, const JudgedFit& fit);
+
+/// NMSE about the mean, of the test rows where there are any: of a force about its rest the mean is most of the power
+/// and none of the news.
+[[nodiscard]] const Figure& error_of(const JudgedFit& fit);
+/// The training residual is not white.
+[[nodiscard]] bool is_structured(const JudgedFit& fit);
+/// Most of what is in the band of the target is noise.
+[[nodiscard]] bool has_wide_band(const RegressorNoise& noise);
+/// And what it leaves over matters: a lower cut-off takes most of it away.
+[[nodiscard]] bool lower_band_helps(const JudgedFit& fit);
+/// Something recorded that is not in the equation explains a part that matters of what is left over beside noise.
+[[nodiscard]] bool leaves_out_recorded(const JudgedFit& fit, const Findings& found);
+
+/// Why an equation does not describe its record.
+struct NamedCause {
+  Cause cause = Cause::not_found;
+  std::optional<Explanation> explanation = {};  ///< what the cause is, where it has a name
+};
+/// Named where a test found it. In this order: something recorded explains what is left over; noise biases a
+/// coefficient; amplitude comes back that was lost, though nothing drives the equation; what is left over is noise;
+/// a form that is no candidate explains most of it, or it comes back with the state; or with nothing of the state.
+[[nodiscard]] NamedCause cause_of(const RangeResult& range, const JudgedFit& fit, const Findings& found);
+/// Of a record for which no equation was found.
+[[nodiscard]] NamedCause cause_of_none(const RangeResult& range, const JudgedFit& fit);
+
+}  // namespace ident
