@@ -313,9 +313,10 @@ std::uint32_t from_environment(const char* name, std::uint32_t otherwise) {
 }  // namespace
 
 // What a judgement is worth: equations whose right answer is known, identified and judged as a stranger's records are.
-// The labels come from what was simulated alone. A right equation has the true terms, or ones tied with them, with
-// coefficients within three total standard deviations or 2 %. ARDENT_STUDY_CASES (300) and ARDENT_STUDY_SEED (1) give
-// the number of cases and the first seed; ARDENT_STUDY_OUT names a file that gets a line of CSV a case.
+// The labels come from what was simulated alone; whether noise is a cause beside a flaw, from the same record without
+// the flaw. A right equation has the true terms, or ones tied with them, with coefficients within three total standard
+// deviations or 2 %. ARDENT_STUDY_CASES (300) and ARDENT_STUDY_SEED (1) give the number of cases and the first seed;
+// ARDENT_STUDY_OUT names a file that gets a line of CSV a case.
 TEST_CASE("a verdict is right of equations whose truth is known, and its cause is one", "[.][study][verdicts]") {
   const std::uint32_t num_cases = from_environment("ARDENT_STUDY_CASES", 300),
                       first_seed = from_environment("ARDENT_STUDY_SEED", 1);
@@ -345,6 +346,6 @@ TEST_CASE("a verdict is right of equations whose truth is known, and its cause i
   CHECK(r.right_describes >= 0.70);
   CHECK(r.wrong_describes <= 0.10);
   CHECK(r.wrong_does_not >= 0.70);
-  CHECK(r.named >= 0.20);
-  CHECK(r.named_true >= 0.70);
+  CHECK(r.named >= 0.60);
+  CHECK(r.named_true >= 0.80);
 }
