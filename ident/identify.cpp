@@ -1,26 +1,16 @@
 #include "ident/identify.hpp"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <utility>
-#include <variant>
 
 #include "dsp/for_each_index.hpp"
-#include "ident/library/collinearity.hpp"
+#include "ident/judged_fit.hpp"
 #include "ident/methods.hpp"
-#include "ident/regression/finish_fit.hpp"
-#include "ident/rows_of_terms.hpp"
-#include "ident/selection/ranked_models.hpp"
-#include "ident/sensors/absolute_gains.hpp"
 #include "ident/settle_columns.hpp"
 #include "ident/terms_by_record.hpp"
-#include "ident/validate/independent_rows.hpp"
 #include "ident/validate/judge.hpp"
 
 namespace ident {
@@ -28,25 +18,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
-/// Sentences on the terms that least squares left out because others make them up.
-void name_dependent(Fit& fit, const CandidateLibrary& library) {
-  const auto name = [&](Index term) { return library.terms[static_cast<std::size_t>(term)].label(); };
-  for (const Dependent& dependent : fit.dependent) {
-    std::vector<std::string> others;
-    for (const Index term : dependent.of) others.push_back(name(term));
-    fit.remarks.push_back(fmt::format("{} was left out: on the training rows it is a combination of {}",
-                                      name(dependent.term), fmt::join(others, ", ")));
-  }
-}
-
-Figure figure(double value, const char* reason_without) {
-  return std::isfinite(value) ? Figure{value, {}} : Figure{nan, reason_without};
-}
 
 /// What the config left open, where one recording settles it: the end, and where testing begins.
 void fill_in(dsp::RangeSpec& spec, const RangeRows& rows, int recording, const std::vector<Columns>& recordings) {
@@ -56,289 +27,6 @@ void fill_in(dsp::RangeSpec& spec, const RangeRows& rows, int recording, const s
   if (!spec.train_to_s)
     spec.train_to_s =
         rows.test.empty() ? spec.to_s : static_cast<double>(rows.test.front().sample) / signals.sample_rate_hz;
-}
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-struct Prediction {
-  VectorXd mean, variance;
-};
-
-Prediction predict(const Fit& fit, const std::vector<Row>& rows, const std::vector<Columns>& recordings) {
-  const RowsOfTerms columns(rows, recordings, fit.relevant);
-  Prediction result{VectorXd(columns.size()), VectorXd(columns.size())};
-  columns.for_each_block([&](Index first, const MatrixXd& phi) {
-    result.mean.segment(first, phi.rows()) = phi * fit.mean;
-    result.variance.segment(first, phi.rows()) = predictive_variance(phi, fit.covariance, fit.noise_variance);
-  });
-  return result;
-}
-
-/// Covariance without the assumption that the residual is white; empty where no row is left to estimate the noise.
-MatrixXd robust_covariance_of(const Fit& fit, const RangeData& range, const std::vector<Row>& rows,
-                              const std::vector<Columns>& recordings, const VectorXd& residual) {
-  if (fit.relevant.empty() || !fit.covariance.allFinite()) return {};
-  const std::vector<Index> positions = positions_in(range, fit.relevant);
-  BlockScores scores(static_cast<Index>(positions.size()), residual.size());
-  RowsOfTerms(rows, recordings, fit.relevant).for_each_block([&](Index first, const MatrixXd& phi) {
-    scores.add(phi, residual.segment(first, phi.rows()));
-  });
-  return robust_covariance(select(range.data, positions, 0), scores);
-}
-
-void judge_errors(JudgedFit& judged, const RangeData& range, const Prediction& train, const Prediction& test) {
-  const bool tested = range.test.size() > 0;
-  const char* no_test = tested ? nullptr : "no test rows";
-  judged.train = figure(nmse(train.mean, range.train), "the target is zero on all training rows");
-  judged.train_centred = figure(nmse_centred(train.mean, range.train), "the target is constant on the training rows");
-  judged.test =
-      figure(tested ? nmse(test.mean, range.test) : nan, tested ? "the target is zero on all test rows" : no_test);
-  judged.test_centred = figure(tested ? nmse_centred(test.mean, range.test) : nan,
-                               tested ? "the target is constant on the test rows" : no_test);
-  judged.bands = band_fractions(test.mean, test.variance, range.test);
-  judged.bands_reason = tested ? judged.fit.no_variance : no_test;
-  judged.predicted.resize(range.train.size() + range.test.size());
-  judged.predicted << train.mean, test.mean;
-  judged.predicted_std.resize(judged.predicted.size());
-  judged.predicted_std << train.variance.cwiseSqrt(), test.variance.cwiseSqrt();
-}
-
-// Of a self-excited or free motion only the course is the equation's, not the phase after so many periods.
-constexpr double periods_alone = 10.0;
-
-/// The free run of an equation, or that of an earlier method which found the same one.
-FreeRun free_run_of(const JudgedFit& judged, const std::vector<JudgedFit>& earlier, const RangeData& range,
-                    const std::vector<Course>& courses, const IdentifyOptions& options) {
-  const auto twin = std::find_if(earlier.begin(), earlier.end(),
-                                 [&](const JudgedFit& other) { return same_equation(other.model, judged.model); });
-  FreeRun run;
-  run.nmse = nan;
-  if (!options.free_run)
-    run.reason = "the rows of a table are no time response";
-  else if (range.test.size() == 0)
-    run.reason = "no test rows";
-  else
-    run = twin != earlier.end() ? twin->free_run
-                                : free_run(judged.model, courses,
-                                           {.periods_alone = periods_alone, .keep_series = true, .poll = options.poll});
-  run.applies = options.free_run && (options.target == "a" || options.target == "ddy");  // else no equation of motion
-  return run;
-}
-
-/// Lets the sensors into predictions on these rows.
-void add_sensors(Prediction& prediction, const SensorPosterior& posterior, const RangeSensors& sensors, const Fit& fit,
-                 const std::vector<Row>& rows, const std::vector<Columns>& recordings) {
-  prediction.mean += sensors.effect(rows, posterior.sensor_mean);
-  RowsOfTerms(rows, recordings, fit.relevant).for_each_block([&](Index first, const MatrixXd& phi) {
-    const Index n_s = posterior.sensor_mean.size();
-    MatrixXd both(phi.rows(), n_s + phi.cols());
-    sensors.read(rows, first, both.leftCols(n_s));
-    both.rightCols(phi.cols()) = phi;
-    prediction.variance.segment(first, phi.rows()) =
-        predictive_variance(both, posterior.joint, posterior.noise_std * posterior.noise_std);
-  });
-}
-
-/// Lets the sensors' values into model, predictions and the signals of the free run.
-void judge_sensors(JudgedFit& judged, const RangeData& range, const EvidenceData* evidence,
-                   const std::vector<Index>& positions, Prediction& train, Prediction& test,
-                   std::vector<dsp::Motion>& corrected, std::vector<Course>& courses, const RangeRows& rows,
-                   const std::vector<Columns>& recordings) {
-  if (!range.sensors || positions.empty()) return;
-  SensorPosterior posterior = sensors_beside(judged.fit, positions, range, rows.train, evidence,
-                                             range.train - train.mean, judged.independent_fraction);
-  if (const Fit& found = judged.fit; found.covariance.allFinite()) {
-    const VectorXd widening = found.interval_covariance().diagonal().cwiseQuotient(found.covariance.diagonal());
-    add_terms_left_out(posterior, widening.unaryExpr([](double by) { return by > 1.0 ? std::sqrt(by) : 1.0; }));
-    set_sensor_posterior(judged.model, posterior);
-  }
-  add_sensors(train, posterior, *range.sensors, judged.fit, rows.train, recordings);
-  add_sensors(test, posterior, *range.sensors, judged.fit, rows.test, recordings);
-  const auto& parameters = range.sensors->parameters();
-  for (std::size_t i = 0; i < parameters.size(); ++i) {
-    const auto index = static_cast<Index>(i);
-    judged.sensors.push_back({parameters[i].name, parameters[i].unit, parameters[i].std, posterior.sensor_mean(index),
-                              posterior.sensor_std(index)});
-  }
-  corrected.reserve(courses.size());  // the courses point at them
-  for (Course& course : courses)
-    for (std::size_t r = 0; r < recordings.size(); ++r)
-      if (course.signals == recordings[r].signals && !recordings[r].sensors.empty()) {
-        corrected.push_back(range.sensors->corrected_signals(r, posterior.sensor_mean));
-        course.signals = &corrected.back();
-        break;
-      }
-}
-
-/// Recordings of one range are of the same sensors.
-void judge_calibration(Model& model, const RangeResult& result, const std::vector<Columns>& recordings,
-                       const CandidateLibrary& library) {
-  const Columns& first = recordings[result.rows.train.front().recording];
-  if (first.prepared == nullptr || !result.uncalibrated.empty()) return;
-  constexpr std::size_t enough = 10'000;  // to tell a term's degree
-  set_si_stds(model, library, absolute_gains(*first.prepared),
-              some_samples(result.rows.train, result.rows.train.front().recording, recordings, enough));
-}
-
-/// Terms that never make up a millionth of the target are rounding, on data without noise: no recorder has 120 dB.
-void drop_rounding(Fit& found, const RFactor& data, const RangeData& range, const MethodOptions& method,
-                   const Poll& poll) {
-  constexpr double of_target = 1e-6;
-  const double least = of_target * range.train.cwiseAbs().maxCoeff();
-  std::vector<Index> terms;
-  for (std::size_t i = 0; i < found.relevant.size(); ++i) {
-    const Index term = range.terms[static_cast<std::size_t>(found.relevant[i])];
-    if (std::abs(found.mean(static_cast<Index>(i))) * range.scale(term) > least) terms.push_back(found.relevant[i]);
-  }
-  if (!weighs_rows(method) || terms.empty() || terms.size() == found.relevant.size()) return;
-  Fit fewer = fit_on_terms(data, terms, method, poll);
-  fewer.remarks = std::move(found.remarks);
-  found = std::move(fewer);
-}
-
-/// Candidates that would do as well as kept ones, and sensors that do the same as candidates.
-void name_ties(JudgedFit& judged, const RFactor& data, const RangeData& range, const CandidateLibrary& library,
-               const Poll& poll) {
-  const auto name = [&](Index position) {
-    return library.terms[static_cast<std::size_t>(range.terms[static_cast<std::size_t>(position)])].label();
-  };
-  for (const Rival& rival : rivals(data, judged.fit, judged.fit.tau, poll))
-    judged.ties.emplace_back(name(rival.kept), name(rival.other));
-  if (!range.sensors) return;
-  for (const SensorTwin& twin : sensor_twins(range.joint, judged.fit.relevant)) {
-    const std::string& sensor = range.sensors->parameters()[static_cast<std::size_t>(twin.sensor)].name;
-    const auto& kept = judged.fit.relevant;
-    const bool is_kept = std::find(kept.begin(), kept.end(), twin.candidate) != kept.end();
-    judged.ties.emplace_back(name(twin.candidate), sensor);
-    judged.fit.remarks.push_back(fmt::format(
-        "{0} and the {1} have the same effect on these data and cannot be separated: {0} is {2}", name(twin.candidate),
-        sensor,
-        is_kept ? "more than the sensor is known to be off" : "left out and counted as an error of the sensor"));
-  }
-}
-
-/// Every model beside the one that was settled on; none where there is nothing to explain.
-std::optional<ModelRanking> ranking_of(const RFactor& data, const Fit& found, const Poll& poll) {
-  if (!std::isfinite(found.log_evidence)) return std::nullopt;
-  return ranked_models(unit_problem(data, poll), found.relevant);
-}
-
-/// A sentence on the terms that the rows leave open.
-void name_undecided(Fit& fit, const CandidateLibrary& library) {
-  if (!fit.ranking) return;
-  std::vector<std::string> open;
-  for (Index term = 0; term < fit.ranking->inclusion.size(); ++term)
-    if (fit.ranking->is_undecided(term))
-      open.push_back(fmt::format("{} (probability {:.2f})", library.terms[static_cast<std::size_t>(term)].label(),
-                                 fit.ranking->inclusion(term)));
-  if (!open.empty()) fit.remarks.push_back(fmt::format("undecided on these rows: {}", fmt::join(open, ", ")));
-}
-
-/// What cannot be said of coefficients where misfit and not noise limits them; `nmse`: of the training rows.
-void judge_size(JudgedFit& judged, const CandidateLibrary& library, double nmse) {
-  Fit& fit = judged.fit;
-  const EffectiveSize& size = judged.size;
-  const auto k = static_cast<double>(fit.relevant.size());
-  // A library whose best model leaves more than this, most of it a function of the state, lacks what the target needs.
-  constexpr double mostly = 0.5, much = 0.1;
-  const bool lacks = size.structural_fraction > mostly && nmse > much;
-  if (size.num_effective() - k < 2.0 || lacks) {
-    fit.covariance.setConstant(nan);
-    fit.covariance_weak.resize(0, 0);
-    if (!lacks)
-      fit.no_variance = fmt::format("the {:.0f} rows count as {:.0f} independent ones: too few for {:.0f} coefficients",
-                                    size.num_rows, size.num_effective(), k);
-    else
-      fit.no_variance = fmt::format(
-          "an NMSE of {:.2g} is left over and is not noise ({:.0f} % of it is a function of the state; the {:.0f} rows "
-          "count as {:.0f} independent ones): a term is missing from the candidates",
-          nmse, 100.0 * size.structural_fraction, size.num_rows, size.num_effective());
-    return;
-  }
-  const double known = std::min(size.num_uncorrelated, size.num_states);
-  if (!(known > 0.0) || !(known < size.num_effective())) return;
-  const double threshold =
-      gain_threshold(Selection::evidence, -1.0, std::max<Index>(2, std::lround(known)), std::ssize(library.terms));
-  std::vector<std::string> small;
-  for (std::size_t j = 0; j < fit.relevant.size(); ++j) {
-    const auto index = static_cast<Index>(j);
-    const double t2 = fit.mean(index) * fit.mean(index) / fit.covariance(index, index);
-    if (evidence_gain(t2 * known / size.num_effective()) < threshold)
-      small.push_back(library.terms[static_cast<std::size_t>(fit.relevant[j])].label());
-  }
-  const bool white = size.num_effective() >= 0.5 * size.num_rows;
-  if (!small.empty() && !white)
-    fit.remarks.push_back(fmt::format("small enough to be an error of the model: {}", fmt::join(small, ", ")));
-}
-
-/// What may be wrong with an equation however well it fits.
-void judge_doubts(JudgedFit& judged, const RangeData& range, const RangeResult& result,
-                  const std::vector<Columns>& recordings, const std::vector<Index>& positions, const VectorXd& residual,
-                  const IdentifyOptions& options) {
-  // Of the columns as they are: range.data is what the sensors leave of them.
-  std::vector<Index> columns = positions;
-  if (range.sensors)
-    for (Index& column : columns) column += range.joint.num_sensors();
-  const RFactor kept = select(range.sensors ? range.joint.joint : range.data, columns, 0);
-  judged.noise = regressor_noise(judged.model, kept, result.rows.train, recordings, residual, options.poll);
-  judged.explanations = explanations(judged.model, result.terms, kept, result.rows.train, recordings, residual,
-                                     IndependentRows(range.train_samples, range.first_rows), options.poll);
-}
-
-JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, const RangeData& range,
-                     const std::vector<Columns>& recordings, const CandidateLibrary& library,
-                     const IdentifyOptions& options) {
-  JudgedFit judged;
-  const auto start = Clock::now();
-  const EvidenceData* evidence = weighs_rows(method) ? &range.evidence : nullptr;
-  const bool weighed = evidence != nullptr && !evidence->as_they_are();
-  const RFactor& data = weighed ? evidence->data : range.data;
-  const bool settled = evidence != nullptr && evidence->terms && !has_own_tau(method);
-  judged.fit =
-      settled ? fit_on_terms(data, *evidence->terms, method, options.poll) : fit(data, with_poll(method, options.poll));
-  drop_rounding(judged.fit, data, range, method, options.poll);
-  judged.size.num_rows = judged.size.num_uncorrelated = static_cast<double>(range.train.size());
-  if (evidence != nullptr) {
-    judged.size = evidence->size;
-    judged.path = evidence->path;
-    const double rho = evidence->size.autoregression;
-    judged.fit.noise_variance /= 1.0 - rho * rho;  // of the target itself
-  }
-  judged.solve_s = seconds_since(start);
-  std::vector<const Term*> terms;
-  for (const Index j : range.terms) terms.push_back(&library.terms[static_cast<std::size_t>(j)]);
-  for (std::string& remark : collinearity_remarks(data, judged.fit, terms, range.largest, options.poll))
-    judged.fit.remarks.push_back(std::move(remark));
-  if (evidence != nullptr) {
-    name_ties(judged, data, range, library, options.poll);
-    judged.fit.ranking = ranking_of(data, judged.fit, options.poll);
-  }
-  const std::vector<Index> positions = judged.fit.relevant;
-  renumber(judged.fit, range.terms, static_cast<Index>(library.terms.size()));
-  name_dependent(judged.fit, library);
-  name_undecided(judged.fit, library);
-  Prediction train = predict(judged.fit, result.rows.train, recordings),
-             test = predict(judged.fit, result.rows.test, recordings);
-  if (weighed) judge_size(judged, library, nmse_centred(train.mean, range.train));
-  if (!judged.fit.no_variance.empty())
-    judged.fit.remarks.push_back("no standard deviations: " + judged.fit.no_variance);
-  judged.model = make_model(library, judged.fit, options.target, options.target_unit, range.scale,
-                            range.sensors || weighed ? MatrixXd()
-                                                     : robust_covariance_of(judged.fit, range, result.rows.train,
-                                                                            recordings, range.train - train.mean));
-  std::vector<dsp::Motion> corrected;
-  std::vector<Course> courses = range.courses;
-  judge_sensors(judged, range, evidence, positions, train, test, corrected, courses, result.rows, recordings);
-  judge_calibration(judged.model, result, recordings, library);
-  const VectorXd residual = range.train - train.mean;
-  const Columns& first = recordings[result.recording == 0 ? 0 : static_cast<std::size_t>(result.recording) - 1];
-  judged.whiteness = residual_whiteness(residual, range.train_samples, first.signals->sample_rate_hz, first.band_hz);
-  judge_errors(judged, range, train, test);
-  judge_doubts(judged, range, result, recordings, positions, residual, options);
-  judged.free_run = free_run_of(judged, result.fits, range, courses, options);
-  return judged;
 }
 
 /// Rows that count as fewer than they are: the same coefficients, wider intervals.
@@ -429,7 +117,7 @@ RangeResult identify(const Range& range, std::vector<Columns>& recordings, const
   }
   const auto start = Clock::now();
   const RangeData data = settled_data(range, result, recordings, library, options);
-  result.accumulate_s = seconds_since(start);
+  result.accumulate_s = std::chrono::duration<double>(Clock::now() - start).count();
   result.target.resize(data.train.size() + data.test.size());
   result.target << data.train, data.test;
   for (const Term& term : library.terms) result.terms.push_back(term.name);

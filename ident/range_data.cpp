@@ -119,21 +119,24 @@ std::vector<std::pair<std::string, double>> largest_signals(const CandidateLibra
   return largest;
 }
 
-/// The test part of each recording as index ranges to run through, and the rows that count.
-std::vector<Course> courses_of(const RangeRows& rows, const std::vector<Columns>& recordings) {
+}  // namespace
+
+std::vector<Course> courses_of(const std::vector<Row>& rows, const std::vector<std::vector<Index>>& usable,
+                               const std::vector<Columns>& recordings) {
   std::vector<Course> courses;
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     const dsp::Motion& signals = *recordings[r].signals;
     Course course{&signals, {}, std::vector<unsigned char>(static_cast<std::size_t>(signals.num_samples()), 0), r};
-    Index first_test = signals.num_samples();
-    for (const Row& row : rows.test)
+    Index first = signals.num_samples(), last = -1;
+    for (const Row& row : rows)
       if (row.recording == r) {
         course.scored[static_cast<std::size_t>(row.sample)] = 1;
-        first_test = std::min(first_test, row.sample);
+        first = std::min(first, row.sample);
+        last = std::max(last, row.sample);
       }
     Index previous = -2;
-    for (const Index i : rows.usable[r]) {
-      if (i < first_test) continue;
+    for (const Index i : usable[r]) {
+      if (i < first || i > last) continue;
       // A range begins at a row that counts: its state is measured where the equation is said to hold.
       const bool continues = i == previous + 1;
       if (!continues && course.scored[static_cast<std::size_t>(i)] == 0) continue;
@@ -145,8 +148,6 @@ std::vector<Course> courses_of(const RangeRows& rows, const std::vector<Columns>
   }
   return courses;
 }
-
-}  // namespace
 
 std::vector<Index> positions_in(const RangeData& range, const std::vector<Index>& terms) {
   std::vector<Index> positions;
@@ -217,7 +218,7 @@ RangeData range_data(RangeResult& result, const std::vector<Columns>& recordings
   range.train_samples = samples_in_time(rows, recordings);
   for (std::size_t i = 0; i < rows.size(); ++i)
     if (i == 0 || rows[i].recording != rows[i - 1].recording) range.first_rows.push_back(static_cast<Index>(i));
-  if (options.free_run) range.courses = courses_of(result.rows, recordings);
+  if (options.free_run) range.courses = courses_of(result.rows.test, result.rows.usable, recordings);
   range.largest = largest_signals(library, rows, recordings);
   return range;
 }

@@ -27,7 +27,7 @@ struct RangeData {
   EvidenceData evidence;                    ///< filled in by settled_data where a method asks for it
   CandidateLibrary library;                 ///< that `terms` are of: as given, or with terms of one recording each
   RangeFactors factors;                     ///< in terms of the library given; without blocks
-  std::vector<Course> courses;
+  std::vector<Course> courses;              ///< of the test rows
   std::vector<std::pair<std::string, double>> largest;  ///< of the signals the library looks at
 };
 
@@ -42,6 +42,11 @@ struct RangeData {
                                              const EvidenceData* evidence,
                                              const Eigen::Ref<const Eigen::VectorXd>& residual_without,
                                              double& independent_fraction);
+
+/// These rows of each recording as ranges of its usable samples to run through, in which they count.
+[[nodiscard]] std::vector<Course> courses_of(const std::vector<Row>& rows,
+                                             const std::vector<std::vector<Eigen::Index>>& usable,
+                                             const std::vector<Columns>& recordings);
 
 /// Of the columns as they are, without sensors. Terms that cannot be used are named in result.dropped. Throws as
 /// identify does.

@@ -126,11 +126,15 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
         fit.test.value > negligible && after > carries_over * before && found.unexplained > follows;
   }
   const FreeRun& run = fit.free_run;
-  if (run.diverged_after_s > 0.0) {
+  if (run.diverged_after_s > 0.0 || std::isinf(run.nmse_training)) {
     found.by_run = Verdict::does_not;
   } else if (run.applies && run.reason.empty()) {
-    const double floor = run.mean_square > 0.0 ? noise.x_std * noise.x_std / run.mean_square : 0.0;
-    if (std::isfinite(run.nmse_centred)) found.run_error = std::max(0.0, run.nmse_centred - noises_of_a_run * floor);
+    const auto beyond_noise = [&](double nmse, double mean_square) {
+      const double floor = mean_square > 0.0 ? noise.x_std * noise.x_std / mean_square : 0.0;
+      return std::isfinite(nmse) ? std::max(0.0, nmse - noises_of_a_run * floor) : nan;
+    };
+    found.run_error = std::fmax(beyond_noise(run.nmse_centred, run.mean_square),
+                                beyond_noise(run.nmse_training, run.mean_square_training));
     found.by_run = by_power(found.run_error);
   } else if (!run.applies) {
     found.by_run = by_power(found.unexplained);

@@ -32,8 +32,10 @@ struct FreeRun {
   double nmse_centred = std::numeric_limits<double>::quiet_NaN();  ///< about the mean of x in each range; NaN where
                                                                    ///< there is no figure
   bool alone = false;                                              ///< nothing measured drives the equation
-  double mean_square = 0.0;                                        ///< of x about its mean, m^2
-  std::string reason;  ///< not empty: there is no figure, and why: too short, no equation of motion, diverged
+  /// Of an equation alone, on the training rows: as nmse_centred, infinity where it diverged; as mean_square.
+  double nmse_training = std::numeric_limits<double>::quiet_NaN(), mean_square_training = 0.0;
+  double mean_square = 0.0;  ///< of x about its mean, m^2
+  std::string reason;        ///< not empty: there is no figure, and why: too short, no equation of motion, diverged
   double diverged_after_s = 0.0;  ///< from the start of its range; 0: it did not
   int num_ranges = 0;
   bool sticks = false;                ///< it came to rest on a switch at least once

@@ -63,11 +63,15 @@ std::string free_run_clause(const FreeRun& run, const Findings& found) {
   const char* how = found.run_error <= follows           ? "follows x"
                     : found.run_error <= follows_in_part ? "follows x roughly"
                                                          : "does not follow x";
-  const std::string noise = run.nmse_centred > 2.0 * found.run_error
+  const std::string noise = std::fmax(run.nmse_centred, run.nmse_training) > 2.0 * found.run_error
                                 ? fmt::format(", NMSE {:.1g} beyond the noise of x", found.run_error)
                                 : std::string();
-  return fmt::format("the free run {} (NMSE {:.2g}, an error of {} of its rms{}{})", how, run.nmse_centred,
-                     percent(std::sqrt(run.nmse_centred)), noise, run.sticks ? ", sticking at times" : "");
+  const bool on_training = run.nmse_training > run.nmse_centred && !(found.run_error <= follows);
+  const double error = on_training ? run.nmse_training : run.nmse_centred;
+  if (!std::isfinite(error)) return "the free run through the training rows diverged";
+  return fmt::format("the free run {}{} (NMSE {:.2g}, an error of {} of its rms{}{})", how,
+                     on_training ? " through the training rows" : "", error, percent(std::sqrt(error)), noise,
+                     run.sticks ? ", sticking at times" : "");
 }
 
 std::string residual_clause(const JudgedFit& fit, const Findings& found) {

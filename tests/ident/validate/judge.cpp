@@ -56,6 +56,22 @@ TEST_CASE("the free run decides whether an equation describes its record", "[ide
   CHECK_THAT(of(none).sentence, Catch::Contains("is undecided") && Catch::Contains("long enough"));
 }
 
+TEST_CASE("an equation that nothing drives must follow what it was fitted to as well", "[ident][judge]") {
+  auto result = range("low", 1e-4, 1e-5);
+  ident::FreeRun& run = result.fits[0].free_run;
+  run.alone = true;
+  run.nmse_training = 5e-3;
+  CHECK(of(result).verdict == Verdict::describes);
+  run.nmse_training = 0.3;
+  CHECK(of(result).verdict == Verdict::does_not);
+  CHECK_THAT(of(result).sentence, Catch::Contains("does not follow x through the training rows (NMSE 0.3"));
+  result.fits[0].noise.x_std = 0.5, run.mean_square_training = 1.0;  // noise of a start alone makes 0.75
+  CHECK(of(result).verdict == Verdict::describes);
+  run.nmse_training = INFINITY;
+  CHECK(of(result).verdict == Verdict::does_not);
+  CHECK_THAT(of(result).sentence, Catch::Contains("through the training rows diverged"));
+}
+
 TEST_CASE("sensors out of step and rows it was fitted to take the yes away", "[ident][judge]") {
   auto result = range("low", 1e-4, 1e-5);
   result.power_balance = 3e-4;
