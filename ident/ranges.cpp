@@ -42,15 +42,21 @@ Samples samples_of(const Range& range, const Columns& columns, const std::vector
   return result;
 }
 
-std::vector<unsigned char> condition_rows(const dsp::RangeSpec& spec, const dsp::Motion& signals) {
-  if (spec.where.empty()) return {};
+/// The condition of a range; what goes wrong with it in `use` gets its place put before it.
+template <class Use>
+auto with_condition(const dsp::RangeSpec& spec, const dsp::Motion& signals, Use&& use) {
   std::vector<std::string> names;
   for (const dsp::Signal& signal : signals.signals) names.push_back(signal.name);
   try {
-    return rows_where(Expression(spec.where, names), signals);
+    return use(Expression(spec.where, names));
   } catch (const dsp::Fault& fault) {
     throw dsp::Fault(fault.kind(), fault.name(), fmt::format("{}: where: {}", spec.place, fault.what()));
   }
+}
+
+std::vector<unsigned char> condition_rows(const dsp::RangeSpec& spec, const dsp::Motion& signals) {
+  if (spec.where.empty()) return {};
+  return with_condition(spec, signals, [&](const Expression& condition) { return rows_where(condition, signals); });
 }
 
 /// First sample that is tested: train_to, or the first after the training fraction of the rows.
@@ -111,6 +117,10 @@ std::vector<Range> split_by_direction(const std::vector<Range>& ranges) {
       halves.push_back(std::move(half));
     }
   return halves;
+}
+
+void require_condition(const Range& range, const dsp::Motion& signals) {
+  if (!range.spec.where.empty()) with_condition(range.spec, signals, [](const Expression&) {});
 }
 
 RangeRows range_rows(const Range& range, const std::vector<Columns>& recordings) {

@@ -209,6 +209,13 @@ dsp::ReadOptions read_options(const RecordingConfig& recording, std::size_t max_
   return options;
 }
 
+void look_at_recordings(const Config& config, std::size_t max_memory_bytes) {
+  dsp::Faults faults;
+  for (const RecordingConfig& recording : config.recordings)
+    faults.attempt([&] { const dsp::RecordingReader looked_at(recording.file, read_options(recording, max_memory_bytes)); });
+  faults.raise();
+}
+
 std::vector<fs::path> input_files(const Config& config) {
   std::vector<fs::path> files;
   for (const auto* recordings : {&config.recordings, &config.test_recordings})
