@@ -89,7 +89,20 @@ ZeroChoice read_zero(const dsp::Settings& prepare) {
                                                                             : ZeroChoice::Kind::regime_mean};
 }
 
+/// Keys of versions before, and what is in their place.
+void refuse_former_keys(const dsp::Settings& segment) {
+  for (const char* key : {"high_enter_m", "high_leave_m"})
+    segment.refuse_former(
+        key,
+        "Low and high are told apart by the phase of x: remove the line, or set high_amplitude_m, one "
+        "amplitude between them");
+  for (const char* key : {"envelope_window_s", "baseline_window_s", "min_duration_s", "stick_duration_s",
+                          "stick_halt_s", "stick_acceleration_share"})
+    segment.refuse_former(key, "It follows from the record now: remove the line");
+}
+
 dsp::SegmentOptions read_segment(const dsp::Settings& table) {
+  refuse_former_keys(table);
   dsp::SegmentOptions result;
   for (const auto& [key, option] : segment_keys) result.*option = table.number(key, result.*option, not_negative);
   return result;
@@ -143,8 +156,7 @@ FitConfig read_fit(const dsp::Settings& table) {
     result.methods.clear();
     const std::vector<std::string> names = table.texts("methods");
     for (const std::string& name : names) table.attempt([&] { result.methods.push_back(method_of(name, table)); });
-    if (names.empty())
-      throw table.fault("methods", "config.range", "no method. Name at least one: [\"fast_rvm\"]");
+    if (names.empty()) throw table.fault("methods", "config.range", "no method. Name at least one: [\"fast_rvm\"]");
   }
   for (const ident::MethodSetting& setting : ident::method_settings())
     read_method_setting(table, setting, result.settings);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <map>
 #include <numeric>
@@ -30,7 +31,11 @@ std::string without_place(std::string message, const fs::path& file) {
   const std::string prefix = file.parent_path().string() + "/", name = file.filename().string() + ": ";
   for (std::size_t at = 0; prefix != "/" && (at = message.find(prefix, at)) != std::string::npos;)
     message.erase(at, prefix.size());
-  return message.starts_with(name) ? message.substr(name.size()) : message;
+  if (message.starts_with(name)) return message.substr(name.size());
+  const std::string line = file.filename().string() + ":";
+  const bool names_line = message.starts_with(line) && message.size() > line.size() &&
+                          std::isdigit(static_cast<unsigned char>(message[line.size()])) != 0;
+  return names_line ? "line " + message.substr(line.size()) : message;
 }
 
 void report_checks(const std::vector<dsp::Check>& checks, const std::string& name, Console& console) {
@@ -48,6 +53,8 @@ void find_regimes(Input& input, const Config& config, Console& console) {
     ident::set_regimes(input, apply_segments(read_segments(config.segment_file), config.segment_file, input.prepared));
   else if (config.segment)
     ident::set_regimes(input, dsp::segment_regimes(input.prepared.intermediate, config.segment_options));
+  else
+    input.prepared.checks.push_back(ident::left_out(input));
   for (const std::string& remark : input.segmentation.remarks)
     console.note(fmt::format("{}: {}", input.prepared.name, remark));
 }
@@ -212,7 +219,8 @@ dsp::ReadOptions read_options(const RecordingConfig& recording, std::size_t max_
 void look_at_recordings(const Config& config, std::size_t max_memory_bytes) {
   dsp::Faults faults;
   for (const RecordingConfig& recording : config.recordings)
-    faults.attempt([&] { const dsp::RecordingReader looked_at(recording.file, read_options(recording, max_memory_bytes)); });
+    faults.attempt(
+        [&] { const dsp::RecordingReader looked_at(recording.file, read_options(recording, max_memory_bytes)); });
   faults.raise();
 }
 
@@ -289,9 +297,11 @@ void settle(Config& config, std::vector<Input>& inputs, Console& console) {
     checks.insert(checks.end(), missing.begin(), missing.end());
   }
   config.default_terms = false;
-  const std::vector<dsp::Check> scarce = ident::scarce_ranges(config.ranges, records_of(inputs));
-  report_checks(scarce, "ranges", console);
-  inputs.front().prepared.checks.insert(inputs.front().prepared.checks.end(), scarce.begin(), scarce.end());
+  for (ident::RangeCheck& scarce : ident::scarce_ranges(config.ranges, records_of(inputs))) {
+    dsp::Prepared& prepared = inputs[scarce.recording].prepared;
+    report_checks({scarce.check}, prepared.name, console);
+    prepared.checks.push_back(std::move(scarce.check));
+  }
   settle_zero(config, inputs, console);
   settle_prepare(config.prepare, inputs);
 }

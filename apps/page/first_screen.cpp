@@ -121,9 +121,20 @@ std::string prediction_sentence(const ident::RecordPrediction& prediction) {
                      printable(prediction.recording, 100), shown(prediction.nmse), shown(prediction.linear));
 }
 
+/// Where hardly more rows were fitted than there are candidates, any equation comes close to them.
+std::string few_rows_sentence(const ident::RangeResult& range) {
+  constexpr std::size_t enough = 10;  // rows a candidate
+  const std::size_t rows = range.rows.train.size();
+  if (rows >= enough * range.terms.size()) return "";
+  return fmt::format(
+      "Only {} rows were fitted, with {} candidate terms to choose from: too few to be sure of any. Record longer.",
+      rows, range.terms.size());
+}
+
 Entry trust_entry(const RunResults& results, const ChosenEquation& chosen) {
   Entry entry{"trust", {}, 4};
   if (chosen.fit == nullptr) return entry;
+  if (std::string few = few_rows_sentence(*chosen.range); !few.empty()) entry.lines.push_back({std::move(few)});
   entry.lines.push_back({chosen.fit->judgement.sentence});
   Strings others;
   for (const ident::RangeResult& range : results.ranges) {

@@ -112,8 +112,9 @@ void check_role(const Settings& table, const ChannelSpec& channel) {
                                                  : si_unit(channel.role);
   if (!fits(channel.role, si))
     throw table.fault("role", "unit.role",
-                      fmt::format("role {} is measured in {}, but this channel's unit is {}", to_string(channel.role),
-                                  si_unit(channel.role), si));
+                      fmt::format("role {} is measured in {}, but this channel's unit is {}, which fits role {}. "
+                                  "Correct the one that is wrong",
+                                  to_string(channel.role), si_unit(channel.role), si, roles_in(si)));
 }
 
 ChannelSpec read_channel(const Settings& table) {

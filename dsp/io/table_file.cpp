@@ -160,7 +160,7 @@ class TableFile : public RowsOnClock {
 
   // Time without a unit is in seconds, unless that would be slower than any vibration is sampled.
   void require_unit(const Stamps& stamps, const OpenOptions& options) const {
-    const bool is_given = !layout_.units[clock()].empty() || layout_.moments[clock()] || options.rate_hz.has_value();
+    const bool is_given = !layout_.units[clock()].empty() || options.rate_hz.has_value();
     constexpr double least_mean_s = 0.4;  // of a clock whose usual step is a second or more, however uneven
     const double span_s = stamps.time_s.back() - stamps.time_s.front();
     if (is_given || !(span_s > least_mean_s * static_cast<double>(stamps.time_s.size()))) return;

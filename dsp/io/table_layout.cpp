@@ -158,7 +158,10 @@ void find_moments(TableLayout& layout, const std::vector<Line>& lines) {
   const bool by_name = layout.time_column >= 0 && !layout.moments[static_cast<std::size_t>(layout.time_column)];
   if (first >= 0 && !by_name) layout.time_column = first;
   for (std::size_t i = 0; i < layout.columns.size(); ++i)
-    if (layout.moments[i]) layout.partial[i] = static_cast<int>(i) != layout.time_column;
+    if (layout.moments[i]) {
+      layout.partial[i] = static_cast<int>(i) != layout.time_column;
+      layout.units[i] = "s";
+    }
 }
 
 // The only column that could be a clock, as far as its first rows tell.
