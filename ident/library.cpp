@@ -109,10 +109,9 @@ void refuse_known(const Term& term, const CandidateLibrary& library, const std::
   const bool holds_target = std::find(looked_at.begin(), looked_at.end(), target) != looked_at.end();
   const bool is_target = term.expression.ratio_to(Expression(target)).has_value();
   if (holds_target || is_target)
-    throw dsp::Fault(
-        dsp::FaultKind::usage, "library.target",
-        fmt::format("library: the term '{}' {} the target '{}' and would explain it by itself; remove it", term.name,
-                    is_target ? "is" : "contains", target));
+    throw dsp::Fault(dsp::FaultKind::usage, "library.target",
+                     fmt::format("library: the term '{}' {} the target '{}' and would explain it by itself; remove it",
+                                 term.name, is_target ? "is" : "contains", target));
 }
 
 }  // namespace

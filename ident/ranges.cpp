@@ -144,8 +144,11 @@ RangeRows range_rows(const Range& range, const std::vector<Columns>& recordings)
                       fmt::format("got {:g} to {:g} s, want it inside the recording, 0 to {:.9g} s", spec.from_s,
                                   spec.to_s, longest_s));
   if (result.train.empty())
-    throw range_fault(spec, "range.empty",
-                      "no training row is left. Widen it, lower what `where` asks, or move train_to");
+    throw range_fault(
+        spec, "range.empty",
+        spec.place.empty()
+            ? "no training row is left; the check regime.left_out says what takes the time and what to try"
+            : "no training row is left. Widen it, lower what `where` asks, or move train_to");
   return result;
 }
 

@@ -94,7 +94,7 @@ void refuse_former_keys(const dsp::Settings& segment) {
   for (const char* key : {"high_enter_m", "high_leave_m"})
     segment.refuse_former(
         key,
-        "Low and high are told apart by the phase of x: remove the line, or set high_amplitude_m, one "
+        "Low and high are distinguished by the phase of x: remove the line, or set high_amplitude_m, one "
         "amplitude between them");
   for (const char* key : {"envelope_window_s", "baseline_window_s", "min_duration_s", "stick_duration_s",
                           "stick_halt_s", "stick_acceleration_share"})

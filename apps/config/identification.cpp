@@ -71,8 +71,8 @@ std::vector<ident::CandidateLibrary> compile_libraries(const Config& config, con
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     const dsp::Prepared& prepared = inputs[i].prepared;
     faults.attempt([&] {
-      libraries.push_back(with_places_of(
-          config, [&] { return ident::record_library(config.library, config.fit.target, prepared); }));
+      libraries.push_back(
+          with_places_of(config, [&] { return ident::record_library(config.library, config.fit.target, prepared); }));
     });
     for (const ident::Range& range : config.ranges)
       if (range.covers(i)) faults.attempt([&] { ident::require_condition(range, prepared.signals); });

@@ -14,8 +14,8 @@ namespace apps {
 /// their places come first.
 void check_library(const Config& config);
 
-/// The library compiled for each recording, all of the same terms. Throws as ident::record_library, with its place, and what is
-/// wrong with the ranges' conditions, all at once.
+/// The library compiled for each recording, all of the same terms. Throws as ident::record_library, with its place, and
+/// what is wrong with the ranges' conditions, all at once.
 [[nodiscard]] std::vector<ident::CandidateLibrary> compile_libraries(const Config& config,
                                                                      const std::vector<Input>& inputs);
 

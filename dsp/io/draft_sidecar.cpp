@@ -33,7 +33,7 @@ std::string rate_text(const SourceInfo& info) {
   if (!info.units[column].empty())
     return fmt::format("# rate = {:.9g}  # Hz, by its time column; not needed here\n", info.sample_rate_hz);
   return fmt::format(
-      "# rate = {:.9g}  # Hz, if column {} is time in s: it names no unit. If it is in ms, that is to be said below:\n"
+      "# rate = {:.9g}  # Hz, if column {} is time in s: it names no unit. If it is in ms:\n"
       "# [[channel]]\n# name = \"t\"\n# index = {}\n# role = \"t\"\n# unit = \"ms\"\n",
       info.sample_rate_hz, column + 1, column + 1);
 }
@@ -58,10 +58,9 @@ std::string draft_sidecar(const std::filesystem::path& file, const ReadOptions& 
   Faults faults;  // of the clock: they are why a person wants a sidecar
   const auto opened = std::move(open_files(file, {}, options, faults).front());
   const auto& info = opened.source->info();
-  std::string text =
-      fmt::format("schema = 1\n# {}: {} frames, {}\n# title = \"\"\n", opened.name, info.num_frames, info.container);
+  std::string text = fmt::format("schema = 1\n# {}: {} frames, {}\n# title = \"\"\n# start = 2023-05-04T10:12:30Z\n",
+                                 opened.name, info.num_frames, info.container);
   if (faults.empty()) text += rate_text(info);
-  text += "# start = 2023-05-04T10:12:30Z\n";
   for (const Fault& fault : faults.all()) text += commented(std::string(fault.what()) + "\n" + fault.lines());
   const std::vector<ChannelSpec> channels = channels_of(opened);
   const std::vector<RoleGuess> roles = guess_roles(channels, info);

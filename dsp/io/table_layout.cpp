@@ -51,7 +51,7 @@ bool is_row(std::string_view line, char separator, bool decimal_comma) {
   for (const auto field : fields_of(line, separator)) {
     const Cell cell = parse_cell(field, decimal_comma, value);
     if (cell == Cell::bad && !parse_moment(field)) return false;
-    any = any || cell == Cell::number;
+    any = any || cell == Cell::number || (cell == Cell::missing && !unquoted(field).empty());  // NaN in words
   }
   return any;
 }

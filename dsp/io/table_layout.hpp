@@ -23,7 +23,7 @@ struct TableLayout {
   bool named = false;
   std::uint64_t data_offset = 0;  ///< first byte of the first row
   std::int64_t first_line = 1;    ///< its line number
-  int time_column = -1;  ///< by its name, or as the first that holds times of day
+  int time_column = -1;           ///< by its name, or as the first that holds times of day
   int clock_like_column = -1;     ///< without names: the only one whose first values could be a clock's
   std::optional<double> rate_hz;  ///< the header's own
 };

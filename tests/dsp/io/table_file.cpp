@@ -216,8 +216,7 @@ TEST_CASE("a clock that goes back, repeats, jitters or loses its step is refused
   };
   refused([](int i) { return (i == 50 ? 48.5 : i) / 10.0; }, "clock.backwards", {"a.csv:52:", "4.9 to 4.85"});
   refused([](int i) { return (i == 50 ? 49 : i) / 10.0; }, "clock.repeated", {"a.csv:52:", "4.9 s occurs twice"});
-  refused([](int i) { return (i + 0.05 * std::sin(i * i)) / 10.0; }, "clock.jitter",
-          {"uneven", "a.csv.toml"});
+  refused([](int i) { return (i + 0.05 * std::sin(i * i)) / 10.0; }, "clock.jitter", {"uneven", "a.csv.toml"});
   check_fault([&] { (void)read(scratch / "a.csv"); }, FaultKind::input, "clock.jitter", {},
               {"rate = 10\nclock = \"interpolate\"\n"});
   refused([](int i) { return (i < 40 ? i : i + 7.4) / 10.0; }, "clock.gap", {"a.csv:42:", "no whole number of steps"});
