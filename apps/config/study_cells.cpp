@@ -235,7 +235,10 @@ std::vector<StudyResult> run_cells(const StudyRequest& request, Console& console
     if (!groups.contains(key)) order.push_back(key);
     groups[key].push_back({results.size() - 1, std::move(config)});
   }
-  if (order.empty()) infeasible.raise();
+  const bool varies = std::any_of(results.begin(), results.end(), [](const StudyResult& result) {
+    return !result.cell.setting.empty() && result.trouble.empty();
+  });
+  if (!varies) infeasible.raise();
   const auto sources = read_sources(groups.at(order.front()).front().config, ways, request.max_memory_bytes, console);
   Console silent({.verbosity = -1, .progress = ProgressMode::never});  // what is the same for every cell is said once
   std::size_t done = 0;
