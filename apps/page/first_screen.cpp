@@ -82,6 +82,12 @@ std::string zero_sentence(const RunResults& results) {
                      units);
 }
 
+/// Why the equation of a fit is not shown as that of the record.
+std::string why_not(const ident::JudgedFit& fit) {
+  if (!fit.model.terms.empty()) return "an equation that does not describe the record";
+  return fit.fit.status == ident::FitStatus::converged ? "no term is kept" : in_words(fit.fit.status);
+}
+
 Entry equation_entry(const RunResults& results, const ChosenEquation& chosen) {
   Entry entry{"equation", {}, 6};
   if (chosen.fit == nullptr) {
@@ -89,7 +95,7 @@ Entry equation_entry(const RunResults& results, const ChosenEquation& chosen) {
     for (const ident::RangeResult& range : results.ranges) {
       Strings reasons;
       for (const ident::JudgedFit& fit : range.fits)
-        reasons.push_back(fmt::format("{}: {}", to_string(fit.fit.method), in_words(fit.fit.status)));
+        reasons.push_back(fmt::format("{}: {}", to_string(fit.fit.method), why_not(fit)));
       entry.lines.push_back({fmt::format("In range {}: {}.", range.spec.name, joined(reasons, "; "))});
     }
     return entry;

@@ -159,6 +159,8 @@ TEST_CASE("a recording that was fitted is known by its bytes, not by its name", 
   record(folder, "elsewhere/drive.csv", 6.0);
   fs::copy(folder / "drive.csv", folder / "copy.csv");
   expect(folder, "$ARDENT -q run drive.csv -o run --set 'fit.methods=[\"ols\"]' --set library.order=1", 0, {});
+  CHECK_THAT(expect(folder, "$ARDENT merge run run", 3, {"[factors.twice]", "the same recording"}).err,
+             !Catch::Contains("factors.differ"));
   const apps::Config config = apps::read_config(folder / "run/config.toml");
   CHECK(apps::fitted_name(folder / "run", config, folder / "drive.csv") == "drive.csv");
   CHECK(apps::fitted_name(folder / "run", config, folder / "copy.csv") == "drive.csv");
