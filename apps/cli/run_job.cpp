@@ -49,10 +49,11 @@ int required_verdicts(const std::vector<ident::RangeResult>& ranges, const std::
 }
 
 /// The name of the recording with these bytes, of those that were fitted; empty: none has them.
-std::string name_of_same(const std::vector<std::vector<ManifestFile>>& fitted, const std::string& hash) {
+std::string name_of_same(const std::vector<std::vector<ManifestFile>>& fitted, const std::vector<Input>& inputs,
+                         const std::string& hash) {
   const auto same =
       std::find_if(fitted.begin(), fitted.end(), [&](const auto& files) { return files.front().sha256 == hash; });
-  return same == fitted.end() ? "" : std::filesystem::path(same->front().path).filename().string();
+  return same == fitted.end() ? "" : inputs[static_cast<std::size_t>(same - fitted.begin())].prepared.name;
 }
 
 /// The chosen equation run free on the recordings that were kept for that: predict-NAME.json and .csv for each.
@@ -69,11 +70,12 @@ std::vector<ident::RecordPrediction> predict_test_recordings(
     const Input input = other_recording(work.config, recording, arguments.max_memory_bytes, console);
     results.add_files({input}, hashes);
     files.insert(files.end(), input.files.begin(), input.files.end());
-    predictions.push_back(ident::predict(range.fits[chosen->method].model, range.linear, input,
-                                         {.fitted_as = name_of_same(fitted, hashes.of(input.files.front())),
-                                          .where = range.spec.where,
-                                          .num_threads = arguments.num_threads,
-                                          .poll = shown_poll(console, "free run")}));
+    predictions.push_back(
+        ident::predict(range.fits[chosen->method].model, range.linear, input,
+                       {.fitted_as = name_of_same(fitted, work.inputs, hashes.of(input.files.front())),
+                        .where = range.spec.where,
+                        .num_threads = arguments.num_threads,
+                        .poll = shown_poll(console, "free run")}));
     const std::string name = fmt::format("predict-{}-{}", i + 1, dsp::slug(recording.file.stem().string()));
     results.write(name + ".json", prediction_json(predictions.back()));
     results.add_table(prediction_table(name + ".csv", predictions.back()));

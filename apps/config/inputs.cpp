@@ -9,6 +9,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "apps/config/recording_name.hpp"
 #include "apps/output/segments_file.hpp"
 #include "apps/process/interrupt.hpp"
 #include "dsp/faults.hpp"
@@ -79,7 +80,7 @@ dsp::StreamOptions stream_options(const std::string& name, std::size_t max_memor
 /// Everything after the signals: regimes, the power check, and what is said of them.
 void complete(Input& input, double recorded_hz, const Config& config, Console& console) {
   const fs::path file = input.files.front();
-  const std::string name = file.filename().string();
+  const std::string name = recording_name(file, config);
   input.prepared.name = name;
   input.recorded_rate_hz = recorded_hz;
   for (dsp::Check& check : input.prepared.checks) check.message = without_place(std::move(check.message), file);
@@ -96,7 +97,7 @@ void complete(Input& input, double recorded_hz, const Config& config, Console& c
 
 Input prepare_input(const RecordingConfig& recording, const Config& config, std::size_t max_memory_bytes,
                     Console& console) {
-  const std::string name = recording.file.filename().string();
+  const std::string name = recording_name(recording.file, config);
   console.step(fmt::format("reading {}", name));
   const dsp::ReadOptions options = read_options(recording, max_memory_bytes);
   dsp::RecordingReader reader(recording.file, options);
@@ -188,7 +189,7 @@ void choose_band(Config& config, std::size_t max_memory_bytes, Console& console)
   bool is_clear = true;
   for_each_recording(config, max_memory_bytes, [&](const RecordingConfig& recording) {
     if (!is_clear) return;
-    const std::string name = recording.file.filename().string();
+    const std::string name = recording_name(recording.file, config);
     console.step(fmt::format("{}: looking for the band of its motion", name));
     dsp::RecordingReader reader(recording.file, read_options(recording, max_memory_bytes));
     const dsp::MotionBand band = dsp::find_motion_band(reader);
@@ -255,7 +256,7 @@ std::vector<Source> read_sources(const Config& config, const std::vector<dsp::Pr
                                  std::size_t max_memory_bytes, Console& console) {
   std::vector<Source> sources;
   for (const RecordingConfig& recording : config.recordings) {
-    const std::string name = recording.file.filename().string();
+    const std::string name = recording_name(recording.file, config);
     console.step(fmt::format("reading {}", name));
     const dsp::ReadOptions options = read_options(recording, max_memory_bytes);
     dsp::RecordingReader reader(recording.file, options);

@@ -7,6 +7,7 @@
 #include <system_error>
 #include <vector>
 
+#include "apps/config/recording_name.hpp"
 #include "apps/output/manifest.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/process/sha256.hpp"
@@ -49,7 +50,7 @@ std::string fitted_name(const fs::path& run, const Config& config, const fs::pat
       return input.path == manifest_path(fitted.file, run);
     });
     if (found == inputs.end()) continue;
-    if (found->sha256 == hash) return fitted.file.filename().string();
+    if (found->sha256 == hash) return recording_name(fitted.file, config);
     inputs.erase(found);  // the next of this name is another
   }
   return "";

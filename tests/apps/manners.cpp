@@ -205,3 +205,22 @@ TEST_CASE("an equation of a handful of rows is said to be one", "[apps][manners]
       expect(folder, "$ARDENT -q run drive.csv -o long --set prepare.cutoff_hz=20 && cat long/equation.txt", 0, {}).out,
       !Catch::Contains("Record longer"));
 }
+
+TEST_CASE("two recordings of one name in a run are told apart by their folders", "[apps][manners]") {
+  const Scratch folder;
+  for (const char* day : {"mon", "tue"}) {
+    fs::create_directory(folder / day);
+    record(folder, std::string(day) + "/drive.csv", *day == 'm' ? 7.0 : 6.0);
+  }
+  (void)folder.file("both.toml",
+                    "[[recording]]\nfile = \"mon/drive.csv\"\n[[recording]]\nfile = \"tue/drive.csv\"\n"
+                    "[library]\norder = 1\n[fit]\nmethods = [\"ols\"]\n");
+  expect(folder, "$ARDENT run both.toml -o run", 0, {"mon/drive.csv: ", "tue/drive.csv: "});
+  const json segments = json::parse(bytes_of(folder / "run/segments.json"));
+  CHECK(segments.front()["recording"] == "mon/drive.csv");
+  CHECK(segments.back()["recording"] == "tue/drive.csv");
+  const apps::Config config = apps::read_config(folder / "run/config.toml");
+  CHECK(apps::fitted_name(folder / "run", config, folder / "tue/drive.csv") == "tue/drive.csv");
+  expect(folder, "$ARDENT -q run both.toml -o again --set segment.file=run/segments.json", 0, {});
+  CHECK(bytes_of(folder / "again/metrics.json") == bytes_of(folder / "run/metrics.json"));
+}
