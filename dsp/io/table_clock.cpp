@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "dsp/io/recording_files.hpp"
 #include "dsp/io/sidecar.hpp"
 #include "dsp/io/table_layout.hpp"
 #include "dsp/order_statistics.hpp"
@@ -47,9 +48,12 @@ void check_increasing(const Stamps& stamps, bool repeats_allowed) {
       throw fault(stamps, i, "clock.backwards",
                   fmt::format("time goes back from {} to {} s", time_s[i - 1], time_s[i]));
     if (time_s[i] == time_s[i - 1] && !repeats_allowed)
-      throw fault(stamps, i, "clock.repeated",
-                  fmt::format("time {} s occurs twice. If it is printed too coarsely, state the rate in the sidecar",
-                              time_s[i]));
+      throw Fault(
+          FaultKind::input, "clock.repeated",
+          fmt::format("{}:{}: time {} s occurs twice. If it is printed too coarsely, state the rate at the top of "
+                      "{}:",
+                      stamps.name, stamps.line(i), time_s[i], sidecar_path(stamps.name).string()),
+          fmt::format("{}\n", rate_line));
   }
 }
 

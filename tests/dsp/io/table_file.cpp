@@ -260,7 +260,7 @@ TEST_CASE("a stated rate settles stamps printed too coarsely", "[dsp][table_cloc
   const Scratch scratch;
   const auto file = scratch.file("a.csv", stamps(
                                               300, [](int i) { return std::floor(i / 3.0) / 100; }, "%.2f"));
-  check_fault([&] { (void)read(file); }, FaultKind::input, "clock.repeated", {"state the rate in the sidecar"});
+  check_fault([&] { (void)read(file); }, FaultKind::input, "clock.repeated", {"state the rate at the top of"});
   CHECK(read(file, {.rate_hz = 300.0}).info.sample_rate_hz == 300.0);
   check_fault([&] { (void)read(file, {.rate_hz = 200.0}); }, FaultKind::input, "clock.repeated", {});
 }
