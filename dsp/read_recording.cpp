@@ -67,8 +67,8 @@ void assign_roles(std::vector<Channel>& channels, const ReadOptions& options, co
     const auto role = channel.role;
     if (!fits(role, channel.unit) && channel.calibrated)
       throw fault(FaultKind::usage, "unit.role",
-                  fmt::format("{}: channel '{}' is in {}, but role {} is measured in {}", recording, channel.name,
-                              channel.unit, to_string(role), si_unit(role)));
+                  fmt::format("{}: channel '{}' is in {}, which fits role {}; role {} is measured in {}", recording,
+                              channel.name, channel.unit, roles_in(channel.unit), to_string(role), si_unit(role)));
     if (!names.insert(channel.name).second)
       throw fault(
           FaultKind::usage, "channel.name",
@@ -95,6 +95,15 @@ ARDENT_DISPATCH void scale_and_shift(double* values, Eigen::Index count, const d
         *reinterpret_cast<const Lanes*>(values + i) * *reinterpret_cast<const Lanes*>(scale + i) +
         *reinterpret_cast<const Lanes*>(shift + i);
   for (; i < count; ++i) values[i] = values[i] * scale[i] + shift[i];
+}
+
+// Before the roles of channels are settled: where this channel's stands, if in a file.
+void require_role(const ChannelSpec& channel, const Calibration& calibration) {
+  if (!calibration.calibrated || !calibration.missing.empty() || fits(channel.role, calibration.unit)) return;
+  throw fault(FaultKind::usage, "unit.role",
+              fmt::format("{}: channel '{}' is in {}, which fits role {}; role {} is measured in {}", channel.place,
+                          channel.name, calibration.unit, roles_in(calibration.unit), to_string(channel.role),
+                          si_unit(channel.role)));
 }
 
 // What 1.0 in the file is worth is not known: the lines that would say so, under the channel they belong to.
@@ -127,8 +136,8 @@ struct RecordingReader::State {
     std::vector<std::unordered_map<int, std::string>> taken(files.size());  // column -> channel
     std::string missing, names;
     std::vector<bool> role_is_known;
-    for (const auto& channel : channels) {
-      if (channel.role == Role::t) continue;
+    Faults faults;
+    const auto add = [&](const ChannelSpec& channel) {
       const auto path = channel.file.empty() ? recording : recording.parent_path() / channel.file;
       Pick pick;
       while (files[pick.file].path != path) ++pick.file;
@@ -140,6 +149,7 @@ struct RecordingReader::State {
                         "column",
                         channel.place, other->second, channel.name, pick.column + 1, files[pick.file].name));
       auto calibration = calibrate(channel, files[pick.file].source->info(), pick.column);
+      require_role(channel, calibration);
       if (!calibration.missing.empty() && !options.uncalibrated) {
         missing += lines_to_add(channel, calibration, described);
         names += (names.empty() ? "" : ", ") + channel.name;
@@ -160,7 +170,10 @@ struct RecordingReader::State {
                                       channel.highpass_hz, calibration.calibrated, channel.sensitivity_uncertainty,
                                       measured(channel.range, channel), measured(channel.drift, channel),
                                       calibration.unit_is_assumed});
-    }
+    };
+    for (const auto& channel : channels)
+      if (channel.role != Role::t) faults.attempt([&] { add(channel); });
+    faults.raise();
     if (!missing.empty())
       throw Fault(FaultKind::input, "calibration.missing",
                   fmt::format("{}: no calibration for {}. Add to {} (or read raw numbers with --uncalibrated):",

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "ident/percent.hpp"
@@ -36,21 +37,53 @@ std::vector<const char*> reasons(const Record& record) {
   return why;
 }
 
-/// Reasons and what fraction each takes, the largest first.
-std::vector<std::pair<std::string, double>> fractions(const Record& record) {
-  std::vector<std::pair<std::string, double>> found;
+/// Reasons and how many samples each takes, the most first.
+using Losses = std::vector<std::pair<std::string, double>>;
+
+void add_loss(Losses& losses, const char* reason, double samples) {
+  auto at = std::find_if(losses.begin(), losses.end(), [&](const auto& one) { return one.first == reason; });
+  if (at == losses.end()) at = losses.insert(losses.end(), {reason, 0.0});
+  at->second += samples;
+}
+
+void sort_losses(Losses& losses) {
+  std::stable_sort(losses.begin(), losses.end(), [](const auto& a, const auto& b) { return a.second > b.second; });
+}
+
+/// Of the whole record, as fractions of it.
+Losses fractions(const Record& record) {
+  Losses found;
   const auto why = reasons(record);
-  for (auto first = why.begin(); first != why.end();) {
-    const auto last = std::find_if(first, why.end(), [&](const char* reason) { return reason != *first; });
-    if (*first != nullptr) {
-      auto at = std::find_if(found.begin(), found.end(), [&](const auto& one) { return one.first == *first; });
-      if (at == found.end()) at = found.insert(found.end(), {*first, 0.0});
-      at->second += static_cast<double>(last - first) / static_cast<double>(why.size());
-    }
-    first = last;
-  }
-  std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.second > b.second; });
+  for (const char* reason : why)
+    if (reason != nullptr) add_loss(found, reason, 1.0);
+  for (auto& [reason, samples] : found) samples /= static_cast<double>(why.size());
+  sort_losses(found);
   return found;
+}
+
+/// Samples of a record that a range was given, those of them that are left, and what takes the others.
+struct TimeOfRange {
+  double given = 0.0, left = 0.0;
+  Losses lost;
+};
+
+TimeOfRange time_of(const Range& range, const Record& record) {
+  TimeOfRange time;
+  const auto why = reasons(record);
+  for (std::size_t i = 0; i < why.size(); ++i) {
+    const double t = static_cast<double>(i) / record.prepared.signals.sample_rate_hz;
+    if (t < range.spec.from_s || t >= range.spec.to_s) continue;
+    // A range by time takes stops in; of another branch's samples nobody expects that they are in a range of this.
+    const bool stops = i < record.regimes.size() && record.regimes[i] == dsp::Regime::stick;
+    if (why[i] == nullptr && !range.regime.any() && !range.regime.holds(record.regimes[i])) continue;
+    time.given += 1.0;
+    if (why[i] == nullptr || (stops && range.regime.any()))
+      time.left += 1.0;
+    else
+      add_loss(time.lost, why[i], 1.0);
+  }
+  sort_losses(time.lost);
+  return time;
 }
 
 std::string remedy(const std::string& reason, const Record& record) {
@@ -88,35 +121,32 @@ dsp::Check left_out(const Record& record) {
   return check;
 }
 
-std::vector<dsp::Check> scarce_ranges(const std::vector<Range>& ranges, const std::vector<const Record*>& records) {
+std::vector<RangeCheck> scarce_ranges(const std::vector<Range>& ranges, const std::vector<const Record*>& records) {
   constexpr double least = 0.1;
-  std::vector<dsp::Check> checks;
+  std::vector<RangeCheck> checks;
   for (const Range& range : ranges) {
-    double given = 0.0, left = 0.0;
-    const Record* last = nullptr;
+    TimeOfRange whole;
+    std::size_t worst = 0;
+    double most_lost = 0.0;
+    std::string reason;
     for (std::size_t r = 0; r < records.size(); ++r) {
       if (!range.covers(r)) continue;
-      last = records[r];
-      const auto why = reasons(*last);
-      for (std::size_t i = 0; i < why.size(); ++i) {
-        const double t = static_cast<double>(i) / last->prepared.signals.sample_rate_hz;
-        if (t < range.spec.from_s || t >= range.spec.to_s) continue;
-        // A range by time takes stops in; of another branch's samples nobody expects that they are in a range of this.
-        const bool stops = i < last->regimes.size() && last->regimes[i] == dsp::Regime::stick;
-        if (why[i] == nullptr && !range.regime.any() && !range.regime.holds(last->regimes[i])) continue;
-        given += 1.0;
-        left += why[i] == nullptr || (stops && range.regime.any()) ? 1.0 : 0.0;
-      }
+      const TimeOfRange own = time_of(range, *records[r]);
+      whole.given += own.given;
+      whole.left += own.left;
+      if (own.lost.empty() || own.lost.front().second <= most_lost) continue;
+      worst = r;
+      std::tie(reason, most_lost) = own.lost.front();
     }
-    if (last == nullptr || given == 0.0 || left >= least * given) continue;
-    const auto found = fractions(*last);
+    if (whole.given == 0.0 || whole.left >= least * whole.given) continue;
     checks.push_back(
-        {.name = "range.scarce",
-         .status = dsp::CheckStatus::warning,
-         .value = left / given,
-         .limit = least,
-         .message = fmt::format("range {}: {} of its time is left. {}", range.spec.name, percent(left / given),
-                                found.empty() ? "" : remedy(found.front().first, *last))});
+        {worst,
+         {.name = "range.scarce",
+          .status = dsp::CheckStatus::warning,
+          .value = whole.left / whole.given,
+          .limit = least,
+          .message = fmt::format("range {}: {} of its time is left. Most is lost to {}. {}", range.spec.name,
+                                 percent(whole.left / whole.given), reason, remedy(reason, *records[worst]))}});
   }
   return checks;
 }

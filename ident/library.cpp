@@ -7,7 +7,7 @@
 #include <cctype>
 #include <functional>
 
-#include "dsp/fault.hpp"
+#include "dsp/faults.hpp"
 #include "dsp/signals.hpp"
 #include "ident/library/dimension.hpp"
 
@@ -99,30 +99,36 @@ void refuse_identity(const CandidateLibrary& library, const std::string& target,
                     others.size() == 1 ? "it" : "one of them"));
 }
 
+void refuse_known(const Term& term, const CandidateLibrary& library, const std::string& target) {
+  for (const Term& known : library.terms)
+    if (term.expression.ratio_to(known.expression) == 1.0)
+      throw dsp::Fault(dsp::FaultKind::usage, "library.duplicate",
+                       fmt::format("library: the term '{}' occurs twice{}; remove one", term.name,
+                                   term.name == known.name ? "" : fmt::format(", also as '{}'", known.name)));
+  const std::vector<std::string>& looked_at = term.expression.signals();
+  const bool holds_target = std::find(looked_at.begin(), looked_at.end(), target) != looked_at.end();
+  const bool is_target = term.expression.ratio_to(Expression(target)).has_value();
+  if (holds_target || is_target)
+    throw dsp::Fault(dsp::FaultKind::usage, "library.target",
+                     fmt::format("library: the term '{}' {} the target '{}' and would explain it by itself; remove it",
+                                 term.name, is_target ? "is" : "contains", target));
+}
+
 }  // namespace
 
 CandidateLibrary make_library(const LibraryOptions& options, const std::string& target, const dsp::Motion& signals) {
   std::vector<std::string> names;
   for (const dsp::Signal& signal : signals.signals) names.push_back(signal.name);
   CandidateLibrary library;
-  const Expression whole_target(target);
-  for (const std::string& as_written : term_texts(options)) {
-    Term term{without_spaces(as_written), Expression(as_written, names), {}};
-    for (const Term& known : library.terms)
-      if (term.expression.ratio_to(known.expression) == 1.0)
-        throw dsp::Fault(dsp::FaultKind::usage, "library.duplicate",
-                         fmt::format("library: the term '{}' occurs twice{}; remove one", term.name,
-                                     term.name == known.name ? "" : fmt::format(", also as '{}'", known.name)));
-    const std::vector<std::string>& looked_at = term.expression.signals();
-    const bool holds_target = std::find(looked_at.begin(), looked_at.end(), target) != looked_at.end();
-    if (holds_target || term.expression.ratio_to(whole_target))
-      throw dsp::Fault(
-          dsp::FaultKind::usage, "library.target",
-          fmt::format("library: the term '{}' {} the target '{}' and would explain it by itself; remove it", term.name,
-                      holds_target && !term.expression.ratio_to(whole_target) ? "contains" : "is", target));
-    term.unit = term.expression.unit(signals);
-    library.terms.push_back(std::move(term));
-  }
+  dsp::Faults faults;
+  for (const std::string& as_written : term_texts(options))
+    faults.attempt([&] {
+      Term term{without_spaces(as_written), Expression(as_written, names), {}};
+      refuse_known(term, library, target);
+      term.unit = term.expression.unit(signals);
+      library.terms.push_back(std::move(term));
+    });
+  faults.raise();
   if (library.terms.empty())
     throw dsp::Fault(dsp::FaultKind::usage, "library.empty",
                      "library: no terms; give an order above 0 or a list of terms");
@@ -132,13 +138,16 @@ CandidateLibrary make_library(const LibraryOptions& options, const std::string& 
 CandidateLibrary record_library(const LibraryOptions& options, const std::string& target,
                                 const dsp::Prepared& prepared) {
   const dsp::Motion& signals = prepared.signals;
+  dsp::Faults faults;
   if (signals.find(target) == nullptr) {
     std::string known;
     for (const dsp::Signal& signal : signals.signals) known += (known.empty() ? "" : ", ") + signal.name;
-    throw dsp::Fault(dsp::FaultKind::usage, "target.unknown",
-                     fmt::format("target: {} has no signal '{}', want one of {}.", prepared.name, target, known));
+    faults.add(dsp::Fault(dsp::FaultKind::usage, "target.unknown",
+                          fmt::format("target: {} has no signal '{}', want one of {}.", prepared.name, target, known)));
   }
-  CandidateLibrary library = make_library(options, target, signals);
+  CandidateLibrary library;
+  faults.attempt([&] { library = make_library(options, target, signals); });
+  faults.raise();
   refuse_identity(library, target, signals);
   return library;
 }

@@ -36,7 +36,7 @@ struct CandidateLibrary {
 };
 
 /// Throws dsp::Fault (usage): too many terms ("library.too_large", with the count), a name twice ("library.duplicate"),
-/// the target among its own terms ("library.target"), or what Expression throws.
+/// the target among its own terms ("library.target"), or what Expression throws; of several terms as SeveralFaults.
 [[nodiscard]] CandidateLibrary make_library(const LibraryOptions& options, const std::string& target,
                                             const dsp::Motion& signals);
 

@@ -42,15 +42,21 @@ Samples samples_of(const Range& range, const Columns& columns, const std::vector
   return result;
 }
 
-std::vector<unsigned char> condition_rows(const dsp::RangeSpec& spec, const dsp::Motion& signals) {
-  if (spec.where.empty()) return {};
+/// The condition of a range; what goes wrong with it in `use` gets its place put before it.
+template <class Use>
+auto with_condition(const dsp::RangeSpec& spec, const dsp::Motion& signals, Use&& use) {
   std::vector<std::string> names;
   for (const dsp::Signal& signal : signals.signals) names.push_back(signal.name);
   try {
-    return rows_where(Expression(spec.where, names), signals);
+    return use(Expression(spec.where, names));
   } catch (const dsp::Fault& fault) {
     throw dsp::Fault(fault.kind(), fault.name(), fmt::format("{}: where: {}", spec.place, fault.what()));
   }
+}
+
+std::vector<unsigned char> condition_rows(const dsp::RangeSpec& spec, const dsp::Motion& signals) {
+  if (spec.where.empty()) return {};
+  return with_condition(spec, signals, [&](const Expression& condition) { return rows_where(condition, signals); });
 }
 
 /// First sample that is tested: train_to, or the first after the training fraction of the rows.
@@ -113,6 +119,10 @@ std::vector<Range> split_by_direction(const std::vector<Range>& ranges) {
   return halves;
 }
 
+void require_condition(const Range& range, const dsp::Motion& signals) {
+  if (!range.spec.where.empty()) with_condition(range.spec, signals, [](const Expression&) {});
+}
+
 RangeRows range_rows(const Range& range, const std::vector<Columns>& recordings) {
   const dsp::RangeSpec& spec = range.spec;
   RangeRows result;
@@ -134,8 +144,11 @@ RangeRows range_rows(const Range& range, const std::vector<Columns>& recordings)
                       fmt::format("got {:g} to {:g} s, want it inside the recording, 0 to {:.9g} s", spec.from_s,
                                   spec.to_s, longest_s));
   if (result.train.empty())
-    throw range_fault(spec, "range.empty",
-                      "no training row is left. Widen it, lower what `where` asks, or move train_to");
+    throw range_fault(
+        spec, "range.empty",
+        spec.place.empty()
+            ? "no training row is left; the check regime.left_out says what takes the time and what to try"
+            : "no training row is left. Widen it, lower what `where` asks, or move train_to");
   return result;
 }
 

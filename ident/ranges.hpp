@@ -30,6 +30,10 @@ struct Range {
 /// Every range as two, by the sign of the velocity: "low+" and "low-".
 [[nodiscard]] std::vector<Range> split_by_direction(const std::vector<Range>& ranges);
 
+/// Throws dsp::Fault (usage, "term.*") with the range's place where its condition cannot be computed from signals of
+/// these names.
+void require_condition(const Range& range, const dsp::Motion& signals);
+
 /// A sample of one of the recordings.
 struct Row {
   std::size_t recording = 0;

@@ -14,7 +14,7 @@
 #include "apps/output/run_json.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/fault.hpp"
-#include "ident/verdict.hpp"
+#include "ident/validate/judge.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;
@@ -69,10 +69,6 @@ std::string without_folder(std::string text, const fs::path& folder) {
   return text;
 }
 
-int rank(std::string_view verdict) {
-  return verdict == "describes" ? 2 : verdict == "in_part" ? 1 : 0;
-}
-
 void read_run(const fs::path& folder, RecordResult& result) {
   const Json equation = read_run_json(folder / "equation.json"), metrics = read_run_json(folder / "metrics.json");
   const Json& chosen = equation.at("chosen");
@@ -88,8 +84,11 @@ void read_run(const fs::path& folder, RecordResult& result) {
 }
 
 void require_verdicts(RecordResult& result, const std::string& require) {
+  const std::optional<ident::Verdict> least = ident::verdict_from_string(require);
   for (const RangeRow& range : result.ranges) {
-    if (require.empty() || range.method.empty() || rank(range.verdict) >= rank(require)) continue;
+    if (!least || range.method.empty()) continue;
+    const std::optional<ident::Verdict> verdict = ident::verdict_from_string(range.verdict);
+    if (verdict && ident::preference(*verdict) >= ident::preference(*least)) continue;
     if (result.error.empty())
       result.error = fmt::format("[verdict.required] range '{}': the verdict is {}, --require {} wants better",
                                  range.name, range.verdict, require);

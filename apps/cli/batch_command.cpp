@@ -14,6 +14,7 @@
 #include "apps/cli/option_values.hpp"
 #include "apps/cli/run_arguments.hpp"
 #include "apps/config/identification.hpp"
+#include "apps/output/factors_file.hpp"
 #include "apps/output/joint_report.hpp"
 #include "apps/process/interrupt.hpp"
 #include "dsp/for_each_index.hpp"
@@ -112,11 +113,15 @@ BatchResults results_of(const std::vector<RecordTask>& tasks, const std::vector<
     check_interrupted();
     results.records[i] = record_result(tasks[i], outcomes[i], runs.runs, arguments.run.require);
   });
-  std::vector<ident::RecordFactors> factors;
-  for (RecordResult& record : results.records) {
-    std::move(record.factors.begin(), record.factors.end(), std::back_inserter(factors));
-    record.factors.clear();
+  std::vector<std::vector<ident::RecordFactors>> of_runs;
+  std::vector<fs::path> names;
+  for (std::size_t i = 0; i < tasks.size(); ++i) {
+    of_runs.push_back(std::exchange(results.records[i].factors, {}));
+    names.emplace_back(tasks[i].name);
   }
+  name_apart(of_runs, names);
+  std::vector<ident::RecordFactors> factors;
+  for (auto& of_run : of_runs) std::move(of_run.begin(), of_run.end(), std::back_inserter(factors));
   if (factors.empty()) {
     results.joint_reason = "no record has R factors";
     return results;

@@ -23,11 +23,16 @@ struct MergeArguments {
 };
 
 std::vector<ident::RecordFactors> read_all(const MergeArguments& arguments) {
+  std::vector<std::vector<ident::RecordFactors>> of_files;
+  for (const std::filesystem::path& file : arguments.files) {
+    of_files.push_back(read_factors(file));
+    check_interrupted();
+  }
+  name_apart(of_files, arguments.files);
   std::vector<ident::RecordFactors> records;
   std::string known;
-  for (const std::filesystem::path& file : arguments.files)
-    for (ident::RecordFactors& record : read_factors(file)) {
-      check_interrupted();
+  for (auto& of_file : of_files)
+    for (ident::RecordFactors& record : of_file) {
       if (known.find(record.range) == std::string::npos) known += (known.empty() ? "" : ", ") + record.range;
       if (arguments.range.empty() || record.range == arguments.range) records.push_back(std::move(record));
     }

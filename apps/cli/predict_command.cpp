@@ -40,7 +40,8 @@ int predict(const PredictArguments& arguments, const GlobalOptions& global, Cons
                                   [&](const ident::Range& one) { return one.spec.name == equation.range; });
   const ident::RecordPrediction prediction =
       ident::predict(equation.model, equation.linear, input,
-                     {.where = range == config.ranges.end() ? "" : range->spec.where,
+                     {.fitted_as = fitted_name(arguments.run, config, arguments.recording),
+                      .where = range == config.ranges.end() ? "" : range->spec.where,
                       .num_threads = thread_count(global),
                       .poll = shown_poll(console, "free run")});
   const std::string document = prediction_json(prediction);

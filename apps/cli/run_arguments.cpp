@@ -7,6 +7,7 @@
 #include "apps/cli/option_values.hpp"
 #include "apps/config/identification.hpp"
 #include "apps/process/sha256.hpp"
+#include "dsp/faults.hpp"
 #include "dsp/names.hpp"
 #include "dsp/read_recording.hpp"
 
@@ -107,7 +108,11 @@ std::string plan_text(const RunArguments& arguments, const Config& config) {
 }
 
 Work prepare_work(Config config, const RunArguments& arguments, Console& console) {
-  check_library(config);
+  dsp::Faults faults;
+  if (!faults.attempt([&] { check_library(config); })) {
+    faults.attempt([&] { look_at_recordings(config, arguments.max_memory_bytes); });
+    faults.raise();
+  }
   Work work{std::move(config), {}};
   work.inputs = prepare_inputs(work.config, arguments.max_memory_bytes, console);
   settle(work.config, work.inputs, console);

@@ -30,10 +30,6 @@ int exit_code_of(const std::vector<ident::RangeResult>& ranges, Console& console
   return code;
 }
 
-int rank(ident::Verdict verdict) {
-  return verdict == ident::Verdict::describes ? 2 : verdict == ident::Verdict::in_part ? 1 : 0;
-}
-
 /// 4 and a message where the verdict on a range is lower than asked for.
 int required_verdicts(const std::vector<ident::RangeResult>& ranges, const std::string& require, Console& console) {
   const auto least = ident::verdict_from_string(require);
@@ -42,7 +38,7 @@ int required_verdicts(const std::vector<ident::RangeResult>& ranges, const std::
   for (const ident::RangeResult& range : ranges) {
     if (range.fits.empty()) continue;  // said already
     const ident::Verdict verdict = range.fits[ident::chosen_method(range)].judgement.verdict;
-    if (rank(verdict) >= rank(*least)) continue;
+    if (ident::preference(verdict) >= ident::preference(*least)) continue;
     console.error(
         "verdict.required",
         fmt::format("range '{}': the verdict is {}, --require {} wants {}", range.spec.name, to_string(verdict),
@@ -52,9 +48,18 @@ int required_verdicts(const std::vector<ident::RangeResult>& ranges, const std::
   return code;
 }
 
+/// The name of the recording with these bytes, of those that were fitted; empty: none has them.
+std::string name_of_same(const std::vector<std::vector<ManifestFile>>& fitted, const std::vector<Input>& inputs,
+                         const std::string& hash) {
+  const auto same =
+      std::find_if(fitted.begin(), fitted.end(), [&](const auto& files) { return files.front().sha256 == hash; });
+  return same == fitted.end() ? "" : inputs[static_cast<std::size_t>(same - fitted.begin())].prepared.name;
+}
+
 /// The chosen equation run free on the recordings that were kept for that: predict-NAME.json and .csv for each.
 std::vector<ident::RecordPrediction> predict_test_recordings(
-    const Work& work, const std::vector<ident::RangeResult>& ranges, const RunArguments& arguments, RunFolder& results,
+    const Work& work, const std::vector<ident::RangeResult>& ranges,
+    const std::vector<std::vector<ManifestFile>>& fitted, const RunArguments& arguments, RunFolder& results,
     HashesBeside& hashes, std::vector<std::filesystem::path>& files, Console& console) {
   const std::optional<ident::ChosenFit> chosen = ident::chosen_fit(ranges);
   std::vector<ident::RecordPrediction> predictions;
@@ -65,9 +70,12 @@ std::vector<ident::RecordPrediction> predict_test_recordings(
     const Input input = other_recording(work.config, recording, arguments.max_memory_bytes, console);
     results.add_files({input}, hashes);
     files.insert(files.end(), input.files.begin(), input.files.end());
-    predictions.push_back(ident::predict(
-        range.fits[chosen->method].model, range.linear, input,
-        {.where = range.spec.where, .num_threads = arguments.num_threads, .poll = shown_poll(console, "free run")}));
+    predictions.push_back(
+        ident::predict(range.fits[chosen->method].model, range.linear, input,
+                       {.fitted_as = name_of_same(fitted, work.inputs, hashes.of(input.files.front())),
+                        .where = range.spec.where,
+                        .num_threads = arguments.num_threads,
+                        .poll = shown_poll(console, "free run")}));
     const std::string name = fmt::format("predict-{}-{}", i + 1, dsp::slug(recording.file.stem().string()));
     results.write(name + ".json", prediction_json(predictions.back()));
     results.add_table(prediction_table(name + ".csv", predictions.back()));
@@ -122,7 +130,7 @@ RunOutcome run_into(RunFolder& results, const Config& config, const RunArguments
   const RunResults found{
       work.config, work.inputs,
       columns,     ranges,
-      steps.get(), predict_test_recordings(work, ranges, arguments, results, hashes, outcome.files, console)};
+      steps.get(), predict_test_recordings(work, ranges, files_of, arguments, results, hashes, outcome.files, console)};
   refuse_warnings(arguments.strict, console);
   const FirstScreen first = first_screen(found);
   outcome.report = to_text(first);

@@ -36,14 +36,15 @@ RecordingConfig read_recording_table(const dsp::Settings& table, const fs::path&
     return result;
   }
   const dsp::Settings use = table.table("use");
-  for (const std::string& role : use.keys()) {
-    try {
-      static_cast<void>(dsp::role_from_string(role));
-    } catch (const std::invalid_argument& error) {
-      throw use.fault(role, "config.unknown_key", error.what());
-    }
-    result.use[role] = use.need_text(role);
-  }
+  for (const std::string& role : use.keys())
+    use.attempt([&] {
+      try {
+        static_cast<void>(dsp::role_from_string(role));
+      } catch (const std::invalid_argument& error) {
+        throw use.fault(role, "config.unknown_key", error.what());
+      }
+      result.use[role] = use.need_text(role);
+    });
   return result;
 }
 
@@ -88,7 +89,20 @@ ZeroChoice read_zero(const dsp::Settings& prepare) {
                                                                             : ZeroChoice::Kind::regime_mean};
 }
 
+/// Keys of versions before, and what is in their place.
+void refuse_former_keys(const dsp::Settings& segment) {
+  for (const char* key : {"high_enter_m", "high_leave_m"})
+    segment.refuse_former(
+        key,
+        "Low and high are distinguished by the phase of x: remove the line, or set high_amplitude_m, one "
+        "amplitude between them");
+  for (const char* key : {"envelope_window_s", "baseline_window_s", "min_duration_s", "stick_duration_s",
+                          "stick_halt_s", "stick_acceleration_share"})
+    segment.refuse_former(key, "It follows from the record now: remove the line");
+}
+
 dsp::SegmentOptions read_segment(const dsp::Settings& table) {
+  refuse_former_keys(table);
   dsp::SegmentOptions result;
   for (const auto& [key, option] : segment_keys) result.*option = table.number(key, result.*option, not_negative);
   return result;
@@ -122,25 +136,27 @@ void read_method_setting(const dsp::Settings& table, const ident::MethodSetting&
   if (table.has(setting.name)) settings.set(setting.name, value);  // to all methods, whose presets may differ
 }
 
+ident::Method method_of(const std::string& name, const dsp::Settings& fit) {
+  try {
+    return ident::method_named(name).method;
+  } catch (const std::invalid_argument& error) {
+    std::vector<std::string> known;
+    for (const ident::MethodDescription& method : ident::methods()) known.emplace_back(method.name);
+    const std::string near = dsp::nearest(name, known);
+    throw fit.fault("methods", "config.range",
+                    error.what() + (near.empty() ? "" : fmt::format(". Did you mean '{}'?", near)));
+  }
+}
+
 FitConfig read_fit(const dsp::Settings& table) {
   FitConfig result;
   result.target = table.text("target", result.target);
   result.place = table.place("target");
   if (table.has("methods")) {
     result.methods.clear();
-    for (const std::string& name : table.texts("methods")) {
-      try {
-        result.methods.push_back(ident::method_named(name).method);
-      } catch (const std::invalid_argument& error) {
-        std::vector<std::string> known;
-        for (const ident::MethodDescription& method : ident::methods()) known.emplace_back(method.name);
-        const std::string near = dsp::nearest(name, known);
-        throw table.fault("methods", "config.range",
-                          error.what() + (near.empty() ? "" : fmt::format(". Did you mean '{}'?", near)));
-      }
-    }
-    if (result.methods.empty())
-      throw table.fault("methods", "config.range", "no method. Name at least one: [\"fast_rvm\"]");
+    const std::vector<std::string> names = table.texts("methods");
+    for (const std::string& name : names) table.attempt([&] { result.methods.push_back(method_of(name, table)); });
+    if (names.empty()) throw table.fault("methods", "config.range", "no method. Name at least one: [\"fast_rvm\"]");
   }
   for (const ident::MethodSetting& setting : ident::method_settings())
     read_method_setting(table, setting, result.settings);

@@ -4,10 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 
 #include "apps/process/interrupt.hpp"
-#include "dsp/fault.hpp"
+#include "dsp/faults.hpp"
 #include "dsp/read_recording.hpp"
 #include "dsp/signals.hpp"
 #include "ident/clipped_training.hpp"
@@ -18,12 +19,15 @@ namespace {
 /// Calls what looks at the library and the target of a config; a fault gets their place in it put before it.
 template <class Call>
 auto with_places_of(const Config& config, Call&& call) {
-  try {
-    return call();
-  } catch (const dsp::Fault& fault) {
+  dsp::Faults found, placed;
+  std::optional<decltype(call())> result;
+  found.attempt([&] { result.emplace(call()); });
+  for (const dsp::Fault& fault : found.all()) {
     const std::string& place = fault.name() == "target.unknown" ? config.fit.place : config.library_place;
-    throw dsp::Fault(fault.kind(), fault.name(), place + ": " + fault.what());
+    placed.add(dsp::Fault(fault.kind(), fault.name(), place + ": " + fault.what()));
   }
+  placed.raise();
+  return std::move(*result);
 }
 
 void report_dropped(const ident::RangeResult& range, const ident::LibraryOptions& library, Console& console) {
@@ -51,18 +55,29 @@ void check_library(const Config& config) {
   dsp::Motion usual;
   for (const dsp::SignalInfo& signal : dsp::signal_table())
     if (signal.role != dsp::Role::other) usual.signals.push_back({std::string(signal.name), "", {}});
-  try {
-    with_places_of(config, [&] { return ident::make_library(config.library, config.fit.target, usual); });
-  } catch (const dsp::Fault& fault) {
-    if (fault.name() != "term.unknown_name") throw;  // a channel may have that name
-  }
+  dsp::Faults found, certain;
+  found.attempt([&] {
+    (void)with_places_of(config, [&] { return ident::make_library(config.library, config.fit.target, usual); });
+  });
+  for (const ident::Range& range : config.ranges) found.attempt([&] { ident::require_condition(range, usual); });
+  for (const dsp::Fault& fault : found.all())
+    if (fault.name() != "term.unknown_name") certain.add(fault);  // a channel may have that name
+  certain.raise();
 }
 
 std::vector<ident::CandidateLibrary> compile_libraries(const Config& config, const std::vector<Input>& inputs) {
   std::vector<ident::CandidateLibrary> libraries;
-  for (const Input& input : inputs)
-    libraries.push_back(with_places_of(
-        config, [&] { return ident::record_library(config.library, config.fit.target, input.prepared); }));
+  dsp::Faults faults;
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    const dsp::Prepared& prepared = inputs[i].prepared;
+    faults.attempt([&] {
+      libraries.push_back(
+          with_places_of(config, [&] { return ident::record_library(config.library, config.fit.target, prepared); }));
+    });
+    for (const ident::Range& range : config.ranges)
+      if (range.covers(i)) faults.attempt([&] { ident::require_condition(range, prepared.signals); });
+  }
+  faults.raise();
   return libraries;
 }
 

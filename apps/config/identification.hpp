@@ -10,10 +10,12 @@
 
 namespace apps {
 
-/// Throws the dsp::Fault (usage) of a library that is wrong whatever the recordings hold; its place comes first.
+/// Throws all dsp::Faults (usage) of a library and of ranges' conditions that are wrong whatever the recordings hold;
+/// their places come first.
 void check_library(const Config& config);
 
-/// The library compiled for each recording, all of the same terms. Throws as ident::record_library, with its place.
+/// The library compiled for each recording, all of the same terms. Throws as ident::record_library, with its place, and
+/// what is wrong with the ranges' conditions, all at once.
 [[nodiscard]] std::vector<ident::CandidateLibrary> compile_libraries(const Config& config,
                                                                      const std::vector<Input>& inputs);
 

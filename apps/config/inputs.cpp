@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <map>
 #include <numeric>
 #include <tuple>
 
+#include "apps/config/recording_name.hpp"
 #include "apps/output/segments_file.hpp"
 #include "apps/process/interrupt.hpp"
 #include "dsp/faults.hpp"
@@ -30,7 +32,11 @@ std::string without_place(std::string message, const fs::path& file) {
   const std::string prefix = file.parent_path().string() + "/", name = file.filename().string() + ": ";
   for (std::size_t at = 0; prefix != "/" && (at = message.find(prefix, at)) != std::string::npos;)
     message.erase(at, prefix.size());
-  return message.starts_with(name) ? message.substr(name.size()) : message;
+  if (message.starts_with(name)) return message.substr(name.size());
+  const std::string line = file.filename().string() + ":";
+  const bool names_line = message.starts_with(line) && message.size() > line.size() &&
+                          std::isdigit(static_cast<unsigned char>(message[line.size()])) != 0;
+  return names_line ? "line " + message.substr(line.size()) : message;
 }
 
 void report_checks(const std::vector<dsp::Check>& checks, const std::string& name, Console& console) {
@@ -48,6 +54,8 @@ void find_regimes(Input& input, const Config& config, Console& console) {
     ident::set_regimes(input, apply_segments(read_segments(config.segment_file), config.segment_file, input.prepared));
   else if (config.segment)
     ident::set_regimes(input, dsp::segment_regimes(input.prepared.intermediate, config.segment_options));
+  else
+    input.prepared.checks.push_back(ident::left_out(input));
   for (const std::string& remark : input.segmentation.remarks)
     console.note(fmt::format("{}: {}", input.prepared.name, remark));
 }
@@ -72,7 +80,7 @@ dsp::StreamOptions stream_options(const std::string& name, std::size_t max_memor
 /// Everything after the signals: regimes, the power check, and what is said of them.
 void complete(Input& input, double recorded_hz, const Config& config, Console& console) {
   const fs::path file = input.files.front();
-  const std::string name = file.filename().string();
+  const std::string name = recording_name(file, config);
   input.prepared.name = name;
   input.recorded_rate_hz = recorded_hz;
   for (dsp::Check& check : input.prepared.checks) check.message = without_place(std::move(check.message), file);
@@ -89,7 +97,7 @@ void complete(Input& input, double recorded_hz, const Config& config, Console& c
 
 Input prepare_input(const RecordingConfig& recording, const Config& config, std::size_t max_memory_bytes,
                     Console& console) {
-  const std::string name = recording.file.filename().string();
+  const std::string name = recording_name(recording.file, config);
   console.step(fmt::format("reading {}", name));
   const dsp::ReadOptions options = read_options(recording, max_memory_bytes);
   dsp::RecordingReader reader(recording.file, options);
@@ -181,7 +189,7 @@ void choose_band(Config& config, std::size_t max_memory_bytes, Console& console)
   bool is_clear = true;
   for_each_recording(config, max_memory_bytes, [&](const RecordingConfig& recording) {
     if (!is_clear) return;
-    const std::string name = recording.file.filename().string();
+    const std::string name = recording_name(recording.file, config);
     console.step(fmt::format("{}: looking for the band of its motion", name));
     dsp::RecordingReader reader(recording.file, read_options(recording, max_memory_bytes));
     const dsp::MotionBand band = dsp::find_motion_band(reader);
@@ -207,6 +215,14 @@ dsp::ReadOptions read_options(const RecordingConfig& recording, std::size_t max_
   options.use = recording.use;
   if (max_memory_bytes > 0) options.max_memory_bytes = max_memory_bytes;
   return options;
+}
+
+void look_at_recordings(const Config& config, std::size_t max_memory_bytes) {
+  dsp::Faults faults;
+  for (const RecordingConfig& recording : config.recordings)
+    faults.attempt(
+        [&] { const dsp::RecordingReader looked_at(recording.file, read_options(recording, max_memory_bytes)); });
+  faults.raise();
 }
 
 std::vector<fs::path> input_files(const Config& config) {
@@ -240,7 +256,7 @@ std::vector<Source> read_sources(const Config& config, const std::vector<dsp::Pr
                                  std::size_t max_memory_bytes, Console& console) {
   std::vector<Source> sources;
   for (const RecordingConfig& recording : config.recordings) {
-    const std::string name = recording.file.filename().string();
+    const std::string name = recording_name(recording.file, config);
     console.step(fmt::format("reading {}", name));
     const dsp::ReadOptions options = read_options(recording, max_memory_bytes);
     dsp::RecordingReader reader(recording.file, options);
@@ -282,9 +298,11 @@ void settle(Config& config, std::vector<Input>& inputs, Console& console) {
     checks.insert(checks.end(), missing.begin(), missing.end());
   }
   config.default_terms = false;
-  const std::vector<dsp::Check> scarce = ident::scarce_ranges(config.ranges, records_of(inputs));
-  report_checks(scarce, "ranges", console);
-  inputs.front().prepared.checks.insert(inputs.front().prepared.checks.end(), scarce.begin(), scarce.end());
+  for (ident::RangeCheck& scarce : ident::scarce_ranges(config.ranges, records_of(inputs))) {
+    dsp::Prepared& prepared = inputs[scarce.recording].prepared;
+    report_checks({scarce.check}, prepared.name, console);
+    prepared.checks.push_back(std::move(scarce.check));
+  }
   settle_zero(config, inputs, console);
   settle_prepare(config.prepare, inputs);
 }

@@ -31,6 +31,9 @@ struct Input : ident::Record {
 /// open where that is above its noise in the whole band. Every recording is looked through once.
 void choose_band(Config& config, std::size_t max_memory_bytes, Console& console);
 
+/// Opens every recording as a run would, without reading on: throws all that is wrong with them and their sidecars.
+void look_at_recordings(const Config& config, std::size_t max_memory_bytes);
+
 /// The files a run would read, without reading them: recordings and sidecars that are there.
 [[nodiscard]] std::vector<std::filesystem::path> input_files(const Config& config);
 

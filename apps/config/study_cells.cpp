@@ -8,6 +8,7 @@
 
 #include "apps/config/identification.hpp"
 #include "apps/process/interrupt.hpp"
+#include "dsp/faults.hpp"
 #include "dsp/names.hpp"
 #include "dsp/prepare/motion_band.hpp"
 #include "ident/validate/judge.hpp"
@@ -54,6 +55,28 @@ Config config_of(const StudyRequest& request, const StudyCell& cell) {
   keep_concerned(config.fit.methods, cell);
   check_library(config);
   return config;
+}
+
+/// A config that the recording can be prepared with.
+Config feasible_config(const StudyRequest& request, const StudyCell& cell) {
+  Config config = config_of(request, cell);
+  (void)dsp::resolved(dsp::rate_by_cutoff(config.prepare, request.sample_rate_hz), request.sample_rate_hz);
+  return config;
+}
+
+/// Whether a value is one of its setting, but does not go with the others or the recording: only its cell is skipped.
+bool is_out_of_range(const dsp::Fault& fault) {
+  const std::string& name = fault.name();
+  return name == "config.range" || name == "library.too_large" || name.starts_with("prepare.");
+}
+
+/// Without the override that nobody typed.
+std::string reason_of(const dsp::Fault& fault, const StudyCell& cell) {
+  std::string what = fault.what();
+  for (const auto& [key, value] : cell.setting)
+    if (const std::string place = fmt::format("--set {}={}: ", key, value); what.starts_with(place))
+      what.erase(0, place.size());
+  return "skipped: " + what;
 }
 
 /// Configs with the same key share their prepared signals: all but library, fit and split.
@@ -195,14 +218,27 @@ std::vector<StudyResult> run_cells(const StudyRequest& request, Console& console
   std::vector<dsp::PrepareOptions> ways;
   std::map<std::string, std::vector<Job>> groups;  // by preparation
   std::vector<std::string> order;
+  dsp::Faults infeasible;
   for (const StudyCell& cell : request.cells) {
-    Config config = config_of(request, cell);
+    results.push_back({{}, cell});
+    Config config;
+    try {
+      config = feasible_config(request, cell);
+    } catch (const dsp::Fault& fault) {
+      if (cell.setting.empty() || !is_out_of_range(fault)) throw;
+      infeasible.add(fault);
+      results.back().trouble = reason_of(fault, cell);
+      continue;
+    }
     if (std::find(ways.begin(), ways.end(), config.prepare) == ways.end()) ways.push_back(config.prepare);
     const std::string key = preparation_key(config);
     if (!groups.contains(key)) order.push_back(key);
-    groups[key].push_back({results.size(), std::move(config)});
-    results.push_back({{}, cell});
+    groups[key].push_back({results.size() - 1, std::move(config)});
   }
+  const bool varies = std::any_of(results.begin(), results.end(), [](const StudyResult& result) {
+    return !result.cell.setting.empty() && result.trouble.empty();
+  });
+  if (!varies) infeasible.raise();
   const auto sources = read_sources(groups.at(order.front()).front().config, ways, request.max_memory_bytes, console);
   Console silent({.verbosity = -1, .progress = ProgressMode::never});  // what is the same for every cell is said once
   std::size_t done = 0;

@@ -57,7 +57,7 @@ struct StudyRequest {
 /// library; each cell's fits are those of a run with its settings, but that a cell with fit.train_share takes no notice
 /// of train_to, and that a cut-off takes a given roll-off with it in proportion. In a study of single axes, those of
 /// a method's setting are fitted by the methods that have it only. Throws dsp::Fault for what is wrong with a setting
-/// before anything is read.
+/// before anything is read; a value that only does not go with the rest is its cell's trouble, unless none is left.
 [[nodiscard]] std::vector<StudyResult> run_cells(const StudyRequest& request, Console& console);
 
 }  // namespace apps

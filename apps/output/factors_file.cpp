@@ -4,12 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 
+#include "apps/output/run_changes.hpp"
 #include "apps/process/printable.hpp"
 #include "apps/process/version.hpp"
 
 namespace apps {
+namespace fs = std::filesystem;
 namespace {
 
 using Eigen::Index;
@@ -90,6 +94,16 @@ std::vector<ident::RecordFactors> record_factors(const std::vector<ident::RangeR
     records.push_back(std::move(record));
   }
   return records;
+}
+
+void name_apart(std::vector<std::vector<ident::RecordFactors>>& of_files, const std::vector<fs::path>& files) {
+  std::map<std::string, std::set<std::size_t>> found_in;  // of each name
+  for (std::size_t i = 0; i < of_files.size(); ++i)
+    for (const ident::RecordFactors& record : of_files[i]) found_in[record.record].insert(i);
+  const std::vector<std::string> names = distinct_names(files);
+  for (std::size_t i = 0; i < of_files.size(); ++i)
+    for (ident::RecordFactors& record : of_files[i])
+      if (found_in.at(record.record).size() > 1) record.record = fmt::format("{}: {}", names[i], record.record);
 }
 
 double factors_bytes(const std::vector<ident::RecordFactors>& records) {

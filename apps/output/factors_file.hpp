@@ -22,6 +22,11 @@ inline constexpr Eigen::Index most_factor_blocks = 16;
     const std::vector<std::vector<ident::FactorSource>>& sources, const ident::CandidateLibrary& library,
     const ident::IdentifyOptions& options);
 
+/// Records of one name that come from different files get the shortest end of its path that tells them apart before
+/// it: "mon/run: drive.csv". `of_files`: of each file.
+void name_apart(std::vector<std::vector<ident::RecordFactors>>& of_files,
+                const std::vector<std::filesystem::path>& files);
+
 /// Bytes that the file takes at most.
 [[nodiscard]] double factors_bytes(const std::vector<ident::RecordFactors>& records);
 [[nodiscard]] std::string factors_json(const std::vector<ident::RecordFactors>& records);

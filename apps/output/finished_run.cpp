@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <system_error>
+#include <vector>
 
+#include "apps/config/recording_name.hpp"
 #include "apps/output/manifest.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/process/sha256.hpp"
@@ -37,6 +40,20 @@ void check_finished_run(const fs::path& run, bool strict, Console& console) {
                                   path.string(), there ? "has changed" : "is missing"));
   }
   refuse_warnings(strict, console);
+}
+
+std::string fitted_name(const fs::path& run, const Config& config, const fs::path& recording) {
+  const std::string hash = sha256_file(recording);
+  std::vector<ManifestFile> inputs = read_manifest(run).value_or(Manifest()).inputs;
+  for (const RecordingConfig& fitted : config.recordings) {  // in the order of the manifest's inputs
+    const auto found = std::find_if(inputs.begin(), inputs.end(), [&](const ManifestFile& input) {
+      return input.path == manifest_path(fitted.file, run);
+    });
+    if (found == inputs.end()) continue;
+    if (found->sha256 == hash) return recording_name(fitted.file, config);
+    inputs.erase(found);  // the next of this name is another
+  }
+  return "";
 }
 
 }  // namespace apps

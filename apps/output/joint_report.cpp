@@ -128,16 +128,16 @@ namespace {
 
 /// Where some record has a range that another has not; empty elsewhere.
 std::string different_ranges(const std::vector<ident::RecordFactors>& records) {
-  std::map<std::string, std::size_t> count;
+  std::map<std::string, std::set<std::string>> having;
   std::set<std::string> recordings;
   for (const ident::RecordFactors& record : records) {
-    ++count[record.range];
+    having[record.range].insert(record.sources.front().sha256);
     recordings.insert(record.sources.front().sha256);
   }
-  if (std::all_of(count.begin(), count.end(), [&](const auto& range) { return range.second == recordings.size(); }))
+  if (std::all_of(having.begin(), having.end(), [&](const auto& range) { return range.second == recordings; }))
     return {};
   std::vector<std::string> parts;
-  for (const auto& [range, number] : count) parts.push_back(fmt::format("{} in {}", printable(range), number));
+  for (const auto& [range, own] : having) parts.push_back(fmt::format("{} in {}", printable(range), own.size()));
   return fmt::format(
       "not all of {} records have the same ranges ({}), and each range is fitted on its own. For one fit "
       "of all records name a [[range]] in the config",

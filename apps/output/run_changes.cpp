@@ -1,5 +1,7 @@
 #include "apps/output/run_changes.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 #include <set>
@@ -17,8 +19,12 @@ constexpr std::size_t hash_characters = 8;
 
 std::map<std::string, std::string> inputs_of(const Manifest& manifest) {
   std::map<std::string, std::string> inputs;
-  for (const ManifestFile& input : manifest.inputs)
-    inputs[fs::path(input.path).filename().string()] = input.sha256.substr(0, hash_characters);
+  std::map<std::string, int> count;
+  for (const ManifestFile& input : manifest.inputs) {
+    const std::string name = fs::path(input.path).filename().string();
+    const int number = ++count[name];  // several of one name come in their order
+    inputs[number == 1 ? name : fmt::format("{} ({})", name, number)] = input.sha256.substr(0, hash_characters);
+  }
   return inputs;
 }
 

@@ -64,8 +64,10 @@ std::vector<RangeComparison> range_comparisons(const std::vector<ComparedRun>& r
       one.columns.push_back({run.title, std::move(fit), std::move(verdict)});
       if (one.columns.back().fit.is_null()) continue;
       for (const Json& term : one.columns.back().fit.at("terms")) {
-        const std::string name = label_of(term);
-        if (std::find(one.terms.begin(), one.terms.end(), name) == one.terms.end()) one.terms.push_back(name);
+        const std::string label = label_of(term);
+        if (std::none_of(one.terms.begin(), one.terms.end(),
+                         [&](const ComparedTerm& known) { return known.label == label; }))
+          one.terms.push_back({term.at("name"), label});
       }
     }
   return all;
@@ -82,8 +84,7 @@ class Truth {
   Truth(const Json& document, bool of_recording)
       : terms_(document.at(of_recording && document.contains("terms_as_recorded") ? "terms_as_recorded" : "terms")) {}
   /// 0 of a term that the simulation does not have, or has for another target.
-  [[nodiscard]] double value(const Json& target, const std::string& term) const {
-    const std::string name = term.substr(0, term.find(" in "));  // of one recording
+  [[nodiscard]] double value(const Json& target, const std::string& name) const {
     for (const Json& candidate : terms_)
       if (candidate.at("name") == name && candidate.value("target", Json("a")) == target)
         return candidate.at("value").get<double>();
@@ -105,10 +106,10 @@ bool is_of_exact_motion(const fs::path& run) {
 
 constexpr double coverage_95 = 1.96;  // standard deviations to either side of a normal distribution
 
-const Json* term_of(const Json& fit, const std::string& term) {
+const Json* term_of(const Json& fit, const std::string& label) {
   if (fit.is_null()) return nullptr;
   for (const Json& candidate : fit.at("terms"))
-    if (label_of(candidate) == term) return &candidate;
+    if (label_of(candidate) == label) return &candidate;
   return nullptr;
 }
 
@@ -136,18 +137,18 @@ std::string beside_first(const Json& term, const Json* first) {
                            : fmt::format("{} ({:+.1f})", text, std::round(10.0 * difference / deviation) / 10.0 + 0.0);
 }
 
-std::vector<std::string> term_cells(const RangeComparison& one, const std::string& term,
+std::vector<std::string> term_cells(const RangeComparison& one, const std::string& label,
                                     const std::optional<double>& truth) {
   std::vector<std::string> cells;
   for (const ComparedColumn& column : one.columns) {
-    const Json* own = term_of(column.fit, term);
+    const Json* own = term_of(column.fit, label);
     if (own == nullptr)
       cells.emplace_back(column.fit.is_null() ? "" : "-");
     else if (truth)
       cells.push_back(beside_truth(*own, *truth));
     else
       cells.push_back(&column == &one.columns.front() ? with_std(*own)
-                                                      : beside_first(*own, term_of(one.columns.front().fit, term)));
+                                                      : beside_first(*own, term_of(one.columns.front().fit, label)));
   }
   return cells;
 }
@@ -164,8 +165,8 @@ Json target_of(const RangeComparison& one) {
   return {};
 }
 
-std::optional<double> true_value(const RangeComparison& one, const std::string& term) {
-  const auto found = one.truth.find(term);
+std::optional<double> true_value(const RangeComparison& one, const std::string& label) {
+  const auto found = one.truth.find(label);
   return found == one.truth.end() ? std::nullopt : std::optional<double>(found->second);
 }
 
@@ -191,10 +192,10 @@ TextGrid grid_of(const RangeComparison& one) {
   std::vector<std::string> verdicts, true_cells{""};
   for (const ComparedColumn& column : one.columns) verdicts.push_back(column.verdict);
   add_row(grid, "verdict", verdicts);
-  for (const std::string& term : one.terms) {
-    const std::optional<double> value = true_value(one, term);
+  for (const auto& [name, label] : one.terms) {
+    const std::optional<double> value = true_value(one, label);
     if (value) true_cells.push_back(fmt::format("{:.6g}", *value));
-    add_row(grid, term, term_cells(one, term, value));
+    add_row(grid, label, term_cells(one, label, value));
   }
   for (const char* figure : {"train", "test", "free_run"}) {
     std::vector<std::string> cells;
@@ -237,7 +238,7 @@ RunComparison compare_runs(const std::vector<fs::path>& run_folders, const fs::p
     if (result.truth.is_null()) return result;
     const Truth known(result.truth, std::none_of(run_folders.begin(), run_folders.end(), is_of_exact_motion));
     for (RangeComparison& one : result.ranges)
-      for (const std::string& term : one.terms) one.truth[term] = known.value(target_of(one), term);
+      for (const auto& [name, label] : one.terms) one.truth[label] = known.value(target_of(one), name);
     return result;
   } catch (const Json::exception& error) {
     throw dsp::Fault(dsp::FaultKind::input, "run.damaged", fmt::format("metrics.json or truth.json: {}", error.what()));
@@ -283,8 +284,8 @@ std::string to_json(const RunComparison& comparison) {
   return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-const Json* term_of(const ComparedColumn& column, const std::string& term) {
-  return term_of(column.fit, term);
+const Json* term_of(const ComparedColumn& column, const std::string& label) {
+  return term_of(column.fit, label);
 }
 
 }  // namespace apps

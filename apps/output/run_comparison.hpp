@@ -17,12 +17,17 @@ struct ComparedColumn {
   std::string verdict;         ///< with its cause; empty: not known
 };
 
+/// A term of the equations; `label` tells that of one recording from that of another.
+struct ComparedTerm {
+  std::string name, label;  ///< "sgn(v)", "sgn(v) in run1.csv"
+};
+
 /// One range of several runs.
 struct RangeComparison {
   std::string range;
-  std::vector<std::string> terms;  ///< of all runs, in order of appearance
+  std::vector<ComparedTerm> terms;  ///< of all runs, in order of appearance
   std::vector<ComparedColumn> columns;
-  std::map<std::string, double> truth;  ///< of every term, in the units of what was recorded; empty: not known
+  std::map<std::string, double> truth;  ///< by label, in the units of what was recorded; empty: not known
 };
 
 /// What differs between several finished runs (inputs by their bytes, settings, program), then their verdicts,
@@ -44,8 +49,8 @@ struct RunComparison {
 [[nodiscard]] TextGrid grid_of(const RangeComparison& comparison);
 /// What differs in rows, runs in columns.
 [[nodiscard]] TextGrid changes_grid(const RunComparison& comparison);
-/// A term of a run's equation as metrics.json has it; nullptr: not in it.
-[[nodiscard]] const nlohmann::ordered_json* term_of(const ComparedColumn& column, const std::string& term);
+/// The term with a label in a run's equation, as metrics.json has it; nullptr: not in it.
+[[nodiscard]] const nlohmann::ordered_json* term_of(const ComparedColumn& column, const std::string& label);
 
 /// As text of at most 120 columns; more than four runs are rows.
 [[nodiscard]] std::string to_text(const RunComparison& comparison);

@@ -113,10 +113,11 @@ std::vector<RunFigure> comparison_figures(const RunComparison& comparison) {
     const RangeComparison& range = comparison.ranges[i];
     for (std::size_t k = 0; k < range.terms.size(); ++k) {
       std::size_t having = 0;
-      for (const ComparedColumn& column : range.columns) having += term_of(column, range.terms[k]) != nullptr ? 1 : 0;
+      for (const ComparedColumn& column : range.columns)
+        having += term_of(column, range.terms[k].label) != nullptr ? 1 : 0;
       if (having < 2 && range.truth.empty()) continue;
-      figures.push_back(term_figure(range, range.terms[k],
-                                    fmt::format("{}{}-{}", range_prefix(i), k + 1, dsp::slug(range.terms[k]))));
+      const std::string& label = range.terms[k].label;
+      figures.push_back(term_figure(range, label, fmt::format("{}{}-{}", range_prefix(i), k + 1, dsp::slug(label))));
     }
   }
   return figures;

@@ -82,6 +82,12 @@ std::string zero_sentence(const RunResults& results) {
                      units);
 }
 
+/// Why the equation of a fit is not shown as that of the record.
+std::string why_not(const ident::JudgedFit& fit) {
+  if (!fit.model.terms.empty()) return "an equation that does not describe the record";
+  return fit.fit.status == ident::FitStatus::converged ? "no term is kept" : in_words(fit.fit.status);
+}
+
 Entry equation_entry(const RunResults& results, const ChosenEquation& chosen) {
   Entry entry{"equation", {}, 6};
   if (chosen.fit == nullptr) {
@@ -89,7 +95,7 @@ Entry equation_entry(const RunResults& results, const ChosenEquation& chosen) {
     for (const ident::RangeResult& range : results.ranges) {
       Strings reasons;
       for (const ident::JudgedFit& fit : range.fits)
-        reasons.push_back(fmt::format("{}: {}", to_string(fit.fit.method), in_words(fit.fit.status)));
+        reasons.push_back(fmt::format("{}: {}", to_string(fit.fit.method), why_not(fit)));
       entry.lines.push_back({fmt::format("In range {}: {}.", range.spec.name, joined(reasons, "; "))});
     }
     return entry;
@@ -121,9 +127,20 @@ std::string prediction_sentence(const ident::RecordPrediction& prediction) {
                      printable(prediction.recording, 100), shown(prediction.nmse), shown(prediction.linear));
 }
 
+/// Where hardly more rows were fitted than there are candidates, any equation comes close to them.
+std::string few_rows_sentence(const ident::RangeResult& range) {
+  constexpr std::size_t enough = 10;  // rows a candidate
+  const std::size_t rows = range.rows.train.size();
+  if (rows >= enough * range.terms.size()) return "";
+  return fmt::format(
+      "Only {} rows were fitted, with {} candidate terms to choose from: too few to be sure of any. Record longer.",
+      rows, range.terms.size());
+}
+
 Entry trust_entry(const RunResults& results, const ChosenEquation& chosen) {
   Entry entry{"trust", {}, 4};
   if (chosen.fit == nullptr) return entry;
+  if (std::string few = few_rows_sentence(*chosen.range); !few.empty()) entry.lines.push_back({std::move(few)});
   entry.lines.push_back({chosen.fit->judgement.sentence});
   Strings others;
   for (const ident::RangeResult& range : results.ranges) {

@@ -123,9 +123,9 @@ std::vector<SettingHelp> fit_help() {
 std::vector<SettingHelp> range_help() {
   return {
       {"", "range",
-       "A part of the recording with an equation of its own. Without any: those of the sidecar, else the regimes "
-       "found, "
-       "else the whole recording."},
+       "A part of the recording with an equation of its own. Without any: those of the sidecar; else low, high and "
+       "mixed where these regimes are found, else all. Of several recordings each has its own, named after it (run1, "
+       "or run1 low), and one range of the name all recordings holds every row of all of them."},
       {"range", "name", "Its name in all outputs.", "", "range1, range2, ..."},
       {"range", "from", "Where it begins, from the start of the recording.", "s"},
       {"range", "to", "Where it ends.", "s", "the end of the recording"},

@@ -113,7 +113,10 @@ Page config_page() {
           {{"",
             "A config says what differs from the defaults; only [[recording]] with its file is needed. Paths count "
             "from the config's own folder. Any key can be given on the command line instead: --set "
-            "prepare.cutoff_hz=10.24, --set range.0.to=830, --set 'library.terms=[\"sgn(v)\"]'. A run folder's "
+            "prepare.cutoff_hz=10.24, --set range.0.to=830, --set 'library.terms=[\"sgn(v)\"]'. Lines, rows, columns, "
+            "channels, recordings and ranges are counted from 1, also in "
+            "messages ([[range]] 1 is the first); only --set counts the elements of lists from 0, as programs do: "
+            "range.0 is the first. A run folder's "
             "config.toml has every setting that was used."}});
   page.sections.push_back(
       {"Example",

@@ -19,8 +19,12 @@ std::vector<SettingHelp> document_help() {
       {"", "title", "Title of the recording."},
       {"", "start", "When it began: 2023-05-04T10:12:30Z."},
       {"", "rate",
-       "Samples per second, as a number or a ratio: \"51200/3\". It must agree with the file where that has one.", "Hz",
-       "the file's own"},
+       "Samples per second, as a number or a ratio: \"51200/3\". It must agree with the file where that has one. A "
+       "time "
+       "column is read as seconds or in its unit, as 10:00:00.123 with or without a date "
+       "(2026-11-20T10:00:00.123+01:00, "
+       "20.11.2026 10:00:00,123) and as 00:12.3, minutes and seconds.",
+       "Hz", "the file's own"},
       {"", "clock",
        "\"interpolate\": a time column with uneven steps is interpolated onto `rate`, which must be given. "
        "\"regular\": "

@@ -66,6 +66,22 @@ Calibration by_sensitivity(const ChannelSpec& channel, const SourceInfo& source,
   return calibration;
 }
 
+// A column says its unit. Another of the same kind corrects it; one of another kind is a mistake.
+void require_same_kind(const ChannelSpec& channel, const Unit& unit, const Unit& in_file, const std::string& column) {
+  if (unit.si == in_file.si) return;
+  const std::string remedy =
+      is_electrical(in_file.si)
+          ? fmt::format("Give its sensitivity in place of the unit, as in sensitivity = \"100 {}/{}\"", in_file.name,
+                        unit.name)
+          : fmt::format(
+                "Correct the unit or the column. If the file is wrong: full_scale = \"1 {}\" in place of the "
+                "unit",
+                unit.name);
+  throw Fault(FaultKind::usage, "unit.kind",
+              fmt::format("{}: channel '{}': got unit = \"{}\", but its column '{}' is in {}. {}", channel.place,
+                          channel.name, unit.name, column, in_file.name, remedy));
+}
+
 Calibration by_unit(const ChannelSpec& channel, const SourceInfo& source, int column) {
   Calibration calibration;
   if (is_sound_file(source) && !source.scaled && !channel.unit.empty()) {
@@ -86,6 +102,7 @@ Calibration by_unit(const ChannelSpec& channel, const SourceInfo& source, int co
   const auto base = split_unit(source.columns[static_cast<std::size_t>(column)]).base;
   if (!channel.unit.empty()) {
     const auto unit = find_unit(channel.unit);
+    if (in_name) require_same_kind(channel, unit, *in_name, source.columns[static_cast<std::size_t>(column)]);
     calibration.scale = unit.factor;
     calibration.unit = unit.si;
     if (in_name && (in_name->si != unit.si || in_name->factor != unit.factor))

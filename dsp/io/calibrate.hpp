@@ -24,7 +24,8 @@ struct Calibration {
 /// From a sidecar's channel and what the file says of the column (0-based), in this order: sensitivity and full scale,
 /// a full scale in the measured unit, the sidecar's unit, the unit in the column's name, SI where the name is the role
 /// itself. Integers of a sound file mean nothing without a full scale. Throws Fault calibration.twice (usage) where a
-/// sensitivity is given for a column that already is in the measured unit.
+/// sensitivity is given for a column that already is in the measured unit, unit.kind where sidecar and column name
+/// units of different kinds.
 [[nodiscard]] Calibration calibrate(const ChannelSpec& channel, const SourceInfo& source, int column);
 
 }  // namespace dsp

@@ -285,6 +285,12 @@ void Settings::exclusive(std::string_view key, std::string_view other) const {
     throw fault(other, "config.range", fmt::format("cannot be given beside '{}': give one", key));
 }
 
+void Settings::refuse_former(std::string_view key, std::string_view instead) const {
+  if (state_->table->get(key) == nullptr) return;
+  state_->document->asked[state_->path].insert(std::string(key));  // said here, not as an unknown key
+  state_->document->faults.add(fault(key, "config.former_key", fmt::format("is no key any more. {}", instead)));
+}
+
 void Settings::check_schema(std::int64_t ours) const {
   const auto version = find_integer("schema", {.from = 1});
   state_->document->faults.raise();
@@ -319,9 +325,10 @@ std::string Settings::place(std::string_view key) const {
 }
 
 Fault Settings::fault(std::string_view key, std::string name, std::string_view what) const {
-  const std::string path = clean_name(key_path(state_->path, key));
+  const std::string where = place(key), whole = key_path(state_->path, key);
+  const std::string path = clean_name(where.starts_with("--set ") ? whole : shown_path(whole));
   return Fault(FaultKind::usage, std::move(name),
-               fmt::format("{}: {}{}{}", place(key), path, path.empty() ? "" : ": ", what));
+               fmt::format("{}: {}{}{}", where, path, path.empty() ? "" : ": ", what));
 }
 
 std::string toml_quoted(std::string_view text) {

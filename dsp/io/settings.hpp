@@ -16,10 +16,9 @@ namespace dsp {
 
 /// A table of a TOML document that notices which of its keys were asked for: sidecars and configs are read through it.
 /// Everything wrong is a usage Fault whose message begins with `file:line: key:` (or `--set key=value: key:`):
-/// config.syntax, config.unknown_key, config.type, config.range, config.missing, config.schema. A single value of
-/// the wrong kind or size counts as absent until `finish`, which throws all there is, so that a person learns of it at
-/// once.
-/// Copies are handles on the same document, and asking counts for all of them.
+/// config.syntax, config.unknown_key, config.type, config.range, config.missing, config.schema, config.former_key. A
+/// single value of the wrong kind or size counts as absent until `finish`, which throws all there is, so that a person
+/// learns of it at once. Copies are handles on the same document, and asking counts for all of them.
 class Settings {
  public:
   /// Each override reads `a.b=c`: c is TOML or, failing that, plain text; elements of arrays go by their number
@@ -61,6 +60,9 @@ class Settings {
   [[nodiscard]] std::vector<std::string> keys() const;
   /// Both present is a fault (config.range).
   void exclusive(std::string_view key, std::string_view other) const;
+  /// A key that an earlier version had is a fault where it is present (config.former_key), kept for `finish`: `instead`
+  /// says what to do in its place.
+  void refuse_former(std::string_view key, std::string_view instead) const;
   /// `schema` absent or equal to `ours`; anything else is config.schema, and the message says which version can read
   /// it.
   void check_schema(std::int64_t ours) const;

@@ -85,6 +85,22 @@ std::string key_path(const std::string& table, std::string_view key) {
   return table.empty() ? std::string(key) : fmt::format("{}.{}", table, key);
 }
 
+std::string shown_path(const std::string& path) {
+  std::string table, shown;
+  for (std::size_t from = 0; from < path.size();) {
+    const auto dot = std::min(path.find('.', from), path.size());
+    const std::string part = path.substr(from, dot - from);
+    if (const auto index = as_index(part); index && !table.empty()) {
+      shown += fmt::format("[[{}]] {}: ", table, *index + 1);
+      table.clear();
+    } else {
+      table = key_path(table, part);
+    }
+    from = dot + 1;
+  }
+  return table.empty() && shown.ends_with(": ") ? shown.substr(0, shown.size() - 2) : shown + table;
+}
+
 AskedSetting& SettingsDocument::setting(const std::string& path, std::string_view key) {
   const std::string table = table_of(path);
   const auto known = std::find_if(settings.begin(), settings.end(),
@@ -160,10 +176,12 @@ void check_keys(SettingsDocument& document, const toml::table& table, const std:
       const std::vector<std::string> known(asked.begin(), asked.end());
       const auto line = node.source().begin.line;
       std::string place = line > 0 ? fmt::format("{}:{}", document.name, line) : document.name;
+      std::string shown = shown_path(child);
       for (const auto& [set_path, text] : document.overrides)
-        if (set_path == child || set_path.starts_with(child + ".") || child.starts_with(set_path + ".")) place = text;
+        if (set_path == child || set_path.starts_with(child + ".") || child.starts_with(set_path + "."))
+          place = text, shown = child;
       document.faults.add(Fault(FaultKind::usage, "config.unknown_key",
-                                fmt::format("{}: unknown key '{}'. {}", place, clean_name(child),
+                                fmt::format("{}: unknown key '{}'. {}", place, clean_name(shown),
                                             advice(document, table_of(path), clean_name(key), known))));
       continue;
     }

@@ -29,6 +29,9 @@ struct SettingsDocument {
 /// "a.b" for a key "b" in a table "a"; the key alone at the top.
 [[nodiscard]] std::string key_path(const std::string& table, std::string_view key);
 
+/// The same as messages name it: "[[range]] 1: to" for "range.0.to", the first one, as people count.
+[[nodiscard]] std::string shown_path(const std::string& path);
+
 /// Sets what `a.b=c` says. Throws Fault (usage, "config.override").
 void apply_override(SettingsDocument& document, const std::string& text);
 

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <map>
+#include <tuple>
 #include <unordered_map>
 
 #include "dsp/names.hpp"
@@ -73,32 +74,36 @@ double read_fraction(const Settings& table, std::string_view key, double fallbac
 }
 
 void read_calibration(const Settings& table, ChannelSpec& channel) {
-  if (const auto text = table.find_text("sensitivity"))
-    channel.sensitivity = placed(table, "sensitivity", [&] { return parse_sensitivity(*text); });
-  if (const auto text = table.find_text("unit")) {
+  table.attempt([&] {
+    if (const auto text = table.find_text("sensitivity"))
+      channel.sensitivity = placed(table, "sensitivity", [&] { return parse_sensitivity(*text); });
+  });
+  table.attempt([&] {
+    const auto text = table.find_text("unit");
+    if (!text) return;
     const auto unit = placed(table, "unit", [&] { return find_unit(*text); });
     channel.unit = unit.name;
     if (channel.sensitivity && channel.sensitivity->measured != unit.si)
       throw table.fault(
           "unit", "unit.kind",
           fmt::format("got {}, but the sensitivity measures {}", unit.name, channel.sensitivity->measured));
-  }
-  channel.full_scale = read_quantity(table, "full_scale");
-  if (channel.full_scale && !(channel.full_scale->value > 0))
-    throw table.fault("full_scale", "calibration.value",
-                      "want a positive quantity (turn a channel round with sign = -1)");
-  channel.offset = read_quantity(table, "offset");
-  check_kind(table, "full_scale", channel.full_scale, channel);
-  check_kind(table, "offset", channel.offset, channel);
-  channel.sensitivity_uncertainty = read_fraction(table, "sensitivity_uncertainty", channel.sensitivity_uncertainty);
-  for (const auto& [key, value] : {std::pair{"range", &channel.range}, std::pair{"drift", &channel.drift}}) {
-    *value = read_quantity(table, key);
-    if (*value && !((*value)->value > 0)) throw table.fault(key, "calibration.value", "want a positive quantity");
-    check_kind(table, key, *value, channel);
-  }
+  });
+  for (const auto& [key, value, positive] :
+       {std::tuple{"full_scale", &channel.full_scale, "want a positive quantity (turn a channel round with sign = -1)"},
+        std::tuple{"offset", &channel.offset, ""}, std::tuple{"range", &channel.range, "want a positive quantity"},
+        std::tuple{"drift", &channel.drift, "want a positive quantity"}})
+    table.attempt([&, key = key, value = value, positive = positive] {
+      *value = read_quantity(table, key);
+      if (*value && *positive != 0 && !((*value)->value > 0)) throw table.fault(key, "calibration.value", positive);
+      check_kind(table, key, *value, channel);
+    });
+  table.attempt([&] {
+    channel.sensitivity_uncertainty = read_fraction(table, "sensitivity_uncertainty", channel.sensitivity_uncertainty);
+  });
   channel.sign = table.number("sign", 1.0);
   if (std::abs(channel.sign) != 1.0)
-    throw table.fault("sign", "config.range", fmt::format("got {}, want 1 or -1", channel.sign));
+    table.attempt(
+        [&] { throw table.fault("sign", "config.range", fmt::format("got {}, want 1 or -1", channel.sign)); });
 }
 
 void check_role(const Settings& table, const ChannelSpec& channel) {
@@ -107,8 +112,9 @@ void check_role(const Settings& table, const ChannelSpec& channel) {
                                                  : si_unit(channel.role);
   if (!fits(channel.role, si))
     throw table.fault("role", "unit.role",
-                      fmt::format("role {} is measured in {}, but this channel's unit is {}", to_string(channel.role),
-                                  si_unit(channel.role), si));
+                      fmt::format("role {} is measured in {}, but this channel's unit is {}, which fits role {}. "
+                                  "Correct the one that is wrong",
+                                  to_string(channel.role), si_unit(channel.role), si, roles_in(si)));
 }
 
 ChannelSpec read_channel(const Settings& table) {
@@ -121,19 +127,21 @@ ChannelSpec read_channel(const Settings& table) {
   constexpr double most_columns = 100'000;
   channel.index = static_cast<int>(table.integer("index", 0, {.from = 1, .to = most_columns}));
   channel.column = clean_name(table.text("column", ""));
-  if (const auto role = table.find_text("role")) {
+  table.attempt([&] {
+    const auto role = table.find_text("role");
+    if (!role) return;
     try {
       channel.role = role_from_string(*role);
       channel.role_is_known = true;
     } catch (const std::invalid_argument& error) {
       throw table.fault("role", "config.range", error.what());
     }
-  }
+  });
   read_calibration(table, channel);
-  check_role(table, channel);
-  channel.delay_s = read_in(table, "delay", "s", 0.0);
+  table.attempt([&] { check_role(table, channel); });
+  table.attempt([&] { channel.delay_s = read_in(table, "delay", "s", 0.0); });
   channel.coupling = table.has("coupling") ? table.choice("coupling", "", {"AC", "DC", "IEPE"}) : "";
-  channel.highpass_hz = read_cutoffs(table);
+  table.attempt([&] { channel.highpass_hz = read_cutoffs(table); });
   channel.sensor = table.notes("sensor");
   return channel;
 }

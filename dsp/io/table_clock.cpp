@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "dsp/io/recording_files.hpp"
+#include "dsp/io/sidecar.hpp"
 #include "dsp/io/table_layout.hpp"
 #include "dsp/order_statistics.hpp"
 
@@ -20,6 +22,15 @@ Fault fault(const Stamps& stamps, std::size_t row, std::string name, const std::
 
 Check note(CheckStatus status, std::string name, double value, double limit, std::string message) {
   return {std::move(name), "", status, value, limit, std::move(message)};
+}
+
+// What has an uneven clock interpolated, for the top of the sidecar.
+Fault interpolable(const Stamps& stamps, std::size_t row, std::string name, const std::string& what, double rate_hz) {
+  constexpr double rounder = 1e-3;
+  return Fault(FaultKind::input, std::move(name),
+               fmt::format("{}:{}: {}. To have it interpolated put at the top of {}:", stamps.name, stamps.line(row),
+                           what, sidecar_path(stamps.name).string()),
+               fmt::format("rate = {:.9g}\nclock = \"interpolate\"\n", roundest_rate(rate_hz, rounder)));
 }
 
 // How far a stamp may lie from its true time: one digit where the rest was cut off, and the rounding of doubles.
@@ -37,9 +48,12 @@ void check_increasing(const Stamps& stamps, bool repeats_allowed) {
       throw fault(stamps, i, "clock.backwards",
                   fmt::format("time goes back from {} to {} s", time_s[i - 1], time_s[i]));
     if (time_s[i] == time_s[i - 1] && !repeats_allowed)
-      throw fault(stamps, i, "clock.repeated",
-                  fmt::format("time {} s occurs twice. If it is printed too coarsely, state the rate in the sidecar",
-                              time_s[i]));
+      throw Fault(
+          FaultKind::input, "clock.repeated",
+          fmt::format("{}:{}: time {} s occurs twice. If it is printed too coarsely, state the rate at the top of "
+                      "{}:",
+                      stamps.name, stamps.line(i), time_s[i], sidecar_path(stamps.name).string()),
+          fmt::format("{}\n", rate_line));
   }
 }
 
@@ -133,7 +147,8 @@ double choose_rate(const Stamps& stamps, const ClockOptions& options, const Step
              fmt::format("{}: the header says {} Hz, the time column {} Hz; the time column was taken", stamps.name,
                          *options.header_rate_hz, rate_hz)));
   const double uneven_s = steps.most_s - steps.least_s;
-  if (stamps.printed_to_s > 0 && uneven_s > 0.5 * stamps.printed_to_s)
+  constexpr double least_worth_telling = 1e-6;  // of a step
+  if (stamps.printed_to_s > least_worth_telling * steps.mean_s && uneven_s > 0.5 * stamps.printed_to_s)
     clock.checks.push_back(
         note(CheckStatus::note, "clock.printed", rate_hz, 0.0,
              fmt::format("{}: time is printed to {:g} s, so steps of {:.9g} to {:.9g} s were read as {} Hz",
@@ -153,11 +168,12 @@ void check_jitter(const Stamps& stamps, const Steps& steps, Clock& clock) {
   const double jitter_steps = worst_s * clock.rate_hz;
   if (worst_s <= rounding_s(stamps) || jitter_steps < least_worth_telling) return;
   if (jitter_steps > most_jitter_steps)
-    throw fault(
+    throw interpolable(
         stamps, where, "clock.jitter",
-        fmt::format("the time column is uneven: off an even {} Hz by up to {:.3g} steps (steps of {:.6g} to {:.6g} s). "
-                    "To have it interpolated, put rate = {:.4g} and clock = \"interpolate\" into the sidecar",
-                    clock.rate_hz, jitter_steps, steps.least_s, steps.most_s, clock.rate_hz));
+        fmt::format(
+            "the time column is uneven: off an even {:.9g} Hz by up to {:.3g} steps (steps of {:.6g} to {:.6g} s)",
+            clock.rate_hz, jitter_steps, steps.least_s, steps.most_s),
+        clock.rate_hz);
   clock.checks.push_back(note(CheckStatus::warning, "clock.jitter", jitter_steps, most_jitter_steps,
                               fmt::format("{}: the time column is off an even {} Hz by up to {:.2g} of a step",
                                           stamps.name, clock.rate_hz, jitter_steps)));
@@ -183,10 +199,10 @@ void place_gaps(const Stamps& stamps, const Steps& steps, Clock& clock) {
       const double frames = std::round(gap_s * clock.rate_hz);
       const double off_s = std::abs(gap_s - frames / clock.rate_hz);
       if (off_s > most_jitter_steps / clock.rate_hz + 2 * rounding_s(stamps))
-        throw fault(stamps, range.first, "clock.gap",
-                    fmt::format("the clock skips {:.6g} s, which is no whole number of steps of {:.6g} s. To have it "
-                                "interpolated, put rate = {:.4g} and clock = \"interpolate\" into the sidecar",
-                                gap_s, 1 / clock.rate_hz, clock.rate_hz));
+        throw interpolable(stamps, range.first, "clock.gap",
+                           fmt::format("the clock skips {:.6g} s, which is no whole number of steps of {:.6g} s", gap_s,
+                                       1 / clock.rate_hz),
+                           clock.rate_hz);
       missing += frames - 1;
       add_gap(stamps, range.first, clock);
     }

@@ -9,6 +9,7 @@
 #include <map>
 
 #include "dsp/io/found_clock.hpp"
+#include "dsp/io/moment.hpp"
 #include "dsp/io/rows_on_clock.hpp"
 #include "dsp/io/table_layout.hpp"
 #include "dsp/io/text_lines.hpp"
@@ -159,8 +160,7 @@ class TableFile : public RowsOnClock {
 
   // Time without a unit is in seconds, unless that would be slower than any vibration is sampled.
   void require_unit(const Stamps& stamps, const OpenOptions& options) const {
-    const bool is_given =
-        !layout_.units[static_cast<std::size_t>(clock_column_)].empty() || options.rate_hz.has_value();
+    const bool is_given = !layout_.units[clock()].empty() || options.rate_hz.has_value();
     constexpr double least_mean_s = 0.4;  // of a clock whose usual step is a second or more, however uneven
     const double span_s = stamps.time_s.back() - stamps.time_s.front();
     if (is_given || !(span_s > least_mean_s * static_cast<double>(stamps.time_s.size()))) return;
@@ -201,9 +201,23 @@ class TableFile : public RowsOnClock {
     list.push_back(value);
   }
 
+  [[nodiscard]] std::size_t clock() const { return static_cast<std::size_t>(clock_column_); }
+
+  // Seconds since midnight before the first.
+  double stamp_of_moment(std::string_view text) {
+    const auto moment = parse_moment(text);
+    if (!moment || !moment->has_time())
+      throw fault("table.cell",
+                  fmt::format("column {}: '{}' is no time of day. Want 10:00:00.123, with or without a date before it",
+                              clock_column_ + 1, clean_name(text)));
+    printed_.note(1.0, moment->digit_s);  // all with as many digits, however large
+    return moments_.seconds(*moment);
+  }
+
   double stamp(std::string_view text) {
+    if (layout_.moments[clock()]) return stamp_of_moment(text);
     double value = 0;
-    const auto& unit = layout_.units[static_cast<std::size_t>(clock_column_)];
+    const auto& unit = layout_.units[clock()];
     const double factor = unit.empty() ? 1.0 : find_unit(unit).factor;
     if (parse_cell(text, layout_.decimal_comma, value) != Cell::number) {
       if (layout_.time_column < 0) return std::numeric_limits<double>::quiet_NaN();
@@ -224,7 +238,9 @@ class TableFile : public RowsOnClock {
     } while (is_skipped(line));
     int column = 0;
     for (Fields fields(line, layout_.separator); column < layout_.num_columns && fields.next(field); ++column)
-      if (parse_cell(field, layout_.decimal_comma, row[column]) == Cell::bad)
+      if (layout_.moments[static_cast<std::size_t>(column)])
+        row[column] = std::numeric_limits<double>::quiet_NaN();
+      else if (parse_cell(field, layout_.decimal_comma, row[column]) == Cell::bad)
         throw fault("table.cell", fmt::format("column {}: '{}' is no number", column + 1, clean_name(field)));
     for (; column < layout_.num_columns; ++column) row[column] = std::numeric_limits<double>::quiet_NaN();
   }
@@ -234,6 +250,7 @@ class TableFile : public RowsOnClock {
   TableLayout layout_;
   int clock_column_ = -1;  // what is or could be the clock
   PrintedDigits printed_;  // of it
+  MomentClock moments_;
   TextLines lines_;
 };
 

@@ -10,6 +10,7 @@
 
 #include "dsp/fault.hpp"
 #include "dsp/io/found_clock.hpp"
+#include "dsp/io/moment.hpp"
 #include "dsp/io/text_lines.hpp"
 #include "dsp/io/units.hpp"
 #include "dsp/names.hpp"
@@ -49,8 +50,8 @@ bool is_row(std::string_view line, char separator, bool decimal_comma) {
   double value = 0;
   for (const auto field : fields_of(line, separator)) {
     const Cell cell = parse_cell(field, decimal_comma, value);
-    if (cell == Cell::bad) return false;
-    any = any || cell == Cell::number;
+    if (cell == Cell::bad && !parse_moment(field)) return false;
+    any = any || cell == Cell::number || (cell == Cell::missing && !unquoted(field).empty());  // NaN in words
   }
   return any;
 }
@@ -132,15 +133,43 @@ void find_time(TableLayout& layout) {
   }
 }
 
+// The rows among the first lines, cell by cell.
+template <class Visit>
+void for_each_cell(const TableLayout& layout, const std::vector<Line>& lines, Visit&& visit) {
+  for (const Line& line : lines) {
+    const auto fields = fields_of(line.text, layout.separator);
+    if (line.number < layout.first_line || is_comment(trimmed(line.text)) || fields.size() != layout.columns.size())
+      continue;
+    for (std::size_t i = 0; i < fields.size(); ++i) visit(i, fields[i]);
+  }
+}
+
+// Columns of dates and times. The first with times of day is the clock, unless a column of numbers is called time.
+void find_moments(TableLayout& layout, const std::vector<Line>& lines) {
+  int first = -1;
+  for_each_cell(layout, lines, [&](std::size_t i, std::string_view field) {
+    double value = 0.0;
+    if (layout.moments[i] || parse_cell(field, layout.decimal_comma, value) != Cell::bad) return;
+    const auto moment = parse_moment(field);
+    if (!moment) return;
+    layout.moments[i] = true;
+    if (moment->has_time() && (first < 0 || static_cast<int>(i) < first)) first = static_cast<int>(i);
+  });
+  const bool by_name = layout.time_column >= 0 && !layout.moments[static_cast<std::size_t>(layout.time_column)];
+  if (first >= 0 && !by_name) layout.time_column = first;
+  for (std::size_t i = 0; i < layout.columns.size(); ++i)
+    if (layout.moments[i]) {
+      layout.partial[i] = static_cast<int>(i) != layout.time_column;
+      layout.units[i] = "s";
+    }
+}
+
 // The only column that could be a clock, as far as its first rows tell.
 void find_clock_like(TableLayout& layout, const std::vector<Line>& lines) {
   std::vector<std::vector<double>> columns(layout.columns.size());
-  for (const Line& line : lines) {
-    const auto fields = fields_of(line.text, layout.separator);
-    if (line.number < layout.first_line || is_comment(trimmed(line.text)) || fields.size() != columns.size()) continue;
-    for (std::size_t i = 0; i < columns.size(); ++i)
-      (void)parse_cell(fields[i], layout.decimal_comma, columns[i].emplace_back());
-  }
+  for_each_cell(layout, lines, [&](std::size_t i, std::string_view field) {
+    (void)parse_cell(field, layout.decimal_comma, columns[i].emplace_back());
+  });
   std::vector<int> found;
   for (std::size_t i = 0; i < columns.size(); ++i)
     if (is_clock_like(columns[i])) found.push_back(static_cast<int>(i));
@@ -152,6 +181,20 @@ void size_columns(TableLayout& layout) {
   layout.columns.resize(count);
   layout.units.resize(count);
   layout.partial.resize(count);
+  layout.moments.resize(count);
+}
+
+// The first cell that is no number in the last line with more than one.
+std::string why_no_row(const std::vector<Line>& lines) {
+  for (auto line = lines.rbegin(); line != lines.rend(); ++line)
+    for (const Style& style : styles) {
+      const auto fields = fields_of(line->text, style.separator);
+      if (fields.size() < 2 || style.separator == ' ') continue;
+      for (std::size_t i = 0; i < fields.size(); ++i)
+        if (!is_row(fields[i], style.separator, style.decimal_comma))
+          return fmt::format(": in line {}, column {} is '{}'", line->number, i + 1, clean_name(unquoted(fields[i])));
+    }
+  return "";
 }
 
 TableLayout csv_layout(const InputFile& file, const std::vector<Line>& lines) {
@@ -162,9 +205,9 @@ TableLayout csv_layout(const InputFile& file, const std::vector<Line>& lines) {
   if (guess.score == 0)
     throw Fault(
         FaultKind::input, "container.unknown",
-        fmt::format("{}: text, but no line of its first {} is a row of numbers. Read are sound files (WAV, RF64, "
+        fmt::format("{}: text, but no line of its first {} is a row of numbers{}. Read are sound files (WAV, RF64, "
                     "W64, CAF, FLAC, AIFF), MATLAB v5, CSV and LabVIEW text",
-                    file.name(), lines.size()));
+                    file.name(), lines.size(), why_no_row(lines)));
   TableLayout layout;
   layout.separator = guess.style.separator;
   layout.decimal_comma = guess.style.decimal_comma;
@@ -196,6 +239,7 @@ TableLayout csv_layout(const InputFile& file, const std::vector<Line>& lines) {
   // Names may be in the last comment above the numbers.
   if (!layout.named && static_cast<int>(remark.size()) == layout.num_columns) set_names(layout, remark);
   find_time(layout);
+  find_moments(layout, lines);
   if (layout.time_column < 0 && !layout.named) find_clock_like(layout, lines);
   return layout;
 }

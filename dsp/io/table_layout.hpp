@@ -18,11 +18,12 @@ struct TableLayout {
   int num_columns = 0;
   std::vector<std::string> columns;  ///< names, empty where the file has none
   std::vector<std::string> units;    ///< from the names or a line of their own
-  std::vector<bool> partial;         ///< columns that hold something else than one value a row
+  std::vector<bool> partial;         ///< columns that hold something else than one number a row
+  std::vector<bool> moments;         ///< columns of dates and times of day
   bool named = false;
   std::uint64_t data_offset = 0;  ///< first byte of the first row
   std::int64_t first_line = 1;    ///< its line number
-  int time_column = -1;
+  int time_column = -1;           ///< by its name, or as the first that holds times of day
   int clock_like_column = -1;     ///< without names: the only one whose first values could be a clock's
   std::optional<double> rate_hz;  ///< the header's own
 };

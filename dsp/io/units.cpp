@@ -1,6 +1,7 @@
 #include "dsp/io/units.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -12,6 +13,7 @@
 
 #include "dsp/io/channel_roles.hpp"
 #include "dsp/names.hpp"
+#include "dsp/signals.hpp"
 
 namespace dsp {
 namespace {
@@ -228,8 +230,19 @@ std::string si_unit(Role role) {
 
 bool fits(Role role, std::string_view si) {
   if (role == Role::t) return si == "s";
-  const int wanted = info_of(role).order, found = derivative_order(si);
-  return wanted < 0 || found < 0 || wanted == found;
+  const int wanted = info_of(role).order;
+  return wanted < 0 || si.empty() || si == "1" || is_electrical(si) || wanted == derivative_order(si);
+}
+
+std::string roles_in(std::string_view si) {
+  std::vector<std::string> roles;
+  const int order = derivative_order(si);
+  for (const SignalInfo& signal : signal_table())
+    if (order >= 0 && signal.order == order && signal.role != Role::other) roles.emplace_back(to_string(signal.role));
+  if (order < 0) roles = {"f", "z", "other"};
+  const std::string last = roles.back();
+  roles.pop_back();
+  return fmt::format("{} or {}", fmt::join(roles, ", "), last);
 }
 
 bool is_time_name(std::string_view base) {

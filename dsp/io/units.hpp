@@ -39,9 +39,12 @@ struct Sensitivity {
 
 /// SI unit that goes with a role: m for x, m/s for v, ...; empty for `other`.
 [[nodiscard]] std::string si_unit(Role role);
-/// False where role and SI unit contradict each other: an acceleration in m, a base displacement in m/s^2. Units of
-/// other kinds (V, rad) are free to play any role.
+/// False where role and SI unit contradict each other: an acceleration in m, a base displacement in m/s^2 or N. A
+/// motion may be in V, A, C or without a unit (raw), and what drives it (f, z, other) in any.
 [[nodiscard]] bool fits(Role role, std::string_view si);
+
+/// "x, y or r" for m: the roles that a channel in this SI unit can have, those of motion first.
+[[nodiscard]] std::string roles_in(std::string_view si);
 
 /// Whether a column of this name is a clock ("t", "Time", "timestamp", LabVIEW's "X_Value").
 [[nodiscard]] bool is_time_name(std::string_view base);

@@ -12,4 +12,10 @@ namespace dsp {
 /// From the intermediate rate to the regression rate. None where they are one.
 [[nodiscard]] std::optional<DecimateOptions> to_regression(const PrepareOptions& options);
 
+/// What signals at the intermediate rate pass through to become target and columns: to_regression, or a taper to the
+/// cut-off.
+[[nodiscard]] ColumnFilter column_filter(const PrepareOptions& options);
+/// Where that taper lies.
+[[nodiscard]] SpectralBand column_band(const PrepareOptions& options);
+
 }  // namespace dsp

@@ -109,6 +109,16 @@ std::optional<DecimateOptions> to_regression(const PrepareOptions& o) {
       .stopband_start_hz = 1.25 * o.cutoff_hz < o.rate_hz / 2.0 ? 1.25 * o.cutoff_hz : o.rate_hz / 2.0};
 }
 
+ColumnFilter column_filter(const PrepareOptions& o) {
+  const auto decimation = to_regression(o);
+  return decimation ? ColumnFilter::decimation(o.intermediate_rate_hz, *decimation)
+                    : ColumnFilter::taper(o.intermediate_rate_hz, column_band(o));
+}
+
+SpectralBand column_band(const PrepareOptions& o) {
+  return {o.rolloff_hz, o.cutoff_hz};
+}
+
 PrepareOptions resolved(const PrepareOptions& options, double sample_rate_hz) {
   const PrepareOptions o = completed(options, sample_rate_hz);
   if (has_filters(o, sample_rate_hz)) return o;

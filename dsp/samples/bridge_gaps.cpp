@@ -40,6 +40,10 @@ void GapBridge::check_channel(Eigen::Index channel, Eigen::Index begin) {
                   fmt::format("{}: channel '{}' is {} at {:.6g} s: no measurement", options_.name, name, value,
                               static_cast<double>(frame) / options_.sample_rate_hz));
     if (open.first < 0) open.first = frame;
+    if (!open.has_before) {
+      require_begin(channel, i + 1);
+      continue;
+    }
     ++open.num_missing;
     const double gap_s = static_cast<double>(frame - open.first + 1) / options_.sample_rate_hz;
     const double fraction = static_cast<double>(open.num_missing) / static_cast<double>(options_.num_frames);
@@ -54,8 +58,23 @@ void GapBridge::check_channel(Eigen::Index channel, Eigen::Index begin) {
   }
 }
 
+// Frames are held until every channel has begun.
+void GapBridge::require_begin(Eigen::Index channel, Eigen::Index num_held) const {
+  constexpr double most_values = 1 << 24;  // 128 MB
+  if (static_cast<double>(num_held) * static_cast<double>(held_.cols()) <= most_values) return;
+  throw Fault(
+      FaultKind::input, "sample.missing",
+      fmt::format("{}: channel '{}' has no value in the first {:.6g} s. Leave the channel out or cut the recording",
+                  options_.name, options_.channels[static_cast<std::size_t>(channel)],
+                  static_cast<double>(num_held) / options_.sample_rate_hz));
+}
+
 void GapBridge::close(Eigen::Index channel, std::int64_t end, double behind, bool has_behind) {
   auto& open = open_[static_cast<std::size_t>(channel)];
+  if (!open.has_before && !has_behind)
+    throw Fault(FaultKind::input, "sample.missing",
+                fmt::format("{}: channel '{}' has no value at all. Leave the channel out", options_.name,
+                            options_.channels[static_cast<std::size_t>(channel)]));
   const double before = open.has_before ? open.before : behind;
   if (!has_behind) behind = before;
   const auto steps = static_cast<double>(end - open.first + 1);
@@ -67,7 +86,10 @@ void GapBridge::close(Eigen::Index channel, std::int64_t end, double behind, boo
   const double to_s = static_cast<double>(end) / options_.sample_rate_hz;
   bridged_.push_back(
       {from_s, to_s, fmt::format("no values in {}", options_.channels[static_cast<std::size_t>(channel)])});
-  if (open.num_gaps++ == 0) open.first_place_s = from_s;
+  if (!open.has_before)
+    open.num_before = end - open.first;
+  else if (open.num_gaps++ == 0)
+    open.first_place_s = from_s;
   open.first = -1;
 }
 
@@ -101,12 +123,18 @@ std::vector<Check> GapBridge::checks() const {
   std::vector<Check> checks;
   for (std::size_t channel = 0; channel < open_.size(); ++channel) {
     const auto& open = open_[channel];
-    if (open.num_gaps == 0) continue;
-    checks.push_back(
-        {"sample.missing", options_.channels[channel], CheckStatus::warning, static_cast<double>(open.num_missing),
-         options_.max_missing_fraction * static_cast<double>(options_.num_frames),
-         fmt::format("{} values missing in {} gaps, the first at {:.6g} s; bridged by straight lines and marked bad",
-                     open.num_missing, open.num_gaps, open.first_place_s)});
+    if (open.num_gaps == 0 && open.num_before == 0) continue;
+    std::string message;
+    if (open.num_before > 0)
+      message = fmt::format("no values before {:.6g} s, which is marked bad",
+                            static_cast<double>(open.num_before) / options_.sample_rate_hz);
+    if (open.num_gaps > 0)
+      message +=
+          fmt::format("{}{} values missing in {} gaps, the first at {:.6g} s; bridged by straight lines and marked bad",
+                      message.empty() ? "" : "; ", open.num_missing, open.num_gaps, open.first_place_s);
+    checks.push_back({"sample.missing", options_.channels[channel], CheckStatus::warning,
+                      static_cast<double>(open.num_before + open.num_missing),
+                      options_.max_missing_fraction * static_cast<double>(options_.num_frames), std::move(message)});
   }
   return checks;
 }

@@ -19,8 +19,9 @@ struct BridgeOptions {
 
 /// Streams frames through and replaces what is missing (NaN, infinite) by straight lines between its neighbours, or by
 /// the nearest value at the ends of the recording. Frames leave once nothing in them is open; block sizes change
-/// nothing. Throws Fault (input): sample.missing where a gap is longer than max_gap_s or too much is missing,
-/// sample.huge for a value beyond 1e100, whose square would not fit.
+/// nothing. What lacks before the first value of a channel is no gap: its sensor was not on yet. Throws Fault (input):
+/// sample.missing where a gap is longer than max_gap_s or too much is missing, or a channel begins too late for what is
+/// held of the others until then or never; sample.huge for a value beyond 1e100, whose square would not fit.
 class GapBridge {
  public:
   explicit GapBridge(BridgeOptions options);
@@ -40,10 +41,13 @@ class GapBridge {
     std::int64_t first = -1;  ///< first missing frame, -1: nothing open
     double before = 0.0;      ///< last value there was
     bool has_before = false;
-    std::int64_t num_missing = 0, num_gaps = 0;
+    std::int64_t num_before = 0;   ///< missing before the first value
+    std::int64_t num_missing = 0;  ///< behind it
+    std::int64_t num_gaps = 0;
     double first_place_s = 0.0;
   };
   void check_channel(Eigen::Index channel, Eigen::Index begin);
+  void require_begin(Eigen::Index channel, Eigen::Index num_held) const;
   void close(Eigen::Index channel, std::int64_t end, double behind, bool has_behind);
 
   BridgeOptions options_;

@@ -103,20 +103,20 @@ std::vector<CarryOver> carried_over(const Model& model, const Record& record, co
   return coefficients;
 }
 
-/// The number (1-based) that this recording has among those the equation was fitted to; 0: it is another.
-int number_of(const Model& model, const std::string& recording) {
+/// The number (1-based) of a recording among those the equation was fitted to; 0: it is another.
+int number_of(const Model& model, const std::string& fitted_as) {
   for (const ModelTerm& term : model.terms)
-    if (term.recording > 0 && term.recording_name == recording) return term.recording;
+    if (term.recording > 0 && term.recording_name == fitted_as) return term.recording;
   return 0;
 }
 
-Model equation_for(const Model& model, const std::string& recording) {
-  return equation_of(model, number_of(model, recording));
+Model equation_for(const Model& model, const std::string& fitted_as) {
+  return equation_of(model, number_of(model, fitted_as));
 }
 
 /// A sentence where coefficients that differ by recording are not known for this one.
-std::string means_taken(const Model& model, const std::string& recording) {
-  if (!differs_by_recording(model) || number_of(model, recording) > 0) return {};
+std::string means_taken(const Model& model, const std::string& fitted_as) {
+  if (!differs_by_recording(model) || number_of(model, fitted_as) > 0) return {};
   std::vector<std::string> terms;
   for (const ModelTerm& term : model.terms)
     if (term.recording > 0 && std::find(terms.begin(), terms.end(), term.name) == terms.end())
@@ -132,8 +132,7 @@ std::string means_taken(const Model& model, const std::string& recording) {
 
 RecordPrediction predict(const Model& joint, const Model& joint_linear, const Record& record,
                          const PredictOptions& options) {
-  const Model model = equation_for(joint, record.prepared.name),
-              linear = equation_for(joint_linear, record.prepared.name);
+  const Model model = equation_for(joint, options.fitted_as), linear = equation_for(joint_linear, options.fitted_as);
   const dsp::Motion& motion = record.prepared.signals;
   RecordPrediction result;
   result.recording = record.prepared.name;
@@ -167,7 +166,7 @@ RecordPrediction predict(const Model& joint, const Model& joint_linear, const Re
   result.still = errors_of(result.x, still_body(motion, diverged ? result.x : result.predicted),
                            diverged ? std::string() : run.reason)
                      .nmse;
-  result.remark = means_taken(joint, record.prepared.name);
+  result.remark = means_taken(joint, options.fitted_as);
   constexpr double few_periods = 5.0;
   if (longest > 1) {
     const double line_hz =

@@ -32,15 +32,16 @@ struct RecordPrediction {
 };
 
 struct PredictOptions {
-  std::string where = {};  ///< condition on the rows that coefficients are compared on; empty: all
+  std::string fitted_as = {};  ///< name under which the equation was fitted to this very recording; empty: it was not
+  std::string where = {};      ///< condition on the rows that coefficients are compared on; empty: all
   int num_threads = 1;
   Poll poll = {};
 };
 
-/// Coefficients that differ by recording are those of a recording of this name, else their mean, and so said in the
-/// remark. Runs `model` free over every interval of the recording without a gap, at least a period long. The recording
-/// is prepared as those the equation was identified from, about its own zero. `linear`: what is to be beaten; without
-/// terms: nothing is.
+/// Coefficients that differ by recording are those of `fitted_as`, else their mean, and so said in the remark. Runs
+/// `model` free over every interval of the recording without a gap, at least a period long. The recording is prepared
+/// as those the equation was identified from, about its own zero. `linear`: what is to be beaten; without terms:
+/// nothing is.
 [[nodiscard]] RecordPrediction predict(const Model& model, const Model& linear, const Record& record,
                                        const PredictOptions& options = {});
 

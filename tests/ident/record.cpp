@@ -100,9 +100,22 @@ TEST_CASE("what is left out is said, with its reasons, and from a quarter on wit
   low.regime = dsp::Regime::low;
   const auto scarce = ident::scarce_ranges({low}, {&stuck});
   REQUIRE(scarce.size() == 1);
-  CHECK_THAT(scarce.front().message, Catch::Contains("range low: 8 % of its time"));
+  CHECK(scarce.front().recording == 0);
+  CHECK_THAT(scarce.front().check.message, Catch::Contains("range low: 8 % of its time"));
   const ident::Record plenty = record(14.95, 900);
   CHECK(ident::scarce_ranges({low}, {&plenty}).empty());
+
+  // A range of the second recording, of which the knock takes most, though its stops are longer.
+  ident::Range knocked;
+  knocked.spec.name = "knocked";
+  knocked.spec.from_s = 9.0;
+  knocked.spec.to_s = 50.0;
+  knocked.recording = 2;
+  const ident::Record knock = record(48.95, 500);
+  const auto own = ident::scarce_ranges({knocked}, {&plenty, &knock});
+  REQUIRE(own.size() == 1);
+  CHECK(own.front().recording == 1);
+  CHECK_THAT(own.front().check.message, Catch::Contains("lost to a knock") && Catch::EndsWith("segment.file"));
 }
 
 TEST_CASE("rows that the filters mix with a stop are of the stop", "[ident][record]") {

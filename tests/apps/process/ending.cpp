@@ -64,7 +64,7 @@ TEST_CASE("what the system or a file refuses is no mistake of the program", "[ap
   fs::create_directory(folder / "folder");
   (void)folder.file("plain", "");
   const std::string longname(300, 'n');
-  ends(folder, "$ARDENT run empty.toml", 2, {"[config.range] empty.toml:2: recording.0.file: is empty"});
+  ends(folder, "$ARDENT run empty.toml", 2, {"[config.range] empty.toml:2: [[recording]] 1: file: is empty"});
   ends(folder, "$ARDENT run x.csv -o o --set segment.file=far.json", 2, {"[segments.syntax]", "beyond what a double"});
   ends(folder, "$ARDENT run x.csv -o o --set segment.file=folder", 3, {"[file.kind] folder", "a directory"});
   ends(folder, "$ARDENT run loop.csv", 3, {"[file.missing] loop.csv", "symbolic links"});

@@ -61,7 +61,7 @@ TEST_CASE("a key nobody asked for is an error with its line and the nearest know
   const auto inner = Settings::from_text("[[range]]\nform = 1\n", "run.toml");
   for (const auto& range : inner.tables("range")) (void)range.number("from", 0);
   check_fault([&] { inner.finish(); }, FaultKind::usage, "config.unknown_key",
-              {"run.toml:2:", "'range.0.form'", "Did you mean 'from'?"});
+              {"run.toml:2:", "'[[range]] 1: form'", "Did you mean 'from'?"});
 }
 
 TEST_CASE("a key under the wrong heading is told the right one", "[dsp][settings]") {

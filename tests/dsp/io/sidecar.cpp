@@ -88,7 +88,7 @@ TEST_CASE("what a sidecar gets wrong is named with its line", "[dsp][sidecar]") 
     check_fault([&] { (void)channel(lines); }, FaultKind::usage, name, pieces);
   };
   refused("sensitvity = \"1 mV/g\"", "config.unknown_key", {"rig.wav.toml:3:", "Did you mean 'sensitivity'?"});
-  refused("sensitivity = \"0 mV/g\"", "calibration.value", {"rig.wav.toml:3: channel.0.sensitivity", "positive"});
+  refused("sensitivity = \"0 mV/g\"", "calibration.value", {"rig.wav.toml:3: [[channel]] 1: sensitivity", "positive"});
   refused("sensitivity = \"-3 mV/g\"", "calibration.value", {"sign = -1"});
   refused("sensitivity = \"nan mV/g\"", "calibration.value", {"positive"});
   refused("sensitivity = \"100 mV/gram\"", "unit.unknown", {"gravity"});

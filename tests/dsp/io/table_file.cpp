@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <rapidcheck/catch.h>
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <optional>
@@ -215,8 +216,9 @@ TEST_CASE("a clock that goes back, repeats, jitters or loses its step is refused
   };
   refused([](int i) { return (i == 50 ? 48.5 : i) / 10.0; }, "clock.backwards", {"a.csv:52:", "4.9 to 4.85"});
   refused([](int i) { return (i == 50 ? 49 : i) / 10.0; }, "clock.repeated", {"a.csv:52:", "4.9 s occurs twice"});
-  refused([](int i) { return (i + 0.05 * std::sin(i * i)) / 10.0; }, "clock.jitter",
-          {"uneven", "rate = 10", "interpolate"});
+  refused([](int i) { return (i + 0.05 * std::sin(i * i)) / 10.0; }, "clock.jitter", {"uneven", "a.csv.toml"});
+  check_fault([&] { (void)read(scratch / "a.csv"); }, FaultKind::input, "clock.jitter", {},
+              {"rate = 10\nclock = \"interpolate\"\n"});
   refused([](int i) { return (i < 40 ? i : i + 7.4) / 10.0; }, "clock.gap", {"a.csv:42:", "no whole number of steps"});
   check_fault([&] { (void)read(scratch.file("a.csv", "t,x\n0,1\n1,1\n,2\n3,4\n")); }, FaultKind::input, "table.cell",
               {"a.csv:4", "no time"});
@@ -258,7 +260,7 @@ TEST_CASE("a stated rate settles stamps printed too coarsely", "[dsp][table_cloc
   const Scratch scratch;
   const auto file = scratch.file("a.csv", stamps(
                                               300, [](int i) { return std::floor(i / 3.0) / 100; }, "%.2f"));
-  check_fault([&] { (void)read(file); }, FaultKind::input, "clock.repeated", {"state the rate in the sidecar"});
+  check_fault([&] { (void)read(file); }, FaultKind::input, "clock.repeated", {"state the rate at the top of"});
   CHECK(read(file, {.rate_hz = 300.0}).info.sample_rate_hz == 300.0);
   check_fault([&] { (void)read(file, {.rate_hz = 200.0}); }, FaultKind::input, "clock.repeated", {});
 }
@@ -346,4 +348,52 @@ TEST_CASE("columns whose names become one are refused as signals", "[dsp][table_
   const auto twice = scratch.file("b.csv", table.renamed[0].second + ",force [kN]\n1,2\n3,4\n");
   check_fault([&] { (void)dsp::read_signal_table(twice); }, FaultKind::input, "channel.name",
               {"two columns are called '" + table.renamed[0].second + "'"});
+}
+
+TEST_CASE("dates and times of day are a clock, in any style of table", "[dsp][table_clock]") {
+  // From 2.5 s before midnight at 100 Hz.
+  const auto stamp = [](int i) {
+    const int ms = 86'397'500 + 10 * i, day = ms / 86'400'000, rest = ms % 86'400'000;
+    return std::array{day, rest / 3'600'000, rest / 60'000 % 60, rest / 1000 % 60, rest % 1000};
+  };
+  const auto table = [&](const std::string& header, const std::function<std::string(const std::array<int, 5>&)>& time,
+                         const char* row) {
+    std::string text = header;
+    for (int i = 0; i < 500; ++i)
+      text += time(stamp(i)) + fmt::format(fmt::runtime(row), 0.5 * std::sin(0.1 * i)) + "\n";
+    return text;
+  };
+  const Scratch folder;
+  const auto iso = [](const std::array<int, 5>& t) {
+    return fmt::format("2026-12-{}T{:02}:{:02}:{:02}.{:03}+01:00", 30 + t[0], t[1], t[2], t[3], t[4]);
+  };
+  const auto german = [](const std::array<int, 5>& t) {
+    return fmt::format("{}.12.2026 {:02}:{:02}:{:02},{:03}", 30 + t[0], t[1], t[2], t[3], t[4]);
+  };
+  const auto apart = [](const std::array<int, 5>& t) {
+    return fmt::format("2026-12-{};{:02}:{:02}:{:02}.{:03}", 30 + t[0], t[1], t[2], t[3], t[4]);
+  };
+  const auto minutes = [](const std::array<int, 5>& t) {
+    return fmt::format("{:02}:{:02}.{:02}", t[2], t[3], t[4] / 10);
+  };
+  struct Case {
+    std::string text;
+    int column;
+  };
+  for (const Case& one :
+       {Case{table("when,x_mm\n", iso, ",{:.4f}"), 0}, Case{table("", iso, ",{:.4f}"), 0},
+        Case{table("Datum;x_mm\n", german, ";{:.4f}"), 0}, Case{table("Date;Time;x_mm\n", apart, ";{:.4f}"), 1},
+        Case{table("Time\tx\n", minutes, "\t{:.4f}"), 0}}) {
+    CAPTURE(one.text.substr(0, 80));
+    const Table found = read(folder.file("a.csv", one.text));
+    CHECK(found.info.time_column == one.column);
+    CHECK(found.info.sample_rate_hz == 100.0);
+    CHECK(found.info.gaps.empty());
+    REQUIRE(found.frames.rows() == 500);
+    CHECK(found.frames(499, found.frames.cols() - 1) == Approx(0.5 * std::sin(49.9)).margin(5e-5));  // as printed
+  }
+  check_fault([&] { (void)read(folder.file("b.csv", table("t,x\n", iso, ",{:.4f}") + "noon,1\n")); }, FaultKind::input,
+              "table.cell", {"b.csv:502", "'noon' is no time of day", "10:00:00.123"});
+  check_fault([&] { (void)read(folder.file("c.csv", "day,x\nFriday,1\nFriday,2\n")); }, FaultKind::input,
+              "container.unknown", {"line 3, column 1 is 'Friday'"});
 }

@@ -1,0 +1,169 @@
+#include "dsp/io/moment.hpp"
+
+#include <array>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+
+namespace dsp {
+namespace {
+
+constexpr double minute_s = 60.0, hour_s = 3600.0, day_s = 86400.0;
+
+/// What is not yet read of a text; each call reads one thing, or nothing and says so.
+class Rest {
+ public:
+  explicit Rest(std::string_view text) : text_(text) {}
+  [[nodiscard]] bool empty() const { return text_.empty(); }
+
+  bool mark(std::string_view one_of) {
+    if (text_.empty() || one_of.find(text_.front()) == std::string_view::npos) return false;
+    last_mark_ = text_.front();
+    text_.remove_prefix(1);
+    return true;
+  }
+  [[nodiscard]] char last_mark() const { return last_mark_; }
+
+  void blanks() {
+    while (mark(" \t")) continue;
+  }
+
+  /// `least` to `most` digits.
+  bool digits(int least, int most, int& value) {
+    int count = 0, read = 0;
+    while (count < most && count < static_cast<int>(text_.size()) && text_[count] >= '0' && text_[count] <= '9')
+      read = 10 * read + (text_[count++] - '0');
+    if (count < least) return false;
+    value = read;
+    text_.remove_prefix(static_cast<std::size_t>(count));
+    return true;
+  }
+
+  /// A point or comma and digits behind it, where there is one. `digit` becomes what the last one means.
+  bool fraction(double& value, double& digit) {
+    value = 0.0;
+    digit = 1.0;
+    if (!mark(".,")) return true;
+    std::size_t count = 0;
+    while (count < text_.size() && text_[count] >= '0' && text_[count] <= '9') ++count;
+    constexpr std::size_t most = 15;
+    if (count == 0 || count > most) return false;
+    double whole = 0.0;
+    (void)std::from_chars(text_.data(), text_.data() + count, whole);
+    digit = std::pow(10.0, -static_cast<double>(count));
+    value = whole / std::pow(10.0, static_cast<double>(count));
+    text_.remove_prefix(count);
+    return true;
+  }
+
+  bool word(std::string_view upper) {
+    if (text_.size() < upper.size()) return false;
+    for (std::size_t i = 0; i < upper.size(); ++i)
+      if ((text_[i] >= 'a' ? text_[i] - 'a' + 'A' : text_[i]) != upper[i]) return false;
+    text_.remove_prefix(upper.size());
+    return true;
+  }
+
+ private:
+  std::string_view text_;
+  char last_mark_ = 0;
+};
+
+std::string_view bare(std::string_view text) {
+  constexpr std::string_view dropped = " \t\r\"";
+  const auto from = text.find_first_not_of(dropped);
+  return from == text.npos ? "" : text.substr(from, text.find_last_not_of(dropped) + 1 - from);
+}
+
+bool set_day(Moment& moment, int year, int month, int day) {
+  const std::chrono::year_month_day date{std::chrono::year{year}, std::chrono::month(static_cast<unsigned>(month)),
+                                         std::chrono::day(static_cast<unsigned>(day))};
+  if (!date.ok()) return false;
+  moment.day = std::chrono::sys_days(date).time_since_epoch().count();
+  return true;
+}
+
+/// 2026-11-20, 2026/11/20, 20.11.2026, 11/20/2026.
+bool read_date(Rest& rest, Moment& moment) {
+  int first = 0, second = 0, third = 0;
+  Rest from_year = rest;
+  if (from_year.digits(4, 4, first) && from_year.mark("-/.")) {
+    const char mark = from_year.last_mark();
+    if (!from_year.digits(1, 2, second) || !from_year.mark({&mark, 1}) || !from_year.digits(1, 2, third)) return false;
+    rest = from_year;
+    return set_day(moment, first, second, third);
+  }
+  if (!rest.digits(1, 2, first) || !rest.mark("./-")) return false;
+  const char mark = rest.last_mark();
+  if (!rest.digits(1, 2, second) || !rest.mark({&mark, 1}) || !rest.digits(4, 4, third)) return false;
+  if (mark == '.') return set_day(moment, third, second, first);
+  return first >= 1 && second >= 1 && first <= 31 && second <= 31;  // of day and month, which is which?
+}
+
+/// 10:00:00.123, 12.3 behind minutes.
+bool read_time(Rest& rest, Moment& moment) {
+  int first = 0, second = 0, third = 0;
+  double fraction = 0.0;
+  if (!rest.digits(1, 3, first) || !rest.mark(":") || !rest.digits(2, 2, second) || second >= 60) return false;
+  const bool with_hours = rest.mark(":");
+  if (with_hours && !rest.digits(2, 2, third)) return false;
+  if (!rest.fraction(fraction, moment.digit_s) || third > 60) return false;
+  if (!with_hours && moment.digit_s == 1.0) return false;  // hours and minutes are no time of a sample
+  moment.second =
+      with_hours ? first * hour_s + second * minute_s + (third + fraction) : first * minute_s + (second + fraction);
+  if (!with_hours) moment.period_s = hour_s;
+  Rest half = rest;
+  half.blanks();
+  for (const auto& [word, noon_s] : {std::pair{"AM", 0.0}, std::pair{"PM", 0.5 * day_s}})
+    if (half.word(word)) {
+      if (!with_hours || first < 1 || first > 12) return false;
+      moment.second = std::fmod(moment.second, 0.5 * day_s) + noon_s;
+      rest = half;
+      return true;
+    }
+  return true;
+}
+
+/// Z, +01:00, -0530, +01.
+bool read_zone(Rest& rest, Moment& moment) {
+  rest.blanks();
+  if (rest.empty() || rest.word("Z") || rest.word("UTC")) return true;
+  if (!rest.mark("+-")) return false;
+  const double sign = rest.last_mark() == '+' ? 1.0 : -1.0;
+  int hours = 0, minutes = 0;
+  if (!rest.digits(2, 2, hours)) return false;
+  (void)rest.mark(":");
+  if (!rest.empty() && !rest.digits(2, 2, minutes)) return false;
+  moment.second -= sign * (hours * hour_s + minutes * minute_s);
+  return true;
+}
+
+}  // namespace
+
+std::optional<Moment> parse_moment(std::string_view text) {
+  Rest rest(bare(text));
+  Moment moment;
+  Rest date = rest;
+  const bool has_date = read_date(date, moment);
+  if (has_date) {
+    rest = date;
+    if (rest.empty()) return moment;
+    if (!rest.mark("Tt_") && !rest.mark(" ")) return std::nullopt;
+    rest.blanks();
+  }
+  if (!read_time(rest, moment) || !read_zone(rest, moment) || !rest.empty()) return std::nullopt;
+  return moment;
+}
+
+double MomentClock::seconds(const Moment& moment) {
+  if (!last_) first_day_ = moment.day.value_or(0);
+  if (moment.day) {
+    begun_s_ = static_cast<double>(*moment.day - first_day_) * day_s;
+  } else if (last_ && moment.second < last_->second - 0.5 * moment.period_s) {
+    begun_s_ += moment.period_s;
+  }
+  last_ = moment;
+  return begun_s_ + moment.second;
+}
+
+}  // namespace dsp
