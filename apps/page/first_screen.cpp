@@ -222,9 +222,10 @@ Entry data_entry(const RunResults& results, const ChosenEquation& chosen) {
 Entry input_entry(const RunResults& results, const ChosenEquation& chosen) {
   Entry entry{"inputs", {}, 1};
   if (chosen.fit == nullptr) return entry;
+  const std::string& target = chosen.fit->model.target;
   Strings inside, outside;
   for (const dsp::Signal& signal : results.inputs.front().prepared.signals.signals) {
-    if (!ident::acts_from_outside(signal)) continue;
+    if (!ident::acts_from_outside(signal) || signal.name == target) continue;
     const auto& terms = chosen.fit->model.terms;
     const bool used = std::any_of(terms.begin(), terms.end(), [&](const ident::ModelTerm& term) {
       const auto names = ident::Expression(term.name).signals();
@@ -233,9 +234,11 @@ Entry input_entry(const RunResults& results, const ChosenEquation& chosen) {
     (used ? inside : outside).push_back(signal.name);
   }
   const dsp::Prepared& prepared = results.inputs.front().prepared;
-  if (chosen.fit->model.target == "ddy" && prepared.x_is_difference) inside.emplace_back("r, through x = y - r");
+  if (target == "ddy" && prepared.x_is_difference) inside.emplace_back("r, through x = y - r");
   if (inside.empty() && outside.empty())
-    entry.lines.push_back({"none was recorded: the equation describes free or self-excited motion"});
+    entry.lines.push_back({chosen.fit->free_run.applies
+                               ? "none was recorded: the equation describes free or self-excited motion"
+                               : fmt::format("none beside {}, which the equation gives from the motion", target)});
   else
     entry.lines.push_back(
         {fmt::format("in the equation: {}; recorded and not in it: {}", inside.empty() ? "none" : joined(inside),

@@ -371,6 +371,7 @@ TEST_CASE("a friction damper with an inner state is not described, and that is s
     const auto ended = support::run(folder, "$ARDENT -q --force run run.toml -o run");
     CAPTURE(ended.err);
     REQUIRE(ended.code == 0);
+    CHECK_THAT(ended.out, Catch::Contains("none beside f, which the equation gives"));
     return json::parse(support::bytes_of(folder / "run/equation.json"))["ranges"][0]["methods"][0];
   };
   for (const char* terms : {"\"sgn(v)\", \"v\", \"x\", \"1\"",
