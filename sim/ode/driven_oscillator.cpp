@@ -5,31 +5,17 @@
 #include <limits>
 
 #include "sim/ode/friction.hpp"
+#include "sim/ode/zero_of.hpp"
 
 namespace sim {
 namespace {
 
 constexpr double two_pi = 6.283185307179586;
 
-/// Zero of g between 0 and `end`, where its signs differ, by the Illinois variant of false position.
+/// Where g is zero in (0, end), at whose ends its signs differ.
 template <class Function>
-double zero_of(const Function& g, double end, double at_begin, double at_end) {
-  double low = 0.0, high = end;
-  for (int i = 0; i < 60 && high - low > 1e-13 * end; ++i) {
-    const double middle = std::clamp(high - at_end * (high - low) / (at_end - at_begin), low, high);
-    const double value = g(middle);
-    if (value == 0.0) return middle;
-    if ((value > 0.0) == (at_end > 0.0)) {
-      if (high - middle < 1e-13 * end) return middle;
-      high = middle, at_end = value;
-      at_begin *= 0.5;
-    } else {
-      if (middle - low < 1e-13 * end) return middle;
-      low = middle, at_begin = value;
-      at_end *= 0.5;
-    }
-  }
-  return 0.5 * (low + high);
+double zero_within(const Function& g, double end, double at_begin, double at_end) {
+  return zero_of(g, {0.0, end, at_begin, at_end}, 1e-13 * end).high;
 }
 
 /// Extends [low, high] by a piece of motion, a cubic between values and slopes at its ends.
@@ -91,7 +77,8 @@ class Stepper {
     // From a start at rest the velocity leaves zero first: look for the zero beyond.
     const double begin = s.v == 0.0 ? 1e-3 * h : 0.0;
     const OscillatorState from = begin > 0.0 ? slip(t, s, begin) : s;
-    const double passed = begin + zero_of([&](double d) { return slip(t, s, begin + d).v; }, h - begin, from.v, end.v);
+    const double passed =
+        begin + zero_within([&](double d) { return slip(t, s, begin + d).v; }, h - begin, from.v, end.v);
     s = slip(t, s, passed);
     s.v = 0.0;
     s.mode = mode_at_rest(t + passed, s.q);
@@ -108,7 +95,7 @@ class Stepper {
       return leaves > 0 ? rates.above : -rates.below;
     };
     const double at_begin = excess(0.0);
-    return at_begin < 0.0 ? zero_of(excess, h, at_begin, excess(h)) : 0.0;
+    return at_begin < 0.0 ? zero_within(excess, h, at_begin, excess(h)) : 0.0;
   }
 
   const DrivenOscillator& oscillator_;

@@ -31,8 +31,7 @@ void simulate_records(const std::string& system, double relative_tolerance) {
                                     {.duration_s = 25.0,
                                      .sample_rate_hz = 100.0,
                                      .relative_tolerance = relative_tolerance,
-                                     .absolute_tolerance = 0.01 * relative_tolerance,
-                                     .formula = sim::Formula::dormand_prince}));
+                                     .absolute_tolerance = 0.01 * relative_tolerance}));
   }
 }
 

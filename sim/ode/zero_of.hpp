@@ -1,0 +1,40 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+
+namespace sim {
+
+/// Where a function is zero between two points at which its signs differ.
+struct Bracket {
+  double low = 0.0, high = 0.0;        ///< of which high is the one beyond the zero
+  double at_low = 0.0, at_high = 0.0;  ///< the function there; at_high may be zero
+};
+
+/// Narrows a bracket to `width` or, where it finds one, to a point whose value is zero, which is then `high`: the
+/// Illinois variant of false position, which takes turns with bisection where it does not get on.
+template <class Function>
+[[nodiscard]] Bracket zero_of(const Function& g, Bracket b, double width) {
+  double weight_low = 1.0, weight_high = 1.0;  // of an end that stayed twice, halved each time
+  bool low_stayed = false, high_stayed = false;
+  for (int i = 1; i <= 100 && b.high - b.low > width && b.at_high != 0.0; ++i) {
+    const double low = weight_low * b.at_low, high = weight_high * b.at_high;
+    const double secant = b.high - high * (b.high - b.low) / (high - low);
+    // Never closer to an end than half the width, so that both ends come in.
+    const double middle =
+        i % 16 == 0 ? 0.5 * (b.low + b.high) : std::clamp(secant, b.low + 0.5 * width, b.high - 0.5 * width);
+    const double value = g(middle);
+    const bool before = b.at_low > 0.0 ? value > 0.0 : value < 0.0;
+    if (before) {
+      b.low = middle, b.at_low = value, weight_low = 1.0;
+      weight_high *= high_stayed ? 0.5 : 1.0;
+    } else {
+      b.high = middle, b.at_high = value, weight_high = 1.0;
+      weight_low *= low_stayed ? 0.5 : 1.0;
+    }
+    high_stayed = before;
+    low_stayed = !before;
+  }
+  return b;
+}
+
+}  // namespace sim
