@@ -57,6 +57,7 @@ struct Integrator::State {
   std::vector<double> values;   ///< of the switches where they were last looked at
   std::vector<bool> left_zero;  ///< which of them were zero where the step starts: their sign is that of just after
   std::vector<double> values_at;
+  Eigen::VectorXd y_at;
   SimulationStatus status = SimulationStatus::finished;
   std::string reason;
   std::vector<Event> events;
@@ -78,7 +79,7 @@ struct Integrator::State {
 };
 
 void Integrator::State::start(const Eigen::Ref<const Eigen::VectorXd>& initial) {
-  y = initial;
+  y = y_at = initial;
   begin = end = options.start_s;
   if (system.next_mode) mode = system.next_mode(end, y.data(), 0, -1);
   step_options = {.relative_tolerance = options.relative_tolerance,
@@ -124,8 +125,8 @@ void Integrator::State::become_stiff() {
 
 /// Into values_at.
 void Integrator::State::look_at_switches(double t) {
-  steps->states(t, y.data());
-  system.switching(t, y.data(), mode, values_at.data());
+  steps->states(t, y_at.data());
+  system.switching(t, y_at.data(), mode, values_at.data());
 }
 
 /// Looks for the first switch in the step just taken, and ends the step there.
@@ -196,14 +197,15 @@ bool Integrator::step() {
   const double begin = std::exchange(s.begin, s.end);
   s.end = s.steps->end_s();
   if (s.system.num_switches > 0) s.find_event();
-  s.steps->states(s.end, s.y.data());
+  s.steps->states(s.end, s.y_at.data());
   for (Eigen::Index i = 0; i < s.y.size(); ++i)
-    if (!(std::abs(s.y[i]) <= s.options.divergence_bound)) {
+    if (!(std::abs(s.y_at[i]) <= s.options.divergence_bound)) {
       const double reached = std::exchange(s.end, s.begin);
       s.begin = begin;
       return s.fail(fmt::format("{}: |{}| passed {:g} at t = {:.9g} s", s.system.name,
                                 s.system.states[static_cast<std::size_t>(i)], s.options.divergence_bound, reached));
     }
+  std::swap(s.y, s.y_at);
   return true;
 }
 
@@ -299,6 +301,25 @@ Simulation simulate(const System& system, const Eigen::Ref<const Eigen::VectorXd
   result.num_steps = integrator.num_steps();
   result.num_rhs_evaluations = integrator.num_rhs_evaluations();
   return result;
+}
+
+SimulationError simulation_error(const System& system, const Eigen::Ref<const Eigen::VectorXd>& initial,
+                                 SimulateOptions options, const Simulation& simulation) {
+  options.relative_tolerance *= 10.0;
+  options.absolute_tolerance *= 10.0;
+  const Simulation looser = simulate(system, initial, options);
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  SimulationError error{.relative = Eigen::VectorXd::Constant(initial.size(), infinity), .growth = infinity};
+  if (simulation.status != SimulationStatus::finished || looser.status != SimulationStatus::finished ||
+      looser.events.size() != simulation.events.size())
+    return error;
+  const Eigen::MatrixXd apart = (looser.states - simulation.states).cwiseAbs();
+  for (Eigen::Index i = 0; i < initial.size(); ++i) {
+    const double largest = apart.col(i).maxCoeff(), size = simulation.states.col(i).norm();
+    error.relative[i] = largest > 0.0 ? largest * std::sqrt(static_cast<double>(simulation.states.rows())) / size : 0.0;
+  }
+  error.growth = error.relative.maxCoeff() / options.relative_tolerance;
+  return error;
 }
 
 }  // namespace sim

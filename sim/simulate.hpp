@@ -44,6 +44,17 @@ struct Simulation {
 [[nodiscard]] Simulation simulate(const System& system, const Eigen::Ref<const Eigen::VectorXd>& initial,
                                   const SimulateOptions& options);
 
+/// What a simulation is worth, from a second one at ten times its tolerances.
+struct SimulationError {
+  /// Of each state, the largest difference between the two over the root mean square of the state: an upper estimate,
+  /// since it is the looser one's error. Infinite where either did not finish, or its switches differ in number.
+  Eigen::VectorXd relative;
+  double growth = 0.0;  ///< the largest of these over that one's relative tolerance: what became of errors of its steps
+};
+/// `simulation` is what `simulate` made of the rest.
+[[nodiscard]] SimulationError simulation_error(const System& system, const Eigen::Ref<const Eigen::VectorXd>& initial,
+                                               SimulateOptions options, const Simulation& simulation);
+
 /// The same integration one internal step at a time, for callers that need the solution between its steps. The mode
 /// is constant over a step: an event ends it.
 class Integrator {

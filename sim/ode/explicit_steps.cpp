@@ -9,7 +9,7 @@
 namespace sim {
 namespace {
 
-/// Step sizes by a PI controller and the test of stiffness as in [HNW96], IV.2.
+/// Step sizes by a PI controller and the test of stiffness as in [HW96], IV.2.
 template <class Formula, int N>
 class ExplicitSteps final : public Steps {
  public:

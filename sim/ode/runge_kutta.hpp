@@ -83,7 +83,7 @@ class RungeKutta {
     return Formula::left_out * std::sqrt(square / static_cast<double>(end_.size()));
   }
 
-  /// Of the largest eigenvalue times h, from the last two slopes, both at the end of the step ([HNW96], IV.2).
+  /// Of the largest eigenvalue times h, from the last two slopes, both at the end of the step ([HW96], IV.2).
   [[nodiscard]] double stiffness() const {
     const double apart = (end_ - argument_).norm();
     return apart > 0.0 ? h_ * (slopes_[num_stages] - slopes_[num_stages - 1]).norm() / apart : 0.0;

@@ -10,18 +10,23 @@ struct Bracket {
   double at_low = 0.0, at_high = 0.0;  ///< the function there; at_high may be zero
 };
 
-/// Narrows a bracket to `width` or, where it finds one, to a point whose value is zero, which is then `high`: the
-/// Illinois variant of false position, which takes turns with bisection where it does not get on.
+/// Narrows a bracket to `width`, or to a point whose value is zero, which is then `high`: false position in its
+/// Illinois variant, bisection wherever three of its steps did not halve the bracket.
 template <class Function>
 [[nodiscard]] Bracket zero_of(const Function& g, Bracket b, double width) {
   double weight_low = 1.0, weight_high = 1.0;  // of an end that stayed twice, halved each time
   bool low_stayed = false, high_stayed = false;
-  for (int i = 1; i <= 100 && b.high - b.low > width && b.at_high != 0.0; ++i) {
+  double length = b.high - b.low;
+  for (int i = 1; i <= 300 && b.high - b.low > width && b.at_high != 0.0; ++i) {
     const double low = weight_low * b.at_low, high = weight_high * b.at_high;
-    const double secant = b.high - high * (b.high - b.low) / (high - low);
+    double middle = b.high - high * (b.high - b.low) / (high - low);
+    if (i % 4 == 0) {
+      const bool slow = b.high - b.low > 0.5 * length;
+      if (slow) middle = 0.5 * (b.low + b.high);
+      length = (slow ? 0.5 : 1.0) * (b.high - b.low);
+    }
     // Never closer to an end than half the width, so that both ends come in.
-    const double middle =
-        i % 16 == 0 ? 0.5 * (b.low + b.high) : std::clamp(secant, b.low + 0.5 * width, b.high - 0.5 * width);
+    middle = std::clamp(middle, b.low + 0.5 * width, b.high - 0.5 * width);
     const double value = g(middle);
     const bool before = b.at_low > 0.0 ? value > 0.0 : value < 0.0;
     if (before) {
