@@ -153,7 +153,8 @@ void Integrator::State::end_at_event(double from, double to) {
   const std::vector<double> at_end = values_at;
   const double width = 2.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(from), std::abs(to));
   const double length = end - begin;
-  end = to;
+  std::size_t first = 0;
+  end = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (same_side(values[i], at_end[i])) continue;
     const auto value_at = [&](double t) {
@@ -161,11 +162,12 @@ void Integrator::State::end_at_event(double from, double to) {
       return values_at[i];
     };
     const double low = left_zero[i] ? begin + just_after * length : from;
-    end = std::min(end, zero_of(value_at, {low, to, values[i], at_end[i]}, width).high);
+    const double zero = zero_of(value_at, {low, to, values[i], at_end[i]}, width).high;
+    if (zero < end) end = zero, first = i;
   }
   look_at_switches(end);
   for (std::size_t i = 0; i < values.size(); ++i)
-    if (!same_side(values[i], values_at[i])) fired.push_back(static_cast<int>(i));
+    if (i == first || !same_side(values[i], values_at[i])) fired.push_back(static_cast<int>(i));
 }
 
 Integrator::Integrator(System system, const Eigen::Ref<const Eigen::VectorXd>& initial, const SimulateOptions& options)
