@@ -1,91 +1,25 @@
 #include "sim/simulate.hpp"
 
-#include <arkode/arkode_erkstep.h>
-#include <cvode/cvode.h>
 #include <fmt/format.h>
-#include <nvector/nvector_serial.h>
-#include <sundials/sundials_context.h>
-#include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <exception>
 #include <limits>
-#include <new>
 #include <stdexcept>
 #include <utility>
+
+#include "sim/ode/steps.hpp"
+#include "sim/ode/zero_of.hpp"
 
 namespace sim {
 namespace {
 
-template <auto release>
-struct Release {
-  template <typename T>
-  void operator()(T* object) const {
-    release(object);
-  }
-};
+constexpr double just_after = 1e-6;  // of a step: from there a switch that left zero has its sign
 
-/// What the integrators of SUNDIALS have in common, but for their names. Their return flags are the same numbers.
-struct Calls {
-  void (*release)(void**);
-  int (*set_error_handler)(void*, CVErrHandlerFn, void*);
-  int (*set_user_data)(void*, void*);
-  int (*set_tolerances)(void*, realtype, N_Vector);
-  int (*set_stop_time)(void*, realtype);
-  int (*set_max_step)(void*, realtype);
-  int (*set_roots)(void*, int, CVRootFn);
-  int (*set_no_root_warning)(void*);
-  int (*evolve)(void*, realtype, N_Vector, realtype*, int);
-  int (*dense)(void*, realtype, int, N_Vector);
-  int (*restart)(void*, realtype, N_Vector);
-  int (*root_info)(void*, int*);
-  char* (*flag_name)(long);
-};
-constexpr Calls adams{CVodeFree,
-                      CVodeSetErrHandlerFn,
-                      CVodeSetUserData,
-                      CVodeSVtolerances,
-                      CVodeSetStopTime,
-                      CVodeSetMaxStep,
-                      CVodeRootInit,
-                      CVodeSetNoInactiveRootWarn,
-                      CVode,
-                      CVodeGetDky,
-                      CVodeReInit,
-                      CVodeGetRootInfo,
-                      CVodeGetReturnFlagName};
-constexpr Calls dormand_prince{
-    ERKStepFree,       ERKStepSetErrHandlerFn, ERKStepSetUserData,           ERKStepSVtolerances, ERKStepSetStopTime,
-    ERKStepSetMaxStep, ERKStepRootInit,        ERKStepSetNoInactiveRootWarn, ERKStepEvolve,       ERKStepGetDky,
-    ERKStepReset,      ERKStepGetRootInfo,     ERKStepGetReturnFlagName};
-static_assert(CV_ONE_STEP == ARK_ONE_STEP && CV_ROOT_RETURN == ARK_ROOT_RETURN && CV_SUCCESS == ARK_SUCCESS &&
-              CV_MEM_FAIL == ARK_MEM_FAIL);
-
-struct ReleaseBy {
-  const Calls* calls = nullptr;
-  void operator()(void* memory) const { calls->release(&memory); }
-};
-using Vector = std::unique_ptr<_generic_N_Vector, Release<N_VDestroy>>;
-
-// SUNDIALS writes into what its clone returns without looking: a clone for which there is no memory must not return.
-N_Vector cloned(N_Vector vector) {
-  const N_Vector copy = N_VClone_Serial(vector);
-  if (copy == nullptr) throw std::bad_alloc();
-  return copy;
+/// Whether a switch stayed where it was; from zero it may go to either side.
+bool same_side(double before, double after) {
+  return !((before > 0.0 && after <= 0.0) || (before < 0.0 && after >= 0.0));
 }
-
-Vector new_vector(Eigen::Index size, SUNContext context) {
-  Vector vector(N_VNew_Serial(size, context));
-  if (!vector) throw std::bad_alloc();
-  vector->ops->nvclone = cloned;
-  return vector;
-}
-using FixedPoint = std::unique_ptr<_generic_SUNNonlinearSolver, Release<SUNNonlinSolFree>>;
-using Memory = std::unique_ptr<void, ReleaseBy>;
-
-void quiet(int, const char*, const char*, char*, void*) {}
 
 double inverse(double step_or_none) {
   return step_or_none > 0.0 ? 1.0 / step_or_none : 0.0;
@@ -114,113 +48,126 @@ void check_options(const System& system, const Eigen::Ref<const Eigen::VectorXd>
 struct Integrator::State {
   System system;
   SimulateOptions options;
-  sundials::Context context;
-  Vector y, dense;
-  FixedPoint solver;
-  const Calls* calls = &adams;
-  Memory memory;
-  double begin = 0.0, end = 0.0, stop = 0.0;
-  int mode = 0, pending_switch = -1;  ///< the switch that ended the last step
+  StepOptions step_options;
+  std::unique_ptr<Steps> steps;
+  double begin = 0.0, end = 0.0;
+  int mode = 0;
+  Eigen::VectorXd y;            ///< at the end
+  std::vector<int> fired;       ///< the switches that ended the last step
+  std::vector<double> values;   ///< of the switches where they were last looked at
+  std::vector<bool> left_zero;  ///< which of them were zero where the step starts: their sign is that of just after
+  std::vector<double> values_at;
+  Eigen::VectorXd y_at;
   SimulationStatus status = SimulationStatus::finished;
   std::string reason;
   std::vector<Event> events;
-  long num_steps = 0, num_rhs_evaluations = 0;
-  std::exception_ptr thrown;  ///< by the system's functions: C code in between must not be unwound
+  std::optional<double> stiff_from_s;
+  long num_steps = 0, num_rhs_evaluations_before = 0;  ///< before: by the explicit steps, once they are left
 
-  [[nodiscard]] int num_states() const { return static_cast<int>(system.states.size()); }
   void start(const Eigen::Ref<const Eigen::VectorXd>& initial);
-  [[nodiscard]] int make_memory();
+  void restart();
   void pass_event();
-  void fail(SimulationStatus why, std::string text) {
-    status = why;
+  void become_stiff();
+  void find_event();
+  void end_at_event(double from, double to);
+  void look_at_switches(double t);
+  [[nodiscard]] bool fail(std::string text) {
+    status = SimulationStatus::diverged;
     reason = std::move(text);
+    return false;
   }
-  static int rhs(double t, N_Vector y, N_Vector dydt, void* self);
-  static int roots(double t, N_Vector y, double* values, void* self);
 };
 
-int Integrator::State::rhs(double t, N_Vector y, N_Vector dydt, void* self) {
-  auto& s = *static_cast<State*>(self);
-  ++s.num_rhs_evaluations;
-  try {
-    double* out = NV_DATA_S(dydt);
-    s.system.rhs(t, NV_DATA_S(y), s.mode, out);
-    const bool finite = std::all_of(out, out + s.num_states(), [](double value) { return std::isfinite(value); });
-    return finite ? 0 : 1;  // 1: SUNDIALS tries a smaller step
-  } catch (...) {
-    s.thrown = std::current_exception();
-    return -1;
-  }
-}
-
-int Integrator::State::roots(double t, N_Vector y, double* values, void* self) {
-  auto& s = *static_cast<State*>(self);
-  try {
-    s.system.switching(t, NV_DATA_S(y), s.mode, values);
-    return 0;
-  } catch (...) {
-    s.thrown = std::current_exception();
-    return -1;
-  }
-}
-
-/// The integrator's memory, at `end` and `y`; the first flag that is no success.
-int Integrator::State::make_memory() {
-  if (options.formula == Formula::dormand_prince) {
-    calls = &dormand_prince;
-    memory = Memory(ERKStepCreate(rhs, end, y.get(), context), {calls});
-    if (!memory) throw std::bad_alloc();
-    return ERKStepSetTableNum(memory.get(), ARKODE_DORMAND_PRINCE_7_4_5);
-  }
-  memory = Memory(CVodeCreate(CV_ADAMS, context), {calls});
-  solver.reset(SUNNonlinSol_FixedPoint(y.get(), 0, context));
-  if (!memory || !solver) throw std::bad_alloc();
-  (void)calls->set_error_handler(memory.get(), quiet, nullptr);
-  // Memory that was not initialised is not to be handed on.
-  const int made = CVodeInit(memory.get(), rhs, end, y.get());
-  return made != CV_SUCCESS ? made : CVodeSetNonlinearSolver(memory.get(), solver.get());
-}
-
 void Integrator::State::start(const Eigen::Ref<const Eigen::VectorXd>& initial) {
-  y = new_vector(num_states(), context);
-  dense = new_vector(num_states(), context);
-  const Vector tolerances = new_vector(num_states(), context);
-  N_VEnableFusedOps_Serial(y.get(), SUNTRUE);  // states are few: a call costs more than the sums in it
-  std::copy(initial.begin(), initial.end(), NV_DATA_S(y.get()));
-  for (int i = 0; i < num_states(); ++i)
-    NV_DATA_S(tolerances.get())[i] = options.absolute_tolerance * (system.scales.empty() ? 1.0 : system.scales[i]);
+  y = y_at = initial;
   begin = end = options.start_s;
-  stop = options.start_s + options.duration_s;
-  if (system.next_mode) mode = system.next_mode(end, NV_DATA_S(y.get()), 0, -1);
-
-  int flags = CV_SUCCESS;
-  const auto done = [&flags](int flag) {
-    if (flag == CV_MEM_FAIL) throw std::bad_alloc();
-    flags |= flag;
-  };
-  done(make_memory());
-  void* const made = memory.get();
-  done(calls->set_error_handler(made, quiet, nullptr));
-  done(calls->set_user_data(made, this));
-  done(calls->set_tolerances(made, options.relative_tolerance, tolerances.get()));
-  done(calls->set_stop_time(made, stop));
+  if (system.next_mode) mode = system.next_mode(end, y.data(), 0, -1);
+  step_options = {.relative_tolerance = options.relative_tolerance,
+                  .absolute_tolerance = Eigen::VectorXd::Constant(y.size(), options.absolute_tolerance),
+                  .stop_s = options.start_s + options.duration_s};
+  for (Eigen::Index i = 0; i < y.size() && !system.scales.empty(); ++i)
+    step_options.absolute_tolerance[i] *= system.scales[static_cast<std::size_t>(i)];
   const double inverse_step = std::max(inverse(system.max_step_s), inverse(options.max_step_s));
-  if (inverse_step > 0.0) done(calls->set_max_step(made, 1.0 / inverse_step));
-  if (system.num_switches > 0) {
-    done(calls->set_roots(made, system.num_switches, roots));
-    done(calls->set_no_root_warning(made));
-  }
-  if (flags != CV_SUCCESS) throw std::invalid_argument("simulate: " + system.name + ": SUNDIALS refuses these options");
+  if (inverse_step > 0.0) step_options.max_step_s = 1.0 / inverse_step;
+  const auto num_switches = static_cast<std::size_t>(system.num_switches);
+  values.resize(num_switches);
+  values_at.resize(num_switches);
+  left_zero.resize(num_switches);
+  steps = explicit_steps(system, step_options);
+  restart();
 }
 
-/// Lets the system choose its mode after the event that ended the last step, and forgets the smooth past before it.
+/// Goes on from the end, where the past is not smooth with what follows.
+void Integrator::State::restart() {
+  steps->restart(end, y.data(), mode);
+  if (system.num_switches > 0) system.switching(end, y.data(), mode, values.data());
+  for (std::size_t i = 0; i < values.size(); ++i) left_zero[i] = values[i] == 0.0;
+  for (const int which : fired) left_zero[static_cast<std::size_t>(which)] = true;
+  fired.clear();
+}
+
+/// Lets the system choose its mode after the event that ended the last step.
 void Integrator::State::pass_event() {
-  const int before = mode;
-  mode = system.next_mode(end, NV_DATA_S(y.get()), before, pending_switch);
-  events.push_back({end, pending_switch, before, mode});
-  pending_switch = -1;
-  calls->restart(memory.get(), end, y.get());
-  calls->set_stop_time(memory.get(), stop);
+  for (const int which : fired) {
+    const int before = mode;
+    mode = system.next_mode(end, y.data(), before, which);
+    events.push_back({end, which, before, mode});
+  }
+  restart();
+}
+
+void Integrator::State::become_stiff() {
+  stiff_from_s = end;
+  num_rhs_evaluations_before = steps->num_rhs_evaluations();
+  steps = stiff_steps(system, step_options);
+  steps->restart(end, y.data(), mode);
+}
+
+/// Into values_at.
+void Integrator::State::look_at_switches(double t) {
+  steps->states(t, y_at.data());
+  system.switching(t, y_at.data(), mode, values_at.data());
+}
+
+/// Looks for the first switch in the step just taken, and ends the step there.
+void Integrator::State::find_event() {
+  const double length = end - begin;
+  if (std::find(left_zero.begin(), left_zero.end(), true) != left_zero.end()) {
+    look_at_switches(begin + just_after * length);
+    for (std::size_t i = 0; i < values.size(); ++i)
+      if (left_zero[i]) values[i] = values_at[i];
+  }
+  double from = begin;
+  for (int check = 1; check <= steps->num_checks(); ++check) {
+    const double to = check == steps->num_checks() ? end : begin + length * check / steps->num_checks();
+    look_at_switches(to);
+    if (!std::equal(values.begin(), values.end(), values_at.begin(), same_side)) return end_at_event(from, to);
+    std::swap(values, values_at);
+    std::fill(left_zero.begin(), left_zero.end(), false);
+    from = to;
+  }
+}
+
+/// Ends the step at the first switch between two times, of which `values` and `values_at` are those of the switches.
+void Integrator::State::end_at_event(double from, double to) {
+  const std::vector<double> at_end = values_at;
+  const double width = 2.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(from), std::abs(to));
+  const double length = end - begin;
+  std::size_t first = 0;
+  end = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (same_side(values[i], at_end[i])) continue;
+    const auto value_at = [&](double t) {
+      look_at_switches(t);
+      return values_at[i];
+    };
+    const double low = left_zero[i] ? begin + just_after * length : from;
+    const double zero = zero_of(value_at, {low, to, values[i], at_end[i]}, width).high;
+    if (zero < end) end = zero, first = i;
+  }
+  look_at_switches(end);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (i == first || !same_side(values[i], values_at[i])) fired.push_back(static_cast<int>(i));
 }
 
 Integrator::Integrator(System system, const Eigen::Ref<const Eigen::VectorXd>& initial, const SimulateOptions& options)
@@ -239,35 +186,28 @@ bool Integrator::step() {
   auto& s = *state_;
   if (s.options.poll && s.num_steps % steps_per_poll == 0) s.options.poll();
   if (s.status != SimulationStatus::finished) return false;
-  if (s.pending_switch >= 0) s.pass_event();
-  // Closer to the end than SUNDIALS can start from is the end.
-  const double rounding = 4.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(s.end), std::abs(s.stop));
-  if (s.stop - s.end <= rounding) return false;
-  double reached = s.end;
-  const int flag = s.calls->evolve(s.memory.get(), s.stop, s.y.get(), &reached, CV_ONE_STEP);
-  if (s.thrown) std::rethrow_exception(std::exchange(s.thrown, nullptr));
-  ++s.num_steps;
-  if (flag < 0) {
-    s.fail(SimulationStatus::diverged,
-           fmt::format("{}: no step is small enough at t = {:.9g} s ({})", s.system.name, s.end,
-                       std::unique_ptr<char, Release<std::free>>(s.calls->flag_name(flag)).get()));
+  if (!s.fired.empty()) s.pass_event();
+  if (!s.stiff_from_s && s.steps->stiff()) s.become_stiff();
+  // Closer to the end than a step can be is the end.
+  const double stop = s.step_options.stop_s;
+  if (stop - s.end <= 4.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(s.end), std::abs(stop)))
     return false;
-  }
-  const double* y = NV_DATA_S(s.y.get());
-  for (int i = 0; i < s.num_states(); ++i)
-    if (!(std::abs(y[i]) <= s.options.divergence_bound)) {
-      s.fail(SimulationStatus::diverged, fmt::format("{}: |{}| passed {:g} at t = {:.9g} s", s.system.name,
-                                                     s.system.states[i], s.options.divergence_bound, reached));
-      return false;
+  const std::optional<std::string> trouble = s.steps->step();
+  ++s.num_steps;
+  if (trouble)
+    return s.fail(fmt::format("{}: no step is small enough at t = {:.9g} s ({})", s.system.name, s.end, *trouble));
+  const double begin = std::exchange(s.begin, s.end);
+  s.end = s.steps->end_s();
+  if (s.system.num_switches > 0) s.find_event();
+  s.steps->states(s.end, s.y_at.data());
+  for (Eigen::Index i = 0; i < s.y.size(); ++i)
+    if (!(std::abs(s.y_at[i]) <= s.options.divergence_bound)) {
+      const double reached = std::exchange(s.end, s.begin);
+      s.begin = begin;
+      return s.fail(fmt::format("{}: |{}| passed {:g} at t = {:.9g} s", s.system.name,
+                                s.system.states[static_cast<std::size_t>(i)], s.options.divergence_bound, reached));
     }
-  s.begin = s.end;
-  s.end = reached;
-  if (flag == CV_ROOT_RETURN) {
-    std::vector<int> fired(static_cast<std::size_t>(s.system.num_switches));
-    s.calls->root_info(s.memory.get(), fired.data());
-    s.pending_switch =
-        static_cast<int>(std::find_if(fired.begin(), fired.end(), [](int f) { return f != 0; }) - fired.begin());
-  }
+  std::swap(s.y, s.y_at);
   return true;
 }
 
@@ -292,21 +232,22 @@ const std::string& Integrator::reason() const {
 const std::vector<Event>& Integrator::events() const {
   return state_->events;
 }
+std::optional<double> Integrator::stiff_from_s() const {
+  return state_->stiff_from_s;
+}
 long Integrator::num_steps() const {
   return state_->num_steps;
 }
 long Integrator::num_rhs_evaluations() const {
-  return state_->num_rhs_evaluations;
+  return state_->num_rhs_evaluations_before + state_->steps->num_rhs_evaluations();
 }
 
 void Integrator::states(double t, double* y) const {
   auto& s = *state_;
-  N_Vector source = s.y.get();
-  if (t < s.end) {
-    s.calls->dense(s.memory.get(), std::max(t, s.begin), 0, s.dense.get());
-    source = s.dense.get();
-  }
-  std::copy(NV_DATA_S(source), NV_DATA_S(source) + s.num_states(), y);
+  if (t < s.end)
+    s.steps->states(t, y);
+  else
+    std::copy(s.y.begin(), s.y.end(), y);
 }
 
 Simulation simulate(const System& system, const Eigen::Ref<const Eigen::VectorXd>& initial,
@@ -358,9 +299,29 @@ Simulation simulate(const System& system, const Eigen::Ref<const Eigen::VectorXd
   result.states.conservativeResize(n, num_states);
   result.derivatives.conservativeResize(n, num_states);
   result.events = integrator.events();
+  result.stiff_from_s = integrator.stiff_from_s();
   result.num_steps = integrator.num_steps();
   result.num_rhs_evaluations = integrator.num_rhs_evaluations();
   return result;
+}
+
+SimulationError simulation_error(const System& system, const Eigen::Ref<const Eigen::VectorXd>& initial,
+                                 SimulateOptions options, const Simulation& simulation) {
+  options.relative_tolerance *= 10.0;
+  options.absolute_tolerance *= 10.0;
+  const Simulation looser = simulate(system, initial, options);
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  SimulationError error{.relative = Eigen::VectorXd::Constant(initial.size(), infinity), .growth = infinity};
+  if (simulation.status != SimulationStatus::finished || looser.status != SimulationStatus::finished ||
+      looser.events.size() != simulation.events.size())
+    return error;
+  const Eigen::MatrixXd apart = (looser.states - simulation.states).cwiseAbs();
+  for (Eigen::Index i = 0; i < initial.size(); ++i) {
+    const double largest = apart.col(i).maxCoeff(), size = simulation.states.col(i).norm();
+    error.relative[i] = largest > 0.0 ? largest * std::sqrt(static_cast<double>(simulation.states.rows())) / size : 0.0;
+  }
+  error.growth = error.relative.maxCoeff() / options.relative_tolerance;
+  return error;
 }
 
 }  // namespace sim

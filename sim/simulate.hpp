@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,19 +12,13 @@ namespace sim {
 
 enum class SimulationStatus { finished, step_limit, diverged };
 
-/// How the solution goes from step to step. Adams: CVODE, of variable order, for long smooth intervals and tight
-/// tolerances. Dormand-Prince 5(4): ARKODE, of one step, for motion with an event every few steps, after which it goes
-/// on at full order.
-enum class Formula { adams, dormand_prince };
-
 struct SimulateOptions {
   double duration_s = 0.0;      ///< required
   double sample_rate_hz = 0.0;  ///< required: outputs at start_s + n / sample_rate_hz, both ends included
   double start_s = 0.0;
   double relative_tolerance = 1e-10;
   double absolute_tolerance = 1e-12;  ///< times System::scales
-  Formula formula = Formula::adams;
-  double max_step_s = 0.0;  ///< 0: no limit
+  double max_step_s = 0.0;            ///< 0: no limit
   long max_steps_per_output = 100000;
   double divergence_bound = 1e6;    ///< |y| beyond this (any state) ends the run as diverged
   std::function<void()> poll = {};  ///< called now and then between steps; may throw to stop
@@ -37,14 +32,28 @@ struct Simulation {
   Eigen::MatrixXd derivatives;  ///< rhs at those samples: exact, not differenced
   std::vector<int> modes;       ///< mode at each sample
   std::vector<Event> events;
+  std::optional<double> stiff_from_s;  ///< from when on implicit formulas were used
   long num_steps = 0, num_rhs_evaluations = 0;
 };
 
-/// Integrates with SUNDIALS, root finding for the switches, restarting at each event.
+/// Integrates by an explicit Runge-Kutta pair: Dormand-Prince 8(5,3), for relative tolerances of 1e-7 and above 5(4).
+/// Where stability, not accuracy, holds its steps short (stiff), backward differentiation takes over (CVODE). Switches
+/// are located on the polynomial of the step in which one changes sign; there the integration starts again.
 /// Throws std::invalid_argument for a missing duration or rate or a wrong number of initial values, and whatever the
 /// system's own functions throw.
 [[nodiscard]] Simulation simulate(const System& system, const Eigen::Ref<const Eigen::VectorXd>& initial,
                                   const SimulateOptions& options);
+
+/// What a simulation is worth, from a second one at ten times its tolerances.
+struct SimulationError {
+  /// Of each state, the largest difference between the two over the root mean square of the state: an upper estimate,
+  /// since it is the looser one's error. Infinite where either did not finish, or its switches differ in number.
+  Eigen::VectorXd relative;
+  double growth = 0.0;  ///< the largest of these over that one's relative tolerance: what became of errors of its steps
+};
+/// `simulation` is what `simulate` made of the rest.
+[[nodiscard]] SimulationError simulation_error(const System& system, const Eigen::Ref<const Eigen::VectorXd>& initial,
+                                               SimulateOptions options, const Simulation& simulation);
 
 /// The same integration one internal step at a time, for callers that need the solution between its steps. The mode
 /// is constant over a step: an event ends it.
@@ -67,6 +76,7 @@ class Integrator {
   [[nodiscard]] SimulationStatus status() const;
   [[nodiscard]] const std::string& reason() const;
   [[nodiscard]] const std::vector<Event>& events() const;
+  [[nodiscard]] std::optional<double> stiff_from_s() const;
   [[nodiscard]] long num_steps() const;
   [[nodiscard]] long num_rhs_evaluations() const;
 

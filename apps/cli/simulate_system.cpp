@@ -84,9 +84,9 @@ std::vector<std::string> simulate_system(const SimulateArguments& arguments, con
   const double num_values = 2.0 * static_cast<double>(experiment.initial.size()) + 2.0;
   dsp::require_machine_memory(fmt::format("sim {}", arguments.system),
                               duration_s * system_rate_hz * num_values * bytes_per_value, "Shorten --duration");
-  const auto run = sim::simulate(
-      experiment.system, experiment.initial,
-      {.duration_s = duration_s, .sample_rate_hz = system_rate_hz, .poll = shown_poll(console, "simulating")});
+  const sim::SimulateOptions options{
+      .duration_s = duration_s, .sample_rate_hz = system_rate_hz, .poll = shown_poll(console, "simulating")};
+  const auto run = sim::simulate(experiment.system, experiment.initial, options);
   if (run.status != sim::SimulationStatus::finished)
     throw dsp::Fault(dsp::FaultKind::numerics, "sim.diverged",
                      fmt::format("sim {}. Try other parameters or a shorter --duration", run.reason));
@@ -96,6 +96,10 @@ std::vector<std::string> simulate_system(const SimulateArguments& arguments, con
   truth["omega_n"] = experiment.omega_n;
   put_equation(truth, experiment.parameters, experiment.truth);
   truth["num_events"] = run.events.size();
+  const auto error = sim::simulation_error(experiment.system, experiment.initial, options, run);
+  for (std::size_t i = 0; i < experiment.system.states.size(); ++i)
+    truth["relative_error"][experiment.system.states[i]] = error.relative[static_cast<Eigen::Index>(i)];
+  truth["error_growth"] = error.growth;
   return {"response.csv"};
 }
 

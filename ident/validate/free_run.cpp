@@ -152,7 +152,6 @@ bool run_range(const std::shared_ptr<const EquationOfMotion>& equation, const Co
                                         .start_s = start_s,
                                         .relative_tolerance = options.relative_tolerance,
                                         .absolute_tolerance = options.relative_tolerance,
-                                        .formula = sim::Formula::dormand_prince,
                                         .divergence_bound = options.divergence_factor,
                                         .poll = options.poll};
   // Held on a switch nothing moves and steps would grow past the moment it is let go.

@@ -48,7 +48,7 @@ struct FreeRunOptions {
   double periods_alone =
       std::numeric_limits<double>::infinity();  ///< an equation without inputs is set to the measured state again after
                                                 ///< so many: nothing else holds its phase
-  double relative_tolerance = 1e-6;  ///< of a step; ten times less moves the NMSE by under a thousandth of itself
+  double relative_tolerance = 1e-7;  ///< of a step; ten times less moves the NMSE by under a thousandth of itself
   double divergence_factor = 100.0;  ///< a state beyond this many times its largest measured magnitude has diverged
   bool keep_series = false;          ///< fills in FreeRun::series
   std::function<void()> poll = {};   ///< called now and then; may throw to end the run

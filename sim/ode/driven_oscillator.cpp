@@ -4,33 +4,15 @@
 #include <cmath>
 #include <limits>
 
+#include "sim/ode/dormand_prince.hpp"
 #include "sim/ode/friction.hpp"
+#include "sim/ode/runge_kutta.hpp"
+#include "sim/ode/zero_of.hpp"
 
 namespace sim {
 namespace {
 
 constexpr double two_pi = 6.283185307179586;
-
-/// Zero of g between 0 and `end`, where its signs differ, by the Illinois variant of false position.
-template <class Function>
-double zero_of(const Function& g, double end, double at_begin, double at_end) {
-  double low = 0.0, high = end;
-  for (int i = 0; i < 60 && high - low > 1e-13 * end; ++i) {
-    const double middle = std::clamp(high - at_end * (high - low) / (at_end - at_begin), low, high);
-    const double value = g(middle);
-    if (value == 0.0) return middle;
-    if ((value > 0.0) == (at_end > 0.0)) {
-      if (high - middle < 1e-13 * end) return middle;
-      high = middle, at_end = value;
-      at_begin *= 0.5;
-    } else {
-      if (middle - low < 1e-13 * end) return middle;
-      low = middle, at_begin = value;
-      at_end *= 0.5;
-    }
-  }
-  return 0.5 * (low + high);
-}
 
 /// Extends [low, high] by a piece of motion, a cubic between values and slopes at its ends.
 void extend(double& low, double& high, double z0, double dz0, double z1, double dz1, double h) {
@@ -56,17 +38,6 @@ class Stepper {
     return {u, -amplitude_ * w_ * std::sin(w_ * t), -w_ * w_ * u};
   }
 
-  /// State after h in the mode of `s`, whatever its velocity does meanwhile.
-  [[nodiscard]] OscillatorState slip(double t, const OscillatorState& s, double h) const {
-    const double sign = s.mode;
-    const auto begin = drive(t), middle = drive(t + 0.5 * h), end = drive(t + h);
-    const double v1 = s.v, a1 = oscillator_.acceleration(begin, s.q, v1, sign);
-    const double v2 = s.v + 0.5 * h * a1, a2 = oscillator_.acceleration(middle, s.q + 0.5 * h * v1, v2, sign);
-    const double v3 = s.v + 0.5 * h * a2, a3 = oscillator_.acceleration(middle, s.q + 0.5 * h * v2, v3, sign);
-    const double v4 = s.v + h * a3, a4 = oscillator_.acceleration(end, s.q + h * v3, v4, sign);
-    return {s.q + h / 6.0 * (v1 + 2.0 * (v2 + v3) + v4), s.v + h / 6.0 * (a1 + 2.0 * (a2 + a3) + a4), s.mode};
-  }
-
   /// Friction can hold a resting q against half of what its sign changes, or up to static_friction.
   [[nodiscard]] RatesAtZero at_rest(double t, double q) const {
     const auto u = drive(t);
@@ -77,28 +48,58 @@ class Stepper {
   [[nodiscard]] int mode_at_rest(double t, double q) const { return side_from_zero(at_rest(t, q), 1); }
 
   /// Goes on from t by at most h, to the next event or the end; returns by how much.
-  double advance(double t, OscillatorState& s, double h) const {
-    if (s.mode == 0) return held(t, s, h);
-    const OscillatorState end = slip(t, s, h);
-    if (!oscillator_.switches || !(s.mode * end.v < 0.0)) {
+  double advance(double t, OscillatorState& s, double h) {
+    if (s.mode == 0) {
+      goes_on_ = false;
+      return held(t, s, h);
+    }
+    slip(t, s, h);
+    const OscillatorState end = after(1.0, s.mode);
+    goes_on_ = !oscillator_.switches || !(s.mode * end.v < 0.0);
+    if (goes_on_) {
       s = end;
       return h;
     }
-    if (s.v == 0.0 && s.mode * slip(t, s, 1e-3 * h).v <= 0.0) {  // let go by rounding only: nothing moves yet
+    if (s.v == 0.0 && s.mode * after(just_after, s.mode).v <= 0.0) {  // let go by rounding only: nothing moves yet
       s.mode = 0;
       return h;
     }
     // From a start at rest the velocity leaves zero first: look for the zero beyond.
-    const double begin = s.v == 0.0 ? 1e-3 * h : 0.0;
-    const OscillatorState from = begin > 0.0 ? slip(t, s, begin) : s;
-    const double passed = begin + zero_of([&](double d) { return slip(t, s, begin + d).v; }, h - begin, from.v, end.v);
-    s = slip(t, s, passed);
+    const double begin = s.v == 0.0 ? just_after : 0.0;
+    const auto speed = [&](double u) { return after(u, s.mode).v; };
+    const double u = zero_of(speed, {begin, 1.0, speed(begin), end.v}, located).high;
+    s = after(u, s.mode);
     s.v = 0.0;
-    s.mode = mode_at_rest(t + passed, s.q);
-    return passed;
+    s.mode = mode_at_rest(t + u * h, s.q);
+    return u * h;
   }
 
  private:
+  static constexpr double just_after = 1e-3, located = 1e-13;  // of a step
+
+  [[nodiscard]] auto rates_in(int mode) const {
+    return [this, mode](double t, const double* y, double* dydt) {
+      dydt[0] = y[1];
+      dydt[1] = oscillator_.acceleration(drive(t), y[0], y[1], mode);
+    };
+  }
+
+  /// Takes a step of h in the mode of `s`, whatever its velocity does meanwhile.
+  void slip(double t, const OscillatorState& s, double h) {
+    const auto rates = rates_in(s.mode);
+    if (goes_on_)
+      formula_.go_on();
+    else
+      formula_.start(rates, t, {s.q, s.v});
+    formula_.step(rates, h);
+  }
+  /// The state at a fraction of that step.
+  OscillatorState after(double u, int mode) {
+    double y[2];
+    formula_.between(rates_in(mode), u, y);
+    return {y[0], y[1], mode};
+  }
+
   double held(double t, OscillatorState& s, double h) const {
     const int leaves = mode_at_rest(t + h, s.q);
     if (leaves == 0) return h;
@@ -108,11 +109,13 @@ class Stepper {
       return leaves > 0 ? rates.above : -rates.below;
     };
     const double at_begin = excess(0.0);
-    return at_begin < 0.0 ? zero_of(excess, h, at_begin, excess(h)) : 0.0;
+    return at_begin < 0.0 ? zero_of(excess, {0.0, h, at_begin, excess(h)}, located * h).high : 0.0;
   }
 
   const DrivenOscillator& oscillator_;
   double w_, amplitude_;
+  RungeKutta<DormandPrince5, 2> formula_{2};
+  bool goes_on_ = false;  ///< the next step starts where and how the last one ended
 };
 
 }  // namespace
@@ -126,7 +129,7 @@ int starting_mode(const DrivenOscillator& oscillator, double frequency_hz, doubl
 
 DrivenPeriod run_period(const DrivenOscillator& oscillator, double frequency_hz, double amplitude,
                         const OscillatorState& start, int num_steps) {
-  const Stepper stepper(oscillator, frequency_hz, amplitude);
+  Stepper stepper(oscillator, frequency_hz, amplitude);
   constexpr double infinity = std::numeric_limits<double>::infinity();
   DrivenPeriod period{.end = start,
                       .x_low = infinity,

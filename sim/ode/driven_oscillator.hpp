@@ -33,8 +33,9 @@ struct DrivenPeriod {
 [[nodiscard]] int starting_mode(const DrivenOscillator& oscillator, double frequency_hz, double amplitude,
                                 const OscillatorState& state);
 
-/// Fourth-order Runge-Kutta in num_steps equal steps, split where q' changes sign, where q is caught and let go; each
-/// of these located to rounding. Values that are no longer finite are left to the caller to see.
+/// Dormand-Prince 5(4) in num_steps equal steps, so that the end depends smoothly on the start; split where q' changes
+/// sign, where q is caught and let go; each of these located to rounding on the step's polynomial. Values that are no
+/// longer finite are left to the caller to see.
 [[nodiscard]] DrivenPeriod run_period(const DrivenOscillator& oscillator, double frequency_hz, double amplitude,
                                       const OscillatorState& start, int num_steps);
 

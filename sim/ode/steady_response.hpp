@@ -7,7 +7,7 @@
 namespace sim {
 
 struct SteadyOptions {
-  int steps_per_period = 64;
+  int steps_per_period = 40;
   int num_natural_periods = 6;  ///< integrated before the periodic motion is looked for: the way is found by dynamics
   int max_periods = 3000;       ///< of one frequency, after which it counts as unsettled
   double tolerance = 1e-8;      ///< change of state over a period, as a fraction of the amplitude

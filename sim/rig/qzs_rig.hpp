@@ -72,10 +72,10 @@ struct QzsState {
   int mode = qzs_stick;
 };
 
-/// The rig's motion from rest, at any times in order: integrated by CVODE at 1e-10, between its steps (and no wider
-/// than 1/512 s) by the fifth-degree polynomial through x, v, a at both ends, with a from the equation itself.
-/// Events end such a substep, so jumps of the acceleration are where they belong. Memory does not grow with time but
-/// for the list of events.
+/// The rig's motion from rest, at any times in order: integrated at 1e-10, between its steps (and no wider than 1/512
+/// s) by the fifth-degree polynomial through x, v, a at both ends, with a from the equation itself. Events end such a
+/// substep, so jumps of the acceleration are where they belong. Memory does not grow with time but for the list of
+/// events.
 class QzsTrajectory {
  public:
   /// `poll` is called now and then while it integrates; it may throw to stop.

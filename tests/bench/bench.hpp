@@ -1,6 +1,9 @@
 #pragma once
 #include <filesystem>
 #include <functional>
+#include <string>
+#include <utility>
+#include <vector>
 
 // Each adds benchmarks of CPU time, named by what they do: "fast_rvm/duffing". Tables and files that they need are made
 // or read when first asked for. google-benchmark adds to the names how the time was taken: process_time by itself,
@@ -28,7 +31,10 @@ void register_whole_run(const std::filesystem::path& ardent, const std::filesyst
 void bare_read(const std::filesystem::path& file);
 /// What `ardent run` does with a raw file until it has 256 samples a second.
 void raw_part(const std::filesystem::path& file);
-/// Registers one whose time is CPU time, user and system, of this process and its children; wall_ms beside it.
-void add(const std::string& name, const std::function<void()>& work);
+/// Figures of a benchmark beside its time.
+using Figures = std::vector<std::pair<std::string, double>>;
+/// Registers one whose time is CPU time, user and system, of this process and its children; wall_ms beside it, and what
+/// `figures` says afterwards.
+void add(const std::string& name, const std::function<void()>& work, const std::function<Figures()>& figures = {});
 
 }  // namespace bench

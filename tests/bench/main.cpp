@@ -32,8 +32,8 @@ double cpu_now_s() {
 
 }  // namespace
 
-void bench::add(const std::string& name, const std::function<void()>& work) {
-  const auto timed = [work](benchmark::State& state) {
+void bench::add(const std::string& name, const std::function<void()>& work, const std::function<Figures()>& figures) {
+  const auto timed = [work, figures](benchmark::State& state) {
     work();  // makes what it needs
     std::chrono::duration<double, std::milli> wall{};
     for (auto _ : state) {
@@ -44,6 +44,8 @@ void bench::add(const std::string& name, const std::function<void()>& work) {
       wall += std::chrono::steady_clock::now() - begin;
     }
     state.counters["wall_ms"] = benchmark::Counter(wall.count(), benchmark::Counter::kAvgIterations);
+    if (figures)
+      for (const auto& [what, value] : figures()) state.counters[what] = value;
   };
   benchmark::RegisterBenchmark(name.c_str(), timed)->UseManualTime()->Unit(benchmark::kMillisecond);
 }

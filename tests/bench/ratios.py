@@ -52,6 +52,17 @@ SCRIPTS = [
     ("Duffing records against solve_ivp DOP853", "simulate/duffing", "duffing_dop853", 30),
     ("Coulomb records against solve_ivp DOP853 with events", "simulate/coulomb", "coulomb_dop853", 60),
 ]
+# what, benchmark, task of peers.py: our error is to be no larger
+ERRORS = [
+    ("Duffing records, error", "simulate/duffing", "duffing_odeint"),
+    ("Duffing records, error", "simulate/duffing", "duffing_dop853"),
+    ("Coulomb records, error", "simulate/coulomb", "coulomb_dop853"),
+]
+# what, benchmark, its figure, bar, whether it is the least
+FIGURES = [
+    ("Coulomb records, largest error", "simulate/coulomb", "error", 1e-6, False),
+    ("Coulomb records, reversals found", "simulate/coulomb", "reversals", 1763, True),
+]
 # what streams a problem from its files, most MiB of the whole process
 STREAMED = [("10^6 x 20 from files, MiB", "poly1e6", 32), ("10^7 x 20 from files, MiB", "poly1e7", 32)]
 
@@ -168,13 +179,40 @@ def whole_run_row(bench, arguments, table):
         table.skip(what, "the benchmark did not run")
 
 
-def script_ms(task, *arguments):
+def script_figures(task, *arguments):
+    """Its line of JSON, or None and why."""
     script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "peers.py")
     done = subprocess.run([PYTHON, script, task, *arguments], env=dict(os.environ, OPENBLAS_NUM_THREADS="1"),
                           capture_output=True, text=True)
     if done.returncode != 0:
         return None, (done.stderr.strip().splitlines() or ["no message"])[-1]
-    return 1e3 * json.loads(done.stdout)["cpu_median"], ""
+    return json.loads(done.stdout), ""
+
+
+def script_ms(task, *arguments):
+    figures, why = script_figures(task, *arguments)
+    return figures and 1e3 * figures["cpu_median"], why
+
+
+def error_rows(bench, arguments, table):
+    for what, name, task in ERRORS:
+        what = f"{what} of {task} / ours"
+        if arguments.only and not re.search(arguments.only, what):
+            continue
+        theirs, why = script_figures(task, "--reps", "1", "--error")
+        ours = bench.run(name).get(name)
+        if theirs is None or ours is None:
+            table.skip(what, why or f"no benchmark {name}")
+        else:
+            table.add(what, [theirs["error"] / ours["error"]], 1, True, ours=ours["error"], peer=theirs["error"])
+    for what, name, figure, bar, is_least in FIGURES:
+        if arguments.only and not re.search(arguments.only, what):
+            continue
+        ours = bench.run(name).get(name)
+        if ours is None:
+            table.skip(what, f"no benchmark {name}")
+        else:
+            table.add(what, [ours[figure]], bar, is_least)
 
 
 def script_rows(bench, arguments, table):
@@ -271,6 +309,7 @@ def main():
         own_rows(bench, arguments, table)
         whole_run_row(bench, arguments, table)
         script_rows(bench, arguments, table)
+        error_rows(bench, arguments, table)
         csv_row(bench, problems, arguments, table)
         memory_rows(bench, problems, arguments, table)
     if arguments.json:

@@ -144,6 +144,25 @@ TEST_CASE("a Coulomb slider stays put under less force than friction and moves u
   CHECK(worst <= 1.0 + 1e-9);
 }
 
+TEST_CASE("the seven records of the Coulomb case have their 1763 reversals at any tolerance", "[sim][systems]") {
+  // As many by ARKODE, CVODE and scipy with events. None sticks, so each is a change from one side to the other.
+  for (const double tolerance : {1e-6, 1e-8, 1e-10}) {
+    std::size_t count = 0;
+    for (const double ratio : {0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3}) {
+      const auto e = sim::make_experiment("coulomb", {{"ratio", ratio}});
+      const auto result = sim::simulate(e.system, e.initial,
+                                        {.duration_s = 25.0,
+                                         .sample_rate_hz = 100.0,
+                                         .relative_tolerance = tolerance,
+                                         .absolute_tolerance = 0.01 * tolerance});
+      count += result.events.size();
+      CHECK(std::all_of(result.events.begin(), result.events.end(),
+                        [](const sim::Event& event) { return event.mode_after == -event.mode_before; }));
+    }
+    CHECK(count == 1763);
+  }
+}
+
 TEST_CASE("the energy put into a Coulomb slider is stored or lost to friction and damping", "[sim][systems]") {
   const sim::Coulomb p{.ratio = 0.7};
   const auto e = sim::make_experiment(p);

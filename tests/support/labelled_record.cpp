@@ -250,7 +250,8 @@ void draw_nonlinearity(Draw& draw, Family family, Sketch& s) {
   }
 }
 
-/// Scales the drive until the largest |x| is that which was drawn: a nonlinear oscillator has its own mind.
+/// Scales the drive until the largest |x| is that which was drawn: a nonlinear oscillator has its own mind. Friction
+/// goes with the drive; where it holds the body all along, whatever the scale, there is half as much.
 dsp::Motion driven_to_amplitude(Sketch& s, double rate_hz) {
   Oscillator& p = s.p;
   p.drive.scale = (p.base ? 0.3 : 0.3 * p.omega * p.omega / p.force_gain) * p.amplitude;
@@ -259,6 +260,10 @@ dsp::Motion driven_to_amplitude(Sketch& s, double rate_hz) {
     dsp::Motion motion = motion_of(p, s.duration_s, rate_hz);
     const double ratio = motion.at("x").cwiseAbs().maxCoeff() / p.amplitude;
     if (round == 8 || (ratio > 0.8 && ratio < 1.05)) return motion;
+    if (ratio == 0.0) {
+      s.friction_fraction *= 0.5;
+      continue;
+    }
     p.drive.scale *= std::pow(0.92 / ratio, 0.8);
   }
 }

@@ -1,5 +1,6 @@
 #include "apps/cli/simulate_command.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
@@ -71,6 +72,10 @@ TEST_CASE("a simulated Duffing oscillator is a table that obeys the truth beside
   CHECK(truth["system"] == "duffing");
   CHECK(truth["parameters"]["epsilon"] == 50.0);
   CHECK(truth["noise"] == 0.0);
+  CHECK(truth["relative_error"]["x"] < 1e-6);  // 1e-10 a step, some hundred steps, ten times the tolerance
+  CHECK(truth["relative_error"]["v"] > 0.0);
+  CHECK(truth["error_growth"].get<double>() ==
+        Approx(1e9 * std::max(truth["relative_error"]["x"].get<double>(), truth["relative_error"]["v"].get<double>())));
   const auto csv = read_csv(folder / "new/duffing/response.csv");
   CHECK(csv.header == "t,x,v,a,f");
   REQUIRE(csv.columns.at("t").size() == 2501);

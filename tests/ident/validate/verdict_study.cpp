@@ -312,6 +312,13 @@ std::uint32_t from_environment(const char* name, std::uint32_t otherwise) {
 
 }  // namespace
 
+TEST_CASE("a drawn body that friction would hold at every scale of its drive moves all the same", "[ident][verdicts]") {
+  const auto record = support::labelled_record(9117);
+  const auto& x = record.exact.at("x");
+  CHECK(x.allFinite());
+  CHECK(x.cwiseAbs().maxCoeff() > 0.0);
+}
+
 // What a judgement is worth: equations whose right answer is known, identified and judged as a stranger's records are.
 // The labels come from what was simulated alone; whether noise is a cause beside a flaw, from the same record without
 // the flaw. A right equation has the true terms, or ones tied with them, with coefficients within three total standard
