@@ -117,12 +117,10 @@ Segmentation segment_regimes(const Motion& motion, const SegmentOptions& options
   const std::vector<HalfCycle> halves = half_cycles(motion, signs.period_s);
   join_stops(stuck, halves, signs);
   const double rate_hz = signs.sample_rate_hz;
-  std::vector<bool> unusable = stuck;
-  for (std::size_t i = 0; i < unusable.size(); ++i) unusable[i] = unusable[i] || signs.excluded[i] != 0;
   const Branches branches =
       options.high_amplitude_m > 0.0
           ? branches_by_amplitude(own_half_cycles(motion, signs.period_s), options.high_amplitude_m, rate_hz)
-          : find_branches(halves, unusable, rate_hz);
+          : find_branches(halves, stuck, signs.excluded, rate_hz);
   result.remarks.push_back(branches.remark);
   Labels labels = branch_labels(branches, signs.num_samples());
   for (std::size_t i = 0; i < labels.size(); ++i)

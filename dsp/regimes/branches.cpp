@@ -28,12 +28,16 @@ struct Observations {
   [[nodiscard]] std::size_t size() const { return halves.size(); }
 };
 
-Observations observations_of(std::span<const HalfCycle> half_cycles, const std::vector<bool>& held) {
+Observations observations_of(std::span<const HalfCycle> half_cycles, const std::vector<bool>& held,
+                             const std::vector<unsigned char>& excluded) {
+  const auto any = [](const auto& samples, const HalfCycle& half) {
+    return std::any_of(samples.begin() + half.first, samples.begin() + half.last, [](auto one) { return one != 0; });
+  };
   Observations seen;
   bool anew = true;
   for (const HalfCycle& half : half_cycles) {
-    const bool tells = std::isfinite(half.phase_variance) && half.amplitude > 0.0 &&
-                       std::none_of(held.begin() + half.first, held.begin() + half.last, [](bool one) { return one; });
+    if (any(excluded, half)) continue;
+    const bool tells = std::isfinite(half.phase_variance) && half.amplitude > 0.0 && !any(held, half);
     if (tells) {
       seen.halves.push_back(&half);
       seen.begins_anew.push_back(anew);
@@ -204,8 +208,9 @@ VectorXd correlations(const Observations& seen) {
 
 }  // namespace
 
-Branches find_branches(std::span<const HalfCycle> half_cycles, const std::vector<bool>& held, double sample_rate_hz) {
-  const Observations seen = observations_of(half_cycles, held);
+Branches find_branches(std::span<const HalfCycle> half_cycles, const std::vector<bool>& held,
+                       const std::vector<unsigned char>& excluded, double sample_rate_hz) {
+  const Observations seen = observations_of(half_cycles, held, excluded);
   if (seen.size() == 0) return {{{}}, "no phase against what drives the motion: one branch"};
   const StateSequence states = fitted_states(seen);
   const bool switches =

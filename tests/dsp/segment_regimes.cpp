@@ -141,6 +141,12 @@ TEST_CASE("a boundary comes with its probability and its standard deviation", "[
   CHECK(std::isnan(found[0].first_std_s));
 }
 
+TEST_CASE("a jump that lies in excluded samples is one all the same", "[dsp][segment_regimes]") {
+  auto p = programme({{60, 0.007, 0.009, Regime::low}, {60, 0.030, 0.028, Regime::high}}, 1.5, 1e-5, 8);
+  for (std::size_t i = 58 * 64; i < 63 * 64; ++i) p.motion.excluded[i] = 1, p.truth[i] = Regime::excluded;
+  CHECK(agreement(p, dsp::segment_regimes(p.motion)) == 1.0);
+}
+
 TEST_CASE("what passes through a resonance without a jump is one regime", "[dsp][segment_regimes]") {
   // A linear oscillator of 1.5 Hz and 5 % damping on its base, swept slowly and in steps from 1 to 2 Hz: the phase
   // turns from 0 to pi, and the amplitude is largest where it does.
