@@ -224,12 +224,11 @@ std::vector<Reversal> reversals(const std::vector<Index>& reversal_indices, cons
     if (is_halt(reversal)) {
       result.back().halt_s =
           std::max(static_cast<double>(reversal.until - reversal.at) / rate_hz, shortest_halt_s(cutoff_hz));
-    } else if (options.short_halts && reversal.beside <= plain.level &&
-               reversal.least < worth_looking * reversal.beside) {
+    } else if (reversal.beside <= plain.level && reversal.least < worth_looking * reversal.beside) {
       const HaltFit::Result fit = look.fit(reversal.at);
       fitted.back() = {fit.halt_samples / rate_hz, fit.gain, true};
     } else {
-      fitted.back().asked = options.short_halts && reversal.beside <= plain.level;  // and it gains zero
+      fitted.back().asked = reversal.beside <= plain.level;  // and it gains zero
     }
   }
   believe(result, fitted, plain, 2 * options.samples_per_period);

@@ -20,7 +20,6 @@ struct ReversalOptions {
   double sample_rate_hz = 0.0;
   double cutoff_hz = 0.0;  ///< of the acceleration
   Eigen::Index samples_per_period = 0;
-  bool short_halts = true;  ///< false: only those in which the acceleration is seen to be zero
 };
 
 /// Looks at the acceleration a about each reversal, low-passed at cutoff_hz. Dry friction makes it leap there; if the

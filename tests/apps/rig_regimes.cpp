@@ -340,11 +340,8 @@ TEST_CASE("halts of a few milliseconds, left in, spoil the equation", "[.][study
                   static_cast<int>(result.rows.train.size()), fit.train_centred.value, fit.free_run.nmse);
       return std::pair(fit.train_centred.value, fit.free_run.nmse);
     };
-    const auto without = identified({}, "as found"), narrow = identified({.stick_margin_s = 0.05}, "margins of 0.05 s"),
-               wide = identified({.stick_margin_s = 1.0}, "margins of 1 s"),
-               with = identified({.stick_halt_s = 1000.0}, "short halts left in");
+    const auto without = identified({}, "as found"), with = identified({.stick_halt_s = 1000.0}, "short halts left in");
     CHECK(with.first > 100.0 * without.first);
     CHECK(with.second > 100.0 * without.second);
-    for (const auto& other : {narrow, wide}) CHECK(other.first == Approx(without.first).epsilon(0.5));
   }
 }
