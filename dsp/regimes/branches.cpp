@@ -24,25 +24,26 @@ constexpr int most_passes = 30;
 /// Half cycles that tell a branch.
 struct Observations {
   std::vector<const HalfCycle*> halves;
-  std::vector<bool> begins_anew;  ///< something between it and the one before was held
+  std::vector<bool> begins_anew;  ///< between it and the one before the motion rested
   [[nodiscard]] std::size_t size() const { return halves.size(); }
 };
 
 Observations observations_of(std::span<const HalfCycle> half_cycles, const std::vector<bool>& held,
                              const std::vector<unsigned char>& excluded) {
-  const auto any = [](const auto& samples, const HalfCycle& half) {
-    return std::any_of(samples.begin() + half.first, samples.begin() + half.last, [](auto one) { return one != 0; });
+  const auto count = [](const auto& samples, const HalfCycle& half) {
+    return std::count_if(samples.begin() + half.first, samples.begin() + half.last, [](auto one) { return one != 0; });
   };
   Observations seen;
   bool anew = true;
   for (const HalfCycle& half : half_cycles) {
-    if (any(excluded, half)) continue;
-    const bool tells = std::isfinite(half.phase_variance) && half.amplitude > 0.0 && !any(held, half);
-    if (tells) {
+    if (count(excluded, half) > 0) continue;
+    const Index num_held = count(held, half);
+    if (!std::isfinite(half.phase_variance) || half.amplitude <= 0.0 || 2 * num_held >= half.last - half.first) {
+      anew = true;
+    } else if (num_held == 0) {
       seen.halves.push_back(&half);
-      seen.begins_anew.push_back(anew);
+      seen.begins_anew.push_back(std::exchange(anew, false));
     }
-    anew = !tells;
   }
   return seen;
 }

@@ -47,6 +47,7 @@ JointVelocity::JointVelocity(const Motion& motion, const SpectralBand& band, dou
   }
   constexpr double one_sensor = 0.1;  // two differ by the noise of both
   if (sum < one_sensor * sum_of_v) density_of_difference_.clear();
+  density_of_a_ = noise_density(a->values, motion.sample_rate_hz, period_s);
 }
 
 VectorXd JointVelocity::of(const Motion& motion) const {
@@ -63,7 +64,7 @@ double JointVelocity::noise_m_per_s() const {
   double power = 0.0;
   for (int k = 0; k < steps; ++k) {
     const double f = (k + 0.5) * step_hz;
-    power += (1.0 - weight_of_a(f)) * density_of_v(f) * step_hz;
+    power += (1.0 - weight_of_a(f)) * density_of_v(f) * std::pow(band_.gain(f), 2) * step_hz;
   }
   return std::sqrt(power);
 }
@@ -74,8 +75,9 @@ double JointVelocity::density_of_v(double frequency_hz) const {
 
 double JointVelocity::weight_of_a(double frequency_hz) const {
   const auto step = static_cast<std::size_t>(frequency_hz / step_hz_);
-  if (step >= density_of_difference_.size()) return 0.0;
-  return std::min(1.0, density_of_v(frequency_hz) / density_of_difference_[step]);
+  if (step >= density_of_difference_.size() || frequency_hz == 0.0) return 0.0;
+  const double of_v = density_of_v(frequency_hz), of_a = density_of_a_ / (omega(frequency_hz) * omega(frequency_hz));
+  return of_v / std::max(density_of_difference_[step], of_v + of_a);
 }
 
 }  // namespace dsp
