@@ -27,7 +27,7 @@ double mean_period_s(const VectorXd& v, double rate_hz) {
   return moment > 0.0 ? power / moment : 1.0;
 }
 
-// Reversals of v, which still has its sign, and what a does there; both behind a rigid mount.
+// Reversals of v, and what a does there; both behind a rigid mount.
 void look_at_reversals(const Motion& motion, const JointVelocity& velocity, RegimeSigns& signs) {
   // High enough for short halts, and below the mains' hum where that is high enough.
   constexpr double per_period = 26.0, enough = 16.0, below_mains_hz = 38.0;
@@ -36,19 +36,19 @@ void look_at_reversals(const Motion& motion, const JointVelocity& velocity, Regi
   if (below_mains_hz * signs.period_s >= enough) cutoff_hz = std::min(cutoff_hz, below_mains_hz);
   if (cutoff_hz >= 0.4 * rate_hz || cutoff_hz > motion.find("a")->flat_to_hz) return;
   const Index period = signs.samples_in(signs.period_s);
-  auto found = sign_changes(signs.speed_m_per_s, period);
+  auto found = sign_changes(signs.velocity_m_per_s, period);
   std::erase_if(found, [&](Index i) { return signs.excluded[static_cast<std::size_t>(i)] != 0; });
   signs.halts_below_hz = cutoff_hz;
-  signs.mount = find_mount(motion, signs.speed_m_per_s, found, cutoff_hz, period);
+  signs.mount = find_mount(motion, signs.velocity_m_per_s, found, cutoff_hz, period);
   if (signs.mount.is_rigid()) {
-    signs.reversals = reversals(found, signs.speed_m_per_s, motion.at("a"),
+    signs.reversals = reversals(found, signs.velocity_m_per_s, motion.at("a"),
                                 {.sample_rate_hz = rate_hz, .cutoff_hz = cutoff_hz, .samples_per_period = period});
     return;
   }
   // What is left of a mount's ringing is as large as short halts, but not as slow as v.
   Motion undone = motion;
   undo_mount(undone, signs.mount, {1.2 * cutoff_hz, 1.4 * cutoff_hz});
-  signs.speed_m_per_s = velocity.of(undone);
+  signs.velocity_m_per_s = velocity.of(undone);
 }
 
 }  // namespace
@@ -74,12 +74,11 @@ RegimeSigns regime_signs(const Motion& motion) {
   if (has_faster) {
     const JointVelocity velocity(motion, slow, signs.period_s);
     signs.speed_noise_m_per_s = velocity.noise_m_per_s();
-    signs.speed_m_per_s = velocity.of(motion);
+    signs.velocity_m_per_s = velocity.of(motion);
     if (motion.find("a") != nullptr) look_at_reversals(motion, velocity, signs);
   } else {
-    signs.speed_m_per_s = v;
+    signs.velocity_m_per_s = v;
   }
-  signs.speed_m_per_s = signs.speed_m_per_s.cwiseAbs();
   return signs;
 }
 

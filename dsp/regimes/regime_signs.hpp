@@ -14,7 +14,7 @@ struct RegimeSigns {
   double sample_rate_hz = 0.0;
   double period_s = 0.0;             ///< the dominant one
   double speed_cutoff_hz = 0.0;      ///< 6.5 / period: a stop of period / 13 is half a wave there
-  Eigen::VectorXd speed_m_per_s;     ///< |v| below it, of all sensors together: joint_velocity.hpp
+  Eigen::VectorXd velocity_m_per_s;  ///< v below it, of all sensors together: joint_velocity.hpp
   double speed_noise_m_per_s = 0.0;  ///< rms of what in it is no motion; 0 where v ends below it
   double base_speed_m_per_s = 0.0;   ///< amplitude of a sine of its power; 0 without a base
   Mount mount;                       ///< whose ringing is taken off v and a before they are looked at
@@ -22,7 +22,7 @@ struct RegimeSigns {
   double halts_below_hz = 0.0;       ///< 0: a does not reach far enough to show halts
   std::vector<unsigned char> excluded;
   [[nodiscard]] bool base_moves() const { return base_speed_m_per_s > 0.0; }
-  [[nodiscard]] Eigen::Index num_samples() const { return speed_m_per_s.size(); }
+  [[nodiscard]] Eigen::Index num_samples() const { return velocity_m_per_s.size(); }
   /// At least 1.
   [[nodiscard]] Eigen::Index samples_in(double seconds) const;
 };

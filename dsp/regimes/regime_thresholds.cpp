@@ -25,8 +25,8 @@ CycleAmplitudes velocity_amplitudes(const RegimeSigns& signs) {
   for (Index first = 0; first + period <= signs.num_samples(); first += period)
     if (std::none_of(signs.excluded.begin() + first, signs.excluded.begin() + first + period,
                      [](unsigned char one) { return one != 0; }))
-      peaks.push_back(signs.speed_m_per_s.segment(first, period).maxCoeff());
-  if (const double all = signs.speed_m_per_s.maxCoeff(); peaks.empty()) return {all, all, all};
+      peaks.push_back(signs.velocity_m_per_s.segment(first, period).cwiseAbs().maxCoeff());
+  if (const double all = signs.velocity_m_per_s.cwiseAbs().maxCoeff(); peaks.empty()) return {all, all, all};
   std::sort(peaks.begin(), peaks.end());
   const auto above = [&](double bar) { return std::lower_bound(peaks.begin(), peaks.end(), bar); };
   const double median = peaks[peaks.size() / 2];

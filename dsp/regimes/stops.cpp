@@ -22,7 +22,7 @@ double quarter_period(const RegimeSigns& signs) {
 /// Of [first, last), where |v| is below twice `slow`, if it gets below that. What lasts for a quarter of a period is no
 /// passage, and what an end of the record cuts is passed as it is on the other side.
 std::optional<Stand> stand(const RegimeSigns& signs, Index first, Index last, double slow) {
-  const VectorXd& speed = signs.speed_m_per_s;
+  const auto speed = [&](Index i) { return std::abs(signs.velocity_m_per_s(i)); };
   const auto crossing = [&](Index outside, Index inside, double level) {
     const double fraction = (level - speed(inside)) / (speed(outside) - speed(inside));
     return static_cast<double>(inside) + fraction * static_cast<double>(outside - inside);
@@ -37,7 +37,7 @@ std::optional<Stand> stand(const RegimeSigns& signs, Index first, Index last, do
     found.from = crossing(begin - 1, begin, slow);
     before = found.from - crossing(first - 1, first, 2.0 * slow);
   }
-  if (last < speed.size()) {
+  if (last < signs.num_samples()) {
     found.to = crossing(end + 1, end, slow);
     after = crossing(last, last - 1, 2.0 * slow) - found.to;
   }
@@ -45,7 +45,7 @@ std::optional<Stand> stand(const RegimeSigns& signs, Index first, Index last, do
   if (before >= reach) before = 0.0;
   if (after >= reach) after = 0.0;
   if (first == 0) before = after;
-  if (last == speed.size()) after = before;
+  if (last == signs.num_samples()) after = before;
   found.from += before, found.to -= after;
   found.std = std::hypot(before, after) * signs.speed_noise_m_per_s / slow;
   return found;
@@ -57,6 +57,13 @@ bool reverses_at_once(const RegimeSigns& signs, Index first, Index last) {
                                    [](const Reversal& reversal, Index index) { return reversal.at < index; });
   return static_cast<double>(last - first) < quarter_period(signs) && in != signs.reversals.end() && in->at < last &&
          in->at_once;
+}
+
+/// It comes from where it goes to: for less than half a wave of the low-pass it may as well have touched zero.
+bool touches(const RegimeSigns& signs, Index first, Index last, double stood) {
+  const VectorXd& v = signs.velocity_m_per_s;
+  return first > 0 && last < v.size() && (v(first - 1) > 0.0) == (v(last) > 0.0) &&
+         2.0 * signs.speed_cutoff_hz * stood < signs.sample_rate_hz;
 }
 
 bool is_blurred(const RegimeSigns& signs) {
@@ -81,10 +88,13 @@ std::vector<bool> stick_mask(const RegimeSigns& signs, const SegmentOptions& opt
   };
   for (Index i = 0; i < n; ++i) {
     const Index first = i;
-    while (i < n && signs.speed_m_per_s(i) < 2.0 * slow) ++i;
+    while (i < n && std::abs(signs.velocity_m_per_s(i)) < 2.0 * slow) ++i;
     if (i == first) continue;
     const auto found = stand(signs, first, i, slow);
-    if (found && found->to - found->from >= std::max(shortest, stds * found->std) && !reverses_at_once(signs, first, i))
+    if (!found) continue;
+    const double stood = found->to - found->from;
+    if (stood >= std::max(shortest, stds * found->std) && !touches(signs, first, i, stood) &&
+        !reverses_at_once(signs, first, i))
       stop(found->from - late, found->to);
   }
   for (const Reversal& reversal : signs.reversals)
