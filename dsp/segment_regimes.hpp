@@ -54,9 +54,8 @@ struct Segmentation {
 ///   of that is stick.
 /// - shorter stops, by the acceleration, where it is measured, or computed, up to 26 / T (38 Hz where that is above
 ///   16 / T): it keeps its sign while the velocity passes zero, and is zero while the payload halts. reversals.hpp
-///   says what is detected. What is slow for less than T / 4 but reverses at once by its acceleration is no stop. A
-///   mount that rings between body and sensors is looked for (mount.hpp); its ringing is taken off v, and short stops
-///   are not looked for.
+///   says what is detected. A mount that rings between body and sensors is looked for (mount.hpp); its ringing is taken
+///   off v, and these are not looked for.
 /// - what moves for less than a cycle between two stops is part of them: a payload that halts does so twice a cycle.
 ///   Where noise hides some of the short halts, rows of them go on over as many as may be missed in a row.
 ///

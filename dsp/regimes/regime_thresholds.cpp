@@ -74,8 +74,7 @@ void choose_stick(const RegimeSigns& signs, Segmentation& result) {
         signs.mount.frequency_hz, signs.mount.damping));
   if (!signs.reversals.empty())
     result.remarks.push_back(
-        fmt::format("a reversal is a stop where the acceleration below {:.3g} Hz is zero, or fits a halt of {:.2g} s "
-                    "and more",
+        fmt::format("a reversal is a stop where the acceleration below {:.3g} Hz fits a halt of {:.2g} s and more",
                     signs.halts_below_hz, options.stick_halt_s));
 }
 

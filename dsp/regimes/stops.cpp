@@ -51,14 +51,6 @@ std::optional<Stand> stand(const RegimeSigns& signs, Index first, Index last, do
   return found;
 }
 
-/// Slow for a moment, but reversing at once by the acceleration: noise of v, or a sensor at its limit.
-bool reverses_at_once(const RegimeSigns& signs, Index first, Index last) {
-  const auto in = std::lower_bound(signs.reversals.begin(), signs.reversals.end(), first,
-                                   [](const Reversal& reversal, Index index) { return reversal.at < index; });
-  return static_cast<double>(last - first) < quarter_period(signs) && in != signs.reversals.end() && in->at < last &&
-         in->at_once;
-}
-
 /// It comes from where it goes to: for less than half a wave of the low-pass it may as well have touched zero.
 bool touches(const RegimeSigns& signs, Index first, Index last, double stood) {
   const VectorXd& v = signs.velocity_m_per_s;
@@ -93,8 +85,7 @@ std::vector<bool> stick_mask(const RegimeSigns& signs, const SegmentOptions& opt
     const auto found = stand(signs, first, i, slow);
     if (!found) continue;
     const double stood = found->to - found->from;
-    if (stood >= std::max(shortest, stds * found->std) && !touches(signs, first, i, stood) &&
-        !reverses_at_once(signs, first, i))
+    if (stood >= std::max(shortest, stds * found->std) && !touches(signs, first, i, stood))
       stop(found->from - late, found->to);
   }
   for (const Reversal& reversal : signs.reversals)
