@@ -7,9 +7,10 @@
 
 namespace dsp {
 
-/// Displacement and acceleration sensors tell the same velocity: one with its noise derived, which grows with frequency,
-/// the other with its noise integrated, which falls. Each frequency has both by the inverse of their noise, the best
-/// linear unbiased estimate: on the rig at thirtyfold noise a sixth of the noise that v of the lasers has below 10 Hz.
+/// Displacement and acceleration sensors tell the same velocity: one with its noise derived, which grows with
+/// frequency, the other with its noise integrated, which falls. Each frequency has both by the inverse of their noise,
+/// the best linear unbiased estimate: on the rig at thirtyfold noise a sixth of the noise that v of the lasers has
+/// below 10 Hz.
 class JointVelocity {
  public:
   /// Noise is that of x and of a as it is from the tenth to the sixteenth harmonic; of a what the two differ by beyond
