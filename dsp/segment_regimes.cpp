@@ -7,6 +7,7 @@
 
 #include "dsp/regimes/branches.hpp"
 #include "dsp/regimes/regime_thresholds.hpp"
+#include "dsp/regimes/stops.hpp"
 
 namespace dsp {
 namespace {
@@ -48,7 +49,7 @@ std::vector<Gap> gaps_between(const std::vector<bool>& stuck, const std::vector<
 /// shorter than a wave of the band are looked for and noise hides some, as many as may be missed in a row.
 double bridged_cycles(const std::vector<Gap>& gaps, const RegimeSigns& signs) {
   constexpr double chance = 1e-3;  // that more of them are missed in a row
-  if (!signs.short_halts) return 1.0;
+  if (signs.reversals.empty()) return 1.0;
   double missed = 0.5, seen = 0.5;
   for (const Gap& gap : gaps)
     if (gap.cycles < 1.0) (gap.cycles < 0.5 ? seen : missed) += 1.0;
@@ -106,7 +107,7 @@ void qualify(std::vector<Segment>& segments, const Branches& branches, double st
 
 Segmentation segment_regimes(const Motion& motion, const SegmentOptions& options) {
   if (options.stick_speed_m_per_s < 0.0 || options.stick_duration_s < 0.0 || options.stick_halt_s < 0.0 ||
-      options.stick_margin_s < 0.0 || options.high_amplitude_m < 0.0)
+      options.high_amplitude_m < 0.0)
     throw std::invalid_argument("segment_regimes: thresholds must not be negative");
   Segmentation result;
   result.options = options;
@@ -117,12 +118,10 @@ Segmentation segment_regimes(const Motion& motion, const SegmentOptions& options
   const std::vector<HalfCycle> halves = half_cycles(motion, signs.period_s);
   join_stops(stuck, halves, signs);
   const double rate_hz = signs.sample_rate_hz;
-  std::vector<bool> unusable = stuck;
-  for (std::size_t i = 0; i < unusable.size(); ++i) unusable[i] = unusable[i] || signs.excluded[i] != 0;
   const Branches branches =
       options.high_amplitude_m > 0.0
           ? branches_by_amplitude(own_half_cycles(motion, signs.period_s), options.high_amplitude_m, rate_hz)
-          : find_branches(halves, unusable, rate_hz);
+          : find_branches(halves, stuck, signs.excluded, rate_hz);
   result.remarks.push_back(branches.remark);
   Labels labels = branch_labels(branches, signs.num_samples());
   for (std::size_t i = 0; i < labels.size(); ++i)
@@ -131,7 +130,7 @@ Segmentation segment_regimes(const Motion& motion, const SegmentOptions& options
     else if (stuck[i])
       labels[i] = Regime::stick;
   result.segments = runs(labels);
-  qualify(result.segments, branches, signs.speed_cutoff_hz > 0.0 ? 1.0 / signs.speed_cutoff_hz : 0.0);
+  qualify(result.segments, branches, stop_std_s(signs));
   result.mount = signs.mount;
   return result;
 }

@@ -28,7 +28,6 @@ struct SegmentOptions {
   /// A reversal at which the motion halts for so long is a stop, too: see reversals.hpp. 0 where stick_speed_m_per_s is
   /// given or stops are not looked for: none is.
   double stick_halt_s = 0.0;
-  double stick_margin_s = 0.0;    ///< stops are dilated by this to either side
   double high_amplitude_m = 0.0;  ///< an amplitude of x above this is high; 0: the branch is seen in the phase
 };
 
@@ -45,17 +44,18 @@ struct Segmentation {
 /// thresholds.
 ///
 /// Thresholds from the record, T its dominant period:
-/// - stick: |v|, low-passed at 6.5 / T, below 0.02 of the velocity amplitude that 97 of 100 cycles in motion exceed, or
-///   below three times the noise of v (from the spectrum of x between 10 / T and 16 / T) where that is more, for T / 20
-///   longer than passing through zero at that slope would take. None are looked for where three times the noise is more
-///   than 0.3 of that amplitude (where most cycles rest: of the median of the others). Its ends are blurred by the
-///   low-pass: stops are widened by T / 6.5 to either side, and that is the standard deviation of their ends.
-///   Where the base moves and v reaches less than that noise, or a fiftieth of the base's velocity, the payload is
-///   taken to follow its base: all of that is stick.
+/// - stick: |v|, of displacement and acceleration sensors together (joint_velocity.hpp) below 6.5 / T, below 0.02 of
+/// the
+///   velocity amplitude that 97 of 100 cycles in motion exceed, or below three times its noise where that is more, for
+///   T / 100 longer than passing through zero at that slope takes (T / 13 where v does not change its sign): stops.hpp.
+///   None are looked for where three times the noise is more than 0.3 of that amplitude (where most cycles rest: of the
+///   median of the others). The ends of a stop have a standard deviation of T / 26. Where the base moves and v mostly
+///   reaches less than that noise, or a fiftieth of the base's velocity, the payload is taken to follow its base: all
+///   of that is stick.
 /// - shorter stops, by the acceleration, where it is measured, or computed, up to 26 / T (38 Hz where that is above
 ///   16 / T): it keeps its sign while the velocity passes zero, and is zero while the payload halts. reversals.hpp
-///   says what is detected. A mount that rings between body and sensors is looked for (mount.hpp) and its ringing taken
-///   off first. What is slow for less than T / 4 but reverses at once by its acceleration is no stop.
+///   says what is detected. A mount that rings between body and sensors is looked for (mount.hpp); its ringing is taken
+///   off v, and these are not looked for.
 /// - what moves for less than a cycle between two stops is part of them: a payload that halts does so twice a cycle.
 ///   Where noise hides some of the short halts, rows of them go on over as many as may be missed in a row.
 ///

@@ -50,24 +50,24 @@ std::vector<dsp::Regime> lasting(const std::vector<dsp::Regime>& moving, const R
 }
 
 /// No equation holds where friction holds the payload, and what is filtered holds some of that as far as the filter
-/// reaches: rows closer to a stop are of the stop, too.
+/// reaches: rows closer to a stop, wherever it may end, are of the stop, too.
 void widen_stops(Record& record) {
-  constexpr double reach_periods = 3.0;  // of the cut-off
+  constexpr double reach_periods = 3.0, stds = 4.0;  // of the cut-off
   const dsp::Prepared& prepared = record.prepared;
-  if (!(prepared.options.cutoff_hz > 0.0)) return;
-  const auto reach = std::lround(reach_periods / prepared.options.cutoff_hz * prepared.signals.sample_rate_hz);
-  const std::vector<dsp::Regime> found = record.regimes;
-  const auto count = static_cast<long>(found.size());
-  const auto is_stop = [&](long i) { return found[static_cast<std::size_t>(i)] == dsp::Regime::stick; };
-  const auto widen = [&](long i) {
-    auto& regime = record.regimes[static_cast<std::size_t>(i)];
-    if (regime != dsp::Regime::excluded) regime = dsp::Regime::stick;
+  const double rate_hz = prepared.signals.sample_rate_hz, stop_rate_hz = prepared.intermediate.sample_rate_hz,
+               cutoff_hz = prepared.options.cutoff_hz;
+  const auto reach_s = [&](double std_s) {
+    return (cutoff_hz > 0.0 ? reach_periods / cutoff_hz : 0.0) + (std_s > 0.0 ? stds * std_s : 0.0);
   };
-  for (long i = 0; i + 1 < count; ++i) {
-    if (!is_stop(i) && is_stop(i + 1))
-      for (long k = std::max(0L, i + 1 - reach); k <= i; ++k) widen(k);
-    if (is_stop(i) && !is_stop(i + 1))
-      for (long k = i + 1; k < std::min(count, i + 1 + reach); ++k) widen(k);
+  const double last_row = static_cast<double>(record.regimes.size()) - 1.0;
+  for (const dsp::Segment& stop : record.segmentation.segments) {
+    if (stop.regime != dsp::Regime::stick) continue;
+    const double from_s = static_cast<double>(stop.first) / stop_rate_hz - reach_s(stop.first_std_s),
+                 to_s = static_cast<double>(stop.last) / stop_rate_hz + reach_s(stop.last_std_s);
+    const auto first = static_cast<std::size_t>(std::max(0.0, std::ceil(from_s * rate_hz))),
+               end = static_cast<std::size_t>(std::min(last_row, std::floor(to_s * rate_hz)) + 1.0);
+    for (std::size_t i = first; i < end; ++i)
+      if (record.regimes[i] != dsp::Regime::excluded) record.regimes[i] = dsp::Regime::stick;
   }
 }
 
@@ -90,8 +90,11 @@ void warn_if_held_by_the_ground(Record& record) {
   const dsp::Motion& motion = record.prepared.intermediate;
   if (motion.find("r") == nullptr || motion.find("y") == nullptr) return;
   dsp::Motion absolute{.sample_rate_hz = motion.sample_rate_hz, .excluded = motion.excluded};
-  for (const auto& [name, source] : {std::pair{"t", "t"}, {"x", "y"}, {"v", "dy"}, {"a", "ddy"}})
-    absolute.signals.push_back({name, "", motion.at(source)});
+  for (const auto& [name, source] : {std::pair{"t", "t"}, {"x", "y"}, {"v", "dy"}, {"a", "ddy"}}) {
+    (void)motion.at(source);
+    absolute.signals.push_back(*motion.find(source));
+    absolute.signals.back().name = name;
+  }
   const dsp::Segmentation found = dsp::segment_regimes(absolute);
   const double still_m_per_s = found.options.stick_speed_m_per_s;
   Eigen::Index held = 0;

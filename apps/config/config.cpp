@@ -97,7 +97,7 @@ void refuse_former_keys(const dsp::Settings& segment) {
         "Low and high are distinguished by the phase of x: remove the line, or set high_amplitude_m, one "
         "amplitude between them");
   for (const char* key : {"envelope_window_s", "baseline_window_s", "min_duration_s", "stick_duration_s",
-                          "stick_halt_s", "stick_acceleration_share"})
+                          "stick_halt_s", "stick_acceleration_share", "stick_margin_s"})
     segment.refuse_former(key, "It follows from the record now: remove the line");
 }
 

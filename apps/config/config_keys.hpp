@@ -13,9 +13,8 @@ namespace apps {
 inline constexpr std::int64_t config_schema = 1;
 
 /// Keys of [segment] and the options they set.
-inline constexpr std::array<std::pair<std::string_view, double dsp::SegmentOptions::*>, 3> segment_keys{
+inline constexpr std::array<std::pair<std::string_view, double dsp::SegmentOptions::*>, 2> segment_keys{
     {{"stick_speed_m_per_s", &dsp::SegmentOptions::stick_speed_m_per_s},
-     {"stick_margin_s", &dsp::SegmentOptions::stick_margin_s},
      {"high_amplitude_m", &dsp::SegmentOptions::high_amplitude_m}}};
 
 }  // namespace apps

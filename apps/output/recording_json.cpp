@@ -72,7 +72,6 @@ Json segmentation_json(const dsp::Segmentation& segmentation) {
   threshold("stick_speed_m_per_s", options.stick_speed_m_per_s);
   threshold("stick_duration_s", options.stick_duration_s);
   threshold("stick_halt_s", options.stick_halt_s);
-  threshold("stick_margin_s", options.stick_margin_s);
   threshold("high_amplitude_m", options.high_amplitude_m > 0.0 ? options.high_amplitude_m : std::nan(""),
             "not given: branches are seen in the phase");
   result["remarks"] = segmentation.remarks;

@@ -74,7 +74,6 @@ std::vector<SettingHelp> segment_help() {
       {"", "segment", "Regimes of motion: stick, low and high amplitude. Thresholds used are in quality.json."},
       {"segment", "find", "Look for regimes. If false, the whole recording is one."},
       {"segment", "stick_speed_m_per_s", "Motion slower than this is a stop, unless it only reverses.", "m/s", chosen},
-      {"segment", "stick_margin_s", "Stops are widened by this to either side.", "s", chosen},
       {"segment", "high_amplitude_m",
        "Amplitudes of x above this are high, below it low. Left out: low is the lower branch of a resonance, where x "
        "moves against the base (or force) that drives it, high the upper one, where it moves in phase.",

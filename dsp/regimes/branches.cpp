@@ -24,21 +24,26 @@ constexpr int most_passes = 30;
 /// Half cycles that tell a branch.
 struct Observations {
   std::vector<const HalfCycle*> halves;
-  std::vector<bool> begins_anew;  ///< something between it and the one before was held
+  std::vector<bool> begins_anew;  ///< between it and the one before the motion rested
   [[nodiscard]] std::size_t size() const { return halves.size(); }
 };
 
-Observations observations_of(std::span<const HalfCycle> half_cycles, const std::vector<bool>& held) {
+Observations observations_of(std::span<const HalfCycle> half_cycles, const std::vector<bool>& held,
+                             const std::vector<unsigned char>& excluded) {
+  const auto count = [](const auto& samples, const HalfCycle& half) {
+    return std::count_if(samples.begin() + half.first, samples.begin() + half.last, [](auto one) { return one != 0; });
+  };
   Observations seen;
   bool anew = true;
   for (const HalfCycle& half : half_cycles) {
-    const bool tells = std::isfinite(half.phase_variance) && half.amplitude > 0.0 &&
-                       std::none_of(held.begin() + half.first, held.begin() + half.last, [](bool one) { return one; });
-    if (tells) {
+    if (count(excluded, half) > 0) continue;
+    const Index num_held = count(held, half);
+    if (!std::isfinite(half.phase_variance) || half.amplitude <= 0.0 || 2 * num_held >= half.last - half.first) {
+      anew = true;
+    } else if (num_held == 0) {
       seen.halves.push_back(&half);
-      seen.begins_anew.push_back(anew);
+      seen.begins_anew.push_back(std::exchange(anew, false));
     }
-    anew = !tells;
   }
   return seen;
 }
@@ -204,8 +209,9 @@ VectorXd correlations(const Observations& seen) {
 
 }  // namespace
 
-Branches find_branches(std::span<const HalfCycle> half_cycles, const std::vector<bool>& held, double sample_rate_hz) {
-  const Observations seen = observations_of(half_cycles, held);
+Branches find_branches(std::span<const HalfCycle> half_cycles, const std::vector<bool>& held,
+                       const std::vector<unsigned char>& excluded, double sample_rate_hz) {
+  const Observations seen = observations_of(half_cycles, held, excluded);
   if (seen.size() == 0) return {{{}}, "no phase against what drives the motion: one branch"};
   const StateSequence states = fitted_states(seen);
   const bool switches =

@@ -25,10 +25,11 @@ struct Branches {
 /// On the upper branch of a resonance x moves in phase with what drives it, on the lower one against it. A switching
 /// model of two states: the phase of a half cycle has a von Mises density about 0 or pi whose concentration, and the
 /// probability of a switch, follow from the record by expectation maximisation; noise lowers the concentration. A half
-/// cycle that is `held` shows nothing, and what follows it is guessed evenly. A switch is where the correlation of x
-/// with the drive passes zero, between the middles of two half cycles linearly; its standard deviation is that of
-/// the crossings it may be instead, by their probabilities, and of that place by noise, and by sampling and a lag
-/// between the sensors of up to half a sample.
+/// cycle that is `held` shows nothing, and where it is for half of it what follows is guessed evenly; one that is
+/// `excluded` shows nothing either, but the payload moves on in it, as where a jump overshoots a sensor's range. A
+/// switch is where the correlation of x with the drive passes zero, between the middles of two half cycles linearly;
+/// its standard deviation is that of the crossings it may be instead, by their probabilities, and of that place by
+/// noise, and by sampling and a lag between the sensors of up to half a sample.
 ///
 /// Of a spring that softens, or a force that counts against x, the phases are the other way round: the upper branch is
 /// the one that the amplitude jumps up to.
@@ -37,7 +38,7 @@ struct Branches {
 /// before to ten behind, in which a response settles, as it does nowhere else, by the Akaike information criterion.
 /// Otherwise, as in a resonance without jumps and under random excitation, all is one branch: that of the mean phase.
 [[nodiscard]] Branches find_branches(std::span<const HalfCycle> half_cycles, const std::vector<bool>& held,
-                                     double sample_rate_hz);
+                                     const std::vector<unsigned char>& excluded, double sample_rate_hz);
 
 /// The same from amplitudes alone: above high_amplitude is the upper branch, by as many standard deviations as the
 /// logarithm of the amplitude changes from a half cycle to the next.

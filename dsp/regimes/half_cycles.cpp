@@ -34,20 +34,25 @@ double phase_variance(double mean_square, double density, double seconds, double
 
 }  // namespace
 
-double noise_density(const VectorXd& signal, double rate_hz, double period_s) {
-  if (signal.size() < 8) return 0.0;
+PowerDensity::PowerDensity(const VectorXd& signal, double rate_hz) : end_hz_(0.45 * rate_hz) {
+  if (signal.size() < 8) return;
   const VectorXd window = hann_window(signal.size());  // keeps the leap between the record's ends out
-  const Eigen::VectorXcd spectrum =
-      RealFft(signal.size()).forward(((signal.array() - signal.mean()) * window.array()).matrix());
-  std::vector<double> levels;
-  for (Index k = 1; k < spectrum.size(); ++k) {
-    const double f = static_cast<double>(k) * rate_hz / static_cast<double>(signal.size());
-    if (f >= 10.0 / period_s && f <= std::min(16.0 / period_s, 0.45 * rate_hz))
-      levels.push_back(std::norm(spectrum(k)));
-  }
-  if (levels.empty()) return 0.0;
+  step_hz_ = rate_hz / static_cast<double>(signal.size());
+  density_ = RealFft(signal.size()).forward(((signal.array() - signal.mean()) * window.array()).matrix()).cwiseAbs2() *
+             (2.0 / (rate_hz * window.squaredNorm()));
+}
+
+double PowerDensity::between(double from_hz, double to_hz) const {
+  if (density_.size() == 0) return 0.0;
+  const auto first = std::max<Index>(1, static_cast<Index>(std::ceil(from_hz / step_hz_))),
+             last = static_cast<Index>(std::floor(std::min(to_hz, end_hz_) / step_hz_));
+  if (last < first) return 0.0;
   // An exponential distribution's median is ln 2 times its mean.
-  return 2.0 * median(std::move(levels)) / std::numbers::ln2 / (rate_hz * window.squaredNorm());
+  return median(std::vector<double>(density_.data() + first, density_.data() + last + 1)) / std::numbers::ln2;
+}
+
+double noise_density(const VectorXd& signal, double rate_hz, double period_s) {
+  return PowerDensity(signal, rate_hz).between(10.0 / period_s, 16.0 / period_s);
 }
 
 namespace {

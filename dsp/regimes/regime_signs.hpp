@@ -14,25 +14,20 @@ struct RegimeSigns {
   double sample_rate_hz = 0.0;
   double period_s = 0.0;             ///< the dominant one
   double speed_cutoff_hz = 0.0;      ///< 6.5 / period: a stop of period / 13 is half a wave there
-  Eigen::VectorXd speed_m_per_s;     ///< |v| below it
-  double speed_noise_m_per_s = 0.0;  ///< rms of what in v is no motion, in the same band; 0 where v ends below it
+  Eigen::VectorXd velocity_m_per_s;  ///< v below it, of all sensors together: joint_velocity.hpp
+  double speed_noise_m_per_s = 0.0;  ///< rms of what in it is no motion; 0 where v ends below it
   double base_speed_m_per_s = 0.0;   ///< amplitude of a sine of its power; 0 without a base
   Mount mount;                       ///< whose ringing is taken off v and a before they are looked at
-  std::vector<Reversal> reversals;   ///< of v in that band, by a below halts_below_hz
+  std::vector<Reversal> reversals;   ///< of v in that band, by a below halts_below_hz; none on a mount that rings
   double halts_below_hz = 0.0;       ///< 0: a does not reach far enough to show halts
-  bool short_halts = false;          ///< those shorter than a wave of that band are looked for, too
   std::vector<unsigned char> excluded;
   [[nodiscard]] bool base_moves() const { return base_speed_m_per_s > 0.0; }
-  [[nodiscard]] Eigen::Index num_samples() const { return speed_m_per_s.size(); }
+  [[nodiscard]] Eigen::Index num_samples() const { return velocity_m_per_s.size(); }
   /// At least 1.
   [[nodiscard]] Eigen::Index samples_in(double seconds) const;
 };
 
 /// `motion` needs x and v.
 [[nodiscard]] RegimeSigns regime_signs(const Motion& motion);
-
-/// Stops: at least options.stick_duration_s (and three samples) slower than options.stick_speed_m_per_s, or a reversal
-/// with a halt of options.stick_halt_s or more; dilated by options.stick_margin_s to either side.
-[[nodiscard]] std::vector<bool> stick_mask(const RegimeSigns& signs, const SegmentOptions& options);
 
 }  // namespace dsp

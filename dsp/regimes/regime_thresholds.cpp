@@ -14,40 +14,43 @@ using Eigen::Index;
 
 /// Velocity amplitudes of cycles. A cycle moves if it reaches a tenth of the record's.
 struct CycleAmplitudes {
-  double small = 0.0;  ///< that 97 of 100 cycles in motion exceed
-  double shown = 0.0;  ///< that noise is held against: the same; where most cycles rest, the median of the others
+  double small = 0.0;   ///< that 97 of 100 cycles in motion exceed
+  double shown = 0.0;   ///< that noise is held against: the same; where most cycles rest, the median of the others
+  double median = 0.0;  ///< of all
 };
 
 CycleAmplitudes velocity_amplitudes(const RegimeSigns& signs) {
   const Index period = signs.samples_in(signs.period_s);
   std::vector<double> peaks;
   for (Index first = 0; first + period <= signs.num_samples(); first += period)
-    peaks.push_back(signs.speed_m_per_s.segment(first, period).maxCoeff());
-  if (peaks.empty()) return {signs.speed_m_per_s.maxCoeff(), signs.speed_m_per_s.maxCoeff()};
+    if (std::none_of(signs.excluded.begin() + first, signs.excluded.begin() + first + period,
+                     [](unsigned char one) { return one != 0; }))
+      peaks.push_back(signs.velocity_m_per_s.segment(first, period).cwiseAbs().maxCoeff());
+  if (const double all = signs.velocity_m_per_s.cwiseAbs().maxCoeff(); peaks.empty()) return {all, all, all};
   std::sort(peaks.begin(), peaks.end());
   const auto above = [&](double bar) { return std::lower_bound(peaks.begin(), peaks.end(), bar); };
+  const double median = peaks[peaks.size() / 2];
   const auto part = [&](auto from, std::ptrdiff_t percent) { return from[(peaks.end() - from) * percent / 100]; };
   constexpr double clear_of_noise = 5.0;
   const auto clear = above(clear_of_noise * signs.speed_noise_m_per_s);
   if (clear != peaks.end() && 2 * (peaks.end() - clear) < peaks.end() - peaks.begin())
-    return {part(above(0.1 * part(clear, 90)), 3), part(clear, 50)};
+    return {part(above(0.1 * part(clear, 90)), 3), part(clear, 50), median};
   const double small = part(above(0.1 * part(peaks.begin(), 90)), 3);
-  return {small, small};
+  return {small, small, median};
 }
 
 }  // namespace
 
 void choose_stick(const RegimeSigns& signs, Segmentation& result) {
   SegmentOptions& options = result.options;
-  if (options.stick_duration_s == 0.0) options.stick_duration_s = signs.period_s / 20.0;
-  if (options.stick_margin_s == 0.0) options.stick_margin_s = 1.0 / signs.speed_cutoff_hz;  // what the low-pass blurs
+  if (options.stick_duration_s == 0.0) options.stick_duration_s = signs.period_s / 100.0;
   if (options.stick_speed_m_per_s > 0.0) return;
   constexpr double fraction = 0.02, noise_stds = 3.0, largest_fraction = 0.3;
   const CycleAmplitudes amplitudes = velocity_amplitudes(signs);
   const double by_motion = fraction * amplitudes.small, by_base = 0.02 * signs.base_speed_m_per_s,
                by_noise = noise_stds * signs.speed_noise_m_per_s;
   // What does not leave its base is stuck to it.
-  const bool rests = signs.base_moves() && amplitudes.shown < std::max(by_noise, by_base);
+  const bool rests = signs.base_moves() && amplitudes.median < std::max(by_noise, by_base);
   if (!rests && by_noise > largest_fraction * amplitudes.shown) {
     result.remarks.push_back(
         fmt::format("stops are not looked for: v has {:.2g} m/s of noise beside amplitudes of {:.2g}",
@@ -59,8 +62,8 @@ void choose_stick(const RegimeSigns& signs, Segmentation& result) {
   if (options.stick_halt_s == 0.0 && signs.halts_below_hz > 0.0)
     options.stick_halt_s = 0.9 * shortest_halt_s(signs.halts_below_hz);  // all that are detected, whatever the rounding
   result.remarks.push_back(fmt::format(
-      "a stop is slower than {:.2g} m/s for {:.2g} s: {}, 5 % of the period of {:.2g} s", options.stick_speed_m_per_s,
-      options.stick_duration_s,
+      "a stop is slower than {:.2g} m/s for {:.2g} s longer than a reversal: {}, 1 % of the period of {:.2g} s",
+      options.stick_speed_m_per_s, options.stick_duration_s,
       floor <= by_motion ? fmt::format("{:g} % of the smaller velocity amplitudes", 100.0 * fraction)
       : floor > by_noise ? std::string("2 % of the base's velocity, since the payload hardly moves against it")
                          : fmt::format("{:g} times the noise of v", noise_stds),
@@ -70,9 +73,9 @@ void choose_stick(const RegimeSigns& signs, Segmentation& result) {
         "the sensors' mount rings at {:.3g} Hz (damping {:.2g}): its ringing is subtracted before stops are looked for",
         signs.mount.frequency_hz, signs.mount.damping));
   if (!signs.reversals.empty())
-    result.remarks.push_back(fmt::format(
-        "a reversal is a stop where the acceleration below {:.3g} Hz is zero{}", signs.halts_below_hz,
-        signs.mount.is_rigid() ? fmt::format(", or fits a halt of {:.2g} s and more", options.stick_halt_s) : ""));
+    result.remarks.push_back(
+        fmt::format("a reversal is a stop where the acceleration below {:.3g} Hz fits a halt of {:.2g} s and more",
+                    signs.halts_below_hz, options.stick_halt_s));
 }
 
 }  // namespace dsp

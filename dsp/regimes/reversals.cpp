@@ -14,19 +14,14 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr double least_waves_per_period = 12.0;  // else a half wave of the motion is too short for the fit
-// As fractions of the acceleration before it leaps to zero: how far below zero the low-pass takes it, what counts as
-// zero, and what has hardly begun to grow again.
-constexpr double undershoot = 0.045, zero = 0.06, ringing = 0.135, small = 0.15;
 constexpr double worth_looking = 0.92;    // of the acceleration beside it: what a halt of a fiftieth of a wave leaves
-constexpr double kept = 0.2;              // of the larger one about it: what no standstill leaves
 constexpr double std_of_normal = 1.4826;  // in median absolute deviations
 
 // Of a reversal: the acceleration about it, low-passed and towards the new sign.
 struct ReversalCourse {
   Index at;
-  double before, beside;  // largest value right before; smaller of the largest before and after
-  double least, still;    // least value at it; least that its size does not exceed for a wave and a half there
-  Index until;            // from the least value on it stays small up to here
+  double beside;  // smaller of the largest before and after
+  double least;   // least value at it
 };
 
 class Look {
@@ -44,20 +39,9 @@ class Look {
   [[nodiscard]] ReversalCourse at(Index reversal) const {
     const VectorXd course = about(reversal, beside_, beside_);
     const auto early = static_cast<Index>(std::lround(0.45 * wave_)), late = static_cast<Index>(std::lround(wave_));
-    const Index still = late + late / 2;
-    double least_size = INFINITY;
-    for (Index i = beside_ - late; i + still <= std::min(course.size(), beside_ + 4 * late); ++i)
-      least_size = std::min(least_size, course.segment(i, still).cwiseAbs().maxCoeff());
-    const double before = course.segment(beside_ - late, late).maxCoeff();
-    Index until = 0;
-    const double least = course.segment(beside_ - early, early + late + 1).minCoeff(&until);
-    for (until += beside_ - early; until < course.size() && std::abs(course(until)) <= small * before;) ++until;
     return {.at = reversal,
-            .before = before,
             .beside = std::min(course.head(beside_).maxCoeff(), course.tail(beside_).maxCoeff()),
-            .least = least,
-            .still = least_size,
-            .until = reversal + std::max<Index>(0, until - beside_)};
+            .least = course.segment(beside_ - early, early + late + 1).minCoeff()};
   }
 
   [[nodiscard]] HaltFit::Result fit(Index reversal) const { return fit_(about(reversal, fit_.before(), fit_.after())); }
@@ -74,11 +58,6 @@ class Look {
   double wave_;
   Index beside_;
 };
-
-bool is_halt(const ReversalCourse& reversal) {
-  return reversal.still <= zero * reversal.before ||
-         (reversal.least <= -undershoot * reversal.before && reversal.still <= ringing * reversal.before);
-}
 
 double level(const std::vector<ReversalCourse>& courses, double fraction) {
   std::vector<double> levels;
@@ -102,7 +81,7 @@ Plain plain_reversals(const std::vector<ReversalCourse>& courses, const Look& lo
   Plain plain{.level = 1.1 * level(moving, 0.5)};
   std::vector<Index> indices;
   for (const ReversalCourse& reversal : moving)
-    if (reversal.beside <= plain.level && !is_halt(reversal)) indices.push_back(reversal.at);
+    if (reversal.beside <= plain.level) indices.push_back(reversal.at);
   constexpr std::size_t fewest = 10, most = 256;
   if (indices.size() < fewest) return plain;
   std::vector<double> gains, rests;
@@ -218,19 +197,11 @@ std::vector<Reversal> reversals(const std::vector<Index>& reversal_indices, cons
   std::vector<Reversal> result;
   std::vector<Fitted> fitted;
   for (const ReversalCourse& reversal : seen) {
-    result.push_back(
-        {.at = reversal.at, .at_once = reversal.still > kept * std::max(reversal.before, reversal.beside)});
-    fitted.emplace_back();
-    if (is_halt(reversal)) {
-      result.back().halt_s =
-          std::max(static_cast<double>(reversal.until - reversal.at) / rate_hz, shortest_halt_s(cutoff_hz));
-    } else if (options.short_halts && reversal.beside <= plain.level &&
-               reversal.least < worth_looking * reversal.beside) {
-      const HaltFit::Result fit = look.fit(reversal.at);
-      fitted.back() = {fit.halt_samples / rate_hz, fit.gain, true};
-    } else {
-      fitted.back().asked = options.short_halts && reversal.beside <= plain.level;  // and it gains zero
-    }
+    result.push_back({.at = reversal.at});
+    fitted.push_back({.asked = reversal.beside <= plain.level});
+    if (!fitted.back().asked || reversal.least >= worth_looking * reversal.beside) continue;  // it gains zero
+    const HaltFit::Result fit = look.fit(reversal.at);
+    fitted.back().halt_s = fit.halt_samples / rate_hz, fitted.back().gain = fit.gain;
   }
   believe(result, fitted, plain, 2 * options.samples_per_period);
   return result;

@@ -12,26 +12,23 @@ namespace dsp {
 /// A velocity reversal.
 struct Reversal {
   Eigen::Index at = 0;
-  double halt_s = 0.0;   ///< how long the motion halts there, at least; 0: no halt is detected
-  bool at_once = false;  ///< the acceleration stays so large that no standstill of a wave of the band can be in it
+  double halt_s = 0.0;  ///< how long the motion halts there, at least; 0: no halt is detected
 };
 
 struct ReversalOptions {
   double sample_rate_hz = 0.0;
   double cutoff_hz = 0.0;  ///< of the acceleration
   Eigen::Index samples_per_period = 0;
-  bool short_halts = true;  ///< false: only those in which the acceleration is seen to be zero
 };
 
 /// Looks at the acceleration a about each reversal, low-passed at cutoff_hz. Dry friction makes it leap there; if the
-/// payload halts, it is zero in between. A wave of the band and more is seen as such, or as the swing of the
-/// low-pass beyond zero. Shorter halts are fitted (halt_fit.hpp), at the record's smaller accelerations, and
-/// believed where they explain more than chance: six robust standard deviations above what they seem to explain at
-/// those reversals and twelve times the noise, and, unless it is twice that, where another halt lies within two
-/// periods; or in rows, where the median of up to eleven explains two standard deviations and five times the noise.
-/// From accelerometers at an intermediate rate of 256 Hz halts of 1 to 2 ms are detected, at thirtyfold noise rows of
-/// some 3 ms. Where friction rises steadily towards zero speed (Stribeck) every reversal dips, and only standing still
-/// is detected.
+/// payload halts, it is zero in between. Halts of up to a wave of the band are fitted (halt_fit.hpp), at the record's
+/// smaller accelerations, and believed where they explain more than chance: six robust standard deviations above what
+/// they seem to explain at those reversals and twelve times the noise, and, unless it is twice that, where another halt
+/// lies within two periods; or in rows, where the median of up to eleven explains two standard deviations and five
+/// times the noise. Longer ones are seen in the velocity: stops.hpp. From accelerometers at an intermediate rate of 256
+/// Hz halts of 1 to 2 ms are detected, at thirtyfold noise rows of some 3 ms. Where friction rises steadily towards
+/// zero speed (Stribeck) every reversal dips, and only standing still is detected.
 ///
 /// Left out are reversals whose acceleration stays below four times its noise or a hundredth of the record's. None are
 /// found where cutoff_hz is less than twelve oscillations a period or does not fit sample_rate_hz.

@@ -225,19 +225,6 @@ VectorXd payload_signal(const Motion& motion, int order) {
   return motion.at(names.relative);
 }
 
-MountError mount_error(const Motion& motion, const Mount& mount, const SpectralBand& slow, const SpectralBand& band) {
-  const auto of = [&](const VectorXd& signal, const ExtendedSpectrum::Response& response) {
-    ExtendedSpectrum spectrum(signal, motion.sample_rate_hz);
-    spectrum.multiply(response);
-    return std::move(spectrum).signal();
-  };
-  return {
-      .velocity = of(
-          payload_signal(motion, 0),
-          [&](double f) { return slow.gain(f) * std::complex<double>(0.0, 2.0 * pi * f) * error_response(mount, f); }),
-      .acceleration = of(payload_signal(motion, 2), [&](double f) { return band.gain(f) * error_response(mount, f); })};
-}
-
 void undo_mount(Motion& motion, const Mount& mount, const SpectralBand& band) {
   for (int order = 0; order < 3; ++order) {
     const MotionNames& names = motion_names[order];

@@ -26,14 +26,6 @@ struct Mount {
                                const std::vector<Eigen::Index>& reversal_indices, double cutoff_hz,
                                Eigen::Index samples_per_period);
 
-/// What the mount adds to the body's relative acceleration below band.cutoff_hz, and to its velocity below
-/// slow.cutoff_hz: to be taken off. From y and ddy, or from x and a where there is no base.
-struct MountError {
-  Eigen::VectorXd velocity, acceleration;
-};
-[[nodiscard]] MountError mount_error(const Motion& motion, const Mount& mount, const SpectralBand& slow,
-                                     const SpectralBand& band);
-
 /// What the payload's sensors read of its displacement, velocity or acceleration (`order` 0 to 2): of the relative
 /// motion and the base's together. `motion` needs the former.
 [[nodiscard]] Eigen::VectorXd payload_signal(const Motion& motion, int order);

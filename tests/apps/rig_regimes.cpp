@@ -309,11 +309,12 @@ TEST_CASE("regimes of the whole test, both twins, six seeds, noise up to thirtyf
       for (const double noise : {1.0, 3.0, 10.0, 30.0}) {
         const Score s = score({"", sim::qzs_twin(twin), sim::stepped_sine_down(), {.noise = noise, .seed = seed}});
         print(twin + (" seed " + std::to_string(seed)) + " x" + std::to_string(static_cast<int>(noise)), s);
-        // On T1 stops come one in two cycles for 40 s, and at tenfold noise some of them are missed.
-        const bool clean = noise <= 3.0;
-        CHECK(s.accuracy >= (twin == std::string("T0") ? (clean ? 0.999 : 0.998) : (clean ? 0.996 : 0.99)));
-        CHECK(s.stick_recall >= (clean ? 0.99 : 0.85));
-        CHECK(s.stick_precision >= (twin == std::string("T0") ? 0.99 : 0.85));
+        const bool rigid = twin == std::string("T0");
+        CHECK(s.accuracy >= (rigid ? 0.9999 : 0.998));
+        // On T1 stops come one in two cycles for 40 s; from tenfold noise on one of 12 ms may be missed, and 2 s with it.
+        CHECK(s.stick_recall >= (rigid || noise <= 3.0 ? 0.99 : 0.95));
+        CHECK(s.stick_precision >= (rigid ? 0.999 : 0.985));
+        CHECK(s.boundary_cycles <= 0.1);
       }
 }
 
@@ -340,11 +341,8 @@ TEST_CASE("halts of a few milliseconds, left in, spoil the equation", "[.][study
                   static_cast<int>(result.rows.train.size()), fit.train_centred.value, fit.free_run.nmse);
       return std::pair(fit.train_centred.value, fit.free_run.nmse);
     };
-    const auto without = identified({}, "as found"), narrow = identified({.stick_margin_s = 0.05}, "margins of 0.05 s"),
-               wide = identified({.stick_margin_s = 1.0}, "margins of 1 s"),
-               with = identified({.stick_halt_s = 1000.0}, "short halts left in");
+    const auto without = identified({}, "as found"), with = identified({.stick_halt_s = 1000.0}, "short halts left in");
     CHECK(with.first > 100.0 * without.first);
     CHECK(with.second > 100.0 * without.second);
-    for (const auto& other : {narrow, wide}) CHECK(other.first == Approx(without.first).epsilon(0.5));
   }
 }

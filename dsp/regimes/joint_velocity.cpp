@@ -1,0 +1,83 @@
+#include "dsp/regimes/joint_velocity.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include "dsp/regimes/half_cycles.hpp"
+
+namespace dsp {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+double omega(double frequency_hz) {
+  return 2.0 * std::numbers::pi * frequency_hz;
+}
+
+/// v times one gain and the integral of a times another.
+template <class GainOfV, class GainOfA>
+VectorXd combined(const Motion& motion, const GainOfV& of_v, const GainOfA& of_a) {
+  ExtendedSpectrum spectrum(motion.at("v"), motion.sample_rate_hz);
+  spectrum.multiply(of_v);
+  spectrum.add(ExtendedSpectrum(motion.at("a"), motion.sample_rate_hz),
+               [&](double f) { return f > 0.0 ? of_a(f) / std::complex<double>(0.0, omega(f)) : 0.0; });
+  return std::move(spectrum).signal();
+}
+
+}  // namespace
+
+JointVelocity::JointVelocity(const Motion& motion, const SpectralBand& band, double period_s)
+    : band_(band),
+      step_hz_(1.0 / period_s),
+      density_of_x_(noise_density(motion.at("x"), motion.sample_rate_hz, period_s)) {
+  const Signal* a = motion.find("a");
+  if (a == nullptr || std::isfinite(a->flat_to_hz)) return;  // computed, it has nothing of its own to say
+  VectorXd difference = combined(
+      motion, [](double) { return 1.0; }, [](double) { return -1.0; });
+  for (std::size_t i = 0; i < motion.excluded.size(); ++i)
+    if (motion.excluded[i] != 0) difference(static_cast<Index>(i)) = 0.0;
+  const PowerDensity densities(difference, motion.sample_rate_hz);
+  double sum = 0.0, sum_of_v = 0.0;
+  for (double f = 0.0; f < band.cutoff_hz; f += step_hz_) {
+    density_of_difference_.push_back(densities.between(f, f + step_hz_));
+    sum += density_of_difference_.back(), sum_of_v += density_of_v(f + 0.5 * step_hz_);
+  }
+  constexpr double one_sensor = 0.1;  // two differ by the noise of both
+  if (sum < one_sensor * sum_of_v) density_of_difference_.clear();
+  density_of_a_ = noise_density(a->values, motion.sample_rate_hz, period_s);
+}
+
+VectorXd JointVelocity::of(const Motion& motion) const {
+  if (density_of_difference_.empty())
+    return ExtendedSpectrum(motion.at("v"), motion.sample_rate_hz).filtered([&](double f) { return band_.gain(f); });
+  return combined(
+      motion, [&](double f) { return band_.gain(f) * (1.0 - weight_of_a(f)); },
+      [&](double f) { return band_.gain(f) * weight_of_a(f); });
+}
+
+double JointVelocity::noise_m_per_s() const {
+  constexpr int steps = 256;
+  const double step_hz = band_.cutoff_hz / steps;
+  double power = 0.0;
+  for (int k = 0; k < steps; ++k) {
+    const double f = (k + 0.5) * step_hz;
+    power += (1.0 - weight_of_a(f)) * density_of_v(f) * std::pow(band_.gain(f), 2) * step_hz;
+  }
+  return std::sqrt(power);
+}
+
+double JointVelocity::density_of_v(double frequency_hz) const {
+  return omega(frequency_hz) * omega(frequency_hz) * density_of_x_;
+}
+
+double JointVelocity::weight_of_a(double frequency_hz) const {
+  const auto step = static_cast<std::size_t>(frequency_hz / step_hz_);
+  if (step >= density_of_difference_.size() || frequency_hz == 0.0) return 0.0;
+  const double of_v = density_of_v(frequency_hz), of_a = density_of_a_ / (omega(frequency_hz) * omega(frequency_hz));
+  return of_v / std::max(density_of_difference_[step], of_v + of_a);
+}
+
+}  // namespace dsp

@@ -1,0 +1,76 @@
+#include "dsp/regimes/stops.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double rate_hz = 256.0, period_s = 0.625;
+const dsp::SegmentOptions options{.stick_speed_m_per_s = 2e-3, .stick_duration_s = period_s / 100.0};
+
+/// v of half sines of 0.08 m/s, without a low-pass, between which the motion rests for halt_s.
+dsp::RegimeSigns half_waves(double halt_s) {
+  dsp::RegimeSigns signs{.sample_rate_hz = rate_hz, .period_s = period_s, .speed_cutoff_hz = rate_hz};
+  signs.velocity_m_per_s = VectorXd::Zero(20 * 256);
+  const double half_s = 0.5 * period_s;
+  for (Index i = 0; i < signs.num_samples(); ++i) {
+    const double halves = static_cast<double>(i) / rate_hz / (half_s + halt_s),
+                 t = std::fmod(halves, 1.0) * (half_s + halt_s);
+    if (t < half_s)
+      signs.velocity_m_per_s(i) =
+          0.08 * std::sin(std::numbers::pi * t / half_s) * (std::fmod(halves, 2.0) < 1.0 ? 1 : -1);
+  }
+  return signs;
+}
+
+double fraction_stuck(const std::vector<bool>& stuck) {
+  return static_cast<double>(std::count(stuck.begin(), stuck.end(), true)) / static_cast<double>(stuck.size());
+}
+
+}  // namespace
+
+TEST_CASE("what passes straight through zero does not stop, and what rests stops for as long as it rests",
+          "[dsp][regimes]") {
+  CHECK(fraction_stuck(dsp::stick_mask(half_waves(0.0), options)) == 0.0);
+  for (const double halt_s : {0.012, 0.03, 0.1}) {
+    INFO("halts of " << halt_s << " s");
+    const double rests = halt_s / (0.5 * period_s + halt_s), sample = 1.0 / rate_hz / (0.5 * period_s + halt_s);
+    CHECK(fraction_stuck(dsp::stick_mask(half_waves(halt_s), options)) == Approx(rests).margin(sample));
+  }
+}
+
+TEST_CASE("what touches zero and goes on as it came does not stop, unless for long", "[dsp][regimes]") {
+  for (const auto& [halt_s, stops] : {std::pair{0.02, false}, {0.1, true}}) {
+    dsp::RegimeSigns signs = half_waves(halt_s);
+    signs.speed_cutoff_hz = 6.5 / period_s;
+    signs.velocity_m_per_s = signs.velocity_m_per_s.cwiseAbs();
+    CHECK((fraction_stuck(dsp::stick_mask(signs, options)) > 0.0) == stops);
+  }
+}
+
+TEST_CASE("a speed between the threshold and twice that does not break a stop", "[dsp][regimes]") {
+  dsp::RegimeSigns signs = half_waves(0.1);
+  const double whole = fraction_stuck(dsp::stick_mask(signs, options));
+  for (Index i = 0; i < signs.num_samples(); ++i)
+    if (std::fmod(static_cast<double>(i) / rate_hz, 0.5 * period_s + 0.1) > 0.5 * period_s + 0.05)
+      if (signs.velocity_m_per_s(i) == 0.0 && signs.velocity_m_per_s(i - 1) == 0.0) {
+        signs.velocity_m_per_s(i - 1) = 3e-3;
+        i += 40;
+      }
+  CHECK(fraction_stuck(dsp::stick_mask(signs, options)) == Approx(whole).epsilon(0.02));
+}
+
+TEST_CASE("where noise is as large as the threshold a stop is as long as three of its standard deviations",
+          "[dsp][regimes]") {
+  dsp::RegimeSigns signs = half_waves(0.012);
+  signs.speed_noise_m_per_s = options.stick_speed_m_per_s;
+  signs.velocity_m_per_s *= 0.25;  // passages of 10 ms
+  CHECK(fraction_stuck(dsp::stick_mask(signs, options)) == 0.0);
+  signs.speed_noise_m_per_s = 0.0;
+  CHECK(fraction_stuck(dsp::stick_mask(signs, options)) > 0.0);
+}
