@@ -93,9 +93,13 @@ constexpr double periods_alone = 10.0;
 void run_on_training(FreeRun& tested_run, const Model& model, const RangeRows& rows, const std::vector<Course>& courses,
                      const std::vector<Columns>& recordings, const FreeRunOptions& options) {
   std::vector<Course> training = courses_of(rows.train, rows.usable, recordings);
-  for (Course& course : training)
-    for (const Course& tested : courses)
-      if (tested.recording == course.recording) course.signals = tested.signals;
+  std::erase_if(
+      training, [&](Course& course) {  // signals are known as the sensors leave them where there are test rows
+        const auto tested = std::find_if(courses.begin(), courses.end(),
+                                         [&](const Course& one) { return one.recording == course.recording; });
+        if (tested != courses.end()) course.signals = tested->signals;
+        return tested == courses.end();
+      });
   const FreeRun run = free_run(model, training, options);
   tested_run.nmse_training = run.diverged_after_s > 0.0 ? std::numeric_limits<double>::infinity() : run.nmse_centred;
   tested_run.mean_square_training = run.mean_square;

@@ -75,7 +75,8 @@ TimeOfRange time_of(const Range& range, const Record& record) {
     if (t < range.spec.from_s || t >= range.spec.to_s) continue;
     // A range by time takes stops in; of another branch's samples nobody expects that they are in a range of this.
     const bool stops = i < record.regimes.size() && record.regimes[i] == dsp::Regime::stick;
-    if (why[i] == nullptr && !range.regime.any() && !range.regime.holds(record.regimes[i])) continue;
+    if (why[i] == nullptr && !range.regime.any() && i < record.regimes.size() && !range.regime.holds(record.regimes[i]))
+      continue;
     time.given += 1.0;
     if (why[i] == nullptr || (stops && range.regime.any()))
       time.left += 1.0;

@@ -275,8 +275,11 @@ std::vector<StudyResult> run_cells(const StudyRequest& request, Console& console
     } catch (const dsp::Fault& fault) {  // some settings leave nothing to identify from
       if (jobs.front().place == 0 || fault.kind() == dsp::FaultKind::output) throw;
       for (const Job& job : jobs) results[job.place].trouble = fault.what();
+      infeasible.add(fault);
     }
   }
+  if (std::none_of(results.begin(), results.end(), [](const auto& result) { return result.trouble.empty(); }))
+    infeasible.raise();
   return results;
 }
 

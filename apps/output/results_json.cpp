@@ -74,6 +74,8 @@ Json nmse_json(const ident::JudgedFit& fit) {
   result["free_run"] = ran ? Json(fit.free_run.nmse) : Json();
   result["free_run_centred"] =
       ran && std::isfinite(fit.free_run.nmse_centred) ? Json(fit.free_run.nmse_centred) : Json();
+  result["free_run_training_centred"] =
+      std::isfinite(fit.free_run.nmse_training) ? Json(fit.free_run.nmse_training) : Json();  // of one alone
   result["free_run_reason"] = fit.free_run.reason.empty() ? Json() : Json(fit.free_run.reason);
   return result;
 }

@@ -133,23 +133,25 @@ std::string few_rows_sentence(const ident::RangeResult& range) {
   const std::size_t rows = range.rows.train.size();
   if (rows >= enough * range.terms.size()) return "";
   return fmt::format(
-      "Only {} rows were fitted, with {} candidate terms to choose from: too few to be sure of any. Record longer.",
+      "Only {} rows were fitted, with {} candidate terms to choose from: check it on another recording (ardent "
+      "predict).",
       rows, range.terms.size());
 }
 
 Entry trust_entry(const RunResults& results, const ChosenEquation& chosen) {
   Entry entry{"trust", {}, 4};
   if (chosen.fit == nullptr) return entry;
-  if (std::string few = few_rows_sentence(*chosen.range); !few.empty()) entry.lines.push_back({std::move(few)});
   entry.lines.push_back({chosen.fit->judgement.sentence});
+  if (std::string few = few_rows_sentence(*chosen.range); !few.empty()) entry.lines.push_back({std::move(few)});
   Strings others;
   for (const ident::RangeResult& range : results.ranges) {
     const ChosenEquation one = chosen_equation(range);
     const ident::FreeRun* run = one.fit != nullptr ? &one.fit->free_run : nullptr;
     others.push_back(fmt::format(
         "{}: {}{}", range.spec.name, one.fit == nullptr ? "no equation" : in_words(one.fit->judgement.verdict),
-        run != nullptr && std::isfinite(run->nmse_centred) ? fmt::format(" (free run NMSE {:.2g})", run->nmse_centred)
-                                                           : ""));
+        run != nullptr && std::isfinite(run->nmse_centred)
+            ? fmt::format(" (free run NMSE {:.2g})", std::fmax(run->nmse_centred, run->nmse_training))
+            : ""));
   }
   for (const ident::RecordPrediction& prediction : results.predictions)
     entry.lines.push_back({prediction_sentence(prediction)});

@@ -146,8 +146,8 @@ void add_cause(const RunResults& results, const ident::RangeResult& range, const
       break;
     case ident::Cause::missing_term:
       if (named && !named->is_term)
-        found.push_back({fmt::format("{} explains {} of the residual's power: a force with an inner state (hysteresis) "
-                                     "is not in the equation. Record it as a channel with role = \"z\".",
+        found.push_back({fmt::format("{} explains {} of the residual's power, and no term of x and v can: the force "
+                                     "depends on the past. If it can be measured, give its channel role = \"z\".",
                                      named->what, ident::percent(named->fraction)),
                          {}});
       else if (named)

@@ -65,6 +65,8 @@ class TableFile : public RowsOnClock {
   TableFile(std::unique_ptr<InputFile> file, const OpenOptions& options)
       : file_(std::move(file)), salvage_(options.salvage), layout_(table_layout(*file_)), lines_(rows()) {
     choose_time(options);
+    for (std::size_t i = 0; i < layout_.moments.size(); ++i)  // beside the clock, no signals
+      if (layout_.moments[i]) layout_.partial[i] = static_cast<int>(i) != layout_.time_column;
     clock_column_ = layout_.time_column >= 0 ? layout_.time_column : layout_.clock_like_column;
     describe();
     scan(options);

@@ -126,10 +126,13 @@ bool set_units(TableLayout& layout, const std::vector<std::string_view>& texts) 
   return true;
 }
 
+// The first column of numbers that is called time; one of moments where there is none.
 void find_time(TableLayout& layout) {
-  for (std::size_t i = 0; i < layout.columns.size() && layout.time_column < 0; ++i) {
+  for (std::size_t i = 0; i < layout.columns.size(); ++i) {
+    const bool better =
+        layout.time_column < 0 || (layout.moments[static_cast<std::size_t>(layout.time_column)] && !layout.moments[i]);
     const bool in_time = layout.units[i].empty() || find_unit(layout.units[i]).si == "s";
-    if (in_time && is_time_name(split_unit(layout.columns[i]).base)) layout.time_column = static_cast<int>(i);
+    if (better && in_time && is_time_name(split_unit(layout.columns[i]).base)) layout.time_column = static_cast<int>(i);
   }
 }
 
@@ -153,15 +156,12 @@ void find_moments(TableLayout& layout, const std::vector<Line>& lines) {
     const auto moment = parse_moment(field);
     if (!moment) return;
     layout.moments[i] = true;
+    layout.units[i] = "s";
     if (moment->has_time() && (first < 0 || static_cast<int>(i) < first)) first = static_cast<int>(i);
   });
+  find_time(layout);
   const bool by_name = layout.time_column >= 0 && !layout.moments[static_cast<std::size_t>(layout.time_column)];
   if (first >= 0 && !by_name) layout.time_column = first;
-  for (std::size_t i = 0; i < layout.columns.size(); ++i)
-    if (layout.moments[i]) {
-      layout.partial[i] = static_cast<int>(i) != layout.time_column;
-      layout.units[i] = "s";
-    }
 }
 
 // The only column that could be a clock, as far as its first rows tell.
@@ -238,7 +238,6 @@ TableLayout csv_layout(const InputFile& file, const std::vector<Line>& lines) {
   }
   // Names may be in the last comment above the numbers.
   if (!layout.named && static_cast<int>(remark.size()) == layout.num_columns) set_names(layout, remark);
-  find_time(layout);
   find_moments(layout, lines);
   if (layout.time_column < 0 && !layout.named) find_clock_like(layout, lines);
   return layout;

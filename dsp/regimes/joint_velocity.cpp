@@ -32,7 +32,9 @@ VectorXd combined(const Motion& motion, const GainOfV& of_v, const GainOfA& of_a
 JointVelocity::JointVelocity(const Motion& motion, const SpectralBand& band, double period_s)
     : band_(band),
       step_hz_(1.0 / period_s),
-      density_of_x_(noise_density(motion.at("x"), motion.sample_rate_hz, period_s)) {
+      density_of_x_(noise_density(motion.at("x"), motion.sample_rate_hz, period_s)),
+      of_its_own_(!std::isfinite(motion.find("v")->flat_to_hz)) {
+  if (of_its_own_) density_of_v_ = noise_density(motion.at("v"), motion.sample_rate_hz, period_s);
   const Signal* a = motion.find("a");
   if (a == nullptr || std::isfinite(a->flat_to_hz)) return;  // computed, it has nothing of its own to say
   VectorXd difference = combined(
@@ -46,7 +48,7 @@ JointVelocity::JointVelocity(const Motion& motion, const SpectralBand& band, dou
     sum += density_of_difference_.back(), sum_of_v += density_of_v(f + 0.5 * step_hz_);
   }
   constexpr double one_sensor = 0.1;  // two differ by the noise of both
-  if (sum < one_sensor * sum_of_v) density_of_difference_.clear();
+  if (sum < one_sensor * sum_of_v || sum_of_v == 0.0) density_of_difference_.clear();
   density_of_a_ = noise_density(a->values, motion.sample_rate_hz, period_s);
 }
 
@@ -70,14 +72,15 @@ double JointVelocity::noise_m_per_s() const {
 }
 
 double JointVelocity::density_of_v(double frequency_hz) const {
-  return omega(frequency_hz) * omega(frequency_hz) * density_of_x_;
+  return of_its_own_ ? density_of_v_ : omega(frequency_hz) * omega(frequency_hz) * density_of_x_;
 }
 
 double JointVelocity::weight_of_a(double frequency_hz) const {
   const auto step = static_cast<std::size_t>(frequency_hz / step_hz_);
   if (step >= density_of_difference_.size() || frequency_hz == 0.0) return 0.0;
   const double of_v = density_of_v(frequency_hz), of_a = density_of_a_ / (omega(frequency_hz) * omega(frequency_hz));
-  return of_v / std::max(density_of_difference_[step], of_v + of_a);
+  const double both = std::max(density_of_difference_[step], of_v + of_a);
+  return both > 0.0 ? of_v / both : 0.0;
 }
 
 }  // namespace dsp

@@ -13,9 +13,9 @@ namespace dsp {
 /// below 10 Hz.
 class JointVelocity {
  public:
-  /// Noise is that of x and of a as it is from the tenth to the sixteenth harmonic; of a what the two differ by beyond
-  /// that of x where it is more, in steps of one over the period, as sensors drift: excluded samples apart. Without an
-  /// a of its own sensor, v alone. `motion` needs x and v.
+  /// Noise is that of x, or of a v of its own sensor, and of a as it is from the tenth to the sixteenth harmonic; of a
+  /// what the two differ by beyond that of x where it is more, in steps of one over the period, as sensors drift:
+  /// excluded samples apart. Without an a of its own sensor, v alone. `motion` needs x and v.
   JointVelocity(const Motion& motion, const SpectralBand& band, double period_s);
   /// Below the band's end, of the motion or of one whose sensors are corrected.
   [[nodiscard]] Eigen::VectorXd of(const Motion& motion) const;
@@ -27,7 +27,8 @@ class JointVelocity {
   [[nodiscard]] double weight_of_a(double frequency_hz) const;
 
   SpectralBand band_;
-  double step_hz_, density_of_x_, density_of_a_ = 0.0;
+  double step_hz_, density_of_x_, density_of_v_ = 0.0, density_of_a_ = 0.0;
+  bool of_its_own_;                            ///< v is that of a sensor
   std::vector<double> density_of_difference_;  ///< by steps; empty: v alone
 };
 

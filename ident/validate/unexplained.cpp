@@ -39,11 +39,10 @@ Probe probe_of(const std::string& term, Cause cause, bool is_recorded) {
 }
 
 /// Forces of springs in series with sliders (Jenkins elements), over their stiffness: each follows x up to a part of
-/// the largest x to either side of where it slid to last. Their sum is hysteresis of any shape (Iwan, J. Appl. Mech.
+/// its amplitude to either side of where it slid to last. Their sum is hysteresis of any shape (Iwan, J. Appl. Mech.
 /// 33, 1966); octaves of that part are as many as a record tells apart.
 constexpr std::array slips{1.0 / 16, 1.0 / 8, 1.0 / 4, 1.0 / 2};
-MatrixXd sliding_springs(const VectorXd& x) {
-  const double amplitude = x.cwiseAbs().maxCoeff();
+MatrixXd sliding_springs(const VectorXd& x, double amplitude) {
   MatrixXd forces(x.size(), std::ssize(slips));
   for (Index j = 0; j < forces.cols(); ++j) {
     const double slip = slips[static_cast<std::size_t>(j)] * amplitude;
@@ -54,6 +53,17 @@ MatrixXd sliding_springs(const VectorXd& x) {
     }
   }
   return forces;
+}
+
+/// Half of what x spans on these rows.
+double amplitude_of_x(const std::vector<Row>& rows, const std::vector<Columns>& recordings) {
+  double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
+  for (const Row& row : rows)
+    if (const dsp::Signal* x = recordings[row.recording].signals->find("x")) {
+      lowest = std::min(lowest, x->values(row.sample));
+      highest = std::max(highest, x->values(row.sample));
+    }
+  return 0.5 * (highest - lowest);
 }
 
 bool has_switch(const std::vector<std::string>& terms, const std::string& argument) {
@@ -85,7 +95,8 @@ std::vector<Probe> recorded_probes(const Model& model, const std::vector<std::st
   return result;
 }
 
-std::vector<Probe> form_probes(const std::vector<std::string>& terms, const dsp::Motion& motion) {
+std::vector<Probe> form_probes(const std::vector<std::string>& terms, const dsp::Motion& motion,
+                               const std::vector<Row>& rows, const std::vector<Columns>& recordings) {
   std::vector<Probe> result;
   if (motion.find("x") == nullptr || motion.find("v") == nullptr) return result;
   if (!has_switch(terms, "v") && !has_switch(terms, "dy"))
@@ -95,10 +106,13 @@ std::vector<Probe> form_probes(const std::vector<std::string>& terms, const dsp:
       result.push_back(probe_of(text, Cause::missing_term, false));
   if (motion.find("z") != nullptr) return result;
   Explanation as;
-  as.what = "hysteresis of x (springs that slide)";
+  as.what = "hysteresis of x (springs in series with sliders)";
   as.cause = Cause::missing_term;
   as.is_recorded = as.is_term = false;
-  result.push_back({as, {"x"}, std::ssize(slips), [](const dsp::Motion& of) { return sliding_springs(of.at("x")); }});
+  result.push_back(
+      {as, {"x"}, std::ssize(slips), [amplitude = amplitude_of_x(rows, recordings)](const dsp::Motion& of) {
+         return sliding_springs(of.at("x"), amplitude);
+       }});
   return result;
 }
 
@@ -147,11 +161,13 @@ struct Residual {
   [[nodiscard]] std::optional<Explanation> best_of(const std::vector<Probe>& probes) const {
     constexpr double by_chance = 1e-3;  // that any of the probes explains as much of noise as independent as this
     std::optional<Explanation> best;
+    double most = 0.0;
     for (const Probe& probe : probes) {
       if (poll) poll();
-      const auto [fraction, chance] = explained_by(probe);
-      if (!(chance * static_cast<double>(probes.size()) < by_chance) || (best && best->fraction >= fraction)) continue;
+      const auto [fraction, adjusted, chance] = explained_by(probe);
+      if (!(chance * static_cast<double>(probes.size()) < by_chance) || (best && most >= adjusted)) continue;
       best = probe.as;
+      most = adjusted;
       best->fraction = std::min(1.0, fraction);
       best->candidate = std::find(terms.begin(), terms.end(), best->what) != terms.end();
     }
@@ -160,7 +176,8 @@ struct Residual {
 
  private:
   struct Explained {
-    double fraction = 0.0, chance = 1.0;
+    double fraction = 0.0, adjusted = 0.0;  ///< for the number of series
+    double chance = 1.0;
   };
   [[nodiscard]] Explained explained_by(const Probe& of) const {
     constexpr double rounding = 1e-10;  // of a probe that the kept columns make up
@@ -177,7 +194,9 @@ struct Residual {
     const double fraction = std::clamp(product.dot(coefficients) / values.squaredNorm(), 0.0, 1.0);
     const double independent =
         static_cast<double>(values.size()) * independence.fraction_for(probe * coefficients, values);
-    return {fraction, chance_of(fraction, of.num_series, independent)};
+    const double spare = std::max(1.0, independent - 1.0 - static_cast<double>(of.num_series));
+    return {fraction, 1.0 - (1.0 - fraction) * std::max(1.0, independent - 1.0) / spare,
+            chance_of(fraction, of.num_series, independent)};
   }
 
   /// That `num_series` explain as much of noise, or more: R^2 has the distribution beta(k / 2, (n - 1 - k) / 2), whose
@@ -200,7 +219,8 @@ Explanations explanations(const Model& model, const std::vector<std::string>& te
                           const Eigen::Ref<const VectorXd>& residual, const IndependentRows& independence,
                           const Poll& poll) {
   const dsp::Motion& motion = *recordings[rows.front().recording].signals;
-  const std::vector<Probe> recorded = recorded_probes(model, terms, motion), forms = form_probes(terms, motion);
+  const std::vector<Probe> recorded = recorded_probes(model, terms, motion),
+                           forms = form_probes(terms, motion, rows, recordings);
   if (recorded.empty() && forms.empty()) return {};
   const Residual left{model, terms, kept, rows, recordings, residual, independence, poll};
   return {left.best_of(recorded), left.best_of(forms)};

@@ -397,3 +397,13 @@ TEST_CASE("dates and times of day are a clock, in any style of table", "[dsp][ta
   check_fault([&] { (void)read(folder.file("c.csv", "day,x\nFriday,1\nFriday,2\n")); }, FaultKind::input,
               "container.unknown", {"line 3, column 1 is 'Friday'"});
 }
+
+TEST_CASE("a column of numbers called time is the clock, not the stamps beside it", "[dsp][table_clock]") {
+  std::string text = "Timestamp,Time (s),acc\n";
+  for (int i = 0; i < 40; ++i) text += fmt::format("2026-11-20 10:00:{:02},{:.2f},{}\n", i / 10, 0.1 * i, i % 7);
+  const Scratch folder;
+  const auto source = dsp::open_source(folder.file("stamps.csv", text), {});
+  CHECK(source->info().sample_rate_hz == Approx(10.0));
+  CHECK(source->info().time_column == 1);
+  CHECK(source->info().partial[0]);
+}

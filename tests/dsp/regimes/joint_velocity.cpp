@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "support/motion.hpp"
@@ -38,6 +39,8 @@ Measured measured(double noise_m, double noise_m_per_s2) {
   a += support::gaussian(n, 2, noise_m_per_s2);
   result.motion =
       support::motion_of(rate_hz, {{"x", x}, {"v", dsp::ExtendedSpectrum(x, rate_hz).derivative(1, all)}, {"a", a}});
+  for (dsp::Signal& signal : result.motion.signals)
+    if (signal.name == "v") signal.flat_to_hz = all.rolloff_hz;
   return result;
 }
 
@@ -75,4 +78,26 @@ TEST_CASE("an acceleration computed from x adds nothing to its velocity", "[dsp]
   const dsp::JointVelocity said(one.motion, band, period_s);
   CHECK(said.noise_m_per_s() == unsaid.noise_m_per_s());
   CHECK(error_rms(one, said.of(one.motion)) == Approx(said.noise_m_per_s()).epsilon(0.15));
+}
+
+TEST_CASE("a velocity of its own sensor has the noise of that sensor", "[dsp][regimes]") {
+  Measured both = measured(1e-4, 1e3);
+  for (dsp::Signal& signal : both.motion.signals)
+    if (signal.name == "v") {
+      signal.values = both.v + support::gaussian(n, 3, 1e-3);
+      signal.flat_to_hz = std::numeric_limits<double>::infinity();
+    }
+  const dsp::JointVelocity joint(both.motion, band, period_s);
+  const double error = error_rms(both, joint.of(both.motion));
+  CHECK(error < 5e-4);  // white, below 10 Hz of 128: 0.28e-3
+  CHECK(joint.noise_m_per_s() == Approx(error).epsilon(0.35));
+}
+
+TEST_CASE("where no band is left to see noise in, the velocity is that of the displacement", "[dsp][regimes]") {
+  Measured both = measured(1e-6, 0.03);
+  const double short_s = 13.2 / rate_hz;  // the sixth harmonic is below 0.45 of the rate, the tenth is not
+  const dsp::SpectralBand below{5.0 / short_s, 6.5 / short_s};
+  const VectorXd v = dsp::JointVelocity(both.motion, below, short_s).of(both.motion);
+  REQUIRE(v.allFinite());
+  CHECK(error_rms(both, v) < 0.1);
 }

@@ -69,7 +69,7 @@ TEST_CASE("where noise is as large as the threshold a stop is as long as three o
           "[dsp][regimes]") {
   dsp::RegimeSigns signs = half_waves(0.012);
   signs.speed_noise_m_per_s = options.stick_speed_m_per_s;
-  signs.velocity_m_per_s *= 0.25;  // passages of 10 ms
+  signs.velocity_m_per_s *= 0.5;  // passages of 5 ms to either side
   CHECK(fraction_stuck(dsp::stick_mask(signs, options)) == 0.0);
   signs.speed_noise_m_per_s = 0.0;
   CHECK(fraction_stuck(dsp::stick_mask(signs, options)) > 0.0);

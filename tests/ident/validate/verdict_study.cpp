@@ -355,4 +355,5 @@ TEST_CASE("a verdict is right of equations whose truth is known, and its cause i
   CHECK(r.wrong_does_not >= 0.70);
   CHECK(r.named >= 0.60);
   CHECK(r.named_true >= 0.80);
+  CHECK(r.named_flaw >= 0.60);
 }
