@@ -44,14 +44,13 @@ struct Segmentation {
 /// thresholds.
 ///
 /// Thresholds from the record, T its dominant period:
-/// - stick: |v|, of displacement and acceleration sensors together (joint_velocity.hpp) below 6.5 / T, below 0.02 of
-/// the
-///   velocity amplitude that 97 of 100 cycles in motion exceed, or below three times its noise where that is more, for
-///   T / 100 longer than passing through zero at that slope takes (T / 13 where v does not change its sign): stops.hpp.
-///   None are looked for where three times the noise is more than 0.3 of that amplitude (where most cycles rest: of the
-///   median of the others). The ends of a stop have a standard deviation of T / 26. Where the base moves and v mostly
-///   reaches less than that noise, or a fiftieth of the base's velocity, the payload is taken to follow its base: all
-///   of that is stick.
+/// - stick: |v|, of displacement and acceleration sensors together (joint_velocity.hpp) up to 6.5 / T, is below 0.02 of
+///   the velocity amplitude that 97 of 100 cycles in motion exceed, or below three times its noise where that is more.
+///   It is so for T / 100, and as long as the passage, longer than passing through zero at that slope takes (T / 13
+///   where v does not change its sign): stops.hpp. None are looked for where three times the noise is more than 0.3 of
+///   that amplitude (where most cycles rest: of the median of the others). The ends of a stop have a standard deviation
+///   of T / 26. Where the base moves and v mostly reaches less than that noise, or a fiftieth of the base's velocity,
+///   the payload is taken to follow its base: all of that is stick.
 /// - shorter stops, by the acceleration, where it is measured, or computed, up to 26 / T (38 Hz where that is above
 ///   16 / T): it keeps its sign while the velocity passes zero, and is zero while the payload halts. reversals.hpp
 ///   says what is detected. A mount that rings between body and sensors is looked for (mount.hpp); its ringing is taken

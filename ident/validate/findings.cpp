@@ -77,7 +77,6 @@ bool is_driven(const RangeResult& range, const JudgedFit& fit) {
 
 }  // namespace
 
-/// About the mean: of a force about its rest the mean is most of the power and none of the news.
 const Figure& error_of(const JudgedFit& fit) {
   return fit.test_centred.reason.empty() ? fit.test_centred : fit.train_centred;
 }
@@ -129,8 +128,8 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
   if (run.diverged_after_s > 0.0 || std::isinf(run.nmse_training)) {
     found.by_run = Verdict::does_not;
   } else if (run.applies && run.reason.empty()) {
-    const auto beyond_noise = [&](double nmse, double mean_square) {
-      const double floor = mean_square > 0.0 ? noise.x_std * noise.x_std / mean_square : 0.0;
+    const auto beyond_noise = [&](double nmse, double power) {
+      const double floor = power > 0.0 ? noise.x_std * noise.x_std / power : 0.0;
       return std::isfinite(nmse) ? std::max(0.0, nmse - noises_of_a_run * floor) : nan;
     };
     found.run_error = std::fmax(beyond_noise(run.nmse_centred, run.mean_square),
@@ -150,6 +149,19 @@ Verdict Findings::verdict() const {
   return by_run == Verdict::describes ? Verdict::in_part : by_run;
 }
 
+namespace {
+
+/// Of an equation that misses, what it lacks lies under noise that is known.
+bool is_hidden(const Findings& found) {
+  return found.noise_is_known && found.is_noise;
+}
+
+Cause hiding_cause(const JudgedFit& fit) {
+  return lower_band_helps(fit) ? Cause::wide_band : Cause::noise;
+}
+
+}  // namespace
+
 NamedCause cause_of(const RangeResult& range, const JudgedFit& fit, const Findings& found) {
   const auto& [recorded, form] = fit.explanations;
   const bool fails = found.by_run == Verdict::does_not;
@@ -158,8 +170,7 @@ NamedCause cause_of(const RangeResult& range, const JudgedFit& fit, const Findin
   if (was_no_candidate(fit) && fails) return {recorded->cause, recorded};
   if (fails && is_driven(range, fit)) return {Cause::missing_input};
   const bool misses = found.by_run != Verdict::describes || found.unexplained > matters_to_power;
-  if (found.noise_is_known && found.is_noise && misses && !found.fitted_to_its_rows)
-    return {lower_band_helps(fit) ? Cause::wide_band : Cause::noise};
+  if (is_hidden(found) && misses && !found.fitted_to_its_rows) return {hiding_cause(fit)};
   if (!found.above_noise) return {};
   if (lacks_form(fit, found)) return {Cause::missing_term, form};
   if (fit.size.revisit_fraction > of_the_state) return {Cause::missing_term};
@@ -171,9 +182,7 @@ NamedCause cause_of(const RangeResult& range, const JudgedFit& fit, const Findin
 NamedCause cause_of_none(const RangeResult& range, const JudgedFit& fit) {
   if (was_no_candidate(fit)) return {fit.explanations.recorded->cause, fit.explanations.recorded};
   if (is_driven(range, fit)) return {Cause::missing_input};
-  const Findings found = findings_of(range, fit);
-  if (!found.noise_is_known || !found.is_noise) return {};
-  return {lower_band_helps(fit) ? Cause::wide_band : Cause::noise};
+  return {is_hidden(findings_of(range, fit)) ? hiding_cause(fit) : Cause::not_found};
 }
 
 }  // namespace ident
