@@ -146,12 +146,11 @@ Entry trust_entry(const RunResults& results, const ChosenEquation& chosen) {
   Strings others;
   for (const ident::RangeResult& range : results.ranges) {
     const ChosenEquation one = chosen_equation(range);
-    const ident::FreeRun* run = one.fit != nullptr ? &one.fit->free_run : nullptr;
-    others.push_back(fmt::format(
-        "{}: {}{}", range.spec.name, one.fit == nullptr ? "no equation" : in_words(one.fit->judgement.verdict),
-        run != nullptr && std::isfinite(run->nmse_centred)
-            ? fmt::format(" (free run NMSE {:.2g})", std::fmax(run->nmse_centred, run->nmse_training))
-            : ""));
+    const double error =
+        one.fit != nullptr ? std::fmax(one.fit->free_run.nmse_centred, one.fit->free_run.nmse_training) : std::nan("");
+    others.push_back(fmt::format("{}: {}{}", range.spec.name,
+                                 one.fit == nullptr ? "no equation" : in_words(one.fit->judgement.verdict),
+                                 std::isfinite(error) ? fmt::format(" (free run NMSE {:.2g})", error) : ""));
   }
   for (const ident::RecordPrediction& prediction : results.predictions)
     entry.lines.push_back({prediction_sentence(prediction)});
