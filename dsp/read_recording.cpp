@@ -126,6 +126,7 @@ struct RecordingReader::State {
   std::vector<Pick> picks;
   std::int64_t num_frames = 0, num_read = 0;
   std::optional<GapBridge> bridge;  // none where nothing can be missing
+  ClockStart start;                 // of the first clock among the files
   bool ended = false, is_straight = false, source_calibrates = false;
 
   void calibrate_channels(const fs::path& recording, const ReadOptions& options) {
@@ -164,7 +165,7 @@ struct RecordingReader::State {
       pick.shift = calibration.shift;
       picks.push_back(pick);
       // A file that begins late holds samples that are ahead of the clock.
-      const double late_s = late_start_s(files[pick.file], description.clock_start_s, description.sample_rate_hz);
+      const double late_s = late_start_s(files[pick.file], start, description.sample_rate_hz);
       role_is_known.push_back(channel.role_is_known);
       description.channels.push_back({channel.name, channel.role, calibration.unit, channel.delay_s - late_s,
                                       channel.highpass_hz, calibration.calibrated, channel.sensitivity_uncertainty,
@@ -273,7 +274,8 @@ RecordingReader::RecordingReader(const fs::path& file, const ReadOptions& option
       faults.empty() && faults.attempt([&] { description.sample_rate_hz = agree_on_rate(state.files, state.sidecar); });
   faults.attempt([&] {
     state.num_frames = agree_on_length(state.files, options.salvage, description.checks);
-    description.clock_start_s = agree_on_start(state.files, description.sample_rate_hz, description.checks);
+    state.start = agree_on_start(state.files, description.sample_rate_hz, description.checks);
+    description.clock_start_s = state.start.s;
   });
   description.bad = state.sidecar.bad;
   bool all_scaled = true;

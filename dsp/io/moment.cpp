@@ -156,9 +156,9 @@ std::optional<Moment> parse_moment(std::string_view text) {
 }
 
 double MomentClock::seconds(const Moment& moment) {
-  if (!last_) first_day_ = moment.day.value_or(0);
+  if (!last_) first_day_ = moment.day;
   if (moment.day) {
-    begun_s_ = static_cast<double>(*moment.day - first_day_) * day_s;
+    begun_s_ = static_cast<double>(*moment.day - first_day_.value_or(0)) * day_s;
   } else if (last_ && moment.second < last_->second - 0.5 * moment.period_s) {
     begun_s_ += moment.period_s;
   }

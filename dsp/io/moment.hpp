@@ -25,10 +25,12 @@ struct Moment {
 class MomentClock {
  public:
   double seconds(const Moment& moment);
+  /// Of the first moment, where it has a date: the midnight that seconds are counted from.
+  [[nodiscard]] const std::optional<std::int64_t>& first_day() const { return first_day_; }
 
  private:
   std::optional<Moment> last_;
-  std::int64_t first_day_ = 0;
+  std::optional<std::int64_t> first_day_{};
   double begun_s_ = 0.0;  // of the present period
 };
 

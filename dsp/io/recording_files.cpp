@@ -164,29 +164,30 @@ std::int64_t agree_on_length(const std::vector<OpenFile>& files, bool salvage, s
   return shortest;
 }
 
-double late_start_s(const OpenFile& file, double start_s, double rate_hz) {
+double late_start_s(const OpenFile& file, const ClockStart& start, double rate_hz) {
   constexpr double least_steps = 0.01;  // what a clock may tremble by
-  const double late_s = file.source->info().clock_start_s - start_s;
+  const double late_s = start.until(file.source->info().clock_start);
   return file.source->info().time_column >= 0 && std::abs(late_s) * rate_hz > least_steps ? late_s : 0.0;
 }
 
-double agree_on_start(const std::vector<OpenFile>& files, double rate_hz, std::vector<Check>& checks) {
+ClockStart agree_on_start(const std::vector<OpenFile>& files, double rate_hz, std::vector<Check>& checks) {
   const OpenFile* first = nullptr;
   for (const auto& file : files) {
     const auto& info = file.source->info();
     if (info.time_column < 0) continue;
     if (first == nullptr) first = &file;
-    const double start_s = first->source->info().clock_start_s, late_s = late_start_s(file, start_s, rate_hz);
+    const ClockStart& start = first->source->info().clock_start;
+    const double late_s = late_start_s(file, start, rate_hz);
     if (late_s == 0) continue;
-    const auto message =
-        fmt::format("{}: starts at {} s, {} at {} s", file.name, info.clock_start_s, first->name, start_s);
+    const auto message = fmt::format("{}: starts at {}, {} at {}", file.name, to_string(info.clock_start), first->name,
+                                     to_string(start));
     if (std::abs(late_s) * rate_hz > 0.5)
       throw fault(FaultKind::input, "clock.start",
                   message + ", which is more than half a sample. Cut the files to one beginning");
     checks.push_back({"clock.start", "", CheckStatus::warning, late_s, 0.5 / rate_hz,
                       fmt::format("{}; its channels are shifted by {:.3g} of a sample", message, late_s * rate_hz)});
   }
-  return first == nullptr ? 0.0 : first->source->info().clock_start_s;
+  return first == nullptr ? ClockStart() : first->source->info().clock_start;
 }
 
 }  // namespace dsp

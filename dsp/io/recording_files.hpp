@@ -44,10 +44,10 @@ inline constexpr std::string_view rate_line = "rate = \"?\"  # samples a second,
 /// The one length; with `salvage` the shortest, and a warning. Throws Fault channel.length, recording.empty.
 [[nodiscard]] std::int64_t agree_on_length(const std::vector<OpenFile>& files, bool salvage,
                                            std::vector<Check>& checks);
-/// What the first file's clock says at the first sample. Throws Fault clock.start if another begins more than half a
-/// sample earlier or later; beyond a hundredth, `checks` say that its channels are shifted.
-[[nodiscard]] double agree_on_start(const std::vector<OpenFile>& files, double rate_hz, std::vector<Check>& checks);
-/// How much later than the first sample's time a file begins, where that is worth a shift; 0 without a clock.
-[[nodiscard]] double late_start_s(const OpenFile& file, double start_s, double rate_hz);
+/// Where the first file's clock begins. Throws Fault clock.start if another begins more than half a sample earlier or
+/// later, or on another day where both say theirs; beyond a hundredth, `checks` say that its channels are shifted.
+[[nodiscard]] ClockStart agree_on_start(const std::vector<OpenFile>& files, double rate_hz, std::vector<Check>& checks);
+/// How much later than `start` a file begins, where that is worth a shift; 0 without a clock.
+[[nodiscard]] double late_start_s(const OpenFile& file, const ClockStart& start, double rate_hz);
 
 }  // namespace dsp

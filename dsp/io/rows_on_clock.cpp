@@ -7,7 +7,7 @@ namespace dsp {
 void RowsOnClock::set_clock(Clock clock) {
   clock_ = std::move(clock);
   info_.sample_rate_hz = clock_.rate_hz;
-  info_.clock_start_s = clock_.start_s;
+  info_.clock_start.s = clock_.start_s;
   info_.num_frames = clock_.num_frames;
   info_.gaps = clock_.gaps;
   info_.checks.insert(info_.checks.end(), clock_.checks.begin(), clock_.checks.end());

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "dsp/decimate.hpp"
+#include "dsp/io/clock_start.hpp"
 #include "dsp/recording.hpp"
 
 namespace dsp {
@@ -22,7 +23,7 @@ struct SourceInfo {
   bool named = false;         ///< columns have names of their own
   bool scaled = false;        ///< integers read as fractions of full scale: values mean nothing without one
   int time_column = -1;       ///< the clock, -1: none
-  double clock_start_s = 0.0;
+  ClockStart clock_start{};
   std::vector<Interval> gaps;         ///< intervals the clock skips; filled by straight lines
   std::vector<std::string> left_out;  ///< what else the file holds and why it is no column
   std::vector<Check> checks;

@@ -158,6 +158,8 @@ class TableFile : public RowsOnClock {
     }
     set_clock(even_clock(
         stamps, {.rate_hz = options.rate_hz, .header_rate_hz = layout_.rate_hz, .interpolate = options.interpolate}));
+    if (layout_.moments[clock()])
+      info_.clock_start.day = moments_.first_day() ? moments_.first_day() : layout_.first_day;
   }
 
   // Time without a unit is in seconds, unless that would be slower than any vibration is sampled.

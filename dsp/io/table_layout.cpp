@@ -157,6 +157,7 @@ void find_moments(TableLayout& layout, const std::vector<Line>& lines) {
     if (!moment) return;
     layout.moments[i] = true;
     layout.units[i] = "s";
+    if (!moment->has_time() && !layout.first_day) layout.first_day = moment->day;
     if (moment->has_time() && (first < 0 || static_cast<int>(i) < first)) first = static_cast<int>(i);
   });
   find_time(layout);

@@ -21,11 +21,12 @@ struct TableLayout {
   std::vector<bool> partial;         ///< columns that hold something else than one number a row
   std::vector<bool> moments;         ///< columns of dates and times of day
   bool named = false;
-  std::uint64_t data_offset = 0;  ///< first byte of the first row
-  std::int64_t first_line = 1;    ///< its line number
-  int time_column = -1;           ///< by its name, or as the first that holds times of day
-  int clock_like_column = -1;     ///< without names: the only one whose first values could be a clock's
-  std::optional<double> rate_hz;  ///< the header's own
+  std::uint64_t data_offset = 0;            ///< first byte of the first row
+  std::int64_t first_line = 1;              ///< its line number
+  int time_column = -1;                     ///< by its name, or as the first that holds times of day
+  int clock_like_column = -1;               ///< without names: the only one whose first values could be a clock's
+  std::optional<std::int64_t> first_day{};  ///< of the first row, since 1970-01-01, where a column is of dates alone
+  std::optional<double> rate_hz;            ///< the header's own
 };
 
 /// Looks at the beginning of a text file: separator, decimal mark, names, where the numbers begin.

@@ -419,6 +419,27 @@ TEST_CASE("a second file that begins a fraction of a sample late is shifted, one
   CHECK_FALSE(has_check(dsp::read_recording(first), "clock.start"));
 }
 
+TEST_CASE("two files are on one clock only if they begin on one day", "[dsp][read_recording]") {
+  const Scratch scratch;
+  const auto table = [](const std::string& name, const std::string& date) {
+    std::string text = (date.empty() ? "" : "Date;") + ("Time;" + name + "\n");
+    for (int i = 0; i < 100; ++i)
+      text += (date.empty() ? "" : date + ";") + fmt::format("10:00:{:05.2f};{}\n", 0.1 * i, i % 7);
+    return text;
+  };
+  const auto first = scratch.file("y.csv", table("y", "2026-11-20"));
+  scratch.file("y.csv.toml",
+               "[[channel]]\nname = \"y\"\nrole = \"y\"\nunit = \"m\"\n"
+               "[[channel]]\nname = \"r\"\nrole = \"r\"\nunit = \"m\"\nfile = \"r.csv\"\n");
+  for (const char* same : {"2026-11-20", "20.11.2026", ""}) {
+    scratch.file("r.csv", table("r", same));
+    CHECK(dsp::read_recording(first).samples.rows() == 100);
+  }
+  scratch.file("r.csv", table("r", "2026-11-21"));
+  check_fault([&] { (void)dsp::read_recording(first); }, FaultKind::input, "clock.start",
+              {"r.csv: starts at 2026-11-21 10:00:00, y.csv at 2026-11-20 10:00:00", "Cut the files"});
+}
+
 TEST_CASE("a recording larger than the memory allowed is refused before it is read", "[dsp][read_recording]") {
   const Scratch scratch;
   const auto file = sound(scratch, steps(1000, 2));

@@ -37,7 +37,7 @@ TEST_CASE("a column that rises evenly is the clock of a table without names", "[
   const auto source = open(scratch, rows(300, [](int i) { return fmt::format("{:.3f}", 5.0 + 0.004 * i); }));
   CHECK(source->info().sample_rate_hz == 250.0);
   CHECK(source->info().time_column == 0);
-  CHECK(source->info().clock_start_s == 5.0);
+  CHECK(source->info().clock_start.s == 5.0);
 }
 
 TEST_CASE("in seconds slower than once a second, its unit is a question with the rates that would follow",

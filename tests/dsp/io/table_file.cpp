@@ -389,6 +389,8 @@ TEST_CASE("dates and times of day are a clock, in any style of table", "[dsp][ta
     CHECK(found.info.time_column == one.column);
     CHECK(found.info.sample_rate_hz == 100.0);
     CHECK(found.info.gaps.empty());
+    // 2026-12-30 is 20817 days after 1970-01-01: 40 behind 2026-11-20, which tests/dsp/io/moment.cpp counts.
+    CHECK(found.info.clock_start.day == (one.text.find("Time\tx") == 0 ? std::nullopt : std::optional(20817)));
     REQUIRE(found.frames.rows() == 500);
     CHECK(found.frames(499, found.frames.cols() - 1) == Approx(0.5 * std::sin(49.9)).margin(5e-5));  // as printed
   }
