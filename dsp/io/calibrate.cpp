@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <vector>
+
 namespace dsp {
 namespace {
 
@@ -15,6 +18,18 @@ std::optional<Unit> unit_of_column(const SourceInfo& source, int column) {
   const auto& unit = source.units[static_cast<std::size_t>(column)];
   if (unit.empty()) return std::nullopt;
   return find_unit(unit);
+}
+
+// What the sidecar states wins over a letter at the end of a column's name: "acc_V" in g is the vertical one, "acc_N"
+// the northern. "acc_mV" is nothing but a unit, and so is one in brackets or in a line of units.
+std::optional<Unit> unit_of_column(const SourceInfo& source, int column, const std::vector<std::string>& stated) {
+  auto unit = unit_of_column(source, column);
+  const auto at = static_cast<std::size_t>(column);
+  const auto& name = source.columns[at];
+  const bool is_letter = source.units[at].size() == 1 && name.find_first_of("([") == std::string::npos &&
+                         split_unit(name).unit == source.units[at];
+  if (unit && is_letter && std::find(stated.begin(), stated.end(), unit->si) == stated.end()) return std::nullopt;
+  return unit;
 }
 
 // A full scale in volts is no value of a channel that is to be in something else.
@@ -44,7 +59,8 @@ std::optional<double> electrical_scale(const ChannelSpec& channel, const SourceI
                                        Calibration& calibration) {
   if (channel.full_scale) return channel.full_scale->value;
   if (source.scaled) return std::nullopt;
-  if (const auto unit = unit_of_column(source, column)) {
+  if (const auto unit =
+          unit_of_column(source, column, {channel.sensitivity->electrical, channel.sensitivity->measured})) {
     if (unit->si == channel.sensitivity->electrical) return unit->factor;
     throw Fault(FaultKind::usage, "calibration.twice",
                 fmt::format("{}: channel '{}' has a sensitivity, but its column is in {} already", channel.place,
@@ -98,7 +114,8 @@ Calibration by_unit(const ChannelSpec& channel, const SourceInfo& source, int co
       calibration.missing = sensitivity_line(channel.role) + (source.scaled ? full_scale_line : "");
     return calibration;
   }
-  const auto in_name = unit_of_column(source, column);
+  const auto in_name = channel.unit.empty() ? unit_of_column(source, column)
+                                            : unit_of_column(source, column, {find_unit(channel.unit).si});
   const auto base = split_unit(source.columns[static_cast<std::size_t>(column)]).base;
   if (!channel.unit.empty()) {
     const auto unit = find_unit(channel.unit);

@@ -24,8 +24,9 @@ struct Calibration {
 /// From a sidecar's channel and what the file says of the column (0-based), in this order: sensitivity and full scale,
 /// a full scale in the measured unit, the sidecar's unit, the unit in the column's name, SI where the name is the role
 /// itself. Integers of a sound file mean nothing without a full scale. Throws Fault calibration.twice (usage) where a
-/// sensitivity is given for a column that already is in the measured unit, unit.kind where sidecar and column name
-/// units of different kinds.
+/// sensitivity is given for a column that already is in the measured unit, unit.kind where the sidecar and the
+/// column state units of different kinds; a single letter behind a name, "acc_V", counts only where the sidecar does
+/// not state another kind.
 [[nodiscard]] Calibration calibrate(const ChannelSpec& channel, const SourceInfo& source, int column);
 
 }  // namespace dsp

@@ -213,6 +213,23 @@ TEST_CASE("a sensitivity is not applied to a column in units already", "[dsp][re
   CHECK(dsp::read_recording(file).samples(1, 0) == Approx(2e-6).epsilon(1e-15));
 }
 
+TEST_CASE("a letter behind a name is no unit where the sidecar states one of another kind", "[dsp][read_recording]") {
+  const Scratch scratch;
+  const auto file = scratch.file("a.csv", "t,acc_V,acc_N,acc_mV\n0,1,1,1\n1,2,2,2\n2,3,3,3\n");
+  const std::string vertical = "[[channel]]\nname = \"up\"\ncolumn = \"acc_V\"\nrole = \"ddy\"\nunit = \"g\"\n";
+  const std::string north = "[[channel]]\nname = \"north\"\ncolumn = \"acc_N\"\nrole = \"other\"\n";
+  scratch.file("a.csv.toml", vertical + north + "sensitivity = \"100 mV/g\"\n");
+  const auto recording = dsp::read_recording(file);
+  CHECK(recording.samples(1, 0) == Approx(2 * 9.80665).epsilon(1e-15));
+  CHECK(recording.samples(1, 1) == Approx(2 * 9.80665 / 0.1).epsilon(1e-15));  // V at the plug
+  CHECK_FALSE(has_check(recording, "unit.kind"));
+  // Where nothing else is stated the letter counts, and so does what can be nothing but a unit.
+  scratch.file("a.csv.toml", "[[channel]]\nname = \"up\"\ncolumn = \"acc_V\"\nrole = \"ddy\"\n");
+  CHECK(dsp::read_recording(file).channels[0].unit == "V");
+  scratch.file("a.csv.toml", "[[channel]]\nname = \"up\"\ncolumn = \"acc_mV\"\nrole = \"ddy\"\nunit = \"g\"\n");
+  check_fault([&] { (void)dsp::read_recording(file); }, FaultKind::usage, "unit.kind", {"in mV", "sensitivity"});
+}
+
 TEST_CASE("one recording may lie in several files", "[dsp][read_recording]") {
   const Scratch scratch;
   const auto frames = steps(100, 3);
