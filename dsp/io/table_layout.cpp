@@ -185,15 +185,42 @@ void size_columns(TableLayout& layout) {
   layout.moments.resize(count);
 }
 
-// The first cell that is no number in the last line with more than one.
+/// What keeps a line from being a row of numbers, as one style reads it.
+struct BadCells {
+  int numbers = 0, bad = 0;
+  std::size_t first = 0;  // 0-based, of the bad ones
+  std::string_view text;
+};
+BadCells bad_cells(std::string_view line, const Style& style) {
+  BadCells found;
+  double value = 0.0;
+  std::size_t column = 0;
+  for (const auto field : fields_of(line, style.separator)) {
+    const Cell cell = parse_cell(field, style.decimal_comma, value);
+    const bool is_bad = cell == Cell::bad && !parse_moment(field);
+    if (is_bad && found.bad++ == 0) found.first = column, found.text = field;
+    if (!is_bad && cell != Cell::missing) ++found.numbers;
+    ++column;
+  }
+  return found;
+}
+
+// The first cell that is no number, in the last line that has some, read in the style that leaves fewest such cells.
 std::string why_no_row(const std::vector<Line>& lines) {
-  for (auto line = lines.rbegin(); line != lines.rend(); ++line)
-    for (const Style& style : styles) {
-      const auto fields = fields_of(line->text, style.separator);
-      if (fields.size() < 2 || style.separator == ' ') continue;
-      for (std::size_t i = 0; i < fields.size(); ++i)
-        if (!is_row(fields[i], style.separator, style.decimal_comma))
-          return fmt::format(": in line {}, column {} is '{}'", line->number, i + 1, clean_name(unquoted(fields[i])));
+  for (const int least_numbers : {1, 0})
+    for (auto line = lines.rbegin(); line != lines.rend(); ++line) {
+      std::optional<BadCells> best;
+      if (trimmed(line->text).empty() || is_comment(trimmed(line->text))) continue;
+      for (const Style& style : styles) {
+        if (fields_of(line->text, style.separator).size() < 2 || style.separator == ' ') continue;
+        const BadCells found = bad_cells(line->text, style);
+        const bool is_better =
+            !best || found.bad < best->bad || (found.bad == best->bad && found.numbers > best->numbers);
+        if (found.bad > 0 && found.numbers >= least_numbers && is_better) best = found;
+      }
+      if (best)
+        return fmt::format(": in line {}, column {} is '{}'", line->number, best->first + 1,
+                           clean_name(unquoted(best->text)));
     }
   return "";
 }

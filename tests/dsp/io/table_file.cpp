@@ -400,6 +400,22 @@ TEST_CASE("dates and times of day are a clock, in any style of table", "[dsp][ta
               "container.unknown", {"line 3, column 1 is 'Friday'"});
 }
 
+TEST_CASE("a table without a row of numbers names the cell that is none", "[dsp][table_file]") {
+  struct Case {
+    const char *text, *blamed;
+  };
+  const Scratch folder;
+  for (const Case& one :
+       {Case{"t;x;f\n0,5;1,5;abc\n1,0;2,5;abc\n", "line 3, column 3 is 'abc'"},         // a comma is no fault of 1,0
+        Case{"t,x,f\n0,,abc\n1,,abc\n", "line 3, column 3 is 'abc'"},                   // an empty cell is only missing
+        Case{"t,x\n0,abc\nmade by,a logger\n# 1,2,on\n", "line 2, column 2 is 'abc'"},  // a footer is no row
+        Case{"a;b\nc;d\n", "line 2, column 1 is 'c'"}}) {
+    CAPTURE(one.text);
+    check_fault([&] { (void)read(folder.file("a.csv", one.text)); }, FaultKind::input, "container.unknown",
+                {one.blamed});
+  }
+}
+
 TEST_CASE("a column of numbers called time is the clock, not the stamps beside it", "[dsp][table_clock]") {
   std::string text = "Timestamp,Time (s),acc\n";
   for (int i = 0; i < 40; ++i) text += fmt::format("2026-11-20 10:00:{:02},{:.2f},{}\n", i / 10, 0.1 * i, i % 7);
