@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
-#include "dsp/filter/fft.hpp"
+#include "dsp/filter/power_density.hpp"
 #include "dsp/filter/spectral.hpp"
-#include "dsp/order_statistics.hpp"
 
 namespace dsp {
 namespace {
@@ -34,24 +32,7 @@ double phase_variance(double mean_square, double density, double seconds, double
 
 }  // namespace
 
-PowerDensity::PowerDensity(const VectorXd& signal, double rate_hz) : end_hz_(0.45 * rate_hz) {
-  if (signal.size() < 8) return;
-  const VectorXd window = hann_window(signal.size());  // keeps the leap between the record's ends out
-  step_hz_ = rate_hz / static_cast<double>(signal.size());
-  density_ = RealFft(signal.size()).forward(((signal.array() - signal.mean()) * window.array()).matrix()).cwiseAbs2() *
-             (2.0 / (rate_hz * window.squaredNorm()));
-}
-
-double PowerDensity::between(double from_hz, double to_hz) const {
-  if (density_.size() == 0) return 0.0;
-  const auto first = std::max<Index>(1, static_cast<Index>(std::ceil(from_hz / step_hz_))),
-             last = static_cast<Index>(std::floor(std::min(to_hz, end_hz_) / step_hz_));
-  if (last < first) return 0.0;
-  // An exponential distribution's median is ln 2 times its mean.
-  return median(std::vector<double>(density_.data() + first, density_.data() + last + 1)) / std::numbers::ln2;
-}
-
-double noise_density(const VectorXd& signal, double rate_hz, double period_s) {
+double density_beyond_harmonics(const VectorXd& signal, double rate_hz, double period_s) {
   return PowerDensity(signal, rate_hz).between(10.0 / period_s, 16.0 / period_s);
 }
 
@@ -61,7 +42,7 @@ std::vector<HalfCycle> half_cycles_between_zeros(const Motion& motion, const Vec
                                                  double period_s) {
   const double rate_hz = motion.sample_rate_hz;
   const VectorXd& x = motion.at("x");
-  const double x_density = noise_density(x, rate_hz, period_s);
+  const double x_density = density_beyond_harmonics(x, rate_hz, period_s);
   std::vector<HalfCycle> all;
   std::vector<Index> zeros;
   for (Index i = 1; i < drive.size(); ++i) {
@@ -91,7 +72,7 @@ std::vector<HalfCycle> half_cycles(const Motion& motion, double period_s) {
     if (signal == nullptr) continue;
     VectorXd drive = harmonics_of(signal->values, motion.sample_rate_hz, period_s);
     if (signal->name == "ddr") drive = -drive;  // opposite to the displacement
-    const double density = noise_density(signal->values, motion.sample_rate_hz, period_s);
+    const double density = density_beyond_harmonics(signal->values, motion.sample_rate_hz, period_s);
     return half_cycles_between_zeros(motion, drive, density, period_s);
   }
   return {};

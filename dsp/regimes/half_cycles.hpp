@@ -22,20 +22,8 @@ struct HalfCycle {
 /// The same of x itself, whatever drives it.
 [[nodiscard]] std::vector<HalfCycle> own_half_cycles(const Motion& motion, double period_s);
 
-/// One-sided power densities of a signal, from its periodogram.
-class PowerDensity {
- public:
-  PowerDensity(const Eigen::VectorXd& signal, double rate_hz);
-  /// As the median in a band says that they are everywhere in it, whatever lines of motion there are; 0 where the
-  /// record does not reach so far, or is shorter than 8 samples.
-  [[nodiscard]] double between(double from_hz, double to_hz) const;
-
- private:
-  Eigen::VectorXd density_;
-  double step_hz_ = 0.0, end_hz_ = 0.0;
-};
-
-/// Of what is no motion in `signal`: from the tenth to the sixteenth harmonic, where the motion has little left.
-[[nodiscard]] double noise_density(const Eigen::VectorXd& signal, double rate_hz, double period_s);
+/// One-sided power density of what is no motion in `signal`: from the tenth to the sixteenth harmonic, where the motion
+/// has little left.
+[[nodiscard]] double density_beyond_harmonics(const Eigen::VectorXd& signal, double rate_hz, double period_s);
 
 }  // namespace dsp

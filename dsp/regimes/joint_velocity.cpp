@@ -5,6 +5,7 @@
 #include <complex>
 #include <numbers>
 
+#include "dsp/filter/power_density.hpp"
 #include "dsp/regimes/half_cycles.hpp"
 
 namespace dsp {
@@ -32,9 +33,9 @@ VectorXd combined(const Motion& motion, const GainOfV& of_v, const GainOfA& of_a
 JointVelocity::JointVelocity(const Motion& motion, const SpectralBand& band, double period_s)
     : band_(band),
       step_hz_(1.0 / period_s),
-      density_of_x_(noise_density(motion.at("x"), motion.sample_rate_hz, period_s)),
+      density_of_x_(density_beyond_harmonics(motion.at("x"), motion.sample_rate_hz, period_s)),
       of_its_own_(!std::isfinite(motion.find("v")->flat_to_hz)) {
-  if (of_its_own_) density_of_v_ = noise_density(motion.at("v"), motion.sample_rate_hz, period_s);
+  if (of_its_own_) density_of_v_ = density_beyond_harmonics(motion.at("v"), motion.sample_rate_hz, period_s);
   const Signal* a = motion.find("a");
   if (a == nullptr || std::isfinite(a->flat_to_hz)) return;  // computed, it has nothing of its own to say
   VectorXd difference = combined(
@@ -49,7 +50,7 @@ JointVelocity::JointVelocity(const Motion& motion, const SpectralBand& band, dou
   }
   constexpr double one_sensor = 0.1;  // two differ by the noise of both
   if (sum < one_sensor * sum_of_v || sum_of_v == 0.0) density_of_difference_.clear();
-  density_of_a_ = noise_density(a->values, motion.sample_rate_hz, period_s);
+  density_of_a_ = density_beyond_harmonics(a->values, motion.sample_rate_hz, period_s);
 }
 
 VectorXd JointVelocity::of(const Motion& motion) const {

@@ -5,8 +5,7 @@
 #include <iterator>
 #include <numbers>
 
-#include "dsp/filter/fft.hpp"
-#include "dsp/order_statistics.hpp"
+#include "dsp/filter/power_density.hpp"
 #include "dsp/signals.hpp"
 
 namespace ident {
@@ -15,67 +14,39 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-/// One-sided, averaged over pieces of a record under Hann's window.
-struct Spectrum {
-  VectorXd density;
-  double bin_hz = 0.0;
-  double pieces = 0.0;
-};
-
-Spectrum spectrum_of(const Eigen::Ref<const VectorXd>& signal, double sample_rate_hz) {
-  constexpr Index longest = 16384;  // a transform that stays in the cache
-  const Index pieces = std::max<Index>(1, signal.size() / longest), length = signal.size() / pieces;
-  const VectorXd window = dsp::hann_window(length);
-  const dsp::RealFft fft(length);
-  Spectrum result{VectorXd::Zero(length / 2 + 1), sample_rate_hz / static_cast<double>(length),
-                  static_cast<double>(pieces)};
-  for (Index piece = 0; piece < pieces; ++piece) {
-    const auto values = signal.segment(piece * length, length);
-    result.density += fft.forward((values.array() - values.mean()).matrix().cwiseProduct(window)).cwiseAbs2();
-  }
-  result.density *= 2.0 / (sample_rate_hz * window.squaredNorm() * result.pieces);
-  return result;
-}
-
-double median_between(const Spectrum& spectrum, double from_hz, double to_hz) {
-  constexpr Index least = 8;
-  const auto first = static_cast<Index>(std::ceil(from_hz / spectrum.bin_hz));
-  const Index count = std::min(static_cast<Index>(to_hz / spectrum.bin_hz) + 1, spectrum.density.size()) - first;
-  if (count < least) return 0.0;
-  // Of a mean of exponentially distributed ordinates, by Wilson and Hilferty.
-  const double of_mean = std::pow(1.0 - 1.0 / (9.0 * spectrum.pieces), 3);
-  const double* ordinates = spectrum.density.data() + first;
-  return dsp::median({ordinates, ordinates + count}) / of_mean;
-}
+constexpr Index piece_samples = 16384;  // a transform that stays in the cache
 
 /// Up to where a signal is more than its noise, whose density grows as f^(2 order).
 double needed_band(const Eigen::VectorXd& signal, double sample_rate_hz, int order, double noise_variance,
                    double band_hz) {
-  const Spectrum spectrum = spectrum_of(signal, sample_rate_hz);
+  const dsp::PowerDensity spectrum(signal, sample_rate_hz, piece_samples);
+  const VectorXd& density = spectrum.ordinates();
+  const double bin_hz = spectrum.step_hz();
+  if (density.size() == 0) return band_hz;
   const double noise_at_end = noise_variance * (2.0 * order + 1.0) / band_hz;
   // So many ordinates of noise are together twice what they are on average less than once in 1e7.
   constexpr Index together = 48;
-  const Index end = std::min(static_cast<Index>(band_hz / spectrum.bin_hz), spectrum.density.size());
+  const Index end = std::min(static_cast<Index>(band_hz / bin_hz), density.size());
   for (Index first = end - together; first > 0; first -= together) {
-    const double f_hz = spectrum.bin_hz * (static_cast<double>(first) + 0.5 * together);
-    if (spectrum.density.segment(first, together).mean() > 2.0 * noise_at_end * std::pow(f_hz / band_hz, 2.0 * order))
-      return spectrum.bin_hz * static_cast<double>(first + together);
+    const double f_hz = bin_hz * (static_cast<double>(first) + 0.5 * together);
+    if (density.segment(first, together).mean() > 2.0 * noise_at_end * std::pow(f_hz / band_hz, 2.0 * order))
+      return bin_hz * static_cast<double>(first + together);
   }
-  return end > together ? spectrum.bin_hz * together : band_hz;
+  return end > together ? bin_hz * together : band_hz;
 }
 
 }  // namespace
 
 NoiseDensity noise_density(const Eigen::Ref<const VectorXd>& signal, double sample_rate_hz, double from_hz,
                            double to_hz) {
-  if (signal.size() < 2) return {};
-  const Spectrum spectrum = spectrum_of(signal, sample_rate_hz);
+  const dsp::PowerDensity spectrum(signal, sample_rate_hz, piece_samples);
   constexpr int quarters = 4;
+  constexpr Index least = 8;     // ordinates of a quarter
   constexpr double alike = 2.0;  // more than the medians of a dozen ordinates differ by chance
   const double width_hz = (to_hz - from_hz) / quarters;
   double of_quarter[quarters];
   for (int i = 0; i < quarters; ++i)
-    of_quarter[i] = median_between(spectrum, from_hz + i * width_hz, from_hz + (i + 1) * width_hz);
+    of_quarter[i] = spectrum.between(from_hz + i * width_hz, from_hz + (i + 1) * width_hz, least);
   const double first = of_quarter[0];
   std::sort(std::begin(of_quarter), std::end(of_quarter));
   if (of_quarter[1] <= alike * of_quarter[0]) return {of_quarter[0], false};

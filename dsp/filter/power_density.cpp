@@ -1,0 +1,49 @@
+#include "dsp/filter/power_density.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "dsp/filter/fft.hpp"
+#include "dsp/order_statistics.hpp"
+
+namespace dsp {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// The median of a mean of exponentially distributed ordinates, as a fraction of what it is the mean of: ln 2 of one,
+/// by Wilson and Hilferty of several.
+double median_of_mean(Index count) {
+  return count == 1 ? std::numbers::ln2 : std::pow(1.0 - 1.0 / (9.0 * static_cast<double>(count)), 3);
+}
+
+}  // namespace
+
+PowerDensity::PowerDensity(const Eigen::Ref<const VectorXd>& signal, double rate_hz, Index piece_samples)
+    : end_hz_(0.45 * rate_hz) {
+  constexpr Index fewest = 8;
+  if (signal.size() < fewest) return;
+  if (piece_samples > 0) num_pieces_ = std::max<Index>(1, signal.size() / piece_samples);
+  const Index length = signal.size() / num_pieces_;
+  const VectorXd window = hann_window(length);
+  const RealFft fft(length);
+  step_hz_ = rate_hz / static_cast<double>(length);
+  density_ = VectorXd::Zero(length / 2 + 1);
+  for (Index piece = 0; piece < num_pieces_; ++piece) {
+    const auto values = signal.segment(piece * length, length);
+    density_ += fft.forward((values.array() - values.mean()).matrix().cwiseProduct(window)).cwiseAbs2();
+  }
+  density_ *= 2.0 / (rate_hz * window.squaredNorm() * static_cast<double>(num_pieces_));
+}
+
+double PowerDensity::between(double from_hz, double to_hz, Index least) const {
+  if (density_.size() == 0) return 0.0;
+  const auto first = std::max<Index>(1, static_cast<Index>(std::ceil(from_hz / step_hz_))),
+             last = static_cast<Index>(std::floor(std::min(to_hz, end_hz_) / step_hz_));
+  if (last - first + 1 < least) return 0.0;
+  return median({density_.data() + first, density_.data() + last + 1}) / median_of_mean(num_pieces_);
+}
+
+}  // namespace dsp
