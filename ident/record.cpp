@@ -120,7 +120,7 @@ void warn_if_held_by_the_ground(Record& record) {
 
 /// The ranges of a record for which nobody named any.
 std::vector<Range> ranges_of(const Record& record, int recording, bool alone) {
-  const std::string name = alone ? "" : std::filesystem::path(record.prepared.name).stem().string();
+  const std::string name = alone ? "" : std::filesystem::path(record.prepared.name).replace_extension().string();
   const auto range = [&](const std::string& label, const dsp::RegimeSet& regime) {
     Range result{{}, recording, regime};
     result.spec.name = alone ? label : regime.any() ? name : name + " " + label;

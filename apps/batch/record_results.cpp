@@ -11,6 +11,7 @@
 #include "apps/batch/batch_folder.hpp"
 #include "apps/output/factors_file.hpp"
 #include "apps/output/json_number.hpp"
+#include "apps/output/json_parts.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/fault.hpp"
@@ -126,7 +127,7 @@ Json range_json(const RangeRow& range) {
 
 RecordResult record_result(const RecordTask& task, const TaskOutcome& outcome, const fs::path& runs,
                            const std::string& require) {
-  RecordResult result{.recording = printable(task.recording.filename().string()),
+  RecordResult result{.recording = printable(task.called),
                       .exit_code = outcome.exit_code,
                       .was_kept = outcome.was_kept,
                       .error = without_folder(without_folder(outcome.error, runs), task.recording.parent_path())};
@@ -169,7 +170,7 @@ std::string table_json(const std::vector<RecordResult>& records, const std::stri
   }
   document["joint"] = joint.empty() ? Json() : Json::parse(joint);
   if (joint.empty()) document["joint_reason"] = text_or_null(reason);
-  return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return text_of(document);
 }
 
 }  // namespace apps

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <system_error>
 
+#include "apps/config/recording_name.hpp"
 #include "apps/process/path.hpp"
 #include "dsp/fault.hpp"
 #include "dsp/names.hpp"
@@ -40,8 +41,10 @@ std::vector<RecordTask> record_tasks(const std::vector<fs::path>& recordings) {
                       first->second == recording ? "" : fmt::format(", also as {}", first->second.string())));
     std::error_code unknown;
     const std::uintmax_t bytes = fs::file_size(recording, unknown);
-    tasks.push_back({recording, name_of(resolved.back(), 0), unknown ? 0 : bytes});
+    tasks.push_back({recording, {}, name_of(resolved.back(), 0), unknown ? 0 : bytes});
   }
+  const std::vector<std::string> names = recording_names(recordings);
+  for (std::size_t i = 0; i < tasks.size(); ++i) tasks[i].called = names[i];
   constexpr int most_levels = 8;
   for (int level = 1; level <= most_levels; ++level) {
     std::map<std::string, int> count;

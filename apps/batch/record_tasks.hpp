@@ -9,6 +9,7 @@ namespace apps {
 /// A recording of a batch, and where its run goes.
 struct RecordTask {
   std::filesystem::path recording;
+  std::string called;        ///< in the tables: no two are the same
   std::string name;          ///< of its folder among the runs; no two are the same
   std::uintmax_t bytes = 0;  ///< of the recording; 0 where the system does not say
 };

@@ -94,8 +94,7 @@ std::vector<TaskOutcome> run_all(const std::vector<RecordTask>& tasks, const Rec
   const auto note = [&](TaskOutcome outcome) {
     const RecordTask& task = tasks.at(outcome.task);
     bytes += 1.0 + static_cast<double>(task.bytes);
-    if (!outcome.error.empty())
-      console.warning("batch.record", fmt::format("{}: {}", task.recording.filename().string(), outcome.error));
+    if (!outcome.error.empty()) console.warning("batch.record", fmt::format("{}: {}", task.called, outcome.error));
     console.progress(fmt::format("{} of {} records", ++count, tasks.size()), bytes / all);
     outcomes[outcome.task] = std::move(outcome);
   };

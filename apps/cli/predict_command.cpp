@@ -9,6 +9,7 @@
 #include "apps/output/finished_run.hpp"
 #include "apps/output/identified_equation.hpp"
 #include "apps/output/prediction.hpp"
+#include "apps/process/hashes_beside.hpp"
 #include "apps/process/output_folder.hpp"
 #include "dsp/names.hpp"
 
@@ -30,17 +31,21 @@ int predict(const PredictArguments& arguments, const GlobalOptions& global, Cons
                                    : fs::path(global.output);
   check_finished_run(arguments.run, global.strict, console);
   require_apart(destination, {equation_file, config_file, arguments.recording});
-  const Config config = read_config(config_file);
+  const Manifest fitted = read_manifest(arguments.run).value_or(Manifest());
+  Config config = read_config(config_file);
+  take_names(fitted, config);
   const PredictedEquation equation = read_predicting_equation(arguments.run, arguments.range, arguments.method);
   OutputFolder folder(destination, global.force);
   Manifest manifest = begin_manifest("predict", global.command_line, global.seed, folder.destination());
+  HashesBeside hashes({arguments.recording}, thread_count(global));
   const Input input = other_recording(config, {.file = arguments.recording, .sidecar = arguments.sidecar}, 0, console);
   refuse_warnings(global.strict, console);
   const auto range = std::find_if(config.ranges.begin(), config.ranges.end(),
                                   [&](const ident::Range& one) { return one.spec.name == equation.range; });
+  const std::string hash = hashes.of(arguments.recording);
   const ident::RecordPrediction prediction =
       ident::predict(equation.model, equation.linear, input,
-                     {.fitted_as = fitted_name(arguments.run, config, arguments.recording),
+                     {.fitted_as = fitted_name(fitted, config, hash),
                       .where = range == config.ranges.end() ? "" : range->spec.where,
                       .num_threads = thread_count(global),
                       .poll = shown_poll(console, "free run")});
@@ -50,7 +55,8 @@ int predict(const PredictArguments& arguments, const GlobalOptions& global, Cons
   write_table(prediction_table("predict.csv", prediction), {}, [&](std::string_view text) { series.write(text); });
   series.close();
   for (const fs::path& file : {equation_file, config_file}) add_input(manifest, file, folder.destination());
-  for (const fs::path& file : input.files) add_input(manifest, file, folder.destination());
+  add_input(manifest, input.files.front(), folder.destination(), hash, input.prepared.name);
+  for (std::size_t i = 1; i < input.files.size(); ++i) add_input(manifest, input.files[i], folder.destination());
   manifest.warnings = console.warnings();
   folder.commit(std::move(manifest));
   console.result(console.json() ? document

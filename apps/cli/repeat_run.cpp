@@ -135,7 +135,8 @@ int repeat_run(const RunArguments& arguments, Console& console) {
   check_finished_run(run, arguments.strict, console);
   RunArguments again = arguments;
   again.input = run / "config.toml";
-  const Config config = config_of(again);
+  Config config = config_of(again);
+  take_names(manifest, config);
   if (arguments.dry_run) {
     console.result(fmt::format("would repeat {} and compare\n", run.string()));
     return 0;

@@ -101,8 +101,8 @@ std::string plan_text(const RunArguments& arguments, const Config& config) {
     const double rate_hz = config.prepare.rate_hz > 0.0 ? config.prepare.rate_hz : description.sample_rate_hz;
     const double duration_s = static_cast<double>(reader.num_frames()) / description.sample_rate_hz;
     text += fmt::format("{}: {} samples of {} channels at {:.9g} Hz, {:.6g} s; {:.0f} rows at {:.9g} Hz\n",
-                        recording.file.filename().string(), reader.num_frames(), description.channels.size(),
-                        description.sample_rate_hz, duration_s, duration_s * rate_hz, rate_hz);
+                        recording.name, reader.num_frames(), description.channels.size(), description.sample_rate_hz,
+                        duration_s, duration_s * rate_hz, rate_hz);
   }
   return text + fmt::format("would write {}\n", folder_apart(arguments, config, "-run").string());
 }

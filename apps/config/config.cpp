@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "apps/config/config_keys.hpp"
+#include "apps/config/recording_name.hpp"
 #include "dsp/io/settings.hpp"
 #include "dsp/io/sidecar.hpp"
 #include "dsp/names.hpp"
@@ -193,13 +194,13 @@ int recording_number(const dsp::Settings& range, const std::vector<RecordingConf
   if (!range.is_text("recording"))
     return static_cast<int>(range.integer("recording", 0, {.from = 1, .to = static_cast<double>(recordings.size())}));
   const std::string name = *range.find_text("recording");
+  const std::vector<std::size_t> meant = recordings_called(name, recordings);
+  if (meant.size() == 1) return static_cast<int>(meant.front()) + 1;
   std::vector<std::string> known;
-  for (std::size_t i = 0; i < recordings.size(); ++i) {
-    known.push_back(recordings[i].file.stem().string());
-    if (name == known.back() || name == recordings[i].file.filename().string()) return static_cast<int>(i) + 1;
-  }
+  for (const RecordingConfig& recording : recordings) known.push_back(recording.name);
   throw range.fault("recording", "range.recording",
-                    fmt::format("no recording '{}', want one of {} or a number from 1 to {}", name,
+                    fmt::format("{} '{}', want one of {} or a number from 1 to {}",
+                                meant.empty() ? "no recording" : "several recordings are called", name,
                                 fmt::join(known, ", "), known.size()));
 }
 
@@ -251,6 +252,7 @@ Config read_document(const dsp::Settings& document, const fs::path& folder, cons
     }
     config.recordings = {std::move(given)};
   }
+  name_recordings(config);
   const dsp::Settings prepare = document.table("prepare"), library = document.table("library"),
                       segment = document.table("segment");
   document.attempt([&] { config.prepare = read_prepare(prepare); });

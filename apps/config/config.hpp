@@ -18,6 +18,7 @@ namespace apps {
 /// One [[recording]]: file and sidecar as paths from the current folder.
 struct RecordingConfig {
   std::filesystem::path file, sidecar;  ///< sidecar empty: NAME.ext.toml beside the recording, if there
+  std::string name{};                   ///< in all outputs (apps/config/recording_name.hpp)
   bool salvage = false, uncalibrated = false;
   bool test = false;                       ///< use = "test": never fitted, only predicted
   std::map<std::string, std::string> use;  ///< role -> channel

@@ -5,6 +5,7 @@
 
 #include "apps/config/config.hpp"
 #include "apps/config/config_keys.hpp"
+#include "apps/process/path.hpp"
 #include "dsp/io/settings.hpp"
 
 namespace apps {
@@ -23,9 +24,7 @@ std::string_view word(dsp::AccelerationSource source) {
 }
 
 std::string relative_to(const fs::path& file, const fs::path& folder) {
-  return fs::weakly_canonical(fs::absolute(file))
-      .lexically_relative(fs::weakly_canonical(fs::absolute(folder)))
-      .generic_string();
+  return located_path(file).lexically_relative(fs::weakly_canonical(fs::absolute(folder))).generic_string();
 }
 
 std::string text_array(const std::vector<std::string>& texts) {

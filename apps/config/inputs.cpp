@@ -12,6 +12,7 @@
 #include "apps/config/recording_name.hpp"
 #include "apps/output/segments_file.hpp"
 #include "apps/process/interrupt.hpp"
+#include "apps/process/printable.hpp"
 #include "dsp/faults.hpp"
 #include "dsp/io/input_file.hpp"
 #include "dsp/io/sidecar.hpp"
@@ -49,9 +50,20 @@ void report_checks(const std::vector<dsp::Check>& checks, const std::string& nam
   }
 }
 
+/// The intervals of the config's file, meant for recordings by the names that these have here.
+std::vector<LabelledInterval> segments_of(const Config& config) {
+  std::vector<LabelledInterval> intervals = read_segments(config.segment_file);
+  for (LabelledInterval& interval : intervals) {
+    if (interval.recording.empty()) continue;
+    const std::vector<std::size_t> meant = recordings_called(interval.recording, config.recordings);
+    if (meant.size() == 1) interval.recording = printable(config.recordings[meant.front()].name);
+  }
+  return intervals;
+}
+
 void find_regimes(Input& input, const Config& config, Console& console) {
   if (!config.segment_file.empty())
-    ident::set_regimes(input, apply_segments(read_segments(config.segment_file), config.segment_file, input.prepared));
+    ident::set_regimes(input, apply_segments(segments_of(config), config.segment_file, input.prepared));
   else if (config.segment)
     ident::set_regimes(input, dsp::segment_regimes(input.prepared.intermediate, config.segment_options));
   else
@@ -61,8 +73,9 @@ void find_regimes(Input& input, const Config& config, Console& console) {
 }
 
 /// What is known of a recording before it is prepared.
-Input described(const dsp::RecordingReader& reader) {
+Input described(const dsp::RecordingReader& reader, const RecordingConfig& recording) {
   Input input;
+  input.prepared.name = recording.name;
   input.files = reader.files();
   if (!reader.sidecar().file.empty()) input.files.push_back(reader.sidecar().file);
   input.sidecar = (reader.sidecar().file.empty() ? dsp::sidecar_path(input.files.front()) : reader.sidecar().file)
@@ -78,9 +91,8 @@ dsp::StreamOptions stream_options(const std::string& name, std::size_t max_memor
 }
 
 /// Everything after the signals: regimes, the power check, and what is said of them.
-void complete(Input& input, double recorded_hz, const Config& config, Console& console) {
+void complete(Input& input, const std::string& name, double recorded_hz, const Config& config, Console& console) {
   const fs::path file = input.files.front();
-  const std::string name = recording_name(file, config);
   input.prepared.name = name;
   input.recorded_rate_hz = recorded_hz;
   for (dsp::Check& check : input.prepared.checks) check.message = without_place(std::move(check.message), file);
@@ -97,16 +109,16 @@ void complete(Input& input, double recorded_hz, const Config& config, Console& c
 
 Input prepare_input(const RecordingConfig& recording, const Config& config, std::size_t max_memory_bytes,
                     Console& console) {
-  const std::string name = recording_name(recording.file, config);
+  const std::string& name = recording.name;
   console.step(fmt::format("reading {}", name));
   const dsp::ReadOptions options = read_options(recording, max_memory_bytes);
   dsp::RecordingReader reader(recording.file, options);
   const double rate_hz = reader.description().sample_rate_hz;
-  Input input = described(reader);
+  Input input = described(reader, recording);
   console.step(fmt::format("preparing {}", name));
   input.prepared = dsp::prepare(reader, dsp::rate_by_cutoff(config.prepare, rate_hz),
                                 stream_options(name, options.max_memory_bytes, console));
-  complete(input, rate_hz, config, console);
+  complete(input, name, rate_hz, config, console);
   return input;
 }
 
@@ -189,7 +201,7 @@ void choose_band(Config& config, std::size_t max_memory_bytes, Console& console)
   bool is_clear = true;
   for_each_recording(config, max_memory_bytes, [&](const RecordingConfig& recording) {
     if (!is_clear) return;
-    const std::string name = recording_name(recording.file, config);
+    const std::string& name = recording.name;
     console.step(fmt::format("{}: looking for the band of its motion", name));
     dsp::RecordingReader reader(recording.file, read_options(recording, max_memory_bytes));
     const dsp::MotionBand band = dsp::find_motion_band(reader);
@@ -256,14 +268,14 @@ std::vector<Source> read_sources(const Config& config, const std::vector<dsp::Pr
                                  std::size_t max_memory_bytes, Console& console) {
   std::vector<Source> sources;
   for (const RecordingConfig& recording : config.recordings) {
-    const std::string name = recording_name(recording.file, config);
+    const std::string& name = recording.name;
     console.step(fmt::format("reading {}", name));
     const dsp::ReadOptions options = read_options(recording, max_memory_bytes);
     dsp::RecordingReader reader(recording.file, options);
     std::vector<dsp::PrepareOptions> settled;
     for (const dsp::PrepareOptions& way : ways)
       settled.push_back(dsp::rate_by_cutoff(way, reader.description().sample_rate_hz));
-    Source source{described(reader), {}};
+    Source source{described(reader, recording), {}};
     source.intermediates =
         dsp::read_intermediate(reader, settled, stream_options(name, options.max_memory_bytes, console));
     sources.push_back(std::move(source));
@@ -279,7 +291,7 @@ std::vector<Input> prepare_inputs(const std::vector<Source>& sources, std::size_
     inputs.push_back(source.described);
     inputs.back().prepared =
         dsp::prepare(intermediate, dsp::rate_by_cutoff(config.prepare, intermediate.input_rate_hz));
-    complete(inputs.back(), intermediate.input_rate_hz, config, console);
+    complete(inputs.back(), source.described.prepared.name, intermediate.input_rate_hz, config, console);
   }
   return inputs;
 }

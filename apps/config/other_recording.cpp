@@ -2,9 +2,12 @@
 
 #include <utility>
 
+#include "apps/config/recording_name.hpp"
+
 namespace apps {
 
 Input other_recording(Config config, RecordingConfig recording, std::size_t max_memory_bytes, Console& console) {
+  if (recording.name.empty()) recording.name = name_beside(recording.file, config);
   config.recordings = {completed(std::move(recording), config.recordings.front())};
   if (config.prepare.cutoff_hz > 0.0) {  // the band is the equation's; rates are those of the recording
     config.prepare.rate_hz = config.prepare.intermediate_rate_hz = 0.0;

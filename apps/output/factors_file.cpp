@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "apps/output/run_changes.hpp"
+#include "apps/process/path.hpp"
 #include "apps/process/printable.hpp"
 #include "apps/process/version.hpp"
 

@@ -2,12 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <system_error>
 #include <vector>
 
-#include "apps/config/recording_name.hpp"
 #include "apps/output/manifest.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/process/sha256.hpp"
@@ -42,18 +40,24 @@ void check_finished_run(const fs::path& run, bool strict, Console& console) {
   refuse_warnings(strict, console);
 }
 
-std::string fitted_name(const fs::path& run, const Config& config, const fs::path& recording) {
-  const std::string hash = sha256_file(recording);
-  std::vector<ManifestFile> inputs = read_manifest(run).value_or(Manifest()).inputs;
-  for (const RecordingConfig& fitted : config.recordings) {  // in the order of the manifest's inputs
-    const auto found = std::find_if(inputs.begin(), inputs.end(), [&](const ManifestFile& input) {
-      return input.path == manifest_path(fitted.file, run);
-    });
-    if (found == inputs.end()) continue;
-    if (found->sha256 == hash) return recording_name(fitted.file, config);
-    inputs.erase(found);  // the next of this name is another
+std::string fitted_name(const Manifest& run, const Config& config, const std::string& sha256) {
+  std::size_t left = config.recordings.size();  // those for testing are behind them
+  for (const ManifestFile& input : run.inputs) {
+    if (input.recording.empty()) continue;
+    if (left-- == 0) break;
+    if (input.sha256 == sha256) return input.recording;
   }
   return "";
+}
+
+void take_names(const Manifest& run, Config& config) {
+  std::vector<std::string> names;
+  for (const ManifestFile& input : run.inputs)
+    if (!input.recording.empty()) names.push_back(input.recording);
+  if (names.size() != config.recordings.size() + config.test_recordings.size()) return;
+  auto next = names.begin();
+  for (auto* recordings : {&config.recordings, &config.test_recordings})
+    for (RecordingConfig& recording : *recordings) recording.name = std::move(*next++);
 }
 
 }  // namespace apps

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <nlohmann/json.hpp>
 
+#include "apps/output/json_parts.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/process/path.hpp"
 #include "apps/process/printable.hpp"
@@ -28,7 +29,8 @@ std::string text_at(const Json& object, const char* key) {
 std::vector<ManifestFile> files_at(const Json& document, const char* key) {
   std::vector<ManifestFile> files;
   if (document.contains(key) && document.at(key).is_array())
-    for (const Json& file : document.at(key)) files.push_back({text_at(file, "path"), text_at(file, "sha256")});
+    for (const Json& file : document.at(key))
+      files.push_back({text_at(file, "path"), text_at(file, "sha256"), text_at(file, "recording")});
   return files;
 }
 
@@ -112,12 +114,15 @@ std::string manifest_json(const Manifest& manifest) {
   document["errors"] = texts(manifest.errors);
   const auto files = [](const std::vector<ManifestFile>& list) {
     Json result = Json::array();
-    for (const ManifestFile& file : list) result.push_back({{"path", printable(file.path)}, {"sha256", file.sha256}});
+    for (const ManifestFile& file : list) {
+      result.push_back({{"path", printable(file.path)}, {"sha256", file.sha256}});
+      if (!file.recording.empty()) result.back()["recording"] = printable(file.recording);
+    }
     return result;
   };
   document["inputs"] = files(manifest.inputs);
   document["outputs"] = files(manifest.outputs);
-  return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return text_of(document);
 }
 
 std::optional<Manifest> read_manifest(const fs::path& folder) {
@@ -167,8 +172,9 @@ void add_input(Manifest& manifest, const fs::path& input, const fs::path& folder
   add_input(manifest, input, folder, sha256_file(input));
 }
 
-void add_input(Manifest& manifest, const fs::path& input, const fs::path& folder, std::string sha256) {
-  manifest.inputs.push_back({manifest_path(input, folder), std::move(sha256)});
+void add_input(Manifest& manifest, const fs::path& input, const fs::path& folder, std::string sha256,
+               std::string recording) {
+  manifest.inputs.push_back({manifest_path(input, folder), std::move(sha256), std::move(recording)});
 }
 
 std::string utc_now() {

@@ -9,13 +9,14 @@ namespace apps {
 
 struct ManifestFile {
   std::string path, sha256;
+  std::string recording = {};  ///< what the outputs call the recording that the file is; empty: another file
 };
 
 /// What manifest.json says of a folder of results: how it came about and every file in it but itself.
 struct Manifest {
   std::string command, started_utc, finished_utc;
   std::vector<std::string> arguments, warnings;
-  std::vector<ManifestFile> inputs;   ///< as manifest_path says
+  std::vector<ManifestFile> inputs;   ///< as manifest_path says; recordings in the order of the config
   std::vector<ManifestFile> outputs;  ///< paths relative to the folder, sorted
   std::uint64_t seed = 1;
   bool calibrated = true;           ///< false: some numbers are raw
@@ -52,9 +53,9 @@ inline constexpr const char* manifest_name = "manifest.json";  ///< written last
 
 /// Throws dsp::Fault (input, "file.unreadable").
 void add_input(Manifest& manifest, const std::filesystem::path& input, const std::filesystem::path& folder);
-/// The same of a file whose hash is known.
+/// The same of a file whose hash is known; `recording`: as of ManifestFile.
 void add_input(Manifest& manifest, const std::filesystem::path& input, const std::filesystem::path& folder,
-               std::string sha256);
+               std::string sha256, std::string recording = {});
 
 /// Now, as the manifest writes it: 2026-01-31T12:00:00Z.
 [[nodiscard]] std::string utc_now();

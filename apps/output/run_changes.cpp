@@ -8,7 +8,6 @@
 
 #include "apps/output/manifest.hpp"
 #include "apps/output/run_json.hpp"
-#include "apps/process/path.hpp"
 #include "dsp/io/toml_values.hpp"
 
 namespace apps {
@@ -21,7 +20,7 @@ std::map<std::string, std::string> inputs_of(const Manifest& manifest) {
   std::map<std::string, std::string> inputs;
   std::map<std::string, int> count;
   for (const ManifestFile& input : manifest.inputs) {
-    const std::string name = fs::path(input.path).filename().string();
+    const std::string name = input.recording.empty() ? fs::path(input.path).filename().string() : input.recording;
     const int number = ++count[name];  // several of one name come in their order
     inputs[number == 1 ? name : fmt::format("{} ({})", name, number)] = input.sha256.substr(0, hash_characters);
   }
@@ -53,30 +52,6 @@ void add_differences(std::vector<Change>& changes, Change::Kind kind,
 }
 
 }  // namespace
-
-std::vector<std::string> distinct_names(const std::vector<fs::path>& folders) {
-  std::vector<std::vector<std::string>> parts;
-  std::vector<std::string> names;
-  std::vector<std::size_t> kept(folders.size(), 1);  // how many parts of each make its name
-  for (const fs::path& folder : folders) {
-    const fs::path path = named_path(folder).lexically_normal();
-    parts.emplace_back();
-    for (const fs::path& part : path) parts.back().push_back(part.string());
-    names.push_back(parts.back().back());
-  }
-  for (bool longer = true; longer;) {
-    longer = false;
-    std::map<std::string, int> counts;
-    for (const std::string& name : names) ++counts[name];
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      if (counts[names[i]] < 2 || kept[i] == parts[i].size()) continue;
-      ++kept[i];
-      names[i] = (fs::path(parts[i][parts[i].size() - kept[i]]) / names[i]).string();
-      longer = true;
-    }
-  }
-  return names;
-}
 
 std::vector<Change> changes_between(const std::vector<fs::path>& run_folders) {
   std::vector<std::map<std::string, std::string>> programs, inputs, settings;

@@ -13,9 +13,6 @@ struct Change {
   std::vector<std::string> values;
 };
 
-/// The shortest ends of paths that tell them apart: "mon/run", "tue/run".
-[[nodiscard]] std::vector<std::string> distinct_names(const std::vector<std::filesystem::path>& folders);
-
 /// From manifests (inputs by SHA-256) and configs, as far as runs have them. Names of recordings in configs do not
 /// count: their bytes do.
 [[nodiscard]] std::vector<Change> changes_between(const std::vector<std::filesystem::path>& run_folders);

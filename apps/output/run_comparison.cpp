@@ -7,7 +7,9 @@
 #include <cmath>
 #include <optional>
 
+#include "apps/output/json_parts.hpp"
 #include "apps/output/run_json.hpp"
+#include "apps/process/path.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/fault.hpp"
 
@@ -281,7 +283,7 @@ std::string to_json(const RunComparison& comparison) {
   const Json& truth = comparison.truth;
   if (!truth.is_null()) document["truth"] = truth.at("terms");
   if (truth.contains("terms_as_recorded")) document["truth_as_recorded"] = truth.at("terms_as_recorded");
-  return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return text_of(document);
 }
 
 const Json* term_of(const ComparedColumn& column, const std::string& label) {

@@ -52,7 +52,8 @@ std::vector<std::vector<ManifestFile>> RunFolder::add_files(const std::vector<In
   for (const Input& input : inputs) {
     added.emplace_back();
     for (const std::filesystem::path& file : input.files) {
-      add_input(manifest_, file, folder_.destination(), hashes.of(file));
+      add_input(manifest_, file, folder_.destination(), hashes.of(file),
+                file == input.files.front() ? input.prepared.name : std::string());
       added.back().push_back(manifest_.inputs.back());
       std::error_code unknown;
       const auto size = std::filesystem::file_size(file, unknown);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <set>
 
 #include "apps/process/printable.hpp"
 #include "dsp/io/small_file.hpp"
@@ -223,9 +224,13 @@ dsp::Segmentation apply_segments(const std::vector<LabelledInterval>& intervals,
                          known({interval.from_s, interval.to_s, {}}, edges);  // set aside anyway
     if (meant && !is_edge) asked.push_back(samples_of(interval, prepared.intermediate));
   }
-  if (asked.empty())
+  if (asked.empty()) {
+    std::set<std::string> given;
+    for (const LabelledInterval& interval : intervals) given.insert(interval.recording);
     throw segments_fault("segments.recording", file, 0,
-                         fmt::format("no interval is given for {}", printable(prepared.name)));
+                         fmt::format("no interval is given for {}; there are those of {}", printable(prepared.name),
+                                     printable(fmt::format("{}", fmt::join(given, ", ")), 400)));
+  }
   asked.push_back({dsp::Regime::excluded, 0, 0, fmt::format("no interval of {} covers it", file.filename().string())});
   const auto nowhere = static_cast<int>(asked.size()) - 1;
   std::vector<int> owner = owners(asked, prepared.intermediate.num_samples());

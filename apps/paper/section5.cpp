@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "apps/config/identification.hpp"
+#include "apps/config/recording_name.hpp"
 #include "apps/process/interrupt.hpp"
 #include "apps/process/path.hpp"
 #include "apps/process/system_fault.hpp"
@@ -74,6 +75,7 @@ std::vector<Candidates> candidates_of(const std::vector<const Section5Case*>& ca
 Config config_of(const fs::path& recording, const Section5Way& way, const Section5Options& options) {
   Config config;
   config.recordings.push_back({.file = recording, .sidecar = {}, .use = {}});
+  name_recordings(config);
   config.prepare.recipe = way.recipe;
   config.prepare.equalise = way.equalise;
   config.prepare.rate_hz = 25.6;

@@ -132,8 +132,11 @@ std::vector<SettingHelp> range_help() {
        "the first train_share of its rows"},
       {"range", "where", "Condition on rows: \"abs(v) > 0.004 && t < 830\". It drops rows after all filtering.", "",
        "all rows"},
-      {"range", "recording", "Number (from 1) or name of the recording it is about.", "",
-       "the only one, else all of them"},
+      {"range", "recording",
+       "Number (from 1) or name of the recording it is about, as outputs call it: its file's name, or the end of its "
+       "path "
+       "where several have one name, \"tue/drive.csv\".",
+       "", "the only one, else all of them"},
       {"range", "regime", "Only rows of this regime.", "", "all but stick and excluded"},
       {"", "output", "What a run folder holds. `ardent help files` lists the files."},
       {"output", "full",

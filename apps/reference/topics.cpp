@@ -131,7 +131,9 @@ Page files_page() {
       {"config.toml", "Every setting that was used; it repeats the run."},
       {"log.txt", "Messages of the run, with times: the only file that differs when a run is repeated."},
       {"manifest.json",
-       "Program, command line, inputs and files with their SHA-256. Written last, so a folder that has it is "
+       "Program, command line, inputs with their SHA-256 and, of recordings, the name that all files here call them "
+       "by, "
+       "files with their SHA-256. Written last, so a folder that has it is "
        "complete."}};
   return {
       "files",

@@ -3,12 +3,16 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/config/config.hpp"
 #include "apps/output/factors_file.hpp"
 #include "apps/output/finished_run.hpp"
+#include "apps/output/manifest.hpp"
+#include "apps/process/sha256.hpp"
 #include "support/program.hpp"
 
 using nlohmann::json;
@@ -162,9 +166,13 @@ TEST_CASE("a recording that was fitted is known by its bytes, not by its name", 
   CHECK_THAT(expect(folder, "$ARDENT merge run run", 3, {"[factors.twice]", "the same recording"}).err,
              !Catch::Contains("factors.differ"));
   const apps::Config config = apps::read_config(folder / "run/config.toml");
-  CHECK(apps::fitted_name(folder / "run", config, folder / "drive.csv") == "drive.csv");
-  CHECK(apps::fitted_name(folder / "run", config, folder / "copy.csv") == "drive.csv");
-  CHECK(apps::fitted_name(folder / "run", config, folder / "elsewhere/drive.csv").empty());
+  const apps::Manifest run = *apps::read_manifest(folder / "run");
+  const auto name_of = [&](const char* file) {
+    return apps::fitted_name(run, config, apps::sha256_file(folder / file));
+  };
+  CHECK(name_of("drive.csv") == "drive.csv");
+  CHECK(name_of("copy.csv") == "drive.csv");
+  CHECK(name_of("elsewhere/drive.csv").empty());
 }
 
 TEST_CASE("records of one name from different runs are told apart by their runs", "[apps][manners]") {
@@ -206,8 +214,10 @@ TEST_CASE("an equation of a handful of rows is said to be one", "[apps][manners]
       !Catch::Contains("rows were fitted, with"));
 }
 
-TEST_CASE("two recordings of one name in a run are told apart by their folders", "[apps][manners]") {
-  const Scratch folder;
+namespace {
+
+/// Two recordings of one name, forces of 6 and 7, and a config of both.
+void make_days(const Scratch& folder) {
   for (const char* day : {"mon", "tue"}) {
     fs::create_directory(folder / day);
     record(folder, std::string(day) + "/drive.csv", *day == 'm' ? 7.0 : 6.0);
@@ -215,12 +225,98 @@ TEST_CASE("two recordings of one name in a run are told apart by their folders",
   (void)folder.file("both.toml",
                     "[[recording]]\nfile = \"mon/drive.csv\"\n[[recording]]\nfile = \"tue/drive.csv\"\n"
                     "[library]\norder = 1\n[fit]\nmethods = [\"ols\"]\n");
+}
+
+std::vector<std::string> recordings_in(const json& segments) {
+  std::set<std::string> names;
+  for (const json& interval : segments) names.insert(interval["recording"].get<std::string>());
+  return {names.begin(), names.end()};
+}
+
+}  // namespace
+
+TEST_CASE("two recordings of one name in a run are told apart by their folders", "[apps][manners][names]") {
+  const Scratch folder;
+  make_days(folder);
   expect(folder, "$ARDENT run both.toml -o run", 0, {"mon/drive.csv: ", "tue/drive.csv: "});
+  std::vector<std::string> ranges;
+  const json equation = json::parse(bytes_of(folder / "run/equation.json"));
+  for (const json& range : equation["ranges"]) ranges.push_back(range["name"]);
+  CHECK(ranges == std::vector<std::string>{"mon/drive", "tue/drive", "all recordings"});
   const json segments = json::parse(bytes_of(folder / "run/segments.json"));
-  CHECK(segments.front()["recording"] == "mon/drive.csv");
-  CHECK(segments.back()["recording"] == "tue/drive.csv");
-  const apps::Config config = apps::read_config(folder / "run/config.toml");
-  CHECK(apps::fitted_name(folder / "run", config, folder / "tue/drive.csv") == "tue/drive.csv");
+  CHECK(recordings_in(segments) == std::vector<std::string>{"mon/drive.csv", "tue/drive.csv"});
   expect(folder, "$ARDENT -q run both.toml -o again --set segment.file=run/segments.json", 0, {});
   CHECK(bytes_of(folder / "again/metrics.json") == bytes_of(folder / "run/metrics.json"));
+}
+
+TEST_CASE("names do not depend on where a command is typed or how a path is written", "[apps][manners][names]") {
+  const Scratch folder;
+  make_days(folder);
+  const std::string absolute = fs::canonical(folder / "tue").string();
+  (void)folder.file("mon/both.toml",
+                    "[[recording]]\nfile = \"drive.csv\"\n[[recording]]\nfile = \"../tue/drive.csv\"\n"
+                    "[library]\norder = 1\n[fit]\nmethods = [\"ols\"]\n");
+  (void)folder.file("absolute.toml", "[[recording]]\nfile = \"mon/../mon/drive.csv\"\n[[recording]]\nfile = \"" +
+                                         absolute + "/drive.csv\"\n[library]\norder = 1\n[fit]\nmethods = [\"ols\"]\n");
+  expect(folder, "$ARDENT -q run both.toml -o run", 0, {});
+  expect(folder, "cd mon && $ARDENT -q run both.toml -o ../second", 0, {});
+  expect(folder, "cd tue && $ARDENT -q run ../absolute.toml -o ../third", 0, {});
+  for (const char* run : {"second", "third"}) {
+    CAPTURE(run);
+    for (const char* file : {"metrics.json", "equation.json", "segments.json", "quality.json"})
+      CHECK(bytes_of(folder / run / file) == bytes_of(folder / "run" / file));
+    // Segments of one run handed to another, from a third folder.
+    expect(folder,
+           std::string("cd mon && $ARDENT -q run both.toml -o again --force --set segment.file=../") + run +
+               "/segments.json",
+           0, {});
+  }
+  expect(folder, "cd tue && $ARDENT run ../second --json", 0, {"\"same\": true"});
+  const auto predicted = [&](const std::string& command) {
+    expect(folder, command + " -o " + (folder / "predicted").string() + " --force", 0, {});
+    return json::parse(bytes_of(folder / "predicted/predict.json"));
+  };
+  const json whole = predicted("$ARDENT -q predict run tue/drive.csv");
+  CHECK(whole["recording"] == "tue/drive.csv");
+  CHECK(predicted("cd tue && $ARDENT -q predict ../second drive.csv") == whole);
+  CHECK(predicted("cd mon && $ARDENT -q predict ../third " + absolute + "/drive.csv") == whole);
+}
+
+TEST_CASE("a run folder keeps the names of its recordings, whatever becomes of their folders",
+          "[apps][manners][names]") {
+  const Scratch folder;
+  fs::create_directory(folder / "site");
+  fs::create_directory(folder / "site/sub");
+  record(folder, "site/drive.csv");
+  record(folder, "site/sub/drive.csv", 6.0);
+  (void)folder.file("site/both.toml",
+                    "[[recording]]\nfile = \"drive.csv\"\n[[recording]]\nfile = \"sub/drive.csv\"\n"
+                    "[library]\norder = 1\n[fit]\nmethods = [\"ols\"]\n");
+  expect(folder, "cd site && $ARDENT -q run both.toml -o run && cd .. && mv site moved && $ARDENT run moved/run", 0,
+         {"results"});
+  const apps::Manifest run = *apps::read_manifest(folder / "moved/run");
+  const apps::Config config = apps::read_config(folder / "moved/run/config.toml");
+  CHECK(apps::fitted_name(run, config, apps::sha256_file(folder / "moved/drive.csv")) == "site/drive.csv");
+  expect(folder, "$ARDENT predict moved/run moved/drive.csv", 0, {"site/drive.csv: error"});
+}
+
+TEST_CASE("a range is about the recording that outputs call so, however short where that is clear",
+          "[apps][manners][names]") {
+  const Scratch folder;
+  make_days(folder);
+  fs::copy(folder / "tue/drive.csv", folder / "tue/other.csv");
+  const std::string head =
+      "[[recording]]\nfile = \"mon/drive.csv\"\n[[recording]]\nfile = \"tue/drive.csv\"\n"
+      "[[recording]]\nfile = \"tue/other.csv\"\n[[range]]\nrecording = ";
+  for (const auto& [name, number] : {std::pair{"mon/drive.csv", 1}, std::pair{"tue/drive.csv", 2},
+                                     std::pair{"tue/drive", 2}, std::pair{"other.csv", 3}, std::pair{"other", 3}}) {
+    CAPTURE(name);
+    const auto file = folder.file("c.toml", head + "\"" + name + "\"\n");
+    CHECK(apps::read_config(file).ranges.front().recording == number);
+  }
+  (void)folder.file("c.toml", head + "\"drive.csv\"\n");
+  expect(folder, "$ARDENT run c.toml -o run", 2,
+         {"several recordings are called 'drive.csv', want one of mon/drive.csv, tue/drive.csv, other.csv"});
+  (void)folder.file("c.toml", head + "\"wed/drive.csv\"\n");
+  expect(folder, "$ARDENT run c.toml -o run", 2, {"no recording 'wed/drive.csv', want one of mon/drive.csv"});
 }

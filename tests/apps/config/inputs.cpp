@@ -7,6 +7,7 @@
 #include <numbers>
 #include <random>
 
+#include "apps/config/recording_name.hpp"
 #include "dsp/faults.hpp"
 #include "support/scratch.hpp"
 
@@ -27,6 +28,7 @@ std::string motion(double highest_hz) {
 apps::Config config_of(const std::vector<std::filesystem::path>& files) {
   apps::Config config;
   for (const auto& file : files) config.recordings.push_back({.file = file});
+  apps::name_recordings(config);
   return config;
 }
 

@@ -4,15 +4,6 @@
 
 #include "apps/output/text_grid.hpp"
 
-using Names = std::vector<std::string>;
-
-TEST_CASE("runs are called by the shortest ends of their paths that differ", "[apps][run_changes]") {
-  CHECK(apps::distinct_names({"mon/run", "tue/run"}) == Names{"mon/run", "tue/run"});
-  CHECK(apps::distinct_names({"a/first", "a/second/"}) == Names{"first", "second"});
-  CHECK(apps::distinct_names({"x/mon/run", "y/mon/run", "z"}) == Names{"x/mon/run", "y/mon/run", "z"});
-  CHECK(apps::distinct_names({"run", "run"}) == Names{"run", "run"});  // the same folder twice
-}
-
 TEST_CASE("a grid is never wider than asked, and loses no cell", "[apps][run_changes]") {
   apps::TextGrid grid{"term", {}, {"x", "a term of a very long name, longer than any column"}, {{}, {}}};
   for (int i = 0; i < 40; ++i) {
