@@ -10,6 +10,7 @@
 #include "apps/cli/command.hpp"
 #include "apps/cli/simulate_jobs.hpp"
 #include "apps/config/parameter_settings.hpp"
+#include "apps/output/json_parts.hpp"
 #include "apps/process/output_folder.hpp"
 #include "dsp/fault.hpp"
 
@@ -43,12 +44,12 @@ void run_simulate(const SimulateArguments& arguments, Console& console) {
                : arguments.frc           ? sweep_rig(arguments, folder, console, truth)
                                          : simulate_rig(arguments, folder, console, truth);
   files.emplace_back("truth.json");
-  folder.write(files.back(), truth.dump(2) + "\n");
+  folder.write(files.back(), text_of(truth));
   folder.commit(std::move(manifest));
   if (console.json()) {
     ordered_json summary{{"system", arguments.system}, {"seed", arguments.seed}, {"files", ordered_json::array()}};
     for (const auto& file : files) summary["files"].push_back(folder.shown(file).string());
-    console.result(summary.dump(2) + "\n");
+    console.result(text_of(summary));
     return;
   }
   std::string text;

@@ -5,6 +5,7 @@
 
 #include "apps/cli/simulate_jobs.hpp"
 #include "apps/config/parameter_settings.hpp"
+#include "apps/output/json_parts.hpp"
 #include "apps/output/response_report.hpp"
 #include "apps/output/truth_json.hpp"
 
@@ -35,9 +36,8 @@ std::vector<std::string> sweep_rig(const SimulateArguments& arguments, const Out
     truth["sweep"] = sweep_json(options);
     truth["frequency_response"] = response_json(reported.response);
     folder.write("frc.csv", response_csv(reported));
-    folder.write(
-        "frc.json",
-        ordered_json{{"sweep", truth["sweep"]}, {"frequency_response", truth["frequency_response"]}}.dump(2) + "\n");
+    folder.write("frc.json",
+                 text_of(ordered_json{{"sweep", truth["sweep"]}, {"frequency_response", truth["frequency_response"]}}));
     folder.write("frc.svg", to_svg(response_figure(reported, fmt::format("Twin {}, base motion of {:g} mm", twin,
                                                                          1e3 * options.amplitude_m))));
     if (!console.json()) console.result(response_text(reported.response));

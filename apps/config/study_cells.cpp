@@ -213,74 +213,94 @@ std::vector<StudyCell> study_cells(const std::vector<StudyAxis>& axes, bool grid
   return cells;
 }
 
-std::vector<StudyResult> run_cells(const StudyRequest& request, Console& console) {
-  std::vector<StudyResult> results;
+namespace {
+
+/// What can be run of a study, in the order of its cells.
+struct StudyPlan {
+  std::vector<StudyResult> results;  ///< of every cell, with what keeps some from being run
   std::vector<dsp::PrepareOptions> ways;
-  std::map<std::string, std::vector<Job>> groups;  // by preparation
-  std::vector<std::string> order;
+  std::vector<std::vector<Job>> groups;  ///< by preparation
   dsp::Faults infeasible;
+};
+
+StudyPlan plan_of(const StudyRequest& request) {
+  StudyPlan plan;
+  std::map<std::string, std::size_t> group_of;
   for (const StudyCell& cell : request.cells) {
-    results.push_back({{}, cell});
+    plan.results.push_back({{}, cell});
     Config config;
     try {
       config = feasible_config(request, cell);
     } catch (const dsp::Fault& fault) {
       if (cell.setting.empty() || !is_out_of_range(fault)) throw;
-      infeasible.add(fault);
-      results.back().trouble = reason_of(fault, cell);
+      plan.infeasible.add(fault);
+      plan.results.back().trouble = reason_of(fault, cell);
       continue;
     }
-    if (std::find(ways.begin(), ways.end(), config.prepare) == ways.end()) ways.push_back(config.prepare);
-    const std::string key = preparation_key(config);
-    if (!groups.contains(key)) order.push_back(key);
-    groups[key].push_back({results.size() - 1, std::move(config)});
+    if (std::find(plan.ways.begin(), plan.ways.end(), config.prepare) == plan.ways.end())
+      plan.ways.push_back(config.prepare);
+    const auto [group, is_new] = group_of.emplace(preparation_key(config), plan.groups.size());
+    if (is_new) plan.groups.emplace_back();
+    plan.groups[group->second].push_back({plan.results.size() - 1, std::move(config)});
   }
+  return plan;
+}
+
+/// The cells of one preparation. `console` is told what is the same for every cell, `steps` what is being done.
+void run_group(std::vector<Job>& jobs, const StudyRequest& request, std::vector<Input> inputs,
+               std::vector<StudyResult>& results, std::size_t& done, Console& console, Console& steps) {
+  Console silent({.verbosity = -1, .progress = ProgressMode::never});
+  const auto vary = [&](std::size_t k) {
+    check_interrupted();
+    const StudyCell& cell = results[jobs[k].place].cell;
+    steps.step(fmt::format("{}/{}: {}", ++done, request.cells.size(), cell.label()));
+    Config& config = jobs[k].config;
+    if (k > 0) config.zero.kind = ZeroChoice::Kind::none;  // it is subtracted
+    settle(config, inputs, k > 0 ? silent : console);
+    refuse_warnings(request.strict, steps);
+    ident::StudyCase one = case_of(config, cell, inputs, request.num_threads);
+    one.options.poll = shown_poll(
+        steps, "study", [&] { return static_cast<double>(done - 1) / static_cast<double>(request.cells.size()); });
+    if (k == 0) require_unclipped(config, inputs);
+    return one;
+  };
+  const auto outcomes =
+      ident::study(records_of(inputs), jobs.size(), vary,
+                   request.max_memory_bytes > 0 ? request.max_memory_bytes : dsp::ReadOptions{}.max_memory_bytes);
+  for (std::size_t k = 0; k < jobs.size(); ++k) {
+    static_cast<ident::StudyOutcome&>(results[jobs[k].place]) = outcomes[k];
+    results[jobs[k].place].keeps_motion = keeps_motion(inputs);
+  }
+}
+
+}  // namespace
+
+std::vector<StudyResult> run_cells(const StudyRequest& request, Console& console) {
+  StudyPlan plan = plan_of(request);
+  std::vector<StudyResult>& results = plan.results;
   const bool varies = std::any_of(results.begin(), results.end(), [](const StudyResult& result) {
     return !result.cell.setting.empty() && result.trouble.empty();
   });
-  if (!varies) infeasible.raise();
-  const auto sources = read_sources(groups.at(order.front()).front().config, ways, request.max_memory_bytes, console);
+  if (!varies) plan.infeasible.raise();
+  const auto sources = read_sources(plan.groups.front().front().config, plan.ways, request.max_memory_bytes, console);
   Console silent({.verbosity = -1, .progress = ProgressMode::never});  // what is the same for every cell is said once
   std::size_t done = 0;
-  const auto run_group = [&](std::vector<Job>& jobs) {
-    Console& teller = done == 0 ? console : silent;
-    const auto way = std::find(ways.begin(), ways.end(), jobs.front().config.prepare) - ways.begin();
-    std::vector<Input> inputs = prepare_inputs(sources, static_cast<std::size_t>(way), jobs.front().config, teller);
-    const auto vary = [&](std::size_t k) {
-      check_interrupted();
-      const StudyCell& cell = results[jobs[k].place].cell;
-      console.step(fmt::format("{}/{}: {}", ++done, request.cells.size(), cell.label()));
-      Config& config = jobs[k].config;
-      if (k > 0) config.zero.kind = ZeroChoice::Kind::none;  // it is subtracted
-      settle(config, inputs, k > 0 ? silent : teller);
-      refuse_warnings(request.strict, console);
-      ident::StudyCase one = case_of(config, cell, inputs, request.num_threads);
-      one.options.poll = shown_poll(
-          console, "study", [&] { return static_cast<double>(done - 1) / static_cast<double>(request.cells.size()); });
-      if (k == 0) require_unclipped(config, inputs);
-      return one;
-    };
-    const auto outcomes =
-        ident::study(records_of(inputs), jobs.size(), vary,
-                     request.max_memory_bytes > 0 ? request.max_memory_bytes : dsp::ReadOptions{}.max_memory_bytes);
-    for (std::size_t k = 0; k < jobs.size(); ++k) {
-      static_cast<ident::StudyOutcome&>(results[jobs[k].place]) = outcomes[k];
-      results[jobs[k].place].keeps_motion = keeps_motion(inputs);
-    }
-  };
-  for (const std::string& key : order) {
-    std::vector<Job>& jobs = groups.at(key);
+  for (std::vector<Job>& jobs : plan.groups) {
     try {
-      run_group(jobs);
+      Console& teller = done == 0 ? console : silent;
+      const Config& first = jobs.front().config;
+      const auto way = std::find(plan.ways.begin(), plan.ways.end(), first.prepare) - plan.ways.begin();
+      std::vector<Input> inputs = prepare_inputs(sources, static_cast<std::size_t>(way), first, teller);
+      run_group(jobs, request, std::move(inputs), results, done, teller, console);
     } catch (const dsp::Fault& fault) {  // some settings leave nothing to identify from
       if (jobs.front().place == 0 || fault.kind() == dsp::FaultKind::output) throw;
       for (const Job& job : jobs) results[job.place].trouble = fault.what();
-      infeasible.add(fault);
+      plan.infeasible.add(fault);
     }
   }
   if (std::none_of(results.begin(), results.end(), [](const auto& result) { return result.trouble.empty(); }))
-    infeasible.raise();
-  return results;
+    plan.infeasible.raise();
+  return std::move(plan.results);
 }
 
 }  // namespace apps

@@ -7,6 +7,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "apps/output/json_number.hpp"
+#include "apps/output/json_parts.hpp"
 #include "apps/output/response_report.hpp"
 #include "apps/process/printable.hpp"
 
@@ -89,10 +91,6 @@ std::vector<std::string> remarks_of(const EquationResponse& result) {
 
 std::string frequency_text(double hz) {
   return std::isfinite(hz) ? fmt::format("{:.6g}", hz) : "-";
-}
-
-Json number_or_null(double value) {
-  return std::isfinite(value) ? Json(value) : Json();
 }
 
 Json json_of(const EquationResponse& result) {
@@ -189,7 +187,7 @@ std::string response_text(const EquationResponse& result) {
 }
 
 std::string response_document(const EquationResponse& result) {
-  return json_of(result).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return text_of(json_of(result));
 }
 
 std::string response_csv(const EquationResponse& result) {

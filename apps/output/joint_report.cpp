@@ -10,6 +10,7 @@
 #include <set>
 
 #include "apps/output/json_number.hpp"
+#include "apps/output/json_parts.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/fault.hpp"
 #include "ident/methods.hpp"
@@ -206,7 +207,7 @@ std::string joint_json(const std::vector<ident::JointResult>& results) {
     for (const ident::JointFit& fit : result.fits) range["methods"].push_back(fit_json(fit));
     document["ranges"].push_back(std::move(range));
   }
-  return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return text_of(document);
 }
 
 }  // namespace apps

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "apps/output/json_number.hpp"
+#include "apps/output/json_parts.hpp"
 #include "apps/process/printable.hpp"
 #include "ident/model.hpp"
 
@@ -17,10 +19,6 @@ using Eigen::Index;
 void put(Json& object, const std::string& key, const ident::Figure& figure) {
   object[key] = figure.reason.empty() ? Json(figure.value) : Json();
   if (!figure.reason.empty()) object[key + "_reason"] = printable(figure.reason);
-}
-
-Json number_or_null(double value) {
-  return std::isfinite(value) ? Json(value) : Json();
 }
 
 std::string shown(const ident::Figure& figure) {
@@ -63,7 +61,7 @@ std::string prediction_json(const ident::RecordPrediction& prediction) {
                                         {"here", number_or_null(one.here)},
                                         {"here_std", number_or_null(one.here_std)},
                                         {"carries_over", one.carries ? Json(*one.carries) : Json()}});
-  return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return text_of(document);
 }
 
 CsvTable prediction_table(std::string name, ident::RecordPrediction prediction) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "apps/output/json_parts.hpp"
 #include "apps/process/printable.hpp"
 
 namespace apps {
@@ -64,7 +65,7 @@ std::string repeat_json(const RepeatReport& report) {
                                     {"now", report.program_now}}},
                                   {"inputs", json_of(report.inputs)},
                                   {"results", json_of(report.results)}};
-  return document.dump(2) + "\n";
+  return text_of(document);
 }
 
 }  // namespace apps

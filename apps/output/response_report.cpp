@@ -5,6 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "apps/output/json_number.hpp"
+
 namespace apps {
 namespace {
 
@@ -29,10 +31,6 @@ std::string rows(const Points& points, const ident::ResponseBand& band, const ch
     text += "\n";
   }
   return text;
-}
-
-ordered_json number_or_null(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json();
 }
 
 ordered_json peak_json(const Points& points) {
