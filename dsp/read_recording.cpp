@@ -298,7 +298,8 @@ RecordingReader::RecordingReader(const fs::path& file, const ReadOptions& option
   if (all_scaled) return;
   BridgeOptions bridge{description.name,           {},
                        description.sample_rate_hz, state.num_frames,
-                       options.max_gap_s,          options.max_missing_fraction};
+                       options.max_gap_s,          options.max_missing_fraction,
+                       options.max_memory_bytes};
   for (const auto& channel : description.channels) bridge.channels.push_back(channel.name);
   state.bridge.emplace(std::move(bridge));
 }
@@ -344,6 +345,10 @@ Eigen::Index RecordingReader::read(FrameBlock& block, Eigen::Index max_frames) {
   return state.bridge->take(block, max_frames);
 }
 
+void RecordingReader::set_bytes_beside(double bytes) {
+  if (state_->bridge) state_->bridge->set_bytes_beside(bytes);
+}
+
 Eigen::Index RecordingReader::skip(Eigen::Index num_frames) {
   auto& state = *state_;
   Eigen::Index skipped = 0;
@@ -368,8 +373,9 @@ Recording read_recording(const fs::path& file, const ReadOptions& options) {
   const auto frames = static_cast<Eigen::Index>(reader.num_frames());
   const auto width = static_cast<Eigen::Index>(reader.description().channels.size());
   constexpr Eigen::Index block_frames = 16384;
-  require_memory(reader.description().name, sizeof(double) * static_cast<double>(frames) * static_cast<double>(width),
-                 options.max_memory_bytes);
+  const double bytes = sizeof(double) * static_cast<double>(frames) * static_cast<double>(width);
+  require_memory(reader.description().name, bytes, options.max_memory_bytes);
+  reader.set_bytes_beside(bytes);
   Eigen::MatrixXd samples(frames, width);
   FrameBlock block;
   Eigen::Index done = 0;

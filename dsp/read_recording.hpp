@@ -46,6 +46,9 @@ class RecordingReader {
   /// Inf) are bridged by straight lines and noted in description().bad. Throws Fault sample.missing, sample.huge
   /// (input).
   Eigen::Index read(FrameBlock& block, Eigen::Index max_frames);
+  /// Memory that whoever reads takes beside the reader. It is counted where frames must be held until a late channel
+  /// begins: read() throws Fault memory.limit (numerics) before both would pass ReadOptions::max_memory_bytes.
+  void set_bytes_beside(double bytes);
   /// Leaves out the next frames, without looking at them where the files allow; returns how many, fewer at the end
   /// only.
   Eigen::Index skip(Eigen::Index num_frames);

@@ -155,10 +155,11 @@ std::vector<std::string> lacking(const std::vector<const Record*>& records, cons
 }
 
 /// What a recording takes while it is fitted: signals at the intermediate rate and filtered, the column of every term,
-/// and some twenty more for regimes, residuals and free runs (measured: 33 + 0.98 a term for seven signals); speeds
-/// with their kinks, the signs of switches and a column on its way are four.
+/// once as they are formed and once more for the range that is fitted, which moves switches in its own; and some sixty
+/// for regimes, noise, residuals, what else may explain them and free runs (measured: 80 + 1.96 a term for eight
+/// signals and three methods); speeds with their kinks, the signs of switches and a column on its way are four.
 double fit_bytes(const dsp::Motion& signals, std::size_t num_terms) {
-  const double columns = 2.0 * static_cast<double>(signals.signals.size()) + static_cast<double>(num_terms) + 24.0;
+  const double columns = 2.0 * static_cast<double>(signals.signals.size() + num_terms) + 64.0;
   return sizeof(double) * columns * static_cast<double>(signals.num_samples());
 }
 

@@ -136,15 +136,20 @@ std::vector<std::shared_ptr<IntermediateRecording>> read_intermediate(RecordingR
                                                                       const StreamOptions& stream) {
   const Recording& description = reader.description();
   const auto num_frames = static_cast<Index>(reader.num_frames());
+  std::vector<double> reading;
   for (const PrepareOptions& asked : options) {
     const double intermediate_rate_hz = resolved(asked, description.sample_rate_hz).intermediate_rate_hz;
+    reading.push_back(reading_bytes(description, num_frames, intermediate_rate_hz));
     require_memory(description.name,
-                   std::max(reading_bytes(description, num_frames, intermediate_rate_hz),
-                            prepared_bytes(description, num_frames, intermediate_rate_hz)),
+                   std::max(reading.back(), prepared_bytes(description, num_frames, intermediate_rate_hz)),
                    stream.max_memory_bytes);
   }
   std::vector<std::size_t> served_by;
   std::vector<Filling> filling = fillings(description, num_frames, options, served_by);
+  double bytes = 0.0;
+  for (std::size_t i = 0; i < filling.size(); ++i)  // ways that share one fill it together
+    bytes += reading[static_cast<std::size_t>(std::find(served_by.begin(), served_by.end(), i) - served_by.begin())];
+  reader.set_bytes_beside(bytes);
   FrameBlock block;
   Index done = 0;
   while (const Index count = reader.read(block, stream.block_frames)) {

@@ -4,31 +4,30 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+
+#include "dsp/memory_limit.hpp"
 
 namespace dsp {
 
-GapBridge::GapBridge(BridgeOptions options) : options_(std::move(options)), open_(options_.channels.size()) {
-  held_.resize(0, static_cast<Eigen::Index>(open_.size()));
-}
+GapBridge::GapBridge(BridgeOptions options) : options_(std::move(options)), open_(options_.channels.size()) {}
 
 void GapBridge::push(FrameBlock frames) {
-  const auto begin = held_.rows();
-  if (begin == 0) {
-    held_ = std::move(frames);
-  } else {
-    held_.conservativeResize(begin + frames.rows(), Eigen::NoChange);
-    held_.bottomRows(frames.rows()) = frames;
-  }
-  for (Eigen::Index channel = 0; channel < held_.cols(); ++channel) check_channel(channel, begin);
+  if (frames.rows() == 0) return;
+  held_.push_back({end_, std::move(frames)});
+  end_ += held_.back().frames.rows();
+  for (Eigen::Index channel = 0; channel < std::ssize(open_); ++channel) check_channel(channel);
 }
 
-void GapBridge::check_channel(Eigen::Index channel, Eigen::Index begin) {
+// Of the block that came last.
+void GapBridge::check_channel(Eigen::Index channel) {
   constexpr double largest = 1e100;
   auto& open = open_[static_cast<std::size_t>(channel)];
   const auto& name = options_.channels[static_cast<std::size_t>(channel)];
-  for (Eigen::Index i = begin; i < held_.rows(); ++i) {
-    const double value = held_(i, channel);
-    const auto frame = held_first_ + i;
+  const Held& last = held_.back();
+  for (Eigen::Index i = 0; i < last.frames.rows(); ++i) {
+    const double value = last.frames(i, channel);
+    const auto frame = last.first + i;
     if (std::abs(value) <= largest) {
       if (open.first >= 0) close(channel, frame, value, true);
       open.before = value;
@@ -41,7 +40,7 @@ void GapBridge::check_channel(Eigen::Index channel, Eigen::Index begin) {
                               static_cast<double>(frame) / options_.sample_rate_hz));
     if (open.first < 0) open.first = frame;
     if (!open.has_before) {
-      require_begin(channel, i + 1);
+      require_begin(channel, frame + 1 - first_);
       continue;
     }
     ++open.num_missing;
@@ -59,9 +58,11 @@ void GapBridge::check_channel(Eigen::Index channel, Eigen::Index begin) {
 }
 
 // Frames are held until every channel has begun.
-void GapBridge::require_begin(Eigen::Index channel, Eigen::Index num_held) const {
+void GapBridge::require_begin(Eigen::Index channel, std::int64_t num_held) const {
   constexpr double most_values = 1 << 24;  // 128 MB
-  if (static_cast<double>(num_held) * static_cast<double>(held_.cols()) <= most_values) return;
+  const double values = static_cast<double>(num_held) * static_cast<double>(open_.size());
+  require_memory(options_.name, bytes_beside_ + sizeof(double) * values, options_.max_memory_bytes);
+  if (values <= most_values) return;
   throw Fault(
       FaultKind::input, "sample.missing",
       fmt::format("{}: channel '{}' has no value in the first {:.6g} s. Leave the channel out or cut the recording",
@@ -78,9 +79,13 @@ void GapBridge::close(Eigen::Index channel, std::int64_t end, double behind, boo
   const double before = open.has_before ? open.before : behind;
   if (!has_behind) behind = before;
   const auto steps = static_cast<double>(end - open.first + 1);
+  auto block = std::prev(std::upper_bound(held_.begin(), held_.end(), open.first,
+                                          [](std::int64_t frame, const Held& held) { return frame < held.first; }));
   for (auto frame = open.first; frame < end; ++frame) {
+    if (frame == block->first + block->frames.rows()) ++block;
     const double fraction = static_cast<double>(frame - open.first + 1) / steps;
-    held_(static_cast<Eigen::Index>(frame - held_first_), channel) = (1 - fraction) * before + fraction * behind;
+    block->frames(static_cast<Eigen::Index>(frame - block->first), channel) =
+        (1 - fraction) * before + fraction * behind;
   }
   const double from_s = static_cast<double>(open.first) / options_.sample_rate_hz;
   const double to_s = static_cast<double>(end) / options_.sample_rate_hz;
@@ -94,28 +99,35 @@ void GapBridge::close(Eigen::Index channel, std::int64_t end, double behind, boo
 }
 
 void GapBridge::finish() {
-  const auto end = held_first_ + held_.rows();
   for (std::size_t channel = 0; channel < open_.size(); ++channel)
-    if (open_[channel].first >= 0) close(static_cast<Eigen::Index>(channel), end, 0.0, false);
+    if (open_[channel].first >= 0) close(static_cast<Eigen::Index>(channel), end_, 0.0, false);
 }
 
 Eigen::Index GapBridge::num_ready() const {
-  auto ready = held_first_ + held_.rows();
+  auto ready = end_;
   for (const auto& open : open_)
     if (open.first >= 0) ready = std::min(ready, open.first);
-  return static_cast<Eigen::Index>(ready - held_first_);
+  return static_cast<Eigen::Index>(ready - first_);
 }
 
 Eigen::Index GapBridge::take(FrameBlock& block, Eigen::Index max_frames) {
   const auto count = std::min(num_ready(), max_frames);
-  if (count == held_.rows()) {
-    block.swap(held_);
-    held_.resize(0, block.cols());
-  } else {
-    block = held_.topRows(count);
-    held_ = held_.bottomRows(held_.rows() - count).eval();
+  if (count > 0 && first_ == held_.front().first && count == held_.front().frames.rows()) {
+    block.swap(held_.front().frames);
+    held_.pop_front();
+    first_ += count;
+    return count;
   }
-  held_first_ += count;
+  block.resize(count, std::ssize(open_));
+  for (Eigen::Index done = 0; done < count;) {
+    const Held& front = held_.front();
+    const auto from = static_cast<Eigen::Index>(first_ - front.first);
+    const auto some = std::min(count - done, front.frames.rows() - from);
+    block.middleRows(done, some) = front.frames.middleRows(from, some);
+    done += some;
+    first_ += some;
+    if (from + some == front.frames.rows()) held_.pop_front();
+  }
   return count;
 }
 

@@ -1,5 +1,7 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <string>
 #include <vector>
 
@@ -15,18 +17,22 @@ struct BridgeOptions {
   std::int64_t num_frames = 0;  ///< of the whole recording
   double max_gap_s = 1.0;
   double max_missing_fraction = 0.05;
+  std::size_t max_memory_bytes = std::size_t{4} << 30;
 };
 
 /// Streams frames through and replaces what is missing (NaN, infinite) by straight lines between its neighbours, or by
 /// the nearest value at the ends of the recording. Frames leave once nothing in them is open; block sizes change
-/// nothing. What lacks before the first value of a channel is no gap: its sensor was not on yet. Throws Fault (input):
-/// sample.missing where a gap is longer than max_gap_s or too much is missing, or a channel begins too late for what is
-/// held of the others until then or never; sample.huge for a value beyond 1e100, whose square would not fit.
+/// nothing. What lacks before the first value of a channel is no gap: its sensor was not on yet. Each frame is moved or
+/// copied once on its way in and once on its way out, however many are held. Throws Fault (input): sample.missing where
+/// a gap is longer than max_gap_s or too much is missing, or a channel begins too late for what is held of the others
+/// until then or never; sample.huge for a value beyond 1e100, whose square would not fit; memory.limit (numerics).
 class GapBridge {
  public:
   explicit GapBridge(BridgeOptions options);
   /// Takes frames; they may leave at once or later.
   void push(FrameBlock frames);
+  /// Memory that is taken beside what is held until a late channel begins; counted with it.
+  void set_bytes_beside(double bytes) { bytes_beside_ = bytes; }
   /// No more frames will come.
   void finish();
   [[nodiscard]] Eigen::Index num_ready() const;
@@ -46,14 +52,20 @@ class GapBridge {
     std::int64_t num_gaps = 0;
     double first_place_s = 0.0;
   };
-  void check_channel(Eigen::Index channel, Eigen::Index begin);
-  void require_begin(Eigen::Index channel, Eigen::Index num_held) const;
+  /// Frames from `first` on.
+  struct Held {
+    std::int64_t first = 0;
+    FrameBlock frames;
+  };
+  void check_channel(Eigen::Index channel);
+  void require_begin(Eigen::Index channel, std::int64_t num_held) const;
   void close(Eigen::Index channel, std::int64_t end, double behind, bool has_behind);
 
   BridgeOptions options_;
   std::vector<Open> open_;
-  FrameBlock held_;  ///< frames from held_first_ on that have not left
-  std::int64_t held_first_ = 0;
+  std::deque<Held> held_;             ///< frames [first_, end_) are those that have not left
+  std::int64_t first_ = 0, end_ = 0;  ///< first_ may be amid the first block
+  double bytes_beside_ = 0.0;
   std::vector<Interval> bridged_;
 };
 

@@ -77,6 +77,31 @@ TEST_CASE("a recording takes what the limit on memory says, and is refused befor
   }
 }
 
+TEST_CASE("a fit takes what the limit on memory says, however many terms there are", "[apps][memory]") {
+  const Scratch folder;
+  std::string text = "t,x,f\n";
+  char line[80];
+  for (int i = 0; i < 150'000; ++i) {
+    const double t = 0.01 * i, phase = 5.0 * t + 2.0 * std::sin(0.1 * t);
+    std::snprintf(line, sizeof line, "%.2f,%.8f,%.6f\n", t, 0.01 * std::sin(phase), 0.5 * std::cos(phase));
+    text += line;
+  }
+  (void)folder.file("drive.csv", text);
+  const double idle_bytes = 1024.0 * static_cast<double>(support::run(folder, "$ARDENT --version").peak_kb);
+  for (const char* order : {"1", "6"}) {
+    const std::string command =
+        std::string("$ARDENT -q run drive.csv -o run --force --threads 1 --set library.order=") + order +
+        " --set 'fit.methods=[\"ols\"]' --set prepare.rate_hz=100 --set prepare.cutoff_hz=30 --max-memory ";
+    const auto refused = support::expect(folder, command + "30", 4, {"[memory.limit]"}).err;
+    const double needed_mb = std::stod(refused.substr(refused.find("needs ") + 6));
+    const auto taken = support::run(folder, command + std::to_string(static_cast<int>(std::ceil(needed_mb))));
+    CAPTURE(order, needed_mb, taken.peak_kb, taken.err);
+    CHECK(taken.code == 0);
+    // A quarter more: the page and what does not grow with the rows.
+    CHECK(1024.0 * static_cast<double>(taken.peak_kb) - idle_bytes <= 1.25e6 * needed_mb);
+  }
+}
+
 TEST_CASE("a hundred thousand columns are listed quickly, and refused before they take more than is allowed",
           "[apps][memory]") {
   const Scratch folder;

@@ -464,6 +464,24 @@ TEST_CASE("a recording larger than the memory allowed is refused before it is re
               FaultKind::numerics, "memory.limit", {"needs 0.016 MB of memory, 0.016 MB"});
 }
 
+TEST_CASE("frames held until a late channel begins count with what is taken beside the reader",
+          "[dsp][read_recording]") {
+  const Scratch scratch;
+  std::string text = "t,x,y\n";
+  for (int i = 0; i < 1000; ++i)
+    text += fmt::format("{:.2f},{},{}\n", 0.01 * i, i % 7, i < 700 ? "NaN" : std::to_string(i % 5));
+  const auto file = scratch.file("late.csv", text);
+  dsp::FrameBlock block;
+  for (const bool fits : {true, false}) {
+    dsp::RecordingReader reader(file, {.max_memory_bytes = 100'000});
+    reader.set_bytes_beside(fits ? 100'000.0 - 16.0 * 700 : 100'001.0 - 16.0 * 700);  // two channels of 8 bytes
+    if (fits)
+      CHECK(reader.read(block, 2000) == 1000);
+    else
+      check_fault([&] { (void)reader.read(block, 2000); }, FaultKind::numerics, "memory.limit", {"late.csv", "0.1 MB"});
+  }
+}
+
 TEST_CASE("a drafted sidecar holds what is known, leaves out what is not, and can be read", "[dsp][read_recording]") {
   const Scratch scratch;
   const auto csv = scratch.file("a.csv", "t_s,x_mm,load_kN,what\n0,1,1,1\n0.5,2,2,2\n");
