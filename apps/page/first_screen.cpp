@@ -146,8 +146,7 @@ Entry trust_entry(const RunResults& results, const ChosenEquation& chosen) {
   Strings others;
   for (const ident::RangeResult& range : results.ranges) {
     const ChosenEquation one = chosen_equation(range);
-    const double error =
-        one.fit != nullptr ? std::fmax(one.fit->free_run.nmse_centred, one.fit->free_run.nmse_training) : std::nan("");
+    const double error = one.fit != nullptr ? one.fit->free_run.larger_nmse() : std::nan("");
     others.push_back(fmt::format("{}: {}{}", range.spec.name,
                                  one.fit == nullptr ? "no equation" : in_words(one.fit->judgement.verdict),
                                  std::isfinite(error) ? fmt::format(" (free run NMSE {:.2g})", error) : ""));

@@ -62,10 +62,9 @@ Crests crests_of(const RangeRows& rows, const std::vector<Columns>& recordings) 
     if (x == nullptr || samples.empty()) continue;
     const ChannelNoise* noise = recordings[r].noise.get();
     const double x_std = noise == nullptr ? 0.0 : std::sqrt(noise->covariance("x", "x"));
-    result.x_std = std::max(result.x_std, x_std);
     for (std::size_t first = 0, last = 0; first < samples.size(); first = last) {
       for (last = first + 1; last < samples.size() && samples[last] == samples[last - 1] + 1;) ++last;
-      result.stretches.push_back(
+      result.push_back(
           crests(x->values.segment(samples[first], static_cast<Eigen::Index>(last - first)), noises * x_std));
     }
   }

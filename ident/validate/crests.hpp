@@ -11,12 +11,8 @@ namespace ident {
 [[nodiscard]] std::vector<double> crests(const Eigen::Ref<const Eigen::VectorXd>& displacement,
                                          double noise_swing = 0.0);
 
-/// Of x, in every stretch without a gap of a range's rows.
-struct Crests {
-  std::vector<std::vector<double>> stretches;
-  double x_std = 0.0;  ///< of the noise of x, at most; 0: not known
-};
-/// Cycles are told from noise of x, where that is known.
+/// Of x, in every stretch without a gap of a range's rows. Cycles are told from noise of x, where that is known.
+using Crests = std::vector<std::vector<double>>;
 [[nodiscard]] Crests crests_of(const RangeRows& rows, const std::vector<Columns>& recordings);
 
 /// How often crests that were lost came back: the sum of their rises, or of their falls where that is less, over the

@@ -65,9 +65,9 @@ bool is_driven(const RangeResult& range, const JudgedFit& fit) {
   constexpr double noises = 8.0;  // among hundreds of crests the extremes lie six standard deviations apart
   constexpr double quarter = 0.25, half = 0.5;  // of the largest: less is a passing transient; half where the noise of
                                                 // x is not known
-  const double x_std = range.crests.x_std;
+  const double x_std = fit.noise.x_std;
   double renewed = 0.0;
-  for (const std::vector<double>& crests : range.crests.stretches) {
+  for (const std::vector<double>& crests : range.crests) {
     if (crests.empty()) continue;
     const double largest = *std::max_element(crests.begin(), crests.end());
     renewed += renewed_amplitude(crests, std::max((x_std > 0.0 ? quarter : half) * largest, noises * x_std));

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <string>
@@ -41,6 +42,8 @@ struct FreeRun {
   bool sticks = false;                ///< it came to rest on a switch at least once
   bool applies = true;                ///< false: the rows are no time response, and none was to be expected
   std::vector<FreeRunSeries> series;  ///< with keep_series: of each course
+  /// The larger of nmse_centred and nmse_training; NaN: there is neither.
+  [[nodiscard]] double larger_nmse() const { return std::fmax(nmse_centred, nmse_training); }
 };
 
 struct FreeRunOptions {

@@ -63,7 +63,7 @@ std::string free_run_clause(const FreeRun& run, const Findings& found) {
   const char* how = found.run_error <= follows           ? "follows x"
                     : found.run_error <= follows_in_part ? "follows x roughly"
                                                          : "does not follow x";
-  const std::string noise = std::fmax(run.nmse_centred, run.nmse_training) > 2.0 * found.run_error
+  const std::string noise = run.larger_nmse() > 2.0 * found.run_error
                                 ? fmt::format(", NMSE {:.1g} beyond the noise of x", found.run_error)
                                 : std::string();
   const bool on_training = run.nmse_training > run.nmse_centred && !(found.run_error <= follows);

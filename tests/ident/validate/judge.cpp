@@ -176,9 +176,10 @@ TEST_CASE("an equation that misses where only noise is left lacks what noise hid
   CHECK(of(result).cause == ident::Cause::wide_band);
   // The amplitude that the equation cannot renew is seen in x itself.
   fit.free_run.alone = true;
-  result.crests = {{{1.0, 0.1, 1.0, 0.1, 1.0}}, 0.01};
+  result.crests = {{1.0, 0.1, 1.0, 0.1, 1.0}};
+  fit.noise.x_std = 0.01;
   CHECK(of(result).cause == ident::Cause::missing_input);
-  result.crests.x_std = 0.2;
+  fit.noise.x_std = 0.2;
   CHECK(of(result).cause == ident::Cause::wide_band);
   // On rows of its own noise is left, on others more.
   fit.test = fit.test_centred = {2.5, {}};
