@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "dsp/io/input_file.hpp"
+#include "dsp/io/table_cells.hpp"
 
 namespace dsp {
 
@@ -32,26 +33,6 @@ struct TableLayout {
 /// Looks at the beginning of a text file: separator, decimal mark, names, where the numbers begin.
 /// Throws Fault container.unknown, table.header (input).
 [[nodiscard]] TableLayout table_layout(const InputFile& file);
-
-/// Field number `index` of a line is what lies between separators; quotes hide separators.
-class Fields {
- public:
-  Fields(std::string_view line, char separator) : rest_(line), separator_(separator) {}
-  /// False when the line is used up. A line that ends in a separator ends in an empty field.
-  bool next(std::string_view& field);
-
- private:
-  std::string_view rest_;
-  char separator_;
-  bool done_ = false;
-};
-
-enum class Cell { number, missing, bad };
-/// Reads one field; missing (empty, NaN, NA, null): NaN. A number too large for a double is bad, one too small is 0.
-[[nodiscard]] Cell parse_cell(std::string_view field, bool decimal_comma, double& value);
-
-/// What the last printed digit of a number means: 1e-6 for "0.000312", 1e-11 for "1.953125E-5".
-[[nodiscard]] double last_digit(std::string_view number);
 
 /// The roundest rate within `relative` of `rate_hz`: a whole number with as many zeros at its end as possible, else the
 /// fraction with the smallest denominator up to 1000, else the rate itself. 3199.98 within 1e-4 is 3200.
