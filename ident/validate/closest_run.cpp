@@ -78,11 +78,17 @@ class Search {
   }
 
  private:
+  /// Over what x is about its mean, so that their squares sum to about the NMSE, of long rows and of short ones.
   static void append_errors(const FreeRun& run, const std::vector<Course>& courses, std::vector<double>& errors) {
+    double count = 0.0;
+    for (const Course& course : courses)
+      count += static_cast<double>(std::count(course.scored.begin(), course.scored.end(), 1));
+    const double scale = 1.0 / std::sqrt(run.mean_square * count);
     for (std::size_t c = 0; c < courses.size(); ++c)
       for (Index i = 0; i < run.series[c].predicted.size(); ++i) {
         const double error = run.series[c].predicted(i) - run.series[c].measured(i);
-        if (courses[c].scored[static_cast<std::size_t>(i)] != 0) errors.push_back(std::isfinite(error) ? error : 0.0);
+        if (courses[c].scored[static_cast<std::size_t>(i)] != 0)
+          errors.push_back(std::isfinite(error) ? scale * error : 0.0);
       }
   }
 
@@ -110,7 +116,7 @@ VectorXd least_within(double radius, const VectorXd& z, const VectorXd& errors, 
 
 /// From z on to a local minimum, or as far as `enough`; z: where that is.
 Run descended(const Search& search, Run here, VectorXd& z, double enough) {
-  constexpr int most_rounds = 6;
+  constexpr int most_rounds = 10;
   constexpr double progress = 0.02;  // less is no news
   const double radius = std::sqrt(chi_square_99(z.size()));
   for (int round = 0; round < most_rounds && here.relative > enough; ++round) {

@@ -12,7 +12,7 @@ struct ClosestRun {
   FreeRun test, training;  ///< without training rows the latter is that of no course
 };
 
-/// By Gauss and Newton's method from the coefficients of `model`, to a local minimum of the error summed over both, or
+/// By Gauss and Newton's method from the coefficients of `model`, to a local minimum of the sum of both NMSE, or
 /// to where it is below `enough` of the power of x about its mean; of an equation that nothing drives over runs of one
 /// period first. Where no covariance is known, or `model` diverges or has no free run, that of `model` itself.
 [[nodiscard]] ClosestRun closest_run(const Model& model, const std::vector<Course>& test,
