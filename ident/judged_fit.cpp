@@ -121,7 +121,8 @@ FreeRun free_run_through(const Model& model, const RangeRows& rows, const std::v
     if (!on_training.reason.empty()) training.clear();
   }
   const double error = std::fmax(run.nmse_centred, run.nmse_training);
-  if (error > follows_in_part && std::isfinite(error)) {
+  const bool has_intervals = model.covariance.size() > 0 && model.covariance.allFinite();
+  if (has_intervals && error > follows_in_part && std::isfinite(error)) {
     const ClosestRun closest = closest_run(model, test, training, follows, options);
     run.closest = closest.test.nmse_centred;
     run.closest_training = closest.training.nmse_centred;

@@ -94,10 +94,10 @@ TEST_CASE("a free run that coefficients within their intervals would mend decide
 TEST_CASE("terms that only imitate another take the yes away", "[ident][judge]") {
   auto result = range("low", 1e-4, 1e-5);
   result.fits[0].explanations.better = ident::Explanation{.what = "sgn(v)",
-                                                            .cause = ident::Cause::missing_term,
-                                                            .fraction = 0.8,
-                                                            .is_recorded = false,
-                                                            .instead_of = {"abs(v)*v", "v^3"}};
+                                                          .cause = ident::Cause::missing_term,
+                                                          .fraction = 0.8,
+                                                          .is_recorded = false,
+                                                          .instead_of = {"abs(v)*v", "v^3"}};
   CHECK(of(result).verdict == Verdict::does_not);
   CHECK(of(result).cause == ident::Cause::missing_term);
   REQUIRE(of(result).named.has_value());
