@@ -15,6 +15,8 @@
 #include "ident/rows_of_terms.hpp"
 #include "ident/selection/ranked_models.hpp"
 #include "ident/sensors/absolute_gains.hpp"
+#include "ident/validate/closest_run.hpp"
+#include "ident/validate/findings.hpp"
 #include "ident/validate/independent_rows.hpp"
 
 namespace ident {
@@ -88,21 +90,44 @@ void judge_errors(JudgedFit& judged, const RangeData& range, const Prediction& t
 // Of a self-excited or free motion only the course is the equation's, not the phase after so many periods.
 constexpr double periods_alone = 10.0;
 
-/// Through the training rows: test rows of a steady motion show one amplitude only, which many equations keep.
-/// `courses`: of the test rows, with the signals to be used.
-void run_on_training(FreeRun& tested_run, const Model& model, const RangeRows& rows, const std::vector<Course>& courses,
-                     const std::vector<Columns>& recordings, const FreeRunOptions& options) {
+/// The training rows, as signals are known beside the test rows: as the sensors leave them.
+std::vector<Course> training_courses(const RangeRows& rows, const std::vector<Course>& test,
+                                     const std::vector<Columns>& recordings) {
   std::vector<Course> training = courses_of(rows.train, rows.usable, recordings);
-  std::erase_if(
-      training, [&](Course& course) {  // signals are known as the sensors leave them where there are test rows
-        const auto tested = std::find_if(courses.begin(), courses.end(),
-                                         [&](const Course& one) { return one.recording == course.recording; });
-        if (tested != courses.end()) course.signals = tested->signals;
-        return tested == courses.end();
-      });
-  const FreeRun run = free_run(model, training, options);
-  tested_run.nmse_training = run.diverged_after_s > 0.0 ? std::numeric_limits<double>::infinity() : run.nmse_centred;
-  tested_run.mean_square_training = run.mean_square;
+  std::erase_if(training, [&](Course& course) {
+    const auto tested =
+        std::find_if(test.begin(), test.end(), [&](const Course& one) { return one.recording == course.recording; });
+    if (tested != test.end()) course.signals = tested->signals;
+    return tested == test.end();
+  });
+  return training;
+}
+
+/// Through the test rows, and of an equation that nothing drives through the training rows: test rows of a steady
+/// motion show one amplitude only, which many equations keep.
+FreeRun free_run_through(const Model& model, const RangeRows& rows, const std::vector<Course>& test,
+                         const std::vector<Columns>& recordings, const Poll& poll) {
+  FreeRunOptions options{.periods_alone = periods_alone, .keep_series = true, .poll = poll};
+  FreeRun run = free_run(model, test, options);
+  if (!run.reason.empty()) return run;
+  options.keep_series = false;
+  std::vector<Course> training;
+  if (run.alone) {
+    training = training_courses(rows, test, recordings);
+    const FreeRun on_training = free_run(model, training, options);
+    run.nmse_training =
+        on_training.diverged_after_s > 0.0 ? std::numeric_limits<double>::infinity() : on_training.nmse_centred;
+    run.mean_square_training = on_training.mean_square;
+    if (!on_training.reason.empty()) training.clear();
+  }
+  const double error = run.larger_nmse();
+  const bool has_intervals = model.covariance.size() > 0 && model.covariance.allFinite();
+  if (has_intervals && error > follows_in_part && std::isfinite(error)) {
+    const ClosestRun closest = closest_run(model, test, training, follows, options);
+    run.closest = closest.test.nmse_centred;
+    run.closest_training = closest.training.nmse_centred;
+  }
+  return run;
 }
 
 /// The free run of an equation, or that of an earlier method which found the same one.
@@ -120,12 +145,8 @@ FreeRun free_run_of(const JudgedFit& judged, const RangeResult& result, const Ra
     run.reason = "no test rows";
   else if (twin != earlier.end())
     run = twin->free_run;
-  else {
-    run = free_run(judged.model, courses, {.periods_alone = periods_alone, .keep_series = true, .poll = options.poll});
-    if (run.alone && run.reason.empty())
-      run_on_training(run, judged.model, result.rows, courses, recordings,
-                      {.periods_alone = periods_alone, .poll = options.poll});
-  }
+  else
+    run = free_run_through(judged.model, result.rows, courses, recordings, options.poll);
   run.applies = options.free_run && (options.target == "a" || options.target == "ddy");  // else no equation of motion
   return run;
 }

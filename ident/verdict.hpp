@@ -33,6 +33,8 @@ struct Explanation {
   bool is_recorded = true;  ///< a signal; else a form that is commonly met
   bool candidate = false;   ///< it was one, and not taken
   bool is_term = true;      ///< a library can have it; else `what` is said in words
+  /// Kept terms that only imitate it: an equation that has it in their place has the better evidence.
+  std::vector<std::string> instead_of = {};
 };
 
 /// The one judgement of an equation: the verdict, the sentence that says it with what it rests on, and remarks on what

@@ -76,6 +76,8 @@ Json nmse_json(const ident::JudgedFit& fit) {
       ran && std::isfinite(fit.free_run.nmse_centred) ? Json(fit.free_run.nmse_centred) : Json();
   result["free_run_training_centred"] =
       std::isfinite(fit.free_run.nmse_training) ? Json(fit.free_run.nmse_training) : Json();  // of one alone
+  const double closest = std::fmax(fit.free_run.closest, fit.free_run.closest_training);
+  result["free_run_within_intervals"] = std::isfinite(closest) ? Json(closest) : Json();  // where x is missed
   result["free_run_reason"] = fit.free_run.reason.empty() ? Json() : Json(fit.free_run.reason);
   return result;
 }

@@ -115,8 +115,11 @@ std::vector<std::string> with_terms(const Config& config, const std::vector<std:
 }
 
 Remedy with_explanation(const Config& config, const ident::Explanation& explanation) {
-  return {fmt::format("{} explains {:.0f} % of the power of the residual. In the config:", explanation.what,
-                      100.0 * explanation.fraction),
+  const std::string without = explanation.instead_of.empty()
+                                  ? std::string()
+                                  : fmt::format(" without {}", fmt::join(explanation.instead_of, " and "));
+  return {fmt::format("{} explains {:.0f} % of the power of the residual{}. In the config:", explanation.what,
+                      100.0 * explanation.fraction, without),
           with_terms(config, {explanation.what})};
 }
 

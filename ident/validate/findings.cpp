@@ -93,6 +93,14 @@ bool leaves_out_recorded(const JudgedFit& fit, const Findings& found) {
   return found.above_noise && fit.explanations.recorded && fit.explanations.recorded->fraction > matters_to_power;
 }
 
+bool imitates(const JudgedFit& fit) {
+  return fit.explanations.better && !fit.explanations.better->instead_of.empty();
+}
+
+bool lacks_better(const JudgedFit& fit, const Findings& found) {
+  return fit.explanations.better && !found.negligible_rest;
+}
+
 bool lower_band_helps(const JudgedFit& fit) {
   const Figure& error = error_of(fit);
   return error.reason.empty() && error.value > matters_to_power && has_wide_band(fit.noise);
@@ -111,12 +119,12 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
     const double power = variance(fit.test_centred.reason.empty() ? test : train);
     found.unexplained = std::max(0.0, error.value - (power > 0.0 ? noise_power / power : 0.0));
   }
-  const bool negligible_rest = fit.train_centred.reason.empty() && fit.train_centred.value <= linearity;
+  found.negligible_rest = fit.train_centred.reason.empty() && fit.train_centred.value <= linearity;
   if (found.noise_is_known) found.noise_share = noise_power / noise.residual_power;
   found.is_noise = found.noise_is_known ? noise.known_std * noise.known_std >= mostly_noise * noise.residual_power
                                         : fit.whiteness.tested && fit.whiteness.white;
   if (found.noise_is_known)
-    found.above_noise = !negligible_rest && found.noise_share < mostly_noise;
+    found.above_noise = !found.negligible_rest && found.noise_share < mostly_noise;
   else
     found.above_noise = is_structured(fit) && fit.train.reason.empty() && fit.train.value > negligible;
   if (fit.train.reason.empty() && fit.test.reason.empty()) {
@@ -135,6 +143,10 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
     found.run_error = std::fmax(beyond_noise(run.nmse_centred, run.mean_square),
                                 beyond_noise(run.nmse_training, run.mean_square_training));
     found.by_run = by_power(found.run_error);
+    const double closest = std::fmax(beyond_noise(run.closest, run.mean_square),
+                                     beyond_noise(run.closest_training, run.mean_square_training));
+    found.may_follow = found.by_run == Verdict::does_not && !found.above_noise && closest <= follows;
+    if (found.may_follow) found.by_run = Verdict::undecided;
   } else if (!run.applies) {
     found.by_run = by_power(found.unexplained);
   }
@@ -163,14 +175,16 @@ Cause hiding_cause(const JudgedFit& fit) {
 }  // namespace
 
 NamedCause cause_of(const RangeResult& range, const JudgedFit& fit, const Findings& found) {
-  const auto& [recorded, form] = fit.explanations;
+  const auto& [recorded, form, better] = fit.explanations;
   const bool fails = found.by_run == Verdict::does_not;
   if (leaves_out_recorded(fit, found)) return {recorded->cause, recorded};
   if (!found.biased.empty()) return {has_wide_band(fit.noise) ? Cause::wide_band : Cause::noise};
+  if (imitates(fit)) return {better->cause, better};
   if (was_no_candidate(fit) && fails) return {recorded->cause, recorded};
   if (fails && is_driven(range, fit)) return {Cause::missing_input};
   const bool misses = found.by_run != Verdict::describes || found.unexplained > matters_to_power;
   if (is_hidden(found) && misses && !found.fitted_to_its_rows) return {hiding_cause(fit)};
+  if (found.by_run == Verdict::describes && lacks_better(fit, found)) return {better->cause, better};
   if (!found.above_noise) return {};
   if (lacks_form(fit, found)) return {Cause::missing_term, form};
   if (fit.size.revisit_fraction > of_the_state) return {Cause::missing_term};

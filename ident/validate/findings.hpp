@@ -18,14 +18,16 @@ inline constexpr double matters_to_power = 0.1;
 /// Of a fit on a range, apart from other ranges.
 struct Findings {
   Verdict by_run = Verdict::undecided;
-  double run_error = std::numeric_limits<double>::quiet_NaN();    ///< NMSE of the free run beyond what noise makes;
-                                                                  ///< NaN: none
+  double run_error = std::numeric_limits<double>::quiet_NaN();  ///< NMSE of the free run beyond what noise makes;
+                                                                ///< NaN: none
+  bool may_follow = false;  ///< x is missed, but by no more than what is not known of the coefficients, and noise
   double unexplained = std::numeric_limits<double>::quiet_NaN();  ///< of the target's variation one step ahead, beyond
                                                                   ///< the noise of the channels
   bool noise_is_known = false;
-  double noise_share = 0.0;  ///< of the power of what is left on the training rows, at most
-  bool is_noise = false;     ///< what is left on the training rows is the noise of the channels
-  bool above_noise = false;  ///< what is left on the training rows is more than noise
+  double noise_share = 0.0;      ///< of the power of what is left on the training rows, at most
+  bool is_noise = false;         ///< what is left on the training rows is the noise of the channels
+  bool negligible_rest = false;  ///< what is left on the training rows is what sensors make that are not quite linear
+  bool above_noise = false;      ///< what is left on the training rows is more than noise
   bool fitted_to_its_rows = false;
   std::string biased;  ///< a term whose interval misses by noise of the regressors
   /// The free run, taken down where more than noise is left over.
@@ -45,14 +47,21 @@ struct Findings {
 /// Something recorded that is not in the equation explains a part that matters of what is left over beside noise.
 [[nodiscard]] bool leaves_out_recorded(const JudgedFit& fit, const Findings& found);
 
+/// Kept terms only imitate a form that is no candidate.
+[[nodiscard]] bool imitates(const JudgedFit& fit);
+/// With a form that is no candidate the equation is better, and what it leaves over without is more than sensors that
+/// are not linear make.
+[[nodiscard]] bool lacks_better(const JudgedFit& fit, const Findings& found);
+
 /// Why an equation does not describe its record.
 struct NamedCause {
   Cause cause = Cause::not_found;
   std::optional<Explanation> explanation = {};  ///< what the cause is, where it has a name
 };
 /// Named where a test found it. In this order: something recorded explains what is left over; noise biases a
-/// coefficient; amplitude comes back that was lost, though nothing drives the equation; what is left over is noise;
-/// a form that is no candidate explains most of it, or it comes back with the state; or with nothing of the state.
+/// coefficient; kept terms imitate a form; amplitude comes back that was lost, though nothing drives the equation; what
+/// is left over is noise; a form that is no candidate explains most of it, or it comes back with the state; or with
+/// nothing of the state.
 [[nodiscard]] NamedCause cause_of(const RangeResult& range, const JudgedFit& fit, const Findings& found);
 /// Of a record for which no equation was found.
 [[nodiscard]] NamedCause cause_of_none(const RangeResult& range, const JudgedFit& fit);

@@ -36,7 +36,10 @@ struct FreeRun {
   /// Of an equation alone, on the training rows: as nmse_centred, infinity where it diverged; as mean_square.
   double nmse_training = std::numeric_limits<double>::quiet_NaN(), mean_square_training = 0.0;
   double mean_square = 0.0;  ///< of x about its mean, m^2
-  std::string reason;        ///< not empty: there is no figure, and why: too short, no equation of motion, diverged
+  /// Where x is missed: nmse_centred and nmse_training of the equation that follows most closely of those whose
+  /// coefficients are within their intervals (closest_run); NaN: not looked for.
+  double closest = std::numeric_limits<double>::quiet_NaN(), closest_training = closest;
+  std::string reason;  ///< not empty: there is no figure, and why: too short, no equation of motion, diverged
   double diverged_after_s = 0.0;  ///< from the start of its range; 0: it did not
   int num_ranges = 0;
   bool sticks = false;                ///< it came to rest on a switch at least once

@@ -23,6 +23,9 @@ constexpr double small_term = 3.0;  // times the residual's standard deviation, 
 
 std::string explanation_clause(const Explanation& named) {
   const std::string fraction = percent(named.fraction);
+  if (!named.instead_of.empty())
+    return fmt::format("{} is no candidate; in place of {} it explains {} of what these leave over", named.what,
+                       fmt::join(named.instead_of, " and "), fraction);
   if (named.cause == Cause::switch_variable)
     return fmt::format("{} explains {} of what is left over: the sign is that of another motion", named.what, fraction);
   if (!named.is_term)
@@ -63,6 +66,11 @@ std::string free_run_clause(const FreeRun& run, const Findings& found) {
   const char* how = found.run_error <= follows           ? "follows x"
                     : found.run_error <= follows_in_part ? "follows x roughly"
                                                          : "does not follow x";
+  if (found.may_follow)
+    return fmt::format(
+        "the free run does not follow x (NMSE {:.2g}), but it does with coefficients within their "
+        "intervals (NMSE {:.2g}): they are not known well enough for the free run to decide",
+        run.larger_nmse(), std::fmax(run.closest, run.closest_training));
   const std::string noise = run.larger_nmse() > 2.0 * found.run_error
                                 ? fmt::format(", NMSE {:.1g} beyond the noise of x", found.run_error)
                                 : std::string();
@@ -247,7 +255,7 @@ Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range
   if (fit.model.terms.empty()) return judgement_of_none(ranges[range], fit);
   const Findings found = findings_of(ranges[range], fit);
   Judgement result{.verdict = found.verdict()};
-  if (leaves_out_recorded(fit, found) || !found.biased.empty()) result.verdict = Verdict::does_not;
+  if (leaves_out_recorded(fit, found) || !found.biased.empty() || imitates(fit)) result.verdict = Verdict::does_not;
   const bool left_over = found.unexplained > matters_to_power;
   if (result.verdict == Verdict::undecided && left_over) result.verdict = Verdict::does_not;
 
@@ -256,7 +264,7 @@ Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range
   const bool out_of_step = std::isfinite(balance) && std::abs(balance) > in_step;
   const Agreement others = agreement(ranges, range, method);
   if (result.verdict == Verdict::describes &&
-      (!converged || left_over || found.fitted_to_its_rows || out_of_step || others.other))
+      (!converged || left_over || found.fitted_to_its_rows || out_of_step || others.other || lacks_better(fit, found)))
     result.verdict = Verdict::in_part;
 
   std::vector<std::string> clauses{free_run_clause(fit.free_run, found), residual_clause(fit, found),

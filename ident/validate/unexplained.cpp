@@ -11,6 +11,8 @@
 
 #include "dsp/signals.hpp"
 #include "ident/rows_of_terms.hpp"
+#include "ident/selection/best_subsets.hpp"
+#include "ident/selection/ranked_models.hpp"
 #include "ident/validate/independent_rows.hpp"
 
 namespace ident {
@@ -25,17 +27,25 @@ struct Probe {
   Explanation as;  ///< what it is, without a fraction
   std::vector<std::string> signals;
   Index num_series = 1;
-  std::function<MatrixXd(const dsp::Motion&)> series;  ///< a column each
+  std::function<MatrixXd(const Columns&)> series;  ///< a column each
 };
 
-Probe probe_of(const std::string& term, Cause cause, bool is_recorded) {
+/// A sign as a library would have it, switched where v passes zero and behind the target's filter: noise of v that
+/// turns it around between two samples, and what the filter rounds, would hide it.
+Probe probe_of(const std::string& term, Cause cause, bool is_recorded, const std::string& target) {
   const Expression expression(term);
+  const std::vector<Switch> switches = expression.all_switches();
+  const bool jumps =
+      std::any_of(switches.begin(), switches.end(), [](const Switch& one) { return one.kind == SwitchKind::sign; });
   Explanation as;
   as.what = expression.text();
   as.cause = cause;
   as.is_recorded = is_recorded;
-  return {as, expression.signals(), 1,
-          [expression](const dsp::Motion& motion) -> MatrixXd { return expression.evaluate(motion); }};
+  return {
+      as, expression.signals(), 1, [=](const Columns& of) -> MatrixXd {
+        if (!jumps || of.prepared == nullptr) return expression.evaluate(*of.signals);
+        return form_columns(make_library({.order = 0, .terms = {term}}, target, *of.signals), target, *of.prepared).phi;
+      }};
 }
 
 /// Forces of springs in series with sliders (Jenkins elements), over their stiffness: each follows x up to a part of
@@ -66,10 +76,13 @@ double amplitude_of_x(const std::vector<Row>& rows, const std::vector<Columns>& 
   return 0.5 * (highest - lowest);
 }
 
-bool has_switch(const std::vector<std::string>& terms, const std::string& argument) {
+/// Not abs: abs(v)*v is no friction.
+bool has_sign(const std::vector<std::string>& terms, const std::string& argument) {
   return std::any_of(terms.begin(), terms.end(), [&](const std::string& text) {
     const std::vector<Switch> own = Expression(text).all_switches();
-    return std::any_of(own.begin(), own.end(), [&](const Switch& one) { return one.argument.text() == argument; });
+    return std::any_of(own.begin(), own.end(), [&](const Switch& one) {
+      return one.kind == SwitchKind::sign && one.argument.text() == argument;
+    });
   });
 }
 
@@ -86,33 +99,33 @@ std::vector<Probe> recorded_probes(const Model& model, const std::vector<std::st
     });
     // A hysteretic force is a state of the system's own.
     if (!used)
-      result.push_back(probe_of(name, info.role == dsp::Role::z ? Cause::missing_term : Cause::missing_input, true));
+      result.push_back(
+          probe_of(name, info.role == dsp::Role::z ? Cause::missing_term : Cause::missing_input, true, model.target));
   }
   for (const auto& [one, other] : {std::pair("v", "dy"), std::pair("dy", "v")})
-    if (motion.find(one) != nullptr && motion.find("r") != nullptr && !has_switch(terms, one) &&
-        has_switch(terms, other))
-      result.push_back(probe_of(fmt::format("sgn({})", one), Cause::switch_variable, true));
+    if (motion.find(one) != nullptr && motion.find("r") != nullptr && !has_sign(terms, one) && has_sign(terms, other))
+      result.push_back(probe_of(fmt::format("sgn({})", one), Cause::switch_variable, true, model.target));
   return result;
 }
 
-std::vector<Probe> form_probes(const std::vector<std::string>& terms, const dsp::Motion& motion,
-                               const std::vector<Row>& rows, const std::vector<Columns>& recordings) {
+std::vector<Probe> form_probes(const std::string& target, const std::vector<std::string>& terms,
+                               const dsp::Motion& motion, const std::vector<Row>& rows,
+                               const std::vector<Columns>& recordings) {
   std::vector<Probe> result;
   if (motion.find("x") == nullptr || motion.find("v") == nullptr) return result;
-  if (!has_switch(terms, "v") && !has_switch(terms, "dy"))
-    result.push_back(probe_of("sgn(v)", Cause::missing_term, false));
+  if (!has_sign(terms, "v") && !has_sign(terms, "dy"))
+    result.push_back(probe_of("sgn(v)", Cause::missing_term, false, target));
   for (const char* text : {"x", "v", "x^2", "x*v", "v^2", "x^3", "x^2*v", "x*v^2", "v^3"})
     if (std::find(terms.begin(), terms.end(), text) == terms.end())
-      result.push_back(probe_of(text, Cause::missing_term, false));
+      result.push_back(probe_of(text, Cause::missing_term, false, target));
   if (motion.find("z") != nullptr) return result;
   Explanation as;
   as.what = "hysteresis of x (springs in series with sliders)";
   as.cause = Cause::missing_term;
   as.is_recorded = as.is_term = false;
-  result.push_back(
-      {as, {"x"}, std::ssize(slips), [amplitude = amplitude_of_x(rows, recordings)](const dsp::Motion& of) {
-         return sliding_springs(of.at("x"), amplitude);
-       }});
+  result.push_back({as, {"x"}, std::ssize(slips), [amplitude = amplitude_of_x(rows, recordings)](const Columns& of) {
+                      return sliding_springs(of.signals->at("x"), amplitude);
+                    }});
   return result;
 }
 
@@ -126,7 +139,7 @@ MatrixXd on_rows(const Probe& probe, const std::vector<Row>& rows, const std::ve
       const dsp::Motion& motion = *recordings[row.recording].signals;
       for (const std::string& name : probe.signals)
         if (motion.find(name) == nullptr) return {};
-      values = probe.series(motion);
+      values = probe.series(recordings[row.recording]);
     }
     result.row(i) = values.row(row.sample);
   }
@@ -174,13 +187,90 @@ struct Residual {
     return best;
   }
 
+  /// The form with which the best of all equations of kept terms and one form is best.
+  [[nodiscard]] std::optional<Explanation> better(const std::vector<Probe>& forms) const {
+    constexpr double odds = 150.0;
+    constexpr Index widest = 12;     // of the kept terms: every subset of them is scored
+    constexpr double exact = 1e-10;  // of the target's power: what is less is the rounding of exact data
+    const Index k = std::ssize(model.terms);
+    if (k > widest) return std::nullopt;
+    std::optional<Explanation> best;
+    double least = std::numeric_limits<double>::infinity();
+    for (const Probe& form : forms) {
+      if (form.num_series > 1) continue;
+      if (poll) poll();
+      const std::optional<RFactor> data = beside(form);
+      if (!data) continue;
+      const ModelRanking ranking = ranked_models(unit_problem(*data, poll), all_columns(k));
+      const RankedModel& found = ranking.best.front();
+      const auto n = static_cast<double>(data->num_samples);
+      const double score = n * std::log(found.rss) + model_cost(n, k + 1, found.terms.size());
+      const bool has_form = !found.terms.empty() && found.terms.back() == k;
+      if (!has_form || found.rss < exact || ranking.inclusion(k) < odds / (odds + 1.0) || score >= least) continue;
+      least = score;
+      best = form.as;
+      std::vector<Index> others;
+      for (Index i = 0; i < k; ++i)
+        if (std::binary_search(found.terms.begin(), found.terms.end(), i))
+          others.push_back(i);
+        else
+          best->instead_of.push_back(model.terms[static_cast<std::size_t>(i)].name);
+      best->fraction = 1.0 - found.rss / rss_of(*data, others);
+    }
+    return best;
+  }
+
  private:
+  /// R of [kept terms, form, target], the target being what the model and the residual make of it, with as many samples
+  /// as the rows are worth beside what all of these leave. Nothing where the form is made up of kept terms.
+  [[nodiscard]] std::optional<RFactor> beside(const Probe& form) const {
+    const Index k = std::ssize(model.terms);
+    const MatrixXd probe = on_rows(form, rows, recordings);
+    if (probe.size() == 0 || !probe.allFinite()) return std::nullopt;
+    const VectorXd probe_in_kept = part_in_kept(probe, model, kept, rows, recordings);
+    VectorXd mean(k);
+    for (Index i = 0; i < k; ++i) mean(i) = model.terms[static_cast<std::size_t>(i)].mean;
+    const double power = probe.squaredNorm() - probe_in_kept.squaredNorm();
+    if (!(power > rounding * probe.squaredNorm())) return std::nullopt;
+    const double product = (probe.col(0).dot(values) - probe_in_kept.dot(in_kept)) / std::sqrt(power);
+    const VectorXd left = values - product / std::sqrt(power) * beyond_kept(probe, probe_in_kept);
+    const double num_effective = static_cast<double>(values.size()) * independence.fraction(left);
+    RFactor data{MatrixXd::Zero(k + 2, k + 2), k + 1, static_cast<Index>(std::lround(num_effective))};
+    if (data.num_samples < k + 4) return std::nullopt;
+    data.R.topLeftCorner(k, k) = kept.R.topLeftCorner(k, k);
+    data.R.col(k).head(k) = probe_in_kept;
+    data.R(k, k) = std::sqrt(power);
+    data.R.col(k + 1).head(k) = data.R.topLeftCorner(k, k) * mean + in_kept;
+    data.R(k, k + 1) = product;
+    data.R(k + 1, k + 1) = std::sqrt(std::max(0.0, values.squaredNorm() - in_kept.squaredNorm() - product * product));
+    return data;
+  }
+
+  /// What the kept columns do not make up of a series.
+  [[nodiscard]] VectorXd beyond_kept(const VectorXd& series, const VectorXd& in_kept_basis) const {
+    const Index k = std::ssize(model.terms);
+    const VectorXd coefficients = kept.R.topLeftCorner(k, k).triangularView<Eigen::Upper>().solve(in_kept_basis);
+    std::vector<Index> columns;
+    for (const ModelTerm& term : model.terms) columns.push_back(term.column);
+    VectorXd rest = series;
+    RowsOfTerms(rows, recordings, columns).for_each_block([&](Index first, const MatrixXd& phi) {
+      rest.segment(first, phi.rows()) -= phi * coefficients;
+    });
+    return rest;
+  }
+
+  /// What least squares on these terms leaves of a target of unit norm.
+  static double rss_of(const RFactor& data, const std::vector<Index>& terms) {
+    const UnitProblem problem = unit_problem(data);
+    return posterior(problem, terms, VectorXd::Constant(std::ssize(terms), flat_lambda)).residual(0, 0);
+  }
+
+  static constexpr double rounding = 1e-10;  // of a probe that the kept columns make up
   struct Explained {
     double fraction = 0.0, adjusted = 0.0;  ///< for the number of series
     double chance = 1.0;
   };
   [[nodiscard]] Explained explained_by(const Probe& of) const {
-    constexpr double rounding = 1e-10;  // of a probe that the kept columns make up
     MatrixXd probe = on_rows(of, rows, recordings);
     if (probe.size() == 0 || !probe.allFinite()) return {};
     probe.rowwise() -= probe.colwise().mean();
@@ -220,10 +310,10 @@ Explanations explanations(const Model& model, const std::vector<std::string>& te
                           const Poll& poll) {
   const dsp::Motion& motion = *recordings[rows.front().recording].signals;
   const std::vector<Probe> recorded = recorded_probes(model, terms, motion),
-                           forms = form_probes(terms, motion, rows, recordings);
+                           forms = form_probes(model.target, terms, motion, rows, recordings);
   if (recorded.empty() && forms.empty()) return {};
   const Residual left{model, terms, kept, rows, recordings, residual, independence, poll};
-  return {left.best_of(recorded), left.best_of(forms)};
+  return {left.best_of(recorded), left.best_of(forms), left.better(forms)};
 }
 
 }  // namespace ident

@@ -24,6 +24,11 @@ struct Explanations {
   /// Of what springs, dampers and friction are commonly made of, what is no candidate (missing_term): sgn(v), x and v
   /// with their products up to the third degree, and a spring in series with a slider (hysteresis).
   std::optional<Explanation> form;
+  /// One of these forms with which equations of kept terms are better: of all equations of kept terms and it, by the
+  /// score of Selection::evidence (ranked_models), the best has it, by odds of 150 for it to belong. Where the best is
+  /// without kept terms, these only imitate the form (v^3 and abs(v)*v a friction): instead_of. `fraction`: of what is
+  /// left over by the kept terms of the best.
+  std::optional<Explanation> better;
 };
 
 /// `terms`: the library. `kept`: R factor of the model's terms on `rows`, as they are or beside sensors.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "support/labelled_oscillator.hpp"
 #include "support/oscillator.hpp"
 
 namespace {
@@ -156,4 +157,20 @@ TEST_CASE("a free run begins again after each gap", "[ident][free_run]") {
   const ident::FreeRun run = ident::free_run(true_model(experiment), {course});
   CHECK(run.num_ranges == 2);
   CHECK(run.nmse < 1e-10);
+}
+
+TEST_CASE("on a limit cycle a damped equation dies and the right one goes on", "[ident][free_run]") {
+  const support::Oscillator p{
+      .k = 36.0, .c = -0.9, .xxv = 3.6e4, .x0 = 0.01, .amplitude = 0.01, .omega = 6.0};  // 10 mm
+  const dsp::Motion motion = support::motion_of(p, 63.0, 200.0);
+  const auto error = [&](const ident::Model& model) {
+    const ident::FreeRun run = ident::free_run(model, {whole(motion)}, {.periods_alone = 10.0});
+    CHECK(run.alone);
+    return run.nmse_centred;
+  };
+  CHECK(error(model_of("a", {{"x", -36.0}, {"v", 0.9}, {"x^2*v", -3.6e4}})) < 1e-6);
+  // After t seconds exp(-0.15 t) of the amplitude is left, or as much more: over ten periods of 1.05 s each
+  // mean((1 - exp(-0.15 t))^2) is 0.30.
+  CHECK(error(model_of("a", {{"x", -36.0}, {"v", -0.3}})) > 0.2);
+  CHECK(error(model_of("a", {{"x", -36.0}, {"v", 0.3}})) > 0.2);
 }

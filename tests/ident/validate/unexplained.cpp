@@ -1,9 +1,11 @@
 #include "ident/validate/unexplained.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "dsp/prepare.hpp"
 #include "ident/identify.hpp"
+#include "support/labelled_oscillator.hpp"
 #include "support/labelled_record.hpp"
 #include "support/oscillator.hpp"
 #include "support/signals.hpp"
@@ -89,6 +91,28 @@ TEST_CASE("a usual form that is no candidate is found in what is left over", "[i
   CHECK(found->fraction > 0.9);
 }
 
+TEST_CASE("friction that v^3 and abs(v)*v imitate is found out, and needed terms imitate nothing",
+          "[ident][unexplained]") {
+  support::Oscillator p{.k = 36.0, .c = 0.6, .friction = 0.02, .force_gain = 1.0, .amplitude = 0.02, .omega = 6.0};
+  p.drive.tones = {{0.1, 4.1, 0.3, 0.0}, {0.12, 6.7, 1.0, 0.0}, {0.1, 8.3, 2.0, 0.0}};
+  const auto imitated = [&](const support::Oscillator& of, const std::vector<std::string>& terms) {
+    const dsp::Recording recording =
+        support::recorded(support::motion_of(of, 90.0, 100.0), {"x", "v", "a", "f"}, 0.02, 5);
+    return ident::identify({.prepared = dsp::prepare(recording, {.cutoff_hz = 10.0})}, {.order = 0, .terms = terms},
+                           {.methods = {ident::FastRvmOptions{}}})
+        .at(0)
+        .fits.at(0)
+        .explanations.better;
+  };
+  const std::vector<std::string> terms{"x", "v", "abs(v)*v", "v^3", "x^3", "f"};
+  const auto found = imitated(p, terms);
+  REQUIRE(found.has_value());
+  CHECK(found->what == "sgn(v)");
+  CHECK_FALSE(found->instead_of.empty());
+  p.friction = 0.0, p.k3 = 2e4, p.xxv = 500.0;
+  CHECK_FALSE(imitated(p, {"x", "v", "abs(v)*v", "v^3", "x^3", "x^2*v", "f"}).has_value());
+}
+
 TEST_CASE("a slider in series with a spring is found by its hysteresis", "[ident][unexplained]") {
   // Bouc-Wen records whose inner force was not recorded, with little noise.
   const support::LabelledRecord record = support::labelled_record(4);
@@ -107,4 +131,28 @@ TEST_CASE("a slider in series with a spring is found by its hysteresis", "[ident
   CHECK_FALSE(form->is_term);
   const support::LabelledRecord mended = support::labelled_record(4, true);
   CHECK_FALSE(explanations(mended, {"x", "v", "f", "z"}).form.has_value());
+}
+
+TEST_CASE("friction under coloured noise is found as sgn(v), not as hysteresis", "[ident][unexplained]") {
+  support::Oscillator p{.k = 36.0, .c = 0.6, .friction = 0.02, .force_gain = 1.0, .amplitude = 0.02, .omega = 6.0};
+  p.drive.tones = {{0.1, 4.1, 0.3, 0.0}, {0.12, 6.7, 1.0, 0.0}, {0.1, 8.3, 2.0, 0.0}};
+  const dsp::Motion motion = support::motion_of(p, 40.0, 100.0);
+  for (std::uint32_t seed = 1; seed <= 8; ++seed) {
+    INFO("seed " << seed);
+    dsp::Recording recording = support::recorded(motion, {"x", "v", "a", "f"}, 0.002, seed);
+    // Noise of the accelerometer is an autoregression, as large as the friction.
+    constexpr double rho = 0.9;
+    const Eigen::VectorXd white = support::gaussian(motion.num_samples(), seed, p.friction * std::sqrt(1 - rho * rho));
+    double noise = 0.0;
+    for (Eigen::Index i = 0; i < white.size(); ++i) recording.samples(i, 2) += noise = rho * noise + white(i);
+    const ident::Record record{.prepared = dsp::prepare(recording, {.cutoff_hz = 10.0})};
+    const auto form =
+        ident::identify(record, {.order = 0, .terms = {"x", "v", "f"}}, {.methods = {ident::OlsOptions{}}})
+            .at(0)
+            .fits.at(0)
+            .explanations.form;
+    REQUIRE(form.has_value());
+    CHECK(form->what == "sgn(v)");
+    CHECK(form->fraction > 0.1);
+  }
 }
