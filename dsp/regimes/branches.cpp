@@ -25,6 +25,7 @@ constexpr int most_passes = 30;
 struct Observations {
   std::vector<const HalfCycle*> halves;
   std::vector<bool> begins_anew;  ///< between it and the one before the motion rested
+  bool begins_at_rest = false;    ///< so it did before the first
   [[nodiscard]] std::size_t size() const { return halves.size(); }
 };
 
@@ -40,6 +41,7 @@ Observations observations_of(std::span<const HalfCycle> half_cycles, const std::
     const Index num_held = count(held, half);
     if (!std::isfinite(half.phase_variance) || half.amplitude <= 0.0 || 2 * num_held >= half.last - half.first) {
       anew = true;
+      seen.begins_at_rest |= seen.halves.empty();
     } else if (num_held == 0) {
       seen.halves.push_back(&half);
       seen.begins_anew.push_back(std::exchange(anew, false));
@@ -91,6 +93,19 @@ StateSequence fitted_states(const Observations& seen) {
     if (std::abs(concentration - before) < 1e-6 * concentration) break;
   }
   return states;
+}
+
+/// Out of a rest a response is on no branch, on its way to one: from the start it is on that which it is on when it has
+/// settled.
+void settle_after_rests(const Observations& seen, std::vector<int>& states) {
+  const std::size_t count = states.size();
+  for (std::size_t k = seen.begins_at_rest ? 0 : 1; k < count; ++k) {
+    if (k > 0 && !seen.begins_anew[k]) continue;
+    std::size_t last = k;
+    while (last + 1 < std::min(count, k + 2 * transient_cycles) && !seen.begins_anew[last + 1]) ++last;
+    std::fill(states.begin() + static_cast<std::ptrdiff_t>(k), states.begin() + static_cast<std::ptrdiff_t>(last),
+              states[last]);
+  }
 }
 
 /// By how much the mean logarithm of the amplitude changes at each half cycle, from transient_cycles before to as many
@@ -213,7 +228,7 @@ Branches find_branches(std::span<const HalfCycle> half_cycles, const std::vector
                        const std::vector<unsigned char>& excluded, double sample_rate_hz) {
   const Observations seen = observations_of(half_cycles, held, excluded);
   if (seen.size() == 0) return {{{}}, "no phase against what drives the motion: one branch"};
-  const StateSequence states = fitted_states(seen);
+  StateSequence states = fitted_states(seen);
   const bool switches =
       std::adjacent_find(states.states.begin(), states.states.end(), std::not_equal_to<>()) != states.states.end();
   const auto one = [&](std::string remark) {
@@ -225,11 +240,16 @@ Branches find_branches(std::span<const HalfCycle> half_cycles, const std::vector
   const auto changes = amplitude_changes(seen);
   if (gain_of_jumps(changes, states.states) <= 0.0)
     return one("the amplitude does not jump where the phase turns: one branch");
+  const bool hardens = grows_in_phase(changes, states.states);
+  settle_after_rests(seen, states.states);
   Branches found{intervals_of(seen, correlations(seen), states, sample_rate_hz), {}};
   const auto count = found.intervals.size() - 1;
-  const bool hardens = grows_in_phase(changes, states.states);
   if (!hardens)
     for (BranchInterval& interval : found.intervals) interval.upper = !interval.upper;
+  if (count == 0) {
+    found.remark = "x changes its branch on its way out of a rest only: one branch";
+    return found;
+  }
   found.remark =
       fmt::format("{} change{} between a lower branch (x {}) and an upper one ({})", count, count == 1 ? "" : "s",
                   hardens ? "against its drive" : "in phase with its drive", hardens ? "in phase" : "against it");

@@ -31,11 +31,14 @@ struct Branches {
 /// its standard deviation is that of the crossings it may be instead, by their probabilities, and of that place by
 /// noise, and by sampling and a lag between the sensors of up to half a sample.
 ///
+/// Out of a rest a response is on no branch but on its way to one: from the start it is on that which it is on after ten
+/// cycles, in which a response settles.
+///
 /// Of a spring that softens, or a force that counts against x, the phases are the other way round: the upper branch is
 /// the one that the amplitude jumps up to.
 ///
 /// There are two branches if the amplitude jumps where the phase turns: if its logarithm changes there, from ten cycles
-/// before to ten behind, in which a response settles, as it does nowhere else, by the Akaike information criterion.
+/// before to ten behind, as it does nowhere else, by the Akaike information criterion.
 /// Otherwise, as in a resonance without jumps and under random excitation, all is one branch: that of the mean phase.
 [[nodiscard]] Branches find_branches(std::span<const HalfCycle> half_cycles, const std::vector<bool>& held,
                                      const std::vector<unsigned char>& excluded, double sample_rate_hz);

@@ -12,7 +12,7 @@ struct SteadyOptions {
   int max_periods = 3000;       ///< of one frequency, after which it counts as unsettled
   double tolerance = 1e-8;      ///< change of state over a period, as a fraction of the amplitude
   double nearness = 0.1;        ///< a periodic motion further off than this fraction of the amplitude is another one
-  double locate_hz = 1e-4;      ///< jumps are located to this, and what is steep but no jump is left out; 0: neither
+  double locate_hz = 1e-5;      ///< jumps are located to this, and what is steep but no jump is left out; 0: neither
   std::function<void()> poll = {};  ///< called for every period computed; may throw to stop
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <stdexcept>
 
 namespace sim {
@@ -125,6 +126,15 @@ double passage_s(const Cycle& before, const Cycle& after) {
   return before.middle_s + fraction * (after.middle_s - before.middle_s);
 }
 
+/// Of a payload that has just come loose: the one on which it settles, if one of these cycles is on it; or the first.
+Branch first_branch(std::span<const Cycle> cycles, Branch settles) {
+  const auto has_settled = [&](const Cycle& cycle) { return cycle.branch == settles; };
+  if (settles != none && std::any_of(cycles.begin(), cycles.end(), has_settled)) return settles;
+  const auto moves = [](const Cycle& cycle) { return cycle.branch != none; };
+  const auto first = std::find_if(cycles.begin(), cycles.end(), moves);
+  return first != cycles.end() ? first->branch : none;
+}
+
 std::vector<Change> branches(const QzsRig& rig, const Programme& whole, const std::vector<Cycle>& cycles,
                              double rate_hz) {
   std::vector<Change> changes{{0.0, none}};
@@ -136,26 +146,30 @@ std::vector<Change> branches(const QzsRig& rig, const Programme& whole, const st
   for (const Hold& hold : holds_of(whole)) {
     const std::size_t first = k;
     while (k < cycles.size() && cycles[k].middle_s < hold.to_s) ++k;
+    const std::span<const Cycle> here = std::span(cycles).subspan(first, k - first);
     const auto differs = [&](const Cycle& cycle) { return cycle.branch != none && cycle.branch != now; };
-    const bool moves = std::any_of(cycles.begin() + static_cast<std::ptrdiff_t>(first),
-                                   cycles.begin() + static_cast<std::ptrdiff_t>(k), differs);
-    Branch settles = now;
-    if (moves && !hold.has_hand) settles = settled(rig, whole, hold, rate_hz);
+    const bool moves = std::any_of(here.begin(), here.end(), differs);
+    const Branch settles = hold.has_hand ? none : moves ? settled(rig, whole, hold, rate_hz) : now;
     if (hold.is_driven && changes.back().branch == none) {
-      const auto knows = [](const Cycle& cycle) { return cycle.branch != none; };
-      const auto end = cycles.begin() + static_cast<std::ptrdiff_t>(k);
-      const auto known = std::find_if(cycles.begin() + static_cast<std::ptrdiff_t>(first), end, knows);
-      pass(hold.from_s, known != end ? known->branch : lower);
+      const Branch known = first_branch(here, settles);
+      pass(hold.from_s, known != none ? known : lower);
     }
-    for (std::size_t i = first; i < k; ++i) {
-      const Branch here = cycles[i].branch;
-      if (here == none)
+    for (std::size_t i = 0; i < here.size(); ++i) {
+      const bool was_held = now == none;
+      if (here[i].branch == none) {
         now = none;
-      else if (hold.has_hand || now == none)
-        now = here;
-      else if (here == settles)
+        continue;
+      }
+      if (hold.has_hand)
+        now = here[i].branch;
+      else if (was_held)
+        now = first_branch(here.subspan(i), settles);
+      else if (here[i].branch == settles)
         now = settles;
-      if (now != none) pass(i > first ? passage_s(cycles[i - 1], cycles[i]) : hold.from_s, now);
+      pass(i == 0     ? hold.from_s
+           : was_held ? std::max(hold.from_s, here[i - 1].from_s)
+                      : passage_s(here[i - 1], here[i]),
+           now);
     }
     if (hold.has_hand) now = none;
     if (!hold.is_driven) {  // the last of the cycles ends as r comes to rest

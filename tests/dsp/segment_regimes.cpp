@@ -130,6 +130,16 @@ TEST_CASE("the larger branch is high, whichever way the drive counts", "[dsp][se
   CHECK(agreement(soft, dsp::segment_regimes(soft.motion)) >= 0.995);
 }
 
+TEST_CASE("out of a rest a response is on the branch on which it soon settles", "[dsp][segment_regimes]") {
+  // Against the base for four cycles on the way to the upper branch, or for 24 on the lower one.
+  for (const Phase& first : {Phase{8.0 / 3.0, -0.008, -0.008, Regime::high}, Phase{16.0, 0.008, 0.008, Regime::low}}) {
+    const auto p =
+        programme({{60, 0.007, 0.009, Regime::low}, {20, 0, 0, Regime::stick}, first, {60, 0.028, 0.026, Regime::high}},
+                  1.5, 1e-5, 9);
+    CHECK(agreement(p, dsp::segment_regimes(p.motion)) >= 0.99);  // the second of blur at each boundary
+  }
+}
+
 TEST_CASE("a boundary comes with its probability and its standard deviation", "[dsp][segment_regimes]") {
   const auto p = programme({{60, 0.007, 0.009, Regime::low}, {60, 0.030, 0.028, Regime::high}}, 1.5, 1e-5, 8);
   const auto found = dsp::segment_regimes(p.motion).segments;

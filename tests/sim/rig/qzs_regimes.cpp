@@ -53,6 +53,17 @@ TEST_CASE("a branch that the motion leaves again while the drive is held is a tr
   CHECK(found[0].label == "low");
 }
 
+TEST_CASE("a payload that breaks loose is from then on on the branch on which it settles", "[sim][qzs_regimes]") {
+  // In phase for three seconds; the rig itself, driven so at 1.6 Hz, settles on the lower branch.
+  Made loose({-2.0, -2.0});
+  loose.stick(20.0, 25.0);
+  loose.x.segment(static_cast<Eigen::Index>(25 * rate), static_cast<Eigen::Index>(3 * rate)) *= -1.0;
+  const auto found = loose.regimes();
+  REQUIRE(found.size() == 3);
+  CHECK(found[1].label == "stick");
+  CHECK(found[2].label == "low");
+}
+
 TEST_CASE("stick is the mode, and what slips for less than a cycle between two sticks", "[sim][qzs_regimes]") {
   Made made({-2.0, -2.0});
   made.stick(22.0, 22.1);
