@@ -114,7 +114,7 @@ Work prepare_work(Config config, const RunArguments& arguments, Console& console
     faults.raise();
   }
   Work work{std::move(config), {}};
-  work.inputs = prepare_inputs(work.config, arguments.max_memory_bytes, console);
+  work.inputs = prepare_inputs(work.config, arguments.max_memory_bytes, arguments.num_threads, console);
   settle(work.config, work.inputs, console);
   refuse_warnings(arguments.strict, console);
   return work;
