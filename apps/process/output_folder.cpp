@@ -104,12 +104,12 @@ fs::path OutputFolder::path(std::string_view name) const {
 
 OutputFile OutputFolder::file(std::string_view name) const {
   make_folder(path(name).parent_path());
-  return {path(name), shown(name)};
+  return {path(name), shown(name), OnDisk::later};
 }
 
 void OutputFolder::write(std::string_view name, std::string_view bytes) const {
   make_folder(path(name).parent_path());
-  write_file(path(name), shown(name), bytes);
+  write_file(path(name), shown(name), bytes, OnDisk::later);
 }
 
 void OutputFolder::commit(Manifest manifest) {
@@ -120,16 +120,19 @@ void OutputFolder::commit(Manifest manifest) {
     for (const fs::path& entry : entries_of(fs::path(folders[i]))) {
       std::error_code unknown;
       const std::string name = entry.lexically_relative(written).generic_string();
-      if (fs::is_directory(fs::symlink_status(entry, unknown)))
+      if (fs::is_directory(fs::symlink_status(entry, unknown))) {
         folders.push_back(entry);
-      else
+      } else {
         manifest.outputs.push_back({name, sha256_written(entry, shown(name))});
+        sync_entry(entry, shown(name));
+      }
     }
   std::sort(manifest.outputs.begin(), manifest.outputs.end(),
             [](const ManifestFile& a, const ManifestFile& b) { return a.path < b.path; });
   manifest.finished_utc = utc_now();
   write(manifest_name, manifest_json(manifest));
-  for (const fs::path& folder : folders) sync_folder(folder, destination_);
+  sync_entry(path(manifest_name), shown(manifest_name));
+  for (const fs::path& folder : folders) sync_entry(folder, destination_);
   require_free();  // a person may have come meanwhile
   staging_.place({destination_}, force_);
 }
