@@ -85,6 +85,7 @@ fs::path folder_apart(const RunArguments& arguments, const Config& config, const
 
 RunFolder::Origin origin_of(const RunArguments& arguments, std::string command, const Config& config) {
   RunFolder::Origin origin{std::move(command), arguments.command_line, arguments.seed, {}};
+  origin.num_threads = arguments.num_threads;
   origin.request = sha256(fmt::format("{}\n{}\nstrict {} require {}", origin.command,
                                       to_toml(config, arguments.folder.empty() ? "." : arguments.folder),
                                       arguments.strict, arguments.require));
