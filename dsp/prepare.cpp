@@ -165,7 +165,7 @@ std::optional<Check> size_question(const Prepared& prepared) {
 
 // From the intermediate rate on: everything that does not depend on where its samples came from.
 void finish(Prepared& prepared, Recording intermediate, const std::optional<FilterSheet>& raw, int most_threads) {
-  constexpr double columns_at_work = 4.0;  // a spectrum, its product, the signal before and behind
+  constexpr double columns_at_work = 8.0;  // spectra of a pair, their products, the signals before and behind
   const int num_threads = threads_within_memory(
       sizeof(double) * columns_at_work * static_cast<double>(intermediate.samples.rows()), most_threads);
   const auto& o = prepared.options;

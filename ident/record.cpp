@@ -287,7 +287,10 @@ void find_regimes(Record& record, const dsp::SegmentOptions& options, int num_th
   const dsp::Motion& motion = record.prepared.intermediate;
   dsp::Segmentation relative;
   std::optional<dsp::Segmentation> absolute;
-  dsp::for_each_index(num_threads > 1 ? 2 : 1, num_threads, [&](std::size_t i) {
+  constexpr double columns_at_work = 12.0;  // of the payload's own motion: its signals, two spectra, densities
+  const int at_work = dsp::threads_within_memory(
+      sizeof(double) * columns_at_work * static_cast<double>(motion.num_samples()), std::min(num_threads, 2));
+  dsp::for_each_index(static_cast<std::size_t>(at_work), at_work, [&](std::size_t i) {
     if (i == 0)
       relative = dsp::segment_regimes(motion, options);
     else
