@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
+
 #include "dsp/fault.hpp"
 
 namespace dsp {
@@ -22,6 +24,12 @@ void require_machine_memory(std::string_view what, double bytes, std::string_vie
     throw Fault(FaultKind::numerics, "memory.exhausted",
                 fmt::format("{} needs {:.3g} MB of memory, the machine has {:.3g} MB. {}", what, 1e-6 * bytes,
                             1e-6 * memory, remedy));
+}
+
+int threads_within_memory(double bytes_of_each, int num_threads) {
+  constexpr double most_bytes = 48e6, most_threads = 1000.0;
+  return std::max(1, std::min(num_threads,
+                              1 + static_cast<int>(std::min(most_bytes / std::max(bytes_of_each, 1.0), most_threads))));
 }
 
 }  // namespace dsp

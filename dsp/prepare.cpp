@@ -10,6 +10,7 @@
 
 #include "dsp/decimate.hpp"
 #include "dsp/filter/filter_design.hpp"
+#include "dsp/for_each_index.hpp"
 #include "dsp/memory_limit.hpp"
 #include "dsp/prepare/intermediate_recorder.hpp"
 #include "dsp/prepare/motion_band.hpp"
@@ -46,10 +47,12 @@ VectorXd clock(Index n, double rate_hz) {
 }
 
 // Every signal through the filter; t is a clock, not a signal.
-Motion filtered(const Motion& intermediate, const ColumnFilter& filter) {
+Motion filtered(const Motion& intermediate, const ColumnFilter& filter, int num_threads) {
   Motion out{.sample_rate_hz = filter.output_rate_hz()};
-  for (const auto& signal : intermediate.signals)
-    out.signals.push_back({signal.name, signal.unit, signal.name == "t" ? VectorXd() : filter.apply(signal.values)});
+  for (const auto& signal : intermediate.signals) out.signals.push_back({signal.name, signal.unit, {}});
+  for_each_index(out.signals.size(), num_threads, [&](std::size_t i) {
+    if (out.signals[i].name != "t") out.signals[i].values = filter.apply(intermediate.signals[i].values);
+  });
   const Index n = out.signals.back().values.size();
   out.signals.front().values = clock(n, out.sample_rate_hz);
   out.excluded.assign(static_cast<std::size_t>(n), 0);
@@ -90,11 +93,11 @@ std::vector<unsigned char> mask(const std::vector<Interval>& bad, Index n, doubl
 }
 
 void equalise(Prepared& prepared, const Recording& intermediate, ColumnSpectra& spectra,
-              const std::vector<unsigned char>& excluded) {
+              const std::vector<unsigned char>& excluded, int num_threads) {
   keep_raw(prepared, intermediate);
-  Equalised equal = equalise_sensors(spectra, excluded, prepared.options.scale);
-  restore_low_frequencies(spectra, equal.highpass_hz);
-  spectra.store();
+  Equalised equal = equalise_sensors(spectra, excluded, prepared.options.scale, num_threads);
+  restore_low_frequencies(spectra, equal.highpass_hz, num_threads);
+  spectra.store(num_threads);
   prepared.relations = std::move(equal.relations);
   if (equal.highpass_hz.empty()) return;
   prepared.filter = prepared.filter.with_highpass(equal.highpass_hz);
@@ -161,7 +164,10 @@ std::optional<Check> size_question(const Prepared& prepared) {
 }
 
 // From the intermediate rate on: everything that does not depend on where its samples came from.
-void finish(Prepared& prepared, Recording intermediate, const std::optional<FilterSheet>& raw) {
+void finish(Prepared& prepared, Recording intermediate, const std::optional<FilterSheet>& raw, int most_threads) {
+  constexpr double columns_at_work = 8.0;  // spectra of a pair, their products, the signals before and behind
+  const int num_threads = threads_within_memory(
+      sizeof(double) * columns_at_work * static_cast<double>(intermediate.samples.rows()), most_threads);
   const auto& o = prepared.options;
   const std::vector<Interval> bad = intermediate.bad;
   const double duration_s = intermediate.duration_s();
@@ -171,15 +177,15 @@ void finish(Prepared& prepared, Recording intermediate, const std::optional<Filt
     ColumnSpectra spectra(intermediate);
     prepared.derivatives = relate_derivatives(spectra, excluded);
     if (prepared.equalised())
-      equalise(prepared, intermediate, spectra, excluded);
+      equalise(prepared, intermediate, spectra, excluded, num_threads);
     else
-      prepared.relations = relate_pairs(spectra, excluded);
+      prepared.relations = relate_pairs(spectra, excluded, num_threads);
   }
   intermediate.bad.clear();
   if (o.recipe == Recipe::paper)
     prepared.signals = relative_motion(filtered(intermediate, low_pass), motion_options(o, column_band(o)));
   prepared.intermediate = relative_motion(std::move(intermediate), motion_options(o, state_band(o)));
-  if (o.recipe == Recipe::matched) prepared.signals = filtered(prepared.intermediate, low_pass);
+  if (o.recipe == Recipe::matched) prepared.signals = filtered(prepared.intermediate, low_pass, num_threads);
   const double reach_s = (raw ? raw->edge_s : 0.0) + low_pass.edge_s() + 1.0 / (o.state_cutoff_hz - o.state_rolloff_hz);
   if (auto question = size_question(prepared)) prepared.checks.push_back(std::move(*question));
   prepared.signals.edge_samples =
@@ -229,7 +235,7 @@ const Channel* Prepared::channel(Role role) const {
   return found == channels.end() ? nullptr : &*found;
 }
 
-Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& options) {
+Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& options, int num_threads) {
   const double rate_hz = intermediate.input_rate_hz;
   Prepared prepared{.name = intermediate.recording.name, .options = resolved(options, rate_hz)};
   if (to_intermediate(prepared.options, rate_hz) != intermediate.filter)
@@ -254,7 +260,7 @@ Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& optio
     prepared.checks.push_back(std::move(check));
   for (std::size_t i = 0; i < prepared.channels.size(); ++i)
     prepared.channels[i].role = intermediate.recording.channels[i].role;
-  finish(prepared, std::move(intermediate.recording), intermediate.sheet);
+  finish(prepared, std::move(intermediate.recording), intermediate.sheet, num_threads);
   return prepared;
 }
 

@@ -89,6 +89,7 @@ struct StreamOptions {
   Eigen::Index block_frames = 16384;  ///< read at a time; changes nothing in the result
   std::size_t max_memory_bytes = std::size_t{4} << 30;
   std::function<void(double)> progress = {};  ///< called with the fraction read so far; may throw to stop
+  int num_threads = 1;                        ///< at work at a time; changes nothing in the result
 };
 /// The same, block by block from a file, in memory that grows with the samples at the intermediate rate only. Throws
 /// Fault memory.limit (numerics) before it would pass max_memory_bytes.
@@ -113,7 +114,7 @@ struct IntermediateRecording {
 [[nodiscard]] std::vector<std::shared_ptr<IntermediateRecording>> read_intermediate(
     RecordingReader& reader, const std::vector<PrepareOptions>& options, const StreamOptions& stream = {});
 /// The same, bit for bit, as from the file. Throws std::invalid_argument for one filled for other options.
-[[nodiscard]] Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& options);
+[[nodiscard]] Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& options, int num_threads = 1);
 
 /// A signal as target or column of the regression: the signal at the intermediate rate through the column filter
 /// ("matched"), the signal itself ("paper"). Without a high-pass both are the signal at the regression rate. Throws

@@ -9,6 +9,7 @@
 
 #include "ident/exact_switches.hpp"
 #include "ident/sensors/channel_noise.hpp"
+#include "ident/sensors/sensor_columns.hpp"
 
 namespace ident {
 namespace {
@@ -61,16 +62,22 @@ Columns form_columns(const CandidateLibrary& library, const std::string& target,
                      const std::function<void()>& poll) {
   const bool matched = prepared.options.recipe == dsp::Recipe::matched;
   const dsp::Motion& source = matched ? prepared.intermediate : prepared.signals;
-  Columns result = empty_columns(library, prepared.signals, prepared.name, prepared.options.rolloff_hz,
-                                 dsp::regression_signal(prepared, target));
+  const auto accelerations = std::make_shared<const dsp::Motion>(regression_accelerations(prepared));
+  const auto signal_of = [&](const std::string& name) -> VectorXd {
+    if (const dsp::Signal* known = accelerations->find(name)) return known->values;
+    return dsp::regression_signal(prepared, name);
+  };
+  Columns result =
+      empty_columns(library, prepared.signals, prepared.name, prepared.options.rolloff_hz, signal_of(target));
   result.prepared = &prepared;
+  result.accelerations = accelerations;
   result.noise = std::make_shared<const ChannelNoise>(prepared, target);
   if (matched) result.switches = std::make_shared<ExactSwitches>(prepared, library);
   for (Index column = 0; column < result.phi.cols(); ++column) {
     if (poll) poll();
     const Term& term = library.terms[static_cast<std::size_t>(column)];
     if (prepared.signals.find(term.name) != nullptr) {
-      result.phi.col(column) = dsp::regression_signal(prepared, term.name);
+      result.phi.col(column) = signal_of(term.name);
       continue;
     }
     VectorXd values = term.expression.evaluate(source);

@@ -39,11 +39,12 @@ struct Columns {
   std::vector<dsp::Regime> regimes;      ///< per sample; empty: not looked for
   std::optional<dsp::PowerCheck> power;  ///< of its sensors; none: there was nothing to check
   std::vector<DroppedTerm> dropped;
-  const dsp::Prepared* prepared = nullptr;         ///< what they were formed from; not owned; none: a table
-  std::vector<SensorParameter> sensors = {};       ///< of the recording, which take part in every fit
-  std::shared_ptr<ExactSwitches> switches = {};    ///< of recipe "matched"; else none
-  std::shared_ptr<const ChannelNoise> noise = {};  ///< of its channels; none: a table
-  std::vector<TermColumn> term_columns = {};       ///< of the library; empty: one behind the other
+  const dsp::Prepared* prepared = nullptr;                ///< what they were formed from; not owned; none: a table
+  std::vector<SensorParameter> sensors = {};              ///< of the recording, which take part in every fit
+  std::shared_ptr<const dsp::Motion> accelerations = {};  ///< of sensor_columns; none: a table
+  std::shared_ptr<ExactSwitches> switches = {};           ///< of recipe "matched"; else none
+  std::shared_ptr<const ChannelNoise> noise = {};         ///< of its channels; none: a table
+  std::vector<TermColumn> term_columns = {};              ///< of the library; empty: one behind the other
 };
 
 /// What phi takes for this many terms.

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "dsp/for_each_index.hpp"
+#include "dsp/memory_limit.hpp"
 #include "ident/judged_fit.hpp"
 #include "ident/methods.hpp"
 #include "ident/settle_columns.hpp"
@@ -76,11 +77,10 @@ std::vector<Columns> columns_for(const Range& range, const std::vector<Columns>&
   return own;
 }
 
-/// How many ranges may be at work at a time, so that memory does not grow by more than this for it.
-int most_together(const std::vector<Range>& ranges, const std::vector<Columns>& recordings) {
-  constexpr double most_bytes = 48e6;
+/// What the largest of the ranges takes while it is at work.
+double bytes_at_work(const std::vector<Range>& ranges, const std::vector<Columns>& recordings) {
   constexpr double columns_at_work = 8.0;  // at the intermediate rate: speeds, kinks, columns on their way (measured)
-  double largest = 1.0;
+  double largest = 0.0;
   for (const Range& range : ranges) {
     double bytes = 0.0;
     for (std::size_t r = 0; r < recordings.size(); ++r) {
@@ -92,7 +92,7 @@ int most_together(const std::vector<Range>& ranges, const std::vector<Columns>& 
     }
     largest = std::max(largest, bytes);
   }
-  return 1 + static_cast<int>(std::min(most_bytes / largest, 1000.0));
+  return largest;
 }
 
 }  // namespace
@@ -138,10 +138,9 @@ RangeResult identify(const Range& range, std::vector<Columns>& recordings, const
 
 std::vector<RangeResult> identify(const std::vector<Range>& ranges, const std::vector<Columns>& recordings,
                                   const CandidateLibrary& library, const IdentifyOptions& options) {
-  const int together = std::max(
-      1, std::min({options.num_threads, static_cast<int>(std::ssize(ranges)), most_together(ranges, recordings)}));
-  IdentifyOptions of_one = options;
-  of_one.num_threads = options.num_threads / together;
+  const int together =
+      std::max(1, std::min(static_cast<int>(std::ssize(ranges)),
+                           dsp::threads_within_memory(bytes_at_work(ranges, recordings), options.num_threads)));
   std::vector<RangeResult> results(ranges.size());
   std::vector<std::size_t> order(ranges.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -158,6 +157,8 @@ std::vector<RangeResult> identify(const std::vector<Range>& ranges, const std::v
     const std::size_t i = order[k];
     if (together == 1) begin(i);
     std::vector<Columns> own = columns_for(ranges[i], recordings);
+    IdentifyOptions of_one = options;  // threads that find no further range help the last ones
+    of_one.num_threads = options.num_threads / std::min(together, static_cast<int>(ranges.size() - k));
     results[i] = identify(ranges[i], own, library, of_one);
     if (together == 1) end(i);
   });

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "dsp/fault.hpp"
+#include "dsp/for_each_index.hpp"
 #include "dsp/memory_limit.hpp"
 #include "dsp/regimes/regime.hpp"
 #include "dsp/regimes/regime_signs.hpp"
@@ -84,18 +85,28 @@ void warn_if_nothing_moves(Record& record) {
                               static_cast<double>(signals.edge_samples) / signals.sample_rate_hz)});
 }
 
-/// A payload that stands still while its base moves is held by the ground: its friction is that of the absolute speed,
-/// and what holds it is not in the equation.
-void warn_if_held_by_the_ground(Record& record) {
-  const dsp::Motion& motion = record.prepared.intermediate;
-  if (motion.find("r") == nullptr || motion.find("y") == nullptr) return;
+/// The payload's own motion, where that of its base is known, too.
+std::optional<dsp::Motion> absolute_motion(const dsp::Motion& motion) {
+  if (motion.find("r") == nullptr || motion.find("y") == nullptr) return std::nullopt;
   dsp::Motion absolute{.sample_rate_hz = motion.sample_rate_hz, .excluded = motion.excluded};
   for (const auto& [name, source] : {std::pair{"t", "t"}, {"x", "y"}, {"v", "dy"}, {"a", "ddy"}}) {
     (void)motion.at(source);
     absolute.signals.push_back(*motion.find(source));
     absolute.signals.back().name = name;
   }
-  const dsp::Segmentation found = dsp::segment_regimes(absolute);
+  return absolute;
+}
+
+std::optional<dsp::Segmentation> absolute_regimes(const dsp::Motion& motion) {
+  const std::optional<dsp::Motion> absolute = absolute_motion(motion);
+  if (!absolute) return std::nullopt;
+  return dsp::segment_regimes(*absolute);
+}
+
+/// A payload that stands still while its base moves is held by the ground: its friction is that of the absolute speed,
+/// and what holds it is not in the equation. `found`: its absolute regimes.
+void warn_if_held_by_the_ground(Record& record, const dsp::Segmentation& found) {
+  const dsp::Motion& motion = record.prepared.intermediate;
   const double still_m_per_s = found.options.stick_speed_m_per_s;
   Eigen::Index held = 0;
   const Eigen::VectorXd &dy = motion.at("dy"), &dr = motion.at("dr");
@@ -248,23 +259,50 @@ dsp::SpectralBand mount_band(const dsp::Prepared& prepared) {
   return {end_hz, std::min(1.5 * end_hz, 0.5 * prepared.intermediate.sample_rate_hz)};
 }
 
-void set_regimes(Record& record, dsp::Segmentation segmentation) {
+namespace {
+
+/// `absolute`: the payload's absolute regimes, where they were found already.
+void set_regimes(Record& record, dsp::Segmentation segmentation, std::optional<dsp::Segmentation> absolute) {
   record.segmentation = std::move(segmentation);
   undo_mount(record);
+  const bool absolute_holds = absolute && record.mount.is_rigid();  // only a mount changes the payload's signals
   adopt_common_motion(record);
   record.regimes = dsp::regimes_at(record.segmentation, record.prepared.intermediate, record.prepared.signals);
   widen_stops(record);
   record.prepared.checks.push_back(left_out(record));
   warn_if_nothing_moves(record);
-  warn_if_held_by_the_ground(record);
+  if (!absolute_holds) absolute = absolute_regimes(record.prepared.intermediate);
+  if (absolute) warn_if_held_by_the_ground(record, *absolute);
   if (record.prepared.raw_v.size() == 0) return;
   record.power = dsp::power_check(record.prepared, record.regimes);
   record.prepared.checks.push_back(check_of(*record.power, record.prepared.relations));
 }
 
+}  // namespace
+
+void set_regimes(Record& record, dsp::Segmentation segmentation) {
+  set_regimes(record, std::move(segmentation), std::nullopt);
+}
+
+void find_regimes(Record& record, const dsp::SegmentOptions& options, int num_threads) {
+  const dsp::Motion& motion = record.prepared.intermediate;
+  dsp::Segmentation relative;
+  std::optional<dsp::Segmentation> absolute;
+  constexpr double columns_at_work = 12.0;  // of the payload's own motion: its signals, two spectra, densities
+  const int at_work = dsp::threads_within_memory(
+      sizeof(double) * columns_at_work * static_cast<double>(motion.num_samples()), std::min(num_threads, 2));
+  dsp::for_each_index(static_cast<std::size_t>(at_work), at_work, [&](std::size_t i) {
+    if (i == 0)
+      relative = dsp::segment_regimes(motion, options);
+    else
+      absolute = absolute_regimes(motion);
+  });
+  set_regimes(record, std::move(relative), std::move(absolute));
+}
+
 Record find_regimes(dsp::Prepared prepared, const dsp::SegmentOptions& options) {
   Record record{.prepared = std::move(prepared)};
-  set_regimes(record, dsp::segment_regimes(record.prepared.intermediate, options));
+  find_regimes(record, options);
   return record;
 }
 

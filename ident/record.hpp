@@ -43,7 +43,8 @@ struct Record {
 /// ("sensors.common_motion").
 void set_regimes(Record& record, dsp::Segmentation segmentation);
 
-/// The same with the regimes found in the record: dsp::segment_regimes.
+/// The same with the regimes found in the record (dsp::segment_regimes), on up to num_threads threads.
+void find_regimes(Record& record, const dsp::SegmentOptions& options = {}, int num_threads = 1);
 [[nodiscard]] Record find_regimes(dsp::Prepared prepared, const dsp::SegmentOptions& options = {});
 
 /// The ranges of records for which nobody named any: low, high and mixed where there are two regimes of motion and each

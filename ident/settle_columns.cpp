@@ -5,6 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "dsp/for_each_index.hpp"
+#include "dsp/memory_limit.hpp"
 #include "ident/methods.hpp"
 #include "ident/rows_of_terms.hpp"
 #include "ident/terms_by_record.hpp"
@@ -69,7 +71,7 @@ void form_joint(RangeData& range, const RangeResult& result, const std::vector<C
   range.noise_std = noise_beside_all(range.joint);
 }
 
-/// Lets the sensors take part, their columns formed with the present equation.
+/// Lets the sensors take part, whose columns are formed.
 void add_sensors(RangeData& range, RangeSensors sensors, const Present& present, const RangeResult& result,
                  const std::vector<Columns>& recordings, const IdentifyOptions& options) {
   if (sensors.parameters().empty()) return;
@@ -80,7 +82,6 @@ void add_sensors(RangeData& range, RangeSensors sensors, const Present& present,
     range.joint.prior_std(i) = parameter.std;
     range.joint.sources.push_back(parameter.source);
   }
-  sensors.form(present.equation, options.target, options.poll);
   range.sensors.emplace(std::move(sensors));
   form_joint(range, result, recordings, options);
   range.data = without_sensors(range.joint, effective_noise(range, present, result, recordings));
@@ -140,6 +141,17 @@ RangeData data_by_record(RangeData pooled, RangeResult& result, std::vector<Colu
   return data;
 }
 
+/// What forming the sensors' columns takes: signals as they change, of the longest recording.
+double sensor_bytes(const std::vector<Columns>& recordings) {
+  double largest = 0.0;
+  for (const Columns& columns : recordings) {
+    if (columns.prepared == nullptr) continue;
+    const dsp::Motion& motion = columns.prepared->intermediate;
+    largest = std::max(largest, static_cast<double>(motion.signals.size()) * static_cast<double>(motion.num_samples()));
+  }
+  return sizeof(double) * largest;
+}
+
 bool settled(const WeightedTerms& before, const SwitchedFit& now) {
   constexpr double of_std = 0.1;     // moves no other coefficient by more than about that
   constexpr double relative = 1e-5;  // of a coefficient without error: what the times are exact to
@@ -172,6 +184,7 @@ RangeData settled_data(const Range& range, RangeResult& result, std::vector<Colu
                                    [](const Columns& columns) { return columns.switches != nullptr; });
   // Coefficients without the sensors are a few per cent off, and so are the columns formed with them: not twice.
   const int least_passes = sensors.parameters().empty() ? 0 : 2;
+  const int num_threads = dsp::threads_within_memory(sensor_bytes(recordings), options.num_threads);
   WeightedTerms equation;
   for (int pass = 0; matched && !options.methods.empty() && pass < most_passes; ++pass) {
     const Present present = present_fit(data, library, options);
@@ -179,8 +192,14 @@ RangeData settled_data(const Range& range, RangeResult& result, std::vector<Colu
     if (settled(equation, now) && pass >= least_passes) break;
     equation = now.terms;
     data = {};  // before there is another
-    data = data_under(equation);
-    add_sensors(data, sensors, present, result, recordings, options);
+    RangeSensors formed = sensors;
+    dsp::for_each_index(2, num_threads, [&](std::size_t i) {
+      if (i == 0)
+        data = data_under(equation);
+      else if (!formed.parameters().empty())
+        formed.form(present.equation, options.target, options.poll);
+    });
+    add_sensors(data, std::move(formed), present, result, recordings, options);
   }
   data.library = library;
   data.factors = {data.terms, data.scale(data.terms), data.data, {}, {}, {}};

@@ -78,9 +78,9 @@ void BatchFolder::commit(Manifest manifest) {
     const fs::path place = destination_ / file.path;
     if (::rename((staging_.fresh(destination_) / file.path).c_str(), place.c_str()) != 0)
       throw cannot_write(place, errno);
-    if (&file + 1 == &written_.back()) sync_folder(destination_, destination_);  // before the manifest
+    if (&file + 1 == &written_.back()) sync_entry(destination_, destination_);  // before the manifest
   }
-  sync_folder(destination_, destination_);
+  sync_entry(destination_, destination_);
 }
 
 }  // namespace apps

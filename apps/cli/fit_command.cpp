@@ -63,10 +63,11 @@ int fit(const FitArguments& arguments, const GlobalOptions& global, Console& con
   for (const ident::DroppedTerm& term : ranges.front().dropped)
     console.warning("term.left_out", fmt::format("{} is left out: {}", term.name, term.reason));
   refuse_warnings(global.strict, console);
-  save_factors(arguments.save,
-               record_factors(ranges, columns, {{{arguments.table.filename().string(), sha256_file(arguments.table)}}},
-                              library, options),
-               {arguments.table}, global.force);
+  std::vector<ident::RecordFactors> saved;
+  if (!arguments.save.empty())
+    saved = record_factors(ranges, columns, {{{arguments.table.filename().string(), sha256_file(arguments.table)}}},
+                           library, options);
+  save_factors(arguments.save, saved, {arguments.table}, global.force);
   console.result(console.json() ? metrics_json(ranges, options) : report_text(ranges));
   return outcome_of(ranges.front().fits, arguments.table.string(), console);
 }

@@ -85,6 +85,7 @@ fs::path folder_apart(const RunArguments& arguments, const Config& config, const
 
 RunFolder::Origin origin_of(const RunArguments& arguments, std::string command, const Config& config) {
   RunFolder::Origin origin{std::move(command), arguments.command_line, arguments.seed, {}};
+  origin.num_threads = arguments.num_threads;
   origin.request = sha256(fmt::format("{}\n{}\nstrict {} require {}", origin.command,
                                       to_toml(config, arguments.folder.empty() ? "." : arguments.folder),
                                       arguments.strict, arguments.require));
@@ -114,7 +115,7 @@ Work prepare_work(Config config, const RunArguments& arguments, Console& console
     faults.raise();
   }
   Work work{std::move(config), {}};
-  work.inputs = prepare_inputs(work.config, arguments.max_memory_bytes, console);
+  work.inputs = prepare_inputs(work.config, arguments.max_memory_bytes, arguments.num_threads, console);
   settle(work.config, work.inputs, console);
   refuse_warnings(arguments.strict, console);
   return work;

@@ -61,11 +61,11 @@ std::vector<LabelledInterval> segments_of(const Config& config) {
   return intervals;
 }
 
-void find_regimes(Input& input, const Config& config, Console& console) {
+void find_regimes(Input& input, const Config& config, int num_threads, Console& console) {
   if (!config.segment_file.empty())
     ident::set_regimes(input, apply_segments(segments_of(config), config.segment_file, input.prepared));
   else if (config.segment)
-    ident::set_regimes(input, dsp::segment_regimes(input.prepared.intermediate, config.segment_options));
+    ident::find_regimes(input, config.segment_options, num_threads);
   else
     input.prepared.checks.push_back(ident::left_out(input));
   for (const std::string& remark : input.segmentation.remarks)
@@ -86,19 +86,23 @@ Input described(const dsp::RecordingReader& reader, const RecordingConfig& recor
   return input;
 }
 
-dsp::StreamOptions stream_options(const std::string& name, std::size_t max_memory_bytes, Console& console) {
-  return {.max_memory_bytes = max_memory_bytes, .progress = shown_progress(console, "reading " + name)};
+dsp::StreamOptions stream_options(const std::string& name, std::size_t max_memory_bytes, int num_threads,
+                                  Console& console) {
+  return {.max_memory_bytes = max_memory_bytes,
+          .progress = shown_progress(console, "reading " + name),
+          .num_threads = num_threads};
 }
 
 /// Everything after the signals: regimes, the power check, and what is said of them.
-void complete(Input& input, const std::string& name, double recorded_hz, const Config& config, Console& console) {
+void complete(Input& input, const std::string& name, double recorded_hz, const Config& config, int num_threads,
+              Console& console) {
   const fs::path file = input.files.front();
   input.prepared.name = name;
   input.recorded_rate_hz = recorded_hz;
   for (dsp::Check& check : input.prepared.checks) check.message = without_place(std::move(check.message), file);
   for (dsp::Check& check : dsp::sensor_checks(input.prepared, input.channels, input.sidecar))
     input.prepared.checks.push_back(std::move(check));
-  find_regimes(input, config, console);
+  find_regimes(input, config, num_threads, console);
   report_checks(input.prepared.checks, name, console);
   const dsp::Motion& signals = input.prepared.signals;
   console.step(fmt::format(
@@ -108,7 +112,7 @@ void complete(Input& input, const std::string& name, double recorded_hz, const C
 }
 
 Input prepare_input(const RecordingConfig& recording, const Config& config, std::size_t max_memory_bytes,
-                    Console& console) {
+                    int num_threads, Console& console) {
   const std::string& name = recording.name;
   console.step(fmt::format("reading {}", name));
   const dsp::ReadOptions options = read_options(recording, max_memory_bytes);
@@ -117,8 +121,8 @@ Input prepare_input(const RecordingConfig& recording, const Config& config, std:
   Input input = described(reader, recording);
   console.step(fmt::format("preparing {}", name));
   input.prepared = dsp::prepare(reader, dsp::rate_by_cutoff(config.prepare, rate_hz),
-                                stream_options(name, options.max_memory_bytes, console));
-  complete(input, name, rate_hz, config, console);
+                                stream_options(name, options.max_memory_bytes, num_threads, console));
+  complete(input, name, rate_hz, config, num_threads, console);
   return input;
 }
 
@@ -254,12 +258,13 @@ std::vector<fs::path> input_files(const Config& config) {
   return files;
 }
 
-std::vector<Input> prepare_inputs(const Config& config, std::size_t max_memory_bytes, Console& console) {
+std::vector<Input> prepare_inputs(const Config& config, std::size_t max_memory_bytes, int num_threads,
+                                  Console& console) {
   Config settled = config;
   choose_band(settled, max_memory_bytes, console);
   std::vector<Input> inputs;
   for_each_recording(settled, max_memory_bytes, [&](const RecordingConfig& recording) {
-    inputs.push_back(prepare_input(recording, settled, max_memory_bytes, console));
+    inputs.push_back(prepare_input(recording, settled, max_memory_bytes, num_threads, console));
   });
   return inputs;
 }
@@ -277,7 +282,7 @@ std::vector<Source> read_sources(const Config& config, const std::vector<dsp::Pr
       settled.push_back(dsp::rate_by_cutoff(way, reader.description().sample_rate_hz));
     Source source{described(reader, recording), {}};
     source.intermediates =
-        dsp::read_intermediate(reader, settled, stream_options(name, options.max_memory_bytes, console));
+        dsp::read_intermediate(reader, settled, stream_options(name, options.max_memory_bytes, 1, console));
     sources.push_back(std::move(source));
   }
   return sources;
@@ -291,7 +296,7 @@ std::vector<Input> prepare_inputs(const std::vector<Source>& sources, std::size_
     inputs.push_back(source.described);
     inputs.back().prepared =
         dsp::prepare(intermediate, dsp::rate_by_cutoff(config.prepare, intermediate.input_rate_hz));
-    complete(inputs.back(), source.described.prepared.name, intermediate.input_rate_hz, config, console);
+    complete(inputs.back(), source.described.prepared.name, intermediate.input_rate_hz, config, 1, console);
   }
   return inputs;
 }

@@ -37,8 +37,10 @@ void look_at_recordings(const Config& config, std::size_t max_memory_bytes);
 /// The files a run would read, without reading them: recordings and sidecars that are there.
 [[nodiscard]] std::vector<std::filesystem::path> input_files(const Config& config);
 
-/// Reads and prepares every recording. Progress and warnings go to the console.
-[[nodiscard]] std::vector<Input> prepare_inputs(const Config& config, std::size_t max_memory_bytes, Console& console);
+/// Reads and prepares every recording, one after the other, each on up to num_threads threads. Progress and warnings go
+/// to the console.
+[[nodiscard]] std::vector<Input> prepare_inputs(const Config& config, std::size_t max_memory_bytes, int num_threads,
+                                                Console& console);
 
 /// A recording of a config, read once for several ways of preparing it.
 struct Source {

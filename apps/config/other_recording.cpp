@@ -15,7 +15,7 @@ Input other_recording(Config config, RecordingConfig recording, std::size_t max_
   }
   config.ranges.clear();  // they are times of other recordings
   config.segment_file.clear();
-  std::vector<Input> inputs = prepare_inputs(config, max_memory_bytes, console);
+  std::vector<Input> inputs = prepare_inputs(config, max_memory_bytes, 1, console);
   settle(config, inputs, console);
   return std::move(inputs.front());
 }

@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "apps/output/gzip.hpp"
+#include "dsp/for_each_index.hpp"
 #include "dsp/io/input_file.hpp"
 
 namespace apps {
@@ -30,34 +31,48 @@ int digits_to(double value, double step) {
   return std::max(1, static_cast<int>(std::floor(std::log10(std::abs(value))) - std::floor(std::log10(step))) + 1);
 }
 
-/// Rows of a form, one by one; the peaks of its columns are gathered before, where it rounds.
+/// What the columns are rounded to follows from these; none where the form keeps all digits.
 template <class Wanted>
-void each_row(const CsvTable& table, const TableForm& form, Wanted&& wanted, const Sink& sink) {
+std::vector<double> peaks_of(const CsvTable& table, const TableForm& form, const Wanted& wanted) {
+  if (!(form.resolution > 0.0)) return {};
   RowWriter rows(form.resolution);
-  if (form.resolution > 0.0) {
-    rows.gather_peaks();
-    for (std::size_t i = 0; i < table.num_rows; i += form.row_step)
-      if (wanted(i)) table.fill(i, rows), (void)rows.row();
-    RowWriter rounding(form.resolution);
-    rounding.set_peaks(rows.peaks());
-    rows = std::move(rounding);
-  }
-  for (std::size_t i = 0; i < table.num_rows; i += form.row_step) {
-    if (!wanted(i)) continue;
-    table.fill(i, rows);
-    sink(rows.row());
+  rows.gather_peaks();
+  for (std::size_t i = 0; i < table.num_rows; i += form.row_step)
+    if (wanted(i)) table.fill(i, rows), (void)rows.row();
+  return rows.peaks();
+}
+
+/// Rows of a form, block by block.
+template <class Wanted>
+void each_row(const CsvTable& table, const TableForm& form, const Wanted& wanted, const Sink& sink, int num_threads) {
+  constexpr std::size_t rows_of_block = 4096;
+  const std::vector<double> peaks = peaks_of(table, form, wanted);
+  const std::size_t block = rows_of_block * form.row_step;
+  std::vector<std::string> texts(static_cast<std::size_t>(std::max(1, num_threads)));
+  for (std::size_t first = 0; first < table.num_rows; first += block * texts.size()) {
+    dsp::for_each_index(texts.size(), num_threads, [&](std::size_t k) {
+      texts[k].clear();
+      RowWriter rows(form.resolution);
+      rows.set_peaks(peaks);
+      const std::size_t begin = first + k * block, end = std::min(begin + block, table.num_rows);
+      for (std::size_t i = begin; i < end; i += form.row_step)
+        if (wanted(i)) table.fill(i, rows), texts[k] += rows.row();
+    });
+    for (const std::string& text : texts)
+      if (!text.empty()) sink(text);
   }
 }
 
 template <class Wanted>
-void write_rows(const CsvTable& table, const TableForm& form, Wanted&& wanted, const Sink& sink) {
+void write_rows(const CsvTable& table, const TableForm& form, const Wanted& wanted, const Sink& sink, int num_threads) {
   if (!form.compressed) {
     sink(table.header);
-    return each_row(table, form, wanted, sink);
+    return each_row(table, form, wanted, sink, num_threads);
   }
   GzipWriter gzip(sink);
   gzip.write(table.header);
-  each_row(table, form, wanted, [&](std::string_view row) { gzip.write(row); });
+  each_row(
+      table, form, wanted, [&](std::string_view rows) { gzip.write(rows); }, num_threads);
   gzip.finish();
 }
 
@@ -125,9 +140,9 @@ void RowWriter::gather_peaks() {
   gathering_ = true;
 }
 
-void write_table(const CsvTable& table, const TableForm& form, const Sink& sink) {
+void write_table(const CsvTable& table, const TableForm& form, const Sink& sink, int num_threads) {
   write_rows(
-      table, form, [](std::size_t) { return true; }, sink);
+      table, form, [](std::size_t) { return true; }, sink, num_threads);
 }
 
 double estimated_bytes(const CsvTable& table, const TableForm& form) {
@@ -136,7 +151,7 @@ double estimated_bytes(const CsvTable& table, const TableForm& form) {
   std::size_t rows = 0, bytes = 0;
   write_rows(
       table, form, [&](std::size_t i) { return i % spacing < block_rows * form.row_step; },
-      [&](std::string_view piece) { bytes += piece.size(); });
+      [&](std::string_view piece) { bytes += piece.size(); }, 1);
   for (std::size_t i = 0; i < table.num_rows; i += form.row_step)
     rows += i % spacing < block_rows * form.row_step ? 1 : 0;
   const std::size_t all = (table.num_rows + form.row_step - 1) / form.row_step;

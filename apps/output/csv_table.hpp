@@ -51,10 +51,11 @@ struct CsvTable {
   std::string name;    ///< "prepared.csv"
   std::string header;  ///< with its end of line
   std::size_t num_rows = 0;
-  std::function<void(std::size_t, RowWriter&)> fill;  ///< the cells of one row
+  std::function<void(std::size_t, RowWriter&)> fill;  ///< the cells of one row; from any thread
 };
 
-void write_table(const CsvTable& table, const TableForm& form, const Sink& sink);
+/// Rows are made on up to num_threads threads, the caller's one of them; only that calls the sink.
+void write_table(const CsvTable& table, const TableForm& form, const Sink& sink, int num_threads = 1);
 /// Bytes that write_table would write, estimated from rows here and there.
 [[nodiscard]] double estimated_bytes(const CsvTable& table, const TableForm& form);
 /// "prepared.csv", or "prepared.csv.gz".

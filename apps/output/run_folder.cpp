@@ -17,7 +17,6 @@ constexpr double least_folder_bytes = 10e6;  // a smaller recording's run folder
 constexpr double reserved_bytes = 100e3;     // for the manifest and the last lines of the log
 constexpr double estimate_margin = 0.96;     // sizes of tables are estimated from some of their rows
 constexpr double prepared_share = 0.6;       // of the tables' bytes, at most
-constexpr std::size_t rows_between_polls = 1024;
 
 std::vector<const dsp::Prepared*> prepared_of(const std::vector<Input>& inputs) {
   std::vector<const dsp::Prepared*> prepared;
@@ -25,23 +24,11 @@ std::vector<const dsp::Prepared*> prepared_of(const std::vector<Input>& inputs) 
   return prepared;
 }
 
-/// The table with its progress on the console while it is written in this form.
-CsvTable watched(const CsvTable& table, const TableForm& form, Console& console) {
-  const std::size_t passes = form.resolution > 0.0 ? 2 : 1;  // the columns' largest values are gathered before
-  const auto all = static_cast<double>(passes * std::max<std::size_t>(1, table.num_rows / form.row_step));
-  CsvTable result = table;
-  result.fill = [&table, progress = shown_progress(console, "writing " + file_name(table, form)), all,
-                 done = std::size_t{0}](std::size_t row, RowWriter& cells) mutable {
-    if (++done % rows_between_polls == 0) progress(static_cast<double>(done) / all);
-    table.fill(row, cells);
-  };
-  return result;
-}
-
 }  // namespace
 
 RunFolder::RunFolder(const std::filesystem::path& destination, bool force, const Origin& origin)
-    : folder_(destination, force),
+    : folder_(destination, force, origin.num_threads),
+      num_threads_(origin.num_threads),
       manifest_(begin_manifest(origin.command, origin.command_line, origin.seed, folder_.destination())) {
   manifest_.request = origin.request;
   for (const std::filesystem::path& file : origin.files) add_input(manifest_, file, folder_.destination());
@@ -76,14 +63,19 @@ void RunFolder::add_table(CsvTable table) {
 double RunFolder::write_table_within(const CsvTable& table, double most_bytes, Console& console) {
   const std::vector<TableForm> forms = table_forms();
   std::size_t chosen = 0;
-  while (chosen + 1 < forms.size() && estimated_bytes(table, forms[chosen]) > most_bytes) ++chosen, check_interrupted();
+  double expected = estimated_bytes(table, forms.front());
+  for (; chosen + 1 < forms.size() && expected > most_bytes; check_interrupted())
+    expected = estimated_bytes(table, forms[++chosen]);
   const TableForm& form = forms[chosen];
   OutputFile file = folder_.file(file_name(table, form));
+  const auto progress = shown_progress(console, "writing " + file_name(table, form));
   double written = 0.0;
-  write_table(watched(table, form, console), form, [&](std::string_view bytes) {
+  const auto sink = [&](std::string_view bytes) {
     file.write(bytes);
     written += static_cast<double>(bytes.size());
-  });
+    progress(written / std::max(written, expected));
+  };
+  write_table(table, form, sink, num_threads_);
   file.close();
   check_interrupted();
   if (form.compressed)

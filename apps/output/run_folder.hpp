@@ -22,6 +22,7 @@ class RunFolder {
     std::uint64_t seed = 1;
     std::vector<std::filesystem::path> files;  ///< that were read besides recordings: config, segments
     std::string request = {};                  ///< as of Manifest
+    int num_threads = 1;                       ///< that make its tables and check its files
   };
   /// Throws as OutputFolder.
   RunFolder(const std::filesystem::path& destination, bool force, const Origin& origin);
@@ -41,6 +42,7 @@ class RunFolder {
   [[nodiscard]] double write_table_within(const CsvTable& table, double most_bytes, Console& console);
   void write_tables(const CsvTable& prepared, double most_bytes, Console& console);
   OutputFolder folder_;
+  int num_threads_;
   std::vector<CsvTable> tables_;
   double bytes_ = 0.0;           ///< written so far
   double recorded_bytes_ = 0.0;  ///< of the files that were read

@@ -8,6 +8,7 @@
 #include "apps/process/path.hpp"
 #include "apps/process/sha256.hpp"
 #include "apps/process/system_fault.hpp"
+#include "dsp/for_each_index.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;
@@ -32,17 +33,12 @@ std::string sha256_written(const fs::path& file, const fs::path& shown) {
   }
 }
 
-std::vector<fs::path> foreign_entries(const fs::path& folder, const std::vector<ManifestFile>& listed) {
+std::vector<fs::path> foreign_entries(const fs::path& folder, const std::vector<ManifestFile>& listed,
+                                      int num_threads) {
   std::map<fs::path, std::string> hashes;
   for (const ManifestFile& file : listed) hashes[file.path] = file.sha256;
   const std::set<fs::path> folders = folders_of(listed);
-  const auto is_ours = [&](const fs::path& name, const fs::file_status& status) {
-    if (fs::is_directory(status)) return folders.contains(name);
-    if (!fs::is_regular_file(status)) return false;
-    const auto hash = hashes.find(name);
-    return hash == hashes.end() ? name == manifest_name : sha256_written(folder / name, folder / name) == hash->second;
-  };
-  std::vector<fs::path> foreign, open{folder};
+  std::vector<fs::path> foreign, known, open{folder};
   while (!open.empty()) {
     const fs::path next = open.back();
     open.pop_back();
@@ -50,12 +46,22 @@ std::vector<fs::path> foreign_entries(const fs::path& folder, const std::vector<
       std::error_code unknown;
       const fs::path name = entry.lexically_relative(folder);
       const fs::file_status status = fs::symlink_status(entry, unknown);
-      if (!is_ours(name, status))
-        foreign.push_back(name);
-      else if (fs::is_directory(status))
+      const bool is_file = fs::is_regular_file(status);
+      if (fs::is_directory(status) && folders.contains(name))
         open.push_back(entry);
+      else if (is_file && hashes.contains(name))
+        known.push_back(name);
+      else if (!is_file || name != manifest_name)
+        foreign.push_back(name);
     }
   }
+  std::vector<char> changed(known.size(), 0);
+  dsp::for_each_index(known.size(), num_threads, [&](std::size_t i) {
+    const fs::path file = folder / known[i];
+    changed[i] = sha256_written(file, file) == hashes.at(known[i]) ? 0 : 1;
+  });
+  for (std::size_t i = 0; i < known.size(); ++i)
+    if (changed[i] != 0) foreign.push_back(known[i]);
   std::sort(foreign.begin(), foreign.end());
   return foreign;
 }

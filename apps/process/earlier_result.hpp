@@ -11,9 +11,11 @@ namespace apps {
 [[nodiscard]] std::string sha256_written(const std::filesystem::path& file, const std::filesystem::path& shown);
 
 /// What lies in `folder` and is not as its manifest lists it: further files and folders, links, listed files whose
-/// bytes have changed. Relative paths, sorted. Listed files may be missing. Throws dsp::Fault (output, "output.write").
+/// bytes have changed; up to num_threads threads look at these. Relative paths, sorted. Listed files may be missing.
+/// Throws dsp::Fault (output, "output.write").
 [[nodiscard]] std::vector<std::filesystem::path> foreign_entries(const std::filesystem::path& folder,
-                                                                 const std::vector<ManifestFile>& listed);
+                                                                 const std::vector<ManifestFile>& listed,
+                                                                 int num_threads = 1);
 
 /// Removes a folder of results: the files its manifest lists, folders that are then empty, the manifest at last. False
 /// if anything else was in it, which stays.

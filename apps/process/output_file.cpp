@@ -13,7 +13,8 @@ namespace {
 constexpr std::size_t buffer_bytes = 1 << 20;
 }  // namespace
 
-OutputFile::OutputFile(const std::filesystem::path& path, std::filesystem::path shown) : shown_(std::move(shown)) {
+OutputFile::OutputFile(const std::filesystem::path& path, std::filesystem::path shown, OnDisk on_disk)
+    : shown_(std::move(shown)), on_disk_(on_disk) {
   descriptor_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
   if (descriptor_ < 0) throw cannot_write(shown_, errno);
 }
@@ -21,7 +22,8 @@ OutputFile::OutputFile(const std::filesystem::path& path, std::filesystem::path 
 OutputFile::OutputFile(OutputFile&& other) noexcept
     : shown_(std::move(other.shown_)),
       buffer_(std::move(other.buffer_)),
-      descriptor_(std::exchange(other.descriptor_, -1)) {}
+      descriptor_(std::exchange(other.descriptor_, -1)),
+      on_disk_(other.on_disk_) {}
 
 OutputFile::~OutputFile() {
   if (descriptor_ >= 0) ::close(descriptor_);
@@ -45,12 +47,16 @@ void OutputFile::flush() {
 
 void OutputFile::close() {
   flush();
-  if (::fsync(descriptor_) != 0) throw cannot_write(shown_, errno);
+  if (on_disk_ == OnDisk::later)
+    (void)::sync_file_range(descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE);  // where it cannot, sync_entry does all of it
+  else if (::fsync(descriptor_) != 0)
+    throw cannot_write(shown_, errno);
   if (::close(std::exchange(descriptor_, -1)) != 0) throw cannot_write(shown_, errno);
 }
 
-void write_file(const std::filesystem::path& path, const std::filesystem::path& shown, std::string_view bytes) {
-  OutputFile file(path, shown);
+void write_file(const std::filesystem::path& path, const std::filesystem::path& shown, std::string_view bytes,
+                OnDisk on_disk) {
+  OutputFile file(path, shown, on_disk);
   file.write(bytes);
   file.close();
 }

@@ -9,6 +9,7 @@
 #include "apps/process/earlier_result.hpp"
 #include "apps/process/path.hpp"
 #include "apps/process/system_fault.hpp"
+#include "dsp/for_each_index.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;
@@ -21,7 +22,7 @@ const fs::path& not_around_us(const fs::path& destination) {
 }
 
 /// Whether an earlier result of ours is at `destination`, which is not free otherwise: foreign.
-bool holds_result(const fs::path& destination) {
+bool holds_result(const fs::path& destination, int num_threads) {
   constexpr std::string_view advice = "so it is not replaced. Choose another place with -o";
   std::error_code error;
   const auto status = fs::symlink_status(destination, error);
@@ -33,7 +34,7 @@ bool holds_result(const fs::path& destination) {
   if (!listed)
     throw output_fault("output.foreign", destination,
                        fmt::format("holds files but no manifest.json of Ardent's, {}", advice));
-  const std::vector<fs::path> foreign = foreign_entries(destination, *listed);
+  const std::vector<fs::path> foreign = foreign_entries(destination, *listed, num_threads);
   if (foreign.empty()) return true;
   const bool several = foreign.size() > 1;
   throw output_fault(
@@ -71,8 +72,11 @@ void require_not_current(const fs::path& destination) {
                                  destination.string()));
 }
 
-OutputFolder::OutputFolder(const fs::path& destination, bool force)
-    : destination_(named_path(not_around_us(destination))), force_(force), staging_(destination_) {
+OutputFolder::OutputFolder(const fs::path& destination, bool force, int num_threads)
+    : destination_(named_path(not_around_us(destination))),
+      force_(force),
+      num_threads_(num_threads),
+      staging_(destination_) {
   require_free();
   const fs::path fresh = staging_.fresh(destination_);
   make_folder(fresh);
@@ -85,7 +89,7 @@ OutputFolder::OutputFolder(const fs::path& destination, bool force)
 
 void OutputFolder::require_free() const {
   require_no_link(destination_);
-  if (holds_result(destination_) && !force_)
+  if (holds_result(destination_, num_threads_) && !force_)
     throw output_fault("output.exists", destination_,
                        "holds earlier results. Use --force to replace them or -o to write elsewhere");
 }
@@ -104,32 +108,35 @@ fs::path OutputFolder::path(std::string_view name) const {
 
 OutputFile OutputFolder::file(std::string_view name) const {
   make_folder(path(name).parent_path());
-  return {path(name), shown(name)};
+  return {path(name), shown(name), OnDisk::later};
 }
 
 void OutputFolder::write(std::string_view name, std::string_view bytes) const {
   make_folder(path(name).parent_path());
-  write_file(path(name), shown(name), bytes);
+  write_file(path(name), shown(name), bytes, OnDisk::later);
 }
 
 void OutputFolder::commit(Manifest manifest) {
   const fs::path written = staging_.fresh(destination_);
   std::vector<fs::path> folders{written};
-  manifest.outputs.clear();
+  std::vector<fs::path> files;
   for (std::size_t i = 0; i < folders.size(); ++i)
     for (const fs::path& entry : entries_of(fs::path(folders[i]))) {
       std::error_code unknown;
-      const std::string name = entry.lexically_relative(written).generic_string();
-      if (fs::is_directory(fs::symlink_status(entry, unknown)))
-        folders.push_back(entry);
-      else
-        manifest.outputs.push_back({name, sha256_written(entry, shown(name))});
+      (fs::is_directory(fs::symlink_status(entry, unknown)) ? folders : files).push_back(entry);
     }
+  manifest.outputs.assign(files.size(), {});
+  dsp::for_each_index(files.size(), num_threads_, [&](std::size_t i) {
+    const std::string name = files[i].lexically_relative(written).generic_string();
+    manifest.outputs[i] = {name, sha256_written(files[i], shown(name))};
+    sync_entry(files[i], shown(name));
+  });
   std::sort(manifest.outputs.begin(), manifest.outputs.end(),
             [](const ManifestFile& a, const ManifestFile& b) { return a.path < b.path; });
   manifest.finished_utc = utc_now();
   write(manifest_name, manifest_json(manifest));
-  for (const fs::path& folder : folders) sync_folder(folder, destination_);
+  sync_entry(path(manifest_name), shown(manifest_name));
+  for (const fs::path& folder : folders) sync_entry(folder, destination_);
   require_free();  // a person may have come meanwhile
   staging_.place({destination_}, force_);
 }

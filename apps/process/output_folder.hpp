@@ -25,7 +25,8 @@ void require_not_current(const std::filesystem::path& destination);
 /// "output.locked" where another command is writing, "output.write".
 class OutputFolder {
  public:
-  OutputFolder(const std::filesystem::path& destination, bool force);
+  /// `num_threads`: that check and list its files.
+  OutputFolder(const std::filesystem::path& destination, bool force, int num_threads = 1);
   /// Where a file is to be written until the commit. Names are ours: one that is not plain is std::invalid_argument.
   [[nodiscard]] std::filesystem::path path(std::string_view name) const;
   /// Where it will be, which is what messages call it.
@@ -41,6 +42,7 @@ class OutputFolder {
   void make_folder(const std::filesystem::path& folder) const;
   std::filesystem::path destination_;
   bool force_;
+  int num_threads_;
   StagingFolder staging_;
 };
 

@@ -239,7 +239,7 @@ void StagingFolder::place(const std::vector<fs::path>& places, bool replace) {
     while (done-- > 0) take_back(places[done]);
     throw;
   }
-  sync_folder(destination_.has_parent_path() ? destination_.parent_path() : fs::path("."), destination_);
+  sync_entry(destination_.has_parent_path() ? destination_.parent_path() : fs::path("."), destination_);
   clear();
 }
 
@@ -250,8 +250,8 @@ void require_no_link(const fs::path& place) {
                        "is a symbolic link, which is not followed. Remove it or name its target");
 }
 
-void sync_folder(const fs::path& folder, const fs::path& shown) {
-  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+void sync_entry(const fs::path& entry, const fs::path& shown) {
+  const int descriptor = ::open(entry.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) throw cannot_write(shown, errno);
   // Some file systems cannot sync a folder (EINVAL): the rename is then as durable as they make it.
   const int failed = ::fsync(descriptor) != 0 && errno != EINVAL ? errno : 0;

@@ -55,7 +55,8 @@ class StagingFolder {
 /// Throws dsp::Fault (output, "output.symlink") if `place` is a symbolic link.
 void require_no_link(const std::filesystem::path& place);
 
-/// On return the names in the folder are on the disk as far as the file system can say. Failures call it `shown`.
-void sync_folder(const std::filesystem::path& folder, const std::filesystem::path& shown);
+/// On return the bytes of a file, or the names in a folder, are on the disk as far as the file system can say. Failures
+/// call it `shown`.
+void sync_entry(const std::filesystem::path& entry, const std::filesystem::path& shown);
 
 }  // namespace apps

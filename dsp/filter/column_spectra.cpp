@@ -1,12 +1,13 @@
 #include "dsp/filter/column_spectra.hpp"
 
+#include "dsp/for_each_index.hpp"
+
 namespace dsp {
 
 ColumnSpectra::Entry& ColumnSpectra::entry(Eigen::Index column) {
-  const auto found = entries_.find(column);
-  if (found != entries_.end()) return found->second;
-  return entries_.insert({column, {ExtendedSpectrum(recording_.samples.col(column), recording_.sample_rate_hz)}})
-      .first->second;
+  std::optional<Entry>& known = entries_[static_cast<std::size_t>(column)];
+  if (!known) known = Entry{ExtendedSpectrum(recording_.samples.col(column), recording_.sample_rate_hz)};
+  return *known;
 }
 
 ExtendedSpectrum& ColumnSpectra::change(Eigen::Index column) {
@@ -15,12 +16,13 @@ ExtendedSpectrum& ColumnSpectra::change(Eigen::Index column) {
   return known.spectrum;
 }
 
-void ColumnSpectra::store() {
-  for (auto& [column, entry] : entries_) {
-    if (!entry.changed) continue;
-    recording_.samples.col(column) = entry.spectrum.signal();
-    entry.changed = false;
-  }
+void ColumnSpectra::store(int num_threads) {
+  for_each_index(entries_.size(), num_threads, [&](std::size_t column) {
+    std::optional<Entry>& known = entries_[column];
+    if (!known || !known->changed) return;
+    recording_.samples.col(static_cast<Eigen::Index>(column)) = known->spectrum.signal();
+    known->changed = false;
+  });
 }
 
 }  // namespace dsp

@@ -76,22 +76,9 @@ VectorXd ExtendedSpectrum::signal() && {
   return back(std::move(spectrum_), mean_);
 }
 
-VectorXd ExtendedSpectrum::filtered(const Response& response) const {
-  Eigen::VectorXcd product(spectrum_.size());
-  for (Index k = 0; k < spectrum_.size(); ++k) product(k) = spectrum_(k) * response(frequency_hz(k));
-  return back(std::move(product), mean_ * response(0.0).real());
-}
-
-void ExtendedSpectrum::multiply(const Response& response) {
-  for (Index k = 0; k < spectrum_.size(); ++k) spectrum_(k) *= response(frequency_hz(k));
-  mean_ *= response(0.0).real();
-}
-
-void ExtendedSpectrum::add(const ExtendedSpectrum& other, const Response& response) {
+void ExtendedSpectrum::require_as_long(const ExtendedSpectrum& other) const {
   if (other.num_samples_ != num_samples_ || other.spectrum_.size() != spectrum_.size())
     throw std::invalid_argument("ExtendedSpectrum::add: another length");
-  for (Index k = 0; k < spectrum_.size(); ++k) spectrum_(k) += other.spectrum_(k) * response(frequency_hz(k));
-  mean_ += other.mean_ * response(0.0).real();
 }
 
 VectorXd ExtendedSpectrum::derivative(int order, const SpectralBand& band) const {

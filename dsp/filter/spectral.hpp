@@ -1,7 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <complex>
-#include <functional>
+#include <utility>
 
 #include "dsp/filter/burg.hpp"
 #include "dsp/filter/fft.hpp"
@@ -22,16 +22,30 @@ class ExtendedSpectrum {
   /// Throws std::invalid_argument for a rate that is not positive, fewer than 8 samples or a non-finite sample.
   ExtendedSpectrum(const Eigen::Ref<const Eigen::VectorXd>& signal, double sample_rate_hz,
                    const ExtensionOptions& options = {});
-  /// A function of frequency in Hz, f >= 0. A record's mean passes with response(0), whose real part counts.
-  using Response = std::function<std::complex<double>(double)>;
-  /// The signal, as it is or passed through `response`, as long as the signal.
+  /// The signal, as it is or passed through `response`, as long as the signal. A response is a function of frequency in
+  /// Hz, f >= 0, real or complex; a record's mean passes with response(0), whose real part counts.
   [[nodiscard]] Eigen::VectorXd signal() const&;
   [[nodiscard]] Eigen::VectorXd signal() &&;
-  [[nodiscard]] Eigen::VectorXd filtered(const Response& response) const;
+  template <class Response>
+  [[nodiscard]] Eigen::VectorXd filtered(const Response& response) const {
+    Eigen::VectorXcd product(spectrum_.size());
+    at_each_bin(response, [&](Eigen::Index k, std::complex<double> value) { product(k) = spectrum_(k) * value; });
+    return back(std::move(product), mean_ * at_zero(response));
+  }
   /// The same without the way back: the signal becomes the filtered one.
-  void multiply(const Response& response);
+  template <class Response>
+  void multiply(const Response& response) {
+    at_each_bin(response, [&](Eigen::Index k, std::complex<double> value) { spectrum_(k) *= value; });
+    mean_ *= at_zero(response);
+  }
   /// Adds another signal passed through `response`. Throws std::invalid_argument unless it is as long.
-  void add(const ExtendedSpectrum& other, const Response& response);
+  template <class Response>
+  void add(const ExtendedSpectrum& other, const Response& response) {
+    require_as_long(other);
+    at_each_bin(response,
+                [&](Eigen::Index k, std::complex<double> value) { spectrum_(k) += other.spectrum_(k) * value; });
+    mean_ += other.mean_ * at_zero(response);
+  }
   /// d^order(signal)/dt^order within the band: the spectrum times (i 2 pi f)^order gain(f). order 0 is the low-pass
   /// alone.
   [[nodiscard]] Eigen::VectorXd derivative(int order, const SpectralBand& band) const;
@@ -39,6 +53,17 @@ class ExtendedSpectrum {
   [[nodiscard]] double power_fraction_above(double frequency_hz) const;
 
  private:
+  template <class Response, class Act>
+  void at_each_bin(const Response& response, const Act& act) const {
+    const auto size = static_cast<double>(fft_.size());
+    for (Eigen::Index k = 0; k < spectrum_.size(); ++k)
+      act(k, std::complex<double>(response(static_cast<double>(k) * sample_rate_hz_ / size)));
+  }
+  template <class Response>
+  [[nodiscard]] static double at_zero(const Response& response) {
+    return std::complex<double>(response(0.0)).real();
+  }
+  void require_as_long(const ExtendedSpectrum& other) const;
   [[nodiscard]] double frequency_hz(Eigen::Index bin) const;
   [[nodiscard]] Eigen::VectorXd back(Eigen::VectorXcd spectrum, double mean) const;
 

@@ -166,7 +166,7 @@ std::vector<std::shared_ptr<IntermediateRecording>> read_intermediate(RecordingR
 
 Prepared prepare(RecordingReader& reader, const PrepareOptions& options, const StreamOptions& stream) {
   const auto intermediate = read_intermediate(reader, {options}, stream).front();
-  return prepare(std::move(*intermediate), options);
+  return prepare(std::move(*intermediate), options, stream.num_threads);
 }
 
 }  // namespace dsp

@@ -18,28 +18,32 @@ double omega(double frequency_hz) {
   return 2.0 * std::numbers::pi * frequency_hz;
 }
 
+ExtendedSpectrum spectrum_of(const Motion& motion, const char* name) {
+  return ExtendedSpectrum(motion.at(name), motion.sample_rate_hz);
+}
+
 /// v times one gain and the integral of a times another.
 template <class GainOfV, class GainOfA>
-VectorXd combined(const Motion& motion, const GainOfV& of_v, const GainOfA& of_a) {
-  ExtendedSpectrum spectrum(motion.at("v"), motion.sample_rate_hz);
-  spectrum.multiply(of_v);
-  spectrum.add(ExtendedSpectrum(motion.at("a"), motion.sample_rate_hz),
-               [&](double f) { return f > 0.0 ? of_a(f) / std::complex<double>(0.0, omega(f)) : 0.0; });
-  return std::move(spectrum).signal();
+VectorXd sum_of(ExtendedSpectrum v, const ExtendedSpectrum& a, const GainOfV& of_v, const GainOfA& of_a) {
+  v.multiply(of_v);
+  v.add(a, [&](double f) { return f > 0.0 ? of_a(f) / std::complex<double>(0.0, omega(f)) : 0.0; });
+  return std::move(v).signal();
 }
 
 }  // namespace
 
 JointVelocity::JointVelocity(const Motion& motion, const SpectralBand& band, double period_s)
     : band_(band),
+      v_(spectrum_of(motion, "v")),
       step_hz_(1.0 / period_s),
       density_of_x_(density_beyond_harmonics(motion.at("x"), motion.sample_rate_hz, period_s)),
       of_its_own_(!std::isfinite(motion.find("v")->flat_to_hz)) {
   if (of_its_own_) density_of_v_ = density_beyond_harmonics(motion.at("v"), motion.sample_rate_hz, period_s);
   const Signal* a = motion.find("a");
   if (a == nullptr || std::isfinite(a->flat_to_hz)) return;  // computed, it has nothing of its own to say
-  VectorXd difference = combined(
-      motion, [](double) { return 1.0; }, [](double) { return -1.0; });
+  a_ = spectrum_of(motion, "a");
+  VectorXd difference = sum_of(
+      v_, *a_, [](double) { return 1.0; }, [](double) { return -1.0; });
   for (std::size_t i = 0; i < motion.excluded.size(); ++i)
     if (motion.excluded[i] != 0) difference(static_cast<Index>(i)) = 0.0;
   const PowerDensity densities(difference, motion.sample_rate_hz);
@@ -54,10 +58,16 @@ JointVelocity::JointVelocity(const Motion& motion, const SpectralBand& band, dou
 }
 
 VectorXd JointVelocity::of(const Motion& motion) const {
-  if (density_of_difference_.empty())
-    return ExtendedSpectrum(motion.at("v"), motion.sample_rate_hz).filtered([&](double f) { return band_.gain(f); });
-  return combined(
-      motion, [&](double f) { return band_.gain(f) * (1.0 - weight_of_a(f)); },
+  const ExtendedSpectrum v = spectrum_of(motion, "v");
+  if (density_of_difference_.empty()) return combined(v, nullptr);
+  const ExtendedSpectrum a = spectrum_of(motion, "a");
+  return combined(v, &a);
+}
+
+VectorXd JointVelocity::combined(const ExtendedSpectrum& v, const ExtendedSpectrum* a) const {
+  if (a == nullptr || density_of_difference_.empty()) return v.filtered([&](double f) { return band_.gain(f); });
+  return sum_of(
+      v, *a, [&](double f) { return band_.gain(f) * (1.0 - weight_of_a(f)); },
       [&](double f) { return band_.gain(f) * weight_of_a(f); });
 }
 

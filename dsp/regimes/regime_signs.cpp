@@ -74,7 +74,7 @@ RegimeSigns regime_signs(const Motion& motion) {
   if (has_faster) {
     const JointVelocity velocity(motion, slow, signs.period_s);
     signs.speed_noise_m_per_s = velocity.noise_m_per_s();
-    signs.velocity_m_per_s = velocity.of(motion);
+    signs.velocity_m_per_s = velocity.velocity();
     if (motion.find("a") != nullptr) look_at_reversals(motion, velocity, signs);
   } else {
     signs.velocity_m_per_s = v;

@@ -2,12 +2,16 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <optional>
 #include <utility>
 
+#include "dsp/for_each_index.hpp"
 #include "dsp/order_statistics.hpp"
 #include "dsp/sensors/band_windows.hpp"
 
@@ -32,7 +36,7 @@ struct Ratio {
   int num_windows = 0;
 };
 
-using Response = ExtendedSpectrum::Response;
+using Response = std::function<Complex(double)>;
 
 // D is differentiated, and given what the sensors are presumed to differ by, before it is cut into windows: a window
 // smears each frequency over its neighbours, which does no harm only where the ratio is flat. Dividing spectra by f^2
@@ -291,12 +295,11 @@ struct Pair {
 };
 constexpr Pair pairs[] = {{"r and ddr", Role::r, Role::ddr}, {"y and ddy", Role::y, Role::ddy}};
 
-SensorRelation relate_pair(ColumnSpectra& spectra, const Pair& pair, const std::vector<unsigned char>& excluded,
-                           const RelateOptions& options) {
+SensorRelation relate_pair(ColumnSpectra& spectra, const Pair& pair, const std::vector<unsigned char>& excluded) {
   const Recording& recording = spectra.recording();
   const Index d = recording.find(pair.displacement), a = recording.find(pair.acceleration);
   SensorRelation relation = related([&]() -> const ExtendedSpectrum& { return spectra.of(d); },
-                                    recording.samples.col(a), recording.sample_rate_hz, excluded, options);
+                                    recording.samples.col(a), recording.sample_rate_hz, excluded, {});
   relation.name = pair.name;
   relation.displacement = recording.channels[static_cast<std::size_t>(d)].name;
   relation.acceleration = recording.channels[static_cast<std::size_t>(a)].name;
@@ -308,14 +311,40 @@ bool has(const Recording& recording, const Pair& pair) {
   return recording.find(pair.displacement) >= 0 && recording.find(pair.acceleration) >= 0;
 }
 
+/// Brings the displacement of a pair to the accelerometer's clock, and both to one scale.
+void bring_together(ColumnSpectra& spectra, const Pair& pair, const SensorRelation& relation, ScaleReference scale) {
+  const Recording& recording = spectra.recording();
+  const bool displacement_counts = scale == ScaleReference::displacement;
+  const double lag_s = relation.lag_s, ratio = gain_is_plausible(relation) ? relation.gain : 1.0;
+  const double gain = displacement_counts ? 1.0 : ratio;
+  spectra.change(recording.find(pair.displacement)).multiply([&](double f) {
+    return std::polar(gain, two_pi * f * lag_s);
+  });
+  if (displacement_counts)
+    spectra.change(recording.find(pair.acceleration)).multiply([&](double) { return 1.0 / ratio; });
+}
+
+/// Relates the pairs that are there; `use(pair, relation)` is called for each on the thread that found it.
+template <class Use>
+std::vector<SensorRelation> relate_each(ColumnSpectra& spectra, const std::vector<unsigned char>& excluded,
+                                        int num_threads, const Use& use) {
+  std::array<std::optional<SensorRelation>, std::size(pairs)> found;
+  for_each_index(found.size(), num_threads, [&](std::size_t i) {
+    if (!has(spectra.recording(), pairs[i])) return;
+    found[i] = relate_pair(spectra, pairs[i], excluded);
+    use(pairs[i], *found[i]);
+  });
+  std::vector<SensorRelation> relations;
+  for (std::optional<SensorRelation>& relation : found)
+    if (relation) relations.push_back(std::move(*relation));
+  return relations;
+}
+
 }  // namespace
 
 std::vector<SensorRelation> relate_pairs(ColumnSpectra& spectra, const std::vector<unsigned char>& excluded,
-                                         const RelateOptions& options) {
-  std::vector<SensorRelation> relations;
-  for (const Pair& pair : pairs)
-    if (has(spectra.recording(), pair)) relations.push_back(relate_pair(spectra, pair, excluded, options));
-  return relations;
+                                         int num_threads) {
+  return relate_each(spectra, excluded, num_threads, [](const Pair&, const SensorRelation&) {});
 }
 
 bool can_be_corrected(const SensorRelation& relation) {
@@ -327,61 +356,53 @@ bool gain_is_plausible(const SensorRelation& relation) {
 }
 
 Equalised equalise_sensors(ColumnSpectra& spectra, const std::vector<unsigned char>& excluded, ScaleReference scale,
-                           const RelateOptions& options) {
+                           int num_threads) {
   const Recording& recording = spectra.recording();
   Equalised result;
+  result.relations = relate_each(spectra, excluded, num_threads, [&](const Pair& pair, const SensorRelation& relation) {
+    if (can_be_corrected(relation)) bring_together(spectra, pair, relation, scale);
+  });
   std::optional<std::vector<double>> base_highpass;
-  for (const Pair& pair : pairs) {
-    if (!has(recording, pair)) continue;
-    SensorRelation relation = relate_pair(spectra, pair, excluded, options);
-    if (can_be_corrected(relation)) {
-      const bool displacement_counts = scale == ScaleReference::displacement;
-      const double lag_s = relation.lag_s, ratio = gain_is_plausible(relation) ? relation.gain : 1.0;
-      const double gain = displacement_counts ? 1.0 : ratio;
-      spectra.change(recording.find(pair.displacement)).multiply([&](double f) {
-        return std::polar(gain, two_pi * f * lag_s);
-      });
-      if (displacement_counts)
-        spectra.change(recording.find(pair.acceleration)).multiply([&](double) { return 1.0 / ratio; });
-    }
+  for (const SensorRelation& relation : result.relations) {
     // Without a relation, the cut-offs somebody wrote down.
     const auto& cutoffs = can_be_corrected(relation) ? relation.highpass_hz : relation.declared_hz;
-    if (pair.acceleration == Role::ddr)
+    if (relation.name == pairs[0].name)
       base_highpass = cutoffs;
     else
       result.highpass_hz = cutoffs;
-    result.relations.push_back(std::move(relation));
   }
   // The base acceleration takes on the payload's AC coupling; both lose what lies below any useful frequency.
   const auto& shared = result.highpass_hz;
   const bool coupled = !shared.empty() || (base_highpass && !base_highpass->empty());
-  for (const Role role : {Role::ddr, Role::ddy}) {
-    const Index a = recording.find(role);
-    if (a < 0 || result.relations.empty() || !coupled) continue;
-    const std::vector<double>& own = role == Role::ddr && base_highpass ? *base_highpass : shared;
+  constexpr std::array accelerations{Role::ddr, Role::ddy};
+  for_each_index(accelerations.size(), num_threads, [&](std::size_t i) {
+    const Index a = recording.find(accelerations[i]);
+    if (a < 0 || result.relations.empty() || !coupled) return;
+    const std::vector<double>& own = accelerations[i] == Role::ddr && base_highpass ? *base_highpass : shared;
     spectra.change(a).multiply([&](double f) {
       constexpr double lowest_hz = 0.02;
       if (f < lowest_hz) return Complex(0.0);
       return own == shared ? Complex(1.0) : highpass_response(shared, f) / highpass_response(own, f);
     });
-  }
+  });
   return result;
 }
 
-void restore_low_frequencies(ColumnSpectra& spectra, const std::vector<double>& highpass_hz) {
+void restore_low_frequencies(ColumnSpectra& spectra, const std::vector<double>& highpass_hz, int num_threads) {
   if (highpass_hz.empty()) return;
   const double upper_hz = *std::max_element(highpass_hz.begin(), highpass_hz.end());
   // 1 where the displacement counts, 0 where the accelerometer does.
   const SpectralBand low{upper_hz / 2.0, upper_hz};
-  for (const auto& [displacement, acceleration] : {std::pair{Role::r, Role::ddr}, std::pair{Role::y, Role::ddy}}) {
-    const Index d = spectra.recording().find(displacement), a = spectra.recording().find(acceleration);
-    if (d < 0 || a < 0) continue;
+  for_each_index(std::size(pairs), num_threads, [&](std::size_t i) {
+    const Index d = spectra.recording().find(pairs[i].displacement),
+                a = spectra.recording().find(pairs[i].acceleration);
+    if (d < 0 || a < 0) return;
     ExtendedSpectrum& whole = spectra.change(a);
     whole.multiply([&](double f) {
       return f <= low.rolloff_hz ? Complex(0.0) : (1.0 - low.gain(f)) / highpass_response(highpass_hz, f);
     });
     whole.add(spectra.of(d), [&](double f) { return -two_pi * f * two_pi * f * low.gain(f); });
-  }
+  });
 }
 
 }  // namespace dsp

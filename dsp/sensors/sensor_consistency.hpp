@@ -51,10 +51,10 @@ struct RelateOptions {
 /// Which of the two sensors of a pair is believed in scale.
 enum class ScaleReference { displacement, accelerometer };
 
-/// The pairs r and ddr, y and ddy of a recording, as far as it has them; nothing is changed.
+/// The pairs r and ddr, y and ddy of a recording, as far as it has them, on up to num_threads threads; nothing is
+/// changed.
 [[nodiscard]] std::vector<SensorRelation> relate_pairs(ColumnSpectra& spectra,
-                                                       const std::vector<unsigned char>& excluded,
-                                                       const RelateOptions& options = {});
+                                                       const std::vector<unsigned char>& excluded, int num_threads = 1);
 
 /// Every other pair of channels of one body of which one is the derivative of the other (x, v, a; r, dr, ddr; y, dy,
 /// ddy), compared by sign and size alone, in the band that holds the motion: either may have been computed from the
@@ -81,14 +81,14 @@ struct Equalised {
 /// acceleration is brought to the payload's high-pass (below 0.02 Hz to zero), which is never inverted. Channels of
 /// roles r, ddr, y, ddy; a pair that cannot be related, or whose signs are opposite, stays as it is but for the
 /// cut-offs its channel names, with the reason in its relation. Without an accelerometer pair nothing changes. Known
-/// delays must have been removed.
+/// delays must have been removed. The pairs are shared by up to num_threads threads.
 Equalised equalise_sensors(ColumnSpectra& spectra, const std::vector<unsigned char>& excluded,
-                           ScaleReference scale = ScaleReference::displacement, const RelateOptions& options = {});
+                           ScaleReference scale = ScaleReference::displacement, int num_threads = 1);
 
 /// Gives accelerations that passed these cut-offs (roles ddr and ddy) back what the cut-offs took, in their spectra:
 /// above the highest cut-off by dividing by the high-pass, which costs no more than a factor sqrt(2) of noise a pole
 /// there; below half of it, where that would amplify drift, from the displacement of the same body instead, with a
 /// smooth passage. Their mean becomes zero. A body without a displacement keeps its acceleration as it is.
-void restore_low_frequencies(ColumnSpectra& spectra, const std::vector<double>& highpass_hz);
+void restore_low_frequencies(ColumnSpectra& spectra, const std::vector<double>& highpass_hz, int num_threads = 1);
 
 }  // namespace dsp

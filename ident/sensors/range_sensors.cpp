@@ -25,7 +25,6 @@ RangeSensors::RangeSensors(const Range& range, const RangeRows& rows, const std:
     Part& part = parts_[r];
     part.columns = &recordings[r];
     part.first = static_cast<Index>(parameters_.size());
-    part.accelerations = regression_accelerations(*part.columns->prepared);
     for (const SensorParameter& parameter : recordings[r].sensors) {
       if (parameter.from_s >= last_s || parameter.to_s <= first_s) continue;
       part.sensors.push_back(parameter);
@@ -42,8 +41,8 @@ RangeSensors::RangeSensors(const Range& range, const RangeRows& rows, const std:
 
 void RangeSensors::form(const WeightedTerms& equation, const std::string& target, const std::function<void()>& poll) {
   for (Part& part : parts_)
-    if (part.columns != nullptr)
-      part.psi = sensor_columns(*part.columns->prepared, part.accelerations, part.shapes, equation, target, poll);
+    if (const Columns* columns = part.columns; columns != nullptr)
+      part.psi = sensor_columns(*columns->prepared, *columns->accelerations, part.shapes, equation, target, poll);
 }
 
 /// Calls visit(parameter, value of its column) for what is not zero.

@@ -36,7 +36,6 @@ class RangeSensors {
     std::vector<SensorParameter> sensors;                    ///< that change something on the rows
     std::vector<std::shared_ptr<const SensorShape>> shapes;  ///< theirs, each once
     std::vector<Eigen::Index> shape_of;                      ///< of each sensor
-    dsp::Motion accelerations;                               ///< as the regression has them
     Eigen::MatrixXd psi;                                     ///< of the shapes
   };
   template <class Visit>

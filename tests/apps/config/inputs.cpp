@@ -60,7 +60,7 @@ TEST_CASE("what is wrong with each of several recordings is said at once", "[app
              cut = folder.file("cut.csv", "t,disp_m\n0,1\n1,2\n2\n3,1\n");
   std::vector<std::string> names;
   try {
-    (void)apps::prepare_inputs(config_of({bare, good, cut}), 0, silent);
+    (void)apps::prepare_inputs(config_of({bare, good, cut}), 0, 1, silent);
   } catch (const dsp::SeveralFaults& faults) {
     for (const dsp::Fault& fault : faults.all()) names.push_back(fault.name());
   }
