@@ -26,8 +26,8 @@ void require_machine_memory(std::string_view what, double bytes, std::string_vie
                             1e-6 * memory, remedy));
 }
 
-int threads_within_memory(double bytes_of_each, int num_threads) {
-  constexpr double most_bytes = 48e6, most_threads = 1000.0;
+int threads_within_memory(double bytes_of_each, int num_threads, double most_bytes) {
+  constexpr double most_threads = 1000.0;
   return std::max(1, std::min(num_threads,
                               1 + static_cast<int>(std::min(most_bytes / std::max(bytes_of_each, 1.0), most_threads))));
 }

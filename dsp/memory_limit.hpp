@@ -14,7 +14,7 @@ void require_memory(const std::string& name, double bytes, std::size_t max_memor
 void require_machine_memory(std::string_view what, double bytes, std::string_view remedy);
 
 /// How many of so many threads may be at work at a time where each takes these bytes, so that memory does not grow by
-/// more than 48 MB for the second and those after it; at least 1.
-[[nodiscard]] int threads_within_memory(double bytes_of_each, int num_threads);
+/// more than `most_bytes` for the second and those after it; at least 1.
+[[nodiscard]] int threads_within_memory(double bytes_of_each, int num_threads, double most_bytes = 48e6);
 
 }  // namespace dsp

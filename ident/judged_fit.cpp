@@ -103,6 +103,10 @@ std::vector<Course> training_courses(const RangeRows& rows, const std::vector<Co
   return training;
 }
 
+bool has_intervals(const Model& model) {
+  return model.covariance.size() > 0 && model.covariance.allFinite();
+}
+
 /// Through the test rows, and of an equation that nothing drives through the training rows: test rows of a steady
 /// motion show one amplitude only, which many equations keep.
 FreeRun free_run_through(const Model& model, const RangeRows& rows, const std::vector<Course>& test,
@@ -121,8 +125,7 @@ FreeRun free_run_through(const Model& model, const RangeRows& rows, const std::v
     if (!on_training.reason.empty()) training.clear();
   }
   const double error = run.larger_nmse();
-  const bool has_intervals = model.covariance.size() > 0 && model.covariance.allFinite();
-  if (has_intervals && error > follows_in_part && std::isfinite(error)) {
+  if (has_intervals(model) && error > follows_in_part && std::isfinite(error)) {
     const ClosestRun closest = closest_run(model, test, training, follows, options);
     run.closest = closest.test.nmse_centred;
     run.closest_training = closest.training.nmse_centred;
@@ -143,10 +146,12 @@ FreeRun free_run_of(const JudgedFit& judged, const RangeResult& result, const Ra
     run.reason = "the rows of a table are no time response";
   else if (range.test.size() == 0)
     run.reason = "no test rows";
-  else if (twin != earlier.end())
+  else if (twin != earlier.end()) {
     run = twin->free_run;
-  else
+    if (!has_intervals(judged.model)) run.closest = run.closest_training = nan;
+  } else {
     run = free_run_through(judged.model, result.rows, courses, recordings, options.poll);
+  }
   run.applies = options.free_run && (options.target == "a" || options.target == "ddy");  // else no equation of motion
   return run;
 }

@@ -42,7 +42,7 @@ int predict(const PredictArguments& arguments, const GlobalOptions& global, Cons
   refuse_warnings(global.strict, console);
   const auto range = std::find_if(config.ranges.begin(), config.ranges.end(),
                                   [&](const ident::Range& one) { return one.spec.name == equation.range; });
-  const std::string hash = hashes.of(arguments.recording);
+  const std::string hash = hashes.of(input.files.front());
   const ident::RecordPrediction prediction =
       ident::predict(equation.model, equation.linear, input,
                      {.fitted_as = fitted_name(fitted, config, hash),

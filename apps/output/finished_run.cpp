@@ -41,6 +41,19 @@ void check_finished_run(const fs::path& run, bool strict, Console& console) {
 }
 
 std::string fitted_name(const Manifest& run, const Config& config, const std::string& sha256) {
+  const auto has_name = [](const ManifestFile& input) { return !input.recording.empty(); };
+  if (std::none_of(run.inputs.begin(), run.inputs.end(), has_name)) {
+    // Of a program that did not write names: recordings are among the inputs in the order of the config.
+    auto next = run.inputs.begin();
+    for (const RecordingConfig& fitted : config.recordings) {
+      const fs::path file = fitted.file.filename();
+      next = std::find_if(next, run.inputs.end(),
+                          [&](const ManifestFile& input) { return fs::path(input.path).filename() == file; });
+      if (next == run.inputs.end()) break;
+      if (next++->sha256 == sha256) return fitted.name;
+    }
+    return "";
+  }
   std::size_t left = config.recordings.size();  // those for testing are behind them
   for (const ManifestFile& input : run.inputs) {
     if (input.recording.empty()) continue;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <mutex>
@@ -10,6 +11,7 @@
 
 #include "apps/page/page.hpp"
 #include "dsp/for_each_index.hpp"
+#include "dsp/memory_limit.hpp"
 
 namespace apps {
 void write_page(const RunResults& results, const FirstScreen& first, int num_threads, RunFolder& folder,
@@ -32,7 +34,13 @@ void write_page(const RunResults& results, const FirstScreen& first, int num_thr
   const ident::RangeResult* chosen = chosen_equation(results.ranges).range;
   content.range_figures.resize(results.ranges.size());
   const auto poll = shown_poll(console, "drawing figures");
-  dsp::for_each_index(1 + results.ranges.size(), num_threads, [&](std::size_t part) {
+  std::size_t most_rows = 0;
+  for (const ident::RangeResult& range : results.ranges)
+    most_rows = std::max(most_rows, range.rows.train.size() + range.rows.test.size());
+  constexpr double columns_at_work = 27.0, most_bytes = 16e6;  // all that is drawn from is still held, too
+  const int at_work = dsp::threads_within_memory(sizeof(double) * columns_at_work * static_cast<double>(most_rows),
+                                                 num_threads, most_bytes);
+  dsp::for_each_index(1 + results.ranges.size(), at_work, [&](std::size_t part) {
     poll();
     if (part == 0) return record_figures(results, results.steps, into(content.record_figures));
     const std::size_t i = part - 1;

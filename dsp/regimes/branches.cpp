@@ -97,14 +97,18 @@ StateSequence fitted_states(const Observations& seen) {
 
 /// Out of a rest a response is on no branch, on its way to one: from the start it is on that which it is on when it has
 /// settled.
-void settle_after_rests(const Observations& seen, std::vector<int>& states) {
-  const std::size_t count = states.size();
+void settle_after_rests(const Observations& seen, StateSequence& states) {
+  const std::size_t count = states.states.size(), settling = 2 * transient_cycles;
   for (std::size_t k = seen.begins_at_rest ? 0 : 1; k < count; ++k) {
     if (k > 0 && !seen.begins_anew[k]) continue;
     std::size_t last = k;
-    while (last + 1 < std::min(count, k + 2 * transient_cycles) && !seen.begins_anew[last + 1]) ++last;
-    std::fill(states.begin() + static_cast<std::ptrdiff_t>(k), states.begin() + static_cast<std::ptrdiff_t>(last),
-              states[last]);
+    while (last + 1 < std::min(count, k + settling) && !seen.begins_anew[last + 1]) ++last;
+    if (last + 1 < k + settling) continue;  // it rests again before it has settled
+    for (std::size_t i = k; i < last; ++i) {
+      if (states.states[i] == states.states[last]) continue;
+      states.states[i] = states.states[last];
+      states.probability(static_cast<Index>(i)) = states.probability(static_cast<Index>(last));
+    }
   }
 }
 
@@ -241,7 +245,7 @@ Branches find_branches(std::span<const HalfCycle> half_cycles, const std::vector
   if (gain_of_jumps(changes, states.states) <= 0.0)
     return one("the amplitude does not jump where the phase turns: one branch");
   const bool hardens = grows_in_phase(changes, states.states);
-  settle_after_rests(seen, states.states);
+  settle_after_rests(seen, states);
   Branches found{intervals_of(seen, correlations(seen), states, sample_rate_hz), {}};
   const auto count = found.intervals.size() - 1;
   if (!hardens)

@@ -24,7 +24,7 @@ constexpr double small_term = 3.0;  // times the residual's standard deviation, 
 std::string explanation_clause(const Explanation& named) {
   const std::string fraction = percent(named.fraction);
   if (!named.instead_of.empty())
-    return fmt::format("{} is no candidate; in place of {} it explains {} of what these leave over", named.what,
+    return fmt::format("{} is no candidate; in place of {} it explains {} of what the other terms leave over", named.what,
                        fmt::join(named.instead_of, " and "), fraction);
   if (named.cause == Cause::switch_variable)
     return fmt::format("{} explains {} of what is left over: the sign is that of another motion", named.what, fraction);

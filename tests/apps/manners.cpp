@@ -173,6 +173,10 @@ TEST_CASE("a recording that was fitted is known by its bytes, not by its name", 
   CHECK(name_of("drive.csv") == "drive.csv");
   CHECK(name_of("copy.csv") == "drive.csv");
   CHECK(name_of("elsewhere/drive.csv").empty());
+  apps::Manifest nameless = run;  // as programs wrote it that knew recordings by their paths
+  for (apps::ManifestFile& input : nameless.inputs) input.recording.clear();
+  CHECK(apps::fitted_name(nameless, config, apps::sha256_file(folder / "copy.csv")) == "drive.csv");
+  CHECK(apps::fitted_name(nameless, config, apps::sha256_file(folder / "elsewhere/drive.csv")).empty());
 }
 
 TEST_CASE("records of one name from different runs are told apart by their runs", "[apps][manners]") {
