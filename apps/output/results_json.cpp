@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "apps/output/json_number.hpp"
 #include "apps/output/json_parts.hpp"
 #include "apps/output/report_text.hpp"
 #include "apps/process/printable.hpp"
@@ -74,10 +75,8 @@ Json nmse_json(const ident::JudgedFit& fit) {
   result["free_run"] = ran ? Json(fit.free_run.nmse) : Json();
   result["free_run_centred"] =
       ran && std::isfinite(fit.free_run.nmse_centred) ? Json(fit.free_run.nmse_centred) : Json();
-  result["free_run_training_centred"] =
-      std::isfinite(fit.free_run.nmse_training) ? Json(fit.free_run.nmse_training) : Json();  // of one alone
-  const double closest = std::fmax(fit.free_run.closest, fit.free_run.closest_training);
-  result["free_run_within_intervals"] = std::isfinite(closest) ? Json(closest) : Json();  // where x is missed
+  result["free_run_training_centred"] = number_or_null(fit.free_run.nmse_training);     // of one alone
+  result["free_run_within_intervals"] = number_or_null(fit.free_run.larger_closest());  // where x is missed
   result["free_run_reason"] = fit.free_run.reason.empty() ? Json() : Json(fit.free_run.reason);
   return result;
 }

@@ -47,6 +47,8 @@ struct FreeRun {
   std::vector<FreeRunSeries> series;  ///< with keep_series: of each course
   /// The larger of nmse_centred and nmse_training; NaN: there is neither.
   [[nodiscard]] double larger_nmse() const { return std::fmax(nmse_centred, nmse_training); }
+  /// The same of closest and closest_training.
+  [[nodiscard]] double larger_closest() const { return std::fmax(closest, closest_training); }
 };
 
 struct FreeRunOptions {

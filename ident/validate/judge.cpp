@@ -24,8 +24,8 @@ constexpr double small_term = 3.0;  // times the residual's standard deviation, 
 std::string explanation_clause(const Explanation& named) {
   const std::string fraction = percent(named.fraction);
   if (!named.instead_of.empty())
-    return fmt::format("{} is no candidate; in place of {} it explains {} of what the other terms leave over", named.what,
-                       fmt::join(named.instead_of, " and "), fraction);
+    return fmt::format("{} is no candidate; in place of {} it explains {} of what the other terms leave over",
+                       named.what, fmt::join(named.instead_of, " and "), fraction);
   if (named.cause == Cause::switch_variable)
     return fmt::format("{} explains {} of what is left over: the sign is that of another motion", named.what, fraction);
   if (!named.is_term)
@@ -70,7 +70,7 @@ std::string free_run_clause(const FreeRun& run, const Findings& found) {
     return fmt::format(
         "the free run does not follow x (NMSE {:.2g}), but it does with coefficients within their "
         "intervals (NMSE {:.2g}): they are not known well enough for the free run to decide",
-        run.larger_nmse(), std::fmax(run.closest, run.closest_training));
+        run.larger_nmse(), run.larger_closest());
   const std::string noise = run.larger_nmse() > 2.0 * found.run_error
                                 ? fmt::format(", NMSE {:.1g} beyond the noise of x", found.run_error)
                                 : std::string();
