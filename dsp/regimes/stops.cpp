@@ -87,7 +87,7 @@ std::vector<bool> stick_mask(const RegimeSigns& signs, const SegmentOptions& opt
     if (!found) continue;
     const double stood = found->to - found->from;
     // Half as steep below `slow` as above, which no friction needs, is as long as the passage.
-    if (stood >= std::max({shortest, stds * found->std, found->passage}) && !touches(signs, first, i, stood))
+    if (stood >= std::max({shortest, stds * found->std}) && !touches(signs, first, i, stood))
       stop(found->from - late, found->to);
   }
   for (const Reversal& reversal : signs.reversals)
