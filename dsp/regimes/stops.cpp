@@ -10,9 +10,9 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-/// In samples; std of its length by noise; passage: what straight lines through zero would take.
+/// In samples; std of its length by noise.
 struct Stand {
-  double from = 0.0, to = 0.0, std = 0.0, passage = 0.0;
+  double from = 0.0, to = 0.0, std = 0.0;
 };
 
 double quarter_period(const RegimeSigns& signs) {
@@ -47,7 +47,6 @@ std::optional<Stand> stand(const RegimeSigns& signs, Index first, Index last, do
   if (first == 0) before = after;
   if (last == signs.num_samples()) after = before;
   found.from += before, found.to -= after;
-  found.passage = before + after;
   found.std = std::hypot(before, after) * signs.speed_noise_m_per_s / slow;
   return found;
 }
@@ -86,8 +85,7 @@ std::vector<bool> stick_mask(const RegimeSigns& signs, const SegmentOptions& opt
     const auto found = stand(signs, first, i, slow);
     if (!found) continue;
     const double stood = found->to - found->from;
-    // Half as steep below `slow` as above, which no friction needs, is as long as the passage.
-    if (stood >= std::max({shortest, stds * found->std}) && !touches(signs, first, i, stood))
+    if (stood >= std::max(shortest, stds * found->std) && !touches(signs, first, i, stood))
       stop(found->from - late, found->to);
   }
   for (const Reversal& reversal : signs.reversals)
