@@ -50,7 +50,7 @@ std::vector<Gap> gaps_between(const std::vector<bool>& stuck, const std::vector<
 double bridged_cycles(const std::vector<Gap>& gaps, const RegimeSigns& signs) {
   constexpr double chance = 1e-3;  // that more of them are missed in a row
   if (signs.reversals.empty()) return 1.0;
-  double missed = 0.5, seen = 0.5;
+  double missed = 0.0, seen = 0.0;
   for (const Gap& gap : gaps)
     if (gap.cycles < 1.0) (gap.cycles < 0.5 ? seen : missed) += 1.0;
   if (missed >= seen) return 1.0;  // no row

@@ -12,7 +12,8 @@ namespace dsp {
 /// with a halt of options.stick_halt_s or more.
 ///
 /// A stop begins sharply, and the low-pass makes a sharp bend of the speed reach zero later by 0.15 periods of its
-/// cut-off, which is taken off; it ends smoothly, as what pulls comes to exceed friction.
+/// cut-off, which is taken off; it ends sharply or by degrees, as what pulls comes to exceed friction, and its end is
+/// taken back to where the speed began to rise.
 [[nodiscard]] std::vector<bool> stick_mask(const RegimeSigns& signs, const SegmentOptions& options);
 
 /// Standard deviation of the ends of a stop: a quarter of a period of the low-pass, which blurs them.
