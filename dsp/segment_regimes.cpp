@@ -61,8 +61,18 @@ double bridged_cycles(const std::vector<Gap>& gaps, const RegimeSigns& signs) {
 void join_stops(std::vector<bool>& stuck, const std::vector<HalfCycle>& halves, const RegimeSigns& signs) {
   const std::vector<Gap> gaps = gaps_between(stuck, halves, signs);
   const double longest = bridged_cycles(gaps, signs);
-  for (const Gap& gap : gaps)
-    if (gap.cycles < longest) std::fill(stuck.begin() + gap.first, stuck.begin() + gap.last, true);
+  const auto join = [&](Index first, Index last) { std::fill(stuck.begin() + first, stuck.begin() + last, true); };
+  Index row_end = -1;
+  for (const Gap& gap : gaps) {
+    if (gap.cycles >= longest) continue;
+    join(gap.first, gap.last);
+    row_end = gap.last;
+  }
+  // A row that the record cuts goes on to its end, where a halt cannot be seen.
+  if (row_end < 0) return;
+  while (row_end < signs.num_samples() && stuck[static_cast<std::size_t>(row_end)]) ++row_end;
+  const Index rest = signs.num_samples() - row_end;
+  if (rest < cycle_at(row_end - 1, halves, signs)) join(row_end, signs.num_samples());
 }
 
 std::vector<Segment> runs(const Labels& labels) {

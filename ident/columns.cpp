@@ -94,6 +94,13 @@ Columns form_columns(const CandidateLibrary& library, const std::string& target,
   return result;
 }
 
+VectorXd column_beside(const Columns& columns, const std::string& term, const std::string& target) {
+  const CandidateLibrary library = make_library({.order = 0, .terms = {term}}, target, *columns.signals);
+  const Term& one = library.terms.front();
+  if (columns.switches == nullptr) return one.expression.evaluate(*columns.signals);
+  return matched_column(ExactSwitches(*columns.prepared, library), one);
+}
+
 void place_switches(Columns& columns, const CandidateLibrary& library, const WeightedTerms& equation,
                     const std::function<void()>& poll) {
   if (columns.switches == nullptr || (equation.empty() && !columns.switches->settled())) return;

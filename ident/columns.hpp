@@ -57,6 +57,10 @@ struct Columns {
 [[nodiscard]] Columns form_columns(const CandidateLibrary& library, const std::string& target,
                                    const dsp::Prepared& prepared, const std::function<void()>& poll = {});
 
+/// The column that form_columns would make of one more term of these signals, without what else it makes: switches as
+/// they are before an equation settles them. Throws as make_library for a term of other signals.
+[[nodiscard]] Eigen::VectorXd column_beside(const Columns& columns, const std::string& term, const std::string& target);
+
 /// Forms the columns again that depend on where an equation's switches are; none: as form_columns left them. Columns of
 /// no recipe "matched" stay as they are. `library` is the one they were formed of.
 void place_switches(Columns& columns, const CandidateLibrary& library, const WeightedTerms& equation,

@@ -16,6 +16,7 @@
 #include "dsp/regimes/regime.hpp"
 #include "dsp/regimes/regime_signs.hpp"
 #include "dsp/signals.hpp"
+#include "ident/held_by_ground.hpp"
 #include "ident/left_out.hpp"
 
 namespace ident {
@@ -83,50 +84,6 @@ void warn_if_nothing_moves(Record& record) {
        .message = fmt::format("only rest is left: whatever moves lies within {:.2g} s, the filters' reach, of samples "
                               "that are excluded. A higher prepare.rate_hz and prepare.cutoff_hz reach less far",
                               static_cast<double>(signals.edge_samples) / signals.sample_rate_hz)});
-}
-
-/// The payload's own motion, where that of its base is known, too.
-std::optional<dsp::Motion> absolute_motion(const dsp::Motion& motion) {
-  if (motion.find("r") == nullptr || motion.find("y") == nullptr) return std::nullopt;
-  dsp::Motion absolute{.sample_rate_hz = motion.sample_rate_hz, .excluded = motion.excluded};
-  for (const auto& [name, source] : {std::pair{"t", "t"}, {"x", "y"}, {"v", "dy"}, {"a", "ddy"}}) {
-    (void)motion.at(source);
-    absolute.signals.push_back(*motion.find(source));
-    absolute.signals.back().name = name;
-  }
-  return absolute;
-}
-
-std::optional<dsp::Segmentation> absolute_regimes(const dsp::Motion& motion) {
-  const std::optional<dsp::Motion> absolute = absolute_motion(motion);
-  if (!absolute) return std::nullopt;
-  return dsp::segment_regimes(*absolute);
-}
-
-/// A payload that stands still while its base moves is held by the ground: its friction is that of the absolute speed,
-/// and what holds it is not in the equation. `found`: its absolute regimes.
-void warn_if_held_by_the_ground(Record& record, const dsp::Segmentation& found) {
-  const dsp::Motion& motion = record.prepared.intermediate;
-  const double still_m_per_s = found.options.stick_speed_m_per_s;
-  Eigen::Index held = 0;
-  const Eigen::VectorXd &dy = motion.at("dy"), &dr = motion.at("dr");
-  for (const dsp::Segment& segment : found.segments)
-    for (Eigen::Index i = segment.first; i < segment.last && segment.regime == dsp::Regime::stick; ++i)
-      held += std::abs(dy(i)) < still_m_per_s && std::abs(dr(i)) > still_m_per_s ? 1 : 0;
-  constexpr double least_fraction = 0.05;
-  const double fraction = static_cast<double>(held) / static_cast<double>(motion.num_samples());
-  if (fraction < least_fraction) return;
-  record.prepared.checks.push_back(
-      {.name = "regime.ground",
-       .status = dsp::CheckStatus::warning,
-       .value = fraction,
-       .limit = least_fraction,
-       .message =
-           fmt::format("for {:.0f} % of the time the payload stands still on the ground while its base moves: its "
-                       "friction is that of dy, and an equation holds only while it slips. Try target = "
-                       "\"ddy\" in [fit], only = [\"x\", \"v\", \"sgn(dy)\"] in [library], and a [[range]] with "
-                       "name = \"slip\" and where = \"abs(dy) > {:.2g}\"",
-                       100.0 * fraction, still_m_per_s)});
 }
 
 /// The ranges of a record for which nobody named any.
@@ -272,7 +229,8 @@ void set_regimes(Record& record, dsp::Segmentation segmentation, std::optional<d
   record.prepared.checks.push_back(left_out(record));
   warn_if_nothing_moves(record);
   if (!absolute_holds) absolute = absolute_regimes(record.prepared.intermediate);
-  if (absolute) warn_if_held_by_the_ground(record, *absolute);
+  if (absolute)
+    if (const auto check = held_by_ground(record.prepared, *absolute)) record.prepared.checks.push_back(*check);
   if (record.prepared.raw_v.size() == 0) return;
   record.power = dsp::power_check(record.prepared, record.regimes);
   record.prepared.checks.push_back(check_of(*record.power, record.prepared.relations));

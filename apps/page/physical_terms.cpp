@@ -25,56 +25,116 @@ bool is_acceleration(const std::string& name) {
   return name == "a" || name == "ddy";
 }
 
-/// At x = 0, v = 0, every switch on this side; NaN where it is not finite.
-double at_rest(const ident::Expression& expression, double side) {
-  const std::vector<double> values(expression.signals().size(), 0.0), sides(expression.switches().size(), side);
+/// At this x and at rest, every switch on this side; NaN where it is not finite.
+double at_rest(const ident::Expression& expression, double x, double side) {
+  std::vector<double> values;
+  for (const std::string& signal : expression.signals()) values.push_back(signal == "x" ? x : 0.0);
+  const std::vector<double> sides(expression.switches().size(), side);
   return expression.evaluate(values.data(), sides.data());
 }
 
-double derivative_at_rest(ident::Expression expression, const char* signal, int order) {
-  for (int i = 0; i < order; ++i) expression = expression.derivative(signal);
-  const double value = at_rest(expression, 0.0);
+double finite_at_rest(const ident::Expression& expression, double x) {
+  const double value = at_rest(expression, x, 0.0);
   return std::isfinite(value) ? value : 0.0;
+}
+
+ident::Expression derivative(ident::Expression expression, const char* signal, int order) {
+  for (int i = 0; i < order; ++i) expression = expression.derivative(signal);
+  return expression;
 }
 
 /// What an equation is made of at rest: each a weighted sum of the coefficients, of the sign it has on the side of the
 /// restoring force; `mass` is 1 for an acceleration.
 struct Restoring {
-  VectorXd stiffness, damping, friction, cubic;
+  VectorXd force, stiffness, damping, friction, cubic;
   std::optional<VectorXd> mass;
-  bool is_cubic = true;  ///< in x: k and k3 hold everywhere, and not about x = 0 alone
+  bool is_cubic = true;  ///< in x: k and k3 hold everywhere, and not about this x alone
   [[nodiscard]] double per_mass(const VectorXd& weights, const VectorXd& coefficients) const {
     return weights.dot(coefficients) / (mass ? mass->dot(coefficients) : 1.0);
   }
 };
 
-bool only_of_motion(const ident::Expression& term, bool base_at_rest) {
-  return !term.signals().empty() && std::all_of(term.signals().begin(), term.signals().end(), [&](const auto& name) {
-    return name == "x" || name == "v" || name == "dy" || (base_at_rest && name == "y");
-  });
-}
-
-std::optional<Restoring> restoring_side(const ident::Model& model, bool base_at_rest) {
-  const Index n = std::ssize(model.terms);
-  const double sign = is_acceleration(model.target) ? -1.0 : 1.0;
-  Restoring side{VectorXd::Zero(n), VectorXd::Zero(n), VectorXd::Zero(n), VectorXd::Zero(n), {}};
-  for (Index i = 0; i < n; ++i) {
-    const std::string& name = model.terms[static_cast<std::size_t>(i)].name;
-    if (is_acceleration(name) && !is_acceleration(model.target)) side.mass = VectorXd::Unit(n, i);
-    const ident::Expression term(name);
-    if (!only_of_motion(term, base_at_rest)) continue;
-    for (const char* position : {"x", "y"}) {
-      side.stiffness(i) += sign * derivative_at_rest(term, position, 1);
-      side.cubic(i) += sign * derivative_at_rest(term, position, 3) / 6.0;
-      side.is_cubic = side.is_cubic && derivative_at_rest(term, position, 5) == 0.0;
+/// The terms of an equation that act between payload and base, by what they are at rest.
+class RestoringTerms {
+ public:
+  RestoringTerms(const ident::Model& model, bool base_at_rest)
+      : sign_(is_acceleration(model.target) ? -1.0 : 1.0), num_terms_(std::ssize(model.terms)) {
+    for (Index i = 0; i < num_terms_; ++i) {
+      const std::string& name = model.terms[static_cast<std::size_t>(i)].name;
+      if (is_acceleration(name) && !is_acceleration(model.target)) mass_ = VectorXd::Unit(num_terms_, i);
+      const ident::Expression term(name);
+      const auto& signals = term.signals();
+      if (!std::all_of(signals.begin(), signals.end(), [&](const auto& signal) {
+            return signal == "x" || signal == "v" || signal == "dy" || (base_at_rest && signal == "y");
+          }))
+        continue;
+      of_y_ = of_y_ || std::find(signals.begin(), signals.end(), "y") != signals.end();
+      Term found{i, term};
+      for (const char* position : {"x", "y"}) {
+        found.stiffness.push_back(derivative(term, position, 1));
+        found.cubic.push_back(derivative(term, position, 3));
+        found.beyond.push_back(derivative(term, position, 5));
+      }
+      for (const char* speed : {"v", "dy"})
+        if (base_at_rest || speed[0] == 'v') found.damping.push_back(derivative(term, speed, 1));
+      terms_.push_back(std::move(found));
     }
-    for (const char* speed : {"v", "dy"})
-      if (base_at_rest || speed[0] == 'v') side.damping(i) += sign * derivative_at_rest(term, speed, 1);
-    if (!term.switches().empty()) side.friction(i) = 0.5 * sign * (at_rest(term, 1.0) - at_rest(term, -1.0));
+    is_motion_ = is_acceleration(model.target) || mass_;
   }
-  if (!is_acceleration(model.target) && !side.mass) return {};
-  return side;
-}
+  /// Whether it is an equation of motion.
+  [[nodiscard]] bool is_motion() const { return is_motion_; }
+
+  [[nodiscard]] Restoring at(double x) const {
+    const VectorXd none = VectorXd::Zero(num_terms_);
+    Restoring side{none, none, none, none, none, mass_};
+    const auto sum = [&](const std::vector<ident::Expression>& all) {
+      double value = 0.0;
+      for (const ident::Expression& one : all) value += sign_ * finite_at_rest(one, x);
+      return value;
+    };
+    for (const Term& term : terms_) {
+      side.force(term.index) = sign_ * finite_at_rest(term.term, x);
+      side.stiffness(term.index) = sum(term.stiffness);
+      side.cubic(term.index) = sum(term.cubic) / 6.0;
+      side.damping(term.index) = sum(term.damping);
+      side.is_cubic = side.is_cubic && sum(term.beyond) == 0.0;
+      if (!term.term.switches().empty())
+        side.friction(term.index) = 0.5 * sign_ * (at_rest(term.term, x, 1.0) - at_rest(term.term, x, -1.0));
+    }
+    return side;
+  }
+
+  /// Where the restoring force passes zero towards its own side, between two positions; nearest to their middle.
+  [[nodiscard]] std::optional<double> balance(const VectorXd& coefficients, double lowest, double highest) const {
+    if (of_y_) return 0.0;  // which is x but for a constant
+    constexpr int steps = 64, halvings = 60;
+    const auto force = [&](double x) { return at(x).force.dot(coefficients); };
+    std::optional<double> found;
+    const double middle = 0.5 * (lowest + highest), step = (highest - lowest) / steps;
+    for (int i = 0; i < steps; ++i) {
+      double below = lowest + i * step, above = below + step;
+      if (!(force(below) < 0.0 && force(above) >= 0.0)) continue;
+      for (int k = 0; k < halvings; ++k) {
+        const double between = 0.5 * (below + above);
+        (force(between) < 0.0 ? below : above) = between;
+      }
+      if (!found || std::abs(below - middle) < std::abs(*found - middle)) found = below;
+    }
+    return found;
+  }
+
+ private:
+  struct Term {
+    Index index;
+    ident::Expression term;
+    std::vector<ident::Expression> stiffness, cubic, beyond, damping;
+  };
+  double sign_;
+  Index num_terms_;
+  std::vector<Term> terms_;
+  std::optional<VectorXd> mass_;
+  bool of_y_ = false, is_motion_ = false;
+};
 
 bool has(const VectorXd& weights) {
   return (weights.array() != 0.0).any();
@@ -123,27 +183,45 @@ double propagated_std(const Function& function, const VectorXd& mean, const Matr
 std::vector<PhysicalTerm> physical_terms(const ident::Model& model, const MatrixXd& covariance,
                                          const PhysicalContext& context) {
   const std::string& x_unit = context.x_unit;
-  const double amplitude = context.amplitude;
-  std::vector<PhysicalTerm> terms;
-  const std::optional<Restoring> side = restoring_side(model, context.base_at_rest);
-  if (!side || x_unit.empty()) return terms;
+  const RestoringTerms all(model, context.base_at_rest);
+  if (!all.is_motion() || x_unit.empty()) return {};
   VectorXd mean(std::ssize(model.terms));
   for (Index i = 0; i < mean.size(); ++i) mean(i) = model.terms[static_cast<std::size_t>(i)].mean;
+  const bool by_zero = context.lowest <= 0.0 && context.highest >= 0.0;
+  const auto rest = by_zero ? std::optional(0.0) : all.balance(mean, context.lowest, context.highest);
+  if (!rest) return {};
+  const Restoring r = all.at(*rest);
+  const bool moved = *rest != 0.0;
+  // With other coefficients it rests elsewhere; to first order.
+  const auto position = [&](const VectorXd& c) { return *rest - r.force.dot(c) / r.stiffness.dot(c); };
+  const auto there = [&](const VectorXd& c) { return moved ? all.at(position(c)) : r; };
+  const Function k = [&](const VectorXd& c) {
+    const Restoring side = there(c);
+    return side.per_mass(side.stiffness, c);
+  };
+  const Function k3 = [&](const VectorXd& c) {
+    const Restoring side = there(c);
+    return side.per_mass(side.cubic, c);
+  };
+  std::vector<PhysicalTerm> terms;
   const auto add = [&](const std::string& name, const std::string& unit, const Function& function) {
     if (const double value = function(mean); std::isfinite(value))
       terms.push_back({name, unit, value, propagated_std(function, mean, covariance)});
   };
-  const Restoring& r = *side;
-  const auto k = [&r](const VectorXd& c) { return r.per_mass(r.stiffness, c); };
-  const auto k3 = [&r](const VectorXd& c) { return r.per_mass(r.cubic, c); };
+  const double amplitude = std::max(std::abs(context.lowest - *rest), std::abs(context.highest - *rest));
   const bool springs_back = has(r.stiffness) && k(mean) > 0.0;
+  if (moved && springs_back) add("rest position", x_unit, position);
   if (springs_back) {
-    add("natural frequency", "Hz", [=](const VectorXd& c) { return hertz(k(c)); });
+    add(moved ? "natural frequency about it" : "natural frequency", "Hz",
+        [&](const VectorXd& c) { return hertz(k(c)); });
     if (has(r.damping))
-      add("damping ratio", "%", [&](const VectorXd& c) { return 50.0 * r.per_mass(r.damping, c) / std::sqrt(k(c)); });
+      add("damping ratio", "%", [&](const VectorXd& c) {
+        const Restoring side = there(c);
+        return 50.0 * side.per_mass(side.damping, c) / std::sqrt(k(c));
+      });
   } else if (r.is_cubic && has(r.stiffness) && has(r.cubic) && k3(mean) > 0.0) {
-    add("rest positions at plus and minus", x_unit, [=](const VectorXd& c) { return std::sqrt(-k(c) / k3(c)); });
-    add("natural frequency about them", "Hz", [=](const VectorXd& c) { return hertz(-2.0 * k(c)); });
+    add("rest positions at plus and minus", x_unit, [&](const VectorXd& c) { return std::sqrt(-k(c) / k3(c)); });
+    add("natural frequency about them", "Hz", [&](const VectorXd& c) { return hertz(-2.0 * k(c)); });
   }
   if (has(r.friction))
     add("friction force per mass", x_unit + "/s^2", [&](const VectorXd& c) { return r.per_mass(r.friction, c); });
@@ -151,7 +229,7 @@ std::vector<PhysicalTerm> physical_terms(const ident::Model& model, const Matrix
   add(k3(mean) > 0.0 ? "hardening k3/m" : "softening k3/m", fmt::format("1/({}^2 s^2)", x_unit), k3);
   if (springs_back && amplitude > 0.0)
     add(fmt::format("frequency at {:.3g} {} amplitude", amplitude, x_unit), "Hz",
-        [=](const VectorXd& c) { return hertz(k(c) + 0.75 * k3(c) * amplitude * amplitude); });
+        [&](const VectorXd& c) { return hertz(k(c) + 0.75 * k3(c) * amplitude * amplitude); });
   return terms;
 }
 

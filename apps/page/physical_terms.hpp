@@ -26,7 +26,7 @@ struct PhysicalTerm {
 
 /// What an equation itself does not say.
 struct PhysicalContext {
-  double amplitude = 0.0;  ///< of x
+  double lowest = 0.0, highest = 0.0;  ///< of x
   std::string x_unit;
   bool base_at_rest = false;  ///< y and dy are x and v, but for a constant
 };
@@ -36,7 +36,9 @@ struct PhysicalContext {
 /// of the terms in x and v alone: natural frequency sqrt(k) / 2 pi, damping ratio c / (2 sqrt(k)), friction force per
 /// mass (half the jump at v = 0), k3, and the frequency sqrt(k + 3/4 k3 A^2) / 2 pi at the amplitude A of x (0: left
 /// out). Negative k of a force that is a cubic: the rest positions sqrt(-k / k3) and the frequency sqrt(-2 k) / 2 pi
-/// about them. What the equation does not have is not there; nothing where x has no unit.
+/// about them. Where x does not come by 0, all of that at the position within its reach where the forces of x, and of
+/// 1, balance and pull back, which is a term then; nothing where there is none. What the equation does not have is not
+/// there; nothing where x has no unit.
 [[nodiscard]] std::vector<PhysicalTerm> physical_terms(const ident::Model& model, const Eigen::MatrixXd& covariance,
                                                        const PhysicalContext& context);
 

@@ -10,6 +10,7 @@
 #include "dsp/sensors/power_check.hpp"
 #include "dsp/sensors/sensor_checks.hpp"
 #include "dsp/sensors/sensor_problems.hpp"
+#include "ident/library/expression.hpp"
 #include "ident/percent.hpp"
 
 namespace apps {
@@ -174,6 +175,16 @@ bool is_said(const dsp::Check& check, const Input& input) {
   return check.name.starts_with("sensor.") && check.name != "sensor.relation";
 }
 
+/// What that check proposes: a range whose rows are chosen by the payload's own speed.
+bool has_slip_range(const RunResults& results) {
+  return std::any_of(results.ranges.begin(), results.ranges.end(), [](const ident::RangeResult& range) {
+    const std::string& where = range.spec.where;
+    if (where.empty()) return false;
+    const ident::Expression condition(where);
+    return std::find(condition.signals().begin(), condition.signals().end(), "dy") != condition.signals().end();
+  });
+}
+
 /// What is to be mended first then, and is said by its check.
 bool rests_on_the_ground(const RunResults& results) {
   return std::any_of(results.inputs.begin(), results.inputs.end(), [](const Input& input) {
@@ -195,7 +206,7 @@ std::vector<Remedy> remedies(const RunResults& results) {
   for (const Input& input : results.inputs)
     for (const dsp::Check& check : input.prepared.checks)
       if ((check.status == dsp::CheckStatus::warning || check.status == dsp::CheckStatus::failed) &&
-          !is_said(check, input))
+          !is_said(check, input) && !(check.name == "regime.ground" && has_slip_range(results)))
         found.push_back({fmt::format("{}: {}{}{} [{}]", input.prepared.name, channel_prefix(check),
                                      check.name == "sample.clipped" ? "clipped: " : "", check.message, check.name),
                          {}});

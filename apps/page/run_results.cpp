@@ -21,13 +21,20 @@ ChosenEquation chosen_equation(const ident::RangeResult& range) {
   return fit.model.terms.empty() ? ChosenEquation{} : ChosenEquation{&range, &fit};
 }
 
-double largest_displacement(const ident::RangeResult& range, const std::vector<ident::Columns>& columns) {
-  double largest = 0.0;
+namespace {
+
+/// Of x over the training rows.
+std::pair<double, double> extent_of_x(const ident::RangeResult& range, const std::vector<ident::Columns>& columns) {
+  double lowest = INFINITY, highest = -INFINITY;
   for (const ident::Row& row : range.rows.train)
     if (const dsp::Signal* x = columns[row.recording].signals->find("x"))
-      if (const double size = std::abs(x->values(row.sample)); std::isfinite(size)) largest = std::max(largest, size);
-  return largest;
+      if (const double value = x->values(row.sample); std::isfinite(value))
+        lowest = std::min(lowest, value), highest = std::max(highest, value);
+  if (lowest > highest) return {0.0, 0.0};
+  return {lowest, highest};
 }
+
+}  // namespace
 
 bool base_at_rest(const dsp::Motion& signals) {
   return signals.find("y") != nullptr && signals.find("r") == nullptr && signals.find("dr") == nullptr &&
@@ -38,8 +45,8 @@ std::vector<PhysicalTerm> physical_terms(const ChosenEquation& chosen, const Run
   const dsp::Prepared& prepared = results.inputs[chosen.range->rows.train.front().recording].prepared;
   const dsp::Signal* x = prepared.signals.find("x");
   if (x == nullptr) return {};
-  const PhysicalContext context{largest_displacement(*chosen.range, results.columns), x->unit,
-                                base_at_rest(prepared.signals)};
+  const auto [lowest, highest] = extent_of_x(*chosen.range, results.columns);
+  const PhysicalContext context{lowest, highest, x->unit, base_at_rest(prepared.signals)};
   const auto of = [&](const ident::Model& model) {
     return physical_terms(model, si_covariance(model, ident::absolute_gains(prepared)), context);
   };

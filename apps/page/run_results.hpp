@@ -32,9 +32,6 @@ struct ChosenEquation {
 /// The same within one range.
 [[nodiscard]] ChosenEquation chosen_equation(const ident::RangeResult& range);
 
-/// Largest magnitude of x over the training rows.
-[[nodiscard]] double largest_displacement(const ident::RangeResult& range, const std::vector<ident::Columns>& columns);
-
 /// Whether nothing but the payload moves: y and dy are x and v, but for a constant.
 [[nodiscard]] bool base_at_rest(const dsp::Motion& signals);
 

@@ -19,7 +19,8 @@ using dsp::AskedSetting;
 std::string number_facts(const AskedSetting& setting) {
   const std::string kind = setting.number ? "number" : "whole number";
   const auto [from, to, above] = setting.range;
-  const bool low = std::isfinite(from), high = std::isfinite(to);
+  // A single number follows from what was asked: one of as many recordings as there are.
+  const bool low = std::isfinite(from), high = std::isfinite(to) && from < to;
   if (low && high) return fmt::format("{} {} {} to {}", kind, above ? "above" : "from", from, to);
   if (low) return fmt::format("{}{} {}", kind, above ? " above" : ", at least", from);
   return high ? fmt::format("{}, at most {}", kind, to) : kind;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 
 namespace dsp {
@@ -10,23 +11,36 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-/// In samples; std of its length by noise; passage: what straight lines through zero would take.
+/// In samples; std of its length by noise; early: by how much it ends before `to` where it comes loose by degrees.
 struct Stand {
-  double from = 0.0, to = 0.0, std = 0.0, passage = 0.0;
+  double from = 0.0, to = 0.0, std = 0.0, early = 0.0;
 };
 
 double quarter_period(const RegimeSigns& signs) {
   return signs.period_s / 4.0 * signs.sample_rate_hz;
 }
 
+/// Where |v| passes `level` between a sample below it and the one beside it that is above.
+double crossing(const RegimeSigns& signs, Index above, Index below, double level) {
+  const double high = std::abs(signs.velocity_m_per_s(above)), low = std::abs(signs.velocity_m_per_s(below));
+  return static_cast<double>(below) + (level - low) / (high - low) * static_cast<double>(above - below);
+}
+
+/// How many times as long as from one to two times `slow` it took from zero to one: once where it comes loose at once
+/// and the speed rises straight, 1 + sqrt(2) times where the pull exceeds friction by degrees and the speed rises with
+/// the square of time; between the two by Aitken's extrapolation. It is at twice `slow` before `last`.
+double rises(const RegimeSigns& signs, Index last, double slow, double at_slow, double at_twice) {
+  Index behind = last;
+  while (behind < signs.num_samples() && std::abs(signs.velocity_m_per_s(behind)) < 4.0 * slow) ++behind;
+  if (behind == signs.num_samples() || behind == last) return 1.0;
+  const double at_four_times = crossing(signs, behind, behind - 1, 4.0 * slow);
+  return 1.0 / (std::clamp((at_four_times - at_twice) / (at_twice - at_slow), std::numbers::sqrt2, 2.0) - 1.0);
+}
+
 /// Of [first, last), where |v| is below twice `slow`, if it gets below that. What lasts for a quarter of a period is no
 /// passage, and what an end of the record cuts is passed as it is on the other side.
 std::optional<Stand> stand(const RegimeSigns& signs, Index first, Index last, double slow) {
   const auto speed = [&](Index i) { return std::abs(signs.velocity_m_per_s(i)); };
-  const auto crossing = [&](Index outside, Index inside, double level) {
-    const double fraction = (level - speed(inside)) / (speed(outside) - speed(inside));
-    return static_cast<double>(inside) + fraction * static_cast<double>(outside - inside);
-  };
   Index begin = first, end = last - 1;
   while (begin < last && speed(begin) >= slow) ++begin;
   while (end >= first && speed(end) >= slow) --end;
@@ -34,12 +48,14 @@ std::optional<Stand> stand(const RegimeSigns& signs, Index first, Index last, do
   Stand found{static_cast<double>(begin), static_cast<double>(end)};
   double before = 0.0, after = 0.0;
   if (first > 0) {
-    found.from = crossing(begin - 1, begin, slow);
-    before = found.from - crossing(first - 1, first, 2.0 * slow);
+    found.from = crossing(signs, begin - 1, begin, slow);
+    before = found.from - crossing(signs, first - 1, first, 2.0 * slow);
   }
   if (last < signs.num_samples()) {
-    found.to = crossing(end + 1, end, slow);
-    after = crossing(last, last - 1, 2.0 * slow) - found.to;
+    found.to = crossing(signs, end + 1, end, slow);
+    after = crossing(signs, last, last - 1, 2.0 * slow) - found.to;
+    if (after > 0.0 && after < quarter_period(signs))
+      found.early = after * (rises(signs, last, slow, found.to, found.to + after) - 1.0);
   }
   const double reach = quarter_period(signs);
   if (before >= reach) before = 0.0;
@@ -47,7 +63,6 @@ std::optional<Stand> stand(const RegimeSigns& signs, Index first, Index last, do
   if (first == 0) before = after;
   if (last == signs.num_samples()) after = before;
   found.from += before, found.to -= after;
-  found.passage = before + after;
   found.std = std::hypot(before, after) * signs.speed_noise_m_per_s / slow;
   return found;
 }
@@ -86,9 +101,8 @@ std::vector<bool> stick_mask(const RegimeSigns& signs, const SegmentOptions& opt
     const auto found = stand(signs, first, i, slow);
     if (!found) continue;
     const double stood = found->to - found->from;
-    // Half as steep below `slow` as above, which no friction needs, is as long as the passage.
-    if (stood >= std::max({shortest, stds * found->std, found->passage}) && !touches(signs, first, i, stood))
-      stop(found->from - late, found->to);
+    if (stood >= std::max(shortest, stds * found->std) && !touches(signs, first, i, stood))
+      stop(found->from - late, std::max(found->from, found->to - found->early));
   }
   for (const Reversal& reversal : signs.reversals)
     if (options.stick_halt_s > 0.0 && reversal.halt_s >= options.stick_halt_s)

@@ -7,12 +7,13 @@ namespace dsp {
 
 /// Where the motion stops: in every run below twice options.stick_speed_m_per_s that gets below it, the speed is taken
 /// on to zero as it falls and rises between the two. From zero to zero is how long it stands still; what passes
-/// straight through zero takes no time. A stop is that for options.stick_duration_s, three standard deviations by
-/// noise and as long as a straight passage, unless it goes on as it came within half a wave of the low-pass, as what
-/// touches zero does; or a reversal with a halt of options.stick_halt_s or more.
+/// straight through zero takes no time. A stop is that for options.stick_duration_s and three standard deviations by
+/// noise, unless it goes on as it came within half a wave of the low-pass, as what touches zero does; or a reversal
+/// with a halt of options.stick_halt_s or more.
 ///
 /// A stop begins sharply, and the low-pass makes a sharp bend of the speed reach zero later by 0.15 periods of its
-/// cut-off, which is taken off; it ends smoothly, as what pulls comes to exceed friction.
+/// cut-off, which is taken off; it ends sharply or by degrees, as what pulls comes to exceed friction, and its end is
+/// taken back to where the speed began to rise.
 [[nodiscard]] std::vector<bool> stick_mask(const RegimeSigns& signs, const SegmentOptions& options);
 
 /// Standard deviation of the ends of a stop: a quarter of a period of the low-pass, which blurs them.

@@ -41,11 +41,9 @@ Probe probe_of(const std::string& term, Cause cause, bool is_recorded, const std
   as.what = expression.text();
   as.cause = cause;
   as.is_recorded = is_recorded;
-  return {
-      as, expression.signals(), 1, [=](const Columns& of) -> MatrixXd {
-        if (!jumps || of.prepared == nullptr) return expression.evaluate(*of.signals);
-        return form_columns(make_library({.order = 0, .terms = {term}}, target, *of.signals), target, *of.prepared).phi;
-      }};
+  return {as, expression.signals(), 1, [=](const Columns& of) -> MatrixXd {
+            return jumps ? column_beside(of, term, target) : expression.evaluate(*of.signals);
+          }};
 }
 
 /// Forces of springs in series with sliders (Jenkins elements), over their stiffness: each follows x up to a part of

@@ -97,7 +97,6 @@ std::vector<Cycle> cycles_of(const VectorXd& r, const Eigen::Ref<const VectorXd>
 
 /// The branch of the orbit on which the motion settles if the drive stays as in this hold.
 Branch settled(const QzsRig& rig, Programme whole, const Hold& hold, double rate_hz) {
-  if (!hold.is_driven) return lower;
   std::erase_if(whole.nodes, [&](const ProgrammeNode& node) { return node.t_s > hold.from_s; });
   std::erase_if(whole.manual, [&](const ManualForce& hand) { return hand.from_s >= hold.to_s; });
   const double cycle_s = 1.0 / whole.nodes.back().frequency_hz;
@@ -149,7 +148,9 @@ std::vector<Change> branches(const QzsRig& rig, const Programme& whole, const st
     const std::span<const Cycle> here = std::span(cycles).subspan(first, k - first);
     const auto differs = [&](const Cycle& cycle) { return cycle.branch != none && cycle.branch != now; };
     const bool moves = std::any_of(here.begin(), here.end(), differs);
-    const Branch settles = hold.has_hand ? none : moves ? settled(rig, whole, hold, rate_hz) : now;
+    const Branch settles = hold.has_hand             ? none
+                           : moves && hold.is_driven ? settled(rig, whole, hold, rate_hz)
+                                                     : now;  // there is no orbit about a base at rest
     if (hold.is_driven && changes.back().branch == none) {
       const Branch known = first_branch(here, settles);
       pass(hold.from_s, known != none ? known : lower);

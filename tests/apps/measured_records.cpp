@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "support/program.hpp"
@@ -93,6 +94,29 @@ TEST_CASE("a frame with dry friction: stiffness the same, friction growing with 
         means(fit_of(folder, frame_config(std::string("s_b_") + known.load + "_x.mat", four_terms), all_four));
     // The text of the CSV is off by up to 1e-13 mm, and log alpha is settled to 1e-6.
     for (const auto& [term, mean] : found) CHECK(from_mat[term] == Approx(mean).epsilon(1e-5));
+  }
+}
+
+TEST_CASE("a bare run says that the frame stands on the ground, and what it proposes gives its equation",
+          "[apps][measured]") {
+  if (missing("friction_frame")) return;
+  for (const auto& [load, stiffness, friction] : {std::tuple{"250g", 399.5, 0.223}, {"450g", 394.4, 0.418}}) {
+    INFO(load);
+    const Scratch folder;
+    const std::string record = (data / "friction_frame" / (std::string("frame_") + load + ".csv")).string();
+    const std::string bare = support::run(folder, "$ARDENT -q --force run " + record + " -o bare").out;
+    REQUIRE_THAT(bare, Catch::Contains("regime.ground"));
+    const auto from = bare.find("abs(dy) > "), to = bare.find('"', from);
+    REQUIRE(to < bare.size());
+    (void)folder.file("slip.toml", "schema = 1\n[[recording]]\nfile = \"" + record +
+                                       "\"\n[fit]\ntarget = \"ddy\"\n[library]\nonly = [\"x\", \"v\", "
+                                       "\"sgn(dy)\"]\n[[range]]\nname = \"slip\"\nwhere = \"" +
+                                       bare.substr(from, to - from) + "\"\n");
+    CHECK_THAT(support::run(folder, "$ARDENT -q run slip.toml -o slip").out, !Catch::Contains("regime.ground"));
+    const json fit = json::parse(support::bytes_of(folder / "slip/metrics.json"))["ranges"][0]["methods"][0];
+    auto found = means(fit);
+    CHECK(-found["x"] == Approx(stiffness).epsilon(0.05));
+    CHECK(-found["sgn(dy)"] == Approx(friction).epsilon(0.1));  // +- 12 % (95 %), as v is kept or not
   }
 }
 

@@ -242,6 +242,31 @@ TEST_CASE("where noise hides stops none are found, by speed or by halts", "[dsp]
   CHECK_FALSE(stuck(8e-3));
 }
 
+TEST_CASE("a row of halts that the record cuts goes on to its end, motion behind a single stop does not",
+          "[dsp][segment_regimes]") {
+  // Half waves of 0.4 s; before the last, or before each, 0.1 s without motion.
+  constexpr int num_halves = 50;
+  for (const bool row : {true, false}) {
+    VectorXd v(0);
+    for (int k = 0; k < num_halves; ++k) {
+      const Index halt = row || k + 1 == num_halves ? 26 : 0, half = 102;
+      VectorXd next = VectorXd::Zero(halt + half);
+      for (Index i = 0; i < half; ++i)
+        next(halt + i) = (k % 2 == 0 ? 0.1 : -0.1) * std::sin(std::numbers::pi * (static_cast<double>(i) + 0.5) / half);
+      v.conservativeResize(v.size() + next.size());
+      v.tail(next.size()) = next;
+    }
+    VectorXd x(v.size());
+    double sum = 0.0;
+    for (Index i = 0; i < v.size(); ++i) x(i) = sum += v(i) / 256.0;
+    const auto found = dsp::segment_regimes(support::motion_of(256.0, {{"x", x}, {"v", v}}),
+                                            {.stick_speed_m_per_s = 0.01, .stick_duration_s = 0.02});
+    CHECK((found.segments.back().regime == Regime::stick) == row);
+    CHECK(std::any_of(found.segments.begin(), found.segments.end(),
+                      [](const auto& segment) { return segment.regime == Regime::stick; }));
+  }
+}
+
 TEST_CASE("a speed that is given is the only sign of a stop", "[dsp][segment_regimes]") {
   const auto p = programme({{60, 0.02, 0.02, Regime::low}, {30, 0, 0, Regime::stick}}, 1.5, 1e-5, 6);
   const auto found = dsp::segment_regimes(p.motion, {.stick_speed_m_per_s = 0.01, .stick_duration_s = 0.1});

@@ -103,6 +103,18 @@ TEST_CASE("a column is its term in continuous time behind the column filter, at 
   }
 }
 
+TEST_CASE("a column beside others is what it would be among them", "[ident][exact_switches]") {
+  for (const dsp::Recipe recipe : {dsp::Recipe::matched, dsp::Recipe::paper}) {
+    const dsp::Prepared prepared = dsp::prepare(recording(51.2, 20.0), {.recipe = recipe});
+    const auto among = ident::make_library({.order = 0, .terms = {"x", "abs(v)", "sgn(v)"}}, "a", prepared.signals),
+               without = ident::make_library({.order = 0, .terms = {"x"}}, "a", prepared.signals);
+    const ident::Columns all = ident::form_columns(among, "a", prepared),
+                         one = ident::form_columns(without, "a", prepared);
+    CHECK(ident::column_beside(one, "abs(v)", "a") == all.phi.col(1));
+    CHECK(ident::column_beside(one, "sgn(v)", "a") == all.phi.col(2));
+  }
+}
+
 TEST_CASE("it is so where columns are formed at an intermediate rate", "[ident][exact_switches]") {
   const dsp::Prepared prepared = dsp::prepare(recording(512.0, 20.0), {.rate_hz = 51.2});
   REQUIRE(prepared.intermediate.sample_rate_hz == Approx(512.0));

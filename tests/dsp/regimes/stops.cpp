@@ -13,8 +13,13 @@ namespace {
 constexpr double rate_hz = 256.0, period_s = 0.625;
 const dsp::SegmentOptions options{.stick_speed_m_per_s = 2e-3, .stick_duration_s = period_s / 100.0};
 
-/// v of half sines of 0.08 m/s, without a low-pass, between which the motion rests for halt_s.
-dsp::RegimeSigns half_waves(double halt_s) {
+double half_sine(double u) {
+  return std::sin(std::numbers::pi * u);
+}
+
+/// v of half waves of 0.08 m/s, without a low-pass, between which the motion rests for halt_s. Their course is from 0
+/// to 1.
+dsp::RegimeSigns half_waves(double halt_s, double (*course)(double) = half_sine) {
   dsp::RegimeSigns signs{.sample_rate_hz = rate_hz, .period_s = period_s, .speed_cutoff_hz = rate_hz};
   signs.velocity_m_per_s = VectorXd::Zero(20 * 256);
   const double half_s = 0.5 * period_s;
@@ -22,8 +27,7 @@ dsp::RegimeSigns half_waves(double halt_s) {
     const double halves = static_cast<double>(i) / rate_hz / (half_s + halt_s),
                  t = std::fmod(halves, 1.0) * (half_s + halt_s);
     if (t < half_s)
-      signs.velocity_m_per_s(i) =
-          0.08 * std::sin(std::numbers::pi * t / half_s) * (std::fmod(halves, 2.0) < 1.0 ? 1 : -1);
+      signs.velocity_m_per_s(i) = 0.08 * course(t / half_s) * (std::fmod(halves, 2.0) < 1.0 ? 1 : -1);
   }
   return signs;
 }
@@ -42,6 +46,13 @@ TEST_CASE("what passes straight through zero does not stop, and what rests stops
     const double rests = halt_s / (0.5 * period_s + halt_s), sample = 1.0 / rate_hz / (0.5 * period_s + halt_s);
     CHECK(fraction_stuck(dsp::stick_mask(half_waves(halt_s), options)) == Approx(rests).margin(sample));
   }
+}
+
+TEST_CASE("what comes loose by degrees has stopped until its speed begins to rise", "[dsp][regimes]") {
+  const auto by_degrees = [](double u) { return 6.75 * u * u * (1.0 - u); };  // the largest is 1
+  const double halt_s = 0.1, whole_s = 0.5 * period_s + halt_s, sample = 1.0 / rate_hz / whole_s;
+  CHECK(fraction_stuck(dsp::stick_mask(half_waves(halt_s, by_degrees), options)) ==
+        Approx(halt_s / whole_s).margin(sample));
 }
 
 TEST_CASE("what touches zero and goes on as it came does not stop, unless for long", "[dsp][regimes]") {

@@ -1,0 +1,80 @@
+#include "ident/held_by_ground.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+#include <vector>
+
+#include "dsp/order_statistics.hpp"
+
+namespace ident {
+namespace {
+
+/// The payload's own motion, where that of its base is known, too.
+std::optional<dsp::Motion> absolute_motion(const dsp::Motion& motion) {
+  if (motion.find("r") == nullptr || motion.find("y") == nullptr) return std::nullopt;
+  dsp::Motion absolute{.sample_rate_hz = motion.sample_rate_hz, .excluded = motion.excluded};
+  for (const auto& [name, source] : {std::pair{"t", "t"}, {"x", "y"}, {"v", "dy"}, {"a", "ddy"}}) {
+    (void)motion.at(source);
+    absolute.signals.push_back(*motion.find(source));
+    absolute.signals.back().name = name;
+  }
+  return absolute;
+}
+
+/// Speed of the payload that most rows of the regression reach only farther than half a wave of its low-pass from where
+/// the payload is held: slower ones hold some of the rest, and of the friction that holds.
+double clear_of_rest_m_per_s(const dsp::Prepared& prepared, const std::vector<bool>& held) {
+  constexpr double waves = 0.5, most = 0.95;
+  const dsp::Motion &motion = prepared.intermediate, &signals = prepared.signals;
+  const double ratio = motion.sample_rate_hz / signals.sample_rate_hz, cutoff_hz = prepared.options.cutoff_hz,
+               reach = cutoff_hz > 0.0 ? waves / cutoff_hz * motion.sample_rate_hz : 0.0;
+  const Eigen::VectorXd& dy = signals.at("dy");
+  std::vector<double> speeds;
+  for (Eigen::Index row = signals.edge_samples; row < dy.size() - signals.edge_samples; ++row) {
+    const double at = static_cast<double>(row) * ratio;
+    const auto first = held.begin() + std::max<std::ptrdiff_t>(0, std::lround(at - reach)),
+               last = held.begin() + std::min<std::ptrdiff_t>(std::ssize(held), std::lround(at + reach) + 1);
+    if (std::find(first, last, true) != last && !held[static_cast<std::size_t>(std::lround(at))])
+      speeds.push_back(std::abs(dy(row)));
+  }
+  return dsp::quantile(std::move(speeds), most);
+}
+
+}  // namespace
+
+std::optional<dsp::Segmentation> absolute_regimes(const dsp::Motion& motion) {
+  const std::optional<dsp::Motion> absolute = absolute_motion(motion);
+  if (!absolute) return std::nullopt;
+  return dsp::segment_regimes(*absolute);
+}
+
+std::optional<dsp::Check> held_by_ground(const dsp::Prepared& prepared, const dsp::Segmentation& absolute) {
+  const dsp::Motion& motion = prepared.intermediate;
+  const double still_m_per_s = absolute.options.stick_speed_m_per_s;
+  const Eigen::VectorXd &dy = motion.at("dy"), &dr = motion.at("dr");
+  std::vector<bool> held(static_cast<std::size_t>(motion.num_samples()), false);
+  for (const dsp::Segment& segment : absolute.segments)
+    for (Eigen::Index i = segment.first; i < segment.last && segment.regime == dsp::Regime::stick; ++i)
+      held[static_cast<std::size_t>(i)] = std::abs(dy(i)) < still_m_per_s && std::abs(dr(i)) > still_m_per_s;
+  constexpr double least_fraction = 0.05;
+  const double fraction =
+      static_cast<double>(std::count(held.begin(), held.end(), true)) / static_cast<double>(motion.num_samples());
+  if (fraction < least_fraction) return std::nullopt;
+  const double clear_m_per_s = std::max(still_m_per_s, clear_of_rest_m_per_s(prepared, held));
+  return dsp::Check{.name = "regime.ground",
+                    .status = dsp::CheckStatus::warning,
+                    .value = fraction,
+                    .limit = least_fraction,
+                    .message = fmt::format(
+                        "for {:.0f} % of the time the payload stands still on the ground while its base moves: its "
+                        "friction is that of dy, and an equation holds only while it slips. Try target = "
+                        "\"ddy\" in [fit], only = [\"x\", \"v\", \"sgn(dy)\"] in [library], and a [[range]] with "
+                        "name = \"slip\" and where = \"abs(dy) > {:.2g}\"",
+                        100.0 * fraction, clear_m_per_s)};
+}
+
+}  // namespace ident

@@ -1,0 +1,20 @@
+#pragma once
+#include <optional>
+
+#include "dsp/fault.hpp"
+#include "dsp/motion.hpp"
+#include "dsp/prepare.hpp"
+#include "dsp/segment_regimes.hpp"
+
+namespace ident {
+
+/// Regimes of the payload's own motion (y), where that of its base (r) is known, too.
+[[nodiscard]] std::optional<dsp::Segmentation> absolute_regimes(const dsp::Motion& motion);
+
+/// The warning "regime.ground" where the payload stands still while its base moves, for a twentieth of the time or
+/// more: it is held by the ground, its friction is that of the absolute speed, and what holds it is not in the
+/// equation. `absolute`: its absolute_regimes at the intermediate rate.
+[[nodiscard]] std::optional<dsp::Check> held_by_ground(const dsp::Prepared& prepared,
+                                                       const dsp::Segmentation& absolute);
+
+}  // namespace ident
