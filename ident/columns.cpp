@@ -40,6 +40,11 @@ void drop(Columns& columns, Index column, const std::string& name, const dsp::Mo
   columns.phi.col(column).setConstant(std::numeric_limits<double>::quiet_NaN());
 }
 
+/// 0 where it is not finite.
+VectorXd finite(const VectorXd& values) {
+  return values.unaryExpr([](double value) { return std::isfinite(value) ? value : 0.0; });
+}
+
 /// What is left of a column that the filter takes away whole (a constant, by a high-pass) is rounding: zero.
 VectorXd through_filter(const VectorXd& values, const dsp::ColumnFilter& filter) {
   constexpr double rounding = 1e-10;
@@ -48,8 +53,17 @@ VectorXd through_filter(const VectorXd& values, const dsp::ColumnFilter& filter)
   return filtered;
 }
 
-VectorXd matched_column(const ExactSwitches& switches, const Term& term) {
-  return through_filter(switches.samples(term.expression), switches.prepared().filter);
+/// Keeps the means of a signal at the intermediate rate, where the column filter takes them away.
+void keep_means(Columns& columns, Index signal, const VectorXd& samples) {
+  if (columns.means.size == 0) return;
+  columns.means.values.col(signal).setZero();
+  columns.means.add(0, signal, samples);
+}
+
+void form_matched(Columns& columns, Index column, const Term& term) {
+  const VectorXd samples = columns.switches->samples(term.expression);
+  keep_means(columns, column, samples);
+  columns.phi.col(column) = through_filter(samples, columns.switches->prepared().filter);
 }
 
 }  // namespace
@@ -73,11 +87,16 @@ Columns form_columns(const CandidateLibrary& library, const std::string& target,
   result.accelerations = accelerations;
   result.noise = std::make_shared<const ChannelNoise>(prepared, target);
   if (matched) result.switches = std::make_shared<ExactSwitches>(prepared, library);
+  if (matched && loses_known_means(prepared) && source.find(target) != nullptr) {
+    result.means = BlockMeans(source.num_samples(), result.phi.cols() + 1, source.sample_rate_hz);
+    keep_means(result, result.phi.cols(), finite(source.at(target)));
+  }
   for (Index column = 0; column < result.phi.cols(); ++column) {
     if (poll) poll();
     const Term& term = library.terms[static_cast<std::size_t>(column)];
     if (prepared.signals.find(term.name) != nullptr) {
       result.phi.col(column) = signal_of(term.name);
+      if (const dsp::Signal* signal = source.find(term.name)) keep_means(result, column, finite(signal->values));
       continue;
     }
     VectorXd values = term.expression.evaluate(source);
@@ -85,9 +104,11 @@ Columns form_columns(const CandidateLibrary& library, const std::string& target,
       drop(result, column, term.name, source, values, bad);
       continue;
     }
-    for (double& value : values)
-      if (!std::isfinite(value)) value = 0.0;  // excluded samples only; their margins cover the filter's reach
-    result.phi.col(column) = matched ? matched_column(*result.switches, term) : values;
+    values = finite(values);  // excluded samples only; their margins cover the filter's reach
+    if (matched)
+      form_matched(result, column, term);
+    else
+      result.phi.col(column) = values;
     if (matched && result.phi.col(column).isZero(0.0) && !values.isZero(0.0))
       result.dropped.push_back({term.name, "constant, and accelerometers pass no constant"});
   }
@@ -98,7 +119,7 @@ VectorXd column_beside(const Columns& columns, const std::string& term, const st
   const CandidateLibrary library = make_library({.order = 0, .terms = {term}}, target, *columns.signals);
   const Term& one = library.terms.front();
   if (columns.switches == nullptr) return one.expression.evaluate(*columns.signals);
-  return matched_column(ExactSwitches(*columns.prepared, library), one);
+  return through_filter(ExactSwitches(*columns.prepared, library).samples(one.expression), columns.prepared->filter);
 }
 
 void place_switches(Columns& columns, const CandidateLibrary& library, const WeightedTerms& equation,
@@ -113,7 +134,7 @@ void place_switches(Columns& columns, const CandidateLibrary& library, const Wei
         !columns.switches->depends_on_equation(term.expression))
       continue;
     if (poll) poll();
-    columns.phi.col(column) = matched_column(*columns.switches, term);
+    form_matched(columns, column, term);
   }
 }
 

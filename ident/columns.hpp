@@ -9,6 +9,7 @@
 #include "dsp/prepare.hpp"
 #include "dsp/segment_regimes.hpp"
 #include "dsp/sensors/power_check.hpp"
+#include "ident/block_means.hpp"
 #include "ident/library.hpp"
 #include "ident/sensors/sensor_parameters.hpp"
 
@@ -45,6 +46,7 @@ struct Columns {
   std::shared_ptr<ExactSwitches> switches = {};           ///< of recipe "matched"; else none
   std::shared_ptr<const ChannelNoise> noise = {};         ///< of its channels; none: a table
   std::vector<TermColumn> term_columns = {};              ///< of the library; empty: one behind the other
+  BlockMeans means = {};  ///< of the terms, then the target, ahead of the column filter; none where it keeps them
 };
 
 /// What phi takes for this many terms.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "ident/identify.hpp"
+#include "ident/mean_rows.hpp"
 #include "ident/selection/evidence_data.hpp"
 #include "ident/sensors/range_sensors.hpp"
 #include "ident/sensors/sensor_fit.hpp"
@@ -20,6 +21,7 @@ struct RangeData {
   RFactor data;                     ///< of `terms` and the target, the sensors integrated out
   std::optional<RangeSensors> sensors;
   SensorRegression joint;                   ///< of sensors, `terms` and target
+  MeanRows means;                           ///< which `joint` has, too
   double noise_std = 0.0;                   ///< of the target, beside all terms and sensors
   Eigen::VectorXd train, test;              ///< target
   std::vector<Eigen::Index> train_samples;  ///< the records one behind the other

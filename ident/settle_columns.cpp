@@ -68,6 +68,8 @@ void form_joint(RangeData& range, const RangeResult& result, const std::vector<C
         block.rightCols(1) = range.train.segment(first, block.rows());
       },
       options.num_threads);
+  range.means = mean_rows(rows, recordings, range.terms, *range.sensors);
+  add_rows(range.joint, range.means.rows);
   range.noise_std = noise_beside_all(range.joint);
 }
 

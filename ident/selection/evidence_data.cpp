@@ -104,6 +104,14 @@ SensorRegression sensor_regression(const EvidenceRows& rows, const RecordRows* r
   regression.joint = rows.factor(
       range.joint.num_sensors(), range.sensors->largest(train),
       [&](Index first, Eigen::Ref<MatrixXd> block) { range.sensors->read(train, first, block); }, range.train, record);
+  for (std::size_t i = 0; i < range.means.recordings.size(); ++i)
+    for (std::size_t k = 0; k < rows.records().size(); ++k) {
+      const RecordRows& one = rows.records()[k];
+      if (one.recording != range.means.recordings[i] || (record != nullptr && record->first != one.first)) continue;
+      const double weight = rows.weighting.weight.empty() ? 1.0 : rows.weighting.weight[k];
+      // The mean of an autoregression is that of its innovations over 1 - rho.
+      add_rows(regression, weight * (1.0 - rows.weighting.rho) * range.means.rows.row(static_cast<Index>(i)));
+    }
   return regression;
 }
 

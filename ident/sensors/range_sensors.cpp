@@ -53,13 +53,27 @@ void RangeSensors::for_each_value(const Row& row, Visit&& visit) const {
   const double t_s = static_cast<double>(row.sample) / part.columns->signals->sample_rate_hz;
   for (std::size_t k = 0; k < part.sensors.size(); ++k)
     if (const double course = part.sensors[k].course_at(t_s); course != 0.0)
-      visit(part.first + static_cast<Index>(k), course * part.psi(row.sample, part.shape_of[k]));
+      visit(part.first + static_cast<Index>(k), course * part.psi.values(row.sample, part.shape_of[k]));
 }
 
 void RangeSensors::read(const std::vector<Row>& rows, Index first, Eigen::Ref<MatrixXd> block) const {
   block.setZero();
   for (Index i = 0; i < block.rows(); ++i)
     for_each_value(rows[static_cast<std::size_t>(first + i)], [&](Index k, double value) { block(i, k) = value; });
+}
+
+Eigen::RowVectorXd RangeSensors::mean(std::size_t recording, const std::vector<Index>& blocks) const {
+  Eigen::RowVectorXd result = Eigen::RowVectorXd::Zero(std::ssize(parameters_));
+  const Part& part = parts_[recording];
+  if (part.columns == nullptr || part.psi.means.size == 0) return result;
+  const double block_s = static_cast<double>(part.psi.means.size) / part.columns->prepared->intermediate.sample_rate_hz;
+  for (std::size_t k = 0; k < part.sensors.size(); ++k) {
+    double& sum = result(part.first + static_cast<Index>(k));
+    for (const Index block : blocks)
+      sum += part.sensors[k].course_at((static_cast<double>(block) + 0.5) * block_s) *
+             part.psi.means.values(block, part.shape_of[k]);
+  }
+  return result / static_cast<double>(std::max<std::size_t>(1, blocks.size()));
 }
 
 Eigen::RowVectorXd RangeSensors::largest(const std::vector<Row>& rows) const {

@@ -22,6 +22,8 @@ class RangeSensors {
   void form(const WeightedTerms& equation, const std::string& target, const std::function<void()>& poll);
   /// The columns on rows [first, first + block.rows()) of these; zero where a row is of another recording.
   void read(const std::vector<Row>& rows, Eigen::Index first, Eigen::Ref<Eigen::MatrixXd> block) const;
+  /// Mean of each column over these blocks of a recording, ahead of the column filter.
+  [[nodiscard]] Eigen::RowVectorXd mean(std::size_t recording, const std::vector<Eigen::Index>& blocks) const;
   /// Greatest magnitude of each column on these rows.
   [[nodiscard]] Eigen::RowVectorXd largest(const std::vector<Row>& rows) const;
   /// What these values of the parameters make on these rows.
@@ -36,7 +38,7 @@ class RangeSensors {
     std::vector<SensorParameter> sensors;                    ///< that change something on the rows
     std::vector<std::shared_ptr<const SensorShape>> shapes;  ///< theirs, each once
     std::vector<Eigen::Index> shape_of;                      ///< of each sensor
-    Eigen::MatrixXd psi;                                     ///< of the shapes
+    SensorColumns psi;                                       ///< of the shapes
   };
   template <class Visit>
   void for_each_value(const Row& row, Visit&& visit) const;

@@ -142,9 +142,10 @@ dsp::Motion regression_accelerations(const dsp::Prepared& prepared) {
   return result;
 }
 
-MatrixXd sensor_columns(const dsp::Prepared& prepared, const dsp::Motion& accelerations,
-                        const std::vector<std::shared_ptr<const SensorShape>>& shapes, const WeightedTerms& equation,
-                        const std::string& target, const std::function<void()>& poll) {
+SensorColumns sensor_columns(const dsp::Prepared& prepared, const dsp::Motion& accelerations,
+                             const std::vector<std::shared_ptr<const SensorShape>>& shapes,
+                             const WeightedTerms& equation, const std::string& target,
+                             const std::function<void()>& poll) {
   const EquationSlopes equation_slopes(prepared.intermediate, equation);
   const bool constant = std::all_of(accelerations.signals.begin(), accelerations.signals.end(),
                                     [&](const auto& signal) { return equation_slopes.constant_in(signal.name); });
@@ -158,6 +159,9 @@ MatrixXd sensor_columns(const dsp::Prepared& prepared, const dsp::Motion& accele
     changes.push_back(shapes[k]->change(prepared.intermediate));
     columns.push_back(static_cast<Index>(k));
   }
+  BlockMeans means;
+  if (loses_known_means(prepared))
+    means = BlockMeans(prepared.intermediate.num_samples(), std::ssize(shapes), prepared.intermediate.sample_rate_hz);
   // Block by block: at the intermediate rate there is room for none of the columns.
   const MatrixXd formed = prepared.filter.apply(
       prepared.intermediate.num_samples(), std::max<Index>(1, std::ssize(changes)), [&](Index first, Index count) {
@@ -168,11 +172,13 @@ MatrixXd sensor_columns(const dsp::Prepared& prepared, const dsp::Motion& accele
         MatrixXd block = MatrixXd::Zero(count, std::max<Index>(1, std::ssize(changes)));
         for (std::size_t k = 0; k < changes.size(); ++k)
           block.col(static_cast<Index>(k)) = change_of_error(changes[k](first, count), slopes, target, count);
+        for (std::size_t k = 0; means.size > 0 && k < changes.size(); ++k)
+          means.add(first, columns[k], block.col(static_cast<Index>(k)));
         return block;
       });
   MatrixXd result(formed.rows(), std::ssize(shapes));
   for (std::size_t k = 0; k < columns.size(); ++k) result.col(columns[k]) = formed.col(static_cast<Index>(k));
-  if (columns.size() == shapes.size()) return result;
+  if (columns.size() == shapes.size()) return {std::move(result), std::move(means)};
   const Index count = result.rows();
   std::vector<dsp::Signal> slopes;
   for (const SignalSlope& slope : equation_slopes.slopes())
@@ -184,7 +190,7 @@ MatrixXd sensor_columns(const dsp::Prepared& prepared, const dsp::Motion& accele
     result.col(static_cast<Index>(k)) =
         change_of_error(shapes[k]->change(accelerations)(0, count), slopes, target, count);
   }
-  return result;
+  return {std::move(result), std::move(means)};  // what is of accelerations only has no mean
 }
 
 }  // namespace ident

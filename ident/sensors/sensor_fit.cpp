@@ -75,6 +75,14 @@ std::vector<Index> sensors_but(const SensorRegression& regression, const std::st
 
 }  // namespace
 
+void add_rows(SensorRegression& regression, const Eigen::Ref<const MatrixXd>& rows) {
+  if (rows.rows() == 0) return;
+  const MatrixXd& R = regression.joint.R;
+  MatrixXd all(R.rows() + rows.rows(), R.cols());
+  all << R, rows;
+  regression.joint.R = triangle(all);
+}
+
 RFactor without_sensors(const SensorRegression& regression, double noise_std) {
   const Scaled data(regression);
   MatrixXd R = behind_sensors(data, regression.num_sensors(), noise_std / data.unit);

@@ -17,6 +17,9 @@ struct SensorRegression {
   [[nodiscard]] Eigen::Index num_sensors() const { return prior_std.size(); }
 };
 
+/// Lets in further rows [Psi Phi t], which count as part of those that are there already.
+void add_rows(SensorRegression& regression, const Eigen::Ref<const Eigen::MatrixXd>& rows);
+
 /// The same regression on the candidates alone: what least squares and an evidence make of it is what they would make
 /// of the joint one with eta integrated out, at this noise. Of b terms and as many samples.
 [[nodiscard]] RFactor without_sensors(const SensorRegression& regression, double noise_std);

@@ -70,7 +70,8 @@ TEST_CASE("a sensor's column is what the equation's own columns change by when t
   CHECK(parameters[0].name == "relative gain of the base's displacement");
   CHECK(parameters[0].std == Approx(0.01 * std::sqrt(2.0)));
   const MatrixXd columns = ident::sensor_columns(record.prepared, ident::regression_accelerations(record.prepared),
-                                                 shapes(parameters), equation, "a");
+                                                 shapes(parameters), equation, "a")
+                               .values;
   const double step = 1e-3;
   const VectorXd expected = (error(prepared(-step)) - error(prepared(step))) / (2.0 * step);
   const Index edge = 100, inner = expected.size() - 2 * edge;
@@ -97,7 +98,8 @@ TEST_CASE("the columns of a mount are what the equation's own columns change by 
   CHECK(parameters[3].name == "damping of the mount");
   CHECK(parameters[3].std == 0.005);
   const MatrixXd columns = ident::sensor_columns(record.prepared, ident::regression_accelerations(record.prepared),
-                                                 shapes(parameters), equation, "a");
+                                                 shapes(parameters), equation, "a")
+                               .values;
   const double step_hz = 0.1, step = 0.01;  // switches move by some fractions of a sample
   const MatrixXd expected =
       (MatrixXd(columns.rows(), 2) << (error(undone_by({10.7 + step_hz, 0.10}).prepared) -
