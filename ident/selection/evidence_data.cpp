@@ -52,9 +52,8 @@ double formed(EvidenceRows& rows, const IndependentRows& independence) {
 void whiten(EvidenceRows& rows, const IndependentRows& independence) {
   if (!(formed(rows, independence) < white_enough)) return;
   const VectorXd target = rows.target_beside_sensors(rows.problems(), all_columns(rows.num_terms()));
-  rows.weighting.rho =
-      autoregression(rows.size(), rows.num_terms(), rows.largest(target), rows.reader(target), rows.weighting.begins,
-                     rows.options.num_threads, rows.range.first_rows);
+  rows.weighting.rho = autoregression(rows.size(), rows.num_terms(), rows.largest(target), rows.reader(target),
+                                      rows.weighting.begins, rows.options.num_threads, rows.range.first_rows);
   if (!(formed(rows, independence) < white_enough)) return;
   rows.weighting.rho = 0.0;  // it is no such noise
   rows.count_by(formed(rows, independence));

@@ -34,11 +34,11 @@ std::vector<ModelSizes::Probed> ModelSizes::probed(const EvidenceRows& rows, con
   const Index q = state.num_probes(), b = rows.num_terms();
   std::vector<Probed> result;
   for (const RecordRows& record : rows.records()) {
-    const RFactor factor = without_sensors(
-        rows.regression(
-            q, [&](Index first, Eigen::Ref<MatrixXd> block) { state.read_probes(first, block); },
-            Eigen::RowVectorXd::Ones(q), &record),
-        rows.noise_std);
+    const RFactor factor =
+        without_sensors(rows.regression(
+                            q, [&](Index first, Eigen::Ref<MatrixXd> block) { state.read_probes(first, block); },
+                            Eigen::RowVectorXd::Ones(q), &record),
+                        rows.noise_std);
     // The candidates first: probes then count beyond them only.
     MatrixXd columns(factor.R.rows(), q + b + 1);
     columns << factor.R.middleCols(q, b), factor.R.leftCols(q), factor.R.rightCols(1);
