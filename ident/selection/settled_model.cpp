@@ -66,8 +66,8 @@ void prefer_simpler(Settled& settled, const RecordProblems& problems, const Eige
         Subset exchanged = rest;
         exchanged.terms.insert(std::upper_bound(exchanged.terms.begin(), exchanged.terms.end(), i), i);
         exchanged.rss = least_squares_rss(problems, exchanged.terms);
-        if (spare * std::log(exchanged.rss / least) >= limit || !outweighs(exchanged, rest, settled.size, problems))
-          continue;
+        if (!outweighs(exchanged, rest, settled.size, problems)) exchanged = rest;  // that one would do nothing
+        if (spare * std::log(exchanged.rss / least) >= limit) continue;
         simpler = std::move(exchanged);
         most_saved = saved;
       }

@@ -18,13 +18,13 @@ ident::RecordProblems problem(double gain) {
   return ident::unit_problem(data);
 }
 
-std::vector<Index> settled_terms(double gain, double structural_fraction) {
+std::vector<Index> settled_terms(double gain, double structural_fraction, double complexity_of_second = 0.0) {
   ident::EffectiveSize size;
   size.num_rows = size.num_uncorrelated = size.num_states = num_rows;
   size.structural_fraction = structural_fraction;
   const ident::RecordProblems candidates = problem(gain);
   ident::Settled settled = ident::settled_model(candidates, [&](const ident::Subset&) { return size; });
-  ident::prefer_simpler(settled, candidates, Eigen::Vector3d(1.0, 3.0, 0.0));
+  ident::prefer_simpler(settled, candidates, Eigen::Vector3d(1.0, complexity_of_second, 0.0));
   return settled.model.terms;
 }
 
@@ -41,7 +41,10 @@ TEST_CASE("a term is worth more than its cost, and that is higher beside noise t
   CHECK(settled_terms(log_n + of_choice + 0.1, 0.0) == std::vector<Index>{0, 1});
 }
 
-TEST_CASE("a term is not exchanged for a simpler one that does nothing", "[ident][selection][settled_model]") {
+TEST_CASE("a term is not exchanged for a simpler one that does nothing, but left out",
+          "[ident][selection][settled_model]") {
   // Worth its cost, yet within the limit up to which two models are called one.
-  CHECK(settled_terms(std::log(static_cast<double>(num_rows)) + 1.0, 1.0) == std::vector<Index>{0, 1});
+  const double gain = std::log(static_cast<double>(num_rows)) + 1.0;
+  CHECK(settled_terms(gain, 1.0, 3.0) == std::vector<Index>{0});
+  CHECK(settled_terms(gain, 1.0, 0.0) == std::vector<Index>{0, 1});  // nothing is simpler
 }
