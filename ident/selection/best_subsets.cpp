@@ -81,17 +81,18 @@ void exchange(const RecordProblems& problems, Subset& subset) {
   subset.rss = LeastSquares(problems, subset.terms).rss;
 }
 
-}  // namespace
-
-double least_squares_rss(const RecordProblems& problems, const std::vector<Index>& terms) {
-  return LeastSquares(problems, terms).rss;
-}
-
+// These terms, one at least, less the one without which least leaves.
 Subset without_weakest(const RecordProblems& problems, const std::vector<Index>& terms) {
   const LeastSquares fit(problems, terms);
   const Index weakest =
       *std::min_element(terms.begin(), terms.end(), [&](Index a, Index b) { return fit.change(a) < fit.change(b); });
   return {without(terms, weakest), fit.rss + fit.change(weakest)};
+}
+
+}  // namespace
+
+double least_squares_rss(const RecordProblems& problems, const std::vector<Index>& terms) {
+  return LeastSquares(problems, terms).rss;
 }
 
 std::vector<Subset> best_subsets(const RecordProblems& problems, Index largest) {
@@ -114,10 +115,13 @@ std::vector<Subset> best_subsets(const RecordProblems& problems, Index largest) 
   return best;
 }
 
-double model_cost(double num_effective, Index num_terms, std::size_t k, double coefficients) {
+double model_cost(double num_effective, Index num_terms, std::size_t k, double coefficients,
+                  double structural_fraction) {
   const auto b = static_cast<double>(num_terms), count = static_cast<double>(k);
   const double models = std::lgamma(b + 1.0) - std::lgamma(count + 1.0) - std::lgamma(b - count + 1.0);
-  return count * coefficients * std::log(std::max(2.0, num_effective)) + 2.0 * models;
+  const double of_noise = count * std::log(b);
+  return count * coefficients * std::log(std::max(2.0, num_effective)) +
+         2.0 * (structural_fraction * models + (1.0 - structural_fraction) * of_noise);
 }
 
 }  // namespace ident

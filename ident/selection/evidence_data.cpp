@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "ident/range_data.hpp"
-#include "ident/rows_of_terms.hpp"
 #include "ident/selection/autoregression.hpp"
 #include "ident/selection/evidence_rows.hpp"
 #include "ident/selection/model_sizes.hpp"
@@ -16,7 +15,6 @@ namespace ident {
 namespace {
 
 using Eigen::Index;
-using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// How much a reader takes each term for: the constant for nothing, a signal or a sign for one, a product for its
@@ -38,91 +36,44 @@ RFactor thinned_to(RFactor data, double fraction) {
   return data;
 }
 
-/// These terms less those that the sensors take the place of, beside which `data` is.
-std::vector<Index> without_idle(const RFactor& data, std::vector<Index> terms, const Poll& poll) {
-  const UnitProblem problem = unit_problem(data, poll);
-  while (!terms.empty()) {
-    Subset fewer = without_weakest(problem, terms);
-    const double spare = std::max(0.0, static_cast<double>(data.num_samples) - static_cast<double>(terms.size()));
-    if (spare * std::log(fewer.rss / least_squares_rss(problem, terms)) >= least_gain) break;
-    terms = std::move(fewer.terms);
-  }
-  return terms;
-}
-
-/// The target without what the sensors make of it beside the white rule's equation.
-VectorXd target_beside_sensors(const EvidenceRows& rows) {
-  if (!rows.range.sensors) return rows.range.train;
-  const std::vector<Row>& train = rows.result.rows.train;
-  const Fit found = fit_fast_rvm(rows.range.data, {.poll = rows.options.poll});
-  std::vector<Index> terms;
-  for (const Index position : found.relevant) terms.push_back(rows.range.terms[static_cast<std::size_t>(position)]);
-  VectorXd left = rows.range.train;
-  RowsOfTerms(train, rows.recordings, terms).for_each_block([&](Index first, const MatrixXd& phi) {
-    left.segment(first, phi.rows()) -= phi * found.mean;
-  });
+/// Forms the regressions and settles the noise of the sensors: sensors, hence residual of all terms, hence by what
+/// fraction its rows count, hence sensors. That fraction.
+double formed(EvidenceRows& rows, const IndependentRows& independence) {
+  rows.form();
   double fraction = 1.0;
-  const SensorPosterior beside = sensors_beside(found, found.relevant, rows.range, train, nullptr, left, fraction);
-  return rows.range.train - rows.range.sensors->effect(train, beside.sensor_mean);
+  for (int pass = 0; pass < (rows.range.sensors ? 2 : 1); ++pass) {
+    rows.count_by(fraction);
+    fraction = independence.fraction(rows.residual(rows.problems(), all_columns(rows.num_terms())));
+  }
+  return fraction;
 }
 
 /// Whitens the rows where that makes the residual of all terms white.
 void whiten(EvidenceRows& rows, const IndependentRows& independence) {
-  const auto is_white = [&] {
-    const RecordProblems problems(rows.factors(), rows.options.poll);
-    return !(independence.fraction(rows.residual(problems, all_columns(rows.num_terms()))) < white_enough);
-  };
-  if (is_white()) return;
-  rows.weighting.rho =
-      autoregression(rows.size(), rows.num_terms(), rows.largest(rows.target), rows.reader(rows.target),
-                     rows.weighting.begins, rows.options.num_threads, rows.range.first_rows);
-  if (!is_white()) rows.weighting.rho = 0.0;  // it is no such noise
+  if (!(formed(rows, independence) < white_enough)) return;
+  const VectorXd target = rows.target_beside_sensors(rows.problems(), all_columns(rows.num_terms()));
+  rows.weighting.rho = autoregression(rows.size(), rows.num_terms(), rows.largest(target), rows.reader(target),
+                                      rows.weighting.begins, rows.options.num_threads, rows.range.first_rows);
+  if (!(formed(rows, independence) < white_enough)) return;
+  rows.weighting.rho = 0.0;  // it is no such noise
+  rows.count_by(formed(rows, independence));
 }
 
 /// Gives each of several records the weight that makes what all terms leave of it as large as in all together.
-void weigh_records(EvidenceRows& rows) {
+void weigh_records(EvidenceRows& rows, const IndependentRows& independence) {
   if (rows.records().size() < 2) return;
   const auto b = static_cast<double>(rows.num_terms());
   std::vector<double> variance;
   double pooled = 0.0;
-  for (const RFactor& factor : rows.factors()) {
-    const auto n = static_cast<double>(factor.num_samples);
-    const double norm = factor.R.col(factor.num_terms).stableNorm(),
-                 left = factor.R(factor.num_terms, factor.num_terms);
-    if (!(left * left > rounding_power * norm * norm) || n <= b + 1.0) return;  // exact data have no noise to weigh by
-    variance.push_back(left * left / (n - b));
+  for (const SensorRegression& record : rows.regressions) {
+    const auto n = static_cast<double>(record.joint.num_samples);
+    const double norm = record.joint.R.rightCols(1).stableNorm(), left = noise_beside_all(record);
+    if (!(left * left * n > rounding_power * norm * norm) || n <= b + 1.0) return;  // exact data have no noise
+    variance.push_back(left * left);
     pooled += n / static_cast<double>(rows.size()) * variance.back();
   }
   for (const double own : variance) rows.weighting.weight.push_back(std::sqrt(pooled / own));
-}
-
-/// The range's regression with its sensors on weighted rows, of all records or of one.
-SensorRegression sensor_regression(const EvidenceRows& rows, const RecordRows* record = nullptr) {
-  const RangeData& range = rows.range;
-  const std::vector<Row>& train = rows.result.rows.train;
-  SensorRegression regression = range.joint;
-  regression.joint = rows.factor(
-      range.joint.num_sensors(), range.sensors->largest(train),
-      [&](Index first, Eigen::Ref<MatrixXd> block) { range.sensors->read(train, first, block); }, range.train, record);
-  for (std::size_t i = 0; i < range.means.recordings.size(); ++i)
-    for (std::size_t k = 0; k < rows.records().size(); ++k) {
-      const RecordRows& one = rows.records()[k];
-      if (one.recording != range.means.recordings[i] || (record != nullptr && record->first != one.first)) continue;
-      const double weight = rows.weighting.weight.empty() ? 1.0 : rows.weighting.weight[k];
-      // The mean of an autoregression is that of its innovations over 1 - rho.
-      add_rows(regression, weight * (1.0 - rows.weighting.rho) * range.means.rows.row(static_cast<Index>(i)));
-    }
-  return regression;
-}
-
-/// The records as what their sensors leave of them, each its own: those explain no more than is known of them lets
-/// them.
-RecordProblems beside_sensors(const EvidenceRows& rows, double fraction) {
-  const double noise = noise_beside_all(sensor_regression(rows)) / std::sqrt(fraction);
-  std::vector<RFactor> factors;
-  for (const RecordRows& record : rows.records())
-    factors.push_back(without_sensors(sensor_regression(rows, &record), noise));
-  return RecordProblems(factors, rows.options.poll);
+  rows.count_by(formed(rows, independence));
 }
 
 /// Fills in what follows from the rows, their size and the model.
@@ -130,20 +81,13 @@ void form_data(EvidenceData& evidence, const EvidenceRows& rows) {
   const RangeData& range = rows.range;
   evidence.weighting = rows.weighting;
   const double fraction = evidence.size.fraction();
-  if (!range.sensors) {
-    if (rows.weighting.changes_rows()) evidence.data = rows.factor(0, Eigen::RowVectorXd(), {}, range.train);
-  } else {
-    if (rows.weighting.changes_rows()) {
-      evidence.joint = sensor_regression(rows);
-      evidence.noise_std = noise_beside_all(evidence.joint);
-    }
-    evidence.data = without_sensors(evidence.joint, evidence.noise_std / std::sqrt(fraction));
+  if (rows.weighting.changes_rows()) {
+    evidence.joint = rows.regression(0, {}, Eigen::RowVectorXd());
+    evidence.noise_std = noise_beside_all(evidence.joint);
+    if (!range.sensors) evidence.data = evidence.joint.joint;
   }
-  if (fraction < white_enough) {
-    evidence.data = thinned_to(std::move(evidence.data), fraction);
-    if (rows.records().size() < 2)
-      evidence.terms = without_idle(evidence.data, std::move(*evidence.terms), rows.options.poll);
-  }
+  if (range.sensors) evidence.data = without_sensors(evidence.joint, evidence.noise_std / std::sqrt(fraction));
+  if (fraction < white_enough) evidence.data = thinned_to(std::move(evidence.data), fraction);
 }
 
 }  // namespace
@@ -158,13 +102,12 @@ EvidenceData evidence_data(const RangeData& range, const RangeResult& result, co
   EvidenceData evidence{range.data, {n, n}, std::nullopt, {}, {}, range.joint, range.noise_std, {}};
   if (range.train.size() <= std::ssize(range.terms) + 1 || range.train.isZero(0.0)) return evidence;
   EvidenceRows rows(range, result, recordings, options);
-  rows.target = target_beside_sensors(rows);
   std::vector<const Term*> terms;
   for (const Index j : range.terms) terms.push_back(&library.terms[static_cast<std::size_t>(j)]);
   const StateSpace state(terms, result.rows.train, recordings, options.target);
   const IndependentRows independence(range.train_samples, range.first_rows);
   whiten(rows, independence);
-  weigh_records(rows);
+  weigh_records(rows, independence);
 
   const ModelSizes sizes(rows, state, independence);
   Settled settled = settled_model(sizes.problems(), [&](const Subset& model) { return sizes.of(model); });
@@ -177,11 +120,7 @@ EvidenceData evidence_data(const RangeData& range, const RangeResult& result, co
   if (!white) prefer_simpler(settled, sizes.problems(), complexity(terms));
   if (!white || several) evidence.terms = settled.model.terms;
   if (several) {
-    const auto coefficients = [&](const RecordProblems& problems) {
-      return record_coefficients(problems, settled.model.terms, evidence.size);
-    };
-    RecordCoefficients found =
-        coefficients(range.sensors ? beside_sensors(rows, evidence.size.fraction()) : sizes.problems());
+    RecordCoefficients found = record_coefficients(sizes.problems(), settled.model.terms, evidence.size);
     evidence.terms = std::move(found.terms);
     evidence.differing = std::move(found.differing);
   }

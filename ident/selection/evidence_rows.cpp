@@ -1,6 +1,7 @@
 #include "ident/selection/evidence_rows.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "ident/identify.hpp"
@@ -16,7 +17,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// Least-squares coefficients of these candidates.
-VectorXd coefficients(const UnitProblem& problem, const std::vector<Index>& positions) {
+VectorXd least_squares(const UnitProblem& problem, const std::vector<Index>& positions) {
   const VectorXd lambda = VectorXd::Constant(std::ssize(positions), flat_lambda);
   const VectorXd mean = posterior(problem, positions, lambda).mean.col(0);
   // A column that is zero in a record has no coefficient there.
@@ -32,7 +33,6 @@ EvidenceRows::EvidenceRows(const RangeData& its_range, const RangeResult& its_re
       result(its_result),
       recordings(its_recordings),
       options(its_options),
-      target(its_range.train),
       weighting{run_begins(its_range.train_samples, its_range.first_rows), {}} {
   for (std::size_t i = 0; i < range.first_rows.size(); ++i) {
     const Index first = range.first_rows[i];
@@ -41,46 +41,83 @@ EvidenceRows::EvidenceRows(const RangeData& its_range, const RangeResult& its_re
   }
 }
 
+Index EvidenceRows::size() const {
+  return range.train.size();
+}
+
 Index EvidenceRows::num_terms() const {
   return std::ssize(range.terms);
 }
 
-RowReader EvidenceRows::reader(const VectorXd& its_target) const {
-  return [this, &its_target, columns = RowsOfTerms(result.rows.train, recordings, range.terms)](
+RowReader EvidenceRows::reader(const VectorXd& target) const {
+  return [this, &target, columns = RowsOfTerms(result.rows.train, recordings, range.terms)](
              Index first, Eigen::Ref<MatrixXd> block) {
     if (options.poll) options.poll();
     columns.read(first, block.leftCols(num_terms()));
-    block.rightCols(1) = its_target.segment(first, block.rows());
+    block.rightCols(1) = target.segment(first, block.rows());
   };
 }
 
-Eigen::RowVectorXd EvidenceRows::largest(const VectorXd& its_target) const {
+Eigen::RowVectorXd EvidenceRows::largest(const VectorXd& target) const {
   Eigen::RowVectorXd values(num_terms() + 1);
-  values << range.scale(range.terms).transpose(), its_target.cwiseAbs().maxCoeff();
+  values << range.scale(range.terms).transpose(), target.cwiseAbs().maxCoeff();
   return values;
 }
 
-RFactor EvidenceRows::factor(Index num_front, const Eigen::RowVectorXd& largest_front, const RowReader& read_front,
-                             const VectorXd& its_target, const RecordRows* record) const {
-  RowReader read = [&, num_front, own = reader(its_target)](Index first, Eigen::Ref<MatrixXd> block) {
+SensorRegression EvidenceRows::regression(Index num_front, const RowReader& read_front,
+                                          const Eigen::RowVectorXd& largest_front, const RecordRows* record) const {
+  const std::vector<Row>& train = result.rows.train;
+  const Index num_sensors = range.joint.num_sensors(), before = num_sensors + num_front;
+  RowReader read = [&, num_sensors, before, own = reader(range.train)](Index first, Eigen::Ref<MatrixXd> block) {
     own(first, block.rightCols(num_terms() + 1));
-    if (num_front > 0) read_front(first, block.leftCols(num_front));
+    if (num_sensors > 0) range.sensors->read(train, first, block.leftCols(num_sensors));
+    if (before > num_sensors) read_front(first, block.middleCols(num_sensors, before - num_sensors));
   };
-  Eigen::RowVectorXd greatest(num_front + num_terms() + 1);
-  greatest << largest_front, largest(its_target);
+  Eigen::RowVectorXd greatest(before + num_terms() + 1);
+  greatest << (num_sensors > 0 ? range.sensors->largest(train) : Eigen::RowVectorXd()), largest_front,
+      largest(range.train);
   greatest *= weighting.largest_weight();
   read = weighting.weighted(std::move(read));
   const Index first_row = record != nullptr ? record->first : 0;
   const Index count = record != nullptr ? record->last - first_row : size();
   const RowReader from_first = [&](Index first, Eigen::Ref<MatrixXd> block) { read(first_row + first, block); };
-  return r_factor(count, num_front + num_terms(), greatest, first_row == 0 ? read : from_first, options.num_threads);
+  SensorRegression formed{
+      r_factor(count, before + num_terms(), greatest, first_row == 0 ? read : from_first, options.num_threads),
+      range.joint.prior_std, range.joint.sources};
+  add_means(formed, num_front, record);
+  return formed;
 }
 
-std::vector<RFactor> EvidenceRows::factors() const {
-  std::vector<RFactor> result_of_each;
-  for (const RecordRows& record : records())
-    result_of_each.push_back(factor(0, Eigen::RowVectorXd(), {}, target, &record));
-  return result_of_each;
+void EvidenceRows::add_means(SensorRegression& formed, Index num_front, const RecordRows* record) const {
+  for (std::size_t i = 0; i < range.means.recordings.size(); ++i)
+    for (std::size_t k = 0; k < records().size(); ++k) {
+      const RecordRows& one = records()[k];
+      if (one.recording != range.means.recordings[i] || (record != nullptr && record->first != one.first)) continue;
+      const double weight = weighting.weight.empty() ? 1.0 : weighting.weight[k];
+      const Eigen::RowVectorXd mean = range.means.rows.row(static_cast<Index>(i));
+      Eigen::RowVectorXd row(num_front + mean.size());
+      row << mean.head(range.joint.num_sensors()), Eigen::RowVectorXd::Zero(num_front), mean.tail(num_terms() + 1);
+      // The mean of an autoregression is that of its innovations over 1 - rho.
+      add_rows(formed, weight * (1.0 - weighting.rho) * row);
+    }
+}
+
+void EvidenceRows::form() {
+  regressions.clear();
+  for (const RecordRows& record : records()) regressions.push_back(regression(0, {}, Eigen::RowVectorXd(), &record));
+}
+
+void EvidenceRows::count_by(double fraction) {
+  double squares = 0.0;
+  for (const SensorRegression& record : regressions)
+    squares += static_cast<double>(record.joint.num_samples) * std::pow(noise_beside_all(record), 2);
+  noise_std = std::sqrt(squares / static_cast<double>(size()) / fraction);
+}
+
+RecordProblems EvidenceRows::problems() const {
+  std::vector<RFactor> factors;
+  for (const SensorRegression& record : regressions) factors.push_back(without_sensors(record, noise_std));
+  return RecordProblems(factors, options.poll);
 }
 
 VectorXd EvidenceRows::column(Index term) const {
@@ -91,19 +128,38 @@ VectorXd EvidenceRows::column(Index term) const {
   return weighting.weighted(std::move(values));
 }
 
+std::vector<VectorXd> EvidenceRows::coefficients(const RecordProblems& problems,
+                                                 const std::vector<Index>& positions) const {
+  std::vector<VectorXd> of_each;
+  for (const UnitProblem& record : problems.records) of_each.push_back(least_squares(record, positions));
+  return of_each;
+}
+
+VectorXd EvidenceRows::target_beside_sensors(const RecordProblems& problems,
+                                             const std::vector<Index>& positions) const {
+  VectorXd target = range.train;
+  if (!range.sensors) return target;
+  const std::vector<VectorXd> mean = coefficients(problems, positions);
+  for (std::size_t i = 0; i < records().size(); ++i) {
+    const RecordRows& record = records()[i];
+    const std::vector<Row> rows(result.rows.train.begin() + record.first, result.rows.train.begin() + record.last);
+    target.segment(record.first, record.last - record.first) -=
+        range.sensors->effect(rows, sensor_mean(regressions[i], positions, mean[i], noise_std));
+  }
+  return target;
+}
+
 VectorXd EvidenceRows::residual(const RecordProblems& problems, const std::vector<Index>& positions) const {
   std::vector<Index> terms;
   for (const Index position : positions) terms.push_back(range.terms[static_cast<std::size_t>(position)]);
-  MatrixXd mean(std::ssize(positions), std::ssize(records()));  // of each record
-  for (std::size_t i = 0; i < records().size(); ++i)
-    mean.col(static_cast<Index>(i)) = coefficients(problems.records[i], positions);
-  VectorXd left = target;
+  const std::vector<VectorXd> mean = coefficients(problems, positions);
+  VectorXd left = target_beside_sensors(problems, positions);
   std::size_t record = 0;
   RowsOfTerms(result.rows.train, recordings, terms).for_each_block([&](Index first, const MatrixXd& phi) {
     for (Index from = first; from < first + phi.rows();) {
       while (records()[record].last <= from) ++record;
       const Index to = std::min(records()[record].last, first + phi.rows());
-      left.segment(from, to - from) -= phi.middleRows(from - first, to - from) * mean.col(static_cast<Index>(record));
+      left.segment(from, to - from) -= phi.middleRows(from - first, to - from) * mean[record];
       from = to;
     }
   });

@@ -24,7 +24,7 @@ Index quarter_period(const EvidenceRows& rows) {
   const dsp::Motion& signals = *rows.recordings[rows.records().front().recording].signals;
   const dsp::Signal* x = signals.find("x");
   const double rate_hz = signals.sample_rate_hz;
-  const double line_hz = dsp::strongest_line(x != nullptr ? x->values : rows.target, rate_hz).frequency_hz;
+  const double line_hz = dsp::strongest_line(x != nullptr ? x->values : rows.range.train, rate_hz).frequency_hz;
   return line_hz > 0.0 ? std::max<Index>(1, static_cast<Index>(rate_hz / line_hz / 4.0)) : rows.size();
 }
 
@@ -34,18 +34,18 @@ std::vector<ModelSizes::Probed> ModelSizes::probed(const EvidenceRows& rows, con
   const Index q = state.num_probes(), b = rows.num_terms();
   std::vector<Probed> result;
   for (const RecordRows& record : rows.records()) {
-    const Index first_row = record.first;
-    const RFactor factor = rows.factor(
-        q, Eigen::RowVectorXd::Ones(q),
-        [&](Index first, Eigen::Ref<MatrixXd> block) { state.read_probes(first, block); }, rows.target,
-        rows.records().size() == 1 ? nullptr : &record);
+    const RFactor factor =
+        without_sensors(rows.regression(
+                            q, [&](Index first, Eigen::Ref<MatrixXd> block) { state.read_probes(first, block); },
+                            Eigen::RowVectorXd::Ones(q), &record),
+                        rows.noise_std);
     // The candidates first: probes then count beyond them only.
     MatrixXd columns(factor.R.rows(), q + b + 1);
     columns << factor.R.middleCols(q, b), factor.R.leftCols(q), factor.R.rightCols(1);
     const MatrixXd R = triangle(columns);
     MatrixXd candidates(R.rows(), b + 1);
     candidates << R.leftCols(b), R.rightCols(1);
-    Probed one{{triangle(candidates), b, record.last - first_row}};
+    Probed one{{triangle(candidates), b, record.last - record.first}};
     const double target_norm = one.candidates.R.col(b).stableNorm();
     const double unit = target_norm > 0.0 ? target_norm : 1.0;
     const VectorXd norms = R.middleCols(b, q).colwise().stableNorm();

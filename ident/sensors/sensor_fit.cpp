@@ -107,6 +107,22 @@ double noise_beside_all(const SensorRegression& regression) {
   return noise * data.unit;
 }
 
+VectorXd sensor_mean(const SensorRegression& regression, const std::vector<Index>& kept,
+                     const Eigen::Ref<const VectorXd>& mean, double noise_std) {
+  const Scaled data(regression);
+  const Index n_s = regression.num_sensors(), height = data.R.rows();
+  MatrixXd rows = MatrixXd::Zero(height + n_s, n_s);
+  rows.topRows(height) = data.R.leftCols(n_s);
+  rows.bottomRows(n_s).diagonal().setConstant(noise_std / data.unit);
+  VectorXd left = VectorXd::Zero(height + n_s);
+  left.head(height) = data.R.rightCols(1);
+  for (Index j = 0; j < mean.size(); ++j) {
+    const Index column = n_s + kept[static_cast<std::size_t>(j)];
+    left.head(height) -= mean(j) * (data.scale(column) / data.unit) * data.R.col(column);
+  }
+  return regression.prior_std.cwiseProduct(rows.colPivHouseholderQr().solve(left));
+}
+
 SensorPosterior sensor_posterior(const SensorRegression& regression, const std::vector<Index>& kept,
                                  const Eigen::Ref<const VectorXd>& mean, double noise_std,
                                  double independent_fraction) {
@@ -125,12 +141,7 @@ SensorPosterior sensor_posterior(const SensorRegression& regression, const std::
   result.covariance = result.joint.bottomRightCorner(k, k);
   result.noise_covariance = unit.asDiagonal() * covariance_of(rows_of(data, n_s, {}, kept, noise)) * unit.asDiagonal();
   result.sensor_std = joint.diagonal().head(n_s).cwiseSqrt().cwiseProduct(regression.prior_std);
-  VectorXd left = VectorXd::Zero(data.R.rows() + n_s);
-  left.head(data.R.rows()) = data.R.col(data.R.cols() - 1);
-  for (Index j = 0; j < k; ++j)
-    left.head(data.R.rows()) -= mean(j) / unit(j) * data.R.col(n_s + kept[static_cast<std::size_t>(j)]);
-  result.sensor_mean =
-      regression.prior_std.cwiseProduct(rows_of(data, n_s, all, {}, noise).householderQr().solve(left / noise));
+  result.sensor_mean = sensor_mean(regression, kept, mean, noise * data.unit);
 
   result.sources = {"noise"};
   for (const std::string& source : regression.sources)

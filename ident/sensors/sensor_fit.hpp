@@ -26,6 +26,10 @@ void add_rows(SensorRegression& regression, const Eigen::Ref<const Eigen::Matrix
 /// Standard deviation of the noise beside all candidates and sensors.
 [[nodiscard]] double noise_beside_all(const SensorRegression& regression);
 
+/// The most probable values of the sensors beside these candidates (0 .. b-1) with coefficients `mean`: n_s.
+[[nodiscard]] Eigen::VectorXd sensor_mean(const SensorRegression& regression, const std::vector<Eigen::Index>& kept,
+                                          const Eigen::Ref<const Eigen::VectorXd>& mean, double noise_std);
+
 /// What a fit's coefficients and the sensors are known to, together.
 struct SensorPosterior {
   Eigen::VectorXd sensor_mean, sensor_std;  ///< n_s

@@ -187,38 +187,56 @@ struct Residual {
 
   /// The form with which the best of all equations of kept terms and one form is best.
   [[nodiscard]] std::optional<Explanation> better(const std::vector<Probe>& forms) const {
-    constexpr double odds = 150.0;
-    constexpr Index widest = 12;     // of the kept terms: every subset of them is scored
-    constexpr double exact = 1e-10;  // of the target's power: what is less is the rounding of exact data
-    const Index k = std::ssize(model.terms);
-    if (k > widest) return std::nullopt;
     std::optional<Explanation> best;
     double least = std::numeric_limits<double>::infinity();
     for (const Probe& form : forms) {
-      if (form.num_series > 1) continue;
-      if (poll) poll();
-      const std::optional<RFactor> data = beside(form);
-      if (!data) continue;
-      const ModelRanking ranking = ranked_models(unit_problem(*data, poll), all_columns(k));
-      const RankedModel& found = ranking.best.front();
-      const auto n = static_cast<double>(data->num_samples);
-      const double score = n * std::log(found.rss) + model_cost(n, k + 1, found.terms.size());
-      const bool has_form = !found.terms.empty() && found.terms.back() == k;
-      if (!has_form || found.rss < exact || ranking.inclusion(k) < odds / (odds + 1.0) || score >= least) continue;
-      least = score;
+      const std::optional<Equation> found = best_with(form);
+      if (!found || found->score >= least) continue;
+      least = found->score;
       best = form.as;
-      std::vector<Index> others;
-      for (Index i = 0; i < k; ++i)
-        if (std::binary_search(found.terms.begin(), found.terms.end(), i))
-          others.push_back(i);
-        else
-          best->instead_of.push_back(model.terms[static_cast<std::size_t>(i)].name);
-      best->fraction = 1.0 - found.rss / rss_of(*data, others);
+      best->fraction = found->fraction;
+      best->instead_of = found->without;
     }
     return best;
   }
 
+  /// Whether equations of kept terms are better with this sign than with that of the other motion.
+  [[nodiscard]] bool takes_place_of_other(const Probe& sign) const {
+    const std::optional<Equation> found = best_with(sign);
+    return found && !has_sign(found->with, sign.signals.front() == "v" ? "dy" : "v");
+  }
+
  private:
+  struct Equation {
+    std::vector<std::string> with, without;  ///< kept terms
+    double score = 0.0, fraction = 0.0;
+  };
+  /// The best of all equations of kept terms and a form; nothing where it is without the form, or not by much.
+  [[nodiscard]] std::optional<Equation> best_with(const Probe& form) const {
+    constexpr double odds = 150.0;
+    constexpr Index widest = 12;     // of the kept terms: every subset of them is scored
+    constexpr double exact = 1e-10;  // of the target's power: what is less is the rounding of exact data
+    const Index k = std::ssize(model.terms);
+    if (k > widest || form.num_series > 1) return std::nullopt;
+    if (poll) poll();
+    const std::optional<RFactor> data = beside(form);
+    if (!data) return std::nullopt;
+    const ModelRanking ranking = ranked_models(unit_problem(*data, poll), all_columns(k));
+    const RankedModel& found = ranking.best.front();
+    const bool has_form = !found.terms.empty() && found.terms.back() == k;
+    if (!has_form || found.rss < exact || ranking.inclusion(k) < odds / (odds + 1.0)) return std::nullopt;
+    const auto n = static_cast<double>(data->num_samples);
+    Equation best{.score = n * std::log(found.rss) + model_cost(n, k + 1, found.terms.size())};
+    std::vector<Index> others;
+    for (Index i = 0; i < k; ++i) {
+      const bool is_in = std::binary_search(found.terms.begin(), found.terms.end(), i);
+      (is_in ? best.with : best.without).push_back(model.terms[static_cast<std::size_t>(i)].name);
+      if (is_in) others.push_back(i);
+    }
+    best.fraction = 1.0 - found.rss / rss_of(*data, others);
+    return best;
+  }
+
   /// R of [kept terms, form, target], the target being what the model and the residual make of it, with as many samples
   /// as the rows are worth beside what all of these leave. Nothing where the form is made up of kept terms.
   [[nodiscard]] std::optional<RFactor> beside(const Probe& form) const {
@@ -307,10 +325,13 @@ Explanations explanations(const Model& model, const std::vector<std::string>& te
                           const Eigen::Ref<const VectorXd>& residual, const IndependentRows& independence,
                           const Poll& poll) {
   const dsp::Motion& motion = *recordings[rows.front().recording].signals;
-  const std::vector<Probe> recorded = recorded_probes(model, terms, motion),
-                           forms = form_probes(model.target, terms, motion, rows, recordings);
+  std::vector<Probe> recorded = recorded_probes(model, terms, motion);
+  const std::vector<Probe> forms = form_probes(model.target, terms, motion, rows, recordings);
   if (recorded.empty() && forms.empty()) return {};
   const Residual left{model, terms, kept, rows, recordings, residual, independence, poll};
+  std::erase_if(recorded, [&](const Probe& probe) {
+    return probe.as.cause == Cause::switch_variable && !left.takes_place_of_other(probe);
+  });
   return {left.best_of(recorded), left.best_of(forms), left.better(forms)};
 }
 

@@ -19,7 +19,8 @@ class IndependentRows;
 /// many independent rows as the two have together; of each kind the one that explains most.
 struct Explanations {
   /// Recorded signals that act on the motion from outside and are not in the model (missing_input; z: missing_term),
-  /// and sgn(v) or sgn(dy) where the library has the other (switch_variable).
+  /// and sgn(v) or sgn(dy) where the library has the other and equations of kept terms are better, as of `better`, with
+  /// this one in place of it (switch_variable).
   std::optional<Explanation> recorded;
   /// Of what springs, dampers and friction are commonly made of, what is no candidate (missing_term): sgn(v), x and v
   /// with their products up to the third degree, and a spring in series with a slider (hysteresis).

@@ -43,8 +43,8 @@ TEST_CASE("a coefficient that the other recording contradicts does not carry ove
   const Scratch folder;
   const auto ended = support::run(
       folder,
-      "$ARDENT -q sim duffing --duration 60 --noise 0.02 --seed 3 -o one && $ARDENT -q sim duffing "
-      "--duration 60 --noise 0.02 --seed 4 --set zeta=0.4 -o other && $ARDENT -q run one/response.csv -o run "
+      "$ARDENT -q sim duffing --duration 60 --noise 0.01 --seed 3 -o one && $ARDENT -q sim duffing "
+      "--duration 60 --noise 0.01 --seed 4 --set zeta=0.4 -o other && $ARDENT -q run one/response.csv -o run "
       "&& $ARDENT -q predict run other/response.csv -o predicted");
   CAPTURE(ended.err);
   REQUIRE(ended.code == 0);

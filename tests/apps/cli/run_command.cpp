@@ -1,5 +1,7 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <string>
 
 #include "support/program.hpp"
 
@@ -45,4 +47,22 @@ TEST_CASE("a rig inside the library is described, one with physics outside it is
   CHECK(outside["verdict"] != "describes");
   CHECK_THAT(outside["sentence"].get<std::string>(), Catch::Contains("more than the noise of the signals"));
   CHECK(outside["cause"] == "missing_term");
+}
+
+TEST_CASE("the shipped record has the terms of its truth, and none that is improbable", "[apps][run_command][rig]") {
+  const Scratch folder;
+  const auto ended =
+      support::run(folder, "$ARDENT -q run " ARDENT_DATA "/qzs_256.flac -o run --set 'fit.methods=[\"fast_rvm\"]'");
+  CAPTURE(ended.err);
+  REQUIRE(ended.code == 0);
+  CHECK_THAT(ended.out, Catch::Contains("From range mixed"));
+  for (const json& range : json::parse(support::bytes_of(folder / "run/metrics.json"))["ranges"]) {
+    std::set<std::string> names;
+    for (const json& term : range["methods"][0]["terms"]) {
+      CAPTURE(range["name"], term["name"]);
+      CHECK(term["inclusion_probability"].get<double>() > 0.5);
+      names.insert(term["name"]);
+    }
+    if (range["name"] == "mixed") CHECK(names == std::set<std::string>{"x", "v", "x^3", "sgn(v)", "ddr"});
+  }
 }
