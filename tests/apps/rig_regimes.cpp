@@ -308,9 +308,9 @@ TEST_CASE("regimes of a hundred random programmes", "[.][study][regimes]") {
 }
 
 TEST_CASE("regimes of the whole test, both twins, six seeds, noise up to thirtyfold", "[.][study][regimes]") {
-  for (const char* twin : {"T1"})
-    for (const std::uint64_t seed : {1, 71})
-      for (const double noise : {1.0, 10.0}) {
+  for (const char* twin : {"T0", "T1"})
+    for (const std::uint64_t seed : {1, 71, 72, 73, 74, 75})
+      for (const double noise : {1.0, 3.0, 10.0, 30.0}) {
         const Score s = score({"", sim::qzs_twin(twin), sim::stepped_sine_down(), {.noise = noise, .seed = seed}});
         print(twin + (" seed " + std::to_string(seed)) + " x" + std::to_string(static_cast<int>(noise)), s);
         const bool rigid = twin == std::string("T0");
@@ -318,7 +318,7 @@ TEST_CASE("regimes of the whole test, both twins, six seeds, noise up to thirtyf
         // On T1 stops come one in two cycles for 40 s; from tenfold noise on one of 12 ms may be missed, and 2 s with
         // it.
         CHECK(s.stick_recall >= (rigid || noise <= 3.0 ? 0.99 : 0.95));
-        CHECK(s.stick_precision >= (rigid ? 0.999 : 0.985));
+        CHECK(s.stick_precision >= (rigid ? 0.999 : 0.99));
         CHECK(s.boundary_cycles <= 0.1);
       }
 }
