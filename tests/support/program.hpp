@@ -1,5 +1,6 @@
 #pragma once
 #include <fcntl.h>
+#include <malloc.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -26,6 +27,7 @@ struct Ended {
 class Running {
  public:
   Running(const std::filesystem::path& folder, const std::string& command) {
+    ::malloc_trim(0);  // the most memory of a child begins with what it is a copy of
     pid_ = ::fork();
     if (pid_ < 0) throw std::runtime_error("no process");
     if (pid_ > 0) return;
