@@ -70,9 +70,13 @@ void join_stops(std::vector<bool>& stuck, const std::vector<HalfCycle>& halves, 
   }
   // A row that the record cuts goes on to its end, where a halt cannot be seen.
   if (row_end < 0) return;
-  while (row_end < signs.num_samples() && stuck[static_cast<std::size_t>(row_end)]) ++row_end;
-  const Index rest = signs.num_samples() - row_end;
-  if (rest < cycle_at(row_end - 1, halves, signs)) join(row_end, signs.num_samples());
+  const Index n = signs.num_samples();
+  while (row_end < n && stuck[static_cast<std::size_t>(row_end)]) ++row_end;
+  if (n - row_end >= cycle_at(row_end - 1, halves, signs)) return;
+  const bool ends_so =
+      std::none_of(stuck.begin() + row_end, stuck.end(), [](bool one) { return one; }) &&
+      std::all_of(signs.excluded.begin() + row_end, signs.excluded.end(), [](unsigned char one) { return one == 0; });
+  if (ends_so) join(row_end, n);
 }
 
 std::vector<Segment> runs(const Labels& labels) {

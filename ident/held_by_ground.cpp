@@ -38,7 +38,7 @@ double clear_of_rest_m_per_s(const dsp::Prepared& prepared, const std::vector<bo
     const double at = static_cast<double>(row) * ratio;
     const auto first = held.begin() + std::max<std::ptrdiff_t>(0, std::lround(at - reach)),
                last = held.begin() + std::min<std::ptrdiff_t>(std::ssize(held), std::lround(at + reach) + 1);
-    if (std::find(first, last, true) != last && !held[static_cast<std::size_t>(std::lround(at))])
+    if (first < last && std::find(first, last, true) != last && !*(first + (last - first) / 2))
       speeds.push_back(std::abs(dy(row)));
   }
   return dsp::quantile(std::move(speeds), most);

@@ -46,7 +46,7 @@ ident::Expression derivative(ident::Expression expression, const char* signal, i
 /// What an equation is made of at rest: each a weighted sum of the coefficients, of the sign it has on the side of the
 /// restoring force; `mass` is 1 for an acceleration.
 struct Restoring {
-  VectorXd force, stiffness, damping, friction, cubic;
+  VectorXd force, stiffness, damping, friction, quadratic, cubic;
   std::optional<VectorXd> mass;
   bool is_cubic = true;  ///< in x: k and k3 hold everywhere, and not about this x alone
   [[nodiscard]] double per_mass(const VectorXd& weights, const VectorXd& coefficients) const {
@@ -72,6 +72,7 @@ class RestoringTerms {
       Term found{i, term};
       for (const char* position : {"x", "y"}) {
         found.stiffness.push_back(derivative(term, position, 1));
+        found.quadratic.push_back(derivative(term, position, 2));
         found.cubic.push_back(derivative(term, position, 3));
         found.beyond.push_back(derivative(term, position, 5));
       }
@@ -86,7 +87,7 @@ class RestoringTerms {
 
   [[nodiscard]] Restoring at(double x) const {
     const VectorXd none = VectorXd::Zero(num_terms_);
-    Restoring side{none, none, none, none, none, mass_};
+    Restoring side{none, none, none, none, none, none, mass_};
     const auto sum = [&](const std::vector<ident::Expression>& all) {
       double value = 0.0;
       for (const ident::Expression& one : all) value += sign_ * finite_at_rest(one, x);
@@ -95,6 +96,7 @@ class RestoringTerms {
     for (const Term& term : terms_) {
       side.force(term.index) = sign_ * finite_at_rest(term.term, x);
       side.stiffness(term.index) = sum(term.stiffness);
+      side.quadratic(term.index) = sum(term.quadratic) / 2.0;
       side.cubic(term.index) = sum(term.cubic) / 6.0;
       side.damping(term.index) = sum(term.damping);
       side.is_cubic = side.is_cubic && sum(term.beyond) == 0.0;
@@ -127,7 +129,7 @@ class RestoringTerms {
   struct Term {
     Index index;
     ident::Expression term;
-    std::vector<ident::Expression> stiffness, cubic, beyond, damping;
+    std::vector<ident::Expression> stiffness, quadratic, cubic, beyond, damping;
   };
   double sign_;
   Index num_terms_;
@@ -203,6 +205,12 @@ std::vector<PhysicalTerm> physical_terms(const ident::Model& model, const Matrix
     const Restoring side = there(c);
     return side.per_mass(side.cubic, c);
   };
+  // What k3 and a quadratic part together do to the frequency: k2^2 softens to either side.
+  const Function hardening = [&](const VectorXd& c) {
+    const Restoring side = there(c);
+    const double k2 = side.per_mass(side.quadratic, c);
+    return k3(c) - (k2 == 0.0 ? 0.0 : 10.0 / 9.0 * k2 * k2 / k(c));
+  };
   std::vector<PhysicalTerm> terms;
   const auto add = [&](const std::string& name, const std::string& unit, const Function& function) {
     if (const double value = function(mean); std::isfinite(value))
@@ -226,10 +234,13 @@ std::vector<PhysicalTerm> physical_terms(const ident::Model& model, const Matrix
   if (has(r.friction))
     add("friction force per mass", x_unit + "/s^2", [&](const VectorXd& c) { return r.per_mass(r.friction, c); });
   if (!has(r.cubic) || (!springs_back && !r.is_cubic)) return terms;
-  add(k3(mean) > 0.0 ? "hardening k3/m" : "softening k3/m", fmt::format("1/({}^2 s^2)", x_unit), k3);
+  const double bend = springs_back ? hardening(mean) : k3(mean);
+  // A positive k3 beside a quadratic part that softens more is neither.
+  const char* of_spring = (bend > 0.0) != (k3(mean) > 0.0) ? "k3/m" : bend > 0.0 ? "hardening k3/m" : "softening k3/m";
+  add(of_spring, fmt::format("1/({}^2 s^2)", x_unit), k3);
   if (springs_back && amplitude > 0.0)
     add(fmt::format("frequency at {:.3g} {} amplitude", amplitude, x_unit), "Hz",
-        [&](const VectorXd& c) { return hertz(k(c) + 0.75 * k3(c) * amplitude * amplitude); });
+        [&](const VectorXd& c) { return hertz(k(c) + 0.75 * hardening(c) * amplitude * amplitude); });
   return terms;
 }
 

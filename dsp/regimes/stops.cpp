@@ -28,11 +28,13 @@ double crossing(const RegimeSigns& signs, Index above, Index below, double level
 
 /// How many times as long as from one to two times `slow` it took from zero to one: once where it comes loose at once
 /// and the speed rises straight, 1 + sqrt(2) times where the pull exceeds friction by degrees and the speed rises with
-/// the square of time; between the two by Aitken's extrapolation. It is at twice `slow` before `last`.
+/// the square of time; between the two by Aitken's extrapolation. It is at twice `slow` before `last`. Once where it is
+/// not at four times that within a quarter of a period.
 double rises(const RegimeSigns& signs, Index last, double slow, double at_slow, double at_twice) {
+  const Index end = std::min(signs.num_samples(), last + static_cast<Index>(quarter_period(signs)) + 1);
   Index behind = last;
-  while (behind < signs.num_samples() && std::abs(signs.velocity_m_per_s(behind)) < 4.0 * slow) ++behind;
-  if (behind == signs.num_samples() || behind == last) return 1.0;
+  while (behind < end && std::abs(signs.velocity_m_per_s(behind)) < 4.0 * slow) ++behind;
+  if (behind == end || behind == last) return 1.0;
   const double at_four_times = crossing(signs, behind, behind - 1, 4.0 * slow);
   return 1.0 / (std::clamp((at_four_times - at_twice) / (at_twice - at_slow), std::numbers::sqrt2, 2.0) - 1.0);
 }

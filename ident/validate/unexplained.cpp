@@ -191,7 +191,7 @@ struct Residual {
     double least = std::numeric_limits<double>::infinity();
     for (const Probe& form : forms) {
       const std::optional<Equation> found = best_with(form);
-      if (!found || found->score >= least) continue;
+      if (!found || found->rss < exact || found->score >= least) continue;
       least = found->score;
       best = form.as;
       best->fraction = found->fraction;
@@ -202,20 +202,21 @@ struct Residual {
 
   /// Whether equations of kept terms are better with this sign than with that of the other motion.
   [[nodiscard]] bool takes_place_of_other(const Probe& sign) const {
+    if (std::ssize(model.terms) > widest) return true;  // nobody knows better
     const std::optional<Equation> found = best_with(sign);
     return found && !has_sign(found->with, sign.signals.front() == "v" ? "dy" : "v");
   }
 
  private:
   struct Equation {
-    std::vector<std::string> with, without;  ///< kept terms
-    double score = 0.0, fraction = 0.0;
+    std::vector<std::string> with, without;         ///< kept terms
+    double score = 0.0, fraction = 0.0, rss = 0.0;  ///< rss: of the target's power
   };
+  static constexpr Index widest = 12;     ///< of the kept terms: every subset of them is scored
+  static constexpr double exact = 1e-10;  ///< of the target's power: what is less is the rounding of exact data
   /// The best of all equations of kept terms and a form; nothing where it is without the form, or not by much.
   [[nodiscard]] std::optional<Equation> best_with(const Probe& form) const {
     constexpr double odds = 150.0;
-    constexpr Index widest = 12;     // of the kept terms: every subset of them is scored
-    constexpr double exact = 1e-10;  // of the target's power: what is less is the rounding of exact data
     const Index k = std::ssize(model.terms);
     if (k > widest || form.num_series > 1) return std::nullopt;
     if (poll) poll();
@@ -224,9 +225,9 @@ struct Residual {
     const ModelRanking ranking = ranked_models(unit_problem(*data, poll), all_columns(k));
     const RankedModel& found = ranking.best.front();
     const bool has_form = !found.terms.empty() && found.terms.back() == k;
-    if (!has_form || found.rss < exact || ranking.inclusion(k) < odds / (odds + 1.0)) return std::nullopt;
+    if (!has_form || ranking.inclusion(k) < odds / (odds + 1.0)) return std::nullopt;
     const auto n = static_cast<double>(data->num_samples);
-    Equation best{.score = n * std::log(found.rss) + model_cost(n, k + 1, found.terms.size())};
+    Equation best{.score = n * std::log(found.rss) + model_cost(n, k + 1, found.terms.size()), .rss = found.rss};
     std::vector<Index> others;
     for (Index i = 0; i < k; ++i) {
       const bool is_in = std::binary_search(found.terms.begin(), found.terms.end(), i);

@@ -23,8 +23,9 @@ struct RegimeInterval {
 /// - While the drive is held (from a node of the programme, or from where a hand lets go, to the next), the branch
 ///   changes once at most: in the first cycle of the branch of the orbit on which the motion settles. That orbit is
 ///   found by integrating on with the drive of this interval held for longest_transient cycles. A payload that settles
-///   locked is on the lower branch; where the base comes to rest there is no orbit, and no change until it is at rest. One that breaks loose, or starts, was on no orbit: if it reaches the one on which
-///   it settles while the drive is held, it is on that branch from the start.
+///   locked is on the lower branch; while the drive falls to zero there is no orbit, and the branch stays as it is. One
+///   that breaks loose, or starts, was on no orbit: if it reaches the one on which it settles while the drive is held,
+///   it is on that branch from the start.
 /// - Stick is the friction mode of the integrator, sample by sample; a slip shorter than a cycle of the programme's
 ///   frequency between two sticks belongs to them.
 /// Throws std::invalid_argument unless there is one mode (QzsMode) for each x, and a rate.

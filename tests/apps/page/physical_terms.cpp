@@ -132,3 +132,16 @@ TEST_CASE("a pendulum is described about where it hangs, wherever its angle is c
   // It does not come by where it would rest.
   CHECK(apps::physical_terms(model, model.covariance, {3.3, 3.8, "rad"}).empty());
 }
+
+TEST_CASE("about a rest aside of the middle of a cubic spring the frequency falls", "[apps][page]") {
+  // Between two magnets, 50 x - 5e4 x^3: about x = sqrt(1e-3) k = 100, k2 = 3 k3 x, k3 = 5e4.
+  const auto model = model_of("a", {{"x", 50.0}, {"x^3", -5e4}});
+  const auto terms = apps::physical_terms(model, model.covariance, {0.02, 0.045, "m"});
+  const double rest = std::sqrt(1e-3), k2 = 3 * 5e4 * rest, amplitude = rest - 0.02;
+  REQUIRE(named(terms, "rest position").value == Approx(rest));
+  CHECK(named(terms, "natural frequency about it").value == Approx(std::sqrt(100.0) / (2 * pi)));
+  CHECK(std::isnan(named(terms, "hardening").value));
+  const double most = std::max(amplitude, 0.045 - rest);
+  const double square = 100.0 + (0.75 * 5e4 - 5.0 / 6.0 * k2 * k2 / 100.0) * most * most;
+  CHECK(named(terms, "frequency at").value == Approx(std::sqrt(square) / (2 * pi)));
+}
