@@ -197,19 +197,18 @@ std::vector<PhysicalTerm> physical_terms(const ident::Model& model, const Matrix
   // With other coefficients it rests elsewhere; to first order.
   const auto position = [&](const VectorXd& c) { return *rest - r.force.dot(c) / r.stiffness.dot(c); };
   const auto there = [&](const VectorXd& c) { return moved ? all.at(position(c)) : r; };
-  const Function k = [&](const VectorXd& c) {
-    const Restoring side = there(c);
-    return side.per_mass(side.stiffness, c);
+  const auto per_mass = [&](VectorXd Restoring::*weights) -> Function {
+    return [&, weights](const VectorXd& c) {
+      const Restoring side = there(c);
+      return side.per_mass(side.*weights, c);
+    };
   };
-  const Function k3 = [&](const VectorXd& c) {
-    const Restoring side = there(c);
-    return side.per_mass(side.cubic, c);
-  };
+  const Function k = per_mass(&Restoring::stiffness), k2 = per_mass(&Restoring::quadratic),
+                 k3 = per_mass(&Restoring::cubic), damping = per_mass(&Restoring::damping);
   // What k3 and a quadratic part together do to the frequency: k2^2 softens to either side.
   const Function hardening = [&](const VectorXd& c) {
-    const Restoring side = there(c);
-    const double k2 = side.per_mass(side.quadratic, c);
-    return k3(c) - (k2 == 0.0 ? 0.0 : 10.0 / 9.0 * k2 * k2 / k(c));
+    const double quadratic = k2(c);
+    return k3(c) - (quadratic == 0.0 ? 0.0 : 10.0 / 9.0 * quadratic * quadratic / k(c));
   };
   std::vector<PhysicalTerm> terms;
   const auto add = [&](const std::string& name, const std::string& unit, const Function& function) {
@@ -223,10 +222,7 @@ std::vector<PhysicalTerm> physical_terms(const ident::Model& model, const Matrix
     add(moved ? "natural frequency about it" : "natural frequency", "Hz",
         [&](const VectorXd& c) { return hertz(k(c)); });
     if (has(r.damping))
-      add("damping ratio", "%", [&](const VectorXd& c) {
-        const Restoring side = there(c);
-        return 50.0 * side.per_mass(side.damping, c) / std::sqrt(k(c));
-      });
+      add("damping ratio", "%", [&](const VectorXd& c) { return 50.0 * damping(c) / std::sqrt(k(c)); });
   } else if (r.is_cubic && has(r.stiffness) && has(r.cubic) && k3(mean) > 0.0) {
     add("rest positions at plus and minus", x_unit, [&](const VectorXd& c) { return std::sqrt(-k(c) / k3(c)); });
     add("natural frequency about them", "Hz", [&](const VectorXd& c) { return hertz(-2.0 * k(c)); });

@@ -16,7 +16,7 @@ double threshold(double num_effective, Index num_terms) {
   return gain_threshold(Selection::evidence, -1.0, std::max<Index>(2, std::lround(num_effective)), num_terms);
 }
 
-/// Whether what a model leaves less than a smaller one is worth its further terms, at its own size.
+/// Whether what a model leaves less than a smaller one is worth its further terms, both at this effective size.
 bool outweighs(const Subset& larger, const Subset& smaller, const EffectiveSize& size, const RecordProblems& problems) {
   const double n = size.num_effective(), f = size.structural_fraction;
   const double each = 1.0 + (1.0 - f) * (problems.num_records() - 1.0);
