@@ -7,6 +7,7 @@
 
 #include "dsp/for_each_index.hpp"
 #include "dsp/memory_limit.hpp"
+#include "ident/anderson_mixing.hpp"
 #include "ident/methods.hpp"
 #include "ident/rows_of_terms.hpp"
 #include "ident/terms_by_record.hpp"
@@ -93,6 +94,7 @@ void add_sensors(RangeData& range, RangeSensors sensors, const Present& present,
 struct SwitchedFit {
   WeightedTerms terms;
   std::vector<double> stds;
+  std::vector<Index> of_library;
 };
 
 SwitchedFit switched_fit(const Present& present, const CandidateLibrary& library, const IdentifyOptions& options) {
@@ -108,9 +110,34 @@ SwitchedFit switched_fit(const Present& present, const CandidateLibrary& library
     if (present.equation[i].first.all_switches().empty()) continue;
     result.terms.emplace_back(present.equation[i].first, mean(i) / of_acceleration);
     result.stds.push_back(std::sqrt(present.fit.covariance(index, index)) / std::abs(of_acceleration));
+    result.of_library.push_back(present.terms[i]);
   }
   return result;
 }
+
+/// The equations under which switches are placed, from pass to pass.
+class SwitchPlacement {
+ public:
+  explicit SwitchPlacement(VectorXd scale) : last_(VectorXd::Zero(scale.size())), mixing_(std::move(scale)) {}
+  /// The one to try behind this fit under the last, of the terms that it has.
+  [[nodiscard]] WeightedTerms next(const SwitchedFit& found) {
+    VectorXd coefficients = VectorXd::Zero(last_.size());
+    for (std::size_t i = 0; i < found.terms.size(); ++i) coefficients(found.of_library[i]) = found.terms[i].second;
+    // The first equation is a guess, made without switches: what it leads to says nothing of later steps.
+    const VectorXd mixed = is_first_ ? coefficients : mixing_.next(last_, coefficients);
+    is_first_ = false;
+    last_.setZero();
+    WeightedTerms equation = found.terms;
+    for (std::size_t i = 0; i < equation.size(); ++i)
+      last_(found.of_library[i]) = equation[i].second = mixed(found.of_library[i]);
+    return equation;
+  }
+
+ private:
+  VectorXd last_;
+  AndersonMixing mixing_;
+  bool is_first_ = true;
+};
 
 /// The same range with a term for each recording in place of each whose coefficients differ between them.
 RangeData data_by_record(RangeData pooled, RangeResult& result, std::vector<Columns>& recordings,
@@ -171,7 +198,7 @@ bool settled(const WeightedTerms& before, const SwitchedFit& now) {
 RangeData settled_data(const Range& range, RangeResult& result, std::vector<Columns>& recordings,
                        const CandidateLibrary& library, const IdentifyOptions& options) {
   columns_of_library(recordings);
-  constexpr int most_passes = 8;  // each leaves a tenth of the error; half, where crossings come and go beside halts
+  constexpr int most_passes = 8;
   const std::vector<DroppedTerm> dropped = result.dropped;
   const auto data_under = [&](const WeightedTerms& equation) {
     for (std::size_t r = 0; r < recordings.size(); ++r)
@@ -188,11 +215,12 @@ RangeData settled_data(const Range& range, RangeResult& result, std::vector<Colu
   const int least_passes = sensors.parameters().empty() ? 0 : 2;
   const int num_threads = dsp::threads_within_memory(sensor_bytes(recordings), options.num_threads);
   WeightedTerms equation;
+  SwitchPlacement placement(data.scale);
   for (int pass = 0; matched && !options.methods.empty() && pass < most_passes; ++pass) {
     const Present present = present_fit(data, library, options);
     const SwitchedFit now = switched_fit(present, library, options);
     if (settled(equation, now) && pass >= least_passes) break;
-    equation = now.terms;
+    equation = placement.next(now);
     data = {};  // before there is another
     RangeSensors formed = sensors;
     dsp::for_each_index(2, num_threads, [&](std::size_t i) {
