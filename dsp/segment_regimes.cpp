@@ -68,15 +68,16 @@ void join_stops(std::vector<bool>& stuck, const std::vector<HalfCycle>& halves, 
     join(gap.first, gap.last);
     row_end = gap.last;
   }
-  // A row that the record cuts goes on to its end, where a halt cannot be seen.
+  // A row that the record cuts goes on to its last reversal, too near the end to be looked at.
   if (row_end < 0) return;
-  const Index n = signs.num_samples();
+  const Index n = signs.num_samples(), unseen = n - signs.samples_in(signs.period_s) / 4;
   while (row_end < n && stuck[static_cast<std::size_t>(row_end)]) ++row_end;
-  if (n - row_end >= cycle_at(row_end - 1, halves, signs)) return;
-  const bool ends_so =
-      std::none_of(stuck.begin() + row_end, stuck.end(), [](bool one) { return one; }) &&
-      std::all_of(signs.excluded.begin() + row_end, signs.excluded.end(), [](unsigned char one) { return one == 0; });
-  if (ends_so) join(row_end, n);
+  const auto sign = [&](Index i) { return signs.velocity_m_per_s(i) >= 0.0; };
+  Index reversal = n - 1;
+  while (reversal > row_end && sign(reversal) == sign(reversal - 1)) --reversal;
+  if (reversal < std::max(row_end + 1, unseen) || reversal - row_end >= cycle_at(row_end - 1, halves, signs)) return;
+  if (std::all_of(signs.excluded.begin() + row_end, signs.excluded.end(), [](unsigned char one) { return one == 0; }))
+    join(row_end, reversal);
 }
 
 std::vector<Segment> runs(const Labels& labels) {
