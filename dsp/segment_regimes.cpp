@@ -19,7 +19,8 @@ using Labels = std::vector<Regime>;
 Index cycle_at(Index sample, const std::vector<HalfCycle>& halves, const RegimeSigns& signs) {
   const auto behind = std::upper_bound(halves.begin(), halves.end(), sample,
                                        [](Index at, const HalfCycle& half) { return at < half.middle; });
-  if (behind == halves.begin() || behind == halves.end()) return signs.samples_in(signs.period_s);
+  if (behind == halves.begin() || behind == halves.end() || !std::isfinite(behind->phase_variance))
+    return signs.samples_in(signs.period_s);
   return behind->last - behind->first;
 }
 

@@ -37,9 +37,10 @@ Observations observations_of(std::span<const HalfCycle> half_cycles, const std::
   Observations seen;
   bool anew = true;
   for (const HalfCycle& half : half_cycles) {
-    if (count(excluded, half) > 0) continue;
     const Index num_held = count(held, half);
-    if (!std::isfinite(half.phase_variance) || half.amplitude <= 0.0 || 2 * num_held >= half.last - half.first) {
+    const bool shows_none = !std::isfinite(half.phase_variance) || half.amplitude <= 0.0;
+    if (shows_none && count(excluded, half) > 0) continue;
+    if (shows_none || 2 * num_held >= half.last - half.first) {
       anew = true;
       seen.begins_at_rest |= seen.halves.empty();
     } else if (num_held == 0) {
@@ -104,6 +105,9 @@ void settle_after_rests(const Observations& seen, StateSequence& states) {
     std::size_t last = k;
     while (last + 1 < std::min(count, k + settling) && !seen.begins_anew[last + 1]) ++last;
     if (last + 1 < k + settling) continue;  // it rests again before it has settled
+    const auto cycle = [&](std::size_t i) { return seen.halves[i]->last - seen.halves[i]->first; };
+    const Index held_cycle = cycle(last);
+    while (last + 1 < count && !seen.begins_anew[last + 1] && std::abs(cycle(last + 1) - held_cycle) <= 1) ++last;
     for (std::size_t i = k; i < last; ++i) {
       if (states.states[i] == states.states[last]) continue;
       states.states[i] = states.states[last];
