@@ -97,17 +97,17 @@ StateSequence fitted_states(const Observations& seen) {
 }
 
 /// Out of a rest a response is on no branch, on its way to one: from the start it is on that which it is on when it has
-/// settled.
+/// settled, after transient_cycles or, if the drive keeps its cycle for longer, to a sample, when that ends.
 void settle_after_rests(const Observations& seen, StateSequence& states) {
   const std::size_t count = states.states.size(), settling = 2 * transient_cycles;
+  const auto cycle = [&](std::size_t i) { return seen.halves[i]->last - seen.halves[i]->first; };
   for (std::size_t k = seen.begins_at_rest ? 0 : 1; k < count; ++k) {
     if (k > 0 && !seen.begins_anew[k]) continue;
     std::size_t last = k;
-    while (last + 1 < std::min(count, k + settling) && !seen.begins_anew[last + 1]) ++last;
+    while (last + 1 < count && !seen.begins_anew[last + 1] &&
+           (last + 1 < k + settling || std::abs(cycle(last + 1) - cycle(k + 2)) <= 1))
+      ++last;
     if (last + 1 < k + settling) continue;  // it rests again before it has settled
-    const auto cycle = [&](std::size_t i) { return seen.halves[i]->last - seen.halves[i]->first; };
-    const Index held_cycle = cycle(last);
-    while (last + 1 < count && !seen.begins_anew[last + 1] && std::abs(cycle(last + 1) - held_cycle) <= 1) ++last;
     for (std::size_t i = k; i < last; ++i) {
       if (states.states[i] == states.states[last]) continue;
       states.states[i] = states.states[last];
