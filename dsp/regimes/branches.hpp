@@ -31,8 +31,8 @@ struct Branches {
 /// its standard deviation is that of the crossings it may be instead, by their probabilities, and of that place by
 /// noise, and by sampling and a lag between the sensors of up to half a sample.
 ///
-/// Out of a rest a response is on no branch but on its way to one: from the start it is on that which it is on after ten
-/// cycles, in which a response settles; one that rests again before says itself where it is.
+/// Out of a rest a response is on no branch but on its way to one: from the start it is on that which it is on after
+/// ten cycles, in which a response settles; one that rests again before says itself where it is.
 ///
 /// Of a spring that softens, or a force that counts against x, the phases are the other way round: the upper branch is
 /// the one that the amplitude jumps up to.
