@@ -19,64 +19,36 @@ using Labels = std::vector<Regime>;
 Index cycle_at(Index sample, const std::vector<HalfCycle>& halves, const RegimeSigns& signs) {
   const auto behind = std::upper_bound(halves.begin(), halves.end(), sample,
                                        [](Index at, const HalfCycle& half) { return at < half.middle; });
-  if (behind == halves.begin() || behind == halves.end()) return signs.samples_in(signs.period_s);
+  if (behind == halves.begin() || behind == halves.end() || !std::isfinite(behind->phase_variance))
+    return signs.samples_in(signs.period_s);
   return behind->last - behind->first;
 }
 
-struct Gap {
-  Index first, last;  ///< moving in [first, last), nothing of it excluded, between two stops
-  double cycles;
-};
-
-std::vector<Gap> gaps_between(const std::vector<bool>& stuck, const std::vector<HalfCycle>& halves,
-                              const RegimeSigns& signs) {
-  std::vector<Gap> gaps;
-  Index moving_since = -1;  // the last stop ended here
-  for (Index i = 0; i < signs.num_samples(); ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    if (signs.excluded[at] != 0) moving_since = -1;
-    if (!stuck[at]) continue;
-    if (moving_since >= 0 && i > moving_since)
-      gaps.push_back(
-          {moving_since, i,
-           static_cast<double>(i - moving_since) / static_cast<double>(cycle_at(moving_since, halves, signs))});
+/// What moves for less than a cycle between two stops, nothing of it excluded, is part of them.
+void join_stops(std::vector<bool>& stuck, const std::vector<HalfCycle>& halves, const RegimeSigns& signs) {
+  const Index n = signs.num_samples();
+  const auto is_stuck = [&](Index i) { return stuck[static_cast<std::size_t>(i)]; };
+  const auto join = [&](Index first, Index last) { std::fill(stuck.begin() + first, stuck.begin() + last, true); };
+  Index moving_since = -1, row_end = -1;  // the last stop ended here; so did the last row of them
+  for (Index i = 0; i < n; ++i) {
+    if (signs.excluded[static_cast<std::size_t>(i)] != 0) moving_since = -1;
+    if (!is_stuck(i)) continue;
+    if (moving_since >= 0 && i > moving_since && i - moving_since < cycle_at(moving_since, halves, signs)) {
+      join(moving_since, i);
+      row_end = i;
+    }
     moving_since = i + 1;
   }
-  return gaps;
-}
-
-/// Cycles that a row of halts goes on over: one, as a payload that halts does so twice a cycle; more where halts
-/// shorter than a wave of the band are looked for and noise hides some, as many as may be missed in a row.
-double bridged_cycles(const std::vector<Gap>& gaps, const RegimeSigns& signs) {
-  constexpr double chance = 1e-3;  // that more of them are missed in a row
-  if (signs.reversals.empty()) return 1.0;
-  double missed = 0.5, seen = 0.5;
-  for (const Gap& gap : gaps)
-    if (gap.cycles < 1.0) (gap.cycles < 0.5 ? seen : missed) += 1.0;
-  if (missed >= seen) return 1.0;  // no row
-  const double in_a_row = std::floor(std::log(chance) / std::log(missed / (missed + seen)));
-  return std::max(1.0, 0.5 * (1.0 + in_a_row));
-}
-
-void join_stops(std::vector<bool>& stuck, const std::vector<HalfCycle>& halves, const RegimeSigns& signs) {
-  const std::vector<Gap> gaps = gaps_between(stuck, halves, signs);
-  const double longest = bridged_cycles(gaps, signs);
-  const auto join = [&](Index first, Index last) { std::fill(stuck.begin() + first, stuck.begin() + last, true); };
-  Index row_end = -1;
-  for (const Gap& gap : gaps) {
-    if (gap.cycles >= longest) continue;
-    join(gap.first, gap.last);
-    row_end = gap.last;
-  }
-  // A row that the record cuts goes on to its end, where a halt cannot be seen.
+  // A row that the record cuts goes on to its last reversal, too near the end to be looked at.
   if (row_end < 0) return;
-  const Index n = signs.num_samples();
-  while (row_end < n && stuck[static_cast<std::size_t>(row_end)]) ++row_end;
-  if (n - row_end >= cycle_at(row_end - 1, halves, signs)) return;
-  const bool ends_so =
-      std::none_of(stuck.begin() + row_end, stuck.end(), [](bool one) { return one; }) &&
-      std::all_of(signs.excluded.begin() + row_end, signs.excluded.end(), [](unsigned char one) { return one == 0; });
-  if (ends_so) join(row_end, n);
+  while (row_end < n && is_stuck(row_end)) ++row_end;
+  const auto sign = [&](Index i) { return signs.velocity_m_per_s(i) >= 0.0; };
+  Index reversal = n - 1;
+  while (reversal > row_end && sign(reversal) == sign(reversal - 1)) --reversal;
+  const Index unseen = n - signs.samples_in(signs.period_s) / 4;
+  if (reversal < std::max(row_end + 1, unseen) || reversal - row_end >= cycle_at(row_end - 1, halves, signs)) return;
+  if (std::all_of(signs.excluded.begin() + row_end, signs.excluded.end(), [](unsigned char one) { return one == 0; }))
+    join(row_end, reversal);
 }
 
 std::vector<Segment> runs(const Labels& labels) {

@@ -56,7 +56,6 @@ struct Segmentation {
 ///   says what is detected. A mount that rings between body and sensors is looked for (mount.hpp); its ringing is taken
 ///   off v, and these are not looked for.
 /// - what moves for less than a cycle between two stops is part of them: a payload that halts does so twice a cycle.
-///   Where noise hides some of the short halts, rows of them go on over as many as may be missed in a row.
 ///
 /// Low and high are the lower and upper branch of a resonance: branches.hpp. Without a base or a force there is no
 /// phase to see them by, and all motion is low unless high_amplitude_m is given.

@@ -37,9 +37,10 @@ Observations observations_of(std::span<const HalfCycle> half_cycles, const std::
   Observations seen;
   bool anew = true;
   for (const HalfCycle& half : half_cycles) {
-    if (count(excluded, half) > 0) continue;
     const Index num_held = count(held, half);
-    if (!std::isfinite(half.phase_variance) || half.amplitude <= 0.0 || 2 * num_held >= half.last - half.first) {
+    const bool shows_none = !std::isfinite(half.phase_variance) || half.amplitude <= 0.0;
+    if (shows_none && count(excluded, half) > 0) continue;
+    if (shows_none || 2 * num_held >= half.last - half.first) {
       anew = true;
       seen.begins_at_rest |= seen.halves.empty();
     } else if (num_held == 0) {
@@ -96,13 +97,16 @@ StateSequence fitted_states(const Observations& seen) {
 }
 
 /// Out of a rest a response is on no branch, on its way to one: from the start it is on that which it is on when it has
-/// settled.
+/// settled, after transient_cycles or, if the drive keeps its cycle for longer, to a sample, when that ends.
 void settle_after_rests(const Observations& seen, StateSequence& states) {
   const std::size_t count = states.states.size(), settling = 2 * transient_cycles;
+  const auto cycle = [&](std::size_t i) { return seen.halves[i]->last - seen.halves[i]->first; };
   for (std::size_t k = seen.begins_at_rest ? 0 : 1; k < count; ++k) {
     if (k > 0 && !seen.begins_anew[k]) continue;
     std::size_t last = k;
-    while (last + 1 < std::min(count, k + settling) && !seen.begins_anew[last + 1]) ++last;
+    while (last + 1 < count && !seen.begins_anew[last + 1] &&
+           (last + 1 < k + settling || std::abs(cycle(last + 1) - cycle(k + 2)) <= 1))
+      ++last;
     if (last + 1 < k + settling) continue;  // it rests again before it has settled
     for (std::size_t i = k; i < last; ++i) {
       if (states.states[i] == states.states[last]) continue;

@@ -26,13 +26,14 @@ struct Branches {
 /// model of two states: the phase of a half cycle has a von Mises density about 0 or pi whose concentration, and the
 /// probability of a switch, follow from the record by expectation maximisation; noise lowers the concentration. A half
 /// cycle that is `held` shows nothing, and where it is for half of it what follows is guessed evenly; one that is
-/// `excluded` shows nothing either, but the payload moves on in it, as where a jump overshoots a sensor's range. A
+/// `excluded` may show nothing, but the payload moves on in it, as where a swing overshoots a sensor's range. A
 /// switch is where the correlation of x with the drive passes zero, between the middles of two half cycles linearly;
 /// its standard deviation is that of the crossings it may be instead, by their probabilities, and of that place by
 /// noise, and by sampling and a lag between the sensors of up to half a sample.
 ///
-/// Out of a rest a response is on no branch but on its way to one: from the start it is on that which it is on after ten
-/// cycles, in which a response settles; one that rests again before says itself where it is.
+/// Out of a rest a response is on no branch but on its way to one: from the start it is on that which it is on when its
+/// drive changes its cycle by more than a sample, but not before ten cycles; one that rests again before says itself
+/// where it is.
 ///
 /// Of a spring that softens, or a force that counts against x, the phases are the other way round: the upper branch is
 /// the one that the amplitude jumps up to.

@@ -17,16 +17,17 @@ constexpr double waves_before = 1.75, waves_after = 2.35, farthest_wave = 0.75;
 constexpr std::ptrdiff_t steps_per_wave = 32, num_steps = 2 * 24 + 1;
 constexpr std::array halts{0.0, HaltFit::shortest_halt_waves, 0.12, 0.18, 0.25, 0.35, 0.45, 0.6, 0.75, 0.9, 1.05, 1.2};
 
-// Columns: 1, t, t^2 until the reversal, then the same from the end of the halt on. Times in samples from the middle.
+// Columns: 1, t, t^2 but for the halt, and 1 from its end on. Times in samples from the reversal.
 MatrixXd course(const ShortLowPass& low_pass, Index before, Index after, double wave, double reversal, double halt) {
-  MatrixXd columns(before + after + 1, 6);
+  MatrixXd columns(before + after + 1, 4);
   for (Index i = 0; i < columns.rows(); ++i) {
     const double t = static_cast<double>(i - before) - reversal;
-    double scale = 1.0;
-    for (int power = 0; power < 3; ++power, scale /= wave) {
-      columns(i, power) = scale * (low_pass.passed(power, t) - low_pass.switched_on(power, t));
-      columns(i, 3 + power) = scale * low_pass.switched_on(power, t - halt);
-    }
+    const auto until = [&](int power) { return low_pass.passed(power, t) - low_pass.switched_on(power, t); };
+    const auto from = [&](int power) { return low_pass.switched_on(power, t - halt); };
+    columns(i, 0) = until(0) + from(0);
+    columns(i, 1) = (until(1) + from(1) + halt * from(0)) / wave;
+    columns(i, 2) = (until(2) + from(2) + 2.0 * halt * from(1) + halt * halt * from(0)) / (wave * wave);
+    columns(i, 3) = from(0);
   }
   return columns;
 }

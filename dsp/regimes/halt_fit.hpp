@@ -7,9 +7,9 @@
 
 namespace dsp {
 
-/// Fits, by least squares, what an acceleration does where friction changes its sign: a parabola before, zero during
-/// a halt, a parabola after, all behind a low-pass. Linear but for the times of reversal and halt, which are searched
-/// on grids of bases made once.
+/// Fits, by least squares, what an acceleration does where friction changes its sign, behind a low-pass: a parabola
+/// that leaps there, and is zero during a halt. Linear but for the times of reversal and halt, which are searched on
+/// grids of bases made once.
 class HaltFit {
  public:
   static constexpr double shortest_halt_waves = 0.06;  ///< waves of the cut-off

@@ -44,6 +44,8 @@ class Look {
             .least = course.segment(beside_ - early, early + late + 1).minCoeff()};
   }
 
+  /// Of what a halt that is none explains by noise of this rms; behind the low-pass two samples a wave are independent.
+  [[nodiscard]] double gain_std(double noise) const { return noise * std::sqrt(wave_ / 2.0); }
   [[nodiscard]] HaltFit::Result fit(Index reversal) const { return fit_(about(reversal, fit_.before(), fit_.after())); }
 
  private:
@@ -92,11 +94,11 @@ Plain plain_reversals(const std::vector<ReversalCourse>& courses, const Look& lo
   }
   const double usual = quantile(gains, 0.5), noise = quantile(std::move(rests), 0.5);
   for (double& gain : gains) gain = std::abs(gain - usual);
-  constexpr double stds = 6.0, noises = 12.0, row_stds = 2.0, row_noises = 5.0;
+  constexpr double stds = 4.0, row_stds = 3.0;
   plain.noise = noise;
-  const double gain_std = std_of_normal * quantile(std::move(gains), 0.5);
-  plain.gain = std::max(usual + stds * gain_std, noises * noise);
-  plain.row_gain = std::max(usual + row_stds * gain_std, row_noises * noise);
+  const double gain_std = std::max(std_of_normal * quantile(std::move(gains), 0.5), look.gain_std(noise));
+  plain.gain = usual + stds * gain_std;
+  plain.row_gain = usual + row_stds * gain_std;
   return plain;
 }
 

@@ -23,11 +23,11 @@ struct ReversalOptions {
 
 /// Looks at the acceleration a about each reversal, low-passed at cutoff_hz. Dry friction makes it leap there; if the
 /// payload halts, it is zero in between. Halts of up to a wave of the band are fitted (halt_fit.hpp), at the record's
-/// smaller accelerations, and believed where they explain more than chance: six robust standard deviations above what
-/// they seem to explain at those reversals and twelve times the noise, and, unless it is twice that, where another halt
-/// lies within two periods; or in rows, where the median of up to eleven explains two standard deviations and five
-/// times the noise. Longer ones are seen in the velocity: stops.hpp. From accelerometers at an intermediate rate of 256
-/// Hz halts of 1 to 2 ms are detected, at thirtyfold noise rows of some 3 ms. Where friction rises steadily towards
+/// smaller accelerations, and believed where they explain more than chance: four standard deviations above what they
+/// seem to explain at those reversals, and, unless it is twice that, where another halt lies within two periods; or in
+/// rows, where the median of up to eleven explains three. The standard deviation is that of these reversals, and at
+/// least that by noise. Longer ones are seen in the velocity: stops.hpp. From accelerometers at an intermediate rate of
+/// 256 Hz halts of 1 to 2 ms are detected, at thirtyfold noise rows of some 3 ms. Where friction rises steadily towards
 /// zero speed (Stribeck) every reversal dips, and only standing still is detected.
 ///
 /// Left out are reversals whose acceleration stays below four times its noise or a hundredth of the record's. None are

@@ -28,9 +28,9 @@ struct Programme {
 };
 
 // A sine whose amplitude drifts within each phase and jumps between them, within a second, against a base whose
-// displacement it opposes where low and follows where high.
+// displacement it opposes where low and follows where high; from `slower_from_s` on a tenth slower.
 Programme programme(const std::vector<Phase>& phases, double frequency_hz, double noise_m, unsigned seed,
-                    double base_m = 0.005) {
+                    double base_m = 0.005, double slower_from_s = INFINITY) {
   std::vector<double> amplitude;
   Programme result;
   for (const Phase& phase : phases) {
@@ -44,14 +44,16 @@ Programme programme(const std::vector<Phase>& phases, double frequency_hz, doubl
   }
   const auto n = static_cast<Index>(amplitude.size()), half = static_cast<Index>(rate_hz / 2);
   VectorXd x(n), v(n), r(n);
+  double angle = 0.0;
   for (Index i = 0; i < n; ++i) {
+    const double here_hz = static_cast<double>(i) / rate_hz < slower_from_s ? frequency_hz : 0.9 * frequency_hz;
     double mean = 0.0;
     const Index from = std::max<Index>(0, i - half), to = std::min(n, i + half);
     for (Index k = from; k < to; ++k) mean += amplitude[static_cast<std::size_t>(k)] / static_cast<double>(to - from);
-    const double angle = two_pi * frequency_hz * static_cast<double>(i) / rate_hz;
     x(i) = mean * std::sin(angle);
-    v(i) = mean * two_pi * frequency_hz * std::cos(angle);
+    v(i) = mean * two_pi * here_hz * std::cos(angle);
     r(i) = base_m * std::sin(angle);
+    angle += two_pi * here_hz / rate_hz;
   }
   x += support::gaussian(n, seed, noise_m);
   v += support::gaussian(n, seed + 1, noise_m * two_pi * 4.0);
@@ -130,14 +132,35 @@ TEST_CASE("the larger branch is high, whichever way the drive counts", "[dsp][se
   CHECK(agreement(soft, dsp::segment_regimes(soft.motion)) >= 0.995);
 }
 
-TEST_CASE("out of a rest a response is on the branch on which it soon settles", "[dsp][segment_regimes]") {
-  // Against the base for four cycles on the way to the upper branch, or for 24 on the lower one.
-  for (const Phase& first : {Phase{8.0 / 3.0, -0.008, -0.008, Regime::high}, Phase{16.0, 0.008, 0.008, Regime::low}}) {
-    const auto p =
-        programme({{60, 0.007, 0.009, Regime::low}, {20, 0, 0, Regime::stick}, first, {60, 0.028, 0.026, Regime::high}},
-                  1.5, 1e-5, 9);
+TEST_CASE("out of a rest a response is on the branch on which it settles while its drive stays",
+          "[dsp][segment_regimes]") {
+  // Against the base for four cycles, or for 24, on the way to the upper branch.
+  for (const double against_s : {8.0 / 3.0, 16.0}) {
+    const auto p = programme({{60, 0.007, 0.009, Regime::low},
+                              {20, 0, 0, Regime::stick},
+                              {against_s, -0.008, -0.008, Regime::high},
+                              {60, 0.028, 0.026, Regime::high}},
+                             1.5, 1e-5, 9);
     CHECK(agreement(p, dsp::segment_regimes(p.motion)) >= 0.99);  // the second of blur at each boundary
   }
+  // For 24 cycles on the lower branch until the drive changes.
+  const auto p = programme({{60, 0.007, 0.009, Regime::low},
+                            {20, 0, 0, Regime::stick},
+                            {16, 0.008, 0.008, Regime::low},
+                            {60, 0.028, 0.026, Regime::high}},
+                           1.5, 1e-5, 9, 0.005, 95);
+  CHECK(agreement(p, dsp::segment_regimes(p.motion)) >= 0.99);
+}
+
+TEST_CASE("a response whose swings are excluded from the third on settles as they show", "[dsp][segment_regimes]") {
+  auto p = programme({{60, 0.007, 0.009, Regime::low},
+                      {30, 0.028, 0.026, Regime::high},
+                      {20, 0, 0, Regime::stick},
+                      {4, -0.008, -0.008, Regime::high},
+                      {40, 0.028, 0.026, Regime::high}},
+                     1.5, 1e-5, 9);
+  for (std::size_t i = 112 * 64; i < p.truth.size(); ++i) p.motion.excluded[i] = 1, p.truth[i] = Regime::excluded;
+  CHECK(agreement(p, dsp::segment_regimes(p.motion)) >= 0.99);
 }
 
 TEST_CASE("a boundary comes with its probability and its standard deviation", "[dsp][segment_regimes]") {
@@ -219,15 +242,16 @@ TEST_CASE("excluded samples keep their label, and a swing for a moment is no reg
 }
 
 TEST_CASE("where noise hides stops none are found, by speed or by halts", "[dsp][segment_regimes]") {
-  // 1.25 Hz for two minutes at 256 Hz, a velocity that is mostly noise, and an acceleration that is zero at every
-  // reversal.
+  // 1.25 Hz for two minutes at 256 Hz, a velocity that is mostly noise, and an acceleration that in the last third is
+  // zero at every reversal.
   const Index n = 120 * 256;
   VectorXd x(n), v(n), a(n);
   for (Index i = 0; i < n; ++i) {
     const double angle = two_pi * 1.25 * static_cast<double>(i) / 256.0;
     x(i) = 0.01 * std::sin(angle);
     v(i) = 0.01 * two_pi * 1.25 * std::cos(angle);
-    a(i) = std::abs(std::cos(angle)) < 0.2 ? 0.0 : -0.01 * std::pow(two_pi * 1.25, 2) * std::sin(angle);
+    a(i) =
+        3 * i > 2 * n && std::abs(std::cos(angle)) < 0.1 ? 0.0 : -0.01 * std::pow(two_pi * 1.25, 2) * std::sin(angle);
   }
   const auto stuck = [&](double noise_m) {
     const VectorXd noisy = x + support::gaussian(n, 31, noise_m);
@@ -242,16 +266,18 @@ TEST_CASE("where noise hides stops none are found, by speed or by halts", "[dsp]
   CHECK_FALSE(stuck(8e-3));
 }
 
-TEST_CASE("a row of halts that the record cuts goes on to its end, motion behind a single stop does not",
+TEST_CASE("a row of halts that the record cuts goes on to its last reversal, motion behind a single stop does not",
           "[dsp][segment_regimes]") {
-  // Half waves of 0.4 s; before the last, or before each, 0.1 s without motion.
+  // Half waves of 0.4 s; before the last but one, or before each, 0.1 s without motion; the last is cut.
   constexpr int num_halves = 50;
+  constexpr Index half = 102, cut = 10;
   for (const bool row : {true, false}) {
     VectorXd v(0);
     for (int k = 0; k < num_halves; ++k) {
-      const Index halt = row || k + 1 == num_halves ? 26 : 0, half = 102;
-      VectorXd next = VectorXd::Zero(halt + half);
-      for (Index i = 0; i < half; ++i)
+      const bool last = k + 1 == num_halves, halts = !last && (row || k + 2 == num_halves);
+      const Index halt = halts ? 26 : 0, count = last ? cut : half;
+      VectorXd next = VectorXd::Zero(halt + count);
+      for (Index i = 0; i < count; ++i)
         next(halt + i) = (k % 2 == 0 ? 0.1 : -0.1) * std::sin(std::numbers::pi * (static_cast<double>(i) + 0.5) / half);
       v.conservativeResize(v.size() + next.size());
       v.tail(next.size()) = next;
@@ -260,10 +286,12 @@ TEST_CASE("a row of halts that the record cuts goes on to its end, motion behind
     double sum = 0.0;
     for (Index i = 0; i < v.size(); ++i) x(i) = sum += v(i) / 256.0;
     const auto found = dsp::segment_regimes(support::motion_of(256.0, {{"x", x}, {"v", v}}),
-                                            {.stick_speed_m_per_s = 0.01, .stick_duration_s = 0.02});
-    CHECK((found.segments.back().regime == Regime::stick) == row);
-    CHECK(std::any_of(found.segments.begin(), found.segments.end(),
-                      [](const auto& segment) { return segment.regime == Regime::stick; }));
+                                            {.stick_speed_m_per_s = 0.01, .stick_duration_s = 0.02})
+                           .segments;
+    REQUIRE(found.size() >= 2);
+    CHECK(found.back().regime != Regime::stick);
+    CHECK(found[found.size() - 2].regime == Regime::stick);
+    CHECK(std::abs(v.size() - found.back().first - (row ? cut : cut + half)) <= 4);
   }
 }
 
