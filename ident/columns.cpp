@@ -116,10 +116,12 @@ Columns form_columns(const CandidateLibrary& library, const std::string& target,
 }
 
 VectorXd column_beside(const Columns& columns, const std::string& term, const std::string& target) {
-  const CandidateLibrary library = make_library({.order = 0, .terms = {term}}, target, *columns.signals);
-  const Term& one = library.terms.front();
-  if (columns.switches == nullptr) return one.expression.evaluate(*columns.signals);
-  return through_filter(ExactSwitches(*columns.prepared, library).samples(one.expression), columns.prepared->filter);
+  return columns.beside->of(term, [&]() -> VectorXd {
+    const CandidateLibrary library = make_library({.order = 0, .terms = {term}}, target, *columns.signals);
+    const Term& one = library.terms.front();
+    if (columns.switches == nullptr) return one.expression.evaluate(*columns.signals);
+    return through_filter(ExactSwitches(*columns.prepared, library).samples(one.expression), columns.prepared->filter);
+  });
 }
 
 void place_switches(Columns& columns, const CandidateLibrary& library, const WeightedTerms& equation,

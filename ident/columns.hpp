@@ -1,7 +1,9 @@
 #pragma once
 #include <Eigen/Core>
 #include <functional>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,6 +31,20 @@ struct TermColumn {
   int recording = 0;  ///< 1-based: zero on the rows of others; 0: of all
 };
 
+/// Columns by their terms, formed when first asked for, by one thread.
+class ColumnsBeside {
+ public:
+  const Eigen::VectorXd& of(const std::string& term, const std::function<Eigen::VectorXd()>& form) {
+    const std::lock_guard lock(mutex_);
+    const auto known = columns_.find(term);
+    return known != columns_.end() ? known->second : columns_.emplace(term, form()).first->second;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::string, Eigen::VectorXd> columns_;
+};
+
 /// The candidate columns and the target of one recording at the regression rate, all samples of it: ranges pick rows.
 /// The one place where the matrix of a regression is kept: 8 N b bytes.
 struct Columns {
@@ -46,6 +62,7 @@ struct Columns {
   std::shared_ptr<ExactSwitches> switches = {};           ///< of recipe "matched"; else none
   std::shared_ptr<const ChannelNoise> noise = {};         ///< of its channels; none: a table
   std::vector<TermColumn> term_columns = {};              ///< of the library; empty: one behind the other
+  std::shared_ptr<ColumnsBeside> beside = std::make_shared<ColumnsBeside>();  ///< of column_beside; copies share it
   BlockMeans means = {};  ///< of the terms, then the target, ahead of the column filter; none where it keeps them
 };
 
@@ -60,7 +77,7 @@ struct Columns {
                                    const dsp::Prepared& prepared, const std::function<void()>& poll = {});
 
 /// The column that form_columns would make of one more term of these signals, without what else it makes: switches as
-/// they are before an equation settles them. Throws as make_library for a term of other signals.
+/// they are before an equation settles them. Each is formed once. Throws as make_library for a term of other signals.
 [[nodiscard]] Eigen::VectorXd column_beside(const Columns& columns, const std::string& term, const std::string& target);
 
 /// Forms the columns again that depend on where an equation's switches are; none: as form_columns left them. Columns of

@@ -313,7 +313,7 @@ void judge_doubts(JudgedFit& judged, const RangeData& range, const RangeResult& 
   const RFactor kept = select(range.sensors ? range.joint.joint : range.data, columns, 0);
   judged.noise = regressor_noise(judged.model, kept, result.rows.train, recordings, residual, options.poll);
   judged.explanations = explanations(judged.model, result.terms, kept, result.rows.train, recordings, residual,
-                                     IndependentRows(range.train_samples, range.first_rows), options.poll);
+                                     *range.independence, options.poll);
 }
 
 }  // namespace

@@ -174,7 +174,7 @@ SensorPosterior sensors_beside(const Fit& found, const std::vector<Index>& posit
     if (weighted) residual = evidence->weighting.weighted(std::move(residual));
     EffectiveSize size = evidence != nullptr ? evidence->size : EffectiveSize{};
     size.num_rows = static_cast<double>(residual.size());
-    size.num_uncorrelated = size.num_rows * IndependentRows(range.train_samples, range.first_rows).fraction(residual);
+    size.num_uncorrelated = size.num_rows * range.independence->fraction(residual);
     size.num_noise = 0.0;  // sensors' columns are smoother than candidates
     fraction = size.fraction();
     noise_std = std::max(least_noise_std, residual.stableNorm() / std::sqrt(rows_to_spare));
@@ -218,6 +218,7 @@ RangeData range_data(RangeResult& result, const std::vector<Columns>& recordings
   range.train_samples = samples_in_time(rows, recordings);
   for (std::size_t i = 0; i < rows.size(); ++i)
     if (i == 0 || rows[i].recording != rows[i - 1].recording) range.first_rows.push_back(static_cast<Index>(i));
+  range.independence = std::make_shared<const IndependentRows>(range.train_samples, range.first_rows);
   if (options.free_run) range.courses = courses_of(result.rows.test, result.rows.usable, recordings);
   range.largest = largest_signals(library, rows, recordings);
   return range;

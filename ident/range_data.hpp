@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -11,6 +12,7 @@
 #include "ident/sensors/range_sensors.hpp"
 #include "ident/sensors/sensor_fit.hpp"
 #include "ident/validate/free_run.hpp"
+#include "ident/validate/independent_rows.hpp"
 
 namespace ident {
 
@@ -20,16 +22,17 @@ struct RangeData {
   Eigen::VectorXd scale;            ///< largest magnitude of each column of the library on them
   RFactor data;                     ///< of `terms` and the target, the sensors integrated out
   std::optional<RangeSensors> sensors;
-  SensorRegression joint;                   ///< of sensors, `terms` and target
-  MeanRows means;                           ///< which `joint` has, too
-  double noise_std = 0.0;                   ///< of the target, beside all terms and sensors
-  Eigen::VectorXd train, test;              ///< target
-  std::vector<Eigen::Index> train_samples;  ///< the records one behind the other
-  std::vector<Eigen::Index> first_rows;     ///< of each record with training rows
-  EvidenceData evidence;                    ///< filled in by settled_data where a method asks for it
-  CandidateLibrary library;                 ///< that `terms` are of: as given, or with terms of one recording each
-  RangeFactors factors;                     ///< in terms of the library given; without blocks
-  std::vector<Course> courses;              ///< of the test rows
+  SensorRegression joint;                               ///< of sensors, `terms` and target
+  MeanRows means;                                       ///< which `joint` has, too
+  double noise_std = 0.0;                               ///< of the target, beside all terms and sensors
+  Eigen::VectorXd train, test;                          ///< target
+  std::vector<Eigen::Index> train_samples;              ///< the records one behind the other
+  std::vector<Eigen::Index> first_rows;                 ///< of each record with training rows
+  std::shared_ptr<const IndependentRows> independence;  ///< of the training rows
+  EvidenceData evidence;                                ///< filled in by settled_data where a method asks for it
+  CandidateLibrary library;     ///< that `terms` are of: as given, or with terms of one recording each
+  RangeFactors factors;         ///< in terms of the library given; without blocks
+  std::vector<Course> courses;  ///< of the test rows
   std::vector<std::pair<std::string, double>> largest;  ///< of the signals the library looks at
 };
 

@@ -23,13 +23,18 @@ class RowsOfTerms {
   [[nodiscard]] Eigen::Index num_terms() const { return static_cast<Eigen::Index>(terms_.size()); }
   /// Rows [first, first + block.rows()).
   void read(Eigen::Index first, Eigen::Ref<Eigen::MatrixXd> block) const {
-    for (Eigen::Index j = 0; j < block.cols(); ++j) {
-      const TermColumn term = terms_[static_cast<std::size_t>(j)];
-      for (Eigen::Index i = 0; i < block.rows(); ++i) {
-        const Row& row = rows_[static_cast<std::size_t>(first + i)];
-        const bool is_elsewhere = term.recording > 0 && static_cast<std::size_t>(term.recording) != row.recording + 1;
-        block(i, j) = is_elsewhere ? 0.0 : recordings_[row.recording].phi(row.sample, term.column);
+    for (Eigen::Index i = 0; i < block.rows();) {
+      const Row& row = rows_[static_cast<std::size_t>(first + i)];
+      const Eigen::Index count = samples_on(first + i, first + block.rows());
+      for (Eigen::Index j = 0; j < block.cols(); ++j) {
+        const TermColumn term = terms_[static_cast<std::size_t>(j)];
+        auto values = block.col(j).segment(i, count);
+        if (term.recording > 0 && static_cast<std::size_t>(term.recording) != row.recording + 1)
+          values.setZero();
+        else
+          values = recordings_[row.recording].phi.col(term.column).segment(row.sample, count);
       }
+      i += count;
     }
   }
   /// Calls visit(first row, block) for all rows in order.
@@ -43,6 +48,15 @@ class RowsOfTerms {
   }
 
  private:
+  /// How many rows from this one on, before `end`, are of successive samples of one recording.
+  [[nodiscard]] Eigen::Index samples_on(Eigen::Index from, Eigen::Index end) const {
+    const auto row = [&](Eigen::Index i) -> const Row& { return rows_[static_cast<std::size_t>(i)]; };
+    Eigen::Index next = from + 1;
+    while (next < end && row(next).recording == row(from).recording &&
+           row(next).sample == row(from).sample + next - from)
+      ++next;
+    return next - from;
+  }
   static constexpr Eigen::Index block_rows = 1024;
   const std::vector<Row>& rows_;
   const std::vector<Columns>& recordings_;

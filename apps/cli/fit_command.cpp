@@ -44,8 +44,9 @@ int fit(const FitArguments& arguments, const GlobalOptions& global, Console& con
   }
   const ident::CandidateLibrary library =
       ident::make_library({.order = 0, .variables = {}, .terms = read_terms(arguments.terms)}, arguments.target, table);
-  std::vector<ident::Columns> columns{ident::form_columns(
-      library, arguments.target, table, arguments.table.filename().string(), shown_poll(console, "forming columns"))};
+  std::vector<ident::Columns> columns;
+  columns.push_back(ident::form_columns(library, arguments.target, table, arguments.table.filename().string(),
+                                        shown_poll(console, "forming columns")));
   dsp::RangeSpec all;
   all.name = "all";
   all.to_s = all.train_to_s.emplace(static_cast<double>(table.num_samples()));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <complex>
 #include <deque>
 #include <mutex>
 #include <new>
@@ -12,6 +13,7 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 // What FFTW calls where it gets no memory; its own prints and aborts. Ours comes first as long as FFTW is a shared
 // library. The exception passes through C code, which on Linux unwinds as C++ does.
@@ -37,53 +39,86 @@ bool aligned(const double* data) {
   return fftw_alignment_of(const_cast<double*>(data)) == 0;
 }
 
-fftw_complex* fftw_data(Eigen::VectorXcd& X) {
-  auto* data = reinterpret_cast<double*>(X.data());
+fftw_complex* fftw_data(const double* data) {
   assert(aligned(data));
-  return reinterpret_cast<fftw_complex*>(data);
+  return reinterpret_cast<fftw_complex*>(const_cast<double*>(data));
+}
+
+double* doubles(Eigen::VectorXcd& X) {
+  return reinterpret_cast<double*>(X.data());
 }
 }  // namespace
 
+/// One complex transform: of n numbers for an odd n; for an even one of half as many, whose real parts are the samples
+/// 0, 2, ... and whose imaginary parts are those between, taken apart and put together by `recombine`. A plan for that
+/// is made in a tenth of the time of two for real sequences.
 struct RealFft::Plans {
   explicit Plans(Eigen::Index size) : n(size) {}
   ~Plans() {
     const std::lock_guard lock(planner().mutex);
-    for (const fftw_plan plan : {forward, inverse})
-      if (plan != nullptr) fftw_destroy_plan(plan);
+    if (made_ != nullptr) fftw_destroy_plan(made_);
   }
   Plans(const Plans&) = delete;
   Plans& operator=(const Plans&) = delete;
 
-  [[nodiscard]] fftw_plan forward_plan() const {
-    std::call_once(forward_made, [this] { forward = planned(fftw_plan_dft_r2c_1d); });
-    return forward;
+  [[nodiscard]] bool halved() const { return n % 2 == 0; }
+  /// z of halved() ? n / 2 : n numbers, unchanged, to its transform Z, elsewhere; both aligned.
+  void transform(const double* z, double* Z) const {
+    std::call_once(once_, [this] { make(); });
+    fftw_execute_dft(made_, fftw_data(z), fftw_data(Z));
   }
-  [[nodiscard]] fftw_plan inverse_plan() const {
-    std::call_once(inverse_made, [this] {
-      inverse = planned([](int size, double* real, fftw_complex* complex, unsigned flags) {
-        return fftw_plan_dft_c2r_1d(size, complex, real, flags);
-      });
-    });
-    return inverse;
-  }
+  /// In place, of n/2 + 1 numbers, n even: from the transform of the halves to that of all samples (direction 1), and
+  /// from the latter to the complex conjugate of the former (direction -1).
+  void recombine(double* X, double direction) const;
 
   const Eigen::Index n;
 
  private:
-  template <class Make>
-  [[nodiscard]] fftw_plan planned(Make&& make) const {
-    Eigen::VectorXd real(n);
-    Eigen::VectorXcd complex(n / 2 + 1);
+  static constexpr Eigen::Index fine = 256;  // of roots_: products of two are all
+  void make() const {
+    const Eigen::Index count = halved() ? n / 2 : n;
+    Eigen::VectorXcd from(count), to(count);
+    for (Eigen::Index k = 0; halved() && k < fine; ++k) roots_.push_back(root(k));
+    for (Eigen::Index k = 0; halved() && k <= n / 4; k += fine) roots_.push_back(root(k));
     const std::lock_guard lock(planner().mutex);
     if (std::exchange(planner().torn, true)) throw std::bad_alloc();
-    const fftw_plan plan = make(static_cast<int>(n), real.data(), fftw_data(complex), FFTW_ESTIMATE);
+    made_ = fftw_plan_dft_1d(static_cast<int>(count), fftw_data(doubles(from)), fftw_data(doubles(to)), FFTW_FORWARD,
+                             FFTW_ESTIMATE);
     planner().torn = false;
-    return plan;
+  }
+  /// exp(-2 pi i k / n)
+  [[nodiscard]] std::complex<double> root(Eigen::Index k) const {
+    return std::polar(1.0, -2.0 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(n));
   }
 
-  mutable std::once_flag forward_made, inverse_made;
-  mutable fftw_plan forward = nullptr, inverse = nullptr;
+  mutable std::once_flag once_;
+  mutable fftw_plan made_ = nullptr;
+  mutable std::vector<std::complex<double>> roots_;  ///< roots 0 .. fine-1, then every fine-th up to n/4
 };
+
+void RealFft::Plans::recombine(double* X, double direction) const {
+  // With a = X_k, b = conj(X_(h-k)), h = n/2: X_k becomes (a+b)/2 - i u (a-b)/2 and X_(h-k) the conjugate of
+  // (a+b)/2 + i u (a-b)/2, where u is the root of k, or minus its conjugate on the way back.
+  const Eigen::Index h = n / 2;
+  const double zero = X[0], other = direction > 0.0 ? X[1] : X[2 * h], unit = direction > 0.0 ? 1.0 : 0.5;
+  X[0] = unit * (zero + other), X[1] = 0.0;
+  (direction > 0.0 ? X[2 * h] : X[1]) = direction * unit * (zero - other);
+  X[2 * h + 1] = 0.0;
+  for (Eigen::Index first = 0; first <= h / 2; first += fine) {
+    const std::complex<double> from = roots_[static_cast<std::size_t>(fine + first / fine)];
+    const auto* step = reinterpret_cast<const double*>(roots_.data());
+    for (Eigen::Index k = std::max<Eigen::Index>(1, first); k < std::min(first + fine, h / 2 + 1); ++k) {
+      const double re = step[2 * (k - first)], im = step[2 * (k - first) + 1];
+      const double u_re = direction * (from.real() * re - from.imag() * im), u_im = from.real() * im + from.imag() * re;
+      double *low = X + 2 * k, *high = X + 2 * (h - k);
+      const double sum_re = 0.5 * (low[0] + high[0]), sum_im = 0.5 * (low[1] - high[1]);
+      const double less_re = 0.5 * (low[0] - high[0]), less_im = 0.5 * (low[1] + high[1]);
+      const double turned_re = u_re * less_im + u_im * less_re, turned_im = u_im * less_im - u_re * less_re;
+      low[0] = sum_re + turned_re, low[1] = direction * (sum_im + turned_im);
+      high[0] = sum_re - turned_re, high[1] = direction * (turned_im - sum_im);
+    }
+  }
+}
 
 Eigen::Index good_fft_size(Eigen::Index at_least) {
   const auto is_good = [](Eigen::Index n) {
@@ -140,21 +175,36 @@ Eigen::VectorXcd RealFft::forward(const Eigen::Ref<const Eigen::VectorXd>& x) co
 
 void RealFft::forward(const Eigen::Ref<const Eigen::VectorXd>& x, Eigen::VectorXcd& X) const {
   if (x.size() != plans_->n) throw std::invalid_argument("RealFft::forward: wrong length");
-  X.resize(plans_->n / 2 + 1);
-  if (aligned(x.data())) {
-    // A forward transform out of place leaves its input as it was.
-    fftw_execute_dft_r2c(plans_->forward_plan(), const_cast<double*>(x.data()), fftw_data(X));
-  } else {
-    Eigen::VectorXd copy = x;
-    fftw_execute_dft_r2c(plans_->forward_plan(), copy.data(), fftw_data(X));
+  if (!plans_->halved()) {
+    Eigen::VectorXcd all = x.cast<std::complex<double>>();
+    X.resize(x.size());
+    plans_->transform(doubles(all), doubles(X));
+    X.conservativeResize(x.size() / 2 + 1);
+    return;
   }
+  X.resize(x.size() / 2 + 1);
+  if (aligned(x.data()))
+    plans_->transform(x.data(), doubles(X));
+  else
+    plans_->transform(Eigen::VectorXd(x).data(), doubles(X));
+  plans_->recombine(doubles(X), 1.0);
 }
 
 Eigen::VectorXd RealFft::inverse(Eigen::VectorXcd X) const {
-  if (X.size() != plans_->n / 2 + 1) throw std::invalid_argument("RealFft::inverse: wrong length");
-  Eigen::VectorXd x(plans_->n);
-  fftw_execute_dft_c2r(plans_->inverse_plan(), fftw_data(X), x.data());
-  x /= static_cast<double>(plans_->n);
+  const Eigen::Index n = plans_->n;
+  if (X.size() != n / 2 + 1) throw std::invalid_argument("RealFft::inverse: wrong length");
+  if (!plans_->halved()) {
+    Eigen::VectorXcd all(n), x(n);
+    all(0) = X(0).real();
+    for (Eigen::Index k = 1; k < X.size(); ++k) all(n - k) = X(k), all(k) = std::conj(X(k));
+    plans_->transform(doubles(all), doubles(x));
+    return x.real() / static_cast<double>(n);
+  }
+  Eigen::VectorXd x(n);
+  plans_->recombine(doubles(X), -1.0);
+  plans_->transform(doubles(X), x.data());
+  const double unit = 2.0 / static_cast<double>(n);
+  Eigen::Map<Eigen::Array2Xd>(x.data(), 2, n / 2).colwise() *= Eigen::Array2d(unit, -unit);
   return x;
 }
 

@@ -26,7 +26,7 @@ ExtendedSpectrum spectrum_of(const Motion& motion, const char* name) {
 template <class GainOfV, class GainOfA>
 VectorXd sum_of(ExtendedSpectrum v, const ExtendedSpectrum& a, const GainOfV& of_v, const GainOfA& of_a) {
   v.multiply(of_v);
-  v.add(a, [&](double f) { return f > 0.0 ? of_a(f) / std::complex<double>(0.0, omega(f)) : 0.0; });
+  v.add(a, [&](double f) { return std::complex<double>(0.0, f > 0.0 ? -of_a(f) / omega(f) : 0.0); });
   return std::move(v).signal();
 }
 

@@ -105,7 +105,7 @@ EvidenceData evidence_data(const RangeData& range, const RangeResult& result, co
   std::vector<const Term*> terms;
   for (const Index j : range.terms) terms.push_back(&library.terms[static_cast<std::size_t>(j)]);
   const StateSpace state(terms, result.rows.train, recordings, options.target);
-  const IndependentRows independence(range.train_samples, range.first_rows);
+  const IndependentRows& independence = *range.independence;
   whiten(rows, independence);
   weigh_records(rows, independence);
 

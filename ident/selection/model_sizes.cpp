@@ -80,9 +80,9 @@ ModelSizes::ModelSizes(const EvidenceRows& rows, const StateSpace& state, const 
     if (records.size() > 1) triangles_.push_back(record.triangle);
   }
   rss_of_all_ = records.front().rss;
-  const VectorXd left = rows.residual(problems_, all_columns(rows.num_terms()));
-  const Index apart = std::min(independence.first_lag_within_chance(left), quarter_period(rows));
-  if (records.size() == 1 && independence.fraction(left) < white_enough) noise_fraction_ = least_fraction(left);
+  const VectorXd r = independence.autocorrelation(rows.residual(problems_, all_columns(rows.num_terms())));
+  const Index apart = std::min(independence.first_lag_within_chance(r), quarter_period(rows));
+  if (records.size() == 1 && independence.fraction_by(r, r) < white_enough) noise_fraction_ = least_fraction(r);
   pairs_ = state.revisits(apart, rows.range.train_samples, rows.range.first_rows);
 }
 
@@ -106,12 +106,12 @@ EffectiveSize ModelSizes::of(const Subset& model) const {
   return size;
 }
 
-/// Of the rows, for the candidate to which noise as coloured as what all leave does most.
-double ModelSizes::least_fraction(const VectorXd& left) const {
+/// Of the rows, for the candidate to which noise as coloured as what all leave (autocorrelation r) does most.
+double ModelSizes::least_fraction(const VectorXd& r) const {
   double least = 1.0;
   for (const Index term : rows_.range.terms) {
     if (rows_.options.poll) rows_.options.poll();
-    least = std::min(least, independence_.fraction_for(rows_.column(term), left));
+    least = std::min(least, independence_.fraction_by(r, independence_.autocorrelation(rows_.column(term))));
   }
   return least;
 }

@@ -33,7 +33,7 @@ class ModelSizes {
   [[nodiscard]] static RecordProblems problems_of(const std::vector<Probed>& records, const EvidenceRows& rows);
   ModelSizes(const EvidenceRows& rows, const StateSpace& state, const IndependentRows& independence,
              const std::vector<Probed>& records);
-  [[nodiscard]] double least_fraction(const Eigen::VectorXd& left) const;
+  [[nodiscard]] double least_fraction(const Eigen::VectorXd& r) const;
   [[nodiscard]] double by_revisits(const Eigen::VectorXd& left) const;
   /// What a model leaves, as a fraction of all targets' squares, beside all else of the candidates and the probes.
   struct Rest {

@@ -104,9 +104,16 @@ Index StateSpace::num_probes() const {
 void StateSpace::read_probes(Index first, Eigen::Ref<MatrixXd> block) const {
   const Index count = block.rows();
   const auto x = values_.col(0).segment(first, count).array(), v = values_.col(1).segment(first, count).array();
+  const int highest = degree_ + 2;
+  Eigen::ArrayXXd powers_of_x = Eigen::ArrayXXd::Ones(count, highest + 1), powers_of_v = powers_of_x;
+  for (int power = 1; power <= highest; ++power) {
+    powers_of_x.col(power) = powers_of_x.col(power - 1) * x;
+    powers_of_v.col(power) = powers_of_v.col(power - 1) * v;
+  }
   Index column = 0;
-  for (int degree = degree_ + 1; degree <= degree_ + 2; ++degree)
-    for (int of_v = 0; of_v <= degree; ++of_v) block.col(column++) = x.pow(degree - of_v) * v.pow(of_v);
+  for (int degree = degree_ + 1; degree <= highest; ++degree)
+    for (int of_v = 0; of_v <= degree; ++of_v)
+      block.col(column++) = powers_of_x.col(degree - of_v) * powers_of_v.col(of_v);
   for (Index j = 0; j < signs_.cols(); ++j) {
     const auto sign = signs_.col(j).segment(first, count).array();
     for (const auto& power : {x.eval(), v.eval(), x.square().eval(), (x * v).eval(), v.square().eval()})
@@ -124,12 +131,8 @@ std::vector<RowPair> StateSpace::revisits(Index min_separation, const std::vecto
   const Index num_rows = values_.rows(), step = (num_rows + max_rows - 1) / max_rows,
               count = step > 0 ? (num_rows + step - 1) / step : 0;
   MatrixXd at(values_.cols() + signs_.cols(), count);  // a column for each row that looks for a neighbour
-  std::vector<Index> record(static_cast<std::size_t>(count));
-  for (Index i = 0; i < count; ++i) {
+  for (Index i = 0; i < count; ++i)
     at.col(i) << values_.row(i * step).transpose(), sign_apart * signs_.row(i * step).transpose();
-    record[static_cast<std::size_t>(i)] =
-        std::upper_bound(first_rows.begin(), first_rows.end(), i * step) - first_rows.begin();
-  }
   for (Index j = 0; j < values_.cols(); ++j) {
     const double mean = at.row(j).mean(), std = std::sqrt((at.row(j).array() - mean).square().mean());
     at.row(j) = std > 0.0 ? ((at.row(j).array() - mean) / std).eval() : Eigen::RowVectorXd::Zero(count).array().eval();
@@ -137,25 +140,30 @@ std::vector<RowPair> StateSpace::revisits(Index min_separation, const std::vecto
   std::vector<Index> by_x(static_cast<std::size_t>(count));
   std::iota(by_x.begin(), by_x.end(), Index{0});
   std::stable_sort(by_x.begin(), by_x.end(), [&](Index a, Index b) { return at(0, a) < at(0, b); });
+  at = at(Eigen::all, by_x).eval();
+  std::vector<Index> record, sample;
+  for (const Index i : by_x) {
+    record.push_back(std::upper_bound(first_rows.begin(), first_rows.end(), i * step) - first_rows.begin());
+    sample.push_back(samples[static_cast<std::size_t>(i * step)]);
+  }
 
   std::vector<std::pair<double, RowPair>> nearest;
   for (Index place = 0; place < count; ++place) {
-    const Index i = by_x[static_cast<std::size_t>(place)];
+    const auto here = static_cast<std::size_t>(place);
     double closest = std::numeric_limits<double>::infinity();
     Index neighbour = -1;
     for (const Index direction : {-1, 1})
       for (Index other = place + direction; other >= 0 && other < count; other += direction) {
-        const Index j = by_x[static_cast<std::size_t>(other)];
-        const double along_x = at(0, j) - at(0, i);
+        const double along_x = at(0, other) - at(0, place), along_v = at(1, other) - at(1, place);
         if (along_x * along_x >= closest) break;
-        const bool apart = record[static_cast<std::size_t>(i)] != record[static_cast<std::size_t>(j)] ||
-                           std::abs(samples[static_cast<std::size_t>(i * step)] -
-                                    samples[static_cast<std::size_t>(j * step)]) > min_separation;
-        if (!apart) continue;
-        const double distance = (at.col(j) - at.col(i)).squaredNorm();
-        if (distance < closest) closest = distance, neighbour = j;
+        if (along_v * along_v >= closest) continue;
+        const auto there = static_cast<std::size_t>(other);
+        if (record[here] == record[there] && std::abs(sample[here] - sample[there]) <= min_separation) continue;
+        const double distance = (at.col(other) - at.col(place)).squaredNorm();
+        if (distance < closest) closest = distance, neighbour = other;
       }
-    if (neighbour >= 0) nearest.push_back({closest, {i * step, neighbour * step}});
+    if (neighbour >= 0)
+      nearest.push_back({closest, {by_x[here] * step, by_x[static_cast<std::size_t>(neighbour)] * step}});
   }
   const auto half = nearest.begin() + static_cast<std::ptrdiff_t>((nearest.size() + 1) / 2);
   std::nth_element(nearest.begin(), nearest.empty() ? nearest.end() : half - 1, nearest.end());

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
+#include <utility>
 
 namespace ident {
 namespace {
@@ -11,13 +13,15 @@ using Eigen::VectorXd;
 
 /// Adds sum_t x_t x_(t+l) for l = 0 .. length-1 to `sums`.
 void add_lagged_products(const dsp::RealFft& fft, const VectorXd& padded, Index length, VectorXd& sums) {
-  const Eigen::VectorXcd X = fft.forward(padded);
-  sums.head(length) += fft.inverse(X.cwiseAbs2().cast<std::complex<double>>()).head(length);
+  Eigen::VectorXcd X = fft.forward(padded);
+  for (std::complex<double>& one : X) one = std::norm(one);
+  sums.head(length) += fft.inverse(std::move(X)).head(length);
 }
 
 }  // namespace
 
-IndependentRows::IndependentRows(const std::vector<Index>& samples, std::vector<Index> first_rows) : samples_(samples) {
+IndependentRows::IndependentRows(const std::vector<Index>& samples, std::vector<Index> first_rows)
+    : samples_(samples), chance_(2.0 * std::log(static_cast<double>(samples.size()))) {
   first_rows.push_back(std::ssize(samples));
   for (std::size_t r = 0; r + 1 < first_rows.size(); ++r) {
     const Index first = first_rows[r], count = first_rows[r + 1] - first;
@@ -32,6 +36,10 @@ IndependentRows::IndependentRows(const std::vector<Index>& samples, std::vector<
   if (longest == 0) return;
   fft_ = std::make_unique<dsp::RealFft>(dsp::good_fft_size(2 * longest));
   for (const Record& record : records_) {
+    if (record.num_rows == record.length) {  // without a gap
+      pairs_.head(record.length) += VectorXd::LinSpaced(record.length, static_cast<double>(record.length), 1.0);
+      continue;
+    }
     VectorXd mask = VectorXd::Zero(fft_->size());
     for (Index i = record.first_row; i < record.first_row + record.num_rows; ++i)
       mask(samples_[static_cast<std::size_t>(i)] - record.first_sample) = 1.0;
@@ -59,29 +67,23 @@ VectorXd IndependentRows::autocorrelation(const Eigen::Ref<const VectorXd>& resi
 }
 
 bool IndependentRows::within_chance(double r, Index lag) const {
-  return pairs_(lag) < 1.0 || r * r <= 2.0 * std::log(static_cast<double>(samples_.size())) / pairs_(lag);
+  return pairs_(lag) < 1.0 || r * r <= chance_ / pairs_(lag);
 }
 
-double IndependentRows::fraction_of(const VectorXd& r, const VectorXd& r_of_regressor) const {
+double IndependentRows::fraction_by(const VectorXd& r, const VectorXd& other) const {
   const auto n = static_cast<double>(samples_.size());
   double sum = 0.0;
-  for (Index lag = 1; lag < std::min(r.size(), r_of_regressor.size()); ++lag)
-    if (!within_chance(r(lag), lag)) sum += pairs_(lag) / n * (r(lag) * r_of_regressor(lag));
+  for (Index lag = 1; lag < std::min(r.size(), other.size()); ++lag)
+    if (!within_chance(r(lag), lag)) sum += pairs_(lag) / n * (r(lag) * other(lag));
   return 1.0 / (1.0 + 2.0 * std::max(0.0, sum));
 }
 
 double IndependentRows::fraction(const Eigen::Ref<const VectorXd>& residual) const {
   const VectorXd r = autocorrelation(residual);
-  return fraction_of(r, r);
+  return fraction_by(r, r);
 }
 
-double IndependentRows::fraction_for(const Eigen::Ref<const VectorXd>& regressor,
-                                     const Eigen::Ref<const VectorXd>& residual) const {
-  return fraction_of(autocorrelation(residual), autocorrelation(regressor));
-}
-
-Index IndependentRows::first_lag_within_chance(const Eigen::Ref<const VectorXd>& residual) const {
-  const VectorXd r = autocorrelation(residual);
+Index IndependentRows::first_lag_within_chance(const VectorXd& r) const {
   for (Index lag = 1; lag < r.size(); ++lag)
     if (within_chance(r(lag), lag)) return lag;
   return std::max<Index>(1, r.size());

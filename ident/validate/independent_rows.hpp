@@ -16,25 +16,25 @@ class IndependentRows {
   /// never cross from one to the next.
   explicit IndependentRows(const std::vector<Eigen::Index>& samples, std::vector<Eigen::Index> first_rows = {0});
   [[nodiscard]] double fraction(const Eigen::Ref<const Eigen::VectorXd>& residual) const;
-  /// The same as evidence for the coefficient of a regressor with these values: r(l) times the regressor's own for
-  /// r(l)^2, 1 at most. Noise in a band that the regressor has no power in takes nothing away.
-  [[nodiscard]] double fraction_for(const Eigen::Ref<const Eigen::VectorXd>& regressor,
-                                    const Eigen::Ref<const Eigen::VectorXd>& residual) const;
-  /// The first lag at which the residual's autocorrelation is within chance.
-  [[nodiscard]] Eigen::Index first_lag_within_chance(const Eigen::Ref<const Eigen::VectorXd>& residual) const;
+  /// r(l) of each lag; empty for fewer than 3 rows, or no residual.
+  [[nodiscard]] Eigen::VectorXd autocorrelation(const Eigen::Ref<const Eigen::VectorXd>& residual) const;
+  /// The fraction by two autocorrelations, r(l) times the other for r(l)^2, 1 at most: that of a residual twice; or of
+  /// a residual and of a regressor's values, as evidence for its coefficient. Noise in a band that the regressor has no
+  /// power in takes nothing away.
+  [[nodiscard]] double fraction_by(const Eigen::VectorXd& r, const Eigen::VectorXd& other) const;
+  /// The first lag at which an autocorrelation is within chance.
+  [[nodiscard]] Eigen::Index first_lag_within_chance(const Eigen::VectorXd& r) const;
 
  private:
   struct Record {
     Eigen::Index first_row = 0, num_rows = 0, first_sample = 0, length = 0;
   };
-  /// r(l) of each lag; empty for fewer than 3 rows, or no residual.
-  [[nodiscard]] Eigen::VectorXd autocorrelation(const Eigen::Ref<const Eigen::VectorXd>& residual) const;
   [[nodiscard]] bool within_chance(double r, Eigen::Index lag) const;
-  [[nodiscard]] double fraction_of(const Eigen::VectorXd& r, const Eigen::VectorXd& r_of_regressor) const;
   std::vector<Eigen::Index> samples_;
   std::vector<Record> records_;
   std::unique_ptr<dsp::RealFft> fft_;
   Eigen::VectorXd pairs_;  ///< N(l), all records together
+  double chance_ = 0.0;    ///< 2 ln n
 };
 
 /// Of one residual.

@@ -168,6 +168,7 @@ struct Residual {
   const IndependentRows& independence;
   const Poll& poll;
   VectorXd in_kept = part_in_kept(values, model, kept, rows, recordings);
+  VectorXd autocorrelation = independence.autocorrelation(values);
 
   [[nodiscard]] std::optional<Explanation> best_of(const std::vector<Probe>& probes) const {
     constexpr double by_chance = 1e-3;  // that any of the probes explains as much of noise as independent as this
@@ -300,7 +301,8 @@ struct Residual {
     const VectorXd coefficients = power.ldlt().solve(product);
     const double fraction = std::clamp(product.dot(coefficients) / values.squaredNorm(), 0.0, 1.0);
     const double independent =
-        static_cast<double>(values.size()) * independence.fraction_for(probe * coefficients, values);
+        static_cast<double>(values.size()) *
+        independence.fraction_by(autocorrelation, independence.autocorrelation(probe * coefficients));
     const double spare = std::max(1.0, independent - 1.0 - static_cast<double>(of.num_series));
     return {fraction, 1.0 - (1.0 - fraction) * std::max(1.0, independent - 1.0) / spare,
             chance_of(fraction, of.num_series, independent)};
