@@ -1,28 +1,29 @@
 #include "ident/anderson_mixing.hpp"
 
 #include <Eigen/QR>
+#include <algorithm>
+#include <utility>
 
 namespace ident {
-namespace {
 
+using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-MatrixXd with_column(const MatrixXd& columns, const VectorXd& latest) {
-  MatrixXd result(latest.size(), columns.cols() + 1);
-  result << columns, latest;
-  return result;
-}
-
-}  // namespace
 
 VectorXd AndersonMixing::next(const VectorXd& x, const VectorXd& g) {
   const VectorXd step = scale_.cwiseProduct(g - x);
   VectorXd result = g;
   if (last_step_.size() > 0) {
-    steps_ = with_column(steps_, step - last_step_);
-    gs_ = with_column(gs_, g - last_g_);
-    result -= gs_ * Eigen::CompleteOrthogonalDecomposition<MatrixXd>(steps_).solve(step);
+    // As many as x has dimensions: with more the oldest and largest would count as much as the latest.
+    const Index kept = std::min<Index>(steps_.cols(), std::max<Index>(0, (g.array() != 0.0).count() - 1));
+    MatrixXd steps(g.size(), kept + 1), gs(g.size(), kept + 1);
+    steps.leftCols(kept) = steps_.rightCols(kept);
+    gs.leftCols(kept) = gs_.rightCols(kept);
+    steps.rightCols(1) = step - last_step_;
+    gs.rightCols(1) = g - last_g_;
+    result -= gs * Eigen::CompleteOrthogonalDecomposition<MatrixXd>(steps).solve(step);
+    steps_ = std::move(steps);
+    gs_ = std::move(gs);
   }
   last_step_ = step;
   last_g_ = g;

@@ -46,7 +46,7 @@ class ColumnsBeside {
 };
 
 /// The candidate columns and the target of one recording at the regression rate, all samples of it: ranges pick rows.
-/// The one place where the matrix of a regression is kept: 8 N b bytes.
+/// The matrix of a regression is kept here alone: 8 N b bytes, and 8 N for each sign that is tried beside it.
 struct Columns {
   std::string name;                      ///< of the recording
   const dsp::Motion* signals;            ///< at the regression rate; not owned

@@ -118,7 +118,10 @@ SwitchedFit switched_fit(const Present& present, const CandidateLibrary& library
 /// The equations under which switches are placed, from pass to pass.
 class SwitchPlacement {
  public:
-  explicit SwitchPlacement(VectorXd scale) : last_(VectorXd::Zero(scale.size())), mixing_(std::move(scale)) {}
+  /// `scale`: largest magnitude of each column of the library; of one that cannot be formed, anything.
+  explicit SwitchPlacement(const VectorXd& scale)
+      : last_(VectorXd::Zero(scale.size())),
+        mixing_(scale.unaryExpr([](double one) { return std::isfinite(one) ? one : 0.0; })) {}
   /// The one to try behind this fit under the last, of the terms that it has.
   [[nodiscard]] WeightedTerms next(const SwitchedFit& found) {
     VectorXd coefficients = VectorXd::Zero(last_.size());

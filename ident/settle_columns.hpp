@@ -6,7 +6,8 @@
 namespace ident {
 
 /// The data of a range with the switches where its own equation has them and the sensors' columns of that equation:
-/// fitted by the first method, formed and fitted again. The switches of `recordings` stay so. Throws as identify does.
+/// fitted by the first method, formed and fitted again, until both agree or eight times (AndersonMixing). The switches
+/// of `recordings` stay so. Throws as identify does.
 [[nodiscard]] RangeData settled_data(const Range& range, RangeResult& result, std::vector<Columns>& recordings,
                                      const CandidateLibrary& library, const IdentifyOptions& options);
 

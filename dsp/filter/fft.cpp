@@ -78,6 +78,7 @@ struct RealFft::Plans {
   void make() const {
     const Eigen::Index count = halved() ? n / 2 : n;
     Eigen::VectorXcd from(count), to(count);
+    roots_.clear();  // of a call that ended without memory
     for (Eigen::Index k = 0; halved() && k < fine; ++k) roots_.push_back(root(k));
     for (Eigen::Index k = 0; halved() && k <= n / 4; k += fine) roots_.push_back(root(k));
     const std::lock_guard lock(planner().mutex);
@@ -144,7 +145,7 @@ RealFft::RealFft(Eigen::Index n) {
 }
 
 std::shared_ptr<const RealFft::Plans> RealFft::plans_for(Eigen::Index n) {
-  // Making a plan costs as much as ten transforms, and one record is transformed at one length again and again. Plans
+  // Making a plan costs more than a transform, and one record is transformed at one length again and again. Plans
   // hold as many numbers as they transform: of long ones only the latest is kept.
   constexpr Eigen::Index most_samples_kept = Eigen::Index{1} << 20;
   static std::mutex mutex;

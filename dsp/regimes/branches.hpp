@@ -32,8 +32,8 @@ struct Branches {
 /// noise, and by sampling and a lag between the sensors of up to half a sample.
 ///
 /// Out of a rest a response is on no branch but on its way to one: from the start it is on that which it is on when its
-/// drive changes its cycle by more than a sample, but not before ten cycles; one that rests again before says itself
-/// where it is.
+/// drive changes its cycle by more than a sample or its level by more than noise, but not before ten cycles; one that
+/// rests again before says itself where it is.
 ///
 /// Of a spring that softens, or a force that counts against x, the phases are the other way round: the upper branch is
 /// the one that the amplitude jumps up to.

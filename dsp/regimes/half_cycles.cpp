@@ -57,8 +57,10 @@ std::vector<HalfCycle> half_cycles_between_zeros(const Motion& motion, const Vec
     half.correlation = swing.dot(driven) - mean * driven.sum();
     half.cosine = power > 0.0 ? half.correlation / (samples * std::sqrt(power * drive_power)) : 0.0;
     half.amplitude = std::sqrt(2.0 * power);
-    half.phase_variance = phase_variance(power, x_density, seconds, 0.5 * rate_hz) +
-                          phase_variance(drive_power, drive_density, seconds, harmonics / period_s);
+    // Noise turns a sine as much as, by its fraction, it makes it larger.
+    half.drive_level = 0.5 * std::log(drive_power);
+    half.drive_variance = phase_variance(drive_power, drive_density, seconds, harmonics / period_s);
+    half.phase_variance = phase_variance(power, x_density, seconds, 0.5 * rate_hz) + half.drive_variance;
     all.push_back(half);
   }
   return all;

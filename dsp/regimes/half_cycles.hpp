@@ -13,6 +13,8 @@ struct HalfCycle {
   double cosine = 0.0;     ///< of the phase of x against the drive: the correlation over that of two sines in phase
   double amplitude = 0.0;  ///< of x: of a sine of its power
   double phase_variance = 0.0;  ///< by noise (rad^2); infinite where x or the drive is nothing but noise
+  double drive_level = 0.0;     ///< logarithm of the drive's rms
+  double drive_variance = 0.0;  ///< of that, by noise
 };
 
 /// The half cycles of the base's displacement (r, else what ddr says of it), else of the force f, of a motion of this

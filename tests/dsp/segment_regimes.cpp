@@ -62,6 +62,10 @@ Programme programme(const std::vector<Phase>& phases, double frequency_hz, doubl
   return result;
 }
 
+dsp::Signal& signal(dsp::Motion& motion, const char* name) {
+  return *std::find_if(motion.signals.begin(), motion.signals.end(), [&](auto& one) { return one.name == name; });
+}
+
 std::vector<Regime> labels(const dsp::Segmentation& found) {
   std::vector<Regime> all;
   for (const dsp::Segment& segment : found.segments)
@@ -124,9 +128,6 @@ TEST_CASE("branches of programmes of any size and frequency, with jumps and with
 
 TEST_CASE("the larger branch is high, whichever way the drive counts", "[dsp][segment_regimes]") {
   const auto hard = programme({{60, 0.007, 0.009, Regime::low}, {60, 0.030, 0.028, Regime::high}}, 1.5, 1e-5, 8);
-  const auto signal = [](dsp::Motion& motion, const char* name) -> dsp::Signal& {
-    return *std::find_if(motion.signals.begin(), motion.signals.end(), [&](auto& one) { return one.name == name; });
-  };
   auto soft = hard;  // a spring that softens has the phases the other way round
   signal(soft.motion, "r").values *= -1.0;
   CHECK(agreement(soft, dsp::segment_regimes(soft.motion)) >= 0.995);
@@ -143,13 +144,16 @@ TEST_CASE("out of a rest a response is on the branch on which it settles while i
                              1.5, 1e-5, 9);
     CHECK(agreement(p, dsp::segment_regimes(p.motion)) >= 0.99);  // the second of blur at each boundary
   }
-  // For 24 cycles on the lower branch until the drive changes.
-  const auto p = programme({{60, 0.007, 0.009, Regime::low},
-                            {20, 0, 0, Regime::stick},
-                            {16, 0.008, 0.008, Regime::low},
-                            {60, 0.028, 0.026, Regime::high}},
-                           1.5, 1e-5, 9, 0.005, 95);
-  CHECK(agreement(p, dsp::segment_regimes(p.motion)) >= 0.99);
+  // For 24 cycles on the lower branch until the drive changes: its frequency, or its level alone.
+  const std::vector<Phase> jumps{{60, 0.007, 0.009, Regime::low},
+                                 {20, 0, 0, Regime::stick},
+                                 {16, 0.008, 0.008, Regime::low},
+                                 {60, 0.028, 0.026, Regime::high}};
+  const auto slower = programme(jumps, 1.5, 1e-5, 9, 0.005, 95);
+  CHECK(agreement(slower, dsp::segment_regimes(slower.motion)) >= 0.99);
+  auto larger = programme(jumps, 1.5, 1e-5, 9);
+  signal(larger.motion, "r").values.tail(61 * 64) *= 1.1;
+  CHECK(agreement(larger, dsp::segment_regimes(larger.motion)) >= 0.99);
 }
 
 TEST_CASE("a response whose swings are excluded from the third on settles as they show", "[dsp][segment_regimes]") {
