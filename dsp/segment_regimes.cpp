@@ -45,7 +45,7 @@ void join_stops(std::vector<bool>& stuck, const std::vector<HalfCycle>& halves, 
   const auto sign = [&](Index i) { return signs.velocity_m_per_s(i) >= 0.0; };
   Index reversal = n - 1;
   while (reversal > row_end && sign(reversal) == sign(reversal - 1)) --reversal;
-  const Index unseen = n - signs.samples_in(signs.period_s) / 4;
+  const Index unseen = n - sign_change_margin(signs.samples_in(signs.period_s));
   if (reversal < std::max(row_end + 1, unseen) || reversal - row_end >= cycle_at(row_end - 1, halves, signs)) return;
   if (std::all_of(signs.excluded.begin() + row_end, signs.excluded.end(), [](unsigned char one) { return one == 0; }))
     join(row_end, reversal);

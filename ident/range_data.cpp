@@ -218,7 +218,6 @@ RangeData range_data(RangeResult& result, const std::vector<Columns>& recordings
   range.train_samples = samples_in_time(rows, recordings);
   for (std::size_t i = 0; i < rows.size(); ++i)
     if (i == 0 || rows[i].recording != rows[i - 1].recording) range.first_rows.push_back(static_cast<Index>(i));
-  range.independence = std::make_shared<const IndependentRows>(range.train_samples, range.first_rows);
   if (options.free_run) range.courses = courses_of(result.rows.test, result.rows.usable, recordings);
   range.largest = largest_signals(library, rows, recordings);
   return range;

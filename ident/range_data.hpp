@@ -28,7 +28,7 @@ struct RangeData {
   Eigen::VectorXd train, test;                          ///< target
   std::vector<Eigen::Index> train_samples;              ///< the records one behind the other
   std::vector<Eigen::Index> first_rows;                 ///< of each record with training rows
-  std::shared_ptr<const IndependentRows> independence;  ///< of the training rows
+  std::shared_ptr<const IndependentRows> independence;  ///< of the training rows; filled in by settled_data, once
   EvidenceData evidence;                                ///< filled in by settled_data where a method asks for it
   CandidateLibrary library;     ///< that `terms` are of: as given, or with terms of one recording each
   RangeFactors factors;         ///< in terms of the library given; without blocks

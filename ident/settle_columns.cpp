@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <utility>
 
@@ -159,6 +160,7 @@ RangeData data_by_record(RangeData pooled, RangeResult& result, std::vector<Colu
     if (library.terms[static_cast<std::size_t>(j)].recording > 0) model.push_back(j);
 
   RangeData data = range_data(result, recordings, library, options);
+  data.independence = std::move(pooled.independence);
   if (pooled.sensors) {
     data.sensors = std::move(pooled.sensors);
     data.joint.prior_std = pooled.joint.prior_std;
@@ -201,14 +203,18 @@ bool settled(const WeightedTerms& before, const SwitchedFit& now) {
 RangeData settled_data(const Range& range, RangeResult& result, std::vector<Columns>& recordings,
                        const CandidateLibrary& library, const IdentifyOptions& options) {
   columns_of_library(recordings);
-  constexpr int most_passes = 8;
+  constexpr int most_passes = 8;  // friction of one level takes three; beyond, terms near the threshold come and go
   const std::vector<DroppedTerm> dropped = result.dropped;
+  std::shared_ptr<const IndependentRows> independence;  // of rows that stay from pass to pass
   const auto data_under = [&](const WeightedTerms& equation) {
     for (std::size_t r = 0; r < recordings.size(); ++r)
       if (result.recording == 0 || static_cast<std::size_t>(result.recording) == r + 1)
         place_switches(recordings[r], library, equation, options.poll);
     result.dropped = dropped;
-    return range_data(result, recordings, library, options);
+    RangeData formed = range_data(result, recordings, library, options);
+    if (!independence) independence = std::make_shared<IndependentRows>(formed.train_samples, formed.first_rows);
+    formed.independence = independence;
+    return formed;
   };
   RangeData data = data_under({});
   const RangeSensors sensors(range, result.rows, recordings);

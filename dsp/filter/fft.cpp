@@ -145,8 +145,8 @@ RealFft::RealFft(Eigen::Index n) {
 }
 
 std::shared_ptr<const RealFft::Plans> RealFft::plans_for(Eigen::Index n) {
-  // Making a plan costs more than a transform, and one record is transformed at one length again and again. Plans
-  // hold as many numbers as they transform: of long ones only the latest is kept.
+  // One record is transformed at one length again and again: its plan is made once. Plans may hold as many numbers as
+  // they transform: of long ones only the latest is kept.
   constexpr Eigen::Index most_samples_kept = Eigen::Index{1} << 20;
   static std::mutex mutex;
   static std::deque<std::shared_ptr<const Plans>> latest_first;

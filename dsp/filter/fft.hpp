@@ -19,7 +19,7 @@ class RealFft {
   explicit RealFft(Eigen::Index n);
   /// X_k = sum_i x_i exp(-2 pi i k i / n) for k = 0 .. n/2.
   [[nodiscard]] Eigen::VectorXcd forward(const Eigen::Ref<const Eigen::VectorXd>& x) const;
-  /// The same into X, resized where it is of another length: for transform after transform.
+  /// The same into X, resized where it is of another length: for transform after transform of an even n.
   void forward(const Eigen::Ref<const Eigen::VectorXd>& x, Eigen::VectorXcd& X) const;
   /// The sequence whose forward transform is X: n samples, scaled by 1/n. The imaginary parts of X_0 and X_(n/2) are
   /// ignored.

@@ -105,8 +105,7 @@ bool same_drive(const HalfCycle& a, const HalfCycle& b) {
 }
 
 /// Out of a rest a response is on no branch, on its way to one: from the start it is on that which it is on when it has
-/// settled, after transient_cycles or, if the drive stays as it is once it is over its start for longer, when it
-/// changes.
+/// settled: when the drive is no longer what it is after transient_cycles.
 void settle_after_rests(const Observations& seen, StateSequence& states) {
   const std::size_t count = states.states.size(), settling = 2 * transient_cycles;
   for (std::size_t k = seen.begins_at_rest ? 0 : 1; k < count; ++k) {

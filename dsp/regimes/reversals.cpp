@@ -153,8 +153,13 @@ void believe(std::vector<Reversal>& all, const std::vector<Fitted>& fitted, cons
 
 }  // namespace
 
+Index sign_change_margin(Index samples_per_period) {
+  return samples_per_period / 4;
+}
+
 std::vector<Index> sign_changes(const VectorXd& v, Index samples_per_period) {
-  const Index together = samples_per_period / 12, apart = samples_per_period / 6, from_end = samples_per_period / 4;
+  const Index together = samples_per_period / 12, apart = samples_per_period / 6,
+              from_end = sign_change_margin(samples_per_period);
   struct Group {
     Index first, last, count;
   };

@@ -4,9 +4,12 @@
 
 namespace dsp {
 
+/// How many samples from either end of a record sign_changes leaves out: a quarter of a period.
+[[nodiscard]] Eigen::Index sign_change_margin(Eigen::Index samples_per_period);
+
 /// Where v changes its sign for good: changes within a twelfth of a period of one another are noise about one reversal
-/// (its first change is kept, if the sign did change), and those closer than a sixth to others, or a quarter to an end
-/// of the record, are left out.
+/// (its first change is kept, if the sign did change), and those closer than a sixth to others, or than
+/// sign_change_margin to an end of the record, are left out.
 [[nodiscard]] std::vector<Eigen::Index> sign_changes(const Eigen::VectorXd& v, Eigen::Index samples_per_period);
 
 /// A velocity reversal.
