@@ -206,7 +206,8 @@ JointRecords by_record(const Joint& joint, const std::vector<RFactor>& evidence)
 
 JointFit fit_jointly(const Joint& joint, const JointRecords& records, const MethodOptions& method, bool settled) {
   const RecordFactors& first = *joint.records.front();
-  const auto fitted = [&](const RFactor& data, const std::vector<Index>& terms) {
+  const auto fitted = [&](RFactor data, const std::vector<Index>& terms) {
+    data.degree = degrees(records.library, records.columns);
     return settled ? fit_on_terms(data, terms, method, joint.poll) : fit(data, with_poll(method, joint.poll));
   };
   VectorXd scale(std::ssize(records.library.terms));

@@ -325,7 +325,8 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
   const auto start = Clock::now();
   const EvidenceData* evidence = weighs_rows(method) ? &range.evidence : nullptr;
   const bool weighed = evidence != nullptr && !evidence->as_they_are();
-  const RFactor& data = weighed ? evidence->data : range.data;
+  RFactor data = weighed ? evidence->data : range.data;
+  data.degree = degrees(library, range.terms);
   const bool settled = evidence != nullptr && evidence->terms && !has_own_tau(method);
   judged.fit =
       settled ? fit_on_terms(data, *evidence->terms, method, options.poll) : fit(data, with_poll(method, options.poll));

@@ -142,7 +142,7 @@ RFactor r_factor(const Eigen::Ref<const MatrixXd>& phi, const Eigen::Ref<const M
 RFactor merge(const RFactor& a, const RFactor& b) {
   if (a.R.cols() != b.R.cols() || a.num_terms != b.num_terms)
     throw std::invalid_argument("merge: the R factors belong to different libraries");
-  return {folded(a.R, b.R), a.num_terms, a.num_samples + b.num_samples};
+  return {folded(a.R, b.R), a.num_terms, a.num_samples + b.num_samples, a.degree};
 }
 
 RFactor select(const RFactor& data, const std::vector<Index>& terms, Index target) {
@@ -155,7 +155,8 @@ RFactor select(const RFactor& data, const std::vector<Index>& terms, Index targe
     columns.col(j) = data.R.col(term);
   }
   columns.col(count) = data.R.col(data.num_terms + target);
-  return {triangle(columns), count, data.num_samples};
+  return {triangle(columns), count, data.num_samples,
+          data.degree.size() > 0 ? Eigen::VectorXd(data.degree(terms)) : Eigen::VectorXd()};
 }
 
 }  // namespace ident

@@ -15,6 +15,7 @@ struct RFactor {
   Eigen::MatrixXd R;             ///< (b+q) x (b+q), upper triangular; the last q columns are the targets
   Eigen::Index num_terms = 0;    ///< b
   Eigen::Index num_samples = 0;  ///< m
+  Eigen::VectorXd degree{};      ///< b: of each term as a polynomial, 1 for signals and signs; empty: not known
   [[nodiscard]] Eigen::Index num_targets() const { return R.cols() - num_terms; }
 };
 

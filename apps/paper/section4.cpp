@@ -184,7 +184,9 @@ ident::RFactor section4_factor(const Section4Study& study, const Section4Regress
           row.values(i) +
           noise * row.std * draw.normal(static_cast<std::uint64_t>(regression.samples[static_cast<std::size_t>(i)]));
   }
-  return ident::r_factor(regression.phi, targets);
+  ident::RFactor data = ident::r_factor(regression.phi, targets);
+  data.degree = ident::degrees(study.library, ident::all_columns(data.num_terms));
+  return data;
 }
 
 ident::RFactor row_factor(const ident::RFactor& data, std::size_t row) {

@@ -52,6 +52,7 @@ UnitProblem unit_problem(const RFactor& data, Poll poll) {
   UnitProblem unit;
   unit.poll = std::move(poll);
   unit.num_samples = data.num_samples;
+  unit.degree = data.degree;
   unit.A = data.R.leftCols(data.num_terms);
   unit.Y = data.R.rightCols(data.num_targets());
   unit.column_norm = normalise(unit.A);

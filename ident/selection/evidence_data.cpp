@@ -17,17 +17,6 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-/// How much a reader takes each term for: the constant for nothing, a signal or a sign for one, a product for its
-/// degree.
-VectorXd complexity(const std::vector<const Term*>& terms) {
-  VectorXd result(std::ssize(terms));
-  for (Index i = 0; i < result.size(); ++i) {
-    const Term& term = *terms[static_cast<std::size_t>(i)];
-    result(i) = term.name == "1" ? 0.0 : std::max(1.0, term.expression.band_factor());
-  }
-  return result;
-}
-
 /// By what the rows count.
 RFactor thinned_to(RFactor data, double fraction) {
   const auto n = std::max<Index>(2, std::lround(fraction * static_cast<double>(data.num_samples)));
@@ -117,7 +106,7 @@ EvidenceData evidence_data(const RangeData& range, const RangeResult& result, co
     for (Index& term : model.terms) term = range.terms[static_cast<std::size_t>(term)];
   const bool several = rows.records().size() > 1, white = evidence.size.fraction() >= white_enough;
   if (white && rows.weighting.rho == 0.0 && !several) return evidence;
-  if (!white) prefer_simpler(settled, sizes.problems(), complexity(terms));
+  if (!white) prefer_simpler(settled, sizes.problems(), degrees(library, range.terms));
   if (!white || several) evidence.terms = settled.model.terms;
   if (several) {
     RecordCoefficients found = record_coefficients(sizes.problems(), settled.model.terms, evidence.size);

@@ -48,7 +48,7 @@ Settled settled_model(const RecordProblems& problems, const SizeOfModel& size_of
   return {path[settled], size(settled), std::move(compared)};
 }
 
-void prefer_simpler(Settled& settled, const RecordProblems& problems, const Eigen::VectorXd& complexity) {
+void prefer_simpler(Settled& settled, const RecordProblems& problems, const Eigen::VectorXd& degree) {
   const double spare = settled.size.num_effective() - static_cast<double>(settled.model.terms.size());
   if (spare < 2.0) return;
   const double limit = threshold(settled.size.num_effective(), problems.num_terms()), least = settled.model.rss;
@@ -60,7 +60,7 @@ void prefer_simpler(Settled& settled, const RecordProblems& problems, const Eige
       std::erase(rest.terms, leaving);
       rest.rss = least_squares_rss(problems, rest.terms);
       for (Index i = 0; i < problems.num_terms(); ++i) {
-        const double saved = complexity(leaving) - complexity(i);
+        const double saved = degree(leaving) - degree(i);
         if (!(saved > most_saved) || std::binary_search(settled.model.terms.begin(), settled.model.terms.end(), i))
           continue;
         Subset exchanged = rest;

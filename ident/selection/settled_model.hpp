@@ -31,7 +31,7 @@ struct Settled {
 [[nodiscard]] Settled settled_model(const RecordProblems& problems, const SizeOfModel& size_of);
 
 /// Exchanges single terms for simpler ones while the two models cannot be told apart; where the simpler one would not
-/// be worth its place, the term is left out. `complexity`: of each candidate.
-void prefer_simpler(Settled& settled, const RecordProblems& problems, const Eigen::VectorXd& complexity);
+/// be worth its place, the term is left out. `degree`: of each candidate.
+void prefer_simpler(Settled& settled, const RecordProblems& problems, const Eigen::VectorXd& degree);
 
 }  // namespace ident

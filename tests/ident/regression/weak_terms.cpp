@@ -56,6 +56,27 @@ TEST_CASE("an interval covers though a term like it is too weak to be kept", "[i
   CHECK(covered_by_noise <= 0.35 * without);  // 0.2 of bias is 2.8 deviations: 0.2
 }
 
+TEST_CASE("a term left out is doubted less the higher its degree", "[ident][weak_terms]") {
+  // The second, third and fourth of the columns, all left out, are interchangeable in all but their degree.
+  const Table table(11);
+  ident::RFactor data = ident::r_factor(table.phi, 3.0 * table.phi.col(0) + table.noise);
+  const auto std_of = [&](double degree) {
+    data.degree = (VectorXd(4) << 1, degree, 3, 3).finished();
+    const ident::Fit fit = ident::fit_fast_rvm(data);
+    REQUIRE(fit.relevant == std::vector<Index>{0});
+    return std::sqrt(fit.covariance_weak(0, 0));
+  };
+  CHECK(std_of(1) > std_of(2));
+  CHECK(std_of(2) > std_of(3));
+  // Not known: all are of the first degree.
+  const double of_first = (data.degree = VectorXd::Ones(4), std::sqrt(ident::fit_fast_rvm(data).covariance_weak(0, 0)));
+  data.degree.resize(0);
+  CHECK(std::sqrt(ident::fit_fast_rvm(data).covariance_weak(0, 0)) == of_first);
+  // The degree goes with the column.
+  data.degree = (VectorXd(4) << 1, 2, 3, 4).finished();
+  CHECK(ident::select(ident::merge(data, data), {3, 1}, 0).degree == (VectorXd(2) << 4, 2).finished());
+}
+
 TEST_CASE("terms left out by a high threshold, however strong, leave standard deviations that are numbers",
           "[ident][weak_terms]") {
   // The second term's gain is some 200 ln(1e12): the square root of e to that is beyond a double.
