@@ -157,14 +157,12 @@ std::string coefficient_unit(const std::string& target_unit, const std::string& 
   return (Dimension::of_unit(target_unit) / Dimension::of_unit(term_unit)).unit();
 }
 
-double degree(const Term& term) {
-  return term.name == "1" ? 0.0 : std::max(1.0, term.expression.band_factor());
-}
-
 Eigen::VectorXd degrees(const CandidateLibrary& library, const std::vector<Eigen::Index>& terms) {
   Eigen::VectorXd result(std::ssize(terms));
-  for (Eigen::Index i = 0; i < result.size(); ++i)
-    result(i) = degree(library.terms[static_cast<std::size_t>(terms[static_cast<std::size_t>(i)])]);
+  for (Eigen::Index i = 0; i < result.size(); ++i) {
+    const Term& term = library.terms[static_cast<std::size_t>(terms[static_cast<std::size_t>(i)])];
+    result(i) = term.name == "1" ? 0.0 : std::max(1.0, term.expression.band_factor());
+  }
   return result;
 }
 

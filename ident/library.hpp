@@ -35,10 +35,8 @@ struct CandidateLibrary {
   std::vector<Term> terms;
 };
 
-/// Of the term as a polynomial of its signals: 0 for the constant, 1 for a signal or a sign, that of a product the sum of
-/// its factors'; other functions count three times their argument.
-[[nodiscard]] double degree(const Term& term);
-/// Of these terms of a library.
+/// Degrees of these terms (indices into the library) as polynomials: 0 for the constant, 1 for a signal or a sign, of
+/// others Expression::band_factor.
 [[nodiscard]] Eigen::VectorXd degrees(const CandidateLibrary& library, const std::vector<Eigen::Index>& terms);
 
 /// Throws dsp::Fault (usage): too many terms ("library.too_large", with the count), a name twice ("library.duplicate"),

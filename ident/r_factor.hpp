@@ -15,7 +15,7 @@ struct RFactor {
   Eigen::MatrixXd R;             ///< (b+q) x (b+q), upper triangular; the last q columns are the targets
   Eigen::Index num_terms = 0;    ///< b
   Eigen::Index num_samples = 0;  ///< m
-  Eigen::VectorXd degree{};      ///< b: of each term as a polynomial, 1 for signals and signs; empty: not known
+  Eigen::VectorXd degree{};      ///< b: degrees of the terms, as ident/library.hpp has them; empty: not known
   [[nodiscard]] Eigen::Index num_targets() const { return R.cols() - num_terms; }
 };
 
@@ -58,7 +58,8 @@ class RFactorBuilder {
 using RowReader = std::function<void(Eigen::Index first, Eigen::Ref<Eigen::MatrixXd> block)>;
 [[nodiscard]] RFactor r_factor(Eigen::Index num_rows, Eigen::Index num_terms, const Eigen::RowVectorXd& largest,
                                const RowReader& read, int num_threads = 1);
-/// As if the rows of `b` were stacked below those of `a`. Throws std::invalid_argument if the shapes differ.
+/// As if the rows of `b` were stacked below those of `a`, whose degrees are kept. Throws std::invalid_argument if the
+/// shapes differ.
 [[nodiscard]] RFactor merge(const RFactor& a, const RFactor& b);
 /// The same rows with only these terms (in this order) and one target. Throws std::invalid_argument for an index that
 /// is not there.

@@ -16,7 +16,7 @@ struct UnitProblem {
   Eigen::VectorXd column_norm;   ///< b
   Eigen::VectorXd target_norm;   ///< q
   Eigen::Index num_samples = 0;  ///< m
-  Eigen::VectorXd degree;        ///< b: of each term as a polynomial; empty: not known
+  Eigen::VectorXd degree;        ///< b: those of the RFactor
   Poll poll;                     ///< called by whatever takes time of it
   [[nodiscard]] Eigen::Index num_terms() const { return A.cols(); }
   [[nodiscard]] Eigen::Index num_targets() const { return Y.cols(); }

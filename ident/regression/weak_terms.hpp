@@ -9,9 +9,10 @@ namespace ident {
 /// Covariance of the kept coefficients (b' x b', at unit norm) where a term that gained too little to be kept may be
 /// there all the same: left out, its part of the target goes to its neighbours. It is that of a mixture: the kept terms
 /// alone, and with one or two more at their least-squares coefficients, weighted by Akaike's criterion and by prior
-/// odds that expect one weak term of the first degree among those left out, and fewer of higher ones. The standard deviations are 1/1.96 of the half widths about the
-/// kept coefficients that hold 95 % of the mixture: a few improbable models with wide posteriors would make its
-/// variance larger than an interval needs. `lambda` and `noise_variance` are those of the kept terms alone.
+/// odds that expect one weak term of the first degree among those left out, and fewer of higher ones (degrees that are
+/// not known count as the first). The standard deviations are 1/1.96 of the half widths about the kept coefficients
+/// that hold 95 % of the mixture: a few improbable models with wide posteriors would make its variance larger than an
+/// interval needs. `lambda` and `noise_variance` are those of the kept terms alone.
 [[nodiscard]] Eigen::MatrixXd covariance_with_weak_terms(const UnitProblem& problem,
                                                          const std::vector<Eigen::Index>& kept,
                                                          const Eigen::VectorXd& lambda, double noise_variance);
