@@ -54,7 +54,7 @@ bool ModelRanking::is_undecided(Eigen::Index term) const {
 
 double Fit::inclusion_probability(Eigen::Index term) const {
   if (ranking && std::isfinite(ranking->inclusion(term))) return ranking->inclusion(term);
-  return evidence_gain.size() > term ? 1.0 / (1.0 + std::exp(0.5 * (tau - evidence_gain(term))))
+  return evidence_gain.size() > term ? probability_of(evidence_gain(term), tau)
                                      : std::numeric_limits<double>::quiet_NaN();
 }
 

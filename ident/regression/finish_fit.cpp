@@ -156,7 +156,7 @@ void finish_bayesian(const UnitProblem& problem, std::vector<Index> kept, Vector
   if (fit.selection.has_value() && fit.selection != Selection::type2 &&
       static_cast<Index>(kept.size()) < problem.num_samples)
     fit.covariance_weak = scale.asDiagonal() *
-                          covariance_with_weak_terms(problem, fit.relevant, sorted, noise_variance) *
+                          covariance_with_weak_terms(problem, fit.relevant, sorted, noise_variance, fit.tau) *
                           scale.asDiagonal();
   fit.alpha = (sorted.array() / noise_variance / scale.array().square()).matrix();
   fit.noise_variance = noise_variance * problem.target_norm(0) * problem.target_norm(0);

@@ -145,6 +145,10 @@ double evidence_gain(double q) {
   return q > 1.0 ? q - 1.0 - std::log(q) : 0.0;
 }
 
+double probability_of(double gain, double tau) {
+  return 1.0 / (1.0 + std::exp(0.5 * (tau - gain)));
+}
+
 double evidence_contribution(double sparsity, double quality2, double lambda) {
   return std::log(lambda / (lambda + sparsity)) + quality2 / (lambda + sparsity);
 }

@@ -60,6 +60,8 @@ struct NoiseCovariance {
 
 /// 2 dL of having a term at its best alpha instead of not at all: q - 1 - log q with q = l^2 / k, zero for q <= 1.
 [[nodiscard]] double evidence_gain(double q);
+/// Probability that a term with this gain belongs, where the model without it is as likely at a gain of tau.
+[[nodiscard]] double probability_of(double gain, double tau);
 /// 2 f(alpha) of Eq. 21 of [QZS23]: 2 dL of having a term at this lambda instead of not at all. Here and below
 /// sparsity is sigma^2 k and quality2 is sigma^2 l^2.
 [[nodiscard]] double evidence_contribution(double sparsity, double quality2, double lambda);

@@ -42,6 +42,7 @@ VectorXd prior_log_odds(const VectorXd& degree) {
 // [A_kept; sqrt(lambda)] = Q T, and the other columns seen from there.
 struct LeftOut {
   MatrixXd root;        // b' x b': T^-1
+  VectorXd kept;        // b': coefficients of the kept terms alone
   MatrixXd products;    // of what of each column is beyond the kept ones, at unit norm
   MatrixXd replaced;    // b' x number left out: what a coefficient of 1 of it takes from the kept ones
   VectorXd projection;  // of the target on each
@@ -61,7 +62,7 @@ LeftOut left_out_of(const UnitProblem& problem, const std::vector<Index>& kept, 
   others.applyOnTheLeft(qr.householderQ().adjoint());
   const auto T = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
 
-  LeftOut found{T.solve(MatrixXd::Identity(n, n)), {}, MatrixXd(n, b), {}, {}};
+  LeftOut found{T.solve(MatrixXd::Identity(n, n)), T.solve(others.col(b).head(n)), {}, MatrixXd(n, b), {}, {}};
   MatrixXd beyond(rows, b);
   VectorXd degree(b);
   Index count = 0;
@@ -238,10 +239,24 @@ class Mixture {
   std::vector<VectorXd> shifts_, variances_;
 };
 
+// What kept terms that may be none add: one at zero moves the others by its part of the target. `alone`: covariance by
+// noise, over the noise variance.
+MatrixXd moments_of_terms_at_zero(const LeftOut& left, const MatrixXd& alone, double noise_variance, double tau) {
+  MatrixXd sum = MatrixXd::Zero(alone.rows(), alone.cols());
+  for (Index j = 0; j < left.kept.size(); ++j) {
+    const double c2 = left.kept(j) * left.kept(j);
+    const double probability = probability_of(evidence_gain(c2 / (noise_variance * alone(j, j))), tau);
+    if (!(probability < 1.0)) continue;  // not a number: no noise
+    const VectorXd part = alone.col(j) / alone(j, j);
+    sum += (1.0 - probability) * c2 * part * part.transpose();
+  }
+  return sum;
+}
+
 }  // namespace
 
 MatrixXd covariance_with_weak_terms(const UnitProblem& problem, const std::vector<Index>& kept, const VectorXd& lambda,
-                                    double noise_variance) {
+                                    double noise_variance, double tau) {
   const LeftOut left = left_out_of(problem, kept, lambda);
   const MatrixXd alone = left.root * left.root.transpose();
   const Mixture mixture(left, alone, noise_variance, models_of(problem, left));
@@ -249,7 +264,8 @@ MatrixXd covariance_with_weak_terms(const UnitProblem& problem, const std::vecto
   VectorXd scale(covariance.rows());
   for (Index j = 0; j < scale.size(); ++j)
     scale(j) = mixture.half_width_95(j, covariance(j, j)) / (1.959964 * std::sqrt(covariance(j, j)));
-  return scale.asDiagonal() * covariance * scale.asDiagonal();
+  return scale.asDiagonal() * covariance * scale.asDiagonal() +
+         moments_of_terms_at_zero(left, alone, noise_variance, tau);
 }
 
 }  // namespace ident

@@ -12,9 +12,13 @@ namespace ident {
 /// odds that expect one weak term of the first degree among those left out, and fewer of higher ones (degrees that are
 /// not known count as the first). The standard deviations are 1/1.96 of the half widths about the kept coefficients
 /// that hold 95 % of the mixture: a few improbable models with wide posteriors would make its variance larger than an
-/// interval needs. `lambda` and `noise_variance` are those of the kept terms alone.
+/// interval needs.
+/// A kept term whose gain is little above `tau` may be none all the same: with the probability of that its coefficient
+/// is zero and its part of the target goes to the others. Without this a weak term, kept only where noise makes it
+/// large, is hardly ever covered. `lambda` and `noise_variance` are those of the kept terms alone.
 [[nodiscard]] Eigen::MatrixXd covariance_with_weak_terms(const UnitProblem& problem,
                                                          const std::vector<Eigen::Index>& kept,
-                                                         const Eigen::VectorXd& lambda, double noise_variance);
+                                                         const Eigen::VectorXd& lambda, double noise_variance,
+                                                         double tau);
 
 }  // namespace ident
