@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "ident/exact_switches.hpp"
+#include "ident/held_by_ground.hpp"
 #include "ident/sensors/channel_noise.hpp"
 #include "ident/sensors/sensor_columns.hpp"
 
@@ -66,6 +67,15 @@ void form_matched(Columns& columns, Index column, const Term& term) {
   columns.phi.col(column) = through_filter(samples, columns.switches->prepared().filter);
 }
 
+/// While the ground holds the payload nothing of the equation of ddy acts: ddy is zero, whatever x and v are, and so is
+/// each of its terms. Formed so, what the filter carries from there into the slip is in target and columns alike.
+std::shared_ptr<ExactSwitches> switches_of(const dsp::Prepared& prepared, const CandidateLibrary& library,
+                                           const std::string& target) {
+  auto switches = std::make_shared<ExactSwitches>(prepared, library);
+  if (target == "ddy") switches->act_for(slipping_fraction(prepared));
+  return switches;
+}
+
 }  // namespace
 
 double column_bytes(const dsp::Motion& signals, std::size_t num_terms) {
@@ -86,7 +96,8 @@ Columns form_columns(const CandidateLibrary& library, const std::string& target,
   result.prepared = &prepared;
   result.accelerations = accelerations;
   result.noise = std::make_shared<const ChannelNoise>(prepared, target);
-  if (matched) result.switches = std::make_shared<ExactSwitches>(prepared, library);
+  if (matched) result.switches = switches_of(prepared, library, target);
+  const bool acts = !matched || result.switches->acting_fraction().size() == 0;
   if (matched && loses_known_means(prepared) && source.find(target) != nullptr) {
     result.means = BlockMeans(source.num_samples(), result.phi.cols() + 1, source.sample_rate_hz);
     keep_means(result, result.phi.cols(), finite(source.at(target)));
@@ -95,7 +106,9 @@ Columns form_columns(const CandidateLibrary& library, const std::string& target,
     if (poll) poll();
     const Term& term = library.terms[static_cast<std::size_t>(column)];
     if (prepared.signals.find(term.name) != nullptr) {
-      result.phi.col(column) = signal_of(term.name);
+      const dsp::Signal* held = acts ? nullptr : source.find(term.name);
+      result.phi.col(column) =
+          held == nullptr ? signal_of(term.name) : prepared.filter.apply(result.switches->acting(finite(held->values)));
       if (const dsp::Signal* signal = source.find(term.name)) keep_means(result, column, finite(signal->values));
       continue;
     }
@@ -120,7 +133,9 @@ VectorXd column_beside(const Columns& columns, const std::string& term, const st
     const CandidateLibrary library = make_library({.order = 0, .terms = {term}}, target, *columns.signals);
     const Term& one = library.terms.front();
     if (columns.switches == nullptr) return one.expression.evaluate(*columns.signals);
-    return through_filter(ExactSwitches(*columns.prepared, library).samples(one.expression), columns.prepared->filter);
+    ExactSwitches switches(*columns.prepared, library);
+    switches.act_for(columns.switches->acting_fraction());
+    return through_filter(switches.samples(one.expression), columns.prepared->filter);
   });
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "dsp/decimate.hpp"
 #include "dsp/filter/short_low_pass.hpp"
@@ -112,6 +113,10 @@ void ExactSwitches::sharpen(const Crossings::Bound& bound, const std::vector<dou
   }
 }
 
+VectorXd ExactSwitches::acting(VectorXd samples) const {
+  return acting_.size() == 0 ? samples : VectorXd(samples.cwiseProduct(acting_));
+}
+
 VectorXd ExactSwitches::samples(const Expression& term) const {
   const Index factor = rate_factor(term), num_rows = prepared_.intermediate.num_samples();
   const double base_hz = prepared_.intermediate.sample_rate_hz, rate_hz = static_cast<double>(factor) * base_hz;
@@ -149,7 +154,7 @@ VectorXd ExactSwitches::samples(const Expression& term) const {
     keep(decimator ? VectorXd(decimator->push(values)) : values);
   }
   if (decimator) keep(VectorXd(decimator->finish()));
-  return result;
+  return acting(std::move(result));
 }
 
 }  // namespace ident

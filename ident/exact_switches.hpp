@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <utility>
 #include <vector>
 
 #include "dsp/filter/short_low_pass.hpp"
@@ -23,6 +24,11 @@ class ExactSwitches {
   void settle(const WeightedTerms& equation);
   /// Whether the switches are placed under an equation.
   [[nodiscard]] bool settled() const { return settled_; }
+  /// Of each sample at the intermediate rate, the fraction for which terms act; beside that they are zero.
+  void act_for(Eigen::VectorXd fraction) { acting_ = std::move(fraction); }
+  /// A signal's samples, or a term's, as far as it acts.
+  [[nodiscard]] Eigen::VectorXd acting(Eigen::VectorXd samples) const;
+  [[nodiscard]] const Eigen::VectorXd& acting_fraction() const { return acting_; }  ///< empty: all of each
   [[nodiscard]] const dsp::Prepared& prepared() const { return prepared_; }
   [[nodiscard]] const Crossings& crossings() const { return crossings_; }
   /// Whether the term's column depends on the equation.
@@ -39,6 +45,7 @@ class ExactSwitches {
   const dsp::Prepared& prepared_;
   Crossings crossings_;
   bool settled_ = false;
+  Eigen::VectorXd acting_;
   double stop_hz_;  ///< columns are gone from here on
 };
 

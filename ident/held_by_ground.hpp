@@ -17,4 +17,8 @@ namespace ident {
 [[nodiscard]] std::optional<dsp::Check> held_by_ground(const dsp::Prepared& prepared,
                                                        const dsp::Segmentation& absolute);
 
+/// Of each sample at the intermediate rate, the fraction for which the ground does not hold the payload; empty where it
+/// does so for less than a twentieth of the time. A slip begins and ends where the speed, carried on straight, is zero.
+[[nodiscard]] Eigen::VectorXd slipping_fraction(const dsp::Prepared& prepared);
+
 }  // namespace ident

@@ -14,6 +14,7 @@
 #include "ident/ranges.hpp"
 #include "ident/record.hpp"
 #include "ident/selection/effective_size.hpp"
+#include "ident/validate/band_split.hpp"
 #include "ident/validate/crests.hpp"
 #include "ident/validate/free_run.hpp"
 #include "ident/validate/metrics.hpp"
@@ -52,6 +53,7 @@ struct JudgedFit {
   FreeRun free_run;
   RegressorNoise noise;       ///< of the recorded channels, and what it does to the coefficients
   Explanations explanations;  ///< of the training residual
+  std::optional<BandSplit> band;  ///< of the training rows; none: they cannot tell
   Judgement judgement;        ///< filled in by judge (validate/judge.hpp), which compares ranges
   double solve_s = 0.0;
   Eigen::VectorXd predicted, predicted_std;  ///< training rows, then test rows

@@ -314,6 +314,12 @@ void judge_doubts(JudgedFit& judged, const RangeData& range, const RangeResult& 
   judged.noise = regressor_noise(judged.model, kept, result.rows.train, recordings, residual, options.poll);
   judged.explanations = explanations(judged.model, result.terms, kept, result.rows.train, recordings, residual,
                                      *range.independence, options.poll);
+  judged.band = band_split(judged.model, judged.fit.relevant, result.rows.train, recordings, residual, options.poll);
+  if (judged.band && !judged.band->term.empty())
+    judged.fit.remarks.push_back(fmt::format(
+        "the record does not follow one equation in the whole band: below {:.3g} Hz {} has {}, in all of it "
+        "{}, and the difference is more than its interval allows. A lower prepare.cutoff_hz may mend it",
+        0.5 * judged.band->stop_hz, judged.band->term, number(judged.band->lower_mean), number(judged.band->mean)));
 }
 
 }  // namespace

@@ -111,22 +111,65 @@ void write_factors(const std::vector<ident::RecordFactors>& records, const Confi
     results.write(factors_name, factors_json(records));
 }
 
+/// From a config to what its ranges say.
+struct Identified {
+  Work work;
+  std::vector<ident::CandidateLibrary> libraries;
+  std::vector<ident::Columns> columns;
+  ident::IdentifyOptions options;
+  std::vector<ident::RangeResult> ranges;
+};
+
+Identified identify_in_band(const Config& config, const RunArguments& arguments, Console& console) {
+  Identified found{.work = prepare_work(config, arguments, console)};
+  Work& work = found.work;
+  found.libraries = compile_libraries(work.config, work.inputs);
+  found.columns = all_columns(work.config, work.inputs, found.libraries, arguments.max_memory_bytes, console);
+  found.options = identify_options(work.config, work.inputs, arguments.num_threads);
+  found.options.most_blocks = most_factor_blocks;
+  found.ranges = identify_ranges(work.config, found.columns, found.libraries.front(), found.options, console);
+  return found;
+}
+
+/// Of the equation that speaks for the run; none where it holds in the whole band, or describes nothing in any.
+const ident::BandSplit* split_of(const std::vector<ident::RangeResult>& ranges) {
+  const std::optional<ident::ChosenFit> chosen = ident::chosen_fit(ranges);
+  if (!chosen) return nullptr;
+  const ident::JudgedFit& fit = ranges[chosen->range].fits[chosen->method];
+  if (ident::preference(fit.judgement.verdict) < ident::preference(ident::Verdict::in_part)) return nullptr;
+  const std::optional<ident::BandSplit>& band = fit.band;
+  return band && !band->term.empty() ? &*band : nullptr;
+}
+
+/// Where the band is left to the choice, what does not follow one equation with the rest is left out of it.
+Identified identify_where_one_equation_holds(Config config, const RunArguments& arguments, Console& console) {
+  const bool open = config.prepare.rate_hz == 0.0 && config.prepare.cutoff_hz == 0.0;
+  for (;;) {
+    Identified found = identify_in_band(config, arguments, console);
+    const ident::BandSplit* split = open ? split_of(found.ranges) : nullptr;
+    const auto cutoff_hz =
+        split == nullptr ? std::nullopt : cutoff_below(split->holds_to_hz, config, arguments.max_memory_bytes);
+    if (!cutoff_hz || *cutoff_hz >= found.work.inputs.front().prepared.options.cutoff_hz) return found;
+    console.step(
+        fmt::format("up to {:.3g} Hz {} is {}, up to {:.3g} Hz {}: the record does not follow one equation in the "
+                    "whole band. It is identified again with cutoff_hz = {:.3g}; [prepare] cutoff_hz sets another",
+                    split->stop_hz, split->term, ident::number(split->mean), 0.5 * split->stop_hz,
+                    ident::number(split->lower_mean), *cutoff_hz));
+    config.prepare.cutoff_hz = *cutoff_hz;
+  }
+}
+
 }  // namespace
 
 RunOutcome run_into(RunFolder& results, const Config& config, const RunArguments& arguments, Console& console) {
   HashesBeside hashes(input_files(config), arguments.num_threads);
-  Work work = prepare_work(config, arguments, console);
+  Identified identified = identify_where_one_equation_holds(config, arguments, console);
+  auto& [work, libraries, columns, options, ranges] = identified;
   const auto files_of = results.add_files(work.inputs, hashes);
   auto steps = beside(arguments.num_threads, [&] { return steady_steps(work.inputs); });
   RunOutcome outcome;
   for (const Input& input : work.inputs)
     outcome.files.insert(outcome.files.end(), input.files.begin(), input.files.end());
-  const auto libraries = compile_libraries(work.config, work.inputs);
-  std::vector<ident::Columns> columns =
-      all_columns(work.config, work.inputs, libraries, arguments.max_memory_bytes, console);
-  ident::IdentifyOptions options = identify_options(work.config, work.inputs, arguments.num_threads);
-  options.most_blocks = most_factor_blocks;
-  auto ranges = identify_ranges(work.config, columns, libraries.front(), options, console);
   const RunResults found{
       work.config, work.inputs,
       columns,     ranges,

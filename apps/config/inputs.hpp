@@ -31,6 +31,10 @@ struct Input : ident::Record {
 /// open where that is above its noise in the whole band. Every recording is looked through once.
 void choose_band(Config& config, std::size_t max_memory_bytes, Console& console);
 
+/// prepare.cutoff_hz with which columns are gone from stop_hz on. Nothing where that leaves less of the motion of one
+/// of the recordings than dsp::band_check wants.
+[[nodiscard]] std::optional<double> cutoff_below(double stop_hz, const Config& config, std::size_t max_memory_bytes);
+
 /// Opens every recording as a run would, without reading on: throws all that is wrong with them and their sidecars.
 void look_at_recordings(const Config& config, std::size_t max_memory_bytes);
 
