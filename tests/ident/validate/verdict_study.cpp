@@ -37,9 +37,9 @@ struct Outcome {
   [[nodiscard]] bool cause_is_true() const {
     return std::any_of(accepted.begin(), accepted.end(), [&](Cause one) { return cause == to_string(one); });
   }
-  /// The record does not tell it from the truth by odds of 150, as for ties, and its coefficients are right.
+  /// This record does not tell it from the truth by odds of 150, as for ties, and its coefficients are right.
   [[nodiscard]] bool is_tied_with_truth() const {
-    return evidence && evidence->least < ident::undecided_evidence && why_wrong.find(" off by ") == std::string::npos;
+    return evidence && evidence->of_this < ident::undecided_evidence && why_wrong.find(" off by ") == std::string::npos;
   }
   /// By the flaw alone where there is one, however noisy the record.
   [[nodiscard]] bool cause_is_flaw() const { return record.flaw ? cause == to_string(*record.flaw) : cause_is_true(); }
