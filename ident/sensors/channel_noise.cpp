@@ -108,7 +108,7 @@ std::vector<ChannelNoise::Part> ChannelNoise::parts_of(const dsp::Prepared& prep
   return {{signal, 0, 1.0}};
 }
 
-double ChannelNoise::covariance(const std::string& one, const std::string& other, bool known) const {
+double ChannelNoise::covariance(const std::string& one, const std::string& other, bool known, double to_hz) const {
   const auto a = parts_.find(one), b = parts_.find(other);
   if (a == parts_.end() || b == parts_.end()) return 0.0;
   double sum = 0.0;
@@ -121,7 +121,7 @@ double ChannelNoise::covariance(const std::string& one, const std::string& other
       const double turn = (p.order - q.order) % 4 == 0 ? 1.0 : -1.0;
       const int power = p.order + q.order;
       sum += p.sign * q.sign * turn * density.value * std::pow(2.0 * std::numbers::pi, power) *
-             std::pow(band_hz_, power + 1) / (power + 1);
+             std::pow(to_hz, power + 1) / (power + 1);
     }
   return sum;
 }

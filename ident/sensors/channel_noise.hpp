@@ -24,9 +24,14 @@ class ChannelNoise {
  public:
   /// `target`: a signal of the recording.
   ChannelNoise(const dsp::Prepared& prepared, const std::string& target);
-  /// Covariance of the noise of two signals, which may be one; 0 where the recording has no room to tell. Of a channel
-  /// whose spectrum is flat nowhere above the band only a bound is known: with `known` it counts for nothing.
-  [[nodiscard]] double covariance(const std::string& one, const std::string& other, bool known = false) const;
+  /// Covariance of the noise of two signals, which may be one, up to a frequency; 0 where the recording has no room to
+  /// tell. Of a channel whose spectrum is flat nowhere above the band only a bound is known: with `known` it counts for
+  /// nothing.
+  [[nodiscard]] double covariance(const std::string& one, const std::string& other, bool known, double to_hz) const;
+  /// In the whole band.
+  [[nodiscard]] double covariance(const std::string& one, const std::string& other, bool known = false) const {
+    return covariance(one, other, known, band_hz_);
+  }
   [[nodiscard]] double band_hz() const { return band_hz_; }      ///< where the band of the columns ends
   [[nodiscard]] double needed_hz() const { return needed_hz_; }  ///< up to here the target is more than noise
 

@@ -127,6 +127,9 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
     found.above_noise = !found.negligible_rest && found.noise_share < mostly_noise;
   else
     found.above_noise = is_structured(fit) && fit.train.reason.empty() && fit.train.value > negligible;
+  found.misses_motion =
+      found.noise_is_known &&
+      noise.motion_std * noise.motion_std < mostly_noise * (noise.motion_power - linearity * mean_square(train));
   if (fit.train.reason.empty() && fit.test.reason.empty()) {
     const double before = fit.train.value * mean_square(train), after = fit.test.value * mean_square(test);
     found.fitted_to_its_rows =
@@ -155,10 +158,10 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
 }
 
 Verdict Findings::verdict() const {
-  if (!above_noise) return by_run;
-  const double error = std::isfinite(run_error) ? run_error : unexplained;
-  if (by_run == Verdict::in_part && error > follows_beyond_noise) return Verdict::does_not;
-  return by_run == Verdict::describes ? Verdict::in_part : by_run;
+  if (above_noise && by_run == Verdict::in_part &&
+      (std::isfinite(run_error) ? run_error : unexplained) > follows_beyond_noise)
+    return Verdict::does_not;
+  return by_run == Verdict::describes && (above_noise || misses_motion) ? Verdict::in_part : by_run;
 }
 
 namespace {

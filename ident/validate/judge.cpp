@@ -89,9 +89,10 @@ std::string residual_clause(const JudgedFit& fit, const Findings& found) {
                                           : std::string("the error one step ahead is not known");
   if (found.above_noise)
     return text + (found.noise_is_known ? ", more than the noise of the signals" : ", and that is structure");
-  if (!found.is_noise) return text;
-  text += ", no more than noise";
-  if (lower_band_helps(fit)) text += fmt::format(", most of it above {:.3g} Hz: lower cutoff_hz", fit.noise.needed_hz);
+  if (found.is_noise) text += ", no more than noise";
+  if (found.misses_motion) text += ", but more than noise at the frequencies of the motion";
+  if (found.is_noise && lower_band_helps(fit))
+    text += fmt::format(", most of it above {:.3g} Hz: lower cutoff_hz", fit.noise.needed_hz);
   return text;
 }
 

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 
+#include "dsp/filter/power_density.hpp"
 #include "ident/sensors/channel_noise.hpp"
 
 namespace ident {
@@ -44,12 +46,12 @@ struct NoiseSums {
   double target = 0.0;
   NoiseSums(Index k) : noise(MatrixXd::Zero(k, k)), shared(VectorXd::Zero(k)) {}
   void add(const std::vector<Slope>& slopes, const std::string& of_target, const ChannelNoise& of, double count,
-           bool known) {
-    target += count * of.covariance(of_target, of_target, known);
+           bool known, double to_hz) {
+    target += count * of.covariance(of_target, of_target, known, to_hz);
     for (const Slope& one : slopes) {
-      shared(one.term) += one.values.sum() * of.covariance(one.signal, of_target, known);
+      shared(one.term) += one.values.sum() * of.covariance(one.signal, of_target, known, to_hz);
       for (const Slope& other : slopes)
-        if (const double both = of.covariance(one.signal, other.signal, known); both != 0.0)
+        if (const double both = of.covariance(one.signal, other.signal, known, to_hz); both != 0.0)
           noise(one.term, other.term) += one.values.dot(other.values) * both;
     }
   }
@@ -57,6 +59,30 @@ struct NoiseSums {
     return std::max(0.0, target + beta.dot(noise * beta) - 2.0 * beta.dot(shared));
   }
 };
+
+/// Mean square of a series on rows of one recording, up to a frequency, by the spectra of stretches without a gap.
+/// Nothing where all are too short for one.
+std::optional<double> power_below(double to_hz, const Eigen::Ref<const VectorXd>& values, const std::vector<Row>& rows,
+                                  std::size_t recording, double rate_hz) {
+  constexpr double least = 16.0;  // ordinates below that frequency, beside which the window's reach is little
+  double power = 0.0, num_rows = 0.0;
+  for (std::size_t first = 0, end = 0; first < rows.size(); first = end) {
+    end = first + 1;
+    while (end < rows.size() && rows[end].recording == rows[first].recording &&
+           rows[end].sample == rows[end - 1].sample + 1)
+      ++end;
+    const auto n = static_cast<double>(end - first);
+    if (rows[first].recording != recording || to_hz * n / rate_hz < least) continue;
+    const dsp::PowerDensity density(values.segment(static_cast<Index>(first), static_cast<Index>(end - first)),
+                                    rate_hz);
+    const VectorXd& ordinates = density.ordinates();
+    const Index count = std::min(static_cast<Index>(to_hz / density.step_hz()) + 1, ordinates.size());
+    power += n * density.step_hz() * ordinates.head(count).sum();
+    num_rows += n;
+  }
+  if (num_rows == 0.0) return std::nullopt;
+  return power / num_rows;
+}
 
 }  // namespace
 
@@ -67,8 +93,8 @@ RegressorNoise regressor_noise(const Model& model, const RFactor& kept, const st
   RegressorNoise result{.bias = VectorXd::Zero(k)};
   VectorXd beta(k);
   for (Index i = 0; i < k; ++i) beta(i) = model.terms[static_cast<std::size_t>(i)].mean;
-  NoiseSums known(k), at_most(k);
-  double num_samples = 0.0, of_x = 0.0;
+  NoiseSums known(k), at_most(k), in_motion(k);
+  double num_samples = 0.0, of_x = 0.0, motion_power = 0.0;
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     const Columns& columns = recordings[r];
     if (columns.noise == nullptr) continue;
@@ -79,8 +105,11 @@ RegressorNoise regressor_noise(const Model& model, const RFactor& kept, const st
     const ChannelNoise& of = *columns.noise;
     const auto count = static_cast<double>(samples.num_samples());
     const std::vector<Slope> slopes = slopes_of(model, r, samples);
-    known.add(slopes, model.target, of, count, true);
-    at_most.add(slopes, model.target, of, count, false);
+    known.add(slopes, model.target, of, count, true, of.band_hz());
+    at_most.add(slopes, model.target, of, count, false, of.band_hz());
+    const std::optional<double> below = power_below(of.needed_hz(), residual, rows, r, columns.signals->sample_rate_hz);
+    in_motion.add(slopes, model.target, of, count, false, below ? of.needed_hz() : of.band_hz());
+    motion_power += count * below.value_or(residual.squaredNorm() / static_cast<double>(residual.size()));
     num_samples += count;
     of_x += count * of.covariance("x", "x");
     result.band_hz = std::max(result.band_hz, of.band_hz());
@@ -91,6 +120,8 @@ RegressorNoise regressor_noise(const Model& model, const RFactor& kept, const st
   result.residual_std = std::sqrt(at_most.of_residual(beta) / num_samples);
   result.x_std = std::sqrt(of_x / num_samples);
   result.residual_power = residual.squaredNorm() / static_cast<double>(residual.size());
+  result.motion_power = motion_power / num_samples;
+  result.motion_std = std::sqrt(in_motion.of_residual(beta) / num_samples);
   const auto R = kept.R.topLeftCorner(k, k).triangularView<Eigen::Upper>();
   const VectorXd right = (known.shared - known.noise * beta) * (static_cast<double>(kept.num_samples) / num_samples);
   result.bias = R.solve(R.transpose().solve(right));

@@ -22,6 +22,8 @@ struct RegressorNoise {
   double residual_power = 0.0;  ///< mean square of the residual
   double band_hz = 0.0;         ///< where the band of the columns ends
   double needed_hz = 0.0;       ///< up to here the target is more than noise
+  double motion_power = 0.0;    ///< of residual_power, what lies below needed_hz
+  double motion_std = 0.0;      ///< of residual_std, what lies there
 };
 
 /// Of a model fitted to rows of these recordings, which leaves this residual there; `kept`: R factor of its terms. Rows

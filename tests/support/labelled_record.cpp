@@ -238,7 +238,7 @@ LabelledRecord labelled_record(std::uint32_t seed, bool mended) {
   Sketch sketch = drawn_sketch(draw, scenario.family);
   // Long records at the lowest rate, so that none has more than some 40000 samples.
   const double rate_hz = sketch.duration_s > 100.0 ? 100.0 : draw.one_of<double>("rate_hz", {100.0, 200.0, 400.0});
-  LabelledRecord result{.scenario = scenario.name};
+  LabelledRecord result{.scenario = scenario.name, .seed = seed};
   result.exact = sketch.p.drive.tones.empty() ? motion_of(sketch.p, sketch.duration_s, rate_hz)
                                               : driven_to_amplitude(sketch, rate_hz);
   result.flaw = scenario.flaw;

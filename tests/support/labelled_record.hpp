@@ -15,6 +15,7 @@ namespace support {
 /// Channels have a mean of nearly zero, so that no offset of x changes the true terms.
 struct LabelledRecord {
   std::string scenario;  ///< one of scenario_names
+  std::uint32_t seed = 0;
   std::string drawn;     ///< all that was drawn, as "name=value name=value"
   double noise = 0.0;    ///< standard deviation of each channel's white noise over the rms of the channel
   double periods = 0.0;  ///< of the small undamped motion, in the record

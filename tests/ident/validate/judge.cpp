@@ -196,6 +196,19 @@ TEST_CASE("a cause is named where a test found it", "[ident][judge]") {
   CHECK_THAT(of(result).sentence, Catch::Contains("z was recorded and is not in the equation: it explains 80 %"));
 }
 
+TEST_CASE("noise beside the motion does not excuse what is left over where the motion is", "[ident][judge]") {
+  auto result = range("low", 1e-4, 5e-3);
+  ident::RegressorNoise& noise = result.fits[0].noise;
+  noise.residual_power = 5e-3, noise.residual_std = noise.known_std = std::sqrt(4e-3);
+  noise.motion_power = 1.5e-4, noise.motion_std = std::sqrt(1e-4);
+  CHECK(of(result).verdict == Verdict::describes);
+  noise.motion_power = 3e-4;
+  CHECK(of(result).verdict == Verdict::in_part);
+  CHECK_THAT(of(result).sentence, Catch::Contains("more than noise at the frequencies of the motion"));
+  noise.motion_power = 5e-6, noise.motion_std = 0.0;  // sensors are not linear to better than this
+  CHECK(of(result).verdict == Verdict::describes);
+}
+
 TEST_CASE("an equation that misses where only noise is left lacks what noise hides", "[ident][judge]") {
   auto result = range("low", 0.5, 5e-3);
   ident::JudgedFit& fit = result.fits[0];

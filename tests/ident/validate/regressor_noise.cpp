@@ -33,10 +33,11 @@ dsp::Recording displacement_only(double noise_std, std::uint32_t seed) {
   return recording;
 }
 
-ident::JudgedFit fit_of(const dsp::Recording& recording, double cutoff_hz) {
+ident::JudgedFit fit_of(const dsp::Recording& recording, double cutoff_hz,
+                        const std::vector<std::string>& terms = {"x", "v", "f"}) {
   const auto record = ident::Record{.prepared = dsp::prepare(recording, {.cutoff_hz = cutoff_hz})};
-  const auto ranges = ident::identify(record, {.order = 0, .terms = {"x", "v", "f"}},
-                                      {.methods = {ident::OlsOptions{}}, .free_run = false});
+  const auto ranges =
+      ident::identify(record, {.order = 0, .terms = terms}, {.methods = {ident::OlsOptions{}}, .free_run = false});
   return ranges.at(0).fits.at(0);
 }
 
@@ -83,6 +84,20 @@ TEST_CASE("noise of a displacement biases stiffness and damping by as much as is
   }
   CHECK(residual(1) == Approx(residual(0)).epsilon(0.15));
   CHECK(exact.noise.bias.cwiseAbs().maxCoeff() < 1e-3 * said.cwiseAbs().maxCoeff());
+}
+
+TEST_CASE("what an equation lacks is seen at the motion's frequencies under noise of a wide band",
+          "[ident][regressor_noise]") {
+  // Noise of x, derived twice up to 40 Hz, about a motion at 1.1 Hz.
+  const double level = 0.002 * std::sqrt(displacement_only(0.0, 1).samples.col(0).squaredNorm() / (120.0 * rate_hz));
+  const dsp::Recording recording = displacement_only(level, 3);
+  const ident::RegressorNoise of_all = fit_of(recording, 40.0).noise,
+                              of_some = fit_of(recording, 40.0, {"x", "f"}).noise;
+  CHECK(of_all.needed_hz < 10.0);
+  CHECK(std::pow(of_all.residual_std, 2) == Approx(of_all.residual_power).epsilon(0.15));
+  CHECK(std::pow(of_some.residual_std, 2) == Approx(of_some.residual_power).epsilon(0.15));
+  CHECK(of_all.motion_power < 2.0 * std::pow(of_all.motion_std, 2));
+  CHECK(of_some.motion_power > 10.0 * std::pow(of_some.motion_std, 2));
 }
 
 TEST_CASE("the difference of two accelerometers has the noise of both, and shares that of one",
