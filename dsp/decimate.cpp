@@ -48,26 +48,34 @@ inline __attribute__((always_inline)) void weigh_channels(const double* x, Index
 }
 
 // The same for a single channel, whose rows are neighbours: eight partial sums, one a lane.
-inline __attribute__((always_inline)) double weigh_one(const double* x, const double* taps, Index length) {
+template <int N>
+inline __attribute__((always_inline)) void weigh_one(const double* x, Index hop, const double* taps, Index length,
+                                                     double* out) {
   typedef double Lanes __attribute__((vector_size(8 * sizeof(double)), aligned(8), may_alias));
-  Lanes sums = {};
+  Lanes sums[N] = {};
   Index i = 0;
   for (; i + 8 <= length; i += 8)
-    sums += *reinterpret_cast<const Lanes*>(taps + i) * *reinterpret_cast<const Lanes*>(x + i);
-  double sum = ((sums[0] + sums[1]) + (sums[2] + sums[3])) + ((sums[4] + sums[5]) + (sums[6] + sums[7]));
-  for (; i < length; ++i) sum += taps[i] * x[i];
-  return sum;
+    for (int n = 0; n < N; ++n)
+      sums[n] += *reinterpret_cast<const Lanes*>(taps + i) * *reinterpret_cast<const Lanes*>(x + i + n * hop);
+  for (int n = 0; n < N; ++n) {
+    const Lanes& own = sums[n];
+    double sum = ((own[0] + own[1]) + (own[2] + own[3])) + ((own[4] + own[5]) + (own[6] + own[7]));
+    for (Index k = i; k < length; ++k) sum += taps[k] * x[k + n * hop];
+    out[n] = sum;
+  }
 }
 
 // `count` outputs in a row, their rows `hop` apart.
 ARDENT_DISPATCH void weigh_all(const double* x, Index num_channels, Index hop, const double* taps, Index length,
                                Index count, double* out) {
+  Index n = 0;
   if (num_channels == 1) {
-    for (Index n = 0; n < count; ++n, x += hop) out[n] = weigh_one(x, taps, length);
+    constexpr int together = 4;  // one alone waits for its sums
+    for (; n + together <= count; n += together) weigh_one<together>(x + n * hop, hop, taps, length, out + n);
+    for (; n < count; ++n) weigh_one<1>(x + n * hop, hop, taps, length, out + n);
     return;
   }
   constexpr int together = 2;
-  Index n = 0;
   for (; n + together <= count; n += together)
     weigh_channels<together>(x + n * hop * num_channels, num_channels, hop, taps, length, out + n * num_channels);
   for (; n < count; ++n)
