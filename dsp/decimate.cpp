@@ -47,19 +47,23 @@ inline __attribute__((always_inline)) void weigh_channels(const double* x, Index
   for (; c < num_channels; ++c) weigh<1, N>(x + c, num_channels, hop, taps, length, out + c);
 }
 
-// The same for a single channel, whose rows are neighbours: eight partial sums, one a lane.
+// The same for a single channel, whose rows are neighbours: eight partial sums, one a lane of two vectors (where the
+// processor has none so wide, a vector of eight goes through memory).
 template <int N>
 inline __attribute__((always_inline)) void weigh_one(const double* x, Index hop, const double* taps, Index length,
                                                      double* out) {
-  typedef double Lanes __attribute__((vector_size(8 * sizeof(double)), aligned(8), may_alias));
-  Lanes sums[N] = {};
+  typedef double Lanes __attribute__((vector_size(4 * sizeof(double)), aligned(8), may_alias));
+  Lanes sums[N][2] = {};
   Index i = 0;
   for (; i + 8 <= length; i += 8)
-    for (int n = 0; n < N; ++n)
-      sums[n] += *reinterpret_cast<const Lanes*>(taps + i) * *reinterpret_cast<const Lanes*>(x + i + n * hop);
+    for (int half = 0; half < 2; ++half) {
+      const Lanes weights = *reinterpret_cast<const Lanes*>(taps + i + 4 * half);
+      for (int n = 0; n < N; ++n)
+        sums[n][half] += weights * *reinterpret_cast<const Lanes*>(x + i + 4 * half + n * hop);
+    }
   for (int n = 0; n < N; ++n) {
-    const Lanes& own = sums[n];
-    double sum = ((own[0] + own[1]) + (own[2] + own[3])) + ((own[4] + own[5]) + (own[6] + own[7]));
+    const Lanes &low = sums[n][0], &high = sums[n][1];
+    double sum = ((low[0] + low[1]) + (low[2] + low[3])) + ((high[0] + high[1]) + (high[2] + high[3]));
     for (Index k = i; k < length; ++k) sum += taps[k] * x[k + n * hop];
     out[n] = sum;
   }
