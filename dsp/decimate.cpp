@@ -47,27 +47,39 @@ inline __attribute__((always_inline)) void weigh_channels(const double* x, Index
   for (; c < num_channels; ++c) weigh<1, N>(x + c, num_channels, hop, taps, length, out + c);
 }
 
-// The same for a single channel, whose rows are neighbours: eight partial sums, one a lane.
-inline __attribute__((always_inline)) double weigh_one(const double* x, const double* taps, Index length) {
-  typedef double Lanes __attribute__((vector_size(8 * sizeof(double)), aligned(8), may_alias));
-  Lanes sums = {};
+// The same for a single channel, whose rows are neighbours: eight partial sums, one a lane of two vectors (where the
+// processor has none so wide, a vector of eight goes through memory).
+template <int N>
+inline __attribute__((always_inline)) void weigh_one(const double* x, Index hop, const double* taps, Index length,
+                                                     double* out) {
+  typedef double Lanes __attribute__((vector_size(4 * sizeof(double)), aligned(8), may_alias));
+  Lanes sums[N][2] = {};
   Index i = 0;
   for (; i + 8 <= length; i += 8)
-    sums += *reinterpret_cast<const Lanes*>(taps + i) * *reinterpret_cast<const Lanes*>(x + i);
-  double sum = ((sums[0] + sums[1]) + (sums[2] + sums[3])) + ((sums[4] + sums[5]) + (sums[6] + sums[7]));
-  for (; i < length; ++i) sum += taps[i] * x[i];
-  return sum;
+    for (int half = 0; half < 2; ++half) {
+      const Lanes weights = *reinterpret_cast<const Lanes*>(taps + i + 4 * half);
+      for (int n = 0; n < N; ++n)
+        sums[n][half] += weights * *reinterpret_cast<const Lanes*>(x + i + 4 * half + n * hop);
+    }
+  for (int n = 0; n < N; ++n) {
+    const Lanes &low = sums[n][0], &high = sums[n][1];
+    double sum = ((low[0] + low[1]) + (low[2] + low[3])) + ((high[0] + high[1]) + (high[2] + high[3]));
+    for (Index k = i; k < length; ++k) sum += taps[k] * x[k + n * hop];
+    out[n] = sum;
+  }
 }
 
 // `count` outputs in a row, their rows `hop` apart.
 ARDENT_DISPATCH void weigh_all(const double* x, Index num_channels, Index hop, const double* taps, Index length,
                                Index count, double* out) {
+  Index n = 0;
   if (num_channels == 1) {
-    for (Index n = 0; n < count; ++n, x += hop) out[n] = weigh_one(x, taps, length);
+    constexpr int together = 4;  // one alone waits for its sums
+    for (; n + together <= count; n += together) weigh_one<together>(x + n * hop, hop, taps, length, out + n);
+    for (; n < count; ++n) weigh_one<1>(x + n * hop, hop, taps, length, out + n);
     return;
   }
   constexpr int together = 2;
-  Index n = 0;
   for (; n + together <= count; n += together)
     weigh_channels<together>(x + n * hop * num_channels, num_channels, hop, taps, length, out + n * num_channels);
   for (; n < count; ++n)

@@ -265,8 +265,11 @@ Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& optio
 }
 
 VectorXd regression_signal(const Prepared& prepared, std::string_view name) {
-  if (prepared.options.recipe == Recipe::paper || prepared.highpass_hz.empty()) return prepared.signals.at(name);
-  return prepared.filter.apply(prepared.intermediate.at(name));
+  const VectorXd& signal = prepared.signals.at(name);
+  if (prepared.options.recipe == Recipe::paper || prepared.highpass_hz.empty()) return signal;
+  // Behind a decimation only the high-pass is left to do; a taper does it in one with its own.
+  const bool decimated = !prepared.filter.sheet().stages.empty();
+  return decimated ? prepared.filter.high_passed(signal) : prepared.filter.apply(prepared.intermediate.at(name));
 }
 
 double mean_displacement(const Prepared& prepared, double from_s, double to_s) {

@@ -1,7 +1,6 @@
 #include "dsp/filter/burg.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -12,19 +11,13 @@ namespace dsp {
 
 namespace {
 
-typedef double Lanes __attribute__((vector_size(8 * sizeof(double))));
+// Eight sums side by side, in two vectors: where the processor has none so wide, one of eight goes through memory.
+constexpr int halves = 2;
+typedef double Lanes __attribute__((vector_size(4 * sizeof(double))));
+typedef double Unaligned __attribute__((vector_size(4 * sizeof(double)), aligned(8), may_alias));
 
-// Copied, not pointed at: a sample lies anywhere, and a reference to a vector says that it is aligned as one.
-void load(Lanes& lanes, const double* x) {
-  std::memcpy(&lanes, x, sizeof lanes);
-}
-
-void store(double* x, const Lanes& lanes) {
-  std::memcpy(x, &lanes, sizeof lanes);
-}
-
-double sum(const Lanes& x) {
-  return ((x[0] + x[1]) + (x[2] + x[3])) + ((x[4] + x[5]) + (x[6] + x[7]));
+double sum(const Lanes (&x)[halves]) {
+  return ((x[0][0] + x[0][1]) + (x[0][2] + x[0][3])) + ((x[1][0] + x[1][1]) + (x[1][2] + x[1][3]));
 }
 
 // Of the pairs f[i + 1], b[i] that the next order meets.
@@ -35,18 +28,22 @@ struct Products {
 // One order of the lattice, f -= k b and b -= k f over n pairs, and what the next order asks of the result, in a
 // single pass: f[i + 1] is updated twice, which is cheaper than to read again what has just been written.
 ARDENT_DISPATCH Products reflect(double* f, double* b, Eigen::Index n, double k) {
-  Lanes cross = {}, power = {};
+  Lanes cross[halves] = {}, power[halves] = {};
   Eigen::Index i = 0;
-  for (; i + 9 <= n; i += 8) {
-    Lanes f_here, f_next, b_here, b_next;
-    load(f_here, f + i), load(f_next, f + i + 1), load(b_here, b + i), load(b_next, b + i + 1);
-    const Lanes next = f_next - k * b_next;
-    const Lanes forward = f_here - k * b_here, backward = b_here - k * f_here;
-    store(f + i, forward);
-    store(b + i, backward);
-    cross += next * backward;
-    power += next * next + backward * backward;
-  }
+  for (; i + 9 <= n; i += 8)
+    for (int half = 0; half < halves; ++half) {
+      double *f_at = f + i + 4 * half, *b_at = b + i + 4 * half;
+      const Lanes f_here = *reinterpret_cast<const Unaligned*>(f_at),
+                  f_next = *reinterpret_cast<const Unaligned*>(f_at + 1),
+                  b_here = *reinterpret_cast<const Unaligned*>(b_at),
+                  b_next = *reinterpret_cast<const Unaligned*>(b_at + 1);
+      const Lanes next = f_next - k * b_next;
+      const Lanes forward = f_here - k * b_here, backward = b_here - k * f_here;
+      *reinterpret_cast<Unaligned*>(f_at) = forward;
+      *reinterpret_cast<Unaligned*>(b_at) = backward;
+      cross[half] += next * backward;
+      power[half] += next * next + backward * backward;
+    }
   Products products{sum(cross), sum(power)};
   for (; i < n; ++i) {
     const double forward = f[i] - k * b[i], backward = b[i] - k * f[i];

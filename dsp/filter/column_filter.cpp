@@ -15,11 +15,6 @@ struct ColumnFilter::Impl {
   std::optional<SpectralBand> band;  ///< of a taper
   FilterSheet sheet;                 ///< of a decimation otherwise
   std::vector<double> highpass_hz;
-
-  [[nodiscard]] std::complex<double> response(double f) const {
-    const double gain = band ? band->gain(f) : 1.0;
-    return highpass_hz.empty() ? gain : gain * highpass_response(highpass_hz, f);
-  }
 };
 
 ColumnFilter ColumnFilter::taper(double sample_rate_hz, const SpectralBand& band) {
@@ -62,12 +57,21 @@ Eigen::MatrixXd ColumnFilter::apply(Index num_samples, Index num_signals,
                                     const std::function<Eigen::MatrixXd(Index first, Index count)>& read) const {
   // The high-pass is linear and time-invariant, so it may as well come after the decimation, where it is cheap.
   Eigen::MatrixXd signals = impl_->band ? read(0, num_samples) : decimate(num_samples, num_signals, read, impl_->sheet);
-  if (impl_->band || !impl_->highpass_hz.empty())
-    for (Index c = 0; c < signals.cols(); ++c)
+  for (Index c = 0; c < signals.cols(); ++c)
+    if (impl_->band)
       signals.col(c) = ExtendedSpectrum(signals.col(c), impl_->output_rate_hz).filtered([this](double f) {
-        return impl_->response(f);
+        return impl_->band->gain(f) * highpass_response(impl_->highpass_hz, f);
       });
+    else
+      signals.col(c) = high_passed(signals.col(c));
   return signals;
+}
+
+Eigen::VectorXd ColumnFilter::high_passed(const Eigen::Ref<const Eigen::VectorXd>& signal) const {
+  if (impl_->highpass_hz.empty()) return signal;
+  return ExtendedSpectrum(signal, impl_->output_rate_hz).filtered([this](double f) {
+    return highpass_response(impl_->highpass_hz, f);
+  });
 }
 
 double ColumnFilter::input_rate_hz() const {

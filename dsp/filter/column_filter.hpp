@@ -26,6 +26,9 @@ class ColumnFilter {
   [[nodiscard]] Eigen::MatrixXd apply(
       Eigen::Index num_samples, Eigen::Index num_signals,
       const std::function<Eigen::MatrixXd(Eigen::Index first, Eigen::Index count)>& read) const;
+  /// The high-pass alone, of a signal at the regression rate. Of a decimation it comes last: what the same filter
+  /// without it makes of a signal becomes so what `apply` makes of it.
+  [[nodiscard]] Eigen::VectorXd high_passed(const Eigen::Ref<const Eigen::VectorXd>& signal) const;
   [[nodiscard]] double input_rate_hz() const;
   [[nodiscard]] double output_rate_hz() const;
   /// Columns are gone from here on: the taper's cut-off, the start of the decimation's stop band.
