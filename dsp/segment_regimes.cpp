@@ -92,14 +92,15 @@ void qualify(std::vector<Segment>& segments, const Branches& branches, double st
 }  // namespace
 
 Segmentation segment_regimes(const Motion& motion, const SegmentOptions& options) {
-  if (options.stick_speed_m_per_s < 0.0 || options.stick_duration_s < 0.0 || options.stick_halt_s < 0.0 ||
-      options.high_amplitude_m < 0.0)
+  if (options.stick_speed_m_per_s < 0.0 || options.stick_duration_s < 0.0 || options.high_amplitude_m < 0.0)
     throw std::invalid_argument("segment_regimes: thresholds must not be negative");
   Segmentation result;
   result.options = options;
   if (motion.at("x").size() == 0) return result;
-  const RegimeSigns signs = regime_signs(motion);
+  RegimeSigns signs = regime_signs(motion);
   choose_stick(signs, result);
+  // A speed that is given is the only sign of a stop, and where noise hides them there is none.
+  if (options.stick_speed_m_per_s > 0.0 || result.options.stick_speed_m_per_s == 0.0) signs.reversals.clear();
   std::vector<bool> stuck = stick_mask(signs, result.options);
   const std::vector<HalfCycle> halves = half_cycles(motion, signs.period_s);
   join_stops(stuck, halves, signs);

@@ -23,12 +23,9 @@ struct Segment {
 
 /// Thresholds left at 0 are chosen from the record itself; the ones used come back in the Segmentation.
 struct SegmentOptions {
-  double stick_speed_m_per_s = 0.0;  ///< slower than this for stick_duration_s is a stop
-  double stick_duration_s = 0.0;     ///< what lasts shorter is a reversal
-  /// A reversal at which the motion halts for so long is a stop, too: see reversals.hpp. 0 where stick_speed_m_per_s is
-  /// given or stops are not looked for: none is.
-  double stick_halt_s = 0.0;
-  double high_amplitude_m = 0.0;  ///< an amplitude of x above this is high; 0: the branch is seen in the phase
+  double stick_speed_m_per_s = 0.0;  ///< what comes to rest is looked for below this; given, nothing else shows it
+  double stick_duration_s = 0.0;     ///< what halts for shorter is a reversal; 0: what noise and band allow to tell
+  double high_amplitude_m = 0.0;     ///< an amplitude of x above this is high; 0: the branch is seen in the phase
 };
 
 /// Every sample has one label; segments follow one another without gap or overlap.
@@ -44,17 +41,17 @@ struct Segmentation {
 /// thresholds.
 ///
 /// Thresholds from the record, T its dominant period:
-/// - stick: |v|, of displacement and acceleration sensors together (joint_velocity.hpp) up to 6.5 / T, is below 0.02 of
-///   the velocity amplitude that 97 of 100 cycles in motion exceed, or below three times its noise where that is more.
-///   It is so for T / 100, and as long as the passage, longer than passing through zero at that slope takes (T / 13
-///   where v does not change its sign): stops.hpp. None are looked for where three times the noise is more than 0.3 of
-///   that amplitude (where most cycles rest: of the median of the others). The ends of a stop have a standard deviation
-///   of T / 26. Where the base moves and v mostly reaches less than that noise, or a fiftieth of the base's velocity,
-///   the payload is taken to follow its base: all of that is stick.
-/// - shorter stops, by the acceleration, where it is measured, or computed, up to 26 / T (38 Hz where that is above
-///   16 / T): it keeps its sign while the velocity passes zero, and is zero while the payload halts. reversals.hpp
-///   says what is detected. A mount that rings between body and sensors is looked for (mount.hpp); its ringing is taken
-///   off v, and these are not looked for.
+/// - stick: where |v|, of displacement and acceleration sensors together (joint_velocity.hpp) up to 6.5 / T, shows a
+/// halt
+///   (stops.hpp): below 0.04 of the velocity amplitude that 97 of 100 cycles in motion exceed, or below three times its
+///   noise where that is more, it takes longer than passing through zero at that slope does. None are looked for where
+///   three times the noise is more than 0.3 of that amplitude (where most cycles rest: of the median of the others).
+///   The ends of a stop have a standard deviation of T / 26. Where the base moves and v mostly reaches less than that
+///   noise, or a fiftieth of the base's velocity, the payload is taken to follow its base: all of that is stick.
+/// - or the acceleration does, where it is measured, or computed, up to 26 / T (38 Hz where that is above 16 / T): it
+///   keeps its sign while the velocity passes zero, and is zero while the payload halts (reversals.hpp). A mount that
+///   rings between body and sensors is looked for (mount.hpp); its ringing is taken off v, and this is not looked at.
+/// - halts come in rows (halt_rows.hpp): a weak one beside clear ones is believed, one alone must be clear.
 /// - what moves for less than a cycle between two stops is part of them: a payload that halts does so twice a cycle.
 ///
 /// Low and high are the lower and upper branch of a resonance: branches.hpp. Without a base or a force there is no

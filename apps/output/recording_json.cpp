@@ -70,8 +70,6 @@ Json segmentation_json(const dsp::Segmentation& segmentation) {
     put(result, key, found ? value : std::nan(""), found ? reason : "regimes come from a file");
   };
   threshold("stick_speed_m_per_s", options.stick_speed_m_per_s);
-  threshold("stick_duration_s", options.stick_duration_s);
-  threshold("stick_halt_s", options.stick_halt_s);
   threshold("high_amplitude_m", options.high_amplitude_m > 0.0 ? options.high_amplitude_m : std::nan(""),
             "not given: branches are seen in the phase");
   result["remarks"] = segmentation.remarks;

@@ -17,9 +17,7 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr std::size_t transient_cycles = 10;       // in which a response has settled
-constexpr double first_switch_probability = 1e-3;  // where expectation maximisation starts
-constexpr int most_passes = 30;
+constexpr std::size_t transient_cycles = 10;  // in which a response has settled
 
 /// Half cycles that tell a branch.
 struct Observations {
@@ -73,27 +71,18 @@ StateSequence states_of(const Observations& seen, const VectorXd& weights, doubl
   return most_probable_states(log_likelihoods, seen.begins_anew, switch_probability);
 }
 
-/// Probability of a switch that was seen so often; none leaves what one more observation could show.
-double switch_probability_of(const StateSequence& states) {
-  return (states.expected_switches + 0.5) / (static_cast<double>(states.states.size()) + 1.0);
-}
-
 /// Expectation maximisation of concentration and switch probability.
 StateSequence fitted_states(const Observations& seen) {
   const auto count = static_cast<double>(seen.size());
-  double concentration = 1.0, switch_probability = first_switch_probability;
-  StateSequence states;
-  for (int pass = 0; pass < most_passes; ++pass) {
-    states = states_of(seen, evidence(seen, concentration), switch_probability);
+  double concentration = 1.0;
+  return settled_states([&](double switch_probability) {
+    const StateSequence states = states_of(seen, evidence(seen, concentration), switch_probability);
     double mean = 0.0;
     for (std::size_t k = 0; k < seen.size(); ++k)
       mean += (2.0 * states.probability(static_cast<Index>(k)) - 1.0) * seen.halves[k]->cosine / count;
-    const double before = concentration;
     concentration = std::max(concentration_of(mean), 1.0 / count);
-    switch_probability = switch_probability_of(states);
-    if (std::abs(concentration - before) < 1e-6 * concentration) break;
-  }
-  return states;
+    return states;
+  });
 }
 
 /// Whether the drive is the same in two half cycles: its cycle to a sample, its level to what that and noise do to it.
@@ -285,8 +274,8 @@ Branches branches_by_amplitude(std::span<const HalfCycle> half_cycles, double hi
   const Index steps = std::max<Index>(1, level.size() - 1);
   const double spread = (level.tail(level.size() - 1) - level.head(level.size() - 1)).norm() / std::sqrt(steps);
   const VectorXd weights = level / std::max(spread, 1e-9);
-  StateSequence states = states_of(seen, weights, first_switch_probability);
-  states = states_of(seen, weights, switch_probability_of(states));
+  const StateSequence states =
+      settled_states([&](double switch_probability) { return states_of(seen, weights, switch_probability); });
   return {intervals_of(seen, level, states, sample_rate_hz), fmt::format("high is above {:.3g}", high_amplitude)};
 }
 

@@ -15,7 +15,7 @@ using Eigen::VectorXd;
 // In waves of the cut-off frequency.
 constexpr double waves_before = 1.75, waves_after = 2.35, farthest_wave = 0.75;
 constexpr std::ptrdiff_t steps_per_wave = 32, num_steps = 2 * 24 + 1;
-constexpr std::array halts{0.0, HaltFit::shortest_halt_waves, 0.12, 0.18, 0.25, 0.35, 0.45, 0.6, 0.75, 0.9, 1.05, 1.2};
+constexpr std::array halts{0.0, 0.06, 0.12, 0.18, 0.25, 0.35, 0.45, 0.6, 0.75, 0.9, 1.05, 1.2};
 
 // Columns: 1, t, t^2 but for the halt, and 1 from its end on. Times in samples from the reversal.
 MatrixXd course(const ShortLowPass& low_pass, Index before, Index after, double wave, double reversal, double halt) {

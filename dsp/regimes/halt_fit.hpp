@@ -12,7 +12,6 @@ namespace dsp {
 /// grids of bases made once.
 class HaltFit {
  public:
-  static constexpr double shortest_halt_waves = 0.06;  ///< waves of the cut-off
   HaltFit(const ShortLowPass& low_pass, double cutoff_cycles_per_sample);
   [[nodiscard]] Eigen::Index before() const { return before_; }  ///< samples it needs before a reversal
   [[nodiscard]] Eigen::Index after() const { return after_; }

@@ -43,9 +43,8 @@ CycleAmplitudes velocity_amplitudes(const RegimeSigns& signs) {
 
 void choose_stick(const RegimeSigns& signs, Segmentation& result) {
   SegmentOptions& options = result.options;
-  if (options.stick_duration_s == 0.0) options.stick_duration_s = signs.period_s / 100.0;
   if (options.stick_speed_m_per_s > 0.0) return;
-  constexpr double fraction = 0.02, noise_stds = 3.0, largest_fraction = 0.3;
+  constexpr double fraction = 0.04, noise_stds = 3.0, largest_fraction = 0.3;
   const CycleAmplitudes amplitudes = velocity_amplitudes(signs);
   const double by_motion = fraction * amplitudes.small, by_base = 0.02 * signs.base_speed_m_per_s,
                by_noise = noise_stds * signs.speed_noise_m_per_s;
@@ -59,23 +58,19 @@ void choose_stick(const RegimeSigns& signs, Segmentation& result) {
   }
   const double floor = rests ? std::max(by_noise, by_base) : by_noise;
   options.stick_speed_m_per_s = std::max(by_motion, floor);
-  if (options.stick_halt_s == 0.0 && signs.halts_below_hz > 0.0)
-    options.stick_halt_s = 0.9 * shortest_halt_s(signs.halts_below_hz);  // all that are detected, whatever the rounding
   result.remarks.push_back(fmt::format(
-      "a stop is slower than {:.2g} m/s for {:.2g} s longer than a reversal: {}, 1 % of the period of {:.2g} s",
-      options.stick_speed_m_per_s, options.stick_duration_s,
+      "a stop is what the speed below {:.2g} m/s shows to last longer than passing through zero does: {}",
+      options.stick_speed_m_per_s,
       floor <= by_motion ? fmt::format("{:g} % of the smaller velocity amplitudes", 100.0 * fraction)
       : floor > by_noise ? std::string("2 % of the base's velocity, since the payload hardly moves against it")
-                         : fmt::format("{:g} times the noise of v", noise_stds),
-      signs.period_s));
+                         : fmt::format("{:g} times the noise of v", noise_stds)));
   if (!signs.mount.is_rigid())
     result.remarks.push_back(fmt::format(
         "the sensors' mount rings at {:.3g} Hz (damping {:.2g}): its ringing is subtracted before stops are looked for",
         signs.mount.frequency_hz, signs.mount.damping));
   if (!signs.reversals.empty())
     result.remarks.push_back(
-        fmt::format("a reversal is a stop where the acceleration below {:.3g} Hz fits a halt of {:.2g} s and more",
-                    signs.halts_below_hz, options.stick_halt_s));
+        fmt::format("a reversal is a stop where the acceleration below {:.3g} Hz shows a halt", signs.halts_below_hz));
 }
 
 }  // namespace dsp

@@ -6,6 +6,7 @@
 #include "dsp/filter/short_low_pass.hpp"
 #include "dsp/order_statistics.hpp"
 #include "dsp/regimes/halt_fit.hpp"
+#include "dsp/regimes/halt_rows.hpp"
 
 namespace dsp {
 namespace {
@@ -16,6 +17,7 @@ using Eigen::VectorXd;
 constexpr double least_waves_per_period = 12.0;  // else a half wave of the motion is too short for the fit
 constexpr double worth_looking = 0.92;    // of the acceleration beside it: what a halt of a fiftieth of a wave leaves
 constexpr double std_of_normal = 1.4826;  // in median absolute deviations
+constexpr double at_rest = 0.05, middling = 1.1;  // of the largest accelerations, of their median
 
 // Of a reversal: the acceleration about it, low-passed and towards the new sign.
 struct ReversalCourse {
@@ -46,6 +48,8 @@ class Look {
 
   /// Of what a halt that is none explains by noise of this rms; behind the low-pass two samples a wave are independent.
   [[nodiscard]] double gain_std(double noise) const { return noise * std::sqrt(wave_ / 2.0); }
+  /// Of a halt of a wave between such accelerations.
+  [[nodiscard]] double most_gain(double beside) const { return beside * std::sqrt(wave_); }
   [[nodiscard]] HaltFit::Result fit(Index reversal) const { return fit_(about(reversal, fit_.before(), fit_.after())); }
 
  private:
@@ -67,88 +71,24 @@ double level(const std::vector<ReversalCourse>& courses, double fraction) {
   return quantile(std::move(levels), fraction);
 }
 
-struct Plain {
-  double noise = 0.0;          ///< rms of what the fit leaves
-  double level = 0.0;          ///< accelerations up to which friction counts for most
-  double gain = INFINITY;      ///< more than a halt that is none gains by chance
-  double row_gain = INFINITY;  ///< and more than the median of a row of them
+/// What a halt that is none seems to gain at the record's reversals: the median, and by how much they differ.
+struct ChanceGain {
+  double usual = 0.0, std = INFINITY;
 };
 
-// A halt begins where the pull falls to static friction: at the record's smaller accelerations. In larger ones other
-// forces bend the course more than the fit can follow.
-Plain plain_reversals(const std::vector<ReversalCourse>& courses, const Look& look) {
-  const double clear = 0.05 * level(courses, 0.95);  // less is what is left of rest
-  std::vector<ReversalCourse> moving = courses;
-  std::erase_if(moving, [clear](const ReversalCourse& reversal) { return reversal.beside <= clear; });
-  Plain plain{.level = 1.1 * level(moving, 0.5)};
-  std::vector<Index> indices;
-  for (const ReversalCourse& reversal : moving)
-    if (reversal.beside <= plain.level) indices.push_back(reversal.at);
+ChanceGain chance_gain(const std::vector<Index>& indices, const Look& look) {
   constexpr std::size_t fewest = 10, most = 256;
-  if (indices.size() < fewest) return plain;
+  if (indices.size() < fewest) return {};
   std::vector<double> gains, rests;
   for (const Index index : drawn_evenly(indices, most)) {
     const HaltFit::Result fitted = look.fit(index);
     gains.push_back(fitted.gain);
     rests.push_back(fitted.rms);
   }
-  const double usual = quantile(gains, 0.5), noise = quantile(std::move(rests), 0.5);
+  const double usual = quantile(gains, 0.5);
   for (double& gain : gains) gain = std::abs(gain - usual);
-  constexpr double stds = 4.0, row_stds = 3.0;
-  plain.noise = noise;
-  const double gain_std = std::max(std_of_normal * quantile(std::move(gains), 0.5), look.gain_std(noise));
-  plain.gain = usual + stds * gain_std;
-  plain.row_gain = usual + row_stds * gain_std;
-  return plain;
-}
-
-// What the fit says of one reversal; zero where it was not asked.
-struct Fitted {
-  double halt_s = 0.0, gain = 0.0;
-  bool asked = false;
-};
-
-// Where halts that are not clear each for itself come in rows: the median gain of seven to eleven such reversals,
-// within three periods to either side, is more than chance; and from there on as long as at least every other reversal
-// gains clearly, five at most.
-std::vector<bool> in_rows(const std::vector<Reversal>& all, const std::vector<Fitted>& fitted, const Plain& plain,
-                          Index reach) {
-  const std::ptrdiff_t n = std::ssize(all), beside = 5;
-  const auto at = [](auto& items, std::ptrdiff_t i) -> auto& {
-    return items[static_cast<std::size_t>(i)];
-  };
-  const auto gains = [&](std::ptrdiff_t i) { return i >= 0 && i < n && at(fitted, i).gain >= 2.0 * plain.noise; };
-  std::vector<bool> row(all.size(), false);
-  for (std::ptrdiff_t k = 0; k < n; ++k) {
-    std::vector<double> about;
-    for (std::ptrdiff_t i = std::max<std::ptrdiff_t>(0, k - beside); i <= std::min(k + beside, n - 1); ++i)
-      if (at(fitted, i).asked && at(fitted, i).gain < plain.gain &&
-          2 * std::abs(at(all, i).at - at(all, k).at) <= 3 * reach)
-        about.push_back(at(fitted, i).gain);
-    if (about.size() < 7 || quantile(std::move(about), 0.5) < plain.row_gain) continue;
-    for (const std::ptrdiff_t step : {-1, 1})
-      for (std::ptrdiff_t i = k; std::abs(i - k) <= beside && (gains(i) || gains(i + step)); i += step)
-        if (i >= 0 && i < n) row[static_cast<std::size_t>(i)] = true;
-  }
-  return row;
-}
-
-// Halts come in rows, or where a standstill begins or ends; chance does not. `reach`: two periods.
-void believe(std::vector<Reversal>& all, const std::vector<Fitted>& fitted, const Plain& plain, Index reach) {
-  const std::vector<bool> row = in_rows(all, fitted, plain, reach);
-  const auto halts = [&](std::size_t k) { return all[k].halt_s > 0.0 || fitted[k].gain >= plain.gain || row[k]; };
-  std::vector<std::size_t> believed;
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    if (fitted[k].halt_s == 0.0) continue;
-    bool is = fitted[k].gain >= 2.0 * plain.gain;
-    if (!is && fitted[k].gain >= plain.gain) {
-      for (std::size_t i = k; i > 0 && all[k].at - all[i - 1].at <= reach; --i) is |= halts(i - 1);
-      for (std::size_t i = k + 1; i < all.size() && all[i].at - all[k].at <= reach; ++i) is |= halts(i);
-    }
-    is |= row[k] && fitted[k].gain >= 1.5 * plain.noise;
-    if (is) believed.push_back(k);
-  }
-  for (const std::size_t k : believed) all[k].halt_s = fitted[k].halt_s;
+  return {usual,
+          std::max(std_of_normal * quantile(std::move(gains), 0.5), look.gain_std(quantile(std::move(rests), 0.5)))};
 }
 
 }  // namespace
@@ -182,10 +122,6 @@ std::vector<Index> sign_changes(const VectorXd& v, Index samples_per_period) {
   return reversal_indices;
 }
 
-double shortest_halt_s(double cutoff_hz) {
-  return HaltFit::shortest_halt_waves / cutoff_hz;
-}
-
 std::vector<Reversal> reversals(const std::vector<Index>& reversal_indices, const VectorXd& v, const VectorXd& a,
                                 const ReversalOptions& options) {
   const double rate_hz = options.sample_rate_hz, cutoff_hz = options.cutoff_hz;
@@ -196,21 +132,24 @@ std::vector<Reversal> reversals(const std::vector<Index>& reversal_indices, cons
   std::vector<ReversalCourse> seen;
   for (const Index reversal : reversal_indices)
     if (reversal >= look.from_end() && reversal + look.from_end() < v.size()) seen.push_back(look.at(reversal));
-  std::erase_if(
-      seen, [clear = 0.01 * level(seen, 0.95)](const ReversalCourse& reversal) { return reversal.beside <= clear; });
-  const Plain plain = plain_reversals(seen, look);
-  std::erase_if(seen, [&](const ReversalCourse& reversal) { return reversal.beside <= 4.0 * plain.noise; });
+  // A halt begins where the pull falls to static friction: at the record's smaller accelerations. In larger ones other
+  // forces bend the course more than the fit can follow; the smallest are what is left of rest.
+  std::erase_if(seen, [clear = at_rest * level(seen, 0.95)](const ReversalCourse& one) { return one.beside <= clear; });
+  std::erase_if(seen, [large = middling * level(seen, 0.5)](const ReversalCourse& one) { return one.beside > large; });
+  std::vector<Index> indices;
+  for (const ReversalCourse& reversal : seen) indices.push_back(reversal.at);
+  const ChanceGain chance = chance_gain(indices, look);
+  if (!std::isfinite(chance.std)) return {};
 
   std::vector<Reversal> result;
-  std::vector<Fitted> fitted;
   for (const ReversalCourse& reversal : seen) {
-    result.push_back({.at = reversal.at});
-    fitted.push_back({.asked = reversal.beside <= plain.level});
-    if (!fitted.back().asked || reversal.least >= worth_looking * reversal.beside) continue;  // it gains zero
-    const HaltFit::Result fit = look.fit(reversal.at);
-    fitted.back().halt_s = fit.halt_samples / rate_hz, fitted.back().gain = fit.gain;
+    HaltFit::Result fit;  // it gains zero where it does not dip
+    if (reversal.least < worth_looking * reversal.beside) fit = look.fit(reversal.at);
+    const double std = std::max(chance.std, look.gain_std(fit.rms));
+    result.push_back({.at = reversal.at,
+                      .halt_s = fit.halt_samples / rate_hz,
+                      .log_ratio = log_ratio_of_halt(fit.gain - chance.usual, std, look.most_gain(reversal.beside))});
   }
-  believe(result, fitted, plain, 2 * options.samples_per_period);
   return result;
 }
 

@@ -15,7 +15,8 @@ namespace dsp {
 /// A velocity reversal.
 struct Reversal {
   Eigen::Index at = 0;
-  double halt_s = 0.0;  ///< how long the motion halts there, at least; 0: no halt is detected
+  double halt_s = 0.0;     ///< how long the motion halts there, if it does
+  double log_ratio = 0.0;  ///< logarithm of how much more probable a halt makes the acceleration; 0: it says nothing
 };
 
 struct ReversalOptions {
@@ -26,20 +27,15 @@ struct ReversalOptions {
 
 /// Looks at the acceleration a about each reversal, low-passed at cutoff_hz. Dry friction makes it leap there; if the
 /// payload halts, it is zero in between. Halts of up to a wave of the band are fitted (halt_fit.hpp), at the record's
-/// smaller accelerations, and believed where they explain more than chance: four standard deviations above what they
-/// seem to explain at those reversals, and, unless it is twice that, where another halt lies within two periods; or in
-/// rows, where the median of up to eleven explains three. The standard deviation is that of these reversals, and at
-/// least that by noise. Longer ones are seen in the velocity: stops.hpp. From accelerometers at an intermediate rate of
-/// 256 Hz halts of 1 to 2 ms are detected, at thirtyfold noise rows of some 3 ms. Where friction rises steadily towards
-/// zero speed (Stribeck) every reversal dips, and only standing still is detected.
+/// smaller accelerations; how much more probable a halt is follows from what the fit gains, beside what it usually
+/// gains, by how much these gains differ and what it leaves there. Which are believed say their neighbours:
+/// halt_rows.hpp. Longer ones are seen in the velocity: stops.hpp. Where friction rises steadily towards zero speed
+/// (Stribeck) every reversal dips, and only standing still is detected.
 ///
-/// Left out are reversals whose acceleration stays below four times its noise or a hundredth of the record's. None are
-/// found where cutoff_hz is less than twelve oscillations a period or does not fit sample_rate_hz.
+/// Left out are reversals of larger accelerations, and of a twentieth of the largest or less. None are found where
+/// cutoff_hz is less than twelve oscillations a period or does not fit sample_rate_hz, or of fewer than ten reversals.
 [[nodiscard]] std::vector<Reversal> reversals(const std::vector<Eigen::Index>& reversal_indices,
                                               const Eigen::VectorXd& v, const Eigen::VectorXd& a,
                                               const ReversalOptions& options);
-
-/// The shortest halt that is looked for.
-[[nodiscard]] double shortest_halt_s(double cutoff_hz);
 
 }  // namespace dsp

@@ -5,6 +5,8 @@
 #include <numbers>
 #include <optional>
 
+#include "dsp/regimes/halt_rows.hpp"
+
 namespace dsp {
 namespace {
 
@@ -65,19 +67,73 @@ std::optional<Stand> stand(const RegimeSigns& signs, Index first, Index last, do
   if (first == 0) before = after;
   if (last == signs.num_samples()) after = before;
   found.from += before, found.to -= after;
-  found.std = std::hypot(before, after) * signs.speed_noise_m_per_s / slow;
+  constexpr double rounding = 1.0 / 12.0;  // variance of what is told to a sample
+  found.std = std::max(std::sqrt(rounding), std::hypot(before, after) * signs.speed_noise_m_per_s / slow);
   return found;
 }
 
-/// It comes from where it goes to: for less than half a wave of the low-pass it may as well have touched zero.
+/// It comes from where it goes to: for less than a wave of the low-pass it may as well have touched zero, or have been
+/// beyond it for the half wave that is the shortest that passes.
 bool touches(const RegimeSigns& signs, Index first, Index last, double stood) {
   const VectorXd& v = signs.velocity_m_per_s;
   return first > 0 && last < v.size() && (v(first - 1) > 0.0) == (v(last) > 0.0) &&
-         2.0 * signs.speed_cutoff_hz * stood < signs.sample_rate_hz;
+         signs.speed_cutoff_hz * stood < signs.sample_rate_hz;
 }
 
 bool is_blurred(const RegimeSigns& signs) {
   return signs.speed_cutoff_hz < 0.5 * signs.sample_rate_hz;
+}
+
+/// Where the motion may halt, samples [first, last), and the logarithm of how much more probable a halt makes its
+/// signs.
+struct Passage {
+  Index first = 0, last = 0;
+  double log_ratio = 0.0;
+};
+
+/// By the speed, of each run [first, last) below twice the threshold.
+std::optional<Passage> passage(const RegimeSigns& signs, const SegmentOptions& options, Index first, Index last) {
+  constexpr double late_periods = 0.15;
+  const double rate_hz = signs.sample_rate_hz, slow = options.stick_speed_m_per_s;
+  const auto found = stand(signs, first, last, slow);
+  if (!found || touches(signs, first, last, found->to - found->from)) return {};
+  const double stood = found->to - found->early - found->from,
+               shortest = std::max(1.0, options.stick_duration_s * rate_hz);
+  const double late = is_blurred(signs) ? late_periods / signs.speed_cutoff_hz * rate_hz : 0.0;
+  const double to = std::max(found->from, found->to - found->early);
+  Passage result{std::max<Index>(0, static_cast<Index>(std::ceil(found->from - late))),
+                 std::min(signs.num_samples(), static_cast<Index>(std::floor(to)) + 1)};
+  result.log_ratio = log_ratio_of_halt(stood < shortest ? 0.0 : stood, found->std, 2.0 * quarter_period(signs));
+  return result;
+}
+
+/// By the speed and by the acceleration at the reversal in it, whichever shows a halt more clearly.
+std::vector<Passage> passages(const RegimeSigns& signs, const SegmentOptions& options) {
+  std::vector<Passage> all;
+  auto reversal = signs.reversals.begin();
+  const auto by_acceleration = [&](const Reversal& one) {
+    const bool counts = one.halt_s > 0.0 && one.halt_s >= options.stick_duration_s;
+    return Passage{one.at, one.at + signs.samples_in(one.halt_s),
+                   counts ? one.log_ratio : std::min(0.0, one.log_ratio)};
+  };
+  const auto up_to = [&](Index end) {
+    for (; reversal != signs.reversals.end() && reversal->at < end; ++reversal)
+      all.push_back(by_acceleration(*reversal));
+  };
+  const Index n = signs.num_samples();
+  for (Index i = 0; i < n; ++i) {
+    const Index first = i;
+    while (i < n && std::abs(signs.velocity_m_per_s(i)) < 2.0 * options.stick_speed_m_per_s) ++i;
+    if (i == first) continue;
+    up_to(first);
+    auto clearest = passage(signs, options, first, i);
+    for (; reversal != signs.reversals.end() && reversal->at <= i; ++reversal)
+      if (const Passage other = by_acceleration(*reversal); !clearest || other.log_ratio > clearest->log_ratio)
+        clearest = other;
+    if (clearest) all.push_back(*clearest);
+  }
+  up_to(n);
+  return all;
 }
 
 }  // namespace
@@ -87,28 +143,15 @@ double stop_std_s(const RegimeSigns& signs) {
 }
 
 std::vector<bool> stick_mask(const RegimeSigns& signs, const SegmentOptions& options) {
-  const Index n = signs.num_samples();
-  std::vector<bool> stuck(static_cast<std::size_t>(n), false);
-  const double shortest = options.stick_duration_s * signs.sample_rate_hz, slow = options.stick_speed_m_per_s;
-  constexpr double stds = 3.0, late_periods = 0.15;
-  const double late = is_blurred(signs) ? late_periods / signs.speed_cutoff_hz * signs.sample_rate_hz : 0.0;
-  const auto stop = [&](double from, double to) {
-    const auto first = static_cast<Index>(std::ceil(from)), last = static_cast<Index>(std::floor(to)) + 1;
-    std::fill(stuck.begin() + std::max<Index>(0, first), stuck.begin() + std::min(n, last), true);
-  };
-  for (Index i = 0; i < n; ++i) {
-    const Index first = i;
-    while (i < n && std::abs(signs.velocity_m_per_s(i)) < 2.0 * slow) ++i;
-    if (i == first) continue;
-    const auto found = stand(signs, first, i, slow);
-    if (!found) continue;
-    const double stood = found->to - found->from;
-    if (stood >= std::max(shortest, stds * found->std) && !touches(signs, first, i, stood))
-      stop(found->from - late, std::max(found->from, found->to - found->early));
+  std::vector<bool> stuck(static_cast<std::size_t>(signs.num_samples()), false);
+  const std::vector<Passage> all = passages(signs, options);
+  VectorXd log_ratios(static_cast<Index>(all.size()));
+  for (Index k = 0; k < log_ratios.size(); ++k) log_ratios(k) = all[static_cast<std::size_t>(k)].log_ratio;
+  const VectorXd halts = halt_probabilities(log_ratios);
+  for (Index k = 0; k < halts.size(); ++k) {
+    const Passage& one = all[static_cast<std::size_t>(k)];
+    if (halts(k) > 0.5) std::fill(stuck.begin() + one.first, stuck.begin() + one.last, true);
   }
-  for (const Reversal& reversal : signs.reversals)
-    if (options.stick_halt_s > 0.0 && reversal.halt_s >= options.stick_halt_s)
-      stop(static_cast<double>(reversal.at), static_cast<double>(reversal.at + signs.samples_in(reversal.halt_s) - 1));
   return stuck;
 }
 

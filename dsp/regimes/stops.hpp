@@ -7,9 +7,10 @@ namespace dsp {
 
 /// Where the motion stops: in every run below twice options.stick_speed_m_per_s that gets below it, the speed is taken
 /// on to zero as it falls and rises between the two. From zero to zero is how long it stands still; what passes
-/// straight through zero takes no time. A stop is that for options.stick_duration_s and three standard deviations by
-/// noise, unless it goes on as it came within half a wave of the low-pass, as what touches zero does; or a reversal
-/// with a halt of options.stick_halt_s or more.
+/// straight through zero takes no time. Held against its noise that says how much more probable a halt is; nothing
+/// where it lasts for less than a sample or options.stick_duration_s, or goes on as it came within a wave of the
+/// low-pass, as what touches zero does. So does the acceleration at a reversal, and the clearer of the two counts.
+/// Which are stops say the probabilities of all in a row (halt_rows.hpp).
 ///
 /// A stop begins sharply, and the low-pass makes a sharp bend of the speed reach zero later by 0.15 periods of its
 /// cut-off, which is taken off; it ends sharply or by degrees, as what pulls comes to exceed friction, and its end is

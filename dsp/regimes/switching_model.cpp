@@ -76,4 +76,20 @@ StateSequence most_probable_states(const Eigen::MatrixX2d& log_likelihoods, cons
   return result;
 }
 
+double probability_of(double times, double trials) {
+  return (times + 0.5) / (trials + 1.0);
+}
+
+StateSequence settled_states(const std::function<StateSequence(double)>& pass) {
+  constexpr int most_passes = 30;
+  constexpr double rare = 1e-3, settled = 1e-6;  // where it starts; relative, far below what moves a state
+  StateSequence states;
+  double probability = rare, before = 0.0;
+  for (int k = 0; k < most_passes && std::abs(probability - before) >= settled * probability; ++k) {
+    states = pass(before = probability);
+    probability = probability_of(states.expected_switches, static_cast<double>(states.states.size()));
+  }
+  return states;
+}
+
 }  // namespace dsp

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <functional>
 #include <vector>
 
 namespace dsp {
@@ -16,5 +17,13 @@ struct StateSequence {
 /// step, and none but an even guess of the state where an observation `begins_anew`. [Rab89]
 [[nodiscard]] StateSequence most_probable_states(const Eigen::MatrixX2d& log_likelihoods,
                                                  const std::vector<bool>& begins_anew, double switch_probability);
+
+/// Probability of what was seen so often in so many trials, which may be expectations; of what was never seen, what one
+/// trial more could show: the mean under Jeffreys' prior.
+[[nodiscard]] double probability_of(double times, double trials);
+
+/// Expectation maximisation of the probability of a switch, until it settles. `pass` gives the states under one, and
+/// may estimate more from them for its next call.
+[[nodiscard]] StateSequence settled_states(const std::function<StateSequence(double switch_probability)>& pass);
 
 }  // namespace dsp

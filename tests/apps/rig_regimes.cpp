@@ -313,13 +313,13 @@ TEST_CASE("regimes of the whole test, both twins, six seeds, noise up to thirtyf
       for (const double noise : {1.0, 3.0, 10.0, 30.0}) {
         const Score s = score({"", sim::qzs_twin(twin), sim::stepped_sine_down(), {.noise = noise, .seed = seed}});
         print(twin + (" seed " + std::to_string(seed)) + " x" + std::to_string(static_cast<int>(noise)), s);
-        const bool rigid = twin == std::string("T0");
-        CHECK(s.accuracy >= (rigid ? 0.9999 : 0.998));
-        // On T1 stops come one in two cycles for 40 s; from tenfold noise on one of 12 ms may be missed, and 2 s with
-        // it.
-        CHECK(s.stick_recall >= (rigid || noise <= 3.0 ? 0.99 : 0.95));
-        CHECK(s.stick_precision >= (rigid ? 0.999 : 0.99));
-        CHECK(s.boundary_cycles <= 0.1);
+        // At thirtyfold noise a reversal that comes near to a halt may be taken for one, and what moves beside it for
+        // less than a cycle with it: half a cycle on T0, two on T1, where stops come one in two cycles.
+        const bool clear = noise <= 10.0, rigid = twin == std::string("T0");
+        CHECK(s.accuracy >= (rigid && clear ? 0.9999 : 0.998));
+        CHECK(s.stick_recall >= 0.99);
+        CHECK(s.stick_precision >= (rigid ? (clear ? 0.999 : 0.99) : clear ? 0.99 : 0.95));
+        CHECK(s.boundary_cycles <= (clear ? 0.1 : rigid ? 0.5 : 2.5));
       }
 }
 
@@ -346,7 +346,8 @@ TEST_CASE("halts of a few milliseconds, left in, spoil the equation", "[.][study
                   static_cast<int>(result.rows.train.size()), fit.train_centred.value, fit.free_run.nmse);
       return std::pair(fit.train_centred.value, fit.free_run.nmse);
     };
-    const auto without = identified({}, "as found"), with = identified({.stick_halt_s = 1000.0}, "short halts left in");
+    const auto without = identified({}, "as found"),
+               with = identified({.stick_duration_s = 0.02}, "short halts left in");
     CHECK(with.first > 100.0 * without.first);
     CHECK(with.second > 100.0 * without.second);
   }
