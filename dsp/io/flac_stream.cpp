@@ -1,12 +1,10 @@
 #include "dsp/io/flac_stream.hpp"
 
 #include <fmt/format.h>
-#include <openssl/evp.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <new>
 #include <string_view>
 
 #include "dsp/fault.hpp"
@@ -23,31 +21,43 @@ std::uint64_t big_endian(std::string_view bytes) {
 // The remainder of bytes by a polynomial of degree `bits`, highest power first: zero over what ends in its own.
 template <int bits, unsigned polynomial>
 unsigned remainder(std::string_view bytes) {
-  static constexpr auto table = [] {
-    std::array<unsigned, 256> of_byte{};
+  constexpr std::size_t together = 8;  // bytes
+  static constexpr auto table = [] {   // of each byte, with so many of zeros behind it
+    std::array<std::array<std::uint16_t, 256>, together> of_byte{};
     for (unsigned byte = 0; byte < 256; ++byte) {
       unsigned value = byte << (bits - 8);
-      for (int bit = 0; bit < 8; ++bit) value = value << 1 ^ ((value >> (bits - 1) & 1u) != 0 ? polynomial : 0u);
-      of_byte[byte] = value & ((1u << bits) - 1);
+      for (auto& behind : of_byte) {
+        for (int bit = 0; bit < 8; ++bit) value = value << 1 ^ ((value >> (bits - 1) & 1u) != 0 ? polynomial : 0u);
+        behind[byte] = static_cast<std::uint16_t>(value & ((1u << bits) - 1));
+      }
     }
     return of_byte;
   }();
   unsigned value = 0;
-  for (const char byte : bytes)
-    value = (value << 8 ^ table[(value >> (bits - 8) ^ static_cast<unsigned char>(byte)) & 0xffu]) & ((1u << bits) - 1);
+  const auto byte_at = [&](std::size_t i) { return static_cast<unsigned char>(bytes[i]); };
+  for (; bytes.size() >= together; bytes.remove_prefix(together)) {
+    unsigned next = 0;
+    for (std::size_t i = 0; i < together; ++i) {
+      const unsigned carried = i < bits / 8 ? value >> (bits - 8 * (i + 1)) : 0u;
+      next ^= table[together - 1 - i][(carried ^ byte_at(i)) & 0xffu];
+    }
+    value = next;
+  }
+  for (std::size_t i = 0; i < bytes.size(); ++i)
+    value = (value << 8 ^ table[0][(value >> (bits - 8) ^ byte_at(i)) & 0xffu]) & ((1u << bits) - 1);
   return value;
 }
 constexpr auto head_remainder = remainder<8, 0x07>;
-constexpr auto block_remainder = remainder<16, 0x8005>;
-
-struct Block {
-  std::int64_t first = 0, length = 0;  // frames
-};
 
 constexpr std::size_t longest_head = 16;
 
-// The head of a block that begins here (RFC 9639, 9.1), if one does.
-std::optional<Block> block_at(std::string_view bytes, const FlacStream& stream) {
+}  // namespace
+
+unsigned flac_block_remainder(std::string_view block) {
+  return remainder<16, 0x8005>(block);
+}
+
+std::optional<FlacBlock> flac_block_at(std::string_view bytes, const FlacStream& stream) {
   bytes = bytes.substr(0, longest_head);
   const auto byte = [&](std::size_t at) { return at < bytes.size() ? static_cast<unsigned char>(bytes[at]) : 0u; };
   if (bytes.size() < 6 || byte(0) != 0xff || (byte(1) & 0xfe) != 0xf8) return std::nullopt;
@@ -63,7 +73,7 @@ std::optional<Block> block_at(std::string_view bytes, const FlacStream& stream) 
     number &= (0x3f >> more);
     for (; more > 0; --more, ++at) number = number << 6 | (byte(at) & 0x3f);
   }
-  Block block;
+  FlacBlock block;
   block.length = length_code == 1   ? 192
                  : length_code < 6  ? 576 << (length_code - 2)
                  : length_code == 6 ? byte(at) + 1
@@ -75,10 +85,9 @@ std::optional<Block> block_at(std::string_view bytes, const FlacStream& stream) 
   const bool by_frame = (byte(1) & 1) != 0;  // blocks of varying length
   if (!by_frame && stream.block_frames == 0) return std::nullopt;
   block.first = by_frame ? number : number * stream.block_frames;
+  block.head_bytes = at + 1;
   return block;
 }
-
-}  // namespace
 
 FlacStream flac_stream(const InputFile& file) {
   constexpr std::size_t info_at = 8, info_bytes = 34;  // "fLaC" and a block's own head before it
@@ -111,7 +120,7 @@ std::optional<std::int64_t> frames_by_last_block(const InputFile& file, const Fl
   const std::string tail = file.text(file.size() - count, count);
   for (auto at = tail.find('\xff'); at != std::string::npos; at = tail.find('\xff', at + 1)) {
     const auto rest = std::string_view(tail).substr(at);
-    if (const auto block = block_at(rest, stream); block && block_remainder(rest) == 0)
+    if (const auto block = flac_block_at(rest, stream); block && flac_block_remainder(rest) == 0)
       return block->first + block->length;
   }
   return std::nullopt;
@@ -124,12 +133,12 @@ std::optional<MisplacedBlock> misplaced_block(const InputFile& file, const FlacS
   for (std::uint64_t offset = stream.first_block; offset < file.size(); offset += piece_bytes) {
     const std::string piece = file.text(offset, piece_bytes + longest_head);
     for (auto at = piece.find('\xff'); at < piece_bytes; at = piece.find('\xff', at + 1)) {
-      const auto block = block_at(std::string_view(piece).substr(at), stream);
+      const auto block = flac_block_at(std::string_view(piece).substr(at), stream);
       if (!block) continue;
       const std::uint64_t here = offset + at;
       // Not the one due: a block out of place, if one ended here, else other bytes that look like a head.
       if (block->first != due &&
-          (here - previous > piece_bytes || block_remainder(file.text(previous, here - previous)) != 0))
+          (here - previous > piece_bytes || flac_block_remainder(file.text(previous, here - previous)) != 0))
         continue;
       if (block->first != due) return MisplacedBlock{here, block->first, due};
       previous = here;
@@ -152,36 +161,20 @@ void put_samples(const double* samples, std::size_t count, double full_scale, un
 
 }  // namespace
 
-struct FlacDigest::State {
-  std::unique_ptr<EVP_MD_CTX, void (*)(EVP_MD_CTX*)> context{EVP_MD_CTX_new(), EVP_MD_CTX_free};
-  std::size_t sample_bytes = 0;
-  double full_scale = 1.0;
-};
-
-FlacDigest::FlacDigest(int bits) : state_(std::make_unique<State>()) {
-  state_->sample_bytes = static_cast<std::size_t>((bits + 7) / 8);
-  state_->full_scale = std::ldexp(1.0, bits - 1);
-  if (!state_->context || EVP_DigestInit_ex(state_->context.get(), EVP_md5(), nullptr) != 1) throw std::bad_alloc();
-}
-FlacDigest::~FlacDigest() = default;
-FlacDigest::FlacDigest(FlacDigest&&) noexcept = default;
+FlacDigest::FlacDigest(int bits)
+    : digest_(Digest::Method::md5),
+      sample_bytes_(static_cast<std::size_t>((bits + 7) / 8)),
+      full_scale_(std::ldexp(1.0, bits - 1)) {}
 
 void FlacDigest::push(const double* samples, std::size_t count) {
   constexpr std::size_t piece = 4096;  // samples, small enough for the processor's first cache
   constexpr std::array put{put_samples<1>, put_samples<2>, put_samples<3>, put_samples<4>};
   std::array<unsigned char, 4 * piece> bytes;
-  const auto width = state_->sample_bytes;
   for (std::size_t done = 0; done < count; done += piece) {
     const auto now = std::min(piece, count - done);
-    put[width - 1](samples + done, now, state_->full_scale, bytes.data());
-    EVP_DigestUpdate(state_->context.get(), bytes.data(), now * width);
+    put[sample_bytes_ - 1](samples + done, now, full_scale_, bytes.data());
+    push(std::string_view(reinterpret_cast<const char*>(bytes.data()), now * sample_bytes_));
   }
-}
-
-std::string FlacDigest::finish() {
-  std::string md5(16, '\0');
-  EVP_DigestFinal_ex(state_->context.get(), reinterpret_cast<unsigned char*>(md5.data()), nullptr);
-  return md5;
 }
 
 }  // namespace dsp

@@ -1,10 +1,10 @@
 #pragma once
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 
-#include "dsp/decimate.hpp"
+#include "dsp/io/digest.hpp"
 #include "dsp/io/input_file.hpp"
 
 namespace dsp {
@@ -22,6 +22,16 @@ struct FlacStream {
 /// Throws Fault container.damaged (input) where the head is cut.
 [[nodiscard]] FlacStream flac_stream(const InputFile& file);
 
+/// The head of a block (9.1).
+struct FlacBlock {
+  std::int64_t first = 0, length = 0;  ///< frames
+  std::size_t head_bytes = 0;
+};
+/// That of one that begins with these bytes, if one does.
+[[nodiscard]] std::optional<FlacBlock> flac_block_at(std::string_view bytes, const FlacStream& stream);
+/// Zero over a whole block, which ends in its checksum.
+[[nodiscard]] unsigned flac_block_remainder(std::string_view block);
+
 /// How many frames there are by the number of the last block, whole by its checksum. Looked up in the file's last
 /// bytes: a decoder's seek takes as long as decoding half the record. Nothing where the file does not end in a block.
 [[nodiscard]] std::optional<std::int64_t> frames_by_last_block(const InputFile& file, const FlacStream& stream);
@@ -34,20 +44,21 @@ struct MisplacedBlock {
 /// The first of them; nothing where all blocks follow one another.
 [[nodiscard]] std::optional<MisplacedBlock> misplaced_block(const InputFile& file, const FlacStream& stream);
 
-/// MD5 over decoded samples as FLAC defines it, at some 600 MB/s of them.
+/// MD5 over decoded samples as FLAC defines it.
 class FlacDigest {
  public:
   explicit FlacDigest(int bits);
-  ~FlacDigest();
-  FlacDigest(FlacDigest&&) noexcept;
   /// Fractions of full scale, in the order of the file; any number of frames at a time.
   void push(const double* samples, std::size_t count);
+  /// The same as whole numbers, lowest byte first.
+  void push(std::string_view samples) { digest_.push(samples); }
   /// 16 bytes; nothing can be pushed afterwards.
-  [[nodiscard]] std::string finish();
+  [[nodiscard]] std::string finish() { return digest_.finish(); }
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  Digest digest_;
+  std::size_t sample_bytes_;
+  double full_scale_;
 };
 
 }  // namespace dsp

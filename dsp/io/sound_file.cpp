@@ -10,12 +10,14 @@
 #include <cerrno>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <system_error>
 #include <tuple>
 #include <type_traits>
 #include <utility>
 
+#include "dsp/io/flac_decoder.hpp"
 #include "dsp/io/flac_stream.hpp"
 #include "dsp/io/pcm_samples.hpp"
 #include "dsp/io/sound_bytes.hpp"
@@ -91,6 +93,9 @@ class SoundFile : public SampleSource {
       count_frames(streamed);
     else
       try_last_frame();
+    if (streamed || salvage_ || !FlacDecoder::takes(*flac_)) return;
+    decoder_.emplace(bytes_->file(), *flac_, std::ssize(info_.columns));
+    pcm_.emplace(flac_->bits / 8, std::ssize(info_.columns));
   }
 
   Eigen::Index read(FrameBlock& block, Eigen::Index max_frames) override {
@@ -101,7 +106,7 @@ class SoundFile : public SampleSource {
     // A cut FLAC ends in an error; when it is salvaged, that is behind the last frame counted.
     const bool goes_on = salvage_ && (got > 0 || num_read_ == info_.num_frames);
     if (sf_error(handle_.get()) != SF_ERR_NO_ERROR && !goes_on) damaged(sf_strerror(handle_.get()));
-    digest_frames(block.data(), got);
+    if (!pcm_) digest_frames(block.data(), got);
     if (max_frames > 0 && (got == 0 || (got < max_frames && num_read_ < info_.num_frames))) finish();
     if (got < max_frames) block.conservativeResize(got, Eigen::NoChange);
     return got;
@@ -127,7 +132,7 @@ class SoundFile : public SampleSource {
   // The next frames into `block`, as many as it has rows. Of a FLAC that is salvaged as they were counted: where blocks
   // are missing, how many zeros the decoder puts in their place depends on how many frames it is asked for.
   Eigen::Index decode(FrameBlock& block) {
-    if (pcm_) return decode_pcm(block);
+    if (pcm_) return flac_ ? decode_flac(block) : decode_pcm(block);
     if (!flac_ || !salvage_)
       return static_cast<Eigen::Index>(sf_readf_double(handle_.get(), block.data(), block.rows()));
     Eigen::Index got = 0;
@@ -164,6 +169,43 @@ class SoundFile : public SampleSource {
       if (got < count) break;
     }
     return done;
+  }
+
+  // Where our decoder stops before the end the library's goes on, which says what is wrong with the file.
+  Eigen::Index decode_flac(FrameBlock& block) {
+    Eigen::Index done = 0;
+    while (done < block.rows() && num_read_ + done < info_.num_frames) {
+      std::string_view bytes;
+      if (decoder_) bytes = decoder_->next(block.rows() - done);
+      if (bytes.empty() && std::exchange(decoder_, std::nullopt)) {
+        open();
+        for (Eigen::Index again = num_read_ + done; again > 0;) {
+          const auto got = frames_of_library(again);
+          if (got.empty()) break;
+          again -= std::ssize(got) / pcm_->frame_bytes();
+        }
+      }
+      if (bytes.empty()) bytes = frames_of_library(block.rows() - done);
+      if (bytes.empty()) break;
+      if (digest_) digest_->push(bytes);
+      const Eigen::Index count = std::ssize(bytes) / pcm_->frame_bytes();
+      pcm_->decode(bytes.data(), count, block.data() + done * block.cols());
+      done += count;
+    }
+    return done;
+  }
+
+  // As FlacDecoder gives them.
+  std::string_view frames_of_library(Eigen::Index most) {
+    std::vector<int> samples(info_.columns.size() *
+                             static_cast<std::size_t>(std::min<Eigen::Index>(most, frames_at_a_time)));
+    const auto channels = std::ssize(info_.columns);
+    const auto got = sf_readf_int(handle_.get(), samples.data(), std::ssize(samples) / channels) * channels;
+    const int bits = flac_->bits;
+    packed_.clear();
+    for (const int sample : std::span(samples).first(static_cast<std::size_t>(got)))
+      for (int bit = 32 - bits; bit < 32; bit += 8) packed_.push_back(static_cast<char>(sample >> bit));
+    return {packed_.data(), packed_.size()};
   }
 
   [[noreturn]] void damaged(std::string_view why) const {
@@ -308,7 +350,7 @@ class SoundFile : public SampleSource {
                                                name(), info_.num_frames)));
   }
 
-  static constexpr int frames_at_a_time = 4096;  // of a FLAC, when they are counted
+  static constexpr int frames_at_a_time = 4096;  // of a FLAC that the library decodes
 
   SoundHeader header_;
   bool salvage_;
@@ -317,8 +359,9 @@ class SoundFile : public SampleSource {
   std::unique_ptr<SoundBytes> bytes_;
   SoundHandle handle_;  // after bytes_: closed before them
   std::int64_t num_read_ = 0;
-  std::optional<PcmDecoder> pcm_;  // of what is read without the library
-  std::vector<char> packed_;       // such frames, as the file holds them
+  std::optional<FlacDecoder> decoder_;
+  std::optional<PcmDecoder> pcm_;  // of whole numbers that the library does not make fractions
+  std::vector<char> packed_;       // such frames, lowest byte first
   FrameBlock held_;                // decoded, and read up to next_held_
   Eigen::Index next_held_ = 0;
 };
