@@ -10,7 +10,7 @@
 namespace dsp {
 
 /// Samples of a FLAC from its first block on, as the file's MD5 is taken of them, which is how a WAV file holds them.
-/// (RFC 9639, 9 and 10.) Does a half of libsndfile's work; what is out of the ordinary is left to that.
+/// (RFC 9639, 9 and 10.) Takes two thirds of libsndfile's time; what is out of the ordinary is left to that.
 class FlacDecoder {
  public:
   /// Files of this kind: samples of 2 or 3 bytes, with all that the head can say of blocks.
