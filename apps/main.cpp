@@ -1,4 +1,6 @@
-#ifdef __GLIBC__
+#include <cstdlib>
+
+#ifdef __GLIBC__  // which a header of the library says
 #include <malloc.h>
 #endif
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <functional>
 #include <sstream>
+#include <string_view>
 
 #include "apps/cli/command.hpp"
 #include "apps/cli/command_page.hpp"
@@ -25,19 +26,67 @@ void refuse_unused(const CLI::App& app, const Command& command) {
                                    option.advice));
 }
 
-/// Reads the command line; false where the help or the version was asked for, and printed.
-bool parse(CLI::App& app, int argc, const char* const* argv, Console& console) {
-  try {
-    app.parse(argc, argv);
-    return true;
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() != 0) throw dsp::Fault(dsp::FaultKind::usage, "usage", usage_message(app, error));
-    std::ostringstream text;  // --help, --version
-    app.exit(error, text);
-    console.result(text.str());
-    return false;
+/// The commands of the program. What options one has is told to the parser only where the command line names it, or
+/// something that looks at those of all: else describing them is half of a short command's work.
+class Parser {
+ public:
+  Parser(CLI::App& app, GlobalOptions& global) : app_(app), global_(global), all_(commands()), bodies_(all_.size()) {
+    for (const Command& command : all_)
+      added_.push_back(app.add_subcommand(command.name, command.help)->group(command.group));
+    const std::vector<std::string>& words = global.command_line;
+    const auto is_named = [&](const Command& command) {
+      return std::find(words.begin(), words.end(), command.name) != words.end();
+    };
+    for (std::size_t i = 0; i < all_.size(); ++i)
+      if (is_named(all_[i])) describe(i);
+    const auto looks_at_all = [](const Command& command) {
+      return command.group == std::string_view(help_group) || command.group[0] == '\0';
+    };
+    if (std::any_of(all_.begin(), all_.end(), [&](const Command& one) { return is_named(one) && looks_at_all(one); }))
+      describe_rest();
   }
-}
+  /// Reads the command line; false where the help or the version was asked for, and printed.
+  bool parse(int argc, const char* const* argv, Console& console) {
+    try {
+      app_.parse(argc, argv);
+      return true;
+    } catch (const CLI::ParseError& error) {
+      if (error.get_exit_code() != 0) {
+        describe_rest();  // which may have what this one lacks
+        throw dsp::Fault(dsp::FaultKind::usage, "usage", usage_message(app_, error));
+      }
+      std::ostringstream text;  // --help, --version
+      app_.exit(error, text);
+      console.result(text.str());
+      return false;
+    }
+  }
+  /// Does what the command does that was named.
+  int run(Console& console) const {
+    for (std::size_t i = 0; i < all_.size(); ++i) {
+      if (!app_.got_subcommand(added_[i])) continue;
+      refuse_unused(app_, all_[i]);
+      return bodies_[i](global_, console);
+    }
+    return 0;
+  }
+
+ private:
+  void describe(std::size_t i) {
+    if (bodies_[i]) return;
+    bodies_[i] = all_[i].describe(*added_[i]);
+    add_global_options(*added_[i], global_, all_[i].unused);
+  }
+  void describe_rest() {
+    for (std::size_t i = 0; i < all_.size(); ++i) describe(i);
+  }
+
+  CLI::App& app_;
+  GlobalOptions& global_;
+  std::vector<Command> all_;
+  std::vector<CLI::App*> added_;
+  std::vector<CommandBody> bodies_;  ///< empty: not described yet
+};
 
 /// Does what the command line says. Until it is read, `console` is one of its own.
 int run(int argc, const char* const* argv, Console& console) {
@@ -50,22 +99,11 @@ int run(int argc, const char* const* argv, Console& console) {
   GlobalOptions global;
   global.command_line.assign(argv + std::min(argc, 1), argv + argc);
   add_global_options(app, global);
-  const std::vector<Command> all = commands();
-  std::vector<CommandBody> bodies;
-  for (const Command& command : all) {
-    CLI::App& added = *app.add_subcommand(command.name, command.help)->group(command.group);
-    bodies.push_back(command.describe(added));
-    add_global_options(added, global, command.unused);
-  }
-  if (!parse(app, argc, argv, console)) return 0;
+  Parser parser(app, global);
+  if (!parser.parse(argc, argv, console)) return 0;
   console =
       Console({.verbosity = global.quiet ? -1 : global.verbosity, .json = global.json, .progress = global.progress});
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (!app.got_subcommand(all[i].name)) continue;
-    refuse_unused(app, all[i]);
-    return bodies[i](global, console);
-  }
-  return 0;
+  return parser.run(console);
 }
 
 }  // namespace

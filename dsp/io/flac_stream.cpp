@@ -1,15 +1,14 @@
 #include "dsp/io/flac_stream.hpp"
 
 #include <fmt/format.h>
-#include <openssl/evp.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <new>
 #include <string_view>
 
 #include "dsp/fault.hpp"
+#include "dsp/io/digest.hpp"
 
 namespace dsp {
 namespace {
@@ -153,7 +152,7 @@ void put_samples(const double* samples, std::size_t count, double full_scale, un
 }  // namespace
 
 struct FlacDigest::State {
-  std::unique_ptr<EVP_MD_CTX, void (*)(EVP_MD_CTX*)> context{EVP_MD_CTX_new(), EVP_MD_CTX_free};
+  Digest md5{Digest::Method::md5};
   std::size_t sample_bytes = 0;
   double full_scale = 1.0;
 };
@@ -161,7 +160,6 @@ struct FlacDigest::State {
 FlacDigest::FlacDigest(int bits) : state_(std::make_unique<State>()) {
   state_->sample_bytes = static_cast<std::size_t>((bits + 7) / 8);
   state_->full_scale = std::ldexp(1.0, bits - 1);
-  if (!state_->context || EVP_DigestInit_ex(state_->context.get(), EVP_md5(), nullptr) != 1) throw std::bad_alloc();
 }
 FlacDigest::~FlacDigest() = default;
 FlacDigest::FlacDigest(FlacDigest&&) noexcept = default;
@@ -174,14 +172,12 @@ void FlacDigest::push(const double* samples, std::size_t count) {
   for (std::size_t done = 0; done < count; done += piece) {
     const auto now = std::min(piece, count - done);
     put[width - 1](samples + done, now, state_->full_scale, bytes.data());
-    EVP_DigestUpdate(state_->context.get(), bytes.data(), now * width);
+    state_->md5.push({reinterpret_cast<const char*>(bytes.data()), now * width});
   }
 }
 
 std::string FlacDigest::finish() {
-  std::string md5(16, '\0');
-  EVP_DigestFinal_ex(state_->context.get(), reinterpret_cast<unsigned char*>(md5.data()), nullptr);
-  return md5;
+  return state_->md5.finish();
 }
 
 }  // namespace dsp

@@ -1,31 +1,18 @@
 #include "dsp/io/matio_library.hpp"
 
-#include <dlfcn.h>
-#include <fmt/format.h>
-
-#include "dsp/fault.hpp"
+#include "dsp/io/loaded_library.hpp"
 
 namespace dsp {
 namespace {
 
-[[noreturn]] void refuse() {
-  throw Fault(FaultKind::input, "mat.no_library",
-              fmt::format("MATLAB files are read with matio, which cannot be loaded ({}). Install " ARDENT_MATIO_PACKAGE
-                          ", or save the recording as text (CSV)",
-                          ::dlerror()));
-}
-
-template <typename Function>
-Function function(void* library, const char* name) {
-  const auto found = reinterpret_cast<Function>(::dlsym(library, name));
-  if (found == nullptr) refuse();
-  return found;
-}
-
 MatioLibrary load() {
-  void* library = ::dlopen(ARDENT_MATIO_SONAME, RTLD_NOW | RTLD_LOCAL);
-  if (library == nullptr) refuse();
-#define ARDENT_FUNCTION(name) function<decltype(&::name)>(library, #name)
+  const LoadedLibrary library({.file = ARDENT_MATIO_SONAME,
+                               .package = ARDENT_MATIO_PACKAGE,
+                               .kind = FaultKind::input,
+                               .fault = "mat.no_library",
+                               .use = "MATLAB files are read with matio",
+                               .instead = ", or save the recording as text (CSV)"});
+#define ARDENT_FUNCTION(name) library.function<decltype(&::name)>(#name)
   return {.close = ARDENT_FUNCTION(Mat_Close),
           .log_init = ARDENT_FUNCTION(Mat_LogInitFunc),
           .open = ARDENT_FUNCTION(Mat_Open),

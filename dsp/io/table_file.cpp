@@ -68,6 +68,7 @@ class TableFile : public RowsOnClock {
     for (std::size_t i = 0; i < layout_.moments.size(); ++i)  // beside the clock, no signals
       if (layout_.moments[i]) layout_.partial[i] = static_cast<int>(i) != layout_.time_column;
     clock_column_ = layout_.time_column >= 0 ? layout_.time_column : layout_.clock_like_column;
+    has_moments_ = std::find(layout_.moments.begin(), layout_.moments.end(), true) != layout_.moments.end();
     describe();
     scan(options);
     lines_ = rows();
@@ -115,7 +116,15 @@ class TableFile : public RowsOnClock {
   bool scan_row(std::string_view line, std::string_view& time) {
     int count = 0;
     std::string_view field;
-    for (Fields fields(line, layout_.separator); fields.next(field); ++count)
+    const bool are_plain = clock_column_ < 0 && layout_.separator != ' ' && line.find('"') == line.npos;
+    auto rest = line;
+    for (bool goes_on = are_plain; goes_on; ++count) {  // as Fields does, without looking for quotes
+      const auto end = rest.find(layout_.separator);
+      field = rest.substr(0, end);
+      goes_on = end != rest.npos;
+      if (goes_on) rest.remove_prefix(end + 1);
+    }
+    for (Fields fields(line, layout_.separator); !are_plain && fields.next(field); ++count)
       if (count == clock_column_) time = field;
     if (count == layout_.num_columns + 1 && field.find_first_not_of(" \t") == std::string_view::npos) --count;
     if (count == layout_.num_columns || (layout_.comments_behind && count > layout_.num_columns)) {
@@ -233,6 +242,20 @@ class TableFile : public RowsOnClock {
 
   void finish_reading() override { file_->check_unchanged(); }
 
+  // The first cells as long as they are numbers and nothing else, and removes them from the line. How many they are.
+  int read_plain(std::string_view& line, Eigen::RowVectorXd& row) const {
+    if (layout_.separator == ' ' || layout_.decimal_comma || has_moments_) return 0;
+    int column = 0;
+    for (; column < layout_.num_columns; ++column) {
+      const auto [end, error] = std::from_chars(line.data(), line.data() + line.size(), row[column]);
+      const auto size = static_cast<std::size_t>(end - line.data());
+      if (error != std::errc() || size == line.size() || *end != layout_.separator || !std::isfinite(row[column]))
+        break;
+      line.remove_prefix(size + 1);
+    }
+    return column;
+  }
+
   void read_row(Eigen::RowVectorXd& row) override {
     std::string_view line, field;
     do {
@@ -240,7 +263,7 @@ class TableFile : public RowsOnClock {
         throw Fault(FaultKind::input, "file.changed",
                     fmt::format("{}: became shorter while it was read", file_->name()));
     } while (is_skipped(line));
-    int column = 0;
+    int column = read_plain(line, row);
     for (Fields fields(line, layout_.separator); column < layout_.num_columns && fields.next(field); ++column)
       if (layout_.moments[static_cast<std::size_t>(column)])
         row[column] = std::numeric_limits<double>::quiet_NaN();
@@ -255,6 +278,7 @@ class TableFile : public RowsOnClock {
   int clock_column_ = -1;  // what is or could be the clock
   PrintedDigits printed_;  // of it
   MomentClock moments_;
+  bool has_moments_ = false;  // in any column
   TextLines lines_;
 };
 

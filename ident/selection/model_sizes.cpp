@@ -81,7 +81,8 @@ ModelSizes::ModelSizes(const EvidenceRows& rows, const StateSpace& state, const 
   }
   rss_of_all_ = records.front().rss;
   const VectorXd r = independence.autocorrelation(rows.residual(problems_, all_columns(rows.num_terms())));
-  const Index apart = std::min(independence.first_lag_within_chance(r), quarter_period(rows));
+  Index apart = independence.first_lag_within_chance(r);
+  if (apart > 1) apart = std::min(apart, quarter_period(rows));
   if (records.size() == 1 && independence.fraction_by(r, r) < white_enough) noise_fraction_ = least_fraction(r);
   pairs_ = state.revisits(apart, rows.range.train_samples, rows.range.first_rows);
 }
