@@ -1,6 +1,6 @@
 #include <cstdlib>
 
-#ifdef __GLIBC__  // which a header of the library says
+#ifdef __GLIBC__  // defined by the header above
 #include <malloc.h>
 #endif
 

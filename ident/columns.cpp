@@ -109,7 +109,10 @@ Columns form_columns(const CandidateLibrary& library, const std::string& target,
       const dsp::Signal* held = acts ? nullptr : source.find(term.name);
       result.phi.col(column) =
           held == nullptr ? signal_of(term.name) : prepared.filter.apply(result.switches->acting(finite(held->values)));
-      if (const dsp::Signal* signal = source.find(term.name)) keep_means(result, column, finite(signal->values));
+      if (const dsp::Signal* signal = source.find(term.name)) {
+        const VectorXd values = finite(signal->values);
+        keep_means(result, column, acts ? values : result.switches->acting(values));
+      }
       continue;
     }
     VectorXd values = term.expression.evaluate(source);

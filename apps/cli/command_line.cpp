@@ -26,8 +26,8 @@ void refuse_unused(const CLI::App& app, const Command& command) {
                                    option.advice));
 }
 
-/// The commands of the program. What options one has is told to the parser only where the command line names it, or
-/// something that looks at those of all: else describing them is half of a short command's work.
+/// The commands of the program. Those that the command line names get their options; help, completion and the like need
+/// the options of all. To describe all commands takes half of a short command's time.
 class Parser {
  public:
   Parser(CLI::App& app, GlobalOptions& global) : app_(app), global_(global), all_(commands()), bodies_(all_.size()) {
@@ -52,7 +52,7 @@ class Parser {
       return true;
     } catch (const CLI::ParseError& error) {
       if (error.get_exit_code() != 0) {
-        describe_rest();  // which may have what this one lacks
+        describe_rest();  // for suggestions from other commands
         throw dsp::Fault(dsp::FaultKind::usage, "usage", usage_message(app_, error));
       }
       std::ostringstream text;  // --help, --version

@@ -77,13 +77,13 @@ Digest::~Digest() = default;
 Digest::Digest(Digest&&) noexcept = default;
 
 void Digest::push(std::string_view bytes) {
-  crypto().update(state_->context.get(), bytes.data(), bytes.size());
+  if (crypto().update(state_->context.get(), bytes.data(), bytes.size()) != 1) throw std::bad_alloc();
 }
 
 std::string Digest::finish() {
   std::array<unsigned char, EVP_MAX_MD_SIZE> bytes{};
   unsigned int size = 0;
-  crypto().finish(state_->context.get(), bytes.data(), &size);
+  if (crypto().finish(state_->context.get(), bytes.data(), &size) != 1) throw std::bad_alloc();
   return {bytes.begin(), bytes.begin() + size};
 }
 

@@ -17,9 +17,10 @@ void* LoadedLibrary::find(const char* name) const {
 }
 
 void LoadedLibrary::refuse() const {
+  const char* const reason = ::dlerror();
   throw Fault(wanted_.kind, wanted_.fault,
-              fmt::format("{}, which cannot be loaded ({}). Install {}{}", wanted_.use, ::dlerror(), wanted_.package,
-                          wanted_.instead));
+              fmt::format("{}, which cannot be loaded ({}). Install {}{}", wanted_.use,
+                          reason == nullptr ? "no reason given" : reason, wanted_.package, wanted_.instead));
 }
 
 }  // namespace dsp

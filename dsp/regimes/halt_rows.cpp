@@ -11,7 +11,11 @@ namespace dsp {
 using Eigen::Index;
 using Eigen::VectorXd;
 
+// Of data without noise: odds beyond any prior's.
+constexpr double certain = 1e3;
+
 double log_ratio_of_halt(double sign, double std, double most) {
+  if (!(std > 0.0)) return sign > 0.0 ? certain : -certain;
   const double stds = std::max(0.0, sign / std);
   return 0.5 * stds * stds + std::min(0.0, std::log(std::sqrt(2.0 * std::numbers::pi) * std / most));
 }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace dsp {
 namespace {
@@ -82,12 +83,13 @@ double probability_of(double times, double trials) {
 
 StateSequence settled_states(const std::function<StateSequence(double)>& pass) {
   constexpr int most_passes = 30;
-  constexpr double rare = 1e-3, settled = 1e-6;  // where it starts; relative, far below what moves a state
-  StateSequence states;
-  double probability = rare, before = 0.0;
-  for (int k = 0; k < most_passes && std::abs(probability - before) >= settled * probability; ++k) {
-    states = pass(before = probability);
-    probability = probability_of(states.expected_switches, static_cast<double>(states.states.size()));
+  constexpr double rare = 1e-3, settled = 1e-6;  // where it starts; of a probability, far below what moves a state
+  StateSequence states = pass(rare);
+  for (int k = 1; k < most_passes && !states.states.empty(); ++k) {
+    StateSequence next = pass(probability_of(states.expected_switches, static_cast<double>(states.states.size())));
+    const double change = (next.probability - states.probability).cwiseAbs().maxCoeff();
+    states = std::move(next);
+    if (change < settled) break;
   }
   return states;
 }

@@ -22,8 +22,8 @@ struct StateSequence {
 /// trial more could show: the mean under Jeffreys' prior.
 [[nodiscard]] double probability_of(double times, double trials);
 
-/// Expectation maximisation of the probability of a switch, until it settles. `pass` gives the states under one, and
-/// may estimate more from them for its next call.
+/// Expectation maximisation of the probability of a switch, until the probabilities of the states settle. `pass` gives
+/// the states under one, and may estimate more from them for its next call.
 [[nodiscard]] StateSequence settled_states(const std::function<StateSequence(double switch_probability)>& pass);
 
 }  // namespace dsp

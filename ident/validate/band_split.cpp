@@ -1,5 +1,6 @@
 #include "ident/validate/band_split.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -19,61 +20,81 @@ struct Change {
   VectorXd mean, std;
 };
 
-/// Kept columns with the residual of their equation behind them, on stretches of successive samples.
-class Stretches {
+/// Kept columns with the residual of their equation behind them, low-passed, on stretches of successive samples.
+class LowPassed {
  public:
-  Stretches(const std::vector<Row>& rows, const std::vector<Columns>& recordings, const std::vector<Index>& terms,
-            const Eigen::Ref<const VectorXd>& residual)
-      : values_(std::ssize(rows), std::ssize(terms) + 1) {
-    RowsOfTerms(rows, recordings, terms).for_each_block([&](Index first, const MatrixXd& phi) {
-      values_.block(first, 0, phi.rows(), phi.cols()) = phi;
-    });
-    values_.rightCols(1) = residual;
-    for (Index first = 0, next = 1; next <= std::ssize(rows); ++next) {
-      const auto row = [&](Index i) -> const Row& { return rows[static_cast<std::size_t>(i)]; };
-      if (next < std::ssize(rows) && row(next).recording == row(first).recording &&
-          row(next).sample == row(first).sample + next - first)
-        continue;
-      stretches_.emplace_back(first, next - first);
-      first = next;
-    }
-  }
+  LowPassed(const std::vector<Row>& rows, const std::vector<Columns>& recordings, const std::vector<Index>& terms,
+            const Eigen::Ref<const VectorXd>& residual, double stop_hz, double rate_hz)
+      : rows_(rows),
+        columns_(rows, recordings, terms),
+        residual_(residual),
+        filter_(dsp::ColumnFilter::taper(rate_hz, {flat * stop_hz, stop_hz})),
+        edge_(static_cast<Index>(std::ceil(filter_.edge_s() * rate_hz))) {}
 
-  /// Low-passed, and the ends left out that lean on what lies beyond.
-  [[nodiscard]] MatrixXd below(double stop_hz, double rate_hz) const {
-    constexpr double flat = 0.78125;  // as far as the columns themselves are flat
-    const auto filter = dsp::ColumnFilter::taper(rate_hz, {flat * stop_hz, stop_hz});
-    const auto edge = static_cast<Index>(std::ceil(filter.edge_s() * rate_hz));
-    MatrixXd result(values_.rows(), values_.cols());
-    Index done = 0;
-    for (const auto& [first, count] : stretches_) {
-      if (count <= 4 * edge) continue;  // half of it is left at least
-      const MatrixXd filtered = filter.apply(
-          count, values_.cols(), [&](Index from, Index n) -> MatrixXd { return values_.middleRows(first + from, n); });
-      result.middleRows(done, count - 2 * edge) = filtered.middleRows(edge, count - 2 * edge);
-      done += count - 2 * edge;
+  [[nodiscard]] Index num_terms() const { return columns_.num_terms(); }
+  /// Calls visit(rows) for all of them in order, without those that lean on what lies beyond a stretch. In pieces, so
+  /// that their memory does not grow with the recording.
+  template <class Visit>
+  void for_each_piece(Visit&& visit) const {
+    const Index most = std::max<Index>(4096, 8 * edge_);
+    for (Index first = 0, next = 0; first < std::ssize(rows_); first = next) {
+      next = end_of_stretch(first);
+      const Index kept = next - first - 2 * edge_;
+      if (kept <= 2 * edge_) continue;  // half of it is left at least
+      const Index num_pieces = (kept + most - 1) / most, piece = (kept + num_pieces - 1) / num_pieces;
+      for (Index done = 0; done < kept; done += piece) visit(low_passed(first + done, std::min(piece, kept - done)));
     }
-    return result.topRows(done);
   }
 
  private:
-  MatrixXd values_;
-  std::vector<std::pair<Index, Index>> stretches_;  // first row, rows
+  static constexpr double flat = 0.78125;  // as far as the columns themselves are flat
+
+  [[nodiscard]] Index end_of_stretch(Index first) const {
+    const auto row = [&](Index i) -> const Row& { return rows_[static_cast<std::size_t>(i)]; };
+    Index next = first + 1;
+    while (next < std::ssize(rows_) && row(next).recording == row(first).recording &&
+           row(next).sample == row(first).sample + next - first)
+      ++next;
+    return next;
+  }
+  /// `kept` rows, of those from `first` on with an edge at either end.
+  [[nodiscard]] MatrixXd low_passed(Index first, Index kept) const {
+    const Index n = num_terms();
+    const auto read = [&](Index from, Index count) {
+      MatrixXd values(count, n + 1);
+      columns_.read(first + from, values.leftCols(n));
+      values.rightCols(1) = residual_.segment(first + from, count);
+      return values;
+    };
+    return filter_.apply(kept + 2 * edge_, n + 1, read).middleRows(edge_, kept);
+  }
+
+  const std::vector<Row>& rows_;
+  RowsOfTerms columns_;
+  Eigen::Ref<const VectorXd> residual_;
+  dsp::ColumnFilter filter_;
+  Index edge_;
 };
 
 /// Nothing where the rows hold less than a value of their own for each block of scores, or do not tell the terms apart.
-std::optional<Change> change_below(double stop_hz, double rate_hz, const Stretches& stretches) {
+std::optional<Change> change_of(const LowPassed& rows, double values_per_row) {
   constexpr double least_values = 50.0;
-  const MatrixXd rows = stretches.below(stop_hz, rate_hz);
-  const Index num_terms = rows.cols() - 1;
-  const double values = static_cast<double>(rows.rows()) * 2.0 * stop_hz / rate_hz;
+  const Index num_terms = rows.num_terms();
+  std::optional<RFactor> data;
+  rows.for_each_piece([&](const MatrixXd& piece) {
+    const RFactor one = r_factor(piece.leftCols(num_terms), piece.rightCols(1));
+    data = data ? merge(*data, one) : one;
+  });
+  if (!data) return std::nullopt;
+  const double values = values_per_row * static_cast<double>(data->num_samples);
   if (values < least_values || values < 2.0 * static_cast<double>(num_terms)) return std::nullopt;
-  const RFactor data = r_factor(rows.leftCols(num_terms), rows.rightCols(1));
-  const Fit found = fit_ols(data);
+  const Fit found = fit_ols(*data);
   if (std::ssize(found.relevant) < num_terms) return std::nullopt;
-  BlockScores scores(num_terms, rows.rows());
-  scores.add(rows.leftCols(num_terms), rows.rightCols(1) - rows.leftCols(num_terms) * found.mean);
-  const MatrixXd covariance = robust_covariance(data, scores);
+  BlockScores scores(num_terms, data->num_samples);
+  rows.for_each_piece([&](const MatrixXd& piece) {
+    scores.add(piece.leftCols(num_terms), piece.rightCols(1) - piece.leftCols(num_terms) * found.mean);
+  });
+  const MatrixXd covariance = robust_covariance(*data, scores);
   if (covariance.size() == 0 || !covariance.allFinite()) return std::nullopt;
   return Change{found.mean, covariance.diagonal().cwiseSqrt()};
 }
@@ -95,12 +116,20 @@ std::optional<BandSplit> band_split(const Model& model, const std::vector<Index>
   const Columns& first = recordings[rows.front().recording];
   if (first.prepared == nullptr) return std::nullopt;
   const double rate_hz = first.signals->sample_rate_hz, stop_hz = first.prepared->filter.stop_hz();
+  // Recordings side by side are low-passed alike.
+  for (const Row& row : rows) {
+    const Columns& columns = recordings[row.recording];
+    if (columns.prepared == nullptr || columns.signals->sample_rate_hz != rate_hz ||
+        columns.prepared->filter.stop_hz() != stop_hz)
+      return std::nullopt;
+  }
   VectorXd printed_std(std::ssize(terms));
   for (Index i = 0; i < printed_std.size(); ++i) printed_std(i) = model.terms[static_cast<std::size_t>(i)].std;
   if (!printed_std.allFinite()) return std::nullopt;
   if (poll) poll();
-  const Stretches stretches(rows, recordings, terms, residual);
-  const std::optional<Change> lower = change_below(0.5 * stop_hz, rate_hz, stretches);
+  const double lower_hz = 0.5 * stop_hz;
+  const LowPassed low_passed(rows, recordings, terms, residual, lower_hz, rate_hz);
+  const std::optional<Change> lower = change_of(low_passed, 2.0 * lower_hz / rate_hz);
   if (!lower) return std::nullopt;
   BandSplit split{.stop_hz = stop_hz, .holds_to_hz = stop_hz, .term = {}};
   Index most = 0;

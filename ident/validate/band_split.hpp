@@ -26,7 +26,7 @@ struct BandSplit {
 /// of the residual on the kept columns, both low-passed again, an octave lower. A coefficient differs if it does so by
 /// more than its printed 95 % interval, and by more than the low-passed residual, in fifty blocks, can do by chance
 /// (1 % for all coefficients together). Nothing where the rows of successive samples are too short for the filter, hold
-/// too little, or do not tell the terms apart there, and for tables.
+/// too little, or do not tell the terms apart there, where recordings differ in rate or band, and for tables.
 [[nodiscard]] std::optional<BandSplit> band_split(const Model& model, const std::vector<Eigen::Index>& terms,
                                                   const std::vector<Row>& rows, const std::vector<Columns>& recordings,
                                                   const Eigen::Ref<const Eigen::VectorXd>& residual, const Poll& poll);

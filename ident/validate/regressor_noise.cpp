@@ -84,6 +84,17 @@ std::optional<double> power_below(double to_hz, const Eigen::Ref<const VectorXd>
   return power / num_rows;
 }
 
+/// Of a series on rows of one recording, in all frequencies.
+double mean_square(const Eigen::Ref<const VectorXd>& values, const std::vector<Row>& rows, std::size_t recording) {
+  double sum = 0.0, num_rows = 0.0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i].recording != recording) continue;
+    sum += values(static_cast<Index>(i)) * values(static_cast<Index>(i));
+    num_rows += 1.0;
+  }
+  return sum / num_rows;
+}
+
 }  // namespace
 
 RegressorNoise regressor_noise(const Model& model, const RFactor& kept, const std::vector<Row>& rows,
@@ -109,7 +120,7 @@ RegressorNoise regressor_noise(const Model& model, const RFactor& kept, const st
     at_most.add(slopes, model.target, of, count, false, of.band_hz());
     const std::optional<double> below = power_below(of.needed_hz(), residual, rows, r, columns.signals->sample_rate_hz);
     in_motion.add(slopes, model.target, of, count, false, below ? of.needed_hz() : of.band_hz());
-    motion_power += count * below.value_or(residual.squaredNorm() / static_cast<double>(residual.size()));
+    motion_power += count * (below ? *below : mean_square(residual, rows, r));
     num_samples += count;
     of_x += count * of.covariance("x", "x");
     result.band_hz = std::max(result.band_hz, of.band_hz());

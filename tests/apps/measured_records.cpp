@@ -176,7 +176,9 @@ TEST_CASE("the heavier frame's stiffness does not depend on how far from rest it
   // Filters smear stuck intervals into the rows beside them; what they take from the speed is restored.
   const double near = stiffness("abs(dy) > 0.004", "matched"), far = stiffness("abs(dy) > 0.007", "matched");
   CAPTURE(near, far);
-  CHECK(near == Approx(far).epsilon(0.01));
+  // 450 g stick half of the time; of such frames, simulated, up to 3 % of the stiffness is missing beside rest.
+  CHECK(near == Approx(far).epsilon(0.02));
+  CHECK(near == Approx(394.4).epsilon(0.02));  // as least squares of its authors' derivative give it, over all rows
   CHECK(stiffness("abs(dy) > 0.004", "paper") > 1.015 * near);
 }
 

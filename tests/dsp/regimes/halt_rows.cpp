@@ -46,4 +46,12 @@ TEST_CASE("what is likelier without a halt speaks against one by no more than it
   CHECK(dsp::log_ratio_of_halt(-5.0, 1.0, 100.0) == Approx(least));
   CHECK(dsp::log_ratio_of_halt(3.0, 1.0, 100.0) == Approx(4.5 + least));
   CHECK(dsp::log_ratio_of_halt(0.0, 1.0, 0.5) == 0.0);  // a range within the noise says nothing
+  // Without noise a sign is certain, either way, and a number.
+  const VectorXd exact = (VectorXd(3) << dsp::log_ratio_of_halt(1e-3, 0.0, 1.0), dsp::log_ratio_of_halt(0.0, 0.0, 1.0),
+                          dsp::log_ratio_of_halt(-1.0, 0.0, 1.0))
+                             .finished();
+  const VectorXd halts = dsp::halt_probabilities(exact);
+  CHECK(halts(0) > 0.99);
+  CHECK(halts(1) < 0.01);
+  CHECK(halts(2) < 0.01);
 }
