@@ -14,8 +14,9 @@ namespace ident {
 /// that hold 95 % of the mixture: a few improbable models with wide posteriors would make its variance larger than an
 /// interval needs.
 /// A kept term whose gain is little above `tau` may be none all the same: with the probability of that its coefficient
-/// is zero and its part of the target goes to the others. That is added as a variance. Without it a weak term, kept only
-/// where noise makes it large, is hardly ever covered. `lambda` and `noise_variance` are those of the kept terms alone.
+/// is zero and its part of the target goes to the others. That is added as a variance. Without it a weak term, kept
+/// only where noise makes it large, is hardly ever covered. `lambda` and `noise_variance` are those of the kept terms
+/// alone.
 [[nodiscard]] Eigen::MatrixXd covariance_with_weak_terms(const UnitProblem& problem,
                                                          const std::vector<Eigen::Index>& kept,
                                                          const Eigen::VectorXd& lambda, double noise_variance,
