@@ -67,7 +67,7 @@ std::optional<Stand> stand(const RegimeSigns& signs, Index first, Index last, do
   if (first == 0) before = after;
   if (last == signs.num_samples()) after = before;
   found.from += before, found.to -= after;
-  constexpr double rounding = 1.0 / 12.0;  // variance of what is told to a sample
+  constexpr double rounding = 1.0 / 12.0;  // variance of what is known to a sample
   found.std = std::max(std::sqrt(rounding), std::hypot(before, after) * signs.speed_noise_m_per_s / slow);
   return found;
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "dsp/filter/column_filter.hpp"
 #include "ident/rows_of_terms.hpp"
