@@ -152,6 +152,15 @@ RangeRows range_rows(const Range& range, const std::vector<Columns>& recordings)
   return result;
 }
 
+Eigen::Index end_of_stretch(const std::vector<Row>& rows, Eigen::Index first, Eigen::Index end) {
+  const auto row = [&](Eigen::Index i) -> const Row& { return rows[static_cast<std::size_t>(i)]; };
+  Eigen::Index next = first + 1;
+  while (next < end && row(next).recording == row(first).recording &&
+         row(next).sample == row(first).sample + next - first)
+    ++next;
+  return next;
+}
+
 dsp::Motion some_samples(const std::vector<Row>& rows, std::size_t recording, const std::vector<Columns>& recordings,
                          std::size_t most) {
   const std::size_t step = rows.size() / most + 1;

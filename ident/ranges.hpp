@@ -40,6 +40,9 @@ struct Row {
   Eigen::Index sample = 0;
 };
 
+/// Rows [first, result) are of successive samples of one recording; at most up to `end`.
+[[nodiscard]] Eigen::Index end_of_stretch(const std::vector<Row>& rows, Eigen::Index first, Eigen::Index end);
+
 /// Rows that are fitted together, and rows they are tried on; in the order of recordings and time.
 struct RangeRows {
   std::vector<Row> train, test;

@@ -25,7 +25,7 @@ class RowsOfTerms {
   void read(Eigen::Index first, Eigen::Ref<Eigen::MatrixXd> block) const {
     for (Eigen::Index i = 0; i < block.rows();) {
       const Row& row = rows_[static_cast<std::size_t>(first + i)];
-      const Eigen::Index count = samples_on(first + i, first + block.rows());
+      const Eigen::Index count = end_of_stretch(rows_, first + i, first + block.rows()) - first - i;
       for (Eigen::Index j = 0; j < block.cols(); ++j) {
         const TermColumn term = terms_[static_cast<std::size_t>(j)];
         auto values = block.col(j).segment(i, count);
@@ -48,15 +48,6 @@ class RowsOfTerms {
   }
 
  private:
-  /// How many rows from this one on, before `end`, are of successive samples of one recording.
-  [[nodiscard]] Eigen::Index samples_on(Eigen::Index from, Eigen::Index end) const {
-    const auto row = [&](Eigen::Index i) -> const Row& { return rows_[static_cast<std::size_t>(i)]; };
-    Eigen::Index next = from + 1;
-    while (next < end && row(next).recording == row(from).recording &&
-           row(next).sample == row(from).sample + next - from)
-      ++next;
-    return next - from;
-  }
   static constexpr Eigen::Index block_rows = 1024;
   const std::vector<Row>& rows_;
   const std::vector<Columns>& recordings_;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "apps/config/identification.hpp"
@@ -118,6 +119,7 @@ struct Identified {
   std::vector<ident::Columns> columns;
   ident::IdentifyOptions options;
   std::vector<ident::RangeResult> ranges;
+  std::optional<ident::BandSplit> split{};  ///< of the whole band, where that was lowered
 };
 
 Identified identify_in_band(const Config& config, const RunArguments& arguments, Console& console) {
@@ -144,17 +146,21 @@ const ident::BandSplit* split_of(const std::vector<ident::RangeResult>& ranges) 
 /// Where the band is left to the choice, what does not follow one equation with the rest is left out of it.
 Identified identify_where_one_equation_holds(Config config, const RunArguments& arguments, Console& console) {
   const bool open = config.prepare.rate_hz == 0.0 && config.prepare.cutoff_hz == 0.0;
+  // How much lower it holds cannot be seen: what does not follow the equation has had its part in which terms it has.
+  const double step = std::exp2(-1.0 / 6.0);
+  std::vector<RecordedBand> recorded;
+  std::optional<ident::BandSplit> first;
   for (;;) {
     Identified found = identify_in_band(config, arguments, console);
+    found.split = first;
     const ident::BandSplit* split = open ? split_of(found.ranges) : nullptr;
-    const auto cutoff_hz =
-        split == nullptr ? std::nullopt : cutoff_below(split->holds_to_hz, config, arguments.max_memory_bytes);
+    if (split == nullptr) return found;
+    if (recorded.empty()) recorded = recorded_bands(config, arguments.max_memory_bytes);
+    const std::optional<double> cutoff_hz = cutoff_below(step * split->stop_hz, recorded);
     if (!cutoff_hz || *cutoff_hz >= found.work.inputs.front().prepared.options.cutoff_hz) return found;
-    console.step(
-        fmt::format("up to {:.3g} Hz {} is {}, up to {:.3g} Hz {}: the record does not follow one equation in the "
-                    "whole band. It is identified again with cutoff_hz = {:.3g}; [prepare] cutoff_hz sets another",
-                    split->stop_hz, split->term, ident::number(split->mean), 0.5 * split->stop_hz,
-                    ident::number(split->lower_mean), *cutoff_hz));
+    if (!first) first = *split;
+    console.step(fmt::format("{}. It is identified again with cutoff_hz = {:.3g}; [prepare] cutoff_hz sets another",
+                             to_text(*split), *cutoff_hz));
     config.prepare.cutoff_hz = *cutoff_hz;
   }
 }
@@ -164,7 +170,7 @@ Identified identify_where_one_equation_holds(Config config, const RunArguments& 
 RunOutcome run_into(RunFolder& results, const Config& config, const RunArguments& arguments, Console& console) {
   HashesBeside hashes(input_files(config), arguments.num_threads);
   Identified identified = identify_where_one_equation_holds(config, arguments, console);
-  auto& [work, libraries, columns, options, ranges] = identified;
+  auto& [work, libraries, columns, options, ranges, split] = identified;
   const auto files_of = results.add_files(work.inputs, hashes);
   auto steps = beside(arguments.num_threads, [&] { return steady_steps(work.inputs); });
   RunOutcome outcome;
@@ -173,7 +179,8 @@ RunOutcome run_into(RunFolder& results, const Config& config, const RunArguments
   const RunResults found{
       work.config, work.inputs,
       columns,     ranges,
-      steps.get(), predict_test_recordings(work, ranges, files_of, arguments, results, hashes, outcome.files, console)};
+      steps.get(), predict_test_recordings(work, ranges, files_of, arguments, results, hashes, outcome.files, console),
+      split};
   refuse_warnings(arguments.strict, console);
   const FirstScreen first = first_screen(found);
   outcome.report = to_text(first);

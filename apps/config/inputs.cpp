@@ -17,7 +17,6 @@
 #include "dsp/io/input_file.hpp"
 #include "dsp/io/sidecar.hpp"
 #include "dsp/names.hpp"
-#include "dsp/prepare/motion_band.hpp"
 #include "dsp/sensors/sensor_checks.hpp"
 #include "ident/left_out.hpp"
 
@@ -223,17 +222,23 @@ void choose_band(Config& config, std::size_t max_memory_bytes, Console& console)
   console.step(fmt::format("cutoff_hz = {:.4g} chosen by the motion; [prepare] cutoff_hz sets another", highest_hz));
 }
 
-std::optional<double> cutoff_below(double stop_hz, const Config& config, std::size_t max_memory_bytes) {
-  std::optional<double> lowest_hz;
+std::vector<RecordedBand> recorded_bands(const Config& config, std::size_t max_memory_bytes) {
+  std::vector<RecordedBand> bands;
   for (const RecordingConfig& recording : config.recordings) {
     dsp::RecordingReader reader(recording.file, read_options(recording, max_memory_bytes));
-    const double rate_hz = reader.description().sample_rate_hz;
-    const dsp::MotionBand band = dsp::find_motion_band(reader);
+    bands.push_back({reader.description().sample_rate_hz, dsp::find_motion_band(reader)});
+  }
+  return bands;
+}
+
+std::optional<double> cutoff_below(double stop_hz, const std::vector<RecordedBand>& recordings) {
+  std::optional<double> lowest_hz;
+  for (const auto& [rate_hz, motion] : recordings) {
     // Decimated columns are gone at a quarter more than the cut-off; those at the record's own rate at the cut-off.
     double cutoff_hz = stop_hz / 1.25;
     if (dsp::rate_by_cutoff({.cutoff_hz = cutoff_hz}, rate_hz).rate_hz == 0.0) cutoff_hz = stop_hz;
     cutoff_hz = std::stod(fmt::format("{:.3g}", cutoff_hz));  // more digits are not known of it
-    if (dsp::band_check(band, cutoff_hz).status == dsp::CheckStatus::warning) return std::nullopt;
+    if (dsp::band_check(motion, cutoff_hz).status == dsp::CheckStatus::warning) return std::nullopt;
     lowest_hz = std::min(lowest_hz.value_or(cutoff_hz), cutoff_hz);
   }
   return lowest_hz;

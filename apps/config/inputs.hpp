@@ -8,6 +8,7 @@
 #include "apps/config/config.hpp"
 #include "apps/process/console.hpp"
 #include "dsp/prepare.hpp"
+#include "dsp/prepare/motion_band.hpp"
 #include "dsp/read_recording.hpp"
 #include "ident/record.hpp"
 
@@ -31,9 +32,16 @@ struct Input : ident::Record {
 /// open where that is above its noise in the whole band. Every recording is looked through once.
 void choose_band(Config& config, std::size_t max_memory_bytes, Console& console);
 
+/// Of the recordings that are fitted, each looked through once.
+struct RecordedBand {
+  double sample_rate_hz = 0.0;
+  dsp::MotionBand motion;
+};
+[[nodiscard]] std::vector<RecordedBand> recorded_bands(const Config& config, std::size_t max_memory_bytes);
+
 /// prepare.cutoff_hz with which columns are gone from stop_hz on. Nothing where that leaves less of the motion of one
 /// of the recordings than dsp::band_check wants.
-[[nodiscard]] std::optional<double> cutoff_below(double stop_hz, const Config& config, std::size_t max_memory_bytes);
+[[nodiscard]] std::optional<double> cutoff_below(double stop_hz, const std::vector<RecordedBand>& recordings);
 
 /// Opens every recording as a run would, without reading on: throws all that is wrong with them and their sidecars.
 void look_at_recordings(const Config& config, std::size_t max_memory_bytes);

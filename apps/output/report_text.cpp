@@ -161,6 +161,12 @@ std::string report_text(const std::vector<ident::RangeResult>& ranges) {
   return text;
 }
 
+std::string to_text(const ident::BandSplit& split) {
+  return fmt::format(
+      "up to {:.3g} Hz {} is {:.4g}, up to {:.3g} Hz {:.4g}: the record does not follow one equation in its whole band",
+      split.stop_hz, split.term, split.mean, 0.5 * split.stop_hz, split.lower_mean);
+}
+
 std::string findings_text(const std::vector<Input>& inputs) {
   std::string text;
   for (const Input& input : inputs)

@@ -15,6 +15,9 @@ namespace apps {
 /// ranges disagree on.
 [[nodiscard]] std::string report_text(const std::vector<ident::RangeResult>& ranges);
 
+/// That a record does not follow one equation in its whole band, with the coefficient that shows it; no full stop.
+[[nodiscard]] std::string to_text(const ident::BandSplit& split);
+
 /// What is wrong with the recordings' sensors and samples, a line each; empty where nothing is.
 [[nodiscard]] std::string findings_text(const std::vector<Input>& inputs);
 

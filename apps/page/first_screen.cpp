@@ -216,6 +216,9 @@ Entry data_entry(const RunResults& results, const ChosenEquation& chosen) {
       {fmt::format("{}: fitted to {:.4g} s, tested on {:.4g} s that were not fitted{}.", chosen.range->spec.name,
                    seconds(chosen.range->rows.train), seconds(chosen.range->rows.test),
                    chosen.range->spec.where.empty() ? "" : ", where " + chosen.range->spec.where)});
+  if (results.split)
+    entry.lines.push_back({fmt::format("The band ends at {:.3g} Hz: {}.",
+                                       results.inputs.front().prepared.options.cutoff_hz, to_text(*results.split))});
   return entry;
 }
 

@@ -21,6 +21,7 @@ struct RunResults {
   const std::vector<ident::RangeResult>& ranges;
   std::vector<RecordingSteps> steps = {};                 ///< of recordings that are stepped sines
   std::vector<ident::RecordPrediction> predictions = {};  ///< of recordings that were kept for that
+  std::optional<ident::BandSplit> split = {};             ///< of the whole band, where that was lowered
 };
 
 /// The equation that speaks for the run, of a range that has one; nullptr: no terms were found anywhere.

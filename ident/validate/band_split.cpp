@@ -37,7 +37,7 @@ class LowPassed {
   void for_each_piece(Visit&& visit) const {
     const Index most = std::max<Index>(4096, 8 * edge_);
     for (Index first = 0, next = 0; first < std::ssize(rows_); first = next) {
-      next = end_of_stretch(first);
+      next = end_of_stretch(rows_, first, std::ssize(rows_));
       const Index kept = next - first - 2 * edge_;
       if (kept <= 2 * edge_) continue;  // half of it is left at least
       const Index num_pieces = (kept + most - 1) / most, piece = (kept + num_pieces - 1) / num_pieces;
@@ -48,14 +48,6 @@ class LowPassed {
  private:
   static constexpr double flat = 0.78125;  // as far as the columns themselves are flat
 
-  [[nodiscard]] Index end_of_stretch(Index first) const {
-    const auto row = [&](Index i) -> const Row& { return rows_[static_cast<std::size_t>(i)]; };
-    Index next = first + 1;
-    while (next < std::ssize(rows_) && row(next).recording == row(first).recording &&
-           row(next).sample == row(first).sample + next - first)
-      ++next;
-    return next;
-  }
   /// `kept` rows, of those from `first` on with an edge at either end.
   [[nodiscard]] MatrixXd low_passed(Index first, Index kept) const {
     const Index n = num_terms();
@@ -130,13 +122,11 @@ std::optional<BandSplit> band_split(const Model& model, const std::vector<Index>
   const LowPassed low_passed(rows, recordings, terms, residual, lower_hz, rate_hz);
   const std::optional<Change> lower = change_of(low_passed, 2.0 * lower_hz / rate_hz);
   if (!lower) return std::nullopt;
-  BandSplit split{.stop_hz = stop_hz, .holds_to_hz = stop_hz, .term = {}};
+  BandSplit split{.stop_hz = stop_hz, .term = {}};
   Index most = 0;
   if (!(against_intervals(lower->mean, printed_std, lower->std).maxCoeff(&most) > 1.0)) return split;
   const ModelTerm& term = model.terms[static_cast<std::size_t>(most)];
   split.term = label(term), split.mean = term.mean, split.lower_mean = term.mean + lower->mean(most);
-  // How much lower cannot be seen from here: what does not follow the equation has had its part in which terms it has.
-  split.holds_to_hz = stop_hz * std::exp2(-1.0 / 6.0);
   return split;
 }
 

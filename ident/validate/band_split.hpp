@@ -16,9 +16,8 @@ namespace ident {
 /// that went through anti-alias filters, which turn their phases, with the motion, while a candidate such as x^3 is
 /// formed behind them.
 struct BandSplit {
-  double stop_hz = 0.0;      ///< columns are gone from here on
-  double holds_to_hz = 0.0;  ///< to be tried in place of stop_hz, a sixth of an octave lower; stop_hz: all holds
-  std::string term;          ///< label of the coefficient that differs most, against its interval; empty: none does
+  double stop_hz = 0.0;  ///< columns are gone from here on
+  std::string term;      ///< label of the coefficient that differs most, against its interval; empty: none does
   double mean = 0.0, lower_mean = 0.0;  ///< of that coefficient, and of the same in the lower octave
 };
 

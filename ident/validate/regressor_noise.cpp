@@ -66,15 +66,11 @@ std::optional<double> power_below(double to_hz, const Eigen::Ref<const VectorXd>
                                   std::size_t recording, double rate_hz) {
   constexpr double least = 16.0;  // ordinates below that frequency, beside which the window's reach is little
   double power = 0.0, num_rows = 0.0;
-  for (std::size_t first = 0, end = 0; first < rows.size(); first = end) {
-    end = first + 1;
-    while (end < rows.size() && rows[end].recording == rows[first].recording &&
-           rows[end].sample == rows[end - 1].sample + 1)
-      ++end;
+  for (Index first = 0, end = 0; first < std::ssize(rows); first = end) {
+    end = end_of_stretch(rows, first, std::ssize(rows));
     const auto n = static_cast<double>(end - first);
-    if (rows[first].recording != recording || to_hz * n / rate_hz < least) continue;
-    const dsp::PowerDensity density(values.segment(static_cast<Index>(first), static_cast<Index>(end - first)),
-                                    rate_hz);
+    if (rows[static_cast<std::size_t>(first)].recording != recording || to_hz * n / rate_hz < least) continue;
+    const dsp::PowerDensity density(values.segment(first, end - first), rate_hz);
     const VectorXd& ordinates = density.ordinates();
     const Index count = std::min(static_cast<Index>(to_hz / density.step_hz()) + 1, ordinates.size());
     power += n * density.step_hz() * ordinates.head(count).sum();

@@ -1,9 +1,15 @@
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "support/program.hpp"
+#include "support/turned_force_record.hpp"
 
 using nlohmann::json;
 using support::Scratch;
@@ -65,4 +71,37 @@ TEST_CASE("the shipped record has the terms of its truth, and none that is impro
     }
     if (range["name"] == "mixed") CHECK(names == std::set<std::string>{"x", "v", "x^3", "sgn(v)", "ddr"});
   }
+}
+
+TEST_CASE("an open band ends where one equation holds, a given one where it was asked to", "[apps][run_command]") {
+  const Scratch folder;
+  const dsp::Recording recording = support::turned_force_record(1.5);
+  std::string csv = "t_s,x_m,f_N\n";
+  for (Eigen::Index i = 0; i < recording.samples.rows(); ++i)
+    csv += fmt::format("{:.9g},{:.9g},{:.9g}\n", static_cast<double>(i) / recording.sample_rate_hz,
+                       recording.samples(i, 0), recording.samples(i, 1));
+  (void)folder.file("duffing.csv", csv);
+  const auto equation_of = [&](const std::string& more) {
+    const auto ended = support::run(
+        folder, fmt::format("$ARDENT -q run duffing.csv -o run --force --set 'fit.methods=[\"fast_rvm\"]' {}", more));
+    CAPTURE(ended.err);
+    REQUIRE(ended.code == 0);
+    const json equation = json::parse(support::bytes_of(folder / "run/equation.json"));
+    std::map<std::string, std::pair<double, double>> terms;  // mean and standard deviation
+    for (const json& term : equation["ranges"][0]["methods"][0]["terms"])
+      terms[term["name"]] = {term["mean"], term["std"]};
+    return terms;
+  };
+  const auto given = equation_of("--set prepare.cutoff_hz=4.8");
+  CHECK_THAT(support::bytes_of(folder / "run/equation.txt"), !Catch::Contains("The band ends"));
+  // Turned, the cube's part at 3.9 Hz looks like other products.
+  CHECK(given.count("v^3") == 1);
+  REQUIRE(given.count("x^2*v") == 1);
+  const auto open = equation_of("");
+  CHECK_THAT(support::bytes_of(folder / "run/equation.txt"), Catch::Contains("The band ends"));
+  CHECK(open.count("v^3") == 0);
+  if (open.count("x^2*v") == 1) CHECK(std::abs(open.at("x^2*v").first) < 0.5 * std::abs(given.at("x^2*v").first));
+  REQUIRE(open.count("x^3") == 1);
+  const auto [mean, std] = open.at("x^3");
+  CHECK(mean == Approx(-30.0).margin(3.0 * std));
 }
