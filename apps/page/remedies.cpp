@@ -115,6 +115,18 @@ std::vector<std::string> with_terms(const Config& config, const std::vector<std:
   return {"[library]", "terms = " + quoted_list(terms)};
 }
 
+/// What a turning body adds to the candidates: gravity and the like act by sine and cosine of its angle. Nothing where
+/// they are tried, or where x is no angle.
+std::vector<std::string> terms_of_angle(const ident::RangeResult& range, const dsp::Motion& signals) {
+  const dsp::Signal* x = signals.find("x");
+  if (x == nullptr || x->unit != "rad") return {};
+  std::vector<std::string> terms{"sin(x)", "cos(x)"};
+  std::erase_if(terms, [&](const std::string& term) {
+    return std::find(range.terms.begin(), range.terms.end(), term) != range.terms.end();
+  });
+  return terms;
+}
+
 Remedy with_explanation(const Config& config, const ident::Explanation& explanation) {
   const std::string without = explanation.instead_of.empty()
                                   ? std::string()
@@ -129,7 +141,15 @@ void add_cause(const RunResults& results, const ident::RangeResult& range, const
                std::vector<Remedy>& found) {
   if (!fit.judgement.cause || fit.judgement.verdict == ident::Verdict::describes) return;
   const std::optional<ident::Explanation>& named = fit.judgement.named;
-  switch (*fit.judgement.cause) {
+  const ident::Cause cause = *fit.judgement.cause;
+  if ((cause == ident::Cause::missing_term && !named) || cause == ident::Cause::not_found)
+    if (const auto angle = terms_of_angle(range, results.inputs.front().prepared.signals); !angle.empty()) {
+      found.push_back({fmt::format("x is an angle, and {} {} no candidate: gravity acts by them. In the config:",
+                                   fmt::join(angle, " and "), angle.size() == 1 ? "is" : "are"),
+                       with_terms(results.config, angle)});
+      return;
+    }
+  switch (cause) {
     case ident::Cause::missing_input:
     case ident::Cause::switch_variable:
       if (named)
