@@ -226,8 +226,8 @@ void require_length(const FilterSheet& design, Index num_frames) {
   const double reach = design.stages.empty() ? 0.0 : design.edge_s * design.stages.front().input_rate_hz;
   const Index least = std::max<Index>(8, static_cast<Index>(std::ceil(reach)) + 1);
   if (num_frames < least)
-    throw std::invalid_argument(fmt::format("decimate: {} samples are fewer than the filter is long; {} are the least",
-                                            num_frames, least));
+    throw std::invalid_argument(
+        fmt::format("decimate: {} samples are fewer than the filter is long; {} are the least", num_frames, least));
 }
 
 /// Of a record of so many samples.
@@ -247,7 +247,7 @@ Feed feed_of(const FilterSheet& design, Index first, Index end, Index num_sample
   std::vector<Index> lengths{num_samples};
   for (const FilterStage& stage : design.stages) lengths.push_back((lengths.back() - 1) * stage.up / stage.down + 1);
   Feed feed{first, end, false, end >= lengths.back()};
-  bool enough = true;  // of what a predictor is fitted to
+  bool enough_before = true, enough_after = true;  // of what predictors are fitted to
   for (std::size_t i = design.stages.size(); i-- > 0;) {
     const FilterStage& stage = design.stages[i];
     const Index half = (stage.taps.rows() - 1) / 2;
@@ -257,10 +257,13 @@ Feed feed_of(const FilterSheet& design, Index first, Index end, Index num_sample
     feed.after = feed.after || feed.end > lengths[i];
     feed.first = std::max<Index>(0, feed.first);
     feed.end = std::min(feed.end, lengths[i]);
-    enough = enough && feed.end >= fitted_rows;
+    enough_before = enough_before && feed.end >= fitted_rows;
+    enough_after = enough_after && lengths[i] - feed.first >= fitted_rows;
   }
+  if (feed.before && !enough_before) feed.after = true;
+  if (feed.after && !enough_after) feed.before = true;
   if (feed.before) feed.first = 0;
-  if (feed.after || (feed.before && !enough)) feed.after = true, feed.end = num_samples;
+  if (feed.after) feed.end = num_samples;
   return feed;
 }
 

@@ -53,9 +53,9 @@ VectorXd finite(const VectorXd& values) {
 /// What is left of a column that the filter takes away whole (a constant, by a high-pass) is rounding: zero.
 VectorXd through_filter(const VectorXd& values, const ExactSwitches& switches) {
   constexpr double rounding = 1e-10;
-  VectorXd filtered = dsp::filtered_within(
-      switches.prepared(), switches.wanted(), 1,
-      [&](Index first, Index count) -> Eigen::MatrixXd { return values.segment(first, count); });
+  VectorXd filtered =
+      dsp::filtered_within(switches.prepared(), switches.wanted(), 1,
+                           [&](Index first, Index count) -> Eigen::MatrixXd { return values.segment(first, count); });
   if (filtered.cwiseAbs().maxCoeff() <= rounding * values.cwiseAbs().maxCoeff()) filtered.setZero();
   return filtered;
 }
@@ -96,9 +96,8 @@ std::optional<DroppedTerm> form_column(Columns& columns, Index column, const Ter
   if (prepared.signals.find(term.name) != nullptr) {
     const bool acts = !matched || columns.switches->acting_fraction().size() == 0;
     const dsp::Signal* held = acts ? nullptr : source.find(term.name);
-    columns.phi.col(column) = held == nullptr
-                                  ? signal_of(prepared, *columns.accelerations, term.name)
-                                  : prepared.filter.apply(columns.switches->acting(finite(held->values)));
+    columns.phi.col(column) = held == nullptr ? signal_of(prepared, *columns.accelerations, term.name)
+                                              : prepared.filter.apply(columns.switches->acting(finite(held->values)));
     if (const dsp::Signal* signal = source.find(term.name)) {
       const VectorXd values = finite(signal->values);
       keep_means(columns, column, acts ? values : columns.switches->acting(values));

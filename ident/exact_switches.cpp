@@ -141,8 +141,7 @@ VectorXd ExactSwitches::samples(const Expression& term) const {
         dsp::DecimateOptions{
             .output_rate_hz = base_hz, .passband_end_hz = stop_hz_, .stopband_start_hz = base_hz - stop_hz_});
 
-  const dsp::Stretch leaned_on =
-      dsp::leaned_on(prepared_, wanted_).wider(decimator ? decimator->sheet().edge_s : 0.0);
+  const dsp::Stretch leaned_on = dsp::leaned_on(prepared_, wanted_).wider(decimator ? decimator->sheet().edge_s : 0.0);
   VectorXd result(num_rows);
   Index done = 0;
   const auto keep = [&](const Eigen::Ref<const VectorXd>& values) {

@@ -200,8 +200,8 @@ bool settled(const WeightedTerms& before, const SwitchedFit& now) {
 }
 
 /// Whether the sensors' columns formed with one equation do for another, of terms as large as `scale` says. A sensor is
-/// off by about a hundredth at most, so that a thousandth of its columns is 1e-5 of a signal: what the times of switches
-/// are exact to.
+/// off by about a hundredth at most, so that a thousandth of its columns is 1e-5 of a signal: what the times of
+/// switches are exact to.
 bool forms_like(const WeightedTerms& before, const Present& now, const VectorXd& scale) {
   constexpr double of_largest = 1e-3;
   if (before.size() != now.equation.size()) return false;

@@ -163,8 +163,8 @@ SensorColumns sensor_columns(const dsp::Prepared& prepared, const dsp::Motion& a
   if (loses_known_means(prepared))
     means = BlockMeans(prepared.intermediate.num_samples(), std::ssize(shapes), prepared.intermediate.sample_rate_hz);
   // Block by block: at the intermediate rate there is room for none of the columns.
-  const MatrixXd formed = dsp::filtered_within(
-      prepared, wanted, std::max<Index>(1, std::ssize(changes)), [&](Index first, Index count) {
+  const MatrixXd formed =
+      dsp::filtered_within(prepared, wanted, std::max<Index>(1, std::ssize(changes)), [&](Index first, Index count) {
         if (poll) poll();
         std::vector<dsp::Signal> slopes;
         for (const SignalSlope& slope : equation_slopes.slopes())
