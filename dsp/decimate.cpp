@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "dsp/filter/burg.hpp"
+#include "dsp/filter/decimate_between.hpp"
 #include "dsp/filter/dispatch.hpp"
 #include "dsp/filter/filter_design.hpp"
 
@@ -93,6 +94,15 @@ class StageStream {
  public:
   StageStream(FilterStage stage, Index num_channels)
       : stage_(std::move(stage)), num_channels_(num_channels), half_((stage_.taps.rows() - 1) / 2) {}
+
+  /// In the middle of a record, of which rows from this one on are pushed. Returns the first output that they make.
+  Index begin_at(Index row) {
+    first_ = received_ = row;
+    begun_ = true;
+    next_ = (row + half_) * stage_.up / stage_.down;
+    while (next_ * stage_.down / stage_.up - half_ < row) ++next_;
+    return next_;
+  }
 
   void push(const double* rows, Index count, std::vector<double>& out) {
     if (!begun_) {
@@ -189,13 +199,15 @@ class StageStream {
   std::vector<double> buffer_;
 };
 
-}  // namespace
-
-struct Decimator::State {
-  FilterSheet sheet;
+/// The stages, each fed by the one before.
+struct Cascade {
   std::vector<StageStream> stages;
-  Index num_channels = 0, num_frames = 0, least_frames = 0;
+  Index num_channels = 0;
 
+  Cascade(const FilterSheet& design, Index channels) : num_channels(channels) {
+    if (num_channels < 1) throw std::invalid_argument("Decimator: num_channels must be at least 1");
+    for (const FilterStage& stage : design.stages) stages.emplace_back(stage, num_channels);
+  }
   FrameBlock run(const double* rows, Index count, bool last) {
     std::vector<double> in, out;
     for (std::size_t i = 0; i < stages.size(); ++i) {
@@ -210,38 +222,83 @@ struct Decimator::State {
   }
 };
 
+void require_length(const FilterSheet& design, Index num_frames) {
+  const double reach = design.stages.empty() ? 0.0 : design.edge_s * design.stages.front().input_rate_hz;
+  const Index least = std::max<Index>(8, static_cast<Index>(std::ceil(reach)) + 1);
+  if (num_frames < least)
+    throw std::invalid_argument(
+        fmt::format("decimate: {} samples are fewer than the filter is long; {} are the least", num_frames, least));
+}
+
+/// Of a record of so many samples.
+Index num_outputs(const FilterSheet& design, Index num_samples) {
+  for (const FilterStage& stage : design.stages) num_samples = (num_samples - 1) * stage.up / stage.down + 1;
+  return num_samples;
+}
+
+/// What some outputs of a cascade lean on.
+struct Feed {
+  Index first, end;    ///< of its input
+  bool before, after;  ///< whether something is to be predicted beyond the record's start, its end
+};
+
+/// Outputs [first, end) of a record of so many samples.
+Feed feed_of(const FilterSheet& design, Index first, Index end, Index num_samples) {
+  std::vector<Index> lengths{num_samples};
+  for (const FilterStage& stage : design.stages) lengths.push_back((lengths.back() - 1) * stage.up / stage.down + 1);
+  Feed feed{first, end, false, end >= lengths.back()};
+  bool enough_before = true, enough_after = true;  // of what predictors are fitted to
+  for (std::size_t i = design.stages.size(); i-- > 0;) {
+    const FilterStage& stage = design.stages[i];
+    const Index half = (stage.taps.rows() - 1) / 2;
+    feed.first = feed.first * stage.down / stage.up - half;
+    feed.end = (feed.end - 1) * stage.down / stage.up + half + 1;
+    feed.before = feed.before || feed.first < 0;
+    feed.after = feed.after || feed.end > lengths[i];
+    feed.first = std::max<Index>(0, feed.first);
+    feed.end = std::min(feed.end, lengths[i]);
+    enough_before = enough_before && feed.end >= fitted_rows;
+    enough_after = enough_after && lengths[i] - feed.first >= fitted_rows;
+  }
+  if (feed.before && !enough_before) feed.after = true;
+  if (feed.after && !enough_after) feed.before = true;
+  if (feed.before) feed.first = 0;
+  if (feed.after) feed.end = num_samples;
+  return feed;
+}
+
+}  // namespace
+
+struct Decimator::State {
+  FilterSheet sheet;
+  Cascade cascade;
+  Index num_frames = 0;
+};
+
 Decimator::Decimator(double input_rate_hz, Index num_channels, const DecimateOptions& options)
     : Decimator(measure(design_decimation(input_rate_hz, options), input_rate_hz, options), num_channels) {}
 
-Decimator::Decimator(const FilterSheet& design, Index num_channels) : state_(std::make_unique<State>()) {
-  if (num_channels < 1) throw std::invalid_argument("Decimator: num_channels must be at least 1");
-  state_->sheet = design;
-  state_->num_channels = num_channels;
-  const double reach = design.stages.empty() ? 0.0 : design.edge_s * design.stages.front().input_rate_hz;
-  state_->least_frames = std::max<Index>(8, static_cast<Index>(std::ceil(reach)) + 1);
-  const auto& stages = state_->sheet.stages;
-  for (std::size_t i = 0; i < stages.size(); ++i) state_->stages.emplace_back(stages[i], num_channels);
-}
+Decimator::Decimator(const FilterSheet& design, Index num_channels)
+    : state_(new State{design, Cascade(design, num_channels)}) {}
 
 Decimator::~Decimator() = default;
 Decimator::Decimator(Decimator&&) noexcept = default;
 Decimator& Decimator::operator=(Decimator&&) noexcept = default;
 
 FrameBlock Decimator::push(const Eigen::Ref<const FrameBlock>& frames) {
-  if (frames.cols() != state_->num_channels)
+  Cascade& cascade = state_->cascade;
+  if (frames.cols() != cascade.num_channels)
     throw std::invalid_argument(
-        fmt::format("Decimator::push: {} channels, expected {}", frames.cols(), state_->num_channels));
+        fmt::format("Decimator::push: {} channels, expected {}", frames.cols(), cascade.num_channels));
   state_->num_frames += frames.rows();
-  if (frames.outerStride() == frames.cols()) return state_->run(frames.data(), frames.rows(), false);
+  if (frames.outerStride() == frames.cols()) return cascade.run(frames.data(), frames.rows(), false);
   const FrameBlock packed = frames;
-  return state_->run(packed.data(), packed.rows(), false);
+  return cascade.run(packed.data(), packed.rows(), false);
 }
 
 FrameBlock Decimator::finish() {
-  if (state_->num_frames < state_->least_frames)
-    throw std::invalid_argument(fmt::format("decimate: {} samples are fewer than the filter is long; {} are the least",
-                                            state_->num_frames, state_->least_frames));
-  return state_->run(nullptr, 0, true);
+  require_length(state_->sheet, state_->num_frames);
+  return state_->cascade.run(nullptr, 0, true);
 }
 
 const FilterSheet& Decimator::sheet() const {
@@ -257,20 +314,30 @@ Eigen::MatrixXd decimate(const Eigen::Ref<const Eigen::MatrixXd>& samples, const
 Eigen::MatrixXd decimate(Index num_samples, Index num_channels,
                          const std::function<Eigen::MatrixXd(Index first, Index count)>& read,
                          const FilterSheet& design) {
-  Decimator decimator(design, num_channels);
-  constexpr Index block = 16384;
-  double ratio = 1.0;
-  for (const FilterStage& stage : design.stages) ratio *= static_cast<double>(stage.up) / stage.down;
-  Eigen::MatrixXd all(static_cast<Index>(static_cast<double>(num_samples) * ratio) + 2, num_channels);
-  Index num_outputs = 0;
+  return decimate_between(0, num_outputs(design, num_samples), num_samples, num_channels, read, design);
+}
+
+Eigen::MatrixXd decimate_between(Index first, Index end, Index num_samples, Index num_channels,
+                                 const std::function<Eigen::MatrixXd(Index first, Index count)>& read,
+                                 const FilterSheet& design) {
+  Cascade cascade(design, num_channels);
+  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(num_outputs(design, num_samples), num_channels);
+  if (first >= end) return all;
+  const Feed feed = feed_of(design, first, end, num_samples);
+  if (feed.after) require_length(design, num_samples);
+  Index next = feed.first;
+  if (!feed.before)
+    for (StageStream& stage : cascade.stages) next = stage.begin_at(next);
   const auto keep = [&](const FrameBlock& outputs) {
-    all.middleRows(num_outputs, outputs.rows()) = outputs;
-    num_outputs += outputs.rows();
+    all.middleRows(next, outputs.rows()) = outputs;
+    next += outputs.rows();
   };
-  for (Index first = 0; first < num_samples; first += block)
-    keep(decimator.push(FrameBlock(read(first, std::min(block, num_samples - first)))));
-  keep(decimator.finish());
-  all.conservativeResize(num_outputs, Eigen::NoChange);
+  constexpr Index block = 16384;
+  for (Index at = feed.first; at < feed.end; at += block) {
+    const FrameBlock frames = read(at, std::min(block, feed.end - at));
+    keep(cascade.run(frames.data(), frames.rows(), false));
+  }
+  if (feed.after) keep(cascade.run(nullptr, 0, true));
   return all;
 }
 

@@ -7,6 +7,9 @@
 #include <limits>
 #include <utility>
 
+#include "dsp/for_each_index.hpp"
+#include "dsp/memory_limit.hpp"
+#include "dsp/prepare/filtered_stretch.hpp"
 #include "ident/exact_switches.hpp"
 #include "ident/held_by_ground.hpp"
 #include "ident/sensors/channel_noise.hpp"
@@ -33,12 +36,13 @@ Index first_bad(const VectorXd& values, const dsp::Motion& motion) {
   return -1;
 }
 
-void drop(Columns& columns, Index column, const std::string& name, const dsp::Motion& motion, const VectorXd& values,
-          Index bad) {
+/// Leaves a column out, and says why.
+DroppedTerm drop(Columns& columns, Index column, const std::string& name, const dsp::Motion& motion,
+                 const VectorXd& values, Index bad) {
   const std::string where =
       motion.find("t") != nullptr ? fmt::format("t = {:.9g} s", motion.at("t")(bad)) : fmt::format("row {}", bad + 1);
-  columns.dropped.push_back({name, fmt::format("not finite: {} at {}", values(bad), where)});
   columns.phi.col(column).setConstant(std::numeric_limits<double>::quiet_NaN());
+  return {name, fmt::format("not finite: {} at {}", values(bad), where)};
 }
 
 /// 0 where it is not finite.
@@ -47,9 +51,11 @@ VectorXd finite(const VectorXd& values) {
 }
 
 /// What is left of a column that the filter takes away whole (a constant, by a high-pass) is rounding: zero.
-VectorXd through_filter(const VectorXd& values, const dsp::ColumnFilter& filter) {
+VectorXd through_filter(const VectorXd& values, const ExactSwitches& switches) {
   constexpr double rounding = 1e-10;
-  VectorXd filtered = filter.apply(values);
+  VectorXd filtered =
+      dsp::filtered_within(switches.prepared(), switches.wanted(), 1,
+                           [&](Index first, Index count) -> Eigen::MatrixXd { return values.segment(first, count); });
   if (filtered.cwiseAbs().maxCoeff() <= rounding * values.cwiseAbs().maxCoeff()) filtered.setZero();
   return filtered;
 }
@@ -64,7 +70,7 @@ void keep_means(Columns& columns, Index signal, const VectorXd& samples) {
 void form_matched(Columns& columns, Index column, const Term& term) {
   const VectorXd samples = columns.switches->samples(term.expression);
   keep_means(columns, column, samples);
-  columns.phi.col(column) = through_filter(samples, columns.switches->prepared().filter);
+  columns.phi.col(column) = through_filter(samples, *columns.switches);
 }
 
 /// While the ground holds the payload nothing of the equation of ddy acts: ddy is zero, whatever x and v are, and so is
@@ -76,6 +82,41 @@ std::shared_ptr<ExactSwitches> switches_of(const dsp::Prepared& prepared, const 
   return switches;
 }
 
+/// A signal at the regression rate, behind the target's filter.
+VectorXd signal_of(const dsp::Prepared& prepared, const dsp::Motion& accelerations, const std::string& name) {
+  if (const dsp::Signal* known = accelerations.find(name)) return known->values;
+  return dsp::regression_signal(prepared, name);
+}
+
+/// Why the column is of no use; none: it is.
+std::optional<DroppedTerm> form_column(Columns& columns, Index column, const Term& term) {
+  const dsp::Prepared& prepared = *columns.prepared;
+  const bool matched = columns.switches != nullptr;
+  const dsp::Motion& source = matched ? prepared.intermediate : prepared.signals;
+  if (prepared.signals.find(term.name) != nullptr) {
+    const bool acts = !matched || columns.switches->acting_fraction().size() == 0;
+    const dsp::Signal* held = acts ? nullptr : source.find(term.name);
+    columns.phi.col(column) = held == nullptr ? signal_of(prepared, *columns.accelerations, term.name)
+                                              : prepared.filter.apply(columns.switches->acting(finite(held->values)));
+    if (const dsp::Signal* signal = source.find(term.name)) {
+      const VectorXd values = finite(signal->values);
+      keep_means(columns, column, acts ? values : columns.switches->acting(values));
+    }
+    return std::nullopt;
+  }
+  VectorXd values = term.expression.evaluate(source);
+  if (const Index bad = first_bad(values, source); bad >= 0)
+    return drop(columns, column, term.name, source, values, bad);
+  values = finite(values);  // excluded samples only; their margins cover the filter's reach
+  if (matched)
+    form_matched(columns, column, term);
+  else
+    columns.phi.col(column) = values;
+  if (matched && columns.phi.col(column).isZero(0.0) && !values.isZero(0.0))
+    return DroppedTerm{term.name, "constant, and accelerometers pass no constant"};
+  return std::nullopt;
+}
+
 }  // namespace
 
 double column_bytes(const dsp::Motion& signals, std::size_t num_terms) {
@@ -83,51 +124,32 @@ double column_bytes(const dsp::Motion& signals, std::size_t num_terms) {
 }
 
 Columns form_columns(const CandidateLibrary& library, const std::string& target, const dsp::Prepared& prepared,
-                     const std::function<void()>& poll) {
+                     const std::function<void()>& poll, int num_threads) {
   const bool matched = prepared.options.recipe == dsp::Recipe::matched;
   const dsp::Motion& source = matched ? prepared.intermediate : prepared.signals;
   const auto accelerations = std::make_shared<const dsp::Motion>(regression_accelerations(prepared));
-  const auto signal_of = [&](const std::string& name) -> VectorXd {
-    if (const dsp::Signal* known = accelerations->find(name)) return known->values;
-    return dsp::regression_signal(prepared, name);
-  };
-  Columns result =
-      empty_columns(library, prepared.signals, prepared.name, prepared.options.rolloff_hz, signal_of(target));
+  Columns result = empty_columns(library, prepared.signals, prepared.name, prepared.options.rolloff_hz,
+                                 signal_of(prepared, *accelerations, target));
   result.prepared = &prepared;
   result.accelerations = accelerations;
-  result.noise = std::make_shared<const ChannelNoise>(prepared, target);
   if (matched) result.switches = switches_of(prepared, library, target);
-  const bool acts = !matched || result.switches->acting_fraction().size() == 0;
   if (matched && loses_known_means(prepared) && source.find(target) != nullptr) {
     result.means = BlockMeans(source.num_samples(), result.phi.cols() + 1, source.sample_rate_hz);
     keep_means(result, result.phi.cols(), finite(source.at(target)));
   }
-  for (Index column = 0; column < result.phi.cols(); ++column) {
+  std::vector<std::optional<DroppedTerm>> dropped(library.terms.size());
+  constexpr double columns_at_work = 6.0;  // at the intermediate rate: a term, its signals, its samples
+  const int at_work = dsp::threads_within_memory(
+      sizeof(double) * columns_at_work * static_cast<double>(source.num_samples()), num_threads);
+  dsp::for_each_index(1 + library.terms.size(), at_work, [&](std::size_t i) {
     if (poll) poll();
-    const Term& term = library.terms[static_cast<std::size_t>(column)];
-    if (prepared.signals.find(term.name) != nullptr) {
-      const dsp::Signal* held = acts ? nullptr : source.find(term.name);
-      result.phi.col(column) =
-          held == nullptr ? signal_of(term.name) : prepared.filter.apply(result.switches->acting(finite(held->values)));
-      if (const dsp::Signal* signal = source.find(term.name)) {
-        const VectorXd values = finite(signal->values);
-        keep_means(result, column, acts ? values : result.switches->acting(values));
-      }
-      continue;
-    }
-    VectorXd values = term.expression.evaluate(source);
-    if (const Index bad = first_bad(values, source); bad >= 0) {
-      drop(result, column, term.name, source, values, bad);
-      continue;
-    }
-    values = finite(values);  // excluded samples only; their margins cover the filter's reach
-    if (matched)
-      form_matched(result, column, term);
+    if (i == 0)
+      result.noise = std::make_shared<const ChannelNoise>(prepared, target);
     else
-      result.phi.col(column) = values;
-    if (matched && result.phi.col(column).isZero(0.0) && !values.isZero(0.0))
-      result.dropped.push_back({term.name, "constant, and accelerometers pass no constant"});
-  }
+      dropped[i - 1] = form_column(result, static_cast<Index>(i) - 1, library.terms[i - 1]);
+  });
+  for (std::optional<DroppedTerm>& one : dropped)
+    if (one) result.dropped.push_back(std::move(*one));
   return result;
 }
 
@@ -138,7 +160,7 @@ VectorXd column_beside(const Columns& columns, const std::string& term, const st
     if (columns.switches == nullptr) return one.expression.evaluate(*columns.signals);
     ExactSwitches switches(*columns.prepared, library);
     switches.act_for(columns.switches->acting_fraction());
-    return through_filter(switches.samples(one.expression), columns.prepared->filter);
+    return through_filter(switches.samples(one.expression), switches);
   });
 }
 
@@ -171,7 +193,7 @@ Columns form_columns(const CandidateLibrary& library, const std::string& target,
     const Term& term = library.terms[static_cast<std::size_t>(column)];
     const VectorXd values = term.expression.evaluate(table);
     if (const Index bad = first_bad(values, table); bad >= 0)
-      drop(result, column, term.name, table, values, bad);
+      result.dropped.push_back(drop(result, column, term.name, table, values, bad));
     else
       result.phi.col(column) = values;
   }

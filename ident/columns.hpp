@@ -71,10 +71,11 @@ struct Columns {
 
 /// "matched": each term is formed with exact switches (exact_switches.hpp) and passes the target's filter; "paper":
 /// terms are evaluated on the filtered signals, sgn(g) at the point. Sample i of the result is sample i of
-/// prepared.signals; `prepared` must outlive it. `poll` is called before each column and may throw to stop. Throws
-/// std::invalid_argument for a target that is no signal.
+/// prepared.signals; `prepared` must outlive it. `poll` is called before each column, by any of the threads, and may
+/// throw to stop. Throws std::invalid_argument for a target that is no signal.
 [[nodiscard]] Columns form_columns(const CandidateLibrary& library, const std::string& target,
-                                   const dsp::Prepared& prepared, const std::function<void()>& poll = {});
+                                   const dsp::Prepared& prepared, const std::function<void()>& poll = {},
+                                   int num_threads = 1);
 
 /// The column that form_columns would make of one more term of these signals, without what else it makes: switches as
 /// they are before an equation settles them. Each is formed once. Throws as make_library for a term of other signals.

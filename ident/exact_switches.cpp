@@ -44,6 +44,14 @@ void ExactSwitches::settle(const WeightedTerms& equation) {
   settled_ = !equation.empty();
 }
 
+void ExactSwitches::limit_to(const dsp::Stretch& wanted) {
+  wanted_ = wanted;
+  // What the state band took away is restored from the course up to so many periods of its flank.
+  constexpr double flank_periods = 50.0;
+  const double flank_hz = prepared_.options.state_cutoff_hz - prepared_.options.state_rolloff_hz;
+  crossings_.limit_to(dsp::leaned_on(prepared_, wanted).wider(flank_periods / flank_hz));
+}
+
 bool ExactSwitches::depends_on_equation(const Expression& term) const {
   const auto& signals = term.signals();
   return !term.all_switches().empty() ||
@@ -133,6 +141,7 @@ VectorXd ExactSwitches::samples(const Expression& term) const {
         dsp::DecimateOptions{
             .output_rate_hz = base_hz, .passband_end_hz = stop_hz_, .stopband_start_hz = base_hz - stop_hz_});
 
+  const dsp::Stretch leaned_on = dsp::leaned_on(prepared_, wanted_).wider(decimator ? decimator->sheet().edge_s : 0.0);
   VectorXd result(num_rows);
   Index done = 0;
   const auto keep = [&](const Eigen::Ref<const VectorXd>& values) {
@@ -142,6 +151,12 @@ VectorXd ExactSwitches::samples(const Expression& term) const {
   constexpr Index block_rows = 16384;
   for (Index first = 0; first < num_rows * factor; first += block_rows) {
     const Index count = std::min(block_rows, num_rows * factor - first);
+    if (static_cast<double>(first + count) <= leaned_on.from_s * rate_hz ||
+        static_cast<double>(first) > leaned_on.to_s * rate_hz) {
+      const VectorXd unwanted = VectorXd::Zero(count);
+      keep(decimator ? VectorXd(decimator->push(unwanted)) : unwanted);
+      continue;
+    }
     std::vector<VectorXd> own;
     for (const std::string& name : term.signals()) own.push_back(crossings_.samples(name, factor, first, count));
     for (const std::size_t argument : bound.switches) own.push_back(crossings_.signs(argument, factor, first, count));

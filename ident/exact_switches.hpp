@@ -5,6 +5,7 @@
 
 #include "dsp/filter/short_low_pass.hpp"
 #include "dsp/prepare.hpp"
+#include "dsp/prepare/filtered_stretch.hpp"
 #include "ident/library.hpp"
 #include "ident/switches/crossings.hpp"
 
@@ -22,6 +23,9 @@ class ExactSwitches {
   ExactSwitches(const dsp::Prepared& prepared, const CandidateLibrary& library);
   /// Places the switches again under an equation, whose jumps the state band has rounded (crossings.hpp).
   void settle(const WeightedTerms& equation);
+  /// From now on columns are wanted within this stretch only: beside it they and the switches may be anything.
+  void limit_to(const dsp::Stretch& wanted);
+  [[nodiscard]] const dsp::Stretch& wanted() const { return wanted_; }
   /// Whether the switches are placed under an equation.
   [[nodiscard]] bool settled() const { return settled_; }
   /// Of each sample at the intermediate rate, the fraction for which terms act; beside that they are zero.
@@ -33,7 +37,8 @@ class ExactSwitches {
   [[nodiscard]] const Crossings& crossings() const { return crossings_; }
   /// Whether the term's column depends on the equation.
   [[nodiscard]] bool depends_on_equation(const Expression& term) const;
-  /// The term at the intermediate rate, below the end of the column filter's band. What is not finite counts as zero.
+  /// The term at the intermediate rate, below the end of the column filter's band. What is not finite counts as zero,
+  /// and so may what no wanted column leans on.
   [[nodiscard]] Eigen::VectorXd samples(const Expression& term) const;
 
  private:
@@ -45,6 +50,7 @@ class ExactSwitches {
   const dsp::Prepared& prepared_;
   Crossings crossings_;
   bool settled_ = false;
+  dsp::Stretch wanted_;
   Eigen::VectorXd acting_;
   double stop_hz_;  ///< columns are gone from here on
 };

@@ -336,11 +336,11 @@ double mean_of_first_range(const Record& record, const std::vector<Range>& range
 }
 
 Columns record_columns(const CandidateLibrary& library, const std::string& target, const Record& record,
-                       std::size_t max_memory_bytes, const std::function<void()>& poll) {
+                       std::size_t max_memory_bytes, const std::function<void()>& poll, int num_threads) {
   const dsp::Prepared& prepared = record.prepared;
   dsp::require_memory(prepared.name, fit_bytes(prepared.signals, library.terms.size()), max_memory_bytes);
   try {
-    Columns columns = form_columns(library, target, prepared, poll);
+    Columns columns = form_columns(library, target, prepared, poll, num_threads);
     columns.regimes = record.regimes;
     columns.power = record.power;
     columns.sensors = sensor_parameters(record);

@@ -73,6 +73,6 @@ void find_regimes(Record& record, const dsp::SegmentOptions& options = {}, int n
 /// memory.limit where fitting them would take more than max_memory_bytes, memory.exhausted; as form_columns.
 [[nodiscard]] Columns record_columns(const CandidateLibrary& library, const std::string& target, const Record& record,
                                      std::size_t max_memory_bytes = dsp::ReadOptions{}.max_memory_bytes,
-                                     const std::function<void()>& poll = {});
+                                     const std::function<void()>& poll = {}, int num_threads = 1);
 
 }  // namespace ident

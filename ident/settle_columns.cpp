@@ -9,6 +9,7 @@
 #include "dsp/for_each_index.hpp"
 #include "dsp/memory_limit.hpp"
 #include "ident/anderson_mixing.hpp"
+#include "ident/exact_switches.hpp"
 #include "ident/methods.hpp"
 #include "ident/rows_of_terms.hpp"
 #include "ident/terms_by_record.hpp"
@@ -198,11 +199,30 @@ bool settled(const WeightedTerms& before, const SwitchedFit& now) {
   return true;
 }
 
+/// Whether the sensors' columns formed with one equation do for another, of terms as large as `scale` says. A sensor is
+/// off by about a hundredth at most, so that a thousandth of its columns is 1e-5 of a signal: what the times of
+/// switches are exact to.
+bool forms_like(const WeightedTerms& before, const Present& now, const VectorXd& scale) {
+  constexpr double of_largest = 1e-3;
+  if (before.size() != now.equation.size()) return false;
+  double largest = 0.0, change = 0.0;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    if (before[i].first.text() != now.equation[i].first.text()) return false;
+    const double size = scale(now.terms[i]), mean = now.equation[i].second;
+    largest = std::max(largest, std::abs(mean) * size);
+    change = std::max(change, std::abs(mean - before[i].second) * size);
+  }
+  return change <= of_largest * largest;
+}
+
 }  // namespace
 
 RangeData settled_data(const Range& range, RangeResult& result, std::vector<Columns>& recordings,
                        const CandidateLibrary& library, const IdentifyOptions& options) {
   columns_of_library(recordings);
+  const std::vector<dsp::Stretch> stretches = stretches_of(result.rows, recordings);
+  for (std::size_t r = 0; r < recordings.size(); ++r)
+    if (recordings[r].switches != nullptr) recordings[r].switches->limit_to(stretches[r]);
   constexpr int most_passes = 8;  // friction of one level takes three; beyond, terms near the threshold come and go
   const std::vector<DroppedTerm> dropped = result.dropped;
   std::shared_ptr<const IndependentRows> independence;  // of rows that stay from pass to pass
@@ -217,27 +237,29 @@ RangeData settled_data(const Range& range, RangeResult& result, std::vector<Colu
     return formed;
   };
   RangeData data = data_under({});
-  const RangeSensors sensors(range, result.rows, recordings);
+  const RangeSensors sensors(range, stretches, recordings);
   const bool matched = std::any_of(recordings.begin(), recordings.end(),
                                    [](const Columns& columns) { return columns.switches != nullptr; });
   // Coefficients without the sensors are a few per cent off, and so are the columns formed with them: not twice.
   const int least_passes = sensors.parameters().empty() ? 0 : 2;
   const int num_threads = dsp::threads_within_memory(sensor_bytes(recordings), options.num_threads);
-  WeightedTerms equation;
+  WeightedTerms equation, formed_with;
   SwitchPlacement placement(data.scale);
   for (int pass = 0; matched && !options.methods.empty() && pass < most_passes; ++pass) {
     const Present present = present_fit(data, library, options);
     const SwitchedFit now = switched_fit(present, library, options);
     if (settled(equation, now) && pass >= least_passes) break;
     equation = placement.next(now);
+    const bool formed_already = data.sensors && forms_like(formed_with, present, data.scale);
+    RangeSensors formed = formed_already ? std::move(*data.sensors) : sensors;
     data = {};  // before there is another
-    RangeSensors formed = sensors;
     dsp::for_each_index(2, num_threads, [&](std::size_t i) {
       if (i == 0)
         data = data_under(equation);
-      else if (!formed.parameters().empty())
+      else if (!formed_already && !formed.parameters().empty())
         formed.form(present.equation, options.target, options.poll);
     });
+    if (!formed_already) formed_with = present.equation;
     add_sensors(data, std::move(formed), present, result, recordings, options);
   }
   data.library = library;

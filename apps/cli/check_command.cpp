@@ -11,8 +11,9 @@ namespace {
 
 int check(const RunArguments& arguments, Console& console) {
   const Work work = prepare_work(config_of(arguments), arguments, console);
-  const std::vector<ident::Columns> columns = all_columns(
-      work.config, work.inputs, compile_libraries(work.config, work.inputs), arguments.max_memory_bytes, console);
+  const std::vector<ident::Columns> columns =
+      all_columns(work.config, work.inputs, compile_libraries(work.config, work.inputs), arguments.max_memory_bytes,
+                  arguments.num_threads, console);
   std::string text;
   for (const Input& input : work.inputs)
     for (const dsp::Check& found : input.prepared.checks)

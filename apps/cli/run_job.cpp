@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "apps/config/identification.hpp"
 #include "apps/config/other_recording.hpp"
@@ -119,6 +120,7 @@ struct Identified {
   std::vector<ident::Columns> columns;
   ident::IdentifyOptions options;
   std::vector<ident::RangeResult> ranges;
+  std::vector<RecordingSteps> steps;
   std::optional<ident::BandSplit> split{};  ///< of the whole band, where that was lowered
 };
 
@@ -126,10 +128,13 @@ Identified identify_in_band(const Config& config, const RunArguments& arguments,
   Identified found{.work = prepare_work(config, arguments, console)};
   Work& work = found.work;
   found.libraries = compile_libraries(work.config, work.inputs);
-  found.columns = all_columns(work.config, work.inputs, found.libraries, arguments.max_memory_bytes, console);
+  auto steps = beside(arguments.num_threads, [&] { return steady_steps(work.inputs); });
+  found.columns = all_columns(work.config, work.inputs, found.libraries, arguments.max_memory_bytes,
+                              arguments.num_threads, console);
   found.options = identify_options(work.config, work.inputs, arguments.num_threads);
   found.options.most_blocks = most_factor_blocks;
   found.ranges = identify_ranges(work.config, found.columns, found.libraries.front(), found.options, console);
+  found.steps = steps.get();
   return found;
 }
 
@@ -170,16 +175,18 @@ Identified identify_where_one_equation_holds(Config config, const RunArguments& 
 RunOutcome run_into(RunFolder& results, const Config& config, const RunArguments& arguments, Console& console) {
   HashesBeside hashes(input_files(config), arguments.num_threads);
   Identified identified = identify_where_one_equation_holds(config, arguments, console);
-  auto& [work, libraries, columns, options, ranges, split] = identified;
+  auto& [work, libraries, columns, options, ranges, steps, split] = identified;
   const auto files_of = results.add_files(work.inputs, hashes);
-  auto steps = beside(arguments.num_threads, [&] { return steady_steps(work.inputs); });
   RunOutcome outcome;
   for (const Input& input : work.inputs)
     outcome.files.insert(outcome.files.end(), input.files.begin(), input.files.end());
   const RunResults found{
-      work.config, work.inputs,
-      columns,     ranges,
-      steps.get(), predict_test_recordings(work, ranges, files_of, arguments, results, hashes, outcome.files, console),
+      work.config,
+      work.inputs,
+      columns,
+      ranges,
+      std::move(steps),
+      predict_test_recordings(work, ranges, files_of, arguments, results, hashes, outcome.files, console),
       split};
   refuse_warnings(arguments.strict, console);
   const FirstScreen first = first_screen(found);

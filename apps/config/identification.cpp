@@ -88,7 +88,7 @@ void require_unclipped(const Config& config, const std::vector<Input>& inputs) {
 
 std::vector<ident::Columns> all_columns(const Config& config, const std::vector<Input>& inputs,
                                         const std::vector<ident::CandidateLibrary>& libraries,
-                                        std::size_t max_memory_bytes, Console& console) {
+                                        std::size_t max_memory_bytes, int num_threads, Console& console) {
   if (max_memory_bytes == 0) max_memory_bytes = dsp::ReadOptions{}.max_memory_bytes;
   require_unclipped(config, inputs);
   std::vector<ident::Columns> columns;
@@ -97,7 +97,7 @@ std::vector<ident::Columns> all_columns(const Config& config, const std::vector<
     console.step(fmt::format("{}: forming {} columns ({:.1f} MB)", inputs[i].prepared.name, num_terms,
                              1e-6 * ident::column_bytes(inputs[i].prepared.signals, num_terms)));
     columns.push_back(ident::record_columns(libraries[i], config.fit.target, inputs[i], max_memory_bytes,
-                                            shown_poll(console, "forming columns")));
+                                            shown_poll(console, "forming columns"), num_threads));
   }
   return columns;
 }

@@ -25,7 +25,7 @@ void require_unclipped(const Config& config, const std::vector<Input>& inputs);
 /// ident::record_columns of every recording (max_memory_bytes 0: the default), unless one is clipped.
 [[nodiscard]] std::vector<ident::Columns> all_columns(const Config& config, const std::vector<Input>& inputs,
                                                       const std::vector<ident::CandidateLibrary>& libraries,
-                                                      std::size_t max_memory_bytes, Console& console);
+                                                      std::size_t max_memory_bytes, int num_threads, Console& console);
 
 [[nodiscard]] ident::IdentifyOptions identify_options(const Config& config, const std::vector<Input>& inputs,
                                                       int num_threads);

@@ -114,7 +114,7 @@ void fit_all(const std::vector<Candidates>& candidates, Config config, std::vect
   for (const Candidates& offered : candidates) {
     config.library = offered.library;
     const auto libraries = compile_libraries(config, inputs);
-    auto columns = all_columns(config, inputs, libraries, 0, console);
+    auto columns = all_columns(config, inputs, libraries, 0, 1, console);
     ident::IdentifyOptions options = identify_options(config, inputs, 1);
     options.poll = shown_poll(console, "fitting");
     for (const Section5Case* definition : offered.cases) {

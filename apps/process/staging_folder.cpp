@@ -254,7 +254,7 @@ void sync_entry(const fs::path& entry, const fs::path& shown) {
   const int descriptor = ::open(entry.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) throw cannot_write(shown, errno);
   // Some file systems cannot sync a folder (EINVAL): the rename is then as durable as they make it.
-  int failed = ::fsync(descriptor) != 0 ? errno : 0;
+  int failed = ::fdatasync(descriptor) != 0 ? errno : 0;
   std::error_code unknown;
   if (failed == EINVAL && std::filesystem::is_directory(entry, unknown)) failed = 0;
   ::close(descriptor);

@@ -147,6 +147,7 @@ std::vector<RowPair> StateSpace::revisits(Index min_separation, const std::vecto
     sample.push_back(samples[static_cast<std::size_t>(i * step)]);
   }
 
+  const VectorXd x = at.row(0), v = at.row(1);  // most rows are passed by for these
   std::vector<std::pair<double, RowPair>> nearest;
   for (Index place = 0; place < count; ++place) {
     const auto here = static_cast<std::size_t>(place);
@@ -154,7 +155,7 @@ std::vector<RowPair> StateSpace::revisits(Index min_separation, const std::vecto
     Index neighbour = -1;
     for (const Index direction : {-1, 1})
       for (Index other = place + direction; other >= 0 && other < count; other += direction) {
-        const double along_x = at(0, other) - at(0, place), along_v = at(1, other) - at(1, place);
+        const double along_x = x(other) - x(place), along_v = v(other) - v(place);
         if (along_x * along_x >= closest) break;
         if (along_v * along_v >= closest) continue;
         const auto there = static_cast<std::size_t>(other);

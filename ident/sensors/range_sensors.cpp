@@ -10,23 +10,30 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-RangeSensors::RangeSensors(const Range& range, const RangeRows& rows, const std::vector<Columns>& recordings)
+std::vector<dsp::Stretch> stretches_of(const RangeRows& rows, const std::vector<Columns>& recordings) {
+  constexpr double never = std::numeric_limits<double>::infinity();
+  std::vector<dsp::Stretch> stretches(recordings.size(), {never, -never});
+  for (const auto* part : {&rows.train, &rows.test})
+    for (const Row& row : *part) {
+      const double t_s = static_cast<double>(row.sample) / recordings[row.recording].signals->sample_rate_hz;
+      dsp::Stretch& stretch = stretches[row.recording];
+      stretch.from_s = std::min(stretch.from_s, t_s), stretch.to_s = std::max(stretch.to_s, t_s);
+    }
+  return stretches;
+}
+
+RangeSensors::RangeSensors(const Range& range, const std::vector<dsp::Stretch>& stretches,
+                           const std::vector<Columns>& recordings)
     : parts_(recordings.size()) {
   const bool alone = range.recording != 0 || recordings.size() == 1;
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     if (!range.covers(r) || recordings[r].sensors.empty()) continue;
-    double first_s = std::numeric_limits<double>::infinity(), last_s = -first_s;
-    for (const auto* part : {&rows.train, &rows.test})
-      for (const Row& row : *part) {
-        if (row.recording != r) continue;
-        const double t_s = static_cast<double>(row.sample) / recordings[r].signals->sample_rate_hz;
-        first_s = std::min(first_s, t_s), last_s = std::max(last_s, t_s);
-      }
     Part& part = parts_[r];
     part.columns = &recordings[r];
+    part.stretch = stretches[r];
     part.first = static_cast<Index>(parameters_.size());
     for (const SensorParameter& parameter : recordings[r].sensors) {
-      if (parameter.from_s >= last_s || parameter.to_s <= first_s) continue;
+      if (parameter.from_s >= part.stretch.to_s || parameter.to_s <= part.stretch.from_s) continue;
       part.sensors.push_back(parameter);
       const auto shape = std::find(part.shapes.begin(), part.shapes.end(), parameter.shape);
       part.shape_of.push_back(shape - part.shapes.begin());
@@ -42,7 +49,8 @@ RangeSensors::RangeSensors(const Range& range, const RangeRows& rows, const std:
 void RangeSensors::form(const WeightedTerms& equation, const std::string& target, const std::function<void()>& poll) {
   for (Part& part : parts_)
     if (const Columns* columns = part.columns; columns != nullptr)
-      part.psi = sensor_columns(*columns->prepared, *columns->accelerations, part.shapes, equation, target, poll);
+      part.psi = sensor_columns(*columns->prepared, *columns->accelerations, part.shapes, equation, target,
+                                part.stretch, poll);
 }
 
 /// Calls visit(parameter, value of its column) for what is not zero.

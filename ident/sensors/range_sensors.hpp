@@ -12,11 +12,15 @@
 
 namespace ident {
 
+/// From the first to the last row of each recording; of none: empty, its end before its start.
+[[nodiscard]] std::vector<dsp::Stretch> stretches_of(const RangeRows& rows, const std::vector<Columns>& recordings);
+
 /// The sensor parameters of all recordings that a range covers, one after the other, that change something between its
 /// first and last row, and their columns. The recordings must outlive it.
 class RangeSensors {
  public:
-  RangeSensors(const Range& range, const RangeRows& rows, const std::vector<Columns>& recordings);
+  /// `stretches`: of the range's rows of each recording.
+  RangeSensors(const Range& range, const std::vector<dsp::Stretch>& stretches, const std::vector<Columns>& recordings);
   [[nodiscard]] const std::vector<SensorParameter>& parameters() const { return parameters_; }
   /// Forms the columns with this equation.
   void form(const WeightedTerms& equation, const std::string& target, const std::function<void()>& poll);
@@ -35,6 +39,7 @@ class RangeSensors {
   struct Part {
     const Columns* columns = nullptr;  ///< null: no parameters
     Eigen::Index first = 0;
+    dsp::Stretch stretch;                                    ///< of the rows
     std::vector<SensorParameter> sensors;                    ///< that change something on the rows
     std::vector<std::shared_ptr<const SensorShape>> shapes;  ///< theirs, each once
     std::vector<Eigen::Index> shape_of;                      ///< of each sensor

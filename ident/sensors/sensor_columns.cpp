@@ -144,7 +144,7 @@ dsp::Motion regression_accelerations(const dsp::Prepared& prepared) {
 
 SensorColumns sensor_columns(const dsp::Prepared& prepared, const dsp::Motion& accelerations,
                              const std::vector<std::shared_ptr<const SensorShape>>& shapes,
-                             const WeightedTerms& equation, const std::string& target,
+                             const WeightedTerms& equation, const std::string& target, const dsp::Stretch& wanted,
                              const std::function<void()>& poll) {
   const EquationSlopes equation_slopes(prepared.intermediate, equation);
   const bool constant = std::all_of(accelerations.signals.begin(), accelerations.signals.end(),
@@ -163,8 +163,8 @@ SensorColumns sensor_columns(const dsp::Prepared& prepared, const dsp::Motion& a
   if (loses_known_means(prepared))
     means = BlockMeans(prepared.intermediate.num_samples(), std::ssize(shapes), prepared.intermediate.sample_rate_hz);
   // Block by block: at the intermediate rate there is room for none of the columns.
-  const MatrixXd formed = prepared.filter.apply(
-      prepared.intermediate.num_samples(), std::max<Index>(1, std::ssize(changes)), [&](Index first, Index count) {
+  const MatrixXd formed =
+      dsp::filtered_within(prepared, wanted, std::max<Index>(1, std::ssize(changes)), [&](Index first, Index count) {
         if (poll) poll();
         std::vector<dsp::Signal> slopes;
         for (const SignalSlope& slope : equation_slopes.slopes())

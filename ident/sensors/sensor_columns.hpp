@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "dsp/prepare.hpp"
+#include "dsp/prepare/filtered_stretch.hpp"
 #include "ident/block_means.hpp"
 #include "ident/library/expression.hpp"
 #include "ident/sensors/sensor_parameters.hpp"
@@ -24,10 +25,11 @@ struct SensorColumns {
 /// One column for each shape: the derivative of "equation - target" with respect
 /// to a value of it, through the column filter. To first order the target is Phi c + Psi eta + noise, eta the values of
 /// parameters, each with the column of its shape times its course. Switches move with their signals. `accelerations`:
-/// those of regression_accelerations. `poll` is called before each shape and may throw to stop.
+/// those of regression_accelerations. Beside the stretch that is wanted values may be anything. `poll` is called before
+/// each shape and may throw to stop.
 [[nodiscard]] SensorColumns sensor_columns(const dsp::Prepared& prepared, const dsp::Motion& accelerations,
                                            const std::vector<std::shared_ptr<const SensorShape>>& shapes,
                                            const WeightedTerms& equation, const std::string& target,
-                                           const std::function<void()>& poll = {});
+                                           const dsp::Stretch& wanted = {}, const std::function<void()>& poll = {});
 
 }  // namespace ident

@@ -127,7 +127,8 @@ void Crossings::settle(const WeightedTerms& equation) {
   }
   if (jumping.empty()) crossings_ = found_;
   for (auto& list : crossings_)
-    for (Crossing& crossing : list) crossing.is_moving = true;
+    for (Crossing& crossing : list)
+      crossing.is_moving = crossing.t_s >= stretch_.from_s && crossing.t_s <= stretch_.to_s;
   for (int pass = 0; !jumping.empty() && pass < most_passes; ++pass) {
     set_slope_jumps(jumping);
     collect_kinks();
@@ -138,20 +139,20 @@ void Crossings::settle(const WeightedTerms& equation) {
   restore(terms);
 }
 
-/// The equation's acceleration at the motion's rate, less the jumps of the kinks.
-VectorXd Crossings::course_between_jumps(const std::vector<std::pair<Bound, double>>& equation) const {
-  const Index num_rows = motion_.num_samples();
+/// The equation's acceleration at the motion's rate, less the jumps of the kinks, of samples [from, from + num_rows).
+VectorXd Crossings::course_between_jumps(const std::vector<std::pair<Bound, double>>& equation, Index from,
+                                         Index num_rows) const {
   VectorXd course = VectorXd::Zero(num_rows);
   constexpr Index block = 16384;
-  for (Index first = 0; first < num_rows; first += block) {
-    const Index count = std::min(block, num_rows - first);
+  for (Index first = from; first < from + num_rows; first += block) {
+    const Index count = std::min(block, from + num_rows - first);
     for (const auto& [bound, coefficient] : equation) {
       std::vector<VectorXd> own;
       std::vector<const double*> columns;
       for (const std::string& name : bound.expression->signals()) own.push_back(samples(name, 1, first, count));
       for (const std::size_t argument : bound.switches) own.push_back(signs(argument, 1, first, count));
       for (const VectorXd& values : own) columns.push_back(values.data());
-      course.segment(first, count) += coefficient * bound.expression->evaluate(columns, count);
+      course.segment(first - from, count) += coefficient * bound.expression->evaluate(columns, count);
     }
   }
   // Where the motion stops at a crossing, what its jump lacks of the equation's stays in the course: when it moves on
@@ -159,7 +160,7 @@ VectorXd Crossings::course_between_jumps(const std::vector<std::pair<Bound, doub
   auto kink = kinks_.begin();
   double jumped = 0.0;
   for (Index i = 0; i < num_rows; ++i) {
-    for (; kink != kinks_.end() && kink->t_s * motion_.sample_rate_hz <= static_cast<double>(i); ++kink)
+    for (; kink != kinks_.end() && kink->t_s * motion_.sample_rate_hz <= static_cast<double>(from + i); ++kink)
       jumped += kink->slope_jump;
     course(i) -= jumped;
     if (!std::isfinite(course(i))) course(i) = i > 0 ? course(i - 1) : 0.0;
@@ -175,16 +176,26 @@ void Crossings::restore(const std::vector<std::pair<Bound, double>>& equation) {
     for (Speed& speed : speeds_) speed.smooth.resize(0);
     return;
   }
-  kinks_at_samples_.setZero(motion_.num_samples());
+  const Index num_samples = motion_.num_samples();
+  kinks_at_samples_.setZero(num_samples);
   add_kinks(motion_.sample_rate_hz, 0, kinks_at_samples_);
-  VectorXd course = course_between_jumps(equation);
+  const auto sample_at = [&](double t_s) {
+    return static_cast<Index>(std::clamp(t_s * motion_.sample_rate_hz, 0.0, static_cast<double>(num_samples)));
+  };
+  const Index first = sample_at(stretch_.from_s), count = sample_at(stretch_.to_s) - first;
+  constexpr Index fewest = 8;  // of a transform
+  if (count < fewest) return;
+  VectorXd course = course_between_jumps(equation, first, count);
   dsp::ExtendedSpectrum spectrum(course, motion_.sample_rate_hz);
   course.resize(0);
   spectrum.multiply([&](double f) -> std::complex<double> {
     return f > 0.0 ? std::complex<double>(0.0, -(1.0 - state_band_.gain(f)) / (2.0 * std::numbers::pi * f)) : 0.0;
   });
   const VectorXd taken = std::move(spectrum).signal();
-  for (Speed& speed : speeds_) speed.smooth = motion_.at(speed.name) + taken;
+  for (Speed& speed : speeds_) {
+    speed.smooth = motion_.at(speed.name);
+    speed.smooth.segment(first, count) += taken;
+  }
 }
 
 Crossings::Bound Crossings::bind(const Expression& expression) const {

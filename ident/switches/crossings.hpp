@@ -10,6 +10,7 @@
 
 #include "dsp/filter/kink_kernel.hpp"
 #include "dsp/motion.hpp"
+#include "dsp/prepare/filtered_stretch.hpp"
 #include "ident/library/expression.hpp"
 
 namespace ident {
@@ -35,6 +36,8 @@ class Crossings {
   /// a term that jumps: as the low-passed signals have them. Where an acceleration is too small to lead through the
   /// jump, the motion stops, and the jump is that acceleration.
   void settle(const WeightedTerms& equation);
+  /// From now on only what is within this stretch is placed and restored; beside it the signals are as they are.
+  void limit_to(const dsp::Stretch& stretch) { stretch_ = stretch; }
 
   [[nodiscard]] const std::vector<Expression>& arguments() const { return *arguments_; }
   /// In order of time.
@@ -93,11 +96,13 @@ class Crossings {
   bool move_all();
   void add_kinks(double rate_hz, Eigen::Index first, Eigen::VectorXd& speed) const;
   void collect_kinks();
-  [[nodiscard]] Eigen::VectorXd course_between_jumps(const std::vector<std::pair<Bound, double>>& equation) const;
+  [[nodiscard]] Eigen::VectorXd course_between_jumps(const std::vector<std::pair<Bound, double>>& equation,
+                                                     Eigen::Index from, Eigen::Index count) const;
   void restore(const std::vector<std::pair<Bound, double>>& equation);
 
   const dsp::Motion& motion_;
   dsp::SpectralBand state_band_;
+  dsp::Stretch stretch_;
   dsp::KinkKernel kernel_;
   std::vector<Speed> speeds_;
   std::shared_ptr<const std::vector<Expression>> arguments_;  ///< shared by copies, whose bound_ points at them

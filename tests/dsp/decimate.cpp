@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "dsp/filter/decimate_between.hpp"
 #include "dsp/filter/filter_design.hpp"
 #include "support/signals.hpp"
 
@@ -148,6 +149,43 @@ TEST_CASE("any block size gives the same bits", "[dsp][decimate]") {
   const dsp::DecimateOptions broken{.output_rate_hz = 44.1, .passband_end_hz = 18.0};
   const auto other = in_blocks(samples, 2560.0, broken, samples.rows());
   for (const Index block : {Index{1}, Index{999}}) CHECK(in_blocks(samples, 2560.0, broken, block) == other);
+}
+
+TEST_CASE("outputs that are asked for alone are the same bits, and no more is read than they lean on",
+          "[dsp][decimate]") {
+  struct Case {
+    double input_hz;
+    dsp::DecimateOptions options;
+  };
+  const Case cases[] = {{256, to_regression},
+                        {25600, to_regression},
+                        {10000, {.output_rate_hz = 7500, .passband_end_hz = 2000}},
+                        {100, {.output_rate_hz = 100, .passband_end_hz = 40}}};
+  for (const auto& [rate_hz, options] : cases) {
+    const Index n = 60'000;
+    const MatrixXd samples = (MatrixXd(n, 2) << support::gaussian(n, 5), tone(n, rate_hz, 3.0)).finished();
+    const dsp::FilterSheet design = dsp::Decimator(rate_hz, 1, options).sheet();
+    const MatrixXd whole = dsp::decimate(samples, design);
+    const double ratio = rate_hz / options.output_rate_hz;
+    const double reach = design.edge_s * rate_hz + 2.0 * ratio;
+    const Index rows = whole.rows();
+    const Index pairs[][2] = {{0, rows}, {0, rows / 3}, {rows / 3, rows / 2}, {rows / 2, rows}, {rows / 2, rows / 2}};
+    for (const auto& [first, end] : pairs) {
+      Index least = n, most = 0;
+      const auto read = [&](Index from, Index count) -> MatrixXd {
+        least = std::min(least, from), most = std::max(most, from + count);
+        return samples.middleRows(from, count);
+      };
+      const MatrixXd some = dsp::decimate_between(first, end, n, 2, read, design);
+      INFO(rate_hz << " Hz, outputs " << first << " to " << end << " of " << rows);
+      REQUIRE(some.rows() == rows);
+      CHECK(some.middleRows(first, end - first) == whole.middleRows(first, end - first));
+      const double from = ratio * static_cast<double>(first) - reach, to = ratio * static_cast<double>(end) + reach;
+      if (first == end || from < 0.0 || to > static_cast<double>(n)) continue;
+      CHECK(static_cast<double>(least) >= from);
+      CHECK(static_cast<double>(most) <= to);
+    }
+  }
 }
 
 TEST_CASE("the ends continue the record instead of inventing a step", "[dsp][decimate]") {

@@ -1,6 +1,7 @@
 // Loaded before a program (LD_PRELOAD), makes one call of one kind fail, counted from the start of main:
 // ARDENT_FAIL=KIND:N, the N-th alone, or KIND:N+, that and all later ones. Kinds: write (ENOSPC), open (EMFILE), rename
-// (EIO), fsync (EIO), memory (no memory). ARDENT_COUNTS=FILE: the number of calls of every kind at the end.
+// (EIO), fsync and fdatasync (EIO), memory (no memory). ARDENT_COUNTS=FILE: the number of calls of every kind at the
+// end.
 #include <dirent.h>
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -156,6 +157,10 @@ int renameat2(int from_folder, const char* from, int to_folder, const char* to, 
 }
 int fsync(int descriptor) {
   static const auto real = next(&fsync, "fsync");
+  return fails(syncs) ? -1 : real(descriptor);
+}
+int fdatasync(int descriptor) {
+  static const auto real = next(&fdatasync, "fdatasync");
   return fails(syncs) ? -1 : real(descriptor);
 }
 

@@ -137,7 +137,7 @@ TEST_CASE("a joint range has the sensors of each recording, under its name", "[i
   const auto names = [&](int recording) {
     const ident::Range range{{.name = "all"}, recording, {}};
     std::vector<std::string> found;
-    const ident::RangeSensors sensors(range, ident::range_rows(range, columns), columns);
+    const ident::RangeSensors sensors(range, ident::stretches_of(ident::range_rows(range, columns), columns), columns);
     for (const auto& parameter : sensors.parameters()) found.push_back(parameter.name);
     return found;
   };
