@@ -41,16 +41,15 @@ struct Segmentation {
 /// thresholds.
 ///
 /// Thresholds from the record, T its dominant period:
-/// - stick: where |v|, of displacement and acceleration sensors together (joint_velocity.hpp) up to 6.5 / T, shows a
-///   halt (stops.hpp): below 0.04 of the velocity amplitude that 97 of 100 cycles in motion exceed, or below three
-///   times its noise where that is more, it takes longer than passing through zero at that slope does. None are
-///   looked for where three times the noise is more than 0.3 of that amplitude (where most cycles rest: of the median
-///   of the others). The ends of a stop have a standard deviation of T / 26. Where the base moves and v mostly
-///   reaches less than that noise, or a fiftieth of the base's velocity, the payload is taken to follow its base: all
-///   of that is stick.
-/// - or the acceleration does, where it is measured, or computed, up to 26 / T (38 Hz where that is above 16 / T): it
-///   keeps its sign while the velocity passes zero, and is zero while the payload halts (reversals.hpp). A mount that
-///   rings between body and sensors is looked for (mount.hpp); its ringing is taken off v, and this is not looked at.
+/// - stick: where |v|, of displacement and acceleration sensors together (joint_velocity.hpp) within the motion's
+///   harmonics (harmonics.hpp), shows a halt (stops.hpp): below what sensors agree within, 0.03 of its own amplitude
+///   or of the base's where that is more, or below three times its noise, it takes longer than passing through zero at
+///   that slope does. None are looked for where its amplitude is less than twice that; but where the base moves and v
+///   does not even reach that, the payload follows its base, and all of it is stick. Amplitude is that of a sine of
+///   the same mean speed. The ends of a stop have a standard deviation of T / 21.
+/// - or the acceleration does, where it is measured, or computed, up to 20 / T: it keeps its sign while the velocity
+///   passes zero, and is zero while the payload halts (reversals.hpp). A mount that rings between body and sensors is
+///   looked for (mount.hpp); its ringing is taken off v, and this is not looked at.
 /// - halts come in rows (halt_rows.hpp): a weak one beside clear ones is believed, one alone must be clear.
 /// - what moves for less than a cycle between two stops is part of them: a payload that halts does so twice a cycle.
 ///

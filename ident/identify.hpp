@@ -51,10 +51,10 @@ struct JudgedFit {
   BandFractions bands;       ///< fraction of the test targets inside their predictive bands
   std::string bands_reason;  ///< not empty: there are none
   FreeRun free_run;
-  RegressorNoise noise;       ///< of the recorded channels, and what it does to the coefficients
-  Explanations explanations;  ///< of the training residual
+  RegressorNoise noise;           ///< of the recorded channels, and what it does to the coefficients
+  Explanations explanations;      ///< of the training residual
   std::optional<BandSplit> band;  ///< of the training rows; none: they cannot tell
-  Judgement judgement;        ///< filled in by judge (validate/judge.hpp), which compares ranges
+  Judgement judgement;            ///< filled in by judge (validate/judge.hpp), which compares ranges
   double solve_s = 0.0;
   Eigen::VectorXd predicted, predicted_std;  ///< training rows, then test rows
 };

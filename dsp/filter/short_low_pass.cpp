@@ -61,6 +61,10 @@ ShortLowPass::ShortLowPass(double cutoff_hz, double transition_hz, double attenu
   second_moment_ = switched_(n - 1, 2) - reach * reach;
 }
 
+double ShortLowPass::stops_from_hz(double cutoff_hz) {
+  return (1.0 + 0.5 * transition_fraction) * cutoff_hz;
+}
+
 VectorXd ShortLowPass::operator()(const VectorXd& signal, Index first, Index count) const {
   VectorXd result(count);
   for (Index i = 0; i < count; ++i) result(i) = taps_.dot(signal.segment(first + i - reach_, taps_.size()));

@@ -14,6 +14,8 @@ class ShortLowPass {
   /// cut-off may be half the sample rate: what is sampled behind it then keeps its time, and nothing folds below the
   /// transition. Throws std::invalid_argument for other cut-offs and a transition that is not positive.
   ShortLowPass(double cutoff_hz, double transition_hz, double attenuation_db, double sample_rate_hz);
+  /// Where that with this cut-off stops.
+  [[nodiscard]] static double stops_from_hz(double cutoff_hz);
   [[nodiscard]] Eigen::Index reach() const { return reach_; }  ///< samples to either side that it needs
   /// Samples [first, first + count) of the signal behind it; the signal must have reach() more at both ends.
   [[nodiscard]] Eigen::VectorXd operator()(const Eigen::VectorXd& signal, Eigen::Index first, Eigen::Index count) const;

@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "dsp/regimes/harmonics.hpp"
 #include "dsp/regimes/switching_model.hpp"
 
 namespace dsp {
@@ -87,10 +88,9 @@ StateSequence fitted_states(const Observations& seen) {
 
 /// Whether the drive is the same in two half cycles: its cycle to a sample, its level to what that and noise do to it.
 bool same_drive(const HalfCycle& a, const HalfCycle& b) {
-  constexpr double stds = 4.0;  // by chance once in 16,000 half cycles
   const auto of_a = static_cast<double>(a.last - a.first), of_b = static_cast<double>(b.last - b.first);
-  return std::abs(of_a - of_b) <= 1.0 &&
-         std::abs(a.drive_level - b.drive_level) <= 1.0 / of_a + stds * std::sqrt(a.drive_variance + b.drive_variance);
+  return std::abs(of_a - of_b) <= 1.0 && std::abs(a.drive_level - b.drive_level) <=
+                                             1.0 / of_a + noise_stds * std::sqrt(a.drive_variance + b.drive_variance);
 }
 
 /// Out of a rest a response is on no branch, on its way to one: from the start it is on that which it is on when it has

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "dsp/filter/power_density.hpp"
-#include "dsp/filter/spectral.hpp"
+#include "dsp/regimes/harmonics.hpp"
 
 namespace dsp {
 namespace {
@@ -13,13 +13,11 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double harmonics = 5.0;  // of the dominant frequency
-
 /// Free of offset, drift and noise beyond the harmonics.
 VectorXd harmonics_of(const VectorXd& signal, double rate_hz, double period_s) {
   if (signal.size() < 8 || !(signal.maxCoeff() > signal.minCoeff())) return {};
-  const SpectralBand band{harmonics / period_s, 6.5 / period_s}, drift{0.05 / period_s, 0.1 / period_s};
-  return ExtendedSpectrum(signal, rate_hz).filtered([&](double f) { return band.gain(f) - drift.gain(f); });
+  const SpectralBand band = harmonics_band(period_s);
+  return ExtendedSpectrum(signal, rate_hz).filtered([&](double f) { return f > 0.0 ? band.gain(f) : 0.0; });
 }
 
 /// Variance by noise of this density of the phase of a sine fitted to `seconds`; what exceeds the noise within the band
@@ -33,7 +31,7 @@ double phase_variance(double mean_square, double density, double seconds, double
 }  // namespace
 
 double density_beyond_harmonics(const VectorXd& signal, double rate_hz, double period_s) {
-  return PowerDensity(signal, rate_hz).between(10.0 / period_s, 16.0 / period_s);
+  return PowerDensity(signal, rate_hz).between(2.0 * num_harmonics / period_s, 3.0 * num_harmonics / period_s);
 }
 
 namespace {
@@ -59,7 +57,7 @@ std::vector<HalfCycle> half_cycles_between_zeros(const Motion& motion, const Vec
     half.amplitude = std::sqrt(2.0 * power);
     // Noise turns a sine as much as, by its fraction, it makes it larger.
     half.drive_level = 0.5 * std::log(drive_power);
-    half.drive_variance = phase_variance(drive_power, drive_density, seconds, harmonics / period_s);
+    half.drive_variance = phase_variance(drive_power, drive_density, seconds, num_harmonics / period_s);
     half.phase_variance = phase_variance(power, x_density, seconds, 0.5 * rate_hz) + half.drive_variance;
     all.push_back(half);
   }

@@ -24,8 +24,7 @@ struct HalfCycle {
 /// The same of x itself, whatever drives it.
 [[nodiscard]] std::vector<HalfCycle> own_half_cycles(const Motion& motion, double period_s);
 
-/// One-sided power density of what is no motion in `signal`: from the tenth to the sixteenth harmonic, where the motion
-/// has little left.
+/// One-sided power density of what is no motion in `signal`: from twice to three times the harmonics of the motion.
 [[nodiscard]] double density_beyond_harmonics(const Eigen::VectorXd& signal, double rate_hz, double period_s);
 
 }  // namespace dsp

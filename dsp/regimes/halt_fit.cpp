@@ -12,16 +12,15 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// In waves of the cut-off frequency.
-constexpr double waves_before = 1.75, waves_after = 2.35, farthest_wave = 0.75;
-constexpr std::ptrdiff_t steps_per_wave = 32, num_steps = 2 * 24 + 1;
-constexpr std::array halts{0.0, 0.06, 0.12, 0.18, 0.25, 0.35, 0.45, 0.6, 0.75, 0.9, 1.05, 1.2};
+// The reversal lies within a wave of the low-pass and a halt lasts for up to one; both are searched in such steps, and
+// the window holds as much beyond them.
+constexpr std::ptrdiff_t steps_per_wave = 16, num_steps = 2 * steps_per_wave + 1, num_halts = steps_per_wave + 1;
 
 // Columns: 1, t, t^2 but for the halt, and 1 from its end on. Times in samples from the reversal.
-MatrixXd course(const ShortLowPass& low_pass, Index before, Index after, double wave, double reversal, double halt) {
-  MatrixXd columns(before + after + 1, 4);
+MatrixXd course(const ShortLowPass& low_pass, Index reach, double wave, double reversal, double halt) {
+  MatrixXd columns(2 * reach + 1, 4);
   for (Index i = 0; i < columns.rows(); ++i) {
-    const double t = static_cast<double>(i - before) - reversal;
+    const double t = static_cast<double>(i - reach) - reversal;
     const auto until = [&](int power) { return low_pass.passed(power, t) - low_pass.switched_on(power, t); };
     const auto from = [&](int power) { return low_pass.switched_on(power, t - halt); };
     columns(i, 0) = until(0) + from(0);
@@ -39,14 +38,13 @@ double misfit(const MatrixXd& basis, const VectorXd& a) {
 }  // namespace
 
 HaltFit::HaltFit(const ShortLowPass& low_pass, double cutoff_cycles_per_sample)
-    : before_(static_cast<Index>(std::ceil(waves_before / cutoff_cycles_per_sample))),
-      after_(static_cast<Index>(std::ceil(waves_after / cutoff_cycles_per_sample))),
-      wave_(1.0 / cutoff_cycles_per_sample) {
-  for (const double halt : halts) {
+    : wave_(1.0 / cutoff_cycles_per_sample), reach_(static_cast<Index>(std::ceil(2.0 * wave_))) {
+  for (std::ptrdiff_t halt = 0; halt < num_halts; ++halt) {
     Bases bases;
     for (std::ptrdiff_t step = 0; step < num_steps; ++step) {
-      const double reversal = (static_cast<double>(step) / steps_per_wave - farthest_wave) * wave_;
-      const MatrixXd columns = course(low_pass, before_, after_, wave_, reversal, halt * wave_);
+      const double reversal = (static_cast<double>(step) / steps_per_wave - 1.0) * wave_;
+      const MatrixXd columns =
+          course(low_pass, reach_, wave_, reversal, static_cast<double>(halt) / steps_per_wave * wave_);
       bases.push_back(Eigen::HouseholderQR<MatrixXd>(columns).householderQ() *
                       MatrixXd::Identity(columns.rows(), columns.cols()));
     }
@@ -80,19 +78,19 @@ HaltFit::Least HaltFit::least_about(const Bases& bases, const VectorXd& a, std::
 HaltFit::Result HaltFit::operator()(const VectorXd& a) const {
   std::ptrdiff_t step = 0;
   double lowest = INFINITY;
-  for (std::ptrdiff_t k = 2; k < num_steps; k += 4)
+  for (std::ptrdiff_t k = 0; k < num_steps; ++k)
     if (const double here = misfit(by_halt_.front()[static_cast<std::size_t>(k)], a); here < lowest)
       lowest = here, step = k;
 
   double without = 0.0, least = INFINITY;
   std::size_t best = 0;
-  for (std::size_t k = 0; k < halts.size(); ++k) {
+  for (std::size_t k = 0; k < by_halt_.size(); ++k) {
     const Least here = least_about(by_halt_[k], a, step);
     step = here.step;
     if (k == 0) without = here.misfit;
     if (here.misfit < least) least = here.misfit, best = k;
   }
-  return {.halt_samples = halts[best] * wave_,
+  return {.halt_samples = static_cast<double>(best) / steps_per_wave * wave_,
           .gain = std::sqrt(std::max(0.0, without - least)),
           .rms = std::sqrt(least / static_cast<double>(a.size()))};
 }

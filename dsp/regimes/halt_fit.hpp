@@ -13,14 +13,13 @@ namespace dsp {
 class HaltFit {
  public:
   HaltFit(const ShortLowPass& low_pass, double cutoff_cycles_per_sample);
-  [[nodiscard]] Eigen::Index before() const { return before_; }  ///< samples it needs before a reversal
-  [[nodiscard]] Eigen::Index after() const { return after_; }
+  [[nodiscard]] Eigen::Index reach() const { return reach_; }  ///< samples it needs to either side of a reversal
   struct Result {
-    double halt_samples = 0.0;  ///< the best of a dozen from 0 to 1.2 waves of the cut-off
+    double halt_samples = 0.0;  ///< the best from 0 to a wave of the cut-off
     double gain = 0.0;          ///< root of the sum of squares that the halt explains, beyond the best without one
     double rms = 0.0;           ///< of what is left
   };
-  /// `a`: low-passed and towards the new sign, [before | the reversal within two samples | after].
+  /// `a`: low-passed and towards the new sign, [reach | the reversal within two samples | reach].
   [[nodiscard]] Result operator()(const Eigen::VectorXd& a) const;
 
  private:
@@ -30,8 +29,8 @@ class HaltFit {
     double misfit = 0.0;
   };
   [[nodiscard]] static Least least_about(const Bases& bases, const Eigen::VectorXd& a, std::ptrdiff_t step);
-  Eigen::Index before_, after_;
   double wave_;  // in samples
+  Eigen::Index reach_;
   std::vector<Bases> by_halt_;
 };
 

@@ -14,7 +14,7 @@ namespace dsp {
 /// below 10 Hz.
 class JointVelocity {
  public:
-  /// Noise is that of x, or of a v of its own sensor, and of a as it is from the tenth to the sixteenth harmonic; of a
+  /// Noise is that of x, or of a v of its own sensor, and of a as it is beyond the harmonics; of a
   /// what the two differ by beyond that of x where it is more, in steps of one over the period, as sensors drift:
   /// excluded samples apart. Without an a of its own sensor, v alone. `motion` needs x and v.
   JointVelocity(const Motion& motion, const SpectralBand& band, double period_s);

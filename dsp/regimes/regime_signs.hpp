@@ -13,7 +13,7 @@ namespace dsp {
 struct RegimeSigns {
   double sample_rate_hz = 0.0;
   double period_s = 0.0;             ///< the dominant one
-  double speed_cutoff_hz = 0.0;      ///< 6.5 / period: a stop of period / 13 is half a wave there
+  double speed_cutoff_hz = 0.0;      ///< half gain, 6 / period: a stop of period / 12 is half a wave there
   Eigen::VectorXd velocity_m_per_s;  ///< v below it, of all sensors together: joint_velocity.hpp
   double speed_noise_m_per_s = 0.0;  ///< rms of what in it is no motion; 0 where v ends below it
   double base_speed_m_per_s = 0.0;   ///< amplitude of a sine of its power; 0 without a base

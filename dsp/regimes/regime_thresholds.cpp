@@ -3,67 +3,31 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <numbers>
 
-#include "dsp/order_statistics.hpp"
+#include "dsp/regimes/harmonics.hpp"
 
 namespace dsp {
-namespace {
-
-using Eigen::Index;
-
-/// Velocity amplitudes of cycles. A cycle moves if it reaches a tenth of the record's.
-struct CycleAmplitudes {
-  double small = 0.0;   ///< that 97 of 100 cycles in motion exceed
-  double shown = 0.0;   ///< that noise is held against: the same; where most cycles rest, the median of the others
-  double median = 0.0;  ///< of all
-};
-
-CycleAmplitudes velocity_amplitudes(const RegimeSigns& signs) {
-  const Index period = signs.samples_in(signs.period_s);
-  std::vector<double> peaks;
-  for (Index first = 0; first + period <= signs.num_samples(); first += period)
-    if (std::none_of(signs.excluded.begin() + first, signs.excluded.begin() + first + period,
-                     [](unsigned char one) { return one != 0; }))
-      peaks.push_back(signs.velocity_m_per_s.segment(first, period).cwiseAbs().maxCoeff());
-  if (const double all = signs.velocity_m_per_s.cwiseAbs().maxCoeff(); peaks.empty()) return {all, all, all};
-  std::sort(peaks.begin(), peaks.end());
-  const auto above = [&](double bar) { return std::lower_bound(peaks.begin(), peaks.end(), bar); };
-  const double median = peaks[peaks.size() / 2];
-  const auto part = [&](auto from, std::ptrdiff_t percent) { return from[(peaks.end() - from) * percent / 100]; };
-  constexpr double clear_of_noise = 5.0;
-  const auto clear = above(clear_of_noise * signs.speed_noise_m_per_s);
-  if (clear != peaks.end() && 2 * (peaks.end() - clear) < peaks.end() - peaks.begin())
-    return {part(above(0.1 * part(clear, 90)), 3), part(clear, 50), median};
-  const double small = part(above(0.1 * part(peaks.begin(), 90)), 3);
-  return {small, small, median};
-}
-
-}  // namespace
-
 void choose_stick(const RegimeSigns& signs, Segmentation& result) {
   SegmentOptions& options = result.options;
   if (options.stick_speed_m_per_s > 0.0) return;
-  constexpr double fraction = 0.04, noise_stds = 3.0, largest_fraction = 0.3;
-  const CycleAmplitudes amplitudes = velocity_amplitudes(signs);
-  const double by_motion = fraction * amplitudes.small, by_base = 0.02 * signs.base_speed_m_per_s,
-               by_noise = noise_stds * signs.speed_noise_m_per_s;
-  // What does not leave its base is stuck to it.
-  const bool rests = signs.base_moves() && amplitudes.median < std::max(by_noise, by_base);
-  if (!rests && by_noise > largest_fraction * amplitudes.shown) {
+  // Amplitude of a sine of this mean speed: large swings count for less than in its rms.
+  const double own = std::numbers::pi / 2.0 * signs.velocity_m_per_s.cwiseAbs().mean(),
+               by_motion = sensors_agree * std::max(own, signs.base_speed_m_per_s),
+               by_noise = noise_stds * signs.speed_noise_m_per_s, slow = std::max(by_motion, by_noise);
+  const bool rests_on_base = signs.base_moves() && own < slow;
+  if (!rests_on_base && own < 2.0 * slow) {
     result.remarks.push_back(
         fmt::format("stops are not looked for: v has {:.2g} m/s of noise beside amplitudes of {:.2g}",
-                    signs.speed_noise_m_per_s, amplitudes.shown));
+                    signs.speed_noise_m_per_s, own));
     return;
   }
-  const double floor = rests ? std::max(by_noise, by_base) : by_noise;
-  options.stick_speed_m_per_s = std::max(by_motion, floor);
+  options.stick_speed_m_per_s = slow;
   result.remarks.push_back(fmt::format(
-      "a stop is what the speed below {:.2g} m/s shows to last longer than passing through zero does: {}",
-      options.stick_speed_m_per_s,
-      floor <= by_motion ? fmt::format("{:g} % of the smaller velocity amplitudes", 100.0 * fraction)
-      : floor > by_noise ? std::string("2 % of the base's velocity, since the payload hardly moves against it")
-                         : fmt::format("{:g} times the noise of v", noise_stds)));
+      "a stop is what the speed below {:.2g} m/s shows to last longer than passing through zero does: {}", slow,
+      by_noise < by_motion ? fmt::format("{:g} % of {}", 100.0 * sensors_agree,
+                                         own < signs.base_speed_m_per_s ? "the base's speed" : "the speed")
+                           : fmt::format("{:g} times the noise of v", noise_stds)));
   if (!signs.mount.is_rigid())
     result.remarks.push_back(fmt::format(
         "the sensors' mount rings at {:.3g} Hz (damping {:.2g}): its ringing is subtracted before stops are looked for",

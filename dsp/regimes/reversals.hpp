@@ -4,12 +4,12 @@
 
 namespace dsp {
 
-/// How many samples from either end of a record sign_changes leaves out: a quarter of a period.
+/// How many samples from either end of a record sign_changes leaves out: a wave of the low-pass that v is behind.
 [[nodiscard]] Eigen::Index sign_change_margin(Eigen::Index samples_per_period);
 
-/// Where v changes its sign for good: changes within a twelfth of a period of one another are noise about one reversal
-/// (its first change is kept, if the sign did change), and those closer than a sixth to others, or than
-/// sign_change_margin to an end of the record, are left out.
+/// Where v changes its sign for good: changes within half a wave of the low-pass of one another are noise about one
+/// reversal (its first change is kept, if the sign did change), and those closer than a wave to others, or to an end of
+/// the record, are left out.
 [[nodiscard]] std::vector<Eigen::Index> sign_changes(const Eigen::VectorXd& v, Eigen::Index samples_per_period);
 
 /// A velocity reversal.
@@ -22,7 +22,6 @@ struct Reversal {
 struct ReversalOptions {
   double sample_rate_hz = 0.0;
   double cutoff_hz = 0.0;  ///< of the acceleration
-  Eigen::Index samples_per_period = 0;
 };
 
 /// Looks at the acceleration a about each reversal, low-passed at cutoff_hz. Dry friction makes it leap there; if the
@@ -32,8 +31,7 @@ struct ReversalOptions {
 /// halt_rows.hpp. Longer ones are seen in the velocity: stops.hpp. Where friction rises steadily towards zero speed
 /// (Stribeck) every reversal dips, and only standing still is detected.
 ///
-/// Left out are reversals of larger accelerations, and of a twentieth of the largest or less. None are found where
-/// cutoff_hz is less than twelve oscillations a period or does not fit sample_rate_hz, or of fewer than ten reversals.
+/// Left out are reversals of larger accelerations than usual, by a tenth of the median, and of less than a tenth of it.
 [[nodiscard]] std::vector<Reversal> reversals(const std::vector<Eigen::Index>& reversal_indices,
                                               const Eigen::VectorXd& v, const Eigen::VectorXd& a,
                                               const ReversalOptions& options);

@@ -18,6 +18,8 @@ struct Stand {
   double from = 0.0, to = 0.0, std = 0.0, early = 0.0;
 };
 
+constexpr double rounding = 1.0 / 12.0;  // variance of what is known to a sample, or to a wave
+
 double quarter_period(const RegimeSigns& signs) {
   return signs.period_s / 4.0 * signs.sample_rate_hz;
 }
@@ -67,7 +69,6 @@ std::optional<Stand> stand(const RegimeSigns& signs, Index first, Index last, do
   if (first == 0) before = after;
   if (last == signs.num_samples()) after = before;
   found.from += before, found.to -= after;
-  constexpr double rounding = 1.0 / 12.0;  // variance of what is known to a sample
   found.std = std::max(std::sqrt(rounding), std::hypot(before, after) * signs.speed_noise_m_per_s / slow);
   return found;
 }
@@ -91,20 +92,35 @@ struct Passage {
   double log_ratio = 0.0;
 };
 
-/// By the speed, of each run [first, last) below twice the threshold.
-std::optional<Passage> passage(const RegimeSigns& signs, const SegmentOptions& options, Index first, Index last) {
-  constexpr double late_periods = 0.15;
-  const double rate_hz = signs.sample_rate_hz, slow = options.stick_speed_m_per_s;
-  const auto found = stand(signs, first, last, slow);
+/// [first, last) below twice the threshold: where it stands in it, samples [from, to), for how long and the standard
+/// deviation of that by noise.
+struct SlowRun {
+  Index first = 0, last = 0, from = 0, to = 0;
+  double stood = 0.0, std = 0.0;
+};
+
+std::optional<SlowRun> slow_run(const RegimeSigns& signs, const SegmentOptions& options, Index first, Index last) {
+  const auto found = stand(signs, first, last, options.stick_speed_m_per_s);
   if (!found || touches(signs, first, last, found->to - found->from)) return {};
-  const double stood = found->to - found->early - found->from,
-               shortest = std::max(1.0, options.stick_duration_s * rate_hz);
-  const double late = is_blurred(signs) ? late_periods / signs.speed_cutoff_hz * rate_hz : 0.0;
+  // The tangent of a sharp bend behind the low-pass reaches zero by so much later than the bend.
+  constexpr double late_waves = 1.0 / (std::numbers::pi * std::numbers::pi);
+  const double late = is_blurred(signs) ? late_waves * signs.sample_rate_hz / signs.speed_cutoff_hz : 0.0;
   const double to = std::max(found->from, found->to - found->early);
-  Passage result{std::max<Index>(0, static_cast<Index>(std::ceil(found->from - late))),
-                 std::min(signs.num_samples(), static_cast<Index>(std::floor(to)) + 1)};
-  result.log_ratio = log_ratio_of_halt(stood < shortest ? 0.0 : stood, found->std, 2.0 * quarter_period(signs));
-  return result;
+  return SlowRun{first,
+                 last,
+                 std::max<Index>(0, static_cast<Index>(std::ceil(found->from - late))),
+                 std::min(signs.num_samples(), static_cast<Index>(std::floor(to)) + 1),
+                 found->to - found->early - found->from,
+                 found->std};
+}
+
+/// What stands for less than nothing shows by how much times err, of whatever shape the motion is; but for what an end
+/// of the record cuts.
+double time_error(const std::vector<SlowRun>& runs, Index num_samples) {
+  double square = 0.0, count = 0.0;
+  for (const SlowRun& run : runs)
+    if (run.stood < 0.0 && run.first > 0 && run.last < num_samples) square += run.stood * run.stood, count += 1.0;
+  return count > 0.0 ? std::sqrt(square / count) : 0.0;
 }
 
 /// By the speed and by the acceleration at the reversal in it, whichever shows a halt more clearly.
@@ -120,17 +136,23 @@ std::vector<Passage> passages(const RegimeSigns& signs, const SegmentOptions& op
     for (; reversal != signs.reversals.end() && reversal->at < end; ++reversal)
       all.push_back(by_acceleration(*reversal));
   };
+  std::vector<SlowRun> runs;
   const Index n = signs.num_samples();
   for (Index i = 0; i < n; ++i) {
     const Index first = i;
     while (i < n && std::abs(signs.velocity_m_per_s(i)) < 2.0 * options.stick_speed_m_per_s) ++i;
     if (i == first) continue;
-    up_to(first);
-    auto clearest = passage(signs, options, first, i);
-    for (; reversal != signs.reversals.end() && reversal->at <= i; ++reversal)
-      if (const Passage other = by_acceleration(*reversal); !clearest || other.log_ratio > clearest->log_ratio)
-        clearest = other;
-    if (clearest) all.push_back(*clearest);
+    if (const auto run = slow_run(signs, options, first, i)) runs.push_back(*run);
+  }
+  const double error = time_error(runs, n), shortest = std::max(1.0, options.stick_duration_s * signs.sample_rate_hz);
+  for (const SlowRun& run : runs) {
+    Passage clearest{run.from, run.to,
+                     log_ratio_of_halt(run.stood < shortest ? 0.0 : run.stood, std::max(run.std, error),
+                                       2.0 * quarter_period(signs))};
+    up_to(run.first);
+    for (; reversal != signs.reversals.end() && reversal->at <= run.last; ++reversal)
+      if (const Passage other = by_acceleration(*reversal); other.log_ratio > clearest.log_ratio) clearest = other;
+    all.push_back(clearest);
   }
   up_to(n);
   return all;
@@ -139,7 +161,7 @@ std::vector<Passage> passages(const RegimeSigns& signs, const SegmentOptions& op
 }  // namespace
 
 double stop_std_s(const RegimeSigns& signs) {
-  return is_blurred(signs) ? 0.25 / signs.speed_cutoff_hz : 0.0;
+  return is_blurred(signs) ? std::sqrt(rounding) / signs.speed_cutoff_hz : 0.0;
 }
 
 std::vector<bool> stick_mask(const RegimeSigns& signs, const SegmentOptions& options) {
