@@ -16,7 +16,9 @@ void choose_stick(const RegimeSigns& signs, Segmentation& result) {
                by_motion = sensors_agree * std::max(own, signs.base_speed_m_per_s),
                by_noise = noise_stds * signs.speed_noise_m_per_s, slow = std::max(by_motion, by_noise);
   const bool rests_on_base = signs.base_moves() && own < slow;
-  if (!rests_on_base && own < 2.0 * slow) {
+  // The speed is timed up to twice the threshold: where a sine is straight, to half of its amplitude.
+  constexpr double straight = 0.5;
+  if (!rests_on_base && 2.0 * slow > straight * own) {
     result.remarks.push_back(
         fmt::format("stops are not looked for: v has {:.2g} m/s of noise beside amplitudes of {:.2g}",
                     signs.speed_noise_m_per_s, own));

@@ -179,7 +179,7 @@ TEST_CASE("the heavier frame's stiffness does not depend on how far from rest it
   // 450 g stick half of the time; of such frames, simulated, up to 3 % of the stiffness is missing beside rest.
   CHECK(near == Approx(far).epsilon(0.02));
   CHECK(near == Approx(394.4).epsilon(0.02));  // as least squares of its authors' derivative give it, over all rows
-  CHECK(stiffness("abs(dy) > 0.004", "paper") > 1.015 * near);
+  CHECK(stiffness("abs(dy) > 0.004", "paper") > 1.01 * near);  // too stiff, by what stuck intervals smear
 }
 
 TEST_CASE("the Silverbox is a Duffing oscillator, and filtering the signals first is not", "[apps][measured]") {
