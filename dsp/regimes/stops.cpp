@@ -92,11 +92,18 @@ struct Passage {
   double log_ratio = 0.0;
 };
 
-/// [first, last) below twice the threshold: where it stands in it, samples [from, to), for how long and the standard
-/// deviation of that by noise.
+/// Of two looks at one, the clearer; if both show a halt it lasts as long as either shows.
+Passage either(const Passage& a, const Passage& b) {
+  const Passage& clearer = a.log_ratio >= b.log_ratio ? a : b;
+  if (std::min(a.log_ratio, b.log_ratio) <= 0.0) return clearer;
+  return {std::min(a.first, b.first), std::max(a.last, b.last), clearer.log_ratio};
+}
+
+/// [first, last) below twice the threshold: where it stands in it, samples [from, to), for how long, the standard
+/// deviation of that by noise, and how long it stands if it comes loose at once.
 struct SlowRun {
   Index first = 0, last = 0, from = 0, to = 0;
-  double stood = 0.0, std = 0.0;
+  double stood = 0.0, std = 0.0, at_once = 0.0;
 };
 
 std::optional<SlowRun> slow_run(const RegimeSigns& signs, const SegmentOptions& options, Index first, Index last) {
@@ -111,7 +118,8 @@ std::optional<SlowRun> slow_run(const RegimeSigns& signs, const SegmentOptions& 
                  std::max<Index>(0, static_cast<Index>(std::ceil(found->from - late))),
                  std::min(signs.num_samples(), static_cast<Index>(std::floor(to)) + 1),
                  found->to - found->early - found->from,
-                 found->std};
+                 found->std,
+                 found->to - found->from};
 }
 
 /// What stands for less than nothing shows by how much times err, of whatever shape the motion is; but for what an end
@@ -119,7 +127,7 @@ std::optional<SlowRun> slow_run(const RegimeSigns& signs, const SegmentOptions& 
 double time_error(const std::vector<SlowRun>& runs, Index num_samples) {
   double square = 0.0, count = 0.0;
   for (const SlowRun& run : runs)
-    if (run.stood < 0.0 && run.first > 0 && run.last < num_samples) square += run.stood * run.stood, count += 1.0;
+    if (run.at_once < 0.0 && run.first > 0 && run.last < num_samples) square += run.at_once * run.at_once, count += 1.0;
   return count > 0.0 ? std::sqrt(square / count) : 0.0;
 }
 
@@ -151,7 +159,7 @@ std::vector<Passage> passages(const RegimeSigns& signs, const SegmentOptions& op
                                        2.0 * quarter_period(signs))};
     up_to(run.first);
     for (; reversal != signs.reversals.end() && reversal->at <= run.last; ++reversal)
-      if (const Passage other = by_acceleration(*reversal); other.log_ratio > clearest.log_ratio) clearest = other;
+      clearest = either(clearest, by_acceleration(*reversal));
     all.push_back(clearest);
   }
   up_to(n);
