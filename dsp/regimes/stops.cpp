@@ -113,10 +113,11 @@ std::optional<SlowRun> slow_run(const RegimeSigns& signs, const SegmentOptions& 
   constexpr double late_waves = 1.0 / (std::numbers::pi * std::numbers::pi);
   const double late = is_blurred(signs) ? late_waves * signs.sample_rate_hz / signs.speed_cutoff_hz : 0.0;
   const double to = std::max(found->from, found->to - found->early);
+  const Index n = signs.num_samples();
   return SlowRun{first,
                  last,
-                 std::max<Index>(0, static_cast<Index>(std::ceil(found->from - late))),
-                 std::min(signs.num_samples(), static_cast<Index>(std::floor(to)) + 1),
+                 first == 0 ? 0 : std::max<Index>(0, static_cast<Index>(std::ceil(found->from - late))),
+                 last == n ? n : std::min(n, static_cast<Index>(std::floor(to)) + 1),
                  found->to - found->early - found->from,
                  found->std,
                  found->to - found->from};
