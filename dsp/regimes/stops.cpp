@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "dsp/regimes/halt_rows.hpp"
+#include "dsp/regimes/harmonics.hpp"
 
 namespace dsp {
 namespace {
@@ -22,6 +23,11 @@ constexpr double rounding = 1.0 / 12.0;  // variance of what is known to a sampl
 
 double quarter_period(const RegimeSigns& signs) {
   return signs.period_s / 4.0 * signs.sample_rate_hz;
+}
+
+/// Of the low-pass that v is behind, in samples.
+double wave(const RegimeSigns& signs) {
+  return signs.sample_rate_hz / signs.speed_cutoff_hz;
 }
 
 /// Where |v| passes `level` between a sample below it and the one beside it that is above.
@@ -78,11 +84,7 @@ std::optional<Stand> stand(const RegimeSigns& signs, Index first, Index last, do
 bool touches(const RegimeSigns& signs, Index first, Index last, double stood) {
   const VectorXd& v = signs.velocity_m_per_s;
   return first > 0 && last < v.size() && (v(first - 1) > 0.0) == (v(last) > 0.0) &&
-         signs.speed_cutoff_hz * stood < signs.sample_rate_hz;
-}
-
-bool is_blurred(const RegimeSigns& signs) {
-  return signs.speed_cutoff_hz < 0.5 * signs.sample_rate_hz;
+         stood < wave(signs);
 }
 
 /// Where the motion may halt, samples [first, last), and the logarithm of how much more probable a halt makes its
@@ -111,7 +113,7 @@ std::optional<SlowRun> slow_run(const RegimeSigns& signs, const SegmentOptions& 
   if (!found || touches(signs, first, last, found->to - found->from)) return {};
   // The tangent of a sharp bend behind the low-pass reaches zero by so much later than the bend.
   constexpr double late_waves = 1.0 / (std::numbers::pi * std::numbers::pi);
-  const double late = is_blurred(signs) ? late_waves * signs.sample_rate_hz / signs.speed_cutoff_hz : 0.0;
+  const double late = late_waves * wave(signs);
   const double to = std::max(found->from, found->to - found->early);
   const Index n = signs.num_samples();
   return SlowRun{first,
@@ -153,7 +155,8 @@ std::vector<Passage> passages(const RegimeSigns& signs, const SegmentOptions& op
     if (i == first) continue;
     if (const auto run = slow_run(signs, options, first, i)) runs.push_back(*run);
   }
-  const double error = time_error(runs, n), shortest = std::max(1.0, options.stick_duration_s * signs.sample_rate_hz);
+  const double error = time_error(runs, n), shortest_s = std::max(options.stick_duration_s, signs.is_coarse ? signs.period_s : 0.0),
+               shortest = std::max(1.0, shortest_s * signs.sample_rate_hz);
   for (const SlowRun& run : runs) {
     Passage clearest{run.from, run.to,
                      log_ratio_of_halt(run.stood < shortest ? 0.0 : run.stood, std::max(run.std, error),
@@ -167,18 +170,33 @@ std::vector<Passage> passages(const RegimeSigns& signs, const SegmentOptions& op
   return all;
 }
 
+/// Nothing drives it: the force stays where it has been for a wave.
+bool force_rests(const RegimeSigns& signs, const Passage& one) {
+  if (signs.force.size() == 0) return false;
+  const Index first = std::max<Index>(0, one.first - static_cast<Index>(wave(signs)) - 1);
+  const auto here = signs.force.segment(first, one.last - first);
+  return here.maxCoeff() - here.minCoeff() < sensors_agree * (signs.force.maxCoeff() - signs.force.minCoeff());
+}
+
+VectorXd probabilities(const std::vector<Passage>& all) {
+  VectorXd log_ratios(static_cast<Index>(all.size()));
+  for (Index k = 0; k < log_ratios.size(); ++k) log_ratios(k) = all[static_cast<std::size_t>(k)].log_ratio;
+  return halt_probabilities(log_ratios);
+}
+
 }  // namespace
 
 double stop_std_s(const RegimeSigns& signs) {
-  return is_blurred(signs) ? std::sqrt(rounding) / signs.speed_cutoff_hz : 0.0;
+  return std::sqrt(rounding) / signs.speed_cutoff_hz;
 }
 
 std::vector<bool> stick_mask(const RegimeSigns& signs, const SegmentOptions& options) {
   std::vector<bool> stuck(static_cast<std::size_t>(signs.num_samples()), false);
-  const std::vector<Passage> all = passages(signs, options);
-  VectorXd log_ratios(static_cast<Index>(all.size()));
-  for (Index k = 0; k < log_ratios.size(); ++k) log_ratios(k) = all[static_cast<std::size_t>(k)].log_ratio;
-  const VectorXd halts = halt_probabilities(log_ratios);
+  std::vector<Passage> all = passages(signs, options);
+  const VectorXd halts = probabilities(all);
+  std::vector<Passage> driven = all;
+  std::erase_if(driven, [&](const Passage& one) { return force_rests(signs, one); });
+  if (driven.size() < all.size() && (probabilities(driven).array() <= 0.5).all()) return stuck;
   for (Index k = 0; k < halts.size(); ++k) {
     const Passage& one = all[static_cast<std::size_t>(k)];
     if (halts(k) > 0.5) std::fill(stuck.begin() + one.first, stuck.begin() + one.last, true);
