@@ -19,8 +19,6 @@ struct Stand {
   double from = 0.0, to = 0.0, std = 0.0, early = 0.0;
 };
 
-constexpr double rounding = 1.0 / 12.0;  // variance of what is known to a sample, or to a wave
-
 double quarter_period(const RegimeSigns& signs) {
   return signs.period_s / 4.0 * signs.sample_rate_hz;
 }
@@ -49,8 +47,8 @@ double rises(const RegimeSigns& signs, Index last, double slow, double at_slow, 
   return 1.0 / (std::clamp((at_four_times - at_twice) / (at_twice - at_slow), std::numbers::sqrt2, 2.0) - 1.0);
 }
 
-/// Of [first, last), where |v| is below twice `slow`, if it gets below that. What lasts for a quarter of a period is no
-/// passage, and what an end of the record cuts is passed as it is on the other side.
+/// Of [first, last), where |v| is below twice `slow`, if it gets below that. What an end of the record cuts is passed as
+/// it is on the other side.
 std::optional<Stand> stand(const RegimeSigns& signs, Index first, Index last, double slow) {
   const auto speed = [&](Index i) { return std::abs(signs.velocity_m_per_s(i)); };
   Index begin = first, end = last - 1;
@@ -66,12 +64,9 @@ std::optional<Stand> stand(const RegimeSigns& signs, Index first, Index last, do
   if (last < signs.num_samples()) {
     found.to = crossing(signs, end + 1, end, slow);
     after = crossing(signs, last, last - 1, 2.0 * slow) - found.to;
-    if (after > 0.0 && after < quarter_period(signs))
+    if (after > 0.0)
       found.early = after * (rises(signs, last, slow, found.to, found.to + after) - 1.0);
   }
-  const double reach = quarter_period(signs);
-  if (before >= reach) before = 0.0;
-  if (after >= reach) after = 0.0;
   if (first == 0) before = after;
   if (last == signs.num_samples()) after = before;
   found.from += before, found.to -= after;
