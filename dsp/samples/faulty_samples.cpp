@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "dsp/regimes/standstill.hpp"
+#include "dsp/samples/standstill.hpp"
 #include "dsp/samples/clipping.hpp"
 #include "dsp/samples/sample_cells.hpp"
 #include "dsp/samples/sample_checks.hpp"

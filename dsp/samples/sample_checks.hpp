@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "dsp/recording.hpp"
-#include "dsp/regimes/standstill.hpp"
+#include "dsp/samples/standstill.hpp"
 #include "dsp/samples/sample_cells.hpp"
 
 namespace dsp {
