@@ -47,8 +47,8 @@ double rises(const RegimeSigns& signs, Index last, double slow, double at_slow, 
   return 1.0 / (std::clamp((at_four_times - at_twice) / (at_twice - at_slow), std::numbers::sqrt2, 2.0) - 1.0);
 }
 
-/// Of [first, last), where |v| is below twice `slow`, if it gets below that. What an end of the record cuts is passed as
-/// it is on the other side.
+/// Of [first, last), where |v| is below twice `slow`, if it gets below that. What an end of the record cuts is passed
+/// as it is on the other side.
 std::optional<Stand> stand(const RegimeSigns& signs, Index first, Index last, double slow) {
   const auto speed = [&](Index i) { return std::abs(signs.velocity_m_per_s(i)); };
   Index begin = first, end = last - 1;
@@ -64,8 +64,7 @@ std::optional<Stand> stand(const RegimeSigns& signs, Index first, Index last, do
   if (last < signs.num_samples()) {
     found.to = crossing(signs, end + 1, end, slow);
     after = crossing(signs, last, last - 1, 2.0 * slow) - found.to;
-    if (after > 0.0)
-      found.early = after * (rises(signs, last, slow, found.to, found.to + after) - 1.0);
+    if (after > 0.0) found.early = after * (rises(signs, last, slow, found.to, found.to + after) - 1.0);
   }
   if (first == 0) before = after;
   if (last == signs.num_samples()) after = before;
@@ -78,8 +77,7 @@ std::optional<Stand> stand(const RegimeSigns& signs, Index first, Index last, do
 /// beyond it for the half wave that is the shortest that passes.
 bool touches(const RegimeSigns& signs, Index first, Index last, double stood) {
   const VectorXd& v = signs.velocity_m_per_s;
-  return first > 0 && last < v.size() && (v(first - 1) > 0.0) == (v(last) > 0.0) &&
-         stood < wave(signs);
+  return first > 0 && last < v.size() && (v(first - 1) > 0.0) == (v(last) > 0.0) && stood < wave(signs);
 }
 
 /// Where the motion may halt, samples [first, last), and the logarithm of how much more probable a halt makes its
@@ -150,7 +148,8 @@ std::vector<Passage> passages(const RegimeSigns& signs, const SegmentOptions& op
     if (i == first) continue;
     if (const auto run = slow_run(signs, options, first, i)) runs.push_back(*run);
   }
-  const double error = time_error(runs, n), shortest_s = std::max(options.stick_duration_s, signs.is_coarse ? signs.period_s : 0.0),
+  const double error = time_error(runs, n),
+               shortest_s = std::max(options.stick_duration_s, signs.is_coarse ? signs.period_s : 0.0),
                shortest = std::max(1.0, shortest_s * signs.sample_rate_hz);
   for (const SlowRun& run : runs) {
     Passage clearest{run.from, run.to,
