@@ -50,9 +50,10 @@ Observations observations_of(std::span<const HalfCycle> half_cycles, const std::
   return seen;
 }
 
-/// Concentration of a von Mises density with this mean cosine, [MJ00] Eq. (5.3.9) after its rational approximation.
-double concentration_of(double mean_cosine) {
-  const double r = std::clamp(mean_cosine, 0.0, 0.999);
+/// Concentration of a von Mises density with this mean cosine of so many, [MJ00] Eq. (5.3.9) after its rational
+/// approximation; none and all are known to one of them.
+double concentration_of(double mean_cosine, double count) {
+  const double r = std::clamp(mean_cosine, 1.0 / (2.0 * count), 1.0 - 1.0 / (2.0 * count));
   return r * (2.0 - r * r) / (1.0 - r * r);
 }
 
@@ -81,7 +82,7 @@ StateSequence fitted_states(const Observations& seen) {
     double mean = 0.0;
     for (std::size_t k = 0; k < seen.size(); ++k)
       mean += (2.0 * states.probability(static_cast<Index>(k)) - 1.0) * seen.halves[k]->cosine / count;
-    concentration = std::max(concentration_of(mean), 1.0 / count);
+    concentration = concentration_of(mean, count);
     return states;
   });
 }
@@ -187,7 +188,6 @@ double switch_std(const Observations& seen, const VectorXd& level, const StateSe
   const HalfCycle &before = *seen.halves[static_cast<std::size_t>(k - 1)],
                   &after = *seen.halves[static_cast<std::size_t>(k)];
   const double slope = (after.cosine - before.cosine) / static_cast<double>(after.middle - before.middle);
-  constexpr double rounding = 1.0 / 12.0;  // variance of a place, or a lag between two sensors, known to a sample
   const double turn = 2.0 * std::numbers::pi / static_cast<double>(after.last - after.first);
   const double phase_variance = after.phase_variance + rounding * turn * turn;
   return std::sqrt((sum > 0.0 ? square / sum : 0.0) + (slope != 0.0 ? phase_variance / (slope * slope) : 0.0) +

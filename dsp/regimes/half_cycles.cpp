@@ -30,8 +30,23 @@ double phase_variance(double mean_square, double density, double seconds, double
 
 }  // namespace
 
-double density_beyond_harmonics(const VectorXd& signal, double rate_hz, double period_s) {
-  return PowerDensity(signal, rate_hz).between(2.0 * num_harmonics / period_s, 3.0 * num_harmonics / period_s);
+double density_beyond_harmonics(const Motion& motion, const VectorXd& signal, double period_s) {
+  const double rate_hz = motion.sample_rate_hz, from_hz = 2.0 * num_harmonics / period_s,
+               to_hz = 3.0 * num_harmonics / period_s;
+  std::vector<unsigned char> excluded = motion.excluded;
+  excluded.resize(static_cast<std::size_t>(signal.size()), 0);
+  double sum = 0.0, seconds = 0.0;
+  for (auto begin = excluded.begin(); begin != excluded.end();) {
+    const auto end = std::find_if(begin, excluded.end(), [&](auto one) { return (one != 0) != (*begin != 0); });
+    const Index count = end - begin;
+    const double lasts_s = static_cast<double>(count) / rate_hz;
+    if (*begin == 0 && lasts_s >= period_s) {
+      const PowerDensity densities(signal.segment(begin - excluded.begin(), count), rate_hz);
+      sum += lasts_s * densities.between(from_hz, to_hz), seconds += lasts_s;
+    }
+    begin = end;
+  }
+  return seconds > 0.0 ? sum / seconds : PowerDensity(signal, rate_hz).between(from_hz, to_hz);
 }
 
 namespace {
@@ -40,7 +55,7 @@ std::vector<HalfCycle> half_cycles_between_zeros(const Motion& motion, const Vec
                                                  double period_s) {
   const double rate_hz = motion.sample_rate_hz;
   const VectorXd& x = motion.at("x");
-  const double x_density = density_beyond_harmonics(x, rate_hz, period_s);
+  const double x_density = density_beyond_harmonics(motion, x, period_s);
   std::vector<HalfCycle> all;
   std::vector<Index> zeros;
   for (Index i = 1; i < drive.size(); ++i) {
@@ -72,7 +87,7 @@ std::vector<HalfCycle> half_cycles(const Motion& motion, double period_s) {
     if (signal == nullptr) continue;
     VectorXd drive = harmonics_of(signal->values, motion.sample_rate_hz, period_s);
     if (signal->name == "ddr") drive = -drive;  // opposite to the displacement
-    const double density = density_beyond_harmonics(signal->values, motion.sample_rate_hz, period_s);
+    const double density = density_beyond_harmonics(motion, signal->values, period_s);
     return half_cycles_between_zeros(motion, drive, density, period_s);
   }
   return {};

@@ -24,7 +24,9 @@ struct HalfCycle {
 /// The same of x itself, whatever drives it.
 [[nodiscard]] std::vector<HalfCycle> own_half_cycles(const Motion& motion, double period_s);
 
-/// One-sided power density of what is no motion in `signal`: from twice to three times the harmonics of the motion.
-[[nodiscard]] double density_beyond_harmonics(const Eigen::VectorXd& signal, double rate_hz, double period_s);
+/// One-sided power density of what is no motion in `signal`, one of the motion's: from twice to three times its
+/// harmonics, in runs of kept samples, as an exclusion breaks a signal in all frequencies; in all samples where none
+/// lasts for a period.
+[[nodiscard]] double density_beyond_harmonics(const Motion& motion, const Eigen::VectorXd& signal, double period_s);
 
 }  // namespace dsp

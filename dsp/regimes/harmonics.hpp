@@ -26,4 +26,7 @@ inline constexpr double sensors_agree = 0.03;
 /// How many standard deviations noise does not exceed: but once in 370 times.
 inline constexpr double noise_stds = 3.0;
 
+/// Variance of what is known to one: a place to a sample, the end of a stop to a wave.
+inline constexpr double rounding = 1.0 / 12.0;
+
 }  // namespace dsp

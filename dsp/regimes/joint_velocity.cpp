@@ -36,9 +36,9 @@ JointVelocity::JointVelocity(const Motion& motion, const SpectralBand& band, dou
     : band_(band),
       v_(spectrum_of(motion, "v")),
       step_hz_(1.0 / period_s),
-      density_of_x_(density_beyond_harmonics(motion.at("x"), motion.sample_rate_hz, period_s)),
+      density_of_x_(density_beyond_harmonics(motion, motion.at("x"), period_s)),
       of_its_own_(!std::isfinite(motion.find("v")->flat_to_hz)) {
-  if (of_its_own_) density_of_v_ = density_beyond_harmonics(motion.at("v"), motion.sample_rate_hz, period_s);
+  if (of_its_own_) density_of_v_ = density_beyond_harmonics(motion, motion.at("v"), period_s);
   const Signal* a = motion.find("a");
   if (a == nullptr || std::isfinite(a->flat_to_hz)) return;  // computed, it has nothing of its own to say
   a_ = spectrum_of(motion, "a");
@@ -54,7 +54,7 @@ JointVelocity::JointVelocity(const Motion& motion, const SpectralBand& band, dou
   }
   constexpr double one_sensor = 0.5;  // two differ by the noise of both
   if (sum < one_sensor * sum_of_v || sum_of_v == 0.0) density_of_difference_.clear();
-  density_of_a_ = density_beyond_harmonics(a->values, motion.sample_rate_hz, period_s);
+  density_of_a_ = density_beyond_harmonics(motion, a->values, period_s);
 }
 
 VectorXd JointVelocity::of(const Motion& motion) const {

@@ -68,6 +68,7 @@ RegimeSigns regime_signs(const Motion& motion) {
   const Signal* base_speed = motion.find("dr");
   if (base_speed != nullptr)
     signs.base_speed_m_per_s = std::sqrt(2.0 * base_speed->values.squaredNorm() / static_cast<double>(v.size()));
+  if (const Signal* force = motion.find("f"); force != nullptr && base_speed == nullptr) signs.force = force->values;
   signs.period_s = mean_period_s(v, base_speed, rate_hz);
   const SpectralBand slow = harmonics_band(signs.period_s);
   signs.speed_cutoff_hz = waves_per_period / signs.period_s;
@@ -79,6 +80,8 @@ RegimeSigns regime_signs(const Motion& motion) {
     if (motion.find("a") != nullptr) look_at_reversals(motion, velocity, slow, signs);
   } else {
     signs.velocity_m_per_s = v;
+    signs.is_coarse = true;
+    signs.speed_cutoff_hz = std::min(motion.find("v")->flat_to_hz, 0.5 * rate_hz);
   }
   return signs;
 }

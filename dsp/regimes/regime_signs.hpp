@@ -14,8 +14,10 @@ struct RegimeSigns {
   double sample_rate_hz = 0.0;
   double period_s = 0.0;             ///< the dominant one
   double speed_cutoff_hz = 0.0;      ///< half gain, 6 / period: a stop of period / 12 is half a wave there
+  bool is_coarse = false;            ///< v ends within the harmonics; a lull is told from a rest after a period
   Eigen::VectorXd velocity_m_per_s;  ///< v below it, of all sensors together: joint_velocity.hpp
   double speed_noise_m_per_s = 0.0;  ///< rms of what in it is no motion; 0 where v ends below it
+  Eigen::VectorXd force;             ///< f, where it and no base drives the motion
   double base_speed_m_per_s = 0.0;   ///< amplitude of a sine of its power; 0 without a base
   Mount mount;                       ///< whose ringing is taken off v and a before they are looked at
   std::vector<Reversal> reversals;   ///< of v in that band, by a below halts_below_hz; none on a mount that rings

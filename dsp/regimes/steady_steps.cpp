@@ -5,9 +5,11 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <numbers>
 
 #include "dsp/filter/strongest_line.hpp"
 #include "dsp/order_statistics.hpp"
+#include "dsp/regimes/harmonics.hpp"
 
 namespace dsp {
 namespace {
@@ -17,8 +19,14 @@ using Eigen::VectorXd;
 using Complex = std::complex<double>;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double two_pi = 6.283185307179586;
-constexpr int drive_harmonics = 3;
+constexpr double two_pi = 2.0 * std::numbers::pi;
+constexpr int drive_harmonics = 3, response_harmonics = static_cast<int>(2.0 * num_harmonics);
+
+constexpr double window_periods = 6.0;  // of the record's strongest frequency: a window is judged as a whole
+constexpr double as_wanted = 0.01;      // what a drive, or a response, is off by and still as it should be
+constexpr std::size_t fewest = 3;       // windows that show a setting, frequencies that show a test
+// A setting is held if it stays so over a window; in frequency, and in each part of the waveform.
+constexpr double held = as_wanted / window_periods;
 
 /// signal = mean + Re sum_h z_h e^{2 pi i h f t}, t from the start of the record.
 struct Harmonics {
@@ -77,10 +85,12 @@ double amplitude_of(const VectorXd& period) {
   return 0.5 * (period.maxCoeff() - period.minCoeff());
 }
 
-/// Fraction of a period of the waveform spent slower than a tenth of its largest speed; of a sine 0.064.
-double fraction_at_rest(const std::vector<Complex>& z) {
+/// Whether it is slower than a tenth of its largest speed, as far as its harmonics tell, for twice as long as a sine.
+bool rests(const std::vector<Complex>& z) {
+  constexpr double slow = 0.1;
   const VectorXd speed = period_of(z, true).cwiseAbs();
-  return (speed.array() < 0.1 * speed.maxCoeff()).cast<double>().mean();
+  const double of_sine = 2.0 / std::numbers::pi * std::asin(slow);
+  return (speed.array() < slow * speed.maxCoeff()).cast<double>().mean() > 2.0 * of_sine;
 }
 
 /// An interval of the drive judged as a whole.
@@ -104,9 +114,9 @@ double window_frequency(const VectorXd& drive, Index first, Index last, double r
   return nan;
 }
 
-std::vector<Window> windows_of(const VectorXd& drive, double rate_hz, const SteadyStepOptions& options) {
+std::vector<Window> windows_of(const VectorXd& drive, double rate_hz) {
   const double typical_hz = strongest_line(drive, rate_hz).frequency_hz;
-  const auto length = static_cast<Index>(std::llround(options.window_periods * rate_hz / typical_hz));
+  const auto length = static_cast<Index>(std::llround(window_periods * rate_hz / typical_hz));
   const Index hop = std::max<Index>(length / 8, 1);
   const double largest = 0.5 * (drive.maxCoeff() - drive.minCoeff());
   std::vector<Window> windows;
@@ -120,7 +130,7 @@ std::vector<Window> windows_of(const VectorXd& drive, double rate_hz, const Stea
       if (std::isnan(f)) continue;
       const Harmonics fit = fit_harmonics(drive, window.first, window.last, rate_hz, f, drive_harmonics);
       const double amplitude = std::abs(fit.z[0]);
-      if (amplitude < 0.05 * largest || fit.residual > options.drive_misfit * amplitude) continue;
+      if (amplitude < sensors_agree * largest || fit.residual > sensors_agree * amplitude) continue;
       window.frequency_hz = guess = f;
       window.noise = fit.residual * std::sqrt(2.0 / static_cast<double>(fit.num_rows)) / amplitude;
       break;
@@ -153,29 +163,28 @@ std::vector<Run> runs_of(std::size_t begin, std::size_t end, std::size_t min_cou
 
 class Finder {
  public:
-  Finder(const Motion& motion, const SteadyStepOptions& options)
+  explicit Finder(const Motion& motion)
       : motion_(motion),
-        options_(options),
         rate_hz_(motion.sample_rate_hz),
         base_(motion.find("r")),
         drive_(base_ != nullptr ? base_ : motion.find("f")) {}
 
   [[nodiscard]] std::vector<SteadyStep> find() {
     if (drive_ == nullptr || drive_->values.size() < 64 || !drive_->values.allFinite()) return {};
-    windows_ = windows_of(drive_->values, rate_hz_, options_);
+    windows_ = windows_of(drive_->values, rate_hz_);
     std::vector<double> noises;
     for (const Window& window : windows_)
       if (std::isfinite(window.frequency_hz)) noises.push_back(window.noise);
     if (noises.empty()) return {};
     noise_ = median(noises);  // of one window alone it would hide the transition that spoils it
-    const auto plateaus = runs_of(0, windows_.size(), 6, [&](std::size_t first, std::size_t k) {
+    const auto plateaus = runs_of(0, windows_.size(), 2 * fewest, [&](std::size_t first, std::size_t k) {
       double mean = 0.0;
       for (std::size_t i = first; i < k; ++i) mean += windows_[i].frequency_hz / static_cast<double>(k - first);
       // A phase known to noise_ radians at either end of a window: so many turns lie between.
-      const double tolerance = std::max(options_.frequency_tolerance, 4.0 * noise_ / options_.window_periods);
+      const double tolerance = std::max(held, noise_stds * noise_ / window_periods);
       return std::abs(windows_[k].frequency_hz - mean) <= tolerance * mean;  // false for NaN
     });
-    if (static_cast<int>(plateaus.size()) < options_.min_steps) return {};
+    if (plateaus.size() < fewest) return {};
     std::vector<SteadyStep> steps;
     for (const Run& plateau : plateaus) add_settings(plateau, steps);
     tag_drive(steps);
@@ -199,10 +208,10 @@ class Finder {
       f += windows_[k].frequency_hz / static_cast<double>(plateau.last - plateau.first);
     std::vector<Eigen::Matrix<double, 5, 1>> waves;
     for (std::size_t k = plateau.first; k < plateau.last; ++k) waves.push_back(waveform(windows_[k], f));
-    const auto settings = runs_of(0, waves.size(), 3, [&](std::size_t first, std::size_t k) {
+    const auto settings = runs_of(0, waves.size(), fewest, [&](std::size_t first, std::size_t k) {
       Eigen::Matrix<double, 5, 1> mean = Eigen::Matrix<double, 5, 1>::Zero();
       for (std::size_t i = first; i < k; ++i) mean += waves[i] / static_cast<double>(k - first);
-      const double tolerance = std::max(options_.waveform_tolerance, 4.0 * std::sqrt(5.0) * noise_);
+      const double tolerance = std::max(held, noise_stds * std::sqrt(5.0) * noise_);
       return (waves[k] - mean).norm() <= tolerance * mean[0];
     });
     for (const Run& setting : settings) {
@@ -217,7 +226,7 @@ class Finder {
   [[nodiscard]] SteadyStep measured(Index begin, Index end, double f) const {
     const Index first = begin + (end - begin) * 2 / 5;  // the earlier part is left to the response to settle
     const VectorXd& x = motion_.at("x");
-    const int count = std::max(1, std::min(7, static_cast<int>(0.45 * rate_hz_ / f)));
+    const int count = std::max(1, std::min(response_harmonics, static_cast<int>(0.45 * rate_hz_ / f)));
     const Harmonics drive = fit_harmonics(drive_->values, first, end, rate_hz_, f, drive_harmonics);
     const Harmonics response = fit_harmonics(x, first, end, rate_hz_, f, count);
     SteadyStep step{.from_s = static_cast<double>(first) / rate_hz_,
@@ -231,15 +240,14 @@ class Finder {
     step.y_m = y != nullptr       ? amplitude_of(period_of(fit_harmonics(y->values, first, end, rate_hz_, f, count).z))
                : base_ != nullptr ? amplitude_of(x_period + period_of(drive.z))
                                   : nan;
-    constexpr double locked_fraction = 0.02;  // of the base's motion: sensors disagree by as much
-    step.locked = base_ != nullptr && step.x_m < locked_fraction * step.drive;
+    step.locked = base_ != nullptr && step.x_m < sensors_agree * step.drive;
     step.phase_rad = step.locked ? nan : std::arg(response.z[0] / drive.z[0]);
     if (step.locked) return mark_unusable(step, first, end);
-    step.stops = fraction_at_rest(response.z) > 0.15;
+    step.stops = rests(response.z);
     const Index middle = (first + end) / 2;
     const double before = std::abs(fit_harmonics(x, first, middle, rate_hz_, f, count).z[0]),
                  after = std::abs(fit_harmonics(x, middle, end, rate_hz_, f, count).z[0]);
-    if (std::abs(after - before) > options_.settled_tolerance * std::max(after, before)) step.tag = StepTag::unsettled;
+    if (std::abs(after - before) > as_wanted * std::max(after, before)) step.tag = StepTag::unsettled;
     return mark_unusable(step, first, end);
   }
 
@@ -258,15 +266,15 @@ class Finder {
     const double wanted = median(amplitudes);
     for (SteadyStep& step : steps) {
       if (step.tag != StepTag::final) continue;
-      if (std::abs(step.drive - wanted) > options_.amplitude_tolerance * wanted) step.tag = StepTag::off_amplitude;
-      if (step.drive_distortion > options_.distortion_limit) step.tag = StepTag::distorted;
+      if (std::abs(step.drive - wanted) > as_wanted * wanted) step.tag = StepTag::off_amplitude;
+      if (step.drive_distortion > as_wanted) step.tag = StepTag::distorted;
     }
   }
 
   static void tell_directions(std::vector<SteadyStep>& steps) {
     const auto towards = [](const SteadyStep& a, const SteadyStep& b) {
       const double change = b.frequency_hz / a.frequency_hz - 1.0;
-      return change > 1e-4 ? 1 : change < -1e-4 ? -1 : 0;
+      return change > held ? 1 : change < -held ? -1 : 0;
     };
     for (std::size_t k = 1; k < steps.size(); ++k) {
       steps[k].direction = towards(steps[k - 1], steps[k]);
@@ -277,7 +285,6 @@ class Finder {
   }
 
   const Motion& motion_;
-  const SteadyStepOptions& options_;
   double rate_hz_;
   const Signal *base_, *drive_;
   std::vector<Window> windows_;
@@ -291,9 +298,9 @@ std::string_view to_string(StepTag tag) {
   return names[static_cast<int>(tag)];
 }
 
-std::vector<SteadyStep> find_steady_steps(const Motion& motion, const SteadyStepOptions& options) {
+std::vector<SteadyStep> find_steady_steps(const Motion& motion) {
   (void)motion.at("x");
-  return Finder(motion, options).find();
+  return Finder(motion).find();
 }
 
 }  // namespace dsp

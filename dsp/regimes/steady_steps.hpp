@@ -25,25 +25,15 @@ struct SteadyStep {
   double x_m = 0.0, y_m = 0.0;    ///< y: NaN where there is none
   double phase_rad = 0.0;         ///< of x's fundamental against the drive's, in (-pi, pi]; NaN: locked
   bool locked = false;            ///< no motion relative to the base
-  bool stops = false;             ///< is (nearly) at rest for more than 15 % of every period
+  bool stops = false;             ///< is (nearly) at rest for twice as long as a sine, in every period
   int direction = 0;              ///< of the sweep: 1 up, -1 down, 0 unknown
   StepTag tag = StepTag::final;
 };
 
-struct SteadyStepOptions {
-  double window_periods = 6.0;          ///< of the record's strongest frequency: a window is judged as a whole
-  double frequency_tolerance = 1.5e-3;  ///< relative, within one step
-  double waveform_tolerance = 5e-4;     ///< change of the drive's amplitude and harmonics within one setting
-  double amplitude_tolerance = 0.01;    ///< of the drive against the median of all
-  double distortion_limit = 0.01;
-  double settled_tolerance = 0.01;  ///< change of x's amplitude from the first to the second half
-  double drive_misfit = 0.05;       ///< windows where the drive is further from a sine with harmonics are no step
-  int min_steps = 3;                ///< fewer frequencies than this are no stepped sine
-};
-
 /// Finds the settings of a stepped-sine test in the drive (r, or f where there is no base) and what the response came
-/// to in each; in order of time. Empty for a record that is none. Tolerances are widened to four standard deviations of
-/// what the drive's own noise does to a window. Throws std::invalid_argument for a motion without x.
-[[nodiscard]] std::vector<SteadyStep> find_steady_steps(const Motion& motion, const SteadyStepOptions& options = {});
+/// to in each; in order of time. Empty for a record that is none. A drive, or a response, is as it should be within
+/// one per cent, over six of its periods, or what the drive's own noise does to those where that is more; of fewer than
+/// three frequencies there is no test. Throws std::invalid_argument for a motion without x.
+[[nodiscard]] std::vector<SteadyStep> find_steady_steps(const Motion& motion);
 
 }  // namespace dsp

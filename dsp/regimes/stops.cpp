@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "dsp/regimes/halt_rows.hpp"
+#include "dsp/regimes/harmonics.hpp"
 
 namespace dsp {
 namespace {
@@ -18,10 +19,13 @@ struct Stand {
   double from = 0.0, to = 0.0, std = 0.0, early = 0.0;
 };
 
-constexpr double rounding = 1.0 / 12.0;  // variance of what is known to a sample, or to a wave
-
 double quarter_period(const RegimeSigns& signs) {
   return signs.period_s / 4.0 * signs.sample_rate_hz;
+}
+
+/// Of the low-pass that v is behind, in samples.
+double wave(const RegimeSigns& signs) {
+  return signs.sample_rate_hz / signs.speed_cutoff_hz;
 }
 
 /// Where |v| passes `level` between a sample below it and the one beside it that is above.
@@ -43,8 +47,8 @@ double rises(const RegimeSigns& signs, Index last, double slow, double at_slow, 
   return 1.0 / (std::clamp((at_four_times - at_twice) / (at_twice - at_slow), std::numbers::sqrt2, 2.0) - 1.0);
 }
 
-/// Of [first, last), where |v| is below twice `slow`, if it gets below that. What lasts for a quarter of a period is no
-/// passage, and what an end of the record cuts is passed as it is on the other side.
+/// Of [first, last), where |v| is below twice `slow`, if it gets below that. What an end of the record cuts is passed
+/// as it is on the other side.
 std::optional<Stand> stand(const RegimeSigns& signs, Index first, Index last, double slow) {
   const auto speed = [&](Index i) { return std::abs(signs.velocity_m_per_s(i)); };
   Index begin = first, end = last - 1;
@@ -60,12 +64,8 @@ std::optional<Stand> stand(const RegimeSigns& signs, Index first, Index last, do
   if (last < signs.num_samples()) {
     found.to = crossing(signs, end + 1, end, slow);
     after = crossing(signs, last, last - 1, 2.0 * slow) - found.to;
-    if (after > 0.0 && after < quarter_period(signs))
-      found.early = after * (rises(signs, last, slow, found.to, found.to + after) - 1.0);
+    if (after > 0.0) found.early = after * (rises(signs, last, slow, found.to, found.to + after) - 1.0);
   }
-  const double reach = quarter_period(signs);
-  if (before >= reach) before = 0.0;
-  if (after >= reach) after = 0.0;
   if (first == 0) before = after;
   if (last == signs.num_samples()) after = before;
   found.from += before, found.to -= after;
@@ -77,12 +77,7 @@ std::optional<Stand> stand(const RegimeSigns& signs, Index first, Index last, do
 /// beyond it for the half wave that is the shortest that passes.
 bool touches(const RegimeSigns& signs, Index first, Index last, double stood) {
   const VectorXd& v = signs.velocity_m_per_s;
-  return first > 0 && last < v.size() && (v(first - 1) > 0.0) == (v(last) > 0.0) &&
-         signs.speed_cutoff_hz * stood < signs.sample_rate_hz;
-}
-
-bool is_blurred(const RegimeSigns& signs) {
-  return signs.speed_cutoff_hz < 0.5 * signs.sample_rate_hz;
+  return first > 0 && last < v.size() && (v(first - 1) > 0.0) == (v(last) > 0.0) && stood < wave(signs);
 }
 
 /// Where the motion may halt, samples [first, last), and the logarithm of how much more probable a halt makes its
@@ -92,11 +87,18 @@ struct Passage {
   double log_ratio = 0.0;
 };
 
-/// [first, last) below twice the threshold: where it stands in it, samples [from, to), for how long and the standard
-/// deviation of that by noise.
+/// Of two looks at one, the clearer; if both show a halt it lasts as long as either shows.
+Passage either(const Passage& a, const Passage& b) {
+  const Passage& clearer = a.log_ratio >= b.log_ratio ? a : b;
+  if (std::min(a.log_ratio, b.log_ratio) <= 0.0) return clearer;
+  return {std::min(a.first, b.first), std::max(a.last, b.last), clearer.log_ratio};
+}
+
+/// [first, last) below twice the threshold: where it stands in it, samples [from, to), for how long, the standard
+/// deviation of that by noise, and how long it stands if it comes loose at once.
 struct SlowRun {
   Index first = 0, last = 0, from = 0, to = 0;
-  double stood = 0.0, std = 0.0;
+  double stood = 0.0, std = 0.0, at_once = 0.0;
 };
 
 std::optional<SlowRun> slow_run(const RegimeSigns& signs, const SegmentOptions& options, Index first, Index last) {
@@ -104,14 +106,16 @@ std::optional<SlowRun> slow_run(const RegimeSigns& signs, const SegmentOptions& 
   if (!found || touches(signs, first, last, found->to - found->from)) return {};
   // The tangent of a sharp bend behind the low-pass reaches zero by so much later than the bend.
   constexpr double late_waves = 1.0 / (std::numbers::pi * std::numbers::pi);
-  const double late = is_blurred(signs) ? late_waves * signs.sample_rate_hz / signs.speed_cutoff_hz : 0.0;
+  const double late = late_waves * wave(signs);
   const double to = std::max(found->from, found->to - found->early);
+  const Index n = signs.num_samples();
   return SlowRun{first,
                  last,
-                 std::max<Index>(0, static_cast<Index>(std::ceil(found->from - late))),
-                 std::min(signs.num_samples(), static_cast<Index>(std::floor(to)) + 1),
+                 first == 0 ? 0 : std::max<Index>(0, static_cast<Index>(std::ceil(found->from - late))),
+                 last == n ? n : std::min(n, static_cast<Index>(std::floor(to)) + 1),
                  found->to - found->early - found->from,
-                 found->std};
+                 found->std,
+                 found->to - found->from};
 }
 
 /// What stands for less than nothing shows by how much times err, of whatever shape the motion is; but for what an end
@@ -119,7 +123,7 @@ std::optional<SlowRun> slow_run(const RegimeSigns& signs, const SegmentOptions& 
 double time_error(const std::vector<SlowRun>& runs, Index num_samples) {
   double square = 0.0, count = 0.0;
   for (const SlowRun& run : runs)
-    if (run.stood < 0.0 && run.first > 0 && run.last < num_samples) square += run.stood * run.stood, count += 1.0;
+    if (run.at_once < 0.0 && run.first > 0 && run.last < num_samples) square += run.at_once * run.at_once, count += 1.0;
   return count > 0.0 ? std::sqrt(square / count) : 0.0;
 }
 
@@ -144,32 +148,49 @@ std::vector<Passage> passages(const RegimeSigns& signs, const SegmentOptions& op
     if (i == first) continue;
     if (const auto run = slow_run(signs, options, first, i)) runs.push_back(*run);
   }
-  const double error = time_error(runs, n), shortest = std::max(1.0, options.stick_duration_s * signs.sample_rate_hz);
+  const double error = time_error(runs, n),
+               shortest_s = std::max(options.stick_duration_s, signs.is_coarse ? signs.period_s : 0.0),
+               shortest = std::max(1.0, shortest_s * signs.sample_rate_hz);
   for (const SlowRun& run : runs) {
     Passage clearest{run.from, run.to,
                      log_ratio_of_halt(run.stood < shortest ? 0.0 : run.stood, std::max(run.std, error),
                                        2.0 * quarter_period(signs))};
     up_to(run.first);
     for (; reversal != signs.reversals.end() && reversal->at <= run.last; ++reversal)
-      if (const Passage other = by_acceleration(*reversal); other.log_ratio > clearest.log_ratio) clearest = other;
+      clearest = either(clearest, by_acceleration(*reversal));
     all.push_back(clearest);
   }
   up_to(n);
   return all;
 }
 
+/// Nothing drives it: the force stays where it has been for a wave.
+bool force_rests(const RegimeSigns& signs, const Passage& one) {
+  if (signs.force.size() == 0) return false;
+  const Index first = std::max<Index>(0, one.first - static_cast<Index>(wave(signs)) - 1);
+  const auto here = signs.force.segment(first, one.last - first);
+  return here.maxCoeff() - here.minCoeff() < sensors_agree * (signs.force.maxCoeff() - signs.force.minCoeff());
+}
+
+VectorXd probabilities(const std::vector<Passage>& all) {
+  VectorXd log_ratios(static_cast<Index>(all.size()));
+  for (Index k = 0; k < log_ratios.size(); ++k) log_ratios(k) = all[static_cast<std::size_t>(k)].log_ratio;
+  return halt_probabilities(log_ratios);
+}
+
 }  // namespace
 
 double stop_std_s(const RegimeSigns& signs) {
-  return is_blurred(signs) ? std::sqrt(rounding) / signs.speed_cutoff_hz : 0.0;
+  return std::sqrt(rounding) / signs.speed_cutoff_hz;
 }
 
 std::vector<bool> stick_mask(const RegimeSigns& signs, const SegmentOptions& options) {
   std::vector<bool> stuck(static_cast<std::size_t>(signs.num_samples()), false);
-  const std::vector<Passage> all = passages(signs, options);
-  VectorXd log_ratios(static_cast<Index>(all.size()));
-  for (Index k = 0; k < log_ratios.size(); ++k) log_ratios(k) = all[static_cast<std::size_t>(k)].log_ratio;
-  const VectorXd halts = halt_probabilities(log_ratios);
+  std::vector<Passage> all = passages(signs, options);
+  const VectorXd halts = probabilities(all);
+  std::vector<Passage> driven = all;
+  std::erase_if(driven, [&](const Passage& one) { return force_rests(signs, one); });
+  if (driven.size() < all.size() && (probabilities(driven).array() <= 0.5).all()) return stuck;
   for (Index k = 0; k < halts.size(); ++k) {
     const Passage& one = all[static_cast<std::size_t>(k)];
     if (halts(k) > 0.5) std::fill(stuck.begin() + one.first, stuck.begin() + one.last, true);

@@ -10,10 +10,10 @@
 #include <stdexcept>
 #include <utility>
 
-#include "dsp/regimes/standstill.hpp"
 #include "dsp/samples/clipping.hpp"
 #include "dsp/samples/sample_cells.hpp"
 #include "dsp/samples/sample_checks.hpp"
+#include "dsp/samples/standstill.hpp"
 
 namespace dsp {
 namespace {

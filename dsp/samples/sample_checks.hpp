@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "dsp/recording.hpp"
-#include "dsp/regimes/standstill.hpp"
 #include "dsp/samples/sample_cells.hpp"
+#include "dsp/samples/standstill.hpp"
 
 namespace dsp {
 

@@ -136,7 +136,7 @@ TEST_CASE("too much clipping where it is trained is refused, elsewhere it is lef
   write_table(folder, [](int i, Row& row) { row.y = i < 3000 ? std::clamp(row.y, -0.007, 0.007) : 0.6 * row.y; });
   const std::string elsewhere = " --set 'range=[{name=\"late\", from=32.0, to=60.0}]'";
   expect(folder, "$ARDENT run m.csv -o early", 3,
-         {"[sample.clipped]", "m.csv", "range '", "y is clipped", "at most 1 %", "prepare.max_clipped"});
+         {"[sample.clipped]", "m.csv", "range 'all'", "y is clipped", "at most 1 %", "prepare.max_clipped"});
   CHECK_FALSE(std::filesystem::exists(folder / "early"));
   expect(folder, "$ARDENT check m.csv", 3, {"[sample.clipped]"});
   expect(folder, "$ARDENT run m.csv -o late" + elsewhere, 0, {"warning", "[sample.clipped]"});

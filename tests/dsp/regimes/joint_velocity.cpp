@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 
+#include "dsp/regimes/half_cycles.hpp"
 #include "support/motion.hpp"
 #include "support/signals.hpp"
 
@@ -100,4 +101,18 @@ TEST_CASE("where no band is left to see noise in, the velocity is that of the di
   const VectorXd v = dsp::JointVelocity(both.motion, below, short_s).of(both.motion);
   REQUIRE(v.allFinite());
   CHECK(error_rms(both, v) < 0.1);
+}
+
+TEST_CASE("noise is measured in what is kept", "[dsp][regimes]") {
+  constexpr double noise_m = 1e-5;
+  Measured spoilt = measured(noise_m, 0.03);
+  spoilt.motion.excluded.assign(static_cast<std::size_t>(n), 0);
+  VectorXd x = spoilt.motion.at("x");
+  for (double at_s = 1.0; at_s < 150.0; at_s += 2.0 + std::sin(at_s))  // a cable drops out, at no time of the motion's
+    for (Index i = std::lround(at_s * rate_hz), end = i + 20; i < end; ++i)
+      x(i) = 0.02, spoilt.motion.excluded[static_cast<std::size_t>(i)] = 1;
+  // Of thousand ordinates in the band and more, a median; each break has a hundred thousand times the noise's power.
+  const double of_noise = 2.0 * noise_m * noise_m / rate_hz;
+  CHECK(dsp::density_beyond_harmonics(spoilt.motion, x, period_s) / of_noise == Approx(1.0).epsilon(0.15));
+  CHECK(dsp::density_beyond_harmonics({.sample_rate_hz = rate_hz}, x, period_s) / of_noise > 100.0);
 }

@@ -26,8 +26,7 @@ dsp::RegimeSigns half_waves(double halt_s, double (*course)(double) = half_sine)
   for (Index i = 0; i < signs.num_samples(); ++i) {
     const double halves = static_cast<double>(i) / rate_hz / (half_s + halt_s),
                  t = std::fmod(halves, 1.0) * (half_s + halt_s);
-    if (t < half_s)
-      signs.velocity_m_per_s(i) = 0.08 * course(t / half_s) * (std::fmod(halves, 2.0) < 1.0 ? 1 : -1);
+    if (t < half_s) signs.velocity_m_per_s(i) = 0.08 * course(t / half_s) * (std::fmod(halves, 2.0) < 1.0 ? 1 : -1);
   }
   return signs;
 }
@@ -84,4 +83,39 @@ TEST_CASE("where noise is as large as the threshold a stop is as long as three o
   CHECK(fraction_stuck(dsp::stick_mask(signs, options)) == 0.0);
   signs.speed_noise_m_per_s = 0.0;
   CHECK(fraction_stuck(dsp::stick_mask(signs, options)) > 0.0);
+}
+
+TEST_CASE("a rest that an end of the record cuts reaches to it", "[dsp][regimes]") {
+  dsp::RegimeSigns signs = half_waves(0.1);
+  const Index half = std::lround(0.5 * period_s * rate_hz);
+  VectorXd& v = signs.velocity_m_per_s;
+  v.head(2 * half).setZero();
+  v.tail(2 * half).setZero();
+  const std::vector<bool> stuck = dsp::stick_mask(signs, options);
+  CHECK(std::all_of(stuck.begin(), stuck.begin() + 2 * half, [](bool one) { return one; }));
+  CHECK(std::all_of(stuck.end() - 2 * half + 2, stuck.end(), [](bool one) { return one; }));
+}
+
+TEST_CASE("where the record ends within the harmonics only a rest of a period is told from a lull", "[dsp][regimes]") {
+  for (const auto& [halt_s, stops] : {std::pair{0.5 * period_s, false}, {1.2 * period_s, true}}) {
+    dsp::RegimeSigns signs = half_waves(halt_s);
+    signs.is_coarse = true;
+    CHECK((fraction_stuck(dsp::stick_mask(signs, options)) > 0.0) == stops);
+  }
+}
+
+TEST_CASE("rests are pauses if there are none but while the force rests, and stops if there are others",
+          "[dsp][regimes]") {
+  dsp::RegimeSigns signs = half_waves(0.1);
+  const double whole = fraction_stuck(dsp::stick_mask(signs, options));
+  REQUIRE(whole > 0.1);
+  // With a force that rests whenever the motion does, and from a wave before; then with one that never does.
+  signs.force = signs.velocity_m_per_s;
+  const Index before = std::lround(0.02 * rate_hz);
+  for (Index i = 0; i + before < signs.num_samples(); ++i)
+    if (signs.velocity_m_per_s(i + before) == 0.0) signs.force(i) = 0.0;
+  CHECK(fraction_stuck(dsp::stick_mask(signs, options)) == 0.0);
+  for (Index i = 0; i < signs.num_samples(); ++i)
+    signs.force(i) += std::sin(2.0 * std::numbers::pi * static_cast<double>(i) / rate_hz / period_s);
+  CHECK(fraction_stuck(dsp::stick_mask(signs, options)) == whole);
 }

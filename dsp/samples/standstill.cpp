@@ -1,4 +1,4 @@
-#include "dsp/regimes/standstill.hpp"
+#include "dsp/samples/standstill.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@ namespace dsp {
 namespace {
 
 constexpr Eigen::Index least_cells = 8, least_equal_cells = 4;
-constexpr double jump_ratio = 8.0;
+constexpr double jump_ratio = 8.0;  // of a step over the usual ones: seldom are they so large
 
 }  // namespace
 
@@ -18,7 +18,7 @@ void StepScale::learn(std::span<const SampleCell> cells, std::span<const double>
   std::vector<double> values;
   std::copy_if(steps.begin(), steps.end(), std::back_inserter(values), [](double step) { return step > 0.0; });
   // Of those that are not zero: there are many zeros where a channel is clipped.
-  const double candidate = 2 * values.size() >= steps.size() ? 8.0 * quantile_in_place(values, 0.5) : 0.0;
+  const double candidate = 2 * values.size() >= steps.size() ? jump_ratio * quantile_in_place(values, 0.5) : 0.0;
   const auto fraction_above = [&](const auto& items, const auto& step_of) {
     const auto above = std::count_if(items.begin(), items.end(), [&](const auto& x) { return step_of(x) > candidate; });
     return static_cast<double>(above) / static_cast<double>(items.size());
@@ -127,7 +127,7 @@ void Standstill::close(const StepScale& scale) {
     extreme_runs_.push_back(open_);
   if (open_.num_cells() < least_cells && open_.num_equal < least_equal_cells) return;
   runs_.push_back(open_);
-  ripening_ = 3;
+  ripening_ = static_cast<Eigen::Index>(steps_.size()) - 1;
 }
 
 void Standstill::finish() {
