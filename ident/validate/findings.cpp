@@ -97,6 +97,10 @@ bool imitates(const JudgedFit& fit) {
   return fit.explanations.better && !fit.explanations.better->instead_of.empty();
 }
 
+bool lacks_term(const JudgedFit& fit, const Findings& found) {
+  return lacks_form(fit, found) || (found.above_noise && fit.size.revisit_fraction > of_the_state);
+}
+
 bool lacks_better(const JudgedFit& fit, const Findings& found) {
   return fit.explanations.better && !found.negligible_rest;
 }

@@ -50,6 +50,9 @@ struct Findings {
 
 /// Kept terms only imitate a form that is no candidate.
 [[nodiscard]] bool imitates(const JudgedFit& fit);
+/// What is left over beside noise is a usual form that is no candidate, or comes back with the state: the record itself
+/// shows that a term is missing, however well the rest is followed.
+[[nodiscard]] bool lacks_term(const JudgedFit& fit, const Findings& found);
 /// With a form that is no candidate the equation is better, and what it leaves over without is more than sensors that
 /// are not linear make.
 [[nodiscard]] bool lacks_better(const JudgedFit& fit, const Findings& found);
