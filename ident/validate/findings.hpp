@@ -9,9 +9,6 @@
 
 namespace ident {
 
-/// Free-run error of x about its mean, beyond what its noise makes, as a fraction of its power: a tenth of its
-/// amplitude, and three tenths.
-inline constexpr double follows = 0.01, follows_in_part = 0.1;
 /// A smaller part, of the target's power or of what is left of it, does not matter.
 inline constexpr double matters_to_power = 0.1;
 

@@ -77,9 +77,13 @@ std::string free_run_clause(const FreeRun& run, const Findings& found) {
   const bool on_training = run.nmse_training > run.nmse_centred && !(found.run_error <= follows);
   const double error = on_training ? run.nmse_training : run.nmse_centred;
   if (!std::isfinite(error)) return "the free run through the training rows diverged";
-  return fmt::format("the free run {}{} (NMSE {:.2g}, an error of {} of its rms{}{})", how,
+  const std::string restarted =
+      run.num_restarts > 0 ? fmt::format(", set to the measured state {} times, before its errors have grown tenfold",
+                                         run.num_restarts)
+                           : std::string();
+  return fmt::format("the free run {}{} (NMSE {:.2g}, an error of {} of its rms{}{}{})", how,
                      on_training ? " through the training rows" : "", error, percent(std::sqrt(error)), noise,
-                     run.sticks ? ", sticking at times" : "");
+                     run.sticks ? ", sticking at times" : "", restarted);
 }
 
 std::string residual_clause(const JudgedFit& fit, const Findings& found) {
