@@ -314,6 +314,7 @@ Eigen::MatrixXd decimate(const Eigen::Ref<const Eigen::MatrixXd>& samples, const
 Eigen::MatrixXd decimate(Index num_samples, Index num_channels,
                          const std::function<Eigen::MatrixXd(Index first, Index count)>& read,
                          const FilterSheet& design) {
+  require_length(design, num_samples);
   return decimate_between(0, num_outputs(design, num_samples), num_samples, num_channels, read, design);
 }
 

@@ -166,7 +166,7 @@ VectorXd column_beside(const Columns& columns, const std::string& term, const st
 
 void place_switches(Columns& columns, const CandidateLibrary& library, const WeightedTerms& equation,
                     const std::function<void()>& poll) {
-  if (columns.switches == nullptr || (equation.empty() && !columns.switches->settled())) return;
+  if (columns.switches == nullptr || !columns.switches->must_form(equation)) return;
   columns.switches->settle(equation);
   for (Index column = 0; column < columns.phi.cols(); ++column) {
     const Term& term = library.terms[static_cast<std::size_t>(column)];

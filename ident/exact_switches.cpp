@@ -41,7 +41,13 @@ ExactSwitches::ExactSwitches(const dsp::Prepared& prepared, const CandidateLibra
 
 void ExactSwitches::settle(const WeightedTerms& equation) {
   crossings_.settle(equation);
-  settled_ = !equation.empty();
+  has_equation_ = !equation.empty();
+  formed_ = wanted_;
+}
+
+bool ExactSwitches::must_form(const WeightedTerms& equation) const {
+  const bool holds_wanted = formed_.from_s <= wanted_.from_s && wanted_.to_s <= formed_.to_s;
+  return !equation.empty() || has_equation_ || !holds_wanted;
 }
 
 void ExactSwitches::limit_to(const dsp::Stretch& wanted) {

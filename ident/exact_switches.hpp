@@ -26,8 +26,9 @@ class ExactSwitches {
   /// From now on columns are wanted within this stretch only: beside it they and the switches may be anything.
   void limit_to(const dsp::Stretch& wanted);
   [[nodiscard]] const dsp::Stretch& wanted() const { return wanted_; }
-  /// Whether the switches are placed under an equation.
-  [[nodiscard]] bool settled() const { return settled_; }
+  /// Whether columns that depend on the equation are to be formed again before they are used under this one: it has
+  /// terms, or the one they were formed under last had, or that was within a stretch which does not hold the wanted one.
+  [[nodiscard]] bool must_form(const WeightedTerms& equation) const;
   /// Of each sample at the intermediate rate, the fraction for which terms act; beside that they are zero.
   void act_for(Eigen::VectorXd fraction) { acting_ = std::move(fraction); }
   /// A signal's samples, or a term's, as far as it acts.
@@ -49,8 +50,8 @@ class ExactSwitches {
 
   const dsp::Prepared& prepared_;
   Crossings crossings_;
-  bool settled_ = false;
-  dsp::Stretch wanted_;
+  bool has_equation_ = false;     ///< they were placed under one
+  dsp::Stretch wanted_, formed_;  ///< formed_: wanted when they were placed last
   Eigen::VectorXd acting_;
   double stop_hz_;  ///< columns are gone from here on
 };

@@ -168,6 +168,7 @@ Json method_json(const ident::JudgedFit& fit, const ident::RangeResult& range, c
   result["nmse"] = nmse_json(fit);
   result["bands"] = bands_json(fit);
   result["free_run_stretches"] = fit.free_run.num_ranges;
+  result["free_run_restarts"] = fit.free_run.num_restarts;
   result["steps"] = steps_json(fit, range.labels);
   result["path"] = path_json(fit, range.labels);
   return result;

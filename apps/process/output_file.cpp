@@ -49,7 +49,7 @@ void OutputFile::close() {
   flush();
   if (on_disk_ == OnDisk::later)
     (void)::sync_file_range(descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE);  // where it cannot, sync_entry does all of it
-  else if (::fsync(descriptor_) != 0)
+  else if (::fdatasync(descriptor_) != 0)
     throw cannot_write(shown_, errno);
   if (::close(std::exchange(descriptor_, -1)) != 0) throw cannot_write(shown_, errno);
 }

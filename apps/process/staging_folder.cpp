@@ -253,10 +253,12 @@ void require_no_link(const fs::path& place) {
 void sync_entry(const fs::path& entry, const fs::path& shown) {
   const int descriptor = ::open(entry.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) throw cannot_write(shown, errno);
-  // Some file systems cannot sync a folder (EINVAL): the rename is then as durable as they make it.
-  int failed = ::fdatasync(descriptor) != 0 ? errno : 0;
+  // Of a file its bytes, of a folder its entries, which are no data of it. Some file systems cannot sync a folder
+  // (EINVAL): the rename is then as durable as they make it.
   std::error_code unknown;
-  if (failed == EINVAL && std::filesystem::is_directory(entry, unknown)) failed = 0;
+  const bool is_folder = std::filesystem::is_directory(entry, unknown);
+  int failed = (is_folder ? ::fsync(descriptor) : ::fdatasync(descriptor)) != 0 ? errno : 0;
+  if (failed == EINVAL && is_folder) failed = 0;
   ::close(descriptor);
   if (failed != 0) throw cannot_write(shown, failed);
 }

@@ -24,9 +24,9 @@ Stretch with_memory(const Prepared& prepared, const Stretch& wanted) {
           wanted.to_s + rows_behind / prepared.filter.output_rate_hz()};
 }
 
-/// Sample at this time, within [0, most].
-Index within(double time_s, double rate_hz, Index most) {
-  return static_cast<Index>(std::clamp(time_s * rate_hz, 0.0, static_cast<double>(most)));
+/// The whole part of an index, within [0, most].
+Index within(double index, Index most) {
+  return static_cast<Index>(std::clamp(index, 0.0, static_cast<double>(most)));
 }
 
 }  // namespace
@@ -44,8 +44,9 @@ Eigen::MatrixXd filtered_within(const Prepared& prepared, const Stretch& wanted,
   const Stretch low_passed = with_memory(prepared, wanted);
   const Index num_rows = prepared.signals.num_samples();
   const double rate_hz = filter.output_rate_hz();
-  const Index first = within(std::floor(low_passed.from_s * rate_hz) / rate_hz, rate_hz, num_rows),
-              end = within(std::ceil(low_passed.to_s * rate_hz + 1.0) / rate_hz, rate_hz, num_rows);
+  // A time that is that of a row may lie a rounding before it or behind.
+  const Index first = within(low_passed.from_s * rate_hz, num_rows),
+              end = within(low_passed.to_s * rate_hz + 2.0, num_rows);
   Eigen::MatrixXd columns =
       decimate_between(first, std::max(first, end), num_samples, num_signals, read, filter.sheet());
   constexpr Index fewest = 8;  // of a transform

@@ -65,6 +65,12 @@ void weigh_records(EvidenceRows& rows, const IndependentRows& independence) {
   rows.count_by(formed(rows, independence));
 }
 
+/// Whether what the filters of a preparation leave is in the rows; a table has none.
+bool is_filtered(const EvidenceRows& rows) {
+  return std::any_of(rows.records().begin(), rows.records().end(),
+                     [&](const RecordRows& record) { return rows.recordings[record.recording].prepared != nullptr; });
+}
+
 /// Fills in what follows from the rows, their size and the model.
 void form_data(EvidenceData& evidence, const EvidenceRows& rows) {
   const RangeData& range = rows.range;
@@ -99,12 +105,15 @@ EvidenceData evidence_data(const RangeData& range, const RangeResult& result, co
   weigh_records(rows, independence);
 
   const ModelSizes sizes(rows, state, independence);
-  Settled settled = settled_model(sizes.problems(), [&](const Subset& model) { return sizes.of(model); });
+  const double complete = is_filtered(rows) ? filtered_power : rounding_power;
+  Settled settled = settled_model(
+      sizes.problems(), [&](const Subset& model) { return sizes.of(model); }, complete);
   evidence.size = settled.size;
   evidence.path = std::move(settled.path);
   for (ModelOfSize& model : evidence.path)
     for (Index& term : model.terms) term = range.terms[static_cast<std::size_t>(term)];
-  const bool several = rows.records().size() > 1, white = evidence.size.fraction() >= white_enough;
+  const bool several = rows.records().size() > 1,
+             white = evidence.size.fraction() >= white_enough && !(settled.model.rss <= complete);
   if (white && rows.weighting.rho == 0.0 && !several) return evidence;
   if (!white) prefer_simpler(settled, sizes.problems(), degrees(library, range.terms));
   if (!white || several) evidence.terms = settled.model.terms;

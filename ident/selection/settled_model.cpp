@@ -32,7 +32,7 @@ bool outweighs(const Subset& larger, const Subset& smaller, const EffectiveSize&
 
 }  // namespace
 
-Settled settled_model(const RecordProblems& problems, const SizeOfModel& size_of) {
+Settled settled_model(const RecordProblems& problems, const SizeOfModel& size_of, double complete) {
   const std::vector<Subset> path = best_subsets(problems, std::min(problems.num_terms(), largest_model));
   std::vector<std::optional<EffectiveSize>> known(path.size());
   const auto size = [&](std::size_t l) -> const EffectiveSize& {
@@ -40,7 +40,7 @@ Settled settled_model(const RecordProblems& problems, const SizeOfModel& size_of
     return *known[l];
   };
   std::size_t settled = 0;
-  for (std::size_t l = 1; l < path.size(); ++l)
+  for (std::size_t l = 1; l < path.size() && path[settled].rss > complete; ++l)
     if (outweighs(path[l], path[settled], size(l), problems)) settled = l;
   std::vector<ModelOfSize> compared;
   for (std::size_t l = 0; l < path.size(); ++l)

@@ -12,6 +12,9 @@ namespace ident {
 inline constexpr double least_gain = 2.0;
 /// Power of a residual, as a fraction of the target's, that is rounding of sums over up to 1e6 rows, not structure.
 inline constexpr double rounding_power = 1e-24;
+/// Power of a residual, as a fraction of the target's, that the filters of a preparation leave: what folds into their
+/// pass band, or past the ends of a record, lies 110 dB below what they let through.
+inline constexpr double filtered_power = 1e-11;
 
 /// What the rows are worth beside a model.
 using SizeOfModel = std::function<EffectiveSize(const Subset&)>;
@@ -27,8 +30,9 @@ struct Settled {
 /// whose gain (n_eff - k') ln(rss / rss') exceeds that of their cost (model_cost), at the effective size of the larger
 /// model. Noise tells the coefficients of R records apart, so that a term costs as R of them; misfit that is a function
 /// of the state comes back in every record, and a term that answers it counts once: a term is 1 + (1 - f) (R - 1)
-/// coefficients.
-[[nodiscard]] Settled settled_model(const RecordProblems& problems, const SizeOfModel& size_of);
+/// coefficients. What leaves no more than `complete` of the target's power has nothing left to explain.
+[[nodiscard]] Settled settled_model(const RecordProblems& problems, const SizeOfModel& size_of,
+                                    double complete = rounding_power);
 
 /// Exchanges single terms for simpler ones while the two models cannot be told apart; where the simpler one would not
 /// be worth its place, the term is left out. `degree`: of each candidate.

@@ -19,8 +19,6 @@ constexpr double of_the_state = 0.75, of_something_else = 0.1;
 constexpr double negligible = 1e-3;
 constexpr double carries_over = 10.0;  // residual power on test rows / on training rows: fitted to its rows only
 constexpr double bias_in_stds = 2.0, bias_of_mean = 0.02;  // by noise of regressors: beyond both the interval misses
-// A start from a measured state carries the noise of x and of v into the run, beside that of x itself.
-constexpr double noises_of_a_run = 3.0;
 
 double mean_square(const Eigen::Ref<const Eigen::VectorXd>& values) {
   return values.size() > 0 ? values.squaredNorm() / static_cast<double>(values.size()) : nan;
@@ -95,6 +93,10 @@ bool leaves_out_recorded(const JudgedFit& fit, const Findings& found) {
 
 bool imitates(const JudgedFit& fit) {
   return fit.explanations.better && !fit.explanations.better->instead_of.empty();
+}
+
+bool lacks_term(const JudgedFit& fit, const Findings& found) {
+  return lacks_form(fit, found) || (found.above_noise && fit.size.revisit_fraction > of_the_state);
 }
 
 bool lacks_better(const JudgedFit& fit, const Findings& found) {

@@ -9,9 +9,6 @@
 
 namespace ident {
 
-/// Free-run error of x about its mean, beyond what its noise makes, as a fraction of its power: a tenth of its
-/// amplitude, and three tenths.
-inline constexpr double follows = 0.01, follows_in_part = 0.1;
 /// A smaller part, of the target's power or of what is left of it, does not matter.
 inline constexpr double matters_to_power = 0.1;
 
@@ -50,6 +47,9 @@ struct Findings {
 
 /// Kept terms only imitate a form that is no candidate.
 [[nodiscard]] bool imitates(const JudgedFit& fit);
+/// What is left over beside noise is a usual form that is no candidate, or comes back with the state: the record itself
+/// shows that a term is missing, however well the rest is followed.
+[[nodiscard]] bool lacks_term(const JudgedFit& fit, const Findings& found);
 /// With a form that is no candidate the equation is better, and what it leaves over without is more than sensors that
 /// are not linear make.
 [[nodiscard]] bool lacks_better(const JudgedFit& fit, const Findings& found);

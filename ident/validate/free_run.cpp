@@ -98,6 +98,23 @@ std::vector<dsp::IndexRange> pieces(const dsp::IndexRange& range, double most) {
   return result;
 }
 
+/// Ranges shorter than this, in samples, tell nothing.
+double least_length(double period, const FreeRunOptions& options) {
+  constexpr double min_samples = 16.0;
+  return std::max(min_samples, options.min_periods * period);
+}
+
+/// Between these samples.
+std::vector<dsp::IndexRange> pieces_between(const dsp::IndexRange& range, const std::vector<Index>& restarts) {
+  std::vector<dsp::IndexRange> result{range};
+  for (const Index sample : restarts)
+    if (sample > result.back().first && sample < range.last) {
+      result.back().last = sample;
+      result.push_back({sample, range.last});
+    }
+  return result;
+}
+
 /// Squared errors and squared sizes of x, summed over the ranges so far.
 struct Tally {
   double error = 0.0, size = 0.0, about_mean = 0.0, count = 0.0;
@@ -146,7 +163,8 @@ bool run_range(const std::shared_ptr<const EquationOfMotion>& equation, const Co
     return false;
   }
   const double start_s = static_cast<double>(range.first) / motion.sample_rate_hz;
-  const Eigen::Vector2d initial(position(range.first) / position_scale, speed(range.first) / speed_scale);
+  const Eigen::Vector2d initial(position(range.first) / position_scale + options.start_error,
+                                speed(range.first) / speed_scale);
   sim::SimulateOptions simulate_options{.duration_s = static_cast<double>(length - 1) / motion.sample_rate_hz,
                                         .sample_rate_hz = motion.sample_rate_hz,
                                         .start_s = start_s,
@@ -205,17 +223,21 @@ FreeRun free_run(const Model& model, const std::vector<Course>& courses, const F
         equation_on(equation_of(model, static_cast<int>(course.recording) + 1), *course.signals));
     result.reason = obstacle(*equation);
     if (!result.reason.empty()) return result;
-    constexpr double min_samples = 16.0;
-    const double cycle = period(course), least = std::max(min_samples, options.min_periods * cycle);
+    const double cycle = period(course), least = least_length(cycle, options);
     const bool alone = equation->inputs().empty() && !(equation->frame().base_moves && model.target == "ddy");
     result.alone = result.alone && alone;
     const double most =
         alone && cycle > 0.0 ? std::max(least, options.periods_alone * cycle) : std::numeric_limits<double>::infinity();
+    const auto index = static_cast<std::size_t>(&course - courses.data());
+    const std::vector<Index> restarts =
+        alone || index >= options.restarts.size() ? std::vector<Index>{} : options.restarts[index];
     for (const dsp::IndexRange& range : course.ranges) {
       if (static_cast<double>(range.last - range.first) < least) continue;
       ++result.num_ranges;
       const WholeRange whole = whole_range(*equation, course, range);
-      for (const dsp::IndexRange& piece : pieces(range, most))
+      const std::vector<dsp::IndexRange> parts = restarts.empty() ? pieces(range, most) : pieces_between(range, restarts);
+      if (!restarts.empty()) result.num_restarts += static_cast<int>(parts.size()) - 1;
+      for (const dsp::IndexRange& piece : parts)
         if (!run_range(equation, course, piece, whole, options, tally,
                        options.keep_series ? &result.series.back().predicted : nullptr, result))
           return result;
@@ -232,6 +254,48 @@ FreeRun free_run(const Model& model, const std::vector<Course>& courses, const F
     if (tally.about_mean > 0.0) result.nmse_centred = tally.error / tally.about_mean;
   }
   return result;
+}
+
+std::vector<std::vector<Index>> restarts_of(const Model& model, const std::vector<Course>& courses,
+                                            FreeRunOptions options) {
+  constexpr double grown = 10.0;
+  constexpr double start_error = 1e-4;  // small beside what it grows to, large beside the error of a step
+  constexpr int most_rounds = 8;        // each shortens pieces to what their own growth allows
+  options.keep_series = true;
+  options.restarts.assign(courses.size(), {});
+  for (int round = 0; round < most_rounds; ++round) {
+    options.start_error = 0.0;
+    const FreeRun run = free_run(model, courses, options);
+    if (run.alone || !run.reason.empty()) return {};
+    options.start_error = start_error;
+    const FreeRun moved = free_run(model, courses, options);
+    bool shortened = false;
+    for (std::size_t c = 0; c < moved.series.size(); ++c) {
+      const double cycle = period(courses[c]);
+      const auto window = static_cast<Index>(std::ceil(cycle));
+      if (window < 1) continue;
+      const Eigen::VectorXd square = (moved.series[c].predicted - run.series[c].predicted).array().square();
+      std::vector<Index> restarts;
+      for (const dsp::IndexRange& range : courses[c].ranges) {
+        if (static_cast<double>(range.last - range.first) < least_length(cycle, options)) continue;
+        for (const dsp::IndexRange& piece : pieces_between(range, options.restarts[c])) {
+          if (piece.first > range.first) restarts.push_back(piece.first);
+          const double first = square.segment(piece.first, std::min(window, piece.last - piece.first)).sum();
+          for (Index i = piece.first + window; i + window <= piece.last; i += window) {
+            if (square.segment(i, window).sum() <= grown * grown * first) continue;  // NaN where it diverged: grown
+            for (Index at = i; at + window <= piece.last; at += i - piece.first) restarts.push_back(at);
+            shortened = true;
+            break;
+          }
+        }
+      }
+      options.restarts[c] = std::move(restarts);
+    }
+    if (!shortened) break;
+  }
+  const bool any = std::any_of(options.restarts.begin(), options.restarts.end(),
+                               [](const std::vector<Index>& one) { return !one.empty(); });
+  return any ? options.restarts : std::vector<std::vector<Index>>{};
 }
 
 }  // namespace ident

@@ -11,6 +11,12 @@
 
 namespace ident {
 
+/// Free-run error of x about its mean, beyond what its noise makes, as a fraction of its power: a tenth of its
+/// amplitude, and three tenths.
+inline constexpr double follows = 0.01, follows_in_part = 0.1;
+/// A start from a measured state carries the noise of x and of v into the run, beside that of x itself.
+inline constexpr double noises_of_a_run = 3.0;
+
 /// Where to run an equation through one recording: ranges of samples [first, last) without an excluded gap, and the
 /// samples that count.
 struct Course {
@@ -39,6 +45,7 @@ struct FreeRun {
   /// Where x is missed: nmse_centred and nmse_training of the equation that follows most closely of those whose
   /// coefficients are within their intervals (closest_run); NaN: not looked for.
   double closest = std::numeric_limits<double>::quiet_NaN(), closest_training = closest;
+  int num_restarts = 0;  ///< of an equation with inputs: how often it was set to the measured state within a range
   std::string reason;  ///< not empty: there is no figure, and why: too short, no equation of motion, diverged
   double diverged_after_s = 0.0;  ///< from the start of its range; 0: it did not
   int num_ranges = 0;
@@ -56,6 +63,8 @@ struct FreeRunOptions {
   double periods_alone =
       std::numeric_limits<double>::infinity();  ///< an equation without inputs is set to the measured state again after
                                                 ///< so many: nothing else holds its phase
+  std::vector<std::vector<Eigen::Index>> restarts = {};  ///< and one with inputs at these samples of each course
+  double start_error = 0.0;          ///< added to the position at each start: of its largest in the range
   double relative_tolerance = 1e-7;  ///< of a step; ten times less moves the NMSE by under a thousandth of itself
   double divergence_factor = 100.0;  ///< a state beyond this many times its largest measured magnitude has diverged
   bool keep_series = false;          ///< fills in FreeRun::series
@@ -68,5 +77,12 @@ struct FreeRunOptions {
 /// push back, it slides there (stick, Filippov). x is compared on the scored samples of the ranges.
 [[nodiscard]] FreeRun free_run(const Model& model, const std::vector<Course>& courses,
                                const FreeRunOptions& options = {});
+
+/// Samples of each course at which an equation with inputs is set to the measured state before an error of its last
+/// start has grown tenfold (rms over a period, beside the first), as it does near a fold of the response and in chaos:
+/// coefficients that are known to a hundredth let x be followed to a tenth no further, however right the equation.
+/// Empty where none grows so much, where the equation has no inputs or where it does not run.
+[[nodiscard]] std::vector<std::vector<Eigen::Index>> restarts_of(const Model& model, const std::vector<Course>& courses,
+                                                                 FreeRunOptions options);
 
 }  // namespace ident

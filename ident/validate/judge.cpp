@@ -77,9 +77,13 @@ std::string free_run_clause(const FreeRun& run, const Findings& found) {
   const bool on_training = run.nmse_training > run.nmse_centred && !(found.run_error <= follows);
   const double error = on_training ? run.nmse_training : run.nmse_centred;
   if (!std::isfinite(error)) return "the free run through the training rows diverged";
-  return fmt::format("the free run {}{} (NMSE {:.2g}, an error of {} of its rms{}{})", how,
+  const std::string restarted =
+      run.num_restarts > 0 ? fmt::format(", set to the measured state {} times, before its errors have grown tenfold",
+                                         run.num_restarts)
+                           : std::string();
+  return fmt::format("the free run {}{} (NMSE {:.2g}, an error of {} of its rms{}{}{})", how,
                      on_training ? " through the training rows" : "", error, percent(std::sqrt(error)), noise,
-                     run.sticks ? ", sticking at times" : "");
+                     run.sticks ? ", sticking at times" : "", restarted);
 }
 
 std::string residual_clause(const JudgedFit& fit, const Findings& found) {
@@ -256,7 +260,8 @@ Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range
   if (fit.model.terms.empty()) return judgement_of_none(ranges[range], fit);
   const Findings found = findings_of(ranges[range], fit);
   Judgement result{.verdict = found.verdict()};
-  if (leaves_out_recorded(fit, found) || !found.biased.empty() || imitates(fit)) result.verdict = Verdict::does_not;
+  if (leaves_out_recorded(fit, found) || !found.biased.empty() || imitates(fit) || lacks_term(fit, found))
+    result.verdict = Verdict::does_not;
   const bool left_over = found.unexplained > matters_to_power;
   if (result.verdict == Verdict::undecided && left_over) result.verdict = Verdict::does_not;
 

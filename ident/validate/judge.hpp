@@ -11,8 +11,9 @@ namespace ident {
 /// Judges every fit of every range and stores the result in its `judgement`; the fits of one range are compared with
 /// those of the others by the same method. In this order:
 /// Does not describe: something recorded explains more than a tenth of what is left over (explanation), noise of the
-/// regressors biases a coefficient beyond its interval (regressor_noise), or terms only imitate a form that is no
-/// candidate (Explanations::better).
+/// regressors biases a coefficient beyond its interval (regressor_noise), terms only imitate a form that is no candidate
+/// (Explanations::better), or more than noise is left over and most of it is such a form or comes back with the state
+/// (lacks_term).
 /// The free run decides otherwise: x followed to 1 % of its power about the mean, beyond what noise makes, is
 /// describes, to 10 % in part, worse or diverged does not describe; where nothing drives the equation, the worse of its
 /// runs through training and test rows. Where there is none to be had it is undecided; and so it is where no more than

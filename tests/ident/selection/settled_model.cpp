@@ -48,3 +48,15 @@ TEST_CASE("a term is not exchanged for a simpler one that does nothing, but left
   CHECK(settled_terms(gain, 1.0, 3.0) == std::vector<Index>{0});
   CHECK(settled_terms(gain, 1.0, 0.0) == std::vector<Index>{0, 1});  // nothing is simpler
 }
+
+TEST_CASE("a model that leaves no more than its filters leave is complete", "[ident][selection][settled_model]") {
+  // The second candidate is beyond doubt; the first alone leaves 1.2e-4 of the target.
+  ident::EffectiveSize size;
+  size.num_rows = size.num_uncorrelated = size.num_states = num_rows;
+  const ident::RecordProblems candidates = problem(50.0);
+  const auto terms_where_complete = [&](double power) {
+    return ident::settled_model(candidates, [&](const ident::Subset&) { return size; }, power).model.terms;
+  };
+  CHECK(terms_where_complete(1e-4) == std::vector<Index>{0, 1});
+  CHECK(terms_where_complete(2e-4) == std::vector<Index>{0});
+}

@@ -123,6 +123,38 @@ TEST_CASE("an equation without inputs can be set to the measured state again eve
   CHECK(again.nmse < 0.1 * again.nmse_centred);
 }
 
+TEST_CASE("in chaos a run is known for a few periods, and begins again after them", "[ident][free_run]") {
+  // Ueda's oscillator, x'' + x' / 10 + x^3 = 7.5 cos t: errors grow as exp(0.10 t) [Ueda, J. Stat. Phys. 20, 1979; the
+  // exponent from Thompson and Stewart's book], tenfold in 23 s or 3.7 periods of the drive on average; locally faster
+  // or slower by a factor of three.
+  support::Oscillator p{.c = 0.1, .k3 = 1.0, .force_gain = 7.5, .x0 = 2.5, .amplitude = 3.0, .omega = 1.0};
+  p.drive.tones = {{1.0, 1.0, 0.5 * std::numbers::pi, 0.0}};
+  const dsp::Motion motion = support::motion_of(p, 400.0, 50.0);
+  const auto off = model_of("a", {{"v", -0.1}, {"x^3", -1.001}, {"f", 7.5}});
+  ident::FreeRunOptions options{.keep_series = true};
+  const std::vector<ident::Course> courses{whole(motion)};
+  const ident::FreeRun run = ident::free_run(off, courses, options);
+  CHECK(run.nmse_centred > 0.3);
+  options.restarts = ident::restarts_of(off, courses, options);
+  const ident::FreeRun again = ident::free_run(off, courses, options);
+  const double periods = 400.0 / (2.0 * std::numbers::pi) / (again.num_restarts + 1);
+  CHECK(periods > 1.2);
+  CHECK(periods < 11.0);
+  CHECK(again.nmse_centred < 0.01);
+  // Begun again as often, an equation that is wrong is no better for it.
+  CHECK(ident::free_run(model_of("a", {{"v", -0.1}, {"x", -4.0}, {"f", 7.5}}), courses, options).nmse_centred > 0.1);
+}
+
+TEST_CASE("errors of a run that dies out, or of one without inputs, never grow tenfold", "[ident][free_run]") {
+  const auto experiment = sim::make_experiment(sim::Duffing{});
+  const dsp::Motion motion = support::motion_of(experiment, 60.0, 100.0);
+  const std::vector<ident::Course> courses{whole(motion, 200)};
+  const ident::Model model = true_model(experiment);
+  CHECK(ident::restarts_of(model, courses, {}).empty());
+  const ident::Model alone = model_of("a", {{"x", -25.0}, {"v", 0.5}});
+  CHECK(ident::restarts_of(alone, courses, {}).empty());
+}
+
 TEST_CASE("what cannot run free says why", "[ident][free_run]") {
   const auto experiment = sim::make_experiment(sim::Duffing{});
   const dsp::Motion motion = support::motion_of(experiment, 30.0, 100.0);

@@ -196,6 +196,30 @@ TEST_CASE("a cause is named where a test found it", "[ident][judge]") {
   CHECK_THAT(of(result).sentence, Catch::Contains("z was recorded and is not in the equation: it explains 80 %"));
 }
 
+TEST_CASE("what comes back with the state beyond noise is a missing term, however well x is followed",
+          "[ident][judge]") {
+  auto result = range("low", 1e-4, 5e-3);
+  ident::JudgedFit& fit = result.fits[0];
+  fit.noise.residual_power = 5e-3, fit.noise.residual_std = 1e-3;
+  CHECK(of(result).verdict == Verdict::in_part);  // nothing is known of what is left over
+  fit.size.revisit_fraction = 0.7;
+  CHECK(of(result).verdict == Verdict::in_part);
+  fit.size.revisit_fraction = 0.8;
+  CHECK(of(result).verdict == Verdict::does_not);
+  CHECK(of(result).cause == ident::Cause::missing_term);
+  fit.size.revisit_fraction = 0.7;
+  fit.explanations.form = ident::Explanation{"sgn(v)", ident::Cause::missing_term, 0.7, false};
+  CHECK(of(result).verdict == Verdict::does_not);
+  CHECK_THAT(of(result).sentence, Catch::Contains("sgn(v) is no candidate and explains 70 % of what is left over"));
+  // Where it is no more than noise, or less than sensors add that are not linear, nothing is missing.
+  fit.size.revisit_fraction = 0.8;
+  fit.noise.residual_std = fit.noise.known_std = std::sqrt(4e-3);
+  CHECK(of(result).verdict == Verdict::describes);
+  fit.noise.residual_std = fit.noise.known_std = 1e-3;
+  fit.train_centred = {5e-6, {}};
+  CHECK(of(result).verdict == Verdict::describes);
+}
+
 TEST_CASE("noise beside the motion does not excuse what is left over where the motion is", "[ident][judge]") {
   auto result = range("low", 1e-4, 5e-3);
   ident::RegressorNoise& noise = result.fits[0].noise;
