@@ -17,7 +17,8 @@ using Eigen::VectorXd;
 VectorXd harmonics_of(const VectorXd& signal, double rate_hz, double period_s) {
   if (signal.size() < 8 || !(signal.maxCoeff() > signal.minCoeff())) return {};
   const SpectralBand band = harmonics_band(period_s);
-  return ExtendedSpectrum(signal, rate_hz).filtered([&](double f) { return f > 0.0 ? band.gain(f) : 0.0; });
+  const SpectralBand drift{0.5 * drift_below / period_s, drift_below / period_s};
+  return ExtendedSpectrum(signal, rate_hz).filtered([&](double f) { return band.gain(f) - drift.gain(f); });
 }
 
 /// Variance by noise of this density of the phase of a sine fitted to `seconds`; what exceeds the noise within the band

@@ -7,6 +7,9 @@ namespace dsp {
 /// A motion has power up to this harmonic of its dominant frequency; what is beyond twice that is noise.
 inline constexpr double num_harmonics = 4.0;
 
+/// What is slower than this fraction of the dominant frequency is drift of a sensor.
+inline constexpr double drift_below = 0.1;
+
 /// Passes the motion, and nothing of what is noise.
 [[nodiscard]] inline SpectralBand harmonics_band(double period_s) {
   return {num_harmonics / period_s, 2.0 * num_harmonics / period_s};

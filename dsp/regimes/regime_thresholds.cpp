@@ -3,25 +3,58 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include "dsp/regimes/harmonics.hpp"
 
 namespace dsp {
+namespace {
+
+/// Amplitude of a sine that has the mean speed of the kept samples that are faster than this, and their fraction of the
+/// kept ones: large swings count for less than in its rms.
+struct Swing {
+  double amplitude = 0.0, fraction = 0.0;
+};
+Swing swing_beyond(double speed_m_per_s, const RegimeSigns& signs) {
+  double sum = 0.0, faster = 0.0, kept = 0.0;
+  for (Eigen::Index i = 0; i < signs.num_samples(); ++i) {
+    if (signs.excluded[static_cast<std::size_t>(i)] != 0) continue;
+    const double speed = std::abs(signs.velocity_m_per_s(i));
+    kept += 1.0;
+    if (speed >= speed_m_per_s) sum += speed, faster += 1.0;
+  }
+  return {faster > 0.0 ? std::numbers::pi / 2.0 * sum / faster : 0.0, kept > 0.0 ? faster / kept : 0.0};
+}
+
+}  // namespace
+
 void choose_stick(const RegimeSigns& signs, Segmentation& result) {
   SegmentOptions& options = result.options;
   if (options.stick_speed_m_per_s > 0.0) return;
-  // Amplitude of a sine of this mean speed: large swings count for less than in its rms.
-  const double own = std::numbers::pi / 2.0 * signs.velocity_m_per_s.cwiseAbs().mean(),
-               by_motion = sensors_agree * std::max(own, signs.base_speed_m_per_s),
-               by_noise = noise_stds * signs.speed_noise_m_per_s, slow = std::max(by_motion, by_noise);
+  const double by_noise = noise_stds * signs.speed_noise_m_per_s;
+  double own = swing_beyond(0.0, signs).amplitude, by_motion = 0.0, slow = 0.0;
+  const auto set_threshold = [&] {
+    by_motion = sensors_agree * std::max(own, signs.base_speed_m_per_s);
+    slow = std::max(by_motion, by_noise);
+  };
+  set_threshold();
+  // Where it rests for most of the time, the amplitude is that of its swings.
+  constexpr double most = 0.5;
+  if (const Swing swing = swing_beyond(2.0 * slow, signs); swing.fraction < most) {
+    own = swing.amplitude;
+    set_threshold();
+  }
   const bool rests_on_base = signs.base_moves() && own < slow;
   // The speed is timed up to twice the threshold: where a sine is straight, to half of its amplitude.
   constexpr double straight = 0.5;
   if (!rests_on_base && 2.0 * slow > straight * own) {
     result.remarks.push_back(
-        fmt::format("stops are not looked for: v has {:.2g} m/s of noise beside amplitudes of {:.2g}",
-                    signs.speed_noise_m_per_s, own));
+        fmt::format("stops are not looked for: {} beside amplitudes of {:.2g} m/s",
+                    by_noise < by_motion
+                        ? fmt::format("{:g} % of the base's speed, {:.2g} m/s, is much", 100.0 * sensors_agree, slow)
+                        : fmt::format("v has {:.2g} m/s of noise", signs.speed_noise_m_per_s),
+                    own));
     return;
   }
   options.stick_speed_m_per_s = slow;

@@ -109,10 +109,11 @@ std::optional<SlowRun> slow_run(const RegimeSigns& signs, const SegmentOptions& 
   const double late = late_waves * wave(signs);
   const double to = std::max(found->from, found->to - found->early);
   const Index n = signs.num_samples();
+  const Index from_sample = first == 0 ? 0 : std::clamp<Index>(static_cast<Index>(std::ceil(found->from - late)), 0, n);
   return SlowRun{first,
                  last,
-                 first == 0 ? 0 : std::max<Index>(0, static_cast<Index>(std::ceil(found->from - late))),
-                 last == n ? n : std::min(n, static_cast<Index>(std::floor(to)) + 1),
+                 from_sample,
+                 last == n ? n : std::clamp<Index>(static_cast<Index>(std::floor(to)) + 1, from_sample, n),
                  found->to - found->early - found->from,
                  found->std,
                  found->to - found->from};

@@ -231,14 +231,14 @@ TEST_CASE("columns that were wanted in one stretch are formed again where anothe
   const auto stretch = [&](Index first, Index end) {
     return dsp::Stretch{static_cast<double>(first) / rate_hz, static_cast<double>(end) / rate_hz};
   };
-  columns.switches->limit_to(stretch(0, quarter));
+  columns.switches->limit_to(stretch(quarter, 2 * quarter));  // at the ends a high-pass has not settled
   ident::place_switches(columns, library, {{library.terms.back().expression, -0.08}});
   ident::place_switches(columns, library, {});
   const auto difference = [&](Index first) {  // over each column's largest value
     const auto both = (columns.phi - formed).middleRows(first, quarter).cwiseAbs().colwise().maxCoeff();
     return (both.array() / formed.cwiseAbs().colwise().maxCoeff().array()).maxCoeff();
   };
-  CHECK(difference(0) < 1e-6);  // as filtered_within promises behind a high-pass
+  CHECK(difference(quarter) < 1e-6);  // as filtered_within promises behind a high-pass
   columns.switches->limit_to(stretch(2 * quarter, 3 * quarter));
   CHECK(columns.switches->must_form({}));
   ident::place_switches(columns, library, {});
