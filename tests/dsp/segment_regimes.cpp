@@ -270,6 +270,29 @@ TEST_CASE("where noise hides stops none are found, by speed or by halts", "[dsp]
   CHECK_FALSE(stuck(8e-3));
 }
 
+TEST_CASE("a payload that rests for most of the time is found to rest, on a base and without one",
+          "[dsp][segment_regimes]") {
+  // Swings of 4 mm between rests that take 50 to 98 % of 400 s, against a base of 20 mm that moves all along.
+  for (const double at_rest : {0.5, 0.9, 0.98})
+    for (const bool has_base : {true, false}) {
+      CAPTURE(at_rest, has_base);
+      std::vector<Phase> phases;
+      constexpr double cycle_s = 100.0;
+      for (int k = 0; k < 4; ++k) {
+        phases.push_back({(1.0 - at_rest) * cycle_s, 0.004, 0.004, Regime::low});
+        phases.push_back({at_rest * cycle_s, 0.0, 0.0, Regime::stick});
+      }
+      Programme of = programme(phases, 2.0, 1e-6, 7, 0.02);
+      if (!has_base) std::erase_if(of.motion.signals, [](const dsp::Signal& one) { return one.name == "r"; });
+      const dsp::Segmentation found = dsp::segment_regimes(of.motion, {});
+      CHECK(found.options.stick_speed_m_per_s > 0.0);
+      const auto all = labels(found);
+      const auto stuck = static_cast<double>(std::count(all.begin(), all.end(), Regime::stick));
+      // A rest begins and ends within the second in which the amplitude changes.
+      CHECK(stuck / static_cast<double>(all.size()) == Approx(at_rest).margin(4.0 * 2.0 / 400.0));
+    }
+}
+
 TEST_CASE("a row of halts that the record cuts goes on to its last reversal, motion behind a single stop does not",
           "[dsp][segment_regimes]") {
   // Half waves of 0.4 s; before the last but one, or before each, 0.1 s without motion; the last is cut.
