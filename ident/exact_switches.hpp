@@ -27,7 +27,8 @@ class ExactSwitches {
   void limit_to(const dsp::Stretch& wanted);
   [[nodiscard]] const dsp::Stretch& wanted() const { return wanted_; }
   /// Whether columns that depend on the equation are to be formed again before they are used under this one: it has
-  /// terms, or the one they were formed under last had, or that was within a stretch which does not hold the wanted one.
+  /// terms, or the one they were formed under last had, or that was within a stretch which does not hold the wanted
+  /// one.
   [[nodiscard]] bool must_form(const WeightedTerms& equation) const;
   /// Of each sample at the intermediate rate, the fraction for which terms act; beside that they are zero.
   void act_for(Eigen::VectorXd fraction) { acting_ = std::move(fraction); }

@@ -144,9 +144,11 @@ void add_cause(const RunResults& results, const ident::RangeResult& range, const
   const ident::Cause cause = *fit.judgement.cause;
   if ((cause == ident::Cause::missing_term && !named) || cause == ident::Cause::not_found)
     if (const auto angle = terms_of_angle(range, results.inputs.front().prepared.signals); !angle.empty()) {
-      found.push_back({fmt::format("x is an angle, and {} {} no candidate: gravity, if it turns with it, acts by them. In the config:",
-                                   fmt::join(angle, " and "), angle.size() == 1 ? "is" : "are"),
-                       with_terms(results.config, angle)});
+      found.push_back(
+          {fmt::format(
+               "x is an angle, and {} {} no candidate: gravity, if it turns with it, acts by them. In the config:",
+               fmt::join(angle, " and "), angle.size() == 1 ? "is" : "are"),
+           with_terms(results.config, angle)});
       return;
     }
   switch (cause) {

@@ -11,20 +11,29 @@
 namespace dsp {
 namespace {
 
-/// Amplitude of a sine that has the mean speed of the kept samples that are faster than this, and their fraction of the
-/// kept ones: large swings count for less than in its rms.
-struct Swing {
+/// Of the kept samples those that are part of no rest: slower than this for longer than a sine passes through zero at
+/// any amplitude at which it is timed (a sixth of a period). The amplitude of a sine of their mean speed, for which
+/// large swings count for less than in its rms, and the fraction they are.
+struct Swings {
   double amplitude = 0.0, fraction = 0.0;
 };
-Swing swing_beyond(double speed_m_per_s, const RegimeSigns& signs) {
-  double sum = 0.0, faster = 0.0, kept = 0.0;
-  for (Eigen::Index i = 0; i < signs.num_samples(); ++i) {
-    if (signs.excluded[static_cast<std::size_t>(i)] != 0) continue;
-    const double speed = std::abs(signs.velocity_m_per_s(i));
-    kept += 1.0;
-    if (speed >= speed_m_per_s) sum += speed, faster += 1.0;
+Swings swings_between_rests(double speed_m_per_s, const RegimeSigns& signs) {
+  using Eigen::Index;
+  constexpr double longest_passage = 0.25;  // of a period
+  const Index shortest_rest = signs.samples_in(longest_passage * signs.period_s);
+  double sum = 0.0, swinging = 0.0, kept = 0.0;
+  const auto is_slow = [&](Index i) { return std::abs(signs.velocity_m_per_s(i)) < speed_m_per_s; };
+  for (Index first = 0, end = 0; first < signs.num_samples(); first = end) {
+    end = first + 1;
+    while (end < signs.num_samples() && is_slow(end) == is_slow(first)) ++end;
+    for (Index i = first; i < end; ++i) {
+      if (signs.excluded[static_cast<std::size_t>(i)] != 0) continue;
+      kept += 1.0;
+      if (is_slow(first) && end - first >= shortest_rest) continue;
+      sum += std::abs(signs.velocity_m_per_s(i)), swinging += 1.0;
+    }
   }
-  return {faster > 0.0 ? std::numbers::pi / 2.0 * sum / faster : 0.0, kept > 0.0 ? faster / kept : 0.0};
+  return {swinging > 0.0 ? std::numbers::pi / 2.0 * sum / swinging : 0.0, kept > 0.0 ? swinging / kept : 0.0};
 }
 
 }  // namespace
@@ -33,7 +42,7 @@ void choose_stick(const RegimeSigns& signs, Segmentation& result) {
   SegmentOptions& options = result.options;
   if (options.stick_speed_m_per_s > 0.0) return;
   const double by_noise = noise_stds * signs.speed_noise_m_per_s;
-  double own = swing_beyond(0.0, signs).amplitude, by_motion = 0.0, slow = 0.0;
+  double own = swings_between_rests(0.0, signs).amplitude, by_motion = 0.0, slow = 0.0;
   const auto set_threshold = [&] {
     by_motion = sensors_agree * std::max(own, signs.base_speed_m_per_s);
     slow = std::max(by_motion, by_noise);
@@ -41,8 +50,8 @@ void choose_stick(const RegimeSigns& signs, Segmentation& result) {
   set_threshold();
   // Where it rests for most of the time, the amplitude is that of its swings.
   constexpr double most = 0.5;
-  if (const Swing swing = swing_beyond(2.0 * slow, signs); swing.fraction < most) {
-    own = swing.amplitude;
+  if (const Swings swings = swings_between_rests(2.0 * slow, signs); swings.amplitude > 0.0 && swings.fraction < most) {
+    own = swings.amplitude;
     set_threshold();
   }
   const bool rests_on_base = signs.base_moves() && own < slow;

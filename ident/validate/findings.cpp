@@ -51,6 +51,15 @@ bool lacks_form(const JudgedFit& fit, const Findings& found) {
          fit.explanations.form->fraction > std::max(matters_to_power, most * (1.0 - found.noise_share));
 }
 
+/// Nothing drives the equation and nothing in it takes energy: no term goes with a speed, or with an inner state.
+bool has_no_damping(const JudgedFit& fit) {
+  return fit.free_run.alone && std::all_of(fit.model.terms.begin(), fit.model.terms.end(), [](const ModelTerm& term) {
+           const Expression expression(term.name);
+           const auto& signals = expression.signals();
+           return std::all_of(signals.begin(), signals.end(), [](const auto& one) { return one == "x" || one == "y"; });
+         });
+}
+
 /// However little of what is left over it explains: an equation that fails has nothing better to show for it.
 bool was_no_candidate(const JudgedFit& fit) {
   return fit.explanations.recorded && !fit.explanations.recorded->candidate;
@@ -132,6 +141,7 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
   found.misses_motion =
       found.noise_is_known &&
       noise.motion_std * noise.motion_std < mostly_noise * (noise.motion_power - linearity * mean_square(train));
+  found.keeps_energy = !found.negligible_rest && has_no_damping(fit);
   if (fit.train.reason.empty() && fit.test.reason.empty()) {
     const double before = fit.train.value * mean_square(train), after = fit.test.value * mean_square(test);
     found.fitted_to_its_rows =
@@ -201,6 +211,7 @@ NamedCause cause_of(const RangeResult& range, const JudgedFit& fit, const Findin
 NamedCause cause_of_none(const RangeResult& range, const JudgedFit& fit) {
   if (was_no_candidate(fit)) return {fit.explanations.recorded->cause, fit.explanations.recorded};
   if (is_driven(range, fit)) return {Cause::missing_input};
+  if (fit.size.revisit_fraction > of_the_state) return {Cause::missing_term};
   return {is_hidden(findings_of(range, fit)) ? hiding_cause(fit) : Cause::not_found};
 }
 

@@ -235,7 +235,8 @@ FreeRun free_run(const Model& model, const std::vector<Course>& courses, const F
       if (static_cast<double>(range.last - range.first) < least) continue;
       ++result.num_ranges;
       const WholeRange whole = whole_range(*equation, course, range);
-      const std::vector<dsp::IndexRange> parts = restarts.empty() ? pieces(range, most) : pieces_between(range, restarts);
+      const std::vector<dsp::IndexRange> parts =
+          restarts.empty() ? pieces(range, most) : pieces_between(range, restarts);
       if (!restarts.empty()) result.num_restarts += static_cast<int>(parts.size()) - 1;
       for (const dsp::IndexRange& piece : parts)
         if (!run_range(equation, course, piece, whole, options, tally,

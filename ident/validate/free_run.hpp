@@ -46,7 +46,7 @@ struct FreeRun {
   /// coefficients are within their intervals (closest_run); NaN: not looked for.
   double closest = std::numeric_limits<double>::quiet_NaN(), closest_training = closest;
   int num_restarts = 0;  ///< of an equation with inputs: how often it was set to the measured state within a range
-  std::string reason;  ///< not empty: there is no figure, and why: too short, no equation of motion, diverged
+  std::string reason;    ///< not empty: there is no figure, and why: too short, no equation of motion, diverged
   double diverged_after_s = 0.0;  ///< from the start of its range; 0: it did not
   int num_ranges = 0;
   bool sticks = false;                ///< it came to rest on a switch at least once

@@ -78,9 +78,9 @@ std::string free_run_clause(const FreeRun& run, const Findings& found) {
   const double error = on_training ? run.nmse_training : run.nmse_centred;
   if (!std::isfinite(error)) return "the free run through the training rows diverged";
   const std::string restarted =
-      run.num_restarts > 0 ? fmt::format(", set to the measured state {} times, before its errors have grown tenfold",
-                                         run.num_restarts)
-                           : std::string();
+      run.num_restarts > 0
+          ? fmt::format(", set to the measured state {} times, before its errors have grown tenfold", run.num_restarts)
+          : std::string();
   return fmt::format("the free run {}{} (NMSE {:.2g}, an error of {} of its rms{}{}{})", how,
                      on_training ? " through the training rows" : "", error, percent(std::sqrt(error)), noise,
                      run.sticks ? ", sticking at times" : "", restarted);
@@ -98,6 +98,10 @@ std::string residual_clause(const JudgedFit& fit, const Findings& found) {
   if (found.is_noise && lower_band_helps(fit))
     text += fmt::format(", most of it above {:.3g} Hz: lower cutoff_hz", fit.noise.needed_hz);
   return text;
+}
+
+std::string energy_clause(const Findings& found) {
+  return found.keeps_energy ? "nothing in it drives the motion or damps it, and what does is not known" : std::string();
 }
 
 std::string power_clause(double balance) {
@@ -270,11 +274,16 @@ Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range
   const bool out_of_step = std::isfinite(balance) && std::abs(balance) > in_step;
   const Agreement others = agreement(ranges, range, method);
   if (result.verdict == Verdict::describes &&
-      (!converged || left_over || found.fitted_to_its_rows || out_of_step || others.other || lacks_better(fit, found)))
+      (!converged || left_over || found.fitted_to_its_rows || found.keeps_energy || out_of_step || others.other ||
+       lacks_better(fit, found)))
     result.verdict = Verdict::in_part;
 
-  std::vector<std::string> clauses{free_run_clause(fit.free_run, found), residual_clause(fit, found),
-                                   carry_over_clause(fit, found), power_clause(balance), others.clause};
+  std::vector<std::string> clauses{free_run_clause(fit.free_run, found),
+                                   residual_clause(fit, found),
+                                   carry_over_clause(fit, found),
+                                   energy_clause(found),
+                                   power_clause(balance),
+                                   others.clause};
   if (!converged) clauses.push_back(fmt::format("the fit ended as {}", to_string(fit.fit.status)));
   if (result.verdict == Verdict::in_part || result.verdict == Verdict::does_not) {
     const NamedCause why = cause_of(ranges[range], fit, found);

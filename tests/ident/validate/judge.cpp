@@ -196,6 +196,23 @@ TEST_CASE("a cause is named where a test found it", "[ident][judge]") {
   CHECK_THAT(of(result).sentence, Catch::Contains("z was recorded and is not in the equation: it explains 80 %"));
 }
 
+TEST_CASE("what nothing drives or damps describes a record in part at best", "[ident][judge]") {
+  auto result = range("low", 1e-4, 5e-3);
+  ident::JudgedFit& fit = result.fits[0];
+  fit.free_run.alone = true;
+  fit.free_run.nmse_training = 1e-4;
+  CHECK(of(result).verdict == Verdict::describes);
+  fit.model.terms.pop_back();  // v
+  CHECK(of(result).verdict == Verdict::in_part);
+  CHECK_THAT(of(result).sentence, Catch::Contains("nothing in it drives the motion or damps it"));
+  fit.model.terms.push_back({.name = "x*v", .mean = -0.8, .scale = 0.2});
+  CHECK(of(result).verdict == Verdict::describes);
+  fit.model.terms.back().name = "x^3";
+  CHECK(of(result).verdict == Verdict::in_part);
+  fit.free_run.alone = false;  // an input, which may as well be its only excitation
+  CHECK(of(result).verdict == Verdict::describes);
+}
+
 TEST_CASE("what comes back with the state beyond noise is a missing term, however well x is followed",
           "[ident][judge]") {
   auto result = range("low", 1e-4, 5e-3);
