@@ -138,12 +138,16 @@ Identified identify_in_band(const Config& config, const RunArguments& arguments,
   return found;
 }
 
-/// Of the equation that speaks for the run; none where it holds in the whole band, or describes nothing in any.
+/// Of the equation that speaks for the run; none where it holds in the whole band, or follows the record in none: a
+/// part of the band that follows another one makes a term seem missing.
 const ident::BandSplit* split_of(const std::vector<ident::RangeResult>& ranges) {
   const std::optional<ident::ChosenFit> chosen = ident::chosen_fit(ranges);
   if (!chosen) return nullptr;
   const ident::JudgedFit& fit = ranges[chosen->range].fits[chosen->method];
-  if (ident::preference(fit.judgement.verdict) < ident::preference(ident::Verdict::in_part)) return nullptr;
+  const bool lacks_term = fit.judgement.cause == ident::Cause::missing_term && fit.free_run.reason.empty() &&
+                          fit.free_run.larger_nmse() <= ident::follows_in_part;
+  if (!lacks_term && ident::preference(fit.judgement.verdict) < ident::preference(ident::Verdict::in_part))
+    return nullptr;
   const std::optional<ident::BandSplit>& band = fit.band;
   return band && !band->term.empty() ? &*band : nullptr;
 }
