@@ -44,13 +44,6 @@ Verdict by_power(double left_over) {
                                         : Verdict::does_not;
 }
 
-/// A usual form that is no candidate explains most of what is left over beside noise.
-bool lacks_form(const JudgedFit& fit, const Findings& found) {
-  constexpr double most = 0.5;
-  return found.above_noise && fit.explanations.form &&
-         fit.explanations.form->fraction > std::max(matters_to_power, most * (1.0 - found.noise_share));
-}
-
 /// Nothing drives the equation and nothing in it takes energy: no term goes with a speed, or with an inner state.
 bool has_no_damping(const JudgedFit& fit) {
   return fit.free_run.alone && std::all_of(fit.model.terms.begin(), fit.model.terms.end(), [](const ModelTerm& term) {
@@ -104,8 +97,10 @@ bool imitates(const JudgedFit& fit) {
   return fit.explanations.better && !fit.explanations.better->instead_of.empty();
 }
 
-bool lacks_term(const JudgedFit& fit, const Findings& found) {
-  return lacks_form(fit, found) || (found.above_noise && fit.size.revisit_fraction > of_the_state);
+bool lacks_form(const JudgedFit& fit, const Findings& found) {
+  constexpr double most = 0.5;
+  return found.above_noise && fit.explanations.form &&
+         fit.explanations.form->fraction > std::max(matters_to_power, most * (1.0 - found.noise_share));
 }
 
 bool lacks_better(const JudgedFit& fit, const Findings& found) {

@@ -48,9 +48,9 @@ struct Findings {
 
 /// Kept terms only imitate a form that is no candidate.
 [[nodiscard]] bool imitates(const JudgedFit& fit);
-/// What is left over beside noise is a usual form that is no candidate, or comes back with the state: the record itself
-/// shows that a term is missing, however well the rest is followed.
-[[nodiscard]] bool lacks_term(const JudgedFit& fit, const Findings& found);
+/// A usual form that is no candidate explains most of what is left over beside noise: the record itself shows the term
+/// that is missing, however well the rest is followed.
+[[nodiscard]] bool lacks_form(const JudgedFit& fit, const Findings& found);
 /// With a form that is no candidate the equation is better, and what it leaves over without is more than sensors that
 /// are not linear make.
 [[nodiscard]] bool lacks_better(const JudgedFit& fit, const Findings& found);

@@ -264,7 +264,7 @@ Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range
   if (fit.model.terms.empty()) return judgement_of_none(ranges[range], fit);
   const Findings found = findings_of(ranges[range], fit);
   Judgement result{.verdict = found.verdict()};
-  if (leaves_out_recorded(fit, found) || !found.biased.empty() || imitates(fit) || lacks_term(fit, found))
+  if (leaves_out_recorded(fit, found) || !found.biased.empty() || imitates(fit) || lacks_form(fit, found))
     result.verdict = Verdict::does_not;
   const bool left_over = found.unexplained > matters_to_power;
   if (result.verdict == Verdict::undecided && left_over) result.verdict = Verdict::does_not;

@@ -12,8 +12,8 @@ namespace ident {
 /// those of the others by the same method. In this order:
 /// Does not describe: something recorded explains more than a tenth of what is left over (explanation), noise of the
 /// regressors biases a coefficient beyond its interval (regressor_noise), terms only imitate a form that is no
-/// candidate (Explanations::better), or more than noise is left over and most of it is such a form or comes back with
-/// the state (lacks_term). The free run decides otherwise: x followed to 1 % of its power about the mean, beyond what
+/// candidate (Explanations::better), or more than noise is left over and most of it is such a form (lacks_form). The
+/// free run decides otherwise: x followed to 1 % of its power about the mean, beyond what
 /// noise makes, is describes, to 10 % in part, worse or diverged does not describe; where nothing drives the equation,
 /// the worse of its runs through training and test rows. Where there is none to be had it is undecided; and so it is
 /// where no more than noise is left over and x is missed by what the coefficients' intervals leave open: within them it
