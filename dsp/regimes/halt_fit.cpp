@@ -2,7 +2,6 @@
 
 #include <Eigen/QR>
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace dsp {
@@ -12,8 +11,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// The reversal lies within a wave of the low-pass and a halt lasts for up to one; both are searched in such steps, and
-// the window holds as much beyond them.
+// The reversal lies within a wave of the low-pass and a halt lasts for up to one: both are searched in such steps.
 constexpr std::ptrdiff_t steps_per_wave = 16, num_steps = 2 * steps_per_wave + 1, num_halts = steps_per_wave + 1;
 
 // Columns: 1, t, t^2 but for the halt, and 1 from its end on. Times in samples from the reversal.

@@ -52,7 +52,7 @@ JointVelocity::JointVelocity(const Motion& motion, const SpectralBand& band, dou
     density_of_difference_.push_back(densities.between(f, f + step_hz_));
     sum += density_of_difference_.back(), sum_of_v += density_of_v(f + 0.5 * step_hz_);
   }
-  constexpr double one_sensor = 0.5;  // two differ by the noise of both
+  constexpr double one_sensor = 0.5;  // two differ by the noise of both: less than half of one's are the same twice
   if (sum < one_sensor * sum_of_v || sum_of_v == 0.0) density_of_difference_.clear();
   density_of_a_ = density_beyond_harmonics(motion, a->values, period_s);
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "dsp/filter/fft.hpp"
 #include "dsp/filter/short_low_pass.hpp"

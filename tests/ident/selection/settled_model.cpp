@@ -55,7 +55,9 @@ TEST_CASE("a model that leaves no more than its filters leave is complete", "[id
   size.num_rows = size.num_uncorrelated = size.num_states = num_rows;
   const ident::RecordProblems candidates = problem(50.0);
   const auto terms_where_complete = [&](double power) {
-    return ident::settled_model(candidates, [&](const ident::Subset&) { return size; }, power).model.terms;
+    return ident::settled_model(
+               candidates, [&](const ident::Subset&) { return size; }, power)
+        .model.terms;
   };
   CHECK(terms_where_complete(1e-4) == std::vector<Index>{0, 1});
   CHECK(terms_where_complete(2e-4) == std::vector<Index>{0});
