@@ -42,19 +42,14 @@ void choose_stick(const RegimeSigns& signs, Segmentation& result) {
   SegmentOptions& options = result.options;
   if (options.stick_speed_m_per_s > 0.0) return;
   const double by_noise = noise_stds * signs.speed_noise_m_per_s;
-  double own = swings_between_rests(0.0, signs).amplitude, by_motion = 0.0, slow = 0.0;
-  const auto set_threshold = [&] {
-    by_motion = sensors_agree * std::max(own, signs.base_speed_m_per_s);
-    slow = std::max(by_motion, by_noise);
-  };
-  set_threshold();
+  const double all = swings_between_rests(0.0, signs).amplitude,
+               by_motion = sensors_agree * std::max(all, signs.base_speed_m_per_s),
+               slow = std::max(by_motion, by_noise);
   // Where it rests for most of the time, the amplitude is that of its swings.
   constexpr double most = 0.5;
-  if (const Swings swings = swings_between_rests(2.0 * slow, signs); swings.amplitude > 0.0 && swings.fraction < most) {
-    own = swings.amplitude;
-    set_threshold();
-  }
-  const bool rests_on_base = signs.base_moves() && own < slow;
+  const Swings swings = swings_between_rests(2.0 * slow, signs);
+  const double own = swings.amplitude > 0.0 && swings.fraction < most ? swings.amplitude : all;
+  const bool rests_on_base = signs.base_moves() && all < slow;
   // The speed is timed up to twice the threshold: where a sine is straight, to half of its amplitude.
   constexpr double straight = 0.5;
   if (!rests_on_base && 2.0 * slow > straight * own) {
@@ -70,7 +65,7 @@ void choose_stick(const RegimeSigns& signs, Segmentation& result) {
   result.remarks.push_back(fmt::format(
       "a stop is what the speed below {:.2g} m/s shows to last longer than passing through zero does: {}", slow,
       by_noise < by_motion ? fmt::format("{:g} % of {}", 100.0 * sensors_agree,
-                                         own < signs.base_speed_m_per_s ? "the base's speed" : "the speed")
+                                         all < signs.base_speed_m_per_s ? "the base's speed" : "the speed")
                            : fmt::format("{:g} times the noise of v", noise_stds)));
   if (!signs.mount.is_rigid())
     result.remarks.push_back(fmt::format(
