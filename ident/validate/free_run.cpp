@@ -202,6 +202,16 @@ bool run_range(const std::shared_ptr<const EquationOfMotion>& equation, const Co
   return true;
 }
 
+/// For how long, in whole windows, a squared difference between two runs of a piece has not grown tenfold in rms over a
+/// window, beside the first; all of the piece where it never has.
+Index known_length(const Eigen::VectorXd& square, const dsp::IndexRange& piece, Index window) {
+  constexpr double grown = 10.0;
+  const double first = square.segment(piece.first, std::min(window, piece.last - piece.first)).sum();
+  for (Index i = piece.first + window; i + window <= piece.last; i += window)
+    if (!(square.segment(i, window).sum() <= grown * grown * first)) return i - piece.first;  // NaN: one diverged
+  return piece.last - piece.first;
+}
+
 }  // namespace
 
 FreeRun free_run(const Model& model, const std::vector<Course>& courses, const FreeRunOptions& options) {
@@ -259,7 +269,6 @@ FreeRun free_run(const Model& model, const std::vector<Course>& courses, const F
 
 std::vector<std::vector<Index>> restarts_of(const Model& model, const std::vector<Course>& courses,
                                             FreeRunOptions options) {
-  constexpr double grown = 10.0;
   constexpr double start_error = 1e-4;  // small beside what it grows to, large beside the error of a step
   constexpr int most_rounds = 8;        // each shortens pieces to what their own growth allows
   options.keep_series = true;
@@ -281,12 +290,10 @@ std::vector<std::vector<Index>> restarts_of(const Model& model, const std::vecto
         if (static_cast<double>(range.last - range.first) < least_length(cycle, options)) continue;
         for (const dsp::IndexRange& piece : pieces_between(range, options.restarts[c])) {
           if (piece.first > range.first) restarts.push_back(piece.first);
-          const double first = square.segment(piece.first, std::min(window, piece.last - piece.first)).sum();
-          for (Index i = piece.first + window; i + window <= piece.last; i += window) {
-            if (square.segment(i, window).sum() <= grown * grown * first) continue;  // NaN where it diverged: grown
-            for (Index at = i; at + window <= piece.last; at += i - piece.first) restarts.push_back(at);
+          const Index known = known_length(square, piece, window);
+          for (Index at = piece.first + known; at + window <= piece.last; at += known) {
+            restarts.push_back(at);
             shortened = true;
-            break;
           }
         }
       }
