@@ -51,6 +51,7 @@ struct Segmentation {
 ///   passes zero, and is zero while the payload halts (reversals.hpp). A mount that rings between body and sensors is
 ///   looked for (mount.hpp); its ringing is taken off v, and this is not looked at.
 /// - halts come in rows (halt_rows.hpp): a weak one beside clear ones is believed, one alone must be clear.
+/// - what nothing drives, and goes on swinging beyond noise, has not stopped, however small it has become.
 /// - what moves for less than a cycle between two stops is part of them: a payload that halts does so twice a cycle.
 ///
 /// Low and high are the lower and upper branch of a resonance: branches.hpp. Without a base or a force there is no

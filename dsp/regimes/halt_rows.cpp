@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "dsp/regimes/switching_model.hpp"
@@ -11,10 +12,8 @@ namespace dsp {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-// Of data without noise: odds beyond any prior's.
-constexpr double certain = 1e3;
-
 double log_ratio_of_halt(double sign, double std, double most) {
+  const double certain = std::log(std::numeric_limits<double>::max());  // without noise: odds beyond any prior's
   if (!(std > 0.0)) return sign > 0.0 ? certain : -certain;
   const double stds = std::max(0.0, sign / std);
   return 0.5 * stds * stds + std::min(0.0, std::log(std::sqrt(2.0 * std::numbers::pi) * std / most));
@@ -25,7 +24,7 @@ VectorXd halt_probabilities(const VectorXd& log_ratios) {
   const std::vector<bool> begins_anew(static_cast<std::size_t>(n), false);
   double halts = 0.5;  // probability of a halt at a reversal in a row
   VectorXd result = VectorXd::Zero(n);
-  (void)settled_states([&](double switch_probability) {
+  (void)settled_states(static_cast<std::size_t>(n), [&](double switch_probability) {
     const VectorXd odds = log_ratios.array() + std::log(halts / (1.0 - halts));
     Eigen::MatrixX2d log_likelihoods = Eigen::MatrixX2d::Zero(n, 2);
     for (Index k = 0; k < n; ++k)  // 1 - halts + halts ratio, whose logarithm may be far from 0

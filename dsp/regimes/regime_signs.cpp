@@ -67,7 +67,10 @@ RegimeSigns regime_signs(const Motion& motion) {
   const Signal* base_speed = motion.find("dr");
   if (base_speed != nullptr)
     signs.base_speed_m_per_s = std::sqrt(2.0 * base_speed->values.squaredNorm() / static_cast<double>(v.size()));
-  if (const Signal* force = motion.find("f"); force != nullptr && base_speed == nullptr) signs.force = force->values;
+  if (const Signal* force = motion.find("f"); force != nullptr && base_speed == nullptr) {
+    signs.force = force->values;
+    signs.force_span = force->values.maxCoeff() - force->values.minCoeff();
+  }
   signs.period_s = mean_period_s(v, base_speed, rate_hz);
   const SpectralBand slow = harmonics_band(signs.period_s);
   signs.speed_cutoff_hz = waves_per_period / signs.period_s;

@@ -11,16 +11,14 @@
 namespace dsp {
 namespace {
 
-/// Of the kept samples those that are part of no rest: slower than this for longer than a sine passes through zero at
-/// any amplitude at which it is timed (a sixth of a period). The amplitude of a sine of their mean speed, for which
+/// Of the kept samples those that are part of no rest: slower than this for longer than a sine takes from zero to its
+/// crest. The amplitude of a sine of their mean speed, for which
 /// large swings count for less than in its rms, and the fraction they are.
 struct Swings {
   double amplitude = 0.0, fraction = 0.0;
 };
 Swings swings_between_rests(double speed_m_per_s, const RegimeSigns& signs) {
   using Eigen::Index;
-  constexpr double longest_passage = 0.25;  // of a period
-  const Index shortest_rest = signs.samples_in(longest_passage * signs.period_s);
   double sum = 0.0, swinging = 0.0, kept = 0.0;
   const auto is_slow = [&](Index i) { return std::abs(signs.velocity_m_per_s(i)) < speed_m_per_s; };
   for (Index first = 0, end = 0; first < signs.num_samples(); first = end) {
@@ -29,7 +27,7 @@ Swings swings_between_rests(double speed_m_per_s, const RegimeSigns& signs) {
     for (Index i = first; i < end; ++i) {
       if (signs.excluded[static_cast<std::size_t>(i)] != 0) continue;
       kept += 1.0;
-      if (is_slow(first) && end - first >= shortest_rest) continue;
+      if (is_slow(first) && static_cast<double>(end - first) >= signs.quarter_period()) continue;
       sum += std::abs(signs.velocity_m_per_s(i)), swinging += 1.0;
     }
   }

@@ -85,9 +85,9 @@ double amplitude_of(const VectorXd& period) {
   return 0.5 * (period.maxCoeff() - period.minCoeff());
 }
 
-/// Whether it is slower than a tenth of its largest speed, as far as its harmonics tell, for twice as long as a sine.
+/// Whether it is as good as at rest, as far as its harmonics tell, for twice as long as a sine.
 bool rests(const std::vector<Complex>& z) {
-  constexpr double slow = 0.1;
+  constexpr double slow = 1.0 / response_harmonics;
   const VectorXd speed = period_of(z, true).cwiseAbs();
   const double of_sine = 2.0 / std::numbers::pi * std::asin(slow);
   return (speed.array() < slow * speed.maxCoeff()).cast<double>().mean() > 2.0 * of_sine;

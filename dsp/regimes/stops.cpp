@@ -19,10 +19,6 @@ struct Stand {
   double from = 0.0, to = 0.0, std = 0.0, early = 0.0;
 };
 
-double quarter_period(const RegimeSigns& signs) {
-  return signs.period_s / 4.0 * signs.sample_rate_hz;
-}
-
 /// Of the low-pass that v is behind, in samples.
 double wave(const RegimeSigns& signs) {
   return signs.sample_rate_hz / signs.speed_cutoff_hz;
@@ -39,7 +35,7 @@ double crossing(const RegimeSigns& signs, Index above, Index below, double level
 /// the square of time; between the two by Aitken's extrapolation. It is at twice `slow` before `last`. Once where it is
 /// not at four times that within a quarter of a period.
 double rises(const RegimeSigns& signs, Index last, double slow, double at_slow, double at_twice) {
-  const Index end = std::min(signs.num_samples(), last + static_cast<Index>(quarter_period(signs)) + 1);
+  const Index end = std::min(signs.num_samples(), last + static_cast<Index>(signs.quarter_period()) + 1);
   Index behind = last;
   while (behind < end && std::abs(signs.velocity_m_per_s(behind)) < 4.0 * slow) ++behind;
   if (behind == end || behind == last) return 1.0;
@@ -128,6 +124,53 @@ double time_error(const std::vector<SlowRun>& runs, Index num_samples) {
   return count > 0.0 ? std::sqrt(square / count) : 0.0;
 }
 
+/// Nothing drives it: the force is always where it was a wave before. Slower changes it may have by its own filters, as
+/// where a motion is integrated.
+bool force_rests(const RegimeSigns& signs, const Passage& one) {
+  if (signs.force.size() == 0) return false;
+  const Index back = static_cast<Index>(wave(signs)) + 1;
+  for (Index i = std::max(one.first, back); i < one.last; ++i)
+    if (std::abs(signs.force(i) - signs.force(i - back)) >= sensors_agree * signs.force_span) return false;
+  return true;
+}
+
+/// From sample `at` on, in steps of 1 or -1, behind the last of the swings that follow on one another up to `end`: to
+/// one side for a quarter of a period and more, faster than noise and than what is as good as at rest beside it. `at`
+/// may lie within the swing before.
+Index behind_swings(const RegimeSigns& signs, Index at, Index end, Index step) {
+  const VectorXd& v = signs.velocity_m_per_s;
+  const auto lasts = [&](Index from, Index to) {
+    return static_cast<double>(std::abs(to - from)) >= signs.quarter_period();
+  };
+  Index behind = at;
+  for (Index first = at, next = at; first != end; first = next) {
+    double largest = 0.0;
+    for (; next != end && (v(next) > 0.0) == (v(first) > 0.0); next += step)
+      largest = std::max(largest, std::abs(v(next)));
+    Index begin = first, rest = next;
+    while (begin != next && std::abs(v(begin)) <= sensors_agree * largest) begin += step;
+    while (rest != begin && std::abs(v(rest - step)) <= sensors_agree * largest) rest -= step;
+    const bool swings = lasts(begin, rest) && largest > noise_stds * signs.speed_noise_m_per_s,
+               rests_behind = lasts(rest, next);
+    if (lasts(first, begin) || (!swings && first != at)) break;
+    if (swings) behind = rests_behind ? rest : next;
+    if (rests_behind) break;
+  }
+  return behind;
+}
+
+/// What nothing drives and goes on swinging has not stopped, however small it has become, nor has what swings up from
+/// next to nothing: of a rest what such swings leave of it, if that lasts for a quarter of a period.
+std::optional<Passage> without_swings(const RegimeSigns& signs, Passage one) {
+  const auto is_short = [&] { return static_cast<double>(one.last - one.first) < signs.quarter_period(); };
+  const bool driven = signs.base_moves() || (signs.force.size() > 0 && !force_rests(signs, one));
+  if (signs.speed_is_given || driven || is_short()) return one;
+  one.first = behind_swings(signs, one.first, one.last, 1);
+  one.last = behind_swings(signs, one.last - 1, one.first - 1, -1) + 1;
+  if (is_short()) return {};
+  return one;
+}
+
 /// By the speed and by the acceleration at the reversal in it, whichever shows a halt more clearly.
 std::vector<Passage> passages(const RegimeSigns& signs, const SegmentOptions& options) {
   std::vector<Passage> all;
@@ -153,24 +196,18 @@ std::vector<Passage> passages(const RegimeSigns& signs, const SegmentOptions& op
                shortest_s = std::max(options.stick_duration_s, signs.is_coarse ? signs.period_s : 0.0),
                shortest = std::max(1.0, shortest_s * signs.sample_rate_hz);
   for (const SlowRun& run : runs) {
-    Passage clearest{run.from, run.to,
-                     log_ratio_of_halt(run.stood < shortest ? 0.0 : run.stood, std::max(run.std, error),
-                                       2.0 * quarter_period(signs))};
-    up_to(run.first);
+    const double log_ratio = log_ratio_of_halt(run.stood < shortest ? 0.0 : run.stood, std::max(run.std, error),
+                                               2.0 * signs.quarter_period());
+    const auto rest = without_swings(signs, {run.from, run.to, log_ratio});
+    if (!rest) continue;
+    Passage clearest = *rest;
+    up_to(rest->first > run.from ? rest->first : run.first);
     for (; reversal != signs.reversals.end() && reversal->at <= run.last; ++reversal)
       clearest = either(clearest, by_acceleration(*reversal));
     all.push_back(clearest);
   }
   up_to(n);
   return all;
-}
-
-/// Nothing drives it: the force stays where it has been for a wave.
-bool force_rests(const RegimeSigns& signs, const Passage& one) {
-  if (signs.force.size() == 0) return false;
-  const Index first = std::max<Index>(0, one.first - static_cast<Index>(wave(signs)) - 1);
-  const auto here = signs.force.segment(first, one.last - first);
-  return here.maxCoeff() - here.minCoeff() < sensors_agree * (signs.force.maxCoeff() - signs.force.minCoeff());
 }
 
 VectorXd probabilities(const std::vector<Passage>& all) {

@@ -12,7 +12,8 @@ namespace dsp {
 /// options.stick_duration_s or, of a coarse record, a period, or goes on as it came within a wave of the low-pass, as
 /// what touches zero does. So does the acceleration at a reversal, and the clearer of the two counts; if both show a
 /// halt, it lasts as long as either shows. Which are stops say the probabilities of all in a row (halt_rows.hpp). If
-/// none are but while a force rests, these are pauses: what nothing drives rests, stuck or not.
+/// none are but while a force rests, these are pauses: what nothing drives rests, stuck or not; nor has it stopped
+/// while it goes on swinging.
 ///
 /// A stop begins sharply, and behind the low-pass the tangent of a sharp bend of the speed reaches zero later, by
 /// 1 / pi^2 of a wave, which is taken off; it ends sharply or by degrees, as what pulls comes to exceed friction, and

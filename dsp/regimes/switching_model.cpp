@@ -81,12 +81,13 @@ double probability_of(double times, double trials) {
   return (times + 0.5) / (trials + 1.0);
 }
 
-StateSequence settled_states(const std::function<StateSequence(double)>& pass) {
+StateSequence settled_states(std::size_t num_observations, const std::function<StateSequence(double)>& pass) {
   constexpr int most_passes = 30;
-  constexpr double rare = 1e-3, settled = 1e-6;  // where it starts; of a probability, far below what moves a state
-  StateSequence states = pass(rare);
-  for (int k = 1; k < most_passes && !states.states.empty(); ++k) {
-    StateSequence next = pass(probability_of(states.expected_switches, static_cast<double>(states.states.size())));
+  constexpr double settled = 1e-6;  // of a probability, far below what moves a state
+  const auto trials = static_cast<double>(num_observations);
+  StateSequence states = pass(probability_of(0.0, trials));
+  for (int k = 1; k < most_passes && num_observations > 0; ++k) {
+    StateSequence next = pass(probability_of(states.expected_switches, trials));
     const double change = (next.probability - states.probability).cwiseAbs().maxCoeff();
     states = std::move(next);
     if (change < settled) break;

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <cstddef>
 #include <functional>
 #include <vector>
 
@@ -22,8 +23,10 @@ struct StateSequence {
 /// trial more could show: the mean under Jeffreys' prior.
 [[nodiscard]] double probability_of(double times, double trials);
 
-/// Expectation maximisation of the probability of a switch, until the probabilities of the states settle. `pass` gives
-/// the states under one, and may estimate more from them for its next call.
-[[nodiscard]] StateSequence settled_states(const std::function<StateSequence(double switch_probability)>& pass);
+/// Expectation maximisation of the probability of a switch, from that of what so many observations never showed, until
+/// the probabilities of the states settle. `pass` gives the states under one, and may estimate more from them for its
+/// next call.
+[[nodiscard]] StateSequence settled_states(std::size_t num_observations,
+                                           const std::function<StateSequence(double switch_probability)>& pass);
 
 }  // namespace dsp

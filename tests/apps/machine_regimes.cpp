@@ -180,6 +180,49 @@ Machine pendulum(std::mt19937_64& engine) {
   return made;
 }
 
+/// A hardening spring rings down, over sixty decibels and more, and never rests.
+Machine ring_down(std::mt19937_64& engine) {
+  constexpr double rate_hz = 200.0;
+  Machine made = machine(rate_hz, 60 * 200, {{.name = "mass", .role = dsp::Role::y, .unit = "m"}});
+  const double time_constants = drawn(engine, 7.0, 9.0), cubic = drawn(engine, 0.0, 200.0);
+  std::normal_distribution<double> noise(0.0, drawn(engine, 0.0, 1.0) < 0.5 ? 0.0 : 1e-6);
+  Body body(rate_hz, 0.0);
+  body.x = 1.0;
+  for (Index i = 0; i < made.recording.samples.rows(); ++i) {
+    made.recording.samples(i, 0) = body.x + noise(engine);
+    body.advance(0.0, [&](double, double x, double v) {
+      return -2.0 * time_constants / 60.0 * v - 300.0 * x - cubic * x * x * x;
+    });
+  }
+  return made;
+}
+
+/// A hardening spring is at rest, and is struck now and then; its acceleration and the hammer's force are recorded.
+Machine hammered(std::mt19937_64& engine) {
+  constexpr double rate_hz = 1000.0, blow_s = 4e-3;
+  Machine made = machine(rate_hz, 20 * 1000,
+                         {{.name = "mass", .role = dsp::Role::ddy, .unit = "m/s^2"},
+                          {.name = "hammer", .role = dsp::Role::f, .unit = "N"}});
+  const double first_s = drawn(engine, 0.3, 1.0), apart_s = drawn(engine, 6.0, 9.0), push = drawn(engine, 200.0, 400.0);
+  const double damping = drawn(engine, 0.005, 0.015);
+  const auto force = [&](double t) {
+    double sum = 0.0;
+    for (int k = 0; k < 2; ++k) sum += push * std::exp(-std::pow((t - first_s - k * apart_s) / blow_s, 2));
+    return sum;
+  };
+  const auto acceleration = [&](double t, double x, double v) {
+    return force(t) - 2.0 * damping * 62.8 * v - 3944.0 * x - 2e7 * x * x * x;
+  };
+  std::normal_distribution<double> noise(0.0, 0.05), noise_of_force(0.0, 2.5e-4 * push);
+  Body body(rate_hz, 0.0);
+  for (Index i = 0; i < made.recording.samples.rows(); ++i) {
+    const double t = static_cast<double>(i) / rate_hz;
+    made.recording.samples.row(i) << acceleration(t, body.x, body.v) + noise(engine), force(t) + noise_of_force(engine);
+    body.advance(t, acceleration);
+  }
+  return made;
+}
+
 }  // namespace
 
 TEST_CASE("other machines: little that moves is called a stop, and no regime is invented", "[.][study][regimes]") {
@@ -188,7 +231,9 @@ TEST_CASE("other machines: little that moves is called a stop, and no regime is 
       {"axis, multisine", axis_under_multisine},
       {"frame on the ground", frame_on_the_ground},
       {"Duffing in noise", duffing_in_noise},
-      {"pendulum", pendulum}};
+      {"pendulum", pendulum},
+      {"ring-down", ring_down},
+      {"hammered", hammered}};
   for (const auto& [name, make] : kinds)
     for (std::uint64_t seed = 1; seed <= 10; ++seed) {
       std::mt19937_64 engine(seed);

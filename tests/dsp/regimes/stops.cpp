@@ -104,6 +104,35 @@ TEST_CASE("where the record ends within the harmonics only a rest of a period is
   }
 }
 
+TEST_CASE("what nothing drives and goes on swinging has not stopped", "[dsp][regimes]") {
+  const auto decay = [](double per_period) {
+    dsp::RegimeSigns signs = half_waves(0.0);
+    for (Index i = 0; i < signs.num_samples(); ++i)
+      signs.velocity_m_per_s(i) *= std::exp(-per_period * static_cast<double>(i) / rate_hz / period_s);
+    return signs;
+  };
+  dsp::RegimeSigns signs = decay(0.2);  // over 55 dB; below the threshold from a half on
+  CHECK(fraction_stuck(dsp::stick_mask(signs, options)) == 0.0);
+  const VectorXd fading = signs.velocity_m_per_s;
+  signs.velocity_m_per_s = fading.reverse().eval();
+  CHECK(fraction_stuck(dsp::stick_mask(signs, options)) == 0.0);
+
+  // Held from its middle on; in noise; with what moves beside it; where the speed of a stop is given.
+  signs.velocity_m_per_s = fading;
+  signs.velocity_m_per_s.tail(fading.size() / 2).setZero();
+  CHECK(fraction_stuck(dsp::stick_mask(signs, options)) == Approx(0.5).margin(0.25 * period_s / 20.0));
+  signs.velocity_m_per_s = fading;
+  signs.speed_noise_m_per_s = 0.5e-3;  // three times that is reached at -34 dB of 55
+  CHECK(fraction_stuck(dsp::stick_mask(signs, options)) == Approx(1.0 - 34.0 / 55.0).margin(0.03));
+  signs.speed_noise_m_per_s = 0.0;
+  signs.force = VectorXd::NullaryExpr(fading.size(), [](Index i) { return std::sin(0.05 * static_cast<double>(i)); });
+  signs.force_span = 2.0;
+  CHECK(fraction_stuck(dsp::stick_mask(signs, options)) > 0.4);
+  signs.force.resize(0);
+  signs.speed_is_given = true;
+  CHECK(fraction_stuck(dsp::stick_mask(signs, options)) > 0.4);
+}
+
 TEST_CASE("rests are pauses if there are none but while the force rests, and stops if there are others",
           "[dsp][regimes]") {
   dsp::RegimeSigns signs = half_waves(0.1);
@@ -114,6 +143,7 @@ TEST_CASE("rests are pauses if there are none but while the force rests, and sto
   const Index before = std::lround(0.02 * rate_hz);
   for (Index i = 0; i + before < signs.num_samples(); ++i)
     if (signs.velocity_m_per_s(i + before) == 0.0) signs.force(i) = 0.0;
+  signs.force_span = 0.16;  // from one half wave's speed to the other's
   CHECK(fraction_stuck(dsp::stick_mask(signs, options)) == 0.0);
   for (Index i = 0; i < signs.num_samples(); ++i)
     signs.force(i) += std::sin(2.0 * std::numbers::pi * static_cast<double>(i) / rate_hz / period_s);
