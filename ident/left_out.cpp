@@ -89,9 +89,14 @@ TimeOfRange time_of(const Range& range, const Record& record) {
 
 std::string remedy(const std::string& reason, const Record& record) {
   if (reason == "stops" && !record.segmentation.mount) return "If it moves there, label it low or high in segment.file";
-  if (reason == "stops")
-    return fmt::format("If it moves there, set segment.stick_speed_m_per_s below {:.2g} m/s",
-                       record.segmentation.options.stick_speed_m_per_s);
+  if (reason == "stops") {
+    const auto& signals = record.prepared.signals.signals;
+    const bool driven = std::any_of(signals.begin(), signals.end(), acts_from_outside);
+    return fmt::format(
+        "{}, set segment.stick_speed_m_per_s below {:.2g} m/s",
+        driven ? "If it moves there" : "Where a motion only fades into its noise nothing is lost; if it moves on there",
+        record.segmentation.options.stick_speed_m_per_s);
+  }
   if (reason == ends) return "A higher prepare.rate_hz and prepare.cutoff_hz reach less far";
   return "If it is good data, change what excludes it: [[bad]] in the sidecar, or segment.file";
 }

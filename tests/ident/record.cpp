@@ -93,7 +93,10 @@ TEST_CASE("what is left out is said, with its reasons, and from a quarter on wit
   const ident::Record stuck = record(14.95, 100);
   const dsp::Check much = ident::left_out(stuck);
   CHECK(much.status == dsp::CheckStatus::warning);
-  CHECK_THAT(much.message, Catch::Contains("segment.stick_speed_m_per_s"));
+  CHECK_THAT(much.message, Catch::Contains("segment.stick_speed_m_per_s") && Catch::Contains("fades into its noise"));
+  ident::Record driven = stuck;
+  driven.prepared.signals.signals.push_back({"f", "N", Eigen::VectorXd::LinSpaced(1000, -1.0, 1.0)});
+  CHECK_THAT(ident::left_out(driven).message, !Catch::Contains("fades"));
 
   ident::Range low;
   low.spec.name = "low";
