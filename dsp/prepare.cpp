@@ -186,7 +186,12 @@ void finish(Prepared& prepared, Recording intermediate, const std::optional<Filt
     prepared.signals = relative_motion(filtered(intermediate, low_pass), motion_options(o, column_band(o)));
   prepared.intermediate = relative_motion(std::move(intermediate), motion_options(o, state_band(o)));
   if (o.recipe == Recipe::matched) prepared.signals = filtered(prepared.intermediate, low_pass, num_threads);
-  const double reach_s = (raw ? raw->edge_s : 0.0) + low_pass.edge_s() + 1.0 / (o.state_cutoff_hz - o.state_rolloff_hz);
+  // Of derivatives by their band; of integrals longer, by how slow they begin.
+  const double motion_s =
+      has_displacement({.channels = prepared.channels})
+          ? 1.0 / (o.state_cutoff_hz - o.state_rolloff_hz)
+          : static_cast<double>(prepared.intermediate.edge_samples) / prepared.intermediate.sample_rate_hz;
+  const double reach_s = (raw ? raw->edge_s : 0.0) + low_pass.edge_s() + motion_s;
   if (auto question = size_question(prepared)) prepared.checks.push_back(std::move(*question));
   prepared.signals.edge_samples =
       std::min(prepared.signals.num_samples() / 2, static_cast<Index>(std::ceil(reach_s * o.rate_hz)));
@@ -250,10 +255,10 @@ Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& optio
   const auto folding =
       intermediate.spectrum.checks(intermediate.recording.channels, prepared.options.rate_hz, prepared.decimation);
   prepared.checks.insert(prepared.checks.end(), folding.begin(), folding.end());
-  const MotionBand band = motion_band_of_channels(intermediate.recording.channels, intermediate.spectrum);
+  const MotionBand band = motion_band_of_channels(intermediate.recording, intermediate.spectrum);
   if (!band.signal.empty()) prepared.checks.push_back(band_check(band, prepared.options.cutoff_hz));
   if (!has_displacement(intermediate.recording))
-    settle_integration(prepared, integration_from_hz(intermediate.recording.channels, intermediate.spectrum));
+    settle_integration(prepared, integration_from_hz(intermediate.recording, intermediate.spectrum));
   remove_delays(intermediate.recording);
   for (Check& check :
        drop_unlike_derivatives(intermediate.recording, intermediate.spectrum, prepared.options.cutoff_hz))

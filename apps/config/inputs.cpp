@@ -206,8 +206,8 @@ void choose_band(Config& config, std::size_t max_memory_bytes, Console& console)
     if (!is_clear) return;
     const std::string& name = recording.name;
     console.step(fmt::format("{}: looking for the band of its motion", name));
-    dsp::RecordingReader reader(recording.file, read_options(recording, max_memory_bytes));
-    const dsp::MotionBand band = dsp::find_motion_band(reader);
+    const dsp::MotionBand band = dsp::find_motion_band(
+        [&] { return dsp::RecordingReader(recording.file, read_options(recording, max_memory_bytes)); });
     const double cutoff_hz = dsp::cutoff_for(band);
     if (cutoff_hz == 0.0) {
       console.note(fmt::format("{}: its motion is above its noise in the whole band, or too slow to tell", name));
@@ -225,8 +225,13 @@ void choose_band(Config& config, std::size_t max_memory_bytes, Console& console)
 std::vector<RecordedBand> recorded_bands(const Config& config, std::size_t max_memory_bytes) {
   std::vector<RecordedBand> bands;
   for (const RecordingConfig& recording : config.recordings) {
-    dsp::RecordingReader reader(recording.file, read_options(recording, max_memory_bytes));
-    bands.push_back({reader.description().sample_rate_hz, dsp::find_motion_band(reader)});
+    double rate_hz = 0.0;
+    const dsp::MotionBand band = dsp::find_motion_band([&] {
+      dsp::RecordingReader reader(recording.file, read_options(recording, max_memory_bytes));
+      rate_hz = reader.description().sample_rate_hz;
+      return reader;
+    });
+    bands.push_back({rate_hz, band});
   }
   return bands;
 }

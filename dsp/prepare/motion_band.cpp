@@ -155,17 +155,39 @@ MotionBand motion_band(std::string signal, int order, VectorXd density, double b
   if (order == 0) return band;
   const Smoothed displacement(weighted(band.density, bin_hz, -2.0 * order), bin_hz, bin_hz);
   // Where nothing rises towards 0 Hz there is no drift to be seen, and all that the spectrum resolves is motion.
-  band.from_hz = std::min(valley_hz(displacement, 0.5 * least_bin * bin_hz, band.peak_hz), 0.5 * band.peak_hz);
+  band.from_hz = std::min(valley_hz(displacement, least_bin * bin_hz, band.peak_hz), 0.5 * band.peak_hz);
   return band;
 }
 
-MotionBand find_motion_band(RecordingReader& reader) {
+namespace {
+
+/// Segments that resolve all that several of them show.
+double eighth_s(Index num_frames, double sample_rate_hz) {
+  return static_cast<double>(num_frames) / (8.0 * sample_rate_hz);
+}
+
+RawSpectrum spectrum_of_eighths(const Recording& recording) {
+  const Index n = recording.samples.rows();
+  const double rate_hz = recording.sample_rate_hz;
+  RawSpectrum spectrum(rate_hz, recording.samples.cols(), n, 8,
+                       std::max(RawSpectrum::usual_segment_s, eighth_s(n, rate_hz)));
+  spectrum.push(recording.samples);
+  return spectrum;
+}
+
+MotionBand band_of_channel(const MotionSource& source, const std::vector<Channel>& channels,
+                           const RawSpectrum& spectrum) {
+  const Eigen::MatrixXd power = spectrum.power();
+  if (source.plus < 0 || power.rows() == 0) return {};
+  return motion_band(channels[static_cast<std::size_t>(source.plus)].name, source.order, power.col(source.plus),
+                     spectrum.bin_hz());
+}
+
+MotionBand band_of_segments(RecordingReader reader, const MotionSource& source, double segment_s) {
   constexpr int most_segments = 32;
   constexpr Index block_frames = 16384;
-  const Recording& description = reader.description();
-  const MotionSource source = motion_source(description);
-  if (source.plus < 0) return {};
-  RawSpectrum spectrum(description.sample_rate_hz, 1, static_cast<Index>(reader.num_frames()), most_segments);
+  RawSpectrum spectrum(reader.description().sample_rate_hz, 1, static_cast<Index>(reader.num_frames()), most_segments,
+                       segment_s);
   FrameBlock block;
   for (;;) {
     if (const Index idle = spectrum.num_idle(); idle > 0) {
@@ -184,28 +206,41 @@ MotionBand find_motion_band(RecordingReader& reader) {
   return motion_band(source.signal, source.order, power.col(0), spectrum.bin_hz());
 }
 
-MotionBand motion_band_of_channels(const std::vector<Channel>& channels, const RawSpectrum& spectrum) {
-  const MotionSource source = motion_source({.channels = channels});
-  const Eigen::MatrixXd power = spectrum.power();
-  if (source.plus < 0 || power.rows() == 0) return {};
-  return motion_band(channels[static_cast<std::size_t>(source.plus)].name, source.order, power.col(source.plus),
-                     spectrum.bin_hz());
+}  // namespace
+
+MotionBand find_motion_band(const std::function<RecordingReader()>& open) {
+  RecordingReader reader = open();
+  const MotionSource source = motion_source(reader.description());
+  if (source.plus < 0) return {};
+  const double slow_s = eighth_s(static_cast<Index>(reader.num_frames()), reader.description().sample_rate_hz);
+  MotionBand band = band_of_segments(std::move(reader), source, RawSpectrum::usual_segment_s);
+  if (band.signal.empty() && slow_s > RawSpectrum::usual_segment_s) band = band_of_segments(open(), source, slow_s);
+  return band;
 }
 
-double integration_from_hz(const std::vector<Channel>& channels, const RawSpectrum& spectrum) {
-  const Eigen::MatrixXd power = spectrum.power();
-  const Recording description{.channels = channels};
-  double from_hz = 0.0;
-  for (const Body body : {Body::relative, Body::payload, Body::base}) {
-    if (power.rows() == 0 || description.find(motion_signal(body, 0).role) >= 0) continue;
-    for (const int order : {1, 2}) {
-      const Index column = description.find(motion_signal(body, order).role);
-      if (column < 0) continue;
-      from_hz = std::max(from_hz, motion_band("", order, power.col(column), spectrum.bin_hz()).from_hz);
-      break;
+MotionBand motion_band_of_channels(const Recording& recording, const RawSpectrum& spectrum) {
+  const MotionSource source = motion_source(recording);
+  MotionBand band = band_of_channel(source, recording.channels, spectrum);
+  return band.signal.empty() ? band_of_channel(source, recording.channels, spectrum_of_eighths(recording)) : band;
+}
+
+double integration_from_hz(const Recording& recording, const RawSpectrum& spectrum) {
+  const auto above_drift_hz = [&](const RawSpectrum& of_all) {
+    const Eigen::MatrixXd power = of_all.power();
+    double from_hz = 0.0;
+    for (const Body body : {Body::relative, Body::payload, Body::base}) {
+      if (power.rows() == 0 || recording.find(motion_signal(body, 0).role) >= 0) continue;
+      for (const int order : {1, 2}) {
+        const Index column = recording.find(motion_signal(body, order).role);
+        if (column < 0) continue;
+        from_hz = std::max(from_hz, motion_band("", order, power.col(column), of_all.bin_hz()).from_hz);
+        break;
+      }
     }
-  }
-  return from_hz;
+    return from_hz;
+  };
+  const double from_hz = above_drift_hz(spectrum);
+  return from_hz > 0.0 ? from_hz : above_drift_hz(spectrum_of_eighths(recording));
 }
 
 double cutoff_for(const MotionBand& band) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -32,16 +33,17 @@ struct MotionBand {
 [[nodiscard]] MotionBand motion_band(std::string signal, int order, Eigen::VectorXd density, double bin_hz);
 
 /// The same of a recording's motion: x, y - r where both were recorded, y; else the velocity or the acceleration. Reads
-/// some tens of pieces of a few seconds, or all of a short record. Throws as RecordingReader::read does.
-[[nodiscard]] MotionBand find_motion_band(RecordingReader& reader);
+/// some tens of pieces of a few seconds, or all of a short record; of a motion too slow for those, eighths of all of
+/// it. `open` begins at the first frame each time. Throws as RecordingReader::read does.
+[[nodiscard]] MotionBand find_motion_band(const std::function<RecordingReader()>& open);
 
-/// The same of the channel that shows most of the motion, from spectra that were gathered on the way: of y rather than
-/// y - r.
-[[nodiscard]] MotionBand motion_band_of_channels(const std::vector<Channel>& channels, const RawSpectrum& spectrum);
+/// The same of the channel that shows most of the motion, from spectra that were gathered on the way, or of the
+/// recording's eighths: of y rather than y - r.
+[[nodiscard]] MotionBand motion_band_of_channels(const Recording& recording, const RawSpectrum& spectrum);
 
 /// From where on the velocities and accelerations of bodies without a displacement can be integrated: above the drift
-/// of each; 0 where none moves.
-[[nodiscard]] double integration_from_hz(const std::vector<Channel>& channels, const RawSpectrum& spectrum);
+/// of each, by spectra as for motion_band_of_channels; 0 where none moves.
+[[nodiscard]] double integration_from_hz(const Recording& recording, const RawSpectrum& spectrum);
 
 /// prepare.cutoff_hz for a motion, so that columns are flat up to its end; 0 where the record's band ends first.
 [[nodiscard]] double cutoff_for(const MotionBand& band);

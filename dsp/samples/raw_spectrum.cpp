@@ -14,9 +14,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr Index longest = 131072;
-constexpr double segment_s = 4.0;  // a window whose foot is a Hertz wide
 
-Index segment_size(double sample_rate_hz, Index num_frames) {
+Index segment_size(double sample_rate_hz, Index num_frames, double segment_s) {
   const double wanted = std::min(segment_s * sample_rate_hz, static_cast<double>(longest));
   const Index size = good_fft_size(std::max<Index>(16, static_cast<Index>(wanted)));
   return size <= num_frames ? size : std::max<Index>(2, num_frames / 2 * 2);
@@ -29,8 +28,9 @@ double folded(double frequency_hz, double rate_hz) {
 
 }  // namespace
 
-RawSpectrum::RawSpectrum(double sample_rate_hz, Index num_channels, Index num_frames, Index num_segments)
-    : sample_rate_hz_(sample_rate_hz), fft_(segment_size(sample_rate_hz, num_frames)) {
+RawSpectrum::RawSpectrum(double sample_rate_hz, Index num_channels, Index num_frames, Index num_segments,
+                         double segment_s)
+    : sample_rate_hz_(sample_rate_hz), fft_(segment_size(sample_rate_hz, num_frames, segment_s)) {
   if (!(sample_rate_hz > 0.0) || num_channels < 1 || num_segments < 2)
     throw std::invalid_argument("RawSpectrum: want a positive rate, a channel and two segments at least");
   const Index size = fft_.size();
@@ -43,7 +43,8 @@ RawSpectrum::RawSpectrum(double sample_rate_hz, Index num_channels, Index num_fr
 }
 
 double RawSpectrum::bytes_per_channel(double sample_rate_hz, Index num_frames) {
-  return 1.5 * sizeof(double) * static_cast<double>(segment_size(sample_rate_hz, num_frames));  // held_ and sum_
+  return 1.5 * sizeof(double) *
+         static_cast<double>(segment_size(sample_rate_hz, num_frames, usual_segment_s));  // held_ and sum_
 }
 
 void RawSpectrum::push(const Eigen::Ref<const FrameBlock>& frames) {

@@ -6,6 +6,8 @@
 #include <numbers>
 
 #include "dsp/filter/power_density.hpp"
+#include "dsp/filter/spectral.hpp"
+#include "dsp/motion.hpp"
 #include "dsp/signals.hpp"
 
 namespace ident {
@@ -55,6 +57,7 @@ NoiseDensity noise_density(const Eigen::Ref<const VectorXd>& signal, double samp
 
 ChannelNoise::ChannelNoise(const dsp::Prepared& prepared, const std::string& target) {
   const dsp::Motion& motion = prepared.intermediate;
+  if (!dsp::has_displacement({.channels = prepared.channels})) integrated_from_hz_ = prepared.options.integrate_from_hz;
   const double stop_hz = prepared.filter.stop_hz(), rate_hz = motion.sample_rate_hz;
   band_hz_ = 0.5 * (prepared.options.rolloff_hz + stop_hz);
   const bool own_rate = !prepared.decimation || prepared.decimation->stages.empty() ||
@@ -80,6 +83,11 @@ std::vector<ChannelNoise::Part> ChannelNoise::parts_of(const dsp::Prepared& prep
   const dsp::SignalInfo* info = dsp::find_signal(signal);
   const bool moves = info != nullptr && info->order >= 0;
   if (!moves || prepared.channel(info->role) != nullptr || depth == deepest) return {{signal, 0, 1.0}};
+  if (integrated_from_hz_ > 0.0)
+    for (int order = info->order + 1; order <= 2; ++order) {
+      const dsp::SignalInfo& above = dsp::motion_signal(info->body, order);
+      if (prepared.channel(above.role) != nullptr) return {{std::string(above.name), info->order - order, 1.0}};
+    }
   if (std::isfinite(motion.find(signal)->flat_to_hz)) {  // a computed derivative
     const std::string below(dsp::motion_signal(info->body, info->order - 1).name);
     if (motion.find(below) == nullptr) return {{signal, 0, 1.0}};
@@ -120,9 +128,26 @@ double ChannelNoise::covariance(const std::string& one, const std::string& other
       // Derivatives of order p and q of one white noise: the integral of (i w)^p conj((i w)^q).
       const double turn = (p.order - q.order) % 4 == 0 ? 1.0 : -1.0;
       const int power = p.order + q.order;
-      sum += p.sign * q.sign * turn * density.value * std::pow(2.0 * std::numbers::pi, power) *
-             std::pow(to_hz, power + 1) / (power + 1);
+      sum +=
+          p.sign * q.sign * turn * density.value * std::pow(2.0 * std::numbers::pi, power) * integral_of(power, to_hz);
     }
+  return sum;
+}
+
+double ChannelNoise::integral_of(int power, double to_hz) const {
+  const double from_hz = integrated_from_hz_;
+  const auto below = [&](double f_hz) {
+    return power == -1 ? std::log(f_hz) : std::pow(f_hz, power + 1) / (power + 1);
+  };
+  if (from_hz == 0.0) return below(to_hz);
+  double sum = below(to_hz) - below(from_hz);
+  const dsp::SpectralBand drift{0.5 * from_hz, from_hz};
+  constexpr int steps = 64;  // of a smooth rise from 0 to 1
+  const double step_hz = 0.5 * from_hz / steps;
+  for (int k = 0; k < steps; ++k) {
+    const double f_hz = 0.5 * from_hz + (k + 0.5) * step_hz;
+    sum += std::pow(1.0 - drift.gain(f_hz), 2) * std::pow(f_hz, power) * step_hz;
+  }
   return sum;
 }
 

@@ -19,7 +19,8 @@ struct NoiseDensity {
                                          double from_hz, double to_hz);
 
 /// White noise of the channels of a recording, as its signals have it within the band of the regression's columns:
-/// each signal's is that of the channels it was made of, by sums, differences and derivatives.
+/// each signal's is that of the channels it was made of, by sums, differences, derivatives and, where no displacement
+/// was recorded, integrals from prepare.integrate_from_hz on.
 class ChannelNoise {
  public:
   /// `target`: a signal of the recording.
@@ -36,7 +37,7 @@ class ChannelNoise {
   [[nodiscard]] double needed_hz() const { return needed_hz_; }  ///< up to here the target is more than noise
 
  private:
-  /// A channel, derived so many times, with its sign in a signal.
+  /// A channel, derived so many times (below 0: integrated), with its sign in a signal.
   struct Part {
     std::string channel;
     int order = 0;
@@ -44,7 +45,11 @@ class ChannelNoise {
   };
   [[nodiscard]] std::vector<Part> parts_of(const dsp::Prepared& prepared, const std::string& signal, int depth) const;
 
+  /// Of f^power, by the square of the gain that all signals have at low frequencies.
+  [[nodiscard]] double integral_of(int power, double to_hz) const;
+
   double band_hz_ = 0.0, needed_hz_ = 0.0;
+  double integrated_from_hz_ = 0.0;                 ///< 0: nothing was
   std::map<std::string, std::vector<Part>> parts_;  ///< of each signal
   std::map<std::string, NoiseDensity> density_;     ///< of each channel
 };

@@ -43,7 +43,9 @@ VectorXd with_noise(VectorXd signal, double rms, unsigned seed) {
 dsp::MotionBand band_of(const VectorXd& signal, double rate_hz, dsp::Role role = dsp::Role::x) {
   dsp::RawSpectrum spectrum(rate_hz, 1, signal.size(), 32);
   spectrum.push(dsp::FrameBlock(signal));
-  return dsp::motion_band_of_channels({{.name = "channel", .role = role}}, spectrum);
+  dsp::Recording recording{.sample_rate_hz = rate_hz, .channels = {{.name = "channel", .role = role}}};
+  recording.samples = signal;
+  return dsp::motion_band_of_channels(recording, spectrum);
 }
 
 /// Mean square error of the second derivative taken up to a cut-off.
@@ -128,14 +130,25 @@ TEST_CASE("an acceleration alone becomes a displacement from where its drift end
   CHECK(found.find("x")->unit == "m");
 }
 
+TEST_CASE("a motion too slow for pieces of a few seconds is found in longer ones") {
+  const Periodic motion{0.05, 10.0, 1200.0};
+  for (const auto& [order, role] : {std::pair{0, dsp::Role::x}, {2, dsp::Role::a}}) {
+    const dsp::MotionBand band = band_of(with_noise(motion.derivative(order), order == 0 ? 1e-3 : 1e-4, 5), 10.0, role);
+    CHECK(band.peak_hz == Approx(0.05).epsilon(0.1));
+    CHECK(band.to_hz > 0.14);  // it has a third harmonic of a ninth of the acceleration
+    CHECK(band.to_hz < 2.0);
+    if (order == 2) CHECK((band.from_hz > 0.01 && band.from_hz < 0.04));
+  }
+}
+
 TEST_CASE("a file is looked through in pieces and tells the band of all of it") {
   const support::Scratch folder;
   const Periodic motion{1.3, 500.0, 60.0};
   const VectorXd x = with_noise(motion.derivative(0), 1e-3, 9);
   std::string csv = "t_s,x_m\n";
   for (Index i = 0; i < x.size(); ++i) csv += fmt::format("{:.3f},{:.9g}\n", static_cast<double>(i) / 500.0, x(i));
-  dsp::RecordingReader reader(folder.file("r.csv", csv));
-  const dsp::MotionBand band = dsp::find_motion_band(reader);
+  const auto file = folder.file("r.csv", csv);
+  const dsp::MotionBand band = dsp::find_motion_band([&] { return dsp::RecordingReader(file); });
   CHECK(band.signal == "x");
   CHECK(band.to_hz == Approx(band_of(x, 500.0).to_hz));
 }
