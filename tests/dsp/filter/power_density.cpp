@@ -1,0 +1,23 @@
+#include "dsp/filter/power_density.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "support/random.hpp"
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+TEST_CASE("white noise has one density at all frequencies, of a record of any length", "[dsp][power_density]") {
+  constexpr double rate_hz = 256.0, std = 0.3, density = 2.0 * std * std / rate_hz;
+  for (const Index n : {2003, 16457, 65536, 104729})  // primes, what comes of pieces, a power of two
+    for (const Index piece : {Index{0}, Index{1000}}) {
+      const VectorXd noise = std * support::gaussian(n, 1, static_cast<unsigned>(n));
+      const dsp::PowerDensity found(noise, rate_hz, piece);
+      // The median of N exponentially distributed ordinates errs by 1 / (ln 2 sqrt(N)) of itself; under Hann's window
+      // half of them count.
+      const double error = 1.0 / (0.69 * std::sqrt(0.25 * static_cast<double>(n)));
+      CHECK(found.between(0.0, 0.5 * rate_hz) == Approx(density).epsilon(4.0 * error + 0.01));
+      CHECK(found.ordinates().sum() * found.step_hz() == Approx(std * std).epsilon(8.0 / std::sqrt(n)));
+    }
+}
