@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <numeric>
 
@@ -33,6 +34,18 @@ Index fast_length(Index n) {
   return n;
 }
 
+/// |Y|^2 of a transform X of an even number of samples, Y being that of the same under Hann's window: each ordinate
+/// with its neighbours, 1/2 - 1/4 exp(i pi / n) - 1/4 exp(-i pi / n) as the window has them.
+void add_power_under_window(const Eigen::VectorXcd& X, VectorXd& power) {
+  const Index end = X.size() - 1;
+  const std::complex<double> turn = std::polar(0.25, std::numbers::pi / static_cast<double>(2 * end));
+  for (Index k = 0; k <= end; ++k) {
+    const std::complex<double> before = k > 0 ? X(k - 1) : std::conj(X(1)),
+                               behind = k < end ? X(k + 1) : std::conj(before);
+    power(k) += std::norm(0.5 * X(k) - turn * before - std::conj(turn) * behind);
+  }
+}
+
 }  // namespace
 
 PowerDensity::PowerDensity(const Eigen::Ref<const VectorXd>& signal, double rate_hz, Index piece_samples)
@@ -41,15 +54,17 @@ PowerDensity::PowerDensity(const Eigen::Ref<const VectorXd>& signal, double rate
   if (signal.size() < fewest) return;
   if (piece_samples > 0) num_pieces_ = std::max<Index>(1, signal.size() / piece_samples);
   const Index length = fast_length(signal.size() / num_pieces_);
-  const VectorXd window = hann_window(length);
   const RealFft fft(length);
   step_hz_ = rate_hz / static_cast<double>(length);
   density_ = VectorXd::Zero(length / 2 + 1);
+  Eigen::VectorXcd X;
   for (Index piece = 0; piece < num_pieces_; ++piece) {
     const auto values = signal.segment(piece * length, length);
-    density_ += fft.forward((values.array() - values.mean()).matrix().cwiseProduct(window)).cwiseAbs2();
+    fft.forward((values.array() - values.mean()).matrix(), X);
+    add_power_under_window(X, density_);
   }
-  density_ *= 2.0 / (rate_hz * window.squaredNorm() * static_cast<double>(num_pieces_));
+  constexpr double mean_square_of_window = 3.0 / 8.0;
+  density_ *= 2.0 / (rate_hz * mean_square_of_window * static_cast<double>(length * num_pieces_));
 }
 
 double PowerDensity::between(double from_hz, double to_hz, Index least) const {

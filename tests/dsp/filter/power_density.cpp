@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "dsp/filter/fft.hpp"
 #include "support/random.hpp"
 
 using Eigen::Index;
@@ -20,4 +21,16 @@ TEST_CASE("white noise has one density at all frequencies, of a record of any le
       CHECK(found.between(0.0, 0.5 * rate_hz) == Approx(density).epsilon(4.0 * error + 0.01));
       CHECK(found.ordinates().sum() * found.step_hz() == Approx(std * std).epsilon(8.0 / std::sqrt(n)));
     }
+}
+
+TEST_CASE("a power density is the periodogram of the windowed signal", "[dsp][power_density]") {
+  constexpr double rate_hz = 100.0;
+  for (const Index n : {8, 60, 4096}) {
+    const VectorXd signal = support::gaussian(n, 1, 3).array() + 5.0 * VectorXd::LinSpaced(n, 0.0, 1.0).array();
+    const VectorXd window = dsp::hann_window(n);
+    const VectorXd windowed = (signal.array() - signal.mean()) * window.array();
+    const VectorXd expected = dsp::RealFft(n).forward(windowed).cwiseAbs2() * (2.0 / (rate_hz * window.squaredNorm()));
+    const VectorXd found = dsp::PowerDensity(signal, rate_hz).ordinates();
+    CHECK((found - expected).norm() <= 1e-13 * expected.norm());  // rounding of the transform
+  }
 }
