@@ -112,9 +112,13 @@ std::vector<std::pair<std::string, double>> largest_signals(const CandidateLibra
     for (const std::string& name : term.expression.signals()) {
       if (std::any_of(largest.begin(), largest.end(), [&](const auto& known) { return known.first == name; })) continue;
       largest.emplace_back(name, 0.0);
-      for (const Row& row : rows)
+      for (Index first = 0, end = 0; first < std::ssize(rows); first = end) {
+        end = end_of_stretch(rows, first, std::ssize(rows));
+        const Row& row = rows[static_cast<std::size_t>(first)];
         if (const dsp::Signal* signal = recordings[row.recording].signals->find(name))
-          largest.back().second = std::max(largest.back().second, std::abs(signal->values(row.sample)));
+          largest.back().second =
+              std::max(largest.back().second, signal->values.segment(row.sample, end - first).cwiseAbs().maxCoeff());
+      }
     }
   return largest;
 }

@@ -154,10 +154,12 @@ RangeRows range_rows(const Range& range, const std::vector<Columns>& recordings)
 
 Eigen::Index end_of_stretch(const std::vector<Row>& rows, Eigen::Index first, Eigen::Index end) {
   const auto row = [&](Eigen::Index i) -> const Row& { return rows[static_cast<std::size_t>(i)]; };
+  const auto goes_on_to = [&](Eigen::Index i) {
+    return row(i).recording == row(first).recording && row(i).sample == row(first).sample + i - first;
+  };
+  if (goes_on_to(end - 1)) return end;  // samples of a recording ascend: nothing is missing between
   Eigen::Index next = first + 1;
-  while (next < end && row(next).recording == row(first).recording &&
-         row(next).sample == row(first).sample + next - first)
-    ++next;
+  while (goes_on_to(next)) ++next;
   return next;
 }
 

@@ -80,18 +80,21 @@ ModelSizes::ModelSizes(const EvidenceRows& rows, const StateSpace& state, const 
     if (records.size() > 1) triangles_.push_back(record.triangle);
   }
   rss_of_all_ = records.front().rss;
-  const VectorXd r = independence.autocorrelation(rows.residual(problems_, all_columns(rows.num_terms())));
+  all_leave_ = rows.residual(problems_, all_columns(rows.num_terms()));
+  const VectorXd r = independence.autocorrelation(all_leave_);
+  fraction_of_all_ = independence.fraction_by(r, r);
   Index apart = independence.first_lag_within_chance(r);
   if (apart > 1) apart = std::min(apart, quarter_period(rows));
-  if (records.size() == 1 && independence.fraction_by(r, r) < white_enough) noise_fraction_ = least_fraction(r);
+  if (records.size() == 1 && fraction_of_all_ < white_enough) noise_fraction_ = least_fraction(r);
   pairs_ = state.revisits(apart, rows.range.train_samples, rows.range.first_rows);
 }
 
 EffectiveSize ModelSizes::of(const Subset& model) const {
-  const VectorXd left = rows_.residual(problems_, model.terms);
+  const bool is_all = std::ssize(model.terms) == rows_.num_terms();
+  const VectorXd left = is_all ? all_leave_ : rows_.residual(problems_, model.terms);
   EffectiveSize size;
   size.num_rows = static_cast<double>(rows_.size());
-  size.num_uncorrelated = independence_.fraction(left) * size.num_rows;
+  size.num_uncorrelated = (is_all ? fraction_of_all_ : independence_.fraction(left)) * size.num_rows;
   // Of one record, noise beside the band of the candidates takes nothing away. Coefficients of each of several answer
   // that record's misfit, of which f is the share in all that is left and not in that band: all correlation counts.
   size.num_noise = size.num_uncorrelated;

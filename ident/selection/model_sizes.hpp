@@ -50,6 +50,8 @@ class ModelSizes {
   double rss_of_all_ = 0.0;                 ///< of one record
   std::vector<Eigen::MatrixXd> triangles_;  ///< of each of several: R of [Phi Z t]
   std::vector<RowPair> pairs_;
+  Eigen::VectorXd all_leave_;     ///< the residual of all candidates
+  double fraction_of_all_ = 1.0;  ///< by its autocorrelation
 };
 
 }  // namespace ident

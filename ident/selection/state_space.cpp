@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
-#include <numeric>
 
 namespace ident {
 namespace {
@@ -137,39 +135,16 @@ std::vector<RowPair> StateSpace::revisits(Index min_separation, const std::vecto
     const double mean = at.row(j).mean(), std = std::sqrt((at.row(j).array() - mean).square().mean());
     at.row(j) = std > 0.0 ? ((at.row(j).array() - mean) / std).eval() : Eigen::RowVectorXd::Zero(count).array().eval();
   }
-  std::vector<Index> by_x(static_cast<std::size_t>(count));
-  std::iota(by_x.begin(), by_x.end(), Index{0});
-  std::stable_sort(by_x.begin(), by_x.end(), [&](Index a, Index b) { return at(0, a) < at(0, b); });
-  at = at(Eigen::all, by_x).eval();
-  std::vector<Index> record, sample;
-  for (const Index i : by_x) {
-    record.push_back(std::upper_bound(first_rows.begin(), first_rows.end(), i * step) - first_rows.begin());
-    sample.push_back(samples[static_cast<std::size_t>(i * step)]);
-  }
-
-  const VectorXd x = at.row(0), v = at.row(1);  // most rows are passed by for these
-  std::vector<std::pair<double, RowPair>> nearest;
-  for (Index place = 0; place < count; ++place) {
-    const auto here = static_cast<std::size_t>(place);
-    double closest = std::numeric_limits<double>::infinity();
-    Index neighbour = -1;
-    for (const Index direction : {-1, 1})
-      for (Index other = place + direction; other >= 0 && other < count; other += direction) {
-        const double along_x = x(other) - x(place), along_v = v(other) - v(place);
-        if (along_x * along_x >= closest) break;
-        if (along_v * along_v >= closest) continue;
-        const auto there = static_cast<std::size_t>(other);
-        if (record[here] == record[there] && std::abs(sample[here] - sample[there]) <= min_separation) continue;
-        const double distance = (at.col(other) - at.col(place)).squaredNorm();
-        if (distance < closest) closest = distance, neighbour = other;
-      }
-    if (neighbour >= 0)
-      nearest.push_back({closest, {by_x[here] * step, by_x[static_cast<std::size_t>(neighbour)] * step}});
-  }
+  std::vector<PointTime> times;
+  for (Index i = 0; i < count; ++i)
+    times.push_back({std::upper_bound(first_rows.begin(), first_rows.end(), i * step) - first_rows.begin(),
+                     samples[static_cast<std::size_t>(i * step)]});
+  std::vector<NearPair> nearest = nearest_elsewhere(at, times, min_separation);
   const auto half = nearest.begin() + static_cast<std::ptrdiff_t>((nearest.size() + 1) / 2);
   std::nth_element(nearest.begin(), nearest.empty() ? nearest.end() : half - 1, nearest.end());
   std::vector<RowPair> pairs;
-  for (auto one = nearest.begin(); one != half; ++one) pairs.push_back(one->second);
+  for (auto one = nearest.begin(); one != half; ++one)
+    pairs.push_back({one->points.first * step, one->points.second * step});
   return pairs;
 }
 

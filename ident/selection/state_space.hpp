@@ -1,17 +1,14 @@
 #pragma once
 #include <Eigen/Core>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "ident/columns.hpp"
 #include "ident/library.hpp"
 #include "ident/ranges.hpp"
+#include "ident/selection/nearest_elsewhere.hpp"
 
 namespace ident {
-
-/// Two rows in nearly the same state.
-using RowPair = std::pair<Eigen::Index, Eigen::Index>;
 
 /// What an equation of some candidate terms is a function of, on some rows: two variables of state (x and v, or y and
 /// dy, or what the terms use first), the inputs among the other signals, and the signs of the terms' switches.

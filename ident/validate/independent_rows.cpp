@@ -54,20 +54,19 @@ VectorXd IndependentRows::autocorrelation(const Eigen::Ref<const VectorXd>& resi
   VectorXd products = VectorXd::Zero(pairs_.size());
   for (const Record& record : records_) {
     VectorXd series = VectorXd::Zero(fft_->size());
-    for (Index i = record.first_row; i < record.first_row + record.num_rows; ++i)
+    if (record.num_rows == record.length)
+      series.head(record.length) = residual.segment(record.first_row, record.length) / unit;
+    for (Index i = record.first_row; record.num_rows < record.length && i < record.first_row + record.num_rows; ++i)
       series(samples_[static_cast<std::size_t>(i)] - record.first_sample) = residual(i) / unit;
     add_lagged_products(*fft_, series, record.length, products);
   }
   const double variance = products(0) / static_cast<double>(residual.size());
-  for (Index lag = 0; lag < products.size(); ++lag) {
-    const double r = pairs_(lag) < 1.0 ? 0.0 : products(lag) / pairs_(lag) / variance;
-    products(lag) = std::clamp(r, -1.0, 1.0);
-  }
-  return products;
+  const auto r = products.array() / pairs_.array().max(1.0) / variance;
+  return (r.max(-1.0).min(1.0) * pairs_.array().min(1.0)).matrix();  // 0 where there is no pair
 }
 
 bool IndependentRows::within_chance(double r, Index lag) const {
-  return pairs_(lag) < 1.0 || r * r <= chance_ / pairs_(lag);
+  return r * r * pairs_(lag) <= chance_;
 }
 
 double IndependentRows::fraction_by(const VectorXd& r, const VectorXd& other) const {

@@ -104,7 +104,7 @@ Whiteness residual_whiteness(const Eigen::Ref<const VectorXd>& raw_residual, con
   const double tone = static_cast<double>(end) * std::pow(1.0 - power.maxCoeff() / total, static_cast<double>(end - 1));
   result.p_value = std::min(1.0, 2.0 * std::min(slope, tone));
   const Index strongest = std::max<Index>(1, end / 20);
-  std::sort(power.begin(), power.end(), std::greater<>());
+  std::partial_sort(power.begin(), power.begin() + strongest, power.end(), std::greater<>());
   result.peak_fraction = power.head(strongest).sum() / total;
   result.white = result.p_value >= level_of_whiteness;
   return result;

@@ -66,11 +66,14 @@ MatrixXd sliding_springs(const VectorXd& x, double amplitude) {
 /// Half of what x spans on these rows.
 double amplitude_of_x(const std::vector<Row>& rows, const std::vector<Columns>& recordings) {
   double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
-  for (const Row& row : rows)
-    if (const dsp::Signal* x = recordings[row.recording].signals->find("x")) {
-      lowest = std::min(lowest, x->values(row.sample));
-      highest = std::max(highest, x->values(row.sample));
-    }
+  for (Index first = 0, end = 0; first < std::ssize(rows); first = end) {
+    end = end_of_stretch(rows, first, std::ssize(rows));
+    const Row& row = rows[static_cast<std::size_t>(first)];
+    const dsp::Signal* x = recordings[row.recording].signals->find("x");
+    if (x == nullptr) continue;
+    lowest = std::min(lowest, x->values.segment(row.sample, end - first).minCoeff());
+    highest = std::max(highest, x->values.segment(row.sample, end - first).maxCoeff());
+  }
   return 0.5 * (highest - lowest);
 }
 
@@ -131,7 +134,8 @@ std::vector<Probe> form_probes(const std::string& target, const std::vector<std:
 MatrixXd on_rows(const Probe& probe, const std::vector<Row>& rows, const std::vector<Columns>& recordings) {
   MatrixXd result(std::ssize(rows), probe.num_series);
   MatrixXd values;
-  for (Index i = 0; i < result.rows(); ++i) {
+  for (Index i = 0, end = 0; i < result.rows(); i = end) {
+    end = end_of_stretch(rows, i, result.rows());
     const Row& row = rows[static_cast<std::size_t>(i)];
     if (i == 0 || row.recording != rows[static_cast<std::size_t>(i - 1)].recording) {
       const dsp::Motion& motion = *recordings[row.recording].signals;
@@ -139,7 +143,7 @@ MatrixXd on_rows(const Probe& probe, const std::vector<Row>& rows, const std::ve
         if (motion.find(name) == nullptr) return {};
       values = probe.series(recordings[row.recording]);
     }
-    result.row(i) = values.row(row.sample);
+    result.middleRows(i, end - i) = values.middleRows(row.sample, end - i);
   }
   return result;
 }
