@@ -98,6 +98,13 @@ TEST_CASE("what is left out is said, with its reasons, and from a quarter on wit
   driven.prepared.signals.signals.push_back({"f", "N", Eigen::VectorXd::LinSpaced(1000, -1.0, 1.0)});
   CHECK_THAT(ident::left_out(driven).message, !Catch::Contains("fades"));
 
+  ident::Record ended = record(10.0, 1000);
+  ended.prepared.signals.edge_samples = 200;
+  CHECK_THAT(ident::left_out(ended).message, Catch::Contains("prepare.cutoff_hz"));
+  ended.prepared.channels = {{.name = "a", .role = dsp::Role::a}};
+  ended.prepared.options.integrate_from_hz = 0.1;
+  CHECK_THAT(ident::left_out(ended).message, Catch::Contains("prepare.integrate_from_hz"));
+
   ident::Range low;
   low.spec.name = "low";
   low.regime = dsp::Regime::low;
