@@ -187,10 +187,9 @@ void finish(Prepared& prepared, Recording intermediate, const std::optional<Filt
   prepared.intermediate = relative_motion(std::move(intermediate), motion_options(o, state_band(o)));
   if (o.recipe == Recipe::matched) prepared.signals = filtered(prepared.intermediate, low_pass, num_threads);
   // Of derivatives by their band; of integrals longer, by how slow they begin.
-  const double motion_s =
-      has_displacement({.channels = prepared.channels})
-          ? 1.0 / (o.state_cutoff_hz - o.state_rolloff_hz)
-          : static_cast<double>(prepared.intermediate.edge_samples) / prepared.intermediate.sample_rate_hz;
+  const double motion_s = prepared.integrated() ? static_cast<double>(prepared.intermediate.edge_samples) /
+                                                      prepared.intermediate.sample_rate_hz
+                                                : 1.0 / (o.state_cutoff_hz - o.state_rolloff_hz);
   const double reach_s = (raw ? raw->edge_s : 0.0) + low_pass.edge_s() + motion_s;
   if (auto question = size_question(prepared)) prepared.checks.push_back(std::move(*question));
   prepared.signals.edge_samples =
@@ -238,6 +237,10 @@ VectorXd& displacement_of(Motion& motion) {
 const Channel* Prepared::channel(Role role) const {
   const auto found = std::find_if(channels.begin(), channels.end(), [&](const Channel& c) { return c.role == role; });
   return found == channels.end() ? nullptr : &*found;
+}
+
+bool Prepared::integrated() const {
+  return options.integrate_from_hz > 0.0 && !has_displacement({.channels = channels});
 }
 
 Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& options, int num_threads) {

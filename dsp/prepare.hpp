@@ -63,6 +63,8 @@ struct Prepared {
   std::vector<Check> checks;
   /// nullptr where the recording has none.
   [[nodiscard]] const Channel* channel(Role role) const;
+  /// Whether x was integrated, from options.integrate_from_hz on, as no displacement was recorded.
+  [[nodiscard]] bool integrated() const;
   /// Whether the relations were used: only "matched" does, unless asked not to.
   [[nodiscard]] bool equalised() const { return options.recipe == Recipe::matched && options.equalise; }
 };

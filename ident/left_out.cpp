@@ -9,7 +9,6 @@
 #include <tuple>
 #include <utility>
 
-#include "dsp/motion.hpp"
 #include "ident/percent.hpp"
 
 namespace ident {
@@ -98,13 +97,9 @@ std::string remedy(const std::string& reason, const Record& record) {
         driven ? "If it moves there" : "Where a motion only fades into its noise nothing is lost; if it moves on there",
         record.segmentation.options.stick_speed_m_per_s);
   }
-  if (reason == ends) {
-    const dsp::Prepared& prepared = record.prepared;
-    const bool integrated =
-        prepared.options.integrate_from_hz > 0.0 && !dsp::has_displacement({.channels = prepared.channels});
-    return integrated ? "A higher prepare.integrate_from_hz reaches less far"
-                      : "A higher prepare.rate_hz and prepare.cutoff_hz reach less far";
-  }
+  if (reason == ends)
+    return record.prepared.integrated() ? "A higher prepare.integrate_from_hz reaches less far"
+                                        : "A higher prepare.rate_hz and prepare.cutoff_hz reach less far";
   return "If it is good data, change what excludes it: [[bad]] in the sidecar, or segment.file";
 }
 

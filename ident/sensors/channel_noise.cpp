@@ -7,7 +7,6 @@
 
 #include "dsp/filter/power_density.hpp"
 #include "dsp/filter/spectral.hpp"
-#include "dsp/motion.hpp"
 #include "dsp/signals.hpp"
 
 namespace ident {
@@ -57,7 +56,7 @@ NoiseDensity noise_density(const Eigen::Ref<const VectorXd>& signal, double samp
 
 ChannelNoise::ChannelNoise(const dsp::Prepared& prepared, const std::string& target) {
   const dsp::Motion& motion = prepared.intermediate;
-  if (!dsp::has_displacement({.channels = prepared.channels})) integrated_from_hz_ = prepared.options.integrate_from_hz;
+  if (prepared.integrated()) integrated_from_hz_ = prepared.options.integrate_from_hz;
   const double stop_hz = prepared.filter.stop_hz(), rate_hz = motion.sample_rate_hz;
   band_hz_ = 0.5 * (prepared.options.rolloff_hz + stop_hz);
   const bool own_rate = !prepared.decimation || prepared.decimation->stages.empty() ||

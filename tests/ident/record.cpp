@@ -100,9 +100,10 @@ TEST_CASE("what is left out is said, with its reasons, and from a quarter on wit
 
   ident::Record ended = record(10.0, 1000);
   ended.prepared.signals.edge_samples = 200;
+  ended.prepared.options.integrate_from_hz = 0.1;
+  ended.prepared.channels = {{.name = "x", .role = dsp::Role::x}};
   CHECK_THAT(ident::left_out(ended).message, Catch::Contains("prepare.cutoff_hz"));
   ended.prepared.channels = {{.name = "a", .role = dsp::Role::a}};
-  ended.prepared.options.integrate_from_hz = 0.1;
   CHECK_THAT(ident::left_out(ended).message, Catch::Contains("prepare.integrate_from_hz"));
 
   ident::Range low;
