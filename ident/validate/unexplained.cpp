@@ -338,6 +338,8 @@ std::optional<Explanation> at_motion(const MotionScore& score, const std::vector
     best = as;
     best->fraction = found.fraction;
     best->at_motion = true;
+    best->candidate =
+        std::any_of(left_out.begin(), left_out.end(), [&](const LeftOut& term) { return term.name == best->what; });
   };
   for (const Probe& probe : probes)
     if (const MatrixXd series = on_rows(probe, rows, recordings); series.cols() == 1 && series.allFinite())
@@ -346,7 +348,7 @@ std::optional<Explanation> at_motion(const MotionScore& score, const std::vector
   for (const LeftOut& term : left_out) {
     RowsOfTerms(rows, recordings, {term.column}).read(0, column);
     Explanation as;
-    as.what = term.name, as.cause = Cause::missing_term, as.is_recorded = false, as.candidate = true;
+    as.what = term.name, as.cause = Cause::missing_term, as.is_recorded = false;
     try_as(as, column);
   }
   return best;
