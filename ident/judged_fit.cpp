@@ -87,9 +87,6 @@ void judge_errors(JudgedFit& judged, const RangeData& range, const Prediction& t
   judged.predicted_std << train.variance.cwiseSqrt(), test.variance.cwiseSqrt();
 }
 
-// Of a self-excited or free motion only the course is the equation's, not the phase after so many periods.
-constexpr double periods_alone = 10.0;
-
 /// The training rows, as signals are known beside the test rows: as the sensors leave them.
 std::vector<Course> training_courses(const RangeRows& rows, const std::vector<Course>& test,
                                      const std::vector<Columns>& recordings) {
@@ -112,15 +109,9 @@ bool has_intervals(const Model& model) {
 /// before its errors have grown tenfold.
 FreeRun free_run_through(const Model& model, const RangeRows& rows, const std::vector<Course>& test,
                          const std::vector<Columns>& recordings, const Poll& poll) {
-  FreeRunOptions options{.periods_alone = periods_alone, .keep_series = true, .poll = poll};
-  FreeRun run = free_run(model, test, options);
+  const FreeRunOptions options{.periods_alone = periods_of_phase, .poll = poll};
+  auto [run, restarted] = restarted_run(model, test, options);
   if (!run.reason.empty()) return run;
-  if (run.nmse_centred > follows) {
-    options.restarts = restarts_of(model, test, options);
-    if (!options.restarts.empty()) run = free_run(model, test, options);
-    if (!run.reason.empty()) return run;
-  }
-  options.keep_series = false;
   std::vector<Course> training;
   if (run.alone) {
     training = training_courses(rows, test, recordings);
@@ -132,7 +123,7 @@ FreeRun free_run_through(const Model& model, const RangeRows& rows, const std::v
   }
   const double error = run.larger_nmse();
   if (has_intervals(model) && error > follows_in_part && std::isfinite(error)) {
-    const ClosestRun closest = closest_run(model, test, training, follows, options);
+    const ClosestRun closest = closest_run(model, restarted, training, follows, options);
     run.closest = closest.test.nmse_centred;
     run.closest_training = closest.training.nmse_centred;
   }
@@ -308,18 +299,30 @@ void judge_size(JudgedFit& judged, const CandidateLibrary& library, double nmse)
     fit.remarks.push_back(fmt::format("small enough to be an error of the model: {}", fmt::join(small, ", ")));
 }
 
+/// Candidates of all recordings that are not in a model, by any of its coefficients.
+std::vector<LeftOut> left_out(const Model& model, const RangeData& range, const CandidateLibrary& library) {
+  std::vector<LeftOut> result;
+  for (const Index j : range.terms) {
+    const Term& term = library.terms[static_cast<std::size_t>(j)];
+    const bool kept = std::any_of(model.terms.begin(), model.terms.end(),
+                                  [&](const ModelTerm& one) { return one.name == term.name; });
+    if (!kept && term.recording == 0) result.push_back({term.name, j});
+  }
+  return result;
+}
+
 /// What may be wrong with an equation however well it fits.
 void judge_doubts(JudgedFit& judged, const RangeData& range, const RangeResult& result,
                   const std::vector<Columns>& recordings, const std::vector<Index>& positions, const VectorXd& residual,
-                  const IdentifyOptions& options) {
+                  const CandidateLibrary& library, const IdentifyOptions& options) {
   // Of the columns as they are: range.data is what the sensors leave of them.
   std::vector<Index> columns = positions;
   if (range.sensors)
     for (Index& column : columns) column += range.joint.num_sensors();
   const RFactor kept = select(range.sensors ? range.joint.joint : range.data, columns, 0);
   judged.noise = regressor_noise(judged.model, kept, result.rows.train, recordings, residual, options.poll);
-  judged.explanations = explanations(judged.model, result.terms, kept, result.rows.train, recordings, residual,
-                                     *range.independence, options.poll);
+  judged.explanations = explanations(judged.model, result.terms, left_out(judged.model, range, library), kept,
+                                     result.rows.train, recordings, residual, *range.independence, options.poll);
   judged.band = band_split(judged.model, judged.fit.relevant, result.rows.train, recordings, residual, options.poll);
   if (judged.band && !judged.band->term.empty())
     judged.fit.remarks.push_back(fmt::format(
@@ -380,7 +383,7 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
   const Columns& first = recordings[result.recording == 0 ? 0 : static_cast<std::size_t>(result.recording) - 1];
   judged.whiteness = residual_whiteness(residual, range.train_samples, first.signals->sample_rate_hz, first.band_hz);
   judge_errors(judged, range, train, test);
-  judge_doubts(judged, range, result, recordings, positions, residual, options);
+  judge_doubts(judged, range, result, recordings, positions, residual, library, options);
   judged.free_run = free_run_of(judged, result, range, courses, recordings, options);
   return judged;
 }

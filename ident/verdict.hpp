@@ -32,6 +32,7 @@ struct Explanation {
   double fraction = 0.0;    ///< of the residual's power
   bool is_recorded = true;  ///< a signal; else a form that is commonly met
   bool candidate = false;   ///< it was one, and not taken
+  bool at_motion = false;   ///< `fraction` is of what the residual has at the frequencies of the motion (MotionScore)
   bool is_term = true;      ///< a library can have it; else `what` is said in words
   /// Kept terms that only imitate it: an equation that has it in their place has the better evidence.
   std::vector<std::string> instead_of = {};

@@ -18,6 +18,7 @@
 #include "apps/process/beside.hpp"
 #include "dsp/names.hpp"
 #include "ident/identify.hpp"
+#include "ident/validate/findings.hpp"
 #include "ident/validate/judge.hpp"
 #include "ident/validate/predict.hpp"
 
@@ -144,8 +145,8 @@ const ident::BandSplit* split_of(const std::vector<ident::RangeResult>& ranges) 
   const std::optional<ident::ChosenFit> chosen = ident::chosen_fit(ranges);
   if (!chosen) return nullptr;
   const ident::JudgedFit& fit = ranges[chosen->range].fits[chosen->method];
-  const bool lacks_term = fit.judgement.cause == ident::Cause::missing_term && fit.free_run.reason.empty() &&
-                          fit.free_run.larger_nmse() <= ident::follows_in_part;
+  const bool lacks_term = fit.judgement.cause == ident::Cause::missing_term &&
+                          ident::findings_of(ranges[chosen->range], fit).follows_roughly();
   if (!lacks_term && ident::preference(fit.judgement.verdict) < ident::preference(ident::Verdict::in_part))
     return nullptr;
   const std::optional<ident::BandSplit>& band = fit.band;

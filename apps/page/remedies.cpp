@@ -12,6 +12,7 @@
 #include "dsp/sensors/sensor_problems.hpp"
 #include "ident/library/expression.hpp"
 #include "ident/percent.hpp"
+#include "ident/validate/findings.hpp"
 
 namespace apps {
 namespace {
@@ -136,6 +137,15 @@ Remedy with_explanation(const Config& config, const ident::Explanation& explanat
           with_terms(config, {explanation.what})};
 }
 
+/// A candidate that was not taken, because noise drowns it: in a narrower band there is less of that.
+Remedy with_less_noise(const ident::JudgedFit& fit, const ident::Explanation& candidate) {
+  const std::string why = fmt::format(
+      "{} is a candidate that was not taken and shows at the frequencies of the motion, under noise", candidate.what);
+  if (!ident::has_wide_band(fit.noise)) return {why + ": a longer record, or one with less noise, would tell.", {}};
+  return {fmt::format("{}, most of it above {:.3g} Hz. In the config:", why, fit.noise.needed_hz),
+          {"[prepare]", fmt::format("cutoff_hz = {:.3g}", fit.noise.needed_hz)}};
+}
+
 /// What the judgement of an equation found, as settings of the config.
 void add_cause(const RunResults& results, const ident::RangeResult& range, const ident::JudgedFit& fit,
                std::vector<Remedy>& found) {
@@ -182,6 +192,8 @@ void add_cause(const RunResults& results, const ident::RangeResult& range, const
                                      "depends on the past. If it can be measured, give its channel role = \"z\".",
                                      named->what, ident::percent(named->fraction)),
                          {}});
+      else if (named && named->candidate && named->at_motion)
+        found.push_back(with_less_noise(fit, *named));
       else if (named)
         found.push_back(with_explanation(results.config, *named));
       else

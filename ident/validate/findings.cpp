@@ -8,8 +8,6 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double follows_beyond_noise = 0.02;  // as `follows`, where more than noise is left over: a seventh
-// Power of a residual, as a fraction of the target's, that sensors themselves may make: few are linear to 0.3 %.
-constexpr double linearity = 1e-5;
 // Where the noise of the channels makes less than this fraction of the residual, twice as much is something else.
 constexpr double mostly_noise = 0.5;
 // Of the residual's power, what comes back when the state does: from here on it is a function of the state, and up to
@@ -17,6 +15,7 @@ constexpr double mostly_noise = 0.5;
 constexpr double of_the_state = 0.75, of_something_else = 0.1;
 // Below this fraction of the target's power, structure in the residual spoils the error bars but not the equation.
 constexpr double negligible = 1e-3;
+constexpr double most = 0.5;           // of what is left over
 constexpr double carries_over = 10.0;  // residual power on test rows / on training rows: fitted to its rows only
 constexpr double bias_in_stds = 2.0, bias_of_mean = 0.02;  // by noise of regressors: beyond both the interval misses
 
@@ -98,7 +97,6 @@ bool imitates(const JudgedFit& fit) {
 }
 
 bool lacks_form(const JudgedFit& fit, const Findings& found) {
-  constexpr double most = 0.5;
   return found.above_noise && fit.explanations.form &&
          fit.explanations.form->fraction > std::max(matters_to_power, most * (1.0 - found.noise_share));
 }
@@ -125,7 +123,7 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
     const double power = variance(fit.test_centred.reason.empty() ? test : train);
     found.unexplained = std::max(0.0, error.value - (power > 0.0 ? noise_power / power : 0.0));
   }
-  found.negligible_rest = fit.train_centred.reason.empty() && fit.train_centred.value <= linearity;
+  found.negligible_rest = fit.train_centred.reason.empty() && fit.train_centred.value <= sensor_linearity;
   if (found.noise_is_known) found.noise_share = noise_power / noise.residual_power;
   found.is_noise = found.noise_is_known ? noise.known_std * noise.known_std >= mostly_noise * noise.residual_power
                                         : fit.whiteness.tested && fit.whiteness.white;
@@ -135,7 +133,8 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
     found.above_noise = is_structured(fit) && fit.train.reason.empty() && fit.train.value > negligible;
   found.misses_motion =
       found.noise_is_known &&
-      noise.motion_std * noise.motion_std < mostly_noise * (noise.motion_power - linearity * mean_square(train));
+      noise.motion_std * noise.motion_std < mostly_noise * (noise.motion_power - sensor_linearity * mean_square(train));
+  found.lacks_at_motion = fit.explanations.at_motion.has_value();
   found.keeps_energy = !found.negligible_rest && has_no_damping(fit);
   if (fit.train.reason.empty() && fit.test.reason.empty()) {
     const double before = fit.train.value * mean_square(train), after = fit.test.value * mean_square(test);
@@ -168,7 +167,7 @@ Verdict Findings::verdict() const {
   if (above_noise && by_run == Verdict::in_part &&
       (std::isfinite(run_error) ? run_error : unexplained) > follows_beyond_noise)
     return Verdict::does_not;
-  return by_run == Verdict::describes && (above_noise || misses_motion) ? Verdict::in_part : by_run;
+  return by_run == Verdict::describes && (above_noise || misses_motion || lacks_at_motion) ? Verdict::in_part : by_run;
 }
 
 namespace {
@@ -178,6 +177,11 @@ bool is_hidden(const Findings& found) {
   return found.noise_is_known && found.is_noise;
 }
 
+/// What the equation lacks at the frequencies of the motion is all that speaks against it.
+bool shows_alone(const Findings& found) {
+  return found.by_run == Verdict::describes && !found.above_noise && found.lacks_at_motion;
+}
+
 Cause hiding_cause(const JudgedFit& fit) {
   return lower_band_helps(fit) ? Cause::wide_band : Cause::noise;
 }
@@ -185,13 +189,14 @@ Cause hiding_cause(const JudgedFit& fit) {
 }  // namespace
 
 NamedCause cause_of(const RangeResult& range, const JudgedFit& fit, const Findings& found) {
-  const auto& [recorded, form, better] = fit.explanations;
+  const auto& [recorded, form, better, at_motion] = fit.explanations;
   const bool fails = found.by_run == Verdict::does_not;
   if (leaves_out_recorded(fit, found)) return {recorded->cause, recorded};
   if (!found.biased.empty()) return {has_wide_band(fit.noise) ? Cause::wide_band : Cause::noise};
   if (imitates(fit)) return {better->cause, better};
   if (was_no_candidate(fit) && fails) return {recorded->cause, recorded};
   if (fails && is_driven(range, fit)) return {Cause::missing_input};
+  if (at_motion && !fails && (shows_alone(found) || at_motion->fraction > most)) return {at_motion->cause, at_motion};
   const bool misses = found.by_run != Verdict::describes || found.unexplained > matters_to_power;
   if (is_hidden(found) && misses && !found.fitted_to_its_rows) return {hiding_cause(fit)};
   if (found.by_run == Verdict::describes && lacks_better(fit, found)) return {better->cause, better};

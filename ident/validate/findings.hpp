@@ -26,11 +26,14 @@ struct Findings {
   bool negligible_rest = false;  ///< what is left on the training rows is what sensors make that are not quite linear
   bool above_noise = false;      ///< what is left on the training rows is more than noise
   bool misses_motion = false;    ///< and so is what lies where the target is more than noise, whatever noise is beside
+  bool lacks_at_motion = false;  ///< a term that is not in the equation shows there, beyond chance
   bool keeps_energy = false;     ///< nothing drives the equation or damps it: every steady motion of its period will do
   bool fitted_to_its_rows = false;
   std::string biased;  ///< a term whose interval misses by noise of the regressors
   /// The free run, taken down where more than noise is left over, in all or where the motion is.
   [[nodiscard]] Verdict verdict() const;
+  /// The free run follows x, in part at least.
+  [[nodiscard]] bool follows_roughly() const { return run_error <= follows_in_part; }
 };
 [[nodiscard]] Findings findings_of(const RangeResult& range, const JudgedFit& fit);
 
@@ -61,9 +64,10 @@ struct NamedCause {
   std::optional<Explanation> explanation = {};  ///< what the cause is, where it has a name
 };
 /// Named where a test found it. In this order: something recorded explains what is left over; noise biases a
-/// coefficient; kept terms imitate a form; amplitude comes back that was lost, though nothing drives the equation; what
-/// is left over is noise; a form that is no candidate explains most of it, or it comes back with the state; or with
-/// nothing of the state.
+/// coefficient; kept terms imitate a form; amplitude comes back that was lost, though nothing drives the equation; a
+/// term shows at the frequencies of the motion and is most of what is left over there, or all that speaks against an
+/// equation that is followed; what is left over is noise; a form that is no candidate explains most of it, or it comes
+/// back with the state; or with nothing of the state.
 [[nodiscard]] NamedCause cause_of(const RangeResult& range, const JudgedFit& fit, const Findings& found);
 /// Of a record for which no equation was found.
 [[nodiscard]] NamedCause cause_of_none(const RangeResult& range, const JudgedFit& fit);

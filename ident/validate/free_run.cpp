@@ -212,6 +212,29 @@ Index known_length(const Eigen::VectorXd& square, const dsp::IndexRange& piece, 
   return piece.last - piece.first;
 }
 
+/// Adds restarts where the difference of two runs grows tenfold within a piece; false: it does so nowhere.
+bool add_restarts(Course& course, const Eigen::VectorXd& difference, const FreeRunOptions& options) {
+  const double cycle = period(course);
+  const auto window = static_cast<Index>(std::ceil(cycle));
+  if (window < 1) return false;
+  const Eigen::VectorXd square = difference.array().square();
+  bool added = false;
+  std::vector<Index> restarts;
+  for (const dsp::IndexRange& range : course.ranges) {
+    if (static_cast<double>(range.last - range.first) < least_length(cycle, options)) continue;
+    for (const dsp::IndexRange& piece : pieces_between(range, course.restarts)) {
+      if (piece.first > range.first) restarts.push_back(piece.first);
+      const Index known = known_length(square, piece, window);
+      for (Index at = piece.first + known; at + window <= piece.last; at += known) {
+        restarts.push_back(at);
+        added = true;
+      }
+    }
+  }
+  course.restarts = std::move(restarts);
+  return added;
+}
+
 }  // namespace
 
 FreeRun free_run(const Model& model, const std::vector<Course>& courses, const FreeRunOptions& options) {
@@ -238,16 +261,14 @@ FreeRun free_run(const Model& model, const std::vector<Course>& courses, const F
     result.alone = result.alone && alone;
     const double most =
         alone && cycle > 0.0 ? std::max(least, options.periods_alone * cycle) : std::numeric_limits<double>::infinity();
-    const auto index = static_cast<std::size_t>(&course - courses.data());
-    const std::vector<Index> restarts =
-        alone || index >= options.restarts.size() ? std::vector<Index>{} : options.restarts[index];
+    const bool restarts = !alone && !course.restarts.empty();
     for (const dsp::IndexRange& range : course.ranges) {
       if (static_cast<double>(range.last - range.first) < least) continue;
       ++result.num_ranges;
       const WholeRange whole = whole_range(*equation, course, range);
       const std::vector<dsp::IndexRange> parts =
-          restarts.empty() ? pieces(range, most) : pieces_between(range, restarts);
-      if (!restarts.empty()) result.num_restarts += static_cast<int>(parts.size()) - 1;
+          restarts ? pieces_between(range, course.restarts) : pieces(range, most);
+      if (restarts) result.num_restarts += static_cast<int>(parts.size()) - 1;
       for (const dsp::IndexRange& piece : parts)
         if (!run_range(equation, course, piece, whole, options, tally,
                        options.keep_series ? &result.series.back().predicted : nullptr, result))
@@ -267,43 +288,25 @@ FreeRun free_run(const Model& model, const std::vector<Course>& courses, const F
   return result;
 }
 
-std::vector<std::vector<Index>> restarts_of(const Model& model, const std::vector<Course>& courses,
-                                            FreeRunOptions options) {
+RestartedRun restarted_run(const Model& model, std::vector<Course> courses, FreeRunOptions options) {
   constexpr double start_error = 1e-4;  // small beside what it grows to, large beside the error of a step
   constexpr int most_rounds = 8;        // each shortens pieces to what their own growth allows
   options.keep_series = true;
-  options.restarts.assign(courses.size(), {});
-  for (int round = 0; round < most_rounds; ++round) {
-    options.start_error = 0.0;
-    const FreeRun run = free_run(model, courses, options);
-    if (run.alone || !run.reason.empty()) return {};
+  RestartedRun found{free_run(model, courses, options), courses};
+  FreeRun run = found.run;
+  for (int round = 0; round < most_rounds && !run.alone && run.reason.empty() && found.run.nmse_centred > follows;
+       ++round) {
     options.start_error = start_error;
     const FreeRun moved = free_run(model, courses, options);
-    bool shortened = false;
-    for (std::size_t c = 0; c < moved.series.size(); ++c) {
-      const double cycle = period(courses[c]);
-      const auto window = static_cast<Index>(std::ceil(cycle));
-      if (window < 1) continue;
-      const Eigen::VectorXd square = (moved.series[c].predicted - run.series[c].predicted).array().square();
-      std::vector<Index> restarts;
-      for (const dsp::IndexRange& range : courses[c].ranges) {
-        if (static_cast<double>(range.last - range.first) < least_length(cycle, options)) continue;
-        for (const dsp::IndexRange& piece : pieces_between(range, options.restarts[c])) {
-          if (piece.first > range.first) restarts.push_back(piece.first);
-          const Index known = known_length(square, piece, window);
-          for (Index at = piece.first + known; at + window <= piece.last; at += known) {
-            restarts.push_back(at);
-            shortened = true;
-          }
-        }
-      }
-      options.restarts[c] = std::move(restarts);
-    }
-    if (!shortened) break;
+    options.start_error = 0.0;
+    bool added = false;
+    for (std::size_t c = 0; c < moved.series.size(); ++c)
+      added = add_restarts(courses[c], moved.series[c].predicted - run.series[c].predicted, options) || added;
+    if (!added) break;
+    run = free_run(model, courses, options);
   }
-  const bool any = std::any_of(options.restarts.begin(), options.restarts.end(),
-                               [](const std::vector<Index>& one) { return !one.empty(); });
-  return any ? options.restarts : std::vector<std::vector<Index>>{};
+  if (run.reason.empty() && run.num_restarts > 0) found = {std::move(run), std::move(courses)};
+  return found;
 }
 
 }  // namespace ident

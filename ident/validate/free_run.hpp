@@ -17,6 +17,9 @@ inline constexpr double follows = 0.01, follows_in_part = 0.1;
 /// A start from a measured state carries the noise of x and of v into the run, beside that of x itself.
 inline constexpr double noises_of_a_run = 3.0;
 
+/// Of a self-excited or free motion only the course is the equation's, not the phase after more periods than these.
+inline constexpr double periods_of_phase = 10.0;
+
 /// Where to run an equation through one recording: ranges of samples [first, last) without an excluded gap, and the
 /// samples that count.
 struct Course {
@@ -24,6 +27,8 @@ struct Course {
   std::vector<dsp::IndexRange> ranges;
   std::vector<unsigned char> scored;  ///< per sample of `signals`
   std::size_t recording = 0;          ///< whose signals they are (0-based): terms of one recording are those of this
+  /// Samples at which an equation with inputs is set to the measured state; ascending.
+  std::vector<Eigen::Index> restarts = {};
 };
 
 /// x of one course, a value per sample of its signals.
@@ -63,8 +68,7 @@ struct FreeRunOptions {
   double periods_alone =
       std::numeric_limits<double>::infinity();  ///< an equation without inputs is set to the measured state again after
                                                 ///< so many: nothing else holds its phase
-  std::vector<std::vector<Eigen::Index>> restarts = {};  ///< and one with inputs at these samples of each course
-  double start_error = 0.0;          ///< added to the position at each start: of its largest in the range
+  double start_error = 0.0;                     ///< added to the position at each start: of its largest in the range
   double relative_tolerance = 1e-7;  ///< of a step; ten times less moves the NMSE by under a thousandth of itself
   double divergence_factor = 100.0;  ///< a state beyond this many times its largest measured magnitude has diverged
   bool keep_series = false;          ///< fills in FreeRun::series
@@ -78,11 +82,17 @@ struct FreeRunOptions {
 [[nodiscard]] FreeRun free_run(const Model& model, const std::vector<Course>& courses,
                                const FreeRunOptions& options = {});
 
-/// Samples of each course at which an equation with inputs is set to the measured state before an error of its last
-/// start has grown tenfold (rms over a period, beside the first), as it does near a fold of the response and in chaos:
-/// coefficients that are known to a hundredth let x be followed to a tenth no further, however right the equation.
-/// Empty where none grows so much, where the equation has no inputs or where it does not run.
-[[nodiscard]] std::vector<std::vector<Eigen::Index>> restarts_of(const Model& model, const std::vector<Course>& courses,
-                                                                 FreeRunOptions options);
+/// A free run, and the courses it ran, with their restarts.
+struct RestartedRun {
+  FreeRun run;
+  std::vector<Course> courses;
+};
+
+/// The free run that equations are judged by, with its series; `options`: with periods_alone. Where one with inputs
+/// misses x by more than `follows` it begins again before an error of its last start has grown tenfold (rms over a
+/// period, beside the first), as it does near a fold of the response and in chaos: coefficients that are known to a
+/// hundredth let x be followed to a tenth no further, however right the equation. Where no error grows so much, and
+/// where it diverges in spite of that, it is the free run of the courses as they are.
+[[nodiscard]] RestartedRun restarted_run(const Model& model, std::vector<Course> courses, FreeRunOptions options);
 
 }  // namespace ident

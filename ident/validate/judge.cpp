@@ -30,6 +30,10 @@ std::string explanation_clause(const Explanation& named) {
     return fmt::format("{} explains {} of what is left over: the sign is that of another motion", named.what, fraction);
   if (!named.is_term)
     return fmt::format("{} explains {} of what is left over: an inner state is missing", named.what, fraction);
+  if (named.at_motion)
+    return fmt::format(
+        "{} is not in the equation and explains {} of what is left over at the frequencies of the motion", named.what,
+        fraction);
   return named.is_recorded
              ? fmt::format("{} was recorded and is not in the equation: it explains {} of what is left over",
                            named.what, fraction)
@@ -94,7 +98,7 @@ std::string residual_clause(const JudgedFit& fit, const Findings& found) {
   if (found.above_noise)
     return text + (found.noise_is_known ? ", more than the noise of the signals" : ", and that is structure");
   if (found.is_noise) text += ", no more than noise";
-  if (found.misses_motion) text += ", but more than noise at the frequencies of the motion";
+  if (found.misses_motion || found.lacks_at_motion) text += ", but more than noise at the frequencies of the motion";
   if (found.is_noise && lower_band_helps(fit))
     text += fmt::format(", most of it above {:.3g} Hz: lower cutoff_hz", fit.noise.needed_hz);
   return text;

@@ -20,7 +20,8 @@ namespace ident {
 /// is followed (closest_run). Of a law that is no equation of motion the error one step ahead decides, beyond that
 /// noise. Where more than twice what the noise of the channels makes is left over, and more than the linearity of
 /// sensors, an equation describes in part at best, and does not beyond 2 %; in part at best, too, where so much is left
-/// over at the frequencies at which the target is more than noise. (A table, whose noise is not known: where the
+/// over at the frequencies at which the target is more than noise, and where a term that is not in the equation shows
+/// there (Explanations::at_motion). (A table, whose noise is not known: where the
 /// residual is not white and a thousandth of the target's power.) Describes is taken down to in part by a fit that did
 /// not converge, a tenth of the target's power left over, a residual ten times larger on test rows, a power balance
 /// beyond 0.02, a form with which the equation is better, an equation that nothing drives or damps, or another equation

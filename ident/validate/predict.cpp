@@ -128,6 +128,19 @@ std::string means_taken(const Model& model, const std::string& fitted_as) {
       terms.size() > 1 ? "are" : "is");
 }
 
+/// A sentence where the run begins again within an interval, as it does for the verdict. `periods`: of the longest.
+std::string restarts_remark(const FreeRun& run, double periods) {
+  if (run.num_restarts > 0)
+    return fmt::format("set to the measured state {} times, before its errors have grown tenfold, as for the verdict",
+                       run.num_restarts);
+  return run.alone && run.reason.empty() && periods > 1.5 * periods_of_phase
+             ? fmt::format(
+                   "set to the measured state every {:g} periods, as for the verdict: nothing measured holds "
+                   "its phase",
+                   periods_of_phase)
+             : std::string();
+}
+
 }  // namespace
 
 RecordPrediction predict(const Model& joint, const Model& joint_linear, const Record& record,
@@ -139,9 +152,9 @@ RecordPrediction predict(const Model& joint, const Model& joint_linear, const Re
   result.unit = motion.find("x") != nullptr ? motion.find("x")->unit : "";
   result.time_s = motion.at("t");
   result.x = motion.at("x");
-  const std::vector<Course> courses{whole_course(motion)};
-  const FreeRunOptions run_options{.keep_series = true, .poll = options.poll};
-  const FreeRun run = free_run(model, courses, run_options), linear_run = free_run(linear, courses, run_options);
+  const FreeRunOptions run_options{.periods_alone = periods_of_phase, .keep_series = true, .poll = options.poll};
+  const auto [run, courses] = restarted_run(model, {whole_course(motion)}, run_options);
+  const FreeRun linear_run = free_run(linear, courses, run_options);  // from the same states
   const VectorXd none = VectorXd::Constant(motion.num_samples(), nan);
   result.predicted = run.series.empty() ? none : run.series.front().predicted;
   result.linear_predicted = linear_run.series.empty() ? none : linear_run.series.front().predicted;
@@ -166,25 +179,26 @@ RecordPrediction predict(const Model& joint, const Model& joint_linear, const Re
   result.still = errors_of(result.x, still_body(motion, diverged ? result.x : result.predicted),
                            diverged ? std::string() : run.reason)
                      .nmse;
-  result.remark = means_taken(joint, options.fitted_as);
+  std::vector<std::string> remarks{means_taken(joint, options.fitted_as)};
   constexpr double few_periods = 5.0;
   if (longest > 1) {
     const double line_hz =
         dsp::strongest_line(result.x.segment(longest_from, longest), motion.sample_rate_hz).frequency_hz;
     const double periods = line_hz * static_cast<double>(longest) / motion.sample_rate_hz;
     if (periods < few_periods)
-      result.remark += (result.remark.empty() ? "" : "; ") +
-                       fmt::format(
-                           "the longest interval without a gap holds {:.2g} periods of the motion: errors that "
-                           "grow slowly do not show",
-                           periods);
+      remarks.push_back(
+          fmt::format("the longest interval without a gap holds {:.2g} periods of the motion: errors that grow slowly "
+                      "do not show",
+                      periods));
+    remarks.push_back(restarts_remark(run, periods));
   }
   if (!model.terms.empty()) try {
       result.coefficients = carried_over(model, record, options);
     } catch (const dsp::Fault& fault) {
-      result.remark +=
-          fmt::format("{}the coefficients could not be compared: {}", result.remark.empty() ? "" : "; ", fault.what());
+      remarks.push_back(fmt::format("the coefficients could not be compared: {}", fault.what()));
     }
+  std::erase(remarks, "");
+  result.remark = fmt::format("{}", fmt::join(remarks, "; "));
   return result;
 }
 

@@ -15,6 +15,14 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+constexpr std::size_t enough = 2'000;  // samples, for means to a few per cent
+
+VectorXd means_of(const Model& model) {
+  VectorXd result(std::ssize(model.terms));
+  for (Index i = 0; i < result.size(); ++i) result(i) = model.terms[static_cast<std::size_t>(i)].mean;
+  return result;
+}
+
 /// A term's derivative with respect to one of its signals, on some samples.
 struct Slope {
   Index term;
@@ -98,14 +106,12 @@ RegressorNoise regressor_noise(const Model& model, const RFactor& kept, const st
                                const Poll& poll) {
   const Index k = std::ssize(model.terms);
   RegressorNoise result{.bias = VectorXd::Zero(k)};
-  VectorXd beta(k);
-  for (Index i = 0; i < k; ++i) beta(i) = model.terms[static_cast<std::size_t>(i)].mean;
+  const VectorXd beta = means_of(model);
   NoiseSums known(k), at_most(k), in_motion(k);
   double num_samples = 0.0, of_x = 0.0, motion_power = 0.0;
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     const Columns& columns = recordings[r];
     if (columns.noise == nullptr) continue;
-    constexpr std::size_t enough = 2'000;  // for means to a few per cent
     const dsp::Motion samples = some_samples(rows, r, recordings, enough);
     if (samples.num_samples() == 0) continue;
     if (poll) poll();
@@ -133,6 +139,19 @@ RegressorNoise regressor_noise(const Model& model, const RFactor& kept, const st
   const VectorXd right = (known.shared - known.noise * beta) * (static_cast<double>(kept.num_samples) / num_samples);
   result.bias = R.solve(R.transpose().solve(right));
   return result;
+}
+
+VectorXd noise_below(const Model& model, std::size_t recording, const std::vector<Row>& rows,
+                     const std::vector<Columns>& recordings, const Eigen::Ref<const VectorXd>& to_hz) {
+  const dsp::Motion samples = some_samples(rows, recording, recordings, enough);
+  const std::vector<Slope> slopes = slopes_of(model, recording, samples);
+  const auto count = static_cast<double>(samples.num_samples());
+  const VectorXd beta = means_of(model);
+  return to_hz.unaryExpr([&](double hz) {
+    NoiseSums sums(beta.size());
+    sums.add(slopes, model.target, *recordings[recording].noise, count, false, hz);
+    return sums.of_residual(beta) / count;
+  });
 }
 
 }  // namespace ident

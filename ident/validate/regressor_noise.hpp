@@ -13,6 +13,9 @@
 
 namespace ident {
 
+/// Power of a residual, as a fraction of the target's, that sensors themselves may make: few are linear to 0.3 %.
+inline constexpr double sensor_linearity = 1e-5;
+
 /// What white noise of the recorded channels does to an equation.
 struct RegressorNoise {
   Eigen::VectorXd bias;       ///< of each coefficient, by noise that is known
@@ -31,5 +34,11 @@ struct RegressorNoise {
 [[nodiscard]] RegressorNoise regressor_noise(const Model& model, const RFactor& kept, const std::vector<Row>& rows,
                                              const std::vector<Columns>& recordings,
                                              const Eigen::Ref<const Eigen::VectorXd>& residual, const Poll& poll = {});
+
+/// Mean square of what noise of the channels of one recording leaves in the residual of a model, at most, below each of
+/// these frequencies in Hz.
+[[nodiscard]] Eigen::VectorXd noise_below(const Model& model, std::size_t recording, const std::vector<Row>& rows,
+                                          const std::vector<Columns>& recordings,
+                                          const Eigen::Ref<const Eigen::VectorXd>& to_hz);
 
 }  // namespace ident

@@ -14,6 +14,7 @@
 #include "ident/selection/best_subsets.hpp"
 #include "ident/selection/ranked_models.hpp"
 #include "ident/validate/independent_rows.hpp"
+#include "ident/validate/motion_score.hpp"
 
 namespace ident {
 namespace {
@@ -21,6 +22,8 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+
+constexpr double by_chance = 1e-3;  // that any of all that is tried explains as much of noise
 
 /// What may explain a residual, formed from the signals of a recording.
 struct Probe {
@@ -175,7 +178,6 @@ struct Residual {
   VectorXd autocorrelation = independence.autocorrelation(values);
 
   [[nodiscard]] std::optional<Explanation> best_of(const std::vector<Probe>& probes) const {
-    constexpr double by_chance = 1e-3;  // that any of the probes explains as much of noise as independent as this
     std::optional<Explanation> best;
     double most = 0.0;
     for (const Probe& probe : probes) {
@@ -325,21 +327,54 @@ struct Residual {
   }
 };
 
+/// The one with the highest score, beyond chance.
+std::optional<Explanation> at_motion(const MotionScore& score, const std::vector<Probe>& probes,
+                                     const std::vector<LeftOut>& left_out, const std::vector<Row>& rows,
+                                     const std::vector<Columns>& recordings) {
+  if (!score.can_tell()) return std::nullopt;
+  // A normal deviate exceeds z, either way, with a probability below exp(-z^2 / 2).
+  double most = std::sqrt(2.0 * std::log(static_cast<double>(probes.size() + left_out.size()) / by_chance));
+  std::optional<Explanation> best;
+  const auto try_as = [&](const Explanation& as, const Eigen::Ref<const VectorXd>& series) {
+    const MotionScore::Score found = score.of(series);
+    if (!(std::abs(found.z) > most)) return;
+    most = std::abs(found.z);
+    best = as;
+    best->fraction = found.fraction;
+    best->at_motion = true;
+    best->candidate =
+        std::any_of(left_out.begin(), left_out.end(), [&](const LeftOut& term) { return term.name == best->what; });
+  };
+  for (const Probe& probe : probes)
+    if (const MatrixXd series = on_rows(probe, rows, recordings); series.cols() == 1 && series.allFinite())
+      try_as(probe.as, series.col(0));
+  VectorXd column(std::ssize(rows));
+  for (const LeftOut& term : left_out) {
+    RowsOfTerms(rows, recordings, {term.column}).read(0, column);
+    Explanation as;
+    as.what = term.name, as.cause = Cause::missing_term, as.is_recorded = false;
+    try_as(as, column);
+  }
+  return best;
+}
+
 }  // namespace
 
-Explanations explanations(const Model& model, const std::vector<std::string>& terms, const RFactor& kept,
-                          const std::vector<Row>& rows, const std::vector<Columns>& recordings,
-                          const Eigen::Ref<const VectorXd>& residual, const IndependentRows& independence,
-                          const Poll& poll) {
+Explanations explanations(const Model& model, const std::vector<std::string>& terms,
+                          const std::vector<LeftOut>& left_out, const RFactor& kept, const std::vector<Row>& rows,
+                          const std::vector<Columns>& recordings, const Eigen::Ref<const VectorXd>& residual,
+                          const IndependentRows& independence, const Poll& poll) {
   const dsp::Motion& motion = *recordings[rows.front().recording].signals;
   std::vector<Probe> recorded = recorded_probes(model, terms, motion);
   const std::vector<Probe> forms = form_probes(model.target, terms, motion, rows, recordings);
-  if (recorded.empty() && forms.empty()) return {};
   const Residual left{model, terms, kept, rows, recordings, residual, independence, poll};
   std::erase_if(recorded, [&](const Probe& probe) {
     return probe.as.cause == Cause::switch_variable && !left.takes_place_of_other(probe);
   });
-  return {left.best_of(recorded), left.best_of(forms), left.better(forms)};
+  std::vector<Probe> all = recorded;
+  all.insert(all.end(), forms.begin(), forms.end());
+  return {left.best_of(recorded), left.best_of(forms), left.better(forms),
+          at_motion(MotionScore(model, rows, recordings, residual), all, left_out, rows, recordings)};
 }
 
 }  // namespace ident

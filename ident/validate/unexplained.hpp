@@ -30,10 +30,21 @@ struct Explanations {
   /// without kept terms, these only imitate the form (v^3 and abs(v)*v a friction): instead_of. `fraction`: of what is
   /// left over by the kept terms of the best.
   std::optional<Explanation> better;
+  /// A recorded signal, one of these forms or a candidate that was not taken, where the residual has more of it at the
+  /// frequencies of the motion than their noise has by chance (MotionScore).
+  std::optional<Explanation> at_motion;
 };
 
-/// `terms`: the library. `kept`: R factor of the model's terms on `rows`, as they are or beside sensors.
-[[nodiscard]] Explanations explanations(const Model& model, const std::vector<std::string>& terms, const RFactor& kept,
+/// A candidate that was not taken.
+struct LeftOut {
+  std::string name;
+  Eigen::Index column = 0;  ///< its index in the library
+};
+
+/// `terms`: the library; `left_out`: of it, beside the model. `kept`: R factor of the model's terms on `rows`, as they
+/// are or beside sensors.
+[[nodiscard]] Explanations explanations(const Model& model, const std::vector<std::string>& terms,
+                                        const std::vector<LeftOut>& left_out, const RFactor& kept,
                                         const std::vector<Row>& rows, const std::vector<Columns>& recordings,
                                         const Eigen::Ref<const Eigen::VectorXd>& residual,
                                         const IndependentRows& independence, const Poll& poll = {});

@@ -3,6 +3,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "ident/validate/findings.hpp"
+
 using ident::Verdict;
 
 namespace {
@@ -249,6 +251,50 @@ TEST_CASE("noise beside the motion does not excuse what is left over where the m
   CHECK_THAT(of(result).sentence, Catch::Contains("more than noise at the frequencies of the motion"));
   noise.motion_power = 5e-6, noise.motion_std = 0.0;  // sensors are not linear to better than this
   CHECK(of(result).verdict == Verdict::describes);
+}
+
+TEST_CASE("a term that shows at the frequencies of the motion is missing, however little it is", "[ident][judge]") {
+  auto result = range("low", 1e-4, 5e-3);
+  ident::JudgedFit& fit = result.fits[0];
+  fit.noise.residual_power = 5e-3, fit.noise.residual_std = fit.noise.known_std = std::sqrt(4e-3);
+  CHECK(of(result).verdict == Verdict::describes);
+  fit.explanations.at_motion = ident::Explanation{"x^3", ident::Cause::missing_term, 0.02, false, true, true};
+  CHECK(of(result).verdict == Verdict::in_part);
+  CHECK(of(result).cause == ident::Cause::missing_term);
+  REQUIRE(of(result).named.has_value());
+  CHECK(of(result).named->what == "x^3");
+  CHECK_THAT(of(result).sentence,
+             Catch::Contains("x^3 is not in the equation and explains 2 % of what is left over at the frequencies"));
+  // One that fails lacks more than a term that shows beside noise.
+  fit.free_run.nmse_centred = 0.5;
+  CHECK(of(result).verdict == Verdict::does_not);
+  CHECK(of(result).cause == ident::Cause::noise);
+}
+
+TEST_CASE("what follows x beyond noise follows it roughly, and what has no free run does not", "[ident][findings]") {
+  auto result = range("low", 0.15, 5e-3);
+  ident::JudgedFit& fit = result.fits[0];
+  const auto follows = [&] { return ident::findings_of(result, fit).follows_roughly(); };
+  CHECK_FALSE(follows());
+  fit.noise.x_std = 0.2, fit.free_run.mean_square = 1.0;  // noise of x and of the start makes 0.12
+  CHECK(follows());
+  fit.free_run.reason = "no test interval is long enough";
+  CHECK_FALSE(follows());
+}
+
+TEST_CASE("where no equation was found, what comes back with the state is a missing term", "[ident][findings]") {
+  auto result = range("low", 1e-4, 1.0);
+  ident::JudgedFit& fit = result.fits[0];
+  fit.model.terms.clear();
+  const auto cause = [&] { return ident::cause_of_none(result, fit).cause; };
+  CHECK(cause() == ident::Cause::not_found);
+  fit.size.revisit_fraction = 0.9;
+  CHECK(cause() == ident::Cause::missing_term);
+  CHECK(of(result).cause == ident::Cause::missing_term);
+  CHECK_FALSE(of(result).named.has_value());
+  // Something that was recorded and was no candidate is the likelier reason.
+  fit.explanations.recorded = ident::Explanation{"f", ident::Cause::missing_input, 0.8};
+  CHECK(cause() == ident::Cause::missing_input);
 }
 
 TEST_CASE("an equation that misses where only noise is left lacks what noise hides", "[ident][judge]") {

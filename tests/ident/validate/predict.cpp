@@ -2,13 +2,30 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <numbers>
 
 #include "dsp/prepare.hpp"
 #include "ident/sensors/channel_noise.hpp"
+#include "support/labelled_oscillator.hpp"
 #include "support/random.hpp"
 
 using Eigen::Index;
 using Eigen::VectorXd;
+
+namespace {
+
+ident::Model model_of(const std::vector<std::pair<std::string, double>>& terms) {
+  ident::Model model;
+  model.target = "a";
+  for (const auto& [name, mean] : terms) model.terms.push_back({.name = name, .mean = mean});
+  return model;
+}
+
+ident::Record record_of(const dsp::Motion& motion, const std::vector<std::string>& names, double cutoff_hz) {
+  return {.prepared = dsp::prepare(support::recorded(motion, names, 0.0, 1), {.cutoff_hz = cutoff_hz})};
+}
+
+}  // namespace
 
 TEST_CASE("the noise of x is what of its channel's is within the band", "[ident][predict]") {
   constexpr double rate_hz = 100.0;
@@ -30,4 +47,27 @@ TEST_CASE("the noise of x is what of its channel's is within the band", "[ident]
     // What is there, in a band of 18 independent values a second.
     CHECK(left.norm() / std::sqrt(8000.0) == Approx(told).epsilon(0.1));
   }
+}
+
+TEST_CASE("a prediction begins again where the free run of a verdict does, and so does what it must beat",
+          "[ident][predict]") {
+  // Ueda's oscillator, whose runs part tenfold in some 22 s.
+  support::Oscillator p{.c = 0.05, .k3 = 1.0, .force_gain = 7.5, .x0 = 2.5, .amplitude = 3.0, .omega = 1.0};
+  p.drive.tones = {{1.0, 1.0, 0.5 * std::numbers::pi, 0.0}};
+  const auto record = record_of(support::motion_of(p, 300.0, 20.0), {"x", "f"}, 4.0);
+  const auto off = model_of({{"v", -0.05}, {"x^3", -1.001}, {"f", 7.5}});
+  const auto prediction = ident::predict(off, off, record);
+  CHECK(prediction.nmse.value < 0.02);
+  CHECK(prediction.linear.value == prediction.nmse.value);
+  CHECK_THAT(prediction.remark, Catch::Contains("before its errors have grown tenfold, as for the verdict"));
+}
+
+TEST_CASE("a prediction of a motion that nothing holds in phase begins again every ten periods", "[ident][predict]") {
+  const double omega = 2.0 * std::numbers::pi;
+  const support::Oscillator p{.k = omega * omega, .x0 = 1.0, .amplitude = 1.0, .omega = omega};
+  const auto record = record_of(support::motion_of(p, 100.0, 50.0), {"x"}, 10.0);
+  const auto prediction = ident::predict(model_of({{"x", -1.01 * omega * omega}}), {}, record);
+  // It has turned by 0.3 at the end of each: of an angle that grows, a third of its square on average.
+  CHECK(prediction.nmse.value == Approx(std::pow(0.005 * omega * 10.0, 2) / 3.0).epsilon(0.1));
+  CHECK_THAT(prediction.remark, Catch::Contains("every 10 periods, as for the verdict"));
 }

@@ -108,6 +108,28 @@ TEST_CASE("a usual form that is no candidate is found in what is left over", "[i
   CHECK(found->fraction > 0.9);
 }
 
+TEST_CASE("damping that noise drowns in the whole band is found at the frequencies of the motion",
+          "[ident][unexplained]") {
+  support::Oscillator p{.k = 36.0, .c = 0.3, .force_gain = 1.0, .amplitude = 0.02, .omega = 6.0};
+  for (int i = 0; i < 12; ++i) p.drive.tones.push_back({0.05, 4.0 + 0.37 * i, 0.7 * i * i, 0.0});
+  const dsp::Recording recording =
+      support::recorded(support::motion_of(p, 120.0, 100.0), {"x", "v", "a", "f"}, 0.05, 3);
+  const auto found = [&](const std::vector<std::string>& terms) {
+    return ident::identify({.prepared = dsp::prepare(recording, {.cutoff_hz = 30.0})}, {.order = 0, .terms = terms},
+                           {.methods = {ident::OlsOptions{}}})
+        .at(0)
+        .fits.at(0)
+        .explanations.at_motion;
+  };
+  const auto v = found({"x", "f"});
+  REQUIRE(v.has_value());
+  CHECK(v->what == "v");
+  CHECK(v->at_motion);
+  CHECK_FALSE(v->candidate);
+  CHECK(v->fraction > 0.5);
+  CHECK_FALSE(found({"x", "v", "f"}).has_value());
+}
+
 TEST_CASE("friction that v^3 and abs(v)*v imitate is found out, and needed terms imitate nothing",
           "[ident][unexplained]") {
   support::Oscillator p{.k = 36.0, .c = 0.6, .friction = 0.02, .force_gain = 1.0, .amplitude = 0.02, .omega = 6.0};

@@ -28,7 +28,7 @@ struct Outcome {
   std::uint32_t seed = 0;
   support::LabelledRecord record;
   bool right = false;
-  std::string verdict = "none", cause, why_wrong, sentence, range;
+  std::string verdict = "none", cause, named, why_wrong, sentence, range;
   std::vector<Cause> accepted;  ///< causes that are true of a wrong equation
   std::optional<JudgedFit> fit;
   std::optional<support::EvidenceOfTruth> evidence;  ///< against a wrong equation that is said to describe
@@ -116,8 +116,10 @@ std::vector<Cause> true_causes(const Outcome& outcome, bool wrong_without_flaw) 
   if (record.noise > 0.0 && record.wide_band) causes.push_back(Cause::wide_band);
   if (record.flaw || !outcome.fit) return causes;
   const Difference found = difference(outcome.fit->model, record);
-  // Without noise what is left over is a function of the state and of nothing else.
-  if (!found.lacking.empty() && record.noise == 0.0) causes.push_back(Cause::missing_term);
+  // Without noise what is left over is a function of the state and of nothing else; with noise a term is missing where
+  // it is named and the truth has it.
+  const bool names_it = std::find(found.lacking.begin(), found.lacking.end(), outcome.named) != found.lacking.end();
+  if (names_it || (!found.lacking.empty() && record.noise == 0.0)) causes.push_back(Cause::missing_term);
   return causes;
 }
 
@@ -152,6 +154,7 @@ void identify_as_the_product_does(Outcome& outcome) {
   const ident::Judgement& judgement = outcome.fit->judgement;
   outcome.verdict = to_string(judgement.verdict);
   if (judgement.cause) outcome.cause = to_string(*judgement.cause);
+  if (judgement.named) outcome.named = judgement.named->what;
   outcome.sentence = judgement.sentence;
   outcome.why_wrong = why_wrong(*outcome.fit, record);
   outcome.right = outcome.why_wrong.empty();
@@ -217,7 +220,7 @@ constexpr const char* csv_head =
     "wrong,"
     "equation_error,free_run_nmse,free_run_reason,train_nmse_centred,test_nmse_centred,n_eff,structural_fraction,"
     "whiteness_p,status,ties,explanation,explained,bias_in_std,bias,noise_share,needed_hz,weakest,fr_centred,fr_floor,"
-    "closest,closest_training,better,"
+    "closest,closest_training,better,named,"
     "revisits,inputs,least_evidence,evidence,"
     "drawn,sentence\n";
 
@@ -230,7 +233,7 @@ std::string csv_line(const Outcome& o) {
   std::string deviations, ties;
   for (const auto& term : fit.model.terms) deviations += fmt::format("{:.3g} ", term.std);
   for (const auto& [kept, other] : fit.ties) ties += kept + "~" + other + " ";
-  const std::array<std::string, 43> cells{
+  const std::array<std::string, 44> cells{
       std::to_string(o.seed),
       quoted(o.record.scenario),
       fmt::format("{}", o.record.noise),
@@ -270,6 +273,7 @@ std::string csv_line(const Outcome& o) {
       quoted(fit.explanations.better ? fmt::format("{}<{}", fit.explanations.better->what,
                                                    fmt::join(fit.explanations.better->instead_of, " "))
                                      : ""),
+      quoted(o.named),
       fmt::format("{:.3g}", fit.size.revisit_fraction),
       has(fit.model, "f") || has(fit.model, "ddr") ? "1" : "0",
       o.evidence ? fmt::format("{:.3g}", o.evidence->least) : "",
