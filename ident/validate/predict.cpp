@@ -128,19 +128,6 @@ std::string means_taken(const Model& model, const std::string& fitted_as) {
       terms.size() > 1 ? "are" : "is");
 }
 
-/// A sentence where the run begins again within an interval, as it does for the verdict. `periods`: of the longest.
-std::string restarts_remark(const FreeRun& run, double periods) {
-  if (run.num_restarts > 0)
-    return fmt::format("set to the measured state {} times, before its errors have grown tenfold, as for the verdict",
-                       run.num_restarts);
-  return run.alone && run.reason.empty() && periods > 1.5 * periods_of_phase
-             ? fmt::format(
-                   "set to the measured state every {:g} periods, as for the verdict: nothing measured holds "
-                   "its phase",
-                   periods_of_phase)
-             : std::string();
-}
-
 }  // namespace
 
 RecordPrediction predict(const Model& joint, const Model& joint_linear, const Record& record,
@@ -152,7 +139,7 @@ RecordPrediction predict(const Model& joint, const Model& joint_linear, const Re
   result.unit = motion.find("x") != nullptr ? motion.find("x")->unit : "";
   result.time_s = motion.at("t");
   result.x = motion.at("x");
-  const FreeRunOptions run_options{.periods_alone = periods_of_phase, .keep_series = true, .poll = options.poll};
+  const FreeRunOptions run_options{.keep_series = true, .poll = options.poll};
   const auto [run, courses] = restarted_run(model, {whole_course(motion)}, run_options);
   const FreeRun linear_run = free_run(linear, courses, run_options);  // from the same states
   const VectorXd none = VectorXd::Constant(motion.num_samples(), nan);
@@ -190,8 +177,11 @@ RecordPrediction predict(const Model& joint, const Model& joint_linear, const Re
           fmt::format("the longest interval without a gap holds {:.2g} periods of the motion: errors that grow slowly "
                       "do not show",
                       periods));
-    remarks.push_back(restarts_remark(run, periods));
   }
+  if (run.num_restarts > 0)
+    remarks.push_back(
+        fmt::format("set to the measured state {} times, before its errors have grown tenfold, as for the verdict",
+                    run.num_restarts));
   if (!model.terms.empty()) try {
       result.coefficients = carried_over(model, record, options);
     } catch (const dsp::Fault& fault) {
