@@ -186,10 +186,12 @@ void finish(Prepared& prepared, Recording intermediate, const std::optional<Filt
     prepared.signals = relative_motion(filtered(intermediate, low_pass), motion_options(o, column_band(o)));
   prepared.intermediate = relative_motion(std::move(intermediate), motion_options(o, state_band(o)));
   if (o.recipe == Recipe::matched) prepared.signals = filtered(prepared.intermediate, low_pass, num_threads);
-  // Of derivatives by their band; of integrals longer, by how slow they begin.
-  const double motion_s = prepared.integrated() ? static_cast<double>(prepared.intermediate.edge_samples) /
-                                                      prepared.intermediate.sample_rate_hz
-                                                : 1.0 / (o.state_cutoff_hz - o.state_rolloff_hz);
+  // Of derivatives by their band; of integrals longer, by how slow they begin, but what a short record can spare.
+  const double band_s = 1.0 / (o.state_cutoff_hz - o.state_rolloff_hz),
+               motion_s =
+                   prepared.integrated()
+                       ? std::max(band_s, std::min(2.0 / o.integrate_from_hz, most_lost_to_integral * duration_s))
+                       : band_s;
   const double reach_s = (raw ? raw->edge_s : 0.0) + low_pass.edge_s() + motion_s;
   if (auto question = size_question(prepared)) prepared.checks.push_back(std::move(*question));
   prepared.signals.edge_samples =

@@ -29,7 +29,7 @@ Index fast_length(Index n) {
     for (Index common = 0; (common = std::gcd(length, primes)) > 1;) length /= common;
     return length == 1;
   };
-  for (n -= n % 2; !is_fast(n); n -= 2) {
+  for (n -= n % 2; n > 2 && !is_fast(n); n -= 2) {
   }
   return n;
 }

@@ -225,6 +225,8 @@ MotionBand motion_band_of_channels(const Recording& recording, const RawSpectrum
 }
 
 double integration_from_hz(const Recording& recording, const RawSpectrum& spectrum) {
+  const double least_hz =
+      2.0 / (most_lost_to_integral * static_cast<double>(recording.samples.rows()) / recording.sample_rate_hz);
   const auto above_drift_hz = [&](const RawSpectrum& of_all) {
     const Eigen::MatrixXd power = of_all.power();
     double from_hz = 0.0;
@@ -233,7 +235,8 @@ double integration_from_hz(const Recording& recording, const RawSpectrum& spectr
       for (const int order : {1, 2}) {
         const Index column = recording.find(motion_signal(body, order).role);
         if (column < 0) continue;
-        from_hz = std::max(from_hz, motion_band("", order, power.col(column), of_all.bin_hz()).from_hz);
+        const MotionBand band = motion_band("", order, power.col(column), of_all.bin_hz());
+        from_hz = std::max(from_hz, std::min(std::max(band.from_hz, least_hz), 0.5 * band.peak_hz));
         break;
       }
     }

@@ -41,8 +41,12 @@ struct MotionBand {
 /// recording's eighths: of y rather than y - r.
 [[nodiscard]] MotionBand motion_band_of_channels(const Recording& recording, const RawSpectrum& spectrum);
 
+/// Of a record, at either end, what the reach of an integral's high-pass, two of its periods, may take.
+inline constexpr double most_lost_to_integral = 0.1;
+
 /// From where on the velocities and accelerations of bodies without a displacement can be integrated: above the drift
-/// of each, by spectra as for motion_band_of_channels; 0 where none moves.
+/// of each, by spectra as for motion_band_of_channels, and so that no more than a tenth of the record is lost at either
+/// end unless the motion is slower; 0 where none moves.
 [[nodiscard]] double integration_from_hz(const Recording& recording, const RawSpectrum& spectrum);
 
 /// prepare.cutoff_hz for a motion, so that columns are flat up to its end; 0 where the record's band ends first.

@@ -71,6 +71,8 @@ RegimeSigns regime_signs(const Motion& motion) {
     signs.force = force->values;
     signs.force_span = force->values.maxCoeff() - force->values.minCoeff();
   }
+  signs.base_rests =
+      !(signs.base_speed_m_per_s > sensors_agree * std::sqrt(2.0 * v.squaredNorm() / static_cast<double>(v.size())));
   signs.period_s = mean_period_s(v, base_speed, rate_hz);
   const SpectralBand slow = harmonics_band(signs.period_s);
   signs.speed_cutoff_hz = waves_per_period / signs.period_s;

@@ -20,6 +20,7 @@ struct RegimeSigns {
   Eigen::VectorXd force;             ///< f, where it and no base drives the motion
   double force_span = 0.0;           ///< its largest value less its least
   double base_speed_m_per_s = 0.0;   ///< amplitude of a sine of its power; 0 without a base
+  bool base_rests = true;            ///< none, or one as good as at rest beside v
   Mount mount;                       ///< whose ringing is taken off v and a before they are looked at
   std::vector<Reversal> reversals;   ///< of v in that band, by a below halts_below_hz; none on a mount that rings
   double halts_below_hz = 0.0;       ///< 0: a does not reach far enough to show halts

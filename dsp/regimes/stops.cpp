@@ -130,7 +130,7 @@ bool force_rests(const RegimeSigns& signs, const Passage& one) {
   if (signs.force.size() == 0) return false;
   const Index back = static_cast<Index>(wave(signs)) + 1;
   for (Index i = std::max(one.first, back); i < one.last; ++i)
-    if (std::abs(signs.force(i) - signs.force(i - back)) >= sensors_agree * signs.force_span) return false;
+    if (std::abs(signs.force(i) - signs.force(i - back)) > sensors_agree * signs.force_span) return false;
   return true;
 }
 
@@ -163,7 +163,7 @@ Index behind_swings(const RegimeSigns& signs, Index at, Index end, Index step) {
 /// next to nothing: of a rest what such swings leave of it, if that lasts for a quarter of a period.
 std::optional<Passage> without_swings(const RegimeSigns& signs, Passage one) {
   const auto is_short = [&] { return static_cast<double>(one.last - one.first) < signs.quarter_period(); };
-  const bool driven = signs.base_moves() || (signs.force.size() > 0 && !force_rests(signs, one));
+  const bool driven = !signs.base_rests || (signs.force.size() > 0 && !force_rests(signs, one));
   if (signs.speed_is_given || driven || is_short()) return one;
   one.first = behind_swings(signs, one.first, one.last, 1);
   one.last = behind_swings(signs, one.last - 1, one.first - 1, -1) + 1;

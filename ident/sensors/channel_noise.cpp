@@ -82,11 +82,13 @@ std::vector<ChannelNoise::Part> ChannelNoise::parts_of(const dsp::Prepared& prep
   const dsp::SignalInfo* info = dsp::find_signal(signal);
   const bool moves = info != nullptr && info->order >= 0;
   if (!moves || prepared.channel(info->role) != nullptr || depth == deepest) return {{signal, 0, 1.0}};
-  if (integrated_from_hz_ > 0.0)
-    for (int order = info->order + 1; order <= 2; ++order) {
-      const dsp::SignalInfo& above = dsp::motion_signal(info->body, order);
-      if (prepared.channel(above.role) != nullptr) return {{std::string(above.name), info->order - order, 1.0}};
-    }
+  const auto integrated_from = [&](dsp::Body body) -> std::vector<Part> {
+    for (int order = info->order + 1; order <= 2 && integrated_from_hz_ > 0.0; ++order)
+      if (const dsp::SignalInfo& above = dsp::motion_signal(body, order); prepared.channel(above.role) != nullptr)
+        return {{std::string(above.name), info->order - order, 1.0}};
+    return {};
+  };
+  if (std::vector<Part> parts = integrated_from(info->body); !parts.empty()) return parts;
   if (std::isfinite(motion.find(signal)->flat_to_hz)) {  // a computed derivative
     const std::string below(dsp::motion_signal(info->body, info->order - 1).name);
     if (motion.find(below) == nullptr) return {{signal, 0, 1.0}};
@@ -112,7 +114,8 @@ std::vector<ChannelNoise::Part> ChannelNoise::parts_of(const dsp::Prepared& prep
   const dsp::Body twin = info->body == dsp::Body::relative ? dsp::Body::payload : dsp::Body::relative;
   const dsp::SignalInfo& other = dsp::motion_signal(twin, info->order);
   if (prepared.channel(other.role) != nullptr) return {{std::string(other.name), 0, 1.0}};
-  return {{signal, 0, 1.0}};
+  parts = integrated_from(twin);
+  return parts.empty() ? std::vector<Part>{{signal, 0, 1.0}} : parts;
 }
 
 double ChannelNoise::covariance(const std::string& one, const std::string& other, bool known, double to_hz) const {
@@ -135,11 +138,9 @@ double ChannelNoise::covariance(const std::string& one, const std::string& other
 
 double ChannelNoise::integral_of(int power, double to_hz) const {
   const double from_hz = integrated_from_hz_;
-  const auto below = [&](double f_hz) {
-    return power == -1 ? std::log(f_hz) : std::pow(f_hz, power + 1) / (power + 1);
-  };
+  const auto below = [&](double f_hz) { return std::pow(f_hz, power + 1) / (power + 1); };  // powers are even
   if (from_hz == 0.0) return below(to_hz);
-  double sum = below(to_hz) - below(from_hz);
+  double sum = below(std::max(from_hz, to_hz)) - below(from_hz);
   const dsp::SpectralBand drift{0.5 * from_hz, from_hz};
   constexpr int steps = 64;  // of a smooth rise from 0 to 1
   const double step_hz = 0.5 * from_hz / steps;

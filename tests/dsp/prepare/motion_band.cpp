@@ -141,6 +141,19 @@ TEST_CASE("a motion too slow for pieces of a few seconds is found in longer ones
   }
 }
 
+TEST_CASE("of a short record an integral takes a tenth at either end, beside the filters") {
+  const Periodic motion{10.0, 400.0, 2.0};
+  dsp::Recording recording{.name = "r", .sample_rate_hz = 400.0, .channels = {{"acc", dsp::Role::a, "m/s^2"}}};
+  recording.samples = motion.derivative(2);
+  const auto lost_s = [&](const dsp::PrepareOptions& options) {
+    const dsp::Prepared prepared = dsp::prepare(recording, options);
+    return static_cast<double>(prepared.signals.edge_samples) / prepared.signals.sample_rate_hz;
+  };
+  const double filters_s = lost_s({.integrate_from_hz = 40.0});  // shorter than the derivatives' band
+  CHECK(lost_s({}) - filters_s < 0.2 + 1.0 / 400.0);
+  CHECK(lost_s({.integrate_from_hz = 1.0}) == lost_s({}));
+}
+
 TEST_CASE("a file is looked through in pieces and tells the band of all of it") {
   const support::Scratch folder;
   const Periodic motion{1.3, 500.0, 60.0};

@@ -128,6 +128,9 @@ TEST_CASE("what nothing drives and goes on swinging has not stopped", "[dsp][reg
   signs.force = VectorXd::NullaryExpr(fading.size(), [](Index i) { return std::sin(0.05 * static_cast<double>(i)); });
   signs.force_span = 2.0;
   CHECK(fraction_stuck(dsp::stick_mask(signs, options)) > 0.4);
+  signs.force.setConstant(5.0);
+  signs.force_span = 0.0;
+  CHECK(fraction_stuck(dsp::stick_mask(signs, options)) == 0.0);
   signs.force.resize(0);
   signs.speed_is_given = true;
   CHECK(fraction_stuck(dsp::stick_mask(signs, options)) > 0.4);

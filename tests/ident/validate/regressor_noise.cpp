@@ -133,9 +133,9 @@ TEST_CASE("what is integrated has the noise of its accelerometer, integrated as 
   constexpr double seconds = 400.0, from_hz = 0.8;
   const auto n = static_cast<Eigen::Index>(seconds * rate_hz);
   // A motion and noise, and the noise alone: what the latter becomes is measured.
-  const auto prepared = [&](double motion) {
+  const auto prepared = [&](double motion, dsp::Role role = dsp::Role::a) {
     dsp::Recording recording{.name = "mass", .sample_rate_hz = rate_hz};
-    recording.channels = {{.name = "a", .role = dsp::Role::a, .unit = "m/s^2"}};
+    recording.channels = {{.name = "a", .role = role, .unit = "m/s^2"}};
     recording.samples = support::gaussian(n, 11, 0.3);
     for (Eigen::Index i = 0; i < n; ++i)
       recording.samples(i, 0) += motion * std::sin(2.0 * std::numbers::pi * 2.0 * static_cast<double>(i) / rate_hz);
@@ -156,6 +156,8 @@ TEST_CASE("what is integrated has the noise of its accelerometer, integrated as 
   CHECK(noise.covariance("x", "a") == Approx(mean("x", "a")).epsilon(0.3));
   CHECK(noise.covariance("x", "a") == Approx(-noise.covariance("v", "v")).epsilon(1e-12));
   CHECK(noise.covariance("a", "a") == Approx(mean("a", "a")).epsilon(0.2));
+  const ident::ChannelNoise of_payload(prepared(50.0, dsp::Role::ddy), "a");  // without a base the same
+  CHECK(of_payload.covariance("x", "x") == Approx(noise.covariance("x", "x")).epsilon(1e-9));
 }
 
 TEST_CASE("above the frequencies of the motion the target is noise", "[ident][regressor_noise]") {
