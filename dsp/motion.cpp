@@ -72,7 +72,7 @@ class MotionBuilder {
     if (!has_displacement(recording_) && (x.has_any() || y.has_any())) {
       for (Quantity* q : {&r, &y, &x}) integrate(*q);
       for (Signal& other : others) other.values = without_drift(other.values);
-      const double reach = 2.0 * rate_hz / options_.integrate_from_hz;
+      const double reach = integral_reach_periods * rate_hz / options_.integrate_from_hz;
       motion.edge_samples = std::max(motion.edge_samples, std::min(n / 2, static_cast<Index>(reach)));
     }
     has_base_ = r.has(0) || r.has(1) || r.has(2) || (x.has(0) && y.has(0));

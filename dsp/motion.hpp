@@ -47,6 +47,9 @@ struct MotionOptions {
   double integrate_from_hz = 0.0;  ///< required where no displacement was recorded
 };
 
+/// How far the high-pass of an integral reaches, in periods of integrate_from_hz.
+inline constexpr double integral_reach_periods = 2.0;
+
 /// Whether x was recorded, or y and r, or y where nothing of a base was.
 [[nodiscard]] bool has_displacement(const Recording& recording);
 

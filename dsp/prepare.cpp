@@ -187,11 +187,10 @@ void finish(Prepared& prepared, Recording intermediate, const std::optional<Filt
   prepared.intermediate = relative_motion(std::move(intermediate), motion_options(o, state_band(o)));
   if (o.recipe == Recipe::matched) prepared.signals = filtered(prepared.intermediate, low_pass, num_threads);
   // Of derivatives by their band; of integrals longer, by how slow they begin, but what a short record can spare.
-  const double band_s = 1.0 / (o.state_cutoff_hz - o.state_rolloff_hz),
-               motion_s =
-                   prepared.integrated()
-                       ? std::max(band_s, std::min(2.0 / o.integrate_from_hz, most_lost_to_integral * duration_s))
-                       : band_s;
+  double motion_s = 1.0 / (o.state_cutoff_hz - o.state_rolloff_hz);
+  if (prepared.integrated())
+    motion_s =
+        std::max(motion_s, std::min(integral_reach_periods / o.integrate_from_hz, most_lost_to_integral * duration_s));
   const double reach_s = (raw ? raw->edge_s : 0.0) + low_pass.edge_s() + motion_s;
   if (auto question = size_question(prepared)) prepared.checks.push_back(std::move(*question));
   prepared.signals.edge_samples =
@@ -260,10 +259,14 @@ Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& optio
   const auto folding =
       intermediate.spectrum.checks(intermediate.recording.channels, prepared.options.rate_hz, prepared.decimation);
   prepared.checks.insert(prepared.checks.end(), folding.begin(), folding.end());
-  const MotionBand band = motion_band_of_channels(intermediate.recording, intermediate.spectrum);
+  MotionBand band = motion_band_of_channels(known.channels, intermediate.spectrum);
+  std::optional<RawSpectrum> slow;
+  if (band.signal.empty()) slow = spectrum_of_eighths(known);
+  if (slow) band = motion_band_of_channels(known.channels, *slow);
   if (!band.signal.empty()) prepared.checks.push_back(band_check(band, prepared.options.cutoff_hz));
-  if (!has_displacement(intermediate.recording))
-    settle_integration(prepared, integration_from_hz(intermediate.recording, intermediate.spectrum));
+  if (!has_displacement(known))
+    settle_integration(prepared,
+                       integration_from_hz(known.channels, slow ? *slow : intermediate.spectrum, known.duration_s()));
   remove_delays(intermediate.recording);
   for (Check& check :
        drop_unlike_derivatives(intermediate.recording, intermediate.spectrum, prepared.options.cutoff_hz))

@@ -99,8 +99,9 @@ Segmentation segment_regimes(const Motion& motion, const SegmentOptions& options
   if (motion.at("x").size() == 0) return result;
   RegimeSigns signs = regime_signs(motion);
   choose_stick(signs, result);
+  // A speed that is given is the only sign of a stop, and where noise hides them there is none.
   signs.speed_is_given = options.stick_speed_m_per_s > 0.0;
-  if (signs.speed_is_given || result.options.stick_speed_m_per_s == 0.0) signs.reversals.clear();  // noise hides them
+  if (signs.speed_is_given || result.options.stick_speed_m_per_s == 0.0) signs.reversals.clear();
   std::vector<bool> stuck = stick_mask(signs, result.options);
   const std::vector<HalfCycle> halves = half_cycles(motion, signs.period_s);
   join_stops(stuck, halves, signs);

@@ -64,6 +64,12 @@ std::string label(const ModelTerm& term) {
   return term.recording == 0 ? term.name : term.name + " in " + term.recording_name;
 }
 
+Eigen::VectorXd means_of(const Model& model) {
+  Eigen::VectorXd result(std::ssize(model.terms));
+  for (Eigen::Index i = 0; i < result.size(); ++i) result(i) = model.terms[static_cast<std::size_t>(i)].mean;
+  return result;
+}
+
 std::vector<OwnCoefficients> own_coefficients(const Model& model) {
   std::vector<OwnCoefficients> groups;
   for (const ModelTerm& term : model.terms) {

@@ -70,6 +70,9 @@ struct OwnCoefficients {
 };
 [[nodiscard]] std::vector<OwnCoefficients> own_coefficients(const Model& model);
 
+/// The coefficients, in the order of its terms.
+[[nodiscard]] Eigen::VectorXd means_of(const Model& model);
+
 /// Whether some terms have a coefficient for each recording.
 [[nodiscard]] bool differs_by_recording(const Model& model);
 /// The equation of one recording (1-based) of those that were fitted together: the terms of all and its own, in the

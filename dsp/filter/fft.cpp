@@ -121,14 +121,25 @@ void RealFft::Plans::recombine(double* X, double direction) const {
   }
 }
 
+namespace {
+
+bool has_small_primes(Eigen::Index n) {
+  for (const Eigen::Index prime : {2, 3, 5, 7})
+    while (n % prime == 0) n /= prime;
+  return n == 1;
+}
+
+}  // namespace
+
 Eigen::Index good_fft_size(Eigen::Index at_least) {
-  const auto is_good = [](Eigen::Index n) {
-    for (const Eigen::Index prime : {2, 3, 5, 7})
-      while (n % prime == 0) n /= prime;
-    return n == 1;
-  };
   Eigen::Index n = std::max<Eigen::Index>(2, at_least + at_least % 2);
-  while (!is_good(n)) n += 2;
+  while (!has_small_primes(n)) n += 2;
+  return n;
+}
+
+Eigen::Index good_fft_size_within(Eigen::Index at_most) {
+  Eigen::Index n = std::max<Eigen::Index>(2, at_most - at_most % 2);
+  while (!has_small_primes(n)) n -= 2;
   return n;
 }
 

@@ -7,6 +7,12 @@ namespace dsp {
 /// The smallest even 2^a 3^b 5^c 7^d that is at least `at_least`: a length for which the transform is fast.
 [[nodiscard]] Eigen::Index good_fft_size(Eigen::Index at_least);
 
+/// The largest of these lengths that is no more than `at_most`; 2 where none is.
+[[nodiscard]] Eigen::Index good_fft_size_within(Eigen::Index at_most);
+
+/// Mean square of Hann's window.
+inline constexpr double hann_power = 3.0 / 8.0;
+
 /// Hann's window of n samples: 1/2 - 1/2 cos(2 pi (i + 1/2) / n).
 [[nodiscard]] Eigen::VectorXd hann_window(Eigen::Index n);
 

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
-#include <numeric>
 
 #include "dsp/filter/fft.hpp"
 #include "dsp/order_statistics.hpp"
@@ -19,19 +18,6 @@ using Eigen::VectorXd;
 /// by Wilson and Hilferty of several.
 double median_of_mean(Index count) {
   return count == 1 ? std::numbers::ln2 : std::pow(1.0 - 1.0 / (9.0 * static_cast<double>(count)), 3);
-}
-
-/// The longest up to n, of 8 samples or more, that a transform is fast for: of a prime of a hundred thousand it takes
-/// four times as long. The few samples left out tell nothing that the others do not.
-Index fast_length(Index n) {
-  const auto is_fast = [](Index length) {
-    constexpr Index primes = 2 * 3 * 5 * 7;
-    for (Index common = 0; (common = std::gcd(length, primes)) > 1;) length /= common;
-    return length == 1;
-  };
-  for (n -= n % 2; n > 2 && !is_fast(n); n -= 2) {
-  }
-  return n;
 }
 
 /// |Y|^2 of a transform X of an even number of samples, Y being that of the same under Hann's window: each ordinate
@@ -53,7 +39,9 @@ PowerDensity::PowerDensity(const Eigen::Ref<const VectorXd>& signal, double rate
   constexpr Index fewest = 8;
   if (signal.size() < fewest) return;
   if (piece_samples > 0) num_pieces_ = std::max<Index>(1, signal.size() / piece_samples);
-  const Index length = fast_length(signal.size() / num_pieces_);
+  // Of a prime of a hundred thousand samples a transform takes four times as long, and the few left out tell nothing
+  // that the others do not.
+  const Index length = good_fft_size_within(signal.size() / num_pieces_);
   const RealFft fft(length);
   step_hz_ = rate_hz / static_cast<double>(length);
   density_ = VectorXd::Zero(length / 2 + 1);
@@ -63,8 +51,7 @@ PowerDensity::PowerDensity(const Eigen::Ref<const VectorXd>& signal, double rate
     fft.forward((values.array() - values.mean()).matrix(), X);
     add_power_under_window(X, density_);
   }
-  constexpr double mean_square_of_window = 3.0 / 8.0;
-  density_ *= 2.0 / (rate_hz * mean_square_of_window * static_cast<double>(length * num_pieces_));
+  density_ *= 2.0 / (rate_hz * hann_power * static_cast<double>(length * num_pieces_));
 }
 
 double PowerDensity::between(double from_hz, double to_hz, Index least) const {

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "dsp/motion.hpp"
 #include "dsp/signals.hpp"
 
 namespace dsp {
@@ -161,31 +162,17 @@ MotionBand motion_band(std::string signal, int order, VectorXd density, double b
 
 namespace {
 
-/// Segments that resolve all that several of them show.
+constexpr Index block_frames = 16384;
+
+/// Of a record: segments that resolve all that several of them show.
+constexpr Index num_eighths = 8;
+
 double eighth_s(Index num_frames, double sample_rate_hz) {
-  return static_cast<double>(num_frames) / (8.0 * sample_rate_hz);
-}
-
-RawSpectrum spectrum_of_eighths(const Recording& recording) {
-  const Index n = recording.samples.rows();
-  const double rate_hz = recording.sample_rate_hz;
-  RawSpectrum spectrum(rate_hz, recording.samples.cols(), n, 8,
-                       std::max(RawSpectrum::usual_segment_s, eighth_s(n, rate_hz)));
-  spectrum.push(recording.samples);
-  return spectrum;
-}
-
-MotionBand band_of_channel(const MotionSource& source, const std::vector<Channel>& channels,
-                           const RawSpectrum& spectrum) {
-  const Eigen::MatrixXd power = spectrum.power();
-  if (source.plus < 0 || power.rows() == 0) return {};
-  return motion_band(channels[static_cast<std::size_t>(source.plus)].name, source.order, power.col(source.plus),
-                     spectrum.bin_hz());
+  return static_cast<double>(num_frames) / (num_eighths * sample_rate_hz);
 }
 
 MotionBand band_of_segments(RecordingReader reader, const MotionSource& source, double segment_s) {
   constexpr int most_segments = 32;
-  constexpr Index block_frames = 16384;
   RawSpectrum spectrum(reader.description().sample_rate_hz, 1, static_cast<Index>(reader.num_frames()), most_segments,
                        segment_s);
   FrameBlock block;
@@ -218,32 +205,40 @@ MotionBand find_motion_band(const std::function<RecordingReader()>& open) {
   return band;
 }
 
-MotionBand motion_band_of_channels(const Recording& recording, const RawSpectrum& spectrum) {
-  const MotionSource source = motion_source(recording);
-  MotionBand band = band_of_channel(source, recording.channels, spectrum);
-  return band.signal.empty() ? band_of_channel(source, recording.channels, spectrum_of_eighths(recording)) : band;
+std::optional<RawSpectrum> spectrum_of_eighths(const Recording& recording) {
+  const Index n = recording.samples.rows();
+  const double segment_s = eighth_s(n, recording.sample_rate_hz);
+  if (segment_s <= RawSpectrum::usual_segment_s) return std::nullopt;
+  RawSpectrum spectrum(recording.sample_rate_hz, recording.samples.cols(), n, num_eighths, segment_s);
+  for (Index first = 0; first < n; first += block_frames)
+    spectrum.push(recording.samples.middleRows(first, std::min(block_frames, n - first)));
+  return spectrum;
 }
 
-double integration_from_hz(const Recording& recording, const RawSpectrum& spectrum) {
-  const double least_hz =
-      2.0 / (most_lost_to_integral * static_cast<double>(recording.samples.rows()) / recording.sample_rate_hz);
-  const auto above_drift_hz = [&](const RawSpectrum& of_all) {
-    const Eigen::MatrixXd power = of_all.power();
-    double from_hz = 0.0;
-    for (const Body body : {Body::relative, Body::payload, Body::base}) {
-      if (power.rows() == 0 || recording.find(motion_signal(body, 0).role) >= 0) continue;
-      for (const int order : {1, 2}) {
-        const Index column = recording.find(motion_signal(body, order).role);
-        if (column < 0) continue;
-        const MotionBand band = motion_band("", order, power.col(column), of_all.bin_hz());
-        from_hz = std::max(from_hz, std::min(std::max(band.from_hz, least_hz), 0.5 * band.peak_hz));
-        break;
-      }
+MotionBand motion_band_of_channels(const std::vector<Channel>& channels, const RawSpectrum& spectrum) {
+  const MotionSource source = motion_source({.channels = channels});
+  const Eigen::MatrixXd power = spectrum.power();
+  if (source.plus < 0 || power.rows() == 0) return {};
+  return motion_band(channels[static_cast<std::size_t>(source.plus)].name, source.order, power.col(source.plus),
+                     spectrum.bin_hz());
+}
+
+double integration_from_hz(const std::vector<Channel>& channels, const RawSpectrum& spectrum, double duration_s) {
+  const double least_hz = integral_reach_periods / (most_lost_to_integral * duration_s);
+  const Eigen::MatrixXd power = spectrum.power();
+  const Recording description{.channels = channels};
+  double from_hz = 0.0;
+  for (const Body body : {Body::relative, Body::payload, Body::base}) {
+    if (power.rows() == 0 || description.find(motion_signal(body, 0).role) >= 0) continue;
+    for (const int order : {1, 2}) {
+      const Index column = description.find(motion_signal(body, order).role);
+      if (column < 0) continue;
+      const MotionBand band = motion_band("", order, power.col(column), spectrum.bin_hz());
+      from_hz = std::max(from_hz, std::min(std::max(band.from_hz, least_hz), 0.5 * band.peak_hz));
+      break;
     }
-    return from_hz;
-  };
-  const double from_hz = above_drift_hz(spectrum);
-  return from_hz > 0.0 ? from_hz : above_drift_hz(spectrum_of_eighths(recording));
+  }
+  return from_hz;
 }
 
 double cutoff_for(const MotionBand& band) {

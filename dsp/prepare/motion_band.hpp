@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,17 +38,22 @@ struct MotionBand {
 /// it. `open` begins at the first frame each time. Throws as RecordingReader::read does.
 [[nodiscard]] MotionBand find_motion_band(const std::function<RecordingReader()>& open);
 
-/// The same of the channel that shows most of the motion, from spectra that were gathered on the way, or of the
-/// recording's eighths: of y rather than y - r.
-[[nodiscard]] MotionBand motion_band_of_channels(const Recording& recording, const RawSpectrum& spectrum);
+/// The same of the channel that shows most of the motion, from spectra that were gathered on the way: of y rather than
+/// y - r.
+[[nodiscard]] MotionBand motion_band_of_channels(const std::vector<Channel>& channels, const RawSpectrum& spectrum);
+
+/// Of a motion too slow for RawSpectrum's usual segments: spectra of the recording's eighths. Nothing where these are
+/// no longer.
+[[nodiscard]] std::optional<RawSpectrum> spectrum_of_eighths(const Recording& recording);
 
 /// Of a record, at either end, what the reach of an integral's high-pass, two of its periods, may take.
 inline constexpr double most_lost_to_integral = 0.1;
 
 /// From where on the velocities and accelerations of bodies without a displacement can be integrated: above the drift
-/// of each, by spectra as for motion_band_of_channels, and so that no more than a tenth of the record is lost at either
-/// end unless the motion is slower; 0 where none moves.
-[[nodiscard]] double integration_from_hz(const Recording& recording, const RawSpectrum& spectrum);
+/// of each, and so that no more than a tenth of the record is lost at either end unless the motion is slower; 0 where
+/// none moves.
+[[nodiscard]] double integration_from_hz(const std::vector<Channel>& channels, const RawSpectrum& spectrum,
+                                         double duration_s);
 
 /// prepare.cutoff_hz for a motion, so that columns are flat up to its end; 0 where the record's band ends first.
 [[nodiscard]] double cutoff_for(const MotionBand& band);

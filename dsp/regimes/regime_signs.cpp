@@ -15,6 +15,11 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
+/// Of a sine of its power.
+double amplitude_by_power(const VectorXd& signal) {
+  return std::sqrt(2.0 * signal.squaredNorm() / static_cast<double>(signal.size()));
+}
+
 /// 1 / the power-weighted mean frequency of v, and of what the base does, within the harmonics of the one that halves
 /// the power by frequency, which noise beyond them moves little.
 double mean_period_s(const VectorXd& v, const Signal* base_speed, double rate_hz) {
@@ -65,14 +70,12 @@ RegimeSigns regime_signs(const Motion& motion) {
   RegimeSigns signs{.sample_rate_hz = rate_hz, .excluded = motion.excluded};
   signs.excluded.resize(static_cast<std::size_t>(v.size()), 0);
   const Signal* base_speed = motion.find("dr");
-  if (base_speed != nullptr)
-    signs.base_speed_m_per_s = std::sqrt(2.0 * base_speed->values.squaredNorm() / static_cast<double>(v.size()));
+  if (base_speed != nullptr) signs.base_speed_m_per_s = amplitude_by_power(base_speed->values);
   if (const Signal* force = motion.find("f"); force != nullptr && base_speed == nullptr) {
     signs.force = force->values;
     signs.force_span = force->values.maxCoeff() - force->values.minCoeff();
   }
-  signs.base_rests =
-      !(signs.base_speed_m_per_s > sensors_agree * std::sqrt(2.0 * v.squaredNorm() / static_cast<double>(v.size())));
+  signs.base_rests = !(signs.base_speed_m_per_s > sensors_agree * amplitude_by_power(v));
   signs.period_s = mean_period_s(v, base_speed, rate_hz);
   const SpectralBand slow = harmonics_band(signs.period_s);
   signs.speed_cutoff_hz = waves_per_period / signs.period_s;

@@ -104,10 +104,11 @@ void EvidenceRows::add_means(SensorRegression& formed, Index num_front, const Re
 
 void EvidenceRows::form() {
   regressions.clear();
-  const bool as_they_are = !range.sensors && records().size() == 1 && !weighting.changes_rows();
-  if (as_they_are) regressions.push_back({range.data, {}, {}});
-  for (std::size_t i = regressions.size(); i < records().size(); ++i)
-    regressions.push_back(regression(0, {}, Eigen::RowVectorXd(), &records()[i]));
+  if (!range.sensors && records().size() == 1 && !weighting.changes_rows()) {
+    regressions.push_back({range.data, {}, {}});  // the rows as they are
+    return;
+  }
+  for (const RecordRows& record : records()) regressions.push_back(regression(0, {}, Eigen::RowVectorXd(), &record));
 }
 
 void EvidenceRows::count_by(double fraction) {

@@ -35,7 +35,7 @@ class Tree {
   }
 
  private:
-  static constexpr Index most_in_leaf = 12;
+  static constexpr Index most_in_leaf = 12;  // so many are compared faster than they are parted
   struct Node {
     Index begin = 0, end = 0;  ///< places
     Index coordinate = 0;

@@ -18,9 +18,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Of a window w of n samples (Hann's): its power over that of as many ones; and since it makes neighbouring frequencies
-// alike, the variance of a sum of products over them beside that of independent ones, n sum w^4 / (sum w^2)^2.
-constexpr double window_power = 3.0 / 8.0, window_variance = 35.0 / 18.0;
+// Hann's window w of n samples makes neighbouring frequencies alike: the variance of a sum of products over them beside
+// that of independent ones, n sum w^4 / (sum w^2)^2.
+constexpr double window_variance = 35.0 / 18.0;
 
 /// One-sided density of noise in the residual, from its power below frequencies in equal steps.
 class Density {
@@ -42,8 +42,7 @@ class Density {
 
 double mean_square_of_target(const Model& model, const RowsOfTerms& columns,
                              const Eigen::Ref<const VectorXd>& residual) {
-  VectorXd mean(columns.num_terms());
-  for (Index i = 0; i < mean.size(); ++i) mean(i) = model.terms[static_cast<std::size_t>(i)].mean;
+  const VectorXd mean = means_of(model);
   double sum = 0.0;
   columns.for_each_block([&](Index first, const MatrixXd& phi) {
     sum += (phi * mean + residual.segment(first, phi.rows())).squaredNorm();
@@ -74,11 +73,11 @@ MotionScore::MotionScore(const Model& model, const std::vector<Row>& rows, const
       densities.emplace(recording, Density(model, recording, rows, recordings, own.noise->needed_hz()));
     const Density& density = densities.at(recording);
     const double linear_density = linear / own.noise->needed_hz();
-    Piece piece{first, end - first, VectorXd(count)};
+    Piece piece{first, dsp::RealFft(end - first), dsp::hann_window(end - first), VectorXd(count)};
     for (Index k = 0; k < count; ++k)
       // A real or imaginary part of a transform has a quarter of the density times the rate and the window's power.
       piece.weight(k) = 1.0 / std::sqrt(0.25 * (density.at(static_cast<double>(k + 1) * step_hz) + linear_density) *
-                                        own.signals->sample_rate_hz * window_power * n);
+                                        own.signals->sample_rate_hz * dsp::hann_power * n);
     total += count;
     pieces_.push_back(std::move(piece));
   }
@@ -100,10 +99,9 @@ VectorXd MotionScore::weighted(const Eigen::Ref<const VectorXd>& series) const {
   for (const Piece& piece : pieces_) total += piece.weight.size();
   VectorXd result(2 * total);
   for (const Piece& piece : pieces_) {
-    VectorXd values = series.segment(piece.first, piece.length);
-    values.array() -= values.mean();
+    const auto values = series.segment(piece.first, piece.window.size());
     const Eigen::VectorXcd transform =
-        dsp::RealFft(piece.length).forward(values.cwiseProduct(dsp::hann_window(piece.length)));
+        piece.fft.forward((values.array() - values.mean()).matrix().cwiseProduct(piece.window));
     const auto count = piece.weight.size();
     result.segment(at, count) = piece.weight.cwiseProduct(transform.segment(1, count).real());
     result.segment(at + count, count) = piece.weight.cwiseProduct(transform.segment(1, count).imag());

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "dsp/filter/fft.hpp"
 #include "ident/columns.hpp"
 #include "ident/model.hpp"
 #include "ident/ranges.hpp"
@@ -32,7 +33,9 @@ class MotionScore {
  private:
   /// Rows between two gaps.
   struct Piece {
-    Eigen::Index first = 0, length = 0;
+    Eigen::Index first = 0;
+    dsp::RealFft fft;
+    Eigen::VectorXd window;  ///< Hann's
     Eigen::VectorXd weight;  ///< 1 / sqrt(S) from the first frequency above zero on
   };
   [[nodiscard]] Eigen::VectorXd weighted(const Eigen::Ref<const Eigen::VectorXd>& series) const;

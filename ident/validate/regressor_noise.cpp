@@ -17,12 +17,6 @@ using Eigen::VectorXd;
 
 constexpr std::size_t enough = 2'000;  // samples, for means to a few per cent
 
-VectorXd means_of(const Model& model) {
-  VectorXd result(std::ssize(model.terms));
-  for (Index i = 0; i < result.size(); ++i) result(i) = model.terms[static_cast<std::size_t>(i)].mean;
-  return result;
-}
-
 /// A term's derivative with respect to one of its signals, on some samples.
 struct Slope {
   Index term;

@@ -207,6 +207,36 @@ struct Residual {
     return best;
   }
 
+  /// What has the highest score at the frequencies of the motion, beyond chance.
+  [[nodiscard]] std::optional<Explanation> at_motion(const std::vector<Probe>& probes,
+                                                     const std::vector<LeftOut>& left_out) const {
+    const MotionScore score(model, rows, recordings, values);
+    if (!score.can_tell()) return std::nullopt;
+    // A normal deviate exceeds z, either way, with a probability below exp(-z^2 / 2).
+    double most = std::sqrt(2.0 * std::log(static_cast<double>(probes.size() + left_out.size()) / by_chance));
+    std::optional<Explanation> best;
+    const auto try_as = [&](const Explanation& as, const Eigen::Ref<const VectorXd>& series) {
+      if (poll) poll();
+      const MotionScore::Score found = score.of(series);
+      if (!(std::abs(found.z) > most)) return;
+      most = std::abs(found.z);
+      best = as;
+      best->fraction = found.fraction;
+      best->at_motion = true;
+      best->candidate =
+          std::any_of(left_out.begin(), left_out.end(), [&](const LeftOut& term) { return term.name == as.what; });
+    };
+    for (const Probe& probe : probes)
+      if (const MatrixXd series = on_rows(probe, rows, recordings); series.cols() == 1 && series.allFinite())
+        try_as(probe.as, series.col(0));
+    VectorXd column(std::ssize(rows));
+    for (const LeftOut& term : left_out) {
+      RowsOfTerms(rows, recordings, {term.column}).read(0, column);
+      try_as({.what = term.name, .cause = Cause::missing_term, .is_recorded = false}, column);
+    }
+    return best;
+  }
+
   /// Whether equations of kept terms are better with this sign than with that of the other motion.
   [[nodiscard]] bool takes_place_of_other(const Probe& sign) const {
     if (std::ssize(model.terms) > widest) return true;  // nobody knows better
@@ -252,8 +282,6 @@ struct Residual {
     const MatrixXd probe = on_rows(form, rows, recordings);
     if (probe.size() == 0 || !probe.allFinite()) return std::nullopt;
     const VectorXd probe_in_kept = part_in_kept(probe, model, kept, rows, recordings);
-    VectorXd mean(k);
-    for (Index i = 0; i < k; ++i) mean(i) = model.terms[static_cast<std::size_t>(i)].mean;
     const double power = probe.squaredNorm() - probe_in_kept.squaredNorm();
     if (!(power > rounding * probe.squaredNorm())) return std::nullopt;
     const double product = (probe.col(0).dot(values) - probe_in_kept.dot(in_kept)) / std::sqrt(power);
@@ -264,7 +292,7 @@ struct Residual {
     data.R.topLeftCorner(k, k) = kept.R.topLeftCorner(k, k);
     data.R.col(k).head(k) = probe_in_kept;
     data.R(k, k) = std::sqrt(power);
-    data.R.col(k + 1).head(k) = data.R.topLeftCorner(k, k) * mean + in_kept;
+    data.R.col(k + 1).head(k) = data.R.topLeftCorner(k, k) * means_of(model) + in_kept;
     data.R(k, k + 1) = product;
     data.R(k + 1, k + 1) = std::sqrt(std::max(0.0, values.squaredNorm() - in_kept.squaredNorm() - product * product));
     return data;
@@ -327,37 +355,6 @@ struct Residual {
   }
 };
 
-/// The one with the highest score, beyond chance.
-std::optional<Explanation> at_motion(const MotionScore& score, const std::vector<Probe>& probes,
-                                     const std::vector<LeftOut>& left_out, const std::vector<Row>& rows,
-                                     const std::vector<Columns>& recordings) {
-  if (!score.can_tell()) return std::nullopt;
-  // A normal deviate exceeds z, either way, with a probability below exp(-z^2 / 2).
-  double most = std::sqrt(2.0 * std::log(static_cast<double>(probes.size() + left_out.size()) / by_chance));
-  std::optional<Explanation> best;
-  const auto try_as = [&](const Explanation& as, const Eigen::Ref<const VectorXd>& series) {
-    const MotionScore::Score found = score.of(series);
-    if (!(std::abs(found.z) > most)) return;
-    most = std::abs(found.z);
-    best = as;
-    best->fraction = found.fraction;
-    best->at_motion = true;
-    best->candidate =
-        std::any_of(left_out.begin(), left_out.end(), [&](const LeftOut& term) { return term.name == best->what; });
-  };
-  for (const Probe& probe : probes)
-    if (const MatrixXd series = on_rows(probe, rows, recordings); series.cols() == 1 && series.allFinite())
-      try_as(probe.as, series.col(0));
-  VectorXd column(std::ssize(rows));
-  for (const LeftOut& term : left_out) {
-    RowsOfTerms(rows, recordings, {term.column}).read(0, column);
-    Explanation as;
-    as.what = term.name, as.cause = Cause::missing_term, as.is_recorded = false;
-    try_as(as, column);
-  }
-  return best;
-}
-
 }  // namespace
 
 Explanations explanations(const Model& model, const std::vector<std::string>& terms,
@@ -373,8 +370,7 @@ Explanations explanations(const Model& model, const std::vector<std::string>& te
   });
   std::vector<Probe> all = recorded;
   all.insert(all.end(), forms.begin(), forms.end());
-  return {left.best_of(recorded), left.best_of(forms), left.better(forms),
-          at_motion(MotionScore(model, rows, recordings, residual), all, left_out, rows, recordings)};
+  return {left.best_of(recorded), left.best_of(forms), left.better(forms), left.at_motion(all, left_out)};
 }
 
 }  // namespace ident

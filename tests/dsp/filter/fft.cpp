@@ -25,18 +25,28 @@ TEST_CASE("the transform equals the defining sum and its inverse leads back", "[
   CHECK_THROWS_AS(dsp::RealFft(8).forward(Eigen::VectorXd::Zero(7)), std::invalid_argument);
 }
 
-TEST_CASE("a good size is the smallest even number with small factors that is large enough", "[dsp][fft]") {
+namespace {
+
+bool is_even_with_small_factors(Eigen::Index m) {
+  if (m % 2 != 0) return false;
+  for (const Eigen::Index p : {2, 3, 5, 7})
+    while (m % p == 0) m /= p;
+  return m == 1;
+}
+
+}  // namespace
+
+TEST_CASE("a good size is the nearest even number with small factors, above or below", "[dsp][fft]") {
   rc::prop("brute force agrees", [] {
-    const auto n = *rc::gen::inRange<Eigen::Index>(1, 20000);
-    const auto good = [](Eigen::Index m) {
-      for (const Eigen::Index p : {2, 3, 5, 7})
-        while (m % p == 0) m /= p;
-      return m == 1;
-    };
-    Eigen::Index expected = n;
-    while (expected % 2 != 0 || !good(expected)) ++expected;
-    RC_ASSERT(dsp::good_fft_size(n) == expected);
+    const auto n = *rc::gen::inRange<Eigen::Index>(2, 20000);
+    Eigen::Index above = n, below = n;
+    while (!is_even_with_small_factors(above)) ++above;
+    while (!is_even_with_small_factors(below)) --below;
+    RC_ASSERT(dsp::good_fft_size(n) == above);
+    RC_ASSERT(dsp::good_fft_size_within(n) == below);
   });
+  CHECK(dsp::good_fft_size(0) == 2);
+  CHECK(dsp::good_fft_size_within(0) == 2);
 }
 
 TEST_CASE("transforms of one size give the same bits from any plan", "[dsp][fft]") {
