@@ -209,16 +209,23 @@ void judge_calibration(Model& model, const RangeResult& result, const std::vecto
 }
 
 /// Terms that never make up a millionth of the target are rounding, on data without noise: no recorder has 120 dB.
+/// Those that never make up more than what sensors add that are not linear are none where none lies within their
+/// interval.
 void drop_rounding(Fit& found, const RFactor& data, const RangeData& range, const MethodOptions& method,
                    const Poll& poll) {
-  constexpr double of_target = 1e-6;
-  const double least = of_target * range.train.cwiseAbs().maxCoeff();
+  constexpr double of_target = 1e-6, interval = 1.96;
+  if (!weighs_rows(method)) return;
+  const double largest = range.train.cwiseAbs().maxCoeff();
+  const VectorXd std = found.interval_covariance().diagonal().cwiseSqrt();
   std::vector<Index> terms;
   for (std::size_t i = 0; i < found.relevant.size(); ++i) {
     const Index term = range.terms[static_cast<std::size_t>(found.relevant[i])];
-    if (std::abs(found.mean(static_cast<Index>(i))) * range.scale(term) > least) terms.push_back(found.relevant[i]);
+    const auto at = static_cast<Index>(i);
+    const double size = std::abs(found.mean(at)), share = size * range.scale(term) / largest;
+    if (!(share <= of_target || (share * share <= sensor_linearity && size < interval * std(at))))
+      terms.push_back(found.relevant[i]);
   }
-  if (!weighs_rows(method) || terms.empty() || terms.size() == found.relevant.size()) return;
+  if (terms.empty() || terms.size() == found.relevant.size()) return;
   Fit fewer = fit_on_terms(data, terms, method, poll);
   fewer.remarks = std::move(found.remarks);
   found = std::move(fewer);

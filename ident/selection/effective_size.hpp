@@ -14,6 +14,7 @@ struct EffectiveSize {
   double structural_fraction = 0.0;  ///< f: of the residual's power, a function of the state
   double revisit_fraction = std::numeric_limits<double>::quiet_NaN();  ///< of that power, what comes back when the
                                                                        ///< state does; NaN: not known
+  bool has_inputs = true;                                              ///< inputs are part of that state
   double autoregression = 0.0;  ///< rho: the rows were whitened by it; 0: they were not
   /// 1 / ((1 - f) / n_noise + f / min(n_a, n_s)): noise is averaged over rows, misfit comes back in every cycle.
   [[nodiscard]] double num_effective() const;

@@ -79,6 +79,7 @@ ModelSizes::ModelSizes(const EvidenceRows& rows, const StateSpace& state, const 
     most_probes_ = std::max(most_probes_, record.num_probes);
     if (records.size() > 1) triangles_.push_back(record.triangle);
   }
+  has_inputs_ = state.num_inputs() > 0;
   rss_of_all_ = records.front().rss;
   all_leave_ = rows.residual(problems_, all_columns(rows.num_terms()));
   const VectorXd r = independence.autocorrelation(all_leave_);
@@ -100,6 +101,7 @@ EffectiveSize ModelSizes::of(const Subset& model) const {
   size.num_noise = size.num_uncorrelated;
   if (rows_.records().size() == 1) size.num_noise = std::max(size.num_noise, noise_fraction_ * size.num_rows);
   size.num_states = static_cast<double>(rows_.num_terms() + most_probes_);
+  size.has_inputs = has_inputs_;
   size.autoregression = rows_.weighting.rho;
   if (model.rss > rounding_power) {
     size.revisit_fraction = by_revisits(left);

@@ -46,6 +46,7 @@ class ModelSizes {
   const IndependentRows& independence_;
   RecordProblems problems_;
   Eigen::Index most_probes_ = 0;  ///< of any record
+  bool has_inputs_ = true;
   double noise_fraction_ = 1.0;
   double rss_of_all_ = 0.0;                 ///< of one record
   std::vector<Eigen::MatrixXd> triangles_;  ///< of each of several: R of [Phi Z t]

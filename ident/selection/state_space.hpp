@@ -16,6 +16,7 @@ class StateSpace {
  public:
   StateSpace(const std::vector<const Term*>& terms, const std::vector<Row>& rows,
              const std::vector<Columns>& recordings, const std::string& target);
+  [[nodiscard]] Eigen::Index num_inputs() const { return values_.cols() - 2; }
   /// Smooth functions of the state that a library of polynomials lacks: monomials of the next two degrees, each sign
   /// and each input times low powers. Never candidates.
   [[nodiscard]] Eigen::Index num_probes() const;
@@ -27,7 +28,6 @@ class StateSpace {
                                               const std::vector<Eigen::Index>& first_rows) const;
 
  private:
-  [[nodiscard]] Eigen::Index num_inputs() const { return values_.cols() - 2; }
   int degree_ = 3;          ///< of the library
   Eigen::MatrixXd values_;  ///< rows x (2 + inputs), each at most 1
   Eigen::MatrixXd signs_;   ///< rows x switches

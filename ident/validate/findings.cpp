@@ -10,9 +10,9 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double follows_beyond_noise = 0.02;  // as `follows`, where more than noise is left over: a seventh
 // Where the noise of the channels makes less than this fraction of the residual, twice as much is something else.
 constexpr double mostly_noise = 0.5;
-// Of the residual's power, what comes back when the state does: from here on it is a function of the state, and up to
-// there of something else.
-constexpr double of_the_state = 0.75, of_something_else = 0.1;
+// Of the residual's power: what is left to something else beside noise and a function of the state is less than this,
+// as is what comes back with the state of what is no function of it. A quarter, where the noise is not known.
+constexpr double of_something_else = 0.1, of_the_state = 0.75;
 // Below this fraction of the target's power, structure in the residual spoils the error bars but not the equation.
 constexpr double negligible = 1e-3;
 constexpr double most = 0.5;           // of what is left over
@@ -34,6 +34,13 @@ std::string biased_term(const JudgedFit& fit) {
     if (bias > bias_in_stds * term.std && bias > bias_of_mean * std::abs(term.mean)) return term.name;
   }
   return {};
+}
+
+/// Mean square of what noise makes of the error of x in a free run: that of x itself and, from the measured state at
+/// its start, that of x and of v. Where a drive takes the start's away, that of v counts as that of x.
+double noise_of_run(const RegressorNoise& noise, bool alone) {
+  const double x = noise.x_std * noise.x_std, v = noise.v_as_x_std * noise.v_as_x_std;
+  return 2.0 * x + (alone ? std::max(x, v) : x);
 }
 
 Verdict by_power(double left_over) {
@@ -72,6 +79,22 @@ bool is_driven(const RangeResult& range, const JudgedFit& fit) {
     renewed += renewed_amplitude(crests, std::max((x_std > 0.0 ? quarter : half) * largest, noises * x_std));
   }
   return renewed > once;
+}
+
+/// What is left over beyond noise is a function of the state.
+bool is_of_the_state(const JudgedFit& fit, const Findings& found) {
+  if (!found.noise_is_known) return fit.size.revisit_fraction > of_the_state;
+  return found.above_noise && fit.size.revisit_fraction > 1.0 - of_something_else - found.noise_share;
+}
+
+/// Nothing in the equation drives the motion, and what it leaves is no function of the state: something outside does.
+bool is_driven_otherwise(const JudgedFit& fit, const Findings& found) {
+  const bool runs_alone = fit.model.terms.empty() || (fit.free_run.applies && fit.free_run.alone);
+  if (!found.above_noise || !runs_alone || found.unexplained < negligible) return false;
+  if (found.noise_is_known && !fit.size.has_inputs && std::isfinite(fit.size.revisit_fraction))
+    return !is_of_the_state(fit, found);
+  // Recorded inputs may be what drives it, where it has other faults: nothing at all comes back.
+  return !fit.model.terms.empty() && fit.size.revisit_fraction < of_something_else;
 }
 
 }  // namespace
@@ -146,8 +169,8 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
     found.by_run = Verdict::does_not;
   } else if (run.applies && run.reason.empty()) {
     const auto beyond_noise = [&](double nmse, double power) {
-      const double floor = power > 0.0 ? noise.x_std * noise.x_std / power : 0.0;
-      return std::isfinite(nmse) ? std::max(0.0, nmse - noises_of_a_run * floor) : nan;
+      const double floor = power > 0.0 ? noise_of_run(noise, run.alone) / power : 0.0;
+      return std::isfinite(nmse) ? std::max(0.0, nmse - floor) : nan;
     };
     found.run_error = std::fmax(beyond_noise(run.nmse_centred, run.mean_square),
                                 beyond_noise(run.nmse_training, run.mean_square_training));
@@ -202,17 +225,17 @@ NamedCause cause_of(const RangeResult& range, const JudgedFit& fit, const Findin
   if (found.by_run == Verdict::describes && lacks_better(fit, found)) return {better->cause, better};
   if (!found.above_noise) return {};
   if (lacks_form(fit, found)) return {Cause::missing_term, form};
-  if (fit.size.revisit_fraction > of_the_state) return {Cause::missing_term};
-  const bool driven_otherwise =
-      fit.free_run.applies && fit.size.revisit_fraction < of_something_else && fit.free_run.alone;
-  return {driven_otherwise && fails ? Cause::missing_input : Cause::not_found};
+  if (is_of_the_state(fit, found)) return {Cause::missing_term};
+  return {fails && is_driven_otherwise(fit, found) ? Cause::missing_input : Cause::not_found};
 }
 
 NamedCause cause_of_none(const RangeResult& range, const JudgedFit& fit) {
   if (was_no_candidate(fit)) return {fit.explanations.recorded->cause, fit.explanations.recorded};
+  const Findings found = findings_of(range, fit);
   if (is_driven(range, fit)) return {Cause::missing_input};
-  if (fit.size.revisit_fraction > of_the_state) return {Cause::missing_term};
-  return {is_hidden(findings_of(range, fit)) ? hiding_cause(fit) : Cause::not_found};
+  if (is_of_the_state(fit, found)) return {Cause::missing_term};
+  if (is_driven_otherwise(fit, found)) return {Cause::missing_input};
+  return {is_hidden(found) ? hiding_cause(fit) : Cause::not_found};
 }
 
 }  // namespace ident

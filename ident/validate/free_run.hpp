@@ -14,8 +14,6 @@ namespace ident {
 /// Free-run error of x about its mean, beyond what its noise makes, as a fraction of its power: a tenth of its
 /// amplitude, and three tenths.
 inline constexpr double follows = 0.01, follows_in_part = 0.1;
-/// A start from a measured state carries the noise of x and of v into the run, beside that of x itself.
-inline constexpr double noises_of_a_run = 3.0;
 
 /// Of a self-excited or free motion only the course is the equation's, not the phase after more periods than these.
 inline constexpr double periods_of_phase = 10.0;

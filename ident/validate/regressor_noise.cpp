@@ -82,6 +82,15 @@ std::optional<double> power_below(double to_hz, const Eigen::Ref<const VectorXd>
   return power / num_rows;
 }
 
+/// Of their variances; 0 where one is not there or v is at rest.
+double square_of_x_over_v(const dsp::Motion& motion) {
+  const dsp::Signal *x = motion.find("x"), *v = motion.find("v");
+  if (x == nullptr || v == nullptr) return 0.0;
+  const auto square = [](const VectorXd& values) { return (values.array() - values.mean()).square().sum(); };
+  const double of_v = square(v->values);
+  return of_v > 0.0 ? square(x->values) / of_v : 0.0;
+}
+
 /// Of a series on rows of one recording, in all frequencies.
 double mean_square(const Eigen::Ref<const VectorXd>& values, const std::vector<Row>& rows, std::size_t recording) {
   double sum = 0.0, num_rows = 0.0;
@@ -102,7 +111,7 @@ RegressorNoise regressor_noise(const Model& model, const RFactor& kept, const st
   RegressorNoise result{.bias = VectorXd::Zero(k)};
   const VectorXd beta = means_of(model);
   NoiseSums known(k), at_most(k), in_motion(k);
-  double num_samples = 0.0, of_x = 0.0, motion_power = 0.0;
+  double num_samples = 0.0, of_x = 0.0, of_v = 0.0, motion_power = 0.0;
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     const Columns& columns = recordings[r];
     if (columns.noise == nullptr) continue;
@@ -119,6 +128,7 @@ RegressorNoise regressor_noise(const Model& model, const RFactor& kept, const st
     motion_power += count * (below ? *below : mean_square(residual, rows, r));
     num_samples += count;
     of_x += count * of.covariance("x", "x");
+    of_v += count * of.covariance("v", "v") * square_of_x_over_v(samples);
     result.band_hz = std::max(result.band_hz, of.band_hz());
     result.needed_hz = std::max(result.needed_hz, of.needed_hz());
   }
@@ -126,6 +136,7 @@ RegressorNoise regressor_noise(const Model& model, const RFactor& kept, const st
   result.known_std = std::sqrt(known.of_residual(beta) / num_samples);
   result.residual_std = std::sqrt(at_most.of_residual(beta) / num_samples);
   result.x_std = std::sqrt(of_x / num_samples);
+  result.v_as_x_std = std::sqrt(of_v / num_samples);
   result.residual_power = residual.squaredNorm() / static_cast<double>(residual.size());
   result.motion_power = motion_power / num_samples;
   result.motion_std = std::sqrt(in_motion.of_residual(beta) / num_samples);

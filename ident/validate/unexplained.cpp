@@ -237,23 +237,30 @@ struct Residual {
     return best;
   }
 
-  /// Whether equations of kept terms are better with this sign than with that of the other motion.
+  /// The kept equation is better with this sign in place of all terms with that of the other motion.
   [[nodiscard]] bool takes_place_of_other(const Probe& sign) const {
-    if (std::ssize(model.terms) > widest) return true;  // nobody knows better
-    const std::optional<Equation> found = best_with(sign);
-    return found && !has_sign(found->with, sign.signals.front() == "v" ? "dy" : "v");
+    const std::optional<RFactor> data = beside(sign);
+    if (!data) return false;
+    const std::string other = sign.signals.front() == "v" ? "dy" : "v";
+    const Index k = std::ssize(model.terms);
+    std::vector<Index> instead;
+    for (Index i = 0; i < k; ++i)
+      if (!has_sign({model.terms[static_cast<std::size_t>(i)].name}, other)) instead.push_back(i);
+    instead.push_back(k);
+    const double gain = std::log(rss_of(*data, all_columns(k)) / rss_of(*data, instead));
+    return static_cast<double>(data->num_samples) * gain > 2.0 * std::log(odds);
   }
 
  private:
   struct Equation {
-    std::vector<std::string> with, without;         ///< kept terms
+    std::vector<std::string> without;               ///< kept terms
     double score = 0.0, fraction = 0.0, rss = 0.0;  ///< rss: of the target's power
   };
+  static constexpr double odds = 150.0;   ///< from which on one equation is better than another
   static constexpr Index widest = 12;     ///< of the kept terms: every subset of them is scored
   static constexpr double exact = 1e-10;  ///< of the target's power: what is less is the rounding of exact data
   /// The best of all equations of kept terms and a form; nothing where it is without the form, or not by much.
   [[nodiscard]] std::optional<Equation> best_with(const Probe& form) const {
-    constexpr double odds = 150.0;
     const Index k = std::ssize(model.terms);
     if (k > widest || form.num_series > 1) return std::nullopt;
     if (poll) poll();
@@ -268,8 +275,10 @@ struct Residual {
     std::vector<Index> others;
     for (Index i = 0; i < k; ++i) {
       const bool is_in = std::binary_search(found.terms.begin(), found.terms.end(), i);
-      (is_in ? best.with : best.without).push_back(model.terms[static_cast<std::size_t>(i)].name);
-      if (is_in) others.push_back(i);
+      if (is_in)
+        others.push_back(i);
+      else
+        best.without.push_back(model.terms[static_cast<std::size_t>(i)].name);
     }
     best.fraction = 1.0 - found.rss / rss_of(*data, others);
     return best;

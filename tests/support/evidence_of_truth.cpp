@@ -61,6 +61,7 @@ class Spectra {
       total_ += bins_.back();
     }
   }
+  [[nodiscard]] Index num_bins() const { return total_; }
   [[nodiscard]] MatrixXd of(const MatrixXd& series) const {
     MatrixXd result(2 * total_, series.cols());
     Index at = 0;
@@ -120,7 +121,7 @@ std::vector<std::string> terms_of(const WrittenEquation& equation) {
 EvidenceOfTruth evidence_of_truth(const LabelledRecord& record, const std::vector<ident::Row>& rows,
                                   const WrittenEquation& found) {
   constexpr double infinite = std::numeric_limits<double>::infinity();
-  if (record.noise == 0.0) return {infinite, infinite};
+  if (record.noise == 0.0 || found.empty()) return {infinite, infinite};
   LabelledRecord sensed = record;  // with what the truth needs among its channels: z, f
   for (const auto& [name, value] : record.truth) {
     const auto& channels = record.recording.channels;
@@ -134,6 +135,7 @@ EvidenceOfTruth evidence_of_truth(const LabelledRecord& record, const std::vecto
 
   const dsp::Prepared clean = prepared(sensed, 0.0, 1), noisy = dsp::prepare(record.recording, record.prepare);
   const Spectra spectra(runs_of(rows), clean.signals.sample_rate_hz, record.prepare.cutoff_hz);
+  if (spectra.num_bins() == 0) return {infinite, infinite};
   const auto residual = [&](const dsp::Prepared& of, const WrittenEquation& equation) -> VectorXd {
     const MatrixXd columns = columns_of(of, terms_of(equation));
     return columns.rightCols(1) - columns.leftCols(columns.cols() - 1) * coefficients(equation);

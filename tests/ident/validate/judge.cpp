@@ -198,6 +198,42 @@ TEST_CASE("a cause is named where a test found it", "[ident][judge]") {
   CHECK_THAT(of(result).sentence, Catch::Contains("z was recorded and is not in the equation: it explains 80 %"));
 }
 
+TEST_CASE("noise of the speed at the start is in the run of an equation alone, and soon forgotten by a driven one",
+          "[ident][judge]") {
+  auto result = range("low", 0.115, 1e-5);
+  ident::JudgedFit& fit = result.fits[0];
+  fit.free_run.mean_square = 1.0;
+  fit.noise.x_std = 0.1, fit.noise.v_as_x_std = 0.3;  // with that of x and of the start's x 0.11
+  CHECK(of(result).verdict == Verdict::in_part);      // of a driven one 0.03
+  fit.free_run.alone = true;
+  CHECK(of(result).verdict == Verdict::describes);
+  fit.noise.v_as_x_std = 0.05;  // no less than that of x
+  CHECK(of(result).verdict == Verdict::in_part);
+}
+
+TEST_CASE("what an equation alone leaves beyond noise is of the state, or something outside drives the motion",
+          "[ident][judge]") {
+  auto result = range("low", 0.5, 5e-3);
+  ident::JudgedFit& fit = result.fits[0];
+  fit.free_run.alone = true;
+  fit.noise.residual_power = 5e-3, fit.noise.residual_std = std::sqrt(1e-3);  // a fifth of what is left over
+  fit.size.has_inputs = false;
+  fit.size.revisit_fraction = 0.5;
+  CHECK(of(result).cause == ident::Cause::missing_input);
+  fit.size.has_inputs = true;  // the input may be among them
+  CHECK(of(result).cause == ident::Cause::not_found);
+  fit.size.has_inputs = false;
+  fit.size.revisit_fraction = 0.75;
+  CHECK(of(result).cause == ident::Cause::missing_term);
+  CHECK_THAT(of(result).sentence, Catch::Contains("75 % of what is left over comes back with the state"));
+  fit.size.revisit_fraction = 0.5;
+  fit.free_run.alone = false;  // an input that is in the equation may be wrong
+  CHECK(of(result).cause == ident::Cause::not_found);
+  fit.free_run.alone = true;
+  fit.test_centred = {9e-4, {}};  // too little to drive anything
+  CHECK(of(result).cause == ident::Cause::not_found);
+}
+
 TEST_CASE("what nothing drives or damps describes a record in part at best", "[ident][judge]") {
   auto result = range("low", 1e-4, 5e-3);
   ident::JudgedFit& fit = result.fits[0];
