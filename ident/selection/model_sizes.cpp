@@ -83,7 +83,7 @@ ModelSizes::ModelSizes(const EvidenceRows& rows, const StateSpace& state, const 
   rss_of_all_ = records.front().rss;
   all_leave_ = rows.residual(problems_, all_columns(rows.num_terms()));
   const VectorXd r = independence.autocorrelation(all_leave_);
-  fraction_of_all_ = independence.fraction_by(r, r);
+  fraction_of_all_ = independence.fraction_by(r);
   Index apart = independence.first_lag_within_chance(r);
   if (apart > 1) apart = std::min(apart, quarter_period(rows));
   if (records.size() == 1 && fraction_of_all_ < white_enough) noise_fraction_ = least_fraction(r);
@@ -117,7 +117,7 @@ double ModelSizes::least_fraction(const VectorXd& r) const {
   double least = 1.0;
   for (const Index term : rows_.range.terms) {
     if (rows_.options.poll) rows_.options.poll();
-    least = std::min(least, independence_.fraction_by(r, independence_.autocorrelation(rows_.column(term))));
+    least = std::min(least, independence_.fraction_beside(r, rows_.column(term)));
   }
   return least;
 }

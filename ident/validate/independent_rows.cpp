@@ -48,18 +48,21 @@ IndependentRows::IndependentRows(const std::vector<Index>& samples, std::vector<
   pairs_ = pairs_.array().round();
 }
 
+VectorXd IndependentRows::in_time(const Record& record, const std::vector<Index>& samples,
+                                  const Eigen::Ref<const VectorXd>& values, Index size) {
+  VectorXd series = VectorXd::Zero(size);
+  if (record.num_rows == record.length) series.head(record.length) = values.segment(record.first_row, record.length);
+  for (Index i = record.first_row; record.num_rows < record.length && i < record.first_row + record.num_rows; ++i)
+    series(samples[static_cast<std::size_t>(i)] - record.first_sample) = values(i);
+  return series;
+}
+
 VectorXd IndependentRows::autocorrelation(const Eigen::Ref<const VectorXd>& residual) const {
   if (residual.size() < 3 || residual.isZero(0.0)) return {};
   const double unit = residual.cwiseAbs().maxCoeff();  // squares of smaller ones may vanish
   VectorXd products = VectorXd::Zero(pairs_.size());
-  for (const Record& record : records_) {
-    VectorXd series = VectorXd::Zero(fft_->size());
-    if (record.num_rows == record.length)
-      series.head(record.length) = residual.segment(record.first_row, record.length) / unit;
-    for (Index i = record.first_row; record.num_rows < record.length && i < record.first_row + record.num_rows; ++i)
-      series(samples_[static_cast<std::size_t>(i)] - record.first_sample) = residual(i) / unit;
-    add_lagged_products(*fft_, series, record.length, products);
-  }
+  for (const Record& record : records_)
+    add_lagged_products(*fft_, in_time(record, samples_, residual, fft_->size()) / unit, record.length, products);
   const double variance = products(0) / static_cast<double>(residual.size());
   const auto r = products.array() / pairs_.array().max(1.0) / variance;
   return (r.max(-1.0).min(1.0) * pairs_.array().min(1.0)).matrix();  // 0 where there is no pair
@@ -78,8 +81,26 @@ double IndependentRows::fraction_by(const VectorXd& r, const VectorXd& other) co
 }
 
 double IndependentRows::fraction(const Eigen::Ref<const VectorXd>& residual) const {
-  const VectorXd r = autocorrelation(residual);
-  return fraction_by(r, r);
+  return fraction_by(autocorrelation(residual));
+}
+
+double IndependentRows::fraction_beside(const VectorXd& r, const Eigen::Ref<const VectorXd>& values) const {
+  std::vector<Index> lags;  // all others count as none
+  for (Index lag = 1; lag < r.size(); ++lag)
+    if (!within_chance(r(lag), lag)) lags.push_back(lag);
+  constexpr std::size_t few = 32;  // that take less than the transforms of all
+  if (lags.size() > few) return fraction_by(r, autocorrelation(values));
+  VectorXd other = VectorXd::Zero(r.size());
+  if (values.size() < 3 || values.isZero(0.0) || lags.empty()) return 1.0;
+  const double unit = values.cwiseAbs().maxCoeff(),
+               variance = (values / unit).squaredNorm() / static_cast<double>(values.size());
+  for (const Record& record : records_) {
+    const VectorXd series = in_time(record, samples_, values, record.length) / unit;
+    for (const Index lag : lags)
+      if (lag < record.length) other(lag) += series.head(record.length - lag).dot(series.tail(record.length - lag));
+  }
+  for (const Index lag : lags) other(lag) = std::clamp(other(lag) / pairs_(lag) / variance, -1.0, 1.0);
+  return fraction_by(r, other);
 }
 
 Index IndependentRows::first_lag_within_chance(const VectorXd& r) const {

@@ -18,10 +18,11 @@ class IndependentRows {
   [[nodiscard]] double fraction(const Eigen::Ref<const Eigen::VectorXd>& residual) const;
   /// r(l) of each lag; empty for fewer than 3 rows, or no residual.
   [[nodiscard]] Eigen::VectorXd autocorrelation(const Eigen::Ref<const Eigen::VectorXd>& residual) const;
-  /// The fraction by two autocorrelations, r(l) times the other for r(l)^2, 1 at most: that of a residual twice; or of
-  /// a residual and of a regressor's values, as evidence for its coefficient. Noise in a band that the regressor has no
-  /// power in takes nothing away.
-  [[nodiscard]] double fraction_by(const Eigen::VectorXd& r, const Eigen::VectorXd& other) const;
+  /// The fraction by the autocorrelation r of a residual.
+  [[nodiscard]] double fraction_by(const Eigen::VectorXd& r) const { return fraction_by(r, r); }
+  /// As evidence for the coefficient of a regressor with these values: by the product of its autocorrelation and r for
+  /// r^2, 1 at most. Noise in a band that the regressor has no power in takes nothing away.
+  [[nodiscard]] double fraction_beside(const Eigen::VectorXd& r, const Eigen::Ref<const Eigen::VectorXd>& values) const;
   /// The first lag at which an autocorrelation is within chance.
   [[nodiscard]] Eigen::Index first_lag_within_chance(const Eigen::VectorXd& r) const;
 
@@ -30,6 +31,10 @@ class IndependentRows {
     Eigen::Index first_row = 0, num_rows = 0, first_sample = 0, length = 0;
   };
   [[nodiscard]] bool within_chance(double r, Eigen::Index lag) const;
+  /// Of a record, at its samples; zero between rows.
+  [[nodiscard]] static Eigen::VectorXd in_time(const Record& record, const std::vector<Eigen::Index>& samples,
+                                               const Eigen::Ref<const Eigen::VectorXd>& values, Eigen::Index size);
+  [[nodiscard]] double fraction_by(const Eigen::VectorXd& r, const Eigen::VectorXd& other) const;
   std::vector<Eigen::Index> samples_;
   std::vector<Record> records_;
   std::unique_ptr<dsp::RealFft> fft_;

@@ -74,13 +74,15 @@ Whiteness residual_whiteness(const Eigen::Ref<const VectorXd>& raw_residual, con
                              double sample_rate_hz, double band_hz) {
   Whiteness result;
   const VectorXd residual = unit_scale(raw_residual) * raw_residual;
-  const Index num_rows = residual.size();
-  if (static_cast<std::size_t>(num_rows) != samples.size())
+  if (static_cast<std::size_t>(residual.size()) != samples.size())
     throw std::invalid_argument("residual_whiteness: as many residuals as samples");
-  if (num_rows < 32 || !(residual.squaredNorm() > 0.0)) return result;
-  const Index length = samples.back() - samples.front() + 1;
+  if (residual.size() < 32 || !(residual.squaredNorm() > 0.0)) return result;
+  // Without the last few rows the transform is fast.
+  const Index length = dsp::good_fft_size_within(samples.back() - samples.front() + 1);
+  const auto num_rows =
+      static_cast<Index>(std::lower_bound(samples.begin(), samples.end(), samples.front() + length) - samples.begin());
   VectorXd in_time = VectorXd::Zero(length);
-  const double mean = residual.mean();
+  const double mean = residual.head(num_rows).mean();
   for (Index i = 0; i < num_rows; ++i)
     in_time(samples[static_cast<std::size_t>(i)] - samples.front()) = residual(i) - mean;
   const Eigen::VectorXcd spectrum = dsp::RealFft(length).forward(in_time);

@@ -66,14 +66,15 @@ MotionScore::MotionScore(const Model& model, const std::vector<Row>& rows, const
     const std::size_t recording = rows[static_cast<std::size_t>(first)].recording;
     const Columns& own = recordings[recording];
     if (own.noise == nullptr) continue;
-    const double n = static_cast<double>(end - first), step_hz = own.signals->sample_rate_hz / n;
+    const Index length = dsp::good_fft_size_within(end - first);  // without the last few rows
+    const double n = static_cast<double>(length), step_hz = own.signals->sample_rate_hz / n;
     const Index count = static_cast<Index>(own.noise->needed_hz() / step_hz) - 1;
     if (count < least) continue;
     if (densities.count(recording) == 0)
       densities.emplace(recording, Density(model, recording, rows, recordings, own.noise->needed_hz()));
     const Density& density = densities.at(recording);
     const double linear_density = linear / own.noise->needed_hz();
-    Piece piece{first, dsp::RealFft(end - first), dsp::hann_window(end - first), VectorXd(count)};
+    Piece piece{first, dsp::RealFft(length), dsp::hann_window(length), VectorXd(count)};
     for (Index k = 0; k < count; ++k)
       // A real or imaginary part of a transform has a quarter of the density times the rate and the window's power.
       piece.weight(k) = 1.0 / std::sqrt(0.25 * (density.at(static_cast<double>(k + 1) * step_hz) + linear_density) *

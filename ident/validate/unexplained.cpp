@@ -344,8 +344,7 @@ struct Residual {
     const VectorXd coefficients = power.ldlt().solve(product);
     const double fraction = std::clamp(product.dot(coefficients) / values.squaredNorm(), 0.0, 1.0);
     const double independent =
-        static_cast<double>(values.size()) *
-        independence.fraction_by(autocorrelation, independence.autocorrelation(probe * coefficients));
+        static_cast<double>(values.size()) * independence.fraction_beside(autocorrelation, probe * coefficients);
     const double spare = std::max(1.0, independent - 1.0 - static_cast<double>(of.num_series));
     return {fraction, 1.0 - (1.0 - fraction) * std::max(1.0, independent - 1.0) / spare,
             chance_of(fraction, of.num_series, independent)};

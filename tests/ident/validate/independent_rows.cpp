@@ -1,7 +1,9 @@
 #include "ident/validate/independent_rows.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <utility>
 
 #include "support/random.hpp"
 
@@ -65,4 +67,31 @@ TEST_CASE("lags do not cross from one record to the next", "[ident][independent_
   for (Index i = 0; i < 1000; ++i) samples.push_back(i);
   CHECK(ident::IndependentRows(samples, {0, 500}).fraction(both) > 0.9);
   CHECK(ident::IndependentRows(samples).fraction(both) < 0.75);
+}
+
+TEST_CASE("evidence for a regressor counts the lags at which the residual is correlated, few or many",
+          "[ident][independent_rows]") {
+  const Index n = 4000;
+  const std::vector<Index> samples = samples_with_gap(n);
+  const ident::IndependentRows rows(samples, {0, n / 4});
+  VectorXd regressor = support::gaussian(n, 1, 70), short_memory = support::gaussian(n, 1, 71);
+  for (Index i = 1; i < n; ++i) regressor(i) += 0.8 * regressor(i - 1), short_memory(i) += 0.7 * short_memory(i - 1);
+  VectorXd tone(n);
+  for (Index i = 0; i < n; ++i) tone(i) = std::sin(0.05 * static_cast<double>(i));
+  for (const VectorXd& residual : {VectorXd(support::gaussian(n, 1, 72)), short_memory, tone}) {
+    // By the definition: pairs of rows within a record, lag by lag.
+    const VectorXd r = rows.autocorrelation(residual), other = rows.autocorrelation(regressor);
+    double sum = 0.0;
+    for (Index lag = 1; lag < r.size(); ++lag) {
+      double pairs = 0.0;
+      for (const auto& [first, last] : {std::pair<Index, Index>{0, n / 4}, {n / 4, n}})
+        for (Index i = first; i < last; ++i) {
+          const Index sample = samples[static_cast<std::size_t>(i)] + lag;
+          pairs += std::binary_search(samples.begin() + i, samples.begin() + last, sample) ? 1.0 : 0.0;
+        }
+      if (r(lag) * r(lag) * pairs > 2.0 * std::log(static_cast<double>(n)))
+        sum += pairs / static_cast<double>(n) * r(lag) * other(lag);
+    }
+    CHECK(rows.fraction_beside(r, regressor) == Approx(1.0 / (1.0 + 2.0 * std::max(0.0, sum))).epsilon(1e-9));
+  }
 }
