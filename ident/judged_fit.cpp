@@ -209,10 +209,9 @@ void judge_calibration(Model& model, const RangeResult& result, const std::vecto
 }
 
 /// Terms that never make up a millionth of the target are rounding, on data without noise: no recorder has 120 dB.
-/// Those that never make up more than what sensors add that are not linear are none where none lies within their
-/// interval.
-void drop_rounding(Fit& found, const RFactor& data, const RangeData& range, const MethodOptions& method,
-                   const Poll& poll) {
+/// Those that never make up more than sensors add that are not linear are dropped if their interval includes zero.
+void drop_negligible(Fit& found, const RFactor& data, const RangeData& range, const MethodOptions& method,
+                     const Poll& poll) {
   constexpr double of_target = 1e-6, interval = 1.96;
   if (!weighs_rows(method)) return;
   const double largest = range.train.cwiseAbs().maxCoeff();
@@ -352,7 +351,7 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
   const bool settled = evidence != nullptr && evidence->terms && !has_own_tau(method);
   judged.fit =
       settled ? fit_on_terms(data, *evidence->terms, method, options.poll) : fit(data, with_poll(method, options.poll));
-  drop_rounding(judged.fit, data, range, method, options.poll);
+  drop_negligible(judged.fit, data, range, method, options.poll);
   judged.size.num_rows = judged.size.num_uncorrelated = static_cast<double>(range.train.size());
   if (evidence != nullptr) {
     judged.size = evidence->size;

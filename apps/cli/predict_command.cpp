@@ -92,8 +92,7 @@ Command predict_command() {
        "ardent predict frame_250g-run frame_450g.csv --range slip --json"},
       "Writes predict.json and predict.csv: the error of the free run beside the noise of the sensors, beside a linear "
       "equation and a payload at rest, and which coefficients carry over to the recording. Of a driven motion whose "
-      "small "
-      "errors grow tenfold the run begins again from the measured state, as for a verdict, and says so."};
+      "small errors grow tenfold the run begins again from the measured state, as for a verdict, and says so."};
 }
 
 }  // namespace apps

@@ -162,7 +162,8 @@ void add_cause(const RunResults& results, const ident::RangeResult& range, const
       return;
     }
   const dsp::Prepared& prepared = results.inputs.front().prepared;
-  if (prepared.integrated() && !named && (cause == ident::Cause::missing_term || cause == ident::Cause::not_found))
+  if (prepared.integrated() && !named &&
+      (cause == ident::Cause::missing_term || cause == ident::Cause::missing_input || cause == ident::Cause::not_found))
     found.push_back({fmt::format("No displacement was recorded: what of x is slower than {:.3g} Hz is in no power of "
                                  "it, and may be what is left over. Record a displacement.",
                                  prepared.options.integrate_from_hz),

@@ -42,8 +42,8 @@ struct MotionBand {
 /// y - r.
 [[nodiscard]] MotionBand motion_band_of_channels(const std::vector<Channel>& channels, const RawSpectrum& spectrum);
 
-/// Of a motion too slow for RawSpectrum's usual segments: spectra of the recording's eighths. Nothing where these are
-/// no longer.
+/// Of a motion too slow for RawSpectrum's usual segments: spectra of the recording's eighths. Nothing where an eighth
+/// is no longer than those.
 [[nodiscard]] std::optional<RawSpectrum> spectrum_of_eighths(const Recording& recording);
 
 /// Of a record, at either end, what the reach of an integral's high-pass, two of its periods, may take.

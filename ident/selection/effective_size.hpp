@@ -12,9 +12,10 @@ struct EffectiveSize {
   double num_noise = 0.0;            ///< by that of the residual and of the candidate most like it; 0: as n_a
   double num_states = 0.0;           ///< n_s: dimensions of what smooth functions of the state could add; 0: not known
   double structural_fraction = 0.0;  ///< f: of the residual's power, a function of the state
-  double revisit_fraction = std::numeric_limits<double>::quiet_NaN();  ///< of that power, what comes back when the
-                                                                       ///< state does; NaN: not known
-  bool has_inputs = true;                                              ///< inputs are part of that state
+  /// Of that power, what comes back when the state does, less two of its standard errors; NaN: not known.
+  double revisit_fraction = std::numeric_limits<double>::quiet_NaN();
+  double revisit_error = 0.0;   ///< two of them
+  bool has_inputs = true;       ///< more than x, v, y and dy are part of the state; true too where it is not known
   double autoregression = 0.0;  ///< rho: the rows were whitened by it; 0: they were not
   /// 1 / ((1 - f) / n_noise + f / min(n_a, n_s)): noise is averaged over rows, misfit comes back in every cycle.
   [[nodiscard]] double num_effective() const;

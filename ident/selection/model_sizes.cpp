@@ -79,7 +79,7 @@ ModelSizes::ModelSizes(const EvidenceRows& rows, const StateSpace& state, const 
     most_probes_ = std::max(most_probes_, record.num_probes);
     if (records.size() > 1) triangles_.push_back(record.triangle);
   }
-  has_inputs_ = state.num_inputs() > 0;
+  has_inputs_ = state.has_inputs();
   rss_of_all_ = records.front().rss;
   all_leave_ = rows.residual(problems_, all_columns(rows.num_terms()));
   const VectorXd r = independence.autocorrelation(all_leave_);
@@ -104,7 +104,7 @@ EffectiveSize ModelSizes::of(const Subset& model) const {
   size.has_inputs = has_inputs_;
   size.autoregression = rows_.weighting.rho;
   if (model.rss > rounding_power) {
-    size.revisit_fraction = by_revisits(left);
+    set_revisits(left, size);
     size.structural_fraction = std::fmax(size.revisit_fraction, by_probes(model, size));
   } else {
     size.num_uncorrelated = size.num_noise = size.num_rows;
@@ -122,12 +122,13 @@ double ModelSizes::least_fraction(const VectorXd& r) const {
   return least;
 }
 
-/// What does not differ between rows in the same state is a function of it; NaN: too few are.
-double ModelSizes::by_revisits(const VectorXd& left) const {
+/// What does not differ between rows in the same state is a function of it; not known where too few are.
+void ModelSizes::set_revisits(const VectorXd& left, EffectiveSize& size) const {
   const auto count = static_cast<double>(pairs_.size());
-  if (count < 10.0) return std::numeric_limits<double>::quiet_NaN();
+  if (count < 10.0) return;
+  size.revisit_fraction = 0.0;
   const double unit = left.cwiseAbs().maxCoeff();  // squares of smaller ones may vanish
-  if (!(unit > 0.0)) return 0.0;
+  if (!(unit > 0.0)) return;
   double within = 0.0, within_square = 0.0, all = 0.0;
   for (const auto& [i, j] : pairs_) {
     const double one = left(i) / unit, other = left(j) / unit;
@@ -137,11 +138,11 @@ double ModelSizes::by_revisits(const VectorXd& left) const {
     all += 0.5 * (one * one + other * other);
   }
   within /= count, all /= count;
-  if (!(all > 0.0)) return 0.0;
+  if (!(all > 0.0)) return;
   const double variance = std::max(0.0, within_square / count - within * within);
   // Half of the rows are in two pairs: 1.5 times the deviation of independent ones, to be safe.
-  const double error = 1.5 * std::sqrt(variance / count) / all;
-  return std::clamp(1.0 - within / all - 2.0 * error, 0.0, 1.0);
+  size.revisit_error = 2.0 * 1.5 * std::sqrt(variance / count) / all;
+  size.revisit_fraction = std::clamp(1.0 - within / all - size.revisit_error, 0.0, 1.0);
 }
 
 /// Of several records: the model's terms have coefficients in each, what is beside them is one function of the state in

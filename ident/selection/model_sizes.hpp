@@ -34,7 +34,7 @@ class ModelSizes {
   ModelSizes(const EvidenceRows& rows, const StateSpace& state, const IndependentRows& independence,
              const std::vector<Probed>& records);
   [[nodiscard]] double least_fraction(const Eigen::VectorXd& r) const;
-  [[nodiscard]] double by_revisits(const Eigen::VectorXd& left) const;
+  void set_revisits(const Eigen::VectorXd& left, EffectiveSize& size) const;
   /// What a model leaves, as a fraction of all targets' squares, beside all else of the candidates and the probes.
   struct Rest {
     double rss = 0.0, dimensions = 0.0;
@@ -46,7 +46,7 @@ class ModelSizes {
   const IndependentRows& independence_;
   RecordProblems problems_;
   Eigen::Index most_probes_ = 0;  ///< of any record
-  bool has_inputs_ = true;
+  bool has_inputs_ = true;        ///< of the state
   double noise_fraction_ = 1.0;
   double rss_of_all_ = 0.0;                 ///< of one record
   std::vector<Eigen::MatrixXd> triangles_;  ///< of each of several: R of [Phi Z t]

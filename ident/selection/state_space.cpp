@@ -81,6 +81,9 @@ int degree_of(const std::vector<const Term*>& terms) {
 StateSpace::StateSpace(const std::vector<const Term*>& terms, const std::vector<Row>& rows,
                        const std::vector<Columns>& recordings, const std::string& target)
     : degree_(degree_of(terms)) {
+  for (const Term* term : terms)
+    for (const std::string& name : term->expression.signals())
+      if (name != target && !has(std::array<std::string, 4>{"x", "v", "y", "dy"}, name)) has_inputs_ = true;
   const std::vector<std::string> variables = variables_of(terms, target);
   values_ = MatrixXd::Zero(static_cast<Index>(rows.size()), std::max<Index>(2, std::ssize(variables)));
   for (std::size_t j = 0; j < variables.size(); ++j) {

@@ -16,7 +16,8 @@ class StateSpace {
  public:
   StateSpace(const std::vector<const Term*>& terms, const std::vector<Row>& rows,
              const std::vector<Columns>& recordings, const std::string& target);
-  [[nodiscard]] Eigen::Index num_inputs() const { return values_.cols() - 2; }
+  /// The terms are functions of more than x, v, y and dy.
+  [[nodiscard]] bool has_inputs() const { return has_inputs_; }
   /// Smooth functions of the state that a library of polynomials lacks: monomials of the next two degrees, each sign
   /// and each input times low powers. Never candidates.
   [[nodiscard]] Eigen::Index num_probes() const;
@@ -28,7 +29,9 @@ class StateSpace {
                                               const std::vector<Eigen::Index>& first_rows) const;
 
  private:
-  int degree_ = 3;          ///< of the library
+  [[nodiscard]] Eigen::Index num_inputs() const { return values_.cols() - 2; }
+  int degree_ = 3;  ///< of the library
+  bool has_inputs_ = false;
   Eigen::MatrixXd values_;  ///< rows x (2 + inputs), each at most 1
   Eigen::MatrixXd signs_;   ///< rows x switches
 };

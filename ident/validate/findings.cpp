@@ -10,9 +10,10 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double follows_beyond_noise = 0.02;  // as `follows`, where more than noise is left over: a seventh
 // Where the noise of the channels makes less than this fraction of the residual, twice as much is something else.
 constexpr double mostly_noise = 0.5;
-// Of the residual's power: what is left to something else beside noise and a function of the state is less than this,
-// as is what comes back with the state of what is no function of it. A quarter, where the noise is not known.
-constexpr double of_something_else = 0.1, of_the_state = 0.75;
+// Of the residual's power. What is beside noise and functions of the state, where it is only noise's error and no
+// cause.
+constexpr double hardly_any = 0.1;
+constexpr double of_the_state = 0.75;  // from here on it is, where the noise is not known: a quarter may be noise
 // Below this fraction of the target's power, structure in the residual spoils the error bars but not the equation.
 constexpr double negligible = 1e-3;
 constexpr double most = 0.5;           // of what is left over
@@ -81,20 +82,32 @@ bool is_driven(const RangeResult& range, const JudgedFit& fit) {
   return renewed > once;
 }
 
+/// Of the residual's power, what is neither noise nor comes back with the state, at least or at most; NaN: not known.
+/// Of whitened rows another fraction comes back than of the residual as it is.
+struct Remainder {
+  double least = nan, most = nan;
+};
+Remainder beside_noise_and_state(const JudgedFit& fit, const Findings& found) {
+  const EffectiveSize& size = fit.size;
+  if (!found.noise_is_known || size.autoregression != 0.0) return {};
+  return {1.0 - found.noise_share - size.revisit_fraction - 2.0 * size.revisit_error,
+          1.0 - found.noise_share - size.revisit_fraction};
+}
+
 /// What is left over beyond noise is a function of the state.
 bool is_of_the_state(const JudgedFit& fit, const Findings& found) {
-  if (!found.noise_is_known) return fit.size.revisit_fraction > of_the_state;
-  return found.above_noise && fit.size.revisit_fraction > 1.0 - of_something_else - found.noise_share;
+  const double rest = beside_noise_and_state(fit, found).most;
+  return std::isfinite(rest) ? rest < hardly_any : fit.size.revisit_fraction > of_the_state;
 }
 
 /// Nothing in the equation drives the motion, and what it leaves is no function of the state: something outside does.
 bool is_driven_otherwise(const JudgedFit& fit, const Findings& found) {
-  const bool runs_alone = fit.model.terms.empty() || (fit.free_run.applies && fit.free_run.alone);
+  const bool runs_alone = fit.free_run.applies && (fit.model.terms.empty() || fit.free_run.alone);
   if (!found.above_noise || !runs_alone || found.unexplained < negligible) return false;
-  if (found.noise_is_known && !fit.size.has_inputs && std::isfinite(fit.size.revisit_fraction))
-    return !is_of_the_state(fit, found);
-  // Recorded inputs may be what drives it, where it has other faults: nothing at all comes back.
-  return !fit.model.terms.empty() && fit.size.revisit_fraction < of_something_else;
+  const double rest = beside_noise_and_state(fit, found).least;
+  if (!fit.size.has_inputs && std::isfinite(rest)) return rest > hardly_any;
+  // Recorded inputs may be what drives it, where it has other faults: next to nothing comes back.
+  return !fit.model.terms.empty() && fit.size.revisit_fraction < hardly_any;
 }
 
 }  // namespace
@@ -231,9 +244,10 @@ NamedCause cause_of(const RangeResult& range, const JudgedFit& fit, const Findin
 
 NamedCause cause_of_none(const RangeResult& range, const JudgedFit& fit) {
   if (was_no_candidate(fit)) return {fit.explanations.recorded->cause, fit.explanations.recorded};
-  const Findings found = findings_of(range, fit);
   if (is_driven(range, fit)) return {Cause::missing_input};
-  if (is_of_the_state(fit, found)) return {Cause::missing_term};
+  const Findings found = findings_of(range, fit);
+  const bool more_than_noise = found.above_noise || !found.noise_is_known;
+  if (more_than_noise && is_of_the_state(fit, found)) return {Cause::missing_term};
   if (is_driven_otherwise(fit, found)) return {Cause::missing_input};
   return {is_hidden(found) ? hiding_cause(fit) : Cause::not_found};
 }

@@ -40,20 +40,17 @@ IndependentRows::IndependentRows(const std::vector<Index>& samples, std::vector<
       pairs_.head(record.length) += VectorXd::LinSpaced(record.length, static_cast<double>(record.length), 1.0);
       continue;
     }
-    VectorXd mask = VectorXd::Zero(fft_->size());
-    for (Index i = record.first_row; i < record.first_row + record.num_rows; ++i)
-      mask(samples_[static_cast<std::size_t>(i)] - record.first_sample) = 1.0;
-    add_lagged_products(*fft_, mask, record.length, pairs_);
+    const VectorXd ones = VectorXd::Ones(std::ssize(samples_));
+    add_lagged_products(*fft_, in_time(record, ones, fft_->size()), record.length, pairs_);
   }
   pairs_ = pairs_.array().round();
 }
 
-VectorXd IndependentRows::in_time(const Record& record, const std::vector<Index>& samples,
-                                  const Eigen::Ref<const VectorXd>& values, Index size) {
+VectorXd IndependentRows::in_time(const Record& record, const Eigen::Ref<const VectorXd>& values, Index size) const {
   VectorXd series = VectorXd::Zero(size);
   if (record.num_rows == record.length) series.head(record.length) = values.segment(record.first_row, record.length);
   for (Index i = record.first_row; record.num_rows < record.length && i < record.first_row + record.num_rows; ++i)
-    series(samples[static_cast<std::size_t>(i)] - record.first_sample) = values(i);
+    series(samples_[static_cast<std::size_t>(i)] - record.first_sample) = values(i);
   return series;
 }
 
@@ -62,7 +59,7 @@ VectorXd IndependentRows::autocorrelation(const Eigen::Ref<const VectorXd>& resi
   const double unit = residual.cwiseAbs().maxCoeff();  // squares of smaller ones may vanish
   VectorXd products = VectorXd::Zero(pairs_.size());
   for (const Record& record : records_)
-    add_lagged_products(*fft_, in_time(record, samples_, residual, fft_->size()) / unit, record.length, products);
+    add_lagged_products(*fft_, in_time(record, residual, fft_->size()) / unit, record.length, products);
   const double variance = products(0) / static_cast<double>(residual.size());
   const auto r = products.array() / pairs_.array().max(1.0) / variance;
   return (r.max(-1.0).min(1.0) * pairs_.array().min(1.0)).matrix();  // 0 where there is no pair
@@ -85,17 +82,17 @@ double IndependentRows::fraction(const Eigen::Ref<const VectorXd>& residual) con
 }
 
 double IndependentRows::fraction_beside(const VectorXd& r, const Eigen::Ref<const VectorXd>& values) const {
+  if (values.size() < 3 || values.isZero(0.0)) return 1.0;
   std::vector<Index> lags;  // all others count as none
   for (Index lag = 1; lag < r.size(); ++lag)
     if (!within_chance(r(lag), lag)) lags.push_back(lag);
-  constexpr std::size_t few = 32;  // that take less than the transforms of all
+  constexpr std::size_t few = 32;  // two products a row and lag are less work than two transforms of twice the length
   if (lags.size() > few) return fraction_by(r, autocorrelation(values));
   VectorXd other = VectorXd::Zero(r.size());
-  if (values.size() < 3 || values.isZero(0.0) || lags.empty()) return 1.0;
   const double unit = values.cwiseAbs().maxCoeff(),
                variance = (values / unit).squaredNorm() / static_cast<double>(values.size());
   for (const Record& record : records_) {
-    const VectorXd series = in_time(record, samples_, values, record.length) / unit;
+    const VectorXd series = in_time(record, values, record.length) / unit;
     for (const Index lag : lags)
       if (lag < record.length) other(lag) += series.head(record.length - lag).dot(series.tail(record.length - lag));
   }

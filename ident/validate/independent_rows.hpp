@@ -31,9 +31,9 @@ class IndependentRows {
     Eigen::Index first_row = 0, num_rows = 0, first_sample = 0, length = 0;
   };
   [[nodiscard]] bool within_chance(double r, Eigen::Index lag) const;
-  /// Of a record, at its samples; zero between rows.
-  [[nodiscard]] static Eigen::VectorXd in_time(const Record& record, const std::vector<Eigen::Index>& samples,
-                                               const Eigen::Ref<const Eigen::VectorXd>& values, Eigen::Index size);
+  /// Values at the rows of a record, at its samples; zero between rows.
+  [[nodiscard]] Eigen::VectorXd in_time(const Record& record, const Eigen::Ref<const Eigen::VectorXd>& values,
+                                        Eigen::Index size) const;
   [[nodiscard]] double fraction_by(const Eigen::VectorXd& r, const Eigen::VectorXd& other) const;
   std::vector<Eigen::Index> samples_;
   std::vector<Record> records_;

@@ -40,8 +40,8 @@ struct Whiteness {
   bool white = true;    ///< p_value >= 0.01
 };
 /// samples: number of each row's sample in its record, ascending; what lies between rows counts as zero, and as no
-/// evidence. band_hz: where the filter's pass band ends. Throws std::invalid_argument unless there are as many samples
-/// as residuals.
+/// evidence; the last few samples are left out where that makes the transform fast. band_hz: where the filter's pass
+/// band ends. Throws std::invalid_argument unless there are as many samples as residuals.
 [[nodiscard]] Whiteness residual_whiteness(const Eigen::Ref<const Eigen::VectorXd>& residual,
                                            const std::vector<Eigen::Index>& samples, double sample_rate_hz,
                                            double band_hz);

@@ -31,7 +31,7 @@ class MotionScore {
   [[nodiscard]] Score of(const Eigen::Ref<const Eigen::VectorXd>& series) const;
 
  private:
-  /// Rows between two gaps.
+  /// Rows between two gaps, but for the last few where the transform is fast without them.
   struct Piece {
     Eigen::Index first = 0;
     dsp::RealFft fft;

@@ -82,7 +82,7 @@ std::optional<double> power_below(double to_hz, const Eigen::Ref<const VectorXd>
   return power / num_rows;
 }
 
-/// Of their variances; 0 where one is not there or v is at rest.
+/// Variance of x over that of v; 0 where one is not there or v is at rest.
 double square_of_x_over_v(const dsp::Motion& motion) {
   const dsp::Signal *x = motion.find("x"), *v = motion.find("v");
   if (x == nullptr || v == nullptr) return 0.0;

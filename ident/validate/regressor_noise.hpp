@@ -20,7 +20,7 @@ inline constexpr double sensor_linearity = 1e-5;
 struct RegressorNoise {
   Eigen::VectorXd bias;       ///< of each coefficient, by noise that is known
   double x_std = 0.0;         ///< of the noise of x within the band of the columns
-  double v_as_x_std = 0.0;    ///< of that of v, times what x is over v (rms)
+  double v_as_x_std = 0.0;    ///< of that of v, times the ratio of the standard deviations of x and v
   double residual_std = 0.0;  ///< of what it leaves in the residual, at most: the target's noise and that of the terms
   double known_std = 0.0;     ///< of that, by noise that is known
   double residual_power = 0.0;  ///< mean square of the residual

@@ -237,7 +237,8 @@ struct Residual {
     return best;
   }
 
-  /// The kept equation is better with this sign in place of all terms with that of the other motion.
+  /// The kept equation is better with this sign in place of all terms with that of the other motion. Where it has none
+  /// the sign is a further term, which costs more.
   [[nodiscard]] bool takes_place_of_other(const Probe& sign) const {
     const std::optional<RFactor> data = beside(sign);
     if (!data) return false;
@@ -247,8 +248,9 @@ struct Residual {
     for (Index i = 0; i < k; ++i)
       if (!has_sign({model.terms[static_cast<std::size_t>(i)].name}, other)) instead.push_back(i);
     instead.push_back(k);
-    const double gain = std::log(rss_of(*data, all_columns(k)) / rss_of(*data, instead));
-    return static_cast<double>(data->num_samples) * gain > 2.0 * std::log(odds);
+    const auto n = static_cast<double>(data->num_samples);
+    const double gain = n * std::log(rss_of(*data, all_columns(k)) / rss_of(*data, instead));
+    return gain > 2.0 * std::log(odds) + (std::ssize(instead) > k ? std::log(n) : 0.0);
   }
 
  private:

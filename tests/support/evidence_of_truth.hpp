@@ -18,7 +18,8 @@ struct EvidenceOfTruth {
   double least = 0.0;    ///< expected for the coefficients that come closest, without noise of this record's own
   double of_this = 0.0;  ///< of these coefficients and this record's noise
 };
-/// Infinite where the record has no noise, `found` no term, or `rows` no stretch that is long enough. `rows`: of the
+/// Infinite where nothing can be tied: the record has no noise, `found` no term, or `rows` no stretch that is long
+/// enough; of_this where the truth itself leaves more than noise, as while friction holds the body. `rows`: of the
 /// first recording, ascending.
 [[nodiscard]] EvidenceOfTruth evidence_of_truth(const LabelledRecord& record, const std::vector<ident::Row>& rows,
                                                 const WrittenEquation& found);

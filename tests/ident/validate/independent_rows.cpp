@@ -79,7 +79,7 @@ TEST_CASE("evidence for a regressor counts the lags at which the residual is cor
   VectorXd tone(n);
   for (Index i = 0; i < n; ++i) tone(i) = std::sin(0.05 * static_cast<double>(i));
   for (const VectorXd& residual : {VectorXd(support::gaussian(n, 1, 72)), short_memory, tone}) {
-    // By the definition: pairs of rows within a record, lag by lag.
+    // Pairs of rows within a record, counted lag by lag; with few lags beyond chance another way leads there.
     const VectorXd r = rows.autocorrelation(residual), other = rows.autocorrelation(regressor);
     double sum = 0.0;
     for (Index lag = 1; lag < r.size(); ++lag) {

@@ -223,6 +223,12 @@ TEST_CASE("what an equation alone leaves beyond noise is of the state, or someth
   fit.size.has_inputs = true;  // the input may be among them
   CHECK(of(result).cause == ident::Cause::not_found);
   fit.size.has_inputs = false;
+  fit.size.revisit_error = 0.15;  // all of it may come back
+  CHECK(of(result).cause == ident::Cause::not_found);
+  fit.size.revisit_error = 0.0;
+  fit.size.autoregression = 0.5;  // of whitened rows that is not known
+  CHECK(of(result).cause == ident::Cause::not_found);
+  fit.size.autoregression = 0.0;
   fit.size.revisit_fraction = 0.75;
   CHECK(of(result).cause == ident::Cause::missing_term);
   CHECK_THAT(of(result).sentence, Catch::Contains("75 % of what is left over comes back with the state"));

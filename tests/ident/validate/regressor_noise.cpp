@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "dsp/filter/spectral.hpp"
 #include "dsp/prepare.hpp"
@@ -166,4 +167,27 @@ TEST_CASE("above the frequencies of the motion the target is noise", "[ident][re
   CHECK(fit.noise.needed_hz > 1.0);  // it moves at 1.15 Hz
   CHECK(fit.noise.needed_hz < 5.0);
   CHECK(fit.noise.band_hz > 20.0);
+}
+
+TEST_CASE("noise of a derived speed, in units of the displacement that it stands for", "[ident][regressor_noise]") {
+  const double rms = std::sqrt(displacement_only(0.0, 1).samples.col(0).squaredNorm() / (120.0 * rate_hz));
+  const double level = 0.02 * rms, omega = 7.2;  // that of the force
+  const ident::JudgedFit fit = fit_of(displacement_only(level, 6), 15.0);
+  // Density 2 s^2 / rate, times (2 pi f)^2, up to the band's end; the columns' band rolls off before it.
+  const double to_hz = fit.noise.band_hz;
+  const double of_v = std::sqrt(2.0 / rate_hz * std::pow(to_hz, 3) / 3.0) * 2.0 * std::numbers::pi * level;
+  CHECK(fit.noise.v_as_x_std < 1.1 * of_v / omega);
+  CHECK(fit.noise.v_as_x_std > 0.6 * of_v / omega);
+  CHECK(fit.noise.v_as_x_std > 3.0 * fit.noise.x_std);
+}
+
+TEST_CASE("a state of x and v alone has no inputs, one with a recorded force or the time has", "[ident][state_space]") {
+  for (const auto& [terms, has_inputs] : {std::pair(std::vector<std::string>{"x", "v", "sgn(v)"}, false),
+                                          std::pair(std::vector<std::string>{"x", "v", "f"}, true),
+                                          std::pair(std::vector<std::string>{"x", "v", "sin(7*t)"}, true)}) {
+    const auto record = ident::Record{.prepared = dsp::prepare(displacement_only(1e-4, 7), {.cutoff_hz = 15.0})};
+    const auto ranges = ident::identify(record, {.order = 0, .terms = terms},
+                                        {.methods = {ident::FastRvmOptions{}}, .free_run = false});
+    CHECK(ranges.at(0).fits.at(0).size.has_inputs == has_inputs);
+  }
 }

@@ -96,7 +96,7 @@ TEST_CASE("what a late sensor leaves over is not taken for friction against the 
     const ident::Explanations found =
         explanations_of(recording, {"x", "v", "sgn(v)", "ddr"}, {.recipe = recipe, .cutoff_hz = 6.0});
     CHECK_FALSE(found.recorded);
-    CHECK_FALSE((found.form && found.form->what == "sgn(dy)"));
+    CHECK_FALSE((found.at_motion && found.at_motion->what == "sgn(dy)"));
   }
 }
 

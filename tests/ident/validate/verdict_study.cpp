@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <map>
+#include <set>
 
 #include "dsp/fault.hpp"
 #include "ident/columns.hpp"
@@ -29,7 +30,7 @@ struct Outcome {
   support::LabelledRecord record;
   bool right = false;
   std::string verdict = "none", cause, named, why_wrong, sentence, range;
-  std::vector<Cause> accepted;  ///< causes that are true of a wrong equation
+  std::set<Cause> accepted;  ///< causes that are true of a wrong equation
   std::optional<JudgedFit> fit;
   std::optional<support::EvidenceOfTruth> evidence;  ///< against terms that are not the true ones
   double equation_error = std::nan("");  ///< rms of equation less acceleration over that of the latter, on exact data
@@ -65,10 +66,12 @@ Difference difference(const ident::Model& model, const support::LabelledRecord& 
   return result;
 }
 
-/// The record knows this equation from the true one, or could be expected to know its support, by the odds from which
-/// on the product calls terms decided.
+/// Of terms that are not the true ones: there are more of them than the truth has, so that one is false, or odds of 150
+/// or more speak against these coefficients on this record, or would against these terms with any coefficients.
 bool is_told_apart(const Outcome& outcome) {
-  return outcome.evidence &&
+  if (!outcome.evidence) return false;
+  const Difference found = difference(outcome.fit->model, outcome.record);
+  return found.extra.size() > found.lacking.size() ||
          !(std::max(outcome.evidence->least, outcome.evidence->of_this) < ident::undecided_evidence);
 }
 
@@ -96,25 +99,30 @@ std::string why_wrong(const Outcome& outcome) {
 
 /// What is true of a wrong equation, from how it was made alone: its flaw, and the noise where without the flaw the
 /// equation would be as wrong (`wrong_without_flaw`).
-std::vector<Cause> true_causes(const Outcome& outcome, bool wrong_without_flaw) {
+std::set<Cause> true_causes(const Outcome& outcome, bool wrong_without_flaw) {
   const support::LabelledRecord& record = outcome.record;
-  std::vector<Cause> causes;
-  if (record.flaw) causes.push_back(*record.flaw);
+  std::set<Cause> causes;
+  if (record.flaw) causes.insert(*record.flaw);
   if (record.noise > 0.0 && (!record.flaw || wrong_without_flaw)) {
-    causes.push_back(Cause::noise);
-    if (record.wide_band) causes.push_back(Cause::wide_band);
+    causes.insert(Cause::noise);
+    if (record.wide_band) causes.insert(Cause::wide_band);
   }
   if (!outcome.fit) return causes;
-  const std::vector<std::string> lacking = difference(outcome.fit->model, record).lacking;
-  // What is named is an input or a term that the truth has and the equation lacks; without noise, where what is left
-  // over is a function of the state alone, a term's name matters less. Where none is named, the record knows that one
-  // is lacking; an input is no term.
-  const bool names_it = std::find(lacking.begin(), lacking.end(), outcome.named) != lacking.end();
-  const bool is_known = outcome.evidence && !(outcome.evidence->least < ident::undecided_evidence);
-  const bool any_will_do = outcome.named.empty() ? is_known : record.noise == 0.0 && !record.flaw;
-  if (names_it && outcome.cause == to_string(Cause::missing_input)) causes.push_back(Cause::missing_input);
-  if (names_it || (!lacking.empty() && record.flaw != Cause::missing_input && any_will_do))
-    causes.push_back(Cause::missing_term);
+  std::vector<std::string> terms, inputs;
+  for (const std::string& name : difference(outcome.fit->model, record).lacking)
+    (name == "f" || name == "ddr" ? inputs : terms).push_back(name);
+  // What is named is an input or a term that the truth has and the equation lacks. Where none is named, the record
+  // knows that one is lacking; of friction against another motion that may be said to be a term. Without noise what is
+  // left over is a function of the state alone, whose name matters less.
+  const auto is_in = [&](const std::vector<std::string>& lacking) {
+    return std::find(lacking.begin(), lacking.end(), outcome.named) != lacking.end();
+  };
+  const bool unnamed_and_known =
+      outcome.named.empty() && outcome.evidence && !(outcome.evidence->least < ident::undecided_evidence);
+  const bool only_the_state = record.noise == 0.0 && !record.flaw && !terms.empty();
+  if (is_in(inputs) || (unnamed_and_known && !inputs.empty())) causes.insert(Cause::missing_input);
+  if (record.flaw == Cause::missing_input) return causes;
+  if (is_in(terms) || (unnamed_and_known && !terms.empty()) || only_the_state) causes.insert(Cause::missing_term);
   return causes;
 }
 
@@ -175,10 +183,11 @@ Outcome run_case(std::uint32_t seed) {
   if (!outcome.right) {
     const bool noisy = outcome.record.flaw && outcome.record.noise > 0.0;
     outcome.accepted = true_causes(outcome, noisy && !judged(seed, true).right);
-    // A band that was not drawn wide is too wide where the equation is right in the one that is advised.
-    if (outcome.cause == to_string(Cause::wide_band) && !outcome.cause_is_true() &&
-        judged(seed, false, outcome.fit->noise.needed_hz).right)
-      outcome.accepted.push_back(Cause::wide_band);
+    // A band that was not drawn wide is too wide where in the one that is advised all true terms are found.
+    if (!outcome.record.flaw && outcome.cause == to_string(Cause::wide_band) && !outcome.cause_is_true()) {
+      const Outcome advised = judged(seed, false, outcome.fit->noise.needed_hz);
+      if (advised.right && !advised.evidence) outcome.accepted.insert(Cause::wide_band);
+    }
   }
   outcome.record.recording.samples.resize(0, 0);
   outcome.record.exact = {};
@@ -347,9 +356,10 @@ TEST_CASE("a drawn body that friction would hold at every scale of its drive mov
 }
 
 // What a judgement is worth: equations whose right answer is known, identified and judged as a stranger's records are.
-// The labels come from what was simulated alone; whether noise is a cause beside a flaw, from the same record without
-// the flaw. A right equation has the true terms, or ones that the record does not tell from them by the noise that was
-// simulated (evidence_of_truth), with coefficients within three total standard deviations or 2 %.
+// The labels come from what was simulated; whether noise is a cause beside a flaw, from the same record without the
+// flaw; whether a band is too wide that was not drawn so, from the same record in the band that the product advises. A
+// right equation has the true terms, or as many that the record does not tell from them by the noise that was simulated
+// (evidence_of_truth), with coefficients within three total standard deviations or 2 %.
 // ARDENT_STUDY_CASES (300) and ARDENT_STUDY_SEED (1) give the number of cases and the first seed; ARDENT_STUDY_OUT
 // names a file that gets a line of CSV a case.
 TEST_CASE("a verdict is right of equations whose truth is known, and its cause is one", "[.][study][verdicts]") {
