@@ -10,10 +10,10 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double follows_beyond_noise = 0.02;  // as `follows`, where more than noise is left over: a seventh
 // Where the noise of the channels makes less than this fraction of the residual, twice as much is something else.
 constexpr double mostly_noise = 0.5;
-// Of the residual's power. What is beside noise and functions of the state, where it is only noise's error and no
-// cause.
-constexpr double hardly_any = 0.1;
-constexpr double of_the_state = 0.75;  // from here on it is, where the noise is not known: a quarter may be noise
+constexpr double hardly_any = 0.1;  // of the residual's power: too little to be a cause
+// A residual of which this fraction comes back with the state is a function of it where the noise, which may be the
+// rest, is not known.
+constexpr double of_the_state = 0.75;
 // Below this fraction of the target's power, structure in the residual spoils the error bars but not the equation.
 constexpr double negligible = 1e-3;
 constexpr double most = 0.5;           // of what is left over
@@ -38,7 +38,7 @@ std::string biased_term(const JudgedFit& fit) {
 }
 
 /// Mean square of what noise makes of the error of x in a free run: that of x itself and, from the measured state at
-/// its start, that of x and of v. Where a drive takes the start's away, that of v counts as that of x.
+/// its start, that of x and of v. That of v dies away in a driven run and counts no more there than that of x.
 double noise_of_run(const RegressorNoise& noise, bool alone) {
   const double x = noise.x_std * noise.x_std, v = noise.v_as_x_std * noise.v_as_x_std;
   return 2.0 * x + (alone ? std::max(x, v) : x);

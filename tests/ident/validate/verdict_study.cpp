@@ -97,8 +97,8 @@ std::string why_wrong(const Outcome& outcome) {
   return why;
 }
 
-/// What is true of a wrong equation, from how it was made alone: its flaw, and the noise where without the flaw the
-/// equation would be as wrong (`wrong_without_flaw`).
+/// What is true of a wrong equation: its flaw; noise, where without the flaw the equation would be as wrong
+/// (`wrong_without_flaw`); what it lacks of the truth.
 std::set<Cause> true_causes(const Outcome& outcome, bool wrong_without_flaw) {
   const support::LabelledRecord& record = outcome.record;
   std::set<Cause> causes;
