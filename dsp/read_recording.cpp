@@ -12,6 +12,7 @@
 #include "dsp/io/calibrate.hpp"
 #include "dsp/io/channel_roles.hpp"
 #include "dsp/io/recording_files.hpp"
+#include "dsp/io/set_shape.hpp"
 #include "dsp/memory_limit.hpp"
 #include "dsp/names.hpp"
 #include "dsp/samples/bridge_gaps.hpp"
@@ -241,7 +242,7 @@ struct RecordingReader::State {
       return count;
     }
     const auto width = static_cast<Eigen::Index>(picks.size());
-    block.resize(count, width);
+    set_shape(block, count, width);
     if (count == 0) return 0;  // the blocks of the files are empty: there is nothing to point into
     for (Eigen::Index c = 0; c < width; ++c) {
       const auto& pick = picks[static_cast<std::size_t>(c)];

@@ -10,6 +10,7 @@
 #include <numbers>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include "dsp/filter/kaiser.hpp"
 
@@ -62,7 +63,7 @@ VectorXd sinc_taps(int factor) {
   for (int i = 0; i < sinc_order; ++i) {
     VectorXd wider = VectorXd::Zero(taps.size() + factor - 1);
     for (Index j = 0; j < taps.size(); ++j) wider.segment(j, factor).array() += taps(j) / factor;
-    taps = wider;
+    taps = std::move(wider);
   }
   return taps;
 }

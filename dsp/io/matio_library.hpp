@@ -3,8 +3,8 @@
 
 namespace dsp {
 
-/// What of matio is used here. Thirty libraries hang on it (HDF5, and what that may read from), and loading them takes a
-/// short command longer than its work: they are loaded when the first MATLAB file is opened.
+/// What of matio is used here. Thirty libraries hang on it (HDF5, and what that may read from), and loading them takes
+/// a short command longer than its work: they are loaded when the first MATLAB file is opened.
 struct MatioLibrary {
   decltype(&::Mat_Close) close;
   decltype(&::Mat_LogInitFunc) log_init;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "dsp/io/set_shape.hpp"
+
 namespace dsp {
 
 void RowsOnClock::set_clock(Clock clock) {
@@ -20,7 +22,7 @@ double RowsOnClock::position(std::int64_t row) const {
 Eigen::Index RowsOnClock::read(FrameBlock& block, Eigen::Index max_frames) {
   const auto width = static_cast<Eigen::Index>(info_.columns.size());
   const auto count = static_cast<Eigen::Index>(std::min<std::int64_t>(max_frames, info_.num_frames - next_frame_));
-  block.resize(count, width);
+  set_shape(block, count, width);
   before_.resize(width);
   behind_.resize(width);
   for (Eigen::Index i = 0; i < count; ++i, ++next_frame_) {

@@ -18,6 +18,7 @@
 
 #include "dsp/io/flac_stream.hpp"
 #include "dsp/io/pcm_samples.hpp"
+#include "dsp/io/set_shape.hpp"
 #include "dsp/io/sound_bytes.hpp"
 #include "dsp/io/sound_handle.hpp"
 #include "dsp/io/sound_header.hpp"
@@ -94,7 +95,7 @@ class SoundFile : public SampleSource {
   }
 
   Eigen::Index read(FrameBlock& block, Eigen::Index max_frames) override {
-    block.resize(max_frames, static_cast<Eigen::Index>(info_.columns.size()));
+    set_shape(block, max_frames, static_cast<Eigen::Index>(info_.columns.size()));
     const Eigen::Index got = decode(block);
     bytes_->rethrow();
     num_read_ += got;
@@ -133,7 +134,7 @@ class SoundFile : public SampleSource {
     Eigen::Index got = 0;
     while (got < block.rows()) {
       if (next_held_ == held_.rows()) {
-        held_.resize(frames_at_a_time, block.cols());
+        set_shape(held_, frames_at_a_time, block.cols());
         const auto count = sf_readf_double(handle_.get(), held_.data(), frames_at_a_time);
         held_.conservativeResize(static_cast<Eigen::Index>(count), Eigen::NoChange);
         next_held_ = 0;

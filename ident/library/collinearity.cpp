@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +11,7 @@
 
 #include "ident/regression/finish_fit.hpp"
 #include "ident/regression/posterior.hpp"
+#include "ident/square_svd.hpp"
 
 namespace ident {
 namespace {
@@ -125,7 +125,7 @@ Collinearity collinearity(const RFactor& data, double limit, const Poll& poll) {
   const std::vector<Index> columns = usable_terms(problem);
   if (columns.empty()) return result;
 
-  const Eigen::JacobiSVD<MatrixXd> svd(problem.A(Eigen::all, columns), Eigen::ComputeThinV);
+  const SquareSvd svd(triangle(problem.A(Eigen::all, columns)), Eigen::ComputeFullV);
   const VectorXd& s = svd.singularValues();
   const Index last = s.size() - 1;
   result.condition_number = s(last) > 0.0 ? s(0) / s(last) : infinite;

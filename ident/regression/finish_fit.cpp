@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,6 +10,7 @@
 #include <utility>
 
 #include "ident/regression/weak_terms.hpp"
+#include "ident/square_svd.hpp"
 
 namespace ident {
 
@@ -123,7 +123,7 @@ FitStep start_from(std::vector<Index> kept) {
 
 double condition_number(const UnitProblem& problem, const std::vector<Index>& kept) {
   if (kept.empty()) return 1.0;
-  const VectorXd s = Eigen::JacobiSVD<MatrixXd>(columns(problem, kept)).singularValues();
+  const VectorXd s = SquareSvd(triangle(columns(problem, kept))).singularValues();
   const double smallest = s(s.size() - 1);
   return smallest > 0.0 ? s(0) / smallest : std::numeric_limits<double>::infinity();
 }

@@ -27,8 +27,8 @@ FastRvmOptions as_fast(const MultiRvmOptions& options, double tau) {
 
 UnitProblem one_of(const UnitProblem& problem, Index target) {
   UnitProblem one = problem;
-  one.Y = problem.Y.col(target);
-  one.target_norm = problem.target_norm.segment(target, 1);
+  one.Y = MatrixXd(problem.Y.col(target));
+  one.target_norm = VectorXd(problem.target_norm.segment(target, 1));
   return one;
 }
 

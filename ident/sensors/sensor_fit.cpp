@@ -180,7 +180,7 @@ std::vector<SensorTwin> sensor_twins(const SensorRegression& regression, const s
     if (others.cols() > 0) {
       const Eigen::HouseholderQR<MatrixXd> qr(others);
       beyond.applyOnTheLeft(qr.householderQ().adjoint());
-      beyond = beyond.bottomRows(beyond.rows() - others.cols()).eval();
+      beyond.topRows(others.cols()).setZero();
     }
     const VectorXd left = beyond.colwise().norm();
     for (Index s = 0; s < n_s; ++s)

@@ -48,8 +48,7 @@ IndependentRows::IndependentRows(const std::vector<Index>& samples, std::vector<
 
 VectorXd IndependentRows::in_time(const Record& record, const Eigen::Ref<const VectorXd>& values, Index size) const {
   VectorXd series = VectorXd::Zero(size);
-  if (record.num_rows == record.length) series.head(record.length) = values.segment(record.first_row, record.length);
-  for (Index i = record.first_row; record.num_rows < record.length && i < record.first_row + record.num_rows; ++i)
+  for (Index i = record.first_row; i < record.first_row + record.num_rows; ++i)
     series(samples_[static_cast<std::size_t>(i)] - record.first_sample) = values(i);
   return series;
 }
@@ -58,8 +57,11 @@ VectorXd IndependentRows::autocorrelation(const Eigen::Ref<const VectorXd>& resi
   if (residual.size() < 3 || residual.isZero(0.0)) return {};
   const double unit = residual.cwiseAbs().maxCoeff();  // squares of smaller ones may vanish
   VectorXd products = VectorXd::Zero(pairs_.size());
-  for (const Record& record : records_)
-    add_lagged_products(*fft_, in_time(record, residual, fft_->size()) / unit, record.length, products);
+  for (const Record& record : records_) {
+    VectorXd series = in_time(record, residual, fft_->size());
+    series /= unit;
+    add_lagged_products(*fft_, series, record.length, products);
+  }
   const double variance = products(0) / static_cast<double>(residual.size());
   const auto r = products.array() / pairs_.array().max(1.0) / variance;
   return (r.max(-1.0).min(1.0) * pairs_.array().min(1.0)).matrix();  // 0 where there is no pair
@@ -92,7 +94,8 @@ double IndependentRows::fraction_beside(const VectorXd& r, const Eigen::Ref<cons
   const double unit = values.cwiseAbs().maxCoeff(),
                variance = (values / unit).squaredNorm() / static_cast<double>(values.size());
   for (const Record& record : records_) {
-    const VectorXd series = in_time(record, values, record.length) / unit;
+    VectorXd series = in_time(record, values, record.length);
+    series /= unit;
     for (const Index lag : lags)
       if (lag < record.length) other(lag) += series.head(record.length - lag).dot(series.tail(record.length - lag));
   }

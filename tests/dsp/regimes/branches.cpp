@@ -37,7 +37,8 @@ dsp::StateSequence settled(const std::vector<dsp::HalfCycle>& halves, double hig
   const auto count = static_cast<Index>(halves.size());
   VectorXd level(count);
   for (Index k = 0; k < count; ++k) level(k) = std::log(halves[static_cast<std::size_t>(k)].amplitude / high_amplitude);
-  const double spread = std::sqrt((level.tail(count - 1) - level.head(count - 1)).squaredNorm() / (count - 1));
+  const double spread =
+      std::sqrt((level.tail(count - 1) - level.head(count - 1)).squaredNorm() / static_cast<double>(count - 1));
   Eigen::MatrixX2d likelihoods(count, 2);
   likelihoods << -level / spread, level / spread;
   std::vector<bool> anew(halves.size(), false);
