@@ -171,26 +171,37 @@ double eighth_s(Index num_frames, double sample_rate_hz) {
   return static_cast<double>(num_frames) / (num_eighths * sample_rate_hz);
 }
 
-MotionBand band_of_segments(RecordingReader reader, const MotionSource& source, double segment_s) {
+/// Of samples that are the means of so many of the record's: white noise keeps its density in them, and what else they
+/// fold is far above a slow motion.
+MotionBand band_of_segments(RecordingReader reader, const MotionSource& source, double segment_s, Index means_of = 1) {
   constexpr int most_segments = 32;
-  RawSpectrum spectrum(reader.description().sample_rate_hz, 1, static_cast<Index>(reader.num_frames()), most_segments,
-                       segment_s);
+  const double rate_hz = reader.description().sample_rate_hz;
+  RawSpectrum spectrum(rate_hz / static_cast<double>(means_of), 1, static_cast<Index>(reader.num_frames()) / means_of,
+                       most_segments, segment_s);
+  const Index frames_a_block = std::max<Index>(1, block_frames / means_of) * means_of;
   FrameBlock block;
   for (;;) {
-    if (const Index idle = spectrum.num_idle(); idle > 0) {
+    if (const Index idle = means_of * spectrum.num_idle(); idle > 0) {
       const Index skipped = reader.skip(idle);
-      spectrum.skip(skipped);
+      spectrum.skip(skipped / means_of);
       if (skipped < idle) break;
       continue;
     }
-    if (reader.read(block, block_frames) == 0) break;
-    FrameBlock motion = block.col(source.plus);
+    if (reader.read(block, frames_a_block) == 0) break;
+    VectorXd motion = block.col(source.plus);
     if (source.minus >= 0) motion -= block.col(source.minus);
-    spectrum.push(motion);
+    spectrum.push(Eigen::Map<const Eigen::MatrixXd>(motion.data(), means_of, motion.size() / means_of)
+                      .colwise()
+                      .mean()
+                      .transpose());
   }
   const Eigen::MatrixXd power = spectrum.power();
   if (power.rows() == 0) return {};
-  return motion_band(source.signal, source.order, power.col(0), spectrum.bin_hz());
+  MotionBand band = motion_band(source.signal, source.order, power.col(0), spectrum.bin_hz());
+  const double nyquist_hz = 0.5 * rate_hz;
+  if (band.to_hz == band.nyquist_hz) band.to_hz = nyquist_hz;
+  band.nyquist_hz = nyquist_hz;
+  return band;
 }
 
 }  // namespace
@@ -199,9 +210,12 @@ MotionBand find_motion_band(const std::function<RecordingReader()>& open) {
   RecordingReader reader = open();
   const MotionSource source = motion_source(reader.description());
   if (source.plus < 0) return {};
-  const double slow_s = eighth_s(static_cast<Index>(reader.num_frames()), reader.description().sample_rate_hz);
+  const double rate_hz = reader.description().sample_rate_hz;
+  const double slow_s = eighth_s(static_cast<Index>(reader.num_frames()), rate_hz);
+  const double longest_s = static_cast<double>(RawSpectrum::longest_segment) / rate_hz;
   MotionBand band = band_of_segments(std::move(reader), source, RawSpectrum::usual_segment_s);
-  if (band.signal.empty() && slow_s > RawSpectrum::usual_segment_s) band = band_of_segments(open(), source, slow_s);
+  if (band.signal.empty() && slow_s > std::min(longest_s, RawSpectrum::usual_segment_s))
+    band = band_of_segments(open(), source, slow_s, static_cast<Index>(std::ceil(slow_s / longest_s)));
   return band;
 }
 

@@ -13,10 +13,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr Index longest = 131072;
-
 Index segment_size(double sample_rate_hz, Index num_frames, double segment_s) {
-  const double wanted = std::min(segment_s * sample_rate_hz, static_cast<double>(longest));
+  const double wanted = std::min(segment_s * sample_rate_hz, static_cast<double>(RawSpectrum::longest_segment));
   const Index size = good_fft_size(std::max<Index>(16, static_cast<Index>(wanted)));
   return size <= num_frames ? size : std::max<Index>(2, num_frames / 2 * 2);
 }

@@ -13,8 +13,9 @@ namespace dsp {
 /// what lies where a low-pass must stop it. Memory does not grow with the record; block sizes change nothing.
 class RawSpectrum {
  public:
-  static constexpr double usual_segment_s = 4.0;  ///< a window whose foot is a Hertz wide
-  /// `num_segments`: at most. Segments are shortened to 131,072 samples, and to the record. Throws
+  static constexpr double usual_segment_s = 4.0;           ///< a window whose foot is a Hertz wide
+  static constexpr Eigen::Index longest_segment = 131072;  ///< samples
+  /// `num_segments`: at most. Segments are shortened to longest_segment, and to the record. Throws
   /// std::invalid_argument for a rate that is not positive, no channels or fewer than 2 segments.
   RawSpectrum(double sample_rate_hz, Eigen::Index num_channels, Eigen::Index num_frames, Eigen::Index num_segments = 8,
               double segment_s = usual_segment_s);

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "dsp/filter/spectral.hpp"
+#include "dsp/io/sound_writer.hpp"
 #include "dsp/motion.hpp"
 #include "support/scratch.hpp"
 
@@ -168,4 +169,29 @@ TEST_CASE("a file is looked through in pieces and tells the band of all of it") 
   const dsp::MotionBand band = dsp::find_motion_band([&] { return dsp::RecordingReader(file); });
   CHECK(band.signal == "x");
   CHECK(band.to_hz == Approx(band_of(x, 500.0).to_hz));
+}
+
+TEST_CASE("a slow motion recorded fast is found, and where its noise exceeds it") {
+  const support::Scratch folder;
+  const double rate_hz = 8192.0;
+  const Periodic motion{0.12, rate_hz, 240.0};  // an eighth of it has 245,760 samples
+  // Its noise has the density that 1e-4 has at 64 Hz, at which an eighth is short enough as it is.
+  const double noise = 1e-4 * std::sqrt(rate_hz / 64.0);
+  const auto file = folder / "slow.rf64";
+  dsp::SoundFileWriter writer(file, {.container = dsp::SoundContainer::rf64,
+                                     .sample_rate_hz = rate_hz,
+                                     .num_channels = 1,
+                                     .num_frames = static_cast<Index>(240.0 * rate_hz)});
+  writer.write(dsp::FrameBlock(0.25 * with_noise(motion.derivative(0), noise, 11)));
+  writer.close();
+  (void)folder.file(
+      "slow.rf64.toml",
+      "schema = 1\n[[channel]]\nname = \"x\"\nrole = \"x\"\nfull_scale = \"1 V\"\nsensitivity = \"1 V/m\"\n");
+  const dsp::MotionBand band = dsp::find_motion_band([&] { return dsp::RecordingReader(file); });
+  CHECK(band.signal == "x");
+  CHECK(std::abs(band.peak_hz - 0.12) <= 0.5 / 30.0);  // half a bin
+  CHECK(band.nyquist_hz == 0.5 * rate_hz);
+  const dsp::MotionBand slower = band_of(with_noise(Periodic{0.12, 64.0, 240.0}.derivative(0), 1e-4, 12), 64.0);
+  CHECK(band.to_hz ==
+        Approx(slower.to_hz).epsilon(0.3));  // steps of a twelfth of an octave, of noise of eight segments
 }
