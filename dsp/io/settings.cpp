@@ -145,12 +145,14 @@ bool Settings::flag(std::string_view key, bool fallback) const {
   return find_flag(key).value_or(fallback);
 }
 
-std::optional<std::string> Settings::find_text(std::string_view key) const {
+std::optional<std::string> Settings::find_text(std::string_view key, std::string_view example) const {
   const auto* node = state_->find(key);
   state_->asked(key).text = true;
   if (node == nullptr) return std::nullopt;
   return state_->valid<std::string>([&] {
-    if (!node->is_string()) state_->wrong_type(*this, key, *node, "a text in quotes");
+    if (!node->is_string())
+      state_->wrong_type(*this, key, *node,
+                         "a text in quotes" + (example.empty() ? "" : fmt::format(" such as \"{}\"", example)));
     return *node->value<std::string>();
   });
 }

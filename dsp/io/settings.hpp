@@ -38,7 +38,8 @@ class Settings {
   [[nodiscard]] std::int64_t integer(std::string_view key, std::int64_t fallback, const NumberRange& range = {}) const;
   [[nodiscard]] std::optional<bool> find_flag(std::string_view key) const;
   [[nodiscard]] bool flag(std::string_view key, bool fallback) const;
-  [[nodiscard]] std::optional<std::string> find_text(std::string_view key) const;
+  /// `example`: shown beside what is no text.
+  [[nodiscard]] std::optional<std::string> find_text(std::string_view key, std::string_view example = {}) const;
   [[nodiscard]] std::string text(std::string_view key, std::string_view fallback) const;
   [[nodiscard]] std::string need_text(std::string_view key) const;
   /// One of a list of words.

@@ -24,7 +24,7 @@ auto placed(const Settings& table, std::string_view key, Parse parse) {
 }
 
 std::optional<Quantity> read_quantity(const Settings& table, std::string_view key) {
-  const auto text = table.find_text(key);
+  const auto text = table.find_text(key, "10 V");
   if (!text) return std::nullopt;
   return placed(table, key, [&] { return parse_quantity(*text); });
 }
@@ -75,7 +75,7 @@ double read_fraction(const Settings& table, std::string_view key, double fallbac
 
 void read_calibration(const Settings& table, ChannelSpec& channel) {
   table.attempt([&] {
-    if (const auto text = table.find_text("sensitivity"))
+    if (const auto text = table.find_text("sensitivity", "100 mV/g"))
       channel.sensitivity = placed(table, "sensitivity", [&] { return parse_sensitivity(*text); });
   });
   table.attempt([&] {

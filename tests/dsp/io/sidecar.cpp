@@ -92,7 +92,8 @@ TEST_CASE("what a sidecar gets wrong is named with its line", "[dsp][sidecar]") 
   refused("sensitivity = \"-3 mV/g\"", "calibration.value", {"sign = -1"});
   refused("sensitivity = \"nan mV/g\"", "calibration.value", {"positive"});
   refused("sensitivity = \"100 mV/gram\"", "unit.unknown", {"gravity"});
-  refused("sensitivity = 100", "config.type", {"want a text"});
+  refused("sensitivity = 100", "config.type", {"want a text", "such as \"100 mV/g\""});
+  refused("full_scale = 10", "config.type", {"want a text", "such as \"10 V\""});
   refused("unit = \"mm\"\nsensitivity = \"100 mV/g\"", "unit.kind", {"rig.wav.toml:3", "m/s^2"});
   refused("unit = \"mm\"\nrole = \"ddy\"", "unit.role", {"role ddy is measured in m/s^2"});
   refused("full_scale = \"5 N\"\nunit = \"mm\"", "unit.kind", {"want m", "sensitivity"});
