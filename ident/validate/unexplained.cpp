@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "dsp/signals.hpp"
+#include "ident/library/collinearity.hpp"
 #include "ident/rows_of_terms.hpp"
 #include "ident/selection/best_subsets.hpp"
 #include "ident/selection/ranked_models.hpp"
@@ -250,7 +251,7 @@ struct Residual {
     instead.push_back(k);
     const auto n = static_cast<double>(data->num_samples);
     const double gain = n * std::log(rss_of(*data, all_columns(k)) / rss_of(*data, instead));
-    return gain > 2.0 * std::log(odds) + (std::ssize(instead) > k ? std::log(n) : 0.0);
+    return gain > undecided_evidence + (std::ssize(instead) > k ? std::log(n) : 0.0);
   }
 
  private:
@@ -258,7 +259,6 @@ struct Residual {
     std::vector<std::string> without;               ///< kept terms
     double score = 0.0, fraction = 0.0, rss = 0.0;  ///< rss: of the target's power
   };
-  static constexpr double odds = 150.0;   ///< from which on one equation is better than another
   static constexpr Index widest = 12;     ///< of the kept terms: every subset of them is scored
   static constexpr double exact = 1e-10;  ///< of the target's power: what is less is the rounding of exact data
   /// The best of all equations of kept terms and a form; nothing where it is without the form, or not by much.
@@ -271,7 +271,8 @@ struct Residual {
     const ModelRanking ranking = ranked_models(unit_problem(*data, poll), all_columns(k));
     const RankedModel& found = ranking.best.front();
     const bool has_form = !found.terms.empty() && found.terms.back() == k;
-    if (!has_form || ranking.inclusion(k) < odds / (odds + 1.0)) return std::nullopt;
+    const double decided = 1.0 / (1.0 + std::exp(-0.5 * undecided_evidence));
+    if (!has_form || ranking.inclusion(k) < decided) return std::nullopt;
     const auto n = static_cast<double>(data->num_samples);
     Equation best{.score = n * std::log(found.rss) + model_cost(n, k + 1, found.terms.size()), .rss = found.rss};
     std::vector<Index> others;

@@ -180,14 +180,3 @@ TEST_CASE("noise of a derived speed, in units of the displacement that it stands
   CHECK(fit.noise.v_as_x_std > 0.6 * of_v / omega);
   CHECK(fit.noise.v_as_x_std > 3.0 * fit.noise.x_std);
 }
-
-TEST_CASE("a state of x and v alone has no inputs, one with a recorded force or the time has", "[ident][state_space]") {
-  for (const auto& [terms, has_inputs] : {std::pair(std::vector<std::string>{"x", "v", "sgn(v)"}, false),
-                                          std::pair(std::vector<std::string>{"x", "v", "f"}, true),
-                                          std::pair(std::vector<std::string>{"x", "v", "sin(7*t)"}, true)}) {
-    const auto record = ident::Record{.prepared = dsp::prepare(displacement_only(1e-4, 7), {.cutoff_hz = 15.0})};
-    const auto ranges = ident::identify(record, {.order = 0, .terms = terms},
-                                        {.methods = {ident::FastRvmOptions{}}, .free_run = false});
-    CHECK(ranges.at(0).fits.at(0).size.has_inputs == has_inputs);
-  }
-}
