@@ -19,7 +19,10 @@ constexpr Index block_rows = 256;
 // Rows of one shard, the unit handed to a thread.
 constexpr Index shard_rows = 128 * block_rows;
 // Fewer rows are folded sooner than a thread begins.
-constexpr Index fewest_rows_for_threads = 100'000;
+int threads_for(Index num_rows, int num_threads) {
+  constexpr Index fewest = 100'000;
+  return num_rows < fewest ? 1 : num_threads;
+}
 
 // Powers of two that bring the greatest magnitude of each column to between 1 and 2, so that no square overflows or
 // vanishes: to multiply by and to divide by is exact.
@@ -103,8 +106,7 @@ RFactor r_factor(Index num_rows, Index num_terms, const Eigen::RowVectorXd& larg
   const ColumnScale scale(largest);
   std::vector<MatrixXd> shards(static_cast<std::size_t>(std::max<Index>(1, (num_rows + shard_rows - 1) / shard_rows)),
                                MatrixXd::Zero(width, width));
-  const int threads = num_rows < fewest_rows_for_threads ? 1 : num_threads;
-  dsp::for_each_index(shards.size(), threads, [&](std::size_t shard) {
+  dsp::for_each_index(shards.size(), threads_for(num_rows, num_threads), [&](std::size_t shard) {
     RowBlock block(block_rows, width);
     const Index begin = static_cast<Index>(shard) * shard_rows, end = std::min(num_rows, begin + shard_rows);
     for (Index first = begin; first < end; first += block_rows) {
@@ -131,7 +133,11 @@ RFactor r_factor(const Eigen::Ref<const MatrixXd>& phi, const Eigen::Ref<const M
     block << phi.middleRows(first, block.rows()), targets.middleRows(first, block.rows());
   };
   Eigen::RowVectorXd largest(phi.cols() + targets.cols());
-  largest << largest_of(phi), largest_of(targets);
+  dsp::for_each_index(static_cast<std::size_t>(largest.size()), threads_for(phi.rows(), num_threads),
+                      [&](std::size_t column) {
+                        const auto j = static_cast<Index>(column);
+                        largest.segment(j, 1) = largest_of(j < phi.cols() ? phi.col(j) : targets.col(j - phi.cols()));
+                      });
   return r_factor(phi.rows(), phi.cols(), largest, read, num_threads);
 }
 
