@@ -12,7 +12,7 @@
 #include "dsp/io/calibrate.hpp"
 #include "dsp/io/channel_roles.hpp"
 #include "dsp/io/recording_files.hpp"
-#include "dsp/io/set_shape.hpp"
+#include "dsp/set_shape.hpp"
 #include "dsp/memory_limit.hpp"
 #include "dsp/names.hpp"
 #include "dsp/samples/bridge_gaps.hpp"

@@ -18,9 +18,8 @@ using Eigen::MatrixXd;
 constexpr Index block_rows = 256;
 // Rows of one shard, the unit handed to a thread.
 constexpr Index shard_rows = 128 * block_rows;
-// Fewer rows are folded sooner than a thread begins.
 int threads_for(Index num_rows, int num_threads) {
-  constexpr Index fewest = 100'000;
+  constexpr Index fewest = 100'000;  // less are folded sooner than a thread begins
   return num_rows < fewest ? 1 : num_threads;
 }
 

@@ -239,6 +239,7 @@ std::vector<RecordedBand> recorded_bands(const Config& config, std::size_t max_m
 std::optional<double> cutoff_below(double stop_hz, const std::vector<RecordedBand>& recordings) {
   std::optional<double> lowest_hz;
   for (const auto& [rate_hz, motion] : recordings) {
+    if (motion.signal.empty()) return std::nullopt;
     // Decimated columns are gone at a quarter more than the cut-off; those at the record's own rate at the cut-off.
     double cutoff_hz = stop_hz / 1.25;
     if (dsp::rate_by_cutoff({.cutoff_hz = cutoff_hz}, rate_hz).rate_hz == 0.0) cutoff_hz = stop_hz;

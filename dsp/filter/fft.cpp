@@ -15,6 +15,8 @@
 #include <utility>
 #include <vector>
 
+#include "dsp/set_shape.hpp"
+
 // What FFTW calls where it gets no memory; its own prints and aborts. Ours comes first as long as FFTW is a shared
 // library. The exception passes through C code, which on Linux unwinds as C++ does.
 extern "C" [[noreturn]] void fftw_assertion_failed(const char*, int, const char*) {
@@ -188,13 +190,13 @@ Eigen::VectorXcd RealFft::forward(const Eigen::Ref<const Eigen::VectorXd>& x) co
 void RealFft::forward(const Eigen::Ref<const Eigen::VectorXd>& x, Eigen::VectorXcd& X) const {
   if (x.size() != plans_->n) throw std::invalid_argument("RealFft::forward: wrong length");
   if (!plans_->halved()) {
-    Eigen::VectorXcd all = x.cast<std::complex<double>>();
-    X.resize(x.size());
-    plans_->transform(doubles(all), doubles(X));
-    X.conservativeResize(x.size() / 2 + 1);
+    Eigen::VectorXcd all = x.cast<std::complex<double>>(), whole(x.size());
+    plans_->transform(doubles(all), doubles(whole));
+    set_shape(X, x.size() / 2 + 1);
+    X = whole.head(X.size());
     return;
   }
-  X.resize(x.size() / 2 + 1);
+  set_shape(X, x.size() / 2 + 1);
   if (aligned(x.data()))
     plans_->transform(x.data(), doubles(X));
   else

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "dsp/io/set_shape.hpp"
+#include "dsp/set_shape.hpp"
 
 namespace dsp {
 

@@ -23,8 +23,8 @@ auto placed(const Settings& table, std::string_view key, Parse parse) {
   }
 }
 
-std::optional<Quantity> read_quantity(const Settings& table, std::string_view key) {
-  const auto text = table.find_text(key, "10 V");
+std::optional<Quantity> read_quantity(const Settings& table, std::string_view key, std::string_view example = {}) {
+  const auto text = table.find_text(key, example);
   if (!text) return std::nullopt;
   return placed(table, key, [&] { return parse_quantity(*text); });
 }
@@ -88,12 +88,14 @@ void read_calibration(const Settings& table, ChannelSpec& channel) {
           "unit", "unit.kind",
           fmt::format("got {}, but the sensitivity measures {}", unit.name, channel.sensitivity->measured));
   });
-  for (const auto& [key, value, positive] :
-       {std::tuple{"full_scale", &channel.full_scale, "want a positive quantity (turn a channel round with sign = -1)"},
-        std::tuple{"offset", &channel.offset, ""}, std::tuple{"range", &channel.range, "want a positive quantity"},
-        std::tuple{"drift", &channel.drift, "want a positive quantity"}})
-    table.attempt([&, key = key, value = value, positive = positive] {
-      *value = read_quantity(table, key);
+  for (const auto& [key, example, value, positive] :
+       {std::tuple{"full_scale", "10 V", &channel.full_scale,
+                   "want a positive quantity (turn a channel round with sign = -1)"},
+        std::tuple{"offset", "2.5 V", &channel.offset, ""},
+        std::tuple{"range", "35 mm", &channel.range, "want a positive quantity"},
+        std::tuple{"drift", "40 um", &channel.drift, "want a positive quantity"}})
+    table.attempt([&, key = key, example = example, value = value, positive = positive] {
+      *value = read_quantity(table, key, example);
       if (*value && *positive != 0 && !((*value)->value > 0)) throw table.fault(key, "calibration.value", positive);
       check_kind(table, key, *value, channel);
     });

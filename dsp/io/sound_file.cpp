@@ -18,7 +18,7 @@
 
 #include "dsp/io/flac_stream.hpp"
 #include "dsp/io/pcm_samples.hpp"
-#include "dsp/io/set_shape.hpp"
+#include "dsp/set_shape.hpp"
 #include "dsp/io/sound_bytes.hpp"
 #include "dsp/io/sound_handle.hpp"
 #include "dsp/io/sound_header.hpp"

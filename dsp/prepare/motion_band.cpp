@@ -171,33 +171,63 @@ double eighth_s(Index num_frames, double sample_rate_hz) {
   return static_cast<double>(num_frames) / (num_eighths * sample_rate_hz);
 }
 
-/// Of samples that are the means of so many of the record's: white noise keeps its density in them, and what else they
-/// fold is far above a slow motion.
-MotionBand band_of_segments(RecordingReader reader, const MotionSource& source, double segment_s, Index means_of = 1) {
+/// Means of every so many values, which come in blocks of any size.
+class Means {
+ public:
+  explicit Means(Index num_values) : num_values_(num_values) {}
+  /// Those that these values complete.
+  [[nodiscard]] VectorXd push(const VectorXd& values) {
+    VectorXd means((count_ + values.size()) / num_values_);
+    Index done = 0;
+    for (const double value : values) {
+      sum_ += value;
+      if (++count_ < num_values_) continue;
+      means(done++) = sum_ / static_cast<double>(num_values_);
+      sum_ = 0.0;
+      count_ = 0;
+    }
+    return means;
+  }
+
+ private:
+  Index num_values_, count_ = 0;
+  double sum_ = 0.0;
+};
+
+/// How many samples one mean is to be of, so that a segment is no more than a spectrum takes, and that means keep a
+/// hundred harmonics of all that the usual segments do not resolve.
+Index means_for(double segment_s, double rate_hz) {
+  constexpr double num_harmonics = 100.0;
+  const double kept_hz = num_harmonics * static_cast<double>(least_bin) / RawSpectrum::usual_segment_s;
+  const double wanted = std::ceil(segment_s * rate_hz / static_cast<double>(RawSpectrum::longest_segment));
+  return static_cast<Index>(std::max(1.0, std::min(wanted, std::floor(0.5 * rate_hz / kept_hz))));
+}
+
+/// Of means of `num_means` samples where that is more than one: white noise keeps its density in them, and what else
+/// they fold is far above a slow motion.
+MotionBand band_of_segments(RecordingReader reader, const MotionSource& source, double segment_s, Index num_means = 1) {
   constexpr int most_segments = 32;
   const double rate_hz = reader.description().sample_rate_hz;
-  RawSpectrum spectrum(rate_hz / static_cast<double>(means_of), 1, static_cast<Index>(reader.num_frames()) / means_of,
+  RawSpectrum spectrum(rate_hz / static_cast<double>(num_means), 1, static_cast<Index>(reader.num_frames()) / num_means,
                        most_segments, segment_s);
-  const Index frames_a_block = std::max<Index>(1, block_frames / means_of) * means_of;
+  Means means(num_means);
   FrameBlock block;
   for (;;) {
-    if (const Index idle = means_of * spectrum.num_idle(); idle > 0) {
+    if (const Index idle = spectrum.num_idle(); num_means == 1 && idle > 0) {
       const Index skipped = reader.skip(idle);
-      spectrum.skip(skipped / means_of);
+      spectrum.skip(skipped);
       if (skipped < idle) break;
       continue;
     }
-    if (reader.read(block, frames_a_block) == 0) break;
+    if (reader.read(block, block_frames) == 0) break;
     VectorXd motion = block.col(source.plus);
     if (source.minus >= 0) motion -= block.col(source.minus);
-    spectrum.push(Eigen::Map<const Eigen::MatrixXd>(motion.data(), means_of, motion.size() / means_of)
-                      .colwise()
-                      .mean()
-                      .transpose());
+    spectrum.push(num_means > 1 ? means.push(motion) : motion);
   }
   const Eigen::MatrixXd power = spectrum.power();
   if (power.rows() == 0) return {};
   MotionBand band = motion_band(source.signal, source.order, power.col(0), spectrum.bin_hz());
+  if (band.signal.empty()) return band;
   const double nyquist_hz = 0.5 * rate_hz;
   if (band.to_hz == band.nyquist_hz) band.to_hz = nyquist_hz;
   band.nyquist_hz = nyquist_hz;
@@ -212,10 +242,10 @@ MotionBand find_motion_band(const std::function<RecordingReader()>& open) {
   if (source.plus < 0) return {};
   const double rate_hz = reader.description().sample_rate_hz;
   const double slow_s = eighth_s(static_cast<Index>(reader.num_frames()), rate_hz);
-  const double longest_s = static_cast<double>(RawSpectrum::longest_segment) / rate_hz;
   MotionBand band = band_of_segments(std::move(reader), source, RawSpectrum::usual_segment_s);
+  const double longest_s = static_cast<double>(RawSpectrum::longest_segment) / rate_hz;
   if (band.signal.empty() && slow_s > std::min(longest_s, RawSpectrum::usual_segment_s))
-    band = band_of_segments(open(), source, slow_s, static_cast<Index>(std::ceil(slow_s / longest_s)));
+    band = band_of_segments(open(), source, slow_s, means_for(slow_s, rate_hz));
   return band;
 }
 

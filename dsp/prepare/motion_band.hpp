@@ -20,7 +20,7 @@ struct MotionBand {
   double to_hz = 0.0;    ///< above, noise derived twice grows faster than the motion falls off
   double nyquist_hz = 0.0;    ///< to_hz is this where the motion is above its noise up to the end of the band
   double bin_hz = 0.0;        ///< of `density`
-  Eigen::VectorXd density{};  ///< of `signal`, bins from 0 Hz on, in any unit
+  Eigen::VectorXd density{};  ///< of `signal`, bins from 0 Hz on, in any unit; of a slow motion they end sooner
   double noise = 0.0;         ///< density of the noise at to_hz, likewise; 0: not seen
   /// Fraction of the acceleration's power, noise apart, that lies below cutoff_hz: 1 from to_hz on.
   [[nodiscard]] double kept_fraction(double cutoff_hz) const;
@@ -35,7 +35,8 @@ struct MotionBand {
 
 /// The same of a recording's motion: x, y - r where both were recorded, y; else the velocity or the acceleration. Reads
 /// some tens of pieces of a few seconds, or all of a short record; of a motion too slow for those, eighths of all of
-/// it. `open` begins at the first frame each time. Throws as RecordingReader::read does.
+/// it, of means of several samples where they are too many for a spectrum.
+/// `open` begins at the first frame each time. Throws as RecordingReader::read does.
 [[nodiscard]] MotionBand find_motion_band(const std::function<RecordingReader()>& open);
 
 /// The same of the channel that shows most of the motion, from spectra that were gathered on the way: of y rather than

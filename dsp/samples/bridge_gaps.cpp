@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "dsp/memory_limit.hpp"
+#include "dsp/set_shape.hpp"
 
 namespace dsp {
 
@@ -118,7 +119,7 @@ Eigen::Index GapBridge::take(FrameBlock& block, Eigen::Index max_frames) {
     first_ += count;
     return count;
   }
-  block.resize(count, std::ssize(open_));
+  set_shape(block, count, std::ssize(open_));
   for (Eigen::Index done = 0; done < count;) {
     const Held& front = held_.front();
     const auto from = static_cast<Eigen::Index>(first_ - front.first);

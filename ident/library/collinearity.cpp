@@ -125,7 +125,7 @@ Collinearity collinearity(const RFactor& data, double limit, const Poll& poll) {
   const std::vector<Index> columns = usable_terms(problem);
   if (columns.empty()) return result;
 
-  const SquareSvd svd(triangle(problem.A(Eigen::all, columns)), Eigen::ComputeFullV);
+  const SquareSvd svd = square_svd(triangle(problem.A(Eigen::all, columns)), Eigen::ComputeFullV);
   const VectorXd& s = svd.singularValues();
   const Index last = s.size() - 1;
   result.condition_number = s(last) > 0.0 ? s(0) / s(last) : infinite;

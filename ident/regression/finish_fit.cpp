@@ -123,7 +123,7 @@ FitStep start_from(std::vector<Index> kept) {
 
 double condition_number(const UnitProblem& problem, const std::vector<Index>& kept) {
   if (kept.empty()) return 1.0;
-  const VectorXd s = SquareSvd(triangle(columns(problem, kept))).singularValues();
+  const VectorXd s = square_svd(triangle(columns(problem, kept))).singularValues();
   const double smallest = s(s.size() - 1);
   return smallest > 0.0 ? s(0) / smallest : std::numeric_limits<double>::infinity();
 }

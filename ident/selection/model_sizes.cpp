@@ -52,7 +52,7 @@ std::vector<ModelSizes::Probed> ModelSizes::probed(const EvidenceRows& rows, con
     MatrixXd beyond = R.block(b, b, q, q);
     for (Index j = 0; j < q; ++j) beyond.col(j) *= norms(j) > 0.0 ? 1.0 / norms(j) : 0.0;
     const VectorXd target = R.col(b + q).segment(b, q) / unit;
-    const SquareSvd svd(beyond, Eigen::ComputeFullU);
+    const SquareSvd svd = square_svd(beyond, Eigen::ComputeFullU);
     one.num_probes = (svd.singularValues().array() > independent).count();
     const double last = R(b + q, b + q) / unit;
     one.rss = last * last + target.squaredNorm() -
@@ -163,7 +163,7 @@ ModelSizes::Rest ModelSizes::beside_common_functions(const Subset& model) const 
   }
   for (Index j = 0; j < width; ++j) stacked.col(j) *= squares(j) > 0.0 ? 1.0 / std::sqrt(squares(j)) : 0.0;
   const MatrixXd R = triangle(stacked);
-  const SquareSvd svd(R.topLeftCorner(q, q), Eigen::ComputeFullU);
+  const SquareSvd svd = square_svd(R.topLeftCorner(q, q), Eigen::ComputeFullU);
   const Index dimensions = (svd.singularValues().array() > independent).count();
   const VectorXd target = R.col(q).head(q);
   return {R(q, q) * R(q, q) + target.squaredNorm() -

@@ -31,7 +31,7 @@ struct Command {
 
 const std::vector<Command> commands{
     {"run", "--threads 1 run duffing/response.csv"},
-    {"prep", "--threads 1 prep duffing/response.csv"},
+    {"prep", "--threads 1 prep gaps.csv"},
     {"sim", "sim duffing --duration 0.2"},
     {"sim raw", "sim qzs --raw --duration 0.2 --programme decay --set releases=1 --set dwell_s=8"},
     {"sim frc", "sim qzs --frc --set from_hz=1.4 --set to_hz=1.42 --set dwell_s=5"},
@@ -45,6 +45,15 @@ void prepare(const Scratch& folder) {
   REQUIRE(support::run(folder, "$ARDENT -q sim duffing -o duffing --duration 4").code == 0);
   REQUIRE(support::run(folder, "$ARDENT -q run duffing/response.csv -o base").code == 0);
   fs::copy(folder / "duffing/response.csv", folder / "a.csv");
+  std::istringstream rows(bytes_of(folder / "duffing/response.csv"));
+  std::string with_gaps;
+  int number = 0;
+  for (std::string row; std::getline(rows, row); ++number) {
+    const std::size_t second = row.find(',') + 1;
+    if (number % 100 == 50) row.erase(second, row.find(',', second) - second);
+    with_gaps += row + "\n";
+  }
+  (void)folder.file("gaps.csv", with_gaps);
   fs::create_directory(folder / "out.partial");
   for (const char* name : {"out.partial/mine", "out.lock", "out.old", "notes.txt"}) (void)folder.file(name, "mine");
 }

@@ -53,6 +53,10 @@ TEST_CASE("the band that is chosen holds the fastest motion of all recordings", 
   CHECK(chosen_hz(given) == 50.0);
 }
 
+TEST_CASE("where no band of a motion was found there is no lower cut-off either", "[apps][inputs]") {
+  CHECK_FALSE(apps::cutoff_below(3.0, {{.sample_rate_hz = 100.0, .motion = {}}}));
+}
+
 TEST_CASE("what is wrong with each of several recordings is said at once", "[apps][inputs]") {
   const support::Scratch folder;
   apps::Console silent({.verbosity = -1});

@@ -173,25 +173,45 @@ TEST_CASE("a file is looked through in pieces and tells the band of all of it") 
 
 TEST_CASE("a slow motion recorded fast is found, and where its noise exceeds it") {
   const support::Scratch folder;
-  const double rate_hz = 8192.0;
-  const Periodic motion{0.12, rate_hz, 240.0};  // an eighth of it has 245,760 samples
-  // Its noise has the density that 1e-4 has at 64 Hz, at which an eighth is short enough as it is.
-  const double noise = 1e-4 * std::sqrt(rate_hz / 64.0);
+  // An eighth of it has 300,000 samples: means of three, which blocks of a power of two cut.
+  const double rate_hz = 10'000.0;
+  const Periodic motion{0.12, rate_hz, 239.99};
+  // Its noise has the density that 1e-4 has at 64 Hz, where an eighth is short enough as it is.
+  const VectorXd x = with_noise(motion.derivative(0), 1e-4 * std::sqrt(rate_hz / 64.0), 11);
+  dsp::FrameBlock samples(x.size(), 2);
+  for (Index i = 0; i < x.size(); ++i) {
+    const double base = 0.2 * std::cos(0.3 * static_cast<double>(i) / rate_hz);
+    samples.row(i) << 0.25 * x(i) + base, base;
+  }
   const auto file = folder / "slow.rf64";
   dsp::SoundFileWriter writer(file, {.container = dsp::SoundContainer::rf64,
                                      .sample_rate_hz = rate_hz,
-                                     .num_channels = 1,
-                                     .num_frames = static_cast<Index>(240.0 * rate_hz)});
-  writer.write(dsp::FrameBlock(0.25 * with_noise(motion.derivative(0), noise, 11)));
+                                     .num_channels = 2,
+                                     .num_frames = samples.rows()});
+  writer.write(samples);
   writer.close();
-  (void)folder.file(
-      "slow.rf64.toml",
-      "schema = 1\n[[channel]]\nname = \"x\"\nrole = \"x\"\nfull_scale = \"1 V\"\nsensitivity = \"1 V/m\"\n");
+  std::string sidecar = "schema = 1\n";
+  for (const char* name : {"y", "r"})
+    sidecar += fmt::format(
+        "[[channel]]\nname = \"{0}\"\nrole = \"{0}\"\nfull_scale = \"1 V\"\nsensitivity = \"1 V/m\"\n", name);
+  (void)folder.file("slow.rf64.toml", sidecar);
   const dsp::MotionBand band = dsp::find_motion_band([&] { return dsp::RecordingReader(file); });
-  CHECK(band.signal == "x");
-  CHECK(std::abs(band.peak_hz - 0.12) <= 0.5 / 30.0);  // half a bin
+  CHECK(band.signal == "y - r");
+  const double bin_hz = 8.0 / 239.99;
+  CHECK(std::abs(band.peak_hz - 0.12) <= 0.5 * bin_hz);
   CHECK(band.nyquist_hz == 0.5 * rate_hz);
   const dsp::MotionBand slower = band_of(with_noise(Periodic{0.12, 64.0, 240.0}.derivative(0), 1e-4, 12), 64.0);
-  CHECK(band.to_hz ==
-        Approx(slower.to_hz).epsilon(0.3));  // steps of a twelfth of an octave, of noise of eight segments
+  // Between two harmonics the spectrum has no place for a least value: they are 0.24 Hz apart.
+  CHECK(std::abs(band.to_hz - slower.to_hz) <= 0.24);
+}
+
+TEST_CASE("of what is too slow for any piece there is no band") {
+  const support::Scratch folder;
+  std::string csv = "t_s,x_m\n";
+  for (int i = 0; i < 10'000; ++i) csv += fmt::format("{},{:.9g}\n", 0.01 * i, std::sin(0.01 * i / 100.0));
+  const auto file = folder.file("slow.csv", csv);
+  const dsp::MotionBand band = dsp::find_motion_band([&] { return dsp::RecordingReader(file); });
+  CHECK(band.signal.empty());
+  CHECK(band.nyquist_hz == 0.0);
+  CHECK(dsp::cutoff_for(band) == 0.0);
 }

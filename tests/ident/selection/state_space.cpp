@@ -3,7 +3,11 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
+#include <string>
+#include <utility>
+#include <vector>
 
+#include "dsp/prepare.hpp"
 #include "ident/identify.hpp"
 
 TEST_CASE("a state of x and v alone has no inputs, one with a recorded force or the time has", "[ident][state_space]") {
