@@ -40,7 +40,7 @@ struct RecordedBand {
 [[nodiscard]] std::vector<RecordedBand> recorded_bands(const Config& config, std::size_t max_memory_bytes);
 
 /// prepare.cutoff_hz with which columns are gone from stop_hz on. Nothing where that leaves less of the motion of one
-/// of the recordings than dsp::band_check wants, or where none was found.
+/// of the recordings than dsp::band_check wants, or where no band was found.
 [[nodiscard]] std::optional<double> cutoff_below(double stop_hz, const std::vector<RecordedBand>& recordings);
 
 /// Opens every recording as a run would, without reading on: throws all that is wrong with them and their sidecars.

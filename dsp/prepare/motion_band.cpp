@@ -222,7 +222,8 @@ MotionBand band_of_segments(RecordingReader reader, const MotionSource& source, 
     if (reader.read(block, block_frames) == 0) break;
     VectorXd motion = block.col(source.plus);
     if (source.minus >= 0) motion -= block.col(source.minus);
-    spectrum.push(num_means > 1 ? means.push(motion) : motion);
+    if (num_means > 1) motion = means.push(motion);
+    spectrum.push(motion);
   }
   const Eigen::MatrixXd power = spectrum.power();
   if (power.rows() == 0) return {};

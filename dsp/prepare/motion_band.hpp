@@ -35,8 +35,8 @@ struct MotionBand {
 
 /// The same of a recording's motion: x, y - r where both were recorded, y; else the velocity or the acceleration. Reads
 /// some tens of pieces of a few seconds, or all of a short record; of a motion too slow for those, eighths of all of
-/// it, of means of several samples where they are too many for a spectrum.
-/// `open` begins at the first frame each time. Throws as RecordingReader::read does.
+/// it, of means of several samples where they are too many for a spectrum. `open` begins at the first frame each time.
+/// Throws as RecordingReader::read does.
 [[nodiscard]] MotionBand find_motion_band(const std::function<RecordingReader()>& open);
 
 /// The same of the channel that shows most of the motion, from spectra that were gathered on the way: of y rather than
