@@ -170,7 +170,7 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
   found.misses_motion =
       found.noise_is_known &&
       noise.motion_std * noise.motion_std < mostly_noise * (noise.motion_power - sensor_linearity * mean_square(train));
-  found.lacks_at_motion = fit.explanations.at_motion.has_value();
+  found.lacks_at_motion = fit.explanations.at_motion || fit.explanations.may_lack_at_motion;
   found.keeps_energy = !found.negligible_rest && has_no_damping(fit);
   if (fit.train.reason.empty() && fit.test.reason.empty()) {
     const double before = fit.train.value * mean_square(train), after = fit.test.value * mean_square(test);
@@ -225,7 +225,9 @@ Cause hiding_cause(const JudgedFit& fit) {
 }  // namespace
 
 NamedCause cause_of(const RangeResult& range, const JudgedFit& fit, const Findings& found) {
-  const auto& [recorded, form, better, at_motion] = fit.explanations;
+  const Explanations& tried = fit.explanations;
+  const std::optional<Explanation>&recorded = tried.recorded, &form = tried.form, &better = tried.better,
+        &at_motion = tried.at_motion;
   const bool fails = found.by_run == Verdict::does_not;
   if (leaves_out_recorded(fit, found)) return {recorded->cause, recorded};
   if (!found.biased.empty()) return {has_wide_band(fit.noise) ? Cause::wide_band : Cause::noise};

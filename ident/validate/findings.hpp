@@ -26,7 +26,7 @@ struct Findings {
   bool negligible_rest = false;  ///< what is left on the training rows is what sensors make that are not quite linear
   bool above_noise = false;      ///< what is left on the training rows is more than noise
   bool misses_motion = false;    ///< and so is what lies where the target is more than noise, whatever noise is beside
-  bool lacks_at_motion = false;  ///< a term that is not in the equation shows there, beyond chance
+  bool lacks_at_motion = false;  ///< a term that is not in the equation shows there
   bool keeps_energy = false;     ///< nothing drives the equation or damps it: every steady motion of its period will do
   bool fitted_to_its_rows = false;
   std::string biased;  ///< a term whose interval misses by noise of the regressors

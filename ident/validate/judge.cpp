@@ -108,6 +108,22 @@ std::string energy_clause(const Findings& found) {
   return found.keeps_energy ? "nothing in it drives the motion or damps it, and what does is not known" : std::string();
 }
 
+/// Terms of which not even the sign is known: with a coefficient below its standard deviation, one leaves more of new
+/// data than the equation without it.
+std::vector<std::string> unknown_terms(const Model& model) {
+  std::vector<std::string> names;
+  for (const ModelTerm& term : model.terms)
+    if (term.std > std::abs(term.mean)) names.push_back(label(term));
+  return names;
+}
+
+std::string unknown_clause(const std::vector<std::string>& terms) {
+  if (terms.empty()) return {};
+  return fmt::format("whether it has {} is not known: {}", fmt::join(terms, " and "),
+                     terms.size() == 1 ? "its coefficient is below its standard deviation"
+                                       : "their coefficients are below their standard deviations");
+}
+
 std::string power_clause(double balance) {
   if (!std::isfinite(balance)) return {};
   return std::abs(balance) <= in_step
@@ -277,15 +293,17 @@ Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range
   const double balance = ranges[range].power_balance;
   const bool out_of_step = std::isfinite(balance) && std::abs(balance) > in_step;
   const Agreement others = agreement(ranges, range, method);
+  const std::vector<std::string> unknown = unknown_terms(fit.model);
   if (result.verdict == Verdict::describes &&
       (!converged || left_over || found.fitted_to_its_rows || found.keeps_energy || out_of_step || others.other ||
-       lacks_better(fit, found)))
+       lacks_better(fit, found) || !unknown.empty()))
     result.verdict = Verdict::in_part;
 
   std::vector<std::string> clauses{free_run_clause(fit.free_run, found),
                                    residual_clause(fit, found),
                                    carry_over_clause(fit, found),
                                    energy_clause(found),
+                                   unknown_clause(unknown),
                                    power_clause(balance),
                                    others.clause};
   if (!converged) clauses.push_back(fmt::format("the fit ended as {}", to_string(fit.fit.status)));

@@ -21,12 +21,13 @@ namespace ident {
 /// noise. Where more than twice what the noise of the channels makes is left over, and more than the linearity of
 /// sensors, an equation describes in part at best, and does not beyond 2 %; in part at best, too, where so much is left
 /// over at the frequencies at which the target is more than noise, and where a term that is not in the equation shows
-/// there (Explanations::at_motion). (A table, whose noise is not known: where the
+/// there (Explanations::may_lack_at_motion). (A table, whose noise is not known: where the
 /// residual is not white and a thousandth of the target's power.) Describes is taken down to in part by a fit that did
 /// not converge, a tenth of the target's power left over, a residual ten times larger on test rows, a power balance
-/// beyond 0.02, a form with which the equation is better, an equation that nothing drives or damps, or another equation
-/// in another range. Ranges agree where the terms that matter (a twentieth of the target's largest or more) are in both
-/// and within 10 %. A cause is named where a test found it (cause_of in findings.hpp).
+/// beyond 0.02, a form with which the equation is better, an equation that nothing drives or damps, a coefficient below
+/// its standard deviation, or another equation in another range. Ranges agree where the terms that matter (a twentieth
+/// of the target's largest or more) are in both and within 10 %. A cause is named where a test found it (cause_of in
+/// findings.hpp).
 void judge(std::vector<RangeResult>& ranges);
 
 /// The greater, the rather an equation speaks for its record: does not, undecided, in part, describes.

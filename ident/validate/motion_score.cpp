@@ -118,7 +118,9 @@ MotionScore::Score MotionScore::of(const Eigen::Ref<const VectorXd>& series) con
   own -= kept_ * (kept_.transpose() * own);
   if (!(own.squaredNorm() > rounding * power)) return {};
   const double product = own.dot(residual_) / own.norm();
-  return {product / std::sqrt(window_variance), product * product / residual_.squaredNorm()};
+  const double z = product / std::sqrt(window_variance), fraction = product * product / residual_.squaredNorm();
+  const double num_independent = static_cast<double>(residual_.size() - kept_.cols()) / window_variance;
+  return {z, fraction, std::min(z * z, -num_independent * std::log1p(-fraction))};
 }
 
 }  // namespace ident

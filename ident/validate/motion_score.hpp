@@ -26,6 +26,9 @@ class MotionScore {
   struct Score {
     double z = 0.0;         ///< 0 too where the kept terms make up the series
     double fraction = 0.0;  ///< of the weighted power of the residual
+    /// Twice the log likelihood that the series as a further term adds: by that noise z^2, and no more than by noise of
+    /// whatever level the residual has, which may be above what the channels tell.
+    double gain = 0.0;
   };
   /// `series`: a value per row.
   [[nodiscard]] Score of(const Eigen::Ref<const Eigen::VectorXd>& series) const;

@@ -208,23 +208,24 @@ struct Residual {
     return best;
   }
 
-  /// What has the highest score at the frequencies of the motion, beyond chance.
-  [[nodiscard]] std::optional<Explanation> at_motion(const std::vector<Probe>& probes,
-                                                     const std::vector<LeftOut>& left_out) const {
+  /// What has the highest score at the frequencies of the motion.
+  void look_at_motion(const std::vector<Probe>& probes, const std::vector<LeftOut>& left_out,
+                      Explanations& result) const {
     const MotionScore score(model, rows, recordings, values);
-    if (!score.can_tell()) return std::nullopt;
+    if (!score.can_tell()) return;
+    constexpr double once_in_hundred = 6.635;  // chi-square of one degree of freedom
     // A normal deviate exceeds z, either way, with a probability below exp(-z^2 / 2).
     double most = std::sqrt(2.0 * std::log(static_cast<double>(probes.size() + left_out.size()) / by_chance));
-    std::optional<Explanation> best;
     const auto try_as = [&](const Explanation& as, const Eigen::Ref<const VectorXd>& series) {
       if (poll) poll();
       const MotionScore::Score found = score.of(series);
+      result.may_lack_at_motion = result.may_lack_at_motion || found.gain > once_in_hundred;
       if (!(std::abs(found.z) > most)) return;
       most = std::abs(found.z);
-      best = as;
-      best->fraction = found.fraction;
-      best->at_motion = true;
-      best->candidate =
+      result.at_motion = as;
+      result.at_motion->fraction = found.fraction;
+      result.at_motion->at_motion = true;
+      result.at_motion->candidate =
           std::any_of(left_out.begin(), left_out.end(), [&](const LeftOut& term) { return term.name == as.what; });
     };
     for (const Probe& probe : probes)
@@ -235,7 +236,6 @@ struct Residual {
       RowsOfTerms(rows, recordings, {term.column}).read(0, column);
       try_as({.what = term.name, .cause = Cause::missing_term, .is_recorded = false}, column);
     }
-    return best;
   }
 
   /// The kept equation is better with this sign in place of all terms with that of the other motion. Where it has none
@@ -381,7 +381,9 @@ Explanations explanations(const Model& model, const std::vector<std::string>& te
   });
   std::vector<Probe> all = recorded;
   all.insert(all.end(), forms.begin(), forms.end());
-  return {left.best_of(recorded), left.best_of(forms), left.better(forms), left.at_motion(all, left_out)};
+  Explanations result{left.best_of(recorded), left.best_of(forms), left.better(forms)};
+  left.look_at_motion(all, left_out, result);
+  return result;
 }
 
 }  // namespace ident

@@ -33,6 +33,9 @@ struct Explanations {
   /// A recorded signal, one of these forms or a candidate that was not taken, where the residual has more of it at the
   /// frequencies of the motion than their noise has by chance (MotionScore).
   std::optional<Explanation> at_motion;
+  /// One of these shows there, though by chance one of them might: noise alone adds as much by any single one of them
+  /// once in a hundred (MotionScore::Score::gain).
+  bool may_lack_at_motion = false;
 };
 
 /// A candidate that was not taken.

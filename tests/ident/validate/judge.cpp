@@ -295,6 +295,26 @@ TEST_CASE("noise beside the motion does not excuse what is left over where the m
   CHECK(of(result).verdict == Verdict::describes);
 }
 
+TEST_CASE("an equation whose terms are not known to be there describes in part", "[ident][judge]") {
+  auto result = range("low", 1e-4, 5e-3);
+  ident::ModelTerm& term = result.fits[0].model.terms[0];
+  term.std = 0.9 * std::abs(term.mean);
+  CHECK(of(result).verdict == Verdict::describes);
+  term.std = 1.1 * std::abs(term.mean);
+  CHECK(of(result).verdict == Verdict::in_part);
+  CHECK_THAT(of(result).sentence, Catch::Contains("whether it has " + term.name + " is not known: its coefficient is"));
+}
+
+TEST_CASE("a term that may show at the frequencies of the motion is doubt enough, and no cause", "[ident][judge]") {
+  auto result = range("low", 1e-4, 5e-3);
+  ident::JudgedFit& fit = result.fits[0];
+  fit.noise.residual_power = 5e-3, fit.noise.residual_std = fit.noise.known_std = std::sqrt(4e-3);
+  fit.explanations.may_lack_at_motion = true;
+  CHECK(of(result).verdict == Verdict::in_part);
+  CHECK(of(result).cause == ident::Cause::not_found);
+  CHECK_THAT(of(result).sentence, Catch::Contains("more than noise at the frequencies of the motion"));
+}
+
 TEST_CASE("a term that shows at the frequencies of the motion is missing, however little it is", "[ident][judge]") {
   auto result = range("low", 1e-4, 5e-3);
   ident::JudgedFit& fit = result.fits[0];

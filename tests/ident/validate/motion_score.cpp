@@ -67,8 +67,10 @@ TEST_CASE("the score of a series that nothing is missing of is a standard normal
   double sum = 0.0;
   for (int draw = 0; draw < draws; ++draw) {
     const Noisy noisy(100 + static_cast<std::uint32_t>(draw));
-    const double z = noisy.score({"x", "v", "f"}, noisy.column("x^3")).z;
+    const auto [z, fraction, gain] = noisy.score({"x", "v", "f"}, noisy.column("x^3"));
     sum += z * z / draws;
+    CHECK(gain == Approx(z * z).margin(0.3 + 0.3 * z * z));  // its level is known to three times 8 %
+    CHECK(fraction < 0.2);
   }
   // chi^2 of as many degrees: four standard errors.
   CHECK(sum == Approx(1.0).margin(4.0 * std::sqrt(2.0 / draws)));
@@ -81,6 +83,8 @@ TEST_CASE("damping that noise drowns in the whole band shows where the motion is
   CHECK(found.z < -10.0);
   CHECK(noisy.score({"x", "f"}, -2.0 * v).z == Approx(-found.z));
   CHECK(found.fraction > 0.5);
+  CHECK(found.gain > 100.0);
+  CHECK(found.gain < found.z * found.z);
   // A series that the kept terms make up has no score of its own.
   CHECK(noisy.score({"x", "f"}, noisy.column("x") - 3.0 * noisy.column("f")).z == 0.0);
 }
