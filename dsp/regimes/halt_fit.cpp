@@ -8,15 +8,15 @@ namespace dsp {
 namespace {
 
 using Eigen::Index;
-using Eigen::MatrixXd;
 using Eigen::VectorXd;
+using Basis = Eigen::Matrix<double, Eigen::Dynamic, 4>;
 
 // The reversal lies within a wave of the low-pass and a halt lasts for up to one: both are searched in such steps.
 constexpr std::ptrdiff_t steps_per_wave = 16, num_steps = 2 * steps_per_wave + 1, num_halts = steps_per_wave + 1;
 
 // Columns: 1, t, t^2 but for the halt, and 1 from its end on. Times in samples from the reversal.
-MatrixXd course(const ShortLowPass& low_pass, Index reach, double wave, double reversal, double halt) {
-  MatrixXd columns(2 * reach + 1, 4);
+Basis course(const ShortLowPass& low_pass, Index reach, double wave, double reversal, double halt) {
+  Basis columns(2 * reach + 1, 4);
   for (Index i = 0; i < columns.rows(); ++i) {
     const double t = static_cast<double>(i - reach) - reversal;
     const auto until = [&](int power) { return low_pass.passed(power, t) - low_pass.switched_on(power, t); };
@@ -29,8 +29,11 @@ MatrixXd course(const ShortLowPass& low_pass, Index reach, double wave, double r
   return columns;
 }
 
-double misfit(const MatrixXd& basis, const VectorXd& a) {
-  return a.squaredNorm() - (basis.transpose() * a).squaredNorm();
+// Without memory from the heap, for which the threads would wait for one another.
+double misfit(const Basis& basis, const VectorXd& a, double power) {
+  Eigen::Vector4d in_basis;
+  in_basis.noalias() = basis.transpose() * a;
+  return power - in_basis.squaredNorm();
 }
 
 }  // namespace
@@ -41,18 +44,18 @@ HaltFit::HaltFit(const ShortLowPass& low_pass, double cutoff_cycles_per_sample)
     Bases bases;
     for (std::ptrdiff_t step = 0; step < num_steps; ++step) {
       const double reversal = (static_cast<double>(step) / steps_per_wave - 1.0) * wave_;
-      const MatrixXd columns =
+      const Basis columns =
           course(low_pass, reach_, wave_, reversal, static_cast<double>(halt) / steps_per_wave * wave_);
-      bases.push_back(Eigen::HouseholderQR<MatrixXd>(columns).householderQ() *
-                      MatrixXd::Identity(columns.rows(), columns.cols()));
+      bases.push_back(Eigen::HouseholderQR<Basis>(columns).householderQ() *
+                      Basis::Identity(columns.rows(), columns.cols()));
     }
     by_halt_.push_back(std::move(bases));
   }
 }
 
 // Downhill from a step of the grid; between steps by the parabola through three.
-HaltFit::Least HaltFit::least_about(const Bases& bases, const VectorXd& a, std::ptrdiff_t step) {
-  const auto at = [&](std::ptrdiff_t k) { return misfit(bases[static_cast<std::size_t>(k)], a); };
+HaltFit::Least HaltFit::least_about(const Bases& bases, const VectorXd& a, double power, std::ptrdiff_t step) {
+  const auto at = [&](std::ptrdiff_t k) { return misfit(bases[static_cast<std::size_t>(k)], a, power); };
   Least least{step, at(step)};
   double before = INFINITY, after = INFINITY;  // at its neighbours
   for (std::ptrdiff_t k = step + 1; k < num_steps; ++k) {
@@ -74,16 +77,17 @@ HaltFit::Least HaltFit::least_about(const Bases& bases, const VectorXd& a, std::
 }
 
 HaltFit::Result HaltFit::operator()(const VectorXd& a) const {
+  const double power = a.squaredNorm();
   std::ptrdiff_t step = 0;
   double lowest = INFINITY;
   for (std::ptrdiff_t k = 0; k < num_steps; ++k)
-    if (const double here = misfit(by_halt_.front()[static_cast<std::size_t>(k)], a); here < lowest)
+    if (const double here = misfit(by_halt_.front()[static_cast<std::size_t>(k)], a, power); here < lowest)
       lowest = here, step = k;
 
   double without = 0.0, least = INFINITY;
   std::size_t best = 0;
   for (std::size_t k = 0; k < by_halt_.size(); ++k) {
-    const Least here = least_about(by_halt_[k], a, step);
+    const Least here = least_about(by_halt_[k], a, power, step);
     step = here.step;
     if (k == 0) without = here.misfit;
     if (here.misfit < least) least = here.misfit, best = k;

@@ -23,12 +23,13 @@ class HaltFit {
   [[nodiscard]] Result operator()(const Eigen::VectorXd& a) const;
 
  private:
-  using Bases = std::vector<Eigen::MatrixXd>;  // orthonormal, by step of the grid
+  using Bases = std::vector<Eigen::Matrix<double, Eigen::Dynamic, 4>>;  // orthonormal, by step of the grid
   struct Least {
     std::ptrdiff_t step = 0;
     double misfit = 0.0;
   };
-  [[nodiscard]] static Least least_about(const Bases& bases, const Eigen::VectorXd& a, std::ptrdiff_t step);
+  [[nodiscard]] static Least least_about(const Bases& bases, const Eigen::VectorXd& a, double power,
+                                         std::ptrdiff_t step);
   double wave_;  // in samples
   Eigen::Index reach_;
   std::vector<Bases> by_halt_;

@@ -33,10 +33,9 @@ class ExtremeValue {
   /// `limit`: in samples times sign; infinity: none known.
   ExtremeValue(double sign, double limit, Eigen::Index merge_gap)
       : sign_(sign), limit_(limit), at_limit_(merge_gap), at_extreme_(merge_gap) {}
-  /// Whether the cell matters here. Rarely: only what reaches the second largest value met.
-  [[nodiscard]] bool concerns(const SampleCell& cell) const {
-    return (sign_ > 0 ? cell.high : -cell.low) >= std::min(next_, limit_);
-  }
+  /// Cells whose largest sample, of this sign, is less do not matter here. Few do: what reaches the second largest
+  /// value met.
+  [[nodiscard]] double least() const { return std::min(next_, limit_); }
   template <class Samples>
   void scan(const Samples& samples, Eigen::Index first) {
     away_ = away_ || first != scanned_;

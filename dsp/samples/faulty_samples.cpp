@@ -126,25 +126,30 @@ FaultySamples::State::State(double rate_hz, std::vector<Channel> channels, const
 
 void FaultySamples::State::take(const Eigen::RowVectorXd& before, const Eigen::Ref<const FrameBlock>& frames,
                                 std::span<const SampleCell> cells) {
-  // A single step of every cell, of every fourth where that is enough, at a sample that wanders through the cell.
-  const std::size_t spacing = cell_frames < 8 ? 1 : 4;
+  // A single step of every cell, of every eighth where that is enough, at a sample that wanders through the cell.
+  const std::size_t spacing = cell_frames < 8 ? 1 : 8;
   const std::size_t count = cells.size() / tracks.size();
   for (std::size_t c = 0; c < tracks.size(); ++c) {
     auto& track = tracks[c];
     const auto samples = frames.col(static_cast<Eigen::Index>(c));
     const auto own = cells.subspan(c * count, count);
     const auto row_of = [&](std::size_t k) { return static_cast<Eigen::Index>(k) * cell_frames; };
-    for (std::size_t k = 0; k < count; ++k)
-      for (auto* side : {&track.upper, &track.lower})
-        if (side->concerns(own[k]))
-          side->scan(samples.segment(row_of(k), std::min(cell_frames, samples.size() - row_of(k))),
-                     num_frames + row_of(k));
+    double upper = track.upper.least(), lower = track.lower.least();
+    for (std::size_t k = 0; k < count; ++k) {
+      const bool high = own[k].high >= upper, low = -own[k].low >= lower;
+      if (!high && !low) continue;
+      const auto in_cell = samples.segment(row_of(k), std::min(cell_frames, samples.size() - row_of(k)));
+      if (high) track.upper.scan(in_cell, num_frames + row_of(k));
+      if (low) track.lower.scan(in_cell, num_frames + row_of(k));
+      upper = track.upper.least();
+      lower = track.lower.least();
+    }
     for (std::size_t first = 0, taken = 0; first < count; first += taken) {
       taken = std::min(count - first, cells_per_chunk - track.cells.size());
       track.cells.insert(track.cells.end(), own.begin() + first, own.begin() + first + taken);
       const auto before_first = static_cast<std::size_t>(num_cells) + first;
       for (std::size_t k = first + (spacing - before_first % spacing) % spacing; k < first + taken; k += spacing) {
-        const Eigen::Index sample = row_of(k) + (num_cells + static_cast<Eigen::Index>(k)) / 4 * 7 % cell_frames;
+        const Eigen::Index sample = row_of(k) + (num_cells + static_cast<Eigen::Index>(k)) / 8 * 7 % cell_frames;
         if (sample < samples.size())
           track.steps.push_back(
               std::abs(samples(sample) - (sample > 0 ? samples(sample - 1) : before(static_cast<Eigen::Index>(c)))));

@@ -7,33 +7,42 @@
 
 namespace dsp {
 
+// A function of its own: among calls the compiler keeps the sums in memory, where each addition waits for the one
+// before.
+[[gnu::noinline]] SampleStatistics::Sums SampleStatistics::with(Sums sums, std::span<const SampleCell> cells,
+                                                                double origin, double first_index) {
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    const SampleCell& cell = cells[k];
+    sums.low = std::min(sums.low, cell.low);
+    sums.high = std::max(sums.high, cell.high);
+    const double level = cell.mean - origin;
+    sums.level += level;
+    sums.squares += level * level;
+    sums.moment += level * (first_index + static_cast<double>(k));
+  }
+  return sums;
+}
+
 void SampleStatistics::follow(std::span<const SampleCell> cells, std::span<const double> steps,
                               const StepScale& scale) {
   if (num_cells_ == 0 && !cells.empty()) origin_ = cells.front().mean;
   constexpr double beyond = 10.0;
   const double threshold = beyond * std::max(scale.large, scale.smallest);
-  double low = low_, high = high_, sum = sum_, sum_squares = sum_squares_, moment = moment_;  // in registers
+  for (std::size_t k = 0; k < cells.size() && few_values(); ++k) {
+    note_value(cells[k].low);
+    note_value(cells[k].high);
+  }
+  sums_ = with(sums_, cells, origin_, static_cast<double>(num_cells_));
   const SampleCell* last = &last_;
-  for (const auto& cell : cells) {
-    low = std::min(low, cell.low);
-    high = std::max(high, cell.high);
-    if (few_values()) {
-      note_value(cell.low);
-      note_value(cell.high);
+  bool quiet = burst_.num_cells == 0;
+  for (const SampleCell& cell : cells) {
+    if (!quiet || cell.step > threshold) {
+      look_for_spikes(*last, cell, threshold);
+      quiet = burst_.num_cells == 0;
     }
-    const double level = cell.mean - origin_;
-    sum += level;
-    sum_squares += level * level;
-    moment += level * static_cast<double>(num_cells_);
-    if (cell.step > threshold || burst_.num_cells > 0) look_for_spikes(*last, cell, threshold);
     last = &cell;
     ++num_cells_;
   }
-  low_ = low;
-  high_ = high;
-  sum_ = sum;
-  sum_squares_ = sum_squares;
-  moment_ = moment;
   last_ = *last;
   for (const double step : steps) {
     num_changes_ += step > scale.floor;
@@ -93,12 +102,14 @@ double SampleStatistics::repeats() const {
 
 std::vector<Check> SampleStatistics::checks(const Channel& channel, double cell_s, double sample_rate_hz) const {
   if (constant())
-    return {{"sample.constant", channel.name, CheckStatus::warning, low_, 0.0,
-             low_ == 0.0 ? "all values are zero" : fmt::format("all values are {:.6g} {}", low_, channel.unit)}};
+    return {
+        {"sample.constant", channel.name, CheckStatus::warning, sums_.low, 0.0,
+         sums_.low == 0.0 ? "all values are zero" : fmt::format("all values are {:.6g} {}", sums_.low, channel.unit)}};
   const auto n = static_cast<double>(num_cells_);
-  const double mean = sum_ / n, spread = std::sqrt(std::max(0.0, sum_squares_ / n - mean * mean));
+  const double mean = sums_.level / n, spread = std::sqrt(std::max(0.0, sums_.squares / n - mean * mean));
   const double offset = origin_ + mean;
-  const double drift = n > 1 ? (12 * moment_ - 6 * (n - 1) * sum_) / (n * n - 1) : 0.0;  // slope times n cells
+  const double drift =
+      n > 1 ? (12 * sums_.moment - 6 * (n - 1) * sums_.level) / (n * n - 1) : 0.0;  // slope times n cells
   std::vector<Check> checks;
   checks.push_back({"sample.offset", channel.name,
                     std::abs(offset) > 0.1 * spread ? CheckStatus::note : CheckStatus::ok, offset, 0.1 * spread,
@@ -109,7 +120,7 @@ std::vector<Check> SampleStatistics::checks(const Channel& channel, double cell_
        fmt::format("a straight line through the record changes by {:.6g} {} from end to end", drift, channel.unit)});
   if (const auto num = num_multiples_ + num_others_; num >= 20 && 20 * num_others_ <= num) {
     constexpr double least_bits = 7.0;
-    const double bits = std::log2((high_ - low_) / quantum_ + 1.0);
+    const double bits = std::log2((sums_.high - sums_.low) / quantum_ + 1.0);
     checks.push_back({"sample.quantised", channel.name, bits < least_bits ? CheckStatus::warning : CheckStatus::ok,
                       bits, least_bits,
                       fmt::format("in steps of {:.6g} {}: {:.1f} effective bits", quantum_, channel.unit, bits)});
