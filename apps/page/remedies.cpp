@@ -137,6 +137,8 @@ Remedy with_explanation(const Config& config, const ident::Explanation& explanat
           with_terms(config, {explanation.what})};
 }
 
+constexpr const char* more_data = "a longer record, or one with less noise, would tell";
+
 /// A candidate that was not taken, because noise drowns it: in a narrower band there is less of that.
 Remedy with_less_noise(const ident::JudgedFit& fit, const ident::Explanation& candidate) {
   const std::string why = fmt::format(
@@ -144,6 +146,18 @@ Remedy with_less_noise(const ident::JudgedFit& fit, const ident::Explanation& ca
   if (!ident::has_wide_band(fit.noise)) return {why + ": a longer record, or one with less noise, would tell.", {}};
   return {fmt::format("{}, most of it above {:.3g} Hz. In the config:", why, fit.noise.needed_hz),
           {"[prepare]", fmt::format("cutoff_hz = {:.3g}", fit.noise.needed_hz)}};
+}
+
+/// What only more data decide, where nothing else is found that speaks against an equation.
+void add_doubts(const ident::RangeResult& range, const ident::JudgedFit& fit, std::vector<Remedy>& found) {
+  const ident::Judgement& judgement = fit.judgement;
+  if (judgement.verdict != ident::Verdict::in_part) return;
+  if (!judgement.cause)
+    found.push_back({fmt::format("Whether the equation needs {}: {}.",
+                                 fmt::join(ident::findings_of(range, fit).doubtful, ", "), more_data),
+                     {}});
+  else if (*judgement.cause == ident::Cause::not_found && fit.explanations.may_lack_at_motion)
+    found.push_back({fmt::format("Whether a term is missing: {}.", more_data), {}});
 }
 
 /// What the judgement of an equation found, as settings of the config.
@@ -239,9 +253,10 @@ bool rests_on_the_ground(const RunResults& results) {
 std::vector<Remedy> remedies(const RunResults& results) {
   std::vector<Remedy> found;
   add_uncorrected(results, found);
-  if (const ChosenEquation chosen = chosen_equation(results.ranges); chosen.fit != nullptr)
+  if (const ChosenEquation chosen = chosen_equation(results.ranges); chosen.fit != nullptr) {
     add_cause(results, *chosen.range, *chosen.fit, found);
-  else if (!rests_on_the_ground(results))
+    add_doubts(*chosen.range, *chosen.fit, found);
+  } else if (!rests_on_the_ground(results))
     found.push_back({"No candidate explains more than noise does. Try more candidates; in the config:",
                      larger_library(results.config)});
   for (const Input& input : results.inputs)

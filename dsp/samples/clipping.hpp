@@ -4,8 +4,6 @@
 #include <limits>
 #include <vector>
 
-#include "dsp/samples/sample_cells.hpp"
-
 namespace dsp {
 
 /// Indices with something in common, as index ranges; those closer than `merge_gap` become one.

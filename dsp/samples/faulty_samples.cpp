@@ -35,6 +35,12 @@ Eigen::Index frames_per_cell(double sample_rate_hz) {
   return std::max<Eigen::Index>(1, std::llround(cell_s * sample_rate_hz));
 }
 
+// Single steps are drawn this far apart: one of every cell, of every eighth where that is enough, and from all places
+// of a cell by turns, since the stride has no divisor with it in common.
+Eigen::Index frames_per_step(Eigen::Index cell_frames) {
+  return cell_frames < 8 ? std::max<Eigen::Index>(1, cell_frames - 1) : 8 * cell_frames + 1;
+}
+
 double tolerant(double limit, double tolerance) {
   return std::isfinite(limit) ? limit - tolerance * std::abs(limit) : limit;
 }
@@ -96,11 +102,15 @@ std::string_view to_string(SampleFault fault) {
 struct FaultySamples::State {
   double sample_rate_hz;
   FaultySampleOptions options;
-  Eigen::Index cell_frames, merge_gap, num_frames = 0, num_cells = 0;
+  Eigen::Index cell_frames, step_stride, merge_gap, num_frames = 0, num_cells = 0;
   CellCutter cutter;
   std::vector<Track> tracks;
 
   State(double rate_hz, std::vector<Channel> channels, const FaultySampleOptions& chosen);
+  /// Frames from this one on to the next whose step is drawn.
+  [[nodiscard]] Eigen::Index to_next_step(Eigen::Index frame) const {
+    return (step_stride - frame % step_stride) % step_stride;
+  }
   void take(const Eigen::RowVectorXd& before, const Eigen::Ref<const FrameBlock>& frames,
             std::span<const SampleCell> cells);
   void judge(Eigen::Index c, SampleFaults& faults) const;
@@ -114,6 +124,7 @@ FaultySamples::State::State(double rate_hz, std::vector<Channel> channels, const
     : sample_rate_hz(rate_hz),
       options(chosen),
       cell_frames(frames_per_cell(rate_hz)),
+      step_stride(frames_per_step(cell_frames)),
       merge_gap(std::llround(chosen.merge_gap_s * rate_hz)),
       cutter(cell_frames, static_cast<Eigen::Index>(channels.size())) {
   for (std::size_t c = 0; c < channels.size(); ++c) {
@@ -126,8 +137,6 @@ FaultySamples::State::State(double rate_hz, std::vector<Channel> channels, const
 
 void FaultySamples::State::take(const Eigen::RowVectorXd& before, const Eigen::Ref<const FrameBlock>& frames,
                                 std::span<const SampleCell> cells) {
-  // A single step of every cell, of every eighth where that is enough, at a sample that wanders through the cell.
-  const std::size_t spacing = cell_frames < 8 ? 1 : 8;
   const std::size_t count = cells.size() / tracks.size();
   for (std::size_t c = 0; c < tracks.size(); ++c) {
     auto& track = tracks[c];
@@ -147,13 +156,9 @@ void FaultySamples::State::take(const Eigen::RowVectorXd& before, const Eigen::R
     for (std::size_t first = 0, taken = 0; first < count; first += taken) {
       taken = std::min(count - first, cells_per_chunk - track.cells.size());
       track.cells.insert(track.cells.end(), own.begin() + first, own.begin() + first + taken);
-      const auto before_first = static_cast<std::size_t>(num_cells) + first;
-      for (std::size_t k = first + (spacing - before_first % spacing) % spacing; k < first + taken; k += spacing) {
-        const Eigen::Index sample = row_of(k) + (num_cells + static_cast<Eigen::Index>(k)) / 8 * 7 % cell_frames;
-        if (sample < samples.size())
-          track.steps.push_back(
-              std::abs(samples(sample) - (sample > 0 ? samples(sample - 1) : before(static_cast<Eigen::Index>(c)))));
-      }
+      const auto end = std::min(row_of(first + taken), samples.size());
+      for (Eigen::Index i = row_of(first) + to_next_step(num_frames + row_of(first)); i < end; i += step_stride)
+        track.steps.push_back(std::abs(samples(i) - (i > 0 ? samples(i - 1) : before(static_cast<Eigen::Index>(c)))));
       if (track.cells.size() == cells_per_chunk) track.follow_chunk();
     }
   }

@@ -9,8 +9,8 @@ namespace dsp {
 
 // A function of its own: among calls the compiler keeps the sums in memory, where each addition waits for the one
 // before.
-[[gnu::noinline]] SampleStatistics::Sums SampleStatistics::with(Sums sums, std::span<const SampleCell> cells,
-                                                                double origin, double first_index) {
+[[gnu::noinline]] SampleStatistics::Sums SampleStatistics::added(Sums sums, std::span<const SampleCell> cells,
+                                                                 double origin, double first_index) {
   for (std::size_t k = 0; k < cells.size(); ++k) {
     const SampleCell& cell = cells[k];
     sums.low = std::min(sums.low, cell.low);
@@ -32,7 +32,7 @@ void SampleStatistics::follow(std::span<const SampleCell> cells, std::span<const
     note_value(cells[k].low);
     note_value(cells[k].high);
   }
-  sums_ = with(sums_, cells, origin_, static_cast<double>(num_cells_));
+  sums_ = added(sums_, cells, origin_, static_cast<double>(num_cells_));
   const SampleCell* last = &last_;
   bool quiet = burst_.num_cells == 0;
   for (const SampleCell& cell : cells) {

@@ -34,7 +34,7 @@ class SampleStatistics {
     double low = std::numeric_limits<double>::infinity(), high = -low;
     double level = 0.0, squares = 0.0, moment = 0.0;
   };
-  [[nodiscard]] static Sums with(Sums sums, std::span<const SampleCell> cells, double origin, double first_index);
+  [[nodiscard]] static Sums added(Sums sums, std::span<const SampleCell> cells, double origin, double first_index);
   struct Spike {
     std::int64_t count = 0;
     Eigen::Index first_cell = 0, largest_cell = 0;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace ident {
 namespace {
@@ -63,6 +64,37 @@ bool has_no_damping(const JudgedFit& fit) {
 /// However little of what is left over it explains: an equation that fails has nothing better to show for it.
 bool was_no_candidate(const JudgedFit& fit) {
   return fit.explanations.recorded && !fit.explanations.recorded->candidate;
+}
+
+bool same_terms(const Model& a, const Model& b) {
+  return std::equal(a.terms.begin(), a.terms.end(), b.terms.begin(), b.terms.end(),
+                    [](const ModelTerm& one, const ModelTerm& other) {
+                      return one.name == other.name && one.recording == other.recording;
+                    });
+}
+
+/// As Findings::doubtful. A method without an evidence counts every row: the widest interval decides. A constant is a
+/// zero of a sensor.
+std::vector<std::string> doubtful_terms(const RangeResult& range, const JudgedFit& fit) {
+  constexpr double interval = 1.96;
+  const auto is_doubtful = [&](std::size_t i) {
+    return std::any_of(range.fits.begin(), range.fits.end(), [&](const JudgedFit& like) {
+      if (&like != &fit && !same_terms(like.model, fit.model)) return false;
+      const ModelTerm& term = like.model.terms[i];
+      return interval * term.std_noise > std::abs(term.mean);
+    });
+  };
+  std::map<std::string, bool> own;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < fit.model.terms.size(); ++i) {
+    const ModelTerm& term = fit.model.terms[i];
+    if (term.name == "1") continue;
+    if (term.recording == 0 && is_doubtful(i)) names.push_back(term.name);
+    if (term.recording != 0) own.try_emplace(term.name, true).first->second &= is_doubtful(i);
+  }
+  for (const auto& [name, doubtful] : own)
+    if (doubtful) names.push_back(name);
+  return names;
 }
 
 /// Lost amplitude comes back, more than once, though nothing measured drives the equation.
@@ -170,7 +202,7 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
   found.misses_motion =
       found.noise_is_known &&
       noise.motion_std * noise.motion_std < mostly_noise * (noise.motion_power - sensor_linearity * mean_square(train));
-  found.lacks_at_motion = fit.explanations.at_motion || fit.explanations.may_lack_at_motion;
+  found.lacks_at_motion = fit.explanations.may_lack_at_motion;
   found.keeps_energy = !found.negligible_rest && has_no_damping(fit);
   if (fit.train.reason.empty() && fit.test.reason.empty()) {
     const double before = fit.train.value * mean_square(train), after = fit.test.value * mean_square(test);
@@ -196,6 +228,7 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
     found.by_run = by_power(found.unexplained);
   }
   found.biased = biased_term(fit);
+  found.doubtful = doubtful_terms(range, fit);
   return found;
 }
 
@@ -226,20 +259,19 @@ Cause hiding_cause(const JudgedFit& fit) {
 
 NamedCause cause_of(const RangeResult& range, const JudgedFit& fit, const Findings& found) {
   const Explanations& tried = fit.explanations;
-  const std::optional<Explanation>&recorded = tried.recorded, &form = tried.form, &better = tried.better,
-        &at_motion = tried.at_motion;
   const bool fails = found.by_run == Verdict::does_not;
-  if (leaves_out_recorded(fit, found)) return {recorded->cause, recorded};
+  if (leaves_out_recorded(fit, found)) return {tried.recorded->cause, tried.recorded};
   if (!found.biased.empty()) return {has_wide_band(fit.noise) ? Cause::wide_band : Cause::noise};
-  if (imitates(fit)) return {better->cause, better};
-  if (was_no_candidate(fit) && fails) return {recorded->cause, recorded};
+  if (imitates(fit)) return {tried.better->cause, tried.better};
+  if (was_no_candidate(fit) && fails) return {tried.recorded->cause, tried.recorded};
   if (fails && is_driven(range, fit)) return {Cause::missing_input};
-  if (at_motion && !fails && (shows_alone(found) || at_motion->fraction > most)) return {at_motion->cause, at_motion};
+  if (tried.at_motion && !fails && (shows_alone(found) || tried.at_motion->fraction > most))
+    return {tried.at_motion->cause, tried.at_motion};
   const bool misses = found.by_run != Verdict::describes || found.unexplained > matters_to_power;
   if (is_hidden(found) && misses && !found.fitted_to_its_rows) return {hiding_cause(fit)};
-  if (found.by_run == Verdict::describes && lacks_better(fit, found)) return {better->cause, better};
+  if (found.by_run == Verdict::describes && lacks_better(fit, found)) return {tried.better->cause, tried.better};
   if (!found.above_noise) return {};
-  if (lacks_form(fit, found)) return {Cause::missing_term, form};
+  if (lacks_form(fit, found)) return {Cause::missing_term, tried.form};
   if (is_of_the_state(fit, found)) return {Cause::missing_term};
   return {fails && is_driven_otherwise(fit, found) ? Cause::missing_input : Cause::not_found};
 }

@@ -98,9 +98,12 @@ std::string residual_clause(const JudgedFit& fit, const Findings& found) {
   if (found.above_noise)
     return text + (found.noise_is_known ? ", more than the noise of the signals" : ", and that is structure");
   if (found.is_noise) text += ", no more than noise";
-  if (found.misses_motion || found.lacks_at_motion) text += ", but more than noise at the frequencies of the motion";
   if (found.is_noise && lower_band_helps(fit))
     text += fmt::format(", most of it above {:.3g} Hz: lower cutoff_hz", fit.noise.needed_hz);
+  if (found.misses_motion || fit.explanations.at_motion)
+    text += ", but more than noise at the frequencies of the motion";
+  else if (found.lacks_at_motion)
+    text += ", but a term may be missing: at the frequencies of the motion noise seldom looks so much like one";
   return text;
 }
 
@@ -108,20 +111,9 @@ std::string energy_clause(const Findings& found) {
   return found.keeps_energy ? "nothing in it drives the motion or damps it, and what does is not known" : std::string();
 }
 
-/// Terms of which not even the sign is known: with a coefficient below its standard deviation, one leaves more of new
-/// data than the equation without it.
-std::vector<std::string> unknown_terms(const Model& model) {
-  std::vector<std::string> names;
-  for (const ModelTerm& term : model.terms)
-    if (term.std > std::abs(term.mean)) names.push_back(label(term));
-  return names;
-}
-
-std::string unknown_clause(const std::vector<std::string>& terms) {
-  if (terms.empty()) return {};
-  return fmt::format("whether it has {} is not known: {}", fmt::join(terms, " and "),
-                     terms.size() == 1 ? "its coefficient is below its standard deviation"
-                                       : "their coefficients are below their standard deviations");
+std::string doubt_clause(const std::vector<std::string>& terms) {
+  return fmt::format("{} may not belong in it: by noise alone the 95 % interval of {} holds zero",
+                     fmt::join(terms, ", "), terms.size() == 1 ? "its coefficient" : "each coefficient");
 }
 
 std::string power_clause(double balance) {
@@ -293,21 +285,23 @@ Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range
   const double balance = ranges[range].power_balance;
   const bool out_of_step = std::isfinite(balance) && std::abs(balance) > in_step;
   const Agreement others = agreement(ranges, range, method);
-  const std::vector<std::string> unknown = unknown_terms(fit.model);
   if (result.verdict == Verdict::describes &&
       (!converged || left_over || found.fitted_to_its_rows || found.keeps_energy || out_of_step || others.other ||
-       lacks_better(fit, found) || !unknown.empty()))
+       lacks_better(fit, found)))
     result.verdict = Verdict::in_part;
+  const bool only_doubtful = result.verdict == Verdict::describes && !found.doubtful.empty();
+  if (only_doubtful) result.verdict = Verdict::in_part;
 
   std::vector<std::string> clauses{free_run_clause(fit.free_run, found),
                                    residual_clause(fit, found),
                                    carry_over_clause(fit, found),
                                    energy_clause(found),
-                                   unknown_clause(unknown),
                                    power_clause(balance),
                                    others.clause};
   if (!converged) clauses.push_back(fmt::format("the fit ended as {}", to_string(fit.fit.status)));
-  if (result.verdict == Verdict::in_part || result.verdict == Verdict::does_not) {
+  if (only_doubtful) {
+    clauses.push_back(doubt_clause(found.doubtful));
+  } else if (result.verdict == Verdict::in_part || result.verdict == Verdict::does_not) {
     const NamedCause why = cause_of(ranges[range], fit, found);
     result.cause = why.cause;
     result.named = why.explanation;
@@ -345,7 +339,8 @@ int preference(Verdict verdict) {
 
 std::size_t chosen_method(const RangeResult& range) {
   const auto rank = [](const JudgedFit& fit) {
-    return std::pair(preference(fit.judgement.verdict), fit.fit.method == Method::fast_rvm);
+    const bool is_known_best = !fit.model.terms.empty() && fit.fit.method == Method::fast_rvm;
+    return std::pair(is_known_best, preference(fit.judgement.verdict));
   };
   const auto best = std::max_element(range.fits.begin(), range.fits.end(),
                                      [&](const JudgedFit& a, const JudgedFit& b) { return rank(a) < rank(b); });

@@ -213,15 +213,17 @@ struct Residual {
                       Explanations& result) const {
     const MotionScore score(model, rows, recordings, values);
     if (!score.can_tell()) return;
-    constexpr double once_in_hundred = 6.635;  // chi-square of one degree of freedom
-    // A normal deviate exceeds z, either way, with a probability below exp(-z^2 / 2).
-    double most = std::sqrt(2.0 * std::log(static_cast<double>(probes.size() + left_out.size()) / by_chance));
+    // Chi-square of one degree of freedom exceeds it once in a hundred. Doubt is no claim: of the ten to twenty that
+    // are tried, which share most of what they are, some one exceeds it in one right equation of thirty.
+    constexpr double doubtful = 6.635;
+    // What is named is beyond chance: a normal deviate exceeds z, either way, with a probability below exp(-z^2 / 2).
+    double most = std::max(doubtful, 2.0 * std::log(static_cast<double>(probes.size() + left_out.size()) / by_chance));
     const auto try_as = [&](const Explanation& as, const Eigen::Ref<const VectorXd>& series) {
       if (poll) poll();
       const MotionScore::Score found = score.of(series);
-      result.may_lack_at_motion = result.may_lack_at_motion || found.gain > once_in_hundred;
-      if (!(std::abs(found.z) > most)) return;
-      most = std::abs(found.z);
+      result.may_lack_at_motion = result.may_lack_at_motion || found.gain > doubtful;
+      if (!(found.gain > most)) return;
+      most = found.gain;
       result.at_motion = as;
       result.at_motion->fraction = found.fraction;
       result.at_motion->at_motion = true;

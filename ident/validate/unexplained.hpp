@@ -30,11 +30,10 @@ struct Explanations {
   /// without kept terms, these only imitate the form (v^3 and abs(v)*v a friction): instead_of. `fraction`: of what is
   /// left over by the kept terms of the best.
   std::optional<Explanation> better;
-  /// A recorded signal, one of these forms or a candidate that was not taken, where the residual has more of it at the
-  /// frequencies of the motion than their noise has by chance (MotionScore).
+  /// A recorded signal, one of these forms or a candidate that was not taken, of which the residual has more at the
+  /// frequencies of the motion than noise has of any of them by chance (MotionScore::Score::gain).
   std::optional<Explanation> at_motion;
-  /// One of these shows there, though by chance one of them might: noise alone adds as much by any single one of them
-  /// once in a hundred (MotionScore::Score::gain).
+  /// So it has, or that is in doubt: of that one alone noise has as much once in a hundred.
   bool may_lack_at_motion = false;
 };
 

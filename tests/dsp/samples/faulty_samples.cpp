@@ -291,6 +291,16 @@ TEST_CASE("a laser's repetition is reported", "[dsp][faulty_samples]") {
   CHECK(faults.ranges.empty());
 }
 
+TEST_CASE("repetition is found of any length, whatever the cells are long", "[dsp][faulty_samples]") {
+  // At 22.05 kHz a cell has 28 samples, a multiple of 7; at 25.6 kHz 32, of which 64 and 256 are multiples.
+  const auto [sample_rate_hz, repeats] =
+      GENERATE(table<double, Eigen::Index>({{22050.0, 7}, {25600.0, 64}, {25600.0, 256}, {11025.0, 14}, {1600.0, 3}}));
+  CAPTURE(sample_rate_hz, repeats);
+  const auto faults = examined(measured({.repeats = repeats}, 1 << 20, 21, sample_rate_hz), 4096, sample_rate_hz);
+  // Steps are drawn from all places by turns: sixteen meet a change of the longest, or one more or less of each turn.
+  CHECK(check(faults, "sample.repeated").value == Approx(static_cast<double>(repeats) / sample_rate_hz).epsilon(0.15));
+}
+
 TEST_CASE("the same is found for any block size", "[dsp][faulty_samples]") {
   const Eigen::Index n = 130000;
   dsp::FrameBlock frames(n, 3);

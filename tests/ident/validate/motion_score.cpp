@@ -63,17 +63,22 @@ struct Noisy {
 }  // namespace
 
 TEST_CASE("the score of a series that nothing is missing of is a standard normal deviate", "[ident][motion_score]") {
-  constexpr int draws = 40;
+  constexpr int draws = 100;
+  constexpr double once_in_ten = 2.706;  // chi-square of one degree of freedom
   double sum = 0.0;
+  int num_beyond = 0;
   for (int draw = 0; draw < draws; ++draw) {
     const Noisy noisy(100 + static_cast<std::uint32_t>(draw));
     const auto [z, fraction, gain] = noisy.score({"x", "v", "f"}, noisy.column("x^3"));
     sum += z * z / draws;
-    CHECK(gain == Approx(z * z).margin(0.3 + 0.3 * z * z));  // its level is known to three times 8 %
-    CHECK(fraction < 0.2);
+    num_beyond += gain > once_in_ten;
+    CHECK(gain <= z * z);
+    CHECK(gain > 0.5 * z * z);  // the residual has the level that the channels tell
   }
-  // chi^2 of as many degrees: four standard errors.
+  // chi^2 of as many degrees: four standard errors. By the larger of two levels of noise it is seldom more.
   CHECK(sum == Approx(1.0).margin(4.0 * std::sqrt(2.0 / draws)));
+  CHECK(num_beyond <= draws / 10 + 12);  // four standard errors of a binomial count
+  CHECK(num_beyond >= 1);
 }
 
 TEST_CASE("damping that noise drowns in the whole band shows where the motion is", "[ident][motion_score]") {
@@ -83,8 +88,8 @@ TEST_CASE("damping that noise drowns in the whole band shows where the motion is
   CHECK(found.z < -10.0);
   CHECK(noisy.score({"x", "f"}, -2.0 * v).z == Approx(-found.z));
   CHECK(found.fraction > 0.5);
-  CHECK(found.gain > 100.0);
-  CHECK(found.gain < found.z * found.z);
+  CHECK(found.gain < 0.9 * found.z * found.z);  // most of the residual is what is missing
+  CHECK(found.gain > 100.0);                    // of z = 10, all but certain by any level
   // A series that the kept terms make up has no score of its own.
   CHECK(noisy.score({"x", "f"}, noisy.column("x") - 3.0 * noisy.column("f")).z == 0.0);
 }

@@ -14,6 +14,7 @@
 #include "ident/columns.hpp"
 #include "ident/identify.hpp"
 #include "ident/library/collinearity.hpp"
+#include "ident/methods.hpp"
 #include "ident/validate/judge.hpp"
 #include "support/evidence_of_truth.hpp"
 #include "support/labelled_record.hpp"
@@ -149,7 +150,7 @@ support::WrittenEquation written(const ident::Model& model) {
 void identify_as_the_product_does(Outcome& outcome) {
   const support::LabelledRecord& record = outcome.record;
   auto ranges = ident::identify(ident::find_regimes(dsp::prepare(record.recording, record.prepare)), record.library,
-                                {.methods = {ident::FastRvmOptions{}}});
+                                {.methods = ident::MethodSettings().options_of(ident::default_methods())});
   const auto chosen = ident::chosen_fit(ranges);
   if (!chosen) return;
   outcome.range = ranges[chosen->range].spec.name;
