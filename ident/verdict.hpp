@@ -42,7 +42,7 @@ struct Explanation {
 /// a reader of its coefficients must know.
 struct Judgement {
   Verdict verdict = Verdict::undecided;
-  std::optional<Cause> cause = {};        ///< nothing where there is nothing to explain
+  std::optional<Cause> cause = {};        ///< nothing where there is nothing to explain, or a term is in doubt only
   std::optional<Explanation> named = {};  ///< what the cause is, where it has a name
   std::string sentence;
   std::vector<std::string> remarks;

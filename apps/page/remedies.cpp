@@ -137,8 +137,6 @@ Remedy with_explanation(const Config& config, const ident::Explanation& explanat
           with_terms(config, {explanation.what})};
 }
 
-constexpr const char* more_data = "a longer record, or one with less noise, would tell";
-
 /// A candidate that was not taken, because noise drowns it: in a narrower band there is less of that.
 Remedy with_less_noise(const ident::JudgedFit& fit, const ident::Explanation& candidate) {
   const std::string why = fmt::format(
@@ -152,12 +150,14 @@ Remedy with_less_noise(const ident::JudgedFit& fit, const ident::Explanation& ca
 void add_doubts(const ident::RangeResult& range, const ident::JudgedFit& fit, std::vector<Remedy>& found) {
   const ident::Judgement& judgement = fit.judgement;
   if (judgement.verdict != ident::Verdict::in_part) return;
+  const ident::Findings findings = ident::findings_of(range, fit);
   if (!judgement.cause)
-    found.push_back({fmt::format("Whether the equation needs {}: {}.",
-                                 fmt::join(ident::findings_of(range, fit).doubtful, ", "), more_data),
+    found.push_back({fmt::format("Whether the equation needs {}: a record with other amplitudes, a longer one, or one "
+                                 "with less noise, would tell.",
+                                 fmt::join(findings.doubtful, " and ")),
                      {}});
-  else if (*judgement.cause == ident::Cause::not_found && fit.explanations.may_lack_at_motion)
-    found.push_back({fmt::format("Whether a term is missing: {}.", more_data), {}});
+  else if (*judgement.cause == ident::Cause::not_found && findings.only_may_lack())
+    found.push_back({"Whether a term is missing: a longer record, or one with less noise, would tell.", {}});
 }
 
 /// What the judgement of an equation found, as settings of the config.

@@ -35,10 +35,19 @@ Eigen::Index frames_per_cell(double sample_rate_hz) {
   return std::max<Eigen::Index>(1, std::llround(cell_s * sample_rate_hz));
 }
 
-// Single steps are drawn this far apart: one of every cell, of every eighth where that is enough, and from all places
-// of a cell by turns, since the stride has no divisor with it in common.
+bool is_prime(Eigen::Index number) {
+  for (Eigen::Index divisor = 2; divisor * divisor <= number; ++divisor)
+    if (number % divisor == 0) return false;
+  return true;
+}
+
+// Single steps are drawn this far apart: all where cells are short, else one of about every eighth cell. By a prime, so
+// that of values repeated for any number of samples but its multiples all places have their turn.
 Eigen::Index frames_per_step(Eigen::Index cell_frames) {
-  return cell_frames < 8 ? std::max<Eigen::Index>(1, cell_frames - 1) : 8 * cell_frames + 1;
+  if (cell_frames < 8) return 1;
+  Eigen::Index stride = 8 * cell_frames + 1;
+  while (!is_prime(stride)) ++stride;
+  return stride;
 }
 
 double tolerant(double limit, double tolerance) {
@@ -323,9 +332,11 @@ FaultySamples::~FaultySamples() = default;
 
 double FaultySamples::bytes_per_channel(double sample_rate_hz, Eigen::Index num_frames) {
   constexpr double histograms = 4096 * 16 + 1024 * 8;  // of levels and lengths of runs, as Standstill keeps them
-  const double cells = static_cast<double>(num_frames) / static_cast<double>(frames_per_cell(sample_rate_hz));
+  const auto cell_frames = static_cast<double>(frames_per_cell(sample_rate_hz));
+  const double cells = static_cast<double>(num_frames) / cell_frames;
+  const double steps = cell_frames < 8.0 ? cell_frames : 1.0;  // of a cell, at most
   return sizeof(Track) + histograms +
-         (sizeof(SampleCell) + sizeof(double)) * std::min(cells, static_cast<double>(cells_per_chunk));
+         (sizeof(SampleCell) + steps * sizeof(double)) * std::min(cells, static_cast<double>(cells_per_chunk));
 }
 
 void FaultySamples::push(const Eigen::Ref<const FrameBlock>& frames) {

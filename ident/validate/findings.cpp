@@ -73,15 +73,14 @@ bool same_terms(const Model& a, const Model& b) {
                     });
 }
 
-/// As Findings::doubtful. A method without an evidence counts every row: the widest interval decides. A constant is a
-/// zero of a sensor.
+/// As Findings::doubtful. A method without an evidence counts every row: the widest interval decides that a fit of the
+/// same terms has. A constant is a zero of a sensor.
 std::vector<std::string> doubtful_terms(const RangeResult& range, const JudgedFit& fit) {
   constexpr double interval = 1.96;
   const auto is_doubtful = [&](std::size_t i) {
     return std::any_of(range.fits.begin(), range.fits.end(), [&](const JudgedFit& like) {
-      if (&like != &fit && !same_terms(like.model, fit.model)) return false;
-      const ModelTerm& term = like.model.terms[i];
-      return interval * term.std_noise > std::abs(term.mean);
+      return same_terms(like.model, fit.model) &&
+             interval * like.model.terms[i].std_noise > std::abs(fit.model.terms[i].mean);
     });
   };
   std::map<std::string, bool> own;
@@ -203,6 +202,7 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
       found.noise_is_known &&
       noise.motion_std * noise.motion_std < mostly_noise * (noise.motion_power - sensor_linearity * mean_square(train));
   found.lacks_at_motion = fit.explanations.may_lack_at_motion;
+  found.shows_at_motion = fit.explanations.at_motion.has_value();
   found.keeps_energy = !found.negligible_rest && has_no_damping(fit);
   if (fit.train.reason.empty() && fit.test.reason.empty()) {
     const double before = fit.train.value * mean_square(train), after = fit.test.value * mean_square(test);
@@ -237,6 +237,10 @@ Verdict Findings::verdict() const {
       (std::isfinite(run_error) ? run_error : unexplained) > follows_beyond_noise)
     return Verdict::does_not;
   return by_run == Verdict::describes && (above_noise || misses_motion || lacks_at_motion) ? Verdict::in_part : by_run;
+}
+
+bool Findings::only_may_lack() const {
+  return by_run == Verdict::describes && lacks_at_motion && !shows_at_motion && !above_noise && !misses_motion;
 }
 
 namespace {

@@ -28,6 +28,7 @@ struct Findings {
   bool above_noise = false;      ///< what is left on the training rows is more than noise
   bool misses_motion = false;    ///< and so is what lies where the target is more than noise, whatever noise is beside
   bool lacks_at_motion = false;  ///< a term that is not in the equation may show there
+  bool shows_at_motion = false;  ///< one does, beyond chance
   bool keeps_energy = false;     ///< nothing drives the equation or damps it: every steady motion of its period will do
   bool fitted_to_its_rows = false;
   /// Terms whose 95 % interval holds zero by noise alone, sensors and terms that were left out aside, in a fit of this
@@ -36,6 +37,8 @@ struct Findings {
   std::string biased;  ///< a term whose interval misses by noise of the regressors
   /// The free run, taken down where more than noise is left over, in all or where the motion is.
   [[nodiscard]] Verdict verdict() const;
+  /// A term that may be missing at the frequencies of the motion is all that was found against it.
+  [[nodiscard]] bool only_may_lack() const;
   /// The free run follows x, in part at least.
   [[nodiscard]] bool follows_roughly() const { return run_error <= follows_in_part; }
 };

@@ -97,13 +97,14 @@ std::string residual_clause(const JudgedFit& fit, const Findings& found) {
                                           : std::string("the error one step ahead is not known");
   if (found.above_noise)
     return text + (found.noise_is_known ? ", more than the noise of the signals" : ", and that is structure");
+  const bool helps = found.is_noise && lower_band_helps(fit);
   if (found.is_noise) text += ", no more than noise";
-  if (found.is_noise && lower_band_helps(fit))
-    text += fmt::format(", most of it above {:.3g} Hz: lower cutoff_hz", fit.noise.needed_hz);
-  if (found.misses_motion || fit.explanations.at_motion)
+  if (helps) text += fmt::format(", most of it above {:.3g} Hz", fit.noise.needed_hz);
+  if (found.misses_motion || found.shows_at_motion)
     text += ", but more than noise at the frequencies of the motion";
   else if (found.lacks_at_motion)
-    text += ", but a term may be missing: at the frequencies of the motion noise seldom looks so much like one";
+    text += ", but a term may be missing, as noise seldom looks so much like one at the frequencies of the motion";
+  if (helps) text += ": lower cutoff_hz";
   return text;
 }
 
@@ -112,8 +113,8 @@ std::string energy_clause(const Findings& found) {
 }
 
 std::string doubt_clause(const std::vector<std::string>& terms) {
-  return fmt::format("{} may not belong in it: by noise alone the 95 % interval of {} holds zero",
-                     fmt::join(terms, ", "), terms.size() == 1 ? "its coefficient" : "each coefficient");
+  return fmt::format("{} may not belong in the equation: by noise alone the 95 % interval of {} includes zero",
+                     fmt::join(terms, " and "), terms.size() == 1 ? "its coefficient" : "each of their coefficients");
 }
 
 std::string power_clause(double balance) {
@@ -339,8 +340,8 @@ int preference(Verdict verdict) {
 
 std::size_t chosen_method(const RangeResult& range) {
   const auto rank = [](const JudgedFit& fit) {
-    const bool is_known_best = !fit.model.terms.empty() && fit.fit.method == Method::fast_rvm;
-    return std::pair(is_known_best, preference(fit.judgement.verdict));
+    const bool speaks = !fit.model.terms.empty() && fit.fit.method == Method::fast_rvm;
+    return std::pair(speaks, preference(fit.judgement.verdict));
   };
   const auto best = std::max_element(range.fits.begin(), range.fits.end(),
                                      [&](const JudgedFit& a, const JudgedFit& b) { return rank(a) < rank(b); });

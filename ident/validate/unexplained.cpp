@@ -217,7 +217,7 @@ struct Residual {
     // are tried, which share most of what they are, some one exceeds it in one right equation of thirty.
     constexpr double doubtful = 6.635;
     // What is named is beyond chance: a normal deviate exceeds z, either way, with a probability below exp(-z^2 / 2).
-    double most = std::max(doubtful, 2.0 * std::log(static_cast<double>(probes.size() + left_out.size()) / by_chance));
+    double most = 2.0 * std::log(static_cast<double>(probes.size() + left_out.size()) / by_chance);
     const auto try_as = [&](const Explanation& as, const Eigen::Ref<const VectorXd>& series) {
       if (poll) poll();
       const MotionScore::Score found = score.of(series);

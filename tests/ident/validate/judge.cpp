@@ -305,13 +305,16 @@ TEST_CASE("an equation with a term that may be zero by noise alone describes in 
   terms[0].std_noise = std::abs(terms[0].mean) / 1.9;
   CHECK(of(result).verdict == Verdict::in_part);
   CHECK_FALSE(of(result).cause.has_value());
-  CHECK_THAT(of(result).sentence, Catch::Contains(terms[0].name + " may not belong in it"));
+  CHECK_THAT(of(result).sentence, Catch::Contains(terms[0].name + " may not belong in the equation"));
   // A method that counts every row has the same terms, and does not know better.
   std::vector<ident::RangeResult> both{result};
   both[0].fits.push_back(result.fits[0]);
   both[0].fits[1].model.terms[0].std_noise = std::abs(terms[0].mean) / 100.0;
   ident::judge(both);
   CHECK(both[0].fits[1].judgement.verdict == Verdict::in_part);
+  both[0].fits[1].model.terms[0].name = "abs(x)*x";  // of another term it says nothing
+  ident::judge(both);
+  CHECK(both[0].fits[1].judgement.verdict == Verdict::describes);
   // Not known is no doubt; a constant is a zero of a sensor; what does not describe says nothing of it.
   terms[0].std_noise = std::nan("");
   CHECK(of(result).verdict == Verdict::describes);
