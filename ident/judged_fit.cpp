@@ -9,6 +9,7 @@
 #include <limits>
 #include <utility>
 
+#include "ident/interval_95.hpp"
 #include "ident/library/collinearity.hpp"
 #include "ident/methods.hpp"
 #include "ident/regression/finish_fit.hpp"
@@ -212,7 +213,7 @@ void judge_calibration(Model& model, const RangeResult& result, const std::vecto
 /// Those that never make up more than sensors add that are not linear are dropped if their interval includes zero.
 void drop_negligible(Fit& found, const RFactor& data, const RangeData& range, const MethodOptions& method,
                      const Poll& poll) {
-  constexpr double of_target = 1e-6, interval = 1.96;
+  constexpr double of_target = 1e-6;
   if (!weighs_rows(method)) return;
   const double largest = range.train.cwiseAbs().maxCoeff();
   const VectorXd std = found.interval_covariance().diagonal().cwiseSqrt();
@@ -221,7 +222,7 @@ void drop_negligible(Fit& found, const RFactor& data, const RangeData& range, co
     const Index term = range.terms[static_cast<std::size_t>(found.relevant[i])];
     const auto at = static_cast<Index>(i);
     const double size = std::abs(found.mean(at)), share = size * range.scale(term) / largest;
-    if (!(share <= of_target || (share * share <= sensor_linearity && size < interval * std(at))))
+    if (!(share <= of_target || (share * share <= sensor_linearity && size < interval_95 * std(at))))
       terms.push_back(found.relevant[i]);
   }
   if (terms.empty() || terms.size() == found.relevant.size()) return;

@@ -12,6 +12,7 @@
 #include "apps/process/path.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/fault.hpp"
+#include "ident/interval_95.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;
@@ -106,8 +107,6 @@ bool is_of_exact_motion(const fs::path& run) {
   });
 }
 
-constexpr double coverage_95 = 1.96;  // standard deviations to either side of a normal distribution
-
 const Json* term_of(const Json& fit, const std::string& label) {
   if (fit.is_null()) return nullptr;
   for (const Json& candidate : fit.at("terms"))
@@ -125,7 +124,7 @@ std::string with_std(const Json& term) {
 std::string beside_truth(const Json& term, double truth) {
   const Json& std = term.at("std");
   if (!std.is_number()) return with_std(term);
-  const bool inside = std::abs(term.at("mean").get<double>() - truth) <= coverage_95 * std.get<double>();
+  const bool inside = std::abs(term.at("mean").get<double>() - truth) <= ident::interval_95 * std.get<double>();
   return fmt::format("{} {:>7}", with_std(term), inside ? "inside" : "outside");
 }
 

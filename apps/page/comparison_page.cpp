@@ -11,11 +11,11 @@
 #include "apps/page/page_sections.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/names.hpp"
+#include "ident/interval_95.hpp"
 
 namespace apps {
 namespace {
 
-constexpr double interval_95 = 1.96;  // standard deviations to either side
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// What a term's figure begins with.
@@ -36,7 +36,7 @@ RunFigure term_figure(const RangeComparison& range, const std::string& term, con
     runs.push_back(run);
     means.push_back(mean);
     ends.insert(ends.end(), {run, run, run});
-    interval.insert(interval.end(), {mean - interval_95 * std, mean + interval_95 * std, nan});
+    interval.insert(interval.end(), {mean - ident::interval_95 * std, mean + ident::interval_95 * std, nan});
   }
   const auto known = range.truth.find(term);
   RunFigure figure{

@@ -137,6 +137,8 @@ Remedy with_explanation(const Config& config, const ident::Explanation& explanat
           with_terms(config, {explanation.what})};
 }
 
+constexpr const char* more_data = "a longer record, or one with less noise, would tell";
+
 /// A candidate that was not taken, because noise drowns it: in a narrower band there is less of that.
 Remedy with_less_noise(const ident::JudgedFit& fit, const ident::Explanation& candidate) {
   const std::string why = fmt::format(
@@ -157,7 +159,7 @@ void add_doubts(const ident::RangeResult& range, const ident::JudgedFit& fit, st
                                  fmt::join(findings.doubtful, " and ")),
                      {}});
   else if (*judgement.cause == ident::Cause::not_found && findings.only_may_lack())
-    found.push_back({"Whether a term is missing: a longer record, or one with less noise, would tell.", {}});
+    found.push_back({fmt::format("Whether a term is missing: {}.", more_data), {}});
 }
 
 /// What the judgement of an equation found, as settings of the config.

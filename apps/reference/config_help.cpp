@@ -107,8 +107,10 @@ std::vector<SettingHelp> fit_help() {
   std::vector<SettingHelp> all{
       {"", "fit", "Regression. `ardent help methods` describes the methods."},
       {"fit", "target", "The signal that the equation explains: a, ddy, or another signal of the recording."},
-      {"fit", "methods", "Which methods fit the equation. The first that is named is listed first.", "",
-       "fast_rvm, slow_rvm, sindy"},
+      {"fit", "methods",
+       "Which methods fit the equation. The first that is named is listed first; fast_rvm speaks for a range where it "
+       "has an equation.",
+       "", "fast_rvm, slow_rvm, sindy"},
       {"fit", "train_share",
        "Fraction of a range's rows that is fitted, where it has no train_to. The rest is for testing."},
   };

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "dsp/filter/column_filter.hpp"
+#include "ident/interval_95.hpp"
 #include "ident/rows_of_terms.hpp"
 #include "ident/validate/metrics.hpp"
 
@@ -92,10 +93,10 @@ std::optional<Change> change_of(const LowPassed& rows, double values_per_row) {
 
 /// By how much each coefficient differs, in what it may; beyond 1 it does.
 VectorXd against_intervals(const VectorXd& difference, const VectorXd& printed_std, const VectorXd& chance_std) {
-  constexpr double interval = 1.96, by_chance = 0.01;
+  constexpr double by_chance = 0.01;
   // A normal deviate exceeds z, either way, with a probability below exp(-z^2 / 2).
   const double z = std::sqrt(2.0 * std::log(static_cast<double>(difference.size()) / by_chance));
-  return difference.cwiseAbs().cwiseQuotient((interval * printed_std).cwiseMax(z * chance_std));
+  return difference.cwiseAbs().cwiseQuotient((interval_95 * printed_std).cwiseMax(z * chance_std));
 }
 
 }  // namespace

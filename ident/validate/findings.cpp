@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+
+#include "ident/interval_95.hpp"
 
 namespace ident {
 namespace {
@@ -76,23 +77,18 @@ bool same_terms(const Model& a, const Model& b) {
 /// As Findings::doubtful. A method without an evidence counts every row: the widest interval decides that a fit of the
 /// same terms has. A constant is a zero of a sensor.
 std::vector<std::string> doubtful_terms(const RangeResult& range, const JudgedFit& fit) {
-  constexpr double interval = 1.96;
+  const std::vector<ModelTerm>& terms = fit.model.terms;
   const auto is_doubtful = [&](std::size_t i) {
     return std::any_of(range.fits.begin(), range.fits.end(), [&](const JudgedFit& like) {
-      return same_terms(like.model, fit.model) &&
-             interval * like.model.terms[i].std_noise > std::abs(fit.model.terms[i].mean);
+      return same_terms(like.model, fit.model) && interval_95 * like.model.terms[i].std_noise > std::abs(terms[i].mean);
     });
   };
-  std::map<std::string, bool> own;
   std::vector<std::string> names;
-  for (std::size_t i = 0; i < fit.model.terms.size(); ++i) {
-    const ModelTerm& term = fit.model.terms[i];
-    if (term.name == "1") continue;
-    if (term.recording == 0 && is_doubtful(i)) names.push_back(term.name);
-    if (term.recording != 0) own.try_emplace(term.name, true).first->second &= is_doubtful(i);
+  for (const ModelTerm& term : terms) {
+    bool all = term.name != "1" && std::find(names.begin(), names.end(), term.name) == names.end();
+    for (std::size_t i = 0; i < terms.size() && all; ++i) all = terms[i].name != term.name || is_doubtful(i);
+    if (all) names.push_back(term.name);
   }
-  for (const auto& [name, doubtful] : own)
-    if (doubtful) names.push_back(name);
   return names;
 }
 
@@ -201,7 +197,7 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
   found.misses_motion =
       found.noise_is_known &&
       noise.motion_std * noise.motion_std < mostly_noise * (noise.motion_power - sensor_linearity * mean_square(train));
-  found.lacks_at_motion = fit.explanations.may_lack_at_motion;
+  found.may_lack_at_motion = fit.explanations.may_lack_at_motion;
   found.shows_at_motion = fit.explanations.at_motion.has_value();
   found.keeps_energy = !found.negligible_rest && has_no_damping(fit);
   if (fit.train.reason.empty() && fit.test.reason.empty()) {
@@ -236,11 +232,12 @@ Verdict Findings::verdict() const {
   if (above_noise && by_run == Verdict::in_part &&
       (std::isfinite(run_error) ? run_error : unexplained) > follows_beyond_noise)
     return Verdict::does_not;
-  return by_run == Verdict::describes && (above_noise || misses_motion || lacks_at_motion) ? Verdict::in_part : by_run;
+  return by_run == Verdict::describes && (above_noise || misses_motion || may_lack_at_motion) ? Verdict::in_part
+                                                                                              : by_run;
 }
 
 bool Findings::only_may_lack() const {
-  return by_run == Verdict::describes && lacks_at_motion && !shows_at_motion && !above_noise && !misses_motion;
+  return by_run == Verdict::describes && may_lack_at_motion && !shows_at_motion && !above_noise && !misses_motion;
 }
 
 namespace {
@@ -252,7 +249,7 @@ bool is_hidden(const Findings& found) {
 
 /// What the equation lacks at the frequencies of the motion is all that speaks against it.
 bool shows_alone(const Findings& found) {
-  return found.by_run == Verdict::describes && !found.above_noise && found.lacks_at_motion;
+  return found.by_run == Verdict::describes && !found.above_noise && found.may_lack_at_motion;
 }
 
 Cause hiding_cause(const JudgedFit& fit) {

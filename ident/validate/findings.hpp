@@ -27,12 +27,12 @@ struct Findings {
   bool negligible_rest = false;  ///< what is left on the training rows is what sensors make that are not quite linear
   bool above_noise = false;      ///< what is left on the training rows is more than noise
   bool misses_motion = false;    ///< and so is what lies where the target is more than noise, whatever noise is beside
-  bool lacks_at_motion = false;  ///< a term that is not in the equation may show there
-  bool shows_at_motion = false;  ///< one does, beyond chance
-  bool keeps_energy = false;     ///< nothing drives the equation or damps it: every steady motion of its period will do
+  bool may_lack_at_motion = false;  ///< a term that is not in the equation may show there
+  bool shows_at_motion = false;     ///< one does, beyond chance
+  bool keeps_energy = false;  ///< nothing drives the equation or damps it: every steady motion of its period will do
   bool fitted_to_its_rows = false;
-  /// Terms whose 95 % interval holds zero by noise alone, sensors and terms that were left out aside, in a fit of this
-  /// range to the same terms; of coefficients of each recording where all do.
+  /// Terms whose 95 % interval includes zero by noise alone, sensors and terms that were left out aside, in a fit of
+  /// this range to the same terms; of coefficients of each recording where all do.
   std::vector<std::string> doubtful;
   std::string biased;  ///< a term whose interval misses by noise of the regressors
   /// The free run, taken down where more than noise is left over, in all or where the motion is.

@@ -102,7 +102,7 @@ std::string residual_clause(const JudgedFit& fit, const Findings& found) {
   if (helps) text += fmt::format(", most of it above {:.3g} Hz", fit.noise.needed_hz);
   if (found.misses_motion || found.shows_at_motion)
     text += ", but more than noise at the frequencies of the motion";
-  else if (found.lacks_at_motion)
+  else if (found.may_lack_at_motion)
     text += ", but a term may be missing, as noise seldom looks so much like one at the frequencies of the motion";
   if (helps) text += ": lower cutoff_hz";
   return text;

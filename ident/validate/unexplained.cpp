@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <utility>
 
 #include "dsp/signals.hpp"
 #include "ident/library/collinearity.hpp"
@@ -208,26 +209,28 @@ struct Residual {
     return best;
   }
 
-  /// What has the highest score at the frequencies of the motion.
-  void look_at_motion(const std::vector<Probe>& probes, const std::vector<LeftOut>& left_out,
-                      Explanations& result) const {
+  /// What has the highest score at the frequencies of the motion, beyond chance, and whether that is in doubt.
+  [[nodiscard]] std::pair<std::optional<Explanation>, bool> at_motion(const std::vector<Probe>& probes,
+                                                                      const std::vector<LeftOut>& left_out) const {
     const MotionScore score(model, rows, recordings, values);
-    if (!score.can_tell()) return;
+    if (!score.can_tell()) return {};
     // Chi-square of one degree of freedom exceeds it once in a hundred. Doubt is no claim: of the ten to twenty that
     // are tried, which share most of what they are, some one exceeds it in one right equation of thirty.
     constexpr double doubtful = 6.635;
     // What is named is beyond chance: a normal deviate exceeds z, either way, with a probability below exp(-z^2 / 2).
     double most = 2.0 * std::log(static_cast<double>(probes.size() + left_out.size()) / by_chance);
+    std::optional<Explanation> best;
+    bool may_lack = false;
     const auto try_as = [&](const Explanation& as, const Eigen::Ref<const VectorXd>& series) {
       if (poll) poll();
       const MotionScore::Score found = score.of(series);
-      result.may_lack_at_motion = result.may_lack_at_motion || found.gain > doubtful;
+      may_lack = may_lack || found.gain > doubtful;
       if (!(found.gain > most)) return;
       most = found.gain;
-      result.at_motion = as;
-      result.at_motion->fraction = found.fraction;
-      result.at_motion->at_motion = true;
-      result.at_motion->candidate =
+      best = as;
+      best->fraction = found.fraction;
+      best->at_motion = true;
+      best->candidate =
           std::any_of(left_out.begin(), left_out.end(), [&](const LeftOut& term) { return term.name == as.what; });
     };
     for (const Probe& probe : probes)
@@ -238,6 +241,7 @@ struct Residual {
       RowsOfTerms(rows, recordings, {term.column}).read(0, column);
       try_as({.what = term.name, .cause = Cause::missing_term, .is_recorded = false}, column);
     }
+    return {best, may_lack};
   }
 
   /// The kept equation is better with this sign in place of all terms with that of the other motion. Where it has none
@@ -383,9 +387,8 @@ Explanations explanations(const Model& model, const std::vector<std::string>& te
   });
   std::vector<Probe> all = recorded;
   all.insert(all.end(), forms.begin(), forms.end());
-  Explanations result{left.best_of(recorded), left.best_of(forms), left.better(forms)};
-  left.look_at_motion(all, left_out, result);
-  return result;
+  const auto [at_motion, may_lack] = left.at_motion(all, left_out);
+  return {left.best_of(recorded), left.best_of(forms), left.better(forms), at_motion, may_lack};
 }
 
 }  // namespace ident
