@@ -40,14 +40,14 @@ const Json* with(const Json& list, const char* key, const std::string& value) {
   return found == list.end() ? nullptr : &*found;
 }
 
-RangeRow range_row(const Json& range, const Json& metrics, const std::string& method) {
+RangeRow range_row(const Json& range, const Json& metrics) {
   RangeRow row{.name = text_at(range, "name"), .verdict = text_at(range, "verdict"), .cause = text_at(range, "cause")};
   row.num_train = number_at(metrics, "num_train");
   row.num_effective = row.nmse_train = row.nmse_test = row.nmse_free_run = nan;
   const Json& methods = range.at("methods");
   if (methods.empty()) return row;
-  const Json* fit = with(methods, "method", method);
-  if (fit == nullptr) fit = &methods.front();
+  const Json* fit = with(methods, "method", text_at(range, "method"));
+  if (fit == nullptr) fit = &methods.front();  // of a version that did not say whose verdict it is
   row.method = text_at(*fit, "method");
   row.equation = text_at(*fit, "text");
   for (const Json& term : fit->at("terms"))
@@ -73,11 +73,10 @@ std::string without_folder(std::string text, const fs::path& folder) {
 void read_run(const fs::path& folder, RecordResult& result) {
   const Json equation = read_run_json(folder / "equation.json"), metrics = read_run_json(folder / "metrics.json");
   const Json& chosen = equation.at("chosen");
-  const std::string range = chosen.is_object() ? text_at(chosen, "range") : "",
-                    method = chosen.is_object() ? text_at(chosen, "method") : "";
+  const std::string range = chosen.is_object() ? text_at(chosen, "range") : "";
   for (const Json& one : equation.at("ranges")) {
     const Json* figures = with(metrics.at("ranges"), "name", text_at(one, "name"));
-    result.ranges.push_back(range_row(one, figures != nullptr ? *figures : one, method));
+    result.ranges.push_back(range_row(one, figures != nullptr ? *figures : one));
     result.ranges.back().chosen = result.ranges.back().name == range;
   }
   std::error_code unknown;

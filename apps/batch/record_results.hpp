@@ -14,7 +14,7 @@ struct CoefficientResult {
   double mean = 0.0, std = 0.0;  ///< NaN: not known
 };
 
-/// A range of a run as its folder has it: the method that speaks for the run, or the range's first.
+/// A range of a run as its folder has it, with the equation whose verdict it has.
 struct RangeRow {
   std::string name, verdict, cause, method, equation;
   bool chosen = false;  ///< its equation speaks for the run

@@ -27,7 +27,8 @@ struct Row {
   const Json* equation = nullptr;
 };
 
-/// The one that was asked for; what was not asked for is as the run chose it where it has that, else the first.
+/// The one that was asked for; what was not asked for is as the run chose it: the range, and in it the method whose
+/// verdict the range has. Else the first.
 std::optional<Row> chosen(const Json& document, const std::string& range, const std::string& method) {
   std::optional<Row> best;
   int best_rank = -1;
@@ -36,7 +37,8 @@ std::optional<Row> chosen(const Json& document, const std::string& range, const 
       const std::string its_range = candidate.at("name"), its_method = equation.at("method");
       if ((!range.empty() && its_range != range) || (!method.empty() && its_method != method)) continue;
       const Json& choice = document.at("chosen");
-      const int rank = 2 * (its_range == choice.at("range")) + (its_method == choice.at("method"));
+      const Json speaks = candidate.value("method", choice.at("method"));
+      const int rank = 2 * (its_range == choice.at("range")) + (its_method == speaks);
       if (rank > best_rank) best = Row{its_range, &equation}, best_rank = rank;
     }
   return best;

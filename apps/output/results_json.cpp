@@ -257,10 +257,14 @@ std::string equation_json(const std::vector<ident::RangeResult>& ranges) {
                           {"method", to_string(ranges[chosen->range].fits[chosen->method].fit.method)}};
   document["ranges"] = document["disagreements"] = Json::array();
   for (const ident::RangeResult& range : ranges) {
-    Json row{
-        {"name", printable(range.spec.name)}, {"verdict", nullptr}, {"cause", nullptr}, {"methods", Json::array()}};
+    Json row{{"name", printable(range.spec.name)},
+             {"method", nullptr},
+             {"verdict", nullptr},
+             {"cause", nullptr},
+             {"methods", Json::array()}};
     if (!range.fits.empty()) {
       const ident::JudgedFit& best = range.fits[ident::chosen_method(range)];
+      row["method"] = to_string(best.fit.method);
       row["verdict"] = to_string(best.judgement.verdict);
       row["cause"] = cause_json(best);
     }

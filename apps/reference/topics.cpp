@@ -116,8 +116,9 @@ Page files_page() {
        "The first screen: the chosen equation, what it means, verdict, what to mend. equation.tex: all equations for "
        "LaTeX."},
       {"equation.json",
-       "Equations with covariances, what their variance comes from, models ranked, verdict and cause. A term whose "
-       "coefficient differs between recordings is there once for each, with `recording` beside its name."},
+       "Equations with covariances, what their variance comes from, models ranked, verdict and cause; `method` at a "
+       "range: whose verdict it has. A term whose coefficient differs between recordings is there once for each, with "
+       "`recording` beside its name."},
       {"metrics.json", "Figures of merit of every range and method."},
       {"prepared.csv", "Signals at the regression rate in SI units; `excluded` is 1 where a row is left out."},
       {"predictions.csv", "Target and prediction of every row of every range, by each method."},

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "apps/batch/record_results.hpp"
 #include "apps/process/sha256.hpp"
 #include "support/program.hpp"
 
@@ -91,6 +92,27 @@ TEST_CASE("a recording that cannot be read costs a batch that recording", "[apps
   expect(folder, "$ARDENT run c.toml r1.csv -o out2/runs/r1", 0, {});
   CHECK(files_of(folder / "out2/runs/r1") == files_of(folder / "out/runs/r1"));
   expect(folder, "$ARDENT run out/runs/r1", 0, {});
+}
+
+TEST_CASE("a row of a batch has the equation whose verdict it has", "[apps][batch_command]") {
+  const Scratch folder;
+  (void)make_recordings(folder, 1);
+  expect(folder, "$ARDENT -q run c.toml r1.csv -o runs/r1", 0, {});
+  json document = json::parse(bytes_of(folder / "runs/r1/equation.json"));
+  json& range = document["ranges"][0];
+  CHECK(range["method"] == "fast_rvm");
+  CHECK(range["verdict"] == range["methods"][0]["verdict"]);
+  const auto row = [&] {
+    (void)folder.file("runs/r1/equation.json", document.dump());
+    const apps::RecordTask task{.recording = "r1.csv", .called = "r1.csv", .name = "r1"};
+    return apps::record_result(task, {.has_run = true}, folder / "runs", "").ranges.at(0);
+  };
+  CHECK(row().method == "fast_rvm");
+  range["method"] = "ols";  // as where fast_rvm has no equation
+  CHECK(row().method == "ols");
+  CHECK(row().equation == range["methods"][1]["text"]);
+  range.erase("method");
+  CHECK(row().method == "fast_rvm");
 }
 
 TEST_CASE("a batch has the same bytes however many do it", "[apps][batch_command]") {
