@@ -15,6 +15,9 @@ using Json = nlohmann::ordered_json;
 // Rank 0 is asked by `ask` and answers with a task's number or `no_more`; any other message is an outcome.
 constexpr std::string_view ask = "next", no_more = "end";
 
+// Nothing wakes a process for a message; for the end of a run its child does.
+constexpr std::chrono::milliseconds among_ranks{2}, alone{100};
+
 class OwnWork final : public SharedWork {
  public:
   OwnWork(std::vector<std::size_t> order, OutcomeSink sink, Ranks* ranks)
@@ -42,10 +45,7 @@ class OwnWork final : public SharedWork {
       if (answer.answer == Answer::none) --waiting_;
     }
   }
-  std::chrono::milliseconds patience() const override {
-    constexpr std::chrono::milliseconds alone{100};  // what children say wakes it
-    return waiting_ > 0 ? SharedWork::patience() : alone;
-  }
+  std::chrono::milliseconds patience() const override { return waiting_ > 0 ? among_ranks : alone; }
   bool is_over() const override { return known_ == order_.size() && waiting_ == 0; }
 
  private:
@@ -74,6 +74,7 @@ class GivenWork final : public SharedWork {
     return {Answer::task, task};
   }
   void done(TaskOutcome outcome) override { ranks_.send(0, to_message(outcome)); }
+  std::chrono::milliseconds patience() const override { return asked_ ? among_ranks : alone; }
   bool is_over() const override { return over_; }
 
  private:

@@ -37,7 +37,7 @@ class SharedWork {
   /// Takes messages of others; called often.
   virtual void serve() {}
   /// How long to sleep between calls of serve() and next().
-  [[nodiscard]] virtual std::chrono::milliseconds patience() const { return std::chrono::milliseconds(2); }
+  [[nodiscard]] virtual std::chrono::milliseconds patience() const = 0;
   /// Whether nobody waits for anything of this process any more.
   [[nodiscard]] virtual bool is_over() const = 0;
 };
