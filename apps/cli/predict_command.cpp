@@ -84,7 +84,8 @@ Command predict_command() {
             ->type_name("FILE");
         command.add_option("--range", typed->range,
                            "Range whose equation is used. Left out: the one that the run chose.");
-        command.add_option("--method", typed->method, "Method that found it. Left out: the one that the run chose.");
+        command.add_option("--method", typed->method,
+                           "Method that found it. Left out: the one whose verdict the range has.");
         return [=](const GlobalOptions& global, Console& console) { return predict(*typed, global, console); };
       },
       use_group,

@@ -81,8 +81,10 @@ Command response_command() {
           [](CLI::App& command) -> CommandBody {
             auto typed = std::make_shared<ResponseArguments>();
             command.add_option("RUN", typed->run, "Run folder.")->required();
-            command.add_option("--range", typed->range, "Range whose equation is used. Left out: mixed, or the first.");
-            command.add_option("--method", typed->method, "Method that found it. Left out: fast_rvm.");
+            command.add_option("--range", typed->range,
+                               "Range whose equation is used. Left out: the one that the run chose.");
+            command.add_option("--method", typed->method,
+                               "Method that found it. Left out: the one whose verdict the range has.");
             command.add_option("--draws", typed->num_draws, "Draws of the coefficients; 0: no uncertainty.")
                 ->transform(whole(0, 100000))
                 ->option_text("N")
