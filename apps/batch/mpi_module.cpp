@@ -2,9 +2,6 @@
 #define OMPI_SKIP_MPICXX 1
 #include <mpi.h>
 
-#include <cstdlib>
-#include <string_view>
-
 #include "apps/batch/ranks.hpp"
 
 namespace apps {
@@ -13,11 +10,6 @@ namespace {
 class MpiRanks final : public Ranks {
  public:
   MpiRanks() {
-    // On one machine short messages need no more than shared memory; Open MPI's search for a fast network takes twice
-    // as long as all the rest of its start. What mpirun or the environment sets stays.
-    const char* here = std::getenv("OMPI_COMM_WORLD_LOCAL_SIZE");
-    const char* all = std::getenv("OMPI_COMM_WORLD_SIZE");
-    if (here != nullptr && all != nullptr && std::string_view(here) == all) ::setenv("OMPI_MCA_pml", "ob1", 0);
     MPI_Init(nullptr, nullptr);
     MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
     MPI_Comm_size(MPI_COMM_WORLD, &size_);

@@ -54,6 +54,9 @@ int launched_processes() {
 
 std::unique_ptr<Ranks> join_ranks() {
 #ifdef ARDENT_MPI_MODULE
+  // On one machine short messages need no more than shared memory; Open MPI's search for a fast network takes twice as
+  // long as all the rest of its start. What mpirun or the environment sets stays.
+  if (number_in_environment("OMPI_COMM_WORLD_LOCAL_SIZE") == launched_processes()) ::setenv("OMPI_MCA_pml", "ob1", 0);
   void* module = load_module();
   const auto join = reinterpret_cast<JoinFunction>(::dlsym(module, join_function_name));
   if (join == nullptr) refuse(fmt::format("{} is of another version. Install it again", ARDENT_MPI_MODULE));

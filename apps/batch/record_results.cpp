@@ -40,15 +40,13 @@ const Json* with(const Json& list, const char* key, const std::string& value) {
   return found == list.end() ? nullptr : &*found;
 }
 
-/// `method`: that of the whole run, for a range that does not say whose verdict it has (of an earlier version).
 RangeRow range_row(const Json& range, const Json& metrics, const std::string& method) {
   RangeRow row{.name = text_at(range, "name")};
   row.num_train = number_at(metrics, "num_train");
   row.num_effective = row.nmse_train = row.nmse_test = row.nmse_free_run = nan;
   const Json& methods = range.at("methods");
   if (methods.empty()) return row;
-  const std::string its = text_at(range, "method");
-  const Json* fit = with(methods, "method", its.empty() ? method : its);
+  const Json* fit = with(methods, "method", method);
   if (fit == nullptr) fit = &methods.front();
   row.verdict = text_at(*fit, "verdict");
   row.cause = text_at(*fit, "cause");
@@ -77,11 +75,10 @@ std::string without_folder(std::string text, const fs::path& folder) {
 void read_run(const fs::path& folder, RecordResult& result) {
   const Json equation = read_run_json(folder / "equation.json"), metrics = read_run_json(folder / "metrics.json");
   const Json& chosen = equation.at("chosen");
-  const std::string range = chosen.is_object() ? text_at(chosen, "range") : "",
-                    method = chosen.is_object() ? text_at(chosen, "method") : "";
+  const std::string range = chosen.is_object() ? text_at(chosen, "range") : "";
   for (const Json& one : equation.at("ranges")) {
     const Json* figures = with(metrics.at("ranges"), "name", text_at(one, "name"));
-    result.ranges.push_back(range_row(one, figures != nullptr ? *figures : one, method));
+    result.ranges.push_back(range_row(one, figures != nullptr ? *figures : one, speaking_method(equation, one)));
     result.ranges.back().chosen = result.ranges.back().name == range;
   }
   std::error_code unknown;

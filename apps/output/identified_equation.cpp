@@ -37,8 +37,7 @@ std::optional<Row> chosen(const Json& document, const std::string& range, const 
       const std::string its_range = candidate.at("name"), its_method = equation.at("method");
       if ((!range.empty() && its_range != range) || (!method.empty() && its_method != method)) continue;
       const Json& choice = document.at("chosen");
-      const Json speaks = candidate.value("method", choice.at("method"));
-      const int rank = 2 * (its_range == choice.at("range")) + (its_method == speaks);
+      const int rank = 2 * (its_range == choice.at("range")) + (its_method == speaking_method(document, candidate));
       if (rank > best_rank) best = Row{its_range, &equation}, best_rank = rank;
     }
   return best;

@@ -141,6 +141,13 @@ TEST_CASE("equations that have no answer to a sine are refused with the reason",
   make_run(folder, {range_of("low", "a", t0), range_of("mixed", "a", t0)}, "t,r,y,x,v,a,ddr");
   CHECK(apps::read_equation(folder / "", "", "").range == "mixed");
   CHECK(apps::read_equation(folder / "", "low", "").range == "low");
+  json low = range_of("low", "a", t0);  // two methods, and the second speaks for it
+  low["methods"].push_back(low["methods"][0]);
+  low["methods"][1]["method"] = low["method"] = "ols";
+  make_run(folder, {low, range_of("mixed", "a", t0)}, "t,r,y,x,v,a,ddr");
+  CHECK(apps::read_equation(folder / "", "low", "").method == "ols");
+  CHECK(apps::read_equation(folder / "", "", "").method == "fast_rvm");
+  make_run(folder, {range_of("low", "a", t0), range_of("mixed", "a", t0)}, "t,r,y,x,v,a,ddr");
   auto arguments = arguments_for(folder);
   arguments.range = "high";
   check_fault([&] { (void)respond(arguments); }, usage, "run.no_such_equation", {"low by fast_rvm", "mixed"});
