@@ -114,7 +114,8 @@ Input prepare_input(const RecordingConfig& recording, const Config& config, std:
                     int num_threads, Console& console) {
   const std::string& name = recording.name;
   console.step(fmt::format("reading {}", name));
-  const dsp::ReadOptions options = read_options(recording, max_memory_bytes);
+  dsp::ReadOptions options = read_options(recording, max_memory_bytes);
+  options.num_threads = num_threads;
   dsp::RecordingReader reader(recording.file, options);
   const double rate_hz = reader.description().sample_rate_hz;
   Input input = described(reader, recording);

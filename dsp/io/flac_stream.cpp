@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "dsp/fault.hpp"
-#include "dsp/io/digest.hpp"
+#include "dsp/io/digest_beside.hpp"
 
 namespace dsp {
 namespace {
@@ -152,15 +152,15 @@ void put_samples(const double* samples, std::size_t count, double full_scale, un
 }  // namespace
 
 struct FlacDigest::State {
-  Digest md5{Digest::Method::md5};
+  DigestBeside md5;
   std::size_t sample_bytes = 0;
   double full_scale = 1.0;
 };
 
-FlacDigest::FlacDigest(int bits) : state_(std::make_unique<State>()) {
-  state_->sample_bytes = static_cast<std::size_t>((bits + 7) / 8);
-  state_->full_scale = std::ldexp(1.0, bits - 1);
-}
+FlacDigest::FlacDigest(int bits, int num_threads)
+    : state_(new State{.md5 = {Digest::Method::md5, num_threads},
+                       .sample_bytes = static_cast<std::size_t>((bits + 7) / 8),
+                       .full_scale = std::ldexp(1.0, bits - 1)}) {}
 FlacDigest::~FlacDigest() = default;
 FlacDigest::FlacDigest(FlacDigest&&) noexcept = default;
 

@@ -34,10 +34,10 @@ struct MisplacedBlock {
 /// The first of them; nothing where all blocks follow one another.
 [[nodiscard]] std::optional<MisplacedBlock> misplaced_block(const InputFile& file, const FlacStream& stream);
 
-/// MD5 over decoded samples as FLAC defines it, at some 600 MB/s of them.
+/// MD5 over decoded samples as FLAC defines it, at some 600 MB/s of them; with two threads beside whoever decodes.
 class FlacDigest {
  public:
-  explicit FlacDigest(int bits);
+  explicit FlacDigest(int bits, int num_threads = 1);
   ~FlacDigest();
   FlacDigest(FlacDigest&&) noexcept;
   /// Fractions of full scale, in the order of the file; any number of frames at a time.

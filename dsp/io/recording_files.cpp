@@ -21,7 +21,10 @@ Fault fault(FaultKind kind, std::string name, const std::string& message, const 
 /// `with_clock` false: rows as they are, whatever their times.
 OpenFile open_file(const fs::path& path, const fs::path& as_written, const Sidecar& sidecar, const ReadOptions& options,
                    bool with_clock) {
-  OpenOptions how{.salvage = options.salvage, .max_memory_bytes = options.max_memory_bytes, .with_clock = with_clock};
+  OpenOptions how{.salvage = options.salvage,
+                  .max_memory_bytes = options.max_memory_bytes,
+                  .with_clock = with_clock,
+                  .num_threads = options.num_threads};
   for (const auto& channel : sidecar.channels)
     if (channel.role == Role::t && channel.file == as_written) {
       how.time_column = channel.index > 0        ? std::to_string(channel.index)

@@ -87,7 +87,7 @@ class SoundFile : public SampleSource {
     if (size_check) info_.checks.push_back(*size_check);
     const bool streamed = header_.state == SoundHeader::State::streamed;
     if (!flac_) return;
-    if (!flac_->md5.empty()) digest_.emplace(flac_->bits);
+    if (!flac_->md5.empty()) digest_.emplace(flac_->bits, options.num_threads);
     if (streamed || salvage_)
       count_frames(streamed);
     else

@@ -51,8 +51,8 @@ std::filesystem::path write(const Scratch& scratch, const dsp::FrameBlock& frame
   return file;
 }
 
-std::unique_ptr<dsp::SampleSource> open(const std::filesystem::path& file, bool salvage = false) {
-  return dsp::open_sound_file(std::make_unique<dsp::InputFile>(file), {.salvage = salvage});
+std::unique_ptr<dsp::SampleSource> open(const std::filesystem::path& file, bool salvage = false, int num_threads = 1) {
+  return dsp::open_sound_file(std::make_unique<dsp::InputFile>(file), {.salvage = salvage, .num_threads = num_threads});
 }
 
 dsp::FrameBlock read_all(dsp::SampleSource& source, Eigen::Index block_frames) {
@@ -311,12 +311,15 @@ TEST_CASE("a FLAC with a block twice, left out, or of another recording is refus
   const auto twice = whole.substr(0, at[3]) + whole.substr(at[2]);
   const auto refused = [&](const std::string& bytes, const std::vector<std::string>& pieces) {
     const auto file = scratch.file("bad.flac", bytes);
-    check_fault([&] { (void)read_all(*open(file), 1000); }, FaultKind::input, "container.damaged", pieces);
-    const auto source = open(file, true);
-    CHECK(read_all(*source, 1000).rows() == source->info().num_frames);
-    REQUIRE_FALSE(source->info().checks.empty());
-    CHECK(source->info().checks.back().name == "container.damaged");
-    CHECK(source->info().checks.back().status == dsp::CheckStatus::warning);
+    for (const int num_threads : {1, 2}) {
+      check_fault([&] { (void)read_all(*open(file, false, num_threads), 1000); }, FaultKind::input, "container.damaged",
+                  pieces);
+      const auto source = open(file, true, num_threads);
+      CHECK(read_all(*source, 1000).rows() == source->info().num_frames);
+      REQUIRE_FALSE(source->info().checks.empty());
+      CHECK(source->info().checks.back().name == "container.damaged");
+      CHECK(source->info().checks.back().status == dsp::CheckStatus::warning);
+    }
   };
   refused(twice, {"MD5", place + "8192 comes where frame 12288 is due", "4096 frames", "late", "--salvage"});
   refused(without_md5(twice), {place + "8192 comes where frame 12288 is due"});
