@@ -9,22 +9,37 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-struct Agreement {
-  double correlation = 0.0, factor = 0.0;
-};
+using Column = Eigen::Ref<const VectorXd>;
 
-/// How the rise of `x` over spans of `span` samples follows the integral of `v` over them.
-Agreement over_spans(const VectorXd& x, const VectorXd& integral_v, Index span) {
-  const Index count = x.size() - span;
-  if (count < 2) return {};
-  const auto rises = [&](const VectorXd& values) -> VectorXd {
-    VectorXd rise = values.tail(count) - values.head(count);
-    return rise.array() - rise.mean();
-  };
-  const VectorXd of_x = rises(x), of_v = rises(integral_v);
-  const double xx = of_x.squaredNorm(), vv = of_v.squaredNorm(), xv = of_x.dot(of_v);
-  if (!(xx > 0.0) || !(vv > 0.0)) return {};
-  return {xv / std::sqrt(xx * vv), std::sqrt(vv / xx)};
+/// The lengths of 1, 2, 4 ... samples over which rises are looked at.
+std::vector<Index> spans_within(Index num_samples) {
+  constexpr Index longest = 1024;  // half a slow cycle of a motion that is sampled a thousand times in it
+  std::vector<Index> spans;
+  for (Index span = 1; span <= std::min(longest, num_samples / 4); span *= 2) spans.push_back(span);
+  return spans;
+}
+
+/// The sum of products of the rises of `a` and `b` over each span, about their means.
+VectorXd rise_products(const Column& a, const Column& b, const std::vector<Index>& spans) {
+  constexpr Index block = 2048;  // with the longest span, of both columns, in the processor's first cache
+  VectorXd sums = VectorXd::Zero(std::ssize(spans)), mean_a = sums, mean_b = sums;
+  for (Index s = 0; s < sums.size(); ++s) {
+    const Index span = spans[static_cast<std::size_t>(s)];
+    const auto mean_rise = [&](const Column& values) {
+      return (values.tail(span).sum() - values.head(span).sum()) / static_cast<double>(values.size() - span);
+    };
+    mean_a(s) = mean_rise(a), mean_b(s) = mean_rise(b);
+  }
+  for (Index first = 0; first < a.size(); first += block)
+    for (Index s = 0; s < sums.size(); ++s) {
+      const Index span = spans[static_cast<std::size_t>(s)], count = std::min(block, a.size() - span - first);
+      if (count <= 0) break;
+      const auto rises = [&](const Column& values, double mean) {
+        return (values.segment(first + span, count) - values.segment(first, count)).array() - mean;
+      };
+      sums(s) += (rises(a, mean_a(s)) * rises(b, mean_b(s))).sum();
+    }
+  return sums;
 }
 
 /// The integral up to each sample by trapezes.
@@ -38,15 +53,6 @@ VectorXd integral(const VectorXd& v, double sample_rate_hz) {
   return result;
 }
 
-Agreement agreement(const VectorXd& x, const VectorXd& v, double sample_rate_hz) {
-  constexpr Index longest = 1024;  // half a slow cycle of a motion that is sampled a thousand times in it
-  const VectorXd integral_v = integral(v.array() - v.mean(), sample_rate_hz);
-  Agreement best;
-  for (Index span = 1; span <= std::min(longest, x.size() / 4); span *= 2)
-    if (const Agreement one = over_spans(x, integral_v, span); one.correlation > best.correlation) best = one;
-  return best;
-}
-
 bool is_ratio_of_units(double factor) {
   constexpr double calibration = 0.02;
   const double power = std::round(std::log10(factor));
@@ -57,18 +63,34 @@ bool is_ratio_of_units(double factor) {
 
 std::vector<FoundDerivative> find_derivatives(const Eigen::MatrixXd& samples, double sample_rate_hz) {
   constexpr double least_correlation = 0.99;
+  const std::vector<Index> spans = spans_within(samples.rows());
+  std::vector<Index> whole;  // columns without a gap
+  std::vector<VectorXd> squares;
+  for (Index x = 0; x < samples.cols(); ++x) {
+    if (!samples.col(x).allFinite()) continue;
+    whole.push_back(x);
+    squares.push_back(rise_products(samples.col(x), samples.col(x), spans));
+  }
   std::vector<FoundDerivative> found;
-  for (Index v = 0; v < samples.cols(); ++v) {
+  for (const Index v : whole) {
+    const VectorXd of_v = integral(samples.col(v).array() - samples.col(v).mean(), sample_rate_hz);
+    const VectorXd vv = rise_products(of_v, of_v, spans);
     FoundDerivative best;
-    double correlation = least_correlation;
-    for (Index x = 0; x < samples.cols(); ++x) {
-      if (x == v || !samples.col(x).allFinite() || !samples.col(v).allFinite()) continue;
-      const Agreement one = agreement(samples.col(x), samples.col(v), sample_rate_hz);
-      if (one.correlation <= correlation || !is_ratio_of_units(one.factor)) continue;
-      correlation = one.correlation;
-      best = {x, v, one.factor};
+    double highest = least_correlation;
+    for (std::size_t i = 0; i < whole.size(); ++i) {
+      if (whole[i] == v) continue;
+      const VectorXd &xx = squares[i], xv = rise_products(samples.col(whole[i]), of_v, spans);
+      double correlation = 0.0, factor = 0.0;  // at the span where both agree best
+      for (Index s = 0; s < xv.size(); ++s)
+        if (xx(s) > 0.0 && vv(s) > 0.0 && xv(s) > correlation * std::sqrt(xx(s) * vv(s))) {
+          correlation = xv(s) / std::sqrt(xx(s) * vv(s));
+          factor = std::sqrt(vv(s) / xx(s));
+        }
+      if (correlation <= highest || !is_ratio_of_units(factor)) continue;
+      highest = correlation;
+      best = {whole[i], v, factor};
     }
-    if (correlation > least_correlation) found.push_back(best);
+    if (highest > least_correlation) found.push_back(best);
   }
   return found;
 }

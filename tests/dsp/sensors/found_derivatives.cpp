@@ -50,6 +50,17 @@ TEST_CASE("a force in phase with the velocity and noise are no derivatives", "[d
   }
   CHECK(dsp::find_derivatives(samples, rate_hz).empty());
   CHECK(dsp::find_derivatives(Eigen::MatrixXd::Constant(100, 2, 3.0), rate_hz).empty());
+  samples.col(2).setLinSpaced(-1e6, 3e6);  // a clock rises by as much over every span
+  CHECK(dsp::find_derivatives(samples, rate_hz).empty());
+}
+
+TEST_CASE("offset and drift hide no derivative, and a gap makes a column nobody's", "[dsp][found_derivatives]") {
+  Eigen::MatrixXd samples = shuffled(12'000);
+  samples.col(2).array() += Eigen::ArrayXd::LinSpaced(samples.rows(), 1e7, 2e7);
+  samples.col(3).array() -= 50.0;
+  CHECK(dsp::find_derivatives(samples, rate_hz).size() == 2);
+  samples(7'000, 3) = std::nan("");
+  CHECK(dsp::find_derivatives(samples, rate_hz).empty());
 }
 
 TEST_CASE("the question for roles proposes those that the numbers give away", "[dsp][found_derivatives]") {
