@@ -10,7 +10,7 @@ using Eigen::Index;
 
 // The acceleration of the paper's Coulomb case at 10 % noise, where the estimate of its friction is 2.2 standard errors
 // large, with the friction taken out of every second draw.
-TEST_CASE("of the terms that are given a probability, so many are true", "[.][study][inclusion]") {
+TEST_CASE("of the terms that are given a probability, so many are true", "[apps][paper][inclusion]") {
   const apps::Section4Study study = apps::section4_study(*apps::find_section4_case("coulomb"));
   const apps::Section4Regression& regression = study.regressions.front();
   const apps::Section4Row& row = regression.rows[1];
