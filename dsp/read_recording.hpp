@@ -20,7 +20,7 @@ struct ReadOptions {
   std::size_t max_memory_bytes = std::size_t{4} << 30;
   double max_gap_s = 1.0;              ///< longest run of missing (non-finite) samples that is bridged
   double max_missing_fraction = 0.05;  ///< of one channel's samples
-  int num_threads = 1;                 ///< at work at a time; changes nothing in what is read
+  int num_threads = 1;  ///< above 1 a FLAC's MD5 has a thread of its own; changes nothing in what is read
 };
 
 /// A recording as a stream of calibrated SI blocks: one or several files on one clock, and what their sidecar says of

@@ -11,7 +11,7 @@
 namespace dsp {
 
 /// A digest that a thread of its own computes while the bytes come; with one thread only, or where there is none to be
-/// had, whoever pushes them does.
+/// had, push() does.
 class DigestBeside {
  public:
   DigestBeside(Digest::Method method, int num_threads);

@@ -34,7 +34,7 @@ struct MisplacedBlock {
 /// The first of them; nothing where all blocks follow one another.
 [[nodiscard]] std::optional<MisplacedBlock> misplaced_block(const InputFile& file, const FlacStream& stream);
 
-/// MD5 over decoded samples as FLAC defines it, at some 600 MB/s of them; with two threads beside whoever decodes.
+/// MD5 over decoded samples as FLAC defines it, at some 600 MB/s of them; with num_threads > 1 on a thread of its own.
 class FlacDigest {
  public:
   explicit FlacDigest(int bits, int num_threads = 1);

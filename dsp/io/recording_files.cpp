@@ -20,11 +20,11 @@ Fault fault(FaultKind kind, std::string name, const std::string& message, const 
 /// Opens a file with what its sidecar says of its clock; `as_written` is how the sidecar's channels name it.
 /// `with_clock` false: rows as they are, whatever their times.
 OpenFile open_file(const fs::path& path, const fs::path& as_written, const Sidecar& sidecar, const ReadOptions& options,
-                   bool with_clock) {
+                   bool with_clock, int num_threads) {
   OpenOptions how{.salvage = options.salvage,
                   .max_memory_bytes = options.max_memory_bytes,
                   .with_clock = with_clock,
-                  .num_threads = options.num_threads};
+                  .num_threads = num_threads};
   for (const auto& channel : sidecar.channels)
     if (channel.role == Role::t && channel.file == as_written) {
       how.time_column = channel.index > 0        ? std::to_string(channel.index)
@@ -52,14 +52,19 @@ std::vector<OpenFile> open_files(const fs::path& recording, const Sidecar& sidec
                                  Faults& faults) {
   const auto open = [&](bool with_clock) {
     std::vector<OpenFile> files;
+    // One file has a further thread: they are read by turns, and their threads would be at work at the same time.
+    const auto add = [&](const fs::path& path, const fs::path& as_written) {
+      files.push_back(
+          open_file(path, as_written, sidecar, options, with_clock, files.empty() ? options.num_threads : 1));
+    };
     const bool used =
         sidecar.channels.empty() || std::any_of(sidecar.channels.begin(), sidecar.channels.end(),
                                                 [](const ChannelSpec& channel) { return channel.file.empty(); });
-    if (used) files.push_back(open_file(recording, "", sidecar, options, with_clock));
+    if (used) add(recording, "");
     for (const auto& channel : sidecar.channels) {
       const auto path = channel.file.empty() ? recording : recording.parent_path() / channel.file;
       const bool known = std::any_of(files.begin(), files.end(), [&](const OpenFile& one) { return one.path == path; });
-      if (!known) files.push_back(open_file(path, channel.file, sidecar, options, with_clock));
+      if (!known) add(path, channel.file);
     }
     return files;
   };

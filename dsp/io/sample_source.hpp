@@ -38,7 +38,7 @@ struct OpenOptions {
   std::optional<double> rate_hz{};  ///< the rate a person stated; needed where the clock is too coarse, or interpolated
   bool interpolate = false;         ///< put an irregular clock on rate_hz by straight lines
   bool with_clock = true;           ///< false: rows as they are, whatever their times
-  int num_threads = 1;              ///< at work at a time; changes nothing in what is read
+  int num_threads = 1;              ///< above 1 a FLAC's MD5 has a thread of its own; changes nothing in what is read
 };
 
 /// Samples of one file, frame by frame, as the file holds them (integers as fractions of full scale).

@@ -21,7 +21,7 @@ std::vector<Index> spans_within(Index num_samples) {
 
 /// The sum of products of the rises of `a` and `b` over each span, about their means.
 VectorXd rise_products(const Column& a, const Column& b, const std::vector<Index>& spans) {
-  constexpr Index block = 2048;  // with the longest span, of both columns, in the processor's first cache
+  constexpr Index block = 1024;  // with the longest span, of both columns, 32 KiB: the processor's first cache
   VectorXd sums = VectorXd::Zero(std::ssize(spans)), mean_a = sums, mean_b = sums;
   for (Index s = 0; s < sums.size(); ++s) {
     const Index span = spans[static_cast<std::size_t>(s)];
@@ -42,12 +42,13 @@ VectorXd rise_products(const Column& a, const Column& b, const std::vector<Index
   return sums;
 }
 
-/// The integral up to each sample by trapezes.
-VectorXd integral(const VectorXd& v, double sample_rate_hz) {
+/// The integral of `v` about its mean up to each sample, by trapezes.
+VectorXd integral(const Column& v, double sample_rate_hz) {
   VectorXd result(v.size());
+  const double mean = v.mean();
   double sum = 0.0;
   for (Index i = 0; i < v.size(); ++i) {
-    if (i > 0) sum += 0.5 * (v(i - 1) + v(i)) / sample_rate_hz;
+    if (i > 0) sum += 0.5 * (v(i - 1) - mean + (v(i) - mean)) / sample_rate_hz;
     result(i) = sum;
   }
   return result;
@@ -64,31 +65,34 @@ bool is_ratio_of_units(double factor) {
 std::vector<FoundDerivative> find_derivatives(const Eigen::MatrixXd& samples, double sample_rate_hz) {
   constexpr double least_correlation = 0.99;
   const std::vector<Index> spans = spans_within(samples.rows());
-  std::vector<Index> whole;  // columns without a gap
-  std::vector<VectorXd> squares;
-  for (Index x = 0; x < samples.cols(); ++x) {
-    if (!samples.col(x).allFinite()) continue;
-    whole.push_back(x);
-    squares.push_back(rise_products(samples.col(x), samples.col(x), spans));
-  }
+  std::vector<Index> usable;
+  if (!spans.empty())
+    for (Index i = 0; i < samples.cols(); ++i)
+      if (samples.col(i).allFinite() && (samples.col(i).array() != samples(0, i)).any()) usable.push_back(i);
+  if (usable.size() < 2) return {};
+  const auto rise_norms = [&](const Column& values) -> VectorXd {
+    return rise_products(values, values, spans).cwiseMax(0.0).cwiseSqrt();
+  };
+  std::vector<VectorXd> norms;
+  for (const Index x : usable) norms.push_back(rise_norms(samples.col(x)));
   std::vector<FoundDerivative> found;
-  for (const Index v : whole) {
-    const VectorXd of_v = integral(samples.col(v).array() - samples.col(v).mean(), sample_rate_hz);
-    const VectorXd vv = rise_products(of_v, of_v, spans);
+  for (const Index v : usable) {
+    const VectorXd integral_v = integral(samples.col(v), sample_rate_hz), norm_v = rise_norms(integral_v);
     FoundDerivative best;
     double highest = least_correlation;
-    for (std::size_t i = 0; i < whole.size(); ++i) {
-      if (whole[i] == v) continue;
-      const VectorXd &xx = squares[i], xv = rise_products(samples.col(whole[i]), of_v, spans);
+    for (std::size_t i = 0; i < usable.size(); ++i) {
+      if (usable[i] == v) continue;
+      const VectorXd products = rise_products(samples.col(usable[i]), integral_v, spans);
       double correlation = 0.0, factor = 0.0;  // at the span where both agree best
-      for (Index s = 0; s < xv.size(); ++s)
-        if (xx(s) > 0.0 && vv(s) > 0.0 && xv(s) > correlation * std::sqrt(xx(s) * vv(s))) {
-          correlation = xv(s) / std::sqrt(xx(s) * vv(s));
-          factor = std::sqrt(vv(s) / xx(s));
-        }
+      for (Index s = 0; s < products.size(); ++s) {
+        const double norm_x = norms[i](s), one = products(s) / norm_x / norm_v(s);
+        if (!(norm_x > 0.0) || !(norm_v(s) > 0.0) || !(one > correlation)) continue;
+        correlation = one;
+        factor = norm_v(s) / norm_x;
+      }
       if (correlation <= highest || !is_ratio_of_units(factor)) continue;
       highest = correlation;
-      best = {whole[i], v, factor};
+      best = {usable[i], v, factor};
     }
     if (highest > least_correlation) found.push_back(best);
   }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <filesystem>
+#include <iterator>
 #include <random>
 #include <string>
 
@@ -14,6 +16,11 @@ std::string bytes_of_noise(std::size_t count) {
   std::string bytes(count, '\0');
   for (char& byte : bytes) byte = static_cast<char>(generator());
   return bytes;
+}
+
+std::ptrdiff_t num_tasks() {
+  const std::filesystem::directory_iterator tasks("/proc/self/task");
+  return std::distance(begin(tasks), end(tasks));
 }
 
 }  // namespace
@@ -35,10 +42,16 @@ TEST_CASE("a digest beside is the digest of the same bytes, on one thread or two
   }
 }
 
-TEST_CASE("a digest beside that nobody asks for ends with its object", "[dsp][digest]") {
+TEST_CASE("a digest beside has one thread of its own, or none, which ends with its object", "[dsp][digest]") {
   const std::string bytes = bytes_of_noise(1'000'000);
-  for (const std::size_t count : {std::size_t{0}, std::size_t{10}, bytes.size()}) {
-    dsp::DigestBeside beside(Method::md5, 2);
-    beside.push(std::string_view(bytes).substr(0, count));
-  }
+  const auto before = num_tasks();
+  for (const int num_threads : {1, 2, 8})
+    for (const std::size_t count : {std::size_t{0}, std::size_t{10}, bytes.size()}) {
+      {
+        dsp::DigestBeside beside(Method::md5, num_threads);
+        beside.push(std::string_view(bytes).substr(0, count));
+        CHECK(num_tasks() - before == (num_threads > 1 ? 1 : 0));
+      }
+      CHECK(num_tasks() == before);
+    }
 }

@@ -333,6 +333,22 @@ TEST_CASE("a FLAC with a block twice, left out, or of another recording is refus
   refused(without_md5(lost), {gap});
 }
 
+TEST_CASE("a whole FLAC is read alike with any number of threads, and refused where one bit of its MD5 is wrong",
+          "[dsp][sound_file]") {
+  const Scratch scratch;
+  const auto frames = noise(200'000, 2, 0.9);  // several of the pieces that are digested beside
+  const auto file = write(scratch, frames, {.container = SoundContainer::flac});
+  auto wrong = support::bytes_of(file);
+  wrong[30] ^= 1;
+  const auto other = scratch.file("wrong.flac", wrong);
+  const auto alone = read_all(*open(file), 16384);
+  for (const int num_threads : {1, 2, 8}) {
+    CHECK(read_all(*open(file, false, num_threads), 16384) == alone);
+    check_fault([&] { (void)read_all(*open(other, false, num_threads), 16384); }, FaultKind::input, "container.damaged",
+                {"MD5"});
+  }
+}
+
 TEST_CASE("of a FLAC with a block missing the time of what follows is said, however it is read", "[dsp][sound_file]") {
   const Scratch scratch;
   for (const int channels : {1, 3, 4}) {

@@ -1,5 +1,6 @@
 #include "dsp/sensors/found_derivatives.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
@@ -49,9 +50,42 @@ TEST_CASE("a force in phase with the velocity and noise are no derivatives", "[d
     samples.row(i) << std::sin(phase), 23.0 * std::cos(phase), white(random);
   }
   CHECK(dsp::find_derivatives(samples, rate_hz).empty());
-  CHECK(dsp::find_derivatives(Eigen::MatrixXd::Constant(100, 2, 3.0), rate_hz).empty());
-  samples.col(2).setLinSpaced(-1e6, 3e6);  // a clock rises by as much over every span
-  CHECK(dsp::find_derivatives(samples, rate_hz).empty());
+  CHECK(dsp::find_derivatives(Eigen::MatrixXd::Constant(4099, 2, 0.1), rate_hz).empty());
+}
+
+TEST_CASE("a pair is judged by all rises over the span where they agree best", "[dsp][found_derivatives]") {
+  std::mt19937 random(3);
+  std::normal_distribution<double> white;
+  int num_found = 0;
+  for (const Eigen::Index n : {3, 4, 5, 8, 100, 1023, 1024, 1025, 2048 + 1024 + 7}) {
+    Eigen::MatrixXd samples(n, 2);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const double phase = 0.04 * static_cast<double>(i);
+      samples.row(i) << std::sin(phase), 0.04 * rate_hz * std::cos(phase);
+    }
+    samples.bottomRows(1) *= -1.0;  // the last rise tells, too
+    samples += 2e-3 * Eigen::MatrixXd::NullaryExpr(n, 2, [&] { return white(random); });
+    const Eigen::VectorXd x = samples.col(0), v = samples.col(1);
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(n);
+    for (Eigen::Index i = 1; i < n; ++i) sum(i) = sum(i - 1) + 0.5 * (v(i - 1) + v(i) - 2.0 * v.mean()) / rate_hz;
+    double correlation = 0.0, factor = 0.0;
+    for (Eigen::Index span = 1; span <= std::min<Eigen::Index>(1024, n / 4); span *= 2) {
+      Eigen::ArrayXd of_x = (x.tail(n - span) - x.head(n - span)).array(),
+                     of_v = (sum.tail(n - span) - sum.head(n - span)).array();
+      of_x -= of_x.mean(), of_v -= of_v.mean();
+      const double one = (of_x * of_v).sum() / std::sqrt(of_x.square().sum() * of_v.square().sum());
+      if (one > correlation) correlation = one, factor = std::sqrt(of_v.square().sum() / of_x.square().sum());
+    }
+    CAPTURE(n, correlation, factor);
+    const auto found = dsp::find_derivatives(samples, rate_hz);
+    const auto forward = std::find_if(found.begin(), found.end(), [](const auto& one) { return one.is == 1; });
+    const bool expected = correlation > 0.99 && std::abs(factor - 1.0) < 0.02;
+    CHECK((forward != found.end()) == expected);
+    if (forward == found.end()) continue;
+    ++num_found;
+    CHECK(forward->factor == Approx(factor).epsilon(1e-12));
+  }
+  CHECK(num_found >= 3);
 }
 
 TEST_CASE("offset and drift hide no derivative, and a gap makes a column nobody's", "[dsp][found_derivatives]") {
@@ -59,8 +93,11 @@ TEST_CASE("offset and drift hide no derivative, and a gap makes a column nobody'
   samples.col(2).array() += Eigen::ArrayXd::LinSpaced(samples.rows(), 1e7, 2e7);
   samples.col(3).array() -= 50.0;
   CHECK(dsp::find_derivatives(samples, rate_hz).size() == 2);
-  samples(7'000, 3) = std::nan("");
-  CHECK(dsp::find_derivatives(samples, rate_hz).empty());
+  for (const double gap : {std::nan(""), -HUGE_VAL}) {
+    samples(7'000, 3) = gap;
+    CHECK(dsp::find_derivatives(samples, rate_hz).empty());
+  }
+  CHECK(dsp::find_derivatives(Eigen::MatrixXd(0, 1), rate_hz).empty());
 }
 
 TEST_CASE("the question for roles proposes those that the numbers give away", "[dsp][found_derivatives]") {
