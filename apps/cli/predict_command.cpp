@@ -38,7 +38,8 @@ int predict(const PredictArguments& arguments, const GlobalOptions& global, Cons
   OutputFolder folder(destination, global.force);
   Manifest manifest = begin_manifest("predict", global.command_line, global.seed, folder.destination());
   HashesBeside hashes({arguments.recording}, thread_count(global));
-  const Input input = other_recording(config, {.file = arguments.recording, .sidecar = arguments.sidecar}, 0, console);
+  const Input input = other_recording(config, {.file = arguments.recording, .sidecar = arguments.sidecar}, 0,
+                                      thread_count(global), console);
   refuse_warnings(global.strict, console);
   const auto range = std::find_if(config.ranges.begin(), config.ranges.end(),
                                   [&](const ident::Range& one) { return one.spec.name == equation.range; });

@@ -70,7 +70,8 @@ std::vector<ident::RecordPrediction> predict_test_recordings(
   const ident::RangeResult& range = ranges[chosen->range];
   for (std::size_t i = 0; i < work.config.test_recordings.size(); ++i) {
     const RecordingConfig& recording = work.config.test_recordings[i];
-    const Input input = other_recording(work.config, recording, arguments.max_memory_bytes, console);
+    const Input input =
+        other_recording(work.config, recording, arguments.max_memory_bytes, arguments.num_threads, console);
     results.add_files({input}, hashes);
     files.insert(files.end(), input.files.begin(), input.files.end());
     predictions.push_back(

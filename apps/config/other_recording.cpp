@@ -6,7 +6,8 @@
 
 namespace apps {
 
-Input other_recording(Config config, RecordingConfig recording, std::size_t max_memory_bytes, Console& console) {
+Input other_recording(Config config, RecordingConfig recording, std::size_t max_memory_bytes, int num_threads,
+                      Console& console) {
   if (recording.name.empty()) recording.name = name_beside(recording.file, config);
   config.recordings = {completed(std::move(recording), config.recordings.front())};
   if (config.prepare.cutoff_hz > 0.0) {  // the band is the equation's; rates are those of the recording
@@ -15,7 +16,7 @@ Input other_recording(Config config, RecordingConfig recording, std::size_t max_
   }
   config.ranges.clear();  // they are times of other recordings
   config.segment_file.clear();
-  std::vector<Input> inputs = prepare_inputs(config, max_memory_bytes, 1, console);
+  std::vector<Input> inputs = prepare_inputs(config, max_memory_bytes, num_threads, console);
   settle(config, inputs, console);
   return std::move(inputs.front());
 }
