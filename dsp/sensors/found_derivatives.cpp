@@ -54,6 +54,21 @@ VectorXd integral(const Column& v, double sample_rate_hz) {
   return result;
 }
 
+struct Agreement {
+  double correlation = 0.0, factor = 0.0;
+};
+
+/// At the span where both columns agree best, by the products of their rises and the norms of either's.
+Agreement best_agreement(const VectorXd& products, const VectorXd& norm_x, const VectorXd& norm_v) {
+  Agreement best;
+  for (Index s = 0; s < products.size(); ++s) {
+    if (!(norm_x(s) > 0.0) || !(norm_v(s) > 0.0)) continue;
+    const double correlation = products(s) / norm_x(s) / norm_v(s);
+    if (correlation > best.correlation) best = {correlation, norm_v(s) / norm_x(s)};
+  }
+  return best;
+}
+
 bool is_ratio_of_units(double factor) {
   constexpr double calibration = 0.02;
   const double power = std::round(std::log10(factor));
@@ -71,7 +86,7 @@ std::vector<FoundDerivative> find_derivatives(const Eigen::MatrixXd& samples, do
       if (samples.col(i).allFinite() && (samples.col(i).array() != samples(0, i)).any()) usable.push_back(i);
   if (usable.size() < 2) return {};
   const auto rise_norms = [&](const Column& values) -> VectorXd {
-    return rise_products(values, values, spans).cwiseMax(0.0).cwiseSqrt();
+    return rise_products(values, values, spans).cwiseSqrt();
   };
   std::vector<VectorXd> norms;
   for (const Index x : usable) norms.push_back(rise_norms(samples.col(x)));
@@ -83,16 +98,10 @@ std::vector<FoundDerivative> find_derivatives(const Eigen::MatrixXd& samples, do
     for (std::size_t i = 0; i < usable.size(); ++i) {
       if (usable[i] == v) continue;
       const VectorXd products = rise_products(samples.col(usable[i]), integral_v, spans);
-      double correlation = 0.0, factor = 0.0;  // at the span where both agree best
-      for (Index s = 0; s < products.size(); ++s) {
-        const double norm_x = norms[i](s), one = products(s) / norm_x / norm_v(s);
-        if (!(norm_x > 0.0) || !(norm_v(s) > 0.0) || !(one > correlation)) continue;
-        correlation = one;
-        factor = norm_v(s) / norm_x;
-      }
-      if (correlation <= highest || !is_ratio_of_units(factor)) continue;
-      highest = correlation;
-      best = {usable[i], v, factor};
+      const Agreement one = best_agreement(products, norms[i], norm_v);
+      if (one.correlation <= highest || !is_ratio_of_units(one.factor)) continue;
+      highest = one.correlation;
+      best = {usable[i], v, one.factor};
     }
     if (highest > least_correlation) found.push_back(best);
   }

@@ -11,6 +11,7 @@
 #include "dsp/motion.hpp"
 #include "support/fault.hpp"
 #include "support/scratch.hpp"
+#include "support/tasks.hpp"
 
 using dsp::FaultKind;
 using dsp::Role;
@@ -35,9 +36,10 @@ dsp::FrameBlock steps(Eigen::Index frames, Eigen::Index channels) {
 }
 
 std::filesystem::path sound(const Scratch& scratch, const dsp::FrameBlock& frames, const std::string& name = "rig.wav",
-                            double rate_hz = 1000) {
-  dsp::SoundFileWriter writer(scratch / name,
-                              {.sample_rate_hz = rate_hz, .num_channels = static_cast<int>(frames.cols())});
+                            double rate_hz = 1000, dsp::SoundContainer container = dsp::SoundContainer::rf64) {
+  dsp::SoundFileWriter writer(
+      scratch / name,
+      {.container = container, .sample_rate_hz = rate_hz, .num_channels = static_cast<int>(frames.cols())});
   writer.write(frames);
   writer.close();
   return scratch / name;
@@ -261,6 +263,35 @@ role = "f"
   sound(scratch, frames.rightCols(2), "b.w64", 2000);
   check_fault([&] { (void)dsp::read_recording(file); }, FaultKind::input, "rate.mismatch",
               {"2000 Hz", "a.wav says 1000 Hz"});
+}
+
+TEST_CASE("of a recording in several FLACs one has a thread of its own, and none with one thread",
+          "[dsp][read_recording]") {
+  const Scratch scratch;
+  const auto frames = steps(200'000, 2);
+  const auto file = sound(scratch, frames.col(0), "a.flac", 1000, dsp::SoundContainer::flac);
+  sound(scratch, frames.col(1), "b.flac", 1000, dsp::SoundContainer::flac);
+  scratch.file("a.flac.toml", R"(
+[[channel]]
+name = "y"
+full_scale = "1 m"
+role = "y"
+[[channel]]
+name = "r"
+file = "b.flac"
+full_scale = "1 m"
+role = "r"
+)");
+  const auto before = support::num_tasks();
+  for (const int num_threads : {1, 2, 8}) {
+    dsp::RecordingReader reader(file, {.num_threads = num_threads});
+    REQUIRE(reader.files().size() == 2);
+    CHECK(support::num_tasks() - before == (num_threads > 1 ? 1 : 0));
+    dsp::FrameBlock block;
+    for (Eigen::Index done = 0; reader.read(block, 16384) > 0; done += block.rows())
+      REQUIRE(block == frames.middleRows(done, block.rows()));
+    CHECK(support::num_tasks() == before);  // it ends with the record
+  }
 }
 
 TEST_CASE("a rate that contradicts the container is refused with both numbers", "[dsp][read_recording]") {

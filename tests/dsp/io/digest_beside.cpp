@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <filesystem>
-#include <iterator>
 #include <random>
 #include <string>
 
+#include "support/tasks.hpp"
+
+using support::num_tasks;
 using Method = dsp::Digest::Method;
 
 namespace {
@@ -16,11 +17,6 @@ std::string bytes_of_noise(std::size_t count) {
   std::string bytes(count, '\0');
   for (char& byte : bytes) byte = static_cast<char>(generator());
   return bytes;
-}
-
-std::ptrdiff_t num_tasks() {
-  const std::filesystem::directory_iterator tasks("/proc/self/task");
-  return std::distance(begin(tasks), end(tasks));
 }
 
 }  // namespace

@@ -50,6 +50,7 @@ TEST_CASE("a force in phase with the velocity and noise are no derivatives", "[d
     samples.row(i) << std::sin(phase), 23.0 * std::cos(phase), white(random);
   }
   CHECK(dsp::find_derivatives(samples, rate_hz).empty());
+  CHECK(dsp::find_derivatives(Eigen::MatrixXd::Constant(100, 2, 3.0), rate_hz).empty());
   CHECK(dsp::find_derivatives(Eigen::MatrixXd::Constant(4099, 2, 0.1), rate_hz).empty());
 }
 
