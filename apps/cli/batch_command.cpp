@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <memory>
@@ -11,7 +10,6 @@
 #include "apps/batch/batch_page.hpp"
 #include "apps/batch/ranks.hpp"
 #include "apps/batch/record_runs.hpp"
-#include "apps/cli/option_values.hpp"
 #include "apps/cli/run_arguments.hpp"
 #include "apps/config/identification.hpp"
 #include "apps/output/factors_file.hpp"
@@ -227,51 +225,44 @@ int batch(const BatchArguments& arguments, Console& console) {
 }  // namespace
 
 Command batch_command() {
+  const auto typed = std::make_shared<BatchArguments>();
+  RunArguments& of_runs = typed->run;
   return {
-      "batch",
-      "Many recordings by one config: on all cores, or on a cluster",
-      {},
-      [](CLI::App& command) -> CommandBody {
-        auto typed = std::make_shared<BatchArguments>();
-        const auto run = add_run_arguments(command, "CONFIG",
-                                           "Settings for all recordings, NAME.toml; a [[recording]] in it is not run.");
-        command.add_option("RECORDINGS", typed->recordings, "Recordings, a run each.")->required();
-        command
-            .add_option("--jobs", typed->num_jobs,
-                        "Runs at a time in each process; 0: one for each processor, under mpirun one.")
-            ->transform(whole(0, 4096))
-            ->option_text("N")
-            ->default_str("0");
-        auto require = std::make_shared<std::string>();
-        auto full = std::make_shared<bool>(false);
-        command
-            .add_option("--require", *require,
-                        "Exit code 4 unless the verdict on every range of every record is this or better. Results "
-                        "are written all the same.")
-            ->option_text("VERDICT")
-            ->check(CLI::IsMember({"describes", "in_part"}));
-        command.add_flag("--full", *full, "Write tables with every row and digit, as run --full.");
-        return [=](const GlobalOptions& global, Console& console) {
-          BatchArguments arguments = *typed;
-          arguments.run = run(global);
-          arguments.run.require = *require;
-          arguments.run.full = *full;
-          arguments.num_threads = global.num_threads;
-          (void)required_output(global, "batch");
-          return batch(arguments, console);
-        };
-      },
-      identify_group,
-      {"ardent batch rig.toml *.wav -o fleet", "ardent batch rig.toml *.wav -o fleet --jobs 2 --threads 1",
-       "mpirun -n 64 ardent batch rig.toml /data/*.wav -o fleet"},
-      "Each recording is run by `ardent run CONFIG RECORDING` in a process of its own, the largest first; its folder "
-      "is DIR/runs/NAME. A recording that cannot be read, or a run that crashes or finds no memory, costs that record "
-      "only: its error is in the table. At the end: table.csv and table.json, a row for each range of each record; "
-      "report.html; in both what all records together say, as `ardent merge` has it. Stopped in whatever way and "
-      "started again with the same command it goes on where it was: runs that are complete stay, unless their "
-      "recording, sidecar or config has changed since; what failed is tried again. Under mpirun or srun the "
-      "processes share the work; the results are the same. Exit code: that of the first record, in the order "
-      "given, that ended with one."};
+      .name = "batch",
+      .help = "Many recordings by one config: on all cores, or on a cluster",
+      .group = identify_group,
+      .options = joined(
+          run_options(of_runs, "CONFIG", "Settings for all recordings, NAME.toml; a [[recording]] in it is not run."),
+          {{"RECORDINGS", &typed->recordings, "Recordings, a run each.", {.required = true}},
+           {"--jobs",
+            &typed->num_jobs,
+            "Runs at a time in each process; 0: one for each processor, under mpirun one.",
+            {.name = "N", .preset = "0", .check = whole(0, 4096)}},
+           {"--require",
+            &of_runs.require,
+            "Exit code 4 unless the verdict on every range of every record is this or better. Results are "
+            "written all the same.",
+            {.name = "VERDICT", .words = {"describes", "in_part"}}},
+           {"--full", &of_runs.full, "Write tables with every row and digit, as run --full."}}),
+      .run =
+          [typed](const GlobalOptions& global, Console& console) {
+            BatchArguments arguments = *typed;
+            arguments.run = with_global(arguments.run, global);
+            arguments.num_threads = global.num_threads;
+            (void)required_output(global, "batch");
+            return batch(arguments, console);
+          },
+      .examples = {"ardent batch rig.toml *.wav -o fleet", "ardent batch rig.toml *.wav -o fleet --jobs 2 --threads 1",
+                   "mpirun -n 64 ardent batch rig.toml /data/*.wav -o fleet"},
+      .details =
+          "Each recording is run by `ardent run CONFIG RECORDING` in a process of its own, the largest first; its "
+          "folder is DIR/runs/NAME. A recording that cannot be read, or a run that crashes or finds no memory, costs "
+          "that record only: its error is in the table. At the end: table.csv and table.json, a row for each range of "
+          "each record; report.html; in both what all records together say, as `ardent merge` has it. Stopped in "
+          "whatever way and started again with the same command it goes on where it was: runs that are complete stay, "
+          "unless their recording, sidecar or config has changed since; what failed is tried again. Under mpirun or "
+          "srun the processes share the work; the results are the same. Exit code: that of the first record, in the "
+          "order given, that ended with one."};
 }
 
 }  // namespace apps

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <memory>
+
 #include "apps/cli/run_arguments.hpp"
 #include "apps/config/identification.hpp"
 #include "apps/output/results_json.hpp"
@@ -31,12 +33,15 @@ int check(const RunArguments& arguments, Console& console) {
 }  // namespace
 
 Command check_command() {
-  return {"check",
-          "Checks a recording or config as a run would; writes no files",
-          {{"--output"}, {"--seed"}, {"--dry-run"}, {"--force"}},
-          run_like(check),
-          look_group,
-          {"ardent check drive.wav", "ardent check drive.toml --set prepare.cutoff_hz=10.24"}};
+  const auto typed = std::make_shared<RunArguments>();
+  return {.name = "check",
+          .help = "Checks a recording or config as a run would; writes no files",
+          .group = look_group,
+          .unused = {{"--output"}, {"--seed"}, {"--dry-run"}, {"--force"}},
+          .options = run_options(*typed),
+          .run = [typed](const GlobalOptions& global,
+                         Console& console) { return check(with_global(*typed, global), console); },
+          .examples = {"ardent check drive.wav", "ardent check drive.toml --set prepare.cutoff_hz=10.24"}};
 }
 
 }  // namespace apps

@@ -2,56 +2,82 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
+#include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
+#include "apps/cli/option_values.hpp"
 #include "apps/process/console.hpp"
 
-namespace CLI {
-class App;
-}
+// Commands as data: parser, help, manual pages and completion are made of it.
 
 namespace apps {
 
 /// What is allowed anywhere on the command line, and that line itself.
 struct GlobalOptions {
   std::filesystem::path output;  ///< -o; empty where it is not given
-  bool quiet = false, json = false, dry_run = false, force = false, strict = false;
-  int verbosity = 0, num_threads = 0;  ///< 0 threads: as many as there are processors
+  bool quiet = false, verbose = false, json = false, dry_run = false, force = false, strict = false;
+  int num_threads = 0;  ///< 0: as many as there are processors
   std::uint64_t seed = 1;
   std::vector<std::string> set;
   ProgressMode progress = ProgressMode::automatic;
   std::vector<std::string> command_line;
 };
 
-/// Does what a command was asked for; returns the exit code. Throws dsp::Fault.
-using CommandBody = std::function<int(const GlobalOptions&, Console&)>;
+/// Where the value of an option goes, which says what may be typed: nothing (bool: a flag), a number, a text, or
+/// several (vectors: arguments up to the end, options that are repeated). A function is given the text. None: --help,
+/// --version.
+using Target = std::variant<std::monostate, bool*, int*, std::uint64_t*, std::optional<double>*, std::string*,
+                            std::optional<std::string>*, std::filesystem::path*, std::vector<std::string>*,
+                            std::vector<std::filesystem::path>*, std::function<void(const std::string&)>>;
+
+struct Value {
+  std::string name = {};                ///< "DIR", for help; empty: NUMBER or TEXT
+  std::string preset = {};              ///< what holds where the option is left out, for help
+  std::vector<std::string> words = {};  ///< the value is one of these; none: anything
+  ValueCheck check = {};
+  bool required = false, by_commas = false;  ///< by_commas: one text may hold several
+};
+
+struct Option {
+  std::string names;  ///< "-o,--output"; of an argument "INPUT"
+  Target target;
+  std::string help;
+  Value value = {};
+};
+/// `more` behind `options`.
+[[nodiscard]] std::vector<Option> joined(std::vector<Option> options, const std::vector<Option>& more);
 
 /// A global option without effect on a command: refused, not ignored.
 struct UnusedOption {
-  const char *name, *advice = "";
+  std::string name, advice = "";
 };
 
-/// A command as `ardent --help` lists it.
 struct Command {
-  const char *name, *help;
-  std::vector<UnusedOption> unused;
-  /// Adds its own options to the parser; the body reads them once the command line is parsed.
-  std::function<CommandBody(CLI::App&)> describe;
-  const char* group = "";                  ///< what a person wants to do with it: its heading in `ardent --help`
-  std::vector<const char*> examples = {};  ///< command lines
-  const char* details = "";                ///< paragraphs below the usage
+  std::string name, help;
+  std::string group = "";  ///< what a person wants to do with it: its heading in `ardent --help`; none: not shown
+  std::vector<UnusedOption> unused = {};
+  std::vector<Option> options = {};  ///< their targets live as long as `run`
+  /// Does what was asked for, once the targets of the options are filled; returns the exit code. Throws dsp::Fault.
+  std::function<int(const GlobalOptions&, Console&)> run = {};
+  std::vector<std::string> more = {};      ///< lines below the options
+  std::vector<std::string> examples = {};  ///< command lines
+  std::string details = "";                ///< paragraphs below the usage
 };
 
 inline constexpr const char *look_group = "Look at a recording", *identify_group = "Find its equation of motion",
                             *use_group = "Use and compare equations", *made_group = "Without a recording of your own",
                             *help_group = "Help";
 
-/// All of them, in the order of `ardent --help`.
-[[nodiscard]] std::vector<Command> commands();
-
-/// The options that may stand anywhere on the command line, but those that a command takes no notice of.
-void add_global_options(CLI::App& app, GlobalOptions& options, const std::vector<UnusedOption>& unused = {});
+/// What may be typed.
+struct Program {
+  std::shared_ptr<GlobalOptions> global;
+  std::vector<Option> options;    ///< before a command
+  std::vector<Command> commands;  ///< in the order of `ardent --help`, each with the global options that it takes
+};
+[[nodiscard]] Program make_program();
 
 [[nodiscard]] int thread_count(const GlobalOptions& options);
 

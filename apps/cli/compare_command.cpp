@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
 
@@ -42,32 +41,32 @@ void write_comparison(const CompareArguments& arguments, const RunComparison& co
   console.step(fmt::format("results are in {}: open compare.html", folder.destination().string()));
 }
 
+int compare(const CompareArguments& arguments, const GlobalOptions& global, Console& console) {
+  if (global.force && global.output.empty())
+    throw dsp::Fault(dsp::FaultKind::usage, "usage", "compare: --force has no effect without -o DIR. Leave it out");
+  for (const auto& run : arguments.runs) check_finished_run(run, global.strict, console);
+  const RunComparison comparison = compare_runs(arguments.runs, arguments.truth, arguments.method);
+  if (!global.output.empty()) write_comparison(arguments, comparison, global, console);
+  console.result(console.json() ? to_json(comparison) : to_text(comparison));
+  return 0;
+}
+
 }  // namespace
 
 Command compare_command() {
-  return {"compare",
-          "What changed between runs, and their equations side by side",
-          {{"--seed"}, {"--dry-run"}, {"--set"}, {"--threads"}},
-          [](CLI::App& command) -> CommandBody {
-            auto arguments = std::make_shared<CompareArguments>();
-            command.add_option("RUN", arguments->runs, "Run folders.")->required();
-            command
-                .add_option("--truth", arguments->truth, "truth.json of the simulation that the recording came from.")
-                ->type_name("FILE");
-            command.add_option("--method", arguments->method, "Method whose equation is shown.")->capture_default_str();
-            return [=](const GlobalOptions& global, Console& console) {
-              if (global.force && global.output.empty())
-                throw dsp::Fault(dsp::FaultKind::usage, "usage",
-                                 "compare: --force has no effect without -o DIR. Leave it out");
-              for (const auto& run : arguments->runs) check_finished_run(run, global.strict, console);
-              const RunComparison comparison = compare_runs(arguments->runs, arguments->truth, arguments->method);
-              if (!global.output.empty()) write_comparison(*arguments, comparison, global, console);
-              console.result(console.json() ? to_json(comparison) : to_text(comparison));
-              return 0;
-            };
-          },
-          use_group,
-          {"ardent compare monday-run tuesday-run -o monday-tuesday", "ardent compare out/* --method sindy"},
+  const auto typed = std::make_shared<CompareArguments>();
+  return {
+      .name = "compare",
+      .help = "What changed between runs, and their equations side by side",
+      .group = use_group,
+      .unused = {{"--seed"}, {"--dry-run"}, {"--set"}, {"--threads"}},
+      .options =
+          {{"RUN", &typed->runs, "Run folders.", {.required = true}},
+           {"--truth", &typed->truth, "truth.json of the simulation that the recording came from.", {.name = "FILE"}},
+           {"--method", &typed->method, "Method whose equation is shown.", {.preset = typed->method}}},
+      .run = [typed](const GlobalOptions& global, Console& console) { return compare(*typed, global, console); },
+      .examples = {"ardent compare monday-run tuesday-run -o monday-tuesday", "ardent compare out/* --method sindy"},
+      .details =
           "With -o DIR the comparison is also written into a folder: compare.html, the page with a figure of every "
           "coefficient, compare.txt, compare.json and figures/."};
 }

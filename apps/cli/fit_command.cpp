@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
 
@@ -24,7 +23,7 @@ namespace {
 struct FitArguments {
   std::filesystem::path table, save;
   std::string target, terms, where;
-  std::shared_ptr<MethodArguments> methods;
+  MethodArguments methods;
 };
 
 /// Regression of one column of a table on expressions of the others, all rows at once, printed. 4 if no method selected
@@ -54,7 +53,7 @@ int fit(const FitArguments& arguments, const GlobalOptions& global, Console& con
   all.place = "--where";
   const ident::IdentifyOptions options{.target = arguments.target,
                                        .target_unit = target->unit,
-                                       .methods = options_of(*arguments.methods),
+                                       .methods = options_of(arguments.methods),
                                        .num_threads = thread_count(global),
                                        .most_blocks = arguments.save.empty() ? 0 : most_factor_blocks,
                                        .free_run = false,
@@ -76,29 +75,27 @@ int fit(const FitArguments& arguments, const GlobalOptions& global, Console& con
 }  // namespace
 
 Command fit_command() {
-  return {"fit",
-          "Regression on a table: one column from expressions of the others",
-          {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}},
-          [](CLI::App& command) -> CommandBody {
-            auto arguments = std::make_shared<FitArguments>();
-            command.add_option("TABLE", arguments->table, "CSV or another table that `run` reads.")->required();
-            command.add_option("--target", arguments->target, "Column to explain.")->required();
-            command
-                .add_option("--terms", arguments->terms,
-                            "Candidate terms: \"1,x,x^2\", or a file with one term a line.")
-                ->required();
-            arguments->methods = add_method_options(command);
-            command.add_option("--where", arguments->where, "Condition on the rows: \"v >= 0\".");
-            command
-                .add_option("--save", arguments->save,
-                            "Write R factors of the rows into this file: `ardent merge` fits several tables together.")
-                ->type_name("FILE");
-            return [=](const GlobalOptions& global, Console& console) { return fit(*arguments, global, console); };
-          },
-          made_group,
-          {"ardent fit table.csv --target a --terms \"1,x,v,x^3\"",
-           "ardent fit table.csv --target dz --terms terms.txt --where \"v >= 0\" --methods fast_rvm,ols",
-           "ardent fit monday.csv --target a --terms terms.txt --save monday.json"}};
+  const auto typed = std::make_shared<FitArguments>();
+  const std::vector<Option> first{
+      {"TABLE", &typed->table, "CSV or another table that `run` reads.", {.required = true}},
+      {"--target", &typed->target, "Column to explain.", {.required = true}},
+      {"--terms", &typed->terms, "Candidate terms: \"1,x,x^2\", or a file with one term a line.", {.required = true}}};
+  const std::vector<Option> last{
+      {"--where", &typed->where, "Condition on the rows: \"v >= 0\"."},
+      {"--save",
+       &typed->save,
+       "Write R factors of the rows into this file: `ardent merge` fits several tables together.",
+       {.name = "FILE"}}};
+  return {.name = "fit",
+          .help = "Regression on a table: one column from expressions of the others",
+          .group = made_group,
+          .unused = {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}},
+          .options = joined(joined(first, method_options(typed->methods)), last),
+          .run = [typed](const GlobalOptions& global, Console& console) { return fit(*typed, global, console); },
+          .more = methods_help(),
+          .examples = {"ardent fit table.csv --target a --terms \"1,x,v,x^3\"",
+                       "ardent fit table.csv --target dz --terms terms.txt --where \"v >= 0\" --methods fast_rvm,ols",
+                       "ardent fit monday.csv --target a --terms terms.txt --save monday.json"}};
 }
 
 }  // namespace apps

@@ -25,7 +25,7 @@ std::string entries_called(const std::string& name) {
   return text;
 }
 
-std::string overview(const CLI::App& root) {
+std::string overview(const Program& program) {
   Page page{"help", "What `ardent help TOPIC` explains", "ardent help [TOPIC]", {{"Topics", "", {}, {}}}};
   for (const Page& topic : topic_pages()) page.sections[0].entries.push_back({topic.name, topic.summary + "."});
   for (const Guide& guide : guides)
@@ -33,14 +33,14 @@ std::string overview(const CLI::App& root) {
   page.sections[0].entries.push_back({"reference", "All of it, and every command, as one document in Markdown."});
   page.sections[0].entries.push_back({"KEY", "A key of a config or sidecar: ardent help cutoff_hz."});
   page.sections.push_back({"Commands", "", {}, {}});
-  for (const CLI::App* command : visible_commands(root))
-    page.sections[1].entries.push_back({command->get_name(), command->get_description() + "."});
+  for (const Command* command : visible_commands(program))
+    page.sections[1].entries.push_back({command->name, command->help + "."});
   return to_text(page);
 }
 
-std::string help_on(const CLI::App& root, const std::string& topic) {
-  if (topic.empty()) return overview(root);
-  if (topic == "reference") return reference_markdown(root);
+std::string help_on(const Program& program, const std::string& topic) {
+  if (topic.empty()) return overview(program);
+  if (topic == "reference") return reference_markdown(program);
   std::vector<std::string> known{"reference"};
   for (const Guide& guide : guides) {
     if (topic == guide.name) return std::string(guide.text());
@@ -50,9 +50,9 @@ std::string help_on(const CLI::App& root, const std::string& topic) {
     if (page.name == topic) return to_text(page);
     known.push_back(page.name);
   }
-  for (const CLI::App* command : visible_commands(root)) {
-    if (command->get_name() == topic) return to_text(page_of(*command));
-    known.push_back(command->get_name());
+  for (const Command* command : visible_commands(program)) {
+    if (command->name == topic) return to_text(page_of(*command));
+    known.push_back(command->name);
   }
   if (std::string entries = entries_called(topic); !entries.empty()) return entries;
   for (const Page& page : topic_pages())
@@ -70,22 +70,20 @@ std::string help_on(const CLI::App& root, const std::string& topic) {
 }  // namespace
 
 Command help_command() {
-  return {"help",
-          "Explains a command, a topic or a key",
-          {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}, {"--force"}, {"--threads"}},
-          [](CLI::App& command) -> CommandBody {
-            auto topic = std::make_shared<std::string>();
-            command.add_option("TOPIC", *topic,
-                               "config, sidecar, terms, methods, files, exit-codes, tutorial, method, validation, a "
-                               "command, or a key.");
-            const CLI::App* root = command.get_parent();
-            return [=](const GlobalOptions&, Console& console) {
-              console.result(help_on(*root, *topic));
-              return 0;
-            };
-          },
-          help_group,
-          {"ardent help config", "ardent help cutoff_hz"}};
+  const auto topic = std::make_shared<std::string>();
+  return {.name = "help",
+          .help = "Explains a command, a topic or a key",
+          .group = help_group,
+          .unused = {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}, {"--force"}, {"--threads"}},
+          .options = {{"TOPIC", topic.get(),
+                       "config, sidecar, terms, methods, files, exit-codes, tutorial, method, validation, a command, "
+                       "or a key."}},
+          .run =
+              [topic](const GlobalOptions&, Console& console) {
+                console.result(help_on(make_program(), *topic));
+                return 0;
+              },
+          .examples = {"ardent help config", "ardent help cutoff_hz"}};
 }
 
 }  // namespace apps

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
 
@@ -12,10 +11,16 @@
 namespace apps {
 namespace {
 
-RecordingInfo info_of(const std::filesystem::path& file, const std::filesystem::path& sidecar, bool salvage) {
+struct InfoArguments {
+  std::vector<std::filesystem::path> files;
+  std::filesystem::path sidecar;
+  bool salvage = false;
+};
+
+RecordingInfo info_of(const std::filesystem::path& file, const InfoArguments& arguments) {
   dsp::ReadOptions options;
-  options.salvage = salvage;
-  options.sidecar = sidecar;
+  options.salvage = arguments.salvage;
+  options.sidecar = arguments.sidecar;
   options.uncalibrated = true;  // what is missing shows as such; only a run needs it
   const dsp::RecordingReader reader(file, options);
   const dsp::Recording& recording = reader.description();
@@ -51,12 +56,11 @@ std::string text_of(const RecordingInfo& info) {
   return text;
 }
 
-void info(const std::vector<std::filesystem::path>& files, const std::filesystem::path& sidecar, bool salvage,
-          bool strict, Console& console) {
+void info(const InfoArguments& arguments, bool strict, Console& console) {
   std::vector<RecordingInfo> recordings;
   std::string text;
-  for (const std::filesystem::path& file : files) {
-    recordings.push_back(info_of(file, sidecar, salvage));
+  for (const std::filesystem::path& file : arguments.files) {
+    recordings.push_back(info_of(file, arguments));
     text += text_of(recordings.back());
     for (const dsp::Check& check : recordings.back().checks)
       if (strict && (check.status == dsp::CheckStatus::warning || check.status == dsp::CheckStatus::failed))
@@ -69,24 +73,23 @@ void info(const std::vector<std::filesystem::path>& files, const std::filesystem
 }  // namespace
 
 Command info_command() {
-  return {"info",
-          "What a recording is: container, channels, rate, length, sidecar",
-          {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}, {"--force"}, {"--threads"}},
-          [](CLI::App& command) -> CommandBody {
-            auto files = std::make_shared<std::vector<std::filesystem::path>>();
-            auto sidecar = std::make_shared<std::filesystem::path>();
-            auto salvage = std::make_shared<bool>(false);
-            command.add_option("FILE", *files, "Recordings.")->required();
-            command.add_option("--sidecar", *sidecar, "Sidecar of them all. Left out: NAME.ext.toml beside each.")
-                ->type_name("FILE");
-            command.add_flag("--salvage", *salvage, "Read a recording that was cut short, as far as it goes.");
-            return [=](const GlobalOptions& global, Console& console) {
-              info(*files, *sidecar, *salvage, global.strict, console);
-              return 0;
-            };
-          },
-          look_group,
-          {"ardent info drive.wav", "ardent info *.csv --json"}};
+  const auto typed = std::make_shared<InfoArguments>();
+  return {.name = "info",
+          .help = "What a recording is: container, channels, rate, length, sidecar",
+          .group = look_group,
+          .unused = {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}, {"--force"}, {"--threads"}},
+          .options = {{"FILE", &typed->files, "Recordings.", {.required = true}},
+                      {"--sidecar",
+                       &typed->sidecar,
+                       "Sidecar of them all. Left out: NAME.ext.toml beside each.",
+                       {.name = "FILE"}},
+                      {"--salvage", &typed->salvage, "Read a recording that was cut short, as far as it goes."}},
+          .run =
+              [typed](const GlobalOptions& global, Console& console) {
+                info(*typed, global.strict, console);
+                return 0;
+              },
+          .examples = {"ardent info drive.wav", "ardent info *.csv --json"}};
 }
 
 }  // namespace apps

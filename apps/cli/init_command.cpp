@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
 
@@ -85,19 +84,18 @@ void init(const fs::path& recording, const fs::path& folder, bool force, Console
 }  // namespace
 
 Command init_command() {
-  return {"init",
-          "A first sidecar and config for a recording",
-          {{"--seed"}, {"--dry-run"}, {"--set"}, {"--threads"}},
-          [](CLI::App& command) -> CommandBody {
-            auto file = std::make_shared<fs::path>();
-            command.add_option("FILE", *file, "Recording.")->required();
-            return [=](const GlobalOptions& global, Console& console) {
-              init(*file, global.output, global.force, console);
-              return 0;
-            };
-          },
-          look_group,
-          {"ardent init drive.wav", "ardent init drive.wav -o project --force"}};
+  const auto recording = std::make_shared<fs::path>();
+  return {.name = "init",
+          .help = "A first sidecar and config for a recording",
+          .group = look_group,
+          .unused = {{"--seed"}, {"--dry-run"}, {"--set"}, {"--threads"}},
+          .options = {{"FILE", recording.get(), "Recording.", {.required = true}}},
+          .run =
+              [recording](const GlobalOptions& global, Console& console) {
+                init(*recording, global.output, global.force, console);
+                return 0;
+              },
+          .examples = {"ardent init drive.wav", "ardent init drive.wav -o project --force"}};
 }
 
 }  // namespace apps

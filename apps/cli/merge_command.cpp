@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <memory>
@@ -19,7 +18,7 @@ struct MergeArguments {
   std::vector<std::filesystem::path> files;
   std::string range;
   std::filesystem::path save;
-  std::shared_ptr<MethodArguments> methods;
+  MethodArguments methods;
 };
 
 std::vector<ident::RecordFactors> read_all(const MergeArguments& arguments) {
@@ -46,7 +45,7 @@ std::vector<ident::RecordFactors> read_all(const MergeArguments& arguments) {
 int merge(const MergeArguments& arguments, const GlobalOptions& global, Console& console) {
   const std::vector<ident::RecordFactors> records = read_all(arguments);
   for (const std::string& difference : differences(records)) console.warning("factors.differ", difference);
-  const auto results = joint_fits(records, options_of(*arguments.methods), check_interrupted);
+  const auto results = joint_fits(records, options_of(arguments.methods), check_interrupted);
   refuse_warnings(global.strict, console);
   save_factors(arguments.save, records, arguments.files, global.force);
   console.result(console.json() ? joint_json(results) : joint_text(results));
@@ -63,26 +62,29 @@ int merge(const MergeArguments& arguments, const GlobalOptions& global, Console&
 }  // namespace
 
 Command merge_command() {
+  const auto typed = std::make_shared<MergeArguments>();
   return {
-      "merge",
-      "Several records as one: fitted together, and without each",
-      {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}, {"--threads"}},
-      [](CLI::App& command) -> CommandBody {
-        auto arguments = std::make_shared<MergeArguments>();
-        command.add_option("FILES", arguments->files, "Run folders, or files that fit --save and merge --save wrote.")
-            ->required();
-        command.add_option("--range", arguments->range, "This range only. Left out: each one.")->option_text("NAME");
-        command.add_option("--save", arguments->save, "Write all of them into one such file.")->type_name("FILE");
-        arguments->methods = add_method_options(command);
-        return [=](const GlobalOptions& global, Console& console) { return merge(*arguments, global, console); };
-      },
-      use_group,
-      {"ardent merge monday-run tuesday-run wednesday-run", "ardent merge fleet/runs/* --methods fast_rvm --json"},
-      "Recordings are not read again: R factors hold all that a fit needs of their training rows. Candidates that "
-      "some record cannot tell apart are left out and named. Beside each standard deviation, which is that of one "
-      "regression on all rows with every record's sensors on their own, stands the one over the records: how much "
-      "the coefficient changes when one record after the other is left out. The second is the larger one where "
-      "records differ by more than their noise."};
+      .name = "merge",
+      .help = "Several records as one: fitted together, and without each",
+      .group = use_group,
+      .unused = {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}, {"--threads"}},
+      .options = joined({{"FILES",
+                          &typed->files,
+                          "Run folders, or files that fit --save and merge --save wrote.",
+                          {.required = true}},
+                         {"--range", &typed->range, "This range only. Left out: each one.", {.name = "NAME"}},
+                         {"--save", &typed->save, "Write all of them into one such file.", {.name = "FILE"}}},
+                        method_options(typed->methods)),
+      .run = [typed](const GlobalOptions& global, Console& console) { return merge(*typed, global, console); },
+      .more = methods_help(),
+      .examples = {"ardent merge monday-run tuesday-run wednesday-run",
+                   "ardent merge fleet/runs/* --methods fast_rvm --json"},
+      .details =
+          "Recordings are not read again: R factors hold all that a fit needs of their training rows. Candidates that "
+          "some record cannot tell apart are left out and named. Beside each standard deviation, which is that of one "
+          "regression on all rows with every record's sensors on their own, stands the one over the records: how much "
+          "the coefficient changes when one record after the other is left out. The second is the larger one where "
+          "records differ by more than their noise."};
 }
 
 }  // namespace apps

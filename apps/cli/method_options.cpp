@@ -6,63 +6,52 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "apps/cli/option_values.hpp"
 #include "dsp/fault.hpp"
 
 namespace apps {
 namespace {
 
-using SharedArguments = std::shared_ptr<MethodArguments>;
-
 /// --ridge-lambda for the setting ridge_lambda.
-void add_setting(CLI::App& command, const ident::MethodSetting& setting, const SharedArguments& arguments) {
+Option setting_option(const ident::MethodSetting& setting, ident::MethodSettings& settings) {
   std::string name = fmt::format("--{}", setting.name);
   std::replace(name.begin(), name.end(), '_', '-');
-  const double preset = arguments->settings.value(setting.name);
-  if (setting.words.empty()) {
-    auto* option = command.add_option_function<double>(
-        name, [&setting, arguments](double value) { arguments->settings.set(setting.name, value); },
-        std::string(setting.help));
-    option->check(setting.may_be_zero ? not_negative() : CLI::Validator(CLI::PositiveNumber));
-    if (preset >= 0.0) option->default_str(fmt::format("{}", preset));
-    return;
+  const double preset = settings.value(setting.name);
+  const auto take = [&setting, &settings](const std::string& text) {
+    settings.set(setting.name, setting.words.empty() ? std::stod(text) : setting.index_of(text));
+  };
+  Option option{std::move(name), take, std::string(setting.help)};
+  Value& value = option.value;
+  value.words.assign(setting.words.begin(), setting.words.end());
+  if (!setting.words.empty()) {
+    value.preset = value.words[static_cast<std::size_t>(preset)];
+    return option;
   }
-  command
-      .add_option_function<std::string>(
-          name,
-          [&setting, arguments](const std::string& word) {
-            arguments->settings.set(setting.name, setting.index_of(word));
-          },
-          std::string(setting.help))
-      ->check(CLI::IsMember(std::vector<std::string>(setting.words.begin(), setting.words.end())))
-      ->default_str(std::string(setting.words[static_cast<std::size_t>(preset)]));
+  value.name = "NUMBER";
+  value.check = setting.may_be_zero ? not_negative() : positive();
+  if (preset >= 0.0) value.preset = fmt::format("{}", preset);
+  return option;
 }
 
 }  // namespace
 
-SharedArguments add_method_options(CLI::App& command) {
-  auto arguments = std::make_shared<MethodArguments>();
+std::vector<Option> method_options(MethodArguments& typed) {
   std::vector<std::string_view> names;
-  std::string words = "Methods:";
-  for (const ident::MethodDescription& method : ident::methods()) {
-    names.push_back(method.name);
-    words += fmt::format("\n  {:<10} {}", method.name, method.help);
-  }
-  command.footer(words);
-  command
-      .add_option("--methods", arguments->names,
-                  fmt::format("One or several, commas between: {}", fmt::join(names, ",")))
-      ->type_name("NAME[,NAME]")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  for (const ident::MethodSetting& setting : ident::method_settings()) add_setting(command, setting, arguments);
-  command.add_flag_callback(
-      "--raw-threshold",
-      [arguments] {
-        arguments->settings.set("threshold_on", ident::find_method_setting("threshold_on")->index_of("raw"));
-      },
-      "The same as --threshold-on raw");
-  return arguments;
+  for (const ident::MethodDescription& method : ident::methods()) names.push_back(method.name);
+  std::vector<Option> options{{"--methods",
+                               &typed.names,
+                               fmt::format("One or several, commas between: {}", fmt::join(names, ",")),
+                               {.name = "NAME[,NAME]", .by_commas = true}}};
+  for (const ident::MethodSetting& setting : ident::method_settings())
+    options.push_back(setting_option(setting, typed.settings));
+  options.push_back({"--raw-threshold", &typed.raw_threshold, "The same as --threshold-on raw"});
+  return options;
+}
+
+std::vector<std::string> methods_help() {
+  std::vector<std::string> lines{"Methods:"};
+  for (const ident::MethodDescription& method : ident::methods())
+    lines.push_back(fmt::format("  {:<10} {}", method.name, method.help));
+  return lines;
 }
 
 std::vector<ident::MethodOptions> options_of(const MethodArguments& arguments) {
@@ -74,7 +63,10 @@ std::vector<ident::MethodOptions> options_of(const MethodArguments& arguments) {
       throw dsp::Fault(dsp::FaultKind::usage, "fit.method", fmt::format("--methods: {}.", error.what()));
     }
   }
-  return arguments.settings.options_of(methods.empty() ? ident::default_methods() : methods);
+  ident::MethodSettings settings = arguments.settings;
+  if (arguments.raw_threshold)
+    settings.set("threshold_on", ident::find_method_setting("threshold_on")->index_of("raw"));
+  return settings.options_of(methods.empty() ? ident::default_methods() : methods);
 }
 
 }  // namespace apps

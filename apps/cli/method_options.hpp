@@ -1,5 +1,4 @@
 #pragma once
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -12,10 +11,13 @@ namespace apps {
 struct MethodArguments {
   std::vector<std::string> names;  ///< empty: ident::default_methods
   ident::MethodSettings settings;
+  bool raw_threshold = false;
 };
 
-/// One option for each setting of the methods' table, and a footer that describes the methods.
-[[nodiscard]] std::shared_ptr<MethodArguments> add_method_options(CLI::App& command);
+/// --methods, and one option for each setting of the methods' table.
+[[nodiscard]] std::vector<Option> method_options(MethodArguments& typed);
+/// Lines that describe the methods, below these options.
+[[nodiscard]] std::vector<std::string> methods_help();
 
 /// Throws dsp::Fault (usage, "fit.method") for a method there is none of.
 [[nodiscard]] std::vector<ident::MethodOptions> options_of(const MethodArguments& arguments);

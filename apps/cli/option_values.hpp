@@ -1,15 +1,20 @@
 #pragma once
-#include <CLI/CLI.hpp>
 #include <cstdint>
+#include <functional>
 #include <limits>
+#include <string>
 
 namespace apps {
 
-/// A whole number in decimal digits, refused in one short line. For `transform`: leading zeros go, CLI11 would read
-/// octal.
-[[nodiscard]] CLI::Validator whole(std::uint64_t from, std::uint64_t to = std::numeric_limits<std::uint64_t>::max());
+/// Why a text is refused, in one short line; empty where it is taken. May write it in another way.
+using ValueCheck = std::function<std::string(std::string& text)>;
 
-/// A finite number, zero or more, refused in one short line.
-[[nodiscard]] CLI::Validator not_negative();
+/// A whole number in decimal digits. Leading zeros go: the parser would read octal.
+[[nodiscard]] ValueCheck whole(std::uint64_t from, std::uint64_t to = std::numeric_limits<std::uint64_t>::max());
+
+/// A finite number, zero or more.
+[[nodiscard]] ValueCheck not_negative();
+/// A finite number above zero.
+[[nodiscard]] ValueCheck positive();
 
 }  // namespace apps

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 
@@ -72,29 +71,29 @@ int predict(const PredictArguments& arguments, const GlobalOptions& global, Cons
 }  // namespace
 
 Command predict_command() {
+  const auto typed = std::make_shared<PredictArguments>();
   return {
-      "predict",
-      "Tests the equation of a run on another recording",
-      {{"--seed"}, {"--dry-run"}, {"--set"}},
-      [](CLI::App& command) -> CommandBody {
-        auto typed = std::make_shared<PredictArguments>();
-        command.add_option("RUN", typed->run, "Run folder.")->required();
-        command.add_option("RECORDING", typed->recording, "Recording of the same set-up, not a fitted one.")
-            ->required();
-        command.add_option("--sidecar", typed->sidecar, "Its sidecar. Left out: the one beside it, else the run's.")
-            ->type_name("FILE");
-        command.add_option("--range", typed->range,
-                           "Range whose equation is used. Left out: the one that the run chose.");
-        command.add_option("--method", typed->method,
-                           "Method that found it. Left out: the one whose verdict the range has.");
-        return [=](const GlobalOptions& global, Console& console) { return predict(*typed, global, console); };
-      },
-      use_group,
-      {"ardent predict swing1-run swing2.csv -o swing2-predict",
-       "ardent predict frame_250g-run frame_450g.csv --range slip --json"},
-      "Writes predict.json and predict.csv: the error of the free run beside the noise of the sensors, beside a linear "
-      "equation and a payload at rest, and which coefficients carry over to the recording. Of a driven motion whose "
-      "small errors grow tenfold the run begins again from the measured state, as for a verdict, and says so."};
+      .name = "predict",
+      .help = "Tests the equation of a run on another recording",
+      .group = use_group,
+      .unused = {{"--seed"}, {"--dry-run"}, {"--set"}},
+      .options =
+          {{"RUN", &typed->run, "Run folder.", {.required = true}},
+           {"RECORDING", &typed->recording, "Recording of the same set-up, not a fitted one.", {.required = true}},
+           {"--sidecar",
+            &typed->sidecar,
+            "Its sidecar. Left out: the one beside it, else the run's.",
+            {.name = "FILE"}},
+           {"--range", &typed->range, "Range whose equation is used. Left out: the one that the run chose."},
+           {"--method", &typed->method, "Method that found it. Left out: the one whose verdict the range has."}},
+      .run = [typed](const GlobalOptions& global, Console& console) { return predict(*typed, global, console); },
+      .examples = {"ardent predict swing1-run swing2.csv -o swing2-predict",
+                   "ardent predict frame_250g-run frame_450g.csv --range slip --json"},
+      .details =
+          "Writes predict.json and predict.csv: the error of the free run beside the noise of the sensors, beside a "
+          "linear equation and a payload at rest, and which coefficients carry over to the recording. Of a driven "
+          "motion whose small errors grow tenfold the run begins again from the measured state, as for a verdict, and "
+          "says so."};
 }
 
 }  // namespace apps

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <memory>
+
 #include "apps/cli/run_arguments.hpp"
 #include "apps/output/results_json.hpp"
 #include "apps/output/run_folder.hpp"
@@ -26,12 +28,14 @@ int prepare(const RunArguments& arguments, Console& console) {
 }  // namespace
 
 Command prepare_command() {
-  return {"prep",
-          "Clean signals only: calibration, decimation, motion, regimes",
-          {},
-          run_like(prepare),
-          identify_group,
-          {"ardent prep drive.wav -o drive-prep", "ardent prep drive.toml --set prepare.rate_hz=256"}};
+  const auto typed = std::make_shared<RunArguments>();
+  return {.name = "prep",
+          .help = "Clean signals only: calibration, decimation, motion, regimes",
+          .group = identify_group,
+          .options = run_options(*typed),
+          .run = [typed](const GlobalOptions& global,
+                         Console& console) { return prepare(with_global(*typed, global), console); },
+          .examples = {"ardent prep drive.wav -o drive-prep", "ardent prep drive.toml --set prepare.rate_hz=256"}};
 }
 
 }  // namespace apps

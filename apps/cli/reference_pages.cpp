@@ -11,18 +11,18 @@
 namespace apps {
 namespace {
 
-std::vector<std::string> command_names(const CLI::App& root) {
+std::vector<std::string> command_names(const Program& program) {
   std::vector<std::string> names;
-  for (const CLI::App* command : visible_commands(root)) names.push_back(command->get_name());
+  for (const Command* command : visible_commands(program)) names.push_back(command->name);
   return names;
 }
 
-std::vector<std::string> help_topics(const CLI::App& root) {
+std::vector<std::string> help_topics(const Program& program) {
   std::vector<std::string> names;
   for (const Page& page : topic_pages()) names.push_back(page.name);
   for (const Guide& guide : guides) names.emplace_back(guide.name);
   names.emplace_back("reference");
-  for (const std::string& name : command_names(root)) names.push_back(name);
+  for (const std::string& name : command_names(program)) names.push_back(name);
   return names;
 }
 
@@ -43,56 +43,59 @@ std::string zsh_escaped(const std::string& text) {
   return result;
 }
 
-std::string zsh_values(const OptionHelp& help) {
-  if (!help.words.empty()) return fmt::format(":{}:({})", zsh_escaped(help.value), fmt::join(help.words, " "));
-  const bool file = help.value == "DIR" || help.value == "TEXT" || help.names.empty();
-  return help.value.empty() ? "" : fmt::format(":{}:{}", zsh_escaped(help.value), file ? "_files" : "");
+std::string zsh_values(const Option& option) {
+  const std::string value = value_name(option);
+  if (const auto& words = option.value.words; !words.empty())
+    return fmt::format(":{}:({})", zsh_escaped(value), fmt::join(words, " "));
+  const bool file = value == "DIR" || value == "TEXT";
+  return value.empty() ? "" : fmt::format(":{}:{}", zsh_escaped(value), file ? "_files" : "");
 }
 
-std::string zsh_arguments(const CLI::App& command, const std::vector<std::string>& topics) {
-  std::string text;
-  for (const OptionHelp& help : options_of(command)) {
-    if (help.names.empty()) {
-      const std::string action = command.get_name() == "help" ? fmt::format("({})", fmt::join(topics, " ")) : "_files";
-      text += " \\\n        " + quoted(fmt::format("*:{}:{}", zsh_escaped(help.value), action));
+std::string zsh_arguments(const Command& command, const std::vector<std::string>& topics) {
+  std::string arguments, options;
+  for (const Option& option : command.options) {
+    const std::vector<std::string> names = names_of(option);
+    if (names.empty()) {
+      const std::string action = command.name == "help" ? fmt::format("({})", fmt::join(topics, " ")) : "_files";
+      arguments += " \\\n        " + quoted(fmt::format("*:{}:{}", zsh_escaped(option.names), action));
     }
-    for (const std::string& name : help.names)
-      text += " \\\n        " + quoted(fmt::format("*{}[{}]{}", name, zsh_escaped(help.meaning), zsh_values(help)));
+    for (const std::string& name : names)
+      options += " \\\n        " + quoted(fmt::format("*{}[{}]{}", name, zsh_escaped(option.help), zsh_values(option)));
   }
-  return text;
+  return arguments + options;
 }
 
 }  // namespace
 
-std::string reference_markdown(const CLI::App& root) {
+std::string reference_markdown(const Program& program) {
   std::string text =
       "# Reference of Ardent\n\nWritten by `ardent help reference`; do not edit. Settings first, then commands.\n";
   for (const Page& page : topic_pages()) text += "\n" + to_markdown(page, 2);
-  text += "\n" + to_markdown(page_of(root), 2);
-  for (const CLI::App* command : visible_commands(root)) text += "\n" + to_markdown(page_of(*command), 2);
+  text += "\n" + to_markdown(page_of(program), 2);
+  for (const Command* command : visible_commands(program)) text += "\n" + to_markdown(page_of(*command), 2);
   return text;
 }
 
-std::map<std::string, std::string> manual_pages(const CLI::App& root) {
-  std::map<std::string, std::string> pages{{"ardent.1", to_manual(page_of(root), 1, version())}};
-  for (const CLI::App* command : visible_commands(root))
-    pages[fmt::format("ardent-{}.1", command->get_name())] = to_manual(page_of(*command), 1, version());
+std::map<std::string, std::string> manual_pages(const Program& program) {
+  std::map<std::string, std::string> pages{{"ardent.1", to_manual(page_of(program), 1, version())}};
+  for (const Command* command : visible_commands(program))
+    pages[fmt::format("ardent-{}.1", command->name)] = to_manual(page_of(*command), 1, version());
   for (const Page& page : topic_pages()) pages[fmt::format("ardent-{}.5", page.name)] = to_manual(page, 5, version());
   return pages;
 }
 
-std::string bash_completion(const CLI::App& root) {
+std::string bash_completion(const Program& program) {
   std::string options, values;
-  for (const CLI::App* command : visible_commands(root)) {
+  for (const Command* command : visible_commands(program)) {
     std::vector<std::string> names;
-    for (const OptionHelp& help : options_of(*command)) {
-      names.insert(names.end(), help.names.begin(), help.names.end());
-      for (const std::string& name : help.names)
-        if (!help.words.empty())
-          values += fmt::format("    {}:{}) COMPREPLY=($(compgen -W '{}' -- \"$word\")); return ;;\n",
-                                command->get_name(), name, fmt::join(help.words, " "));
-    }
-    options += fmt::format("    {}) options='{}' ;;\n", command->get_name(), fmt::join(names, " "));
+    for (const Option& option : command->options)
+      for (const std::string& name : names_of(option)) {
+        names.push_back(name);
+        if (const auto& words = option.value.words; !words.empty())
+          values += fmt::format("    {}:{}) COMPREPLY=($(compgen -W '{}' -- \"$word\")); return ;;\n", command->name,
+                                name, fmt::join(words, " "));
+      }
+    options += fmt::format("    {}) options='{}' ;;\n", command->name, fmt::join(names, " "));
   }
   return fmt::format(R"bash(# Completion of ardent in bash, written by `ardent completion bash`.
 _ardent() {{
@@ -115,15 +118,15 @@ _ardent() {{
 }}
 complete -o filenames -F _ardent ardent
 )bash",
-                     fmt::join(command_names(root), " "), values, fmt::join(help_topics(root), " "), options);
+                     fmt::join(command_names(program), " "), values, fmt::join(help_topics(program), " "), options);
 }
 
-std::string zsh_completion(const CLI::App& root) {
+std::string zsh_completion(const Program& program) {
   std::string commands, cases;
-  for (const CLI::App* command : visible_commands(root)) {
-    commands += fmt::format("    {}\n", quoted(command->get_name() + ":" + command->get_description()));
-    cases += fmt::format("      {})\n        _arguments{} ;;\n", command->get_name(),
-                         zsh_arguments(*command, help_topics(root)));
+  for (const Command* command : visible_commands(program)) {
+    commands += fmt::format("    {}\n", quoted(command->name + ":" + command->help));
+    cases += fmt::format("      {})\n        _arguments{} ;;\n", command->name,
+                         zsh_arguments(*command, help_topics(program)));
   }
   return fmt::format(R"zsh(#compdef ardent
 # Completion of ardent in zsh, written by `ardent completion zsh`.

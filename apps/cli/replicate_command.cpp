@@ -2,14 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "apps/cli/command.hpp"
-#include "apps/cli/option_values.hpp"
 #include "apps/config/parameter_settings.hpp"
 #include "apps/paper/replicate_files.hpp"
 #include "apps/paper/replicate_page.hpp"
@@ -68,38 +66,41 @@ void run_replicate(const ReplicateArguments& arguments, Console& console) {
 }
 
 Command replicate_command() {
-  return {"replicate",
-          "Computes the paper's tables and figures again, beside the printed numbers",
-          {{"--dry-run"}, {"--seed", ", or give --first-seed"}, {"--set"}, {"--threads"}},
-          [](CLI::App& command) -> CommandBody {
-            auto typed = std::make_shared<ReplicateArguments>();
-            command
-                .add_option("ITEM", typed->items,
-                            "A case (duffing, coulomb, bouc-wen, bouc-wen-2, valanis-1 ... valanis-4, qzs-low, "
-                            "qzs-high, qzs-mixed, qzs), table-1 ... table-12, fig-2 ... fig-9, fig-11 ... fig-13, all.")
-                ->required();
-            command.add_option("--seeds", typed->num_seeds, "How many draws of the noise.")
-                ->transform(whole(1, 1'000'000))
-                ->capture_default_str();
-            command.add_option("--first-seed", typed->first_seed, "The first of them.")
-                ->transform(whole(0))
-                ->capture_default_str();
-            command.add_option("--noise", typed->noise,
-                               "Fraction of each target's standard deviation (0.1); qzs: times the sensors' own (1).");
-            command.add_option("--selection", typed->selection, "evidence-white, evidence or type2 (the paper's).")
-                ->capture_default_str();
-            command.add_option("--tau", typed->tau, "Gain of evidence above which a term is kept.");
-            return [=](const GlobalOptions& global, Console& console) {
-              ReplicateArguments arguments = *typed;
-              arguments.folder = required_output(global, "replicate");
-              arguments.force = global.force;
-              arguments.command_line = global.command_line;
-              run_replicate(arguments, console);
-              return 0;
-            };
-          },
-          made_group,
-          {"ardent replicate all -o paper", "ardent replicate table-9 fig-13 -o rig --seeds 5"}};
+  const auto typed = std::make_shared<ReplicateArguments>();
+  return {.name = "replicate",
+          .help = "Computes the paper's tables and figures again, beside the printed numbers",
+          .group = made_group,
+          .unused = {{"--dry-run"}, {"--seed", ", or give --first-seed"}, {"--set"}, {"--threads"}},
+          .options = {{"ITEM",
+                       &typed->items,
+                       "A case (duffing, coulomb, bouc-wen, bouc-wen-2, valanis-1 ... valanis-4, qzs-low, qzs-high, "
+                       "qzs-mixed, qzs), table-1 ... table-12, fig-2 ... fig-9, fig-11 ... fig-13, all.",
+                       {.required = true}},
+                      {"--seeds",
+                       &typed->num_seeds,
+                       "How many draws of the noise.",
+                       {.preset = std::to_string(typed->num_seeds), .check = whole(1, 1'000'000)}},
+                      {"--first-seed",
+                       &typed->first_seed,
+                       "The first of them.",
+                       {.preset = std::to_string(typed->first_seed), .check = whole(0)}},
+                      {"--noise", &typed->noise,
+                       "Fraction of each target's standard deviation (0.1); qzs: times the sensors' own (1)."},
+                      {"--selection",
+                       &typed->selection,
+                       "evidence-white, evidence or type2 (the paper's).",
+                       {.preset = typed->selection}},
+                      {"--tau", &typed->tau, "Gain of evidence above which a term is kept."}},
+          .run =
+              [typed](const GlobalOptions& global, Console& console) {
+                ReplicateArguments arguments = *typed;
+                arguments.folder = required_output(global, "replicate");
+                arguments.force = global.force;
+                arguments.command_line = global.command_line;
+                run_replicate(arguments, console);
+                return 0;
+              },
+          .examples = {"ardent replicate all -o paper", "ardent replicate table-9 fig-13 -o rig --seeds 5"}};
 }
 
 }  // namespace apps

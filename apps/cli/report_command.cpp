@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
 
@@ -8,24 +7,32 @@
 
 namespace apps {
 
+namespace {
+
+struct ReportArguments {
+  std::filesystem::path run;
+  bool details = false;
+};
+
+int report(const ReportArguments& arguments, const GlobalOptions& global, Console& console) {
+  check_finished_run(arguments.run, global.strict, console);
+  const char* file = console.json() ? "equation.json" : arguments.details ? "details.txt" : "equation.txt";
+  console.result(read_run_file(arguments.run / file));
+  return 0;
+}
+
+}  // namespace
+
 Command report_command() {
-  return {"report",
-          "Prints the first screen of a finished run again; its page is RUN/report.html",
-          {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}, {"--force"}, {"--threads"}},
-          [](CLI::App& command) -> CommandBody {
-            auto run = std::make_shared<std::filesystem::path>();
-            auto details = std::make_shared<bool>(false);
-            command.add_option("RUN", *run, "Run folder.")->required();
-            command.add_flag("--details", *details, "Every equation with its coefficients, errors and remarks.");
-            return [=](const GlobalOptions& global, Console& console) {
-              check_finished_run(*run, global.strict, console);
-              const char* file = console.json() ? "equation.json" : *details ? "details.txt" : "equation.txt";
-              console.result(read_run_file(*run / file));
-              return 0;
-            };
-          },
-          use_group,
-          {"ardent report drive-run", "ardent report drive-run --json"}};
+  const auto typed = std::make_shared<ReportArguments>();
+  return {.name = "report",
+          .help = "Prints the first screen of a finished run again; its page is RUN/report.html",
+          .group = use_group,
+          .unused = {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}, {"--force"}, {"--threads"}},
+          .options = {{"RUN", &typed->run, "Run folder.", {.required = true}},
+                      {"--details", &typed->details, "Every equation with its coefficients, errors and remarks."}},
+          .run = [typed](const GlobalOptions& global, Console& console) { return report(*typed, global, console); },
+          .examples = {"ardent report drive-run", "ardent report drive-run --json"}};
 }
 
 }  // namespace apps

@@ -2,12 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <stdexcept>
 
 #include "apps/cli/command.hpp"
-#include "apps/cli/option_values.hpp"
 #include "apps/config/sweep_settings.hpp"
 #include "apps/output/equation_response.hpp"
 #include "apps/output/finished_run.hpp"
@@ -75,40 +73,38 @@ void run_response(const ResponseArguments& arguments, Console& console) {
 }
 
 Command response_command() {
-  return {"frc",
-          "Frequency response of an identified equation, with its uncertainty",
-          {},
-          [](CLI::App& command) -> CommandBody {
-            auto typed = std::make_shared<ResponseArguments>();
-            command.add_option("RUN", typed->run, "Run folder.")->required();
-            command.add_option("--range", typed->range,
-                               "Range whose equation is used. Left out: the one that the run chose.");
-            command.add_option("--method", typed->method,
-                               "Method that found it. Left out: the one whose verdict the range has.");
-            command.add_option("--draws", typed->num_draws, "Draws of the coefficients; 0: no uncertainty.")
-                ->transform(whole(0, 100000))
-                ->option_text("N")
-                ->default_str("40");
-            command
-                .add_option("--static-friction", typed->static_friction,
-                            "Static friction per mass, m/s^2, which motion that slips does not show.")
-                ->check(not_negative());
-            command.footer("--set from_hz, to_hz, step_hz, amplitude_mm of the base (amplitude, where a force drives)");
-            return [=](const GlobalOptions& global, Console& console) {
-              ResponseArguments arguments = *typed;
-              arguments.folder = global.output;
-              arguments.seed = global.seed;
-              arguments.set = global.set;
-              arguments.num_threads = thread_count(global);
-              arguments.force = global.force;
-              arguments.strict = global.strict;
-              arguments.command_line = global.command_line;
-              run_response(arguments, console);
-              return 0;
-            };
+  const auto typed = std::make_shared<ResponseArguments>();
+  return {
+      .name = "frc",
+      .help = "Frequency response of an identified equation, with its uncertainty",
+      .group = use_group,
+      .options = {{"RUN", &typed->run, "Run folder.", {.required = true}},
+                  {"--range", &typed->range, "Range whose equation is used. Left out: the one that the run chose."},
+                  {"--method", &typed->method, "Method that found it. Left out: the one whose verdict the range has."},
+                  {"--draws",
+                   &typed->num_draws,
+                   "Draws of the coefficients; 0: no uncertainty.",
+                   {.name = "N", .preset = std::to_string(typed->num_draws), .check = whole(0, 100000)}},
+                  {"--static-friction",
+                   &typed->static_friction,
+                   "Static friction per mass, m/s^2, which motion that slips does not show.",
+                   {.check = not_negative()}}},
+      .run =
+          [typed](const GlobalOptions& global, Console& console) {
+            ResponseArguments arguments = *typed;
+            arguments.folder = global.output;
+            arguments.seed = global.seed;
+            arguments.set = global.set;
+            arguments.num_threads = thread_count(global);
+            arguments.force = global.force;
+            arguments.strict = global.strict;
+            arguments.command_line = global.command_line;
+            run_response(arguments, console);
+            return 0;
           },
-          use_group,
-          {"ardent frc drive-run", "ardent frc drive-run --range mixed --set amplitude_mm=4 --static-friction 0.385"}};
+      .more = {"--set from_hz, to_hz, step_hz, amplitude_mm of the base (amplitude, where a force drives)"},
+      .examples = {"ardent frc drive-run",
+                   "ardent frc drive-run --range mixed --set amplitude_mm=4 --static-friction 0.385"}};
 }
 
 }  // namespace apps

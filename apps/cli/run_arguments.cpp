@@ -2,9 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <memory>
-
-#include "apps/cli/option_values.hpp"
 #include "apps/config/identification.hpp"
 #include "apps/process/sha256.hpp"
 #include "dsp/faults.hpp"
@@ -14,41 +11,32 @@
 namespace apps {
 namespace fs = std::filesystem;
 
-std::function<RunArguments(const GlobalOptions&)> add_run_arguments(CLI::App& command, const char* input,
-                                                                    const char* help) {
-  auto arguments = std::make_shared<RunArguments>();
-  auto max_memory_mb = std::make_shared<std::size_t>(0);
-  command.add_option(input, arguments->input, help)->required();
-  command.add_flag("--salvage", arguments->salvage, "Read a recording that was cut short, as far as it goes.");
-  command.add_flag("--uncalibrated", arguments->uncalibrated, "Take channels without a sensitivity as raw numbers.");
-  command
-      .add_option("--sidecar", arguments->sidecar,
-                  "Sidecar of the recording; several recordings may share one. Left out: NAME.ext.toml beside it.")
-      ->type_name("FILE");
-  command.add_option("--max-memory", *max_memory_mb, "Most memory that a recording may take.")
-      ->transform(whole(1, 1 << 30))
-      ->option_text("MB");
-  return [=](const GlobalOptions& global) {
-    RunArguments all = *arguments;
-    all.folder = global.output;
-    all.force = global.force;
-    all.dry_run = global.dry_run;
-    all.strict = global.strict;
-    all.num_threads = thread_count(global);
-    all.max_memory_bytes = *max_memory_mb * 1000000;
-    all.seed = global.seed;
-    all.set = global.set;
-    all.command_line = global.command_line;
-    return all;
-  };
+std::vector<Option> run_options(RunArguments& typed, const char* input, const char* help) {
+  constexpr std::size_t bytes_per_mb = 1'000'000;
+  const auto take_memory = [&typed](const std::string& mb) { typed.max_memory_bytes = std::stoull(mb) * bytes_per_mb; };
+  return {{input, &typed.input, help, {.required = true}},
+          {"--salvage", &typed.salvage, "Read a recording that was cut short, as far as it goes."},
+          {"--uncalibrated", &typed.uncalibrated, "Take channels without a sensitivity as raw numbers."},
+          {"--sidecar",
+           &typed.sidecar,
+           "Sidecar of the recording; several recordings may share one. Left out: NAME.ext.toml beside it.",
+           {.name = "FILE"}},
+          {"--max-memory",
+           take_memory,
+           "Most memory that a recording may take.",
+           {.name = "MB", .check = whole(1, 1 << 30)}}};
 }
 
-std::function<CommandBody(CLI::App&)> run_like(int (*body)(const RunArguments&, Console&)) {
-  return [body](CLI::App& command) -> CommandBody {
-    return [body, arguments = add_run_arguments(command)](const GlobalOptions& global, Console& console) {
-      return body(arguments(global), console);
-    };
-  };
+RunArguments with_global(RunArguments typed, const GlobalOptions& global) {
+  typed.folder = global.output;
+  typed.force = global.force;
+  typed.dry_run = global.dry_run;
+  typed.strict = global.strict;
+  typed.num_threads = thread_count(global);
+  typed.seed = global.seed;
+  typed.set = global.set;
+  typed.command_line = global.command_line;
+  return typed;
 }
 
 void apply_flags(const RunArguments& arguments, Config& config) {

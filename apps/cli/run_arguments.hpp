@@ -1,7 +1,6 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -29,11 +28,11 @@ struct RunArguments {
   std::vector<std::string> command_line;
 };
 
-/// The options that run, prep, check, study and batch have in common; what it returns reads them once they are parsed.
-[[nodiscard]] std::function<RunArguments(const GlobalOptions&)> add_run_arguments(
-    CLI::App& command, const char* input = "INPUT", const char* help = "A recording, or a config NAME.toml.");
-/// Command::describe of a command with these options and no others.
-[[nodiscard]] std::function<CommandBody(CLI::App&)> run_like(int (*body)(const RunArguments&, Console&));
+/// The options that run, prep, check, study and batch have in common, behind the argument that names the input.
+[[nodiscard]] std::vector<Option> run_options(RunArguments& typed, const char* input = "INPUT",
+                                              const char* help = "A recording, or a config NAME.toml.");
+/// `typed` with what the global options say.
+[[nodiscard]] RunArguments with_global(RunArguments typed, const GlobalOptions& global);
 
 /// What the command line says of every recording.
 void apply_flags(const RunArguments& arguments, Config& config);

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -44,44 +43,35 @@ int run(const RunArguments& arguments, Console& console) {
 }  // namespace
 
 Command run_command() {
+  const auto typed = std::make_shared<RunArguments>();
   return {
-      "run",
-      "From a recording to its equation of motion",
-      {},
-      [](CLI::App& command) -> CommandBody {
-        const auto run_arguments = add_run_arguments(command);
-        auto require = std::make_shared<std::string>();
-        auto full = std::make_shared<bool>(false), resume = std::make_shared<bool>(false);
-        auto recording = std::make_shared<std::filesystem::path>();
-        command.add_option("RECORDING", *recording, "To be identified with the settings of the config INPUT.");
-        command
-            .add_option(
-                "--require", *require,
-                "Exit code 4 unless the verdict on every range is this or better. Results are written in either case.")
-            ->option_text("VERDICT")
-            ->check(CLI::IsMember({"describes", "in_part"}));
-        command.add_flag("--full", *full,
-                         "Write tables with every row and digit, even if the run folder becomes larger than its "
-                         "recording and 10 MB.");
-        command.add_flag("--resume", *resume,
-                         "Leave a folder as it is that holds this very run: the same inputs, settings and program. "
-                         "Replace one that holds another.");
-        return [=](const GlobalOptions& global, Console& console) {
-          RunArguments arguments = run_arguments(global);
-          arguments.recording = *recording;
-          arguments.resume = *resume;
-          arguments.require = *require;
-          arguments.full = *full;
-          return run(arguments, console);
-        };
-      },
-      identify_group,
-      {"ardent run drive.wav", "ardent run drive.toml -o drive-run --set fit.train_share=0.5",
-       "ardent run monday.csv --sidecar rig.toml --require describes",
-       "ardent run rig.toml monday.csv   # the settings of rig.toml", "ardent run drive-run   # a run again, compared"},
-      "INPUT is a recording, a config that names one or several, or the folder of an earlier run. An earlier run is "
-      "repeated from its config.toml in a temporary folder (or in the one that -o names) and compared: exit code 0 if "
-      "inputs, program and results are the same, bit for bit; 3 if an input has changed; 4 if only results differ."};
+      .name = "run",
+      .help = "From a recording to its equation of motion",
+      .group = identify_group,
+      .options = joined(run_options(*typed),
+                        {{"RECORDING", &typed->recording, "To be identified with the settings of the config INPUT."},
+                         {"--require",
+                          &typed->require,
+                          "Exit code 4 unless the verdict on every range is this or better. Results are written in "
+                          "either case.",
+                          {.name = "VERDICT", .words = {"describes", "in_part"}}},
+                         {"--full", &typed->full,
+                          "Write tables with every row and digit, even if the run folder becomes larger than its "
+                          "recording and 10 MB."},
+                         {"--resume", &typed->resume,
+                          "Leave a folder as it is that holds this very run: the same inputs, settings and program. "
+                          "Replace one that holds another."}}),
+      .run = [typed](const GlobalOptions& global,
+                     Console& console) { return run(with_global(*typed, global), console); },
+      .examples = {"ardent run drive.wav", "ardent run drive.toml -o drive-run --set fit.train_share=0.5",
+                   "ardent run monday.csv --sidecar rig.toml --require describes",
+                   "ardent run rig.toml monday.csv   # the settings of rig.toml",
+                   "ardent run drive-run   # a run again, compared"},
+      .details =
+          "INPUT is a recording, a config that names one or several, or the folder of an earlier run. An earlier run "
+          "is repeated from its config.toml in a temporary folder (or in the one that -o names) and compared: exit "
+          "code 0 if inputs, program and results are the same, bit for bit; 3 if an input has changed; 4 if only "
+          "results differ."};
 }
 
 }  // namespace apps

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -61,53 +60,49 @@ void run_simulate(const SimulateArguments& arguments, Console& console) {
 }
 
 Command simulate_command() {
+  const auto typed = std::make_shared<SimulateArguments>();
   return {
-      "sim",
-      "A known system's response and truth, as files",
-      {{"--dry-run"}, {"--threads"}},
-      [](CLI::App& command) -> CommandBody {
-        auto typed = std::make_shared<SimulateArguments>();
-        command
-            .add_option("SYSTEM", typed->system, "duffing, coulomb, bouc-wen, valanis-1 ... valanis-4, linear, qzs.")
-            ->required();
-        command.add_option(
-            "--noise", typed->noise,
-            "Noise as a fraction of each signal's standard deviation; qzs: times the nominal noise of the sensors.");
-        command.add_option("--duration", typed->duration_s, "Length in seconds.");
-        command.add_flag("--frc", typed->frc,
-                         "qzs: amplitude against frequency, swept up and down; --set from_hz, to_hz, step_hz, "
-                         "dwell_s, transition_s, amplitude_mm.");
-        command.add_option("--programme", typed->programme,
-                           "qzs: down (stepped sine, the default), up, or decay (released by hand); --set "
-                           "amplitude_mm, dwell_s, from_hz, to_hz, step_hz; decay: amplitude_mm, dwell_s, "
-                           "releases.");
-        command.add_flag("--raw", typed->raw, "qzs: also the recording at 25.6 kHz.");
-        command.add_option("--twin", typed->twin, "qzs: T0 or T1.");
-        command.add_option("--sensors", typed->sensors, "qzs --raw: ideal, noise, full or random.");
-        command.add_option("--from", typed->from_s, "qzs --raw: first second of the recording.");
-        command.add_option("--rate", typed->rate_hz, "qzs --raw: rate of the recording, Hz; 25600 unless lower.");
-        command.add_option("--container", typed->container,
-                           "qzs --raw: rf64 (as recording.wav, which holds more than 4 GiB), wav, w64, caf, flac, "
-                           "aiff.");
-        command.footer(
-            "Parameters of the system: --set name=number. Failing sensors of qzs --raw, by channel\n"
-            "(name or index) and seconds:\n"
-            "  --set rail=payload_laser:300:300.4         at the upper rail\n"
-            "  --set hold=2:300:300.4                     stuck at its value\n"
-            "  --set clip=payload_accelerometer:0:9:0.02  limited to +-0.02 V");
-        return [=](const GlobalOptions& global, Console& console) {
-          SimulateArguments arguments = *typed;
-          arguments.folder = required_output(global, "sim");
-          arguments.force = global.force;
-          arguments.seed = global.seed;
-          arguments.set = global.set;
-          arguments.command_line = global.command_line;
-          run_simulate(arguments, console);
-          return 0;
-        };
-      },
-      made_group,
-      {"ardent sim duffing -o duffing --noise 0.05", "ardent sim qzs --raw -o rig"}};
+      .name = "sim",
+      .help = "A known system's response and truth, as files",
+      .group = made_group,
+      .unused = {{"--dry-run"}, {"--threads"}},
+      .options =
+          {{"SYSTEM",
+            &typed->system,
+            "duffing, coulomb, bouc-wen, valanis-1 ... valanis-4, linear, qzs.",
+            {.required = true}},
+           {"--noise", &typed->noise,
+            "Noise as a fraction of each signal's standard deviation; qzs: times the nominal noise of the sensors."},
+           {"--duration", &typed->duration_s, "Length in seconds."},
+           {"--frc", &typed->frc,
+            "qzs: amplitude against frequency, swept up and down; --set from_hz, to_hz, step_hz, dwell_s, "
+            "transition_s, amplitude_mm."},
+           {"--programme", &typed->programme,
+            "qzs: down (stepped sine, the default), up, or decay (released by hand); --set amplitude_mm, dwell_s, "
+            "from_hz, to_hz, step_hz; decay: amplitude_mm, dwell_s, releases."},
+           {"--raw", &typed->raw, "qzs: also the recording at 25.6 kHz."},
+           {"--twin", &typed->twin, "qzs: T0 or T1."},
+           {"--sensors", &typed->sensors, "qzs --raw: ideal, noise, full or random."},
+           {"--from", &typed->from_s, "qzs --raw: first second of the recording."},
+           {"--rate", &typed->rate_hz, "qzs --raw: rate of the recording, Hz; 25600 unless lower."},
+           {"--container", &typed->container,
+            "qzs --raw: rf64 (as recording.wav, which holds more than 4 GiB), wav, w64, caf, flac, aiff."}},
+      .run =
+          [typed](const GlobalOptions& global, Console& console) {
+            SimulateArguments arguments = *typed;
+            arguments.folder = required_output(global, "sim");
+            arguments.force = global.force;
+            arguments.seed = global.seed;
+            arguments.set = global.set;
+            arguments.command_line = global.command_line;
+            run_simulate(arguments, console);
+            return 0;
+          },
+      .more = {"Parameters of the system: --set name=number. Failing sensors of qzs --raw, by channel",
+               "(name or index) and seconds:", "  --set rail=payload_laser:300:300.4         at the upper rail",
+               "  --set hold=2:300:300.4                     stuck at its value",
+               "  --set clip=payload_accelerometer:0:9:0.02  limited to +-0.02 V"},
+      .examples = {"ardent sim duffing -o duffing --noise 0.05", "ardent sim qzs --raw -o rig"}};
 }
 
 }  // namespace apps

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <memory>
@@ -97,29 +96,25 @@ int study(const StudyArguments& arguments, Console& console) {
 }  // namespace
 
 Command study_command() {
-  return {"study",
-          "How an identification depends on its settings",
-          {},
-          [](CLI::App& command) -> CommandBody {
-            const auto run = add_run_arguments(command);
-            auto typed = std::make_shared<StudyArguments>();
-            command
-                .add_option(
-                    "--over", typed->over,
-                    "Values of one setting; may be repeated. KEY is order, cutoff_hz, rolloff_hz, tau, threshold, "
-                    "selection, recipe, train_share, target, or any key of a config.")
-                ->type_name("KEY=V1,V2,...")
-                ->allow_extra_args(false);
-            command.add_flag("--grid", typed->grid, "Try every combination instead of one setting at a time.");
-            return [=](const GlobalOptions& global, Console& console) {
-              StudyArguments arguments = *typed;
-              arguments.run = run(global);
-              return study(arguments, console);
-            };
-          },
-          identify_group,
-          {"ardent study drive.toml -o drive-study",
-           "ardent study drive.toml --over order=1,2,3 --over tau=5,20,80 --grid"}};
+  const auto typed = std::make_shared<StudyArguments>();
+  return {.name = "study",
+          .help = "How an identification depends on its settings",
+          .group = identify_group,
+          .options = joined(run_options(typed->run),
+                            {{"--over",
+                              &typed->over,
+                              "Values of one setting; may be repeated. KEY is order, cutoff_hz, rolloff_hz, tau, "
+                              "threshold, selection, recipe, train_share, target, or any key of a config.",
+                              {.name = "KEY=V1,V2,..."}},
+                             {"--grid", &typed->grid, "Try every combination instead of one setting at a time."}}),
+          .run =
+              [typed](const GlobalOptions& global, Console& console) {
+                StudyArguments arguments = *typed;
+                arguments.run = with_global(arguments.run, global);
+                return study(arguments, console);
+              },
+          .examples = {"ardent study drive.toml -o drive-study",
+                       "ardent study drive.toml --over order=1,2,3 --over tau=5,20,80 --grid"}};
 }
 
 }  // namespace apps

@@ -12,17 +12,16 @@ void terms(Console& console) {
 }  // namespace
 
 Command terms_command() {
-  return {"terms",
-          "Names and functions allowed in candidate terms",
-          {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}, {"--force"}, {"--threads"}},
-          [](CLI::App&) -> CommandBody {
-            return [](const GlobalOptions&, Console& console) {
-              terms(console);
-              return 0;
-            };
-          },
-          help_group,
-          {"ardent terms", "ardent terms --json"}};
+  return {.name = "terms",
+          .help = "Names and functions allowed in candidate terms",
+          .group = help_group,
+          .unused = {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}, {"--force"}, {"--threads"}},
+          .run =
+              [](const GlobalOptions&, Console& console) {
+                terms(console);
+                return 0;
+              },
+          .examples = {"ardent terms", "ardent terms --json"}};
 }
 
 }  // namespace apps
