@@ -15,7 +15,7 @@ namespace apps {
 namespace fs = std::filesystem;
 namespace {
 
-[[noreturn]] void refuse(std::string_view why) {
+[[noreturn]] void refuse_launch(std::string_view why) {
   throw dsp::Fault(dsp::FaultKind::usage, "batch.mpi", fmt::format("batch under mpirun or srun: {}", why));
 }
 
@@ -36,9 +36,9 @@ void* load_module() {
     if (!fs::exists(file, error)) continue;
     // Open MPI's own modules look for its names among the global ones.
     if (void* module = ::dlopen(file.c_str(), RTLD_NOW | RTLD_GLOBAL)) return module;
-    refuse(fmt::format("{}. Is openmpi-bin installed? Without it leave mpirun out", ::dlerror()));
+    refuse_launch(fmt::format("{}. Is openmpi-bin installed? Without it leave mpirun out", ::dlerror()));
   }
-  refuse(
+  refuse_launch(
       fmt::format("{} is neither beside the program nor in its library folder. Install it again, or leave mpirun out",
                   ARDENT_MPI_MODULE));
 }
@@ -59,15 +59,15 @@ std::unique_ptr<Ranks> join_ranks() {
   if (number_in_environment("OMPI_COMM_WORLD_LOCAL_SIZE") == launched_processes()) ::setenv("OMPI_MCA_pml", "ob1", 0);
   void* module = load_module();
   const auto join = reinterpret_cast<JoinFunction>(::dlsym(module, join_function_name));
-  if (join == nullptr) refuse(fmt::format("{} is of another version. Install it again", ARDENT_MPI_MODULE));
+  if (join == nullptr) refuse_launch(fmt::format("{} is of another version. Install it again", ARDENT_MPI_MODULE));
   std::unique_ptr<Ranks> ranks(join());
   if (ranks->size() == launched_processes()) return ranks;
   const int size = ranks->size();
   ranks->finish();
-  refuse(fmt::format("{} processes were started and MPI knows of {}. Under srun: srun --mpi=pmix", launched_processes(),
-                     size));
+  refuse_launch(fmt::format("{} processes were started and MPI knows of {}. Under srun: srun --mpi=pmix",
+                            launched_processes(), size));
 #else
-  refuse("this program was built without MPI. Leave mpirun out and use --jobs, or build with -DARDENT_MPI=ON");
+  refuse_launch("this program was built without MPI. Leave mpirun out and use --jobs, or build with -DARDENT_MPI=ON");
 #endif
 }
 

@@ -237,7 +237,7 @@ Command batch_command() {
            {"--jobs",
             &typed->num_jobs,
             "Runs at a time in each process; 0: one for each processor, under mpirun one.",
-            {.name = "N", .preset = "0", .check = whole(0, 4096)}},
+            {.name = "N", .preset = "0", .check = whole_number(0, 4096)}},
            {"--require",
             &of_runs.require,
             "Exit code 4 unless the verdict on every range of every record is this or better. Results are "

@@ -17,27 +17,29 @@ std::vector<Option> global_options(GlobalOptions& global) {
                       : when == "never" ? ProgressMode::never
                                         : ProgressMode::automatic;
   };
-  return {
-      {"-o,--output", &global.output, "Folder for the results.", {.name = "DIR"}},
-      {"--set",
-       &global.set,
-       "Give a setting another value; may be repeated. What can be set: ardent help config, or below.",
-       {.name = "KEY=VALUE"}},
-      {"--force", &global.force, "Replace an earlier result."},
-      {"--dry-run", &global.dry_run, "Print what would be done, without doing it."},
-      {"--strict", &global.strict, "Stop at the first warning, with exit code 3."},
-      {"--seed", &global.seed, "Seed of random numbers.", {.preset = std::to_string(global.seed), .check = whole(0)}},
-      {"--threads",
-       &global.num_threads,
-       "Threads; 0: as many as there are processors. The results are the same.",
-       {.name = "N", .preset = "0", .check = whole(0, 1024)}},
-      {"--json", &global.json, "Print one JSON document on standard output."},
-      {"-q,--quiet", &global.quiet, "Print results and errors only."},
-      {"-v,--verbose", &global.verbose, "Print notes, too."},
-      {"--progress",
-       take_progress,
-       "Draw progress: auto (on a terminal), always or never.",
-       {.name = "WHEN", .preset = "auto", .words = {"always", "auto", "never"}}}};
+  return {{"-o,--output", &global.output, "Folder for the results.", {.name = "DIR"}},
+          {"--set",
+           &global.set,
+           "Give a setting another value; may be repeated. What can be set: ardent help config, or below.",
+           {.name = "KEY=VALUE"}},
+          {"--force", &global.force, "Replace an earlier result."},
+          {"--dry-run", &global.dry_run, "Print what would be done, without doing it."},
+          {"--strict", &global.strict, "Stop at the first warning, with exit code 3."},
+          {"--seed",
+           &global.seed,
+           "Seed of random numbers.",
+           {.preset = std::to_string(global.seed), .check = whole_number(0)}},
+          {"--threads",
+           &global.num_threads,
+           "Threads; 0: as many as there are processors. The results are the same.",
+           {.name = "N", .preset = "0", .check = whole_number(0, 1024)}},
+          {"--json", &global.json, "Print one JSON document on standard output."},
+          {"-q,--quiet", &global.quiet, "Print results and errors only."},
+          {"-v,--verbose", &global.verbose, "Print notes, too."},
+          {"--progress",
+           take_progress,
+           "Draw progress: auto (on a terminal), always or never.",
+           {.name = "WHEN", .preset = "auto", .words = {"always", "auto", "never"}}}};
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ using Target = std::variant<std::monostate, bool*, int*, std::uint64_t*, std::op
                             std::optional<std::string>*, std::filesystem::path*, std::vector<std::string>*,
                             std::vector<std::filesystem::path>*, std::function<void(const std::string&)>>;
 
-struct Value {
+struct OptionValue {
   std::string name = {};                ///< "DIR", for help; empty: NUMBER or TEXT
   std::string preset = {};              ///< what holds where the option is left out, for help
   std::vector<std::string> words = {};  ///< the value is one of these; none: anything
@@ -45,7 +45,7 @@ struct Option {
   std::string names;  ///< "-o,--output"; of an argument "INPUT"
   Target target;
   std::string help;
-  Value value = {};
+  OptionValue value = {};
 };
 /// `more` behind `options`.
 [[nodiscard]] std::vector<Option> joined(std::vector<Option> options, const std::vector<Option>& more);

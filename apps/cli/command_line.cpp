@@ -53,7 +53,7 @@ void add_option(CLI::App& app, const Option& option) {
   };
   CLI::Option* const added = std::visit(add, option.target);
   if (added == nullptr) return;
-  const Value& value = option.value;
+  const OptionValue& value = option.value;
   if (const std::string name = value_name(option); !name.empty() && !is_argument(option)) added->type_name(name);
   if (!value.words.empty()) added->check(CLI::IsMember(value.words));
   if (value.check) added->transform(CLI::Validator(value.check, ""));

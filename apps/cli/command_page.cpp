@@ -18,7 +18,7 @@ bool is_repeated(const Option& option) {
 Entry entry_of(const Option& option) {
   std::string term = fmt::format("{}", fmt::join(names_of(option), ", "));
   if (const std::string value = value_name(option); !value.empty()) term += (term.empty() ? "" : " ") + value;
-  const Value& value = option.value;
+  const OptionValue& value = option.value;
   std::string facts = value.words.empty() ? "" : fmt::format("One of {}.", fmt::join(value.words, ", "));
   if (!value.preset.empty()) facts += fmt::format("{}Left out: {}.", facts.empty() ? "" : " ", value.preset);
   return {term, option.help, facts};

@@ -20,14 +20,14 @@ Option setting_option(const ident::MethodSetting& setting, ident::MethodSettings
     settings.set(setting.name, setting.words.empty() ? std::stod(text) : setting.index_of(text));
   };
   Option option{std::move(name), take, std::string(setting.help)};
-  Value& value = option.value;
+  OptionValue& value = option.value;
   value.words.assign(setting.words.begin(), setting.words.end());
   if (!setting.words.empty()) {
     value.preset = value.words[static_cast<std::size_t>(preset)];
     return option;
   }
   value.name = "NUMBER";
-  value.check = setting.may_be_zero ? not_negative() : positive();
+  value.check = setting.may_be_zero ? non_negative_number() : positive_number();
   if (preset >= 0.0) value.preset = fmt::format("{}", preset);
   return option;
 }

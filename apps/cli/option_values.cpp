@@ -18,7 +18,7 @@ double number_in(const std::string& text) {
 
 }  // namespace
 
-ValueCheck whole(std::uint64_t from, std::uint64_t to) {
+ValueCheck whole_number(std::uint64_t from, std::uint64_t to) {
   return [=](std::string& text) {
     std::uint64_t value = 0;
     const char* const end = text.data() + text.size();
@@ -30,7 +30,7 @@ ValueCheck whole(std::uint64_t from, std::uint64_t to) {
   };
 }
 
-ValueCheck not_negative() {
+ValueCheck non_negative_number() {
   return [](std::string& text) {
     const double value = number_in(text);
     const bool fits = std::isfinite(value) && value >= 0.0;
@@ -38,7 +38,7 @@ ValueCheck not_negative() {
   };
 }
 
-ValueCheck positive() {
+ValueCheck positive_number() {
   return [](std::string& text) {
     const double value = number_in(text);
     const bool fits = std::isfinite(value) && value > 0.0;

@@ -10,11 +10,11 @@ namespace apps {
 using ValueCheck = std::function<std::string(std::string& text)>;
 
 /// A whole number in decimal digits. Leading zeros go: the parser would read octal.
-[[nodiscard]] ValueCheck whole(std::uint64_t from, std::uint64_t to = std::numeric_limits<std::uint64_t>::max());
+[[nodiscard]] ValueCheck whole_number(std::uint64_t from, std::uint64_t to = std::numeric_limits<std::uint64_t>::max());
 
 /// A finite number, zero or more.
-[[nodiscard]] ValueCheck not_negative();
+[[nodiscard]] ValueCheck non_negative_number();
 /// A finite number above zero.
-[[nodiscard]] ValueCheck positive();
+[[nodiscard]] ValueCheck positive_number();
 
 }  // namespace apps

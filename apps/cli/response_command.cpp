@@ -84,11 +84,11 @@ Command response_command() {
                   {"--draws",
                    &typed->num_draws,
                    "Draws of the coefficients; 0: no uncertainty.",
-                   {.name = "N", .preset = std::to_string(typed->num_draws), .check = whole(0, 100000)}},
+                   {.name = "N", .preset = std::to_string(typed->num_draws), .check = whole_number(0, 100000)}},
                   {"--static-friction",
                    &typed->static_friction,
                    "Static friction per mass, m/s^2, which motion that slips does not show.",
-                   {.check = not_negative()}}},
+                   {.check = non_negative_number()}}},
       .run =
           [typed](const GlobalOptions& global, Console& console) {
             ResponseArguments arguments = *typed;

@@ -24,7 +24,7 @@ std::vector<Option> run_options(RunArguments& typed, const char* input, const ch
           {"--max-memory",
            take_memory,
            "Most memory that a recording may take.",
-           {.name = "MB", .check = whole(1, 1 << 30)}}};
+           {.name = "MB", .check = whole_number(1, 1 << 30)}}};
 }
 
 RunArguments with_global(RunArguments typed, const GlobalOptions& global) {

@@ -3,13 +3,6 @@
 #include "apps/reference/topics.hpp"
 
 namespace apps {
-namespace {
-
-void terms(Console& console) {
-  console.result(console.json() ? terms_json(signal_help(), ident::expression_functions()) : to_text(terms_page()));
-}
-
-}  // namespace
 
 Command terms_command() {
   return {.name = "terms",
@@ -18,7 +11,8 @@ Command terms_command() {
           .unused = {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}, {"--force"}, {"--threads"}},
           .run =
               [](const GlobalOptions&, Console& console) {
-                terms(console);
+                console.result(console.json() ? terms_json(signal_help(), ident::expression_functions())
+                                              : to_text(terms_page()));
                 return 0;
               },
           .examples = {"ardent terms", "ardent terms --json"}};

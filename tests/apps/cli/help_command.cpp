@@ -62,6 +62,30 @@ TEST_CASE("the nearest command, option, topic or key is named", "[apps][help]") 
   }
 }
 
+TEST_CASE("a value that an option does not take is refused in one line that says what it takes", "[apps][help]") {
+  const Scratch folder;
+  const std::vector<std::pair<std::string, std::string>> typed{
+      {"run a.csv --threads 010x", "run: --threads: want a whole number from 0 to 1024, got 010x"},
+      {"run a.csv --progress now", "run: --progress: now, which is none of always,auto,never"},
+      {"run a.csv --set", "run: --set: 1 required KEY=VALUE missing"},
+      {"fit a.csv --target x --terms v --ridge-lambda 0", "fit: --ridge-lambda: want a finite number above 0, got 0"},
+      {"frc r --static-friction inf", "frc: --static-friction: want a finite number not below 0, got inf"},
+      {"sim duffing -o d --noise much", "sim: Could not convert: --noise = much"}};
+  for (const auto& [arguments, message] : typed) {
+    CAPTURE(arguments);
+    const auto ended = expect(folder, "$ARDENT " + arguments, 2, {message});
+    CHECK(std::count(ended.err.begin(), ended.err.end(), '\n') == 1);
+  }
+}
+
+TEST_CASE("options of one name before and after the command add up, and lists take commas", "[apps][help]") {
+  const Scratch folder;
+  expect(folder, "printf 't,x\\n0,1\\n1,2\\n2,1\\n' > a.csv", 0, {});
+  expect(folder, "$ARDENT --set one=1 run a.csv --set two=2 --set three=3", 2, {"'one'", "'two'", "'three'"});
+  const auto both = expect(folder, "$ARDENT fit a.csv --target x --terms t --methods sindy,ols", 0, {"sindy:", "ols:"});
+  CHECK(both.out == support::run(folder, "$ARDENT fit a.csv --target x --terms t --methods sindy --methods ols").out);
+}
+
 TEST_CASE("topics and keys are explained", "[apps][help]") {
   const Scratch folder;
   for (const char* topic : {"config", "sidecar", "terms", "methods", "files", "exit-codes"})
