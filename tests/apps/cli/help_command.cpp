@@ -11,7 +11,17 @@ namespace {
 constexpr const char* all_commands[] = {"info",      "check",   "init",    "run",       "prep", "study",
                                         "report",    "compare", "predict", "frc",       "sim",  "fit",
                                         "replicate", "terms",   "help",    "completion"};
+
+/// Command lines end with exit code 2 and one line that holds this message.
+void check_refused(const std::vector<std::pair<std::string, std::string>>& typed) {
+  const Scratch folder;
+  for (const auto& [arguments, message] : typed) {
+    CAPTURE(arguments);
+    const auto ended = expect(folder, "$ARDENT " + arguments, 2, {message});
+    CHECK(std::count(ended.err.begin(), ended.err.end(), '\n') == 1);
+  }
 }
+}  // namespace
 
 TEST_CASE("every command shows its options and two examples, and ardent --help shows every command", "[apps][help]") {
   const Scratch folder;
@@ -42,40 +52,27 @@ TEST_CASE("a command shows what it takes and nothing that it refuses", "[apps][h
 }
 
 TEST_CASE("the nearest command, option, topic or key is named", "[apps][help]") {
-  const Scratch folder;
-  const std::vector<std::pair<std::string, std::string>> typed{
-      {"rnu a.csv", "there is no command 'rnu'. Did you mean ardent run?"},
-      {"comapre a b", "Did you mean ardent compare?"},
-      {"xyzzy", "For a recording: ardent run FILE"},
-      {"", "no command"},
-      {"run a.csv --forse", "run: there is no option --forse. Did you mean --force?"},
-      {"run a.csv --ouput=x", "Did you mean --output?"},
-      {"run", "run: INPUT is missing"},
-      {"info a.csv --draws 3", "other commands have it"},
-      {"predict r a.csv b.csv", "'b.csv' is one argument too many"},
-      {"help confg", "Did you mean 'config'?"},
-      {"help cutof_hz", "Did you mean 'cutoff_hz'?"}};
-  for (const auto& [arguments, message] : typed) {
-    CAPTURE(arguments);
-    const auto ended = expect(folder, "$ARDENT " + arguments, 2, {message});
-    CHECK(std::count(ended.err.begin(), ended.err.end(), '\n') == 1);
-  }
+  check_refused({{"rnu a.csv", "there is no command 'rnu'. Did you mean ardent run?"},
+                 {"comapre a b", "Did you mean ardent compare?"},
+                 {"xyzzy", "For a recording: ardent run FILE"},
+                 {"", "no command"},
+                 {"run a.csv --forse", "run: there is no option --forse. Did you mean --force?"},
+                 {"run a.csv --ouput=x", "Did you mean --output?"},
+                 {"run", "run: INPUT is missing"},
+                 {"info a.csv --draws 3", "other commands have it"},
+                 {"predict r a.csv b.csv", "'b.csv' is one argument too many"},
+                 {"help confg", "Did you mean 'config'?"},
+                 {"help cutof_hz", "Did you mean 'cutoff_hz'?"}});
 }
 
 TEST_CASE("a value that an option does not take is refused in one line that says what it takes", "[apps][help]") {
-  const Scratch folder;
-  const std::vector<std::pair<std::string, std::string>> typed{
-      {"run a.csv --threads 010x", "run: --threads: want a whole number from 0 to 1024, got 010x"},
-      {"run a.csv --progress now", "run: --progress: now, which is none of always,auto,never"},
-      {"run a.csv --set", "run: --set: 1 required KEY=VALUE missing"},
-      {"fit a.csv --target x --terms v --ridge-lambda 0", "fit: --ridge-lambda: want a finite number above 0, got 0"},
-      {"frc r --static-friction inf", "frc: --static-friction: want a finite number not below 0, got inf"},
-      {"sim duffing -o d --noise much", "sim: Could not convert: --noise = much"}};
-  for (const auto& [arguments, message] : typed) {
-    CAPTURE(arguments);
-    const auto ended = expect(folder, "$ARDENT " + arguments, 2, {message});
-    CHECK(std::count(ended.err.begin(), ended.err.end(), '\n') == 1);
-  }
+  check_refused(
+      {{"run a.csv --threads 010x", "run: --threads: want a whole number from 0 to 1024, got 010x"},
+       {"run a.csv --progress now", "run: --progress: now, which is none of always,auto,never"},
+       {"run a.csv --set", "run: --set: 1 required KEY=VALUE missing"},
+       {"fit a.csv --target x --terms v --ridge-lambda 0", "fit: --ridge-lambda: want a finite number above 0, got 0"},
+       {"frc r --static-friction inf", "frc: --static-friction: want a finite number not below 0, got inf"},
+       {"sim duffing -o d --noise much", "sim: Could not convert: --noise = much"}});
 }
 
 TEST_CASE("options of one name before and after the command add up, and lists take commas", "[apps][help]") {
