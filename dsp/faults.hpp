@@ -13,7 +13,8 @@ class SeveralFaults : public Fault {
  public:
   /// At least one.
   explicit SeveralFaults(std::vector<Fault> faults) : Fault(faults.at(0)), faults_(std::move(faults)) {}
-  [[nodiscard]] const std::vector<Fault>& all() const noexcept { return faults_; }
+  [[nodiscard]] const std::vector<Fault>& all() const& noexcept { return faults_; }
+  void all() const&& = delete;
 
  private:
   std::vector<Fault> faults_;
@@ -35,13 +36,17 @@ class Faults {
     }
     return false;
   }
-  /// Once, however often it is found.
+  /// Once, however often it is found. After `most` it is only said that there is more.
   void add(const Fault& fault) {
     const auto same = [&](const Fault& other) { return std::string_view(other.what()) == fault.what(); };
-    if (std::none_of(faults_.begin(), faults_.end(), same)) faults_.push_back(fault);
+    if (is_full() || std::any_of(faults_.begin(), faults_.end(), same)) return;
+    faults_.push_back(faults_.size() < most ? fault
+                                            : Fault(fault.kind(), fault.name(), "more is wrong. Mend the above first"));
   }
   [[nodiscard]] bool empty() const { return faults_.empty(); }
-  [[nodiscard]] const std::vector<Fault>& all() const { return faults_; }
+  [[nodiscard]] bool is_full() const { return faults_.size() > most; }
+  [[nodiscard]] const std::vector<Fault>& all() const& { return faults_; }
+  void all() const&& = delete;
   /// Throws what was collected: nothing, a Fault or SeveralFaults.
   void raise() const {
     if (faults_.size() == 1) throw Fault(faults_.front());
@@ -49,6 +54,8 @@ class Faults {
   }
 
  private:
+  static constexpr std::size_t most = 100;  ///< more than anybody mends at one go
+
   std::vector<Fault> faults_;
 };
 

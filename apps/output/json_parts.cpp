@@ -1,7 +1,11 @@
 #include "apps/output/json_parts.hpp"
 
+#include <fmt/format.h>
+
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "apps/process/printable.hpp"
 
@@ -11,6 +15,19 @@ using Json = nlohmann::ordered_json;
 
 std::string text_of(const Json& document) {
   return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Json parsed_json(std::string_view text) {
+  constexpr std::size_t deepest = 64, most_keys = 1000;
+  std::array<std::size_t, deepest + 1> keys{};  // so far, of the object at each depth
+  return Json::parse(text, [&](int at, Json::parse_event_t event, const Json&) {
+    const auto depth = static_cast<std::size_t>(at);
+    if (depth > deepest) throw std::invalid_argument(fmt::format("nested more than {} levels deep", deepest));
+    if (event == Json::parse_event_t::object_start) keys[depth] = 0;
+    if (event == Json::parse_event_t::key && ++keys[depth - 1] > most_keys)
+      throw std::invalid_argument(fmt::format("an object of more than {} keys", most_keys));
+    return true;
+  });
 }
 
 void put(Json& object, const std::string& key, double value, std::string_view reason) {

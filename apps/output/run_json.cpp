@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
+#include "apps/output/json_parts.hpp"
 #include "dsp/fault.hpp"
 #include "dsp/io/small_file.hpp"
 #include "dsp/names.hpp"
@@ -22,16 +24,15 @@ std::string read_run_file(const std::filesystem::path& file) {
 
 Json read_run_json(const std::filesystem::path& file) {
   const std::string bytes = read_run_file(file), name = dsp::clean_name(file.string());
-  constexpr int deepest = 64;  // ours reach 8; taking a document apart recurses
-  const auto shallow = [&](int depth, Json::parse_event_t, const Json&) {
-    if (depth <= deepest) return true;
-    throw dsp::Fault(dsp::FaultKind::input, "run.damaged",
-                     fmt::format("{}: nested more than {} levels deep", name, deepest));
+  const auto damaged = [&](const char* what) {
+    return dsp::Fault(dsp::FaultKind::input, "run.damaged", fmt::format("{}: {}", name, what));
   };
   try {
-    return Json::parse(bytes, shallow);
+    return parsed_json(bytes);
   } catch (const Json::exception&) {
-    throw dsp::Fault(dsp::FaultKind::input, "run.damaged", fmt::format("{}: no JSON document", name));
+    throw damaged("no JSON document");
+  } catch (const std::invalid_argument& error) {
+    throw damaged(error.what());
   }
 }
 

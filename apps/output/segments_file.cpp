@@ -9,7 +9,9 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <set>
+#include <stdexcept>
 
+#include "apps/output/json_parts.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/io/small_file.hpp"
 
@@ -195,7 +197,7 @@ std::vector<LabelledInterval> read_segments(const fs::path& file) {
   const std::string bytes = dsp::read_small_file(file, {.kind = dsp::FaultKind::usage, .fault = "segments.file"});
   Json document;
   try {
-    document = Json::parse(bytes);
+    document = parsed_json(bytes);
   } catch (const Json::parse_error& error) {
     const auto line =
         1 + std::count(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, bytes.size())),
@@ -206,6 +208,8 @@ std::vector<LabelledInterval> read_segments(const fs::path& file) {
                                      line));
   } catch (const Json::out_of_range&) {
     throw segments_fault("segments.syntax", file, 0, "a number is beyond what a double holds");
+  } catch (const std::invalid_argument& error) {
+    throw segments_fault("segments.syntax", file, 0, error.what());
   }
   if (!document.is_array() || document.empty())
     throw segments_fault("segments.syntax", file, 0, "want a list of intervals in [ ]");

@@ -101,7 +101,7 @@ std::string shown_path(const std::string& path) {
   return table.empty() && shown.ends_with(": ") ? shown.substr(0, shown.size() - 2) : shown + table;
 }
 
-AskedSetting& SettingsDocument::setting(const std::string& path, std::string_view key) {
+AskedSetting& SettingsDocument::setting(const std::string& path, std::string_view key) & {
   const std::string table = table_of(path);
   const auto known = std::find_if(settings.begin(), settings.end(),
                                   [&](const AskedSetting& one) { return one.key == key && one.table == table; });
@@ -171,6 +171,7 @@ void check_keys(SettingsDocument& document, const toml::table& table, const std:
     for (const AskedSetting& one : document.settings)
       if (one.table == table_of(path)) asked.insert(one.key);
   for (const auto& [name, node] : table) {
+    if (document.faults.is_full()) return;
     const std::string key(name.str()), child = key_path(path, key);
     if (!asked.contains(key)) {
       const std::vector<std::string> known(asked.begin(), asked.end());

@@ -40,9 +40,11 @@ bool belongs_to_key(char c) {
          static_cast<unsigned char>(c) >= 0x80;
 }
 
-/// toml++ limits how deep values lie in one another but not how many parts a key has.
-void check_key_parts(std::string_view text, const std::string& name) {
-  int dots = 0;
+/// Refuses what is beyond the limits of a document, at the first line that is.
+void check_limits(std::string_view text, const std::string& name) {
+  if (text.size() > most_toml_bytes)
+    refuse(name, 1, fmt::format("the document has {} bytes, want at most {}", text.size(), most_toml_bytes));
+  int dots = 0, brackets = 0, entries = 0;
   for (std::size_t i = 0; i < text.size();) {
     const char c = text[i];
     if (c == '#') {
@@ -51,18 +53,25 @@ void check_key_parts(std::string_view text, const std::string& name) {
       i += quoted_length(text.substr(i));
     } else {
       dots = c == '.' ? dots + 1 : belongs_to_key(c) ? dots : 0;
+      const bool opens = c == '[' || c == '{';
+      brackets += opens ? 1 : c == ']' || c == '}' ? -1 : 0;
+      if (opens || c == '=' || c == ',') ++entries;
       ++i;
     }
-    if (dots >= most_key_parts)
-      refuse(name, 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(i), '\n'),
-             fmt::format("a key of more than {} parts with dots between them", most_key_parts));
+    const bool fits = dots < most_key_parts && brackets <= most_brackets && entries <= most_entries;
+    if (fits) continue;
+    refuse(name, 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(i), '\n'),
+           dots >= most_key_parts ? fmt::format("a key of more than {} parts with dots between them", most_key_parts)
+           : brackets > most_brackets
+               ? fmt::format("values within one another more than {} deep", most_brackets)
+               : fmt::format("more than {} keys, tables and elements. Leave out what is no setting", most_entries));
   }
 }
 
 }  // namespace
 
 toml::table parse_toml(std::string_view text, const std::string& name) {
-  check_key_parts(text, name);
+  check_limits(text, name);
   try {
     return toml::parse(text, name);
   } catch (const toml::parse_error& error) {

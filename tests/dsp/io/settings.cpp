@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <ctime>
 
 #include "support/fault.hpp"
 #include "support/scratch.hpp"
@@ -250,6 +251,62 @@ TEST_CASE("a key of thousands of parts is refused with its line, wherever it is 
       "fine.toml");
   CHECK(fine.numbers("d").size() == 17);
   CHECK(fine.table("a").table("b").text("c", "").size() == 35);
+}
+
+TEST_CASE("a document that is too deep, too full or too long is refused before it is taken apart", "[dsp][settings]") {
+  const auto text_of = [](int count, const std::string& piece) {
+    std::string text;
+    for (int i = 0; i < count; ++i) text += piece;
+    return text;
+  };
+  const auto refused = [](const std::string& text, const std::vector<std::string>& pieces) {
+    check_fault([&] { (void)Settings::from_text(text, "a.toml"); }, FaultKind::usage, "config.syntax", pieces);
+  };
+  refused("a = 1\nb = " + text_of(17, "[") + text_of(17, "]"), {"a.toml:2:", "16 deep"});
+  refused("\nb = " + text_of(50'000, "{ a = "), {"a.toml:2:", "16 deep"});
+  std::string keys, tables;
+  for (int i = 0; i < 30'001; ++i)
+    keys += "k" + std::to_string(i) + " = 1\n", tables += "[k" + std::to_string(i) + ".a.b]\n";
+  refused(keys, {"a.toml:30001:", "more than 30000 keys"});
+  refused(tables, {"a.toml:30001:", "more than 30000 keys"});
+  refused("a = [" + text_of(30'001, "1,\n") + "]", {"a.toml:29999:", "30000"});
+  refused("#" + text_of(1 << 12, std::string(1 << 12, 'a')), {"a.toml:1:", "16777217 bytes, want at most 16777216"});
+
+  const auto fine = Settings::from_text("a = " + text_of(16, "[") + "1" + text_of(16, "]") + "\nb = '" +
+                                            text_of(50'000, "[={,") + "'  # " + text_of(50'000, "[={,"),
+                                        "fine.toml");
+  CHECK(fine.text("b", "").size() == 200'000);
+}
+
+TEST_CASE("of many unknown keys the first are said, in a time that grows as they do", "[dsp][settings]") {
+  const auto faults_of = [](int count) {
+    std::string text = "[prepare]\n";
+    for (int i = 0; i < count; ++i) text += "k" + std::to_string(i) + " = 1\n";
+    const auto settings = Settings::from_text(text, "a.toml");
+    (void)settings.table("prepare").number("rate_hz", 1.0);
+    try {
+      settings.finish();
+    } catch (const dsp::SeveralFaults& several) {
+      return several.all();
+    }
+    return std::vector<Fault>();
+  };
+  const std::vector<Fault> few = faults_of(100), many = faults_of(101);
+  CHECK(few.size() == 100);
+  CHECK_THAT(few.back().what(), Catch::Contains("unknown key"));
+  REQUIRE(many.size() == 101);
+  CHECK(std::string(many.back().what()) == "more is wrong. Mend the above first");
+  CHECK(many.back().name() == "config.unknown_key");
+  const auto seconds = [&](int count) {
+    double least = 1e9;
+    for (int i = 0; i < 3; ++i) {
+      const std::clock_t begin = std::clock();
+      CHECK(faults_of(count).size() == 101);
+      least = std::min(least, static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+    }
+    return least;
+  };
+  CHECK(seconds(28'000) < 8.0 * seconds(7'000));  // four times as many; with their square it would be 16
 }
 
 TEST_CASE("a pipe in place of a settings file is refused at once", "[dsp][settings]") {
