@@ -16,9 +16,10 @@ namespace {
 
 using Eigen::Index;
 
-dsp::Fault range_fault(const dsp::RangeSpec& spec, std::string name, const std::string& what) {
+dsp::Fault range_fault(const dsp::RangeSpec& spec, std::string name, const std::string& what,
+                       dsp::FaultKind kind = dsp::FaultKind::usage) {
   const std::string place = spec.place.empty() ? "" : spec.place + ": ";
-  return {dsp::FaultKind::usage, std::move(name), fmt::format("{}range '{}': {}.", place, spec.name, what)};
+  return {kind, std::move(name), fmt::format("{}range '{}': {}.", place, spec.name, what)};
 }
 
 /// The samples of one recording between two times of the range, those that may be used at all, and those `where` keeps.
@@ -143,12 +144,13 @@ RangeRows range_rows(const Range& range, const std::vector<Columns>& recordings)
     throw range_fault(spec, "range.outside",
                       fmt::format("got {:g} to {:g} s, want it inside the recording, 0 to {:.9g} s", spec.from_s,
                                   spec.to_s, longest_s));
-  if (result.train.empty())
+  if (result.train.empty())  // of a range that nobody asked for: the record itself gives no more
     throw range_fault(
         spec, "range.empty",
         spec.place.empty()
             ? "no training row is left; the check regime.left_out says what takes the time and what to try"
-            : "no training row is left. Widen it, lower what `where` asks, or move train_to");
+            : "no training row is left. Widen it, lower what `where` asks, or move train_to",
+        spec.place.empty() ? dsp::FaultKind::input : dsp::FaultKind::usage);
   return result;
 }
 

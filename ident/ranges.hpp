@@ -53,7 +53,8 @@ struct RangeRows {
 
 /// Samples of the range: inside [from, to), not excluded, not at a spoilt end, of its regime, `where` true; training
 /// rows before train_to, or the first train_share of each recording's rows. Throws dsp::Fault (usage, "range.outside",
-/// "range.empty", "term.*" for the condition) with the range's place in the config.
+/// "range.empty", "term.*" for the condition) with the range's place in the config; "range.empty" of a range that has
+/// no place there is a fault of the input.
 [[nodiscard]] RangeRows range_rows(const Range& range, const std::vector<Columns>& recordings);
 
 /// The signals of a recording (0-based) on those of these rows that are its own, of which about `most`, evenly spread,

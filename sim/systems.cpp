@@ -306,7 +306,13 @@ std::vector<std::string> experiment_names() {
 
 Experiment make_experiment(std::string_view name, const std::vector<std::pair<std::string, double>>& set) {
   for (const auto& [known, make] : experiments)
-    if (name == known) return make(name, set);
+    if (name == known) {
+      Experiment experiment = make(name, set);
+      if (!experiment.initial.allFinite())
+        throw std::invalid_argument(
+            fmt::format("{}: an initial value is beyond what a double holds. Lower x0, v0, z0 or k", name));
+      return experiment;
+    }
   throw std::invalid_argument(fmt::format("no system \"{}\"; there are {}", name, fmt::join(experiment_names(), ", ")));
 }
 

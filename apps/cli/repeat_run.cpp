@@ -66,7 +66,8 @@ Manifest manifest_to_repeat(const RunArguments& arguments) {
   return manifest;
 }
 
-/// The manifest's inputs, each beside the file it was as far as that can be found again.
+/// The manifest's inputs, each beside the file it was as far as that can be found again, then what the repeat read
+/// beside them: a sidecar that has come since.
 std::vector<RepeatedFile> repeated_inputs(const Manifest& manifest, const std::vector<fs::path>& read,
                                           const fs::path& run) {
   std::vector<RepeatedFile> files;
@@ -77,6 +78,12 @@ std::vector<RepeatedFile> repeated_inputs(const Manifest& manifest, const std::v
     std::error_code unknown;
     const bool there = fs::is_regular_file(found, unknown);
     files.push_back({input.path, there, there && sha256_file(found) == input.sha256, same_name != read.end()});
+  }
+  for (const fs::path& file : read) {
+    const std::string path = manifest_path(file, run), hash = sha256_file(file);
+    if (std::none_of(manifest.inputs.begin(), manifest.inputs.end(),
+                     [&](const ManifestFile& input) { return input.path == path || input.sha256 == hash; }))
+      files.push_back({.path = path, .found = true, .is_new = true});
   }
   return files;
 }

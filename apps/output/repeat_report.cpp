@@ -20,7 +20,10 @@ std::string lines_on(const char* what, const std::vector<RepeatedFile>& files, c
   std::string text = fmt::format("  {:<8} {} of {} files the same, bit for bit\n", what, num_same, files.size());
   for (const RepeatedFile& file : files)
     if (!file.same)
-      text += fmt::format("           {}: {}{}\n", printable(file.path), file.found ? "differs" : missing,
+      text += fmt::format("           {}: {}{}\n", printable(file.path),
+                          file.is_new  ? "is new"
+                          : file.found ? "differs"
+                                       : missing,
                           file.counts ? "" : "; not read again, config.toml has its settings");
   return text;
 }
@@ -28,8 +31,11 @@ std::string lines_on(const char* what, const std::vector<RepeatedFile>& files, c
 nlohmann::ordered_json json_of(const std::vector<RepeatedFile>& files) {
   auto list = nlohmann::ordered_json::array();
   for (const RepeatedFile& file : files)
-    list.push_back(
-        {{"path", printable(file.path)}, {"found", file.found}, {"same", file.same}, {"counts", file.counts}});
+    list.push_back({{"path", printable(file.path)},
+                    {"found", file.found},
+                    {"same", file.same},
+                    {"counts", file.counts},
+                    {"new", file.is_new}});
   return list;
 }
 

@@ -9,7 +9,8 @@ namespace apps {
 struct RepeatedFile {
   std::string path;  ///< as the run's manifest has it
   bool found = false, same = false;
-  bool counts = true;  ///< false: the repeat does not read it, so it changes nothing
+  bool counts = true;   ///< false: the repeat does not read it, so it changes nothing
+  bool is_new = false;  ///< the repeat reads it, the run did not
 };
 
 /// What a repeated run shows.

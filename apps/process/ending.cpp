@@ -55,7 +55,8 @@ Ending ending_of_exception() {
   try {
     throw;
   } catch (const Interrupted& interrupted) {
-    return {code_signal + interrupted.signal, "interrupted", "signal", "stopped by a signal; no unfinished result was written"};
+    return {code_signal + interrupted.signal, "interrupted", "signal",
+            "stopped by a signal; no unfinished result was written"};
   } catch (const dsp::SeveralFaults& faults) {
     Ending ending = of_fault(faults);
     ending.further.assign(faults.all().begin() + 1, faults.all().end());
@@ -110,6 +111,11 @@ int say_without_memory() noexcept {
   constexpr std::string_view line = "error [memory.exhausted] no memory left, not even for a message\n";
   [[maybe_unused]] const auto ignored = ::write(STDERR_FILENO, line.data(), line.size());
   return code_numerics;
+}
+
+/// Before main, where static objects of libraries are made, and until ending_of, nobody catches what finds no memory.
+[[gnu::constructor(101)]] void end_without_memory() {
+  std::set_new_handler([] { ::_exit(say_without_memory()); });
 }
 
 }  // namespace

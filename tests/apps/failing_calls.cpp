@@ -182,6 +182,21 @@ TEST_CASE("an allocation that fails ends a command in words, with whole results"
   }
 }
 
+TEST_CASE("an allocation that fails before main ends a command in one line", "[apps][failing_calls]") {
+  const Scratch folder;
+  const std::string preloaded = "LD_PRELOAD=" ARDENT_FAILING_CALLS " $ARDENT --version > /dev/null";
+  REQUIRE(support::run(folder, "ARDENT_COUNTS=counts " + preloaded).code == 0);
+  std::istringstream counts(bytes_of(folder / "counts"));
+  long count = 0;  // of the last kind
+  while (counts >> count) continue;
+  for (const long number : even_points(count, 12)) {
+    const support::Ended ended = support::run(folder, fmt::format("ARDENT_FAIL=startup:{} {}", number, preloaded));
+    CAPTURE(number, count);
+    CHECK(ended.code == 4);
+    CHECK(ended.err == "error [memory.exhausted] no memory left, not even for a message\n");
+  }
+}
+
 // `run` allocates 60,000 times: every one of them would take hours.
 TEST_CASE("a thousand allocations of each command that fail, and every other call", "[.][study][failing_calls]") {
   for (const Command& command : commands) {

@@ -1,4 +1,7 @@
 // The faults a person meets, through the built program: exit code, message, and what helps.
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -204,6 +207,24 @@ TEST_CASE("tables of every make are read, a damaged one is refused with its line
   check_cases(folder, {{"13", "$ARDENT run cut.csv -o o", 3, {"[table.cut] cut.csv:401:", "--salvage"}},
                        {"13", "$ARDENT run ragged.csv -o o", 3, {"[table.ragged] ragged.csv:4: 1 columns, want 2"}},
                        {"13", "$ARDENT run word.csv -o o", 3, {"[table.cell] word.csv:3: column 2: 'two"}}});
+}
+
+TEST_CASE("a record too short for any row is no fault of what was typed", "[apps][faults]") {
+  const Scratch folder;
+  for (const int rows : {3, 10, 40}) {
+    std::string text = "t [s],x [m],f [N]\n";
+    for (int i = 0; i < rows; ++i)
+      text += fmt::format("{:.2f},{:.6f},{:.6f}\n", 0.05 * i, std::sin(0.1 * i), std::cos(0.1 * i));
+    (void)folder.file("short.csv", text);
+    for (const char* command : {"$ARDENT check short.csv", "$ARDENT run short.csv -o o"}) {
+      const auto ended = support::expect(folder, command, 3, {"error ["});
+      CHECK(std::count(ended.err.begin(), ended.err.end(), '\n') >= 1);
+      CHECK_FALSE(fs::exists(folder / "o"));
+    }
+  }
+  CHECK(folder.file("c.toml", "[[recording]]\nfile = \"short.csv\"\n[[range]]\nfrom = 0.2\nto = 0.3\n").extension() ==
+        ".toml");
+  support::expect(folder, "$ARDENT check c.toml", 2, {"[range.empty] c.toml:3"});
 }
 
 TEST_CASE("what a sidecar says wrongly is refused with its line", "[apps][faults]") {

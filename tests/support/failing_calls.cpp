@@ -1,6 +1,7 @@
 // Loaded before a program (LD_PRELOAD), makes one call of one kind fail, counted from the start of main:
 // ARDENT_FAIL=KIND:N, the N-th alone, or KIND:N+, that and all later ones. Kinds: write (ENOSPC), open (EMFILE), rename
-// (EIO), fsync and fdatasync (EIO), memory (no memory). ARDENT_COUNTS=FILE: the number of calls of every kind at the
+// (EIO), fsync and fdatasync (EIO), memory (no memory), and startup: memory before main, where static objects are made.
+// ARDENT_COUNTS=FILE: the number of calls of every kind at the
 // end.
 #include <dirent.h>
 #include <dlfcn.h>
@@ -26,17 +27,17 @@ void* __libc_memalign(std::size_t, std::size_t);
 
 namespace {
 
-enum Kind { writes, opens, renames, syncs, memory, num_kinds };
-constexpr std::array<const char*, num_kinds> names{"write", "open", "rename", "fsync", "memory"};
-constexpr std::array<int, num_kinds> errors{ENOSPC, EMFILE, EIO, EIO, ENOMEM};
+enum Kind { writes, opens, renames, syncs, memory, startup, num_kinds };
+constexpr std::array<const char*, num_kinds> names{"write", "open", "rename", "fsync", "memory", "startup"};
+constexpr std::array<int, num_kinds> errors{ENOSPC, EMFILE, EIO, EIO, ENOMEM, ENOMEM};
 
 std::array<std::atomic<long>, num_kinds> counts{};
-std::atomic<bool> armed{false};
+std::atomic<bool> armed{false}, starting{false};
 int failing_kind = -1;
 long failing_from = 0, failing_to = 0;
 
 bool fails(Kind kind) {
-  if (!armed.load(std::memory_order_relaxed)) return false;
+  if (!(kind == startup ? starting : armed).load(std::memory_order_relaxed)) return false;
   const long number = ++counts[kind];
   if (kind != failing_kind || number < failing_from || number > failing_to) return false;
   errno = errors[kind];
@@ -64,6 +65,7 @@ void read_order() {
 int (*real_main)(int, char**, char**) = nullptr;
 
 int counted_main(int argc, char** argv, char** environment) {
+  starting = false;
   armed = true;
   return real_main(argc, argv, environment);
 }
@@ -93,6 +95,7 @@ int __libc_start_main(int (*main)(int, char**, char**), int argc, char** argv, v
                       void (*rtld_fini)(), void* stack_end) {
   real_main = main;
   read_order();
+  starting = true;
   return next(&__libc_start_main, "__libc_start_main")(&counted_main, argc, argv, init, fini, rtld_fini, stack_end);
 }
 
@@ -165,7 +168,7 @@ int fdatasync(int descriptor) {
 }
 
 void* malloc(size_t size) {
-  return fails(memory) ? nullptr : __libc_malloc(size);
+  return fails(memory) || fails(startup) ? nullptr : __libc_malloc(size);
 }
 void* calloc(size_t count, size_t size) {
   return fails(memory) ? nullptr : __libc_calloc(count, size);

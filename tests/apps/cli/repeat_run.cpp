@@ -48,6 +48,9 @@ TEST_CASE("a repeat says which input, which result and which program is another"
     if (output["path"] == "metrics.json") output["sha256"] = std::string(64, '0');
   (void)folder.file("r/manifest.json", manifest.dump());
   expect(folder, "$ARDENT run r", 4, {"metrics.json: differs", "error [repeat.results]"});
+  expect(folder, "echo 'title = \"new\"' > d/response.csv.toml; $ARDENT run r", 3,
+         {"d/response.csv.toml: is new", "1 of 3 files the same", "error [repeat.inputs]"});
+  fs::remove(folder / "d/response.csv.toml");
   expect(folder, "sed -i '$ s/.$/1/' d/response.csv; $ARDENT run r", 3,
          {"response.csv: differs", "error [repeat.inputs]"});
   expect(folder, "rm d/response.csv; $ARDENT run r", 3, {"d/response.csv"});

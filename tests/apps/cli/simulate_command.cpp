@@ -397,6 +397,7 @@ TEST_CASE("what cannot be simulated is refused in one line", "[apps][simulate_co
   fails({.system = "pendulum", .folder = {}}, "sim.option", "there are linear, duffing");
   fails({.system = "duffing", .folder = {}, .set = {"mass=2"}}, "sim.option", "no parameter \"mass\"");
   fails({.system = "duffing", .folder = {}, .set = {"epsilon=two"}}, "sim.option", "got \"epsilon=two\"");
+  fails({.system = "bouc-wen", .folder = {}, .set = {"z0=1e308"}}, "sim.option", "initial value");
   fails({.system = "duffing", .folder = {}, .noise = -0.1}, "sim.noise", "-0.1");
   fails({.system = "duffing", .folder = {}, .duration_s = 0.0}, "sim.duration", "--duration 0, want 0.01");
   fails({.system = "duffing", .folder = {}, .raw = true}, "sim.option", "belong to qzs");
