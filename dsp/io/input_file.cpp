@@ -55,7 +55,8 @@ InputFile::Descriptor::~Descriptor() {
   if (number >= 0) ::close(number);
 }
 
-InputFile::InputFile(std::filesystem::path path) : path_(std::move(path)), name_(clean_name(path_.string())) {
+InputFile::InputFile(std::filesystem::path path, bool may_be_quoted)
+    : path_(std::move(path)), name_(clean_name(path_.string())), may_be_quoted_(may_be_quoted) {
   // Without O_NONBLOCK a pipe would be waited for until someone writes to it.
   descriptor_.number = ::open(path_.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
   const int error = descriptor_.number < 0 ? errno : 0;
@@ -90,6 +91,10 @@ std::string InputFile::text(std::uint64_t offset, std::size_t count) const {
   std::string bytes(count, '\0');
   bytes.resize(read(offset, bytes.data(), count));
   return bytes;
+}
+
+std::string InputFile::quoted(std::string_view piece) const {
+  return may_be_quoted_ ? fmt::format("'{}'", clean_name(piece)) : fmt::format("a text of {} bytes", piece.size());
 }
 
 void InputFile::check_unchanged() const {

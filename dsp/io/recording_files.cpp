@@ -17,13 +17,24 @@ Fault fault(FaultKind kind, std::string name, const std::string& message, const 
   return Fault(kind, std::move(name), message, lines);
 }
 
+/// Whether messages may show what is in a file that a sidecar names: a sidecar may come from anybody, name any file of
+/// this machine, also by a link, and messages get passed on. What lies in the recording's folder came with it.
+bool may_be_quoted(const fs::path& file, const fs::path& recording) {
+  std::error_code unknown;
+  const fs::path folder =
+                     fs::weakly_canonical(recording.parent_path().empty() ? "." : recording.parent_path(), unknown),
+                 own = fs::weakly_canonical(file, unknown);
+  return file == recording || std::mismatch(folder.begin(), folder.end(), own.begin(), own.end()).first == folder.end();
+}
+
 /// Opens a file with what its sidecar says of its clock; `as_written` is how the sidecar's channels name it.
 /// `with_clock` false: rows as they are, whatever their times.
-OpenFile open_file(const fs::path& path, const fs::path& as_written, const Sidecar& sidecar, const ReadOptions& options,
-                   bool with_clock, int num_threads) {
+OpenFile open_file(const fs::path& path, const fs::path& as_written, const fs::path& recording, const Sidecar& sidecar,
+                   const ReadOptions& options, bool with_clock, int num_threads) {
   OpenOptions how{.salvage = options.salvage,
                   .max_memory_bytes = options.max_memory_bytes,
                   .with_clock = with_clock,
+                  .may_be_quoted = may_be_quoted(path, recording),
                   .num_threads = num_threads};
   for (const auto& channel : sidecar.channels)
     if (channel.role == Role::t && channel.file == as_written) {
@@ -34,7 +45,7 @@ OpenFile open_file(const fs::path& path, const fs::path& as_written, const Sidec
     }
   how.rate_hz = sidecar.rate_hz;
   how.interpolate = sidecar.interpolate;
-  OpenFile file{path, clean_name(path.filename().string()), open_source(path, how), {}, {}, {}};
+  OpenFile file{path, clean_name(path.filename().string()), open_source(path, how), {}, how.may_be_quoted, {}, {}};
   const auto& info = file.source->info();
   for (int i = 0; i < static_cast<int>(info.columns.size()); ++i) {
     if (!info.named) file.called.push_back(fmt::format("channel{}", i + 1));
@@ -54,8 +65,8 @@ std::vector<OpenFile> open_files(const fs::path& recording, const Sidecar& sidec
     std::vector<OpenFile> files;
     // One file has a further thread: they are read by turns, and their threads would be at work at the same time.
     const auto add = [&](const fs::path& path, const fs::path& as_written) {
-      files.push_back(
-          open_file(path, as_written, sidecar, options, with_clock, files.empty() ? options.num_threads : 1));
+      files.push_back(open_file(path, as_written, recording, sidecar, options, with_clock,
+                                files.empty() ? options.num_threads : 1));
     };
     const bool used =
         sidecar.channels.empty() || std::any_of(sidecar.channels.begin(), sidecar.channels.end(),
@@ -117,7 +128,10 @@ int find_column(const ChannelSpec& channel, const OpenFile& file, int index_in_f
       throw fault(
           FaultKind::input, "channel.column",
           fmt::format("{}: channel '{}': no column '{}' in {}; there are {}{}", channel.place, channel.name, wanted,
-                      file.name, info.named ? fmt::format("{}", fmt::join(info.columns, ", ")) : "no names, use index",
+                      file.name,
+                      !info.named           ? "no names, use index"
+                      : !file.may_be_quoted ? fmt::format("{} others", count)
+                                            : fmt::format("{}", fmt::join(info.columns, ", ")),
                       info.left_out.empty() ? "" : fmt::format("; no column is {}", fmt::join(info.left_out, ", "))));
     found = known->second;
   }

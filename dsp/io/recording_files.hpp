@@ -19,6 +19,7 @@ struct OpenFile {
   std::string name;
   std::unique_ptr<SampleSource> source;
   FrameBlock block;
+  bool may_be_quoted = true;                     ///< messages may show what is in it
   std::unordered_map<std::string, int> columns;  ///< by name, with its unit and without; the first of each
   std::vector<std::string> called;               ///< "channel3": what columns without names are called
 };

@@ -122,7 +122,7 @@ Eigen::Index SampleSource::skip(Eigen::Index num_frames) {
 }
 
 std::unique_ptr<SampleSource> open_source(const std::filesystem::path& file, const OpenOptions& options) {
-  auto input = std::make_unique<InputFile>(file);
+  auto input = std::make_unique<InputFile>(file, options.may_be_quoted);
   const std::string name = input->name();
   if (input->size() == 0) throw Fault(FaultKind::input, "file.empty", fmt::format("{}: is empty (0 bytes)", name));
   auto source = open_by_content(std::move(input), options);

@@ -38,6 +38,7 @@ struct OpenOptions {
   std::optional<double> rate_hz{};  ///< the rate a person stated; needed where the clock is too coarse, or interpolated
   bool interpolate = false;         ///< put an irregular clock on rate_hz by straight lines
   bool with_clock = true;           ///< false: rows as they are, whatever their times
+  bool may_be_quoted = true;        ///< messages may show what is in the file
   int num_threads = 1;              ///< above 1 a FLAC's MD5 has a thread of its own; changes nothing in what is read
 };
 
@@ -45,7 +46,8 @@ struct OpenOptions {
 class SampleSource {
  public:
   virtual ~SampleSource() = default;
-  [[nodiscard]] const SourceInfo& info() const { return info_; }
+  [[nodiscard]] const SourceInfo& info() const& { return info_; }
+  void info() const&& = delete;
   /// Makes `block` the next frames, at most max_frames x num_columns; returns how many, 0 at the end. The frames do not
   /// depend on max_frames. Missing values are NaN. Throws Fault (input).
   virtual Eigen::Index read(FrameBlock& block, Eigen::Index max_frames) = 0;

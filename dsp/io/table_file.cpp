@@ -221,8 +221,8 @@ class TableFile : public RowsOnClock {
     const auto moment = parse_moment(text);
     if (!moment || !moment->has_time())
       throw fault("table.cell",
-                  fmt::format("column {}: '{}' is no time of day. Want 10:00:00.123, with or without a date before it",
-                              clock_column_ + 1, clean_name(text)));
+                  fmt::format("column {}: {} is no time of day. Want 10:00:00.123, with or without a date before it",
+                              clock_column_ + 1, file_->quoted(text)));
     printed_.note(1.0, moment->digit_s);  // all with as many digits, however large
     return moments_.seconds(*moment);
   }
@@ -234,7 +234,7 @@ class TableFile : public RowsOnClock {
     const double factor = unit.empty() ? 1.0 : find_unit(unit).factor;
     if (parse_cell(text, layout_.decimal_comma, value) != Cell::number) {
       if (layout_.time_column < 0) return std::numeric_limits<double>::quiet_NaN();
-      throw fault("table.cell", fmt::format("column {}: '{}' is no time", layout_.time_column + 1, clean_name(text)));
+      throw fault("table.cell", fmt::format("column {}: {} is no time", layout_.time_column + 1, file_->quoted(text)));
     }
     printed_.note(value * factor, last_digit(text) * factor);
     return value * factor;
@@ -268,7 +268,7 @@ class TableFile : public RowsOnClock {
       if (layout_.moments[static_cast<std::size_t>(column)])
         row[column] = std::numeric_limits<double>::quiet_NaN();
       else if (parse_cell(field, layout_.decimal_comma, row[column]) == Cell::bad)
-        throw fault("table.cell", fmt::format("column {}: '{}' is no number", column + 1, clean_name(field)));
+        throw fault("table.cell", fmt::format("column {}: {} is no number", column + 1, file_->quoted(field)));
     for (; column < layout_.num_columns; ++column) row[column] = std::numeric_limits<double>::quiet_NaN();
   }
 

@@ -192,7 +192,7 @@ BadCells bad_cells(std::string_view line, const Style& style) {
 }
 
 // The first cell that is no number, in the last line that has some, read in the style that leaves fewest such cells.
-std::string why_no_row(const std::vector<Line>& lines) {
+std::string why_no_row(const InputFile& file, const std::vector<Line>& lines) {
   for (const int least_numbers : {1, 0})
     for (auto line = lines.rbegin(); line != lines.rend(); ++line) {
       std::optional<BadCells> best;
@@ -205,8 +205,8 @@ std::string why_no_row(const std::vector<Line>& lines) {
         if (found.bad > 0 && found.numbers >= least_numbers && is_better) best = found;
       }
       if (best)
-        return fmt::format(": in line {}, column {} is '{}'", line->number, best->first + 1,
-                           clean_name(unquoted(best->text)));
+        return fmt::format(": in line {}, column {} is {}", line->number, best->first + 1,
+                           file.quoted(unquoted(best->text)));
     }
   return "";
 }
@@ -221,7 +221,7 @@ TableLayout csv_layout(const InputFile& file, const std::vector<Line>& lines) {
         FaultKind::input, "container.unknown",
         fmt::format("{}: text, but no line of its first {} is a row of numbers{}. Read are sound files (WAV, RF64, "
                     "W64, CAF, FLAC, AIFF), MATLAB v5, CSV and LabVIEW text",
-                    file.name(), lines.size(), why_no_row(lines)));
+                    file.name(), lines.size(), why_no_row(file, lines)));
   TableLayout layout;
   layout.separator = guess.style.separator;
   layout.decimal_comma = guess.style.decimal_comma;
@@ -244,7 +244,7 @@ TableLayout csv_layout(const InputFile& file, const std::vector<Line>& lines) {
     const auto fields = fields_of(line.text, layout.separator);
     const bool fits = static_cast<int>(fields.size()) == layout.num_columns;
     if (layout.named && fits && set_units(layout, fields)) continue;
-    if (layout.named) throw fault(line, fmt::format("want numbers under the header, got '{}'", clean_name(text)));
+    if (layout.named) throw fault(line, fmt::format("want numbers under the header, got {}", file.quoted(text)));
     if (!fits)
       throw fault(line,
                   fmt::format("the header names {} columns, the rows have {}", fields.size(), layout.num_columns));
