@@ -1,5 +1,6 @@
 #!/bin/sh
-# Lines and branches the tests reach, by folder, and a page a file in build/coverage/html. Branches that only a throw
+# Lines and branches the tests reach, by folder, and a page a file in build/coverage/html; of the files whose words a
+# person reads first, each line and branch that no test reaches: words can be wrong, too, and end the program. Branches that only a throw
 # takes are left out: every call has one. So are the consumer, which is linked without coverage's library, and the tests
 # that fail one write or allocation after the other, and that of memory: coverage's own would be among them.
 set -eu
@@ -22,4 +23,9 @@ awk -F, '
     printf "%-6s %6d lines %5.1f %%  %6d branches %5.1f %%\n", folder, lines[folder],
       percent(reached[folder], lines[folder]), branches[folder], percent(taken[folder], branches[folder]) }
 ' build/coverage/files.csv
+words='apps/(page/(first_screen|remedies|page|range_section|record_section|run_results)|output/report_text)\.cpp'
+for what in "" --branches; do
+  gcovr --root . --object-directory build/coverage -j 2 --exclude-throw-branches --exclude-unreachable-branches \
+    --filter "$words" $what
+done
 echo "file by file: build/coverage/html/index.html"

@@ -231,7 +231,8 @@ Entry input_entry(const RunResults& results, const ChosenEquation& chosen) {
     if (!ident::acts_from_outside(signal) || signal.name == target) continue;
     const auto& terms = chosen.fit->model.terms;
     const bool used = std::any_of(terms.begin(), terms.end(), [&](const ident::ModelTerm& term) {
-      const auto names = ident::Expression(term.name).signals();
+      const ident::Expression expression(term.name);
+      const auto& names = expression.signals();
       return std::find(names.begin(), names.end(), signal.name) != names.end();
     });
     (used ? inside : outside).push_back(signal.name);

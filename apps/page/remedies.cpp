@@ -101,7 +101,8 @@ std::vector<std::string> inputs_not_tried(const ident::RangeResult& range, const
   for (const dsp::Signal& signal : signals.signals) {
     if (!ident::acts_from_outside(signal)) continue;
     if (std::none_of(range.terms.begin(), range.terms.end(), [&](const std::string& term) {
-          const auto& names = ident::Expression(term).signals();
+          const ident::Expression candidate(term);
+          const auto& names = candidate.signals();
           return std::find(names.begin(), names.end(), signal.name) != names.end();
         }))
       untried.push_back(signal.name);

@@ -5,8 +5,10 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "apps/output/report_text.hpp"
 #include "apps/output/wrapped_text.hpp"
 #include "apps/page/equation_display.hpp"
+#include "apps/page/page_sections.hpp"
 #include "support/program.hpp"
 
 using support::bytes_of;
@@ -157,4 +159,177 @@ TEST_CASE("sine and cosine are proposed for an angle, and give the equation of a
   REQUIRE(support::run(folder, "$ARDENT -q run second.toml -o second").code == 0);
   const std::string second = bytes_of(folder / "second/equation.txt");
   CHECK_THAT(second, Catch::Contains("sin(x)") && !Catch::Contains("x^3") && !Catch::Contains("cos(x)"));
+}
+
+namespace {
+
+/// Two ranges of four recordings, fitted by three methods of which the second and third find other terms.
+struct Many {
+  apps::Config config;
+  std::vector<apps::Input> inputs = std::vector<apps::Input>(4);
+  std::vector<ident::Columns> columns;
+  std::vector<ident::RangeResult> ranges = std::vector<ident::RangeResult>(2);
+
+  Many() {
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+      apps::Input& input = inputs[i];
+      input.prepared.name = "run" + std::to_string(i) + ".csv";
+      input.prepared.signals.sample_rate_hz = 10.0 * static_cast<double>(1 + i);
+      input.prepared.signals.signals = {{"x", "m", Eigen::VectorXd::LinSpaced(100, 0.0, 1.0)}};
+      input.recorded_rate_hz = 100.0;
+      input.zero_m = 0.001 * static_cast<double>(i);
+      for (const char* why : {"clipped", "lost", "stops", "knocked", "noise"})
+        input.prepared.excluded.push_back({1.0, 2.0 + static_cast<double>(why[0] % 7), why});
+    }
+    for (const apps::Input& input : inputs) columns.push_back({.signals = &input.prepared.signals});
+    for (std::size_t i = 0; i < ranges.size(); ++i) {
+      ranges[i].spec.name = i == 0 ? "low" : "high";
+      ranges[i].terms = {"x", "v"};
+      for (Eigen::Index row = 0; row < 30; ++row) ranges[i].rows.train.push_back({0, row});
+      for (Eigen::Index row = 30; row < 40; ++row) ranges[i].rows.test.push_back({0, row});
+      for (const ident::Method method : {ident::Method::fast_rvm, ident::Method::slow_rvm, ident::Method::stlsq}) {
+        ident::JudgedFit fit;
+        fit.fit.method = method;
+        fit.model.target = "a";
+        fit.model.terms = {{.name = "x", .mean = -50.0, .std = 0.1, .std_noise = 0.1}};
+        fit.judgement = {.verdict = ident::Verdict::describes, .sentence = "This equation describes the record."};
+        ranges[i].fits.push_back(fit);
+      }
+    }
+    ranges[0].fits[1].model.terms.push_back({.name = "v", .mean = -0.8, .std = 0.01, .std_noise = 0.01});
+    ranges[0].fits[2].model.terms.clear();
+    ranges[1].fits[0].judgement.verdict = ident::Verdict::in_part;
+    ranges[1].fits[0].free_run.nmse_centred = 0.02;
+  }
+  [[nodiscard]] std::string screen(const std::vector<ident::RecordPrediction>& predictions = {},
+                                   const std::optional<ident::BandSplit>& split = {}) const {
+    std::string text;
+    for (const apps::FirstScreen::Entry& entry :
+         apps::first_screen({config, inputs, columns, ranges, {}, predictions, split}).entries)
+      for (const apps::FirstScreen::Line& line : entry.lines) text += entry.label + ": " + line.text + "\n";
+    return text;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("of many recordings, ranges and methods the first screen says what they share and where they differ",
+          "[apps][page]") {
+  Many many;
+  const std::string text = many.screen();
+  for (const char* piece :
+       {"equation: From range low (the best verdict on the most data) by method fast_rvm. slow_rvm differs in v; sindy "
+        "found no equation.",
+        "x = 0 is where the measured displacement is 0 m; the measured displacement is 0.001 m; the measured "
+        "displacement is 0.002 m; .... In SI units;",
+        "Range by range: low: describes; high: describes in part (free run NMSE 0.02).",
+        "data: run0.csv and 3 more recordings: 20.833 s at 10 Hz (recorded at 100 Hz) and 20 Hz (recorded at 100 Hz) "
+        "and ...; left out: ",
+        "1 other reasons, 0 s (ends of the record).", "low: fitted to 3 s, tested on 1 s that were not fitted."})
+    CHECK_THAT(text, Catch::Contains(piece));
+  CHECK_THAT(text, !Catch::Contains("were fitted, with"));
+
+  many.ranges.resize(1);
+  many.ranges[0].fits.resize(1);
+  CHECK_THAT(many.screen(),
+             Catch::Contains("by method fast_rvm. No other method was tried.") && !Catch::Contains("Range by range"));
+  many.ranges[0].fits.push_back(many.ranges[0].fits[0]);
+  many.ranges[0].fits[1].fit.method = ident::Method::slow_rvm;
+  CHECK_THAT(many.screen(), Catch::Contains("slow_rvm agrees."));
+}
+
+TEST_CASE("the first screen says what the numbers rest on", "[apps][page]") {
+  Many many;
+  many.inputs.resize(1);
+  many.ranges.resize(1);
+  ident::RangeResult& range = many.ranges[0];
+  range.rows.train.resize(19);
+  CHECK_THAT(many.screen(), Catch::Contains("Only 19 rows were fitted, with 2 candidate terms"));
+  many.config.zero = {apps::ZeroChoice::Kind::regime_mean};
+  many.inputs[0].prepared.x_is_difference = true;
+  range.spec.where = "x > 0";
+  CHECK_THAT(many.screen(), Catch::Contains("y - r is 0 m (mean of low)") && Catch::Contains("fitted, where x > 0."));
+  for (const auto& [unit, said] :
+       {std::pair("rad", "In SI units;"), {"mm", "In SI units and mm;"}, {"", "In raw units;"}}) {
+    many.inputs[0].prepared.signals.signals[0].unit = unit;
+    CHECK_THAT(many.screen(), Catch::Contains(said));
+  }
+  range.uncalibrated = {"laser"};
+  CHECK_THAT(many.screen(), Catch::StartsWith(": NOT CALIBRATED: numbers are raw and have no unit, from laser\n"));
+
+  ident::RecordPrediction prediction;
+  prediction.recording = "kept.csv";
+  prediction.nmse.value = 0.01;
+  prediction.linear.reason = "no linear term";
+  CHECK_THAT(many.screen({prediction}, ident::BandSplit{.stop_hz = 8.0, .term = "x", .mean = 1.0, .lower_mean = 2.0}),
+             Catch::Contains("On kept.csv, which was not fitted: error of x in the free run NMSE 0.01; of a linear "
+                             "equation no figure: no linear term.") &&
+                 Catch::Contains("data: The band ends at"));
+
+  // What drives the motion, in the equation and not.
+  const auto inputs_of = [&] {
+    const std::string text = many.screen();
+    return text.substr(text.find("inputs: "));
+  };
+  range.fits[0].free_run.applies = false;
+  CHECK(inputs_of() == "inputs: none beside a, which the equation gives from the motion\n");
+  range.fits[0].free_run.applies = true;
+  CHECK(inputs_of() == "inputs: none was recorded: the equation describes free or self-excited motion\n");
+  auto& signals = many.inputs[0].prepared.signals.signals;
+  signals.push_back({"f", "N", Eigen::VectorXd::LinSpaced(100, 0.0, 1.0)});
+  CHECK(inputs_of() == "inputs: in the equation: none; recorded and not in it: f\n");
+  range.fits[0].model.terms.push_back({.name = "abs(f)", .mean = 1.0, .std = 0.1, .std_noise = 0.01});
+  CHECK(inputs_of() == "inputs: in the equation: f; recorded and not in it: none\n");
+  range.fits[0].model.target = "ddy";
+  CHECK(inputs_of() == "inputs: in the equation: f, r, through x = y - r; recorded and not in it: none\n");
+}
+
+TEST_CASE("where no equation was found the first screen says why, range by range", "[apps][page]") {
+  Many many;
+  for (ident::RangeResult& range : many.ranges)
+    for (ident::JudgedFit& fit : range.fits) fit.model.terms.clear(), fit.judgement = {};
+  many.ranges[0].fits[0].fit.status = ident::FitStatus::no_relevant_term;
+  many.ranges[0].fits[1].fit.status = ident::FitStatus::rank_deficient;
+  many.ranges[0].fits[2].fit.status = ident::FitStatus::converged;
+  many.ranges[1].fits[0].fit.status = ident::FitStatus::too_few_rows;
+  many.ranges[1].fits[1].fit.status = ident::FitStatus::zero_target;
+  many.ranges[1].fits[2].fit.status = ident::FitStatus::iteration_limit;
+  const std::string text = many.screen();
+  for (const char* piece : {"equation: No equation was found.\n",
+                            "In range low: fast_rvm: no term explains more than noise; slow_rvm: candidate terms that "
+                            "depend on one another; sindy: no term is kept.",
+                            "In range high: fast_rvm: too few samples for the terms; slow_rvm: the target is zero "
+                            "throughout; sindy: stopped at its limit of iterations."})
+    CHECK_THAT(text, Catch::Contains(piece));
+  for (const char* label : {"which means:", "trust:", "inputs:"}) CHECK_THAT(text, !Catch::Contains(label));
+}
+
+TEST_CASE("terminal and page say where ranges and recordings disagree", "[apps][page]") {
+  Many many;
+  for (ident::RangeResult& range : many.ranges) range.fits.resize(1);
+  const auto page = [&] {
+    apps::HtmlWriter html;
+    apps::write_agreement({many.config, many.inputs, many.columns, many.ranges}, html);
+    return html.html();
+  };
+  CHECK_THAT(page(), Catch::Contains("Yes: every coefficient of every range"));
+  many.ranges[1].fits[0].model.terms[0].mean = -60.0;
+  many.ranges[0].rows.train_s = {{0, 1, {}}, {2, 3, {}}, {4, 5, {}}, {6, 7, {}}, {8, 9, {}}, {10, 11, {}}};
+  many.ranges[0].dropped = {{"x^3", "a copy of another"}};
+  CHECK_THAT(page(), Catch::Contains("Not in every coefficient") && Catch::Contains("low and high"));
+  const std::string text = apps::report_text(many.ranges);
+  for (const char* piece : {"0 to 1 s, 2 to 3 s, 4 to 5 s, 6 to 7 s, and 2 more", "left out: x^3 (a copy of another)",
+                            "low and high disagree (fast_rvm):\n  - ", "does not describe both"})
+    CHECK_THAT(text, Catch::Contains(piece));
+
+  // x'' = -k x with another stiffness in each recording, the second of which has rows of its own.
+  many.ranges.resize(1);
+  for (Eigen::Index row = 0; row < 30; ++row) many.ranges[0].rows.train.push_back({1, row});
+  ident::Model& model = many.ranges[0].fits[0].model;
+  model.terms = {{.name = "x", .mean = -50.0, .std = 0.1, .recording = 1, .recording_name = "run0.csv"},
+                 {.name = "x", .mean = -90.0, .std = 0.1, .recording = 2, .recording_name = "run1.csv"}};
+  model.covariance = 0.01 * Eigen::MatrixXd::Identity(2, 2);
+  const std::string means = many.screen();
+  CHECK_THAT(means, Catch::Contains("natural frequency in run0.csv 1.12") &&
+                        Catch::Contains("natural frequency in run1.csv 1.5"));  // sqrt(k) / 2 pi
 }
