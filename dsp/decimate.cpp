@@ -301,7 +301,7 @@ FrameBlock Decimator::finish() {
   return state_->cascade.run(nullptr, 0, true);
 }
 
-const FilterSheet& Decimator::sheet() const {
+const FilterSheet& Decimator::sheet() const& {
   return state_->sheet;
 }
 

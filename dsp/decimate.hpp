@@ -54,7 +54,8 @@ class Decimator {
   [[nodiscard]] FrameBlock push(const Eigen::Ref<const FrameBlock>& frames);
   /// No more input: the remaining output frames. Throws std::invalid_argument if the record is shorter than the filter.
   [[nodiscard]] FrameBlock finish();
-  [[nodiscard]] const FilterSheet& sheet() const;
+  [[nodiscard]] const FilterSheet& sheet() const&;
+  void sheet() const&& = delete;
 
  private:
   struct State;

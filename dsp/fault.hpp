@@ -21,8 +21,10 @@ class Fault : public std::runtime_error {
   Fault(FaultKind kind, std::string name, const std::string& message, std::string lines = {})
       : std::runtime_error(message), kind_(kind), name_(std::move(name)), lines_(std::move(lines)) {}
   [[nodiscard]] FaultKind kind() const noexcept { return kind_; }
-  [[nodiscard]] const std::string& name() const noexcept { return name_; }
-  [[nodiscard]] const std::string& lines() const noexcept { return lines_; }
+  [[nodiscard]] const std::string& name() const& noexcept { return name_; }
+  void name() const&& = delete;
+  [[nodiscard]] const std::string& lines() const& noexcept { return lines_; }
+  void lines() const&& = delete;
 
  private:
   FaultKind kind_;

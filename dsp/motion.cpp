@@ -235,12 +235,12 @@ bool has_displacement(const Recording& recording) {
   return has(Role::x) || (has(Role::y) && (has(Role::r) || !base));
 }
 
-const Signal* Motion::find(std::string_view name) const {
+const Signal* Motion::find(std::string_view name) const& {
   const auto it = std::find_if(signals.begin(), signals.end(), [&](const Signal& s) { return s.name == name; });
   return it == signals.end() ? nullptr : &*it;
 }
 
-const VectorXd& Motion::at(std::string_view name) const {
+const VectorXd& Motion::at(std::string_view name) const& {
   if (const Signal* signal = find(name)) return signal->values;
   std::string known;
   for (const auto& signal : signals) known += (known.empty() ? "" : ", ") + signal.name;

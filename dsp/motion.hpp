@@ -28,9 +28,11 @@ struct Motion {
   double dropped_power_fraction = 0.0;    ///< fraction of the displacement's power above the band edge
   [[nodiscard]] Eigen::Index num_samples() const { return signals.empty() ? 0 : signals.front().values.size(); }
   /// nullptr if there is no such signal.
-  [[nodiscard]] const Signal* find(std::string_view name) const;
+  [[nodiscard]] const Signal* find(std::string_view name) const&;
+  void find(std::string_view) const&& = delete;
   /// Throws std::invalid_argument that lists the names there are.
-  [[nodiscard]] const Eigen::VectorXd& at(std::string_view name) const;
+  [[nodiscard]] const Eigen::VectorXd& at(std::string_view name) const&;
+  void at(std::string_view) const&& = delete;
 };
 
 /// Where the acceleration a = d2x/dt2 comes from.

@@ -235,7 +235,7 @@ VectorXd& displacement_of(Motion& motion) {
 
 }  // namespace
 
-const Channel* Prepared::channel(Role role) const {
+const Channel* Prepared::channel(Role role) const& {
   const auto found = std::find_if(channels.begin(), channels.end(), [&](const Channel& c) { return c.role == role; });
   return found == channels.end() ? nullptr : &*found;
 }

@@ -62,7 +62,8 @@ struct Prepared {
   std::vector<Interval> clipped;            ///< of these, the clipped ones without margins; why: the channel's name
   std::vector<Check> checks;
   /// nullptr where the recording has none.
-  [[nodiscard]] const Channel* channel(Role role) const;
+  [[nodiscard]] const Channel* channel(Role role) const&;
+  void channel(Role) const&& = delete;
   /// Whether x was integrated, from options.integrate_from_hz on, as no displacement was recorded.
   [[nodiscard]] bool integrated() const;
   /// Whether the relations were used: only "matched" does, unless asked not to.

@@ -12,10 +12,10 @@
 #include "dsp/io/calibrate.hpp"
 #include "dsp/io/channel_roles.hpp"
 #include "dsp/io/recording_files.hpp"
-#include "dsp/set_shape.hpp"
 #include "dsp/memory_limit.hpp"
 #include "dsp/names.hpp"
 #include "dsp/samples/bridge_gaps.hpp"
+#include "dsp/set_shape.hpp"
 
 namespace dsp {
 namespace {
@@ -309,16 +309,16 @@ RecordingReader::~RecordingReader() = default;
 RecordingReader::RecordingReader(RecordingReader&&) noexcept = default;
 RecordingReader& RecordingReader::operator=(RecordingReader&&) noexcept = default;
 
-const Recording& RecordingReader::description() const {
+const Recording& RecordingReader::description() const& {
   return state_->description;
 }
-const Sidecar& RecordingReader::sidecar() const {
+const Sidecar& RecordingReader::sidecar() const& {
   return state_->sidecar;
 }
-const std::string& RecordingReader::container() const {
+const std::string& RecordingReader::container() const& {
   return state_->container;
 }
-const std::vector<fs::path>& RecordingReader::files() const {
+const std::vector<fs::path>& RecordingReader::files() const& {
   return state_->paths;
 }
 std::int64_t RecordingReader::num_frames() const {

@@ -38,10 +38,14 @@ class RecordingReader {
   RecordingReader& operator=(RecordingReader&&) noexcept;
   /// Name, rate, channels, and the bad intervals and checks known so far (all of them once read() has returned 0); no
   /// samples.
-  [[nodiscard]] const Recording& description() const;
-  [[nodiscard]] const Sidecar& sidecar() const;
-  [[nodiscard]] const std::string& container() const;
-  [[nodiscard]] const std::vector<std::filesystem::path>& files() const;  ///< recording first, sidecar not among them
+  [[nodiscard]] const Recording& description() const&;
+  void description() const&& = delete;
+  [[nodiscard]] const Sidecar& sidecar() const&;
+  void sidecar() const&& = delete;
+  [[nodiscard]] const std::string& container() const&;
+  void container() const&& = delete;
+  [[nodiscard]] const std::vector<std::filesystem::path>& files() const&;  ///< recording first, sidecar not among them
+  void files() const&& = delete;
   [[nodiscard]] std::int64_t num_frames() const;
   /// Makes `block` the next frames, at most max_frames x channels; returns how many, 0 at the end. Short gaps (NaN,
   /// Inf) are bridged by straight lines and noted in description().bad. Throws Fault sample.missing, sample.huge

@@ -34,7 +34,7 @@ struct TermColumn {
 /// Columns by their terms, formed when first asked for, by one thread.
 class ColumnsBeside {
  public:
-  const Eigen::VectorXd& of(const std::string& term, const std::function<Eigen::VectorXd()>& form) {
+  const Eigen::VectorXd& of(const std::string& term, const std::function<Eigen::VectorXd()>& form) & {
     const std::lock_guard lock(mutex_);
     const auto known = columns_.find(term);
     return known != columns_.end() ? known->second : columns_.emplace(term, form()).first->second;

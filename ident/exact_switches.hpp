@@ -25,7 +25,8 @@ class ExactSwitches {
   void settle(const WeightedTerms& equation);
   /// From now on columns are wanted within this stretch only: beside it they and the switches may be anything.
   void limit_to(const dsp::Stretch& wanted);
-  [[nodiscard]] const dsp::Stretch& wanted() const { return wanted_; }
+  [[nodiscard]] const dsp::Stretch& wanted() const& { return wanted_; }
+  void wanted() const&& = delete;
   /// Whether columns that depend on the equation are to be formed again before they are used under this one: it has
   /// terms, or the one they were formed under last had, or that was within a stretch which does not hold the wanted
   /// one.
@@ -34,9 +35,12 @@ class ExactSwitches {
   void act_for(Eigen::VectorXd fraction) { acting_ = std::move(fraction); }
   /// A signal's samples, or a term's, as far as it acts.
   [[nodiscard]] Eigen::VectorXd acting(Eigen::VectorXd samples) const;
-  [[nodiscard]] const Eigen::VectorXd& acting_fraction() const { return acting_; }  ///< empty: all of each
-  [[nodiscard]] const dsp::Prepared& prepared() const { return prepared_; }
-  [[nodiscard]] const Crossings& crossings() const { return crossings_; }
+  [[nodiscard]] const Eigen::VectorXd& acting_fraction() const& { return acting_; }  ///< empty: all of each
+  void acting_fraction() const&& = delete;
+  [[nodiscard]] const dsp::Prepared& prepared() const& { return prepared_; }
+  void prepared() const&& = delete;
+  [[nodiscard]] const Crossings& crossings() const& { return crossings_; }
+  void crossings() const&& = delete;
   /// Whether the term's column depends on the equation.
   [[nodiscard]] bool depends_on_equation(const Expression& term) const;
   /// The term at the intermediate rate, below the end of the column filter's band. What is not finite counts as zero,

@@ -101,9 +101,10 @@ struct Fit {
   std::vector<std::string> remarks;     ///< sentences for a person: "columns nearly collinear: ..."
 
   /// What intervals are made of.
-  [[nodiscard]] const Eigen::MatrixXd& interval_covariance() const {
+  [[nodiscard]] const Eigen::MatrixXd& interval_covariance() const& {
     return covariance_weak.size() > 0 ? covariance_weak : covariance;
   }
+  void interval_covariance() const&& = delete;
   /// Of any term of the library: by the ranking of models, else 1 / (1 + exp((tau - gain) / 2)), which compares two of
   /// them; NaN for methods without an evidence.
   [[nodiscard]] double inclusion_probability(Eigen::Index term) const;

@@ -12,12 +12,13 @@ class RowBlock {
   RowBlock(Eigen::Index max_rows, Eigen::Index width);
   [[nodiscard]] Eigen::Index max_rows() const { return max_rows_; }
   /// Rows [first, first + count), to be written or read.
-  [[nodiscard]] Eigen::Ref<Eigen::MatrixXd> rows(Eigen::Index first, Eigen::Index count) {
+  [[nodiscard]] Eigen::Ref<Eigen::MatrixXd> rows(Eigen::Index first, Eigen::Index count) & {
     return values_.middleRows(first, count);
   }
-  [[nodiscard]] Eigen::Ref<const Eigen::MatrixXd> rows(Eigen::Index first, Eigen::Index count) const {
+  [[nodiscard]] Eigen::Ref<const Eigen::MatrixXd> rows(Eigen::Index first, Eigen::Index count) const& {
     return values_.middleRows(first, count);
   }
+  void rows(Eigen::Index, Eigen::Index) const&& = delete;
   /// Multiplies the first `count` rows by one factor a column. False if a value is not finite.
   [[nodiscard]] bool scale(Eigen::Index count, const Eigen::RowVectorXd& factors);
   /// Makes the square upper triangle R (width x width) that of [R; the first `count` rows], and spoils those rows.

@@ -35,7 +35,7 @@ double MethodSetting::index_of(std::string_view word) const {
   return static_cast<double>(std::find(words.begin(), words.end(), word) - words.begin());
 }
 
-const MethodSetting* MethodDescription::find(std::string_view setting) const {
+const MethodSetting* MethodDescription::find(std::string_view setting) const& {
   return find_named(settings, setting);
 }
 

@@ -30,7 +30,8 @@ struct MethodDescription {
   std::vector<MethodSetting> settings;
   Fit (*fit)(const RFactor&, const MethodOptions&) = nullptr;
   [[nodiscard]] bool has(std::string_view setting) const { return find(setting) != nullptr; }
-  [[nodiscard]] const MethodSetting* find(std::string_view setting) const;
+  [[nodiscard]] const MethodSetting* find(std::string_view setting) const&;
+  void find(std::string_view) const&& = delete;
 };
 
 /// All methods, in the order of Method.

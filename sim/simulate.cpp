@@ -220,16 +220,16 @@ double Integrator::end_s() const {
 int Integrator::mode() const {
   return state_->mode;
 }
-const System& Integrator::system() const {
+const System& Integrator::system() const& {
   return state_->system;
 }
 SimulationStatus Integrator::status() const {
   return state_->status;
 }
-const std::string& Integrator::reason() const {
+const std::string& Integrator::reason() const& {
   return state_->reason;
 }
-const std::vector<Event>& Integrator::events() const {
+const std::vector<Event>& Integrator::events() const& {
   return state_->events;
 }
 std::optional<double> Integrator::stiff_from_s() const {

@@ -72,10 +72,13 @@ class Integrator {
   [[nodiscard]] int mode() const;        ///< in this mode
   /// States at t in [begin_s, end_s], to the order of the integration formula.
   void states(double t, double* y) const;
-  [[nodiscard]] const System& system() const;
+  [[nodiscard]] const System& system() const&;
+  void system() const&& = delete;
   [[nodiscard]] SimulationStatus status() const;
-  [[nodiscard]] const std::string& reason() const;
-  [[nodiscard]] const std::vector<Event>& events() const;
+  [[nodiscard]] const std::string& reason() const&;
+  void reason() const&& = delete;
+  [[nodiscard]] const std::vector<Event>& events() const&;
+  void events() const&& = delete;
   [[nodiscard]] std::optional<double> stiff_from_s() const;
   [[nodiscard]] long num_steps() const;
   [[nodiscard]] long num_rhs_evaluations() const;

@@ -18,7 +18,8 @@ class BatchFolder {
  public:
   explicit BatchFolder(const std::filesystem::path& destination);
   [[nodiscard]] std::filesystem::path runs() const { return destination_ / runs_name; }
-  [[nodiscard]] const std::filesystem::path& destination() const { return destination_; }
+  [[nodiscard]] const std::filesystem::path& destination() const& { return destination_; }
+  void destination() const&& = delete;
   /// A file of the summary; nothing appears before commit. Names are ours and plain.
   void write(const std::string& name, std::string_view bytes);
   /// Lists the files of the summary in the manifest and puts all of them into the folder.

@@ -75,7 +75,7 @@ int thread_count(const GlobalOptions& options) {
                                  : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-const std::filesystem::path& required_output(const GlobalOptions& options, const char* command) {
+std::filesystem::path required_output(const GlobalOptions& options, const char* command) {
   if (options.output.empty())
     throw dsp::Fault(dsp::FaultKind::usage, "usage",
                      fmt::format("{}: -o DIR is missing. Say where the files are to go", command));

@@ -82,7 +82,7 @@ struct Program {
 [[nodiscard]] int thread_count(const GlobalOptions& options);
 
 /// -o DIR. Throws dsp::Fault (usage) where it is not given.
-[[nodiscard]] const std::filesystem::path& required_output(const GlobalOptions& options, const char* command);
+[[nodiscard]] std::filesystem::path required_output(const GlobalOptions& options, const char* command);
 
 [[nodiscard]] Command batch_command();
 [[nodiscard]] Command check_command();

@@ -25,6 +25,7 @@ struct Input : ident::Record {
 
 /// The inputs themselves, as the library takes them.
 [[nodiscard]] std::vector<const ident::Record*> records_of(const std::vector<Input>& inputs);
+void records_of(const std::vector<Input>&&) = delete;
 
 [[nodiscard]] dsp::ReadOptions read_options(const RecordingConfig& recording, std::size_t max_memory_bytes);
 

@@ -128,7 +128,7 @@ void RowWriter::empty() {
   separate();
 }
 
-std::string_view RowWriter::row() {
+std::string_view RowWriter::row() & {
   line_ += '\n';
   column_ = 0;
   finished_.swap(line_);

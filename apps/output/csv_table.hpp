@@ -31,10 +31,11 @@ class RowWriter {
   void time(double value, int digits = 0);
   void empty();
   /// The row so far, with its end; the next cell begins a new one.
-  [[nodiscard]] std::string_view row();
+  [[nodiscard]] std::string_view row() &;
   /// Of each column: what numbers are rounded to follows from it.
   void set_peaks(std::vector<double> peaks) { peaks_ = std::move(peaks); }
-  [[nodiscard]] const std::vector<double>& peaks() const { return peaks_; }
+  [[nodiscard]] const std::vector<double>& peaks() const& { return peaks_; }
+  void peaks() const&& = delete;
   void gather_peaks();  ///< of the rows that come; nothing is written
 
  private:

@@ -52,39 +52,39 @@ void HtmlWriter::begin(std::string_view tag, Attributes attributes) {
   html_ += '>';
 }
 
-HtmlWriter& HtmlWriter::open(std::string_view tag, Attributes attributes) {
+HtmlWriter& HtmlWriter::open(std::string_view tag, Attributes attributes) & {
   begin(tag, attributes);
   open_.emplace_back(tag);
   return *this;
 }
 
-HtmlWriter& HtmlWriter::close() {
+HtmlWriter& HtmlWriter::close() & {
   if (open_.empty()) throw std::logic_error("no element is open");
   html_ += "</" + open_.back() + ">\n";
   open_.pop_back();
   return *this;
 }
 
-HtmlWriter& HtmlWriter::empty(std::string_view tag, Attributes attributes) {
+HtmlWriter& HtmlWriter::empty(std::string_view tag, Attributes attributes) & {
   begin(tag, attributes);
   return *this;
 }
 
-HtmlWriter& HtmlWriter::text(std::string_view text) {
+HtmlWriter& HtmlWriter::text(std::string_view text) & {
   html_ += escaped_markup(text);
   return *this;
 }
 
-HtmlWriter& HtmlWriter::element(std::string_view tag, std::string_view content, Attributes attributes) {
+HtmlWriter& HtmlWriter::element(std::string_view tag, std::string_view content, Attributes attributes) & {
   return open(tag, attributes).text(content).close();
 }
 
-HtmlWriter& HtmlWriter::markup(std::string_view markup) {
+HtmlWriter& HtmlWriter::markup(std::string_view markup) & {
   html_ += markup;
   return *this;
 }
 
-HtmlWriter& HtmlWriter::row(const std::vector<std::string>& cells) {
+HtmlWriter& HtmlWriter::row(const std::vector<std::string>& cells) & {
   constexpr std::size_t short_cell = 26;  // numbers and names, which stay on one line
   open("tr");
   for (std::size_t i = 0; i < cells.size(); ++i)
@@ -98,7 +98,7 @@ HtmlWriter& HtmlWriter::row(const std::vector<std::string>& cells) {
 }
 
 HtmlWriter& HtmlWriter::table(std::string_view caption, const std::vector<std::string>& heads,
-                              const std::vector<std::vector<std::string>>& rows) {
+                              const std::vector<std::vector<std::string>>& rows) & {
   open("div", {{"class", "table"}, {"tabindex", "0"}, {"role", "group"}, {"aria-label", caption}});
   open("table").element("caption", caption).open("thead").open("tr");
   for (const std::string& head : heads) element("th", head, {{"scope", "col"}});
@@ -107,7 +107,7 @@ HtmlWriter& HtmlWriter::table(std::string_view caption, const std::vector<std::s
   return close().close().close();
 }
 
-const std::string& HtmlWriter::html() const {
+const std::string& HtmlWriter::html() const& {
   if (!open_.empty()) throw std::logic_error("still open: " + open_.back());
   return html_;
 }

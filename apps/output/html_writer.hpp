@@ -20,23 +20,24 @@ class HtmlWriter {
  public:
   using Attributes = std::initializer_list<std::pair<std::string_view, std::string_view>>;
   /// <tag name="value" ...>
-  HtmlWriter& open(std::string_view tag, Attributes attributes = {});
+  HtmlWriter& open(std::string_view tag, Attributes attributes = {}) &;
   /// Ends the element opened last. Throws std::logic_error where none is open.
-  HtmlWriter& close();
+  HtmlWriter& close() &;
   /// An element that has no content: <br>, <meta ...>.
-  HtmlWriter& empty(std::string_view tag, Attributes attributes = {});
-  HtmlWriter& text(std::string_view text);
+  HtmlWriter& empty(std::string_view tag, Attributes attributes = {}) &;
+  HtmlWriter& text(std::string_view text) &;
   /// open, text, close.
-  HtmlWriter& element(std::string_view tag, std::string_view text, Attributes attributes = {});
+  HtmlWriter& element(std::string_view tag, std::string_view text, Attributes attributes = {}) &;
   /// Markup that is ours, as it is.
-  HtmlWriter& markup(std::string_view markup);
+  HtmlWriter& markup(std::string_view markup) &;
   /// A row of cells; the first heads the row.
-  HtmlWriter& row(const std::vector<std::string>& cells);
+  HtmlWriter& row(const std::vector<std::string>& cells) &;
   /// A whole table under its caption: a row of heads, then rows. Cells are text.
   HtmlWriter& table(std::string_view caption, const std::vector<std::string>& heads,
-                    const std::vector<std::vector<std::string>>& rows);
+                    const std::vector<std::vector<std::string>>& rows) &;
   /// What was written. Throws std::logic_error where an element is still open.
-  [[nodiscard]] const std::string& html() const;
+  [[nodiscard]] const std::string& html() const&;
+  void html() const&& = delete;
 
  private:
   void begin(std::string_view tag, Attributes attributes);

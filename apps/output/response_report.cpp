@@ -34,7 +34,7 @@ std::string rows(const Points& points, const ident::ResponseBand& band, const ch
 }
 
 ordered_json peak_json(const Points& points) {
-  const sim::ResponsePoint& peak = sim::peak(points);
+  const sim::ResponsePoint peak = sim::peak(points);
   return {{"f_hz", peak.frequency_hz}, {"amplitude_m", peak.x_m}, {"payload_amplitude_m", peak.y_m}};
 }
 

@@ -51,6 +51,7 @@ struct RunComparison {
 [[nodiscard]] TextGrid changes_grid(const RunComparison& comparison);
 /// The term with a label in a run's equation, as metrics.json has it; nullptr: not in it.
 [[nodiscard]] const nlohmann::ordered_json* term_of(const ComparedColumn& column, const std::string& label);
+void term_of(const ComparedColumn&&, const std::string&) = delete;
 
 /// As text of at most 120 columns; more than four runs are rows.
 [[nodiscard]] std::string to_text(const RunComparison& comparison);

@@ -36,7 +36,8 @@ class RunFolder {
   /// recordings or 10 MB, unless config.full_tables; log.txt, the manifest. Throws Interrupted when a signal has come.
   void finish(const Config& config, const std::vector<Input>& inputs, const std::vector<RecordingSteps>& steps,
               Console& console, int exit_code = 0);
-  [[nodiscard]] const std::filesystem::path& destination() const { return folder_.destination(); }
+  [[nodiscard]] const std::filesystem::path& destination() const& { return folder_.destination(); }
+  void destination() const&& = delete;
 
  private:
   [[nodiscard]] double write_table_within(const CsvTable& table, double most_bytes, Console& console);

@@ -30,8 +30,10 @@ struct ChosenEquation {
   const ident::JudgedFit* fit = nullptr;
 };
 [[nodiscard]] ChosenEquation chosen_equation(const std::vector<ident::RangeResult>& ranges);
+void chosen_equation(const std::vector<ident::RangeResult>&&) = delete;
 /// The same within one range.
 [[nodiscard]] ChosenEquation chosen_equation(const ident::RangeResult& range);
+void chosen_equation(const ident::RangeResult&&) = delete;
 
 /// Whether nothing but the payload moves: y and dy are x and v, but for a constant.
 [[nodiscard]] bool base_at_rest(const dsp::Motion& signals);

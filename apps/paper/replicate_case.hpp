@@ -59,9 +59,10 @@ struct CaseReplication {
   std::vector<HeldOutBands> bands;
   std::vector<HeldOutRun> runs;
   double accumulate_seconds = 0.0;  ///< CPU from columns and targets to R factors, mean over seeds
-  [[nodiscard]] const Section4Row& row_of(const CaseFit& fit) const {
+  [[nodiscard]] const Section4Row& row_of(const CaseFit& fit) const& {
     return study.regressions[fit.regression].rows[fit.row];
   }
+  void row_of(const CaseFit&) const&& = delete;
 };
 
 /// Threshold on raw coefficients of "sindy_raw": 0.143 is the largest that keeps every term the paper's SINDy printed.

@@ -36,9 +36,12 @@ class Console {
   void progress(std::string_view what, double fraction);
   /// Everything said so far except results and progress, one line each: no paths of the machine of our own. Times
   /// are in notes only.
-  [[nodiscard]] const std::string& log() const { return log_; }
-  [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
-  [[nodiscard]] const std::vector<std::string>& errors() const { return errors_; }  ///< "[name] text", as of warnings
+  [[nodiscard]] const std::string& log() const& { return log_; }
+  void log() const&& = delete;
+  [[nodiscard]] const std::vector<std::string>& warnings() const& { return warnings_; }
+  void warnings() const&& = delete;
+  [[nodiscard]] const std::vector<std::string>& errors() const& { return errors_; }  ///< "[name] text", as of warnings
+  void errors() const&& = delete;
 
  private:
   void say(std::string_view line, bool shown);

@@ -35,7 +35,8 @@ class OutputFolder {
   void write(std::string_view name, std::string_view bytes) const;
   /// Lists all files in the manifest, ends it and puts the folder in its place.
   void commit(Manifest manifest);
-  [[nodiscard]] const std::filesystem::path& destination() const { return destination_; }
+  [[nodiscard]] const std::filesystem::path& destination() const& { return destination_; }
+  void destination() const&& = delete;
 
  private:
   void require_free() const;

@@ -30,7 +30,8 @@ ColumnFilter ColumnFilter::taper(double sample_rate_hz, const SpectralBand& band
 
 ColumnFilter ColumnFilter::decimation(double input_rate_hz, const DecimateOptions& options) {
   Impl impl{.input_rate_hz = input_rate_hz, .output_rate_hz = options.output_rate_hz};
-  impl.sheet = Decimator(input_rate_hz, 1, options).sheet();
+  const Decimator decimator(input_rate_hz, 1, options);
+  impl.sheet = decimator.sheet();
   impl.edge_s = impl.sheet.edge_s;
   impl.stop_hz = options.stopband_start_hz > 0.0 ? options.stopband_start_hz : 0.5 * options.output_rate_hz;
   ColumnFilter filter;
@@ -86,7 +87,7 @@ double ColumnFilter::edge_s() const {
 double ColumnFilter::stop_hz() const {
   return impl_->stop_hz;
 }
-const FilterSheet& ColumnFilter::sheet() const {
+const FilterSheet& ColumnFilter::sheet() const& {
   return impl_->sheet;
 }
 

@@ -34,7 +34,8 @@ class ColumnFilter {
   /// Columns are gone from here on: the taper's cut-off, the start of the decimation's stop band.
   [[nodiscard]] double stop_hz() const;
   /// Of the decimation; no stages for a taper.
-  [[nodiscard]] const FilterSheet& sheet() const;
+  [[nodiscard]] const FilterSheet& sheet() const&;
+  void sheet() const&& = delete;
   /// Outputs lean on samples this far away, on either side; at the ends on predicted ones.
   [[nodiscard]] double edge_s() const;
 

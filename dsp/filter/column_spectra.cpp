@@ -4,13 +4,13 @@
 
 namespace dsp {
 
-ColumnSpectra::Entry& ColumnSpectra::entry(Eigen::Index column) {
+ColumnSpectra::Entry& ColumnSpectra::entry(Eigen::Index column) & {
   std::optional<Entry>& known = entries_[static_cast<std::size_t>(column)];
   if (!known) known = Entry{ExtendedSpectrum(recording_.samples.col(column), recording_.sample_rate_hz)};
   return *known;
 }
 
-ExtendedSpectrum& ColumnSpectra::change(Eigen::Index column) {
+ExtendedSpectrum& ColumnSpectra::change(Eigen::Index column) & {
   Entry& known = entry(column);
   known.changed = true;
   return known.spectrum;

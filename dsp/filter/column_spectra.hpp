@@ -15,11 +15,12 @@ class ColumnSpectra {
   /// The recording is kept by reference; its columns must not change while their spectra do.
   explicit ColumnSpectra(Recording& recording)
       : recording_(recording), entries_(static_cast<std::size_t>(recording.samples.cols())) {}
-  [[nodiscard]] const Recording& recording() const { return recording_; }
+  [[nodiscard]] const Recording& recording() const& { return recording_; }
+  void recording() const&& = delete;
   /// Throws as ExtendedSpectrum.
-  [[nodiscard]] const ExtendedSpectrum& of(Eigen::Index column) { return entry(column).spectrum; }
+  [[nodiscard]] const ExtendedSpectrum& of(Eigen::Index column) & { return entry(column).spectrum; }
   /// The same, to be changed.
-  [[nodiscard]] ExtendedSpectrum& change(Eigen::Index column);
+  [[nodiscard]] ExtendedSpectrum& change(Eigen::Index column) &;
   /// Writes the changed columns into the recording, on up to so many threads.
   void store(int num_threads = 1);
 
@@ -28,7 +29,7 @@ class ColumnSpectra {
     ExtendedSpectrum spectrum;
     bool changed = false;
   };
-  Entry& entry(Eigen::Index column);
+  Entry& entry(Eigen::Index column) &;
 
   Recording& recording_;
   std::vector<std::optional<Entry>> entries_;  ///< of each column; none: nobody asked for it

@@ -13,7 +13,8 @@ class PowerDensity {
   /// As the median in a band says that it is everywhere in it, whatever lines of motion there are: the density of white
   /// noise with this median. 0 where the record does not reach so far or the band holds fewer than `least` ordinates.
   [[nodiscard]] double between(double from_hz, double to_hz, Eigen::Index least = 1) const;
-  [[nodiscard]] const Eigen::VectorXd& ordinates() const { return density_; }  ///< at 0, step_hz(), 2 step_hz(), ...
+  [[nodiscard]] const Eigen::VectorXd& ordinates() const& { return density_; }  ///< at 0, step_hz(), 2 step_hz(), ...
+  void ordinates() const&& = delete;
   [[nodiscard]] double step_hz() const { return step_hz_; }
 
  private:

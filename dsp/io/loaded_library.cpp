@@ -10,7 +10,7 @@ LoadedLibrary::LoadedLibrary(const Wanted& wanted)
   if (handle_ == nullptr) refuse();
 }
 
-void* LoadedLibrary::find(const char* name) const {
+void* LoadedLibrary::find(const char* name) const& {
   void* const found = ::dlsym(handle_, name);
   if (found == nullptr) refuse();
   return found;

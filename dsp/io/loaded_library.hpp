@@ -23,7 +23,8 @@ class LoadedLibrary {
   }
 
  private:
-  [[nodiscard]] void* find(const char* name) const;
+  [[nodiscard]] void* find(const char* name) const&;
+  void find(const char*) const&& = delete;
   [[noreturn]] void refuse() const;
 
   Wanted wanted_;

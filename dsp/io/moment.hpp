@@ -26,7 +26,8 @@ class MomentClock {
  public:
   double seconds(const Moment& moment);
   /// Of the first moment, where it has a date: the midnight that seconds are counted from.
-  [[nodiscard]] const std::optional<std::int64_t>& first_day() const { return first_day_; }
+  [[nodiscard]] const std::optional<std::int64_t>& first_day() const& { return first_day_; }
+  void first_day() const&& = delete;
 
  private:
   std::optional<Moment> last_;

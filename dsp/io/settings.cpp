@@ -313,7 +313,7 @@ void Settings::finish(const std::function<std::vector<AskedSetting>()>& known) c
   state_->document->faults.raise();
 }
 
-const std::vector<AskedSetting>& Settings::asked() const {
+const std::vector<AskedSetting>& Settings::asked() const& {
   return state_->document->settings;
 }
 

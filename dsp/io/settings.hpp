@@ -74,7 +74,8 @@ class Settings {
   /// among `known` either.
   void finish(const std::function<std::vector<AskedSetting>()>& known = {}) const;
   /// Every key that was asked for so far, anywhere in the document, once, in the order of asking.
-  [[nodiscard]] const std::vector<AskedSetting>& asked() const;
+  [[nodiscard]] const std::vector<AskedSetting>& asked() const&;
+  void asked() const&& = delete;
 
   /// `file:line` of a key, of this table if the key is empty or absent.
   [[nodiscard]] std::string place(std::string_view key = {}) const;

@@ -23,7 +23,7 @@ struct SettingsDocument {
   bool is_interrupted = false;                         ///< not all was asked for that would have been
 
   /// The record of a key in a table called `path`, made where there is none.
-  AskedSetting& setting(const std::string& path, std::string_view key);
+  AskedSetting& setting(const std::string& path, std::string_view key) &;
 };
 
 /// "a.b" for a key "b" in a table "a"; the key alone at the top.

@@ -20,7 +20,8 @@ class SoundBytes {
         head_(std::move(head)),
         shift_(head_.empty() ? 0 : static_cast<std::int64_t>(replaced - head_.size())) {}
   [[nodiscard]] std::int64_t size() const { return static_cast<std::int64_t>(file_->size()) - shift_; }
-  [[nodiscard]] const InputFile& file() const { return *file_; }
+  [[nodiscard]] const InputFile& file() const& { return *file_; }
+  void file() const&& = delete;
   void rethrow() const {
     if (error_) std::rethrow_exception(error_);
   }

@@ -209,7 +209,7 @@ void SoundFileWriter::close() {
   ::close(std::exchange(state.descriptor, -1));
 }
 
-const std::vector<std::int64_t>& SoundFileWriter::num_clipped() const {
+const std::vector<std::int64_t>& SoundFileWriter::num_clipped() const& {
   return state_->num_clipped;
 }
 

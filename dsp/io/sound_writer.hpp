@@ -39,7 +39,8 @@ class SoundFileWriter {
   void write(const Eigen::Ref<const FrameBlock>& frames);
   /// Throws Fault output.write.
   void close();
-  [[nodiscard]] const std::vector<std::int64_t>& num_clipped() const;  ///< per channel
+  [[nodiscard]] const std::vector<std::int64_t>& num_clipped() const&;  ///< per channel
+  void num_clipped() const&& = delete;
 
  private:
   struct State;

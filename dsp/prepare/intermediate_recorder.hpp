@@ -25,9 +25,11 @@ class IntermediateRecorder {
   /// `checks`, and there filled by prediction from both sides.
   [[nodiscard]] Recording finish();
   /// Where samples were found faulty, in frames of the recording; known after finish().
-  [[nodiscard]] const std::vector<FaultyRange>& faulty_ranges() const { return faulty_ranges_; }
+  [[nodiscard]] const std::vector<FaultyRange>& faulty_ranges() const& { return faulty_ranges_; }
+  void faulty_ranges() const&& = delete;
   /// Of the recording, once all is pushed.
-  [[nodiscard]] const RawSpectrum& spectrum() const { return spectrum_; }
+  [[nodiscard]] const RawSpectrum& spectrum() const& { return spectrum_; }
+  void spectrum() const&& = delete;
   /// Of the filter from the recording to the intermediate rate; none when there is none.
   [[nodiscard]] std::optional<FilterSheet> sheet() const;
 

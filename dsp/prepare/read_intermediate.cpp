@@ -116,9 +116,12 @@ double prepared_bytes(const Recording& description, Index num_frames, double int
 std::int64_t fewest_samples(const PrepareOptions& options, double sample_rate_hz) {
   const PrepareOptions o = resolved(options, sample_rate_hz);
   const auto filter = to_intermediate(o, sample_rate_hz);
-  return fewest_samples(column_filter(o),
-                        filter ? std::optional(Decimator(sample_rate_hz, 1, *filter).sheet()) : std::nullopt,
-                        sample_rate_hz);
+  std::optional<FilterSheet> raw;
+  if (filter) {
+    const Decimator decimator(sample_rate_hz, 1, *filter);
+    raw = decimator.sheet();
+  }
+  return fewest_samples(column_filter(o), raw, sample_rate_hz);
 }
 
 Prepared prepare(const Recording& recording, const PrepareOptions& options) {

@@ -39,7 +39,8 @@ class GapBridge {
   /// Makes `block` the next frames, at most max_frames of those ready; returns how many.
   Eigen::Index take(FrameBlock& block, Eigen::Index max_frames);
   /// The intervals bridged so far, and a warning per channel that had any.
-  [[nodiscard]] const std::vector<Interval>& bridged() const { return bridged_; }
+  [[nodiscard]] const std::vector<Interval>& bridged() const& { return bridged_; }
+  void bridged() const&& = delete;
   [[nodiscard]] std::vector<Check> checks() const;
 
  private:

@@ -17,7 +17,8 @@ class IndexRanges {
   explicit IndexRanges(Eigen::Index merge_gap) : merge_gap_(merge_gap) {}
   void add(Eigen::Index index);  ///< in rising order
   void clear() { list_.clear(); }
-  [[nodiscard]] const std::vector<CountedRange>& list() const { return list_; }
+  [[nodiscard]] const std::vector<CountedRange>& list() const& { return list_; }
+  void list() const&& = delete;
 
  private:
   Eigen::Index merge_gap_;
@@ -48,8 +49,10 @@ class ExtremeValue {
   [[nodiscard]] bool piled_up(Eigen::Index at_least) const;
   [[nodiscard]] std::int64_t count() const { return count_; }
   [[nodiscard]] double value() const { return sign_ * extreme_; }
-  [[nodiscard]] const IndexRanges& at_limit() const { return at_limit_; }
-  [[nodiscard]] const IndexRanges& at_extreme() const { return at_extreme_; }
+  [[nodiscard]] const IndexRanges& at_limit() const& { return at_limit_; }
+  void at_limit() const&& = delete;
+  [[nodiscard]] const IndexRanges& at_extreme() const& { return at_extreme_; }
+  void at_extreme() const&& = delete;
 
  private:
   void look(double value, Eigen::Index frame);

@@ -39,10 +39,15 @@ class Standstill {
   /// The next cells, on the scale learnt from them.
   void follow(std::span<const SampleCell> cells, const StepScale& scale);
   void finish();
-  [[nodiscard]] const std::vector<StillRun>& runs() const { return runs_; }  ///< of eight cells and more, or four equal
+  [[nodiscard]] const std::vector<StillRun>& runs() const& {
+    return runs_;
+  }  ///< of eight cells and more, or four equal
+  void runs() const&& = delete;
   /// Near the lowest and highest level met, where noise lies on top: of any length, and single cells that move.
-  [[nodiscard]] const std::vector<StillRun>& extreme_runs() const { return extreme_runs_; }
-  [[nodiscard]] const LevelHistogram& levels() const { return levels_; }
+  [[nodiscard]] const std::vector<StillRun>& extreme_runs() const& { return extreme_runs_; }
+  void extreme_runs() const&& = delete;
+  [[nodiscard]] const LevelHistogram& levels() const& { return levels_; }
+  void levels() const&& = delete;
   /// Half of the record is spent in runs not longer than this; 1 where it seldom stands still.
   [[nodiscard]] Eigen::Index usual_cells() const;
   [[nodiscard]] std::int64_t num_equal_cells() const { return num_equal_; }  ///< in the whole record

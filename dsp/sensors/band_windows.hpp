@@ -12,7 +12,8 @@ class BandWindows {
   BandWindows(Eigen::Index num_samples, double sample_rate_hz, const std::vector<unsigned char>& excluded,
               double window_s, double from_hz, double to_hz);
   [[nodiscard]] Eigen::Index num_windows() const { return static_cast<Eigen::Index>(firsts_.size()); }
-  [[nodiscard]] const Eigen::VectorXd& frequencies_hz() const { return frequencies_hz_; }
+  [[nodiscard]] const Eigen::VectorXd& frequencies_hz() const& { return frequencies_hz_; }
+  void frequencies_hz() const&& = delete;
   /// Of a signal as long as the record: frequencies x windows, each window less its mean, under Hann's.
   [[nodiscard]] Eigen::MatrixXcd spectra(const Eigen::Ref<const Eigen::VectorXd>& signal) const;
 

@@ -44,12 +44,16 @@ class EquationOfMotion {
   EquationOfMotion(const std::vector<StateEquation>& equations, EquationFrame frame);
 
   /// What the terms and switches look at, in order of first appearance.
-  [[nodiscard]] const std::vector<std::string>& signals() const { return signals_; }
+  [[nodiscard]] const std::vector<std::string>& signals() const& { return signals_; }
+  void signals() const&& = delete;
   /// The g of every sgn(g), likewise; a condition looks at v.
-  [[nodiscard]] const std::vector<std::string>& switches() const { return switch_names_; }
+  [[nodiscard]] const std::vector<std::string>& switches() const& { return switch_names_; }
+  void switches() const&& = delete;
   /// The inputs that must be given to what follows, in this order.
-  [[nodiscard]] const std::vector<std::string>& inputs() const { return inputs_; }
-  [[nodiscard]] const EquationFrame& frame() const { return frame_; }
+  [[nodiscard]] const std::vector<std::string>& inputs() const& { return inputs_; }
+  void inputs() const&& = delete;
+  [[nodiscard]] const EquationFrame& frame() const& { return frame_; }
+  void frame() const&& = delete;
 
   /// d(state)/dt of the states from `first` on, the switches being on these sides (1, -1).
   void rates(const EquationPoint& point, const double* sides, std::size_t first, double* dydt) const;

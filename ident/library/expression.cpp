@@ -111,13 +111,13 @@ Expression::Expression(std::string_view text, const std::vector<std::string>& si
 Expression::Expression(std::string_view text)
     : Expression(parse_expression(text, [](std::string_view) { return true; }, {}), std::string(text)) {}
 
-const std::string& Expression::text() const {
+const std::string& Expression::text() const& {
   return parts_->text;
 }
-const std::vector<std::string>& Expression::signals() const {
+const std::vector<std::string>& Expression::signals() const& {
   return parts_->signals;
 }
-const std::vector<std::string>& Expression::switches() const {
+const std::vector<std::string>& Expression::switches() const& {
   return parts_->switches;
 }
 

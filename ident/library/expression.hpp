@@ -31,9 +31,11 @@ class Expression {
   /// The same where every name that is no function is a signal.
   explicit Expression(std::string_view text);
 
-  [[nodiscard]] const std::string& text() const;
+  [[nodiscard]] const std::string& text() const&;
+  void text() const&& = delete;
   /// The signals it uses, in order of first appearance.
-  [[nodiscard]] const std::vector<std::string>& signals() const;
+  [[nodiscard]] const std::vector<std::string>& signals() const&;
+  void signals() const&& = delete;
   /// One value per sample of `motion`, each at its point; may be non-finite where the expression is. Throws
   /// std::invalid_argument if a signal is missing there.
   [[nodiscard]] Eigen::VectorXd evaluate(const dsp::Motion& motion) const;
@@ -44,7 +46,8 @@ class Expression {
   [[nodiscard]] Eigen::VectorXd evaluate(const std::vector<const double*>& columns, Eigen::Index num_rows) const;
 
   /// The g of every sgn(g) in it, as text, in order of first appearance.
-  [[nodiscard]] const std::vector<std::string>& switches() const;
+  [[nodiscard]] const std::vector<std::string>& switches() const&;
+  void switches() const&& = delete;
   /// Pointwise: `values` in the order of signals(), `signs` (+1, -1 or what a sliding mode needs) in that of
   /// switches().
   [[nodiscard]] double evaluate(const double* values, const double* signs) const;

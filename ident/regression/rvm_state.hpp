@@ -23,9 +23,10 @@ struct RvmState {
   void add(Eigen::Index term, double its_lambda);
   void remove(Eigen::Index term);
   void set_lambda(Eigen::Index term, double its_lambda);
-  [[nodiscard]] Eigen::Map<const Eigen::VectorXd> lambdas() const {
+  [[nodiscard]] Eigen::Map<const Eigen::VectorXd> lambdas() const& {
     return {lambda.data(), static_cast<Eigen::Index>(lambda.size())};
   }
+  void lambdas() const&& = delete;
 };
 
 struct RvmMove {
@@ -53,7 +54,8 @@ class MarginalLikelihood {
   /// `noise_floor_fraction`: of a target's mean square, below which no noise is believed.
   MarginalLikelihood(const UnitProblem& problem, double tau, double noise_floor_fraction);
 
-  [[nodiscard]] const UnitProblem& problem() const { return problem_; }
+  [[nodiscard]] const UnitProblem& problem() const& { return problem_; }
+  void problem() const&& = delete;
   [[nodiscard]] double tau() const { return tau_; }
   [[nodiscard]] Eigen::Index num_terms() const { return problem_.num_terms(); }
 

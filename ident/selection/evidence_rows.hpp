@@ -29,7 +29,8 @@ struct EvidenceRows {
                const IdentifyOptions& its_options);
   [[nodiscard]] Eigen::Index size() const;
   [[nodiscard]] Eigen::Index num_terms() const;
-  [[nodiscard]] const std::vector<RecordRows>& records() const { return weighting.records; }
+  [[nodiscard]] const std::vector<RecordRows>& records() const& { return weighting.records; }
+  void records() const&& = delete;
   /// Rows of [Phi t], as they are.
   [[nodiscard]] RowReader reader(const Eigen::VectorXd& target) const;
   /// Greatest magnitude in each of their columns.

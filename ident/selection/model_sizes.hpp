@@ -18,7 +18,8 @@ class ModelSizes {
  public:
   /// All must outlive it.
   ModelSizes(const EvidenceRows& rows, const StateSpace& state, const IndependentRows& independence);
-  [[nodiscard]] const RecordProblems& problems() const { return problems_; }
+  [[nodiscard]] const RecordProblems& problems() const& { return problems_; }
+  void problems() const&& = delete;
   [[nodiscard]] EffectiveSize of(const Subset& model) const;
 
  private:

@@ -21,7 +21,8 @@ class RangeSensors {
  public:
   /// `stretches`: of the range's rows of each recording.
   RangeSensors(const Range& range, const std::vector<dsp::Stretch>& stretches, const std::vector<Columns>& recordings);
-  [[nodiscard]] const std::vector<SensorParameter>& parameters() const { return parameters_; }
+  [[nodiscard]] const std::vector<SensorParameter>& parameters() const& { return parameters_; }
+  void parameters() const&& = delete;
   /// Forms the columns with this equation.
   void form(const WeightedTerms& equation, const std::string& target, const std::function<void()>& poll);
   /// The columns on rows [first, first + block.rows()) of these; zero where a row is of another recording.

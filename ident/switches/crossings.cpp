@@ -219,7 +219,7 @@ bool Crossings::restores(std::string_view signal) const {
   return speed(signal) != Bound::as_it_is;
 }
 
-const VectorXd& Crossings::without_kinks(const Bound::Input& input) const {
+const VectorXd& Crossings::without_kinks(const Bound::Input& input) const& {
   const bool is_restored = input.restored != Bound::as_it_is && speeds_[input.restored].smooth.size() > 0;
   return is_restored ? speeds_[input.restored].smooth : *input.values;
 }

@@ -39,9 +39,11 @@ class Crossings {
   /// From now on only what is within this stretch is placed and restored; beside it the signals are as they are.
   void limit_to(const dsp::Stretch& stretch) { stretch_ = stretch; }
 
-  [[nodiscard]] const std::vector<Expression>& arguments() const { return *arguments_; }
+  [[nodiscard]] const std::vector<Expression>& arguments() const& { return *arguments_; }
+  void arguments() const&& = delete;
   /// In order of time.
-  [[nodiscard]] const std::vector<Crossing>& of(std::size_t argument) const { return crossings_[argument]; }
+  [[nodiscard]] const std::vector<Crossing>& of(std::size_t argument) const& { return crossings_[argument]; }
+  void of(std::size_t) const&& = delete;
   /// Whether the signal of this name is restored: v or dy, computed from displacements.
   [[nodiscard]] bool restores(std::string_view signal) const;
   /// A signal, restored, at `factor` times the motion's rate: samples [first, first + count) of those whose sample 0 is
@@ -81,7 +83,8 @@ class Crossings {
     Eigen::VectorXd smooth;  ///< with what the state band took from it, kinks apart; empty: as it is
   };
   [[nodiscard]] std::size_t speed(std::string_view signal) const;
-  [[nodiscard]] const Eigen::VectorXd& without_kinks(const Bound::Input& input) const;
+  [[nodiscard]] const Eigen::VectorXd& without_kinks(const Bound::Input& input) const&;
+  void without_kinks(const Bound::Input&) const&& = delete;
   [[nodiscard]] double slope(const Bound::Input& speed, double t_s) const;
   [[nodiscard]] int side(std::size_t argument, double t_s) const;
   template <class Add>

@@ -139,7 +139,7 @@ bool is_driven_otherwise(const JudgedFit& fit, const Findings& found) {
 
 }  // namespace
 
-const Figure& error_of(const JudgedFit& fit) {
+Figure error_of(const JudgedFit& fit) {
   return fit.test_centred.reason.empty() ? fit.test_centred : fit.train_centred;
 }
 
@@ -169,7 +169,7 @@ bool lacks_better(const JudgedFit& fit, const Findings& found) {
 }
 
 bool lower_band_helps(const JudgedFit& fit) {
-  const Figure& error = error_of(fit);
+  const Figure error = error_of(fit);
   return error.reason.empty() && error.value > matters_to_power && has_wide_band(fit.noise);
 }
 
@@ -181,7 +181,7 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
   Findings found;
   found.noise_is_known = noise.residual_power > 0.0 && noise.residual_std > 0.0;
   const double noise_power = found.noise_is_known ? noise.residual_std * noise.residual_std : 0.0;
-  const Figure& error = error_of(fit);
+  const Figure error = error_of(fit);
   if (error.reason.empty()) {
     const double power = variance(fit.test_centred.reason.empty() ? test : train);
     found.unexplained = std::max(0.0, error.value - (power > 0.0 ? noise_power / power : 0.0));

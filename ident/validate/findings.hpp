@@ -46,7 +46,7 @@ struct Findings {
 
 /// NMSE about the mean, of the test rows where there are any: of a force about its rest the mean is most of the power
 /// and none of the news.
-[[nodiscard]] const Figure& error_of(const JudgedFit& fit);
+[[nodiscard]] Figure error_of(const JudgedFit& fit);
 /// The training residual is not white.
 [[nodiscard]] bool is_structured(const JudgedFit& fit);
 /// Most of what is in the band of the target is noise.

@@ -91,7 +91,7 @@ std::string free_run_clause(const FreeRun& run, const Findings& found) {
 }
 
 std::string residual_clause(const JudgedFit& fit, const Findings& found) {
-  const Figure& error = error_of(fit);
+  const Figure error = error_of(fit);
   std::string text = error.reason.empty() ? fmt::format("one step ahead {} of the variation of {} is unexplained",
                                                         percent(error.value), fit.model.target)
                                           : std::string("the error one step ahead is not known");

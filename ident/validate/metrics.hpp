@@ -53,7 +53,8 @@ class BlockScores {
   BlockScores(Eigen::Index num_terms, Eigen::Index num_rows);
   /// The next rows: phi rows x b', residual one per row.
   void add(const Eigen::Ref<const Eigen::MatrixXd>& phi, const Eigen::Ref<const Eigen::VectorXd>& residual);
-  [[nodiscard]] const Eigen::MatrixXd& sums() const { return sums_; }  ///< b' x blocks
+  [[nodiscard]] const Eigen::MatrixXd& sums() const& { return sums_; }  ///< b' x blocks
+  void sums() const&& = delete;
 
  private:
   Eigen::Index num_rows_, next_row_ = 0;

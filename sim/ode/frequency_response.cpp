@@ -73,7 +73,7 @@ ResponseJumps find_jumps(const std::vector<ResponsePoint>& up, const std::vector
           .lock_falling_hz = first(down, SweepChange::lock)};
 }
 
-const ResponsePoint& peak(const std::vector<ResponsePoint>& points) {
+ResponsePoint peak(const std::vector<ResponsePoint>& points) {
   if (points.empty()) throw std::invalid_argument("peak: no points");
   return *std::max_element(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.x_m < b.x_m; });
 }

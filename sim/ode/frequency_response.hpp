@@ -40,7 +40,7 @@ enum class SweepChange { none, unlock, lock, jump_up, jump_down };
 [[nodiscard]] ResponseJumps find_jumps(const std::vector<ResponsePoint>& up, const std::vector<ResponsePoint>& down,
                                        double factor);
 /// Of the largest x. Throws std::invalid_argument for no points.
-[[nodiscard]] const ResponsePoint& peak(const std::vector<ResponsePoint>& points);
+[[nodiscard]] ResponsePoint peak(const std::vector<ResponsePoint>& points);
 
 struct FrequencyResponseOptions {
   double from_hz = 0.5, to_hz = 1.9, step_hz = 0.01;

@@ -44,9 +44,12 @@ class RungeKutta {
     take_stages<1>(rhs);
   }
 
-  [[nodiscard]] const Vector& begin() const { return begin_; }
-  [[nodiscard]] const Vector& end() const { return end_; }
-  [[nodiscard]] const Vector& begin_slope() const { return slopes_[0]; }
+  [[nodiscard]] const Vector& begin() const& { return begin_; }
+  void begin() const&& = delete;
+  [[nodiscard]] const Vector& end() const& { return end_; }
+  void end() const&& = delete;
+  [[nodiscard]] const Vector& begin_slope() const& { return slopes_[0]; }
+  void begin_slope() const&& = delete;
 
   /// The estimated error at the end of the step in units of the tolerance, absolute_i + relative |y_i|, as a root mean
   /// square over the states; NaN where the slope is no number.

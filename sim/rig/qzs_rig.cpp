@@ -187,7 +187,7 @@ void QzsTrajectory::next_substep() {
   x_ = y[0], v_ = y[1], a_ = a1;
 }
 
-const QzsState& QzsTrajectory::at(double t) {
+const QzsState& QzsTrajectory::at(double t) & {
   state_.t_s = t;
   if (t <= 0.0 && end_s_ == 0.0) return state_;
   if (!(t >= begin_s_ && t <= duration_s_))

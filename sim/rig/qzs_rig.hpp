@@ -45,9 +45,12 @@ class QzsRig {
  public:
   /// Throws std::invalid_argument for friction, periods or frequencies that no rig has.
   QzsRig(const QzsParameters& parameters, const Programme& programme);
-  [[nodiscard]] const QzsParameters& parameters() const { return parameters_; }
-  [[nodiscard]] const Programme& programme() const { return programme_; }
-  [[nodiscard]] const BaseMotion& base() const { return base_; }
+  [[nodiscard]] const QzsParameters& parameters() const& { return parameters_; }
+  void parameters() const&& = delete;
+  [[nodiscard]] const Programme& programme() const& { return programme_; }
+  void programme() const&& = delete;
+  [[nodiscard]] const BaseMotion& base() const& { return base_; }
+  void base() const&& = delete;
   /// x'' in a mode, the base's acceleration given.
   [[nodiscard]] double acceleration(double t, double x, double v, double ddr, int mode) const;
   /// States x, v; modes as QzsMode. The rig must outlive it.
@@ -82,9 +85,11 @@ class QzsTrajectory {
   QzsTrajectory(std::shared_ptr<const QzsRig> rig, double duration_s, std::function<void()> poll = {});
   /// Rest before t = 0. Throws std::invalid_argument for a t before the substep of the last one, or past the end;
   /// Diverged where the motion has no end.
-  [[nodiscard]] const QzsState& at(double t);
-  [[nodiscard]] const QzsRig& rig() const { return *rig_; }
-  [[nodiscard]] const std::vector<Event>& events() const { return integrator_.events(); }
+  [[nodiscard]] const QzsState& at(double t) &;
+  [[nodiscard]] const QzsRig& rig() const& { return *rig_; }
+  void rig() const&& = delete;
+  [[nodiscard]] const std::vector<Event>& events() const& { return integrator_.events(); }
+  void events() const&& = delete;
   [[nodiscard]] long num_steps() const { return integrator_.num_steps(); }
 
  private:

@@ -164,7 +164,8 @@ TEST_CASE("outputs that are asked for alone are the same bits, and no more is re
   for (const auto& [rate_hz, options] : cases) {
     const Index n = 60'000;
     const MatrixXd samples = (MatrixXd(n, 2) << support::gaussian(n, 5), tone(n, rate_hz, 3.0)).finished();
-    const dsp::FilterSheet design = dsp::Decimator(rate_hz, 1, options).sheet();
+    const dsp::Decimator decimator(rate_hz, 1, options);
+    const dsp::FilterSheet& design = decimator.sheet();
     const MatrixXd whole = dsp::decimate(samples, design);
     const double ratio = rate_hz / options.output_rate_hz;
     const double reach = design.edge_s * rate_hz + 2.0 * ratio;

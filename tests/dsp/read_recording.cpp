@@ -165,7 +165,8 @@ TEST_CASE("a missing sensitivity is an error that prints the lines to add", "[ds
 TEST_CASE("the lines it prints make it work", "[dsp][read_recording]") {
   const Scratch scratch;
   const auto file = sound(scratch, steps(10, 2));
-  scratch.file("rig.wav.toml", support::fault_of([&] { (void)dsp::read_recording(file); }).lines());
+  const dsp::Fault fault = support::fault_of([&] { (void)dsp::read_recording(file); });
+  scratch.file("rig.wav.toml", fault.lines());
   CHECK(dsp::read_recording(file).channels.size() == 2);
 }
 
@@ -390,6 +391,53 @@ TEST_CASE("a channel that is not in the file is named beside what is", "[dsp][re
   check_fault([&] { (void)dsp::read_recording(file); }, FaultKind::usage, "channel.index", {"which is its clock"});
 }
 
+TEST_CASE("a message shows what is in a file that a sidecar names only where it came with the recording",
+          "[dsp][read_recording]") {
+  const Scratch scratch;
+  std::filesystem::create_directories(scratch / "sent/parts");
+  const std::string header = "t,pass-phrase\n0,1\n1,hunter2\n", cells = "0,1\n1,hunter2\n",
+                    text = "user,pass\nhunter2,me\n";
+  const std::string clock = "t,u\n0 s,1\nhunter2,2\n", under = "t,u\nhunter2,pass\n0,1\n",
+                    moments = "t,u\n10:00:00,1\nhunter2,2\n";
+  std::string late = "t,x\n";
+  for (int i = 0; i < 300; ++i) late += fmt::format("10:{:02}:{:02},1\n", i / 60, i % 60);
+  for (const std::string& content :
+       {header, cells, text, clock, under, moments, late + "hunter2,1\n", late + "10:05:00,hunter2\n"}) {
+    CAPTURE(content.substr(0, 40));
+    const std::string rows = content.starts_with(late) ? late + "10:05:00,1\n" : "t,x\n0,1\n1,2\n";  // as many as there
+    const auto file = scratch.file("sent/a.csv", rows);
+    const auto message = [&](const std::string& name, const std::string& how) {
+      scratch.file("sent/a.csv.toml",
+                   "rate = 1\n[[channel]]\nname = \"x\"\n[[channel]]\nname = \"q\"\nfile = \"" + name + "\"\n" + how);
+      const dsp::Fault fault = support::fault_of([&] { (void)dsp::read_recording(file); });
+      CHECK(fault.kind() == FaultKind::input);
+      return std::string(fault.what());
+    };
+    scratch.file("secret.txt", content);
+    scratch.file("sent/own.txt", content);
+    scratch.file("sent/parts/own.txt", content);
+    std::filesystem::remove(scratch / "sent/link.txt");
+    std::filesystem::create_symlink(scratch / "secret.txt", scratch / "sent/link.txt");
+    const auto shows = [](const std::string& said) {
+      return said.find("hunter2") != std::string::npos || said.find("pass") != std::string::npos;
+    };
+    for (const char* how : {"", "index = 2\n"}) {
+      for (const std::string& name :
+           {std::string("../secret.txt"), (scratch / "secret.txt").string(), std::string("link.txt")}) {
+        const std::string said = message(name, how);
+        CAPTURE(said);
+        CHECK_FALSE(shows(said));
+        CHECK_THAT(said, Catch::Contains(".txt"));
+      }
+      for (const char* name : {"own.txt", "parts/own.txt"}) {
+        const std::string said = message(name, how);
+        CAPTURE(said);
+        CHECK((shows(said) || said.find("there are") != std::string::npos));
+      }
+    }
+  }
+}
+
 TEST_CASE("short gaps are bridged by straight lines and marked, long ones refused", "[dsp][read_recording]") {
   const Scratch scratch;
   const auto with_gap = [&](int from, int to, int rows) {
@@ -523,7 +571,7 @@ TEST_CASE("a drafted sidecar holds what is known, leaves out what is not, and ca
   CHECK(dsp::read_recording(csv).samples(1, 0) == 2 * 1e-3);
   const auto wav = sound(scratch, steps(10, 2));
   scratch.file("rig.wav.toml", dsp::draft_sidecar(wav));
-  CHECK(support::fault_of([&] { (void)dsp::read_recording(wav); }).name() == "calibration.missing");
+  CHECK(support::name_of_fault([&] { (void)dsp::read_recording(wav); }) == "calibration.missing");
 }
 
 TEST_CASE("the friction frame reads the same from CSV and from MATLAB", "[dsp][read_recording][real]") {

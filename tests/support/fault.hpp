@@ -18,6 +18,12 @@ inline dsp::Fault fault_of(const std::function<void()>& act) {
   throw std::logic_error("unreachable");
 }
 
+/// Of the fault that `act` ends in.
+inline std::string name_of_fault(const std::function<void()>& act) {
+  const dsp::Fault fault = fault_of(act);
+  return fault.name();
+}
+
 /// Checks kind and name of the fault, that its message is one line and holds every piece, and its lines theirs.
 inline void check_fault(const std::function<void()>& act, dsp::FaultKind kind, const std::string& name,
                         const std::vector<std::string>& pieces, const std::vector<std::string>& lines = {}) {

@@ -113,7 +113,7 @@ class QuadRvm {
     y_[size()] = sqrtq(dot(t, t));
   }
   // Gram and Schmidt, twice: orthonormal to working precision; signs made those of R.
-  const QuadColumns& orthonormal() {
+  const QuadColumns& orthonormal() & {
     if (!basis_.empty()) return basis_;
     basis_ = unit_;
     for (std::size_t j = 0; j < size(); ++j) {

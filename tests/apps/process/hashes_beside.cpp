@@ -20,7 +20,7 @@ TEST_CASE("hashes made beside the reading are those of the files, on any number 
     apps::HashesBeside hashes(all, num_threads);
     for (const auto& file : {files[2], files[0], files[1], files[0], other})
       CHECK(hashes.of(file) == apps::sha256_file(file));
-    CHECK(support::fault_of([&] { (void)hashes.of(missing); }).name() == "file.missing");
+    CHECK(support::name_of_fault([&] { (void)hashes.of(missing); }) == "file.missing");
   }
 }
 

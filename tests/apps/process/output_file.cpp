@@ -10,6 +10,7 @@
 
 using support::bytes_of;
 using support::fault_of;
+using support::name_of_fault;
 
 TEST_CASE("a file holds what was written once it is closed", "[apps][output_file]") {
   const support::Scratch folder;
@@ -32,7 +33,7 @@ TEST_CASE("neither a file nor a link at the place of a new file is written to", 
   (void)folder.file("victim", "precious");
   std::filesystem::create_symlink(folder / "victim", folder / "a");
   for (const char* name : {"a", "victim"})
-    CHECK(fault_of([&] { apps::write_file(folder / name, name, "text"); }).name() == "output.write");
+    CHECK(name_of_fault([&] { apps::write_file(folder / name, name, "text"); }) == "output.write");
   CHECK(bytes_of(folder / "victim") == "precious");
 }
 

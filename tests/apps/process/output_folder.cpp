@@ -12,6 +12,7 @@
 using support::bytes_of;
 using support::check_fault;
 using support::fault_of;
+using support::name_of_fault;
 namespace fs = std::filesystem;
 
 namespace {
@@ -147,7 +148,7 @@ TEST_CASE("a folder that is not ours is never replaced", "[apps][output_folder]"
   fs::create_directory(folder / "thesis");
   (void)folder.file("thesis/chapter1.tex", "years of work");
   const auto refused = [&](const char* name) {
-    return fault_of([&] { make_results(folder / name, true, "a"); }).name() == "output.foreign";
+    return name_of_fault([&] { make_results(folder / name, true, "a"); }) == "output.foreign";
   };
   CHECK(refused("thesis"));
   for (const char* text :
@@ -275,7 +276,7 @@ TEST_CASE("a symbolic link at the output place is refused", "[apps][output_folde
   const support::Scratch folder;
   fs::create_directory(folder / "victim");
   fs::create_directory_symlink(folder / "victim", folder / "run");
-  CHECK(fault_of([&] { make_results(folder / "run", true, "a"); }).name() == "output.symlink");
+  CHECK(name_of_fault([&] { make_results(folder / "run", true, "a"); }) == "output.symlink");
   CHECK(fs::is_empty(folder / "victim"));
 }
 

@@ -17,6 +17,6 @@ TEST_CASE("a file has the digest of its bytes, whatever the block", "[apps][sha2
   const std::string bytes(1'000'000, 'a');
   (void)folder.file("a", bytes);
   CHECK(apps::sha256_file(folder / "a") == apps::sha256(bytes));
-  CHECK(support::fault_of([&] { (void)apps::sha256_file(folder / "none"); }).name() == "file.missing");
-  CHECK(support::fault_of([&] { (void)apps::sha256_file(folder / ""); }).name() == "file.kind");
+  CHECK(support::name_of_fault([&] { (void)apps::sha256_file(folder / "none"); }) == "file.missing");
+  CHECK(support::name_of_fault([&] { (void)apps::sha256_file(folder / ""); }) == "file.kind");
 }

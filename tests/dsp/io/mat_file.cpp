@@ -192,7 +192,7 @@ TEST_CASE("huge dimensions and bombs are refused before anything is allocated", 
     check_fault([&] { (void)dsp::open_source(scratch.file("a.mat", mat.header() + variable)); }, FaultKind::input,
                 "mat.damaged", {"dimensions and its bytes disagree"});
   const auto cells = mat.matrix("x", 1, {0xffffffff, 0xffffffff}, "");
-  CHECK(support::fault_of([&] { (void)dsp::open_source(scratch.file("a.mat", mat.header() + cells)); }).name() ==
+  CHECK(support::name_of_fault([&] { (void)dsp::open_source(scratch.file("a.mat", mat.header() + cells)); }) ==
         "mat.damaged");
   const auto bomb = mat.header() + mat.compressed(mat.vector("x", std::vector<double>(1'000'000, 0.0)));
   CHECK(bomb.size() < 20'000);
@@ -200,7 +200,7 @@ TEST_CASE("huge dimensions and bombs are refused before anything is allocated", 
               FaultKind::input, "mat.size", {"1000000 bytes allowed", "--max-memory"});
   std::string nested = mat.vector("", {1.0});
   for (int i = 0; i < 100; ++i) nested = mat.matrix("", 1, {1, 1}, nested);
-  CHECK(support::fault_of([&] { (void)dsp::open_source(scratch.file("c.mat", mat.header() + nested)); }).name() ==
+  CHECK(support::name_of_fault([&] { (void)dsp::open_source(scratch.file("c.mat", mat.header() + nested)); }) ==
         "mat.damaged");
 }
 

@@ -162,7 +162,8 @@ TEST_CASE("what a mount's frequency or damping changes is what undoing another m
         std::tuple{dsp::MountParameter::damping, dsp::Mount{10.7, 0.1 + step}, dsp::Mount{10.7, 0.1 - step}}})
     for (int order = 0; order < 3; ++order) {
       const char* name = order == 0 ? "y" : order == 1 ? "dy" : "ddy";
-      const VectorXd expected = (undone_by(more).at(name) - undone_by(less).at(name)) / (2.0 * step);
+      const dsp::Motion with_more = undone_by(more), with_less = undone_by(less);
+      const VectorXd expected = (with_more.at(name) - with_less.at(name)) / (2.0 * step);
       const VectorXd change =
           dsp::mount_sensitivity(dsp::payload_signal(undone, order), rate_hz, mount, parameter, band);
       // Second order of the step: 1e-4 of the damping's own square. Ends are predicted anew.

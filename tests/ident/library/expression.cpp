@@ -36,7 +36,8 @@ TEST_CASE("an expression is the function a reader sees", "[ident][expression]") 
   CHECK(value("abs(x)*v").isApprox((x.array().abs() * v.array()).matrix(), 1e-15));
   CHECK(value("exp(x)*tanh(v)").isApprox((x.array().exp() * v.array().tanh()).matrix(), 1e-15));
   CHECK(value("1") == VectorXd::Ones(50));
-  CHECK(ident::Expression("v*x + ddr", names).signals() == std::vector<std::string>{"v", "x", "ddr"});
+  const ident::Expression sum("v*x + ddr", names);
+  CHECK(sum.signals() == std::vector<std::string>{"v", "x", "ddr"});
 }
 
 TEST_CASE("pointwise and column-wise evaluation agree", "[ident][expression]") {
@@ -96,7 +97,10 @@ TEST_CASE("texts that are no term are refused with their place", "[ident][expres
 
 TEST_CASE("a signal's name at the start of another word is not that signal", "[ident][expression]") {
   const std::vector<std::string> known{"a", "s", "t", "x1", "x10"};
-  const auto signals = [&](const char* text) { return ident::Expression(text, known).signals(); };
+  const auto signals = [&](const char* text) {
+    const ident::Expression expression(text, known);
+    return expression.signals();
+  };
   CHECK(signals("abs(a)*a") == std::vector<std::string>{"a"});
   CHECK(signals("tanh(t)") == std::vector<std::string>{"t"});
   CHECK(signals("x10*x1") == std::vector<std::string>{"x10", "x1"});
