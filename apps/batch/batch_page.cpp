@@ -71,11 +71,8 @@ void write_joint_fit(const ident::JointResult& result, const ident::JointFit& fi
                      shown(fit.std_over_records(static_cast<Index>(i))), term.unit});
   }
   html.table("Coefficients", {"term", "mean", "standard deviation", "over records", "unit"}, terms);
-  std::vector<const ident::RecordCheck*> order;
-  for (const ident::RecordCheck& check : fit.records)
-    if (std::isfinite(check.nmse_left_out)) order.push_back(&check);
-  std::stable_sort(order.begin(), order.end(),
-                   [](const auto* a, const auto* b) { return a->nmse_left_out > b->nmse_left_out; });
+  std::vector<const ident::RecordCheck*> order = worst_first(fit);
+  std::erase_if(order, [](const ident::RecordCheck* check) { return !std::isfinite(check->nmse_left_out); });
   constexpr std::size_t most = 20;
   if (order.size() > most) order.resize(most);
   std::vector<std::vector<std::string>> records;
@@ -105,7 +102,7 @@ void write_joint(const BatchResults& results, HtmlWriter& html) {
 void write_coefficients(const BatchResults& results, HtmlWriter& html) {
   constexpr std::size_t most_terms = 8;
   PlotFigure figure;
-  figure.id = "coefficients-";
+  figure.name = "coefficients";
   std::vector<std::string> names = all_terms(results.records);
   if (names.size() > most_terms) names.resize(most_terms);
   const auto n = static_cast<double>(results.records.size());
@@ -118,10 +115,8 @@ void write_coefficients(const BatchResults& results, HtmlWriter& html) {
           if (range.chosen && term.name == name)
             x.push_back(static_cast<double>(i + 1)), y.push_back(term.mean), unit = term.unit;
     if (x.empty()) continue;
-    const auto size = static_cast<Index>(x.size());
     PlotPanel panel{name, "record", fmt::format("coefficient ({})", unit), {}, std::pair{0.0, n + 1.0}};
-    panel.series.push_back({"", Eigen::Map<Eigen::VectorXd>(x.data(), size),
-                            Eigen::Map<Eigen::VectorXd>(y.data(), size), PlotStyle::points, PlotColour::blue});
+    panel.series = {plot_series("", x, y, PlotStyle::points, PlotColour::blue)};
     figure.panels.push_back(std::move(panel));
   }
   if (figure.panels.empty()) return;

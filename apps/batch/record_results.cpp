@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "apps/batch/batch_folder.hpp"
+#include "apps/output/equation_file.hpp"
 #include "apps/output/factors_file.hpp"
 #include "apps/output/json_number.hpp"
 #include "apps/output/json_parts.hpp"

@@ -40,7 +40,8 @@ std::vector<std::string> options_of_runs(const BatchArguments& arguments, int nu
   flag(run.strict, "--strict");
   flag(run.salvage, "--salvage");
   flag(run.uncalibrated, "--uncalibrated");
-  flag(run.full, "--full");
+  flag(run.no_rows, "--no-rows");
+  flag(run.no_figures, "--no-figures");
   const auto value = [&](const char* name, const std::string& text) { options.insert(options.end(), {name, text}); };
   if (!run.sidecar.empty()) value("--sidecar", run.sidecar.string());
   if (run.max_memory_bytes > 0) value("--max-memory", std::to_string(run.max_memory_bytes / 1000000));
@@ -232,18 +233,19 @@ Command batch_command() {
       .help = "Many recordings by one config: on all cores, or on a cluster",
       .group = identify_group,
       .options = joined(
-          run_options(of_runs, "CONFIG", "Settings for all recordings, NAME.toml; a [[recording]] in it is not run."),
-          {{"RECORDINGS", &typed->recordings, "Recordings, a run each.", {.required = true}},
-           {"--jobs",
-            &typed->num_jobs,
-            "Runs at a time in each process; 0: one for each processor, under mpirun one.",
-            {.name = "N", .preset = "0", .check = whole_number(0, 4096)}},
-           {"--require",
-            &of_runs.require,
-            "Exit code 4 unless the verdict on every range of every record is this or better. Results are "
-            "written all the same.",
-            {.name = "VERDICT", .words = {"describes", "in_part"}}},
-           {"--full", &of_runs.full, "Write tables with every row and digit, as run --full."}}),
+          joined(run_options(of_runs, "CONFIG",
+                             "Settings for all recordings, NAME.toml; a [[recording]] in it is not run."),
+                 {{"RECORDINGS", &typed->recordings, "Recordings, a run each.", {.required = true}},
+                  {"--jobs",
+                   &typed->num_jobs,
+                   "Runs at a time in each process; 0: one for each processor, under mpirun one.",
+                   {.name = "N", .preset = "0", .check = whole_number(0, 4096)}},
+                  {"--require",
+                   &of_runs.require,
+                   "Exit code 4 unless the verdict on every range of every record is this or better. Results are "
+                   "written all the same.",
+                   {.name = "VERDICT", .words = {"describes", "in_part"}}}}),
+          less_options(of_runs)),
       .run =
           [typed](const GlobalOptions& global, Console& console) {
             BatchArguments arguments = *typed;

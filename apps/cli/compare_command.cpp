@@ -30,8 +30,8 @@ void write_comparison(const CompareArguments& arguments, const RunComparison& co
   for (const std::filesystem::path& run : arguments.runs)
     add_input(manifest, run / "metrics.json", folder.destination());
   if (!arguments.truth.empty()) add_input(manifest, arguments.truth, folder.destination());
-  const std::vector<RunFigure> figures = comparison_figures(comparison);
-  for (const RunFigure& figure : figures)
+  const std::vector<PlotFigure> figures = comparison_figures(comparison);
+  for (const PlotFigure& figure : figures)
     write_figure_files(figure, [&](const std::string& name, std::string_view bytes) { folder.write(name, bytes); });
   folder.write("compare.txt", to_text(comparison));
   folder.write("compare.json", to_json(comparison));

@@ -8,7 +8,6 @@
 #include "apps/cli/method_options.hpp"
 #include "apps/output/factors_file.hpp"
 #include "apps/output/joint_report.hpp"
-#include "apps/output/saved_factors.hpp"
 #include "apps/process/interrupt.hpp"
 
 namespace apps {

@@ -5,8 +5,8 @@
 
 #include "apps/cli/command.hpp"
 #include "apps/config/other_recording.hpp"
+#include "apps/output/equation_file.hpp"
 #include "apps/output/finished_run.hpp"
-#include "apps/output/identified_equation.hpp"
 #include "apps/output/prediction.hpp"
 #include "apps/process/hashes_beside.hpp"
 #include "apps/process/output_folder.hpp"
@@ -52,7 +52,7 @@ int predict(const PredictArguments& arguments, const GlobalOptions& global, Cons
   const std::string document = prediction_json(prediction);
   folder.write("predict.json", document);
   OutputFile series = folder.file("predict.csv");
-  write_table(prediction_table("predict.csv", prediction), {}, [&](std::string_view text) { series.write(text); });
+  write_table(prediction_table("predict.csv", prediction), [&](std::string_view text) { series.write(text); });
   series.close();
   for (const fs::path& file : {equation_file, config_file}) add_input(manifest, file, folder.destination());
   add_input(manifest, input.files.front(), folder.destination(), hash, input.prepared.name);

@@ -58,8 +58,8 @@ Manifest manifest_to_repeat(const RunArguments& arguments) {
     refuse(arguments.input,
            fmt::format("was written by ardent {}, want the folder of a run. To have it again: ardent {}",
                        manifest.command, fmt::join(manifest.arguments, " ")));
-  if (!arguments.set.empty() || arguments.salvage || arguments.uncalibrated || arguments.full ||
-      !arguments.sidecar.empty())
+  if (!arguments.set.empty() || arguments.salvage || arguments.uncalibrated || arguments.no_rows ||
+      arguments.no_figures || !arguments.sidecar.empty())
     refuse(arguments.input, fmt::format("a repeat takes the run's own settings. To change some: ardent run {} with the "
                                         "same options",
                                         (arguments.input / "config.toml").string()));

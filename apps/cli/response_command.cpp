@@ -7,9 +7,9 @@
 
 #include "apps/cli/command.hpp"
 #include "apps/config/sweep_settings.hpp"
+#include "apps/output/equation_file.hpp"
 #include "apps/output/equation_response.hpp"
 #include "apps/output/finished_run.hpp"
-#include "apps/output/identified_equation.hpp"
 #include "apps/process/output_folder.hpp"
 #include "apps/process/path.hpp"
 

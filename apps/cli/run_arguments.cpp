@@ -27,6 +27,12 @@ std::vector<Option> run_options(RunArguments& typed, const char* input, const ch
            {.name = "MB", .check = whole_number(1, 1 << 30)}}};
 }
 
+std::vector<Option> less_options(RunArguments& typed) {
+  return {{"--no-rows", &typed.no_rows,
+           "Leave out the tables with a row for each sample: prepared.csv, predictions.csv, predict-N-NAME.csv."},
+          {"--no-figures", &typed.no_figures, "Leave out figures/; report.html has its figures all the same."}};
+}
+
 RunArguments with_global(RunArguments typed, const GlobalOptions& global) {
   typed.folder = global.output;
   typed.force = global.force;
@@ -44,7 +50,8 @@ void apply_flags(const RunArguments& arguments, Config& config) {
     recording.salvage = recording.salvage || arguments.salvage;
     recording.uncalibrated = recording.uncalibrated || arguments.uncalibrated;
   }
-  config.full_tables = config.full_tables || arguments.full;
+  config.rows = config.rows && !arguments.no_rows;
+  config.figures = config.figures && !arguments.no_figures;
   if (arguments.sidecar.empty()) return;
   for (auto* recordings : {&config.recordings, &config.test_recordings})
     for (RecordingConfig& recording : *recordings) recording.sidecar = arguments.sidecar;

@@ -13,11 +13,11 @@ namespace apps {
 
 /// `ardent run|prep|check|study INPUT ...` as it was typed.
 struct RunArguments {
-  std::filesystem::path input, folder;  ///< folder empty: NAME-run in the current folder
-  std::filesystem::path recording;      ///< in place of the config's own; empty: its own
-  std::filesystem::path sidecar;        ///< of every recording; empty: as the config says
-  bool full = false;                    ///< tables with every row and digit
-  std::string require;                  ///< least verdict of every range: "describes", "in_part" or empty
+  std::filesystem::path input, folder;       ///< folder empty: NAME-run in the current folder
+  std::filesystem::path recording;           ///< in place of the config's own; empty: its own
+  std::filesystem::path sidecar;             ///< of every recording; empty: as the config says
+  bool no_rows = false, no_figures = false;  ///< what a run folder is to do without
+  std::string require;                       ///< least verdict of every range: "describes", "in_part" or empty
   bool force = false, dry_run = false, strict = false;
   bool resume = false;  ///< an earlier run of the same inputs and settings stays as it is, any other is replaced
   bool salvage = false, uncalibrated = false;
@@ -31,6 +31,8 @@ struct RunArguments {
 /// The options that run, prep, check, study and batch have in common, behind the argument that names the input.
 [[nodiscard]] std::vector<Option> run_options(RunArguments& typed, const char* input = "INPUT",
                                               const char* help = "A recording, or a config NAME.toml.");
+/// --no-rows and --no-figures, of run and batch.
+[[nodiscard]] std::vector<Option> less_options(RunArguments& typed);
 /// `typed` with what the global options say.
 [[nodiscard]] RunArguments with_global(RunArguments typed, const GlobalOptions& global);
 

@@ -48,19 +48,18 @@ Command run_command() {
       .name = "run",
       .help = "From a recording to its equation of motion",
       .group = identify_group,
-      .options = joined(run_options(*typed),
+      .options =
+          joined(joined(run_options(*typed),
                         {{"RECORDING", &typed->recording, "To be identified with the settings of the config INPUT."},
                          {"--require",
                           &typed->require,
                           "Exit code 4 unless the verdict on every range is this or better. Results are written in "
                           "either case.",
                           {.name = "VERDICT", .words = {"describes", "in_part"}}},
-                         {"--full", &typed->full,
-                          "Write tables with every row and digit, even if the run folder becomes larger than its "
-                          "recording and 10 MB."},
                          {"--resume", &typed->resume,
                           "Leave a folder as it is that holds this very run: the same inputs, settings and program. "
                           "Replace one that holds another."}}),
+                 less_options(*typed)),
       .run = [typed](const GlobalOptions& global,
                      Console& console) { return run(with_global(*typed, global), console); },
       .examples = {"ardent run drive.wav", "ardent run drive.toml -o drive-run --set fit.train_share=0.5",

@@ -9,14 +9,16 @@
 
 #include "apps/config/identification.hpp"
 #include "apps/config/other_recording.hpp"
+#include "apps/output/equation_file.hpp"
 #include "apps/output/factors_file.hpp"
 #include "apps/output/fit_outcome.hpp"
+#include "apps/output/metrics_file.hpp"
 #include "apps/output/prediction.hpp"
 #include "apps/output/report_text.hpp"
-#include "apps/output/results_json.hpp"
 #include "apps/page/page_files.hpp"
 #include "apps/process/beside.hpp"
 #include "dsp/names.hpp"
+#include "dsp/signals.hpp"
 #include "ident/identify.hpp"
 #include "ident/validate/findings.hpp"
 #include "ident/validate/judge.hpp"
@@ -82,7 +84,7 @@ std::vector<ident::RecordPrediction> predict_test_recordings(
                         .poll = shown_poll(console, "free run")}));
     const std::string name = fmt::format("predict-{}-{}", i + 1, dsp::slug(recording.file.stem().string()));
     results.write(name + ".json", prediction_json(predictions.back()));
-    results.add_table(prediction_table(name + ".csv", predictions.back()));
+    if (work.config.rows) results.write(prediction_table(name + ".csv", predictions.back()), console);
   }
   return predictions;
 }
@@ -105,14 +107,13 @@ std::vector<std::vector<ident::FactorSource>> sources_of(const std::vector<std::
   return sources;
 }
 
-/// factors.json; not where it would fill the folder.
-void write_factors(const std::vector<ident::RecordFactors>& records, const Config& config, RunFolder& results,
-                   Console& console) {
-  constexpr double most_bytes = 3e6;
-  if (const double bytes = factors_bytes(records); bytes > most_bytes && !config.full_tables)
-    console.note(fmt::format("{}: left out, it may take {:.0f} MB; --full writes it", factors_name, 1e-6 * bytes));
-  else
-    results.write(factors_name, factors_json(records));
+bool base_is_measured(const std::vector<Input>& inputs) {
+  const auto signals = dsp::signal_table();
+  return std::any_of(signals.begin(), signals.end(), [&](const dsp::SignalInfo& signal) {
+    return signal.body == dsp::Body::base && std::any_of(inputs.begin(), inputs.end(), [&](const Input& input) {
+             return input.prepared.signals.find(signal.name) != nullptr;
+           });
+  });
 }
 
 /// From a config to what its ranges say.
@@ -197,7 +198,7 @@ RunOutcome run_into(RunFolder& results, const Config& config, const RunArguments
   refuse_warnings(arguments.strict, console);
   const FirstScreen first = first_screen(found);
   outcome.report = to_text(first);
-  outcome.equation = equation_json(ranges);
+  outcome.equation = equation_json(ranges, base_is_measured(work.inputs));
   results.write("equation.txt", outcome.report);
   results.write("details.txt", details_text(found));
   results.write("equation.tex", report_latex(ranges));
@@ -209,8 +210,8 @@ RunOutcome run_into(RunFolder& results, const Config& config, const RunArguments
     const Input& input = work.inputs[static_cast<std::size_t>(std::max(ranges[i].recording, 1) - 1)];
     if (input.zero_is_known) factors[i].stated_zero_m = input.zero_m;
   }
-  write_factors(factors, work.config, results, console);
-  results.add_table(predictions_table(ranges, columns));
+  results.write(factors_name, factors_json(factors));
+  if (work.config.rows) results.write(predictions_table(ranges, columns), console);
   write_page(found, first, arguments.num_threads, results, console);
   outcome.exit_code = std::max(exit_code_of(ranges, console), required_verdicts(ranges, arguments.require, console));
   results.finish(work.config, work.inputs, found.steps, console, outcome.exit_code);

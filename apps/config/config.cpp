@@ -266,7 +266,10 @@ Config read_document(const dsp::Settings& document, const fs::path& folder, cons
   config.default_terms = config.library.order > 0;
   config.library_place = library.place(library.has("only") ? "only" : library.has("terms") ? "terms" : "order");
   document.attempt([&] { config.fit = read_fit(document.table("fit")); });
-  config.full_tables = document.table("output").flag("full", config.full_tables);
+  const dsp::Settings output = document.table("output");
+  config.rows = output.flag("rows", config.rows);
+  config.figures = output.flag("figures", config.figures);
+  (void)output.flag("full", true);  // of earlier versions, whose tables had a form with fewer rows
   document.attempt([&] { config.study = read_study(document.table("study")); });
   document.attempt([&] { config.ranges = read_range_tables(document, config.recordings); });
   document.finish(config_settings);

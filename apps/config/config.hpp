@@ -63,7 +63,7 @@ struct Config {
   ident::LibraryOptions library;
   bool default_terms = false;  ///< beside those named, sgn(v) and the inputs that were measured; not with order = 0
   FitConfig fit;
-  bool full_tables = false;          ///< tables of a run folder with every row and digit, whatever their size
+  bool rows = true, figures = true;  ///< a run folder has its tables with a row a sample, and figures/
   std::vector<StudyAxis> study;      ///< [study]: what `ardent study` varies; a run takes no notice
   std::vector<ident::Range> ranges;  ///< empty: one for each recording, named after it
   std::string library_place;         ///< file:line of `terms`, for messages

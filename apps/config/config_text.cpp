@@ -119,7 +119,7 @@ std::string to_toml(const Config& config, const fs::path& folder) {
                       config.library.order, text_array(config.library.variables), config.library.constant,
                       text_array(config.library.terms), config.library.max_terms);
   text += fit_text(config.fit);
-  text += fmt::format("[output]\nfull = {}\n\n", config.full_tables);
+  text += fmt::format("[output]\nrows = {}\nfigures = {}\n\n", config.rows, config.figures);
   for (const ident::Range& range : config.ranges) text += range_text(range);
   text.pop_back();
   return text;

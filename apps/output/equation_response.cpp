@@ -9,6 +9,7 @@
 
 #include "apps/output/json_number.hpp"
 #include "apps/output/json_parts.hpp"
+#include "apps/output/number_text.hpp"
 #include "apps/output/response_report.hpp"
 #include "apps/process/printable.hpp"
 
@@ -89,10 +90,6 @@ std::vector<std::string> remarks_of(const EquationResponse& result) {
   return remarks;
 }
 
-std::string frequency_text(double hz) {
-  return std::isfinite(hz) ? fmt::format("{:.6g}", hz) : "-";
-}
-
 Json json_of(const EquationResponse& result) {
   const auto& equation = result.equation;
   Json document{{"equation", {{"range", equation.range}, {"method", equation.method}, {"text", equation.text}}},
@@ -131,19 +128,17 @@ Json json_of(const EquationResponse& result) {
 /// The record's own end results over the equation's curves, as Fig. 11 of [QZS23] has them.
 void add_steps(PlotFigure& figure, const std::vector<StepPoint>& steps) {
   for (const bool up : {true, false}) {
-    PlotSeries y{
-        up ? "record, up" : "record, down", {}, {}, PlotStyle::points, up ? PlotColour::orange : PlotColour::black};
-    std::vector<double> f, x_mm, y_mm;
+    std::vector<double> f_hz, x_mm, y_mm;
     for (const StepPoint& step : steps)
-      if (step.up == up) f.push_back(step.frequency_hz), x_mm.push_back(1e3 * step.x_m), y_mm.push_back(1e3 * step.y_m);
-    if (f.empty()) continue;
-    const auto size = static_cast<Eigen::Index>(f.size());
-    PlotSeries x = y;
-    x.x = y.x = Eigen::Map<const Eigen::VectorXd>(f.data(), size);
-    x.y = Eigen::Map<const Eigen::VectorXd>(x_mm.data(), size);
-    y.y = Eigen::Map<const Eigen::VectorXd>(y_mm.data(), size);
-    figure.panels[0].series.push_back(std::move(y));
-    figure.panels[1].series.push_back(std::move(x));
+      if (step.up == up)
+        f_hz.push_back(step.frequency_hz), x_mm.push_back(1e3 * step.x_m), y_mm.push_back(1e3 * step.y_m);
+    if (f_hz.empty()) continue;
+    const auto add = [&](PlotPanel& panel, const std::vector<double>& amplitude_mm) {
+      panel.series.push_back(plot_series(up ? "record, up" : "record, down", f_hz, amplitude_mm, PlotStyle::points,
+                                         up ? PlotColour::orange : PlotColour::black));
+    };
+    add(figure.panels[0], y_mm);
+    add(figure.panels[1], x_mm);
   }
 }
 
@@ -166,9 +161,9 @@ std::string response_text(const EquationResponse& result) {
   for (const ResponseEvent& event : response_events()) {
     const double step_hz = result.steady.response.jumps.*event.frequency_hz;
     const ident::DrawnFigure spread = drawn(result, event);
-    text += fmt::format("  {:<5} {:<34} {:>9} {:>11} {:>9}", event.way, event.sentence, frequency_text(step_hz),
-                        frequency_text(result.steady.located.*event.frequency_hz),
-                        std::isfinite(spread.std) ? fmt::format("{:.2g}", spread.std) : "-");
+    text += fmt::format("  {:<5} {:<34} {:>9} {:>11} {:>9}", event.way, event.sentence, number_text(step_hz, "{:.6g}"),
+                        number_text(result.steady.located.*event.frequency_hz, "{:.6g}"),
+                        number_text(spread.std, "{:.2g}"));
     if (result.num_draws > 0 && spread.fraction != std::isfinite(step_hz))
       text += fmt::format("  in {:.0f} % of the draws", 100.0 * spread.fraction);
     text += "\n";

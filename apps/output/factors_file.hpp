@@ -27,12 +27,17 @@ inline constexpr Eigen::Index most_factor_blocks = 16;
 void name_apart(std::vector<std::vector<ident::RecordFactors>>& of_files,
                 const std::vector<std::filesystem::path>& files);
 
-/// Bytes that the file takes at most.
-[[nodiscard]] double factors_bytes(const std::vector<ident::RecordFactors>& records);
 [[nodiscard]] std::string factors_json(const std::vector<ident::RecordFactors>& records);
 
 /// A factors.json, or the one in a run folder. Throws dsp::Fault (input): "factors.file" where it cannot be read or is
 /// none, "factors.schema" of another version, "factors.damaged" naming the field, what was found and what is wanted.
 [[nodiscard]] std::vector<ident::RecordFactors> read_factors(const std::filesystem::path& file_or_folder);
+
+/// Writes a file of R factors, complete or not at all; nothing where no `file` is named. Throws dsp::Fault: usage
+/// "output.overlap" where it is one of the files that were read; output "output.exists" for a file that is there,
+/// unless `force` and it holds R factors; "output.foreign", "output.symlink", "output.write". `force` without a file to
+/// save is refused (usage).
+void save_factors(const std::filesystem::path& file, const std::vector<ident::RecordFactors>& records,
+                  const std::vector<std::filesystem::path>& read, bool force);
 
 }  // namespace apps

@@ -11,6 +11,7 @@
 
 #include "apps/output/json_number.hpp"
 #include "apps/output/json_parts.hpp"
+#include "apps/output/number_text.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/fault.hpp"
 #include "ident/methods.hpp"
@@ -22,7 +23,7 @@ using Eigen::Index;
 using Json = nlohmann::ordered_json;
 
 std::string shown(double value) {
-  return std::isfinite(value) ? fmt::format("{:.3g}", value) : "none";
+  return number_text(value, "{:.3g}", "none");
 }
 
 std::string terms_table(const ident::JointFit& fit) {
@@ -36,17 +37,6 @@ std::string terms_table(const ident::JointFit& fit) {
                         shown(term.std), shown(fit.std_over_records(static_cast<Index>(i))), term.unit);
   }
   return text;
-}
-
-/// Records by falling error of the equation that the others give.
-std::vector<const ident::RecordCheck*> worst_first(const ident::JointFit& fit) {
-  std::vector<const ident::RecordCheck*> order;
-  for (const ident::RecordCheck& check : fit.records) order.push_back(&check);
-  const auto error = [](const ident::RecordCheck* check) {
-    return std::isfinite(check->nmse_left_out) ? check->nmse_left_out : -1.0;
-  };
-  std::stable_sort(order.begin(), order.end(), [&](const auto* a, const auto* b) { return error(a) > error(b); });
-  return order;
 }
 
 std::string records_table(const ident::JointFit& fit, std::size_t most_records) {
@@ -108,6 +98,16 @@ void refuse_twice(const std::vector<const ident::RecordFactors*>& records) {
 }
 
 }  // namespace
+
+std::vector<const ident::RecordCheck*> worst_first(const ident::JointFit& fit) {
+  std::vector<const ident::RecordCheck*> order;
+  for (const ident::RecordCheck& check : fit.records) order.push_back(&check);
+  const auto error = [](const ident::RecordCheck* check) {
+    return std::isfinite(check->nmse_left_out) ? check->nmse_left_out : -1.0;
+  };
+  std::stable_sort(order.begin(), order.end(), [&](const auto* a, const auto* b) { return error(a) > error(b); });
+  return order;
+}
 
 std::vector<ident::JointResult> joint_fits(const std::vector<ident::RecordFactors>& records,
                                            const std::vector<ident::MethodOptions>& methods, const ident::Poll& poll) {

@@ -10,6 +10,9 @@ namespace apps {
 /// the records that say most first, no more than `most_records`.
 [[nodiscard]] std::string joint_text(const std::vector<ident::JointResult>& results, std::size_t most_records = 20);
 
+/// Records by falling error of the equation that the others give; those without one last.
+[[nodiscard]] std::vector<const ident::RecordCheck*> worst_first(const ident::JointFit& fit);
+
 /// {"ranges": [{"name", "records", "left_out", "methods": [{"method", "status", "text", "terms": [{"name", "recording"
 /// (of a term of one record), "mean",
 /// "std", "std_over_records", "unit"}], "covariance", "records": [{"record", "nmse", "nmse_left_out",

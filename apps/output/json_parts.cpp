@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "apps/process/printable.hpp"
+#include "ident/identify.hpp"
 
 namespace apps {
 
@@ -37,6 +38,10 @@ void put(Json& object, const std::string& key, double value, std::string_view re
   }
   object[key] = nullptr;
   object[key + "_reason"] = reason;
+}
+
+void put(Json& object, const std::string& key, const ident::Figure& figure) {
+  put(object, key, figure.reason.empty() ? figure.value : std::nan(""), printable(figure.reason));
 }
 
 Json calibration_json(const std::vector<std::string>& uncalibrated) {

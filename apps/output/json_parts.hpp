@@ -6,6 +6,10 @@
 
 // Pieces that the documents of a run share.
 
+namespace ident {
+struct Figure;
+}
+
 namespace apps {
 
 /// A document as it is written: two blanks a level, text made valid UTF-8, a line end at the end.
@@ -18,6 +22,8 @@ namespace apps {
 
 /// Sets a number, or null with the reason beside it where there is none (KEY_reason).
 void put(nlohmann::ordered_json& object, const std::string& key, double value, std::string_view reason);
+
+void put(nlohmann::ordered_json& object, const std::string& key, const ident::Figure& figure);
 
 /// {"calibrated": ...} and, where it is false, the channels that are not.
 [[nodiscard]] nlohmann::ordered_json calibration_json(const std::vector<std::string>& uncalibrated);

@@ -16,11 +16,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Eigen::Index;
 
-void put(Json& object, const std::string& key, const ident::Figure& figure) {
-  object[key] = figure.reason.empty() ? Json(figure.value) : Json();
-  if (!figure.reason.empty()) object[key + "_reason"] = printable(figure.reason);
-}
-
 std::string shown(const ident::Figure& figure) {
   return figure.reason.empty() ? fmt::format("{:.3g}", figure.value) : figure.reason;
 }
@@ -64,18 +59,13 @@ std::string prediction_json(const ident::RecordPrediction& prediction) {
   return text_of(document);
 }
 
-CsvTable prediction_table(std::string name, ident::RecordPrediction prediction) {
-  const auto num_rows = static_cast<std::size_t>(prediction.time_s.size());
-  return {std::move(name), "t,x,x_predicted,x_linear\n", num_rows,
-          [series = std::move(prediction)](std::size_t row, RowWriter& cells) {
+CsvTable prediction_table(std::string name, const ident::RecordPrediction& prediction) {
+  return {std::move(name), "t,x,x_predicted,x_linear\n", static_cast<std::size_t>(prediction.time_s.size()),
+          [&prediction](std::size_t row, RowWriter& cells) {
             const Index i = static_cast<Index>(row);
-            cells.time(series.time_s(i));
-            for (const Eigen::VectorXd* values : {&series.x, &series.predicted, &series.linear_predicted}) {
-              if (std::isfinite((*values)(i)))
-                cells.number((*values)(i));
-              else
-                cells.empty();
-            }
+            cells.number(prediction.time_s(i));
+            for (const Eigen::VectorXd* values : {&prediction.x, &prediction.predicted, &prediction.linear_predicted})
+              cells.number_if_any((*values)(i));
           }};
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/output/number_text.hpp"
 #include "apps/process/printable.hpp"
 #include "ident/validate/judge.hpp"
 
@@ -14,10 +15,6 @@ namespace {
 
 std::string figure(const ident::Figure& value) {
   return value.reason.empty() ? fmt::format("{:.3g}", value.value) : fmt::format("none ({})", value.reason);
-}
-
-std::string optional_number(double value, const char* format) {
-  return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : std::string("-");
 }
 
 std::string intervals(const std::vector<dsp::Interval>& intervals) {
@@ -62,11 +59,11 @@ std::string terms_table(const ident::Model& model) {
   std::string text = fmt::format("      {:<{}}  {:>13}    {:<10} {:<10} {:<10} {:>8} {:>9}  {}\n", "term", width,
                                  "mean", "std", "in SI", with_sensors ? "noise's" : "robust", "CoV", "t", "unit");
   for (const ident::ModelTerm& term : model.terms)
-    text += fmt::format(
-        "      {:<{}}  {:>13} +- {:<10} {:<10} {:<10} {:>8} {:>9}  {}\n", label(term), width, ident::number(term.mean),
-        optional_number(term.std, "{:.3g}"), optional_number(term.std_si, "{:.3g}"),
-        optional_number(with_sensors ? term.std_noise : term.std_robust, "{:.3g}"),
-        optional_number(term.coefficient_of_variation(), "{:.2g}"), optional_number(term.t(), "{:.3g}"), term.unit);
+    text +=
+        fmt::format("      {:<{}}  {:>13} +- {:<10} {:<10} {:<10} {:>8} {:>9}  {}\n", label(term), width,
+                    ident::number(term.mean), number_text(term.std, "{:.3g}"), number_text(term.std_si, "{:.3g}"),
+                    number_text(with_sensors ? term.std_noise : term.std_robust, "{:.3g}"),
+                    number_text(term.coefficient_of_variation(), "{:.2g}"), number_text(term.t(), "{:.3g}"), term.unit);
   return text;
 }
 
@@ -75,9 +72,7 @@ std::string models_text(const ident::Fit& fit, const std::vector<std::string>& t
   if (!fit.ranking) return {};
   const std::vector<ident::RankedModel>& best = fit.ranking->best;
   const auto names = [&](const ident::RankedModel& model) {
-    std::vector<std::string> its;
-    for (const Eigen::Index term : model.terms) its.push_back(terms[static_cast<std::size_t>(term)]);
-    return its.empty() ? "no term" : fmt::format("{}", fmt::join(its, ", "));
+    return model.terms.empty() ? "no term" : fmt::format("{}", fmt::join(names_of(model.terms, terms), ", "));
   };
   std::string text = fmt::format("      {:.0f} models scored, {}\n", fit.ranking->num_models,
                                  fit.ranking->all ? "all there are" : "those near the kept terms");
@@ -96,7 +91,7 @@ std::string fit_text(const ident::JudgedFit& fit, const std::vector<std::string>
   text += fmt::format(
       "      NMSE train {}, test {}, free run {}\n      about the mean: train {}, test {}; noise {} {}\n",
       figure(fit.train), figure(fit.test), figure({fit.free_run.nmse, fit.free_run.reason}), figure(fit.train_centred),
-      figure(fit.test_centred), optional_number(fit.model.noise_std, "{:.3g}"), fit.model.target_unit);
+      figure(fit.test_centred), number_text(fit.model.noise_std, "{:.3g}"), fit.model.target_unit);
   if (fit.bands_reason.empty())
     text += fmt::format("      test rows inside their 50, 90 and 95 % bands: {:.1f}, {:.1f} and {:.1f} %\n",
                         100.0 * fit.bands.within_50, 100.0 * fit.bands.within_90, 100.0 * fit.bands.within_95);
@@ -144,6 +139,12 @@ std::vector<std::string> uncalibrated_channels(const std::vector<ident::RangeRes
     for (const std::string& channel : range.uncalibrated)
       if (std::find(channels.begin(), channels.end(), channel) == channels.end()) channels.push_back(channel);
   return channels;
+}
+
+std::vector<std::string> names_of(const std::vector<Eigen::Index>& terms, const std::vector<std::string>& labels) {
+  std::vector<std::string> names;
+  for (const Eigen::Index term : terms) names.push_back(labels[static_cast<std::size_t>(term)]);
+  return names;
 }
 
 std::string report_text(const std::vector<ident::RangeResult>& ranges) {

@@ -10,6 +10,10 @@ namespace apps {
 /// Channels of raw numbers that any of the ranges rests on, "recording: channel", each once.
 [[nodiscard]] std::vector<std::string> uncalibrated_channels(const std::vector<ident::RangeResult>& ranges);
 
+/// Of candidates, by their places in `labels`.
+[[nodiscard]] std::vector<std::string> names_of(const std::vector<Eigen::Index>& terms,
+                                                const std::vector<std::string>& labels);
+
 /// The identified equations for a terminal, under a line that names channels not calibrated if there are any: each with
 /// its error bars and, right under it, in one sentence whether it describes the record, then remarks; last what the
 /// ranges disagree on.

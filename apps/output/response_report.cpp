@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/output/json_number.hpp"
+#include "apps/output/number_text.hpp"
 
 namespace apps {
 namespace {
@@ -23,9 +24,9 @@ std::string rows(const Points& points, const ident::ResponseBand& band, const ch
   std::string text;
   for (std::size_t k = 0; k < points.size(); ++k) {
     const sim::ResponsePoint& point = points[k];
-    text += fmt::format(
-        "{},{:.6g},{:.9g},{},{:.9g},{},{:.6g}", direction, point.frequency_hz, point.x_m, mode_of(point), point.y_m,
-        std::isfinite(point.phase_rad) ? fmt::format("{:.6g}", degrees * point.phase_rad) : "", point.stuck_fraction);
+    text +=
+        fmt::format("{},{:.6g},{:.9g},{},{:.9g},{},{:.6g}", direction, point.frequency_hz, point.x_m, mode_of(point),
+                    point.y_m, number_text(degrees * point.phase_rad, "{:.6g}", ""), point.stuck_fraction);
     if (!band.x_std_m.empty())
       text += fmt::format(",{:.6g},{:.9g},{:.9g}", band.x_std_m[k], band.x_low_m[k], band.x_high_m[k]);
     text += "\n";
@@ -90,8 +91,8 @@ std::string response_text(const sim::FrequencyResponse& response) {
   std::string text;
   for (const ResponseEvent& event : response_events()) {
     const double hz = response.jumps.*event.frequency_hz;
-    text += fmt::format("  {:<5} {:<34} {}\n", event.way, event.sentence,
-                        std::isfinite(hz) ? fmt::format("{:.5g} Hz", hz) : "does not happen");
+    text +=
+        fmt::format("  {:<5} {:<34} {}\n", event.way, event.sentence, number_text(hz, "{:.5g} Hz", "does not happen"));
   }
   for (const auto& [way, points] : {std::pair{"up", &response.up}, std::pair{"down", &response.down}})
     text += fmt::format("  {:<5} {:<34} {:.4g} mm at {:.5g} Hz\n", way, "largest relative amplitude",

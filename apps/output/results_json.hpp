@@ -1,5 +1,4 @@
 #pragma once
-#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,12 +10,9 @@
 
 namespace apps {
 
-// The documents of a run folder, with the keys that scripts rely on. Numbers that do not exist are null with
-// KEY_reason beside them; text is made valid UTF-8.
+// What is said of recordings, and what commands print that fit nothing, with the keys that scripts rely on. Numbers
+// that do not exist are null with KEY_reason beside them; text is made valid UTF-8.
 
-[[nodiscard]] std::string metrics_json(const std::vector<ident::RangeResult>& ranges,
-                                       const ident::IdentifyOptions& options);
-[[nodiscard]] std::string equation_json(const std::vector<ident::RangeResult>& ranges);
 [[nodiscard]] std::string quality_json(const std::vector<Input>& inputs);
 [[nodiscard]] std::string_view to_string(dsp::CheckStatus status);  ///< "ok", "note", "warning", "failed"
 /// What `ardent check --json` prints.

@@ -7,8 +7,12 @@
 #include <cmath>
 #include <optional>
 
+#include "apps/output/equation_file.hpp"
 #include "apps/output/json_parts.hpp"
+#include "apps/output/manifest.hpp"
+#include "apps/output/metrics_file.hpp"
 #include "apps/output/run_json.hpp"
+#include "apps/output/truth_json.hpp"
 #include "apps/process/path.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/fault.hpp"
@@ -25,17 +29,6 @@ struct ComparedRun {
   std::string title;
   Json metrics, equation;  ///< equation null: there is none
 };
-
-Json fit_of(const Json& metrics, const std::string& range, const std::string& method) {
-  for (const Json& candidate : metrics.at("ranges")) {
-    if (candidate.at("name") != range) continue;
-    const Json& methods = candidate.at("methods");
-    for (const Json& fit : methods)
-      if (fit.at("method") == method) return fit;
-    return methods.empty() ? Json() : methods.front();
-  }
-  return {};
-}
 
 /// "in_part (missing_input)", as equation.json has it for the method of `fit`.
 std::string verdict_of(const Json& equation, const std::string& range, const Json& fit) {
@@ -80,31 +73,11 @@ std::string number_or_none(const Json& value, const char* format) {
   return value.is_number() ? fmt::format(fmt::runtime(format), value.get<double>()) : "none";
 }
 
-/// What a simulation says of each term.
-class Truth {
- public:
-  /// In the units of the sensors that recorded it, where the file says so and the runs are of the recording.
-  Truth(const Json& document, bool of_recording)
-      : terms_(document.at(of_recording && document.contains("terms_as_recorded") ? "terms_as_recorded" : "terms")) {}
-  /// 0 of a term that the simulation does not have, or has for another target.
-  [[nodiscard]] double value(const Json& target, const std::string& name) const {
-    for (const Json& candidate : terms_)
-      if (candidate.at("name") == name && candidate.value("target", Json("a")) == target)
-        return candidate.at("value").get<double>();
-    return 0.0;
-  }
-
- private:
-  Json terms_;
-};
-
 /// A simulation writes the exact motion beside what its sensors recorded of it.
 bool is_of_exact_motion(const fs::path& run) {
-  const Json manifest = read_run_json(run / "manifest.json");
-  const Json& inputs = manifest.at("inputs");
-  return std::any_of(inputs.begin(), inputs.end(), [](const Json& input) {
-    return fs::path(input.at("path").get<std::string>()).filename() == "response.csv";
-  });
+  const std::vector<ManifestFile> inputs = read_manifest(run).value_or(Manifest()).inputs;
+  return std::any_of(inputs.begin(), inputs.end(),
+                     [](const ManifestFile& input) { return fs::path(input.path).filename() == "response.csv"; });
 }
 
 const Json* term_of(const Json& fit, const std::string& label) {
@@ -166,7 +139,7 @@ Json target_of(const RangeComparison& one) {
   return {};
 }
 
-std::optional<double> true_value(const RangeComparison& one, const std::string& label) {
+std::optional<double> truth_of(const RangeComparison& one, const std::string& label) {
   const auto found = one.truth.find(label);
   return found == one.truth.end() ? std::nullopt : std::optional<double>(found->second);
 }
@@ -194,7 +167,7 @@ TextGrid grid_of(const RangeComparison& one) {
   for (const ComparedColumn& column : one.columns) verdicts.push_back(column.verdict);
   add_row(grid, "verdict", verdicts);
   for (const auto& [name, label] : one.terms) {
-    const std::optional<double> value = true_value(one, label);
+    const std::optional<double> value = truth_of(one, label);
     if (value) true_cells.push_back(fmt::format("{:.6g}", *value));
     add_row(grid, label, term_cells(one, label, value));
   }
@@ -237,9 +210,10 @@ RunComparison compare_runs(const std::vector<fs::path>& run_folders, const fs::p
     result.ranges = range_comparisons(runs, method);
     result.changes = changes_between(run_folders);
     if (result.truth.is_null()) return result;
-    const Truth known(result.truth, std::none_of(run_folders.begin(), run_folders.end(), is_of_exact_motion));
+    const bool of_recording = std::none_of(run_folders.begin(), run_folders.end(), is_of_exact_motion);
     for (RangeComparison& one : result.ranges)
-      for (const auto& [name, label] : one.terms) one.truth[label] = known.value(target_of(one), name);
+      for (const auto& [name, label] : one.terms)
+        one.truth[label] = true_value(result.truth, of_recording, target_of(one), name);
     return result;
   } catch (const Json::exception& error) {
     throw dsp::Fault(dsp::FaultKind::input, "run.damaged", fmt::format("metrics.json or truth.json: {}", error.what()));

@@ -29,24 +29,17 @@ class RunFolder {
   /// The files of these recordings, for the manifest, and as it has them, of each recording.
   std::vector<std::vector<ManifestFile>> add_files(const std::vector<Input>& inputs, HashesBeside& hashes);
   void write(const std::string& name, std::string_view bytes);
-  /// Written by finish, in a form that fits the folder's size. What it rests on must last until then.
-  void add_table(CsvTable table);
-  /// What every run folder holds: quality.json, segments.json, steps.csv of stepped sines, config.toml; then
-  /// prepared.csv and the other tables, each in the first of table_forms() in which the folder is no larger than its
-  /// recordings or 10 MB, unless config.full_tables; log.txt, the manifest. Throws Interrupted when a signal has come.
+  void write(const CsvTable& table, Console& console);
+  /// What every run folder holds: quality.json, segments.json, steps.csv of stepped sines, config.toml, with
+  /// config.rows prepared.csv; log.txt, the manifest. Throws Interrupted when a signal has come.
   void finish(const Config& config, const std::vector<Input>& inputs, const std::vector<RecordingSteps>& steps,
               Console& console, int exit_code = 0);
   [[nodiscard]] const std::filesystem::path& destination() const& { return folder_.destination(); }
   void destination() const&& = delete;
 
  private:
-  [[nodiscard]] double write_table_within(const CsvTable& table, double most_bytes, Console& console);
-  void write_tables(const CsvTable& prepared, double most_bytes, Console& console);
   OutputFolder folder_;
   int num_threads_;
-  std::vector<CsvTable> tables_;
-  double bytes_ = 0.0;           ///< written so far
-  double recorded_bytes_ = 0.0;  ///< of the files that were read
   Manifest manifest_;
 };
 

@@ -36,16 +36,4 @@ Json read_run_json(const std::filesystem::path& file) {
   }
 }
 
-std::string speaking_method(const Json& equations, const Json& range) {
-  const Json& chosen = equations.at("chosen");
-  const Json of_run = chosen.is_object() ? chosen.at("method") : Json();
-  const Json method = range.value("method", of_run);
-  return method.is_string() ? method.get<std::string>() : "";
-}
-
-std::string label_of(const Json& term) {
-  const std::string name = term.at("name"), recording = term.value("recording", "");
-  return recording.empty() ? name : name + " in " + recording;
-}
-
 }  // namespace apps

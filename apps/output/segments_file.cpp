@@ -11,6 +11,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "apps/output/json_number.hpp"
 #include "apps/output/json_parts.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/io/small_file.hpp"
@@ -176,7 +177,6 @@ dsp::Segment piece_of(const dsp::Segment& asked, dsp::Regime label, Index first)
 }  // namespace
 
 std::string segments_json(const std::vector<Input>& inputs) {
-  const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
   std::string text;
   for (const Input& input : inputs)
     for (const LabelledInterval& interval : intervals_of(input)) {
@@ -184,9 +184,9 @@ std::string segments_json(const std::vector<Input>& inputs) {
                {"from_s", interval.from_s},
                {"to_s", interval.to_s},
                {"reason", printable(interval.reason)},
-               {"probability", number(interval.probability)},
-               {"from_std_s", number(interval.from_std_s)},
-               {"to_std_s", number(interval.to_std_s)}};
+               {"probability", number_or_null(interval.probability)},
+               {"from_std_s", number_or_null(interval.from_std_s)},
+               {"to_std_s", number_or_null(interval.to_std_s)}};
       if (inputs.size() > 1) row["recording"] = printable(input.prepared.name);
       text += (text.empty() ? "  " : ",\n  ") + row.dump(-1, ' ', false, Json::error_handler_t::replace);
     }

@@ -6,6 +6,7 @@
 #include <limits>
 #include <sstream>
 
+#include "apps/output/number_text.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/output/tables.hpp"
 #include "dsp/fault.hpp"
@@ -18,10 +19,6 @@ constexpr const char* header =
     "drive_distortion,tag";
 constexpr double degrees = 57.29577951308232;
 
-std::string cell(double value) {
-  return std::isfinite(value) ? fmt::format("{:.9g}", value) : "";
-}
-
 }  // namespace
 
 std::vector<RecordingSteps> steady_steps(const std::vector<Input>& inputs) {
@@ -33,6 +30,7 @@ std::vector<RecordingSteps> steady_steps(const std::vector<Input>& inputs) {
 }
 
 std::string steps_csv(const std::vector<RecordingSteps>& recordings) {
+  const auto cell = [](double value) { return number_text(value, "{:.9g}", ""); };
   std::string text = std::string(header) + "\n";
   for (const auto& [name, steps] : recordings)
     for (const dsp::SteadyStep& s : steps)

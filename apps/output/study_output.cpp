@@ -7,6 +7,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "apps/output/json_number.hpp"
+#include "apps/output/number_text.hpp"
 #include "apps/output/svg_plot.hpp"
 #include "apps/output/tables.hpp"
 
@@ -23,7 +25,7 @@ double value_of(const ident::Figure& figure) {
 }
 
 std::string shown(double value) {
-  return std::isfinite(value) ? fmt::format("{:.3g}", value) : "none";
+  return number_text(value, "{:.3g}", "none");
 }
 
 std::vector<std::string> kept(const ident::JudgedFit& fit) {
@@ -148,11 +150,8 @@ PlotPanel terms_panel(const std::vector<const StudyResult*>& cells, std::size_t 
           y.push_back(static_cast<double>(std::find(terms.begin(), terms.end(), term.name) - terms.begin()));
         }
     }
-    const auto vector = [](const std::vector<double>& v) {
-      return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(v.data(), static_cast<Index>(v.size())));
-    };
     panel.series.push_back(
-        {"", vector(x), vector(y), PlotStyle::points, positive ? PlotColour::vermilion : PlotColour::blue});
+        plot_series("", x, y, PlotStyle::points, positive ? PlotColour::vermilion : PlotColour::blue));
   }
   return panel;
 }
@@ -180,7 +179,7 @@ std::string study_text(const std::vector<StudyResult>& results, const std::vecto
 }
 
 std::string study_csv(const std::vector<StudyResult>& results) {
-  const auto cell = [](double value) { return std::isfinite(value) ? fmt::format("{:.17g}", value) : std::string(); };
+  const auto cell = [](double value) { return number_text(value, "{:.17g}", ""); };
   std::string text = "setting,range,method,num_terms,nmse_train,nmse_test,nmse_free_run,terms\n";
   for (const StudyResult& result : results)
     for (const ident::StudyRange& range : result.ranges)
@@ -193,7 +192,6 @@ std::string study_csv(const std::vector<StudyResult>& results) {
 }
 
 std::string study_json(const std::vector<StudyResult>& results, const std::vector<StudyAxis>& axes) {
-  const auto number = [](double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(); };
   ordered_json document{{"axes", ordered_json::array()}, {"cells", ordered_json::array()}};
   for (const StudyAxis& axis : axes) document["axes"].push_back({{"key", axis.key}, {"values", axis.values}});
   for (const StudyResult& result : results) {
@@ -205,19 +203,20 @@ std::string study_json(const std::vector<StudyResult>& results, const std::vecto
       for (const ident::JudgedFit& fit : range.fits) {
         ordered_json terms = ordered_json::array();
         for (const ident::ModelTerm& term : fit.model.terms)
-          terms.push_back({{"name", term.name}, {"mean", term.mean}, {"std", number(term.std)}, {"unit", term.unit}});
+          terms.push_back(
+              {{"name", term.name}, {"mean", term.mean}, {"std", number_or_null(term.std)}, {"unit", term.unit}});
         document["cells"].push_back(
             {{"setting", setting},
              {"range", range.name},
              {"method", to_string(fit.fit.method)},
              {"status", to_string(fit.fit.status)},
-             {"tau", number(fit.fit.tau)},
+             {"tau", number_or_null(fit.fit.tau)},
              {"num_train", range.num_train},
              {"num_test", range.num_test},
              {"nmse",
-              {{"train", number(value_of(fit.train))},
-               {"test", number(value_of(fit.test))},
-               {"free_run", number(fit.free_run.nmse)},
+              {{"train", number_or_null(value_of(fit.train))},
+               {"test", number_or_null(value_of(fit.test))},
+               {"free_run", number_or_null(fit.free_run.nmse)},
                {"free_run_reason", fit.free_run.reason.empty() ? ordered_json() : ordered_json(fit.free_run.reason)}}},
              {"terms", std::move(terms)}});
       }

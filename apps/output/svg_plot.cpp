@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "apps/output/envelope.hpp"
 #include "apps/output/html_writer.hpp"
 #include "apps/output/wrapped_text.hpp"
 
@@ -135,34 +136,44 @@ std::string points(const PlotSeries& series, const Frame& frame) {
                                     path, colour_of(series.colour));
 }
 
-std::string line(const PlotSeries& series, const Frame& frame) {
-  std::string path;
-  std::vector<Pixel> run;
-  const auto flush = [&] {
-    const char* command = "M";
-    for (const auto& [x, y] : thinned(run)) {
-      path += fmt::format("{}{:.2f} {:.2f}", command, x, y);
-      command = "L";
-    }
-    run.clear();
-  };
+/// Those of a series that a frame shows, with one more on each side, as least and greatest value of each pixel column
+/// where x ascends.
+Envelope shown(const PlotSeries& series, const Frame& frame) {
   const Index n = std::min(series.x.size(), series.y.size());
-  const auto inside = [&](Index i) { return series.x(i) >= frame.x.first && series.x(i) <= frame.x.second; };
-  for (Index i = 0; i < n; ++i) {
-    const bool seen = inside(i) || (i > 0 && inside(i - 1)) || (i + 1 < n && inside(i + 1));
-    if (seen && std::isfinite(series.x(i)) && std::isfinite(series.y(i)))
-      run.push_back(frame.at(series.x(i), series.y(i)));
-    else
-      flush();
+  const auto x = series.x.head(n), y = series.y.head(n);
+  if (!x.allFinite() || !std::is_sorted(x.begin(), x.end())) return {x, y};
+  const auto first = std::max<Index>(0, std::lower_bound(x.begin(), x.end(), frame.x.first) - x.begin() - 1),
+             last = std::min<Index>(n, std::upper_bound(x.begin(), x.end(), frame.x.second) - x.begin() + 1);
+  return envelope(x.segment(first, last - first), y.segment(first, last - first),
+                  2 * static_cast<Index>(std::ceil(frame.width)));
+}
+
+/// Of points nearer to the one before than this only the last is drawn.
+constexpr double least_step_px = 0.33;
+
+std::string line(const PlotSeries& series, const Frame& frame) {
+  const auto [xs, ys] = shown(series, frame);
+  std::string path;
+  const auto is_point = [&, &x = xs, &y = ys](Index i) {
+    return i < x.size() && std::isfinite(x(i)) && std::isfinite(y(i));
+  };
+  std::optional<Pixel> before;
+  for (Index i = 0; i < xs.size(); ++i) {
+    if (!is_point(i)) {
+      before.reset();
+      continue;
+    }
+    const auto [x, y] = frame.at(xs(i), ys(i));
+    if (before && is_point(i + 1) && std::hypot(x - before->first, y - before->second) < least_step_px) continue;
+    path += fmt::format("{}{:.2f} {:.2f}", before ? "L" : "M", x, y);
+    before = {x, y};
   }
-  flush();
   if (path.empty()) return "";
   return fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{}\"{} stroke-linejoin=\"round\"/>\n",
                      path, colour_of(series.colour), series.style == PlotStyle::dashed ? "1.6" : "1.3",
                      series.style == PlotStyle::dashed ? " stroke-dasharray=\"6 4\"" : "");
 }
 
-// In the upper right corner, on a ground that hides the lines behind it.
 // Fraction of a panel's points, and of places on its lines, in a box; of long series every so many.
 double covered(const PlotPanel& panel, const Frame& frame, double left, double top, double width, double height) {
   constexpr Index most = 2000, between = 8;
@@ -245,13 +256,19 @@ std::string panel_element(const PlotPanel& panel, const PlotFigure& figure, doub
   out += fmt::format(
       "<clipPath id=\"{0}\"><rect x=\"{1:.2f}\" y=\"{2:.2f}\" width=\"{3:.2f}\" height=\"{4:.2f}\"/></clipPath>\n"
       "<g clip-path=\"url(#{0})\">\n",
-      figure.id + std::to_string(number), frame.left, frame.top, frame.width, frame.height);
+      figure.name + "-" + std::to_string(number), frame.left, frame.top, frame.width, frame.height);
   for (const PlotSeries& series : panel.series)
     out += series.style == PlotStyle::points ? points(series, frame) : line(series, frame);
   return out + "</g>\n" + legend(panel, frame);
 }
 
 }  // namespace
+
+PlotSeries plot_series(std::string label, const std::vector<double>& x, const std::vector<double>& y, PlotStyle style,
+                       PlotColour colour) {
+  return {std::move(label), Eigen::Map<const Eigen::VectorXd>(x.data(), std::ssize(x)),
+          Eigen::Map<const Eigen::VectorXd>(y.data(), std::ssize(y)), style, colour};
+}
 
 std::vector<double> nice_ticks(double low, double high, int most) {
   const double rough = (high - low) / most;
@@ -266,32 +283,6 @@ std::vector<double> nice_ticks(double low, double high, int most) {
   std::vector<double> ticks;
   for (double n = std::ceil(low / step - 1e-9); n * step <= high + 1e-9 * step; ++n) ticks.push_back(n * step);
   return ticks;
-}
-
-std::vector<Pixel> thinned(const std::vector<Pixel>& pixels) {
-  std::vector<Pixel> out;
-  const bool ascending =
-      std::is_sorted(pixels.begin(), pixels.end(), [](const Pixel& a, const Pixel& b) { return a.first < b.first; });
-  for (std::size_t first = 0; first < pixels.size();) {
-    if (!ascending) {
-      const Pixel& p = pixels[first++];
-      const bool last = first == pixels.size();
-      if (out.empty() || last || std::hypot(p.first - out.back().first, p.second - out.back().second) >= 0.33)
-        out.push_back(p);
-      continue;
-    }
-    std::size_t end = first, least = first, greatest = first;
-    for (; end < pixels.size() && std::floor(pixels[end].first) == std::floor(pixels[first].first); ++end) {
-      if (pixels[end].second < pixels[least].second) least = end;
-      if (pixels[end].second > pixels[greatest].second) greatest = end;
-    }
-    std::vector<std::size_t> corners{first, least, greatest, end - 1};
-    std::sort(corners.begin(), corners.end());
-    corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
-    for (const std::size_t corner : corners) out.push_back(pixels[corner]);
-    first = end;
-  }
-  return out;
 }
 
 std::string to_svg(const PlotFigure& figure) {

@@ -20,6 +20,10 @@ struct PlotSeries {
   PlotColour colour = PlotColour::black;
 };
 
+/// Of numbers that were gathered one by one.
+[[nodiscard]] PlotSeries plot_series(std::string label, const std::vector<double>& x, const std::vector<double>& y,
+                                     PlotStyle style, PlotColour colour);
+
 /// An interval of x that is shaded over the whole height, with its name at the top where there is room.
 struct PlotSpan {
   double from = 0.0, to = 0.0;
@@ -36,24 +40,24 @@ struct PlotPanel {
   std::vector<PlotSpan> spans = {};
 };
 
+/// A figure as it is described once: to_svg draws it as a file, a page as a chart where it is zoomable.
 struct PlotFigure {
   std::string title;
   std::vector<PlotPanel> panels;  ///< row by row
   int columns = 2;
   double panel_width_px = 460.0, panel_height_px = 300.0;
-  std::vector<std::string> caption;  ///< paragraphs under the panels, wrapped to their width
-  std::string id = "p";              ///< what names inside begin with: other for each figure of one page
+  std::vector<std::string> caption;  ///< paragraphs that say what to see
+  std::string name = "p";            ///< of its files, without ending; plain, of one page once
+  bool zoomable = false;             ///< lines over an ascending x in one panel
 };
 
-/// The figure as an SVG document of its own: no script, no link, no font but the reader's sans-serif. Lines are
-/// thinned without loss to the eye: runs of ascending x to least and greatest value per pixel column, others to
-/// points a third of a pixel apart. Coordinates have two decimals; the same figure gives the same bytes.
+/// The figure as an SVG document of its own: no script, no link, no font but the reader's sans-serif; its caption under
+/// the panels, wrapped to their width. Lines are thinned without loss to the eye: those over an ascending x to their
+/// envelope in pixel columns, and to points a third of a pixel apart. Coordinates have two decimals; the same figure
+/// gives the same bytes.
 [[nodiscard]] std::string to_svg(const PlotFigure& figure);
 
 /// Where ticks go between low and high: multiples of 1, 2 or 5 times a power of ten, `most` at most.
 [[nodiscard]] std::vector<double> nice_ticks(double low, double high, int most);
-
-/// The points of a line that are left at this resolution: pixel coordinates in, pixel coordinates out, in order.
-[[nodiscard]] std::vector<std::pair<double, double>> thinned(const std::vector<std::pair<double, double>>& pixels);
 
 }  // namespace apps

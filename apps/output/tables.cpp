@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <iterator>
 
 #include "apps/process/printable.hpp"
@@ -80,8 +79,6 @@ CsvTable prepared_table(const std::vector<const dsp::Prepared*>& recordings) {
     for (const dsp::Signal* signal : of->columns) {
       if (signal == nullptr)
         cells.empty();
-      else if (signal->name == "t")
-        cells.time(signal->values(i), promised_digits);
       else
         cells.number(signal->values(i), promised_digits);
     }
@@ -119,15 +116,12 @@ CsvTable predictions_table(const std::vector<ident::RangeResult>& ranges,
     cells.text(range_labels[of]);
     cells.text(recording_labels[at.recording]);
     cells.text(train ? "train" : "test");
-    cells.time(static_cast<double>(at.sample) / signals.sample_rate_hz);
+    cells.number(static_cast<double>(at.sample) / signals.sample_rate_hz);
     const Index i = static_cast<Index>(index);
     cells.number(range.target(i));
     for (const ident::JudgedFit& fit : range.fits) {
       cells.number(fit.predicted(i));
-      if (std::isfinite(fit.predicted_std(i)))
-        cells.number(fit.predicted_std(i));
-      else
-        cells.empty();  // there is none
+      cells.number_if_any(fit.predicted_std(i));
     }
     if (any_raw) cells.text(signals.uncalibrated.empty() ? "0" : "1");
   };

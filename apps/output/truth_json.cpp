@@ -78,4 +78,12 @@ void put_rig_truth(ordered_json& truth, const sim::RigTest& test, const sim::Rig
     truth["regimes"].push_back({{"label", interval.label}, {"from_s", interval.from_s}, {"to_s", interval.to_s}});
 }
 
+double true_value(const ordered_json& truth, bool of_recording, const ordered_json& target, const std::string& name) {
+  const bool as_recorded = of_recording && truth.contains("terms_as_recorded");
+  for (const ordered_json& term : truth.at(as_recorded ? "terms_as_recorded" : "terms"))
+    if (term.at("name") == name && term.value("target", ordered_json("a")) == target)
+      return term.at("value").get<double>();
+  return 0.0;
+}
+
 }  // namespace apps

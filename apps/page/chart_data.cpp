@@ -4,11 +4,11 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "apps/output/envelope.hpp"
 #include "apps/process/printable.hpp"
 
 namespace apps {
@@ -18,23 +18,12 @@ using Eigen::Index;
 using Eigen::VectorXd;
 using Json = nlohmann::ordered_json;
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 static_assert(std::endian::native == std::endian::little, "pages hold numbers least byte first");
 
-template <class Number>
-std::string bytes_of(const std::vector<Number>& numbers) {
-  std::string bytes(numbers.size() * sizeof(Number), '\0');
-  if (!numbers.empty()) std::memcpy(bytes.data(), numbers.data(), bytes.size());
-  return bytes;
-}
-
-bool is_uniform(const VectorXd& x) {
-  if (x.size() < 2) return false;
-  const double step = (x(x.size() - 1) - x(0)) / static_cast<double>(x.size() - 1);
-  constexpr double tolerance = 1e-6;  // of a step
-  for (Index i = 0; i < x.size(); ++i)
-    if (!(std::abs(x(i) - x(0) - step * static_cast<double>(i)) <= tolerance * std::abs(step))) return false;
-  return true;
+template <class Numbers>
+std::string_view bytes_of(const Numbers& numbers) {
+  return {reinterpret_cast<const char*>(numbers.data()),
+          static_cast<std::size_t>(numbers.size()) * sizeof(*numbers.data())};
 }
 
 const char* name_of(PlotColour colour) {
@@ -42,20 +31,20 @@ const char* name_of(PlotColour colour) {
   return names[static_cast<std::size_t>(colour)];
 }
 
-Json series_json(const PlotSeries& series, Index most_points) {
-  const Decimated shown = min_max_decimated(series.x, series.y, most_points);
-  const Packed y = packed(shown.y);
+Json series_json(const PlotSeries& series) {
+  constexpr Index most_points = 40'000;  // two for each pixel where a twentieth of a record is shown
+  const auto [x, values] = envelope(series.x, series.y, most_points);
+  const Packed y = packed(values);
   Json result{{"label", printable(series.label)},
               {"dashed", series.style == PlotStyle::dashed},
               {"colour", name_of(series.colour)},
-              {"n", shown.y.size()}};
-  if (is_uniform(shown.x)) {
-    result["x0"] = shown.x(0);
-    result["dx"] = (shown.x(shown.x.size() - 1) - shown.x(0)) / static_cast<double>(shown.x.size() - 1);
+              {"n", x.size()}};
+  if (is_uniform(x)) {
+    result["x0"] = x(0);
+    result["dx"] = (x(x.size() - 1) - x(0)) / static_cast<double>(x.size() - 1);
   } else {
-    std::vector<float> x;
-    for (const double value : shown.x) x.push_back(static_cast<float>(value));
-    result["x"] = base64(bytes_of(x));
+    const Eigen::VectorXf written = x.cast<float>();
+    result["x"] = base64(bytes_of(written));
   }
   result["middle"] = y.middle;
   result["step"] = y.step;
@@ -64,31 +53,6 @@ Json series_json(const PlotSeries& series, Index most_points) {
 }
 
 }  // namespace
-
-Decimated min_max_decimated(const Eigen::Ref<const VectorXd>& x, const Eigen::Ref<const VectorXd>& y, Index most) {
-  const Index n = std::min(x.size(), y.size());
-  if (n <= most || most < 2) return {x.head(n), y.head(n)};
-  const Index runs = most / 2;
-  const bool uniform = is_uniform(x);
-  const double span = (x(n - 1) - x(0)) * static_cast<double>(n) / static_cast<double>(n - 1);
-  Decimated result{VectorXd(2 * runs), VectorXd(2 * runs)};
-  for (Index run = 0; run < runs; ++run) {
-    const Index first = n * run / runs, end = n * (run + 1) / runs;
-    Index least = -1, greatest = -1;
-    for (Index i = first; i < end; ++i) {
-      if (!std::isfinite(y(i))) continue;
-      if (least < 0 || y(i) < y(least)) least = i;
-      if (greatest < 0 || y(i) > y(greatest)) greatest = i;
-    }
-    const bool any = least >= 0;
-    for (const Index half : {2 * run, 2 * run + 1})  // of equal steps where x is: less than a sample aside
-      result.x(half) = uniform ? x(0) + span * static_cast<double>(half) / static_cast<double>(2 * runs)
-                               : x(half == 2 * run ? first : (first + end) / 2);
-    result.y(2 * run) = any ? y(std::min(least, greatest)) : nan;
-    result.y(2 * run + 1) = any ? y(std::max(least, greatest)) : nan;
-  }
-  return result;
-}
 
 Packed packed(const Eigen::Ref<const VectorXd>& values) {
   constexpr double most = 32767.0;
@@ -122,7 +86,7 @@ std::string base64(std::string_view bytes) {
   return text;
 }
 
-std::string chart_json(const PlotPanel& panel, Index most_points) {
+std::string chart_json(const PlotPanel& panel) {
   Json document{{"title", printable(panel.title)},
                 {"x_label", printable(panel.x_label)},
                 {"y_label", printable(panel.y_label)},
@@ -132,7 +96,7 @@ std::string chart_json(const PlotPanel& panel, Index most_points) {
   for (const PlotSpan& span : panel.spans)
     document["spans"].push_back(
         {{"from", span.from}, {"to", span.to}, {"label", printable(span.label)}, {"colour", name_of(span.colour)}});
-  for (const PlotSeries& series : panel.series) document["series"].push_back(series_json(series, most_points));
+  for (const PlotSeries& series : panel.series) document["series"].push_back(series_json(series));
   return document.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -8,15 +8,6 @@
 
 namespace apps {
 
-/// At most `most` values of a series in its order: equal runs of samples are represented by their least and greatest
-/// value, in the order these have, so that no spike is lost. Both series come out as they are if they are short enough.
-/// NaN is a run in which no value is finite.
-struct Decimated {
-  Eigen::VectorXd x, y;
-};
-[[nodiscard]] Decimated min_max_decimated(const Eigen::Ref<const Eigen::VectorXd>& x,
-                                          const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Index most);
-
 /// Numbers as a page carries them: whole numbers q from -32767 to 32767, value = middle + step q, -32768 for none; two
 /// bytes each, least first.
 struct Packed {
@@ -29,7 +20,7 @@ struct Packed {
 
 /// A panel as the JSON document that page.js draws: {"title", "x_label", "y_label", "view": [from, to] (what is shown
 /// first, left out: all), "spans": [{"from", "to", "label", "colour"}], "series": [{"label", "dashed", "colour", "n",
-/// "x0", "dx" or "x" (float32), "middle", "step", "y" (int16)}]}, arrays in base64.
-[[nodiscard]] std::string chart_json(const PlotPanel& panel, Eigen::Index most_points);
+/// "x0", "dx" or "x" (float32), "middle", "step", "y" (int16)}]}, arrays in base64; of long series the envelope.
+[[nodiscard]] std::string chart_json(const PlotPanel& panel);
 
 }  // namespace apps

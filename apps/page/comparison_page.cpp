@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "apps/page/document.hpp"
-#include "apps/page/page.hpp"
 #include "apps/page/page_sections.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/names.hpp"
@@ -18,12 +17,7 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-/// What a term's figure begins with.
-std::string range_prefix(std::size_t range) {
-  return fmt::format("range-{}-", range + 1);
-}
-
-RunFigure term_figure(const RangeComparison& range, const std::string& term, const std::string& name) {
+PlotFigure term_figure(const RangeComparison& range, const std::string& term, std::string name) {
   std::vector<double> runs, means, ends, interval;
   std::string unit;
   for (std::size_t i = 0; i < range.columns.size(); ++i) {
@@ -38,27 +32,23 @@ RunFigure term_figure(const RangeComparison& range, const std::string& term, con
     ends.insert(ends.end(), {run, run, run});
     interval.insert(interval.end(), {mean - ident::interval_95 * std, mean + ident::interval_95 * std, nan});
   }
-  const auto known = range.truth.find(term);
-  RunFigure figure{
-      name,
-      known == range.truth.end()
-          ? fmt::format("Coefficient of {} by run, with 95 % intervals. Runs agree where intervals overlap "
-                        "by half.",
-                        term)
-          : fmt::format("Coefficient of {} by run, with 95 % intervals, and its true value.", term),
-      {fmt::format("coefficient of {}", term), "run (number in the table)", unit.empty() ? "no unit" : unit},
-      false};
-  figure.panel.series = {{"95 % interval", as_vector(ends), as_vector(interval), PlotStyle::line, PlotColour::blue},
-                         {"coefficient", as_vector(runs), as_vector(means), PlotStyle::points, PlotColour::black}};
   const double last = static_cast<double>(range.columns.size()) + 0.5;
+  PlotPanel panel{fmt::format("coefficient of {}", term), "run (number in the table)", unit.empty() ? "no unit" : unit};
+  panel.series = {plot_series("95 % interval", ends, interval, PlotStyle::line, PlotColour::blue),
+                  plot_series("coefficient", runs, means, PlotStyle::points, PlotColour::black)};
+  const auto known = range.truth.find(term);
   if (known != range.truth.end())
-    figure.panel.series.push_back({"true value", as_vector({0.5, last}), as_vector({known->second, known->second}),
-                                   PlotStyle::dashed, PlotColour::vermilion});
-  figure.panel.x_limits = {0.5, last};
+    panel.series.push_back(plot_series("true value", {0.5, last}, {known->second, known->second}, PlotStyle::dashed,
+                                       PlotColour::vermilion));
+  panel.x_limits = {0.5, last};
   constexpr std::size_t most_names = 15;
   for (std::size_t run = 0; run <= range.columns.size() && range.columns.size() <= most_names; ++run)
-    figure.panel.x_names.push_back(fmt::format("{}", run));
-  return figure;
+    panel.x_names.push_back(fmt::format("{}", run));
+  return drawing(std::move(name),
+                 fmt::format("Coefficient of {} by run, with 95 % intervals{}", term,
+                             known == range.truth.end() ? ". Runs agree where intervals overlap by half."
+                                                        : ", and its true value."),
+                 std::move(panel));
 }
 
 std::vector<std::string> heads_of(const TextGrid& grid, bool numbered) {
@@ -87,7 +77,7 @@ void write_changes(const RunComparison& comparison, HtmlWriter& html) {
   html.close();
 }
 
-void write_range(const RunComparison& comparison, std::size_t index, const std::vector<RunFigure>& figures,
+void write_range(const RunComparison& comparison, std::size_t index, const std::vector<PageFigure>& figures,
                  HtmlWriter& html) {
   const RangeComparison& range = comparison.ranges[index];
   html.open("section", {{"id", fmt::format("range-{}", index + 1)}})
@@ -97,17 +87,15 @@ void write_range(const RunComparison& comparison, std::size_t index, const std::
                         ? "In brackets: the difference from the first run in standard deviations of that difference; "
                           "beyond 3 the runs do not agree. -: the term was not kept."
                         : "inside, outside: the true value is in the 95 % interval or not. -: the term was not kept.");
-  html.open("div", {{"class", "clouds"}});
-  for (const RunFigure& figure : figures)
-    if (figure.name.starts_with(range_prefix(index))) write_figure(figure, most_points_of_a_page, html);
-  html.close().close();
+  write_figures(figures, range_prefix(index), html);
+  html.close();
 }
 
 }  // namespace
 
-std::vector<RunFigure> comparison_figures(const RunComparison& comparison) {
+std::vector<PlotFigure> comparison_figures(const RunComparison& comparison) {
   constexpr std::size_t most_runs = 60;
-  std::vector<RunFigure> figures;
+  std::vector<PlotFigure> figures;
   if (comparison.titles.size() > most_runs) return figures;
   for (std::size_t i = 0; i < comparison.ranges.size(); ++i) {
     const RangeComparison& range = comparison.ranges[i];
@@ -123,7 +111,9 @@ std::vector<RunFigure> comparison_figures(const RunComparison& comparison) {
   return figures;
 }
 
-std::string comparison_page(const RunComparison& comparison, const std::vector<RunFigure>& figures) {
+std::string comparison_page(const RunComparison& comparison, const std::vector<PlotFigure>& figures) {
+  std::vector<PageFigure> shown;
+  for (const PlotFigure& figure : figures) shown.push_back(page_figure(figure, true));
   std::vector<std::string> names;
   constexpr std::size_t most_names = 4;
   for (const std::string& title : comparison.titles) names.push_back(printable(title, 100));
@@ -135,7 +125,7 @@ std::string comparison_page(const RunComparison& comparison, const std::vector<R
       links.push_back({fmt::format("range-{}", i + 1), "Range " + printable(comparison.ranges[i].range, 60)});
     write_contents(links, html);
     if (comparison.titles.size() > 1) write_changes(comparison, html);
-    for (std::size_t i = 0; i < comparison.ranges.size(); ++i) write_range(comparison, i, figures, html);
+    for (std::size_t i = 0; i < comparison.ranges.size(); ++i) write_range(comparison, i, shown, html);
   });
 }
 

@@ -11,7 +11,7 @@ namespace apps {
 namespace {
 
 /// Of searches that go from model to model.
-std::optional<RunFigure> evidence_figure(const ident::JudgedFit& fit, const std::string& slug) {
+std::optional<PlotFigure> evidence_figure(const ident::JudgedFit& fit, const std::string& slug) {
   std::vector<double> moves, evidence;
   for (std::size_t i = 0; i < fit.fit.steps.size(); ++i)
     if (const double value = fit.fit.steps[i].log_evidence; std::isfinite(value)) {
@@ -19,15 +19,15 @@ std::optional<RunFigure> evidence_figure(const ident::JudgedFit& fit, const std:
       evidence.push_back(value);
     }
   if (moves.size() < 2) return {};
-  RunFigure figure{slug + "-evidence",
-                   "Log evidence after each move of the search. It rises while terms are worth adding.",
-                   {"evidence path", "move", "log evidence"}};
-  figure.panel.series = {{"log evidence", as_vector(moves), as_vector(evidence), PlotStyle::line, PlotColour::black}};
-  return figure;
+  return chart(slug + "-evidence", "Log evidence after each move of the search. It rises while terms are worth adding.",
+               {"evidence path",
+                "move",
+                "log evidence",
+                {plot_series("log evidence", moves, evidence, PlotStyle::line, PlotColour::black)}});
 }
 
 /// Of the default selection: what the best model of each number of terms leaves, and which was kept.
-std::optional<RunFigure> path_figure(const ident::JudgedFit& fit, const std::string& slug) {
+std::optional<PlotFigure> path_figure(const ident::JudgedFit& fit, const std::string& slug) {
   constexpr double least = 1e-24;  // rounding
   std::vector<double> sizes, left_db, kept, kept_db;
   for (const ident::ModelOfSize& model : fit.path) {
@@ -36,24 +36,22 @@ std::optional<RunFigure> path_figure(const ident::JudgedFit& fit, const std::str
     if (model.terms.size() == fit.model.terms.size()) kept.push_back(sizes.back()), kept_db.push_back(left_db.back());
   }
   if (sizes.size() < 2) return {};
-  RunFigure figure{
-      slug + "-terms",
-      "What the best equation of each number of terms leaves of the target. The curve falls steeply as "
-      "long as terms describe the motion, and flattens where further ones describe the noise.",
-      {"error against the number of terms", "number of terms", fmt::format("power left of {} (dB)", fit.model.target)}};
-  figure.panel.series = {
-      {"best of each size", as_vector(sizes), as_vector(left_db), PlotStyle::line, PlotColour::black}};
+  PlotPanel panel{"error against the number of terms",
+                  "number of terms",
+                  fmt::format("power left of {} (dB)", fit.model.target),
+                  {plot_series("best of each size", sizes, left_db, PlotStyle::line, PlotColour::black)}};
   if (!kept.empty())
-    figure.panel.series.push_back(
-        {"kept", as_vector(kept), as_vector(kept_db), PlotStyle::points, PlotColour::vermilion});
-  figure.zoomable = false;
-  return figure;
+    panel.series.push_back(plot_series("kept", kept, kept_db, PlotStyle::points, PlotColour::vermilion));
+  return drawing(slug + "-terms",
+                 "What the best equation of each number of terms leaves of the target. The curve falls steeply as "
+                 "long as terms describe the motion, and flattens where further ones describe the noise.",
+                 std::move(panel));
 }
 
 }  // namespace
 
 void evidence_figures(const ident::JudgedFit& fit, const std::string& slug, const FigureTaker& take) {
-  for (std::optional<RunFigure> figure : {evidence_figure(fit, slug), path_figure(fit, slug)})
+  for (std::optional<PlotFigure> figure : {evidence_figure(fit, slug), path_figure(fit, slug)})
     if (figure) take(std::move(*figure));
 }
 

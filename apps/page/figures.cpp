@@ -3,98 +3,77 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <charconv>
-#include <cmath>
 
-#include "apps/page/chart_data.hpp"
+#include "apps/output/tables.hpp"
 
 namespace apps {
-namespace {
 
 using Eigen::Index;
 
-void append(std::string& line, double value) {
-  if (!std::isfinite(value)) return;
-  std::array<char, 32> text;
-  line.append(text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr);
+PlotFigure chart(std::string name, std::string caption, PlotPanel panel) {
+  return {.panels = {std::move(panel)},
+          .columns = 1,
+          .panel_width_px = 900.0,
+          .panel_height_px = 320.0,
+          .caption = {std::move(caption)},
+          .name = std::move(name),
+          .zoomable = true};
 }
 
-bool share_x(const std::vector<PlotSeries>& series) {
-  return std::all_of(series.begin(), series.end(), [&](const PlotSeries& one) {
-    return one.x.size() == series.front().x.size() && one.x == series.front().x;
+PlotFigure drawing(std::string name, std::string caption, PlotPanel panel) {
+  return {.panels = {std::move(panel)},
+          .columns = 1,
+          .panel_height_px = 340.0,
+          .caption = {std::move(caption)},
+          .name = std::move(name)};
+}
+
+std::string range_prefix(std::size_t range) {
+  return fmt::format("range-{}-", range + 1);
+}
+
+CsvTable figure_table(const PlotFigure& figure) {
+  const PlotPanel& panel = figure.panels.front();
+  const std::vector<PlotSeries>& all = panel.series;
+  std::vector<std::string> labels;
+  std::vector<std::size_t> firsts;  // row of each series, where they are below one another
+  CsvTable table{.name = fmt::format("figures/{}.csv", figure.name), .header = text_cell(panel.x_label)};
+  for (const PlotSeries& series : all) {
+    labels.push_back(text_cell(series.label.empty() ? panel.y_label : series.label));
+    firsts.push_back(table.num_rows);
+    table.num_rows += static_cast<std::size_t>(series.x.size());
+  }
+  const bool share_x = std::all_of(all.begin(), all.end(), [&](const PlotSeries& one) {
+    return one.x.size() == all.front().x.size() && one.x == all.front().x;
   });
-}
-
-std::string label_of(const PlotSeries& series, const PlotPanel& panel) {
-  return text_cell(series.label.empty() ? panel.y_label : series.label);
-}
-
-void write_side_by_side(const PlotPanel& panel, const Sink& sink) {
-  std::string line = text_cell(panel.x_label);
-  for (const PlotSeries& series : panel.series) line.append(1, ',').append(label_of(series, panel));
-  sink(line + "\n");
-  for (Index i = 0; i < panel.series.front().x.size(); ++i) {
-    line.clear();
-    append(line, panel.series.front().x(i));
-    for (const PlotSeries& series : panel.series) {
-      line += ',';
-      append(line, series.y(i));
-    }
-    line += '\n';
-    sink(line);
+  if (share_x) {
+    for (const std::string& label : labels) table.header += "," + label;
+    table.num_rows = all.empty() ? 0 : static_cast<std::size_t>(all.front().x.size());
+    table.fill = [&all](std::size_t row, RowWriter& cells) {
+      cells.number_if_any(all.front().x(static_cast<Index>(row)));
+      for (const PlotSeries& series : all) cells.number_if_any(series.y(static_cast<Index>(row)));
+    };
+  } else {
+    table.header = fmt::format("series,{},{}", table.header, text_cell(panel.y_label));
+    table.fill = [&all, labels, firsts](std::size_t row, RowWriter& cells) {
+      const auto of =
+          static_cast<std::size_t>(std::upper_bound(firsts.begin(), firsts.end(), row) - firsts.begin()) - 1;
+      const auto i = static_cast<Index>(row - firsts[of]);
+      cells.text(labels[of]);
+      cells.number_if_any(all[of].x(i));
+      cells.number_if_any(all[of].y(i));
+    };
   }
+  table.header += "\n";
+  return table;
 }
 
-}  // namespace
-
-Eigen::VectorXd as_vector(const std::vector<double>& values) {
-  return Eigen::Map<const Eigen::VectorXd>(values.data(), std::ssize(values));
-}
-
-RunFigure decimated(RunFigure figure, Index most_points) {
-  if (!figure.zoomable) return figure;
-  for (PlotSeries& series : figure.panel.series) {
-    Decimated few = min_max_decimated(series.x, series.y, most_points);
-    series.x = std::move(few.x);
-    series.y = std::move(few.y);
-  }
-  return figure;
-}
-
-std::string figure_svg(const RunFigure& figure) {
-  PlotFigure file;
-  file.panels = {figure.panel};
-  file.columns = 1;
-  file.panel_width_px = figure.zoomable ? 900.0 : 460.0;
-  file.panel_height_px = figure.zoomable ? 320.0 : 340.0;
-  file.caption = {figure.caption};
-  file.id = figure.name + "-";
-  return to_svg(file);
-}
-
-void write_figure_numbers(const RunFigure& figure, const Sink& sink) {
-  const PlotPanel& panel = figure.panel;
-  if (panel.series.empty()) return;
-  if (share_x(panel.series)) return write_side_by_side(panel, sink);
-  std::string line = fmt::format("series,{},{}\n", text_cell(panel.x_label), text_cell(panel.y_label));
-  sink(line);
-  for (const PlotSeries& series : panel.series)
-    for (Index i = 0; i < series.x.size(); ++i) {
-      line = label_of(series, panel) + ",";
-      append(line, series.x(i));
-      line += ',';
-      append(line, series.y(i));
-      line += '\n';
-      sink(line);
-    }
-}
-
-void write_figure_files(const RunFigure& figure, const FileWriter& write) {
-  write("figures/" + figure.name + ".svg", figure_svg(figure));
+void write_figure_files(const PlotFigure& figure, const FileWriter& write) {
+  write(fmt::format("figures/{}.svg", figure.name), to_svg(figure));
+  const CsvTable table = figure_table(figure);
   std::string numbers;
-  write_figure_numbers(figure, [&](std::string_view text) { numbers += text; });
-  write("figures/" + figure.name + ".csv", numbers);
+  write_table(table, [&](std::string_view rows) { numbers += rows; });
+  write(table.name, numbers);
 }
 
 }  // namespace apps

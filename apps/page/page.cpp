@@ -59,58 +59,61 @@ std::vector<PageLink> contents_of(const RunResults& results) {
   return links;
 }
 
-/// Points a series may have: what all of them take together, two bytes each, stays below 3 MB.
-Eigen::Index most_points(const PageContent& content) {
-  constexpr Eigen::Index all = 1'100'000, longest = most_points_of_a_page, shortest = 2'000;
-  Eigen::Index wanted = 0;
-  const auto count = [&](const std::vector<RunFigure>& figures) {
-    for (const RunFigure& figure : figures)
-      for (const PlotSeries& series : figure.panel.series)
-        if (figure.zoomable) wanted += std::min(series.y.size(), longest);
-  };
-  for (const auto& figures : content.range_figures) count(figures);
-  count(content.prediction_figures);
-  count(content.record_figures);
-  return wanted <= all ? longest : std::max(shortest, longest * all / wanted);
-}
-
 }  // namespace
 
-void write_figure(const RunFigure& figure, Eigen::Index most_points, HtmlWriter& html) {
+PageFigure page_figure(const PlotFigure& figure, bool has_files) {
+  HtmlWriter html;
   const std::string id = "figure-" + figure.name;
+  const PlotPanel& panel = figure.panels.front();
   html.open("figure", {{"class", figure.zoomable ? "chart" : "cloud"}, {"aria-labelledby", id}});
   if (figure.zoomable) {
-    html.element("h3", figure.panel.title);
+    html.element("h3", panel.title);
     html.open("div", {{"class", "plot"}, {"role", "img"}, {"aria-labelledby", id}}).close();
     html.open("div", {{"class", "tools"}}).close();
-    html.open("script", {{"type", "application/json"}})
-        .markup(json_for_script(chart_json(figure.panel, most_points)))
-        .close();
+    html.open("script", {{"type", "application/json"}}).markup(json_for_script(chart_json(panel))).close();
   } else {
-    PlotFigure drawn;
-    drawn.panels = {figure.panel};
-    drawn.panel_height_px = 340.0;
-    drawn.id = figure.name + "-";
+    PlotFigure drawn = figure;
+    drawn.caption.clear();
     html.open("div", {{"role", "img"}, {"aria-labelledby", id}}).markup(to_svg(drawn)).close();
   }
-  html.open("figcaption", {{"id", id}}).text(figure.caption + figure.hint).close();
+  const bool is_part = figure.zoomable && panel.x_limits;
+  html.element("figcaption",
+               fmt::format("{}{}", fmt::join(figure.caption, " "), is_part ? " The button 'all' shows the rest." : ""),
+               {{"id", id}});
   std::vector<std::vector<std::string>> rows;
-  for (const PlotSeries& series : figure.panel.series) {
+  for (const PlotSeries& series : panel.series) {
     double least = std::nan(""), greatest = least, squares = 0.0, count = 0.0;
     for (const double value : series.y)
       if (std::isfinite(value)) {
         least = std::fmin(least, value), greatest = std::fmax(greatest, value);
         squares += value * value, count += 1.0;
       }
-    rows.push_back({series.label.empty() ? figure.panel.y_label : printable(series.label), fmt::format("{}", count),
+    rows.push_back({series.label.empty() ? panel.y_label : printable(series.label), fmt::format("{}", count),
                     fmt::format("{:.4g}", least), fmt::format("{:.4g}", greatest),
                     fmt::format("{:.4g}", std::sqrt(squares / count))});
   }
   html.open("details").element("summary", "In numbers");
-  html.table(fmt::format("{}: {}", figure.panel.title, figure.panel.y_label),
-             {"series", "points", "least", "greatest", "rms"}, rows);
-  html.element("p", fmt::format("All points: figures/{}.csv; as a drawing: figures/{}.svg", figure.name, figure.name));
+  html.table(fmt::format("{}: {}", panel.title, panel.y_label), {"series", "points", "least", "greatest", "rms"}, rows);
+  if (has_files)
+    html.element("p",
+                 fmt::format("All points: figures/{}.csv; as a drawing: figures/{}.svg", figure.name, figure.name));
   html.close().close();
+  return {figure.name, html.html(), figure.zoomable};
+}
+
+bool write_figures(const std::vector<PageFigure>& figures, std::string_view prefix, HtmlWriter& html) {
+  bool any = false;
+  for (const bool zoomable : {true, false}) {
+    std::vector<const PageFigure*> own;
+    for (const PageFigure& figure : figures)
+      if (figure.zoomable == zoomable && figure.name.starts_with(prefix)) own.push_back(&figure);
+    if (own.empty()) continue;
+    html.open("div", {{"class", zoomable ? "charts" : "clouds"}});
+    for (const PageFigure* figure : own) html.markup(figure->markup);
+    html.close();
+    any = true;
+  }
+  return any;
 }
 
 std::string report_page(const RunResults& results, const PageContent& content) {
@@ -122,13 +125,11 @@ std::string report_page(const RunResults& results, const PageContent& content) {
   return html_document(title, [&](HtmlWriter& html) {
     write_first_screen(content.first, html);
     write_contents(contents_of(results), html);
-    const Eigen::Index most = most_points(content);
-    for (const std::size_t i : chosen_first(results))
-      write_range(results.ranges[i], results, content.range_figures[i], most, html);
+    for (const std::size_t i : chosen_first(results)) write_range(results.ranges[i], results, content.figures, html);
     write_agreement(results, html);
-    write_predictions(results, content.prediction_figures, most, html);
-    write_record(results, content.record_figures, most, html);
-    write_front_end(results, content.record_figures, most, html);
+    write_predictions(results, content.figures, html);
+    write_record(results, content.figures, html);
+    write_front_end(results, content.figures, html);
     write_repeat(results, content.config, html);
     write_words(html);
   });

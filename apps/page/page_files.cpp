@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <iterator>
 #include <mutex>
 #include <string>
 #include <string_view>
@@ -14,6 +15,7 @@
 #include "dsp/memory_limit.hpp"
 
 namespace apps {
+
 void write_page(const RunResults& results, const FirstScreen& first, int num_threads, RunFolder& folder,
                 Console& console) {
   const auto start = std::chrono::steady_clock::now();
@@ -22,17 +24,18 @@ void write_page(const RunResults& results, const FirstScreen& first, int num_thr
   const std::filesystem::path beside = results.config.recordings.front().file.parent_path();
   PageContent content{.first = first, .config = to_toml(results.config, beside.empty() ? "." : beside)};
   std::mutex writing;
-  const auto into = [&](std::vector<RunFigure>& figures) {
-    return [&](RunFigure figure) {
-      write_figure_files(figure, [&](const std::string& name, std::string_view bytes) {
-        const std::lock_guard lock(writing);
-        folder.write(name, bytes);
-      });
-      figures.push_back(decimated(std::move(figure), most_points_of_a_page));
+  const auto into = [&](std::vector<PageFigure>& figures) {
+    return [&](const PlotFigure& figure) {
+      if (results.config.figures)
+        write_figure_files(figure, [&](const std::string& name, std::string_view bytes) {
+          const std::lock_guard lock(writing);
+          folder.write(name, bytes);
+        });
+      figures.push_back(page_figure(figure, results.config.figures));
     };
   };
   const ident::RangeResult* chosen = chosen_equation(results.ranges).range;
-  content.range_figures.resize(results.ranges.size());
+  std::vector<std::vector<PageFigure>> parts(1 + results.ranges.size());
   const auto poll = shown_poll(console, "drawing figures");
   std::size_t most_rows = 0;
   for (const ident::RangeResult& range : results.ranges)
@@ -40,14 +43,15 @@ void write_page(const RunResults& results, const FirstScreen& first, int num_thr
   constexpr double columns_at_work = 27.0, most_bytes = 16e6;  // all that is drawn from is still held, too
   const int at_work = dsp::threads_within_memory(sizeof(double) * columns_at_work * static_cast<double>(most_rows),
                                                  num_threads, most_bytes);
-  dsp::for_each_index(1 + results.ranges.size(), at_work, [&](std::size_t part) {
+  dsp::for_each_index(parts.size(), at_work, [&](std::size_t part) {
     poll();
-    if (part == 0) return record_figures(results, results.steps, into(content.record_figures));
+    if (part == 0) return record_figures(results, into(parts[part]));
     const std::size_t i = part - 1;
     if (i < most_ranges_with_figures || &results.ranges[i] == chosen)
-      range_figures(results.ranges[i], results, into(content.range_figures[i]));
+      range_figures(results.ranges[i], results, into(parts[part]));
   });
-  prediction_figures(results, into(content.prediction_figures));
+  for (std::vector<PageFigure>& part : parts) std::move(part.begin(), part.end(), std::back_inserter(content.figures));
+  prediction_figures(results, into(content.figures));
   folder.write("report.html", report_page(results, content));
   console.note(fmt::format("page and figures written in {:.2f} s",
                            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()));

@@ -1,37 +1,45 @@
 #pragma once
-#include <Eigen/Core>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "apps/output/html_writer.hpp"
 #include "apps/page/figures.hpp"
 #include "apps/page/run_results.hpp"
 
-// The parts of report.html below its first screen. `most_points`: of one series of a figure.
+// The parts of report.html below its first screen.
 
 namespace apps {
 
-/// A figure with its caption, and a table of what is in it for those who do not see it.
-void write_figure(const RunFigure& figure, Eigen::Index most_points, HtmlWriter& html);
+/// A figure as a page has it, in the section that its name begins with.
+struct PageFigure {
+  std::string name, markup;
+  bool zoomable = false;
+};
+
+/// A figure with its caption, and a table of what is in it for those who do not see it. `has_files`: figures/NAME.svg
+/// and .csv are beside the page.
+[[nodiscard]] PageFigure page_figure(const PlotFigure& figure, bool has_files);
+
+/// Those figures whose names begin so: charts below one another, then drawings beside one another. False: there are
+/// none.
+bool write_figures(const std::vector<PageFigure>& figures, std::string_view prefix, HtmlWriter& html);
 
 /// A range: its equation, coefficients, what was decided and what could not be, and its figures.
-void write_range(const ident::RangeResult& range, const RunResults& results, const std::vector<RunFigure>& figures,
-                 Eigen::Index most_points, HtmlWriter& html);
+void write_range(const ident::RangeResult& range, const RunResults& results, const std::vector<PageFigure>& figures,
+                 HtmlWriter& html);
 
 /// What the equations of several ranges do not agree on; nothing of one range.
 void write_agreement(const RunResults& results, HtmlWriter& html);
 
 /// The chosen equation on recordings that were kept for that; nothing where there are none.
-void write_predictions(const RunResults& results, const std::vector<RunFigure>& figures, Eigen::Index most_points,
-                       HtmlWriter& html);
+void write_predictions(const RunResults& results, const std::vector<PageFigure>& figures, HtmlWriter& html);
 
 /// The recordings: regimes, what is left out and why, response at the steps of a stepped sine.
-void write_record(const RunResults& results, const std::vector<RunFigure>& figures, Eigen::Index most_points,
-                  HtmlWriter& html);
+void write_record(const RunResults& results, const std::vector<PageFigure>& figures, HtmlWriter& html);
 
 /// The data sheet of the way from file to regression: filter, sensors, power balance, every check.
-void write_front_end(const RunResults& results, const std::vector<RunFigure>& figures, Eigen::Index most_points,
-                     HtmlWriter& html);
+void write_front_end(const RunResults& results, const std::vector<PageFigure>& figures, HtmlWriter& html);
 
 /// What the words and signs of the page mean.
 void write_words(HtmlWriter& html);

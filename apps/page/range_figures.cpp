@@ -156,30 +156,24 @@ std::optional<std::pair<double, double>> some_periods(const RangeView& view, con
   return std::pair{from, from + length};
 }
 
-constexpr const char* how_to_see_all = " The button 'all' shows the rest.";
-
-RunFigure target_figure(const RangeView& view) {
-  RunFigure figure{view.slug + "-target",
-                   fmt::format("{} measured and identified in {}. Shaded: fitted (train) and not fitted (test).",
-                               view.fit.model.target, view.title),
-                   {"measured and identified", "time (s)", view.target_axis()}};
-  figure.panel.series = {
+PlotFigure target_figure(const RangeView& view) {
+  PlotPanel panel{"measured and identified", "time (s)", view.target_axis()};
+  panel.series = {
       {"measured", view.times_s, view.clock.on_clock(view.range.target), PlotStyle::line, PlotColour::black},
       {"identified", view.times_s, view.clock.on_clock(view.fit.predicted), PlotStyle::dashed, PlotColour::vermilion}};
-  figure.panel.spans = view.train_and_test();
-  const auto first_test = std::find_if(figure.panel.spans.begin(), figure.panel.spans.end(),
-                                       [](const PlotSpan& span) { return span.label == "test"; });
-  figure.panel.x_limits =
-      some_periods(view, view.times_s, figure.panel.series.front().y,
-                   first_test != figure.panel.spans.end() ? first_test->from : view.times_s(view.times_s.size() / 2));
-  if (figure.panel.x_limits) {
-    figure.caption += " A dozen periods are shown.";
-    figure.hint = how_to_see_all;
-  }
-  return figure;
+  panel.spans = view.train_and_test();
+  const auto first_test =
+      std::find_if(panel.spans.begin(), panel.spans.end(), [](const PlotSpan& span) { return span.label == "test"; });
+  panel.x_limits =
+      some_periods(view, view.times_s, panel.series.front().y,
+                   first_test != panel.spans.end() ? first_test->from : view.times_s(view.times_s.size() / 2));
+  return chart(view.slug + "-target",
+               fmt::format("{} measured and identified in {}. Shaded: fitted (train) and not fitted (test).{}",
+                           view.fit.model.target, view.title, panel.x_limits ? " A dozen periods are shown." : ""),
+               std::move(panel));
 }
 
-std::optional<RunFigure> free_run_figure(const RangeView& view) {
+std::optional<PlotFigure> free_run_figure(const RangeView& view) {
   const ident::FreeRun& run = view.fit.free_run;
   if (run.series.empty()) return {};
   VectorXd measured = VectorXd::Constant(view.clock.size(), nan), predicted = measured;
@@ -194,54 +188,48 @@ std::optional<RunFigure> free_run_figure(const RangeView& view) {
   while (first < last && !std::isfinite(predicted(first))) ++first;
   while (last > first && !std::isfinite(predicted(last - 1))) --last;
   if (first == last) return {};
-  const std::string figure_of_merit = run.reason.empty() ? fmt::format("NMSE {:.2g}", run.nmse_centred) : run.reason;
-  RunFigure figure{
+  const VectorXd times = view.times_s.segment(first, last - first);
+  PlotPanel panel{"free run on data not fitted", "time (s)", axis("x", view.unit("x"))};
+  panel.series = {
+      {"measured", times, measured.segment(first, last - first), PlotStyle::line, PlotColour::black},
+      {"free run", times, predicted.segment(first, last - first), PlotStyle::dashed, PlotColour::vermilion}};
+  panel.x_limits = some_periods(view, times, panel.series.front().y, times(times.size() - 1));
+  return chart(
       view.slug + "-free-run",
       fmt::format(
           "Free run of the equation beside the measured x, on data of {} that were not fitted. It starts from the "
-          "measured state at the beginning of each interval and is integrated with the measured inputs alone ({}).",
-          view.title, figure_of_merit),
-      {"free run on data not fitted", "time (s)", axis("x", view.unit("x"))}};
-  const VectorXd times = view.times_s.segment(first, last - first);
-  figure.panel.series = {
-      {"measured", times, measured.segment(first, last - first), PlotStyle::line, PlotColour::black},
-      {"free run", times, predicted.segment(first, last - first), PlotStyle::dashed, PlotColour::vermilion}};
-  figure.panel.x_limits = some_periods(view, times, figure.panel.series.front().y, times(times.size() - 1));
-  if (figure.panel.x_limits) {
-    figure.caption += " The last dozen periods are shown, where an error of phase would have grown.";
-    figure.hint = how_to_see_all;
-  }
-  return figure;
+          "measured state at the beginning of each interval and is integrated with the measured inputs alone ({}).{}",
+          view.title, run.reason.empty() ? fmt::format("NMSE {:.2g}", run.nmse_centred) : run.reason,
+          panel.x_limits ? " The last dozen periods are shown, where an error of phase would have grown." : ""),
+      std::move(panel));
 }
 
-RunFigure residual_figure(const RangeView& view) {
-  RunFigure figure{
-      view.slug + "-residual",
-      fmt::format("Measured less identified {}, sample by sample, in {}.", view.fit.model.target, view.title),
-      {"residual: measured less identified", "time (s)", view.residual_axis()}};
-  figure.panel.series = {
-      {"residual", view.times_s, view.clock.on_clock(view.residual), PlotStyle::line, PlotColour::blue}};
-  figure.panel.spans = view.train_and_test();
-  return figure;
+PlotFigure residual_figure(const RangeView& view) {
+  PlotPanel panel{"residual: measured less identified", "time (s)", view.residual_axis()};
+  panel.series = {{"residual", view.times_s, view.clock.on_clock(view.residual), PlotStyle::line, PlotColour::blue}};
+  panel.spans = view.train_and_test();
+  return chart(view.slug + "-residual",
+               fmt::format("Measured less identified {}, sample by sample, in {}.", view.fit.model.target, view.title),
+               std::move(panel));
 }
 
-std::optional<RunFigure> spectrum_figure(const RangeView& view) {
+std::optional<PlotFigure> spectrum_figure(const RangeView& view) {
   const double rate_hz = view.signals().sample_rate_hz;
   const auto target = power_spectrum_db(view.clock.on_clock(view.range.target), rate_hz),
              residual = power_spectrum_db(view.clock.on_clock(view.residual), rate_hz);
   if (target.frequency_hz.size() == 0 || residual.frequency_hz.size() == 0) return {};
-  RunFigure figure{
+  PlotPanel panel{"spectra of target and residual", "frequency (Hz)",
+                  fmt::format("power density (dB re 1 ({})^2/Hz)", view.fit.model.target_unit)};
+  panel.series = {{"measured", target.frequency_hz, target.power_db, PlotStyle::line, PlotColour::black},
+                  {"residual", residual.frequency_hz, residual.power_db, PlotStyle::dashed, PlotColour::blue}};
+  constexpr double beyond_band = 1.25;
+  const double band_hz = view.results.columns[view.range.rows.train.front().recording].band_hz;
+  if (band_hz > 0.0 && beyond_band * band_hz < 0.45 * rate_hz) panel.x_limits = {0.0, beyond_band * band_hz};
+  return chart(
       view.slug + "-spectrum",
       fmt::format("Power spectra in {}. Where the residual is as high as the target, the equation explains none of it.",
                   view.title),
-      {"spectra of target and residual", "frequency (Hz)",
-       fmt::format("power density (dB re 1 ({})^2/Hz)", view.fit.model.target_unit)}};
-  figure.panel.series = {{"measured", target.frequency_hz, target.power_db, PlotStyle::line, PlotColour::black},
-                         {"residual", residual.frequency_hz, residual.power_db, PlotStyle::dashed, PlotColour::blue}};
-  constexpr double beyond_band = 1.25;
-  const double band_hz = view.results.columns[view.range.rows.train.front().recording].band_hz;
-  if (band_hz > 0.0 && beyond_band * band_hz < 0.45 * rate_hz) figure.panel.x_limits = {0.0, beyond_band * band_hz};
-  return figure;
+      std::move(panel));
 }
 
 /// A cloud of points, thinned.
@@ -254,26 +242,26 @@ void add_residual_clouds(const RangeView& view, const FigureTaker& take) {
   for (const dsp::Signal& signal : view.signals().signals) {
     const bool of_interest = signal.name == "x" || signal.name == "v" || ident::acts_from_outside(signal);
     if (!of_interest || signal.name == view.fit.model.target) continue;
-    RunFigure figure{
+    take(drawing(
         fmt::format("{}-residual-{}", view.slug, dsp::slug(signal.name)),
         fmt::format("Residual against {}. It should have no shape: a curve or a step is a missing term.", signal.name),
-        {"residual against " + signal.name, axis(signal.name, signal.unit), view.residual_axis()},
-        false};
-    figure.panel.series = {cloud("", view.on_rows(signal.name), view.residual, PlotColour::blue)};
-    take(std::move(figure));
+        {"residual against " + signal.name,
+         axis(signal.name, signal.unit),
+         view.residual_axis(),
+         {cloud("", view.on_rows(signal.name), view.residual, PlotColour::blue)}}));
   }
 }
 
-RunFigure phase_figure(const RangeView& view) {
-  RunFigure figure{
+PlotFigure phase_figure(const RangeView& view) {
+  return drawing(
       view.slug + "-phase",
       fmt::format(
           "States (x, v) in the data of {}. Between them the equation is tested; beyond them it is an extrapolation.",
           view.title),
-      {"phase portrait", axis("x", view.unit("x")), axis("v", view.unit("v"))},
-      false};
-  figure.panel.series = {cloud("", view.on_rows("x"), view.on_rows("v"), PlotColour::black)};
-  return figure;
+      {"phase portrait",
+       axis("x", view.unit("x")),
+       axis("v", view.unit("v")),
+       {cloud("", view.on_rows("x"), view.on_rows("v"), PlotColour::black)}});
 }
 
 /// Sum of the terms in x and v alone, as they act against the motion; `at_rest`: y and dy are these, too.
@@ -314,14 +302,12 @@ void add_restoring_force(const RangeView& view, const FigureTaker& take) {
   const auto add = [&](const char* signal, const VectorXd& at, const VectorXd& force, const VectorXd& line_x,
                        const VectorXd& line, const std::string& caption) {
     if (force.isZero(0.0)) return;
-    RunFigure figure{
-        fmt::format("{}-force-{}", view.slug, signal),
-        caption + of_mean,
-        {fmt::format("{} against {}", what, signal), axis(signal, view.unit(signal)), axis(what, model.target_unit)},
-        false};
-    figure.panel.series = {cloud("measured", at, force + left, PlotColour::sky),
-                           {"identified", line_x, line, PlotStyle::line, PlotColour::vermilion}};
-    take(std::move(figure));
+    take(drawing(fmt::format("{}-force-{}", view.slug, signal), caption + of_mean,
+                 {fmt::format("{} against {}", what, signal),
+                  axis(signal, view.unit(signal)),
+                  axis(what, model.target_unit),
+                  {cloud("measured", at, force + left, PlotColour::sky),
+                   {"identified", line_x, line, PlotStyle::line, PlotColour::vermilion}}}));
   };
   const VectorXd grid_x = grid_over(x), grid_v = grid_over(v), none = VectorXd::Zero(grid_x.size());
   add("x", x, spring, grid_x, restoring_force(model, grid_x, none, at_rest),
@@ -335,7 +321,7 @@ void add_restoring_force(const RangeView& view, const FigureTaker& take) {
 
 /// Two ranges may differ by what a file name cannot hold, "low+" and "low-".
 std::string range_slug(const ident::RangeResult& range, const RunResults& results) {
-  return fmt::format("range-{}-{}", &range - results.ranges.data() + 1, dsp::slug(range.spec.name));
+  return range_prefix(static_cast<std::size_t>(&range - results.ranges.data())) + dsp::slug(range.spec.name);
 }
 
 }  // namespace
@@ -352,7 +338,7 @@ void range_figures(const ident::RangeResult& range, const RunResults& results, c
                        range.target - chosen.fit->predicted,
                        range_slug(range, results),
                        range.spec.name};
-  const auto take_if_any = [&](std::optional<RunFigure> figure) {
+  const auto take_if_any = [&](std::optional<PlotFigure> figure) {
     if (figure) take(std::move(*figure));
   };
   take(target_figure(view));

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/output/number_text.hpp"
 #include "apps/page/equation_display.hpp"
 #include "apps/page/page.hpp"
 #include "apps/page/page_sections.hpp"
@@ -15,10 +16,6 @@ namespace apps {
 namespace {
 
 using Strings = std::vector<std::string>;
-
-std::string number_or_dash(double value, const char* format = "{:.3g}") {
-  return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "-";
-}
 
 std::string shown(const ident::Figure& figure) {
   return figure.reason.empty() ? fmt::format("{:.3g}", figure.value) : "none: " + printable(figure.reason);
@@ -39,9 +36,9 @@ void write_coefficients(const ident::Model& model, HtmlWriter& html) {
   std::vector<Strings> rows;
   for (const ident::ModelTerm& term : model.terms)
     rows.push_back({label(term), with_uncertainty(term.mean, shown_std(term)), term.unit.empty() ? "-" : term.unit,
-                    number_or_dash(term.std), number_or_dash(term.std_si),
-                    number_or_dash(100.0 * term.coefficient_of_variation(), "{:.2g} %"),
-                    number_or_dash(term.inclusion_probability, "{:.3f}"), budget(term)});
+                    number_text(term.std), number_text(term.std_si),
+                    number_text(100.0 * term.coefficient_of_variation(), "{:.2g} %"),
+                    number_text(term.inclusion_probability, "{:.3f}"), budget(term)});
   html.table("Coefficients",
              {"term", "coefficient", "unit", "standard deviation", "standard deviation with calibration (SI)",
               "standard deviation / coefficient", "probability of belonging",
@@ -52,7 +49,7 @@ void write_coefficients(const ident::Model& model, HtmlWriter& html) {
 void write_decisions(const ident::RangeResult& range, const ident::JudgedFit& fit, HtmlWriter& html) {
   std::vector<Strings> rows;
   for (const ident::RejectedTerm& term : fit.model.rejected)
-    rows.push_back({term.name, number_or_dash(term.inclusion_probability, "{:.3f}")});
+    rows.push_back({term.name, number_text(term.inclusion_probability, "{:.3f}")});
   html.open("details").element("summary", "Candidates that were not kept, and remarks");
   if (!rows.empty()) html.table("Candidates that were not kept", {"term", "probability of belonging"}, rows);
   Strings open;
@@ -89,7 +86,7 @@ void write_errors(const ident::JudgedFit& fit, HtmlWriter& html) {
                             {"free run of x, test", shown({fit.free_run.nmse, fit.free_run.reason}),
                              shown({fit.free_run.nmse_centred, fit.free_run.reason})}};
   html.table(fmt::format("Errors as fractions of the power of the signal (NMSE). Noise of {}: {} {} rms",
-                         fit.model.target, number_or_dash(fit.model.noise_std), fit.model.target_unit),
+                         fit.model.target, number_text(fit.model.noise_std), fit.model.target_unit),
              {"on", "NMSE", "about the mean"}, rows);
   if (!fit.bands_reason.empty()) return;
   html.table("Predicted and actual spread: share of the test data inside the predicted bands", {"band", "inside"},
@@ -157,17 +154,16 @@ void write_agreement(const RunResults& results, HtmlWriter& html) {
   html.close();
 }
 
-void write_predictions(const RunResults& results, const std::vector<RunFigure>& figures, Eigen::Index most_points,
-                       HtmlWriter& html) {
+void write_predictions(const RunResults& results, const std::vector<PageFigure>& figures, HtmlWriter& html) {
   if (results.predictions.empty()) return;
   html.open("section", {{"id", "others"}}).element("h2", "Other recordings");
   for (const ident::RecordPrediction& prediction : results.predictions) write_prediction(prediction, html);
-  for (const RunFigure& figure : figures) write_figure(figure, most_points, html);
+  write_figures(figures, "prediction-", html);
   html.close();
 }
 
-void write_range(const ident::RangeResult& range, const RunResults& results, const std::vector<RunFigure>& figures,
-                 Eigen::Index most_points, HtmlWriter& html) {
+void write_range(const ident::RangeResult& range, const RunResults& results, const std::vector<PageFigure>& figures,
+                 HtmlWriter& html) {
   const std::string id = fmt::format("range-{}", &range - results.ranges.data() + 1);
   const bool is_chosen = results.ranges.size() > 1 && chosen_equation(results.ranges).range == &range;
   html.open("section", {{"id", id}})
@@ -183,15 +179,10 @@ void write_range(const ident::RangeResult& range, const RunResults& results, con
   }
   write_methods(range, html);
   if (chosen.fit != nullptr) write_decisions(range, *chosen.fit, html);
-  if (chosen.fit != nullptr && figures.empty())
+  if (!write_figures(figures, id + "-", html) && chosen.fit != nullptr)
     html.element("p", fmt::format("Figures are drawn for the first {} ranges and for that of the chosen equation.",
                                   most_ranges_with_figures));
-  for (const RunFigure& figure : figures)
-    if (figure.zoomable) write_figure(figure, most_points, html);
-  html.open("div", {{"class", "clouds"}});
-  for (const RunFigure& figure : figures)
-    if (!figure.zoomable) write_figure(figure, most_points, html);
-  html.close().close();
+  html.close();
 }
 
 }  // namespace apps

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "apps/output/number_text.hpp"
 #include "apps/output/results_json.hpp"
 #include "apps/page/page_sections.hpp"
 #include "apps/page/rounded.hpp"
@@ -13,14 +14,6 @@ namespace apps {
 namespace {
 
 using Strings = std::vector<std::string>;
-
-bool is_of_front_end(const RunFigure& figure) {
-  return figure.name.starts_with("front-end");
-}
-
-std::string number(double value, const char* format = "{:.4g}") {
-  return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "-";
-}
 
 void write_regimes(const Input& input, HtmlWriter& html) {
   if (input.segmentation.segments.empty()) return;
@@ -72,7 +65,8 @@ void write_sensors(const Input& input, HtmlWriter& html) {
           with_uncertainty(one.highpass_hz[i], i < one.highpass_std_hz.size() ? one.highpass_std_hz[i] : std::nan("")));
     rows.push_back({one.name, with_uncertainty(one.sign * one.gain, one.gain_std),
                     with_uncertainty(1e3 * one.lag_s, 1e3 * one.lag_std_s),
-                    cutoffs.empty() ? "-" : fmt::format("{}", fmt::join(cutoffs, ", ")), number(one.residual)});
+                    cutoffs.empty() ? "-" : fmt::format("{}", fmt::join(cutoffs, ", ")),
+                    number_text(one.residual, "{:.4g}")});
   }
   if (!rows.empty())
     html.table(printable(input.prepared.name, 200) + ": accelerometer against the second derivative of displacement",
@@ -80,7 +74,8 @@ void write_sensors(const Input& input, HtmlWriter& html) {
   rows.clear();
   if (input.power)
     for (const dsp::RegimePower& one : *input.power)
-      rows.push_back({std::string(to_string(one.regime)), number(one.raw), number(one.corrected)});
+      rows.push_back(
+          {std::string(to_string(one.regime)), number_text(one.raw, "{:.4g}"), number_text(one.corrected, "{:.4g}")});
   if (!rows.empty())
     html.table("Power balance of v and a (0 in steady motion; a phase error of 1 degree makes 0.017)",
                {"regime", "as recorded", "corrected"}, rows);
@@ -99,11 +94,10 @@ void write_checks(const Input& input, HtmlWriter& html) {
 
 }  // namespace
 
-void write_record(const RunResults& results, const std::vector<RunFigure>& figures, Eigen::Index most_points,
-                  HtmlWriter& html) {
+void write_record(const RunResults& results, const std::vector<PageFigure>& figures, HtmlWriter& html) {
   html.open("section", {{"id", "record"}}).element("h2", "The record");
-  for (const RunFigure& figure : figures)
-    if (!is_of_front_end(figure)) write_figure(figure, most_points, html);
+  write_figures(figures, "recording-", html);
+  write_figures(figures, "steps-", html);
   for (const Input& input : results.inputs) {
     write_regimes(input, html);
     write_excluded(input, html);
@@ -111,22 +105,20 @@ void write_record(const RunResults& results, const std::vector<RunFigure>& figur
   html.close();
 }
 
-void write_front_end(const RunResults& results, const std::vector<RunFigure>& figures, Eigen::Index most_points,
-                     HtmlWriter& html) {
+void write_front_end(const RunResults& results, const std::vector<PageFigure>& figures, HtmlWriter& html) {
   html.open("section", {{"id", "front-end"}}).element("h2", "Front end");
   const dsp::Prepared& first = results.inputs.front().prepared;
   if (first.decimation)
     html.table("Filter from the recording to the regression rate", {"property", "value"},
-               {{"pass-band ripple", number(first.decimation->passband_ripple_db) + " dB"},
-                {"alias rejection", number(first.decimation->alias_rejection_db) + " dB"},
-                {"delay, already removed", number(first.decimation->delay_s) + " s"},
-                {"flat to", number(first.options.cutoff_hz) + " Hz"}});
+               {{"pass-band ripple", number_text(first.decimation->passband_ripple_db, "{:.4g}") + " dB"},
+                {"alias rejection", number_text(first.decimation->alias_rejection_db, "{:.4g}") + " dB"},
+                {"delay, already removed", number_text(first.decimation->delay_s, "{:.4g}") + " s"},
+                {"flat to", number_text(first.options.cutoff_hz, "{:.4g}") + " Hz"}});
   else
     html.element("p",
                  fmt::format("The record keeps its own rate; signals roll off from {:.4g} Hz and end at {:.4g} Hz.",
                              first.options.rolloff_hz, first.options.cutoff_hz));
-  for (const RunFigure& figure : figures)
-    if (is_of_front_end(figure)) write_figure(figure, most_points, html);
+  write_figures(figures, "front-end-", html);
   for (const Input& input : results.inputs) write_sensors(input, html);
   for (const Input& input : results.inputs) write_checks(input, html);
   html.close();

@@ -310,7 +310,7 @@ std::string replicate_figure(const ReplicatedCase& replicated) {
   PlotFigure figure;
   figure.title =
       fmt::format("{}: true and identified responses at ratios held out (Fig. {})", definition.name, definition.figure);
-  figure.id = fmt::format("fig-{}-", definition.figure);
+  figure.name = fmt::format("fig-{}", definition.figure);
   figure.columns = static_cast<int>(views.size());
   const std::uint64_t seed = replication.scores.front().seed;
   for (const HeldOutRun& run : replication.runs) {

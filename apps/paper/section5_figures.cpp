@@ -30,7 +30,7 @@ std::pair<double, double> with_room(const VectorXd& values) {
 std::string section5_sweeps_figure() {
   PlotFigure figure;
   figure.title = "Response to a sinusoidal base motion of 4.5 mm (Fig. 11)";
-  figure.id = "fig-11-";
+  figure.name = "fig-11";
   for (const char* twin : {"T1", "T0"}) {
     const ReportedResponse reported{
         sim::frequency_response(sim::qzs_twin(twin), {.step_hz = 0.02, .poll = check_interrupted}), {}, {}};
@@ -53,7 +53,7 @@ std::string section5_states_figure(const Section5Replication& replication) {
   constexpr Index most_points = 3000;
   PlotFigure figure;
   figure.title = "Measured states of the regimes, twin T1 (Fig. 12)";
-  figure.id = "fig-12-";
+  figure.name = "fig-12";
   figure.columns = 3;
   figure.panel_width_px = 380.0;
   for (const Section5States& states : replication.states) {
@@ -79,7 +79,7 @@ std::string section5_responses_figure(const Section5Replication& replication) {
   constexpr double zoom_s = 8.0;
   PlotFigure figure;
   figure.title = "Measured and identified acceleration, twin T1 by the paper's recipe, F-RVM (Fig. 13)";
-  figure.id = "fig-13-";
+  figure.name = "fig-13";
   for (const Section5States& states : replication.states) {
     const auto fit = std::find_if(replication.fits.begin(), replication.fits.end(), [&](const Section5Fit& one) {
       return one.definition == states.definition && one.candidates == paper_candidates &&

@@ -141,10 +141,12 @@ std::vector<SettingHelp> range_help() {
        "", "the only one, else all of them"},
       {"range", "regime", "Only rows of this regime.", "", "all but stick and excluded"},
       {"", "output", "What a run folder holds. `ardent help files` lists the files."},
-      {"output", "full",
-       "Tables with every row and all digits as plain CSV, even where the run folder then is larger than its recording "
-       "and "
-       "10 MB. The option --full does the same."},
+      {"output", "rows",
+       "Whether it has the tables with a row for each sample: prepared.csv, predictions.csv, predict-N-NAME.csv. The "
+       "option --no-rows leaves them out."},
+      {"output", "figures",
+       "Whether it has figures/; report.html has them in either case. The option --no-figures leaves it out."},
+      {"output", "full", "Of earlier versions, without effect: tables have every row and all digits."},
   };
 }
 

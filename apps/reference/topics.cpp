@@ -84,10 +84,9 @@ Section batch_section() {
 Section factors_section() {
   return {
       "factors.json",
-      "One JSON document, also written by ardent fit --save and ardent merge --save. Left out of a run folder where it "
-      "might take more than 3 MB (some 100 candidates), unless --full. An R factor is the upper triangle of the QR "
-      "decomposition of the candidates' columns and the target behind them, row by row: R'R is the matrix of their "
-      "products.",
+      "One JSON document, also written by ardent fit --save and ardent merge --save. An R factor is the upper triangle "
+      "of the QR decomposition of the candidates' columns and the target behind them, row by row: R'R is the matrix of "
+      "their products.",
       {{"kind, schema, version", "\"ardent factors\"; 1; of the program."},
        {"records", "A list: each range of each record."},
        {"record, range, where", "Names; the condition on the rows or an empty text."},
@@ -152,17 +151,12 @@ Page files_page() {
        batch_section(),
        factors_section(),
        {"Size",
-        "A run folder is no larger than its recordings together or 10 MB, whichever is more. Tables that would be "
-        "larger are "
-        "written as prepared.csv.gz and predictions.csv.gz: with all digits where that is enough, else rounded to "
-        "1e-6, 1e-5 "
-        "or 1e-4 of each column's largest value (times are never rounded), else only one row in 2, 3, 4, ... is "
-        "written. "
-        "log.txt says "
-        "which. With --full, in a config [output] full = true, they are plain CSV with everything.",
+        "Tables have every row and all digits, as plain CSV. With --no-rows (in a config [output] rows = false) "
+        "prepared.csv, predictions.csv and predict-N-NAME.csv are not written, with --no-figures (figures = false) "
+        "figures/ is not.",
         {},
-        {"import pandas; table = pandas.read_csv(\"drive-run/prepared.csv.gz\")",
-         "import numpy; table = numpy.genfromtxt(\"drive-run/prepared.csv.gz\", delimiter=\",\", names=True)"}},
+        {"import pandas; table = pandas.read_csv(\"drive-run/prepared.csv\")",
+         "import numpy; table = numpy.genfromtxt(\"drive-run/prepared.csv\", delimiter=\",\", names=True)"}},
        {"Again",
         "ardent run drive-run repeats a run from its folder and says whether inputs, program and results are the "
         "same, bit "

@@ -1,7 +1,7 @@
 // What a run left, as compare, report and frc read it: manifest, equation and metrics, the table's header, the truth.
 #include <array>
 
-#include "apps/output/identified_equation.hpp"
+#include "apps/output/equation_file.hpp"
 #include "apps/output/steps_table.hpp"
 #include "dsp/fault.hpp"
 #include "fuzz/harness.hpp"

@@ -169,6 +169,9 @@ TEST_CASE("a batch that begins again does what is missing or has changed", "[app
   after = manifests();
   expect(folder, batch + "--set library.order=1 --force", 0, {});
   CHECK(manifests()[0] != after[0]);
+  expect(folder, batch + "--no-rows --no-figures", 0, {});
+  for (const std::string name : {"prepared.csv", "predictions.csv", "figures"})
+    CHECK_FALSE(fs::exists(folder / ("out/runs/r1/" + name)));
 
   // What a person put there stays, and costs its record only.
   (void)folder.file("out/runs/r1/note.txt", "mine");

@@ -92,27 +92,37 @@ TEST_CASE("one sidecar serves many recordings", "[apps][repeat]") {
   expect(folder, "$ARDENT check mon.csv --sidecar none.toml", 2, {"none.toml"});
 }
 
-TEST_CASE("a run folder is no larger than its recording or 10 MB, unless asked", "[apps][repeat]") {
+TEST_CASE("a run folder holds every row, and less where that is asked for", "[apps][repeat]") {
   const Scratch folder;
   REQUIRE(support::run(folder, "$ARDENT sim duffing --duration 600 --noise 0.01 -o d").code == 0);
-  const auto size_of = [&](const char* name) {
-    double bytes = 0.0;
-    for (const auto& entry : fs::recursive_directory_iterator(folder / name))
-      if (entry.is_regular_file()) bytes += static_cast<double>(entry.file_size());
-    return bytes;
+  const auto num_lines = [&](const std::string& name) {
+    const std::string text = support::bytes_of(folder / name);
+    return std::count(text.begin(), text.end(), '\n');
   };
-  const double limit = std::max(10e6, static_cast<double>(fs::file_size(folder / "d/response.csv")));
+  const auto has = [&](const std::string& name) { return fs::exists(folder / name); };
   expect(folder, "$ARDENT run d/response.csv -o r", 0, {});
-  CAPTURE(size_of("r"), limit);
-  CHECK(size_of("r") <= limit);
-  CHECK(size_of("r") > 0.3 * limit);  // and no emptier than need be
-  CHECK(fs::exists(folder / "r/prepared.csv.gz"));
-  CHECK_FALSE(fs::exists(folder / "r/prepared.csv"));
-  CHECK_THAT(support::bytes_of(folder / "r/log.txt"), Catch::Contains("prepared.csv.gz: "));
-  expect(folder, "gzip -t r/*.gz && gzip -dc r/prepared.csv.gz | head -2", 0, {"t,y,x,v,a"});
+  const auto quality = nlohmann::json::parse(support::bytes_of(folder / "r/quality.json"));
+  CHECK(num_lines("r/prepared.csv") == 1 + quality["motion"][0]["num_samples"].get<std::ptrdiff_t>());
+  const auto metrics = nlohmann::json::parse(support::bytes_of(folder / "r/metrics.json"));
+  std::ptrdiff_t rows = 1;
+  for (const auto& range : metrics["ranges"])
+    rows += range["num_train"].get<std::ptrdiff_t>() + range["num_test"].get<std::ptrdiff_t>();
+  CHECK(num_lines("r/predictions.csv") == rows);
+  expect(folder, "$ARDENT fit r/prepared.csv --target a --terms x,v,x^3", 0, {"x^3"});
   expect(folder, "$ARDENT run r && $ARDENT report r && $ARDENT compare r r", 0, {"the same, bit for bit"});
-  expect(folder, "$ARDENT run d/response.csv -o full --full", 0, {});
-  CHECK(fs::exists(folder / "full/prepared.csv"));
-  CHECK(size_of("full") > limit);
-  expect(folder, "$ARDENT run full", 0, {});  // its config says that it was asked
+
+  expect(folder, "$ARDENT run d/response.csv -o less --no-rows --no-figures", 0, {});
+  for (const char* name : {"less/prepared.csv", "less/predictions.csv", "less/figures"}) CHECK_FALSE(has(name));
+  CHECK(support::bytes_of(folder / "less/equation.json") == support::bytes_of(folder / "r/equation.json"));
+  const std::string page = support::bytes_of(folder / "less/report.html");
+  CHECK_THAT(page, Catch::Contains("free run on data not fitted") && !Catch::Contains("figures/"));
+  expect(folder, "$ARDENT run less", 0, {"the same, bit for bit"});  // its config says what was left out
+  CHECK_FALSE(has("less/figures"));
+  expect(folder, "$ARDENT predict less d/response.csv -o p", 0, {});
+  expect(folder, "$ARDENT frc less -o frc --set amplitude=0.001", 0, {});  // it needs no rows
+  expect(folder, "$ARDENT run r --no-rows", 2, {"takes the run's own settings"});
+
+  (void)folder.file("old.toml", "schema = 1\n[[recording]]\nfile = \"d/response.csv\"\n[output]\nfull = false\n");
+  expect(folder, "$ARDENT run old.toml -o old", 0, {});  // of an earlier version
+  CHECK(num_lines("old/prepared.csv") == num_lines("r/prepared.csv"));
 }

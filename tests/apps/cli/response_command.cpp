@@ -5,7 +5,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "apps/output/identified_equation.hpp"
+#include "apps/output/equation_file.hpp"
 #include "apps/output/steps_table.hpp"
 #include "sim/ode/frequency_response.hpp"
 #include "support/fault.hpp"

@@ -1,7 +1,9 @@
 #include "apps/output/svg_plot.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
 using Eigen::VectorXd;
@@ -22,26 +24,57 @@ TEST_CASE("ticks are round, inside the limits and not too many", "[apps][svg_plo
   CHECK(apps::nice_ticks(1.0, 1.0, 5).empty());
 }
 
+namespace {
+
+/// The corners of the first line of an SVG of one panel, in pixels.
+Pixels corners(const std::string& svg) {
+  Pixels found;
+  std::size_t at = svg.find("<path d=\"M", svg.find("<clipPath")) + 9;
+  const std::string path = svg.substr(at, svg.find('"', at) - at);
+  for (at = 0; at != std::string::npos; at = path.find_first_of("ML", at + 1)) {
+    auto& [x, y] = found.emplace_back();
+    REQUIRE(std::sscanf(path.c_str() + at + 1, "%lf %lf", &x, &y) == 2);
+  }
+  return found;
+}
+
+}  // namespace
+
 TEST_CASE("thinning keeps the extremes of every pixel column", "[apps][svg_plot]") {
-  Pixels dense;
-  for (int i = 0; i < 100000; ++i) dense.emplace_back(i * 0.003, 50.0 + 40.0 * std::sin(i * 0.9));
-  dense[54321].second = 99.0;  // one spike
-  const auto few = apps::thinned(dense);
-  CHECK(few.size() <= 4 * 301);
-  double highest = 0.0;
-  for (const auto& [x, y] : few) highest = std::max(highest, y);
-  CHECK(highest == 99.0);
-  CHECK(few.front() == dense.front());
-  CHECK(few.back() == dense.back());
+  constexpr Eigen::Index n = 100'000;
+  VectorXd dense = VectorXd::LinSpaced(n, 0.0, 0.9 * n).array().sin();
+  dense(54'321) = 2.0;  // one spike
+  apps::PlotPanel panel{"", "t", "x", {{"", VectorXd::LinSpaced(n, 0.0, 1.0), dense}}};
+  panel.x_limits = {0.0, 1.0};
+  panel.y_limits = {-1.0, 2.0};
+  const Pixels few = corners(apps::to_svg({.panels = {panel}, .columns = 1}));
+  const double width = few.back().first - few.front().first;
+  CHECK(static_cast<double>(few.size()) <= 2.0 * width + 4.0);
+  double highest = 1e9, lowest = 0.0;
+  for (const auto& [x, y] : few) highest = std::min(highest, y), lowest = std::max(lowest, y);
+  const auto spike = std::find_if(few.begin(), few.end(), [&](const auto& corner) { return corner.second == highest; });
+  CHECK(spike->first - few.front().first == Approx(0.54321 * width).margin(1.0));
+  for (std::size_t i = 0; i + 1 < few.size(); ++i)  // each column goes from one extreme of the sine to the other
+    CHECK(std::abs(few[i + 1].second - few[i].second) <= 1.001 * (lowest - highest));
+  const auto third = (lowest - highest) / 3.0;  // of a unit
+  std::size_t low = 0;
+  for (const auto& [x, y] : few) low += std::abs(y - lowest) < 0.02 * third;
+  CHECK(static_cast<double>(low) > 0.9 * width);
 }
 
 TEST_CASE("thinning a loop drops only what is closer than a third of a pixel", "[apps][svg_plot]") {
-  Pixels loop;
-  for (int i = 0; i <= 20000; ++i) loop.emplace_back(100.0 * std::cos(i * 1e-3), 100.0 * std::sin(i * 1e-3));
-  const auto few = apps::thinned(loop);
-  CHECK(few.size() < 7000);  // twenty radians of 100 pixels are 2000 pixels
-  CHECK(few.size() > 4000);
-  CHECK(few.back() == loop.back());
+  constexpr Eigen::Index n = 20'001;
+  const VectorXd angle = VectorXd::LinSpaced(n, 0.0, 20.0);
+  apps::PlotPanel panel{"", "x", "y", {{"", angle.array().cos(), angle.array().sin()}}};
+  panel.x_limits = panel.y_limits = {-1.0, 1.0};
+  const Pixels few = corners(apps::to_svg({.panels = {panel}, .columns = 1}));
+  double length = 0.0;
+  for (std::size_t i = 1; i < few.size(); ++i)
+    length += std::hypot(few[i].first - few[i - 1].first, few[i].second - few[i - 1].second);
+  CHECK(few.size() > 2000);
+  CHECK(static_cast<double>(few.size()) <= 1.0 + length / 0.32);
+  for (std::size_t i = 1; i + 1 < few.size(); ++i)  // corners have two decimals
+    CHECK(std::hypot(few[i].first - few[i - 1].first, few[i].second - few[i - 1].second) >= 0.32);
 }
 
 TEST_CASE("a figure is a whole document with its labels, escaped", "[apps][svg_plot]") {
@@ -83,7 +116,7 @@ TEST_CASE("shading spans its interval and captions keep to the width", "[apps][s
   panel.series = {{"x", VectorXd::LinSpaced(11, 0.0, 10.0), VectorXd::LinSpaced(11, 0.0, 1.0)}};
   panel.x_limits = {0.0, 10.0};
   panel.spans = {{2.0, 7.0, "test"}, {9.9, 30.0, "too narrow for its name"}};
-  apps::PlotFigure figure{.panels = {panel}, .columns = 1, .panel_width_px = 486.0, .id = "figure-"};
+  apps::PlotFigure figure{.panels = {panel}, .columns = 1, .panel_width_px = 486.0, .name = "figure"};
   std::string caption;
   for (int i = 0; i < 60; ++i) caption += "word ";
   figure.caption = {caption};

@@ -6,7 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "apps/output/envelope.hpp"
 #include "apps/page/filter_response.hpp"
+#include "apps/page/page_sections.hpp"
 #include "apps/page/power_spectrum.hpp"
 
 using Eigen::Index;
@@ -40,7 +42,7 @@ TEST_CASE("thinning a long series keeps every spike", "[apps][page]") {
   VectorXd y = noise(n, 1);
   for (const Index at : {Index{17}, Index{50'000}, n - 1}) y(at) = 100.0 + static_cast<double>(at);
   y(70'001) = -500.0;
-  const auto shown = apps::min_max_decimated(x, y, most);
+  const auto shown = apps::envelope(x, y, most);
   CHECK(shown.y.size() <= most);
   CHECK(shown.y.maxCoeff() == y.maxCoeff());
   CHECK(shown.y.minCoeff() == -500.0);
@@ -50,14 +52,14 @@ TEST_CASE("thinning a long series keeps every spike", "[apps][page]") {
     CHECK(std::abs(shown.x(found - shown.y.begin()) - x(at)) <= 1000.0 / (most / 2));  // and where it is, to a run
   }
   for (Index i = 1; i < shown.x.size(); ++i) REQUIRE(shown.x(i) > shown.x(i - 1));
-  const auto whole = apps::min_max_decimated(x.head(most), y.head(most), most);
+  const auto whole = apps::envelope(x.head(most), y.head(most), most);
   CHECK(whole.y == y.head(most));
 }
 
 TEST_CASE("a gap stays a gap", "[apps][page]") {
   VectorXd y = noise(10'000, 2);
   y.segment(4000, 2000).setConstant(std::nan(""));
-  const auto shown = apps::min_max_decimated(VectorXd::LinSpaced(10'000, 0.0, 1.0), y, 500);
+  const auto shown = apps::envelope(VectorXd::LinSpaced(10'000, 0.0, 1.0), y, 500);
   CHECK((shown.y.array().isNaN()).count() >= 96);
   CHECK((shown.y.array().isNaN()).count() <= 104);
   const auto packed = apps::packed(y);
@@ -92,7 +94,7 @@ TEST_CASE("what a page reads of a chart is what was put in", "[apps][page]") {
   const VectorXd t = VectorXd::LinSpaced(300, 10.0, 20.0), y = noise(300, 4);
   panel.series = {{"measured", t, y}, {"odd", t.array().square(), y, apps::PlotStyle::dashed}};
   panel.spans = {{11.0, 12.0, "train"}};
-  const auto chart = nlohmann::json::parse(apps::chart_json(panel, 1000));
+  const auto chart = nlohmann::json::parse(apps::chart_json(panel));
   const auto& one = chart["series"][0];
   const std::string bytes = decoded(one["y"]);
   REQUIRE(bytes.size() == 600);
@@ -106,6 +108,16 @@ TEST_CASE("what a page reads of a chart is what was put in", "[apps][page]") {
   CHECK(x == Approx(400.0F));
   CHECK(chart["series"][1]["dashed"] == true);
   CHECK(chart["spans"][0]["label"] == "train");
+}
+
+TEST_CASE("a figure in numbers is that of all its points", "[apps][page]") {
+  constexpr Index n = 200'000;
+  const VectorXd phase = VectorXd::LinSpaced(n, 0.0, 2.0e4 * 3.14159265358979);
+  const auto figure = apps::chart("wave", "A wave.", {"", "t", "x", {{"", phase, 10.0 * phase.array().sin()}}});
+  const std::string with_files = apps::page_figure(figure, true).markup;
+  CHECK_THAT(with_files, Catch::Contains(">200000</td>") && Catch::Contains(">7.071</td>"));  // 10 / sqrt(2)
+  CHECK_THAT(with_files, Catch::Contains("figures/wave.csv"));
+  CHECK_THAT(apps::page_figure(figure, false).markup, !Catch::Contains("figures/"));
 }
 
 TEST_CASE("a spectrum holds the power of its signal, and a line where it is", "[apps][page]") {
