@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include "apps/cli/command_page.hpp"
+#include "apps/config/config.hpp"
 #include "apps/process/version.hpp"
 #include "apps/reference/guides.hpp"
 #include "apps/reference/topics.hpp"
@@ -108,6 +109,8 @@ _ardent() {{
   case "$command:$before" in
 {}    help:help) COMPREPLY=($(compgen -W '{}' -- "$word")); return ;;
     completion:completion) COMPREPLY=($(compgen -W 'bash zsh' -- "$word")); return ;;
+    check:--set|run:--set|prep:--set|study:--set|study:--over|batch:--set)
+      COMPREPLY=($(compgen -W '{}=' -- "$word")); compopt -o nospace 2>/dev/null; return ;;
   esac
   case "$command" in
 {}  esac
@@ -118,7 +121,8 @@ _ardent() {{
 }}
 complete -o filenames -F _ardent ardent
 )bash",
-                     fmt::join(command_names(program), " "), values, fmt::join(help_topics(program), " "), options);
+                     fmt::join(command_names(program), " "), values, fmt::join(help_topics(program), " "),
+                     fmt::join(override_keys(), "= "), options);
 }
 
 std::string zsh_completion(const Program& program) {

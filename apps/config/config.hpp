@@ -2,11 +2,10 @@
 #include <filesystem>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
-#include "dsp/io/asked_setting.hpp"
+#include "dsp/io/setting.hpp"
 #include "dsp/prepare.hpp"
 #include "dsp/segment_regimes.hpp"
 #include "ident/library.hpp"
@@ -79,14 +78,17 @@ struct Config {
 /// numbers.
 [[nodiscard]] RecordingConfig completed(RecordingConfig recording, const RecordingConfig& first);
 
-/// Every key that a config may have, once, with what its reader takes.
-[[nodiscard]] std::vector<dsp::AskedSetting> config_settings();
+/// Every key that a config may have.
+[[nodiscard]] const std::vector<dsp::Setting>& config_settings();
+
+/// The keys of a config as --set names them, of elements those of the first: "prepare.rate_hz", "range.0.to".
+[[nodiscard]] std::vector<std::string> override_keys();
 
 /// The full key of a setting that a study may call by a short name: "order" is "library.order". Others stay.
 [[nodiscard]] std::string study_key(const std::string& name);
 
-/// All that [study] may name, sorted: short names and the settings of methods.
-[[nodiscard]] std::set<std::string> study_names();
+/// All that [study] may name.
+[[nodiscard]] std::vector<std::string> study_names();
 
 /// The config as TOML with nothing left to a default but what differs between recordings. Files are written relative
 /// to `folder`, where the text is to live.

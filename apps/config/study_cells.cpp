@@ -23,17 +23,14 @@ bool has(const StudyCell& cell, const std::string& key) {
   return std::any_of(cell.setting.begin(), cell.setting.end(), [&](const auto& pair) { return pair.first == key; });
 }
 
-std::string fit_key(const ident::MethodSetting& setting) {
-  return fmt::format("fit.{}", setting.name);
-}
-
 /// Methods that do not have an axis' setting are left out of its cells.
 void keep_concerned(std::vector<ident::Method>& methods, const StudyCell& cell) {
   if (cell.axis < 0) return;
   const std::string& key = cell.setting.front().first;
   const auto concerned = [&](ident::Method method) {
     const auto& settings = ident::description(method).settings;
-    return std::any_of(settings.begin(), settings.end(), [&](const auto& setting) { return key == fit_key(setting); });
+    return std::any_of(settings.begin(), settings.end(),
+                       [&](const auto& setting) { return key == study_key(std::string(setting.name)); });
   };
   if (std::any_of(methods.begin(), methods.end(), concerned))
     std::erase_if(methods, [&](ident::Method method) { return !concerned(method); });
@@ -121,8 +118,7 @@ StudyAxis parse_axis(const std::string& text) {
   if (equals == std::string::npos || equals == 0) refuse("no key");
   StudyAxis axis{study_key(text.substr(0, equals)), {""}};
   if (axis.key.find('.') == std::string::npos) {
-    const std::set<std::string> names = study_names();
-    const std::string near = dsp::nearest(axis.key, {names.begin(), names.end()});
+    const std::string near = dsp::nearest(axis.key, study_names());
     refuse(near.empty() ? "no such setting" : fmt::format("no such setting (did you mean {}?)", near));
   }
   int depth = 0;
@@ -147,7 +143,8 @@ std::vector<StudyAxis> default_axes(const Config& config, double rate_hz, std::i
     if (!setting.study_values.empty() &&
         std::any_of(config.fit.methods.begin(), config.fit.methods.end(),
                     [&](ident::Method method) { return ident::description(method).has(setting.name); }))
-      axes.push_back({fit_key(setting), {setting.study_values.begin(), setting.study_values.end()}});
+      axes.push_back(
+          {study_key(std::string(setting.name)), {setting.study_values.begin(), setting.study_values.end()}});
   axes.push_back({train_fraction, {"0.15", "0.3", "0.45", "0.6", "0.75"}});
   axes.push_back({cutoff, {}});
   const double cutoff_hz = dsp::resolved(dsp::rate_by_cutoff(config.prepare, rate_hz), rate_hz).cutoff_hz;

@@ -3,9 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
+#include <cctype>
 #include <cmath>
-#include <set>
 
 #include "apps/config/config.hpp"
 #include "dsp/io/sidecar.hpp"
@@ -14,78 +13,61 @@
 namespace apps {
 namespace {
 
-using dsp::AskedSetting;
-
-std::string number_facts(const AskedSetting& setting) {
-  const std::string kind = setting.number ? "number" : "whole number";
-  const auto [from, to, above] = setting.range;
-  // A single number follows from what was asked: one of as many recordings as there are.
-  const bool low = std::isfinite(from), high = std::isfinite(to) && from < to;
+std::string number_facts(const dsp::SettingType& type) {
+  const std::string kind = type.number ? "number" : "whole number";
+  const auto [from, to, above] = type.range;
+  const bool low = std::isfinite(from), high = std::isfinite(to);
   if (low && high) return fmt::format("{} {} {} to {}", kind, above ? "above" : "from", from, to);
   if (low) return fmt::format("{}{} {}", kind, above ? " above" : ", at least", from);
   return high ? fmt::format("{}, at most {}", kind, to) : kind;
 }
 
 /// "number above 0 or text", "one of \"matched\", \"paper\"".
-std::string type_of(const AskedSetting& setting) {
+std::string in_words(const dsp::SettingType& type) {
   std::vector<std::string> kinds;
-  if (setting.number || setting.whole_number) kinds.push_back(number_facts(setting));
+  if (type.number || type.whole_number) kinds.push_back(number_facts(type));
   std::vector<std::string> words;
-  for (const std::string& word : setting.words)
+  for (const std::string& word : type.words)
     if (!word.empty()) words.push_back(fmt::format("\"{}\"", word));
   if (!words.empty())
     kinds.push_back(fmt::format("{}{}", words.size() > 1 ? "one of " : "", fmt::join(words, ", ")));
-  else if (setting.text)
+  else if (type.text)
     kinds.emplace_back("text");
-  if (setting.flag) kinds.emplace_back("true or false");
-  if (setting.moment) kinds.emplace_back("date, time or text");
-  if (setting.notes || setting.table_of_its_own) kinds.emplace_back("table { ... }");
-  return fmt::format("{}{}", fmt::join(kinds, ", or "), setting.several ? ", or an array of such" : "");
+  if (type.flag) kinds.emplace_back("true or false");
+  if (type.date) kinds.emplace_back("date, time or text");
+  if (type.table) kinds.emplace_back("table { ... }");
+  return fmt::format("{}{}", fmt::join(kinds, ", or "), type.several ? ", or an array of such" : "");
 }
 
-std::string facts_of(const AskedSetting& setting, const SettingHelp& help) {
-  std::string facts = type_of(setting);
-  if (!facts.empty()) facts[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(facts[0])));
-  if (!help.unit.empty()) facts += fmt::format("; in {}", help.unit);
-  if (!help.left_out.empty()) return fmt::format("{}; left out: {}.", facts, help.left_out);
-  if (!setting.fallback.empty()) return fmt::format("{}; left out: {}.", facts, setting.fallback);
+/// What holds where a key is left out; empty: nothing in its place.
+std::string left_out(const dsp::Setting& setting) {
+  if (!setting.left_out.empty()) return setting.left_out;
+  if (setting.fallback == "[]") return "none";
+  std::string fallback = setting.fallback == "\"\"" ? "" : setting.fallback;
+  if (fallback.ends_with(".0")) fallback.resize(fallback.size() - 2);
+  return fallback;
+}
+
+std::string facts_of(const dsp::Setting& setting) {
+  std::string facts = in_words(setting.type);
+  facts[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(facts[0])));
+  if (!setting.unit.empty()) facts += fmt::format("; in {}", setting.unit);
+  const std::string otherwise = left_out(setting);
+  if (!otherwise.empty()) return fmt::format("{}; left out: {}.", facts, otherwise);
   return facts + (setting.required ? "; must be given." : ".");
 }
 
-const SettingHelp* find_help(const std::vector<SettingHelp>& help, const std::string& table, const std::string& key) {
-  const auto found = std::find_if(help.begin(), help.end(),
-                                  [&](const SettingHelp& one) { return one.table == table && one.key == key; });
-  return found == help.end() ? nullptr : &*found;
-}
-
-/// A table's heading as a person writes it.
-std::string heading_of(const std::vector<AskedSetting>& asked, const std::string& table) {
-  if (table.empty()) return "At the top";
-  const bool elements = std::any_of(asked.begin(), asked.end(), [&](const AskedSetting& one) {
-    return one.table.empty() && one.key == table && one.tables;
-  });
-  return elements ? fmt::format("[[{}]]", table) : fmt::format("[{}]", table);
-}
-
-bool is_table_at_top(const AskedSetting& setting) {
-  return setting.table.empty() && (setting.tables || setting.table_of_its_own);
-}
-
-std::vector<Section> sections_of(const std::vector<AskedSetting>& asked, const std::vector<SettingHelp>& help) {
-  std::vector<Section> sections;
-  std::vector<std::string> tables{""};
-  for (const AskedSetting& setting : asked)
-    if (is_table_at_top(setting)) tables.push_back(setting.key);
-  for (const std::string& table : tables) {
-    Section section{heading_of(asked, table), "", {}, {}};
-    if (const SettingHelp* whole = table.empty() ? nullptr : find_help(help, "", table)) section.text = whole->meaning;
-    for (const AskedSetting& setting : asked) {
-      if (setting.table != table || is_table_at_top(setting)) continue;
-      const SettingHelp* words = find_help(help, table, setting.key);
-      section.entries.push_back({setting.key, words != nullptr ? words->meaning : "",
-                                 facts_of(setting, words != nullptr ? *words : SettingHelp{})});
+/// A section for each table, headed as a person writes it.
+std::vector<Section> sections_of(const std::vector<dsp::Setting>& settings) {
+  std::vector<Section> sections{{"At the top", "", {}, {}}};
+  std::string table;
+  for (const dsp::Setting& setting : settings) {
+    if (setting.is_heading()) {
+      table = setting.key;
+      sections.push_back({setting.type.elements ? "[[" + table + "]]" : "[" + table + "]", setting.meaning, {}, {}});
+    } else if (setting.table == table && setting.former.empty()) {
+      sections.back().entries.push_back({setting.key, setting.meaning, facts_of(setting)});
     }
-    sections.push_back(std::move(section));
   }
   return sections;
 }
@@ -97,19 +79,8 @@ void prepend(Page& page, std::vector<Section> sections) {
 
 }  // namespace
 
-std::vector<std::string> undescribed(const std::vector<AskedSetting>& asked, const std::vector<SettingHelp>& help) {
-  std::set<std::string> read, described;
-  for (const AskedSetting& setting : asked) read.insert(setting.table + "." + setting.key);
-  for (const SettingHelp& one : help)
-    if (!one.meaning.empty()) described.insert(one.table + "." + one.key);
-  std::vector<std::string> apart;
-  std::set_symmetric_difference(read.begin(), read.end(), described.begin(), described.end(),
-                                std::back_inserter(apart));
-  return apart;
-}
-
 Page config_page() {
-  Page page{"config", "Settings of a run, in TOML", "", sections_of(config_settings(), config_help())};
+  Page page{"config", "Settings of a run, in TOML", "", sections_of(config_settings())};
   prepend(page,
           {{"",
             "A config says what differs from the defaults; only [[recording]] with its file is needed. Paths count "
@@ -130,7 +101,7 @@ Page config_page() {
 
 Page sidecar_page() {
   Page page{"sidecar", "What is known of a recording and its sensors, in TOML beside it", "",
-            sections_of(dsp::sidecar_settings(), sidecar_help())};
+            sections_of(dsp::sidecar_settings())};
   prepend(
       page,
       {{"",

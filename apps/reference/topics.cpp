@@ -58,9 +58,8 @@ Page methods_page() {
   }
   Section settings{
       "Settings", "In [fit], or as an option of ardent fit: tau is --tau, ridge_lambda is --ridge-lambda.", {}, {}};
-  for (const SettingHelp& help : config_help())
-    if (help.table == "fit" && ident::find_method_setting(help.key) != nullptr)
-      settings.entries.push_back({help.key, help.meaning});
+  for (const ident::MethodSetting& setting : ident::method_settings())
+    settings.entries.push_back({std::string(setting.name), std::string(setting.help) + "."});
   return {"methods", "How an equation is found among candidate terms", "", {std::move(methods), std::move(settings)}};
 }
 

@@ -6,36 +6,54 @@
 #include <vector>
 
 #include "dsp/faults.hpp"
-#include "dsp/io/asked_setting.hpp"
+#include "dsp/io/setting.hpp"
 #include "dsp/io/toml_text.hpp"
 
 namespace dsp {
 
-/// The document behind a Settings and all handles on it, with what was asked of it.
+/// A table of a document, and where it is.
+struct SettingsTable {
+  const toml::table* node = nullptr;
+  std::string path = {};   ///< "range.0", as an override names it
+  std::string name = {};   ///< "range": elements share it
+  std::string shown = {};  ///< "[[range]] 1: ": before a key in a message, elements counted as people do
+
+  [[nodiscard]] SettingsTable inner(std::string_view key, const toml::table* table) const;
+  [[nodiscard]] SettingsTable element(std::string_view key, std::size_t i, const toml::table* table) const;
+};
+
+/// The document behind a Settings and all handles on it.
 struct SettingsDocument {
   std::string name;
   toml::table root;
-  std::map<std::string, std::string> overrides;        ///< path of the key -> the override as typed
-  std::map<std::string, std::set<std::string>> asked;  ///< path of a table -> keys asked for in it
-  std::set<std::string> free;                          ///< paths of tables that may hold anything
-  std::vector<AskedSetting> settings;                  ///< the same keys in the order of asking, and how
-  Faults faults;                                       ///< found in reading, not yet thrown
-  bool is_interrupted = false;                         ///< not all was asked for that would have been
+  std::map<std::string, std::string> overrides;  ///< path of the key -> the override as typed
+  std::set<std::string> wrong;                   ///< paths of values that count as absent
+  Faults faults, unknown;                        ///< found in reading, not yet thrown; unknown keys last
 
-  /// The record of a key in a table called `path`, made where there is none.
-  AskedSetting& setting(const std::string& path, std::string_view key) &;
+  // As Settings has them.
+  [[nodiscard]] std::string place(const SettingsTable& table, std::string_view key) const;
+  [[nodiscard]] Fault fault(const SettingsTable& table, std::string_view key, std::string name,
+                            std::string_view what) const;
 };
 
 /// "a.b" for a key "b" in a table "a"; the key alone at the top.
 [[nodiscard]] std::string key_path(const std::string& table, std::string_view key);
 
-/// The same as messages name it: "[[range]] 1: to" for "range.0.to", the first one, as people count.
-[[nodiscard]] std::string shown_path(const std::string& path);
-
 /// Sets what `a.b=c` says. Throws Fault (usage, "config.override").
 void apply_override(SettingsDocument& document, const std::string& text);
 
-/// Adds a fault "config.unknown_key" for each key of `table` or below that nobody asked for.
-void check_keys(SettingsDocument& document, const toml::table& table, const std::string& path);
+/// As Settings::check.
+void check_document(SettingsDocument& document, const std::vector<Setting>& layout, int schema);
+
+/// A text as it is, any other value as TOML has it, a number in as few digits as give it back.
+[[nodiscard]] std::string value_text(const toml::node& node);
+
+/// Calls `take` with each element of an array, or with what is none.
+template <class Take>
+void for_each_value(const toml::node& node, Take&& take) {
+  const toml::array* array = node.as_array();
+  if (array == nullptr) return take(node);
+  for (const toml::node& element : *array) take(element);
+}
 
 }  // namespace dsp

@@ -45,12 +45,7 @@ struct RangeSpec {
   std::string place;
 };
 
-/// What a person knows about a recording, in NAME.ext.toml beside it:
-///   schema = 1, title, rate (number or "51200/3", Hz), start, clock ("regular" or "interpolate": an irregular time
-///   column is interpolated onto `rate`); [[channel]] name, index | column, file, role, unit, sensitivity, full_scale,
-///   offset, sensitivity_uncertainty (fraction, or "0.5 %"), range, drift, sign (1 or -1), delay ("0.23 ms" or
-///   seconds), coupling, highpass (Hz, number or array), sensor (free table);
-///   [[range]] name, from, to, train_to, where; [[bad]] from, to, why.
+/// What a person knows about a recording, in NAME.ext.toml beside it. Its keys are those of sidecar_settings().
 struct Sidecar {
   std::filesystem::path file;  ///< empty if there is none
   std::string title, start;
@@ -67,13 +62,11 @@ struct Sidecar {
 [[nodiscard]] Sidecar read_sidecar(const std::filesystem::path& file);
 [[nodiscard]] Sidecar parse_sidecar(std::string_view text, const std::string& name);
 
-/// Every key that a sidecar may have, once, with what its reader takes.
-[[nodiscard]] std::vector<AskedSetting> sidecar_settings();
+/// Every key that a sidecar may have.
+[[nodiscard]] const std::vector<Setting>& sidecar_settings();
 
 /// The [[range]] tables of a document; a fault (config.range) where `from` is not below `to`, train_to lies outside, or
 /// two ranges share a name.
 [[nodiscard]] std::vector<RangeSpec> read_ranges(const Settings& document);
-/// A rate: a positive number or "51200/3".
-[[nodiscard]] std::optional<double> read_rate(const Settings& table, std::string_view key);
 
 }  // namespace dsp

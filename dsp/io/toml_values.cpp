@@ -1,9 +1,6 @@
 #include "dsp/io/toml_values.hpp"
 
-#include <fmt/format.h>
-
-#include <sstream>
-
+#include "dsp/io/settings.hpp"
 #include "dsp/io/settings_document.hpp"
 
 namespace dsp {
@@ -19,13 +16,7 @@ void gather(const toml::node& node, const std::string& path, std::map<std::strin
     for (std::size_t i = 0; i < array->size(); ++i) gather(*array->get(i), key_path(path, std::to_string(i)), values);
     return;
   }
-  if (const auto* number = node.as_floating_point()) {
-    values[path] = fmt::format("{}", number->get());  // to as few digits as give it back
-    return;
-  }
-  std::ostringstream text;
-  node.visit([&](const auto& value) { text << value; });
-  values[path] = text.str();
+  values[path] = node.is_string() ? toml_quoted(value_text(node)) : value_text(node);
 }
 
 }  // namespace

@@ -115,7 +115,7 @@ TEST_CASE("keys of [segment] that are gone name what is in their place", "[apps]
     CHECK(std::count(ended.err.begin(), ended.err.end(), '\n') == 1);
     CHECK_THAT(ended.err, Catch::Contains("[config.former_key]"));
   }
-  for (const dsp::AskedSetting& key : apps::config_settings()) CHECK(key.key != "high_enter_m");
+  CHECK_THAT(expect(folder, "$ARDENT help config", 0, {}).out, !Catch::Contains("high_enter_m"));
 }
 
 TEST_CASE("a draft states nothing that was assumed", "[apps][manners]") {

@@ -106,6 +106,8 @@ TEST_CASE("completion scripts are understood by their shells, and complete", "[a
   CHECK(completed("ardent run --for", 2) == "--force\n");
   CHECK(completed("ardent run --require d", 3) == "describes\n");
   CHECK(completed("ardent help conf", 2) == "config\n");
+  CHECK(completed("ardent run --set prepare.state_c", 3) == "prepare.state_cutoff_hz=\n");
+  CHECK(completed("ardent check --set range.0.tr", 3) == "range.0.train_to=\n");
   expect(folder, "$ARDENT completion zsh > z; if command -v zsh; then zsh -n z; else head -1 z; fi", 0, {});
   expect(folder, "$ARDENT completion fish", 2, {"bash"});
 }

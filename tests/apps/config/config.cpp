@@ -2,6 +2,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "dsp/io/settings.hpp"
+#include "dsp/io/toml_values.hpp"
 #include "support/fault.hpp"
 #include "support/scratch.hpp"
 
@@ -109,6 +111,34 @@ TEST_CASE("a config written down reads back as itself, to the byte", "[apps][con
   CHECK(apps::to_toml(again, folder / "run") == written);
   CHECK(again.prepare.cutoff_hz == config.prepare.cutoff_hz);
   CHECK(again.ranges[0].spec.where == config.ranges[0].spec.where);
+}
+
+TEST_CASE("every key that is given another value than its default is written with it", "[apps][config]") {
+  const Scratch folder;
+  const auto other_value = [](const dsp::Setting& setting) -> std::string {
+    const dsp::SettingType& type = setting.type;
+    if (setting.key == "methods") return "[\"ols\"]";
+    if (type.flag) return setting.fallback == "true" ? "false" : "true";
+    for (const std::string& word : type.words)
+      if (const std::string text = dsp::toml_quoted(word); text != setting.fallback && text != setting.left_out)
+        return text;
+    if (type.number || type.whole_number) return type.range.to <= 1.0 ? "0.5" : "3";
+    return type.several ? "[\"x\"]" : "\"x\"";
+  };
+  int tried = 0;
+  for (const dsp::Setting& setting : apps::config_settings()) {
+    const std::string path = setting.table + "." + setting.key;
+    const bool is_single = setting.table.find('.') == std::string::npos && setting.table != "recording" &&
+                           setting.table != "range" && setting.table != "study" && !setting.table.empty();
+    if (!is_single || !setting.former.empty() || path == "library.only" || path == "output.full") continue;
+    const std::string text =
+        recording + "[" + setting.table + "]\n" + setting.key + " = " + other_value(setting) + "\n";
+    CAPTURE(text);
+    const std::string written = apps::to_toml(apps::read_config(folder.file("c.toml", text)), folder / "");
+    CHECK(dsp::toml_values(written, "").at(path) == dsp::toml_values(text, "").at(path));
+    ++tried;
+  }
+  CHECK(tried > 30);
 }
 
 TEST_CASE("an unknown key is named with its line and the nearest key", "[apps][config]") {
