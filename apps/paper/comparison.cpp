@@ -102,7 +102,7 @@ Json compare_cov(const CaseView& view, const Printed& print) {
   const bool fast = print.method == "fast_rvm";
   const double expected = fast ? cov / noise : cov;
   const FoundTerm found = found_term(view.fits(print.row, print.method), print.term);
-  Json row = compared(print, {expected, expected, found.cov, nan, ""});
+  Json row = compared(print, {.expected = expected, .expected_std = expected, .ours = found.cov});
   row["expected"] = number_or_null(cov);
   const auto numbers = [&](const char* name) {
     return reason(name, fmt::arg("expected", expected), fmt::arg("noise", noise), fmt::arg("cov", cov),
@@ -154,11 +154,11 @@ double median_of_ours(const CaseView& view, const std::string& method, double ra
   std::vector<double> values;
   for (const Json* run :
        matching(view.replication.document.at("free_run"), {{"method", method}, {"ratio", ratio}, {"signal", signal}})) {
-    const double nmse = number(run->at("nmse"));
+    const double nmse = number_in(run->at("nmse"));
     values.push_back(std::isfinite(nmse) ? nmse : INFINITY);
   }
-  const double median = values.empty() ? nan : dsp::median(values);
-  return std::isfinite(median) ? median : nan;
+  const double median = values.empty() ? missing : dsp::median(values);
+  return std::isfinite(median) ? median : missing;
 }
 
 /// True terms that are printed and that none of our fits by this method keeps.
@@ -193,8 +193,9 @@ void compare_free_runs(const CaseView& view, Json& rows) {
         const std::string& signal = definition.variables[static_cast<std::size_t>(state)];
         const double error = state_error(run, record, state);
         const std::string why = reason_of_run(error, means(state), lacking);
-        rows.push_back(compared({definition.table, "", signal, method, "free_run", error},
-                                {means(state), nan, median_of_ours(view, method, record.ratio, signal), nan, why}));
+        rows.push_back(compared(
+            {definition.table, "", signal, method, "free_run", error},
+            {.expected = means(state), .ours = median_of_ours(view, method, record.ratio, signal), .reason = why}));
         rows.back()["verdict"] = why.empty() ? "within noise" : "not reproducible";
         rows.back()["ratio"] = record.ratio;
       }
@@ -263,10 +264,10 @@ Json compare_with_paper(const CaseReplication& replication) {
     if (print.quantity == "mean") rows.push_back(compare_mean(view, print));
     if (print.quantity == "cov") rows.push_back(compare_cov(view, print));
     if (print.quantity != "seconds") continue;
-    const double per_row = mean_of(matching(replication.document.at("fits"), {{"method", print.method}}), "/seconds");
-    const double fits = per_row * static_cast<double>(view.printed.at(print.method).size());
-    seconds.push_back(compared(
-        print, {nan, nan, fits + mean_of(matching(replication.document.at("accumulate"), {}), "/seconds"), nan}));
+    const double a_fit = mean_of(matching(replication.document.at("fits"), {{"method", print.method}}), "/seconds");
+    const double all_rows = a_fit * static_cast<double>(view.printed.at(print.method).size());
+    seconds.push_back(
+        compared(print, {.ours = all_rows + mean_of(matching(replication.document.at("accumulate"), {}), "/seconds")}));
   }
   compare_free_runs(view, rows);
   rows.insert(rows.end(), seconds.begin(), seconds.end());

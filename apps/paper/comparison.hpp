@@ -9,10 +9,10 @@ namespace apps {
 
 /// What is known about a printed number.
 struct Answer {
-  double expected = nan;              ///< what the stated method gives without the luck of a draw; NaN: not known
-  double expected_std = nan;          ///< unit of the print's tolerance
-  double ours = nan, ours_std = nan;  ///< means over the seeds that keep the term
-  std::string reason = {};            ///< for a verdict that is not "within noise"
+  double expected = missing;      ///< what the stated method gives without the luck of a draw; NaN: not known
+  double expected_std = missing;  ///< unit of the print's tolerance
+  double ours = missing, ours_std = missing;  ///< means over the seeds that keep the term
+  std::string reason = {};                    ///< for a verdict that is not "within noise"
 };
 /// "within noise" where the print is no further from what is expected than its tolerance, in units of expected_std;
 /// "misprint" where what it should be is; else "not reproducible", as is a print without tolerance. Where nothing is

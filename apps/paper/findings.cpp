@@ -9,11 +9,11 @@
 
 namespace apps {
 
-double number(const Json& value) {
-  return value.is_number() ? value.get<double>() : nan;
+double number_in(const Json& value) {
+  return value.is_number() ? value.get<double>() : missing;
 }
 
-std::string shown(double value, int digits) {
+std::string short_number(double value, int digits) {
   return std::isfinite(value) ? fmt::format("{:.{}g}", value, digits) : "-";
 }
 
@@ -40,7 +40,7 @@ std::vector<std::pair<Json, JsonRows>> grouped(const JsonRows& rows, const std::
 
 double mean_of(const JsonRows& rows, const std::string& path) {
   double sum = 0.0;
-  for (const Json* row : rows) sum += number(row->at(Json::json_pointer(path)));
+  for (const Json* row : rows) sum += number_in(row->at(Json::json_pointer(path)));
   return sum / static_cast<double>(rows.size());
 }
 
@@ -49,8 +49,9 @@ FoundTerm found_term(const JsonRows& fits, const std::string& name) {
   for (const Json* fit : fits)
     for (const Json& term : fit->at("terms")) {
       if (term["name"] != name) continue;
-      const double mean = number(term["mean"]), std = number(term[term.contains("std_noise") ? "std_noise" : "std"]);
-      const double scale = number(term.value("scale", Json()));
+      const double mean = number_in(term["mean"]),
+                   std = number_in(term[term.contains("std_noise") ? "std_noise" : "std"]);
+      const double scale = number_in(term.value("scale", Json()));
       found.mean += mean;
       found.std += std;
       found.mean_scaled += mean * scale;

@@ -17,7 +17,7 @@ Printed printed_line(const std::string& line) {
     return std::string(dsp::unquoted(field));
   };
   const auto number = [&] {
-    double value = nan;
+    double value = missing;
     if (dsp::parse_cell(text(), false, value) == dsp::Cell::bad)
       throw std::logic_error("data/paper: not a number in " + line);
     return value;
@@ -50,7 +50,7 @@ double printed_value(int table, std::string_view term, std::string_view method, 
   for (const Printed& one : printed_numbers())
     if (one.table == table && one.row == row && one.term == term && one.method == method && one.quantity == quantity)
       return one.value;
-  return nan;
+  return missing;
 }
 
 const dsp::Settings& paper_cases() {

@@ -12,7 +12,7 @@
 
 namespace apps {
 
-inline constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+inline constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
 /// The three methods of the paper, in its order.
 inline constexpr const char* paper_methods[] = {"fast_rvm", "slow_rvm", "sindy"};
@@ -21,7 +21,7 @@ inline constexpr const char* paper_methods[] = {"fast_rvm", "slow_rvm", "sindy"}
 struct Printed {
   int table = 0;
   std::string row, term, method, quantity;
-  double value = nan, tolerance = nan, should_be = nan;  ///< NaN: not there
+  double value = missing, tolerance = missing, should_be = missing;  ///< NaN: not there
   std::string remark = {};
 };
 /// In the order of tables and lines.

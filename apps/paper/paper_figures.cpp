@@ -47,7 +47,7 @@ std::string caption_of(const CaseReplication& replication, std::uint64_t seed, d
   for (const Json* run :
        matching(replication.document.at("free_run"), {{"seed", seed}, {"method", "fast_rvm"}, {"ratio", ratio}})) {
     if (run->at("nmse").is_null()) return "no free-run NMSE, " + run->at("status").get<std::string>();
-    values.push_back(fmt::format("{} {:.2g}", run->at("signal").get<std::string>(), number(run->at("nmse"))));
+    values.push_back(fmt::format("{} {:.2g}", run->at("signal").get<std::string>(), number_in(run->at("nmse"))));
   }
   return fmt::format("free-run NMSE {}", fmt::join(values, ", "));
 }

@@ -16,11 +16,8 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-std::string table_name(int number) {
-  return fmt::format("table-{}", number);
-}
-std::string figure_name(int number) {
-  return fmt::format("fig-{}", number);
+std::string name_of(const char* kind, int number) {
+  return fmt::format("{}-{}", kind, number);
 }
 
 bool asked(const Names& items, const Names& any_of) {
@@ -40,16 +37,16 @@ struct Results {
   void write_table(int number, const std::string& what, const std::string& head, const JsonRows& rows,
                    const std::string& further) {
     std::string text = fmt::format("Table {}: {}\n{}", number, what, head);
-    for (const Table& table : compared_tables(rows)) text += table.text();
+    for (const PaperTable& table : compared_tables(rows)) text += table.text();
     text += further;
-    folder.write(table_name(number) + ".txt", text);
-    written.push_back({table_name(number), fmt::format("Table {}: {}", number, what), {}, std::move(text)});
+    folder.write(name_of("table", number) + ".txt", text);
+    written.push_back({name_of("table", number), fmt::format("Table {}: {}", number, what), {}, std::move(text)});
   }
   void write_figure(int number, const std::string& what, PlotFigure figure) {
-    figure.id = figure_name(number) + "-";
+    figure.id = name_of("fig", number) + "-";
     std::string svg = to_svg(figure);
-    folder.write(figure_name(number) + ".svg", svg);
-    written.push_back({figure_name(number), fmt::format("Figure {}: {}", number, what), std::move(svg)});
+    folder.write(name_of("fig", number) + ".svg", svg);
+    written.push_back({name_of("fig", number), fmt::format("Figure {}: {}", number, what), std::move(svg)});
   }
 };
 
@@ -61,8 +58,8 @@ std::string head_of(const char* section, const ReplicateOptions& options) {
 
 std::string replicate_section4(const Section4Case& definition, const ReplicateOptions& options, Results& results,
                                Console& console) {
-  const bool table = asked(results.items, {"all", definition.name, table_name(definition.table)});
-  const bool figure = asked(results.items, {"all", definition.name, figure_name(definition.figure)});
+  const bool table = asked(results.items, {"all", definition.name, name_of("table", definition.table)});
+  const bool figure = asked(results.items, {"all", definition.name, name_of("fig", definition.figure)});
   if (!table && !figure) return {};
   console.step(definition.name);
   const CaseReplication replication = replicate_case(definition, options, shown_progress(console, definition.name));
@@ -106,7 +103,8 @@ std::string replicate_section5(const ReplicateOptions& options, Results& results
   }
   const bool need_all = wants("table-9") || wants("fig-12") || wants("fig-13");
   std::vector<RigRegime> tables = rig_regimes();
-  std::erase_if(tables, [&](const RigRegime& one) { return !wants(one.case_name()) && !wants(table_name(one.table)); });
+  std::erase_if(tables,
+                [&](const RigRegime& one) { return !wants(one.case_name()) && !wants(name_of("table", one.table)); });
   const std::vector<RigRegime> regimes = need_all ? rig_regimes() : tables;
   if (regimes.empty()) return {};
   const RigReplication replication = replicate_rig(regimes, options, results.folder, console);
@@ -137,14 +135,14 @@ std::string replicate_section5(const ReplicateOptions& options, Results& results
 }  // namespace
 
 void require_items(const Names& items) {
-  Names cases, known{"all", "qzs", table_name(9), figure_name(11), figure_name(12), figure_name(13)};
+  Names cases, known{"all", "qzs", name_of("table", 9), name_of("fig", 11), name_of("fig", 12), name_of("fig", 13)};
   for (const Section4Case& one : section4_cases()) {
     cases.push_back(one.name);
-    known.insert(known.end(), {table_name(one.table), figure_name(one.figure)});
+    known.insert(known.end(), {name_of("table", one.table), name_of("fig", one.figure)});
   }
   for (const RigRegime& one : rig_regimes()) {
     cases.push_back(one.case_name());
-    known.push_back(table_name(one.table));
+    known.push_back(name_of("table", one.table));
   }
   const auto refuse = [](const std::string& text) {
     throw dsp::Fault(dsp::FaultKind::usage, "replicate.item", "replicate: " + text);
@@ -166,8 +164,8 @@ Replicated replicate(const Names& items, const ReplicateOptions& options, const 
   for (const Section4Case& one : section4_cases()) summary += replicate_section4(one, options, results, console);
   summary += replicate_section5(rig_options, results, console);
   for (ReplicatedItem& item : results.written)
-    for (const Json* row : matching(results.document["paper"], Json::object()))
-      if (item.name == table_name(row->at("table"))) item.rows.push_back(row);
+    for (const Json& row : results.document["paper"])
+      if (item.name == name_of("table", row["table"])) item.rows.push_back(&row);
   const std::string json = results.document.dump(1) + "\n";
   folder.write("replicate.json", json);
   folder.write("replicate.html", replicate_page(results.written, summary));

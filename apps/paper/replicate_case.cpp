@@ -58,7 +58,7 @@ void put_fit(Json& into, const Section4Study& study, const Section4Row& row, con
     const Json inclusion = number_or_null(fit.inclusion_probability(i));
     if (std::binary_search(fit.relevant.begin(), fit.relevant.end(), i)) {
       terms.push_back({{"name", name},
-                       {"true", number_or_null(row.truth_known ? row.truth(i) : nan)},
+                       {"true", number_or_null(row.truth_known ? row.truth(i) : missing)},
                        {"mean", fit.mean(j)},
                        {"std", number_or_null(std::sqrt(fit.interval_covariance()(j, j)))},
                        {"std_noise", number_or_null(std::sqrt(fit.covariance(j, j)))},
@@ -222,7 +222,7 @@ sim::Simulation free_response(const Section4Case& definition, const std::vector<
 }
 
 double state_error(const sim::Simulation& run, const Section4Record& record, Index state) {
-  if (run.status != sim::SimulationStatus::finished) return nan;
+  if (run.status != sim::SimulationStatus::finished) return missing;
   return ident::nmse(run.states.col(state), record.simulation.states.col(state));
 }
 

@@ -17,7 +17,7 @@ std::string verdict_counts(const JsonRows& rows) {
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 
-void write_table(const ReplicatedItem& item, const Table& table, HtmlWriter& html) {
+void write_table(const ReplicatedItem& item, const PaperTable& table, HtmlWriter& html) {
   std::vector<std::string> heads;
   for (const std::string& head : table.heads) heads.push_back(head.substr(1));
   html.table(item.title + ". " + table.caption, heads, table.rows);
@@ -31,7 +31,7 @@ void write_item(const ReplicatedItem& item, HtmlWriter& html) {
     html.open("div", {{"role", "img"}, {"aria-labelledby", id}}).markup(item.svg).close();
     html.element("figcaption", fmt::format("{}. As a file: {}.svg", item.title, item.name), {{"id", id}}).close();
   }
-  for (const Table& table : compared_tables(item.rows)) write_table(item, table, html);
+  for (const PaperTable& table : compared_tables(item.rows)) write_table(item, table, html);
   if (!item.text.empty())
     html.open("details").element("summary", "The whole table as text").element("pre", item.text).close();
   html.close();

@@ -43,7 +43,7 @@ double damping_of(const JsonRows& fits) {
   double sum = 0.0;
   for (const Json* fit : fits) {
     std::vector<std::pair<std::string, double>> terms;
-    std::map<std::string, double> scale{{"x", nan}, {"v", nan}, {"ddr", nan}};
+    std::map<std::string, double> scale{{"x", missing}, {"v", missing}, {"ddr", missing}};
     for (const Json& term : fit->at("terms")) {
       terms.emplace_back(term["name"], term["mean"]);
       scale[term["name"]] = term["scale"];
@@ -57,16 +57,16 @@ double damping_of(const JsonRows& fits) {
 Json compare_print(const RigReplication& replication, const RigRegime& regime, const Printed& print) {
   const auto answer_by = [&](const RigWay& way) -> Answer {
     const JsonRows fits = rig_fits(replication, regime, way, "paper", print.method);
-    if (print.quantity == "seconds") return {nan, nan, mean_of(fits, "/seconds"), nan};
-    if (print.quantity == "nmse") return {nan, nan, mean_of(fits, "/nmse/" + print.term), nan};
+    if (print.quantity == "seconds") return {.ours = mean_of(fits, "/seconds")};
+    if (print.quantity == "nmse") return {.ours = mean_of(fits, "/nmse/" + print.term)};
     const FoundTerm found = found_term(fits, print.term);
-    if (print.quantity == "mean") return {nan, nan, found.mean_scaled, found.std_scaled};
-    return {nan, nan, found.cov, nan};
+    if (print.quantity == "mean") return {.ours = found.mean_scaled, .ours_std = found.std_scaled};
+    return {.ours = found.cov};
   };
   Answer answer = answer_by(rig_ways().front());
   if (print.quantity == "mean" || print.quantity == "nmse") {
     const double matched = answer_by(rig_ways()[2]).ours;
-    answer.reason = "T1 matched: " + (std::isfinite(matched) ? shown(matched, 3) : "not kept");
+    answer.reason = "T1 matched: " + (std::isfinite(matched) ? short_number(matched, 3) : "not kept");
   }
   Json row = compared(print, answer);
   if (print.quantity == "cov" && print.method == "fast_rvm")
@@ -132,8 +132,8 @@ void put_facts(const RigReplication& replication, const RigRegime& regime, Numbe
   words["branch"] = regime.name == "high" ? "high" : "low";
   for (const Json& sensors : replication.sensors) {
     if (numbers.contains("power_raw") || !sensors["way"].get<std::string>().starts_with("T1")) continue;
-    numbers["power_raw"] = number(sensors["power_check"]["raw"].value(words["branch"], Json()));
-    numbers["power_corrected"] = number(sensors["power_check"]["corrected"].value(words["branch"], Json()));
+    numbers["power_raw"] = number_in(sensors["power_check"]["raw"].value(words["branch"], Json()));
+    numbers["power_corrected"] = number_in(sensors["power_check"]["corrected"].value(words["branch"], Json()));
   }
 }
 
@@ -156,7 +156,7 @@ double damping_over_supply(const std::vector<std::pair<std::string, double>>& te
     else
       taken -= coefficient * values_on(name, motion).dot(v) / static_cast<double>(v.size());
   }
-  return supply > 0.0 ? taken / supply : nan;
+  return supply > 0.0 ? taken / supply : missing;
 }
 
 double printed_damping_over_supply(int table) {

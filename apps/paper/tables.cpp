@@ -24,8 +24,8 @@ std::string counted(const JsonRows& fits, const char* list) {
   return parts.empty() ? "-" : fmt::format("{}", fmt::join(parts, ", "));
 }
 
-Table supports(const Json& document) {
-  Table table{"Support", {"<row", "<method", ">exact", "<false terms; missing terms"}, {}};
+PaperTable supports(const Json& document) {
+  PaperTable table{"Support", {"<row", "<method", ">exact", "<false terms; missing terms"}, {}};
   for (const auto& [key, fits] : grouped(matching(document["fits"], {}), {"row", "method"})) {
     const bool known = !fits.front()->at("support_exact").is_null();
     const auto exact =
@@ -66,8 +66,8 @@ std::string error_text(const CaseReplication& replication, double noise) {
         std::vector<double> errors;
         for (const Json* fit : fits) {
           const Json& term = fit->at("terms")[i];
-          const double error = std::abs(number(term["mean"]) - number(term["true"])),
-                       stds = error / number(term["std"]);
+          const double error = std::abs(number_in(term["mean"]) - number_in(term["true"])),
+                       stds = error / number_in(term["std"]);
           covered += stds <= 1.959964;
           ++total;
           largest = std::max(largest, stds);
@@ -84,13 +84,13 @@ std::string error_text(const CaseReplication& replication, double noise) {
       *std::max_element(medians.begin(), medians.end()));
 }
 
-Table free_runs(const Json& document) {
-  Table table{"Free run at held-out ratios, NMSE", {"<method", ">ratio", "<signal", ">median", ">worst"}, {}};
+PaperTable free_runs(const Json& document) {
+  PaperTable table{"Free run at held-out ratios, NMSE", {"<method", ">ratio", "<signal", ">median", ">worst"}, {}};
   const auto value = [](double nmse) { return std::isfinite(nmse) ? fmt::format("{:.2e}", nmse) : "diverged"; };
   for (const auto& [key, runs] : grouped(matching(document["free_run"], {}), {"method", "ratio", "signal"})) {
     std::vector<double> errors;
-    for (const Json* run : runs) errors.push_back(run->at("nmse").is_null() ? HUGE_VAL : number(run->at("nmse")));
-    table.rows.push_back({key[0], fmt::format("{:.2f}", number(key[1])), key[2], value(dsp::median(errors)),
+    for (const Json* run : runs) errors.push_back(run->at("nmse").is_null() ? HUGE_VAL : number_in(run->at("nmse")));
+    table.rows.push_back({key[0], fmt::format("{:.2f}", number_in(key[1])), key[2], value(dsp::median(errors)),
                           value(*std::max_element(errors.begin(), errors.end()))});
   }
   return table;
@@ -110,7 +110,7 @@ std::string error_pair(double train, double test) {
 /// Mean and standard deviation in SI of every term that some way keeps, beside what is true.
 std::string si_text(const RigReplication& replication, const RigRegime& regime, const char* candidates,
                     const std::string& caption) {
-  Table table{caption, with_ways({"<term", "<unit"}), {}};
+  PaperTable table{caption, with_ways({"<term", "<unit"}), {}};
   table.heads.insert(table.heads.end(), {">true T1", ">true T0"});
   for (const std::string& name : paper_cases().texts("rig_terms")) {
     std::vector<std::string> row{name, ""};
@@ -119,7 +119,7 @@ std::string si_text(const RigReplication& replication, const RigRegime& regime, 
       row.push_back(term.kept > 0 ? fmt::format("{:.5g} +- {:.2g}", term.mean, term.std) : "-");
       if (term.kept > 0) row[1] = term.unit;
     }
-    for (const char* twin : {"T1", "T0"}) row.push_back(shown(rig_truth(twin, name), 4));
+    for (const char* twin : {"T1", "T0"}) row.push_back(short_number(rig_truth(twin, name), 4));
     if (!row[1].empty()) table.rows.push_back(std::move(row));
   }
   return table.text();
@@ -134,7 +134,7 @@ std::string listed(const std::vector<std::string>& sentences) {
 
 }  // namespace
 
-std::string Table::text() const {
+std::string PaperTable::text() const {
   std::vector<std::size_t> widths;
   for (std::size_t j = 0; j < heads.size(); ++j) {
     widths.push_back(heads[j].size() - 1);
@@ -151,24 +151,24 @@ std::string Table::text() const {
   return text + "\n";
 }
 
-std::vector<Table> compared_tables(const JsonRows& rows) {
-  std::vector<Table> tables;
+std::vector<PaperTable> compared_tables(const JsonRows& rows) {
+  std::vector<PaperTable> tables;
   for (const char* name : {"mean", "cov", "nmse", "free_run", "seconds"}) {
     const dsp::Settings words = paper_sentences().table("quantity").table(name);
-    Table table{words.need_text("caption"),
-                {"<row", "<term", "<method", ">paper", ">expected", ">ours", ">our standard deviation",
-                 "<verdict on the print"},
-                {}};
+    PaperTable table{words.need_text("caption"),
+                     {"<row", "<term", "<method", ">paper", ">expected", ">ours", ">our standard deviation",
+                      "<verdict on the print"},
+                     {}};
     bool expected = false;
     for (const Json* row : rows) {
       if (row->at("quantity") != name) continue;
       const std::string term = row->at("term"), verdict = row->at("verdict"), why = row->at("reason");
       expected = expected || row->at("expected").is_number();
-      table.rows.push_back({row->at("row"),
-                            row->contains("ratio") ? fmt::format("{} at {:g}", term, number(row->at("ratio"))) : term,
-                            row->at("method")});
+      table.rows.push_back(
+          {row->at("row"), row->contains("ratio") ? fmt::format("{} at {:g}", term, number_in(row->at("ratio"))) : term,
+           row->at("method")});
       for (const char* value : {"paper", "expected", "ours", "ours_std"})
-        table.rows.back().push_back(shown(number(row->at(value))));
+        table.rows.back().push_back(short_number(number_in(row->at(value))));
       table.rows.back().push_back(why.empty() ? verdict : verdict + ": " + why);
     }
     if (const std::string meaning = words.need_text("expected"); expected && !meaning.empty())
@@ -191,7 +191,7 @@ std::string case_text(const CaseReplication& replication, const ReplicateOptions
   const JsonRows fits = matching(document["fits"], {{"method", "fast_rvm"}});
   const double ms = 1e3 * static_cast<double>(fits.size()) / options.num_seeds;
   text += fmt::format("F-RVM of all rows from R: {:.2f} ms; all columns and targets to R: {:.2f} ms\n\n",
-                      ms * mean_of(fits, "/seconds"), 1e3 * number(document["accumulate"][0]["seconds"]));
+                      ms * mean_of(fits, "/seconds"), 1e3 * number_in(document["accumulate"][0]["seconds"]));
   return text + free_runs(document).text();
 }
 
@@ -203,14 +203,14 @@ std::string rig_errors_text(const RigReplication& replication, const std::vector
     if (row->at("method") == "fast_rvm" && row->at("verdict") != "same size")
       differences.push_back(fmt::format("{}, {}: ours is {} than printed, {:.4f} for {:.4f}.",
                                         row->at("row").get<std::string>(), row->at("term").get<std::string>(),
-                                        row->at("verdict").get<std::string>(), number(row->at("ours")),
-                                        number(row->at("paper"))));
-  Table runs{"Free run over the test rows, NMSE of x, F-RVM (the paper has none; 1 is as good as no motion)",
-             with_ways({"<data", "<candidates"}),
-             {}};
+                                        row->at("verdict").get<std::string>(), number_in(row->at("ours")),
+                                        number_in(row->at("paper"))));
+  PaperTable runs{"Free run over the test rows, NMSE of x, F-RVM (the paper has none; 1 is as good as no motion)",
+                  with_ways({"<data", "<candidates"}),
+                  {}};
   for (const auto& [candidates, words] :
        {std::pair{"paper", "the paper's candidates"}, {"all", "cubic terms, sgn(v) and ddr"}}) {
-    Table errors{fmt::format("From {}", words), with_ways({"<data", "<method", ">paper"}), {}};
+    PaperTable errors{fmt::format("From {}", words), with_ways({"<data", "<method", ">paper"}), {}};
     for (const RigRegime& regime : regimes) {
       for (const char* method : paper_methods) {
         const auto print = [&](const char* part) { return printed_value(9, part, method, "nmse", regime.name); };
@@ -226,7 +226,7 @@ std::string rig_errors_text(const RigReplication& replication, const std::vector
         const JsonRows found = matching(
             replication.free_run,
             {{"case", regime.case_name()}, {"method", "fast_rvm"}, {"way", way.name}, {"candidates", candidates}});
-        runs.rows.back().push_back(shown(mean_of(found, "/nmse"), 2));
+        runs.rows.back().push_back(short_number(mean_of(found, "/nmse"), 2));
       }
     }
     text += errors.text();

@@ -8,7 +8,7 @@
 namespace apps {
 
 /// Heads, each with "<" or ">" before it for how its column is aligned, and rows of cells.
-struct Table {
+struct PaperTable {
   std::string caption;
   std::vector<std::string> heads;
   std::vector<std::vector<std::string>> rows;
@@ -16,7 +16,7 @@ struct Table {
 };
 
 /// Printed numbers beside ours (rows of "paper"), a table for each quantity.
-[[nodiscard]] std::vector<Table> compared_tables(const JsonRows& rows);
+[[nodiscard]] std::vector<PaperTable> compared_tables(const JsonRows& rows);
 
 /// What stands beside these in the file of a case of Section 4: how often its terms are found, how well error bars and
 /// bands of the fast RVM hold over all seeds, errors of free runs, times.

@@ -29,7 +29,7 @@ std::string text(const apps::Json& row, const char* key) {
 }
 
 double value(const apps::Json& row, const char* key) {
-  return apps::number(row.at(key));
+  return apps::number_in(row.at(key));
 }
 
 // Verdicts of the case's printed numbers, counted by quantity, method and verdict.
