@@ -3,7 +3,6 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "apps/paper/paper_files.hpp"
 #include "dsp/io/table_cells.hpp"
 
 namespace apps {

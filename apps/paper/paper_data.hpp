@@ -33,6 +33,12 @@ struct Printed {
 [[nodiscard]] const dsp::Settings& paper_cases();      ///< cases.toml
 [[nodiscard]] const dsp::Settings& paper_sentences();  ///< sentences.toml
 
+// The files as they were when the program was built.
+[[nodiscard]] std::string_view paper_tables_text();  ///< all tables, one after the other
+[[nodiscard]] std::string_view paper_cases_text();
+[[nodiscard]] std::string_view paper_sentences_text();
+[[nodiscard]] std::string_view paper_rig_text();
+
 /// A sentence of [reason] with these numbers and words, fmt::arg("name", value).
 template <class... Arguments>
 [[nodiscard]] std::string reason(std::string_view name, const Arguments&... arguments) {

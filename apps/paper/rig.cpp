@@ -7,7 +7,6 @@
 #include "apps/config/identification.hpp"
 #include "apps/output/json_number.hpp"
 #include "apps/paper/paper_data.hpp"
-#include "apps/paper/paper_files.hpp"
 #include "apps/process/interrupt.hpp"
 #include "apps/process/path.hpp"
 #include "dsp/io/sidecar.hpp"
