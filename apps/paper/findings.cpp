@@ -1,7 +1,5 @@
 #include "apps/paper/findings.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -11,10 +9,6 @@ namespace apps {
 
 double number_in(const Json& value) {
   return value.is_number() ? value.get<double>() : missing;
-}
-
-std::string short_number(double value, int digits) {
-  return std::isfinite(value) ? fmt::format("{:.{}g}", value, digits) : "-";
 }
 
 JsonRows matching(const Json& rows, const Json& values) {

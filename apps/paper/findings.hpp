@@ -12,8 +12,6 @@ using JsonRows = std::vector<const Json*>;
 
 /// NaN for null.
 [[nodiscard]] double number_in(const Json& value);
-/// A number to `digits` digits, "-" where there is none.
-[[nodiscard]] std::string short_number(double value, int digits = 5);
 
 /// The rows that have all these values.
 [[nodiscard]] JsonRows matching(const Json& rows, const Json& values);

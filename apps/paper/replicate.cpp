@@ -43,7 +43,7 @@ struct Results {
     written.push_back({name_of("table", number), fmt::format("Table {}: {}", number, what), {}, std::move(text)});
   }
   void write_figure(int number, const std::string& what, PlotFigure figure) {
-    figure.id = name_of("fig", number) + "-";
+    figure.name = name_of("fig", number);
     std::string svg = to_svg(figure);
     folder.write(name_of("fig", number) + ".svg", svg);
     written.push_back({name_of("fig", number), fmt::format("Figure {}: {}", number, what), std::move(svg)});

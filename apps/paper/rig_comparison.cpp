@@ -9,7 +9,7 @@
 #include <map>
 #include <numbers>
 
-#include "apps/output/json_number.hpp"
+#include "apps/output/number_text.hpp"
 #include "apps/paper/comparison.hpp"
 #include "ident/library/expression.hpp"
 
@@ -64,10 +64,8 @@ Json compare_print(const RigReplication& replication, const RigRegime& regime, c
     return {.ours = found.cov};
   };
   Answer answer = answer_by(rig_ways().front());
-  if (print.quantity == "mean" || print.quantity == "nmse") {
-    const double matched = answer_by(rig_ways()[2]).ours;
-    answer.reason = "T1 matched: " + (std::isfinite(matched) ? short_number(matched, 3) : "not kept");
-  }
+  if (print.quantity == "mean" || print.quantity == "nmse")
+    answer.reason = "T1 matched: " + number_text(answer_by(rig_ways()[2]).ours, "{:.3g}", "not kept");
   Json row = compared(print, answer);
   if (print.quantity == "cov" && print.method == "fast_rvm")
     row["expected"] = printed_value(print.table, print.term, "slow_rvm", "cov") * printed_cov_ratio(print.table).mean;

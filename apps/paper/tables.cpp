@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "apps/output/number_text.hpp"
 #include "apps/output/wrapped_text.hpp"
 #include "apps/paper/paper_data.hpp"
 #include "apps/paper/rig_comparison.hpp"
@@ -119,7 +120,7 @@ std::string si_text(const RigReplication& replication, const RigRegime& regime, 
       row.push_back(term.kept > 0 ? fmt::format("{:.5g} +- {:.2g}", term.mean, term.std) : "-");
       if (term.kept > 0) row[1] = term.unit;
     }
-    for (const char* twin : {"T1", "T0"}) row.push_back(short_number(rig_truth(twin, name), 4));
+    for (const char* twin : {"T1", "T0"}) row.push_back(number_text(rig_truth(twin, name), "{:.4g}"));
     if (!row[1].empty()) table.rows.push_back(std::move(row));
   }
   return table.text();
@@ -168,7 +169,7 @@ std::vector<PaperTable> compared_tables(const JsonRows& rows) {
           {row->at("row"), row->contains("ratio") ? fmt::format("{} at {:g}", term, number_in(row->at("ratio"))) : term,
            row->at("method")});
       for (const char* value : {"paper", "expected", "ours", "ours_std"})
-        table.rows.back().push_back(short_number(number_in(row->at(value))));
+        table.rows.back().push_back(number_text(number_in(row->at(value)), "{:.5g}"));
       table.rows.back().push_back(why.empty() ? verdict : verdict + ": " + why);
     }
     if (const std::string meaning = words.need_text("expected"); expected && !meaning.empty())
@@ -226,7 +227,7 @@ std::string rig_errors_text(const RigReplication& replication, const std::vector
         const JsonRows found = matching(
             replication.free_run,
             {{"case", regime.case_name()}, {"method", "fast_rvm"}, {"way", way.name}, {"candidates", candidates}});
-        runs.rows.back().push_back(short_number(mean_of(found, "/nmse"), 2));
+        runs.rows.back().push_back(number_text(mean_of(found, "/nmse"), "{:.2g}"));
       }
     }
     text += errors.text();
