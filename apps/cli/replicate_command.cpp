@@ -5,12 +5,10 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "apps/cli/command.hpp"
 #include "apps/config/parameter_settings.hpp"
-#include "apps/paper/replicate_files.hpp"
-#include "apps/paper/replicate_page.hpp"
+#include "apps/paper/replicate.hpp"
 #include "apps/process/output_folder.hpp"
 
 namespace apps {
@@ -21,11 +19,10 @@ namespace {
 }
 
 ReplicateOptions options_of(const ReplicateArguments& arguments) {
-  constexpr double stated_noise = 0.1;
   if (arguments.num_seeds < 1)
     refuse("replicate.seeds", fmt::format("--seeds {}, want 1 or more", arguments.num_seeds));
-  const double noise =
-      require_within(arguments.noise.value_or(stated_noise), 0.0, most_noise, "replicate.noise", "replicate: --noise");
+  const double noise = require_within(arguments.noise.value_or(stated_noise()), 0.0, most_noise, "replicate.noise",
+                                      "replicate: --noise");
   ReplicateOptions options{arguments.num_seeds, arguments.first_seed, noise};
   bool known = false;
   for (const auto selection : {ident::Selection::evidence, ident::Selection::evidence_white, ident::Selection::type2})
@@ -43,26 +40,18 @@ ReplicateOptions options_of(const ReplicateArguments& arguments) {
 
 void run_replicate(const ReplicateArguments& arguments, Console& console) {
   const ReplicateOptions options = options_of(arguments);
-  const ReplicateItems items = items_of(arguments.items);
+  require_items(arguments.items);
   const auto start = std::chrono::steady_clock::now();
   OutputFolder folder(arguments.folder, arguments.force);
   Manifest manifest = begin_manifest("replicate", arguments.command_line, arguments.first_seed, folder.destination());
-
-  std::vector<ReplicatedCase> cases;
-  std::vector<ReplicatedItem> written;
-  std::string summary = write_section4(items.cases, options, folder, cases, written, console);
-  nlohmann::ordered_json document = replicate_json(cases, options);
-  summary += write_section5(
-      items.rig, {options.num_seeds, options.first_seed, arguments.noise.value_or(1.0), options.selection, options.tau},
-      folder, document, written, console);
-  const std::string text = document.dump(1) + "\n";
-  folder.write("replicate.json", text);
-  folder.write("replicate.html", replicate_page(written, summary));
+  ReplicateOptions rig_options = options;
+  rig_options.noise = arguments.noise.value_or(1.0);
+  const Replicated replicated = replicate(arguments.items, options, rig_options, folder, console);
   folder.commit(std::move(manifest));
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  console.result(console.json() ? text
-                                : summary + fmt::format("in {:.1f} s; open {}\n", seconds,
-                                                        (folder.destination() / "replicate.html").string()));
+  console.result(console.json() ? replicated.json
+                                : replicated.summary + fmt::format("in {:.1f} s; open {}\n", seconds,
+                                                                   (folder.destination() / "replicate.html").string()));
 }
 
 Command replicate_command() {

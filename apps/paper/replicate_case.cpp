@@ -1,15 +1,15 @@
 #include "apps/paper/replicate_case.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <ctime>
 
-#include "apps/paper/free_response.hpp"
+#include "apps/output/json_number.hpp"
+#include "apps/paper/paper_data.hpp"
+#include "apps/process/interrupt.hpp"
 #include "ident/methods.hpp"
 #include "ident/regression/multi_rvm.hpp"
-#include "sim/noise.hpp"
+#include "ident/validate/metrics.hpp"
 
 namespace apps {
 namespace {
@@ -18,120 +18,161 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::uint64_t first_held_out_id = 5000;  // of noise sequences, apart from the training's
-
 double cpu_seconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-// What is compared row by row, with the name of each way.
 std::vector<std::pair<std::string, ident::MethodOptions>> methods(const ReplicateOptions& options) {
-  std::vector<std::pair<std::string, ident::MethodOptions>> result;
-  const std::vector<ident::MethodOptions> each{
-      ident::FastRvmOptions{.selection = options.selection, .tau = options.tau},
-      ident::SlowRvmOptions{.selection = options.selection, .tau = options.tau},
-      ident::StlsqOptions{},
-      ident::StlsqOptions{.threshold = raw_threshold, .unit_norm = false},
-      ident::LassoOptions{},
-      ident::OlsOptions{}};
-  for (const ident::MethodOptions& one : each) {
-    const auto* stlsq = std::get_if<ident::StlsqOptions>(&one);
-    const bool raw = stlsq != nullptr && !stlsq->unit_norm;
-    result.emplace_back(std::string(ident::description(one).name) + (raw ? "_raw" : ""), one);
+  const double raw = paper_cases().need_number("raw_threshold");
+  return {{"fast_rvm", ident::FastRvmOptions{.selection = options.selection, .tau = options.tau}},
+          {"slow_rvm", ident::SlowRvmOptions{.selection = options.selection, .tau = options.tau}},
+          {"sindy", ident::StlsqOptions{}},
+          {"sindy_raw", ident::StlsqOptions{.threshold = raw, .unit_norm = false}},
+          {"lasso", ident::LassoOptions{}},
+          {"ols", ident::OlsOptions{}}};
+}
+
+Json steps_json(const Section4Study& study, const ident::Fit& fit) {
+  const auto name_of = [&](Index term) { return term < 0 ? Json() : Json(names_of(study, {term}).front()); };
+  Json steps = Json::array();
+  for (const ident::FitStep& step : fit.steps) {
+    steps.push_back({{"action", ident::to_string(step.action)},
+                     {"term", name_of(step.term)},
+                     {"log_evidence", number_or_null(step.log_evidence)},
+                     {"noise_variance", number_or_null(step.noise_variance)}});
+    if (step.action == ident::FitAction::start) steps.back()["terms"] = names_of(study, step.terms);
+    if (step.action == ident::FitAction::exchange) steps.back()["leaving"] = name_of(step.leaving);
+    if (std::isfinite(step.penalty)) steps.back()["lambda"] = step.penalty;
   }
-  return result;
+  return steps;
 }
 
-SupportError error_of(const ident::Fit& fit, const Section4Row& row) {
-  return row.truth_known ? support_error(fit, row.truth) : SupportError{};
+/// What `fit` found of a row; case, seed and method in front, seconds behind are put there by the caller.
+void put_fit(Json& into, const Section4Study& study, const Section4Row& row, const ident::Fit& fit) {
+  const SupportError error = row.truth_known ? support_error(fit, row.truth) : SupportError{};
+  Json terms = Json::array(), rejected = Json::array();
+  for (Index i = 0, j = 0; i < row.truth.size(); ++i) {
+    const std::string name = names_of(study, {i}).front();
+    const Json inclusion = number_or_null(fit.inclusion_probability(i));
+    if (std::binary_search(fit.relevant.begin(), fit.relevant.end(), i)) {
+      terms.push_back({{"name", name},
+                       {"true", number_or_null(row.truth_known ? row.truth(i) : missing)},
+                       {"mean", fit.mean(j)},
+                       {"std", number_or_null(std::sqrt(fit.interval_covariance()(j, j)))},
+                       {"std_noise", number_or_null(std::sqrt(fit.covariance(j, j)))},
+                       {"inclusion_probability", inclusion}});
+      ++j;
+    } else if (i < fit.evidence_gain.size()) {
+      rejected.push_back({{"name", name}, {"inclusion_probability", inclusion}});
+    }
+  }
+  into["selection"] = fit.selection ? Json(ident::to_string(*fit.selection)) : Json();
+  into["tau"] = fit.selection ? Json(fit.tau) : Json();
+  into["status"] = ident::to_string(fit.status);
+  into["iterations"] = fit.iterations;
+  into["discarded_iterations"] = fit.discarded_iterations;
+  into["support_exact"] = row.truth_known ? Json(error.exact()) : Json();
+  into["false_terms"] = names_of(study, error.false_terms);
+  into["missing_terms"] = names_of(study, error.missing_terms);
+  into["terms"] = std::move(terms);
+  into["rejected"] = std::move(rejected);
+  into["noise_std"] = number_or_null(std::sqrt(fit.noise_variance));
+  into["log_evidence"] = number_or_null(fit.log_evidence);
+  into["condition_number"] = number_or_null(fit.condition_number);
+  into["steps"] = steps_json(study, fit);
 }
 
-void fit_seed(CaseReplication& result, const ReplicateOptions& options, std::uint64_t seed) {
-  for (std::size_t g = 0; g < result.study.regressions.size(); ++g) {
-    const Section4Regression& regression = result.study.regressions[g];
+/// An equation found, until it has been run.
+struct FoundEquation {
+  const Section4Row* row;
+  std::string method;
+  ident::Fit fit;
+};
+
+std::vector<FoundEquation> fit_seed(CaseReplication& result, const ReplicateOptions& options, std::uint64_t seed) {
+  std::vector<FoundEquation> found;
+  for (const Section4Regression& regression : result.study.regressions) {
     double begun = cpu_seconds();
     const auto data = section4_factor(result.study, regression, options.noise, seed);
-    result.accumulate_seconds += (cpu_seconds() - begun) / options.num_seeds;
-    const auto add = [&](std::size_t row, std::string method, ident::Fit fit, double seconds) {
-      SupportError error = error_of(fit, regression.rows[row]);
-      result.fits.push_back({seed, g, row, std::move(method), std::move(fit), std::move(error), seconds});
+    Json& accumulated = result.document["accumulate"].front()["seconds"];
+    accumulated = accumulated.get<double>() + (cpu_seconds() - begun) / options.num_seeds;
+    const auto add = [&](const Section4Row& row, const std::string& method, ident::Fit fit, double seconds) {
+      Json entry{{"case", result.study.definition->name},
+                 {"row", row.label()},
+                 {"seed", seed},
+                 {"noise", options.noise},
+                 {"method", method}};
+      put_fit(entry, result.study, row, fit);
+      entry["seconds"] = seconds;
+      result.document["fits"].push_back(std::move(entry));
+      found.push_back({&row, method, std::move(fit)});
     };
-    for (std::size_t j = 0; j < regression.rows.size(); ++j) {
-      const auto own = row_factor(data, j);
+    for (std::size_t j = 0; j < regression.rows.size(); ++j)
       for (const auto& [name, method] : methods(options)) {
+        const auto own = row_factor(data, j);
         begun = cpu_seconds();
         ident::Fit fit = ident::fit(own, method);
-        add(j, name, std::move(fit), cpu_seconds() - begun);
+        add(regression.rows[j], name, std::move(fit), cpu_seconds() - begun);
       }
-    }
     begun = cpu_seconds();
     ident::MultiFit multi = ident::fit_multi_rvm(data, {.selection = options.selection, .tau = options.tau});
     const double seconds = (cpu_seconds() - begun) / static_cast<double>(regression.rows.size());
-    for (std::size_t j = 0; j < multi.rows.size(); ++j) add(j, "multi_rvm", std::move(multi.rows[j]), seconds);
+    for (std::size_t j = 0; j < multi.rows.size(); ++j)
+      add(regression.rows[j], "multi_rvm", std::move(multi.rows[j]), seconds);
   }
+  return found;
 }
 
-/// The identified equations of all states.
-std::vector<ident::StateEquation> identified_equations(const CaseReplication& result, std::uint64_t seed,
-                                                       const std::string& method) {
-  std::vector<ident::StateEquation> equations;
-  for (const CaseFit& fit : result.fits) {
-    if (fit.seed != seed || fit.method != method) continue;
-    const Section4Row& row = result.row_of(fit);
-    equations.push_back(
-        {static_cast<std::size_t>(row.row - 1), {}, {fit.fit.mean.begin(), fit.fit.mean.end()}, row.where});
-    for (const Index term : fit.fit.relevant)
-      equations.back().terms.push_back(result.study.library.terms[static_cast<std::size_t>(term)].name);
-  }
-  return equations;
+void add_score(CaseReplication& result, const char* kind, std::uint64_t seed, const std::string& method, double ratio,
+               const std::string& signal, double nmse, const std::string& status = "finished") {
+  result.document[kind].push_back({{"case", result.study.definition->name},
+                                   {"seed", seed},
+                                   {"method", method},
+                                   {"ratio", ratio},
+                                   {"signal", signal},
+                                   {"nmse", number_or_null(nmse)},
+                                   {"status", status}});
 }
 
-// The columns of these library terms on a record.
-MatrixXd columns_on(const Section4Study& study, const std::vector<Index>& terms, const dsp::Motion& motion) {
-  MatrixXd phi(motion.num_samples(), static_cast<Index>(terms.size()));
-  for (std::size_t k = 0; k < terms.size(); ++k)
-    phi.col(static_cast<Index>(k)) =
-        study.library.terms[static_cast<std::size_t>(terms[k])].expression.evaluate(motion);
-  return phi;
-}
-
-sim::Simulation run_identified(CaseReplication& result, const Section4Record& record, std::uint64_t seed,
-                               const std::string& method) {
+sim::Simulation run_identified(CaseReplication& result, const std::vector<FoundEquation>& found,
+                               const Section4Record& record, std::uint64_t seed, const std::string& method) {
   const Section4Case& definition = *result.study.definition;
-  auto run = free_response(definition, identified_equations(result, seed, method), record);
-  for (StateError& error : state_errors(run, definition, record))
-    result.scores.push_back(
-        {seed, method, "free_run", record.ratio, std::move(error.signal), error.nmse, std::move(error.status)});
+  std::vector<ident::StateEquation> equations;
+  for (const FoundEquation& one : found)
+    if (one.method == method)
+      equations.push_back(state_equation(result.study, *one.row, one.fit.relevant, one.fit.mean));
+  auto run = free_response(definition, equations, record);
+  for (int state = 0; state < definition.num_rows(); ++state)
+    add_score(result, "free_run", seed, method, record.ratio, definition.variables[static_cast<std::size_t>(state)],
+              state_error(run, record, state), run.reason.empty() ? "finished" : "diverged: " + run.reason);
   return run;
 }
 
-// Rates predicted from the true states, and how well their bands hold noisy ones.
-void score_rates(CaseReplication& result, const ReplicateOptions& options, const Section4Record& record,
-                 std::uint64_t seed) {
-  std::vector<std::string> names;
-  for (const dsp::Signal& signal : record.motion.signals) names.push_back(signal.name);
-  for (const CaseFit& fit : result.fits) {
-    if (fit.seed != seed || fit.method != "fast_rvm") continue;
-    const Section4Row& row = result.row_of(fit);
-    std::vector<Index> samples;
-    const auto holds = ident::rows_where(ident::Expression(row.where.empty() ? "1" : row.where, names), record.motion);
-    for (std::size_t i = 0; i < holds.size(); ++i)
-      if (holds[i] != 0) samples.push_back(static_cast<Index>(i));
-    const MatrixXd phi = columns_on(result.study, fit.fit.relevant, record.motion)(samples, Eigen::all);
-    const VectorXd predicted = phi * fit.fit.mean, actual = record.motion.at(row.target)(samples);
-    result.scores.push_back(
-        {seed, fit.method, "one_step", record.ratio, row.target, ident::nmse(predicted, actual), "finished"});
+/// Rates predicted from the true states, and how well their bands hold noisy ones.
+void score_rates(CaseReplication& result, const std::vector<FoundEquation>& found, const ReplicateOptions& options,
+                 const Section4Record& record, std::uint64_t seed) {
+  constexpr long first_sequence = 5000;  // of noise, apart from the training's
+  for (const auto& [row, method, fit] : found) {
+    if (method != "fast_rvm") continue;
+    const auto samples = samples_where(row->where.empty() ? "1" : row->where, record.motion);
+    const MatrixXd phi = columns_on(result.study, fit.relevant, record.motion)(samples, Eigen::all);
+    const VectorXd predicted = phi * fit.mean, actual = record.motion.at(row->target)(samples);
+    add_score(result, "one_step", seed, method, record.ratio, row->target, ident::nmse(predicted, actual));
     if (!(options.noise > 0.0)) continue;
-    const sim::Noise draw(seed, first_held_out_id + 10 * static_cast<std::uint64_t>(std::lround(100.0 * record.ratio)) +
-                                    static_cast<std::uint64_t>(row.row));
-    VectorXd noisy = actual;
-    for (Index i = 0; i < noisy.size(); ++i)
-      noisy(i) +=
-          options.noise * row.std * draw.normal(static_cast<std::uint64_t>(samples[static_cast<std::size_t>(i)]));
-    const VectorXd variance = ident::predictive_variance(phi, fit.fit.covariance, fit.fit.noise_variance);
-    result.bands.push_back({seed, row.label(), record.ratio, ident::band_fractions(predicted, variance, noisy)});
+    const auto sequence =
+        static_cast<std::uint64_t>(first_sequence + 10 * std::lround(100.0 * record.ratio) + row->row);
+    const auto bands =
+        ident::band_fractions(predicted, ident::predictive_variance(phi, fit.covariance, fit.noise_variance),
+                              noisy(actual, samples, options.noise * row->std, seed, sequence));
+    result.document["bands"].push_back({{"case", result.study.definition->name},
+                                        {"row", row->label()},
+                                        {"seed", seed},
+                                        {"ratio", record.ratio},
+                                        {"within_50", bands.within_50},
+                                        {"within_90", bands.within_90},
+                                        {"within_95", bands.within_95}});
   }
 }
 
@@ -142,23 +183,55 @@ CaseReplication replicate_case(const Section4Case& definition, const ReplicateOp
   const auto done = [&](double fraction) {
     if (between) between(fraction);
   };
-  CaseReplication result;
-  result.study = section4_study(definition);
+  CaseReplication result{section4_study(definition), {}, {}};
+  for (const char* list : {"fits", "free_run", "one_step", "bands"}) result.document[list] = Json::array();
+  result.document["accumulate"] = {{{"case", definition.name}, {"seconds", 0.0}}};
   for (const double ratio : definition.held_out_ratios) result.runs.push_back({section4_record(definition, ratio), {}});
   for (int k = 0; k < options.num_seeds; ++k) {
     done(static_cast<double>(k) / options.num_seeds);
     const std::uint64_t seed = options.first_seed + static_cast<std::uint64_t>(k);
-    fit_seed(result, options, seed);
+    const auto found = fit_seed(result, options, seed);
     for (HeldOutRun& run : result.runs) {
-      auto simulated = run_identified(result, run.record, seed, "fast_rvm");
-      score_rates(result, options, run.record, seed);
+      auto simulated = run_identified(result, found, run.record, seed, "fast_rvm");
+      score_rates(result, found, options, run.record, seed);
       if (k > 0) continue;
       run.identified = std::move(simulated);
-      for (const char* method : {"slow_rvm", "sindy"}) (void)run_identified(result, run.record, seed, method);
+      for (const char* method : {"slow_rvm", "sindy"}) (void)run_identified(result, found, run.record, seed, method);
     }
   }
   done(1.0);
   return result;
+}
+
+sim::Simulation free_response(const Section4Case& definition, const std::vector<ident::StateEquation>& equations,
+                              const Section4Record& record) {
+  constexpr double divergence_factor = 100.0;
+  const sim::Experiment experiment = sim::make_experiment(definition.system, {{"ratio", record.ratio}});
+  const ident::EquationFrame frame{.states = definition.variables, .inputs = {"f"}};
+  const auto system = ident::system_of(std::make_shared<const ident::EquationOfMotion>(equations, frame),
+                                       [forcing = experiment.system.forcing](double t, double* f) { *f = forcing(t); });
+  const auto states = record.simulation.states.leftCols(definition.num_rows());
+  const double rate_hz = record.motion.sample_rate_hz;
+  return sim::simulate(system, experiment.initial.head(definition.num_rows()),
+                       {.duration_s = static_cast<double>(states.rows() - 1) / rate_hz,
+                        .sample_rate_hz = rate_hz,
+                        .relative_tolerance = 1e-8,
+                        .absolute_tolerance = 1e-10,
+                        .divergence_bound = divergence_factor * states.cwiseAbs().maxCoeff(),
+                        .poll = check_interrupted});
+}
+
+double state_error(const sim::Simulation& run, const Section4Record& record, Index state) {
+  if (run.status != sim::SimulationStatus::finished) return missing;
+  return ident::nmse(run.states.col(state), record.simulation.states.col(state));
+}
+
+ident::StateEquation state_equation(const Section4Study& study, const Section4Row& row, const std::vector<Index>& terms,
+                                    const VectorXd& coefficients) {
+  return {static_cast<std::size_t>(row.row - 1),
+          names_of(study, terms),
+          {coefficients.begin(), coefficients.end()},
+          row.where};
 }
 
 }  // namespace apps

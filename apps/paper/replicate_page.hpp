@@ -2,16 +2,16 @@
 #include <string>
 #include <vector>
 
-#include "apps/paper/paper_comparison.hpp"
+#include "apps/paper/findings.hpp"
 
 namespace apps {
 
 /// A table or figure of the paper as it was written into the folder.
 struct ReplicatedItem {
-  std::string name, title;       ///< "table-1", "Table 1: duffing"
-  std::string svg = {};          ///< of a figure; names inside begin with `name`
-  std::string text = {};         ///< of a table, as its file has it
-  std::vector<Comparison> rows;  ///< of a table: every printed number beside ours
+  std::string name, title;  ///< "table-1", "Table 1: duffing"
+  std::string svg = {};     ///< of a figure; names inside begin with `name`
+  std::string text = {};    ///< of a table, as its file has it
+  JsonRows rows = {};       ///< of a table: every printed number beside ours
 };
 
 /// replicate.html: how the printed numbers fare, then table by table these beside ours with verdicts, and figures, in

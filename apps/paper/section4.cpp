@@ -7,6 +7,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "apps/paper/paper_data.hpp"
 #include "apps/process/interrupt.hpp"
 #include "dsp/fault.hpp"
 #include "ident/library/expression.hpp"
@@ -21,45 +22,24 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double duration_s = 25.0, sample_rate_hz = 100.0;
-
-std::vector<Section4Case> make_cases() {
-  const std::vector<double> seven{0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3}, five{0.8, 0.9, 1.0, 1.1, 1.2};
-  const std::vector<double> beside{0.65, 1.05, 1.25, 1.4};
-  const std::vector<std::string> two{"x", "v"}, three{"x", "v", "z"};
-  return {
-      {"duffing", "duffing", 1, 2, seven, {0.6, 0.85, 1.25, 1.4}, 2, two, 3, {"f"}},
-      {"coulomb", "coulomb", 2, 3, seven, beside, 2, two, 2, {"sgn(v)", "f"}},
-      {"bouc-wen", "bouc-wen", 3, 4, five, {0.7, 0.75, 1.3}, 3, three, 2, {"z*abs(v)", "abs(z)*v", "f"}},
-      {"bouc-wen-2",
-       "bouc-wen",
-       4,
-       5,
-       five,
-       {0.75, 1.25, 1.3},
-       2,
-       two,
-       2,
-       {"abs(x)", "abs(v)", "x*abs(v)", "abs(x)*v", "abs(x)*abs(v)", "f"}},
-      {"valanis-1", "valanis-1", 5, 6, seven, beside, 3, three, 2, {"abs(v)*x", "abs(v)*z", "f"}},
-      {"valanis-2", "valanis-2", 6, 7, seven, beside, 3, three, 2, {"abs(v)*x", "abs(v)*z", "x^2*v^2", "f"}},
-      {"valanis-3", "valanis-3", 7, 8, seven, beside, 3, three, 2, {"abs(v)*x", "abs(v)*z", "exp(x)*v*abs(v)", "f"}},
-      {"valanis-4", "valanis-4", 8, 9, seven, beside, 3, three, 2, {"v*sin(x)", "f"}, {"v >= 0", "v < 0"}},
-  };
+std::vector<Section4Case> read_cases() {
+  const auto whole = [](double number) { return static_cast<int>(number); };
+  std::vector<Section4Case> cases;
+  for (const dsp::Settings& one : paper_cases().tables("case")) {
+    const dsp::Settings otherwise = one.table("otherwise");
+    cases.push_back({one.need_text("name"), one.need_text("system"), whole(one.need_number("table")),
+                     whole(one.need_number("figure")), one.numbers("trained"), one.numbers("held_out"),
+                     one.texts("states"), whole(one.need_number("order")), one.texts("terms"), one.texts("split"),
+                     whole(one.number("no_truth", 0.0)), one.texts("figure_x"), one.texts("figure_y"),
+                     otherwise.number("without_ratio", 0.0), otherwise.texts("beside"), otherwise.text("origin", "")});
+  }
+  return cases;
 }
 
-dsp::Motion motion_of(const sim::Experiment& experiment, const sim::Simulation& simulation) {
-  dsp::Motion motion;
-  motion.sample_rate_hz = sample_rate_hz;
-  const char *state_units[] = {"m", "m/s", "N"}, *rates[] = {"dx", "a", "dz"}, *rate_units[] = {"m/s", "m/s^2", "N/s"};
-  motion.signals.push_back({"t", "s", simulation.time_s});
-  for (Index j = 0; j < simulation.states.cols(); ++j)
-    motion.signals.push_back({experiment.system.states[j], state_units[j], simulation.states.col(j)});
-  motion.signals.push_back({"f", "1", simulation.time_s.unaryExpr(experiment.system.forcing)});
-  for (Index j = 0; j < simulation.states.cols(); ++j)
-    motion.signals.push_back({rates[j], rate_units[j], simulation.derivatives.col(j)});
-  motion.excluded.assign(static_cast<std::size_t>(simulation.time_s.size()), 0);
-  return motion;
+std::vector<Index> all_of(Index count) {
+  std::vector<Index> all(static_cast<std::size_t>(count));
+  std::iota(all.begin(), all.end(), Index{0});
+  return all;
 }
 
 void append(dsp::Motion& whole, const dsp::Motion& record) {
@@ -69,8 +49,7 @@ void append(dsp::Motion& whole, const dsp::Motion& record) {
   }
   for (std::size_t i = 0; i < whole.signals.size(); ++i) {
     VectorXd& values = whole.signals[i].values;
-    const Index before = values.size();
-    values.conservativeResize(before + record.num_samples());
+    values.conservativeResize(values.size() + record.num_samples());
     values.tail(record.num_samples()) = record.signals[i].values;
   }
   whole.excluded.insert(whole.excluded.end(), record.excluded.begin(), record.excluded.end());
@@ -80,38 +59,30 @@ double std_of(const VectorXd& values) {
   return std::sqrt((values.array() - values.mean()).square().mean());
 }
 
-Section4Regression regression_on(std::vector<Index> samples, const MatrixXd& columns) {
-  Section4Regression regression;
-  regression.phi = columns(samples, Eigen::all);
-  regression.samples = std::move(samples);
-  return regression;
-}
-
-void add_row(Section4Regression& regression, const Section4Study& study, const std::vector<sim::TrueTerm>& truth,
-             int row, std::string where) {
+Section4Row row_of(const Section4Study& study, const Section4Regression& regression, int row, std::string where) {
   static constexpr const char* targets[] = {"dx", "a", "dz"};
-  Section4Row added{row, targets[row - 1], std::move(where), {}, 0.0, false, {}};
-  const VectorXd& whole = study.training.at(added.target);
-  added.std = std_of(whole);
-  added.values = whole(regression.samples);
-  added.truth = VectorXd::Zero(regression.phi.cols());
-  added.truth_known = row != 2 || study.definition->name != "bouc-wen-2";
-  for (const sim::TrueTerm& term : truth) {
+  const VectorXd& whole = study.training.at(targets[row - 1]);
+  Section4Row added{row,
+                    targets[row - 1],
+                    std::move(where),
+                    whole(regression.samples),
+                    std_of(whole),
+                    row != study.definition->row_without_truth,
+                    VectorXd::Zero(regression.phi.cols())};
+  for (const sim::TrueTerm& term : sim::make_experiment(study.definition->system).truth) {
     if (term.row != row || term.where != added.where || !added.truth_known) continue;
-    const auto& terms = study.library.terms;
-    const auto found = std::find_if(terms.begin(), terms.end(),
-                                    [&](const ident::Term& candidate) { return candidate.name == term.name; });
-    if (found == terms.end())
+    const Index column = column_of(study, term.name);
+    if (column == added.truth.size())
       throw std::logic_error("section4: " + study.definition->name + " lacks the true term " + term.name);
-    added.truth(found - terms.begin()) = term.value;
+    added.truth(column) = term.value;
   }
-  regression.rows.push_back(std::move(added));
+  return added;
 }
 
 }  // namespace
 
 const std::vector<Section4Case>& section4_cases() {
-  static const std::vector<Section4Case> cases = make_cases();
+  static const std::vector<Section4Case> cases = read_cases();
   return cases;
 }
 
@@ -121,68 +92,92 @@ const Section4Case* find_section4_case(std::string_view name) {
   return nullptr;
 }
 
+double stated_noise() {
+  return paper_cases().need_number("noise");
+}
+
 std::string Section4Row::label() const {
   return where.empty() ? fmt::format("{}", row) : fmt::format("{} ({})", row, where);
 }
 
 Section4Record section4_record(const Section4Case& definition, double ratio) {
   const sim::Experiment experiment = sim::make_experiment(definition.system, {{"ratio", ratio}});
-  Section4Record record{
-      ratio,
-      sim::simulate(experiment.system, experiment.initial,
-                    {.duration_s = duration_s, .sample_rate_hz = sample_rate_hz, .poll = check_interrupted}),
-      {}};
-  if (record.simulation.status != sim::SimulationStatus::finished)
-    throw dsp::Fault(dsp::FaultKind::numerics, "replicate.simulation", record.simulation.reason);
-  record.motion = motion_of(experiment, record.simulation);
+  const double rate_hz = paper_cases().need_number("rate_hz"), duration_s = paper_cases().need_number("duration_s");
+  Section4Record record{ratio,
+                        sim::simulate(experiment.system, experiment.initial,
+                                      {.duration_s = duration_s, .sample_rate_hz = rate_hz, .poll = check_interrupted}),
+                        {.sample_rate_hz = rate_hz}};
+  const sim::Simulation& run = record.simulation;
+  if (run.status != sim::SimulationStatus::finished)
+    throw dsp::Fault(dsp::FaultKind::numerics, "replicate.simulation", run.reason);
+  const char *state_units[] = {"m", "m/s", "N"}, *rates[] = {"dx", "a", "dz"}, *rate_units[] = {"m/s", "m/s^2", "N/s"};
+  record.motion.signals = {{"t", "s", run.time_s}, {"f", "1", run.time_s.unaryExpr(experiment.system.forcing)}};
+  for (Index j = 0; j < run.states.cols(); ++j) {
+    record.motion.signals.push_back({experiment.system.states[j], state_units[j], run.states.col(j)});
+    record.motion.signals.push_back({rates[j], rate_units[j], run.derivatives.col(j)});
+  }
+  record.motion.excluded.assign(static_cast<std::size_t>(run.time_s.size()), 0);
   return record;
 }
 
 Section4Study section4_study(const Section4Case& definition) {
-  Section4Study study;
-  study.definition = &definition;
+  Section4Study study{&definition, {}, {}, {}};
   for (const double ratio : definition.training_ratios)
     append(study.training, section4_record(definition, ratio).motion);
   study.library = ident::make_library(
       {.order = definition.order, .variables = definition.variables, .terms = definition.further_terms}, "a",
       study.training);
-  const Index num_samples = study.training.num_samples();
-  MatrixXd columns(num_samples, static_cast<Index>(study.library.terms.size()));
-  for (std::size_t j = 0; j < study.library.terms.size(); ++j)
-    columns.col(static_cast<Index>(j)) = study.library.terms[j].expression.evaluate(study.training);
+  const auto all = all_of(study.training.num_samples());
+  const MatrixXd columns = columns_on(study, all_of(std::ssize(study.library.terms)), study.training);
 
-  const auto truth = sim::make_experiment(definition.system).truth;
-  std::vector<Index> all(static_cast<std::size_t>(num_samples));
-  std::iota(all.begin(), all.end(), Index{0});
-  study.regressions.push_back(regression_on(all, columns));
-  const bool splits = !definition.third_row_where.empty();
-  for (int row = 1; row <= definition.num_rows - (splits ? 1 : 0); ++row)
-    add_row(study.regressions.front(), study, truth, row, "");
-
-  std::vector<std::string> names;
-  for (const dsp::Signal& signal : study.training.signals) names.push_back(signal.name);
-  for (const std::string& where : definition.third_row_where) {
-    const auto holds = ident::rows_where(ident::Expression(where, names), study.training);
-    std::vector<Index> samples;
-    std::copy_if(all.begin(), all.end(), std::back_inserter(samples),
-                 [&](Index i) { return holds[static_cast<std::size_t>(i)] != 0; });
-    study.regressions.push_back(regression_on(std::move(samples), columns));
-    add_row(study.regressions.back(), study, truth, definition.num_rows, where);
+  study.regressions.push_back({columns, all, {}});
+  const bool splits = !definition.last_row_where.empty();
+  for (int row = 1; row <= definition.num_rows() - (splits ? 1 : 0); ++row)
+    study.regressions.front().rows.push_back(row_of(study, study.regressions.front(), row, ""));
+  for (const std::string& where : definition.last_row_where) {
+    const auto samples = samples_where(where, study.training);
+    Section4Regression apart{columns(samples, Eigen::all), samples, {}};
+    apart.rows.push_back(row_of(study, apart, definition.num_rows(), where));
+    study.regressions.push_back(std::move(apart));
   }
   return study;
+}
+
+std::vector<Index> samples_where(const std::string& condition, const dsp::Motion& motion) {
+  std::vector<std::string> names;
+  for (const dsp::Signal& signal : motion.signals) names.push_back(signal.name);
+  const auto holds = ident::rows_where(ident::Expression(condition, names), motion);
+  auto samples = all_of(motion.num_samples());
+  std::erase_if(samples, [&](Index i) { return holds[static_cast<std::size_t>(i)] == 0; });
+  return samples;
+}
+
+MatrixXd columns_on(const Section4Study& study, const std::vector<Index>& terms, const dsp::Motion& motion) {
+  MatrixXd phi(motion.num_samples(), std::ssize(terms));
+  for (Index k = 0; k < phi.cols(); ++k) {
+    const Index term = terms[static_cast<std::size_t>(k)];
+    phi.col(k) = study.library.terms[static_cast<std::size_t>(term)].expression.evaluate(motion);
+  }
+  return phi;
+}
+
+VectorXd noisy(const VectorXd& values, const std::vector<Index>& samples, double noise_std, std::uint64_t seed,
+               std::uint64_t sequence) {
+  const sim::Noise draw(seed, sequence);
+  VectorXd result = values;
+  for (Index i = 0; i < result.size(); ++i)
+    result(i) += noise_std * draw.normal(static_cast<std::uint64_t>(samples[static_cast<std::size_t>(i)]));
+  return result;
 }
 
 ident::RFactor section4_factor(const Section4Study& study, const Section4Regression& regression, double noise,
                                std::uint64_t seed) {
   const auto case_index = static_cast<std::uint64_t>(study.definition - section4_cases().data());
-  MatrixXd targets(regression.phi.rows(), static_cast<Index>(regression.rows.size()));
-  for (std::size_t j = 0; j < regression.rows.size(); ++j) {
-    const Section4Row& row = regression.rows[j];
-    const sim::Noise draw(seed, 1000 + 10 * case_index + static_cast<std::uint64_t>(row.row));
-    for (Index i = 0; i < targets.rows(); ++i)
-      targets(i, static_cast<Index>(j)) =
-          row.values(i) +
-          noise * row.std * draw.normal(static_cast<std::uint64_t>(regression.samples[static_cast<std::size_t>(i)]));
+  MatrixXd targets(regression.phi.rows(), std::ssize(regression.rows));
+  for (Index j = 0; j < targets.cols(); ++j) {
+    const Section4Row& row = regression.rows[static_cast<std::size_t>(j)];
+    const std::uint64_t sequence = 1000 + 10 * case_index + static_cast<std::uint64_t>(row.row);
+    targets.col(j) = noisy(row.values, regression.samples, noise * row.std, seed, sequence);
   }
   ident::RFactor data = ident::r_factor(regression.phi, targets);
   data.degree = ident::degrees(study.library, ident::all_columns(data.num_terms));
@@ -190,9 +185,7 @@ ident::RFactor section4_factor(const Section4Study& study, const Section4Regress
 }
 
 ident::RFactor row_factor(const ident::RFactor& data, std::size_t row) {
-  std::vector<Index> all(static_cast<std::size_t>(data.num_terms));
-  std::iota(all.begin(), all.end(), Index{0});
-  return ident::select(data, all, static_cast<Index>(row));
+  return ident::select(data, all_of(data.num_terms), static_cast<Index>(row));
 }
 
 SupportError support_error(const ident::Fit& fit, const VectorXd& truth) {
@@ -208,14 +201,21 @@ SupportError support_error(const ident::Fit& fit, const VectorXd& truth) {
 MatrixXd unit_root(const Section4Regression& regression, const std::vector<Index>& terms) {
   const auto unit =
       ident::unit_problem(ident::r_factor(regression.phi(Eigen::all, terms), regression.rows.front().values));
-  std::vector<Index> all(terms.size());
-  std::iota(all.begin(), all.end(), Index{0});
-  const auto at = ident::posterior(unit, all, VectorXd::Constant(static_cast<Index>(all.size()), ident::flat_lambda));
+  const auto at =
+      ident::posterior(unit, all_of(std::ssize(terms)), VectorXd::Constant(std::ssize(terms), ident::flat_lambda));
   return unit.column_norm.cwiseInverse().asDiagonal() * at.root;
 }
 
-VectorXd unit_stds(const Section4Regression& regression, const std::vector<Index>& terms) {
-  return unit_root(regression, terms).rowwise().norm();
+Index column_of(const Section4Study& study, std::string_view term) {
+  const auto& terms = study.library.terms;
+  return std::find_if(terms.begin(), terms.end(), [&](const auto& known) { return known.name == term; }) -
+         terms.begin();
+}
+
+std::vector<std::string> names_of(const Section4Study& study, const std::vector<Index>& terms) {
+  std::vector<std::string> names;
+  for (const Index term : terms) names.push_back(study.library.terms[static_cast<std::size_t>(term)].name);
+  return names;
 }
 
 std::vector<WeakTerm> weak_terms(const Section4Study& study, double noise, double tau) {
@@ -226,15 +226,14 @@ std::vector<WeakTerm> weak_terms(const Section4Study& study, double noise, doubl
   for (const Section4Regression& regression : study.regressions)
     for (const Section4Row& row : regression.rows) {
       if (!row.truth_known || !(noise > 0.0)) continue;
-      std::vector<Index> kept;
-      for (Index i = 0; i < row.truth.size(); ++i)
-        if (row.truth(i) != 0.0) kept.push_back(i);
-      const VectorXd stds = unit_stds(regression, kept) * noise * row.std;
-      const auto num_false = static_cast<double>(row.truth.size() - static_cast<Index>(kept.size()));
+      std::vector<Index> kept = all_of(row.truth.size());
+      std::erase_if(kept, [&](Index i) { return row.truth(i) == 0.0; });
+      const VectorXd stds = unit_root(regression, kept).rowwise().norm() * noise * row.std;
+      const auto num_false = static_cast<double>(row.truth.size() - std::ssize(kept));
       for (std::size_t j = 0; j < kept.size(); ++j) {
         const double t = std::abs(row.truth(kept[j])) / stds(static_cast<Index>(j));
         if (t >= weak) continue;
-        WeakTerm term{row.label(), study.library.terms[static_cast<std::size_t>(kept[j])].name, t, 0.0, 0.0};
+        WeakTerm term{row.label(), names_of(study, {kept[j]}).front(), t, 0.0, 0.0};
         for (double q = 1.0; q <= largest_q; q += step) {
           if (ident::evidence_gain(q) <= tau) term.kept_fraction = passes(t, q);
           term.best_exact_fraction =

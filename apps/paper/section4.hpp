@@ -18,19 +18,26 @@
 
 namespace apps {
 
-/// A case of Section 4: a system, the ratios omega / omega_n of its records, and the candidate terms. The paper gives
-/// the number of candidates only; these lists are ours and match every number.
+/// A case of Section 4: a system, the ratios omega / omega_n of its records, and the candidate terms, as cases.toml has
+/// them.
 struct Section4Case {
   std::string name;    ///< "duffing" ... "valanis-4"; "bouc-wen-2": two states, the hysteretic force not measured
   std::string system;  ///< of sim::make_experiment
   int table = 0, figure = 0;
   std::vector<double> training_ratios, held_out_ratios;
-  int num_rows = 2;                    ///< equations: for dx, a and (3) dz
-  std::vector<std::string> variables;  ///< all products of these up to `order` are candidates
+  std::vector<std::string> variables;  ///< an equation for each; all products of them up to `order` are candidates
   int order = 2;
   std::vector<std::string> further_terms;
-  std::vector<std::string> third_row_where = {};  ///< conditions under which row 3 is fitted apart; empty: as one
+  std::vector<std::string> last_row_where;      ///< conditions under which the last row is fitted apart; empty: as one
+  int row_without_truth = 0;                    ///< 0: none
+  std::vector<std::string> figure_x, figure_y;  ///< signals of each panel
+  double otherwise_without = 0.0;               ///< another origin of the print: without this ratio (0: with all) ...
+  std::vector<std::string> otherwise_beside;    ///< ... or fitted with these terms as well
+  std::string otherwise;                        ///< that origin in words; empty: none is known
+  [[nodiscard]] int num_rows() const { return static_cast<int>(variables.size()); }
 };
+/// The noise that Section 4 states, a fraction of each target's standard deviation.
+[[nodiscard]] double stated_noise();
 [[nodiscard]] const std::vector<Section4Case>& section4_cases();
 /// nullptr if there is none of that name.
 [[nodiscard]] const Section4Case* find_section4_case(std::string_view name);
@@ -71,6 +78,15 @@ struct Section4Study {
 /// Throws dsp::Fault (numerics) if a record cannot be simulated.
 [[nodiscard]] Section4Study section4_study(const Section4Case& definition);
 
+/// Samples where a condition on the motion's signals holds.
+[[nodiscard]] std::vector<Eigen::Index> samples_where(const std::string& condition, const dsp::Motion& motion);
+/// These columns of the library on a record.
+[[nodiscard]] Eigen::MatrixXd columns_on(const Section4Study& study, const std::vector<Eigen::Index>& terms,
+                                         const dsp::Motion& motion);
+/// With white noise: of these samples, so that a value's draw does not depend on which others are taken.
+[[nodiscard]] Eigen::VectorXd noisy(const Eigen::VectorXd& values, const std::vector<Eigen::Index>& samples,
+                                    double noise_std, std::uint64_t seed, std::uint64_t sequence);
+
 /// The R factor of the columns and all targets of `regression`, noise (a fraction of each target's standard deviation)
 /// added to the targets. The draw depends on seed, case and row only: noise levels of one seed are scaled copies.
 [[nodiscard]] ident::RFactor section4_factor(const Section4Study& study, const Section4Regression& regression,
@@ -85,10 +101,12 @@ struct SupportError {
 };
 [[nodiscard]] SupportError support_error(const ident::Fit& fit, const Eigen::VectorXd& truth);
 
-/// Root L of the covariance L L^T of least-squares coefficients of these terms for noise of standard deviation 1.
+/// Root L of the covariance L L^T of least-squares coefficients of these terms for noise of standard deviation 1; their
+/// standard deviations are the norms of its rows.
 [[nodiscard]] Eigen::MatrixXd unit_root(const Section4Regression& regression, const std::vector<Eigen::Index>& terms);
-/// Their standard deviations.
-[[nodiscard]] Eigen::VectorXd unit_stds(const Section4Regression& regression, const std::vector<Eigen::Index>& terms);
+/// Index of a term in the library, its size where it is not there; and the names of several.
+[[nodiscard]] Eigen::Index column_of(const Section4Study& study, std::string_view term);
+[[nodiscard]] std::vector<std::string> names_of(const Section4Study& study, const std::vector<Eigen::Index>& terms);
 
 /// A true term that a draw of the noise can hide.
 struct WeakTerm {

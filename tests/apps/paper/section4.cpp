@@ -5,7 +5,7 @@
 #include <cmath>
 #include <map>
 
-#include "apps/paper/paper_tables.hpp"
+#include "apps/paper/comparison.hpp"
 #include "ident/regression/multi_rvm.hpp"
 #include "ident/validate/metrics.hpp"
 #include "support/random.hpp"
@@ -347,29 +347,65 @@ TEST_CASE("type-II selection lets in as many false terms a row as the prototype 
 TEST_CASE("the printed coefficients of variation of the slow RVM are those of our noise model",
           "[apps][section4][paper]") {
   int agree = 0, judged = 0, fast_agree = 0, fast_misprints = 0;
-  for (const auto& paper : apps::paper_terms()) {
-    if (paper.table > 4 || (paper.table == 4 && paper.row > 1)) continue;
+  for (const auto& paper : apps::printed_numbers()) {
+    if (paper.table > 4 || paper.quantity != "cov") continue;
     const auto& definition = *std::find_if(apps::section4_cases().begin(), apps::section4_cases().end(),
                                            [&](const auto& known) { return known.table == paper.table; });
     const auto& of = study(definition.name);
     const auto& regression = of.regressions.front();
-    const auto& row = regression.rows.at(static_cast<std::size_t>(paper.row - 1));
+    const auto& row = regression.rows.at(static_cast<std::size_t>(std::stoi(paper.row) - 1));
     const double se = expected_stds(regression, row, 0.10, of).at(paper.term);
-    const double expected = apps::expected_cov(paper.slow_rvm, se);
-    INFO("table " << paper.table << " row " << paper.row << " " << paper.term << ": printed " << paper.cov_slow_rvm
-                  << ", expected " << expected);
-    ++judged;
-    const auto slow = apps::judge_cov(paper.cov_slow_rvm, expected).verdict;
-    agree += slow == "within noise";
-    CHECK((slow == "within noise" || (slow == "misprint" && paper.table == 2 && paper.term == std::string("x"))));
+    const double mean = apps::printed_value(paper.table, paper.term, paper.method, "mean", paper.row);
+    const bool slow = paper.method == "slow_rvm";
     // The fast RVM's lack the standard deviation of the noise.
-    const auto fast =
-        apps::judge_cov(paper.cov_fast_rvm, apps::expected_cov(paper.fast_rvm, se) / (0.10 * row.std)).verdict;
-    fast_agree += fast == "within noise";
-    fast_misprints += fast == "misprint";
+    const double expected = apps::expected_cov(mean, se) / (slow ? 1.0 : 0.10 * row.std);
+    INFO("table " << paper.table << " row " << paper.row << " " << paper.term << ": printed " << paper.value
+                  << ", expected " << expected);
+    const auto verdict = apps::verdict_on(paper, {.expected = expected, .expected_std = expected});
+    judged += slow;
+    (slow ? agree : fast_agree) += verdict == "within noise";
+    if (slow)
+      CHECK((verdict == "within noise" || (verdict == "misprint" && paper.table == 2 && paper.term == "x")));
+    else
+      fast_misprints += verdict == "misprint";
   }
   CHECK(judged == 17);
   CHECK(agree == 16);
   CHECK(fast_agree >= 12);
   CHECK(fast_agree + fast_misprints == 17);
+}
+
+TEST_CASE("a misprint is a power of ten or one digit away from what it should be", "[apps][section4][paper]") {
+  int misprints = 0;
+  for (const auto& paper : apps::printed_numbers()) {
+    if (std::isnan(paper.should_be)) continue;
+    ++misprints;
+    INFO("table " << paper.table << " row " << paper.row << " " << paper.term << " " << paper.method);
+    const double decades = std::log10(paper.value / paper.should_be);
+    const bool power_of_ten = std::abs(decades - std::round(decades)) < 1e-9;
+    const double unit = std::pow(10.0, std::floor(std::log10(paper.value)) - 1.0);  // of the last of two digits
+    const long printed = std::lround(paper.value / unit), meant = std::lround(paper.should_be / unit);
+    CHECK((power_of_ten || printed / 10 == meant / 10 || printed % 10 == meant % 10));
+    CHECK_FALSE(paper.remark.empty());
+  }
+  CHECK(misprints == 5);
+}
+
+TEST_CASE("every printed term is a candidate of its case, and every number can be judged or says why not",
+          "[apps][section4][paper]") {
+  std::map<int, int> counts;
+  for (const auto& paper : apps::printed_numbers()) {
+    INFO("table " << paper.table << " row " << paper.row << " " << paper.term << " " << paper.method);
+    ++counts[paper.table];
+    CHECK(std::isfinite(paper.value));
+    CHECK((paper.tolerance > 0.0 || !paper.remark.empty()));
+    if (paper.table > 8 || paper.quantity == "seconds") continue;
+    const auto& of =
+        study(std::find_if(apps::section4_cases().begin(), apps::section4_cases().end(), [&](const auto& known) {
+                return known.table == paper.table;
+              })->name);
+    CHECK(apps::column_of(of, paper.term) < static_cast<Index>(of.library.terms.size()));
+  }
+  CHECK(counts.size() == 12);
+  CHECK(counts[9] == 18);  // three regimes and methods, train and test
 }

@@ -1,10 +1,11 @@
-#include "apps/paper/section5_comparison.hpp"
+#include "apps/paper/rig_comparison.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "apps/cli/replicate_command.hpp"
+#include "apps/paper/comparison.hpp"
 #include "support/scratch.hpp"
 
 using nlohmann::json;
@@ -14,10 +15,10 @@ TEST_CASE("a printed number and ours are compared by sign and size", "[apps][sec
   CHECK(apps::judge_size(0.02, 0.031, 1.5) == "larger");
   CHECK(apps::judge_size(0.02, 0.013, 1.5) == "smaller");
   CHECK(apps::judge_size(0.02, std::nan(""), 1.5) == "none");
-  CHECK(apps::judge_scaled(-1.0, -0.6) == "same sign and size");
-  CHECK(apps::judge_scaled(-1.0, -0.4) == "same sign");
-  CHECK(apps::judge_scaled(-1.0, 0.6) == "other sign");
-  CHECK(apps::judge_scaled(-1.0, std::nan("")) == "not kept");
+  CHECK(apps::judge_scaled(-1.0, -0.6, 2.0) == "same sign and size");
+  CHECK(apps::judge_scaled(-1.0, -0.4, 2.0) == "same sign");
+  CHECK(apps::judge_scaled(-1.0, 0.6, 2.0) == "other sign");
+  CHECK(apps::judge_scaled(-1.0, std::nan(""), 2.0) == "not kept");
 }
 
 TEST_CASE("what damping takes in a cycle is weighed against what the base can give", "[apps][section5]") {
