@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/output/joint_report.hpp"
+#include "apps/output/number_text.hpp"
 #include "apps/output/svg_plot.hpp"
 #include "apps/page/document.hpp"
 #include "apps/page/equation_display.hpp"
@@ -20,7 +21,7 @@ using Eigen::Index;
 using Json = nlohmann::ordered_json;
 
 std::string shown(double value) {
-  return std::isfinite(value) ? fmt::format("{:.3g}", value) : "none";
+  return number_text(value, "{:.3g}", "none");
 }
 std::string shown(const Json& number) {
   return number.is_number() ? shown(number.get<double>()) : "none";

@@ -9,6 +9,7 @@
 #include "apps/batch/batch_folder.hpp"
 #include "apps/output/equation_file.hpp"
 #include "apps/output/factors_file.hpp"
+#include "apps/output/metrics_file.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/fault.hpp"
@@ -27,28 +28,22 @@ Json at(const Json& object, const char* key) {
   return value.is_number() ? value : Json();
 }
 
-/// The one of a list with this value; null: there is none.
-Json with(const Json& list, const char* key, const Json& value) {
-  for (const Json& one : list)
-    if (one.at(key) == value) return one;
-  return {};
-}
-
 /// A range of equation.json by its speaking method, with its figures in metrics.json.
-Json range_row(const Json& range, const Json& figures, const std::string& method, bool is_chosen) {
-  const Json& methods = range.at("methods");
-  Json fit = with(methods, "method", method);
-  if (fit.is_null() && !methods.empty()) fit = methods.front();
-  const Json of_fit =
-      figures.is_null() || fit.is_null() ? Json() : with(figures.at("methods"), "method", fit.at("method"));
+Json range_row(const Json& equation, const Json& range, const Json& metrics) {
+  const std::string name = range.at("name");
+  const Json &chosen = equation.at("chosen"), &ranges = metrics.at("ranges");
+  const auto figures =
+      std::find_if(ranges.begin(), ranges.end(), [&](const Json& one) { return one.at("name") == name; });
+  const Json fit = fit_of(equation, name, speaking_method(equation, range));
+  const Json of_fit = fit.is_null() ? Json() : fit_of(metrics, name, fit.at("method"));
   const Json nmse = of_fit.is_null() ? Json() : of_fit.at("nmse");
-  Json row{{"name", at(range, "name")},
-           {"chosen", is_chosen},
+  Json row{{"name", printable(name)},
+           {"chosen", chosen.is_object() && chosen.at("range") == name},
            {"verdict", at(fit, "verdict")},
            {"cause", at(fit, "cause")},
            {"method", at(fit, "method")},
            {"equation", at(fit, "text")},
-           {"num_train", at(figures, "num_train")},
+           {"num_train", figures == ranges.end() ? Json() : at(*figures, "num_train")},
            {"num_effective", at(of_fit, "num_effective")},
            {"nmse",
             {{"train", at(nmse, "train_centred")},
@@ -72,12 +67,7 @@ std::string without_folder(std::string text, const fs::path& folder) {
 
 void read_run(const fs::path& folder, RecordResult& result) {
   const Json equation = read_run_json(folder / "equation.json"), metrics = read_run_json(folder / "metrics.json");
-  const Json& chosen = equation.at("chosen");
-  for (const Json& range : equation.at("ranges")) {
-    const Json& name = range.at("name");
-    result.ranges.push_back(range_row(range, with(metrics.at("ranges"), "name", name), speaking_method(equation, range),
-                                      chosen.is_object() && chosen.at("range") == name));
-  }
+  for (const Json& range : equation.at("ranges")) result.ranges.push_back(range_row(equation, range, metrics));
   std::error_code unknown;
   if (fs::exists(folder / factors_name, unknown)) result.factors = read_factors(folder);
 }
