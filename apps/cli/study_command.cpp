@@ -51,20 +51,22 @@ bool kept_nothing(const std::vector<StudyResult>& results) {
 /// Writes study.txt, study.csv, study.json and study-RANGE.svg into the folder. 4 where no cell kept a term, else 0.
 int study(const StudyArguments& arguments, Console& console) {
   const RunArguments& run = arguments.run;
-  const auto adjust = [&run](Config& config) { apply_flags(run, config); };
   const Config config = config_of(run);
   const fs::path destination = folder_apart(run, config, "-study");
   const dsp::RecordingReader first(config.recordings.front().file,
                                    read_options(config.recordings.front(), run.max_memory_bytes));
   const std::vector<StudyAxis> asked = axes_of(arguments, config, first, console);
-  const StudyRequest request{run.input,
-                             run.set,
-                             adjust,
-                             study_cells(asked, arguments.grid),
-                             first.description().sample_rate_hz,
-                             run.max_memory_bytes,
-                             run.num_threads,
-                             run.strict};
+  const auto config_with = [&run](const std::vector<std::string>& overrides) {
+    RunArguments cell = run;
+    cell.set.insert(cell.set.end(), overrides.begin(), overrides.end());
+    return config_of(cell);
+  };
+  const StudyRequest request{.config_with = config_with,
+                             .cells = study_cells(asked, arguments.grid),
+                             .sample_rate_hz = first.description().sample_rate_hz,
+                             .max_memory_bytes = run.max_memory_bytes,
+                             .num_threads = run.num_threads,
+                             .strict = run.strict};
   if (run.dry_run) {
     std::string text;
     for (const StudyCell& cell : request.cells) text += cell.label() + "\n";

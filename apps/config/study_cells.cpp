@@ -45,26 +45,20 @@ void leave_train_to(Config& config, const StudyCell& cell) {
     for (ident::Range& range : config.ranges) range.spec.train_to_s.reset();
 }
 
-Config config_of(const StudyRequest& request, const StudyCell& cell) {
-  std::vector<std::string> overrides = request.set;
+/// A config that the recording can be prepared with.
+Config feasible_config(const StudyRequest& request, const StudyCell& cell) {
+  std::vector<std::string> overrides;
   for (const auto& [key, value] : cell.setting) {
     overrides.push_back(key + "=" + value);
     if (key != cutoff) continue;
-    const dsp::PrepareOptions given = read_config(request.input, request.set).prepare;
+    const dsp::PrepareOptions given = request.config_with({}).prepare;
     if (given.cutoff_hz > 0.0 && given.rolloff_hz > 0.0 && !has(cell, rolloff))
       overrides.push_back(fmt::format("{}={}", rolloff, std::stod(value) * given.rolloff_hz / given.cutoff_hz));
   }
-  Config config = read_config(request.input, overrides);
-  if (request.adjust) request.adjust(config);
+  Config config = request.config_with(overrides);
   leave_train_to(config, cell);
   keep_concerned(config.fit.methods, cell);
   check_library(config);
-  return config;
-}
-
-/// A config that the recording can be prepared with.
-Config feasible_config(const StudyRequest& request, const StudyCell& cell) {
-  Config config = config_of(request, cell);
   (void)dsp::resolved(dsp::rate_by_cutoff(config.prepare, request.sample_rate_hz), request.sample_rate_hz);
   return config;
 }

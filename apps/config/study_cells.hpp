@@ -1,6 +1,5 @@
 #pragma once
 #include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <string>
 #include <utility>
@@ -53,9 +52,7 @@ struct StudyResult {
 [[nodiscard]] int best_cutoff(const std::vector<StudyResult>& results);
 
 struct StudyRequest {
-  std::filesystem::path input;
-  std::vector<std::string> set;         ///< overrides of every cell
-  std::function<void(Config&)> adjust;  ///< applied to every cell's config
+  std::function<Config(const std::vector<std::string>&)> config_with;  ///< these overrides, "a.b=c"
   std::vector<StudyCell> cells;
   double sample_rate_hz = 0.0;  ///< of the first recording
   std::size_t max_memory_bytes = 0;
