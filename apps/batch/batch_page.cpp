@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "apps/output/joint_report.hpp"
+#include "apps/output/number_text.hpp"
 #include "apps/output/svg_plot.hpp"
 #include "apps/page/document.hpp"
 #include "apps/page/equation_display.hpp"
@@ -16,9 +18,16 @@ namespace apps {
 namespace {
 
 using Eigen::Index;
+using Json = nlohmann::ordered_json;
 
 std::string shown(double value) {
-  return std::isfinite(value) ? fmt::format("{:.3g}", value) : "none";
+  return number_text(value, "{:.3g}", "none");
+}
+std::string shown(const Json& number) {
+  return number.is_number() ? shown(number.get<double>()) : "none";
+}
+std::string text(const Json& member) {
+  return member.is_string() ? member.get<std::string>() : "";
 }
 
 std::vector<const RecordResult*> with_errors(const BatchResults& results) {
@@ -39,8 +48,9 @@ std::string counts_text(const BatchResults& results) {
   for (const char* verdict : {"describes", "in_part", "undecided", "does_not"}) {
     std::size_t count = 0;
     for (const RecordResult& record : results.records)
-      count += std::any_of(record.ranges.begin(), record.ranges.end(),
-                           [&](const RangeRow& range) { return range.chosen && range.verdict == verdict; });
+      count += std::any_of(record.ranges.begin(), record.ranges.end(), [&](const Json& range) {
+        return range.at("chosen") == true && range.at("verdict") == verdict;
+      });
     if (count > 0) verdicts.push_back(fmt::format("{} {}", verdict, count));
   }
   return fmt::format("{} records: {} with results{}, {} without", results.records.size(), with,
@@ -110,10 +120,13 @@ void write_coefficients(const BatchResults& results, HtmlWriter& html) {
     std::vector<double> x, y;
     std::string unit;
     for (std::size_t i = 0; i < results.records.size(); ++i)
-      for (const RangeRow& range : results.records[i].ranges)
-        for (const CoefficientResult& term : range.terms)
-          if (range.chosen && term.name == name)
-            x.push_back(static_cast<double>(i + 1)), y.push_back(term.mean), unit = term.unit;
+      for (const Json& range : results.records[i].ranges)
+        for (const Json& term : range.at("terms"))
+          if (range.at("chosen") == true && term.at("name") == name && term.at("mean").is_number()) {
+            x.push_back(static_cast<double>(i + 1));
+            y.push_back(term.at("mean"));
+            unit = text(term.at("unit"));
+          }
     if (x.empty()) continue;
     PlotPanel panel{name, "record", fmt::format("coefficient ({})", unit), {}, std::pair{0.0, n + 1.0}};
     panel.series = {plot_series("", x, y, PlotStyle::points, PlotColour::blue)};
@@ -144,12 +157,12 @@ void write_records(const BatchResults& results, HtmlWriter& html) {
         html.element("a", record.recording, {{"href", record.run + "/report.html"}});
       html.close();
     };
-    for (const RangeRow& range : record.ranges) {
+    for (const Json& range : record.ranges) {
       head();
-      html.element("td", range.name, {{"class", "short"}}).element("td", range.verdict, {{"class", "short"}});
-      html.element("td", printable(range.equation));
-      for (const double value : {range.nmse_train, range.nmse_test, range.nmse_free_run})
-        html.element("td", shown(value), {{"class", "short"}});
+      html.element("td", text(range.at("name")), {{"class", "short"}});
+      html.element("td", text(range.at("verdict")), {{"class", "short"}}).element("td", text(range.at("equation")));
+      for (const char* key : {"train", "test", "free_run"})
+        html.element("td", shown(range.at("nmse").at(key)), {{"class", "short"}});
       html.close();
     }
     if (!record.ranges.empty()) continue;

@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -9,27 +10,15 @@
 
 namespace apps {
 
-struct CoefficientResult {
-  std::string name, unit;
-  double mean = 0.0, std = 0.0;  ///< NaN: not known
-};
-
-/// A range of a run as its folder has it, with the equation whose verdict it has.
-struct RangeRow {
-  std::string name, verdict, cause, method, equation;
-  bool chosen = false;  ///< its equation speaks for the run
-  double num_train = 0.0, num_effective = 0.0;
-  double nmse_train = 0.0, nmse_test = 0.0, nmse_free_run = 0.0;  ///< about the mean; NaN: there is none
-  std::vector<CoefficientResult> terms;
-};
-
 /// A recording of a batch with what became of it.
 struct RecordResult {
   std::string recording, run;  ///< file name; folder in the batch's, empty: there are no results
   int exit_code = 0;
   bool was_kept = false;
   std::string error;  ///< "[name] text"; empty: none
-  std::vector<RangeRow> ranges;
+  /// As table.json has them: {name, chosen, verdict, cause, method, equation, num_train, num_effective, nmse, terms},
+  /// of the equation whose verdict the range has. null: not known, or there is none.
+  std::vector<nlohmann::ordered_json> ranges;
   std::vector<ident::RecordFactors> factors;  ///< of the ranges; empty: the run wrote none
 };
 

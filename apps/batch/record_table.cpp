@@ -1,31 +1,55 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "apps/batch/record_results.hpp"
+#include "apps/output/json_parts.hpp"
 #include "apps/output/tables.hpp"
+#include "apps/process/printable.hpp"
 
 namespace apps {
 namespace {
 
-/// With as few digits as give it back when read; nothing where there is none.
-std::string number_cell(double value) {
-  return std::isfinite(value) ? fmt::format("{}", value) : std::string();
+using Json = nlohmann::ordered_json;
+
+/// Numbers with as few digits as give them back when read; nothing where there is none.
+std::string cell(const Json& value) {
+  if (value.is_string()) return text_cell(value.get<std::string>());
+  if (value.is_boolean()) return value.get<bool>() ? "1" : "0";
+  return value.is_number() ? fmt::format("{}", value.get<double>()) : "";
 }
 
-std::string coefficient_cells(const RangeRow& range, const std::vector<std::string>& terms) {
+std::string range_cells(const Json& range, const std::vector<std::string>& terms) {
   std::string cells;
+  for (const char* key : {"/name", "/chosen", "/verdict", "/cause", "/method", "/num_train", "/num_effective",
+                          "/nmse/train", "/nmse/test", "/nmse/free_run"})
+    cells += "," + cell(range.value(Json::json_pointer(key), Json()));
   for (const std::string& name : terms) {
-    const auto term = std::find_if(range.terms.begin(), range.terms.end(),
-                                   [&](const CoefficientResult& one) { return one.name == name; });
-    cells += term == range.terms.end() ? std::string(",,")
-                                       : fmt::format(",{},{}", number_cell(term->mean), number_cell(term->std));
+    Json found;
+    for (const Json& term : range.value("terms", Json::array()))
+      if (found.is_null() && term.at("name") == name) found = term;
+    cells += found.is_null() ? "," : "," + cell(found.at("mean"));
+    cells += found.is_null() ? "," : "," + cell(found.at("std"));
   }
   return cells;
 }
 
+Json text_or_null(const std::string& text) {
+  return text.empty() ? Json() : Json(printable(text));
+}
+
 }  // namespace
+
+std::vector<std::string> all_terms(const std::vector<RecordResult>& records) {
+  std::vector<std::string> names;
+  for (const RecordResult& record : records)
+    for (const Json& range : record.ranges)
+      for (const Json& term : range.at("terms"))
+        if (const std::string name = term.at("name"); std::find(names.begin(), names.end(), name) == names.end())
+          names.push_back(name);
+  return names;
+}
 
 std::string table_csv(const std::vector<RecordResult>& records) {
   const std::vector<std::string> terms = all_terms(records);
@@ -35,22 +59,28 @@ std::string table_csv(const std::vector<RecordResult>& records) {
   for (const std::string& term : terms) text += fmt::format(",{},{}", text_cell(term), text_cell("std " + term));
   text += '\n';
   for (const RecordResult& record : records) {
-    const std::vector<RangeRow> none(1, RangeRow{.num_train = std::nan(""),
-                                                 .num_effective = std::nan(""),
-                                                 .nmse_train = std::nan(""),
-                                                 .nmse_test = std::nan(""),
-                                                 .nmse_free_run = std::nan("")});
-    for (const RangeRow& range : record.ranges.empty() ? none : record.ranges)
-      text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{}{}\n", text_cell(record.recording),
-                          text_cell(record.run), record.exit_code, text_cell(record.error), text_cell(range.name),
-                          range.name.empty() ? ""
-                          : range.chosen     ? "1"
-                                             : "0",
-                          range.verdict, range.cause, range.method, number_cell(range.num_train),
-                          number_cell(range.num_effective), number_cell(range.nmse_train), number_cell(range.nmse_test),
-                          number_cell(range.nmse_free_run), coefficient_cells(range, terms));
+    const std::vector<Json> none(1, Json::object());
+    for (const Json& range : record.ranges.empty() ? none : record.ranges)
+      text += fmt::format("{},{},{},{}{}\n", text_cell(record.recording), text_cell(record.run), record.exit_code,
+                          text_cell(record.error), range_cells(range, terms));
   }
   return text;
+}
+
+std::string table_json(const std::vector<RecordResult>& records, const std::string& joint, const std::string& reason) {
+  Json document{{"schema", 1}, {"num_records", records.size()}};
+  document["num_failed"] =
+      std::count_if(records.begin(), records.end(), [](const RecordResult& record) { return record.run.empty(); });
+  document["records"] = Json::array();
+  for (const RecordResult& record : records)
+    document["records"].push_back({{"recording", record.recording},
+                                   {"run", text_or_null(record.run)},
+                                   {"exit_code", record.exit_code},
+                                   {"error", text_or_null(record.error)},
+                                   {"ranges", record.ranges}});
+  document["joint"] = joint.empty() ? Json() : Json::parse(joint);
+  if (joint.empty()) document["joint_reason"] = text_or_null(reason);
+  return text_of(document);
 }
 
 }  // namespace apps

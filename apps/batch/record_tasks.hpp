@@ -14,8 +14,8 @@ struct RecordTask {
   std::uintmax_t bytes = 0;  ///< of the recording; 0 where the system does not say
 };
 
-/// One for each recording, in their order. The name is that of the recording; where several share one, its extension
-/// and the folders it is in tell them apart. Throws dsp::Fault (usage, "batch.twice") for a file named twice.
+/// One for each recording, in their order. The name is that of the recording; where several share one, it is what the
+/// recording is called, with its extension. Throws dsp::Fault (usage, "batch.twice") for a file named twice.
 [[nodiscard]] std::vector<RecordTask> record_tasks(const std::vector<std::filesystem::path>& recordings);
 
 /// Their indices by falling size, which is nearly that of the time they take: what is long ends last if it begins last.

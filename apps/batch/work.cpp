@@ -1,7 +1,10 @@
 #include "apps/batch/work.hpp"
 
+#include <fmt/format.h>
+
 #include <charconv>
-#include <nlohmann/json.hpp>
+#include <deque>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -10,106 +13,79 @@
 namespace apps {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-// Rank 0 is asked by `ask` and answers with a task's number or `no_more`; any other message is an outcome.
-constexpr std::string_view ask = "next", no_more = "end";
+// Rank 0 sends numbers of tasks and at last this; every answer is an outcome.
+constexpr std::string_view go_home = "end";
 
 // Nothing wakes a process for a message; for the end of a run its child does.
 constexpr std::chrono::milliseconds among_ranks{2}, alone{100};
-
-class OwnWork final : public SharedWork {
- public:
-  OwnWork(std::vector<std::size_t> order, OutcomeSink sink, Ranks* ranks)
-      : order_(std::move(order)), sink_(std::move(sink)), ranks_(ranks) {
-    if (ranks_ != nullptr) waiting_ = ranks_->size() - 1;
-  }
-  Next next() override {
-    if (given_ == order_.size()) return {Answer::none, 0};
-    return {Answer::task, order_[given_++]};
-  }
-  void done(TaskOutcome outcome) override {
-    ++known_;
-    sink_(std::move(outcome));
-  }
-  void serve() override {
-    while (ranks_ != nullptr && waiting_ > 0) {
-      const auto message = ranks_->receive();
-      if (!message) return;
-      if (message->text != ask) {
-        done(outcome_from(message->text));
-        continue;
-      }
-      const Next answer = next();
-      ranks_->send(message->from, answer.answer == Answer::task ? std::to_string(answer.task) : std::string(no_more));
-      if (answer.answer == Answer::none) --waiting_;
-    }
-  }
-  std::chrono::milliseconds patience() const override { return waiting_ > 0 ? among_ranks : alone; }
-  bool is_over() const override { return known_ == order_.size() && waiting_ == 0; }
-
- private:
-  std::vector<std::size_t> order_;
-  OutcomeSink sink_;
-  Ranks* ranks_;
-  std::size_t given_ = 0, known_ = 0;
-  int waiting_ = 0;  ///< ranks that have not been sent home
-};
-
-class GivenWork final : public SharedWork {
- public:
-  explicit GivenWork(Ranks& ranks) : ranks_(ranks) {}
-  Next next() override {
-    if (over_) return {Answer::none, 0};
-    if (!asked_) ranks_.send(0, ask);
-    asked_ = true;
-    const auto message = ranks_.receive();
-    if (!message) return {Answer::later, 0};
-    asked_ = false;
-    std::size_t task = 0;
-    const std::string& text = message->text;
-    if (text == no_more) over_ = true;
-    if (over_ || std::from_chars(text.data(), text.data() + text.size(), task).ec != std::errc())
-      return {Answer::none, 0};
-    return {Answer::task, task};
-  }
-  void done(TaskOutcome outcome) override { ranks_.send(0, to_message(outcome)); }
-  std::chrono::milliseconds patience() const override { return asked_ ? among_ranks : alone; }
-  bool is_over() const override { return over_; }
-
- private:
-  Ranks& ranks_;
-  bool asked_ = false, over_ = false;
-};
 
 }  // namespace
 
 std::string to_message(const TaskOutcome& outcome) {
   constexpr std::size_t most = 2000;  // a message this short never waits for its reader
-  return Json{{"task", outcome.task},
-              {"exit_code", outcome.exit_code},
-              {"has_run", outcome.has_run},
-              {"was_kept", outcome.was_kept},
-              {"error", printable(outcome.error, most)}}
-      .dump();
+  return fmt::format("{} {} {:d} {:d} {}", outcome.task, outcome.exit_code, outcome.has_run, outcome.was_kept,
+                     printable(outcome.error, most));
 }
 
-TaskOutcome outcome_from(std::string_view message) {
-  try {
-    const Json json = Json::parse(message);
-    return {json.at("task").get<std::size_t>(), json.at("exit_code").get<int>(), json.at("has_run").get<bool>(),
-            json.at("was_kept").get<bool>(), json.at("error").get<std::string>()};
-  } catch (const Json::exception&) {
+TaskOutcome outcome_from(const std::string& message) {
+  std::istringstream text(message);
+  TaskOutcome outcome;
+  if (!(text >> outcome.task >> outcome.exit_code >> outcome.has_run >> outcome.was_kept) || text.get() != ' ')
     throw std::invalid_argument("outcome_from: no outcome of a task");
+  std::getline(text, outcome.error);
+  return outcome;
+}
+
+void deal_tasks(const std::vector<std::size_t>& order, Workplace& here, Ranks* ranks,
+                const std::function<void(TaskOutcome)>& sink, const std::function<void()>& poll) {
+  std::deque<int> free;  // places, by their rank
+  for (int place = 0; place < here.num_places(); ++place)
+    for (int rank = 0; rank < (ranks == nullptr ? 1 : ranks->size()); ++rank) free.push_back(rank);
+  auto next = order.begin();
+  std::size_t num_known = 0;
+  const auto done = [&](int rank, TaskOutcome outcome) {
+    free.push_back(rank);
+    ++num_known;
+    sink(std::move(outcome));
+  };
+  while (num_known < order.size()) {
+    poll();
+    for (; !free.empty() && next != order.end(); free.pop_front(), ++next)
+      if (free.front() == 0)
+        here.start(*next);
+      else
+        ranks->send(free.front(), std::to_string(*next));
+    for (TaskOutcome& outcome : here.ended(ranks == nullptr ? alone : among_ranks)) done(0, std::move(outcome));
+    while (ranks != nullptr) {
+      const auto message = ranks->receive();
+      if (!message) break;
+      done(message->from, outcome_from(message->text));
+    }
   }
 }
 
-std::unique_ptr<SharedWork> own_work(std::vector<std::size_t> order, OutcomeSink sink, Ranks* ranks) {
-  return std::make_unique<OwnWork>(std::move(order), std::move(sink), ranks);
+void take_tasks(Workplace& here, Ranks& ranks, const std::function<void()>& poll) {
+  bool at_home = false;
+  for (int num_running = 0; !at_home || num_running > 0;) {
+    poll();
+    while (const auto message = ranks.receive()) {
+      std::size_t task = 0;
+      const std::string& text = message->text;
+      at_home = at_home || text == go_home;
+      if (at_home || std::from_chars(text.data(), text.data() + text.size(), task).ec != std::errc()) continue;
+      here.start(task);
+      ++num_running;
+    }
+    if (at_home && num_running == 0) return;
+    for (const TaskOutcome& outcome : here.ended(num_running < here.num_places() ? among_ranks : alone)) {
+      ranks.send(0, to_message(outcome));
+      --num_running;
+    }
+  }
 }
 
-std::unique_ptr<SharedWork> given_work(Ranks& ranks) {
-  return std::make_unique<GivenWork>(ranks);
+void send_home(Ranks& ranks) {
+  for (int rank = 1; rank < ranks.size(); ++rank) ranks.send(rank, go_home);
 }
 
 }  // namespace apps

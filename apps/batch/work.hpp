@@ -10,7 +10,7 @@
 
 namespace apps {
 
-/// How the run of one recording ended.
+/// How one task ended.
 struct TaskOutcome {
   std::size_t task = 0;
   int exit_code = 0;
@@ -21,35 +21,29 @@ struct TaskOutcome {
 
 /// As a message between ranks, and back. Throws std::invalid_argument for a text that is none.
 [[nodiscard]] std::string to_message(const TaskOutcome& outcome);
-[[nodiscard]] TaskOutcome outcome_from(std::string_view message);
+[[nodiscard]] TaskOutcome outcome_from(const std::string& message);
 
-/// Gives out tasks to whoever has nothing to do, each once.
-class SharedWork {
+/// Where a process does tasks, several at a time.
+class Workplace {
  public:
-  enum class Answer { task, later, none };  ///< later: not known yet, ask again; none: never again
-  struct Next {
-    Answer answer = Answer::none;
-    std::size_t task = 0;
-  };
-  virtual ~SharedWork() = default;
-  [[nodiscard]] virtual Next next() = 0;
-  virtual void done(TaskOutcome outcome) = 0;
-  /// Takes messages of others; called often.
-  virtual void serve() {}
-  /// How long to sleep between calls of serve() and next().
-  [[nodiscard]] virtual std::chrono::milliseconds patience() const = 0;
-  /// Whether nobody waits for anything of this process any more.
-  [[nodiscard]] virtual bool is_over() const = 0;
+  virtual ~Workplace() = default;
+  [[nodiscard]] virtual int num_places() const = 0;
+  /// In a place that is free.
+  virtual void start(std::size_t task) = 0;
+  /// Those that have ended since the last call; waits for the first, but no longer than this.
+  [[nodiscard]] virtual std::vector<TaskOutcome> ended(std::chrono::milliseconds longest) = 0;
 };
 
-/// Called with every outcome as it becomes known.
-using OutcomeSink = std::function<void(TaskOutcome)>;
+/// Rank 0: begins the tasks in this order, each where a place is free, here or, with `ranks` (null: there are none), at
+/// a rank that is in take_tasks(). Every rank has as many places. `sink` has each outcome as it becomes known; `poll`
+/// is called several times a second and may throw to stop.
+void deal_tasks(const std::vector<std::size_t>& order, Workplace& here, Ranks* ranks,
+                const std::function<void(TaskOutcome)>& sink, const std::function<void()>& poll);
 
-/// All tasks, in this order, to this process and to what ranks there are besides 0, which this must be. `ranks`: null
-/// without any; else it must outlive this.
-[[nodiscard]] std::unique_ptr<SharedWork> own_work(std::vector<std::size_t> order, OutcomeSink sink, Ranks* ranks);
+/// Another rank: does what rank 0 deals it, until that sends it home.
+void take_tasks(Workplace& here, Ranks& ranks, const std::function<void()>& poll);
 
-/// What rank 0 gives to another rank.
-[[nodiscard]] std::unique_ptr<SharedWork> given_work(Ranks& ranks);
+/// Rank 0: ends take_tasks() of all others.
+void send_home(Ranks& ranks);
 
 }  // namespace apps

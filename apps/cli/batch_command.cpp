@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <thread>
 #include <utility>
 
@@ -54,7 +55,7 @@ int processors_here() {
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-RecordRuns record_runs(const BatchArguments& arguments, const Ranks* ranks) {
+RecordRuns::Options run_options_of(const BatchArguments& arguments, const Ranks* ranks) {
   const int processors = processors_here();
   const int jobs = arguments.num_jobs > 0 ? arguments.num_jobs : ranks != nullptr ? 1 : processors;
   const int threads = arguments.num_threads > 0 ? arguments.num_threads
@@ -76,7 +77,7 @@ Config checked_config(const BatchArguments& arguments) {
   return config;
 }
 
-std::string plan(const std::vector<RecordTask>& tasks, const RecordRuns& runs) {
+std::string plan(const std::vector<RecordTask>& tasks, const RecordRuns::Options& runs) {
   std::string text;
   for (const std::size_t i : longest_first(tasks))
     text += fmt::format("{} -> {}\n", tasks[i].recording.string(), (runs.runs / tasks[i].name).string());
@@ -84,7 +85,7 @@ std::string plan(const std::vector<RecordTask>& tasks, const RecordRuns& runs) {
 }
 
 /// Runs all tasks here and on the other ranks.
-std::vector<TaskOutcome> run_all(const std::vector<RecordTask>& tasks, const RecordRuns& runs, Ranks* ranks,
+std::vector<TaskOutcome> run_all(const std::vector<RecordTask>& tasks, const RecordRuns::Options& options, Ranks* ranks,
                                  Console& console) {
   std::vector<TaskOutcome> outcomes(tasks.size());
   double all = 0.0, bytes = 0.0;
@@ -98,12 +99,13 @@ std::vector<TaskOutcome> run_all(const std::vector<RecordTask>& tasks, const Rec
     outcomes[outcome.task] = std::move(outcome);
   };
   console.progress(fmt::format("0 of {} records", tasks.size()), 0.0);
-  run_records(runs, tasks, *own_work(longest_first(tasks), note, ranks), check_interrupted);
+  RecordRuns runs(options, tasks);
+  deal_tasks(longest_first(tasks), runs, ranks, note, check_interrupted);
   return outcomes;
 }
 
 BatchResults results_of(const std::vector<RecordTask>& tasks, const std::vector<TaskOutcome>& outcomes,
-                        const BatchArguments& arguments, const Config& config, const RecordRuns& runs,
+                        const BatchArguments& arguments, const Config& config, const RecordRuns::Options& runs,
                         int num_threads) {
   BatchResults results{.config = arguments.run.input.filename().string(), .records = {}};
   results.records.resize(tasks.size());
@@ -117,9 +119,7 @@ BatchResults results_of(const std::vector<RecordTask>& tasks, const std::vector<
     of_runs.push_back(std::exchange(results.records[i].factors, {}));
     names.emplace_back(tasks[i].name);
   }
-  name_apart(of_runs, names);
-  std::vector<ident::RecordFactors> factors;
-  for (auto& of_run : of_runs) std::move(of_run.begin(), of_run.end(), std::back_inserter(factors));
+  const std::vector<ident::RecordFactors> factors = name_apart(std::move(of_runs), names);
   if (factors.empty()) {
     results.joint_reason = "no record has R factors";
     return results;
@@ -131,6 +131,14 @@ BatchResults results_of(const std::vector<RecordTask>& tasks, const std::vector<
     results.joint_reason = fault.what();
   }
   return results;
+}
+
+/// Sends the other ranks home, unless they have gone.
+void dismiss(std::unique_ptr<Ranks>& ranks) {
+  if (ranks == nullptr) return;
+  send_home(*ranks);
+  ranks->finish();
+  ranks.reset();
 }
 
 /// That of the first record, in the order given, that ended with one.
@@ -163,11 +171,11 @@ int write_results(const BatchResults& results, const BatchArguments& arguments, 
   return code;
 }
 
-/// What rank 0 does, or the only process there is.
-int lead(const BatchArguments& arguments, Ranks* ranks, bool& sent_home, Console& console) {
+/// What rank 0 does, or the only process there is. `ranks` is null once the others have gone home.
+int lead(const BatchArguments& arguments, std::unique_ptr<Ranks>& ranks, Console& console) {
   const Config config = checked_config(arguments);
   const std::vector<RecordTask> tasks = record_tasks(arguments.recordings);
-  const RecordRuns runs = record_runs(arguments, ranks);
+  const RecordRuns::Options runs = run_options_of(arguments, ranks.get());
   if (arguments.run.dry_run) {
     console.result(plan(tasks, runs));
     return 0;
@@ -176,15 +184,14 @@ int lead(const BatchArguments& arguments, Ranks* ranks, bool& sent_home, Console
   Manifest manifest = begin_manifest("batch", arguments.run.command_line, arguments.run.seed, folder.destination());
   std::vector<TaskOutcome> outcomes;
   try {
-    outcomes = run_all(tasks, runs, ranks, console);
+    outcomes = run_all(tasks, runs, ranks.get(), console);
   } catch (const Interrupted&) {
     console.step(fmt::format("runs that are complete stay in {}; the same command goes on there", runs.runs.string()));
     throw;
   }
-  sent_home = true;
-  if (ranks != nullptr) ranks->finish();  // nobody waits while the summary is written
+  const int num_threads = ranks != nullptr ? processors_here() : runs.num_jobs;
+  dismiss(ranks);  // nobody waits while the summary is written
   console.step("writing the summary");
-  const int num_threads = ranks != nullptr ? processors_here() : runs.num_jobs;  // the others have gone home
   return write_results(results_of(tasks, outcomes, arguments, config, runs, num_threads), arguments, folder,
                        std::move(manifest), console);
 }
@@ -196,29 +203,21 @@ int follow(const BatchArguments& arguments, Ranks& ranks) {
     tasks = record_tasks(arguments.recordings);
   } catch (const dsp::Fault&) {
   }
-  const auto work = given_work(ranks);
-  run_records(record_runs(arguments, &ranks), tasks, *work, check_interrupted);
+  RecordRuns runs(run_options_of(arguments, &ranks), tasks);
+  take_tasks(runs, ranks, check_interrupted);
   ranks.finish();
   return 0;
 }
 
 int batch(const BatchArguments& arguments, Console& console) {
-  const std::unique_ptr<Ranks> ranks = launched_processes() > 1 ? join_ranks() : nullptr;
+  std::unique_ptr<Ranks> ranks = launched_processes() > 1 ? join_ranks() : nullptr;
   if (ranks != nullptr && ranks->rank() > 0) return follow(arguments, *ranks);
-  bool sent_home = ranks == nullptr;
-  const auto send_home = [&] {
-    if (sent_home) return;
-    const auto nothing = own_work(
-        {}, [](TaskOutcome) {}, ranks.get());
-    for (; !nothing->is_over(); std::this_thread::sleep_for(nothing->patience())) nothing->serve();
-    ranks->finish();
-  };
   try {
-    const int code = lead(arguments, ranks.get(), sent_home, console);
-    send_home();
+    const int code = lead(arguments, ranks, console);
+    dismiss(ranks);
     return code;
   } catch (const dsp::Fault&) {
-    send_home();
+    dismiss(ranks);
     throw;
   }
 }

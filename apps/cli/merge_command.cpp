@@ -1,8 +1,11 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <set>
+#include <utility>
 
 #include "apps/cli/command.hpp"
 #include "apps/cli/method_options.hpp"
@@ -26,17 +29,15 @@ std::vector<ident::RecordFactors> read_all(const MergeArguments& arguments) {
     of_files.push_back(read_factors(file));
     check_interrupted();
   }
-  name_apart(of_files, arguments.files);
-  std::vector<ident::RecordFactors> records;
-  std::string known;
-  for (auto& of_file : of_files)
-    for (ident::RecordFactors& record : of_file) {
-      if (known.find(record.range) == std::string::npos) known += (known.empty() ? "" : ", ") + record.range;
-      if (arguments.range.empty() || record.range == arguments.range) records.push_back(std::move(record));
-    }
+  std::vector<ident::RecordFactors> records = name_apart(std::move(of_files), arguments.files);
+  std::set<std::string> known;
+  for (const ident::RecordFactors& record : records) known.insert(record.range);
+  if (!arguments.range.empty())
+    std::erase_if(records, [&](const ident::RecordFactors& record) { return record.range != arguments.range; });
   if (records.empty())
-    throw dsp::Fault(dsp::FaultKind::usage, "usage",
-                     fmt::format("--range: no file has a range '{}', want one of {}", arguments.range, known));
+    throw dsp::Fault(
+        dsp::FaultKind::usage, "usage",
+        fmt::format("--range: no file has a range '{}', want one of {}", arguments.range, fmt::join(known, ", ")));
   return records;
 }
 

@@ -45,6 +45,9 @@ RunArguments with_global(RunArguments typed, const GlobalOptions& global) {
   return typed;
 }
 
+namespace {
+
+/// What the command line says of every recording.
 void apply_flags(const RunArguments& arguments, Config& config) {
   for (RecordingConfig& recording : config.recordings) {
     recording.salvage = recording.salvage || arguments.salvage;
@@ -56,6 +59,8 @@ void apply_flags(const RunArguments& arguments, Config& config) {
   for (auto* recordings : {&config.recordings, &config.test_recordings})
     for (RecordingConfig& recording : *recordings) recording.sidecar = arguments.sidecar;
 }
+
+}  // namespace
 
 Config config_of(const RunArguments& arguments) {
   if (!arguments.recording.empty() && arguments.input.extension() != ".toml")

@@ -36,8 +36,7 @@ struct RunArguments {
 /// `typed` with what the global options say.
 [[nodiscard]] RunArguments with_global(RunArguments typed, const GlobalOptions& global);
 
-/// What the command line says of every recording.
-void apply_flags(const RunArguments& arguments, Config& config);
+/// The config with what the command line says of every recording.
 [[nodiscard]] Config config_of(const RunArguments& arguments);
 
 /// -o, or the input's name with `suffix`, once that is known to touch no input.

@@ -21,12 +21,15 @@ struct StudyArguments {
   bool grid = false;              ///< every combination instead of one setting at a time
 };
 
-std::vector<StudyAxis> axes_of(const StudyArguments& arguments, const Config& config, double rate_hz,
-                               std::int64_t num_samples) {
-  if (arguments.over.empty()) return config.study.empty() ? default_axes(config, rate_hz, num_samples) : config.study;
+/// `first`: of the recordings.
+std::vector<StudyAxis> axes_of(const StudyArguments& arguments, Config config, const dsp::RecordingReader& first,
+                               Console& console) {
+  if (arguments.over.empty() && !config.study.empty()) return config.study;
   std::vector<StudyAxis> axes;
   for (const std::string& text : arguments.over) axes.push_back(parse_axis(text));
-  return axes;
+  if (!axes.empty()) return axes;
+  choose_band(config, arguments.run.max_memory_bytes, console);
+  return default_axes(config, first.description().sample_rate_hz, first.num_frames());
 }
 
 /// The longest list of ranges any cell has.
@@ -39,7 +42,7 @@ std::vector<std::string> range_names(const std::vector<StudyResult>& results) {
 
 bool kept_nothing(const std::vector<StudyResult>& results) {
   for (const StudyResult& result : results)
-    for (const ident::StudyRange& range : result.ranges)
+    for (const StudyRange& range : result.ranges)
       for (const ident::JudgedFit& fit : range.fits)
         if (!fit.model.terms.empty()) return false;
   return true;
@@ -48,23 +51,22 @@ bool kept_nothing(const std::vector<StudyResult>& results) {
 /// Writes study.txt, study.csv, study.json and study-RANGE.svg into the folder. 4 where no cell kept a term, else 0.
 int study(const StudyArguments& arguments, Console& console) {
   const RunArguments& run = arguments.run;
-  const auto adjust = [&run](Config& config) { apply_flags(run, config); };
-  Config config = config_of(run);
+  const Config config = config_of(run);
   const fs::path destination = folder_apart(run, config, "-study");
   const dsp::RecordingReader first(config.recordings.front().file,
                                    read_options(config.recordings.front(), run.max_memory_bytes));
-  const double rate_hz = first.description().sample_rate_hz;
-  std::vector<std::string> set = run.set;
-  const bool open = config.prepare.cutoff_hz == 0.0;
-  choose_band(config, run.max_memory_bytes, console);
-  const std::vector<StudyAxis> asked = axes_of(arguments, config, rate_hz, first.num_frames());
-  const bool of_rates = std::any_of(asked.begin(), asked.end(), [](const StudyAxis& axis) {
-    return axis.key.starts_with("prepare.") && axis.key.ends_with("rate_hz");
-  });
-  if (open && config.prepare.cutoff_hz > 0.0 && !of_rates)
-    set.push_back(fmt::format("prepare.cutoff_hz={}", config.prepare.cutoff_hz));
-  StudyRequest request{run.input, std::move(set),       adjust,          study_cells(asked, arguments.grid),
-                       rate_hz,   run.max_memory_bytes, run.num_threads, run.strict};
+  const std::vector<StudyAxis> asked = axes_of(arguments, config, first, console);
+  const auto config_with = [&run](const std::vector<std::string>& overrides) {
+    RunArguments cell = run;
+    cell.set.insert(cell.set.end(), overrides.begin(), overrides.end());
+    return config_of(cell);
+  };
+  const StudyRequest request{.config_with = config_with,
+                             .cells = study_cells(asked, arguments.grid),
+                             .sample_rate_hz = first.description().sample_rate_hz,
+                             .max_memory_bytes = run.max_memory_bytes,
+                             .num_threads = run.num_threads,
+                             .strict = run.strict};
   if (run.dry_run) {
     std::string text;
     for (const StudyCell& cell : request.cells) text += cell.label() + "\n";

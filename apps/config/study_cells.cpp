@@ -36,27 +36,26 @@ void keep_concerned(std::vector<ident::Method>& methods, const StudyCell& cell) 
     std::erase_if(methods, [&](ident::Method method) { return !concerned(method); });
 }
 
-Config config_of(const StudyRequest& request, const StudyCell& cell) {
-  std::vector<std::string> overrides = request.set;
-  for (const auto& [key, value] : cell.setting) {
-    overrides.push_back(key + "=" + value);
-    if (key != cutoff) continue;
-    const dsp::PrepareOptions given = read_config(request.input, request.set).prepare;
-    if (given.cutoff_hz > 0.0 && given.rolloff_hz > 0.0 && !has(cell, rolloff))
-      overrides.push_back(fmt::format("{}={}", rolloff, std::stod(value) * given.rolloff_hz / given.cutoff_hz));
-  }
-  Config config = read_config(request.input, overrides);
-  if (request.adjust) request.adjust(config);
+/// A training fraction that is varied replaces the time that training ends at.
+void leave_train_to(Config& config, const StudyCell& cell) {
   if (has(cell, train_fraction))
     for (ident::Range& range : config.ranges) range.spec.train_to_s.reset();
-  keep_concerned(config.fit.methods, cell);
-  check_library(config);
-  return config;
 }
 
 /// A config that the recording can be prepared with.
 Config feasible_config(const StudyRequest& request, const StudyCell& cell) {
-  Config config = config_of(request, cell);
+  std::vector<std::string> overrides;
+  for (const auto& [key, value] : cell.setting) {
+    overrides.push_back(key + "=" + value);
+    if (key != cutoff) continue;
+    const dsp::PrepareOptions given = request.config_with({}).prepare;
+    if (given.cutoff_hz > 0.0 && given.rolloff_hz > 0.0 && !has(cell, rolloff))
+      overrides.push_back(fmt::format("{}={}", rolloff, std::stod(value) * given.rolloff_hz / given.cutoff_hz));
+  }
+  Config config = request.config_with(overrides);
+  leave_train_to(config, cell);
+  keep_concerned(config.fit.methods, cell);
+  check_library(config);
   (void)dsp::resolved(dsp::rate_by_cutoff(config.prepare, request.sample_rate_hz), request.sample_rate_hz);
   return config;
 }
@@ -84,18 +83,15 @@ std::string preparation_key(Config config) {
   return to_toml(config, ".");
 }
 
-/// A cell on its way: its place among the cells and its config.
-struct Job {
-  std::size_t place = 0;
-  Config config;
-};
-
-/// What a settled config asks of its recordings.
-ident::StudyCase case_of(Config& config, const StudyCell& cell, const std::vector<Input>& inputs, int num_threads) {
-  if (has(cell, train_fraction))  // ranges of a sidecar have come in
-    for (ident::Range& range : config.ranges) range.spec.train_to_s.reset();
-  (void)compile_libraries(config, inputs);  // what is wrong with one is said with its place
-  return {config.library, config.ranges, identify_options(config, inputs, num_threads)};
+/// Models and figures only: no columns of a prediction.
+StudyRange summary_of(ident::RangeResult result) {
+  StudyRange range{result.spec.name, std::move(result.terms), result.rows.train.size(), result.rows.test.size(), {}};
+  for (ident::JudgedFit& fit : result.fits) {
+    fit.predicted.resize(0);
+    fit.predicted_std.resize(0);
+    range.fits.push_back(std::move(fit));
+  }
+  return range;
 }
 
 bool keeps_motion(const std::vector<Input>& inputs) {
@@ -171,7 +167,7 @@ int best_cutoff(const std::vector<StudyResult>& results) {
     const StudyResult& result = results[i];
     if (!has(result.cell, cutoff) || !result.keeps_motion || result.ranges.empty()) continue;
     std::pair<int, double> score{ident::preference(ident::Verdict::describes), 0.0};  // of the worst range
-    for (const ident::StudyRange& range : result.ranges) {
+    for (const StudyRange& range : result.ranges) {
       if (range.fits.empty()) continue;
       const ident::JudgedFit& fit = range.fits.front();
       const double error = fit.free_run.nmse_centred;
@@ -212,92 +208,92 @@ std::vector<StudyCell> study_cells(const std::vector<StudyAxis>& axes, bool grid
 
 namespace {
 
-/// What can be run of a study, in the order of its cells.
-struct StudyPlan {
-  std::vector<StudyResult> results;  ///< of every cell, with what keeps some from being run
-  std::vector<dsp::PrepareOptions> ways;
-  std::vector<std::vector<Job>> groups;  ///< by preparation
-  dsp::Faults infeasible;
+/// A cell on its way: its place among the cells and its config.
+struct Job {
+  std::size_t place = 0;
+  Config config;
 };
 
-StudyPlan plan_of(const StudyRequest& request) {
-  StudyPlan plan;
+/// What can be run of a study, those of one preparation together. Why others cannot be is their trouble.
+std::vector<std::vector<Job>> by_preparation(const StudyRequest& request, std::vector<StudyResult>& results,
+                                             dsp::Faults& infeasible) {
+  std::vector<std::vector<Job>> groups;
   std::map<std::string, std::size_t> group_of;
+  bool varies = false;
   for (const StudyCell& cell : request.cells) {
-    plan.results.push_back({{}, cell});
-    Config config;
+    results.push_back({.cell = cell});
     try {
-      config = feasible_config(request, cell);
+      Config config = feasible_config(request, cell);
+      const auto [group, is_new] = group_of.emplace(preparation_key(config), groups.size());
+      if (is_new) groups.emplace_back();
+      groups[group->second].push_back({results.size() - 1, std::move(config)});
+      varies = varies || !cell.setting.empty();
     } catch (const dsp::Fault& fault) {
       if (cell.setting.empty() || !is_out_of_range(fault)) throw;
-      plan.infeasible.add(fault);
-      plan.results.back().trouble = reason_of(fault, cell);
-      continue;
+      infeasible.add(fault);
+      results.back().trouble = reason_of(fault, cell);
     }
-    if (std::find(plan.ways.begin(), plan.ways.end(), config.prepare) == plan.ways.end())
-      plan.ways.push_back(config.prepare);
-    const auto [group, is_new] = group_of.emplace(preparation_key(config), plan.groups.size());
-    if (is_new) plan.groups.emplace_back();
-    plan.groups[group->second].push_back({plan.results.size() - 1, std::move(config)});
   }
-  return plan;
+  if (!varies) infeasible.raise();
+  return groups;
 }
 
-/// The cells of one preparation. `console` is told what is the same for every cell, `steps` what is being done.
-void run_group(std::vector<Job>& jobs, const StudyRequest& request, std::vector<Input> inputs,
-               std::vector<StudyResult>& results, std::size_t& done, Console& console, Console& steps) {
-  Console silent({.verbosity = -1, .progress = ProgressMode::never});
-  const auto vary = [&](std::size_t k) {
-    check_interrupted();
-    const StudyCell& cell = results[jobs[k].place].cell;
-    steps.step(fmt::format("{}/{}: {}", ++done, request.cells.size(), cell.label()));
-    Config& config = jobs[k].config;
-    if (k > 0) config.zero.kind = ZeroChoice::Kind::none;  // it is subtracted
-    settle(config, inputs, k > 0 ? silent : console);
-    refuse_warnings(request.strict, steps);
-    ident::StudyCase one = case_of(config, cell, inputs, request.num_threads);
-    one.options.poll = shown_poll(
-        steps, "study", [&] { return static_cast<double>(done - 1) / static_cast<double>(request.cells.size()); });
-    if (k == 0) require_unclipped(config, inputs);
-    return one;
-  };
-  const auto outcomes =
-      ident::study(records_of(inputs), jobs.size(), vary,
-                   request.max_memory_bytes > 0 ? request.max_memory_bytes : dsp::ReadOptions{}.max_memory_bytes);
-  for (std::size_t k = 0; k < jobs.size(); ++k) {
-    static_cast<ident::StudyOutcome&>(results[jobs[k].place]) = outcomes[k];
-    results[jobs[k].place].keeps_motion = keeps_motion(inputs);
-  }
+/// What a run with this config says of its ranges. `config` is settled.
+std::vector<StudyRange> identify_cell(Config& config, const StudyRequest& request, const std::vector<Input>& inputs,
+                                      std::function<void()> poll, Console& console) {
+  const auto libraries = compile_libraries(config, inputs);
+  auto columns = all_columns(config, inputs, libraries, request.max_memory_bytes, request.num_threads, console);
+  ident::IdentifyOptions options = identify_options(config, inputs, request.num_threads);
+  options.poll = std::move(poll);
+  std::vector<StudyRange> ranges;
+  for (ident::RangeResult& range : ident::identify(config.ranges, columns, libraries.front(), options))
+    ranges.push_back(summary_of(std::move(range)));
+  return ranges;
 }
 
 }  // namespace
 
 std::vector<StudyResult> run_cells(const StudyRequest& request, Console& console) {
-  StudyPlan plan = plan_of(request);
-  std::vector<StudyResult>& results = plan.results;
-  const bool varies = std::any_of(results.begin(), results.end(), [](const StudyResult& result) {
-    return !result.cell.setting.empty() && result.trouble.empty();
-  });
-  if (!varies) plan.infeasible.raise();
-  const auto sources = read_sources(plan.groups.front().front().config, plan.ways, request.max_memory_bytes, console);
-  Console silent({.verbosity = -1, .progress = ProgressMode::never});  // what is the same for every cell is said once
-  std::size_t done = 0;
-  for (std::vector<Job>& jobs : plan.groups) {
+  std::vector<StudyResult> results;
+  dsp::Faults infeasible;
+  std::vector<std::vector<Job>> groups = by_preparation(request, results, infeasible);
+  Console silent({.verbosity = -1, .progress = ProgressMode::never});
+  std::size_t begun = 0;
+  const auto poll = shown_poll(
+      console, "study", [&] { return static_cast<double>(begun - 1) / static_cast<double>(request.cells.size()); });
+  const auto run_group = [&](std::vector<Job>& jobs) {
+    const bool is_first = &jobs == &groups.front();  // what is the same for every cell is said once
+    std::vector<Input> inputs =
+        prepare_inputs(jobs.front().config, request.max_memory_bytes, request.num_threads, is_first ? console : silent);
+    for (Job& job : jobs) {
+      StudyResult& result = results[job.place];
+      console.step(fmt::format("{}/{}: {}", ++begun, request.cells.size(), result.cell.label()));
+      const bool is_settled = &job != &jobs.front();
+      if (is_settled) job.config.zero.kind = ZeroChoice::Kind::none;  // it is subtracted
+      settle(job.config, inputs, is_first && !is_settled ? console : silent);
+      leave_train_to(job.config, result.cell);  // ranges of a sidecar have come in
+      refuse_warnings(request.strict, console);
+      result.keeps_motion = keeps_motion(inputs);
+      try {
+        result.ranges = identify_cell(job.config, request, inputs, poll, silent);
+      } catch (const dsp::Fault& fault) {
+        if (fault.kind() != dsp::FaultKind::numerics) throw;
+        result.trouble = fault.what();
+      }
+    }
+  };
+  for (std::vector<Job>& jobs : groups) {
     try {
-      Console& teller = done == 0 ? console : silent;
-      const Config& first = jobs.front().config;
-      const auto way = std::find(plan.ways.begin(), plan.ways.end(), first.prepare) - plan.ways.begin();
-      std::vector<Input> inputs = prepare_inputs(sources, static_cast<std::size_t>(way), first, teller);
-      run_group(jobs, request, std::move(inputs), results, done, teller, console);
+      run_group(jobs);
     } catch (const dsp::Fault& fault) {  // some settings leave nothing to identify from
       if (jobs.front().place == 0 || fault.kind() == dsp::FaultKind::output) throw;
-      for (const Job& job : jobs) results[job.place].trouble = fault.what();
-      plan.infeasible.add(fault);
+      for (const Job& job : jobs) results[job.place] = {.cell = results[job.place].cell, .trouble = fault.what()};
+      infeasible.add(fault);
     }
   }
   if (std::none_of(results.begin(), results.end(), [](const auto& result) { return result.trouble.empty(); }))
-    plan.infeasible.raise();
-  return std::move(plan.results);
+    infeasible.raise();
+  return results;
 }
 
 }  // namespace apps

@@ -1,6 +1,5 @@
 #pragma once
 #include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <string>
 #include <utility>
@@ -8,7 +7,7 @@
 
 #include "apps/config/config.hpp"
 #include "apps/process/console.hpp"
-#include "ident/study.hpp"
+#include "ident/identify.hpp"
 
 // The settings a study varies, and the identifications with them.
 
@@ -32,8 +31,18 @@ struct StudyCell {
 /// The config as it is and each value of each axis alone; or, as a grid, every combination.
 [[nodiscard]] std::vector<StudyCell> study_cells(const std::vector<StudyAxis>& axes, bool grid);
 
-struct StudyResult : ident::StudyOutcome {
+/// What a cell says of one range; models and figures only.
+struct StudyRange {
+  std::string name;
+  std::vector<std::string> terms;  ///< of the library
+  std::size_t num_train = 0, num_test = 0;
+  std::vector<ident::JudgedFit> fits;
+};
+
+struct StudyResult {
   StudyCell cell;
+  std::vector<StudyRange> ranges = {};
+  std::string trouble = {};  ///< not empty: why there is nothing
   bool keeps_motion = true;  ///< in its band: prepare.band warns of no recording
 };
 
@@ -43,9 +52,7 @@ struct StudyResult : ident::StudyOutcome {
 [[nodiscard]] int best_cutoff(const std::vector<StudyResult>& results);
 
 struct StudyRequest {
-  std::filesystem::path input;
-  std::vector<std::string> set;         ///< overrides of every cell
-  std::function<void(Config&)> adjust;  ///< applied to every cell's config
+  std::function<Config(const std::vector<std::string>&)> config_with;  ///< these overrides, "a.b=c"
   std::vector<StudyCell> cells;
   double sample_rate_hz = 0.0;  ///< of the first recording
   std::size_t max_memory_bytes = 0;
@@ -53,11 +60,11 @@ struct StudyRequest {
   bool strict = false;
 };
 
-/// Every recording is read once, prepared once for each way of preparing, and its columns are formed once for each
-/// library; each cell's fits are those of a run with its settings, but that a cell with fit.train_share takes no notice
-/// of train_to, and that a cut-off takes a given roll-off with it in proportion. In a study of single axes, those of
-/// a method's setting are fitted by the methods that have it only. Throws dsp::Fault for what is wrong with a setting
-/// before anything is read; a value that only does not go with the rest is its cell's trouble, unless none is left.
+/// Each cell's ranges are those of a run with its settings, but that a cell with fit.train_share takes no notice of
+/// train_to, and that a cut-off takes a given roll-off with it in proportion. Recordings are prepared once for all
+/// cells that differ in library and fit only. In a study of single axes, those of a method's setting are fitted by the
+/// methods that have it only. Throws dsp::Fault for what is wrong with a setting before anything is read; a value that
+/// only does not go with the rest is its cell's trouble, unless none is left.
 [[nodiscard]] std::vector<StudyResult> run_cells(const StudyRequest& request, Console& console);
 
 }  // namespace apps

@@ -258,14 +258,19 @@ std::vector<ident::RecordFactors> record_factors(const std::vector<ident::RangeR
   return records;
 }
 
-void name_apart(std::vector<std::vector<ident::RecordFactors>>& of_files, const std::vector<fs::path>& files) {
+std::vector<ident::RecordFactors> name_apart(std::vector<std::vector<ident::RecordFactors>> of_files,
+                                             const std::vector<fs::path>& files) {
   std::map<std::string, std::set<std::size_t>> found_in;  // of each name
   for (std::size_t i = 0; i < of_files.size(); ++i)
     for (const ident::RecordFactors& record : of_files[i]) found_in[record.record].insert(i);
   const std::vector<std::string> names = distinct_names(files);
+  std::vector<ident::RecordFactors> all;
   for (std::size_t i = 0; i < of_files.size(); ++i)
-    for (ident::RecordFactors& record : of_files[i])
+    for (ident::RecordFactors& record : of_files[i]) {
       if (found_in.at(record.record).size() > 1) record.record = fmt::format("{}: {}", names[i], record.record);
+      all.push_back(std::move(record));
+    }
+  return all;
 }
 
 std::string factors_json(const std::vector<ident::RecordFactors>& records) {

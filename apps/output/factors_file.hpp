@@ -22,10 +22,10 @@ inline constexpr Eigen::Index most_factor_blocks = 16;
     const std::vector<std::vector<ident::FactorSource>>& sources, const ident::CandidateLibrary& library,
     const ident::IdentifyOptions& options);
 
-/// Records of one name that come from different files get the shortest end of its path that tells them apart before
-/// it: "mon/run: drive.csv". `of_files`: of each file.
-void name_apart(std::vector<std::vector<ident::RecordFactors>>& of_files,
-                const std::vector<std::filesystem::path>& files);
+/// All of them. Records of one name that come from different files get the shortest end of its path that tells them
+/// apart before it: "mon/run: drive.csv". `of_files`: of each file.
+[[nodiscard]] std::vector<ident::RecordFactors> name_apart(std::vector<std::vector<ident::RecordFactors>> of_files,
+                                                           const std::vector<std::filesystem::path>& files);
 
 [[nodiscard]] std::string factors_json(const std::vector<ident::RecordFactors>& records);
 

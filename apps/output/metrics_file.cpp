@@ -132,8 +132,8 @@ std::string metrics_json(const std::vector<ident::RangeResult>& ranges, const id
   return text_of(document);
 }
 
-Json fit_of(const Json& metrics, const std::string& range, const std::string& method) {
-  for (const Json& candidate : metrics.at("ranges")) {
+Json fit_of(const Json& document, const std::string& range, const std::string& method) {
+  for (const Json& candidate : document.at("ranges")) {
     if (candidate.at("name") != range) continue;
     const Json& methods = candidate.at("methods");
     for (const Json& fit : methods)

@@ -12,8 +12,9 @@ namespace apps {
 [[nodiscard]] std::string metrics_json(const std::vector<ident::RangeResult>& ranges,
                                        const ident::IdentifyOptions& options);
 
-/// Of the document: what a range says of a method, or of its first where it does not have that; null: it says nothing.
-[[nodiscard]] nlohmann::ordered_json fit_of(const nlohmann::ordered_json& metrics, const std::string& range,
+/// Of this document or equation.json: what a range says of a method, or of its first where it does not have that; null:
+/// it says nothing.
+[[nodiscard]] nlohmann::ordered_json fit_of(const nlohmann::ordered_json& document, const std::string& range,
                                             const std::string& method);
 
 }  // namespace apps

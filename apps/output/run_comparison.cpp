@@ -32,17 +32,11 @@ struct ComparedRun {
 
 /// "in_part (missing_input)", as equation.json has it for the method of `fit`.
 std::string verdict_of(const Json& equation, const std::string& range, const Json& fit) {
-  if (equation.is_null() || fit.is_null()) return "";
-  for (const Json& candidate : equation.at("ranges")) {
-    if (candidate.at("name") != range) continue;
-    for (const Json& one : candidate.at("methods")) {
-      if (one.at("method") != fit.at("method")) continue;
-      const Json cause = one.value("cause", Json());
-      const std::string verdict = one.value("verdict", Json()).is_string() ? one.at("verdict").get<std::string>() : "";
-      return cause.is_string() ? fmt::format("{} ({})", verdict, cause.get<std::string>()) : verdict;
-    }
-  }
-  return "";
+  const Json one = equation.is_null() || fit.is_null() ? Json() : fit_of(equation, range, fit.at("method"));
+  if (one.is_null() || one.at("method") != fit.at("method")) return "";
+  const Json verdict = one.value("verdict", Json()), cause = one.value("cause", Json());
+  if (!verdict.is_string()) return "";
+  return verdict.get<std::string>() + (cause.is_string() ? fmt::format(" ({})", cause.get<std::string>()) : "");
 }
 
 std::vector<RangeComparison> range_comparisons(const std::vector<ComparedRun>& runs, const std::string& method) {

@@ -28,10 +28,17 @@ std::string shown(double value) {
   return number_text(value, "{:.3g}", "none");
 }
 
-std::vector<std::string> kept(const ident::JudgedFit& fit) {
+std::string kept(const ident::JudgedFit& fit) {
   std::vector<std::string> names;
   for (const ident::ModelTerm& term : fit.model.terms) names.push_back(label(term));
-  return names;
+  return fmt::format("{}", fmt::join(names, " "));
+}
+
+/// Every fit of a cell with its range.
+template <class Use>
+void for_each_fit(const StudyResult& result, Use&& use) {
+  for (const StudyRange& range : result.ranges)
+    for (const ident::JudgedFit& fit : range.fits) use(range, fit);
 }
 
 /// What one term was through the study.
@@ -44,39 +51,43 @@ struct Persistence {
 /// All fits of one range by one method.
 struct Series {
   std::string range, method;
-  std::vector<const ident::JudgedFit*> fits;
-  std::vector<Persistence> terms;  ///< in the order of the largest library
+  std::size_t num_fits = 0;
+  std::vector<Persistence> terms = {};  ///< in the order of the largest library
 };
+
+void add_fit(Series& series, const StudyRange& range, const ident::JudgedFit& fit) {
+  ++series.num_fits;
+  for (const std::string& name : range.terms) {
+    auto at = std::find_if(series.terms.begin(), series.terms.end(),
+                           [&](const Persistence& term) { return term.term == name; });
+    if (at == series.terms.end()) at = series.terms.insert(at, {name});
+    bool is_kept = false;
+    for (const ident::ModelTerm& term : fit.model.terms) {
+      if (term.name != name) continue;
+      is_kept = true;  // one of each recording counts once
+      at->least = std::min(at->least, term.mean);
+      at->greatest = std::max(at->greatest, term.mean);
+    }
+    at->kept += is_kept;
+  }
+}
 
 std::vector<Series> series_of(const std::vector<StudyResult>& results) {
   std::vector<Series> all;
   for (const StudyResult& result : results)
-    for (const ident::StudyRange& range : result.ranges)
-      for (const ident::JudgedFit& fit : range.fits) {
-        const std::string method(to_string(fit.fit.method));
-        auto at = std::find_if(all.begin(), all.end(),
-                               [&](const Series& s) { return s.range == range.name && s.method == method; });
-        if (at == all.end()) at = all.insert(all.end(), {range.name, method, {}, {}});
-        at->fits.push_back(&fit);
-        for (const std::string& name : range.terms)
-          if (std::none_of(at->terms.begin(), at->terms.end(), [&](const auto& term) { return term.term == name; }))
-            at->terms.push_back({name});
-        for (const ident::ModelTerm& term : fit.model.terms)
-          for (Persistence& one : at->terms)
-            if (one.term == term.name) {
-              const auto same = [&](const ident::ModelTerm& other) { return other.name == term.name; };
-              const bool first = &term == &*std::find_if(fit.model.terms.begin(), fit.model.terms.end(), same);
-              one.kept += first ? 1 : 0;  // one of each recording counts once
-              one.least = std::min(one.least, term.mean);
-              one.greatest = std::max(one.greatest, term.mean);
-            }
-      }
+    for_each_fit(result, [&](const StudyRange& range, const ident::JudgedFit& fit) {
+      const auto method = to_string(fit.fit.method);
+      auto at = std::find_if(all.begin(), all.end(),
+                             [&](const Series& s) { return s.range == range.name && s.method == method; });
+      if (at == all.end()) at = all.insert(at, {range.name, std::string(method)});
+      add_fit(*at, range, fit);
+    });
   return all;
 }
 
 std::string persistence_text(const Series& series) {
   std::string text = fmt::format("{}, {}: kept in how many of {} settings, and between which coefficients\n",
-                                 series.range, series.method, series.fits.size());
+                                 series.range, series.method, series.num_fits);
   for (const Persistence& term : series.terms) {
     if (term.kept == 0) continue;
     text += fmt::format("  {:<12} {:>4}  {:.4g} to {:.4g}{}\n", term.term, term.kept, term.least, term.greatest,
@@ -88,7 +99,7 @@ std::string persistence_text(const Series& series) {
 std::string best_cutoff_text(const std::vector<StudyResult>& results, int best) {
   const StudyResult& result = results[static_cast<std::size_t>(best)];
   std::string text = fmt::format("best cut-off: {}\n", result.cell.label());
-  for (const ident::StudyRange& range : result.ranges)
+  for (const StudyRange& range : result.ranges)
     if (!range.fits.empty()) text += fmt::format("  {}: {}\n", range.name, range.fits.front().judgement.sentence);
   return text;
 }
@@ -163,15 +174,16 @@ std::string study_text(const std::vector<StudyResult>& results, const std::vecto
   for (const StudyAxis& axis : axes) text += fmt::format("{}: {}\n", axis.key, fmt::join(axis.values, ", "));
   std::size_t width = 8;
   for (const StudyResult& result : results) width = std::max(width, result.cell.label().size());
-  text += fmt::format("\n{:<{}}  {:<8} {:<9} {:>5} {:>9} {:>9} {:>9}  {}\n", "setting", width, "range", "method",
-                      "terms", "train", "test", "free run", "kept");
+  constexpr const char* row = "{:<{}}  {:<8} {:<9} {:>5} {:>9} {:>9} {:>9}  {}\n";
+  text += "\n" + fmt::format(fmt::runtime(row), "setting", width, "range", "method", "terms", "train", "test",
+                             "free run", "kept");
   for (const StudyResult& result : results) {
     if (!result.trouble.empty()) text += fmt::format("{:<{}}  {}\n", result.cell.label(), width, result.trouble);
-    for (const ident::StudyRange& range : result.ranges)
-      for (const ident::JudgedFit& fit : range.fits)
-        text += fmt::format("{:<{}}  {:<8} {:<9} {:>5} {:>9} {:>9} {:>9}  {}\n", result.cell.label(), width, range.name,
-                            to_string(fit.fit.method), fit.model.terms.size(), shown(value_of(fit.train)),
-                            shown(value_of(fit.test)), shown(fit.free_run.nmse), fmt::join(kept(fit), " "));
+    for_each_fit(result, [&](const StudyRange& range, const ident::JudgedFit& fit) {
+      text += fmt::format(fmt::runtime(row), result.cell.label(), width, range.name, to_string(fit.fit.method),
+                          fit.model.terms.size(), shown(value_of(fit.train)), shown(value_of(fit.test)),
+                          shown(fit.free_run.nmse), kept(fit));
+    });
   }
   if (const int best = best_cutoff(results); best >= 0) text += "\n" + best_cutoff_text(results, best);
   for (const Series& series : series_of(results)) text += "\n" + persistence_text(series);
@@ -182,44 +194,42 @@ std::string study_csv(const std::vector<StudyResult>& results) {
   const auto cell = [](double value) { return number_text(value, "{:.17g}", ""); };
   std::string text = "setting,range,method,num_terms,nmse_train,nmse_test,nmse_free_run,terms\n";
   for (const StudyResult& result : results)
-    for (const ident::StudyRange& range : result.ranges)
-      for (const ident::JudgedFit& fit : range.fits)
-        text += fmt::format("{},{},{},{},{},{},{},{}\n", text_cell(result.cell.label()), text_cell(range.name),
-                            to_string(fit.fit.method), fit.model.terms.size(), cell(value_of(fit.train)),
-                            cell(value_of(fit.test)), cell(fit.free_run.nmse),
-                            text_cell(fmt::format("{}", fmt::join(kept(fit), " "))));
+    for_each_fit(result, [&](const StudyRange& range, const ident::JudgedFit& fit) {
+      text += fmt::format("{},{},{},{},{},{},{},{}\n", text_cell(result.cell.label()), text_cell(range.name),
+                          to_string(fit.fit.method), fit.model.terms.size(), cell(value_of(fit.train)),
+                          cell(value_of(fit.test)), cell(fit.free_run.nmse), text_cell(kept(fit)));
+    });
   return text;
 }
 
 std::string study_json(const std::vector<StudyResult>& results, const std::vector<StudyAxis>& axes) {
   ordered_json document{{"axes", ordered_json::array()}, {"cells", ordered_json::array()}};
   for (const StudyAxis& axis : axes) document["axes"].push_back({{"key", axis.key}, {"values", axis.values}});
+  ordered_json& cells = document["cells"];
   for (const StudyResult& result : results) {
     ordered_json setting = ordered_json::object();
     for (const auto& [key, value] : result.cell.setting) setting[key] = value;
     if (!result.trouble.empty())
-      document["cells"].push_back({{"setting", setting}, {"range", nullptr}, {"reason", result.trouble}});
-    for (const ident::StudyRange& range : result.ranges)
-      for (const ident::JudgedFit& fit : range.fits) {
-        ordered_json terms = ordered_json::array();
-        for (const ident::ModelTerm& term : fit.model.terms)
-          terms.push_back(
-              {{"name", term.name}, {"mean", term.mean}, {"std", number_or_null(term.std)}, {"unit", term.unit}});
-        document["cells"].push_back(
-            {{"setting", setting},
-             {"range", range.name},
-             {"method", to_string(fit.fit.method)},
-             {"status", to_string(fit.fit.status)},
-             {"tau", number_or_null(fit.fit.tau)},
-             {"num_train", range.num_train},
-             {"num_test", range.num_test},
-             {"nmse",
-              {{"train", number_or_null(value_of(fit.train))},
-               {"test", number_or_null(value_of(fit.test))},
-               {"free_run", number_or_null(fit.free_run.nmse)},
-               {"free_run_reason", fit.free_run.reason.empty() ? ordered_json() : ordered_json(fit.free_run.reason)}}},
-             {"terms", std::move(terms)}});
-      }
+      cells.push_back({{"setting", setting}, {"range", nullptr}, {"reason", result.trouble}});
+    for_each_fit(result, [&](const StudyRange& range, const ident::JudgedFit& fit) {
+      const std::string& reason = fit.free_run.reason;
+      cells.push_back({{"setting", setting},
+                       {"range", range.name},
+                       {"method", to_string(fit.fit.method)},
+                       {"status", to_string(fit.fit.status)},
+                       {"tau", number_or_null(fit.fit.tau)},
+                       {"num_train", range.num_train},
+                       {"num_test", range.num_test},
+                       {"nmse",
+                        {{"train", number_or_null(value_of(fit.train))},
+                         {"test", number_or_null(value_of(fit.test))},
+                         {"free_run", number_or_null(fit.free_run.nmse)},
+                         {"free_run_reason", reason.empty() ? ordered_json() : ordered_json(reason)}}},
+                       {"terms", ordered_json::array()}});
+      for (const ident::ModelTerm& term : fit.model.terms)
+        cells.back()["terms"].push_back(
+            {{"name", term.name}, {"mean", term.mean}, {"std", number_or_null(term.std)}, {"unit", term.unit}});
+    });
   }
   const int best = best_cutoff(results);
   document["best_cutoff"] =

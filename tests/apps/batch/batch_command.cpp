@@ -111,9 +111,9 @@ TEST_CASE("a row of a batch has the equation whose verdict it has", "[apps][batc
     return apps::record_result(task, {.has_run = true}, folder / "runs", "").ranges.at(0);
   };
   const auto check_row_of = [&](const json& fit) {
-    CHECK(row().method == fit["method"]);
-    CHECK(row().equation == fit["text"]);
-    CHECK(row().verdict == fit["verdict"]);
+    CHECK(row().at("method").get<std::string>() == fit["method"]);
+    CHECK(row().at("equation").get<std::string>() == fit["text"]);
+    CHECK(row().at("verdict").get<std::string>() == fit["verdict"]);
   };
   check_row_of(fast_rvm);
   range["method"] = "ols";  // as where fast_rvm has no equation

@@ -3,8 +3,10 @@
 #include <catch2/catch.hpp>
 #include <deque>
 #include <map>
+#include <mutex>
 #include <numeric>
 #include <stdexcept>
+#include <thread>
 
 #include "apps/batch/record_tasks.hpp"
 #include "support/fault.hpp"
@@ -14,6 +16,7 @@ namespace {
 
 /// Ranks of one process: what one sends the other finds.
 struct Network {
+  std::mutex lock;
   std::map<int, std::deque<apps::Ranks::Message>> boxes;
 };
 
@@ -22,8 +25,12 @@ class FakeRanks final : public apps::Ranks {
   FakeRanks(Network& network, int rank, int size) : network_(network), rank_(rank), size_(size) {}
   int rank() const override { return rank_; }
   int size() const override { return size_; }
-  void send(int to, std::string_view text) override { network_.boxes[to].push_back({rank_, std::string(text)}); }
+  void send(int to, std::string_view text) override {
+    const std::lock_guard hold(network_.lock);
+    network_.boxes[to].push_back({rank_, std::string(text)});
+  }
   std::optional<Message> receive() override {
+    const std::lock_guard hold(network_.lock);
     auto& box = network_.boxes[rank_];
     if (box.empty()) return std::nullopt;
     Message message = box.front();
@@ -37,41 +44,77 @@ class FakeRanks final : public apps::Ranks {
   int rank_, size_;
 };
 
+/// Tasks end one at a time, each at the call that its rank is slow by.
+class FakeWorkplace final : public apps::Workplace {
+ public:
+  FakeWorkplace(int num_places, int slowness) : num_places_(num_places), slowness_(slowness) {}
+  int num_places() const override { return num_places_; }
+  void start(std::size_t task) override {
+    begun.push_back(task);
+    running_.push_back(task);
+    most_running = std::max(most_running, static_cast<int>(running_.size()));
+  }
+  std::vector<apps::TaskOutcome> ended(std::chrono::milliseconds) override {
+    std::this_thread::yield();
+    if (running_.empty() || ++calls_ % slowness_ != 0) return {};
+    const std::size_t task = running_.front();
+    running_.pop_front();
+    return {{.task = task, .exit_code = 1, .error = "[x] y"}};
+  }
+  std::vector<std::size_t> begun;
+  int most_running = 0;
+
+ private:
+  int num_places_, slowness_, calls_ = 0;
+  std::deque<std::size_t> running_;
+};
+
 }  // namespace
 
-TEST_CASE("every task is given out once, whoever asks, and every outcome arrives", "[apps][batch]") {
-  for (const int size : {1, 2, 5}) {
+TEST_CASE("every task is given out once, and every outcome arrives", "[apps][batch]") {
+  for (const auto& [size, num_places] : {std::pair{1, 1}, {1, 3}, {2, 1}, {5, 2}}) {
+    CAPTURE(size, num_places);
     Network network;
     std::vector<std::unique_ptr<FakeRanks>> ranks;
-    for (int rank = 0; rank < size; ++rank) ranks.push_back(std::make_unique<FakeRanks>(network, rank, size));
+    std::vector<std::unique_ptr<FakeWorkplace>> places;
+    for (int rank = 0; rank < size; ++rank) {
+      ranks.push_back(std::make_unique<FakeRanks>(network, rank, size));
+      places.push_back(std::make_unique<FakeWorkplace>(num_places, rank + 1));  // not all are equally fast
+    }
     std::vector<std::size_t> order(23);
     std::iota(order.rbegin(), order.rend(), std::size_t{0});
     std::map<std::size_t, int> arrived;
-    std::vector<std::unique_ptr<apps::SharedWork>> work;
-    work.push_back(apps::own_work(
-        order, [&](const apps::TaskOutcome& outcome) { arrived[outcome.task] += outcome.exit_code; },
-        size > 1 ? ranks[0].get() : nullptr));
-    for (int rank = 1; rank < size; ++rank) work.push_back(apps::given_work(*ranks[static_cast<std::size_t>(rank)]));
+    std::vector<std::thread> others;
+    for (std::size_t rank = 1; rank < ranks.size(); ++rank)
+      others.emplace_back([&, rank] { apps::take_tasks(*places[rank], *ranks[rank], [] {}); });
+    apps::deal_tasks(
+        order, *places[0], size > 1 ? ranks[0].get() : nullptr,
+        [&](const apps::TaskOutcome& outcome) { arrived[outcome.task] += outcome.exit_code; }, [] {});
+    apps::send_home(*ranks[0]);
+    for (std::thread& other : others) other.join();
     std::vector<std::size_t> begun;
-    for (int turn = 0; turn < 500 && !work.front()->is_over(); ++turn)
-      for (std::size_t rank = 0; rank < work.size(); ++rank) {
-        work[rank]->serve();
-        if ((static_cast<std::size_t>(turn) + rank) % (rank + 1) != 0) continue;  // not all are equally fast
-        const apps::SharedWork::Next next = work[rank]->next();
-        if (next.answer != apps::SharedWork::Answer::task) continue;
-        begun.push_back(next.task);
-        work[rank]->done({.task = next.task, .exit_code = 1, .error = "[x] y"});
-      }
-    CAPTURE(size);
-    for (const auto& one : work) {
-      CHECK(one->next().answer == apps::SharedWork::Answer::none);
-      CHECK(one->is_over());
+    for (const auto& place : places) {
+      begun.insert(begun.end(), place->begun.begin(), place->begun.end());
+      CHECK(place->most_running == num_places);
     }
     CHECK(begun.front() == order.front());
     CHECK(begun.size() == order.size());
     CHECK(arrived.size() == order.size());
     for (const auto& [task, count] : arrived) CHECK(count == 1);
   }
+}
+
+TEST_CASE("ranks that are sent home before there is a task go, and one that is stopped stops", "[apps][batch]") {
+  Network network;
+  FakeRanks lead(network, 0, 2), other(network, 1, 2);
+  FakeWorkplace place(1, 1);
+  apps::send_home(lead);
+  apps::take_tasks(place, other, [] {});
+  CHECK(place.begun.empty());
+  CHECK_THROWS_AS(
+      apps::deal_tasks(
+          {0}, place, nullptr, [](const apps::TaskOutcome&) {}, [] { throw std::runtime_error("stopped"); }),
+      std::runtime_error);
 }
 
 TEST_CASE("an outcome survives being a message", "[apps][batch]") {
