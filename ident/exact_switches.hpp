@@ -26,6 +26,8 @@ class ExactSwitches {
   /// From now on columns are wanted within this stretch only: beside it they and the switches may be anything.
   void limit_to(const dsp::Stretch& wanted);
   [[nodiscard]] const dsp::Stretch& wanted() const { return wanted_; }
+  /// Frees what they were placed with, once every column is formed: they are to be placed under no equation next.
+  void release() { crossings_.release(); }
   /// Whether columns that depend on the equation are to be formed again before they are used under this one: it has
   /// terms, or the one they were formed under last had, or that was within a stretch which does not hold the wanted
   /// one.

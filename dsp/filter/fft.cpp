@@ -160,7 +160,9 @@ RealFft::RealFft(Eigen::Index n) {
 std::shared_ptr<const RealFft::Plans> RealFft::plans_for(Eigen::Index n) {
   // One record is transformed at one length again and again: its plan is made once. Plans may hold as many numbers as
   // they transform: of long ones only the latest is kept.
-  constexpr Eigen::Index most_samples_kept = Eigen::Index{1} << 20;
+  constexpr Eigen::Index most_samples_kept = Eigen::Index{1} << 20, most_of_large_primes = Eigen::Index{1} << 16;
+  if (n > most_of_large_primes && !has_small_primes(n))
+    return std::make_shared<const Plans>(n);  // eight times as large
   static std::mutex mutex;
   static std::deque<std::shared_ptr<const Plans>> latest_first;
   const std::lock_guard lock(mutex);

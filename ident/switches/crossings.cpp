@@ -81,13 +81,15 @@ void drop_overtaken(std::vector<Crossing>& crossings) {
 
 }  // namespace
 
-Crossings::Crossings(const dsp::Motion& motion, const dsp::SpectralBand& state_band, std::vector<Expression> arguments)
+Crossings::Crossings(const dsp::Motion& motion, const dsp::SpectralBand& state_band, std::vector<Expression> arguments,
+                     const std::vector<std::string>& signals)
     : motion_(motion),
       state_band_(state_band),
       kernel_(state_band),
       arguments_(std::make_shared<const std::vector<Expression>>(std::move(arguments))) {
   for (const dsp::Signal& signal : motion_.signals)
-    if ((signal.name == "v" || signal.name == "dy") && std::isfinite(signal.flat_to_hz))
+    if ((signal.name == "v" || signal.name == "dy") && std::isfinite(signal.flat_to_hz) &&
+        std::find(signals.begin(), signals.end(), signal.name) != signals.end())
       speeds_.push_back({signal.name, {}});
   for (const Expression& argument : *arguments_) bound_.push_back(bind(argument));
   crossings_.resize(arguments_->size());
@@ -137,6 +139,11 @@ void Crossings::settle(const WeightedTerms& equation) {
   }
   collect_kinks();
   restore(terms);
+}
+
+void Crossings::release() {
+  kinks_at_samples_ = {};
+  for (Speed& speed : speeds_) speed.smooth = {};
 }
 
 /// The equation's acceleration at the motion's rate, less the jumps of the kinks, of samples [from, from + num_rows).
