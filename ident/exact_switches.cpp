@@ -26,6 +26,16 @@ std::vector<Expression> arguments_of(const CandidateLibrary& library) {
   return arguments;
 }
 
+std::vector<std::string> signals_of(const CandidateLibrary& library) {
+  std::vector<std::string> signals;
+  const auto add = [&](const Expression& expression) {
+    signals.insert(signals.end(), expression.signals().begin(), expression.signals().end());
+  };
+  for (const Term& term : library.terms) add(term.expression);
+  for (const Expression& argument : arguments_of(library)) add(argument);
+  return signals;
+}
+
 /// A term's course to one side of a break: value and slope there, by two points of it.
 struct Beside {
   double value, slope;
@@ -36,7 +46,7 @@ struct Beside {
 ExactSwitches::ExactSwitches(const dsp::Prepared& prepared, const CandidateLibrary& library)
     : prepared_(prepared),
       crossings_(prepared.intermediate, {prepared.options.state_rolloff_hz, prepared.options.state_cutoff_hz},
-                 arguments_of(library)),
+                 arguments_of(library), signals_of(library)),
       stop_hz_(prepared.filter.stop_hz()) {}
 
 void ExactSwitches::settle(const WeightedTerms& equation) {

@@ -27,6 +27,8 @@ class ExactSwitches {
   void limit_to(const dsp::Stretch& wanted);
   [[nodiscard]] const dsp::Stretch& wanted() const& { return wanted_; }
   void wanted() const&& = delete;
+  /// Frees what they were placed with, once every column is formed: they are to be placed under no equation next.
+  void release() { crossings_.release(); }
   /// Whether columns that depend on the equation are to be formed again before they are used under this one: it has
   /// terms, or the one they were formed under last had, or that was within a stretch which does not hold the wanted
   /// one.

@@ -390,6 +390,7 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
   const Columns& first = recordings[result.recording == 0 ? 0 : static_cast<std::size_t>(result.recording) - 1];
   judged.whiteness = residual_whiteness(residual, range.train_samples, first.signals->sample_rate_hz, first.band_hz);
   judge_errors(judged, range, train, test);
+  train = test = {};  // kept in `judged`
   judge_doubts(judged, range, result, recordings, positions, residual, library, options);
   judged.free_run = free_run_of(judged, result, range, courses, recordings, options);
   return judged;

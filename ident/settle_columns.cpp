@@ -262,6 +262,8 @@ RangeData settled_data(const Range& range, RangeResult& result, std::vector<Colu
     if (!formed_already) formed_with = present.equation;
     add_sensors(data, std::move(formed), present, result, recordings, options);
   }
+  for (Columns& columns : recordings)
+    if (columns.switches != nullptr) columns.switches->release();
   data.library = library;
   data.factors = {data.terms, data.scale(data.terms), data.data, {}, {}, {}};
   if (std::none_of(options.methods.begin(), options.methods.end(), weighs_rows)) return data;

@@ -71,8 +71,9 @@ struct Integrator::State {
   void find_event();
   void end_at_event(double from, double to);
   void look_at_switches(double t);
-  [[nodiscard]] bool fail(std::string text) {
-    status = SimulationStatus::diverged;
+  [[nodiscard]] bool is_spent() const;
+  [[nodiscard]] bool fail(std::string text, SimulationStatus how = SimulationStatus::diverged) {
+    status = how;
     reason = std::move(text);
     return false;
   }
@@ -170,6 +171,14 @@ void Integrator::State::end_at_event(double from, double to) {
     if (i == first || !same_side(values[i], values_at[i])) fired.push_back(static_cast<int>(i));
 }
 
+/// Whether more steps were taken than the outputs so far are worth.
+bool Integrator::State::is_spent() const {
+  constexpr double in_advance = 100.0;  // outputs: a motion may be much faster for a while, as at impacts
+  const double outputs = options.sample_rate_hz * (end - options.start_s);
+  return options.sample_rate_hz > 0.0 &&
+         static_cast<double>(num_steps) >= options.max_steps_per_output * (in_advance + outputs);
+}
+
 Integrator::Integrator(System system, const Eigen::Ref<const Eigen::VectorXd>& initial, const SimulateOptions& options)
     : state_(std::make_unique<State>()) {
   check_options(system, initial, options);
@@ -192,6 +201,10 @@ bool Integrator::step() {
   const double stop = s.step_options.stop_s;
   if (stop - s.end <= 4.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(s.end), std::abs(stop)))
     return false;
+  if (s.is_spent())
+    return s.fail(fmt::format("{}: more than {:g} steps for each of {:g} outputs a second at t = {:.9g} s",
+                              s.system.name, s.options.max_steps_per_output, s.options.sample_rate_hz, s.end),
+                  SimulationStatus::step_limit);
   const std::optional<std::string> trouble = s.steps->step();
   ++s.num_steps;
   if (trouble)
@@ -265,22 +278,12 @@ Simulation simulate(const System& system, const Eigen::Ref<const Eigen::VectorXd
   result.modes.reserve(static_cast<std::size_t>(num_samples));
   Eigen::VectorXd y(num_states), dydt(num_states);
   Eigen::Index n = 0;
-  long steps_at_output = 0;
   constexpr Eigen::Index samples_per_poll = 4096;
   for (; n < num_samples; ++n) {
     if (options.poll && n % samples_per_poll == 0) options.poll();
     // The last output may round to just past the end of the run.
     const double t = options.start_s + static_cast<double>(n) / options.sample_rate_hz;
-    bool going = true;
-    while (going && integrator.end_s() < t) {
-      going = integrator.step();
-      if (integrator.num_steps() - steps_at_output > options.max_steps_per_output) break;
-    }
-    if (going && integrator.end_s() < t) {
-      result.status = SimulationStatus::step_limit;
-      result.reason = fmt::format("{}: more than {} steps between outputs at t = {:.9g} s", system.name,
-                                  options.max_steps_per_output, integrator.end_s());
-      break;
+    while (integrator.end_s() < t && integrator.step()) {
     }
     if (integrator.status() != SimulationStatus::finished) break;
     integrator.states(t, y.data());
@@ -288,12 +291,9 @@ Simulation simulate(const System& system, const Eigen::Ref<const Eigen::VectorXd
     result.states.row(n) = y.transpose();
     result.derivatives.row(n) = dydt.transpose();
     result.modes.push_back(integrator.mode());
-    steps_at_output = integrator.num_steps();
   }
-  if (integrator.status() != SimulationStatus::finished) {
-    result.status = integrator.status();
-    result.reason = integrator.reason();
-  }
+  result.status = integrator.status();
+  result.reason = integrator.reason();
   result.time_s = Eigen::VectorXd::LinSpaced(n, 0.0, static_cast<double>(n - 1)) / options.sample_rate_hz;
   result.time_s.array() += options.start_s;
   result.states.conservativeResize(n, num_states);

@@ -19,7 +19,9 @@ struct SimulateOptions {
   double relative_tolerance = 1e-10;
   double absolute_tolerance = 1e-12;  ///< times System::scales
   double max_step_s = 0.0;            ///< 0: no limit
-  long max_steps_per_output = 100000;
+  /// Of an output, on average and with a hundred outputs in advance: more end the run (step_limit). What is that much
+  /// faster than its outputs is in none of them.
+  double max_steps_per_output = 1000.0;
   double divergence_bound = 1e6;    ///< |y| beyond this (any state) ends the run as diverged
   std::function<void()> poll = {};  ///< called now and then between steps; may throw to stop
 };
@@ -59,7 +61,7 @@ struct SimulationError {
 /// is constant over a step: an event ends it.
 class Integrator {
  public:
-  /// Ignores sample_rate_hz and max_steps_per_output; throws as `simulate`.
+  /// sample_rate_hz counts for the limit on steps alone; 0: there is none. Throws as `simulate`.
   Integrator(System system, const Eigen::Ref<const Eigen::VectorXd>& initial, const SimulateOptions& options);
   ~Integrator();
   Integrator(Integrator&&) noexcept;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <stdexcept>
 
 #include "apps/cli/simulate_jobs.hpp"
@@ -87,6 +88,12 @@ std::vector<std::string> simulate_system(const SimulateArguments& arguments, con
   const sim::SimulateOptions options{
       .duration_s = duration_s, .sample_rate_hz = system_rate_hz, .poll = shown_poll(console, "simulating")};
   const auto run = sim::simulate(experiment.system, experiment.initial, options);
+  if (run.status == sim::SimulationStatus::step_limit)
+    throw dsp::Fault(
+        dsp::FaultKind::numerics, "sim.too_fast",
+        fmt::format("sim {}: its natural frequency is {:.3g} Hz, and a table at {:g} Hz shows what is "
+                    "below {:g} Hz. Try --set of slower parameters",
+                    run.reason, experiment.omega_n / (2.0 * std::numbers::pi), system_rate_hz, 0.5 * system_rate_hz));
   if (run.status != sim::SimulationStatus::finished)
     throw dsp::Fault(dsp::FaultKind::numerics, "sim.diverged",
                      fmt::format("sim {}. Try other parameters or a shorter --duration", run.reason));

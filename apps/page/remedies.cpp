@@ -26,10 +26,24 @@ void add_line(ChannelLines& channels, const std::string& name, const std::string
   channel->second.push_back(line);
 }
 
-std::vector<std::string> to_paste(const ChannelLines& channels) {
+/// Of a sidecar that is not there yet the whole, as it names every channel that is to be read.
+std::vector<std::string> to_paste(const Input& input, const ChannelLines& channels) {
+  const bool is_there = std::any_of(input.files.begin(), input.files.end(),
+                                    [&](const auto& file) { return file.filename() == input.sidecar; });
+  ChannelLines blocks = channels;
+  if (!is_there) {
+    blocks.clear();
+    for (const dsp::Channel& channel : input.prepared.channels) {
+      add_line(blocks, channel.name, "name = " + dsp::toml_quoted(channel.name));
+      for (const auto& [name, keys] : channels)
+        for (const std::string& key : keys)
+          if (name == channel.name) add_line(blocks, name, key);
+    }
+  }
   std::vector<std::string> lines;
-  for (const auto& [name, keys] : channels) {
-    lines.push_back("[[channel]]  # " + dsp::toml_quoted(name) + ": add or replace");
+  if (!is_there) lines.push_back("schema = 1");
+  for (const auto& [name, keys] : blocks) {
+    lines.push_back(is_there ? "[[channel]]  # " + dsp::toml_quoted(name) + ": add or replace" : "[[channel]]");
     lines.insert(lines.end(), keys.begin(), keys.end());
   }
   return lines;
@@ -58,8 +72,13 @@ void add_uncorrected(const RunResults& results, std::vector<Remedy>& found) {
           problem.either ? " (or of its partner: the record does not show which of the two is wrong)" : "";
       ChannelLines lines;
       add_line(lines, problem.channel, line_for(input, problem));
-      found.push_back(
-          {fmt::format("{}; not corrected. In {}{}:", problem.sentence, input.sidecar, doubt), to_paste(lines)});
+      const std::vector<std::string> pasted = to_paste(input, lines);
+      const auto same =
+          std::find_if(found.begin(), found.end(), [&](const Remedy& one) { return one.lines == pasted; });
+      if (same != found.end())  // one channel beside several others
+        same->why.insert(0, problem.sentence + "; ");
+      else
+        found.push_back({fmt::format("{}; not corrected. In {}{}:", problem.sentence, input.sidecar, doubt), pasted});
     });
 }
 
@@ -75,7 +94,7 @@ void add_corrected(const RunResults& results, std::vector<Remedy>& found) {
       found.push_back({fmt::format("Optional, as it is corrected in this run: gains, lags and AC couplings that {} "
                                    "does not state were found. To state them there:",
                                    input.sidecar),
-                       to_paste(lines)});
+                       to_paste(input, lines)});
   }
 }
 

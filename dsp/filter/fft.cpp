@@ -66,7 +66,7 @@ struct RealFft::Plans {
   [[nodiscard]] bool halved() const { return n % 2 == 0; }
   /// z of halved() ? n / 2 : n numbers, unchanged, to its transform Z, elsewhere; both aligned.
   void transform(const double* z, double* Z) const {
-    std::call_once(once_, [this] { make(); });
+    std::call_once(once_, [&] { make(z, Z); });
     fftw_execute_dft(made_, fftw_data(z), fftw_data(Z));
   }
   /// In place, of n/2 + 1 numbers, n even: from the transform of the halves to that of all samples (direction 1), and
@@ -77,16 +77,15 @@ struct RealFft::Plans {
 
  private:
   static constexpr Eigen::Index fine = 256;  // of roots_: products of two are all
-  void make() const {
+  /// For these arrays and any aligned likewise; FFTW_ESTIMATE leaves them as they are.
+  void make(const double* z, double* Z) const {
     const Eigen::Index count = halved() ? n / 2 : n;
-    Eigen::VectorXcd from(count), to(count);
     roots_.clear();  // of a call that ended without memory
     for (Eigen::Index k = 0; halved() && k < fine; ++k) roots_.push_back(root(k));
     for (Eigen::Index k = 0; halved() && k <= n / 4; k += fine) roots_.push_back(root(k));
     const std::lock_guard lock(planner().mutex);
     if (std::exchange(planner().torn, true)) throw std::bad_alloc();
-    made_ = fftw_plan_dft_1d(static_cast<int>(count), fftw_data(doubles(from)), fftw_data(doubles(to)), FFTW_FORWARD,
-                             FFTW_ESTIMATE);
+    made_ = fftw_plan_dft_1d(static_cast<int>(count), fftw_data(z), fftw_data(Z), FFTW_FORWARD, FFTW_ESTIMATE);
     planner().torn = false;
   }
   /// exp(-2 pi i k / n)
@@ -160,7 +159,9 @@ RealFft::RealFft(Eigen::Index n) {
 std::shared_ptr<const RealFft::Plans> RealFft::plans_for(Eigen::Index n) {
   // One record is transformed at one length again and again: its plan is made once. Plans may hold as many numbers as
   // they transform: of long ones only the latest is kept.
-  constexpr Eigen::Index most_samples_kept = Eigen::Index{1} << 20;
+  constexpr Eigen::Index most_samples_kept = Eigen::Index{1} << 20, most_of_large_primes = Eigen::Index{1} << 16;
+  if (n > most_of_large_primes && !has_small_primes(n))
+    return std::make_shared<const Plans>(n);  // eight times as large
   static std::mutex mutex;
   static std::deque<std::shared_ptr<const Plans>> latest_first;
   const std::lock_guard lock(mutex);

@@ -154,7 +154,6 @@ class MatFile : public RowsOnClock {
 
   // Only what becomes columns is read.
   void read_variables(mat_t& mat, std::size_t num_frames, std::size_t max_memory_bytes) {
-    double bytes = clock_bytes_per_row * static_cast<double>(num_frames);
     while (Variable found{matio().read_next_info(&mat), matio().free}) {
       const std::shared_ptr<matvar_t> variable = std::move(found);
       const std::string name = clean_name(variable->name != nullptr ? variable->name : "");
@@ -164,8 +163,8 @@ class MatFile : public RowsOnClock {
         leave_out(*variable, name, num_frames);
         continue;
       }
-      bytes += static_cast<double>(matio().size_of(variable.get()));
-      require_memory(file_->name(), bytes, max_memory_bytes);
+      bytes_ += static_cast<double>(matio().size_of(variable.get()));
+      require_memory(file_->name(), bytes_, max_memory_bytes);
       if (matio().read_data(&mat, variable.get()) != 0) throw damaged("cannot read " + name);
       if (simulink)
         add_simulink(variable, name, num_frames);
@@ -259,6 +258,8 @@ class MatFile : public RowsOnClock {
 
   void set_time(const OpenOptions& options) {
     if (info_.time_column < 0 || !options.with_clock) return;
+    require_memory(file_->name(), bytes_ + clock_bytes_per_row * static_cast<double>(info_.num_frames),
+                   options.max_memory_bytes);
     const auto at = static_cast<std::size_t>(info_.time_column);
     const auto& unit = options.time_unit.empty() ? info_.units[at] : options.time_unit;
     const double factor = unit.empty() ? 1.0 : find_unit(unit).factor;
@@ -292,7 +293,8 @@ class MatFile : public RowsOnClock {
 
   std::unique_ptr<InputFile> file_;
   std::vector<Column> columns_;
-  bool lost_ = false;  // whether what is left out may be a signal
+  double bytes_ = 0.0;  // of the variables that were read
+  bool lost_ = false;   // whether what is left out may be a signal
   std::size_t next_row_ = 0;
 };
 

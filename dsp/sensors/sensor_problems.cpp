@@ -32,6 +32,8 @@ constexpr std::array unit_ratios{UnitRatio{1e3, false, 1, "mm/s", "mm/s read as 
                                  UnitRatio{1e-3, true, 0, "mm", "millimetres read as metres"},
                                  UnitRatio{1e3, true, 0, "m", "metres read as millimetres"},
                                  UnitRatio{1e-2, true, 0, "cm", "centimetres read as metres"},
+                                 UnitRatio{1e-6, true, 0, "um", "micrometres read as metres"},
+                                 UnitRatio{1e6, true, 0, "m", "metres read as micrometres"},
                                  UnitRatio{0.0254, true, 0, "in", "inches read as metres"},
                                  UnitRatio{1e-3, true, 1, "mm/s", "mm/s read as m/s"},
                                  UnitRatio{1e3, true, 1, "m/s", "m/s read as mm/s"},

@@ -294,15 +294,22 @@ std::vector<SensorParameter> sensor_parameters(const Record& record) {
 
 dsp::Motion corrected(dsp::Motion motion, const std::vector<SensorParameter>& parameters,
                       const Eigen::Ref<const VectorXd>& values) {
-  const dsp::Motion as_recorded = motion;
-  for (std::size_t k = 0; k < parameters.size(); ++k) {
-    const SensorParameter& parameter = parameters[k];
-    for (const dsp::Signal& change : parameter.shape->change(as_recorded)(0, motion.num_samples()))
-      for (dsp::Signal& signal : motion.signals)
-        if (signal.name == change.name)
-          for (Index i = 0; i < change.values.size(); ++i)
-            signal.values(i) += values(static_cast<Index>(k)) *
-                                parameter.course_at(static_cast<double>(i) / motion.sample_rate_hz) * change.values(i);
+  std::vector<SignalChange> changes;
+  for (const SensorParameter& parameter : parameters) changes.push_back(parameter.shape->change(motion));
+  // Block by block: all changes of one are as it was recorded, and there is no room for the whole signals once more.
+  constexpr Index most = 4096;
+  for (Index first = 0; first < motion.num_samples(); first += most) {
+    std::vector<Changes> of_block;
+    for (const SignalChange& change : changes)
+      of_block.push_back(change(first, std::min(most, motion.num_samples() - first)));
+    for (std::size_t k = 0; k < parameters.size(); ++k)
+      for (const dsp::Signal& change : of_block[k])
+        for (dsp::Signal& signal : motion.signals)
+          if (signal.name == change.name)
+            for (Index i = 0; i < change.values.size(); ++i)
+              signal.values(first + i) +=
+                  values(static_cast<Index>(k)) *
+                  parameters[k].course_at(static_cast<double>(first + i) / motion.sample_rate_hz) * change.values(i);
   }
   return motion;
 }

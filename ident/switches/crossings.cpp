@@ -81,13 +81,15 @@ void drop_overtaken(std::vector<Crossing>& crossings) {
 
 }  // namespace
 
-Crossings::Crossings(const dsp::Motion& motion, const dsp::SpectralBand& state_band, std::vector<Expression> arguments)
+Crossings::Crossings(const dsp::Motion& motion, const dsp::SpectralBand& state_band, std::vector<Expression> arguments,
+                     const std::vector<std::string>& signals)
     : motion_(motion),
       state_band_(state_band),
       kernel_(state_band),
       arguments_(std::make_shared<const std::vector<Expression>>(std::move(arguments))) {
   for (const dsp::Signal& signal : motion_.signals)
-    if ((signal.name == "v" || signal.name == "dy") && std::isfinite(signal.flat_to_hz))
+    if ((signal.name == "v" || signal.name == "dy") && std::isfinite(signal.flat_to_hz) &&
+        std::find(signals.begin(), signals.end(), signal.name) != signals.end())
       speeds_.push_back({signal.name, {}});
   for (const Expression& argument : *arguments_) bound_.push_back(bind(argument));
   crossings_.resize(arguments_->size());
@@ -139,6 +141,11 @@ void Crossings::settle(const WeightedTerms& equation) {
   restore(terms);
 }
 
+void Crossings::release() {
+  kinks_at_samples_ = {};
+  for (Speed& speed : speeds_) speed.smooth = {};
+}
+
 /// The equation's acceleration at the motion's rate, less the jumps of the kinks, of samples [from, from + num_rows).
 VectorXd Crossings::course_between_jumps(const std::vector<std::pair<Bound, double>>& equation, Index from,
                                          Index num_rows) const {
@@ -171,14 +178,13 @@ VectorXd Crossings::course_between_jumps(const std::vector<std::pair<Bound, doub
 /// What the state band took from speeds: the integral of the equation's acceleration beyond it. Its jumps' part is
 /// known in closed form; the rest is smooth enough for the motion's samples.
 void Crossings::restore(const std::vector<std::pair<Bound, double>>& equation) {
-  if (kinks_.empty()) {
-    kinks_at_samples_.resize(0);
-    for (Speed& speed : speeds_) speed.smooth.resize(0);
-    return;
-  }
+  if (kinks_.empty()) return release();
   const Index num_samples = motion_.num_samples();
-  kinks_at_samples_.setZero(num_samples);
-  add_kinks(motion_.sample_rate_hz, 0, kinks_at_samples_);
+  const auto sample_kinks = [&] {
+    kinks_at_samples_.setZero(num_samples);
+    add_kinks(motion_.sample_rate_hz, 0, kinks_at_samples_);
+  };
+  sample_kinks();
   const auto sample_at = [&](double t_s) {
     return static_cast<Index>(std::clamp(t_s * motion_.sample_rate_hz, 0.0, static_cast<double>(num_samples)));
   };
@@ -186,12 +192,14 @@ void Crossings::restore(const std::vector<std::pair<Bound, double>>& equation) {
   constexpr Index fewest = 8;  // of a transform
   if (count < fewest) return;
   VectorXd course = course_between_jumps(equation, first, count);
+  release();  // before there are spectra, which are as large
   dsp::ExtendedSpectrum spectrum(course, motion_.sample_rate_hz);
   course.resize(0);
   spectrum.multiply([&](double f) -> std::complex<double> {
     return f > 0.0 ? std::complex<double>(0.0, -(1.0 - state_band_.gain(f)) / (2.0 * std::numbers::pi * f)) : 0.0;
   });
   const VectorXd taken = std::move(spectrum).signal();
+  sample_kinks();
   for (Speed& speed : speeds_) {
     speed.smooth = motion_.at(speed.name);
     speed.smooth.segment(first, count) += taken;

@@ -30,12 +30,15 @@ struct Crossing {
 /// band (friction that falls with the speed within milliseconds of a reversal).
 class Crossings {
  public:
-  /// The motion is kept by reference. Arguments that others use come before those.
-  Crossings(const dsp::Motion& motion, const dsp::SpectralBand& state_band, std::vector<Expression> arguments);
+  /// The motion is kept by reference. Arguments that others use come before those. `signals`: those that are asked for.
+  Crossings(const dsp::Motion& motion, const dsp::SpectralBand& state_band, std::vector<Expression> arguments,
+            const std::vector<std::string>& signals);
   /// Finds times and jumps of slope together, under an equation for the acceleration, from where they are now; without
   /// a term that jumps: as the low-passed signals have them. Where an acceleration is too small to lead through the
   /// jump, the motion stops, and the jump is that acceleration.
   void settle(const WeightedTerms& equation);
+  /// Frees what samples of restored speeds are made of: before there are more, it is to be settled under no equation.
+  void release();
   /// From now on only what is within this stretch is placed and restored; beside it the signals are as they are.
   void limit_to(const dsp::Stretch& stretch) { stretch_ = stretch; }
 

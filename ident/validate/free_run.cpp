@@ -77,6 +77,10 @@ class Inputs {
   double offset_m_ = 0.0;
 };
 
+// On average. What samples resolve takes less than ten, a sine of two samples a period that is, and each switch passed
+// some ten more; coefficients in a wrong unit make hundreds and thousands of them.
+constexpr double max_steps_per_sample = 50.0;
+
 /// A period in samples, of the motion of the whole record, since a short range holds no line below its own length; 0
 /// where there is none.
 double period(const Course& course) {
@@ -170,6 +174,7 @@ bool run_range(const std::shared_ptr<const EquationOfMotion>& equation, const Co
                                         .start_s = start_s,
                                         .relative_tolerance = options.relative_tolerance,
                                         .absolute_tolerance = options.relative_tolerance,
+                                        .max_steps_per_output = max_steps_per_sample,
                                         .divergence_bound = options.divergence_factor,
                                         .poll = options.poll};
   // Held on a switch nothing moves and steps would grow past the moment it is let go.
@@ -184,9 +189,13 @@ bool run_range(const std::shared_ptr<const EquationOfMotion>& equation, const Co
     (*series)(range.first + i) = inputs->x_at(run.time_s(i), run.states(i, 0) * position_scale);
   if (run.status != sim::SimulationStatus::finished) {
     result.diverged_after_s = static_cast<double>(run.time_s.size()) / motion.sample_rate_hz;
-    result.reason = fmt::format("{} {:.4g} s after its start at t = {:.6g} s ({})",
-                                run.status == sim::SimulationStatus::diverged ? "diverged" : "came to a halt",
-                                result.diverged_after_s, start_s, run.reason);
+    const bool spent = run.status == sim::SimulationStatus::step_limit;
+    result.reason = fmt::format(
+        "{} {:.4g} s after its start at t = {:.6g} s ({})", spent ? "was given up" : "diverged",
+        result.diverged_after_s, start_s,
+        spent ? fmt::format("it takes more than {:g} steps a sample: the equation is far faster than the record",
+                            max_steps_per_sample)
+              : run.reason);
     return false;
   }
   for (Index i = 0; i < length; ++i) {

@@ -13,6 +13,7 @@ namespace {
 
 constexpr double two_pi = 6.283185307179586;
 constexpr double longest_substep_s = 1.0 / 512.0;
+constexpr double fastest_recorder_hz = 25600.0, most_steps_per_sample = 8.0;  // no sensor shows what is faster
 
 constexpr std::array<std::pair<const char*, double QzsParameters::*>, 14> fields{
     {{"k1", &QzsParameters::k1},
@@ -150,8 +151,10 @@ QzsTrajectory::QzsTrajectory(std::shared_ptr<const QzsRig> rig, double duration_
     : rig_(std::move(rig)),
       integrator_(rig_->system(), Eigen::Vector2d::Zero(),
                   {.duration_s = duration_s,
+                   .sample_rate_hz = fastest_recorder_hz,
                    .relative_tolerance = 1e-10,
                    .absolute_tolerance = 1e-10,
+                   .max_steps_per_output = most_steps_per_sample,
                    .poll = std::move(poll)}),
       duration_s_(duration_s) {}
 

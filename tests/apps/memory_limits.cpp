@@ -106,6 +106,39 @@ TEST_CASE("a fit takes what the limit on memory says, however many terms there a
   }
 }
 
+TEST_CASE("a MATLAB file without a clock needs its values and no more while it is opened", "[apps][memory]") {
+  const Scratch folder;
+  const support::Mat mat;
+  constexpr int rows = 2'000'000;
+  std::vector<double> x;
+  for (int i = 0; i < rows; ++i) x.push_back(swing(i));
+  (void)folder.file("x.mat", mat.header() + mat.compressed(mat.vector("x", x)));
+  (void)folder.file("x.mat.toml", "rate = 1000\n[[channel]]\nname = \"x\"\nunit = \"m\"\n");
+  // 16 MB of values: a clock would be 32 MB more.
+  CHECK(support::run(folder, "$ARDENT info x.mat --max-memory 20").code == 0);
+  const auto refused = support::expect(folder, "$ARDENT info x.mat --max-memory 17", 0, {});
+  CHECK_THAT(refused.err, !Catch::Contains("needs"));
+}
+
+TEST_CASE("what an hour more of a record takes", "[apps][memory]") {
+  const Scratch folder;
+  double peak_mb[2];
+  const double hours[2] = {0.25, 0.75};
+  for (int i = 0; i < 2; ++i) {
+    const std::string name = std::to_string(i);
+    (void)support::expect(
+        folder,
+        "$ARDENT -q sim qzs --raw --rate 256 --duration " + std::to_string(3600.0 * hours[i]) + " -o rig" + name, 0,
+        {});
+    const auto ended =
+        support::expect(folder, "$ARDENT -q run rig" + name + "/recording.wav --threads 1 -o run" + name, 0, {});
+    peak_mb[i] = 1.024e-3 * static_cast<double>(ended.peak_kb);
+  }
+  // 33 numbers for each sample at 256 Hz: ten signals, a third as many of what is restored at switches, columns and
+  // results at the lower rate of the fit. 241 MB measured.
+  CHECK((peak_mb[1] - peak_mb[0]) / (hours[1] - hours[0]) < 250.0);
+}
+
 TEST_CASE("a hundred thousand columns are listed quickly, and refused before they take more than is allowed",
           "[apps][memory]") {
   const Scratch folder;

@@ -89,6 +89,32 @@ TEST_CASE("too many steps between outputs end as a status", "[sim][simulate]") {
   CHECK(run.states.rows() == 1);
 }
 
+TEST_CASE("what outputs resolve takes few steps for each of them", "[sim][simulate]") {
+  // Half the rate of the outputs, by either formula, and both as far below its limit as a run is to be.
+  for (const auto& [tolerance, most] : {std::pair{1e-7, 25.0}, std::pair{1e-10, 25.0}}) {
+    const auto run = sim::simulate(harmonic(2.0 * std::numbers::pi * 50.0), Eigen::Vector2d(1.0, 0.0),
+                                   {.duration_s = 100.0,
+                                    .sample_rate_hz = 100.0,
+                                    .relative_tolerance = tolerance,
+                                    .absolute_tolerance = tolerance,
+                                    .max_steps_per_output = most});
+    CHECK(run.status == sim::SimulationStatus::finished);
+    CHECK(static_cast<double>(run.num_steps) < most / 2.0 * 10000.0);
+  }
+}
+
+TEST_CASE("a burst that the rest makes up for is no reason to end a run", "[sim][simulate]") {
+  // Fast for two seconds of a hundred: 480 radians a second take some 1000 steps a second, the rest next to none.
+  sim::System burst{.name = "burst", .states = {"x", "v"}, .rhs = [](double t, const double* y, int, double* dydt) {
+                      const double w = t < 2.0 ? 480.0 : 0.01;
+                      dydt[0] = y[1], dydt[1] = -w * w * y[0];
+                    }};
+  const sim::SimulateOptions options{.duration_s = 100.0, .sample_rate_hz = 1.0, .max_steps_per_output = 40.0};
+  const auto run = sim::simulate(burst, Eigen::Vector2d(1.0, 0.0), options);
+  CHECK(run.status == sim::SimulationStatus::finished);
+  CHECK(run.num_steps > 500);
+}
+
 TEST_CASE("a switch is located to rounding and the modes change there", "[sim][simulate]") {
   const auto run = sim::simulate(kink(), Eigen::VectorXd::Zero(1), {.duration_s = 1.0, .sample_rate_hz = 100.0});
   REQUIRE(run.events.size() == 1);

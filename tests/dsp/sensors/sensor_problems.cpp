@@ -104,6 +104,18 @@ TEST_CASE("each problem of a sensor is named alone, with its size and its channe
     CHECK(problem.sensitivity_factor == Approx(1000.0).epsilon(1e-3));
     CHECK_THAT(problem.sentence, Catch::Contains("millimetres read as metres"));
   }
+  SECTION("micrometres read as metres, and metres read as micrometres") {
+    Body sensors = clean;
+    sensors.displacement *= 1e6;
+    auto problem = alone(problems_of(sensors), SensorProblemKind::unit);
+    CHECK(problem.channel == "laser");
+    CHECK(problem.unit == "um");
+    CHECK(problem.sensitivity_factor == Approx(1e6).epsilon(1e-3));
+    sensors.displacement = 1e-6 * clean.displacement;
+    problem = alone(problems_of(sensors), SensorProblemKind::unit);
+    CHECK(problem.unit == "m");
+    CHECK_THAT(problem.sentence, Catch::Contains("metres read as micrometres"));
+  }
   SECTION("g read as m/s^2") {
     Body sensors = clean;
     sensors.acceleration /= 9.80665;
