@@ -3,13 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <system_error>
+#include <utility>
 
 #include "apps/config/identification.hpp"
 #include "apps/config/recording_name.hpp"
 #include "apps/process/interrupt.hpp"
-#include "apps/process/path.hpp"
-#include "apps/process/system_fault.hpp"
 #include "dsp/io/sidecar.hpp"
 #include "sim/rig/rig_recording.hpp"
 
@@ -23,22 +21,21 @@ using Eigen::VectorXd;
 /// A folder for a raw record; goes away with the object.
 class RawFolder {
  public:
-  RawFolder(const OutputFolder& folder, const std::string& name) : path_(folder.path(name)) {
-    std::error_code error;
-    fs::create_directories(path_, error);
-    if (error) throw cannot_write(folder.shown(name), error.value());
+  RawFolder(const OutputFolder& folder, std::string name) : folder_(folder), name_(std::move(name)) {
+    folder_.make_folder(name_);
   }
   RawFolder(const RawFolder&) = delete;
   RawFolder& operator=(const RawFolder&) = delete;
   ~RawFolder() {
     try {
-      remove_tree(path_);
+      folder_.remove(name_);
     } catch (...) {  // goes with the folder it is in
     }
   }
 
  private:
-  fs::path path_;
+  const OutputFolder& folder_;
+  std::string name_;
 };
 
 /// With its sidecar. Returns where it is.

@@ -31,6 +31,21 @@ dsp::Fault output_fault(std::string name, const std::filesystem::path& path, std
   return {dsp::FaultKind::output, std::move(name), fmt::format("{}: {}.", path.string(), text)};
 }
 
+dsp::Fault link_at(const std::filesystem::path& path) {
+  return output_fault("output.symlink", path,
+                      "is a symbolic link, which is not followed. Remove it or name its target");
+}
+
+dsp::Fault taken_at(const std::filesystem::path& path) {
+  return output_fault("output.exists", path, "exists already. Use --force to replace it or choose another place");
+}
+
+dsp::Fault foreign_at(const std::filesystem::path& path) {
+  return output_fault("output.foreign", path,
+                      "is not Ardent's, or was not made here by it, and is in its way. Move it elsewhere, then try "
+                      "again, or choose another place with -o");
+}
+
 dsp::Fault cannot_write(const std::filesystem::path& path, int error) {
   if (error == ENOMEM) throw std::bad_alloc();  // also where a folder or a file is made: no other place would help
   return output_fault("output.write", path,
