@@ -66,7 +66,7 @@ void BatchFolder::remove_summary() const {
 }
 
 void BatchFolder::write(const std::string& name, std::string_view bytes) {
-  write_file(staging_.fresh(name), destination_ / name, bytes);
+  write_file(staging_.fresh(), name, destination_ / name, bytes);
   written_.push_back({name, sha256(bytes)});
 }
 

@@ -72,8 +72,8 @@ void init(const fs::path& recording, const fs::path& folder, bool force, Console
   const std::vector<std::string> names{sidecar.filename(), config.filename()};
   StagingFolder staging(sidecar, force, require_file);
   for (const std::string& name : names) staging.require_free(name);
-  write_file(staging.fresh(names[0]), sidecar, sidecar_text);
-  write_file(staging.fresh(names[1]), config,
+  write_file(staging.fresh(), names[0], sidecar, sidecar_text);
+  write_file(staging.fresh(), names[1], config,
              draft_config(from_config.generic_string(), beside ? "" : sidecar.filename().string()));
   staging.place(names);
   console.result(console.json() ? files_json({sidecar.string(), config.string()})

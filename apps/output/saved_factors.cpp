@@ -21,6 +21,7 @@ void save_factors(const fs::path& file, const std::vector<ident::RecordFactors>&
   const auto require_factors = [&](const Folder& folder, const std::string& name) {
     if (!force) return;  // refused in any case
     try {
+      if (!folder.entry(name)->is_file()) throw link_at(place);
       static_cast<void>(read_factors(folder.path() / name));
     } catch (const dsp::Fault&) {
       throw output_fault("output.foreign", place, "holds no R factors, so it is not replaced. Choose another name");
@@ -29,7 +30,7 @@ void save_factors(const fs::path& file, const std::vector<ident::RecordFactors>&
   StagingFolder staging(place, force, require_factors);
   const std::string name = place.filename();
   staging.require_free(name);
-  write_file(staging.fresh(name), place, factors_json(records));
+  write_file(staging.fresh(), name, place, factors_json(records));
   staging.place({name});
 }
 

@@ -76,7 +76,7 @@ Folder Folder::open(const fs::path& relative) const {
 Descriptor Folder::open_file(const fs::path& relative, int flags) const {
   const Folder folder = open(relative.parent_path());
   return Descriptor(
-      ::openat(folder.descriptor(), relative.filename().c_str(), flags | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0600));
+      ::openat(folder.descriptor(), relative.filename().c_str(), flags | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666));
 }
 
 std::optional<Entry> Folder::entry(const std::string& name) const {

@@ -13,9 +13,8 @@ namespace {
 constexpr std::size_t buffer_bytes = 1 << 20;
 }  // namespace
 
-OutputFile::OutputFile(const std::filesystem::path& path, std::filesystem::path shown)
-    : shown_(std::move(shown)),
-      file_(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666)) {
+OutputFile::OutputFile(const Folder& folder, const std::filesystem::path& relative, std::filesystem::path shown)
+    : shown_(std::move(shown)), file_(folder.open_file(relative, O_WRONLY | O_CREAT | O_EXCL)) {
   if (file_.number < 0) throw cannot_write(shown_, errno);
 }
 
@@ -41,8 +40,9 @@ void OutputFile::close() {
   if (::close(std::exchange(file_.number, -1)) != 0) throw cannot_write(shown_, errno);
 }
 
-void write_file(const std::filesystem::path& path, const std::filesystem::path& shown, std::string_view bytes) {
-  OutputFile file(path, shown);
+void write_file(const Folder& folder, const std::filesystem::path& relative, const std::filesystem::path& shown,
+                std::string_view bytes) {
+  OutputFile file(folder, relative, shown);
   file.write(bytes);
   file.close();
 }

@@ -12,8 +12,8 @@ namespace apps {
 /// system is dsp::Fault (output, "output.write") with the reason and what to try.
 class OutputFile {
  public:
-  /// `shown`: what messages call the file, which moves there when all is written.
-  OutputFile(const std::filesystem::path& path, std::filesystem::path shown);
+  /// By a relative path in a folder. `shown`: what messages call the file, which moves there when all is written.
+  OutputFile(const Folder& folder, const std::filesystem::path& relative, std::filesystem::path shown);
   void write(std::string_view bytes);
   void close();
 
@@ -25,6 +25,7 @@ class OutputFile {
 };
 
 /// All of a small file at once.
-void write_file(const std::filesystem::path& path, const std::filesystem::path& shown, std::string_view bytes);
+void write_file(const Folder& folder, const std::filesystem::path& relative, const std::filesystem::path& shown,
+                std::string_view bytes);
 
 }  // namespace apps

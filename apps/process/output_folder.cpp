@@ -1,8 +1,10 @@
 #include "apps/process/output_folder.hpp"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <optional>
 #include <stdexcept>
 #include <system_error>
@@ -20,6 +22,11 @@ namespace {
 const fs::path& not_around_us(const fs::path& destination) {
   require_not_current(destination);
   return destination;
+}
+
+fs::path plain(std::string_view name) {
+  if (is_plain(name)) return name;
+  throw std::invalid_argument(fmt::format("OutputFolder: a file name must be plain, got '{}'", name));
 }
 
 }  // namespace
@@ -58,12 +65,11 @@ OutputFolder::OutputFolder(const fs::path& destination, bool force, int num_thre
           [this](const Folder& folder, const std::string& name) { require_replaceable(folder, name); }, num_threads) {
   const std::string name = destination_.filename();
   staging_.require_free(name);
-  make_folder("");
+  if (::mkdirat(staging_.fresh().descriptor(), name.c_str(), 0777) != 0) throw cannot_write(destination_, errno);
+  folder_ = staging_.fresh().open(name);
   // Who may look into the folder stays as it was.
-  std::error_code error;
-  if (const auto before = staging_.parent().entry(name))
-    fs::permissions(staging_.fresh(name), fs::perms(before->stx_mode) & fs::perms::mask, error);
-  if (error) throw cannot_write(destination_, error.value());
+  const std::optional<Entry> before = staging_.parent().entry(name);
+  if (before && ::fchmod(folder_.descriptor(), before->stx_mode & 07777) != 0) throw cannot_write(destination_, errno);
 }
 
 /// Absent, empty or an earlier result with nothing else in it.
@@ -93,25 +99,22 @@ void OutputFolder::require_replaceable(const Folder& folder, const std::string& 
 }
 
 fs::path OutputFolder::path(std::string_view name) const {
-  if (!is_plain(name))
-    throw std::invalid_argument(fmt::format("OutputFolder: a file name must be plain, got '{}'", name));
-  return staging_.fresh(destination_.filename()) / name;
+  return folder_.path() / plain(name);
 }
 
 void OutputFolder::make_folder(std::string_view name) const {
-  std::error_code error;
-  fs::create_directories(staging_.fresh(destination_.filename()) / name, error);
-  if (error) throw cannot_write(shown(name), error.value());
-}
-
-void OutputFolder::remove(std::string_view name) const {
-  Folder(staging_.fresh(destination_.filename()), destination_).remove_all(std::string(name));
+  Folder folder = folder_;
+  for (const fs::path& part : fs::path(name)) {
+    if (::mkdirat(folder.descriptor(), part.c_str(), 0777) != 0 && errno != EEXIST)
+      throw cannot_write(shown(name), errno);
+    folder = folder.open(part);
+  }
 }
 
 OutputFile OutputFolder::file(std::string_view name) const {
-  const fs::path file = path(name);
-  make_folder(fs::path(name).parent_path().string());
-  return {file, shown(name)};
+  const fs::path file = plain(name);
+  make_folder(file.parent_path().string());
+  return {folder_, file, shown(name)};
 }
 
 void OutputFolder::write(std::string_view name, std::string_view bytes) const {
@@ -121,13 +124,12 @@ void OutputFolder::write(std::string_view name, std::string_view bytes) const {
 }
 
 void OutputFolder::commit(Manifest manifest) {
-  const Folder written(staging_.fresh(destination_.filename()), destination_);
-  std::vector<NamedEntry> files = written.tree();
+  std::vector<NamedEntry> files = folder_.tree();
   std::erase_if(files, [](const NamedEntry& one) { return one.second.is_folder(); });
   manifest.outputs.assign(files.size(), {});
   dsp::for_each_index(files.size(), num_threads_, [&](std::size_t i) {
     const fs::path& name = files[i].first;
-    manifest.outputs[i] = {name.generic_string(), sha256_written(written, name, destination_ / name)};
+    manifest.outputs[i] = {name.generic_string(), sha256_written(folder_, name, destination_ / name)};
   });
   std::sort(manifest.outputs.begin(), manifest.outputs.end(),
             [](const ManifestFile& a, const ManifestFile& b) { return a.path < b.path; });

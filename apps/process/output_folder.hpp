@@ -34,7 +34,8 @@ class OutputFolder {
   [[nodiscard]] OutputFile file(std::string_view name) const;  ///< with the folders it is to be in
   void write(std::string_view name, std::string_view bytes) const;
   void make_folder(std::string_view name) const;
-  void remove(std::string_view name) const;  ///< a file or folder that is not to be among the results
+  /// A file or folder that is not to be among the results.
+  void remove(const std::string& name) const { folder_.remove_all(name); }
   /// Lists all files in the manifest, ends it and puts the folder in its place.
   void commit(Manifest manifest);
   [[nodiscard]] const std::filesystem::path& destination() const { return destination_; }
@@ -45,6 +46,7 @@ class OutputFolder {
   bool force_;
   int num_threads_;
   StagingFolder staging_;
+  Folder folder_;  ///< being filled
 };
 
 }  // namespace apps

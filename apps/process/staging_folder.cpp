@@ -169,8 +169,9 @@ void StagingFolder::make_own(const fs::path& destination) {
   std::string name;
   do name = fmt::format("{}-{:08x}", stem, std::random_device()());
   while (!make(name, 0700, destination));
-  const std::string known = own_name(stem, parent_.entry(name).value());
-  if (::renameat(parent_.descriptor(), name.c_str(), parent_.descriptor(), known.c_str()) != 0)
+  const std::optional<Entry> made = parent_.entry(name);
+  const std::string known = own_name(stem, made ? *made : throw foreign_at(parent_.shown() / name));
+  if (::renameat2(parent_.descriptor(), name.c_str(), parent_.descriptor(), known.c_str(), 0) != 0)
     throw cannot_write(destination, errno);
   made_.back().second = known;
   own_ = parent_.open(known);
@@ -250,7 +251,9 @@ void StagingFolder::place(const std::vector<std::string>& names) {
   try {
     for (const std::string& name : names) {
       require_free(name);
-      Placed next{name, new_.entry(name).value()};
+      const std::optional<Entry> written = new_.entry(name);
+      if (!written || written->is_link()) throw foreign_at(new_.shown() / name);
+      Placed next{name, *written};
       put(next);
       placed.push_back(std::move(next));
       if (placed.back().aside != nullptr) require_replaceable(*placed.back().aside, name);

@@ -31,8 +31,8 @@ class StagingFolder {
   StagingFolder& operator=(const StagingFolder&) = delete;
   /// The folder of the destination, and of all that is placed.
   [[nodiscard]] const Folder& parent() const { return parent_; }
-  /// Where what is to appear there under this name is written.
-  [[nodiscard]] std::filesystem::path fresh(const std::string& name) const { return new_.path() / name; }
+  /// Where what is to appear there is written under the name it is to have.
+  [[nodiscard]] const Folder& fresh() const { return new_; }
   /// Throws if place() would refuse what has this name now.
   void require_free(const std::string& name) const;
   /// Puts what was written under these names there, all or none of it; on return it is on the disk. What is replaced is

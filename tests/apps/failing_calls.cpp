@@ -1,5 +1,6 @@
-// One write, open, rename, fsync or allocation of a command that writes fails, or the command is killed: afterwards the
-// old results or the new ones are there, whole, nothing of others is touched, and the next command clears up.
+// One write, open, rename, unlink, fsync or allocation of a command that writes fails, or the command is killed:
+// afterwards the old results or the new ones are there, whole, nothing of others is touched, and the next command
+// clears up.
 #include <fmt/format.h>
 
 #include <array>
@@ -21,7 +22,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr long all = 1'000'000'000;  // points of a kind
-const std::array<std::string, 5> kinds{"write", "open", "rename", "fsync", "memory"};
+const std::array<std::string, 6> kinds{"write", "open", "rename", "unlink", "fsync", "memory"};
 
 /// A command and what it takes; results are in "out", beside what is not ours.
 struct Command {
@@ -72,7 +73,7 @@ void check_whole(const Scratch& folder) {
     CHECK(is_old("a.csv.toml") == is_old("a.toml"));
     return;
   }
-  CHECK(apps::foreign_entries(folder / "out", *listed).empty());
+  CHECK(apps::earlier_result(apps::Folder(folder / "out", "out"), *listed).foreign.empty());
   for (const apps::ManifestFile& file : *listed) CHECK(fs::exists(folder / "out" / file.path));
 }
 
@@ -104,9 +105,9 @@ class Bench {
     return fmt::format("$ARDENT -q --force -o out {} > /dev/null", command_.line);
   }
 
-  /// Makes the call fail; the exit code.
-  int fail(const std::string& kind, long number) {
-    const std::string point = fmt::format("{}:{}", kind, number);
+  /// Makes the call fail, or with "+" that and all later ones of its kind; the exit code.
+  int fail(const std::string& kind, long number, const char* on = "") {
+    const std::string point = fmt::format("{}:{}{}", kind, number, on);
     CAPTURE(command_.name, point);
     const support::Ended ended = support::run(folder_, fmt::format("ARDENT_FAIL={} {}", point, preloaded()));
     CAPTURE(ended.err);
@@ -157,14 +158,17 @@ std::vector<long> even_points(long count, long most) {
 
 #ifndef ARDENT_SANITIZED  // the sanitizers replace the same calls
 
-TEST_CASE("whatever write, open, rename or fsync fails, results are whole and nothing of others is touched",
+TEST_CASE("whatever write, open, rename, unlink or fsync fails, results are whole and nothing of others is touched",
           "[apps][failing_calls]") {
   for (const Command& command : commands) {
     Bench bench(command);
-    for (const std::string kind : {"write", "open", "rename", "fsync"}) {
+    for (const std::string kind : {"write", "open", "rename", "unlink", "fsync"}) {
       CHECK((bench.count(kind) > 0));
       for (const long number : even_points(bench.count(kind), command.slow ? 5 : all)) (void)bench.fail(kind, number);
     }
+    for (const std::string kind : {"rename", "unlink"})  // and the way back fails, too
+      for (const long number : even_points(bench.count(kind), command.slow ? 2 : 10))
+        (void)bench.fail(kind, number, "+");
     bench.check_next();
   }
 }
