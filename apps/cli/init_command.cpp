@@ -54,11 +54,12 @@ methods = ["{}"]
                      fmt::join(methods, "\", \""));
 }
 
-void require_file(const Folder& folder, const std::string& name) {
+void require_replaceable(const Folder& folder, const std::string& name, bool force) {
   const std::optional<Entry> entry = folder.entry(name);
   if (!entry || !entry->is_file())
     throw output_fault("output.foreign", folder.shown() / name,
                        "exists and is not a file. Choose another place with -o");
+  if (!force) throw taken_at(folder.shown() / name);
 }
 
 /// A file that is there stays unless `force`: dsp::Fault (output, "output.exists").
@@ -70,7 +71,8 @@ void init(const fs::path& recording, const fs::path& folder, bool force, Console
   const fs::path from_config = fs::absolute(recording).lexically_proximate(fs::absolute(config).parent_path());
   const bool beside = !from_config.has_parent_path();
   const std::vector<std::string> names{sidecar.filename(), config.filename()};
-  StagingFolder staging(sidecar, force, require_file);
+  StagingFolder staging(
+      sidecar, [force](const Folder& there, const std::string& name) { require_replaceable(there, name, force); });
   for (const std::string& name : names) staging.require_free(name);
   write_file(staging.fresh(), names[0], sidecar, sidecar_text);
   write_file(staging.fresh(), names[1], config,

@@ -35,7 +35,7 @@ class TemporaryFolder {
   }
   ~TemporaryFolder() {
     try {
-      for (const std::string& name : folder_.names()) folder_.remove_all(name);
+      folder_.remove(folder_.tree());
       ::rmdir(path_.c_str());
     } catch (const dsp::Fault&) {  // it stays
     }

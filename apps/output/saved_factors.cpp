@@ -19,7 +19,7 @@ void save_factors(const fs::path& file, const std::vector<ident::RecordFactors>&
   const fs::path place = named_path(file);
   require_apart(place, read);
   const auto require_factors = [&](const Folder& folder, const std::string& name) {
-    if (!force) return;  // refused in any case
+    if (!force) throw taken_at(place);
     try {
       if (!folder.entry(name)->is_file()) throw link_at(place);
       static_cast<void>(read_factors(folder.path() / name));
@@ -27,7 +27,7 @@ void save_factors(const fs::path& file, const std::vector<ident::RecordFactors>&
       throw output_fault("output.foreign", place, "holds no R factors, so it is not replaced. Choose another name");
     }
   };
-  StagingFolder staging(place, force, require_factors);
+  StagingFolder staging(place, require_factors);
   const std::string name = place.filename();
   staging.require_free(name);
   write_file(staging.fresh(), name, place, factors_json(records));

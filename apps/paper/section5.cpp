@@ -21,20 +21,21 @@ using Eigen::VectorXd;
 /// A folder for a raw record; goes away with the object.
 class RawFolder {
  public:
-  RawFolder(const OutputFolder& folder, std::string name) : folder_(folder), name_(std::move(name)) {
-    folder_.make_folder(name_);
+  RawFolder(const OutputFolder& folder, const std::string& name) : results_(folder.folder()), name_(name) {
+    folder.make_folder(name_);
   }
   RawFolder(const RawFolder&) = delete;
   RawFolder& operator=(const RawFolder&) = delete;
   ~RawFolder() {
     try {
-      folder_.remove(name_);
+      results_.open(name_).remove(results_.open(name_).tree());
+      results_.remove({{name_, results_.entry(name_).value()}});
     } catch (...) {  // goes with the folder it is in
     }
   }
 
  private:
-  const OutputFolder& folder_;
+  const Folder& results_;
   std::string name_;
 };
 

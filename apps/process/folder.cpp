@@ -34,7 +34,7 @@ bool is_mount(const Entry& inner, const Entry& outer) {
 }  // namespace
 
 Descriptor& Descriptor::operator=(Descriptor&& other) noexcept {
-  std::swap(number, other.number);
+  std::swap(number, other.number);  // what was open closes with the other
   return *this;
 }
 
@@ -101,11 +101,6 @@ std::vector<std::string> Folder::names() const {
   return names;
 }
 
-bool Folder::is_empty_folder(const std::string& name) const {
-  const std::optional<Entry> found = entry(name);
-  return found && found->is_folder() && open(name).names().empty();
-}
-
 std::vector<NamedEntry> Folder::tree(const std::function<bool(const fs::path&)>& enter) const {
   std::vector<NamedEntry> all;
   for (const std::string& name : names()) {
@@ -129,14 +124,6 @@ void Folder::remove(const std::vector<NamedEntry>& entries) const {
     if (::unlinkat(folder.descriptor(), name.c_str(), listed.is_folder() ? AT_REMOVEDIR : 0) == 0) continue;
     throw errno == ENOTEMPTY ? foreign_at(shown_ / path) : cannot_write(shown_ / path, errno);
   }
-}
-
-void Folder::remove_all(const std::string& name) const {
-  std::vector<NamedEntry> all = tree([&](const fs::path& path) { return *path.begin() == name; });
-  std::erase_if(all, [&](const NamedEntry& one) { return *one.first.begin() != name; });
-  for (const auto& [path, entry] : all)
-    if (!entry.is_folder() && !entry.is_file()) throw foreign_at(shown_ / path);
-  remove(all);
 }
 
 }  // namespace apps

@@ -50,14 +50,11 @@ class Folder {
 
   [[nodiscard]] std::optional<Entry> entry(const std::string& name) const;
   [[nodiscard]] std::vector<std::string> names() const;  ///< sorted
-  [[nodiscard]] bool is_empty_folder(const std::string& name) const;
   /// All that is in it, what is in a folder before the folder; only folders that `enter` names are looked into.
   [[nodiscard]] std::vector<NamedEntry> tree(const std::function<bool(const std::filesystem::path&)>& enter =
                                                  [](const auto&) { return true; }) const;
   /// Removes what tree() listed. What is another by now is foreign and stays.
   void remove(const std::vector<NamedEntry>& entries) const;
-  /// Removes a file, or a folder with all that is in it, unless there is anything else in it.
-  void remove_all(const std::string& name) const;
 
  private:
   std::shared_ptr<const Descriptor> descriptor_;

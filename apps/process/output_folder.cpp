@@ -61,8 +61,8 @@ OutputFolder::OutputFolder(const fs::path& destination, bool force, int num_thre
       force_(force),
       num_threads_(num_threads),
       staging_(
-          destination_, force,
-          [this](const Folder& folder, const std::string& name) { require_replaceable(folder, name); }, num_threads) {
+          destination_, [this](const Folder& folder, const std::string& name) { require_replaceable(folder, name); },
+          num_threads) {
   const std::string name = destination_.filename();
   staging_.require_free(name);
   if (::mkdirat(staging_.fresh().descriptor(), name.c_str(), 0777) != 0) throw cannot_write(destination_, errno);

@@ -34,8 +34,7 @@ class OutputFolder {
   [[nodiscard]] OutputFile file(std::string_view name) const;  ///< with the folders it is to be in
   void write(std::string_view name, std::string_view bytes) const;
   void make_folder(std::string_view name) const;
-  /// A file or folder that is not to be among the results.
-  void remove(const std::string& name) const { folder_.remove_all(name); }
+  [[nodiscard]] const Folder& folder() const { return folder_; }  ///< until the commit
   /// Lists all files in the manifest, ends it and puts the folder in its place.
   void commit(Manifest manifest);
   [[nodiscard]] const std::filesystem::path& destination() const { return destination_; }

@@ -70,23 +70,30 @@ void sync(const Folder& folder, const fs::path& shown, int num_threads) {
   });
 }
 
-/// Removes what a command wrote or replaced. A whole result may have got a file of a person's since: that stays.
+/// What a command wrote or replaced, to be removed: a result as its manifest lists it, or what it had come to.
+std::vector<NamedEntry> own_entries(const Folder& folder, const std::string& name) {
+  std::vector<NamedEntry> all;
+  const std::optional<Entry> entry = folder.entry(name);
+  if (entry->is_folder()) {
+    const Folder there = folder.open(name);
+    const std::optional<EarlierResult> result = earlier_result(there);
+    if (result && !result->foreign.empty()) throw foreign_at(there.shown() / result->foreign.front());
+    all = result ? result->own : there.tree();
+  }
+  for (NamedEntry& one : all) one.first = name / one.first;
+  all.emplace_back(name, *entry);
+  for (const auto& [path, found] : all)
+    if (!found.is_folder() && !found.is_file()) throw foreign_at(folder.shown() / path);
+  return all;
+}
+
 void clear(const Folder& staging) {
   for (const char* part : {new_name, old_name}) {
-    if (!staging.entry(part)) continue;
+    const std::optional<Entry> entry = staging.entry(part);
+    if (!entry) continue;
     const Folder folder = staging.open(part);
-    for (const std::string& name : folder.names()) {
-      const std::optional<Entry> entry = folder.entry(name);
-      if (const auto result = entry->is_folder() ? earlier_result(folder.open(name)) : std::nullopt) {
-        const Folder there = folder.open(name);
-        if (!result->foreign.empty()) throw foreign_at(there.shown() / result->foreign.front());
-        there.remove(result->own);
-        folder.remove({{name, *entry}});
-      } else {
-        folder.remove_all(name);
-      }
-    }
-    staging.remove_all(part);
+    for (const std::string& name : folder.names()) folder.remove(own_entries(folder, name));
+    staging.remove({{part, *entry}});
   }
 }
 
@@ -110,9 +117,8 @@ void withdraw_placed(const Folder& staging, const Folder& parent) {
 
 }  // namespace
 
-StagingFolder::StagingFolder(const fs::path& destination, bool replace, Check check, int num_threads)
+StagingFolder::StagingFolder(const fs::path& destination, Check check, int num_threads)
     : StagingFolder() {  // from here on the destructor ends what was begun
-  replace_ = replace;
   check_ = std::move(check);
   num_threads_ = num_threads;
   make_parents(destination.parent_path());
@@ -126,7 +132,7 @@ StagingFolder::StagingFolder(const fs::path& destination, bool replace, Check ch
 
 StagingFolder::~StagingFolder() {
   try {
-    if (own_.descriptor() >= 0 && !keep_) {
+    if (own_.descriptor() >= 0) {
       restore_aside(own_, parent_);
       clear(own_);
       lock_briefly(parent_);  // the others see it whole or not at all
@@ -144,9 +150,6 @@ bool StagingFolder::make(const std::string& name, mode_t mode, const fs::path& s
   if (::mkdirat(parent_.descriptor(), name.c_str(), mode) == 0) return true;
   const int error = errno;
   made_.pop_back();
-  if (error == ENOENT)  // of /proc and its like
-    throw output_fault("output.write", shown,
-                       "cannot write: its file system makes no folders there. Choose another place with -o");
   if (error != EEXIST) throw cannot_write(shown, error);
   return false;
 }
@@ -200,27 +203,23 @@ void StagingFolder::clear_leftover(const std::string& name, const fs::path& dest
   restore_aside(left, parent_);
   withdraw_placed(left, parent_);
   clear(left);
-  left.remove_all(lock_name);
+  ::unlinkat(left.descriptor(), lock_name, 0);
   parent_.remove({{name, *entry}});
 }
 
-void StagingFolder::require_replaceable(const Folder& folder, const std::string& name) const {
+void StagingFolder::require_free(const Folder& folder, const std::string& name) const {
   const std::optional<Entry> there = folder.entry(name);
-  if (there && there->is_link()) throw link_at(parent_.shown() / name);
-  if (there && check_) check_(folder, name);
-}
-
-void StagingFolder::require_free(const std::string& name) const {
-  require_replaceable(parent_, name);
-  if (!replace_ && parent_.entry(name) && !parent_.is_empty_folder(name)) throw taken_at(parent_.shown() / name);
+  if (!there) return;
+  if (there->is_link()) throw link_at(parent_.shown() / name);
+  if (!check_) throw taken_at(parent_.shown() / name);
+  check_(folder, name);
 }
 
 void StagingFolder::put(Placed& placed) {
   const std::string& name = placed.name;
-  const bool is_empty = placed.entry.is_folder() && parent_.is_empty_folder(name);
-  const bool exchanges = replace_ && !is_empty && parent_.entry(name);
-  int error = move(new_, name, parent_, exchanges ? RENAME_EXCHANGE : is_empty ? 0 : RENAME_NOREPLACE);
-  if (exchanges && error == 0) placed.aside = &new_;
+  const bool exchanges = parent_.entry(name).has_value();
+  int error = move(new_, name, parent_, exchanges ? RENAME_EXCHANGE : RENAME_NOREPLACE);
+  if (exchanges) placed.aside = &new_;
   if (exchanges && (error == EINVAL || error == ENOSYS)) {  // in two steps: if the second fails, restore_aside
     error = ::mkdirat(own_.descriptor(), old_name, 0700) != 0 && errno != EEXIST ? errno : 0;
     old_ = own_.open(old_name);
@@ -228,7 +227,7 @@ void StagingFolder::put(Placed& placed) {
     if (error == 0) error = move(parent_, name, old_, RENAME_NOREPLACE);
     if (error == 0) error = move(new_, name, parent_, RENAME_NOREPLACE);
   }
-  if (error == EEXIST || error == ENOTEMPTY) throw taken_at(parent_.shown() / name);
+  if (error == EEXIST) throw taken_at(parent_.shown() / name);
   if (error != 0) throw cannot_write(parent_.shown() / name, error);
 }
 
@@ -256,15 +255,17 @@ void StagingFolder::place(const std::vector<std::string>& names) {
       Placed next{name, *written};
       put(next);
       placed.push_back(std::move(next));
-      if (placed.back().aside != nullptr) require_replaceable(*placed.back().aside, name);
+      if (placed.back().aside != nullptr) require_free(*placed.back().aside, name);
     }
   } catch (...) {
-    for (auto one = placed.rbegin(); one != placed.rend(); ++one) keep_ = !take_back(*one) || keep_;
-    if (!keep_) throw;
+    bool all = true;
+    for (auto one = placed.rbegin(); one != placed.rend(); ++one) all = take_back(*one) && all;
+    if (all) throw;
+    const Folder kept = std::exchange(own_, {});
     throw output_fault("output.replaced", parent_.shown() / placed.front().name,
                        fmt::format("is in place though not all could be written, and cannot be taken back. What was "
                                    "there before is in {}",
-                                   own_.shown().string()));
+                                   kept.shown().string()));
   }
   if (::fsync(parent_.descriptor()) != 0 && errno != EINVAL) throw cannot_write(parent_.shown() / names.front(), errno);
   try {

@@ -21,10 +21,9 @@ class StagingFolder {
  public:
   /// Throws unless what has this name in the folder may be replaced.
   using Check = std::function<void(const Folder& folder, const std::string& name)>;
-  /// Makes the folder, and parents of the destination that are missing. `replace`: what `check` passes is replaced;
+  /// Makes the folder, and parents of the destination that are missing. Without `check` nothing is replaced;
   /// num_threads: that put files on the disk.
-  explicit StagingFolder(const std::filesystem::path& destination, bool replace = false, Check check = {},
-                         int num_threads = 1);
+  explicit StagingFolder(const std::filesystem::path& destination, Check check = {}, int num_threads = 1);
   /// Removes it, and parents it made that are empty.
   ~StagingFolder();
   StagingFolder(const StagingFolder&) = delete;
@@ -34,7 +33,7 @@ class StagingFolder {
   /// Where what is to appear there is written under the name it is to have.
   [[nodiscard]] const Folder& fresh() const { return new_; }
   /// Throws if place() would refuse what has this name now.
-  void require_free(const std::string& name) const;
+  void require_free(const std::string& name) const { require_free(parent_, name); }
   /// Puts what was written under these names there, all or none of it; on return it is on the disk. What is replaced is
   /// looked at again when it is out of reach, and then removed.
   void place(const std::vector<std::string>& names);
@@ -51,11 +50,9 @@ class StagingFolder {
   void make_parents(const std::filesystem::path& parent);
   void make_own(const std::filesystem::path& destination);
   void clear_leftover(const std::string& name, const std::filesystem::path& destination) const;
-  void require_replaceable(const Folder& folder, const std::string& name) const;
+  void require_free(const Folder& folder, const std::string& name) const;
   void put(Placed& placed);
   [[nodiscard]] bool take_back(const Placed& placed) const;
-  bool replace_ = false;
-  bool keep_ = false;  ///< it holds what could not be put back
   Check check_;
   int num_threads_ = 1;
   std::vector<std::pair<Folder, std::string>> made_;  ///< parents and own_, each by where it is

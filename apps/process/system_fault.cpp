@@ -15,8 +15,6 @@ std::string_view remedy(int error) {
       return "Free some space or choose another place with -o";
     case EFBIG:
       return "Raise the file size limit (ulimit -f) or choose another place with -o";
-    case ENOENT:
-      return "Make its parent folder first";
     case EACCES:
     case EPERM:
     case EROFS:

@@ -33,7 +33,7 @@ TEST_CASE("what cannot be written is called as a person knows it, with the remed
   CHECK(fault.kind() == dsp::FaultKind::output);
   CHECK(fault.name() == "output.write");
   CHECK(std::string(fault.what()) ==
-        "results/a: cannot write: No such file or directory. Make its parent folder first.");
+        "results/a: cannot write: No such file or directory. Choose another place with -o.");
 }
 
 TEST_CASE("neither a file nor a link at the place of a new file is written to", "[apps][output_file]") {
