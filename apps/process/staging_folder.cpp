@@ -150,8 +150,7 @@ bool StagingFolder::make(const std::string& name, mode_t mode, const fs::path& s
   if (::mkdirat(parent_.descriptor(), name.c_str(), mode) == 0) return true;
   const int error = errno;
   made_.pop_back();
-  if (error != EEXIST) throw cannot_write(shown, error);
-  return false;
+  return error == EEXIST ? false : throw cannot_write(shown, error);
 }
 
 void StagingFolder::make_parents(const fs::path& parent) {
@@ -231,20 +230,24 @@ void StagingFolder::put(Placed& placed) {
   if (error != 0) throw cannot_write(parent_.shown() / name, error);
 }
 
-/// Undoes put. Where no name can be moved any more a file can still be linked.
+/// Undoes put; the destructor ends it where that took two steps. A file can be linked where no name can be moved any
+/// more.
 bool StagingFolder::take_back(const Placed& placed) const {
   const auto& [name, entry, aside] = placed;
   const std::optional<Entry> now = parent_.entry(name);
   if (!now || !now->is_same(entry)) return false;  // somebody else's by now
-  if (aside == &new_ && move(parent_, name, new_, RENAME_EXCHANGE) == 0) return true;
-  if (aside != &new_ && move(parent_, name, new_, RENAME_NOREPLACE) == 0)
-    return aside == nullptr || move(*aside, name, parent_, RENAME_NOREPLACE) == 0;
+  if (move(parent_, name, new_, aside == &new_ ? RENAME_EXCHANGE : RENAME_NOREPLACE) == 0) return true;
   if (!entry.is_file() || ::unlinkat(parent_.descriptor(), name.c_str(), 0) != 0) return false;
   return aside == nullptr || ::linkat(aside->descriptor(), name.c_str(), parent_.descriptor(), name.c_str(), 0) == 0;
 }
 
 void StagingFolder::place(const std::vector<std::string>& names) {
   sync(new_, parent_.shown(), num_threads_);
+  const dsp::Fault unfinished =
+      output_fault("output.replaced", parent_.shown() / names.front(),
+                   fmt::format("is in place, but what was there before could not be put back or removed and is in {}. "
+                               "Move it from there or remove it",
+                               own_.shown().string()));
   std::vector<Placed> placed;
   placed.reserve(names.size());
   try {
@@ -261,19 +264,14 @@ void StagingFolder::place(const std::vector<std::string>& names) {
     bool all = true;
     for (auto one = placed.rbegin(); one != placed.rend(); ++one) all = take_back(*one) && all;
     if (all) throw;
-    const Folder kept = std::exchange(own_, {});
-    throw output_fault("output.replaced", parent_.shown() / placed.front().name,
-                       fmt::format("is in place though not all could be written, and cannot be taken back. What was "
-                                   "there before is in {}",
-                                   kept.shown().string()));
+    own_ = {};  // it stays
+    throw unfinished;
   }
   if (::fsync(parent_.descriptor()) != 0 && errno != EINVAL) throw cannot_write(parent_.shown() / names.front(), errno);
   try {
     clear(own_);
-  } catch (const dsp::Fault& fault) {
-    throw output_fault(
-        "output.replaced", parent_.shown() / names.front(),
-        fmt::format("is written, but what it replaced is still in {}, since {}", own_.shown().string(), fault.what()));
+  } catch (const dsp::Fault&) {
+    throw unfinished;
   }
 }
 

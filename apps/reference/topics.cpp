@@ -141,10 +141,14 @@ Page files_page() {
       "What a run folder holds",
       "",
       {{"",
-        "A folder of results is complete or absent: it is written in a hidden folder .NAME.ardent beside it and moved "
-        "to its place at the end. Numbers are in SI units.\n\n--force replaces an earlier result only if it holds "
+        "A folder of results is complete or absent: it is written in a hidden folder .NAME.ardent-DIGITS beside it and "
+        "moved to its place at the end. Numbers are in SI units.\n\n--force replaces an earlier result only if it "
+        "holds "
         "nothing but what its manifest lists, unchanged. A file of your own in it, or an edited one, stops the "
-        "command, which names it. What a killed command leaves in .NAME.ardent the next one into NAME removes. report, "
+        "command, which names it. What a killed command leaves in .NAME.ardent-DIGITS the next one into NAME removes, "
+        "if "
+        "the digits say that Ardent made it there. A folder of such a name that came with other files is refused and "
+        "never touched. report, "
         "compare and frc warn of files that are missing or have changed since the run (--strict stops there).",
         {},
         {}},
