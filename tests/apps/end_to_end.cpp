@@ -4,6 +4,7 @@
 #include <csignal>
 
 #include "support/program.hpp"
+#include "support/staging.hpp"
 
 using support::bytes_of;
 using support::expect;

@@ -6,6 +6,7 @@
 #include "dsp/io/sound_writer.hpp"
 #include "support/mat.hpp"
 #include "support/program.hpp"
+#include "support/staging.hpp"
 
 using support::bytes_of;
 using support::Mat;

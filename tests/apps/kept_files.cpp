@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "support/program.hpp"
+#include "support/staging.hpp"
 
 using support::bytes_of;
 using support::expect;

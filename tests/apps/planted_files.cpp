@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "support/program.hpp"
+#include "support/staging.hpp"
 
 using support::bytes_of;
 using support::expect;

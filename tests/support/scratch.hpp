@@ -29,15 +29,6 @@ class Scratch {
   std::filesystem::path path_;
 };
 
-/// The hidden folder beside `place` in which a command writes; where there is none, a path that leads nowhere.
-inline std::filesystem::path staging_of(const std::filesystem::path& place) {
-  const std::string begin = "." + place.filename().string() + ".ardent-";
-  std::error_code unknown;  // folders come and go meanwhile
-  for (const auto& entry : std::filesystem::directory_iterator(place.parent_path(), unknown))
-    if (entry.path().filename().string().starts_with(begin)) return entry.path();
-  return place.parent_path() / "no-staging-folder";
-}
-
 inline std::string bytes_of(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};

@@ -11,6 +11,7 @@
 
 #include "support/fault.hpp"
 #include "support/scratch.hpp"
+#include "support/staging.hpp"
 
 using support::bytes_of;
 using support::check_fault;
