@@ -85,7 +85,9 @@ void check_neighbours(const Scratch& folder) {
 /// A command and its trials.
 class Bench {
  public:
-  explicit Bench(const Command& command) : command_(command) {
+  /// `settings`: of what is loaded before the program.
+  explicit Bench(const Command& command, std::string settings = "")
+      : command_(command), settings_(std::move(settings)) {
     prepare(folder_);
     if (command.name == "init") {
       fs::create_directory(folder_ / "out");
@@ -120,6 +122,15 @@ class Bench {
     check_after();
     return ended.code;
   }
+  /// Kills it right before the call.
+  void kill_at(const std::string& kind, long number) {
+    const std::string point = fmt::format("{}:{}", kind, number);
+    CAPTURE(command_.name, point);
+    const std::string deed = fmt::format("ARDENT_AT={} ARDENT_DO='kill -9 $PPID' ", point);
+    CHECK(support::run(folder_, deed + preloaded()).code == 128 + SIGKILL);
+    check_next();
+    check_neighbours(folder_);
+  }
   void check_after() {
     check_whole(folder_);
     check_neighbours(folder_);
@@ -132,7 +143,9 @@ class Bench {
   }
 
  private:
-  [[nodiscard]] std::string preloaded() const { return fmt::format("LD_PRELOAD=" ARDENT_FAILING_CALLS " {}", line()); }
+  [[nodiscard]] std::string preloaded() const {
+    return fmt::format("{}LD_PRELOAD=" ARDENT_FAILING_CALLS " {}", settings_, line());
+  }
   void require_clean_run() const {
     const support::Ended ended = support::run(folder_, line());
     CAPTURE(ended.err);
@@ -141,6 +154,7 @@ class Bench {
   }
 
   Command command_;
+  std::string settings_;
   Scratch folder_;
   std::map<std::string, long> counts_;
   std::set<std::string> before_;
@@ -169,6 +183,18 @@ TEST_CASE("whatever write, open, rename, unlink or fsync fails, results are whol
     for (const std::string kind : {"rename", "unlink"})  // and the way back fails, too
       for (const long number : even_points(bench.count(kind), command.slow ? 2 : 10))
         (void)bench.fail(kind, number, "+");
+    bench.check_next();
+  }
+}
+
+TEST_CASE("where two names cannot be exchanged in one step results are whole all the same", "[apps][failing_calls]") {
+  for (const Command& command : commands) {
+    if (command.name != "sim" && command.name != "init") continue;
+    Bench bench(command, "ARDENT_PLAIN_RENAME=1 ");
+    for (const std::string kind : {"rename", "unlink", "open"})
+      for (const char* on : {"", "+"})
+        for (const long number : even_points(bench.count(kind), 20)) (void)bench.fail(kind, number, on);
+    for (long number = 1; number <= bench.count("rename"); ++number) bench.kill_at("rename", number);
     bench.check_next();
   }
 }
@@ -210,6 +236,8 @@ TEST_CASE("a command that is killed leaves old or new results whole, and the nex
     const auto begin = std::chrono::steady_clock::now();
     REQUIRE(support::run(bench.folder(), bench.line()).code == 0);
     const auto usual = std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now() - begin);
+    for (const std::string kind : {"rename", "unlink"})
+      for (const long number : even_points(bench.count(kind), 10)) bench.kill_at(kind, number);
     for (int kill = 0; kill < 10; ++kill) {
       support::Running running(bench.folder() / "", "exec " + bench.line());
       std::this_thread::sleep_for(std::chrono::microseconds(random() % static_cast<unsigned>(usual.count())));

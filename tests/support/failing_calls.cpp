@@ -1,7 +1,8 @@
 // Loaded before a program (LD_PRELOAD), makes one call of one kind fail, counted from the start of main:
 // ARDENT_FAIL=KIND:N, the N-th alone, or KIND:N+, that and all later ones. Kinds: write (ENOSPC), open (EMFILE), rename
 // (EIO), unlink (EPERM), fsync and fdatasync (EIO), memory (no memory). ARDENT_AT=KIND:N and ARDENT_DO=COMMAND: right
-// before that call a shell does COMMAND. ARDENT_COUNTS=FILE: the number of calls of every kind at the end.
+// before that call a shell does COMMAND. ARDENT_PLAIN_RENAME: renames with flags are not known (EINVAL), as on many
+// network file systems. ARDENT_COUNTS=FILE: the number of calls of every kind at the end.
 #include <dirent.h>
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -168,6 +169,11 @@ int rename(const char* from, const char* to) {
 }
 int renameat2(int from_folder, const char* from, int to_folder, const char* to, unsigned int flags) {
   static const auto real = next(&renameat2, "renameat2");
+  static const bool is_plain = std::getenv("ARDENT_PLAIN_RENAME") != nullptr;
+  if (is_plain && flags != 0) {
+    errno = EINVAL;
+    return -1;
+  }
   return fails(renames) ? -1 : real(from_folder, from, to_folder, to, flags);
 }
 int unlinkat(int folder, const char* name, int flags) {
