@@ -70,8 +70,9 @@ void sync(const Folder& folder, const fs::path& shown, int num_threads) {
   });
 }
 
-/// What a command wrote or replaced, to be removed: a result as its manifest lists it, or what it had come to.
-std::vector<NamedEntry> own_entries(const Folder& folder, const std::string& name) {
+/// What a command wrote or replaced, to be removed: a result as its manifest lists it, and of what was not replaced
+/// also what it had come to.
+std::vector<NamedEntry> own_entries(const Folder& folder, const std::string& name, bool replaced) {
   std::vector<NamedEntry> all;
   const std::optional<Entry> entry = folder.entry(name);
   if (entry->is_folder()) {
@@ -79,6 +80,7 @@ std::vector<NamedEntry> own_entries(const Folder& folder, const std::string& nam
     const std::optional<EarlierResult> result = earlier_result(there);
     if (result && !result->foreign.empty()) throw foreign_at(there.shown() / result->foreign.front());
     all = result ? result->own : there.tree();
+    if (!result && replaced && !all.empty()) throw foreign_at(there.shown() / all.front().first);
   }
   for (NamedEntry& one : all) one.first = name / one.first;
   all.emplace_back(name, *entry);
@@ -92,17 +94,18 @@ void clear(const Folder& staging) {
     const std::optional<Entry> entry = staging.entry(part);
     if (!entry) continue;
     const Folder folder = staging.open(part);
-    for (const std::string& name : folder.names()) folder.remove(own_entries(folder, name));
+    for (const std::string& name : folder.names()) folder.remove(own_entries(folder, name, part == old_name));
     staging.remove({{part, *entry}});
   }
 }
 
-/// Names that could not be exchanged in one step were moved aside, and the new ones did not come: back to their place.
+/// What was moved aside for something that is not in place: back to its own.
 void restore_aside(const Folder& staging, const Folder& parent) {
-  if (!staging.entry(old_name)) return;
-  const Folder old = staging.open(old_name);
+  if (!staging.entry(old_name) || !staging.entry(new_name)) return;
+  const Folder old = staging.open(old_name), fresh = staging.open(new_name);
   for (const std::string& name : old.names())
-    if (const int error = move(old, name, parent, RENAME_NOREPLACE); error != 0 && error != EEXIST)
+    if (const int error = fresh.entry(name) ? move(old, name, parent, RENAME_NOREPLACE) : 0;
+        error != 0 && error != EEXIST)
       throw cannot_write(parent.shown() / name, error);
 }
 
@@ -178,9 +181,11 @@ void StagingFolder::make_own(const fs::path& destination) {
   made_.back().second = known;
   own_ = parent_.open(known);
   lock_ = own_.open_file(lock_name, O_RDWR | O_CREAT | O_EXCL);
-  if (::flock(lock_.number, LOCK_EX | LOCK_NB) != 0 || ::mkdirat(own_.descriptor(), new_name, 0700) != 0)
-    throw cannot_write(destination, errno);
-  new_ = own_.open(new_name);
+  if (::flock(lock_.number, LOCK_EX | LOCK_NB) != 0) throw cannot_write(destination, errno);
+  for (const auto& [part, folder] : {std::pair{new_name, &new_}, {old_name, &old_}}) {
+    if (::mkdirat(own_.descriptor(), part, 0700) != 0) throw cannot_write(destination, errno);
+    *folder = own_.open(part);
+  }
 }
 
 /// What a killed command left goes; anything else of such a name is refused.
@@ -218,19 +223,17 @@ void StagingFolder::put(Placed& placed) {
   const std::string& name = placed.name;
   const bool exchanges = parent_.entry(name).has_value();
   int error = move(new_, name, parent_, exchanges ? RENAME_EXCHANGE : RENAME_NOREPLACE);
-  if (exchanges) placed.aside = &new_;
+  if (exchanges) placed.aside = &old_;
+  if (exchanges && error == 0 && move(new_, name, old_, RENAME_NOREPLACE) != 0) placed.aside = &new_;
   if (exchanges && (error == EINVAL || error == ENOSYS)) {  // in two steps: if the second fails, restore_aside
-    error = ::mkdirat(own_.descriptor(), old_name, 0700) != 0 && errno != EEXIST ? errno : 0;
-    old_ = own_.open(old_name);
-    placed.aside = &old_;
-    if (error == 0) error = move(parent_, name, old_, RENAME_NOREPLACE);
+    error = move(parent_, name, old_, RENAME_NOREPLACE);
     if (error == 0) error = move(new_, name, parent_, RENAME_NOREPLACE);
   }
   if (error == EEXIST) throw taken_at(parent_.shown() / name);
   if (error != 0) throw cannot_write(parent_.shown() / name, error);
 }
 
-/// Undoes put; the destructor ends it where that took two steps. A file can be linked where no name can be moved any
+/// Undoes put, which restore_aside ends. A file can be linked where no name can be moved any
 /// more.
 bool StagingFolder::take_back(const Placed& placed) const {
   const auto& [name, entry, aside] = placed;
@@ -263,6 +266,7 @@ void StagingFolder::place(const std::vector<std::string>& names) {
   } catch (...) {
     bool all = true;
     for (auto one = placed.rbegin(); one != placed.rend(); ++one) all = take_back(*one) && all;
+    restore_aside(own_, parent_);
     if (all) throw;
     own_ = {};  // it stays
     throw unfinished;

@@ -11,12 +11,12 @@ namespace apps {
 
 /// Where a command writes before anything appears under the names it was given: a new hidden folder beside the
 /// destination NAME, called `.NAME.ardent-` and digits that follow from its own device, inode, owner and time of birth.
-/// It holds `new` with the files, `old` with what is moved aside where the file system cannot exchange two names, and
-/// `lock`, which its command holds. What a killed command left goes when the next one into NAME begins, if the digits
-/// are right: those of a copy, or of a look-alike that came with other files, are not, since nobody knows beforehand
-/// where and when his folder will be made here; it is refused. Nothing is removed, moved or replaced but what Ardent
-/// made. Throws dsp::Fault (output): "output.locked" where another command is writing into NAME, "output.exists",
-/// "output.foreign", "output.symlink", "output.replaced", "output.write".
+/// It holds `new` with the files, `old` with what they replace, and `lock`, which its command holds. What a killed
+/// command left goes when the next one into NAME begins, if the digits are right: those of a copy, or of a look-alike
+/// that came with other files, are not, since nobody knows beforehand where and when his folder will be made here; it
+/// is refused. Nothing is removed, moved or replaced but what Ardent made. Throws dsp::Fault (output): "output.locked"
+/// where another command is writing into NAME, "output.exists", "output.foreign", "output.symlink", "output.replaced",
+/// "output.write".
 class StagingFolder {
  public:
   /// Throws unless what has this name in the folder may be replaced.

@@ -213,12 +213,12 @@ TEST_CASE("what a killed command left is cleared by the next one, without force"
     fs::rename(folder / "kept", staging);
   }
   SECTION("no more than an empty lock") {
-    fs::remove_all(leave_staging(folder, "run") / "new");
+    const fs::path staging = leave_staging(folder, "run");
+    for (const char* part : {"new", "old"}) fs::remove_all(staging / part);
   }
   SECTION("no more than the folder") {
     const fs::path staging = leave_staging(folder, "run");
-    fs::remove_all(staging / "new");
-    fs::remove(staging / "lock");
+    for (const char* part : {"new", "old", "lock"}) fs::remove_all(staging / part);
   }
   SECTION("no more than a folder that had not got its name yet") {
     fs::create_directory(folder / ".run.ardent-0123abcd");
@@ -356,7 +356,12 @@ TEST_CASE("what a person puts into the left folder of a killed command is kept, 
     fs::remove_all(staging / "new");
     fs::create_directory_symlink(folder / "victim", named = staging / "new");
   }
+  SECTION("in what is left of old ones") {
+    fs::create_directory(staging / "old/run");
+    mine(named = staging / "old/run/notes.txt");
+  }
   SECTION("a link in place of old ones") {
+    fs::remove(staging / "old");
     fs::create_directory_symlink(folder / "victim", named = staging / "old");
   }
   const auto before = contents(folder / "");
