@@ -1,7 +1,7 @@
 #include "apps/batch/batch_folder.hpp"
 
 #include <fmt/format.h>
-#include <stdio.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -19,52 +19,54 @@ namespace apps {
 namespace fs = std::filesystem;
 namespace {
 
-fs::path place_of(const fs::path& destination) {
-  require_not_current(destination);
-  return named_path(destination);
+/// A folder or nothing: everything else is refused.
+bool is_folder(const fs::path& place) {
+  std::error_code unknown;
+  const fs::file_status status = fs::symlink_status(place, unknown);
+  if (fs::is_symlink(status)) throw link_at(place);
+  if (fs::exists(status) && !fs::is_directory(status))
+    throw output_fault("output.foreign", place, "is there and is no folder. Choose another place with -o");
+  return fs::is_directory(status);
 }
 
-void make_folder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw cannot_write(folder, error.value());
+/// Absent, empty or of a batch.
+fs::path place_of(const fs::path& destination) {
+  require_not_current(destination);
+  fs::path place = named_path(destination);
+  const bool has_runs = is_folder(place / BatchFolder::runs_name);
+  if (!is_folder(place) || Folder(place, place).names().empty()) return place;
+  const std::optional<Manifest> manifest = read_manifest(place);
+  if (manifest ? manifest->command != "batch" : !has_runs)
+    throw output_fault("output.foreign", place,
+                       "holds files that no batch has written, so nothing is put there. Choose another place with -o");
+  return place;
 }
 
 }  // namespace
 
-BatchFolder::BatchFolder(const fs::path& destination) : destination_(place_of(destination)), staging_(destination_) {
-  require_no_link(destination_);
-  std::error_code unknown;
-  const bool is_folder = fs::is_directory(fs::symlink_status(destination_, unknown));
-  if (!is_folder && fs::exists(fs::symlink_status(destination_, unknown)))
-    throw output_fault("output.foreign", destination_, "is there and is no folder. Choose another place with -o");
-  require_no_link(runs());
-  if (is_folder && !entries_of(destination_).empty()) remove_summary();
-  make_folder(runs());
-  make_folder(staging_.fresh(destination_));
+BatchFolder::BatchFolder(const fs::path& destination)
+    : destination_(place_of(destination)), staging_(destination_ / "summary") {
+  remove_summary();
+  for (const char* name : summary_names) staging_.require_free(name);
+  if (::mkdirat(staging_.parent().descriptor(), runs_name, 0777) != 0 && errno != EEXIST)
+    throw cannot_write(runs(), errno);
 }
 
+/// Its manifest last: where it is, what else there is of the summary is known by it.
 void BatchFolder::remove_summary() const {
-  const std::optional<Manifest> manifest = read_manifest(destination_);
-  std::error_code unknown;
-  const bool is_batch = manifest ? manifest->command == "batch" : fs::is_directory(runs(), unknown);
-  if (!is_batch)
-    throw output_fault("output.foreign", destination_,
-                       "holds files that no batch has written, so nothing is put there. Choose another place with -o");
-  if (!manifest) return;
-  for (const ManifestFile& file : manifest->outputs) {
-    const fs::path path = destination_ / file.path;
-    if (fs::exists(fs::symlink_status(path, unknown)) && sha256_written(path, path) != file.sha256)
-      throw output_fault("output.foreign", path,
+  const Folder& folder = staging_.parent();
+  const auto listed = listed_outputs(folder.path());
+  if (!listed) return;
+  const EarlierResult earlier = earlier_result(folder, *listed);
+  for (const ManifestFile& file : *listed)
+    if (std::binary_search(earlier.foreign.begin(), earlier.foreign.end(), fs::path(file.path)))
+      throw output_fault("output.foreign", destination_ / file.path,
                          "was changed since the batch wrote it and would be replaced. Move it elsewhere");
-  }
-  // The manifest last: where it is, what else there is of the summary is known by it.
-  for (const ManifestFile& file : manifest->outputs) remove_tree(destination_ / file.path);
-  remove_tree(destination_ / manifest_name);
+  folder.remove(earlier.own);
 }
 
 void BatchFolder::write(const std::string& name, std::string_view bytes) {
-  write_file(staging_.fresh(destination_) / name, destination_ / name, bytes);
+  write_file(staging_.fresh(), name, destination_ / name, bytes);
   written_.push_back({name, sha256(bytes)});
 }
 
@@ -74,13 +76,9 @@ void BatchFolder::commit(Manifest manifest) {
             [](const ManifestFile& a, const ManifestFile& b) { return a.path < b.path; });
   manifest.finished_utc = utc_now();
   write(manifest_name, manifest_json(manifest));
-  for (const ManifestFile& file : written_) {
-    const fs::path place = destination_ / file.path;
-    if (::rename((staging_.fresh(destination_) / file.path).c_str(), place.c_str()) != 0)
-      throw cannot_write(place, errno);
-    if (&file + 1 == &written_.back()) sync_entry(destination_, destination_);  // before the manifest
-  }
-  sync_entry(destination_, destination_);
+  std::vector<std::string> names;
+  for (const ManifestFile& file : written_) names.push_back(file.path);
+  staging_.place(names);
 }
 
 }  // namespace apps

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "apps/cli/command.hpp"
 #include "apps/output/results_json.hpp"
@@ -52,15 +53,12 @@ methods = ["{}"]
                      fmt::join(methods, "\", \""));
 }
 
-void require_free(const fs::path& file, bool force) {
-  require_no_link(file);
-  std::error_code unknown;
-  const auto status = fs::symlink_status(file, unknown);
-  if (!fs::exists(status)) return;
-  if (!fs::is_regular_file(status))
-    throw output_fault("output.foreign", file, "exists and is not a file. Choose another place with -o");
-  if (!force)
-    throw output_fault("output.exists", file, "exists already. Use --force to replace it or -o to write elsewhere");
+void require_replaceable(const Folder& folder, const std::string& name, bool force) {
+  const std::optional<Entry> entry = folder.entry(name);
+  if (!entry || !entry->is_file())
+    throw output_fault("output.foreign", folder.shown() / name,
+                       "exists and is not a file. Choose another place with -o");
+  if (!force) throw taken_at(folder.shown() / name);
 }
 
 /// A file that is there stays unless `force`: dsp::Fault (output, "output.exists").
@@ -69,14 +67,16 @@ void init(const fs::path& recording, const fs::path& folder, bool force, Console
   const fs::path sidecar = place / dsp::sidecar_path(recording.filename()),
                  config = place / recording.stem().concat(".toml");
   const std::string sidecar_text = dsp::draft_sidecar(recording);
-  for (const fs::path& path : {sidecar, config}) require_free(path, force);
   const fs::path from_config = fs::absolute(recording).lexically_proximate(fs::absolute(config).parent_path());
   const bool beside = !from_config.has_parent_path();
-  StagingFolder staging(sidecar);
-  write_file(staging.fresh(sidecar), sidecar, sidecar_text);
-  write_file(staging.fresh(config), config,
+  const std::vector<std::string> names{sidecar.filename(), config.filename()};
+  StagingFolder staging(
+      sidecar, [force](const Folder& there, const std::string& name) { require_replaceable(there, name, force); });
+  for (const std::string& name : names) staging.require_free(name);
+  write_file(staging.fresh(), names[0], sidecar, sidecar_text);
+  write_file(staging.fresh(), names[1], config,
              draft_config(from_config.generic_string(), beside ? "" : sidecar.filename().string()));
-  staging.place({sidecar, config}, force);
+  staging.place(names);
   console.result(console.json() ? files_json({sidecar.string(), config.string()})
                                 : fmt::format("wrote {} and {}\n", sidecar.string(), config.string()));
 }

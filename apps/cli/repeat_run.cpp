@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <stdlib.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -11,6 +12,7 @@
 #include "apps/output/finished_run.hpp"
 #include "apps/output/manifest.hpp"
 #include "apps/output/repeat_report.hpp"
+#include "apps/process/folder.hpp"
 #include "apps/process/path.hpp"
 #include "apps/process/sha256.hpp"
 #include "apps/process/system_fault.hpp"
@@ -26,13 +28,15 @@ class TemporaryFolder {
     std::error_code error;
     const fs::path parent = fs::temp_directory_path(error);
     if (error) throw cannot_write("the folder for temporary files", error.value());
-    std::string name = (parent / "ardent-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw cannot_write(parent, errno);
-    path_ = name;
+    std::string path = (parent / "ardent-XXXXXX").string();
+    if (::mkdtemp(path.data()) == nullptr) throw cannot_write(parent, errno);
+    path_ = path;
+    folder_ = Folder(path_, path_);
   }
   ~TemporaryFolder() {
     try {
-      remove_tree(path_);
+      folder_.remove(folder_.tree());
+      ::rmdir(path_.c_str());
     } catch (const dsp::Fault&) {  // it stays
     }
   }
@@ -42,6 +46,7 @@ class TemporaryFolder {
 
  private:
   fs::path path_;
+  Folder folder_;
 };
 
 [[noreturn]] void refuse(const fs::path& run, const std::string& why) {

@@ -314,19 +314,20 @@ void save_factors(const fs::path& file, const std::vector<ident::RecordFactors>&
   }
   const fs::path place = named_path(file);
   require_apart(place, read);
-  StagingFolder staging(place);
-  require_no_link(place);
-  std::error_code unknown;
-  if (fs::exists(fs::symlink_status(place, unknown))) {
-    if (!force) throw output_fault("output.exists", place, "exists already. Use --force to replace it");
+  const auto require_factors = [&](const Folder& folder, const std::string& name) {
+    if (!force) throw taken_at(place);
     try {
-      (void)read_factors(place);
+      if (!folder.entry(name)->is_file()) throw link_at(place);
+      static_cast<void>(read_factors(folder.path() / name));
     } catch (const dsp::Fault&) {
       throw output_fault("output.foreign", place, "holds no R factors, so it is not replaced. Choose another name");
     }
-  }
-  write_file(staging.fresh(place), place, factors_json(records));
-  staging.place({place}, force);
+  };
+  StagingFolder staging(place, require_factors);
+  const std::string name = place.filename();
+  staging.require_free(name);
+  write_file(staging.fresh(), name, place, factors_json(records));
+  staging.place({name});
 }
 
 }  // namespace apps

@@ -8,7 +8,6 @@
 #include "apps/output/json_number.hpp"
 #include "apps/paper/paper_data.hpp"
 #include "apps/process/interrupt.hpp"
-#include "apps/process/path.hpp"
 #include "dsp/io/sidecar.hpp"
 #include "sim/rig/qzs_rig.hpp"
 #include "sim/rig/rig_recording.hpp"
@@ -181,7 +180,9 @@ RigReplication replicate_rig(const std::vector<RigRegime>& regimes, const Replic
         const Config config = config_of(*ways[i], options, folder);
         fit_all(regimes, config, prepare_inputs(sources, i, config, console), *ways[i], seed, options, result, console);
       }
-      remove_tree(folder.path(raw_name));
+      const Folder raw = folder.folder().open(raw_name);
+      raw.remove(raw.tree());
+      folder.folder().remove({{raw_name, folder.folder().entry(raw_name).value()}});
     }
   return result;
 }

@@ -19,17 +19,13 @@ constexpr const char* this_executable = "/proc/self/exe";
 constexpr std::size_t most_kept = 1 << 16;
 
 struct Pipe {
-  std::array<int, 2> ends{-1, -1};
+  Descriptor out, in;
   Pipe() {
+    std::array<int, 2> ends{};
     if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw std::system_error(errno, std::generic_category(), "no pipe");
+    out = Descriptor(ends[0]);
+    in = Descriptor(ends[1]);
   }
-  ~Pipe() {
-    for (const int end : ends)
-      if (end >= 0) ::close(end);
-  }
-  Pipe(const Pipe&) = delete;
-  Pipe& operator=(const Pipe&) = delete;
-  int take(std::size_t end) { return std::exchange(ends[end], -1); }
 };
 
 /// In the child, where nothing but system calls is safe. Never returns.
@@ -56,21 +52,14 @@ ChildProcess::ChildProcess(const std::vector<std::string>& arguments) {
   const pid_t parent = ::getpid();
   pid_ = ::fork();
   if (pid_ < 0) throw std::system_error(errno, std::generic_category(), "no process");
-  if (pid_ == 0) become(pointers.data(), out.ends[1], err.ends[1], parent);
-  out_.descriptor = out.take(0);
-  err_.descriptor = err.take(0);
-  for (const Stream* stream : {&out_, &err_}) ::fcntl(stream->descriptor, F_SETFL, O_NONBLOCK);
+  if (pid_ == 0) become(pointers.data(), out.in.number, err.in.number, parent);
+  out_.descriptor = std::move(out.out);
+  err_.descriptor = std::move(err.out);
+  for (const Stream* stream : {&out_, &err_}) ::fcntl(stream->descriptor.number, F_SETFL, O_NONBLOCK);
 }
 
-ChildProcess::ChildProcess(ChildProcess&& other) noexcept
-    : pid_(std::exchange(other.pid_, -1)),
-      status_(other.status_),
-      out_(std::exchange(other.out_, {})),
-      err_(std::exchange(other.err_, {})) {}
-
 ChildProcess::~ChildProcess() {
-  out_.close();
-  err_.close();
+  for (Stream* stream : {&out_, &err_}) stream->descriptor = Descriptor();
   if (pid_ < 0) return;
   ::kill(pid_, SIGTERM);
   while (::waitpid(pid_, &status_, 0) < 0 && errno == EINTR) {
@@ -79,18 +68,17 @@ ChildProcess::~ChildProcess() {
 
 void ChildProcess::Stream::read() {
   std::array<char, 4096> piece{};
-  while (descriptor >= 0) {
-    const ssize_t count = ::read(descriptor, piece.data(), piece.size());
+  while (descriptor.number >= 0) {
+    const ssize_t count = ::read(descriptor.number, piece.data(), piece.size());
     if (count < 0 && errno == EINTR) continue;
     if (count < 0 && errno == EAGAIN) return;
-    if (count <= 0) return close();
+    if (count <= 0) {
+      descriptor = Descriptor();
+      return;
+    }
     text.append(piece.data(), static_cast<std::size_t>(count));
     if (text.size() > 2 * most_kept) text.erase(0, text.size() - most_kept);
   }
-}
-
-void ChildProcess::Stream::close() {
-  if (descriptor >= 0) ::close(std::exchange(descriptor, -1));
 }
 
 bool ChildProcess::ended() {
@@ -117,7 +105,7 @@ void ChildProcess::wait_for_any(const std::vector<ChildProcess*>& children, std:
   std::vector<pollfd> descriptors;
   for (const ChildProcess* child : children)
     for (const Stream* stream : {&child->out_, &child->err_})
-      if (stream->descriptor >= 0) descriptors.push_back({stream->descriptor, POLLIN, 0});
+      if (stream->descriptor.number >= 0) descriptors.push_back({stream->descriptor.number, POLLIN, 0});
   // A child whose streams are closed is about to end.
   constexpr int soon_ms = 2;
   const bool closing = descriptors.size() < 2 * children.size();

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "apps/process/folder.hpp"
+
 namespace apps {
 
 /// How a child came to its end.
@@ -22,8 +24,8 @@ class ChildProcess {
   explicit ChildProcess(const std::vector<std::string>& arguments);
   /// Ends it by SIGTERM, upon which it clears what it was writing, and waits for it.
   ~ChildProcess();
-  ChildProcess(ChildProcess&& other) noexcept;
-  ChildProcess& operator=(ChildProcess&&) = delete;
+  ChildProcess(const ChildProcess&) = delete;
+  ChildProcess& operator=(const ChildProcess&) = delete;
   /// Takes what it has written so far; true once it has ended.
   [[nodiscard]] bool ended();
   /// Of one that has ended; it is then gone.
@@ -33,10 +35,9 @@ class ChildProcess {
 
  private:
   struct Stream {
-    int descriptor = -1;
-    std::string text = {};
+    Descriptor descriptor{};
+    std::string text{};
     void read();
-    void close();
   };
   pid_t pid_ = -1;
   int status_ = 0;

@@ -21,7 +21,7 @@
 namespace apps {
 namespace {
 
-constexpr int code_bug = 1, code_usage = 2, code_input = 3, code_numerics = 4, code_output = 5, code_signal = 128;
+constexpr int code_bug = 1, code_usage = 2, code_numerics = 4, code_output = 5, code_signal = 128;
 
 /// How the program ends where it does not end well.
 struct Ending {
@@ -31,18 +31,9 @@ struct Ending {
 };
 
 Ending of_fault(const dsp::Fault& fault) {
-  Ending ending{code_bug, fault.name(), "bug", fault.what(), fault.lines()};
-  switch (fault.kind()) {
-    case dsp::FaultKind::usage:
-      return ending.code = code_usage, ending.kind = "usage", ending;
-    case dsp::FaultKind::input:
-      return ending.code = code_input, ending.kind = "input", ending;
-    case dsp::FaultKind::numerics:
-      return ending.code = code_numerics, ending.kind = "numerics", ending;
-    case dsp::FaultKind::output:
-      return ending.code = code_output, ending.kind = "output", ending;
-  }
-  return ending;
+  constexpr std::array kinds{"usage", "input", "numerics", "output"};  // of FaultKind, whose codes follow one another
+  const auto kind = static_cast<std::size_t>(fault.kind());
+  return {code_usage + static_cast<int>(kind), fault.name(), kinds.at(kind), fault.what(), fault.lines()};
 }
 
 Ending out_of_memory() {

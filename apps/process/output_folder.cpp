@@ -1,8 +1,11 @@
 #include "apps/process/output_folder.hpp"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <optional>
 #include <stdexcept>
 #include <system_error>
 
@@ -21,28 +24,9 @@ const fs::path& not_around_us(const fs::path& destination) {
   return destination;
 }
 
-/// Whether an earlier result of ours is at `destination`, which is not free otherwise: foreign.
-bool holds_result(const fs::path& destination, int num_threads) {
-  constexpr std::string_view advice = "so it is not replaced. Choose another place with -o";
-  std::error_code error;
-  const auto status = fs::symlink_status(destination, error);
-  if (!fs::exists(status)) return false;
-  if (!fs::is_directory(status))
-    throw output_fault("output.foreign", destination, fmt::format("exists and is not a folder, {}", advice));
-  if (entries_of(destination).empty()) return false;
-  const auto listed = listed_outputs(destination);
-  if (!listed)
-    throw output_fault("output.foreign", destination,
-                       fmt::format("holds files but no manifest.json of Ardent's, {}", advice));
-  const std::vector<fs::path> foreign = foreign_entries(destination, *listed, num_threads);
-  if (foreign.empty()) return true;
-  const bool several = foreign.size() > 1;
-  throw output_fault(
-      "output.foreign", destination / foreign.front(),
-      fmt::format("{}{} not as Ardent wrote the folder (added or changed since), so nothing is replaced. Move {} "
-                  "elsewhere or choose another place with -o",
-                  several ? fmt::format("and {} more", foreign.size() - 1) : "is", several ? " are" : "",
-                  several ? "them" : "it"));
+fs::path plain(std::string_view name) {
+  if (is_plain(name)) return name;
+  throw std::invalid_argument(fmt::format("OutputFolder: a file name must be plain, got '{}'", name));
 }
 
 }  // namespace
@@ -76,69 +60,82 @@ OutputFolder::OutputFolder(const fs::path& destination, bool force, int num_thre
     : destination_(named_path(not_around_us(destination))),
       force_(force),
       num_threads_(num_threads),
-      staging_(destination_) {
-  require_free();
-  const fs::path fresh = staging_.fresh(destination_);
-  make_folder(fresh);
+      staging_(
+          destination_, [this](const Folder& folder, const std::string& name) { require_replaceable(folder, name); },
+          num_threads) {
+  const std::string name = destination_.filename();
+  staging_.require_free(name);
+  if (::mkdirat(staging_.fresh().descriptor(), name.c_str(), 0777) != 0) throw cannot_write(destination_, errno);
+  folder_ = staging_.fresh().open(name);
   // Who may look into the folder stays as it was.
-  std::error_code absent, error;
-  const fs::file_status before = fs::status(destination_, absent);
-  if (!absent && fs::is_directory(before)) fs::permissions(fresh, before.permissions(), error);
-  if (error) throw cannot_write(destination_, error.value());
+  const std::optional<Entry> before = staging_.parent().entry(name);
+  if (before && ::fchmod(folder_.descriptor(), before->stx_mode & 07777) != 0) throw cannot_write(destination_, errno);
 }
 
-void OutputFolder::require_free() const {
-  require_no_link(destination_);
-  if (holds_result(destination_, num_threads_) && !force_)
+/// Absent, empty or an earlier result with nothing else in it.
+void OutputFolder::require_replaceable(const Folder& folder, const std::string& name) const {
+  const auto refuse = [&](std::string_view why) {
+    throw output_fault("output.foreign", destination_,
+                       fmt::format("{}, so it is not replaced. Choose another place with -o", why));
+  };
+  const std::optional<Entry> entry = folder.entry(name);
+  if (!entry || !entry->is_folder()) refuse("exists and is not a folder");
+  const Folder there = folder.open(name);
+  if (there.names().empty()) return;
+  const std::optional<EarlierResult> earlier = earlier_result(there, num_threads_);
+  if (!earlier) refuse("holds files but no manifest.json of Ardent's");
+  const std::vector<fs::path>& foreign = earlier->foreign;
+  const bool several = foreign.size() > 1;
+  if (!foreign.empty())
+    throw output_fault(
+        "output.foreign", destination_ / foreign.front(),
+        fmt::format("{}{} not as Ardent wrote the folder (added or changed since), so nothing is replaced. Move {} "
+                    "elsewhere or choose another place with -o",
+                    several ? fmt::format("and {} more", foreign.size() - 1) : "is", several ? " are" : "",
+                    several ? "them" : "it"));
+  if (!force_)
     throw output_fault("output.exists", destination_,
                        "holds earlier results. Use --force to replace them or -o to write elsewhere");
 }
 
-void OutputFolder::make_folder(const fs::path& folder) const {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw cannot_write(destination_, error.value());
+fs::path OutputFolder::path(std::string_view name) const {
+  return folder_.path() / plain(name);
 }
 
-fs::path OutputFolder::path(std::string_view name) const {
-  if (!is_plain(name))
-    throw std::invalid_argument(fmt::format("OutputFolder: a file name must be plain, got '{}'", name));
-  return staging_.fresh(destination_) / name;
+void OutputFolder::make_folder(std::string_view name) const {
+  Folder folder = folder_;
+  for (const fs::path& part : fs::path(name)) {
+    if (::mkdirat(folder.descriptor(), part.c_str(), 0777) != 0 && errno != EEXIST)
+      throw cannot_write(shown(name), errno);
+    folder = folder.open(part);
+  }
 }
 
 OutputFile OutputFolder::file(std::string_view name) const {
-  make_folder(path(name).parent_path());
-  return {path(name), shown(name), OnDisk::later};
+  const fs::path file = plain(name);
+  make_folder(file.parent_path().string());
+  return {folder_, file, shown(name)};
 }
 
 void OutputFolder::write(std::string_view name, std::string_view bytes) const {
-  make_folder(path(name).parent_path());
-  write_file(path(name), shown(name), bytes, OnDisk::later);
+  OutputFile opened = file(name);
+  opened.write(bytes);
+  opened.close();
 }
 
 void OutputFolder::commit(Manifest manifest) {
-  const fs::path written = staging_.fresh(destination_);
-  std::vector<fs::path> folders{written};
-  std::vector<fs::path> files;
-  for (std::size_t i = 0; i < folders.size(); ++i)
-    for (const fs::path& entry : entries_of(fs::path(folders[i]))) {
-      std::error_code unknown;
-      (fs::is_directory(fs::symlink_status(entry, unknown)) ? folders : files).push_back(entry);
-    }
+  std::vector<NamedEntry> files = folder_.tree();
+  std::erase_if(files, [](const NamedEntry& one) { return one.second.is_folder(); });
   manifest.outputs.assign(files.size(), {});
   dsp::for_each_index(files.size(), num_threads_, [&](std::size_t i) {
-    const std::string name = files[i].lexically_relative(written).generic_string();
-    manifest.outputs[i] = {name, sha256_written(files[i], shown(name))};
-    sync_entry(files[i], shown(name));
+    const fs::path& name = files[i].first;
+    manifest.outputs[i] = {name.generic_string(), sha256_written(folder_, name, destination_ / name)};
   });
   std::sort(manifest.outputs.begin(), manifest.outputs.end(),
             [](const ManifestFile& a, const ManifestFile& b) { return a.path < b.path; });
   manifest.finished_utc = utc_now();
   write(manifest_name, manifest_json(manifest));
-  sync_entry(path(manifest_name), shown(manifest_name));
-  for (const fs::path& folder : folders) sync_entry(folder, destination_);
-  require_free();  // a person may have come meanwhile
-  staging_.place({destination_}, force_);
+  staging_.place({destination_.filename()});
 }
 
 }  // namespace apps

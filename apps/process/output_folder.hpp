@@ -22,7 +22,7 @@ void require_not_current(const std::filesystem::path& destination);
 /// result with nothing else in it is ever replaced. Throws dsp::Fault, usage: "output.current" for the current folder
 /// and those that hold it; output: "output.exists" for an earlier result without `force`, "output.foreign" for a folder
 /// with anything in it that its manifest does not list, or files changed since, also with `force`; "output.symlink",
-/// "output.locked" where another command is writing, "output.write".
+/// "output.locked" where another command is writing, "output.replaced", "output.write".
 class OutputFolder {
  public:
   /// `num_threads`: that check and list its files.
@@ -33,18 +33,20 @@ class OutputFolder {
   [[nodiscard]] std::filesystem::path shown(std::string_view name) const { return destination_ / name; }
   [[nodiscard]] OutputFile file(std::string_view name) const;  ///< with the folders it is to be in
   void write(std::string_view name, std::string_view bytes) const;
+  void make_folder(std::string_view name) const;
+  [[nodiscard]] const Folder& folder() const { return folder_; }  ///< until the commit
   /// Lists all files in the manifest, ends it and puts the folder in its place.
   void commit(Manifest manifest);
   [[nodiscard]] const std::filesystem::path& destination() const& { return destination_; }
   void destination() const&& = delete;
 
  private:
-  void require_free() const;
-  void make_folder(const std::filesystem::path& folder) const;
+  void require_replaceable(const Folder& folder, const std::string& name) const;
   std::filesystem::path destination_;
   bool force_;
   int num_threads_;
   StagingFolder staging_;
+  Folder folder_;  ///< being filled
 };
 
 }  // namespace apps

@@ -1,17 +1,10 @@
 #include "apps/process/path.hpp"
 
-#include <dirent.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <iterator>
 #include <map>
-#include <memory>
 #include <set>
-#include <string_view>
 #include <system_error>
-
-#include "apps/process/system_fault.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;
@@ -63,29 +56,6 @@ bool lies_in(const fs::path& inner, const fs::path& outer) {
 bool is_plain(const fs::path& path) {
   return !path.empty() && path.is_relative() &&
          std::none_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".." || part == "."; });
-}
-
-std::vector<fs::path> entries_of(const fs::path& folder) {
-  std::vector<fs::path> entries;
-  const std::unique_ptr<DIR, int (*)(DIR*)> listing(::opendir(folder.c_str()), &::closedir);
-  if (!listing && errno == ENOENT) return entries;
-  if (!listing) throw cannot_write(folder, errno);
-  errno = 0;
-  while (const dirent* entry = ::readdir(listing.get())) {
-    const std::string_view name = entry->d_name;
-    if (name != "." && name != "..") entries.push_back(folder / name);
-    errno = 0;
-  }
-  if (errno != 0) throw cannot_write(folder, errno);
-  std::sort(entries.begin(), entries.end());
-  return entries;
-}
-
-void remove_tree(const fs::path& path) {
-  std::error_code error;
-  if (fs::is_directory(fs::symlink_status(path, error)))
-    for (const fs::path& entry : entries_of(path)) remove_tree(entry);
-  if (fs::remove(path, error); error) throw cannot_write(path, error.value());
 }
 
 }  // namespace apps

@@ -25,11 +25,4 @@ namespace apps {
 /// A relative path that stays where it is joined to: not empty, no "." or "..".
 [[nodiscard]] bool is_plain(const std::filesystem::path& path);
 
-/// Paths of what is in a folder, sorted; of one that is not there, nothing. (The iterators of the standard library end
-/// the program where memory is short.) Throws dsp::Fault (output, "output.write").
-[[nodiscard]] std::vector<std::filesystem::path> entries_of(const std::filesystem::path& folder);
-
-/// Removes a file, or a folder with all that is in it; links are not followed. Throws as entries_of.
-void remove_tree(const std::filesystem::path& path);
-
 }  // namespace apps

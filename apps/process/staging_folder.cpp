@@ -2,265 +2,281 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <stdio.h>
 #include <sys/file.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
-#include <cstdio>
-#include <string_view>
-#include <system_error>
+#include <chrono>
+#include <random>
+#include <thread>
 
 #include "apps/output/manifest.hpp"
 #include "apps/process/earlier_result.hpp"
-#include "apps/process/path.hpp"
+#include "apps/process/sha256.hpp"
 #include "apps/process/system_fault.hpp"
+#include "dsp/for_each_index.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;
 namespace {
 
-/// By this a lock is known to be Ardent's.
-constexpr std::string_view lock_text =
-    "Held by ardent while it writes the results beside this folder. Once no ardent runs the folder may be removed.\n";
+constexpr const char *lock_name = "lock", *new_name = "new", *old_name = "old";
 
-[[noreturn]] void refuse_foreign(const fs::path& path) {
-  throw output_fault(
-      "output.foreign", path,
-      "is not Ardent's, which needs this place while it writes. Move it or choose another place with -o");
+/// How the names of all staging folders for a destination begin.
+std::string stem_of(const fs::path& destination) {
+  return fmt::format(".{}.ardent", destination.filename().string());
 }
 
-/// Something of a person's that would be lost with what a killed command left.
-[[noreturn]] void refuse_addition(const fs::path& path, const fs::path& staging) {
-  throw output_fault("output.foreign", path,
-                     fmt::format("is not Ardent's and lies in {}, which a killed command left behind and the next one "
-                                 "clears. Move it elsewhere, then try again",
-                                 staging.filename().string()));
+std::string own_name(const std::string& stem, const Entry& folder) {
+  constexpr std::size_t num_digits = 16;
+  const std::string place = fmt::format("{}:{} {} {} {}.{}", folder.stx_dev_major, folder.stx_dev_minor, folder.stx_ino,
+                                        folder.stx_uid, folder.stx_btime.tv_sec, folder.stx_btime.tv_nsec);
+  return stem + "-" + sha256(place).substr(0, num_digits);
 }
 
-/// Removes what a command wrote or replaced. A whole result may have got a file of a person's since: that stays.
-void remove_leftover(const fs::path& path, const fs::path& staging) {
-  if (const auto listed = listed_outputs(path)) {
-    if (const auto foreign = foreign_entries(path, *listed); !foreign.empty())
-      refuse_addition(path / foreign.front(), staging);
-    if (!remove_result(path, *listed)) refuse_addition(path, staging);
-  } else {
-    remove_tree(path);
+/// One command at a time looks for the folders of others and makes its own, as far as that lock is to be had: without
+/// it two that begin in one moment both write, each in its own folder, and the later one finds the results of the
+/// earlier.
+bool lock_briefly(const Folder& folder) {
+  for (int tries = 0; tries < 400; ++tries) {
+    if (::flock(folder.descriptor(), LOCK_EX | LOCK_NB) == 0) return true;
+    if (errno != EWOULDBLOCK) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return false;
+}
+
+/// To the same name in another folder; 0 or errno.
+int move(const Folder& from, const std::string& name, const Folder& to, unsigned int flags) {
+  const auto rename = [&](unsigned int how) {
+    return ::renameat2(from.descriptor(), name.c_str(), to.descriptor(), name.c_str(), how) == 0 ? 0 : errno;
+  };
+  const int error = rename(flags);
+  if (flags != RENAME_NOREPLACE || (error != EINVAL && error != ENOSYS)) return error;
+  return to.entry(name) ? EEXIST : rename(0);  // the file system cannot look and move in one step
+}
+
+/// On return all in it is on the disk as far as the file system can say: EINVAL is of one that cannot sync folders.
+void sync(const Folder& folder, const fs::path& shown, int num_threads) {
+  const std::vector<NamedEntry> all = folder.tree();
+  dsp::for_each_index(all.size(), num_threads, [&](std::size_t i) {
+    const auto& [path, entry] = all[i];
+    const Descriptor opened = folder.open_file(path, O_RDONLY);
+    const bool done =
+        opened.number >= 0 && (entry.is_folder() ? ::fsync(opened.number) : ::fdatasync(opened.number)) == 0;
+    if (!done && errno != EINVAL) throw cannot_write(shown / path, errno);
+  });
+}
+
+/// What a command wrote or replaced, to be removed: a result as its manifest lists it, and of what was not replaced
+/// also what it had come to.
+std::vector<NamedEntry> own_entries(const Folder& folder, const std::string& name, bool replaced) {
+  std::vector<NamedEntry> all;
+  const std::optional<Entry> entry = folder.entry(name);
+  if (entry->is_folder()) {
+    const Folder there = folder.open(name);
+    const std::optional<EarlierResult> result = earlier_result(there);
+    if (result && !result->foreign.empty()) throw foreign_at(there.shown() / result->foreign.front());
+    all = result ? result->own : there.tree();
+    if (!result && replaced && !all.empty()) throw foreign_at(there.shown() / all.front().first);
+  }
+  for (NamedEntry& one : all) one.first = name / one.first;
+  all.emplace_back(name, *entry);
+  for (const auto& [path, found] : all)
+    if (!found.is_folder() && !found.is_file()) throw foreign_at(folder.shown() / path);
+  return all;
+}
+
+void clear(const Folder& staging) {
+  for (const char* part : {new_name, old_name}) {
+    const std::optional<Entry> entry = staging.entry(part);
+    if (!entry) continue;
+    const Folder folder = staging.open(part);
+    for (const std::string& name : folder.names()) folder.remove(own_entries(folder, name, part == old_name));
+    staging.remove({{part, *entry}});
   }
 }
 
-void rename_to(const fs::path& from, const fs::path& to, const fs::path& shown) {
-  if (::rename(from.c_str(), to.c_str()) != 0) throw cannot_write(shown, errno);
+/// What was moved aside for something that is not in place: back to its own.
+void restore_aside(const Folder& staging, const Folder& parent) {
+  if (!staging.entry(old_name) || !staging.entry(new_name)) return;
+  const Folder old = staging.open(old_name), fresh = staging.open(new_name);
+  for (const std::string& name : old.names())
+    if (const int error = fresh.entry(name) ? move(old, name, parent, RENAME_NOREPLACE) : 0;
+        error != 0 && error != EEXIST)
+      throw cannot_write(parent.shown() / name, error);
 }
 
-/// Where nothing is.
-void rename_to_free(const fs::path& from, const fs::path& to) {
-  int error = ::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0 ? 0 : errno;
-  std::error_code unknown;
-  if (error == EINVAL || error == ENOSYS)  // the file system cannot look and move in one step
-    error = fs::exists(fs::symlink_status(to, unknown)) ? EEXIST : ::rename(from.c_str(), to.c_str()) == 0 ? 0 : errno;
-  if (error == EEXIST)
-    throw output_fault("output.exists", to, "exists already. Use --force to replace it or -o to write elsewhere");
-  if (error != 0) throw cannot_write(to, error);
-}
-
-bool is_empty_folder(const fs::path& path) {
-  std::error_code error;
-  return fs::is_directory(fs::symlink_status(path, error)) && entries_of(path).empty();
-}
-
-bool is_there(const fs::path& path) {
-  std::error_code unknown;
-  return fs::exists(fs::symlink_status(path, unknown));
-}
-
-fs::path staging_of(const fs::path& destination) {
-  return destination.parent_path() / fmt::format(".{}.ardent", destination.filename().string());
+/// Of files that a killed command placed, their manifest last, the first ones came: they go.
+void withdraw_placed(const Folder& staging, const Folder& parent) {
+  const auto listed = staging.entry(new_name) ? listed_outputs(staging.open(new_name).path()) : std::nullopt;
+  if (!listed) return;
+  std::vector<NamedEntry> own = earlier_result(parent, *listed).own;
+  std::erase_if(own, [](const NamedEntry& one) { return one.first == manifest_name; });
+  parent.remove(own);
 }
 
 }  // namespace
 
-StagingFolder::MadeFolders::~MadeFolders() {
-  std::for_each(paths.rbegin(), paths.rend(), [](const fs::path& path) { ::rmdir(path.c_str()); });
-}
-
-int StagingFolder::MadeFolders::make(const fs::path& path) {
-  paths.push_back(path);  // first: once the folder is made nothing may fail
-  if (::mkdir(path.c_str(), 0777) == 0) return 0;
-  const int error = errno;
-  paths.pop_back();
-  return error;
-}
-
-StagingFolder::Lock::~Lock() {
-  if (ours) ::unlink(path.c_str());
-  if (descriptor >= 0) ::close(descriptor);
-}
-
-StagingFolder::StagingFolder(const fs::path& destination)
-    : destination_(destination), folder_(staging_of(destination)), new_(folder_ / "new"), old_(folder_ / "old") {
-  lock_.path = folder_ / "lock";
-  make_parents();
-  while (!try_lock()) {
-  }
-  restore_aside();
-  clear();
-  if (::mkdir(new_.c_str(), 0777) != 0) throw cannot_write(destination_, errno);
+StagingFolder::StagingFolder(const fs::path& destination, Check check, int num_threads)
+    : StagingFolder() {  // from here on the destructor ends what was begun
+  check_ = std::move(check);
+  num_threads_ = num_threads;
+  make_parents(destination.parent_path());
+  const std::string stem = stem_of(destination);
+  if (lock_briefly(parent_))
+    for (const std::string& name : parent_.names())
+      if (name == stem || name.starts_with(stem + "-")) clear_leftover(name, destination);
+  make_own(destination);
+  ::flock(parent_.descriptor(), LOCK_UN);
 }
 
 StagingFolder::~StagingFolder() {
   try {
-    clear();
+    if (own_.descriptor() >= 0) {
+      restore_aside(own_, parent_);
+      clear(own_);
+      lock_briefly(parent_);  // the others see it whole or not at all
+      ::unlinkat(own_.descriptor(), lock_name, 0);
+    }
+    for (auto made = made_.rbegin(); made != made_.rend(); ++made)
+      ::unlinkat(made->first.descriptor(), made->second.c_str(), AT_REMOVEDIR);
   } catch (...) {  // the next command clears it, or says what is in its way
   }
 }
 
-void StagingFolder::make_parents() {
-  std::vector<fs::path> missing;
-  for (fs::path parent = destination_.parent_path(); !parent.empty() && !is_there(parent);
-       parent = parent.parent_path())
-    missing.push_back(parent);
-  std::for_each(missing.rbegin(), missing.rend(), [&](const fs::path& parent) {
-    if (const int error = made_.make(parent); error != 0 && error != EEXIST) throw cannot_write(parent, error);
-  });
+/// A folder in parent_. False: the name is taken. Failures call it `shown`.
+bool StagingFolder::make(const std::string& name, mode_t mode, const fs::path& shown) {
+  made_.emplace_back(parent_, name);  // first: once the folder is made nothing may fail
+  if (::mkdirat(parent_.descriptor(), name.c_str(), mode) == 0) return true;
+  const int error = errno;
+  made_.pop_back();
+  return error == EEXIST ? false : throw cannot_write(shown, error);
 }
 
-/// False: the folder went with its holder just now.
-bool StagingFolder::try_lock() {
-  const int error = made_.make(folder_);
-  if (error == EEXIST) made_.paths.push_back(folder_);          // what was left by who was killed goes, too
-  if (error == ENOENT && is_there(destination_.parent_path()))  // of /proc and its like
-    throw output_fault("output.write", destination_,
-                       "cannot write: its file system makes no folders there. Choose another place with -o");
-  if (error != 0 && error != EEXIST) throw cannot_write(destination_, error);
-  check_entries();
-  lock_.descriptor = ::open(lock_.path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
-  if (lock_.descriptor < 0 && errno == ENOENT) return false;
-  if (lock_.descriptor < 0) throw cannot_write(destination_, errno);
-  if (::flock(lock_.descriptor, LOCK_EX | LOCK_NB) != 0)
-    throw errno == EWOULDBLOCK ? output_fault("output.locked", destination_,
+void StagingFolder::make_parents(const fs::path& parent) {
+  std::vector<fs::path> missing;
+  std::error_code unknown;
+  fs::path there = parent;
+  for (; !there.empty() && !fs::exists(fs::symlink_status(there, unknown)); there = there.parent_path())
+    missing.push_back(there);
+  parent_ = Folder(there.empty() ? "." : there, there);
+  for (; !missing.empty(); missing.pop_back()) {
+    static_cast<void>(make(missing.back().filename(), 0777, missing.back()));
+    parent_ = parent_.open(missing.back().filename());
+  }
+}
+
+void StagingFolder::make_own(const fs::path& destination) {
+  const std::string stem = stem_of(destination);
+  std::string name;
+  do name = fmt::format("{}-{:08x}", stem, std::random_device()());
+  while (!make(name, 0700, destination));
+  const std::optional<Entry> made = parent_.entry(name);
+  const std::string known = own_name(stem, made ? *made : throw foreign_at(parent_.shown() / name));
+  if (::renameat2(parent_.descriptor(), name.c_str(), parent_.descriptor(), known.c_str(), 0) != 0)
+    throw cannot_write(destination, errno);
+  made_.back().second = known;
+  own_ = parent_.open(known);
+  lock_ = own_.open_file(lock_name, O_RDWR | O_CREAT | O_EXCL);
+  if (::flock(lock_.number, LOCK_EX | LOCK_NB) != 0) throw cannot_write(destination, errno);
+  for (const auto& [part, folder] : {std::pair{new_name, &new_}, {old_name, &old_}}) {
+    if (::mkdirat(own_.descriptor(), part, 0700) != 0) throw cannot_write(destination, errno);
+    *folder = own_.open(part);
+  }
+}
+
+/// What a killed command left goes; anything else of such a name is refused.
+void StagingFolder::clear_leftover(const std::string& name, const fs::path& destination) const {
+  const std::optional<Entry> entry = parent_.entry(name);
+  const std::string stem = stem_of(destination);
+  if (!entry) return;
+  if (name != stem && ::unlinkat(parent_.descriptor(), name.c_str(), AT_REMOVEDIR) == 0) return;  // it had just begun
+  if (!entry->is_folder() || name != own_name(stem, *entry)) throw foreign_at(parent_.shown() / name);
+  const Folder left = parent_.open(name);
+  const Descriptor lock = left.open_file(lock_name, O_RDWR);
+  if (lock.number < 0 ? errno != ENOENT : ::flock(lock.number, LOCK_EX | LOCK_NB) != 0)
+    throw errno == EWOULDBLOCK ? output_fault("output.locked", destination,
                                               "another command is writing here. Wait for it or choose another place "
                                               "with -o")
-                               : cannot_write(destination_, errno);
-  // The holder before may have removed the file between our open and our lock: then the lock is on a ghost.
-  struct stat held {
-  }, named{};
-  if (::fstat(lock_.descriptor, &held) != 0 || ::stat(lock_.path.c_str(), &named) != 0 || held.st_ino != named.st_ino) {
-    ::close(lock_.descriptor);
-    lock_.descriptor = -1;
-    return false;
+                               : cannot_write(destination, errno);
+  for (const std::string& inner : left.names())
+    if (inner != lock_name && inner != new_name && inner != old_name) throw foreign_at(left.shown() / inner);
+  restore_aside(left, parent_);
+  withdraw_placed(left, parent_);
+  clear(left);
+  ::unlinkat(left.descriptor(), lock_name, 0);
+  parent_.remove({{name, *entry}});
+}
+
+void StagingFolder::require_free(const Folder& folder, const std::string& name) const {
+  const std::optional<Entry> there = folder.entry(name);
+  if (!there) return;
+  if (there->is_link()) throw link_at(parent_.shown() / name);
+  if (!check_) throw taken_at(parent_.shown() / name);
+  check_(folder, name);
+}
+
+void StagingFolder::put(Placed& placed) {
+  const std::string& name = placed.name;
+  const bool exchanges = parent_.entry(name).has_value();
+  int error = move(new_, name, parent_, exchanges ? RENAME_EXCHANGE : RENAME_NOREPLACE);
+  if (exchanges) placed.aside = &old_;
+  if (exchanges && error == 0 && move(new_, name, old_, RENAME_NOREPLACE) != 0) placed.aside = &new_;
+  if (exchanges && (error == EINVAL || error == ENOSYS)) {  // in two steps: if the second fails, restore_aside
+    error = move(parent_, name, old_, RENAME_NOREPLACE);
+    if (error == 0) error = move(new_, name, parent_, RENAME_NOREPLACE);
   }
-  claim_lock();
-  return true;
+  if (error == EEXIST) throw taken_at(parent_.shown() / name);
+  if (error != 0) throw cannot_write(parent_.shown() / name, error);
 }
 
-/// Only what is Ardent's is in the folder, as far as names show.
-void StagingFolder::check_entries() const {
-  std::error_code error;
-  const auto status = fs::symlink_status(folder_, error);
-  if (!error && fs::exists(status) && !fs::is_directory(status)) refuse_foreign(folder_);
-  const std::vector<fs::path> entries = entries_of(folder_);
-  if (!entries.empty() && std::find(entries.begin(), entries.end(), lock_.path) == entries.end())
-    refuse_foreign(folder_);
-  for (const fs::path& entry : entries)
-    if (entry != lock_.path && entry != new_ && entry != old_) refuse_addition(entry, folder_);
+/// Undoes put, which restore_aside ends. A file can be linked where no name can be moved any
+/// more.
+bool StagingFolder::take_back(const Placed& placed) const {
+  const auto& [name, entry, aside] = placed;
+  const std::optional<Entry> now = parent_.entry(name);
+  if (!now || !now->is_same(entry)) return false;  // somebody else's by now
+  if (move(parent_, name, new_, aside == &new_ ? RENAME_EXCHANGE : RENAME_NOREPLACE) == 0) return true;
+  if (!entry.is_file() || ::unlinkat(parent_.descriptor(), name.c_str(), 0) != 0) return false;
+  return aside == nullptr || ::linkat(aside->descriptor(), name.c_str(), parent_.descriptor(), name.c_str(), 0) == 0;
 }
 
-/// The lock is ours by its text; an empty one alone in its folder was made a moment ago, here or by who was killed.
-void StagingFolder::claim_lock() {
-  std::array<char, lock_text.size() + 1> text{};
-  const ssize_t size = ::pread(lock_.descriptor, text.data(), text.size(), 0);
-  const bool is_new = size == 0 && entries_of(folder_).size() == 1;
-  if (!is_new && (size < 0 || std::string_view(text.data(), static_cast<std::size_t>(size)) != lock_text))
-    refuse_foreign(lock_.path);
-  lock_.ours = true;
-  if (is_new && ::write(lock_.descriptor, lock_text.data(), lock_text.size()) != std::ssize(lock_text))
-    throw cannot_write(destination_, errno);
-}
-
-/// A command killed while it exchanged names in several steps left the old results aside: back to their place.
-void StagingFolder::restore_aside() const {
-  for (const fs::path& entry : entries_of(old_)) {
-    const fs::path place = destination_.parent_path() / entry.filename();
-    if (!is_there(place)) rename_to(entry, place, place);
-  }
-}
-
-void StagingFolder::clear() const {
-  if (!lock_.ours) return;
-  for (const fs::path& folder : {new_, old_}) {
-    for (const fs::path& entry : entries_of(folder)) remove_leftover(entry, folder_);
-    if (::rmdir(folder.c_str()) != 0 && errno != ENOENT) throw cannot_write(folder, errno);
-  }
-}
-
-fs::path StagingFolder::fresh(const fs::path& place) const {
-  return new_ / place.filename();
-}
-
-void StagingFolder::exchange(const fs::path& place) const {
-  const fs::path written = fresh(place), aside = old_ / place.filename();
-  if (::renameat2(AT_FDCWD, written.c_str(), AT_FDCWD, place.c_str(), RENAME_EXCHANGE) == 0) return;
-  if (errno != EINVAL && errno != ENOSYS) throw cannot_write(place, errno);
-  if (::mkdir(old_.c_str(), 0777) != 0 && errno != EEXIST) throw cannot_write(place, errno);
-  rename_to(place, aside, place);
-  if (::rename(written.c_str(), place.c_str()) != 0) {
-    const int error = errno;
-    ::rename(aside.c_str(), place.c_str());
-    throw cannot_write(place, error);
-  }
-  ::rename(aside.c_str(), written.c_str());  // or it goes from where it is
-}
-
-void StagingFolder::put(const fs::path& place, bool replace) const {
-  if (is_empty_folder(place))
-    rename_to(fresh(place), place, place);
-  else if (replace && is_there(place))
-    exchange(place);
-  else
-    rename_to_free(fresh(place), place);
-}
-
-/// Undoes put.
-void StagingFolder::take_back(const fs::path& place) const {
-  if (is_there(fresh(place)))
-    exchange(place);
-  else
-    rename_to(place, fresh(place), place);
-}
-
-void StagingFolder::place(const std::vector<fs::path>& places, bool replace) {
-  std::size_t done = 0;
+void StagingFolder::place(const std::vector<std::string>& names) {
+  sync(new_, parent_.shown(), num_threads_);
+  const dsp::Fault unfinished =
+      output_fault("output.replaced", parent_.shown() / names.front(),
+                   fmt::format("is in place, but what was there before could not be put back or removed and is in {}. "
+                               "Move it from there or remove it",
+                               own_.shown().string()));
+  std::vector<Placed> placed;
+  placed.reserve(names.size());
   try {
-    for (; done < places.size(); ++done) put(places[done], replace);
+    for (const std::string& name : names) {
+      require_free(name);
+      const std::optional<Entry> written = new_.entry(name);
+      if (!written || written->is_link()) throw foreign_at(new_.shown() / name);
+      Placed next{name, *written};
+      put(next);
+      placed.push_back(std::move(next));
+      if (placed.back().aside != nullptr) require_free(*placed.back().aside, name);
+    }
   } catch (...) {
-    while (done-- > 0) take_back(places[done]);
-    throw;
+    bool all = true;
+    for (auto one = placed.rbegin(); one != placed.rend(); ++one) all = take_back(*one) && all;
+    restore_aside(own_, parent_);
+    if (all) throw;
+    own_ = {};  // it stays
+    throw unfinished;
   }
-  sync_entry(destination_.has_parent_path() ? destination_.parent_path() : fs::path("."), destination_);
-  clear();
-}
-
-void require_no_link(const fs::path& place) {
-  std::error_code unknown;
-  if (fs::is_symlink(fs::symlink_status(place, unknown)))
-    throw output_fault("output.symlink", place,
-                       "is a symbolic link, which is not followed. Remove it or name its target");
-}
-
-void sync_entry(const fs::path& entry, const fs::path& shown) {
-  const int descriptor = ::open(entry.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) throw cannot_write(shown, errno);
-  // Of a file its bytes, of a folder its entries, which are no data of it. Some file systems cannot sync a folder
-  // (EINVAL): the rename is then as durable as they make it.
-  std::error_code unknown;
-  const bool is_folder = std::filesystem::is_directory(entry, unknown);
-  int failed = (is_folder ? ::fsync(descriptor) : ::fdatasync(descriptor)) != 0 ? errno : 0;
-  if (failed == EINVAL && is_folder) failed = 0;
-  ::close(descriptor);
-  if (failed != 0) throw cannot_write(shown, failed);
+  if (::fsync(parent_.descriptor()) != 0 && errno != EINVAL) throw cannot_write(parent_.shown() / names.front(), errno);
+  try {
+    clear(own_);
+  } catch (const dsp::Fault&) {
+    throw unfinished;
+  }
 }
 
 }  // namespace apps

@@ -15,8 +15,6 @@ std::string_view remedy(int error) {
       return "Free some space or choose another place with -o";
     case EFBIG:
       return "Raise the file size limit (ulimit -f) or choose another place with -o";
-    case ENOENT:
-      return "Make its parent folder first";
     case EACCES:
     case EPERM:
     case EROFS:
@@ -29,6 +27,21 @@ std::string_view remedy(int error) {
 
 dsp::Fault output_fault(std::string name, const std::filesystem::path& path, std::string_view text) {
   return {dsp::FaultKind::output, std::move(name), fmt::format("{}: {}.", path.string(), text)};
+}
+
+dsp::Fault link_at(const std::filesystem::path& path) {
+  return output_fault("output.symlink", path,
+                      "is a symbolic link, which is not followed. Remove it or name its target");
+}
+
+dsp::Fault taken_at(const std::filesystem::path& path) {
+  return output_fault("output.exists", path, "exists already. Use --force to replace it or choose another place");
+}
+
+dsp::Fault foreign_at(const std::filesystem::path& path) {
+  return output_fault("output.foreign", path,
+                      "is not Ardent's, or was not made here by it, and is in its way. Move it elsewhere, then try "
+                      "again, or choose another place with -o");
 }
 
 dsp::Fault cannot_write(const std::filesystem::path& path, int error) {

@@ -139,10 +139,11 @@ Page files_page() {
       "What a run folder holds",
       "",
       {{"",
-        "A folder of results is complete or absent: it is written in a hidden folder .NAME.ardent beside it and moved "
-        "to its place at the end. Numbers are in SI units.\n\n--force replaces an earlier result only if it holds "
-        "nothing but what its manifest lists, unchanged. A file of your own in it, or an edited one, stops the "
-        "command, which names it. What a killed command leaves in .NAME.ardent the next one into NAME removes. report, "
+        "A folder of results is complete or absent: it is written in a hidden folder .NAME.ardent-DIGITS beside it "
+        "and moved to its place at the end. Numbers are in SI units.\n\n--force replaces an earlier result only if "
+        "it holds nothing but what its manifest lists, unchanged. A file of your own in it, or an edited one, stops "
+        "the command, which names it. What a killed command leaves the next one into NAME removes, if the digits "
+        "show that it was made there: a hidden folder that came with other files is refused and stays. report, "
         "compare and frc warn of files that are missing or have changed since the run (--strict stops there).",
         {},
         {}},

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <cerrno>
 #include <cmath>
 #include <optional>
+#include <random>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -118,14 +120,17 @@ struct SoundFileWriter::State {
   ~State() {
     handle.reset();
     if (descriptor < 0) return;
+    struct stat held {
+    }, named{};  // somebody else's by that name stays
+    if (::fstat(descriptor, &held) == 0 && ::lstat(part.c_str(), &named) == 0 && held.st_ino == named.st_ino &&
+        held.st_dev == named.st_dev)
+      ::unlink(part.c_str());
     ::close(descriptor);
-    ::unlink(part.c_str());
   }
 
   void open() {
     part = file;
-    part.replace_filename(fmt::format(".{}.part-{}", file.filename().string(), ::getpid()));
-    ::unlink(part.c_str());
+    part.replace_filename(fmt::format(".{}.part-{:08x}", file.filename().string(), std::random_device()()));
     descriptor = ::open(part.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (descriptor < 0)
       throw Fault(FaultKind::output, "output.open",

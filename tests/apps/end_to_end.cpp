@@ -4,6 +4,7 @@
 #include <csignal>
 
 #include "support/program.hpp"
+#include "support/staging.hpp"
 
 using support::bytes_of;
 using support::expect;
@@ -113,7 +114,7 @@ TEST_CASE("a record becomes a run folder with everything in it", "[apps][end_to_
   CHECK_THAT(ended.out, Catch::Contains("x^3") && Catch::Contains("This equation describes the record") &&
                             Catch::Contains("results are in whole") && Catch::Contains("report.html"));
   for (const std::string& name : run_files) CHECK(fs::is_regular_file(folder / ("whole/" + name)));
-  CHECK_FALSE(fs::exists(folder / ".whole.ardent"));
+  CHECK_FALSE(fs::exists(support::staging_of(folder / "whole")));
   CHECK(support::run(folder, "$ARDENT report whole").out == bytes_of(folder / "whole/equation.txt"));
   CHECK(support::run(folder, "$ARDENT report whole --details").out == bytes_of(folder / "whole/details.txt"));
   for (const auto& file : fs::directory_iterator(folder / "whole/figures"))  // each drawing beside its numbers
@@ -252,7 +253,7 @@ TEST_CASE("where nothing can be written the run ends with 5 and leaves nothing",
   const Scratch& folder = bench();
   expect(folder, "ulimit -f 8; $ARDENT run duffing/response.csv -o limited", 5, {"[output.write]", "File too large"});
   CHECK_FALSE(fs::exists(folder / "limited"));
-  CHECK_FALSE(fs::exists(folder / ".limited.ardent"));
+  CHECK_FALSE(fs::exists(support::staging_of(folder / "limited")));
   expect(folder, "$ARDENT run duffing/response.csv -o /proc/none/run", 5, {"[output.write]", "/proc/none"});
   expect(folder, "$ARDENT info duffing/response.csv > /dev/full", 5,
          {"[output.write]", "standard output", "No space left"});
@@ -278,13 +279,14 @@ TEST_CASE("what a run killed while writing left is cleared by the next one", "[a
   const Scratch& folder = bench();
   REQUIRE(support::run(folder, "$ARDENT sim duffing -o long --duration 400 --noise 0.1").code == 0);
   support::Running running(folder / "", "exec $ARDENT run long/response.csv -o killed");
-  CHECK(support::eventually([&] { return fs::exists(folder / ".killed.ardent/new/killed/equation.txt"); }));
+  CHECK(support::eventually(
+      [&] { return fs::exists(support::staging_of(folder / "killed") / "new/killed/equation.txt"); }));
   running.send(SIGKILL);
   CHECK(running.wait().code == 128 + SIGKILL);
   CHECK_FALSE(fs::exists(folder / "killed"));
   expect(folder, "$ARDENT run duffing/response.csv -o killed", 0, {});
   CHECK(fs::exists(folder / "killed/manifest.json"));
-  CHECK_FALSE(fs::exists(folder / ".killed.ardent"));
+  CHECK_FALSE(fs::exists(support::staging_of(folder / "killed")));
 }
 
 TEST_CASE("a signal ends a run without leaving anything", "[apps][end_to_end]") {
@@ -292,12 +294,13 @@ TEST_CASE("a signal ends a run without leaving anything", "[apps][end_to_end]") 
   REQUIRE(support::run(folder, "$ARDENT sim duffing -o longer --duration 400 --noise 0.1").code == 0);
   for (const int signal : {SIGINT, SIGTERM}) {
     support::Running running(folder / "", "exec $ARDENT run longer/response.csv -o stopped");
-    CHECK(support::eventually([&] { return fs::exists(folder / ".stopped.ardent"); }));
+    CHECK(support::eventually([&] { return fs::exists(support::staging_of(folder / "stopped")); }));
     running.send(signal);
     const support::Ended ended = running.wait();
     CHECK(ended.code == 128 + signal);
     CHECK_THAT(ended.err, Catch::Contains("[interrupted]"));
-    for (const char* name : {"stopped", ".stopped.ardent"}) CHECK_FALSE(fs::exists(folder / name));
+    CHECK_FALSE(fs::exists(folder / "stopped"));
+    CHECK_FALSE(fs::exists(support::staging_of(folder / "stopped")));
   }
 }
 
@@ -453,6 +456,6 @@ TEST_CASE("memory that runs out is a numerical failure, not a crash", "[apps][en
   expect(folder, "ulimit -v 250000; $ARDENT run wide/response.csv -o wide-run --set library.order=40", 4,
          {"[memory.exhausted]", "MB"});
   CHECK_FALSE(fs::exists(folder / "wide-run"));
-  CHECK_FALSE(fs::exists(folder / ".wide-run.ardent"));
+  CHECK_FALSE(fs::exists(support::staging_of(folder / "wide-run")));
 }
 #endif

@@ -1,5 +1,6 @@
-// One write, open, rename, fsync or allocation of a command that writes fails, or the command is killed: afterwards the
-// old results or the new ones are there, whole, nothing of others is touched, and the next command clears up.
+// One write, open, rename, unlink, fsync or allocation of a command that writes fails, or the command is killed:
+// afterwards the old results or the new ones are there, whole, nothing of others is touched, and the next command
+// clears up.
 #include <fmt/format.h>
 
 #include <array>
@@ -21,7 +22,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr long all = 1'000'000'000;  // points of a kind
-const std::array<std::string, 5> kinds{"write", "open", "rename", "fsync", "memory"};
+const std::array<std::string, 6> kinds{"write", "open", "rename", "unlink", "fsync", "memory"};
 
 /// A command and what it takes; results are in "out", beside what is not ours.
 struct Command {
@@ -72,7 +73,7 @@ void check_whole(const Scratch& folder) {
     CHECK(is_old("a.csv.toml") == is_old("a.toml"));
     return;
   }
-  CHECK(apps::foreign_entries(folder / "out", *listed).empty());
+  CHECK(apps::earlier_result(apps::Folder(folder / "out", "out"), *listed).foreign.empty());
   for (const apps::ManifestFile& file : *listed) CHECK(fs::exists(folder / "out" / file.path));
 }
 
@@ -84,7 +85,9 @@ void check_neighbours(const Scratch& folder) {
 /// A command and its trials.
 class Bench {
  public:
-  explicit Bench(const Command& command) : command_(command) {
+  /// `settings`: of what is loaded before the program.
+  explicit Bench(const Command& command, std::string settings = "")
+      : command_(command), settings_(std::move(settings)) {
     prepare(folder_);
     if (command.name == "init") {
       fs::create_directory(folder_ / "out");
@@ -104,9 +107,9 @@ class Bench {
     return fmt::format("$ARDENT -q --force -o out {} > /dev/null", command_.line);
   }
 
-  /// Makes the call fail; the exit code.
-  int fail(const std::string& kind, long number) {
-    const std::string point = fmt::format("{}:{}", kind, number);
+  /// Makes the call fail, or with "+" that and all later ones of its kind; the exit code.
+  int fail(const std::string& kind, long number, const char* on = "") {
+    const std::string point = fmt::format("{}:{}{}", kind, number, on);
     CAPTURE(command_.name, point);
     const support::Ended ended = support::run(folder_, fmt::format("ARDENT_FAIL={} {}", point, preloaded()));
     CAPTURE(ended.err);
@@ -118,6 +121,15 @@ class Bench {
     CHECK(in_words);
     check_after();
     return ended.code;
+  }
+  /// Kills it right before the call.
+  void kill_at(const std::string& kind, long number) {
+    const std::string point = fmt::format("{}:{}", kind, number);
+    CAPTURE(command_.name, point);
+    const std::string deed = fmt::format("ARDENT_AT={} ARDENT_DO='kill -9 $PPID' ", point);
+    CHECK(support::run(folder_, deed + preloaded()).code == 128 + SIGKILL);
+    check_next();
+    check_neighbours(folder_);
   }
   void check_after() {
     check_whole(folder_);
@@ -131,7 +143,9 @@ class Bench {
   }
 
  private:
-  [[nodiscard]] std::string preloaded() const { return fmt::format("LD_PRELOAD=" ARDENT_FAILING_CALLS " {}", line()); }
+  [[nodiscard]] std::string preloaded() const {
+    return fmt::format("{}LD_PRELOAD=" ARDENT_FAILING_CALLS " {}", settings_, line());
+  }
   void require_clean_run() const {
     const support::Ended ended = support::run(folder_, line());
     CAPTURE(ended.err);
@@ -140,6 +154,7 @@ class Bench {
   }
 
   Command command_;
+  std::string settings_;
   Scratch folder_;
   std::map<std::string, long> counts_;
   std::set<std::string> before_;
@@ -157,14 +172,29 @@ std::vector<long> even_points(long count, long most) {
 
 #ifndef ARDENT_SANITIZED  // the sanitizers replace the same calls
 
-TEST_CASE("whatever write, open, rename or fsync fails, results are whole and nothing of others is touched",
+TEST_CASE("whatever write, open, rename, unlink or fsync fails, results are whole and nothing of others is touched",
           "[apps][failing_calls]") {
   for (const Command& command : commands) {
     Bench bench(command);
-    for (const std::string kind : {"write", "open", "rename", "fsync"}) {
+    for (const std::string kind : {"write", "open", "rename", "unlink", "fsync"}) {
       CHECK((bench.count(kind) > 0));
       for (const long number : even_points(bench.count(kind), command.slow ? 5 : all)) (void)bench.fail(kind, number);
     }
+    for (const std::string kind : {"rename", "unlink"})  // and the way back fails, too
+      for (const long number : even_points(bench.count(kind), command.slow ? 2 : 10))
+        (void)bench.fail(kind, number, "+");
+    bench.check_next();
+  }
+}
+
+TEST_CASE("where two names cannot be exchanged in one step results are whole all the same", "[apps][failing_calls]") {
+  for (const Command& command : commands) {
+    if (command.name != "sim" && command.name != "init") continue;
+    Bench bench(command, "ARDENT_PLAIN_RENAME=1 ");
+    for (const std::string kind : {"rename", "unlink", "open"})
+      for (const char* on : {"", "+"})
+        for (const long number : even_points(bench.count(kind), 20)) (void)bench.fail(kind, number, on);
+    for (long number = 1; number <= bench.count("rename"); ++number) bench.kill_at("rename", number);
     bench.check_next();
   }
 }
@@ -221,6 +251,8 @@ TEST_CASE("a command that is killed leaves old or new results whole, and the nex
     const auto begin = std::chrono::steady_clock::now();
     REQUIRE(support::run(bench.folder(), bench.line()).code == 0);
     const auto usual = std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now() - begin);
+    for (const std::string kind : {"rename", "unlink"})
+      for (const long number : even_points(bench.count(kind), 10)) bench.kill_at(kind, number);
     for (int kill = 0; kill < 10; ++kill) {
       support::Running running(bench.folder() / "", "exec " + bench.line());
       std::this_thread::sleep_for(std::chrono::microseconds(random() % static_cast<unsigned>(usual.count())));

@@ -9,6 +9,7 @@
 #include "dsp/io/sound_writer.hpp"
 #include "support/mat.hpp"
 #include "support/program.hpp"
+#include "support/staging.hpp"
 
 using support::bytes_of;
 using support::Mat;
@@ -59,7 +60,7 @@ void check_cases(const Scratch& folder, const std::vector<Case>& cases) {
     for (const std::string& piece : one.pieces) CHECK_THAT(ended.err, Catch::Contains(piece));
     if (one.code != 0) CHECK(ended.out.empty());
     CHECK((!fs::exists(folder / "o") || fs::is_empty(folder / "o")));
-    CHECK_FALSE(fs::exists(folder / ".o.ardent"));
+    CHECK_FALSE(fs::exists(support::staging_of(folder / "o")));
   }
 }
 

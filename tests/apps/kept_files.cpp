@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "support/program.hpp"
+#include "support/staging.hpp"
 
 using support::bytes_of;
 using support::expect;
@@ -104,13 +105,13 @@ TEST_CASE("what --force replaces is what a manifest of Ardent's lists and nothin
 TEST_CASE("two commands do not write into one folder at a time", "[apps][kept_files]") {
   const Scratch& folder = bench();
   support::Running first(folder / "", "exec $ARDENT -q sim qzs --raw --duration 1000 -o shared");
-  CHECK(support::eventually([&] { return fs::exists(folder / ".shared.ardent/new/shared"); }));
+  CHECK(support::eventually([&] { return fs::exists(support::staging_of(folder / "shared") / "new/shared"); }));
   for (const std::string& command : commands)
     expect(folder, "$ARDENT --force -o shared " + command, 5, {"[output.locked] shared"});
   first.send(SIGTERM);
   CHECK(first.wait().code == 128 + SIGTERM);
   CHECK_FALSE(fs::exists(folder / "shared"));
-  CHECK_FALSE(fs::exists(folder / ".shared.ardent"));
+  CHECK_FALSE(fs::exists(support::staging_of(folder / "shared")));
 }
 
 TEST_CASE("an old simulation stays until the new one is whole", "[apps][kept_files]") {
@@ -120,15 +121,17 @@ TEST_CASE("an old simulation stays until the new one is whole", "[apps][kept_fil
   for (const int signal : {SIGINT, SIGKILL}) {
     support::Running running(folder / "", "exec $ARDENT -q sim qzs --raw --duration 1000 -o kept --force");
     CHECK(support::eventually([&] {
-      return fs::exists(folder / ".kept.ardent/new/kept") && !fs::is_empty(folder / ".kept.ardent/new/kept");
+      std::error_code not_yet;
+      const bool is_empty = fs::is_empty(support::staging_of(folder / "kept") / "new/kept", not_yet);
+      return !not_yet && !is_empty;
     }));
     running.send(signal);
     CHECK(running.wait().code == 128 + signal);
     CHECK(files_in(folder / "kept") == before);
-    CHECK(fs::exists(folder / ".kept.ardent") == (signal == SIGKILL));
+    CHECK(fs::exists(support::staging_of(folder / "kept")) == (signal == SIGKILL));
   }
   expect(folder, "$ARDENT -q sim coulomb -o kept --force", 0, {});
-  CHECK_FALSE(fs::exists(folder / ".kept.ardent"));
+  CHECK_FALSE(fs::exists(support::staging_of(folder / "kept")));
 }
 
 TEST_CASE("where there is no room for all of the new results the old ones stay as they are", "[apps][kept_files]") {
@@ -143,7 +146,7 @@ TEST_CASE("where there is no room for all of the new results the old ones stay a
     const std::string limit = "ulimit -f " + std::to_string((largest - 1) / 512) + "; ";
     expect(folder, limit + "$ARDENT -q --force -o full " + command, 5, {"[output.write] full/", "File too large"});
     CHECK(files_in(folder / "full") == before);
-    CHECK_FALSE(fs::exists(folder / ".full.ardent"));
+    CHECK_FALSE(fs::exists(support::staging_of(folder / "full")));
     fs::remove_all(folder / "full");
   }
 }
@@ -166,18 +169,15 @@ TEST_CASE("an error of any write of a recording, its header last, is seen", "[ap
     }
   }
 }
-#endif
-
 TEST_CASE("a killed init leaves nothing that the next one does not clear, and no init overwrites unasked",
           "[apps][kept_files]") {
   const Scratch folder;
   fs::create_directory(folder / "place");
   fs::copy(bench() / "duffing/response.csv", folder / "place/a.csv");
-  fs::create_directories(folder / "place/.a.csv.toml.ardent/new");  // as one that was killed leaves it
-  (void)folder.file("place/.a.csv.toml.ardent/lock",
-                    "Held by ardent while it writes the results beside this folder. Once no ardent runs the folder may "
-                    "be removed.\n");
-  (void)folder.file("place/.a.csv.toml.ardent/new/a.csv.toml", "sch");
+  // Killed with half of a file written.
+  const std::string killed = "ARDENT_AT=write:1 ARDENT_DO='kill -9 $PPID' LD_PRELOAD=" ARDENT_FAILING_CALLS " ";
+  CHECK(support::run(folder, killed + "$ARDENT init place/a.csv").code == 128 + SIGKILL);
+  CHECK(fs::exists(support::staging_of(folder / "place/a.csv.toml") / "new/a.csv.toml"));
   const auto names = [&] {
     std::vector<std::string> all;
     for (const auto& [name, bytes] : files_in(folder / "place")) all.push_back(name);
@@ -193,6 +193,7 @@ TEST_CASE("a killed init leaves nothing that the next one does not clear, and no
   CHECK(names() == std::vector<std::string>{"a.csv", "a.csv.toml", "a.toml"});
   CHECK(bytes_of(folder / "place/a.toml") != "mine");
 }
+#endif
 
 TEST_CASE("a manifest does not say where a person keeps the recording", "[apps][kept_files]") {
   const Scratch folder;

@@ -1,8 +1,9 @@
 // Loaded before a program (LD_PRELOAD), makes one call of one kind fail, counted from the start of main:
 // ARDENT_FAIL=KIND:N, the N-th alone, or KIND:N+, that and all later ones. Kinds: write (ENOSPC), open (EMFILE), rename
-// (EIO), fsync and fdatasync (EIO), memory (no memory), and startup: memory before main, where static objects are made.
-// ARDENT_COUNTS=FILE: the number of calls of every kind at the
-// end.
+// (EIO), unlink (EPERM), fsync and fdatasync (EIO), memory (no memory), and startup: memory before main, where static
+// objects are made. ARDENT_AT=KIND:N and ARDENT_DO=COMMAND: right before that call a shell does COMMAND.
+// ARDENT_PLAIN_RENAME: renames with flags are not known (EINVAL), as on many network file systems. ARDENT_COUNTS=FILE:
+// the number of calls of every kind at the end.
 #include <dirent.h>
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -27,19 +28,34 @@ void* __libc_memalign(std::size_t, std::size_t);
 
 namespace {
 
-enum Kind { writes, opens, renames, syncs, memory, startup, num_kinds };
-constexpr std::array<const char*, num_kinds> names{"write", "open", "rename", "fsync", "memory", "startup"};
-constexpr std::array<int, num_kinds> errors{ENOSPC, EMFILE, EIO, EIO, ENOMEM, ENOMEM};
+enum Kind { writes, opens, renames, unlinks, syncs, memory, startup, num_kinds };
+constexpr std::array<const char*, num_kinds> names{"write", "open", "rename", "unlink", "fsync", "memory", "startup"};
+constexpr std::array<int, num_kinds> errors{ENOSPC, EMFILE, EIO, EPERM, EIO, ENOMEM, ENOMEM};
 
 std::array<std::atomic<long>, num_kinds> counts{};
 std::atomic<bool> armed{false}, starting{false};
-int failing_kind = -1;
-long failing_from = 0, failing_to = 0;
+
+/// Calls of a kind.
+struct Order {
+  int kind = -1;
+  long from = 0, to = 0;
+  [[nodiscard]] bool holds(Kind called, long number) const { return called == kind && number >= from && number <= to; }
+};
+Order failing, disturbed;
+
+/// What a person or another program does meanwhile.
+void disturb() {
+  armed = false;
+  ::unsetenv("LD_PRELOAD");
+  [[maybe_unused]] const int ignored = std::system(std::getenv("ARDENT_DO"));
+  armed = true;
+}
 
 bool fails(Kind kind) {
   if (!(kind == startup ? starting : armed).load(std::memory_order_relaxed)) return false;
   const long number = ++counts[kind];
-  if (kind != failing_kind || number < failing_from || number > failing_to) return false;
+  if (disturbed.holds(kind, number)) disturb();
+  if (!failing.holds(kind, number)) return false;
   errno = errors[kind];
   return true;
 }
@@ -49,17 +65,16 @@ Function next(Function, const char* name) {
   return reinterpret_cast<Function>(::dlsym(RTLD_NEXT, name));
 }
 
-void read_order() {
-  const char* order = std::getenv("ARDENT_FAIL");
-  if (order == nullptr) return;
-  for (int kind = 0; kind < num_kinds; ++kind) {
+Order order_of(const char* variable) {
+  const char* text = std::getenv(variable);
+  for (int kind = 0; text != nullptr && kind < num_kinds; ++kind) {
     const std::size_t length = std::strlen(names[static_cast<std::size_t>(kind)]);
-    if (std::strncmp(order, names[static_cast<std::size_t>(kind)], length) != 0 || order[length] != ':') continue;
-    failing_kind = kind;
+    if (std::strncmp(text, names[static_cast<std::size_t>(kind)], length) != 0 || text[length] != ':') continue;
     char* end = nullptr;
-    failing_from = std::strtol(order + length + 1, &end, 10);
-    failing_to = *end == '+' ? __LONG_MAX__ : failing_from;
+    const long from = std::strtol(text + length + 1, &end, 10);
+    return {kind, from, *end == '+' ? __LONG_MAX__ : from};
   }
+  return {};
 }
 
 int (*real_main)(int, char**, char**) = nullptr;
@@ -94,7 +109,8 @@ extern "C" {
 int __libc_start_main(int (*main)(int, char**, char**), int argc, char** argv, void (*init)(), void (*fini)(),
                       void (*rtld_fini)(), void* stack_end) {
   real_main = main;
-  read_order();
+  failing = order_of("ARDENT_FAIL");
+  disturbed = order_of("ARDENT_AT");
   starting = true;
   return next(&__libc_start_main, "__libc_start_main")(&counted_main, argc, argv, init, fini, rtld_fini, stack_end);
 }
@@ -156,7 +172,16 @@ int rename(const char* from, const char* to) {
 }
 int renameat2(int from_folder, const char* from, int to_folder, const char* to, unsigned int flags) {
   static const auto real = next(&renameat2, "renameat2");
+  static const bool is_plain = std::getenv("ARDENT_PLAIN_RENAME") != nullptr;
+  if (is_plain && flags != 0) {
+    errno = EINVAL;
+    return -1;
+  }
   return fails(renames) ? -1 : real(from_folder, from, to_folder, to, flags);
+}
+int unlinkat(int folder, const char* name, int flags) {
+  static const auto real = next(&unlinkat, "unlinkat");
+  return fails(unlinks) ? -1 : real(folder, name, flags);
 }
 int fsync(int descriptor) {
   static const auto real = next(&fsync, "fsync");

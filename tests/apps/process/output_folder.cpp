@@ -1,13 +1,17 @@
 #include "apps/process/output_folder.hpp"
 
+#include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <fstream>
+#include <map>
 #include <optional>
-#include <set>
 
 #include "support/fault.hpp"
 #include "support/scratch.hpp"
+#include "support/staging.hpp"
 
 using support::bytes_of;
 using support::check_fault;
@@ -35,14 +39,27 @@ long num_entries(const fs::path& path) {
   return std::distance(fs::directory_iterator(path), {});
 }
 
-/// What a killed command leaves beside `NAME`, with the lock of a real one.
-void leave_staging(const support::Scratch& folder, const std::string& name) {
-  const fs::path staging = folder / ("." + name + ".ardent");
-  {
-    const apps::OutputFolder made(folder / name, true);
-    fs::copy(staging, folder / "kept", fs::copy_options::recursive);
+/// What a command that is killed leaves beside `NAME`: its staging folder.
+fs::path leave_staging(const support::Scratch& folder, const std::string& name) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const apps::OutputFolder killed(folder / name, true);
+    ::_exit(0);
   }
-  fs::rename(folder / "kept", staging);
+  ::waitpid(child, nullptr, 0);
+  fs::path staging = support::staging_of(folder / name);
+  REQUIRE(fs::exists(staging / "lock"));
+  return staging;
+}
+
+/// Every path in a folder with what is there.
+std::map<std::string, std::string> contents(const fs::path& folder) {
+  std::map<std::string, std::string> all;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    all[entry.path().string()] = entry.is_symlink()        ? fs::read_symlink(entry.path()).string()
+                                 : entry.is_regular_file() ? bytes_of(entry.path())
+                                                           : "";
+  return all;
 }
 }  // namespace
 
@@ -177,26 +194,37 @@ TEST_CASE("files of a person beside the results are not touched", "[apps][output
 
 TEST_CASE("what a killed command left is cleared by the next one, without force", "[apps][output_folder]") {
   const support::Scratch folder;
-  leave_staging(folder, "run");
-  fs::create_directories(folder / ".run.ardent/new/run/figures");
-  (void)folder.file(".run.ardent/new/run/equation.txt", "ha");
-  SECTION("half of the new results") {}
+  bool has_results = false;
+  SECTION("half of the new results") {
+    const fs::path staging = leave_staging(folder, "run");
+    fs::create_directories(staging / "new/run/figures");
+    std::ofstream(staging / "new/run/equation.txt") << "ha";
+  }
   SECTION("also old ones that were moved aside, the new ones being in place") {
-    fs::create_directories(folder / ".run.ardent/old");
     make_results(folder / "run", true, "old");
-    leave_staging(folder, "run");
-    fs::create_directory(folder / ".run.ardent/old");
-    fs::copy(folder / "run", folder / ".run.ardent/old/run", fs::copy_options::recursive);
+    const fs::path staging = leave_staging(folder, "run");
+    fs::create_directory(staging / "old");
+    fs::copy(folder / "run", staging / "old/run", fs::copy_options::recursive);
+    has_results = true;
+  }
+  SECTION("of two commands") {
+    const fs::path staging = leave_staging(folder, "run");
+    fs::rename(staging, folder / "kept");
+    (void)leave_staging(folder, "run");
+    fs::rename(folder / "kept", staging);
   }
   SECTION("no more than an empty lock") {
-    fs::remove_all(folder / ".run.ardent/new");
-    (void)folder.file(".run.ardent/lock", "");
+    const fs::path staging = leave_staging(folder, "run");
+    for (const char* part : {"new", "old"}) fs::remove_all(staging / part);
   }
   SECTION("no more than the folder") {
-    fs::remove_all(folder / ".run.ardent/new");
-    fs::remove(folder / ".run.ardent/lock");
+    const fs::path staging = leave_staging(folder, "run");
+    for (const char* part : {"new", "old", "lock"}) fs::remove_all(staging / part);
   }
-  make_results(folder / "run", fs::exists(folder / "run"), "new");
+  SECTION("no more than a folder that had not got its name yet") {
+    fs::create_directory(folder / ".run.ardent-0123abcd");
+  }
+  make_results(folder / "run", has_results, "new");
   CHECK(bytes_of(folder / "run/equation.txt") == "new");
   CHECK(num_entries(folder / "") == 1);
 }
@@ -204,72 +232,148 @@ TEST_CASE("what a killed command left is cleared by the next one, without force"
 TEST_CASE("old results that a killed command had moved aside come back", "[apps][output_folder]") {
   const support::Scratch folder;
   make_results(folder / "run", false, "old");
-  leave_staging(folder, "run");
-  fs::create_directory(folder / ".run.ardent/old");
-  fs::rename(folder / "run", folder / ".run.ardent/old/run");
+  const fs::path staging = leave_staging(folder, "run");
+  fs::create_directory(staging / "old");
+  fs::rename(folder / "run", staging / "old/run");
   check_fault([&] { make_results(folder / "run", false, "new"); }, output, "output.exists", {});
   CHECK(bytes_of(folder / "run/equation.txt") == "old");
   CHECK(num_entries(folder / "") == 1);
 }
 
-TEST_CASE("a hidden folder of that name that is not Ardent's is refused and stays", "[apps][output_folder]") {
+TEST_CASE("a hidden folder that is called like Ardent's and was not made here is refused and stays",
+          "[apps][output_folder]") {
   const support::Scratch folder;
-  fs::path named = ".run.ardent";
+  fs::create_directories(folder / "victim/docs");
+  (void)folder.file("victim/docs/a", "years of work");
+  const fs::path look_alike = folder / ".run.ardent-0123456789abcdef", earlier = folder / ".run.ardent";
+  const auto make_look_alike = [](const fs::path& place) {
+    fs::create_directories(place / "new");
+    std::ofstream(place / "lock") << "Held by ardent while it writes the results beside this folder. Once no ardent "
+                                     "runs the folder may be removed.\n";
+  };
+  fs::path named = look_alike;
   SECTION("without a lock") {
-    fs::create_directories(folder / ".run.ardent/new");
-    (void)folder.file(".run.ardent/new/diary", "mine");
+    fs::create_directories(look_alike / "new");
+    (void)folder.file(".run.ardent-0123456789abcdef/new/diary", "mine");
   }
-  SECTION("with a lock of another program") {
-    fs::create_directories(folder / ".run.ardent");
-    (void)folder.file(".run.ardent/lock", "4711");
-    named /= "lock";
+  SECTION("with lock and files") {
+    make_look_alike(look_alike);
+    (void)folder.file(".run.ardent-0123456789abcdef/new/diary", "mine");
+  }
+  SECTION("with links to folders") {
+    make_look_alike(look_alike);
+    fs::remove(look_alike / "new");
+    for (const char* part : {"new", "old"}) fs::create_directory_symlink("../victim", look_alike / part);
+  }
+  SECTION("as earlier versions called it, with the text of their lock and links to folders") {
+    make_look_alike(named = earlier);
+    fs::remove(earlier / "new");
+    for (const char* part : {"new", "old"}) fs::create_directory_symlink("../victim", earlier / part);
+  }
+  SECTION("as earlier versions called it, empty") {
+    fs::create_directory(named = earlier);
+  }
+  SECTION("with links that lead nowhere or to themselves") {
+    make_look_alike(look_alike);
+    fs::create_symlink("nothing", look_alike / "old");
+    fs::create_symlink("loop", look_alike / "new/loop");
+  }
+  SECTION("with another file's hard link as its lock") {
+    fs::create_directories(look_alike / "new");
+    fs::create_hard_link(folder / "victim/docs/a", look_alike / "lock");
   }
   SECTION("a file") {
-    (void)folder.file(".run.ardent", "mine");
+    (void)folder.file(".run.ardent-0123456789abcdef", "mine");
   }
   SECTION("a link to a folder") {
-    fs::create_directory(folder / "victim");
-    fs::create_directory_symlink(folder / "victim", folder / ".run.ardent");
+    fs::create_directory_symlink("victim", look_alike);
   }
-  const auto contents = [&] {
-    std::vector<std::string> all;
-    for (const auto& entry : fs::recursive_directory_iterator(folder / "")) all.push_back(entry.path().string());
-    return std::set<std::string>(all.begin(), all.end());
-  };
-  const auto before = contents();
-  check_fault([&] { make_results(folder / "run", true, "a"); }, output, "output.foreign",
-              {named.string() + ": is not Ardent's"});
-  CHECK(contents() == before);
+  SECTION("a link that leads nowhere") {
+    fs::create_directory_symlink("nothing", look_alike);
+  }
+  SECTION("a pipe as its lock") {
+    fs::create_directories(look_alike / "new");
+    REQUIRE(::mkfifo((look_alike / "lock").c_str(), 0600) == 0);
+  }
+  SECTION("a copy of what a killed command left elsewhere") {
+    fs::create_directory(folder / "elsewhere");
+    const support::Scratch other;
+    const fs::path left = leave_staging(other, "run");
+    std::ofstream(left / "new/run/diary") << "mine";
+    named = folder / left.filename().string();
+    fs::copy(left, named, fs::copy_options::recursive);
+  }
+  const auto before = contents(folder / "");
+  for (const bool force : {false, true})
+    check_fault([&] { make_results(folder / "run", force, "a"); }, output, "output.foreign",
+                {named.filename().string() + ": is not Ardent's", "Move it"});
+  CHECK(contents(folder / "") == before);
 }
 
-TEST_CASE("a person's file in results that were just replaced is kept and named by the next command",
+TEST_CASE("hidden folders of other names are nobody's business", "[apps][output_folder]") {
+  const support::Scratch folder;
+  for (const char* name : {".run.ardently", ".walk.ardent-0123456789abcdef", ".run", "run.ardent"}) {
+    fs::create_directory(folder / name);
+    (void)folder.file(std::string(name) + "/diary", "mine");
+  }
+  const auto before = contents(folder / "");
+  make_results(folder / "run", false, "a");
+  fs::remove_all(folder / "run");
+  CHECK(contents(folder / "") == before);
+}
+
+TEST_CASE("what a person puts into the left folder of a killed command is kept, and the message says where it is",
           "[apps][output_folder]") {
   const support::Scratch folder;
   make_results(folder / "run", false, "new");
-  leave_staging(folder, "run");
-  fs::create_directories(folder / ".run.ardent/new");
-  fs::copy(folder / "run", folder / ".run.ardent/new/run", fs::copy_options::recursive);
-  (void)folder.file(".run.ardent/new/run/notes.txt", "mine");
+  fs::create_directory(folder / "victim");
+  (void)folder.file("victim/a", "years of work");
+  const fs::path staging = leave_staging(folder, "run");
+  fs::path named = staging / "new/run/notes.txt";
+  const auto mine = [&](const fs::path& file) { std::ofstream(file) << "mine"; };
+  SECTION("beside its lock") {
+    mine(named = staging / "diary");
+  }
+  SECTION("in results that were just replaced") {
+    fs::copy(folder / "run", staging / "new/run", fs::copy_options::recursive);
+    mine(named);
+  }
+  SECTION("in place of a file of theirs") {
+    fs::copy(folder / "run", staging / "new/run", fs::copy_options::recursive);
+    mine(named = staging / "new/run/equation.txt");
+  }
+  SECTION("a link among them") {
+    fs::copy(folder / "run", staging / "new/run", fs::copy_options::recursive);
+    fs::create_directory_symlink(folder / "victim", named);
+  }
+  SECTION("a link among half of them") {
+    fs::create_directory_symlink(folder / "victim", named);
+  }
+  SECTION("a link in place of them") {
+    fs::remove_all(staging / "new/run");
+    fs::create_directory_symlink(folder / "victim", named = staging / "new/run");
+  }
+  SECTION("a link in place of all of them") {
+    fs::remove_all(staging / "new");
+    fs::create_directory_symlink(folder / "victim", named = staging / "new");
+  }
+  SECTION("in what is left of old ones") {
+    fs::create_directory(staging / "old/run");
+    mine(named = staging / "old/run/notes.txt");
+  }
+  SECTION("a link in place of old ones") {
+    fs::remove(staging / "old");
+    fs::create_directory_symlink(folder / "victim", named = staging / "old");
+  }
+  const auto before = contents(folder / "");
   check_fault([&] { make_results(folder / "run", true, "newer"); }, output, "output.foreign",
-              {".run.ardent/new/run/notes.txt: is not Ardent's and lies in .run.ardent, which a killed command left",
-               "Move it elsewhere"});
-  CHECK(bytes_of(folder / ".run.ardent/new/run/notes.txt") == "mine");
-  CHECK(bytes_of(folder / ".run.ardent/new/run/equation.txt") == "new");
-  CHECK(bytes_of(folder / "run/equation.txt") == "new");
-}
-
-TEST_CASE("a person's file beside the lock of a killed command is kept, and the message says where it is",
-          "[apps][output_folder]") {
-  const support::Scratch folder;
-  leave_staging(folder, "run");
-  (void)folder.file(".run.ardent/diary", "mine");
-  check_fault([&] { make_results(folder / "run", true, "a"); }, output, "output.foreign",
-              {".run.ardent/diary: is not Ardent's and lies in .run.ardent, which a killed command left behind",
-               "Move it elsewhere, then try again"});
-  CHECK(bytes_of(folder / ".run.ardent/diary") == "mine");
-  fs::rename(folder / ".run.ardent/diary", folder / "diary");
-  make_results(folder / "run", true, "a");
-  CHECK_FALSE(fs::exists(folder / ".run.ardent"));
+              {named.lexically_relative(folder / "").string() + ": is not Ardent's", "Move it elsewhere"});
+  CHECK(contents(folder / "") == before);
+  fs::rename(named, folder / "moved");
+  make_results(folder / "run", true, "newer");
+  CHECK(bytes_of(folder / "run/equation.txt") == "newer");
+  CHECK_FALSE(fs::exists(staging));
+  CHECK(bytes_of(folder / "victim/a") == "years of work");
 }
 
 TEST_CASE("a symbolic link at the output place is refused", "[apps][output_folder]") {
