@@ -207,7 +207,7 @@ RunOutcome run_into(RunFolder& results, const Config& config, const RunArguments
       record_factors(ranges, columns, sources_of(files_of), libraries.front(), options);
   for (std::size_t i = 0; i < factors.size(); ++i) {
     const Input& input = work.inputs[static_cast<std::size_t>(std::max(ranges[i].recording, 1) - 1)];
-    if (input.zero_is_known) factors[i].stated_zero_m = input.zero_m;
+    if (input.zero_is_known) factors[i].stated_zero_m = input.zero;
   }
   write_factors(factors, work.config, results, console);
   results.add_table(predictions_table(ranges, columns));

@@ -78,6 +78,12 @@ ident::Model model_of(const Json& row) {
     one.std = term.contains("std") && term.at("std").is_number() ? term.at("std").get<double>() : nan;
     model.terms.push_back(std::move(one));
   }
+  for (const Json& one : row.value("coordinates", Json::array()))
+    model.coordinates.push_back({.recording = one.at("recording"),
+                                 .zero = one.at("zero"),
+                                 .zero_std = one.at("zero_std"),
+                                 .lead_s = one.at("lead_s"),
+                                 .lead_std_s = one.at("lead_std_s")});
   return model;
 }
 

@@ -169,6 +169,9 @@ Json method_json(const ident::JudgedFit& fit, const ident::RangeResult& range, c
   result["bands"] = bands_json(fit);
   result["free_run_stretches"] = fit.free_run.num_ranges;
   result["free_run_restarts"] = fit.free_run.num_restarts;
+  result["free_runs"] = Json::array();  // each from its measured state
+  for (const ident::FreeRunStart& start : fit.free_run.starts)
+    result["free_runs"].push_back({{"recording", start.recording + 1}, {"from_s", start.time_s}, {"to_s", start.to_s}});
   result["steps"] = steps_json(fit, range.labels);
   result["path"] = path_json(fit, range.labels);
   return result;
@@ -176,6 +179,18 @@ Json method_json(const ident::JudgedFit& fit, const ident::RangeResult& range, c
 
 Json cause_json(const ident::JudgedFit& fit) {
   return fit.judgement.cause ? Json(to_string(*fit.judgement.cause)) : Json();
+}
+
+/// x of the equation is the displacement as recorded less `zero`, f what was recorded `lead_s` later.
+Json coordinates_json(const ident::Model& model) {
+  Json rows = Json::array();
+  for (const ident::Coordinates& one : model.coordinates)
+    rows.push_back({{"recording", printable(one.recording)},
+                    {"zero", one.zero},
+                    {"zero_std", one.zero_std},
+                    {"lead_s", one.lead_s},
+                    {"lead_std_s", one.lead_std_s}});
+  return rows;
 }
 
 Json equation_row(const ident::JudgedFit& fit, const std::vector<std::string>& terms) {
@@ -204,6 +219,7 @@ Json equation_row(const ident::JudgedFit& fit, const std::vector<std::string>& t
                               {"prior_std", sensor.prior_std},
                               {"mean", sensor.mean},
                               {"std", sensor.std}});
+  row["coordinates"] = coordinates_json(fit.model);
   row["ties"] = Json::array();
   for (const auto& [one, other] : fit.ties) row["ties"].push_back({printable(one), printable(other)});
   row["independent_fraction"] = fit.independent_fraction;
