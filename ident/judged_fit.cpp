@@ -174,7 +174,8 @@ std::vector<Coordinates> coordinates_of(const RangeData& range, int recording, c
   std::vector<Coordinates> result;
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     if (recordings[r].prepared == nullptr || (recording != 0 && static_cast<std::size_t>(recording) != r + 1)) continue;
-    Coordinates& one = result.emplace_back(Coordinates{.recording = recordings[r].name, .zero = recordings[r].zero});
+    Coordinates& one = result.emplace_back(Coordinates{
+        .recording = recordings[r].name, .zero = recordings[r].zero, .prepared_zero = recordings[r].zero});
     if (posterior == nullptr) continue;
     if (const auto at = range.sensors->coordinate(r, Coordinate::zero_of_x))
       one.zero -= posterior->sensor_mean(*at), one.zero_std = posterior->sensor_std(*at);
@@ -194,7 +195,7 @@ void run_in_coordinates(const Model& model, const std::vector<Columns>& recordin
     const auto own = std::find_if(model.coordinates.begin(), model.coordinates.end(),
                                   [&](const Coordinates& one) { return one.recording == columns.name; });
     if (own == model.coordinates.end()) continue;
-    moved.push_back(in_coordinates(columns.prepared->signals, own->zero - columns.zero, own->lead_s));
+    moved.push_back(in_coordinates(columns.prepared->signals, own->zero - own->prepared_zero, own->lead_s));
     course.signals = &moved.back();
   }
 }

@@ -48,6 +48,7 @@ struct RejectedTerm {
 struct Coordinates {
   std::string recording;                      ///< its name
   double zero = 0.0, zero_std = 0.0;          ///< x is the displacement as recorded less this, in its unit
+  double prepared_zero = 0.0;                 ///< what the x of the prepared signals is less than it
   double lead_s = 0.0, lead_std_s = 0.0;      ///< f is what was recorded so much later
 };
 

@@ -82,6 +82,7 @@ ident::Model model_of(const Json& row) {
     model.coordinates.push_back({.recording = one.at("recording"),
                                  .zero = one.at("zero"),
                                  .zero_std = one.at("zero_std"),
+                                 .prepared_zero = one.at("prepared_zero"),
                                  .lead_s = one.at("lead_s"),
                                  .lead_std_s = one.at("lead_std_s")});
   return model;

@@ -188,6 +188,7 @@ Json coordinates_json(const ident::Model& model) {
     rows.push_back({{"recording", printable(one.recording)},
                     {"zero", one.zero},
                     {"zero_std", one.zero_std},
+                    {"prepared_zero", one.prepared_zero},
                     {"lead_s", one.lead_s},
                     {"lead_std_s", one.lead_std_s}});
   return rows;

@@ -145,11 +145,15 @@ Shift closest_shift(const Model& model, const dsp::Motion& motion, const std::ve
 /// Of the recording: as the equation has them where it was fitted to it; else f as there, and a zero of its own.
 Coordinates coordinates_for(const Model& model, const Record& record, const Course& course,
                             const std::string& fitted_as) {
-  Coordinates result{.recording = record.prepared.name, .zero = record.zero};
+  Coordinates result{.recording = record.prepared.name, .zero = record.zero, .prepared_zero = record.zero};
   if (model.coordinates.empty()) return result;
   const auto own = std::find_if(model.coordinates.begin(), model.coordinates.end(),
                                 [&](const Coordinates& one) { return one.recording == fitted_as; });
-  if (own != model.coordinates.end()) return *own;
+  if (own != model.coordinates.end()) {
+    result = *own;
+    result.prepared_zero = record.zero;
+    return result;
+  }
   result.lead_s = model.coordinates.front().lead_s, result.lead_std_s = model.coordinates.front().lead_std_s;
   if (record.zero_is_known) return result;
   std::vector<Index> samples;
