@@ -63,6 +63,7 @@ struct Columns {
   std::shared_ptr<const ChannelNoise> noise = {};         ///< of its channels; none: a table
   std::vector<TermColumn> term_columns = {};              ///< of the library; empty: one behind the other
   std::shared_ptr<ColumnsBeside> beside = std::make_shared<ColumnsBeside>();  ///< of column_beside; copies share it
+  double zero = 0.0;      ///< of its x, as of Record
   BlockMeans means = {};  ///< of the terms, then the target, ahead of the column filter; none where it keeps them
 };
 

@@ -168,11 +168,44 @@ void add_sensors(Prediction& prediction, const SensorPosterior& posterior, const
   });
 }
 
-/// Lets the sensors' values into model, predictions and the signals of the free run.
+/// Those of each recording of the range: as it was prepared, and where the fit found otherwise, as it found them.
+std::vector<Coordinates> coordinates_of(const RangeData& range, int recording, const std::vector<Columns>& recordings,
+                                        const SensorPosterior* posterior) {
+  std::vector<Coordinates> result;
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    if (recordings[r].prepared == nullptr || (recording != 0 && static_cast<std::size_t>(recording) != r + 1)) continue;
+    Coordinates& one = result.emplace_back(Coordinates{
+        .recording = recordings[r].name, .zero = recordings[r].zero, .prepared_zero = recordings[r].zero});
+    if (posterior == nullptr) continue;
+    if (const auto at = range.sensors->coordinate(r, Coordinate::zero_of_x))
+      one.zero -= posterior->sensor_mean(*at), one.zero_std = posterior->sensor_std(*at);
+    if (const auto at = range.sensors->coordinate(r, Coordinate::lead_of_f))
+      one.lead_s = posterior->sensor_mean(*at), one.lead_std_s = posterior->sensor_std(*at);
+  }
+  return result;
+}
+
+/// The signals of the free run in the coordinates that the model states, and in no others: what is judged is what is
+/// printed. `moved` keeps them.
+void run_in_coordinates(const Model& model, const std::vector<Columns>& recordings, std::vector<dsp::Motion>& moved,
+                        std::vector<Course>& courses) {
+  moved.reserve(courses.size());  // the courses point at them
+  for (Course& course : courses) {
+    const Columns& columns = recordings[course.recording];
+    const auto own = std::find_if(model.coordinates.begin(), model.coordinates.end(),
+                                  [&](const Coordinates& one) { return one.recording == columns.name; });
+    if (own == model.coordinates.end() || (own->zero == own->prepared_zero && own->lead_s == 0.0)) continue;
+    moved.push_back(in_coordinates(columns.prepared->signals, own->zero - own->prepared_zero, own->lead_s));
+    course.signals = &moved.back();
+  }
+}
+
+/// Lets the sensors' values into model and predictions.
 void judge_sensors(JudgedFit& judged, const RangeData& range, const EvidenceData* evidence,
-                   const std::vector<Index>& positions, Prediction& train, Prediction& test,
-                   std::vector<dsp::Motion>& corrected, std::vector<Course>& courses, const RangeRows& rows,
+                   const std::vector<Index>& positions, Prediction& train, Prediction& test, const RangeResult& result,
                    const std::vector<Columns>& recordings) {
+  const RangeRows& rows = result.rows;
+  judged.model.coordinates = coordinates_of(range, result.recording, recordings, nullptr);
   if (!range.sensors || positions.empty()) return;
   SensorPosterior posterior = sensors_beside(judged.fit, positions, range, rows.train, evidence,
                                              range.train - train.mean, judged.independent_fraction);
@@ -189,14 +222,7 @@ void judge_sensors(JudgedFit& judged, const RangeData& range, const EvidenceData
     judged.sensors.push_back({parameters[i].name, parameters[i].unit, parameters[i].std, posterior.sensor_mean(index),
                               posterior.sensor_std(index)});
   }
-  corrected.reserve(courses.size());  // the courses point at them
-  for (Course& course : courses)
-    for (std::size_t r = 0; r < recordings.size(); ++r)
-      if (course.signals == recordings[r].signals && !recordings[r].sensors.empty()) {
-        corrected.push_back(range.sensors->corrected_signals(r, posterior.sensor_mean));
-        course.signals = &corrected.back();
-        break;
-      }
+  judged.model.coordinates = coordinates_of(range, result.recording, recordings, &posterior);
 }
 
 /// Recordings of one range are of the same sensors.
@@ -382,9 +408,7 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
                             range.sensors || weighed ? MatrixXd()
                                                      : robust_covariance_of(judged.fit, range, result.rows.train,
                                                                             recordings, range.train - train.mean));
-  std::vector<dsp::Motion> corrected;
-  std::vector<Course> courses = range.courses;
-  judge_sensors(judged, range, evidence, positions, train, test, corrected, courses, result.rows, recordings);
+  judge_sensors(judged, range, evidence, positions, train, test, result, recordings);
   judge_calibration(judged.model, result, recordings, library);
   const VectorXd residual = range.train - train.mean;
   const Columns& first = recordings[result.recording == 0 ? 0 : static_cast<std::size_t>(result.recording) - 1];
@@ -392,6 +416,9 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
   judge_errors(judged, range, train, test);
   train = test = {};  // kept in `judged`
   judge_doubts(judged, range, result, recordings, positions, residual, library, options);
+  std::vector<dsp::Motion> moved;
+  std::vector<Course> courses = range.courses;
+  run_in_coordinates(judged.model, recordings, moved, courses);
   judged.free_run = free_run_of(judged, result, range, courses, recordings, options);
   return judged;
 }

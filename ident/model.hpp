@@ -44,7 +44,15 @@ struct RejectedTerm {
   double inclusion_probability = 0.0;  ///< as of ModelTerm
 };
 
-/// The identified equation: target = sum of mean_i term_i, in SI units.
+/// Where the equation's x and f are in a recording that it was fitted to.
+struct Coordinates {
+  std::string recording;                      ///< its name
+  double zero = 0.0, zero_std = 0.0;          ///< x is the displacement as recorded less this, in its unit
+  double prepared_zero = 0.0;                 ///< what the x of the prepared signals is less than it
+  double lead_s = 0.0, lead_std_s = 0.0;      ///< f is what was recorded so much later
+};
+
+/// The identified equation: target = sum of mean_i term_i, in SI units, in the coordinates it states.
 struct Model {
   std::string target, target_unit;
   std::vector<ModelTerm> terms;
@@ -52,6 +60,7 @@ struct Model {
   Eigen::MatrixXd covariance;          ///< of the coefficients, in the order of terms: total
   Eigen::MatrixXd covariance_robust;   ///< without assuming a white residual; empty: not known
   std::vector<RejectedTerm> rejected;  ///< in the order of the library; empty for methods without an evidence
+  std::vector<Coordinates> coordinates = {};  ///< of each recording that was fitted; empty: of a table
 };
 
 /// `column_scale` (b): largest magnitude of each library column over the training rows. `robust`: covariance from

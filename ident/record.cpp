@@ -343,6 +343,7 @@ Columns record_columns(const CandidateLibrary& library, const std::string& targe
     Columns columns = form_columns(library, target, prepared, poll, num_threads);
     columns.regimes = record.regimes;
     columns.power = record.power;
+    columns.zero = record.zero;
     columns.sensors = sensor_parameters(record);
     return columns;
   } catch (const std::bad_alloc&) {

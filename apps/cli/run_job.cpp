@@ -208,7 +208,7 @@ RunOutcome run_into(RunFolder& results, const Config& config, const RunArguments
       record_factors(ranges, columns, sources_of(files_of), libraries.front(), options);
   for (std::size_t i = 0; i < factors.size(); ++i) {
     const Input& input = work.inputs[static_cast<std::size_t>(std::max(ranges[i].recording, 1) - 1)];
-    if (input.zero_is_known) factors[i].stated_zero_m = input.zero_m;
+    if (input.zero_is_known) factors[i].stated_zero_m = input.zero;
   }
   results.write(factors_name, factors_json(factors));
   if (work.config.rows) results.write(predictions_table(ranges, columns), console);

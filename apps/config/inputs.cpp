@@ -172,7 +172,7 @@ void settle_zero(Config& config, std::vector<Input>& inputs, Console& console) {
         mean ? ident::mean_of_first_range(inputs[i], config.ranges, static_cast<int>(i) + 1) : config.zero.value_m;
     dsp::set_displacement_zero(inputs[i].prepared, zero_m);
     inputs[i].zero_is_known = !mean;
-    inputs[i].zero_m = zero_m;
+    inputs[i].zero = zero_m;
     console.step(fmt::format("{}: zero of x {:.6g} subtracted ({})", inputs[i].prepared.name, zero_m,
                              mean ? "mean of the first range" : "as given"));
   }

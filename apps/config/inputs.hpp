@@ -19,7 +19,6 @@ struct Input : ident::Record {
   std::vector<std::filesystem::path> files;  ///< all that were read: recording, further files, sidecar
   std::string sidecar;                       ///< name of its sidecar, there or not
   std::vector<dsp::ChannelSpec> channels;    ///< of its sidecar
-  double zero_m = 0.0;                       ///< what was subtracted from x
   double recorded_rate_hz = 0.0;             ///< of the file
 };
 

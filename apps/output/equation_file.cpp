@@ -79,6 +79,14 @@ Json equation_row(const ident::JudgedFit& fit, const std::vector<std::string>& t
                               {"prior_std", sensor.prior_std},
                               {"mean", sensor.mean},
                               {"std", sensor.std}});
+  row["coordinates"] = Json::array();  // x of the equation is what was recorded less `zero`, f what was `lead_s` later
+  for (const ident::Coordinates& one : fit.model.coordinates)
+    row["coordinates"].push_back({{"recording", printable(one.recording)},
+                                  {"zero", one.zero},
+                                  {"zero_std", one.zero_std},
+                                  {"prepared_zero", one.prepared_zero},
+                                  {"lead_s", one.lead_s},
+                                  {"lead_std_s", one.lead_std_s}});
   row["ties"] = Json::array();
   for (const auto& [one, other] : fit.ties) row["ties"].push_back({printable(one), printable(other)});
   row["independent_fraction"] = fit.independent_fraction;
@@ -157,6 +165,13 @@ ident::Model model_of(const Json& row) {
     one.std = term.contains("std") && term.at("std").is_number() ? term.at("std").get<double>() : std::nan("");
     model.terms.push_back(std::move(one));
   }
+  for (const Json& one : row.value("coordinates", Json::array()))
+    model.coordinates.push_back({.recording = one.at("recording"),
+                                 .zero = one.at("zero"),
+                                 .zero_std = one.at("zero_std"),
+                                 .prepared_zero = one.at("prepared_zero"),
+                                 .lead_s = one.at("lead_s"),
+                                 .lead_std_s = one.at("lead_std_s")});
   return model;
 }
 

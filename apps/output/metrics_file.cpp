@@ -104,6 +104,9 @@ Json method_json(const ident::JudgedFit& fit, const ident::RangeResult& range, c
   result["bands"] = bands_json(fit);
   result["free_run_stretches"] = fit.free_run.num_ranges;
   result["free_run_restarts"] = fit.free_run.num_restarts;
+  result["free_runs"] = Json::array();  // each from its measured state
+  for (const ident::FreeRunStart& start : fit.free_run.starts)
+    result["free_runs"].push_back({{"recording", start.recording + 1}, {"from_s", start.time_s}, {"to_s", start.to_s}});
   result["steps"] = steps_json(fit, range.labels);
   result["path"] = path_json(fit, range.labels);
   return result;

@@ -11,8 +11,10 @@
 #include "apps/output/wrapped_text.hpp"
 #include "apps/page/equation_display.hpp"
 #include "apps/page/remedies.hpp"
+#include "apps/page/rounded.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/signals.hpp"
+#include "ident/interval_95.hpp"
 
 namespace apps {
 namespace {
@@ -61,24 +63,27 @@ std::string choice_sentence(const RunResults& results, const ChosenEquation& cho
                      agreement_sentence(chosen));
 }
 
-/// Where x = 0 is.
-std::string zero_sentence(const RunResults& results) {
-  Strings zeros;
-  for (const Input& input : results.inputs) {
-    std::string zero = fmt::format(
-        "{} is {:.4g}", input.prepared.x_is_difference ? "y - r" : "the measured displacement", input.zero_m);
-    if (const std::string unit = x_unit_of(results); !unit.empty()) zero += " " + unit;
-    if (std::find(zeros.begin(), zeros.end(), zero) == zeros.end()) zeros.push_back(std::move(zero));
+/// Where x = 0 is in each recording that the equation was fitted to, and f where it is led.
+std::string coordinates_sentence(const RunResults& results, const ident::Model& model) {
+  const std::string unit = x_unit_of(results);
+  const char* what = results.inputs.front().prepared.x_is_difference ? "y - r" : "the measured displacement";
+  Strings zeros, leads;
+  const auto add_new = [](Strings& to, std::string one) {
+    if (std::find(to.begin(), to.end(), one) == to.end()) to.push_back(std::move(one));
+  };
+  for (const ident::Coordinates& one : model.coordinates) {
+    add_new(zeros, fmt::format("{} is {}{}{}", what, with_uncertainty(one.zero, one.zero_std), unit.empty() ? "" : " ", unit));
+    if (std::abs(one.lead_s) > ident::interval_95 * one.lead_std_s)
+      add_new(leads, fmt::format("{} s", with_uncertainty(one.lead_s, one.lead_std_s)));
   }
   constexpr std::size_t most = 3;
-  if (zeros.size() > most) zeros.resize(most), zeros.emplace_back("...");
-  const bool mean = results.config.zero.kind == ZeroChoice::Kind::regime_mean;
-  const std::string unit = x_unit_of(results);
+  for (Strings* many : {&zeros, &leads})
+    if (many->size() > most) many->resize(most), many->emplace_back("...");
   const std::string units = unit.empty()                   ? "In raw units"
                             : unit == "m" || unit == "rad" ? "In SI units"
                                                            : "In SI units and " + unit;
   return fmt::format("x = 0 is where {}{}. {}; digits in brackets are the standard deviation of the last ones.",
-                     joined(zeros, "; "), mean ? fmt::format(" (mean of {})", results.ranges.front().spec.name) : "",
+                     joined(zeros, "; "), leads.empty() ? "" : "; f is what was recorded later by " + joined(leads, "; "),
                      units);
 }
 
@@ -104,7 +109,7 @@ Entry equation_entry(const RunResults& results, const ChosenEquation& chosen) {
   for (std::string& sentence : own_coefficient_sentences(chosen.fit->model))
     entry.lines.push_back({std::move(sentence)});
   entry.lines.push_back({choice_sentence(results, chosen)});
-  entry.lines.push_back({zero_sentence(results)});
+  entry.lines.push_back({coordinates_sentence(results, chosen.fit->model)});
   return entry;
 }
 

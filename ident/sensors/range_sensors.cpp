@@ -98,10 +98,11 @@ VectorXd RangeSensors::effect(const std::vector<Row>& rows, const VectorXd& valu
   return result;
 }
 
-dsp::Motion RangeSensors::corrected_signals(std::size_t recording, const VectorXd& values) const {
+std::optional<Index> RangeSensors::coordinate(std::size_t recording, Coordinate coordinate) const {
   const Part& part = parts_[recording];
-  const auto count = static_cast<Index>(part.sensors.size());
-  return corrected(part.columns->prepared->signals, part.sensors, values.segment(part.first, count));
+  for (std::size_t k = 0; k < part.sensors.size(); ++k)
+    if (part.sensors[k].coordinate == coordinate) return part.first + static_cast<Index>(k);
+  return std::nullopt;
 }
 
 }  // namespace ident

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,8 +34,8 @@ class RangeSensors {
   [[nodiscard]] Eigen::RowVectorXd largest(const std::vector<Row>& rows) const;
   /// What these values of the parameters make on these rows.
   [[nodiscard]] Eigen::VectorXd effect(const std::vector<Row>& rows, const Eigen::VectorXd& values) const;
-  /// The signals of a recording (0-based), at the regression rate, with these values of the parameters.
-  [[nodiscard]] dsp::Motion corrected_signals(std::size_t recording, const Eigen::VectorXd& values) const;
+  /// Which parameter is this coordinate of a recording (0-based); none: it is known.
+  [[nodiscard]] std::optional<Eigen::Index> coordinate(std::size_t recording, Coordinate coordinate) const;
 
  private:
   struct Part {

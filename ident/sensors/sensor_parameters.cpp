@@ -71,7 +71,8 @@ SensorParameter zero_of_x(double std, const std::string& unit) {
           .std = std,
           .shape = shape([](const dsp::Motion& motion) -> SignalChange {
             return [&motion](Index, Index count) { return of_x(motion, VectorXd::Ones(count)); };
-          })};
+          }),
+          .coordinate = Coordinate::zero_of_x};
 }
 
 constexpr double drift_step_s = 300.0;
@@ -159,7 +160,8 @@ SensorParameter lag_of_force(double std_s) {
             return [slope = spectrum.derivative(1, {0.8 * end_hz, end_hz})](Index first, Index count) {
               return Changes{{"f", "", slope.segment(first, count)}};
             };
-          })};
+          }),
+          .coordinate = Coordinate::lead_of_f};
 }
 
 /// Of the recording itself.
@@ -227,7 +229,8 @@ double extent(const VectorXd& values) {
   return values.maxCoeff() - values.minCoeff();
 }
 
-void append_displacements(const Record& record, std::vector<SensorParameter>& parameters) {
+/// `two`: x is the difference of two sensors, whose zeros are arbitrary. A single one has its own zero.
+void append_displacements(const Record& record, bool two, std::vector<SensorParameter>& parameters) {
   constexpr double unknown_zero = 0.01;  // of its range
   const dsp::Prepared& prepared = record.prepared;
   const dsp::Motion& signals = prepared.signals;
@@ -237,7 +240,8 @@ void append_displacements(const Record& record, std::vector<SensorParameter>& pa
     const dsp::Channel* channel = prepared.channel(role);
     if (channel == nullptr) continue;
     gain_std = std::hypot(gain_std, channel->sensitivity_uncertainty);
-    zero_m = std::hypot(zero_m, unknown_zero * (channel->range > 0.0 ? channel->range : extent(signals.at(name))));
+    const double range = channel->range > 0.0 ? channel->range : two ? extent(signals.at(name)) : 0.0;
+    zero_m = std::hypot(zero_m, unknown_zero * range);
     drift_m = std::hypot(drift_m, channel->drift);
   }
   if (record.common_motion) gain_std = std::min(gain_std, record.common_motion->gain_std);
@@ -246,7 +250,7 @@ void append_displacements(const Record& record, std::vector<SensorParameter>& pa
   const SensorParameter zero = zero_of_x(zero_m, unit);
   if (zero_m > 0.0 && !record.zero_is_known) parameters.push_back(zero);
   const double duration_s = static_cast<double>(signals.num_samples()) / signals.sample_rate_hz;
-  if (drift_m == 0.0) drift_m = observed_wander(record);
+  if (drift_m == 0.0 && two) drift_m = observed_wander(record);
   if (drift_m == 0.0) return;
   for (int k = 0; static_cast<double>(k - 1) * drift_step_s < duration_s; ++k)
     parameters.push_back(drift_of_x(zero, static_cast<double>(k) * drift_step_s, drift_m));
@@ -265,7 +269,7 @@ std::vector<SensorParameter> sensor_parameters(const Record& record) {
   const bool two = prepared.x_is_difference && signals.find("r") != nullptr && signals.find("y") != nullptr;
   const bool lone = signals.find("r") == nullptr &&
                     (prepared.channel(dsp::Role::x) != nullptr) != (prepared.channel(dsp::Role::y) != nullptr);
-  if (two || lone) append_displacements(record, parameters);
+  if (two || lone) append_displacements(record, two, parameters);
   // Channels scanned one after the other are apart by some fraction of a sample interval, any with equal probability.
   if (prepared.channel(dsp::Role::f) != nullptr)
     parameters.push_back(lag_of_force(sample_interval_s(prepared) / std::sqrt(12.0)));
@@ -292,25 +296,20 @@ std::vector<SensorParameter> sensor_parameters(const Record& record) {
   return parameters;
 }
 
-dsp::Motion corrected(dsp::Motion motion, const std::vector<SensorParameter>& parameters,
-                      const Eigen::Ref<const VectorXd>& values) {
-  std::vector<SignalChange> changes;
-  for (const SensorParameter& parameter : parameters) changes.push_back(parameter.shape->change(motion));
-  // Block by block: all changes of one are as it was recorded, and there is no room for the whole signals once more.
-  constexpr Index most = 4096;
-  for (Index first = 0; first < motion.num_samples(); first += most) {
-    std::vector<Changes> of_block;
-    for (const SignalChange& change : changes)
-      of_block.push_back(change(first, std::min(most, motion.num_samples() - first)));
-    for (std::size_t k = 0; k < parameters.size(); ++k)
-      for (const dsp::Signal& change : of_block[k])
-        for (dsp::Signal& signal : motion.signals)
-          if (signal.name == change.name)
-            for (Index i = 0; i < change.values.size(); ++i)
-              signal.values(first + i) +=
-                  values(static_cast<Index>(k)) *
-                  parameters[k].course_at(static_cast<double>(first + i) / motion.sample_rate_hz) * change.values(i);
-  }
+dsp::Motion in_coordinates(dsp::Motion motion, double zero, double lead_s) {
+  Changes changes;
+  const auto add_change = [&](const SensorParameter& parameter, double value) {
+    if (value == 0.0) return;
+    for (dsp::Signal& change : parameter.shape->change(motion)(0, motion.num_samples())) {
+      change.values *= value;
+      changes.push_back(std::move(change));
+    }
+  };
+  add_change(zero_of_x(0.0, ""), -zero);
+  add_change(lag_of_force(0.0), lead_s);
+  for (const dsp::Signal& change : changes)
+    for (dsp::Signal& signal : motion.signals)
+      if (signal.name == change.name) signal.values += change.values;
   return motion;
 }
 

@@ -22,6 +22,9 @@ struct SensorShape {
   bool of_accelerations = false;  ///< it changes these only, by what linear filters make of these
 };
 
+/// Where the equation's x and f are in what was recorded: no error of a sensor, but a part of what the equation states.
+enum class Coordinate { none, zero_of_x, lead_of_f };
+
 /// Something about a recording's sensors that is known to a standard deviation only. A value of it is a change of the
 /// signals: what the body did is what was recorded + value * change.
 struct SensorParameter {
@@ -34,6 +37,7 @@ struct SensorParameter {
   /// By which the shape is multiplied at a time; so slow that it may as well be multiplied behind the column filter.
   /// None: 1.
   std::function<double(double t_s)> course;
+  Coordinate coordinate = Coordinate::none;
 
   [[nodiscard]] double course_at(double t_s) const {
     return t_s < from_s || t_s > to_s ? 0.0 : course ? course(t_s) : 1.0;
@@ -45,8 +49,9 @@ struct SensorParameter {
 /// how wrong they are is not known then.
 /// Displacements of base and payload: their relative gain (standard deviation as their channels say, 1 % each, or what
 /// intervals of common motion leave), the zero of x (1 % of its channels' range, or of what they read) and its drift,
-/// piecewise linear every 300 s (as the channels say, or as x is seen to wander). A displacement without a base: its
-/// zero and its drift, likewise. A zero that a person stated is known. A force: its lag (1 / sqrt(12) of the
+/// piecewise linear every 300 s (as the channels say, or as x is seen to wander). A displacement without a base keeps
+/// its own zero, about which even powers of x are terms of the equation: its zero (1 % of the range) and its drift are
+/// uncertain only where the channel states a range or a drift. A zero that a person stated is known. A force: its lag (1 / sqrt(12) of the
 /// recording's sample interval: channels scanned in turn). No gain of a lone displacement or of a force: its column is
 /// a candidate's own (c f); it is one of absolute_gains.hpp. Where the acceleration was measured, each displacement
 /// beside an accelerometer: a lag; the accelerometer: the sum of the cut-offs of its coupling and its gain; all to the
@@ -54,8 +59,8 @@ struct SensorParameter {
 /// payload's sensor. (An acceleration computed from the displacements is late as they are.)
 [[nodiscard]] std::vector<SensorParameter> sensor_parameters(const Record& record);
 
-/// The motion with every signal changed by these values of the parameters.
-[[nodiscard]] dsp::Motion corrected(dsp::Motion motion, const std::vector<SensorParameter>& parameters,
-                                    const Eigen::Ref<const Eigen::VectorXd>& values);
+/// The signals of a recording in the coordinates of an equation: x less `zero`, and f as it was recorded `lead_s` later,
+/// to first order.
+[[nodiscard]] dsp::Motion in_coordinates(dsp::Motion motion, double zero, double lead_s);
 
 }  // namespace ident

@@ -36,6 +36,12 @@ struct FreeRunSeries {
   Eigen::VectorXd measured;   ///< x of the course's signals, which the prediction is compared with
 };
 
+/// Where the equation was set to the measured state.
+struct FreeRunStart {
+  std::size_t recording = 0;  ///< of the course
+  double time_s = 0.0, to_s = 0.0;  ///< and up to where it ran from there
+};
+
 /// What an identified equation by itself predicts of x, against what was measured.
 struct FreeRun {
   double nmse = 0.0;                                               ///< of x over the scored samples
@@ -54,6 +60,7 @@ struct FreeRun {
   int num_ranges = 0;
   bool sticks = false;                ///< it came to rest on a switch at least once
   bool applies = true;                ///< false: the rows are no time response, and none was to be expected
+  std::vector<FreeRunStart> starts;   ///< in the order of the courses
   std::vector<FreeRunSeries> series;  ///< with keep_series: of each course
   /// The larger of nmse_centred and nmse_training; NaN: there is neither.
   [[nodiscard]] double larger_nmse() const { return std::fmax(nmse_centred, nmse_training); }

@@ -12,6 +12,7 @@
 #include "ident/library.hpp"
 #include "ident/methods.hpp"
 #include "ident/sensors/channel_noise.hpp"
+#include "ident/sensors/sensor_parameters.hpp"
 #include "ident/validate/free_run.hpp"
 #include "ident/validate/metrics.hpp"
 
@@ -114,6 +115,55 @@ Model equation_for(const Model& model, const std::string& fitted_as) {
   return equation_of(model, number_of(model, fitted_as));
 }
 
+/// The shift of x with which the equation's target is closest to the recorded one on these samples, by Gauss and Newton,
+/// and its standard deviation by the residual as if it were white.
+struct Shift {
+  double value = 0.0, std = 0.0;
+};
+Shift closest_shift(const Model& model, const dsp::Motion& motion, const std::vector<Index>& samples) {
+  constexpr int most_steps = 8;         // a step is exact where the terms are of first degree in x
+  constexpr double small_step = 1e-3;   // of a standard deviation
+  Shift shift;
+  for (int step = 0; step < most_steps; ++step) {
+    const dsp::Motion moved = in_coordinates(motion, shift.value, 0.0);
+    VectorXd residual = motion.at(model.target)(samples), slope = VectorXd::Zero(residual.size());
+    for (const ModelTerm& term : model.terms) {
+      const Expression expression(term.name);
+      residual -= term.mean * expression.evaluate(moved)(samples);
+      slope += term.mean * expression.derivative("x").evaluate(moved)(samples);
+    }
+    const double curvature = slope.squaredNorm();
+    if (!(curvature > 0.0) || !residual.allFinite()) return {};
+    const double by = -slope.dot(residual) / curvature;
+    shift.value += by;
+    shift.std = residual.stableNorm() / std::sqrt(static_cast<double>(residual.size()) * curvature);
+    if (std::abs(by) <= small_step * shift.std) break;
+  }
+  return shift;
+}
+
+/// Of the recording: as the equation has them where it was fitted to it; else f as there, and a zero of its own.
+Coordinates coordinates_for(const Model& model, const Record& record, const Course& course,
+                            const std::string& fitted_as) {
+  Coordinates result{.recording = record.prepared.name, .zero = record.zero, .prepared_zero = record.zero};
+  if (model.coordinates.empty()) return result;
+  const auto own = std::find_if(model.coordinates.begin(), model.coordinates.end(),
+                                [&](const Coordinates& one) { return one.recording == fitted_as; });
+  if (own != model.coordinates.end()) {
+    result = *own;
+    result.prepared_zero = record.zero;
+    return result;
+  }
+  result.lead_s = model.coordinates.front().lead_s, result.lead_std_s = model.coordinates.front().lead_std_s;
+  if (record.zero_is_known) return result;
+  std::vector<Index> samples;
+  for (const dsp::IndexRange& range : course.ranges)
+    for (Index i = range.first; i < range.last; ++i) samples.push_back(i);
+  const Shift shift = closest_shift(model, in_coordinates(record.prepared.signals, 0.0, result.lead_s), samples);
+  result.zero += shift.value, result.zero_std = shift.std;
+  return result;
+}
+
 /// A sentence where coefficients that differ by recording are not known for this one.
 std::string means_taken(const Model& model, const std::string& fitted_as) {
   if (!differs_by_recording(model) || number_of(model, fitted_as) > 0) return {};
@@ -133,8 +183,11 @@ std::string means_taken(const Model& model, const std::string& fitted_as) {
 RecordPrediction predict(const Model& joint, const Model& joint_linear, const Record& record,
                          const PredictOptions& options) {
   const Model model = equation_for(joint, options.fitted_as), linear = equation_for(joint_linear, options.fitted_as);
-  const dsp::Motion& motion = record.prepared.signals;
+  const Course course = whole_course(record.prepared.signals);
   RecordPrediction result;
+  result.coordinates = coordinates_for(model, record, course, options.fitted_as);
+  const dsp::Motion motion =
+      in_coordinates(record.prepared.signals, result.coordinates.zero - record.zero, result.coordinates.lead_s);
   result.recording = record.prepared.name;
   result.unit = motion.find("x") != nullptr ? motion.find("x")->unit : "";
   result.time_s = motion.at("t");
@@ -167,6 +220,10 @@ RecordPrediction predict(const Model& joint, const Model& joint_linear, const Re
                            diverged ? std::string() : run.reason)
                      .nmse;
   std::vector<std::string> remarks{means_taken(joint, options.fitted_as)};
+  if (result.coordinates.zero_std > 0.0 && options.fitted_as.empty())
+    remarks.push_back(fmt::format("x = 0 is at {:.4g}({:.1g}) {} of this recording, which is where the equation is closest "
+                                  "to it: prepare.zero states another",
+                                  result.coordinates.zero, result.coordinates.zero_std, result.unit));
   constexpr double few_periods = 5.0;
   if (longest > 1) {
     const double line_hz =

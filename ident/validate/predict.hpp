@@ -27,6 +27,7 @@ struct RecordPrediction {
   Figure noise_floor;                    ///< rms of the noise of x within its band: no equation comes closer
   Figure linear, still;                  ///< NMSE of the linear equation, and of a payload that does not move
   std::string remark;                    ///< not empty: what the reader must know
+  Coordinates coordinates;               ///< the recording's, in which the equation was run
   std::vector<CarryOver> coefficients;   ///< empty: not compared
   Eigen::VectorXd time_s, x, predicted, linear_predicted;  ///< per sample; NaN where nothing was run
 };
@@ -39,9 +40,10 @@ struct PredictOptions {
 };
 
 /// Coefficients that differ by recording are those of `fitted_as`, else their mean, and so said in the remark. Runs
-/// `model` free over every interval of the recording without a gap, at least a period long. The recording is prepared
-/// as those the equation was identified from, about its own zero. `linear`: what is to be beaten; without terms:
-/// nothing is.
+/// `model` free over every interval of the recording without a gap, at least a period long, in the coordinates that the
+/// model states: of a recording that it was fitted to, its own; of another, with f led as in those, and x about the zero
+/// that a person stated, else about the one with which the equation's acceleration is closest to the recorded one (a
+/// constant of its own, which the remark names). `linear`: what is to be beaten; without terms: nothing is.
 [[nodiscard]] RecordPrediction predict(const Model& model, const Model& linear, const Record& record,
                                        const PredictOptions& options = {});
 

@@ -1,0 +1,22 @@
+#pragma once
+#include <filesystem>
+#include <string>
+
+namespace support {
+
+/// The free run that a run folder claims, and the one that its printed equation makes of the record.
+struct PrintedRun {
+  std::string why_not;                  ///< not empty: there is none to compare
+  double claimed = 0.0, reached = 0.0;  ///< NMSE of x over the test rows
+};
+
+/// Runs the chosen equation of a run folder of one recording, as equation.json prints it, over the record as
+/// prepared.csv has it, from each measured state that metrics.json names: fixed steps, inputs interpolated by a
+/// windowed sinc, switches found by halving. None of the program's own integrators takes part.
+[[nodiscard]] PrintedRun printed_run(const std::filesystem::path& run);
+
+/// Checks that both agree within 2 % of the NMSE, where there is a free run. 1e-8 is what interpolation by a sinc of
+/// finite length leaves (80 dB).
+void check_printed_equation(const std::filesystem::path& run);
+
+}  // namespace support
