@@ -15,7 +15,6 @@
 namespace apps {
 namespace {
 
-using Eigen::Index;
 using nlohmann::ordered_json;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -104,58 +103,50 @@ std::string best_cutoff_text(const std::vector<StudyResult>& results, int best) 
   return text;
 }
 
-/// The fit that a figure shows of a cell: by the first method there.
-const ident::JudgedFit* shown_fit(const StudyResult& result, std::size_t range) {
-  return range < result.ranges.size() && !result.ranges[range].fits.empty() ? &result.ranges[range].fits.front()
-                                                                            : nullptr;
+/// The fits that a figure shows of cells: by the first method of each, null where it has none.
+std::vector<const ident::JudgedFit*> shown_fits(const std::vector<const StudyResult*>& cells, std::size_t range) {
+  std::vector<const ident::JudgedFit*> fits;
+  for (const StudyResult* cell : cells) {
+    const bool has_fit = range < cell->ranges.size() && !cell->ranges[range].fits.empty();
+    fits.push_back(has_fit ? &cell->ranges[range].fits.front() : nullptr);
+  }
+  return fits;
 }
 
-double exponent(double nmse) {
-  return nmse > 0.0 ? std::log10(nmse) : nan;
+std::pair<double, double> places(std::size_t count) {
+  return {-0.5, static_cast<double>(count) - 0.5};
 }
 
-PlotPanel errors_panel(const std::vector<const StudyResult*>& cells, std::size_t range, const std::string& title,
+PlotPanel errors_panel(const std::vector<const ident::JudgedFit*>& fits, const std::string& title,
                        const std::vector<std::string>& names) {
-  const auto n = static_cast<Index>(cells.size());
-  PlotPanel panel{title, "", "log10 NMSE", {}, std::pair{-0.5, static_cast<double>(n) - 0.5}, {}, names, {}};
-  const auto add = [&](const char* label, PlotColour colour, auto&& nmse) {
-    PlotSeries line{label, Eigen::VectorXd::LinSpaced(n, 0.0, static_cast<double>(n - 1)), Eigen::VectorXd(n),
-                    PlotStyle::line, colour};
-    for (Index i = 0; i < n; ++i) {
-      const ident::JudgedFit* fit = shown_fit(*cells[static_cast<std::size_t>(i)], range);
-      line.y(i) = fit == nullptr ? nan : exponent(nmse(*fit));
+  PlotPanel panel{title, "", "log10 NMSE", {}, places(fits.size()), {}, names, {}};
+  double low = 0.0, high = -12.0;
+  const auto add = [&](const char* label, PlotColour colour, auto&& nmse_of) {
+    std::vector<double> x, y;
+    for (const ident::JudgedFit* fit : fits) {
+      const double nmse = fit == nullptr ? nan : nmse_of(*fit);
+      x.push_back(static_cast<double>(x.size()));
+      y.push_back(nmse > 0.0 ? std::log10(nmse) : nan);
+      if (std::isfinite(y.back())) low = std::min(low, y.back()), high = std::max(high, y.back());
     }
-    PlotSeries dots{"", line.x, line.y, PlotStyle::points, colour};
-    panel.series.push_back(std::move(line));
-    panel.series.push_back(std::move(dots));
+    panel.series.push_back(plot_series(label, x, y, PlotStyle::line, colour));
+    panel.series.push_back(plot_series("", x, y, PlotStyle::points, colour));
   };
   add("train", PlotColour::black, [](const ident::JudgedFit& fit) { return value_of(fit.train); });
   add("test", PlotColour::vermilion, [](const ident::JudgedFit& fit) { return value_of(fit.test); });
   add("free run", PlotColour::blue, [](const ident::JudgedFit& fit) { return fit.free_run.nmse; });
-  double low = 0.0, high = -12.0;
-  for (const PlotSeries& series : panel.series)
-    for (const double value : series.y)
-      if (std::isfinite(value)) low = std::min(low, value), high = std::max(high, value);
   panel.y_limits = {low - 0.3, std::max(high, low) + 0.3 + 0.35 * (std::max(high, low) - low + 1.0)};
   return panel;
 }
 
-PlotPanel terms_panel(const std::vector<const StudyResult*>& cells, std::size_t range,
-                      const std::vector<std::string>& terms, const std::vector<std::string>& names) {
-  PlotPanel panel{"terms kept",
-                  "",
-                  "",
-                  {},
-                  std::pair{-0.5, static_cast<double>(cells.size()) - 0.5},
-                  std::pair{-0.5, static_cast<double>(terms.size()) - 0.5},
-                  names,
-                  terms};
+PlotPanel terms_panel(const std::vector<const ident::JudgedFit*>& fits, const std::vector<std::string>& terms,
+                      const std::vector<std::string>& names) {
+  PlotPanel panel{"terms kept", "", "", {}, places(fits.size()), places(terms.size()), names, terms};
   for (const bool positive : {true, false}) {
     std::vector<double> x, y;
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      const ident::JudgedFit* fit = shown_fit(*cells[i], range);
-      if (fit == nullptr) continue;
-      for (const ident::ModelTerm& term : fit->model.terms)
+    for (std::size_t i = 0; i < fits.size(); ++i) {
+      if (fits[i] == nullptr) continue;
+      for (const ident::ModelTerm& term : fits[i]->model.terms)
         if ((term.mean > 0.0) == positive) {
           x.push_back(static_cast<double>(i));
           y.push_back(static_cast<double>(std::find(terms.begin(), terms.end(), term.name) - terms.begin()));
@@ -260,13 +251,14 @@ std::string study_figure(const std::vector<StudyResult>& results, const std::vec
       names.push_back(grid ? fmt::format("{}", cells.size()) : result.cell.setting.front().second);
       if (grid) figure.caption.push_back(fmt::format("{}: {}", cells.size(), result.cell.label()));
     }
+    const std::vector<const ident::JudgedFit*> fits = shown_fits(cells, range);
     std::string method;
-    for (const StudyResult* cell : cells)
-      if (const ident::JudgedFit* fit = shown_fit(*cell, range)) method = to_string(fit->fit.method);
+    for (const ident::JudgedFit* fit : fits)
+      if (fit != nullptr) method = to_string(fit->fit.method);
     const std::string title =
         fmt::format("{}, {}", grid ? "settings" : axes[static_cast<std::size_t>(axis)].key, method);
-    figure.panels.push_back(errors_panel(cells, range, title, names));
-    figure.panels.push_back(terms_panel(cells, range, terms, names));
+    figure.panels.push_back(errors_panel(fits, title, names));
+    figure.panels.push_back(terms_panel(fits, terms, names));
   }
   figure.caption.push_back("Dots: terms kept, with a positive (vermilion) or a negative (blue) coefficient.");
   return to_svg(figure);
