@@ -89,14 +89,19 @@ std::vector<NamedEntry> own_entries(const Folder& folder, const std::string& nam
   return all;
 }
 
+/// All or nothing of what is in a staging folder, but for its lock.
 void clear(const Folder& staging) {
+  std::vector<NamedEntry> own;
   for (const char* part : {new_name, old_name}) {
     const std::optional<Entry> entry = staging.entry(part);
     if (!entry) continue;
     const Folder folder = staging.open(part);
-    for (const std::string& name : folder.names()) folder.remove(own_entries(folder, name, part == old_name));
-    staging.remove({{part, *entry}});
+    for (const std::string& name : folder.names())
+      for (const auto& [path, found] : own_entries(folder, name, part == old_name))
+        own.emplace_back(part / path, found);
+    own.emplace_back(part, *entry);
   }
+  staging.remove(own);
 }
 
 /// What was moved aside for something that is not in place: back to its own.
