@@ -42,7 +42,7 @@ struct Printed {
 /// A sentence of [reason] with these numbers and words, fmt::arg("name", value).
 template <class... Arguments>
 [[nodiscard]] std::string reason(std::string_view name, const Arguments&... arguments) {
-  return fmt::format(fmt::runtime(paper_sentences().table("reason").need_text(name)), arguments...);
+  return fmt::format(fmt::runtime(paper_sentences().table("reason").text(name).value()), arguments...);
 }
 
 }  // namespace apps

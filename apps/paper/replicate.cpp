@@ -51,8 +51,9 @@ struct Results {
 };
 
 std::string head_of(const char* section, const ReplicateOptions& options) {
-  return fmt::format(fmt::runtime(paper_sentences().table("head").need_text(section)), fmt::arg("noise", options.noise),
-                     fmt::arg("selection", ident::to_string(options.selection)), fmt::arg("first", options.first_seed),
+  return fmt::format(fmt::runtime(paper_sentences().table("head").text(section).value()),
+                     fmt::arg("noise", options.noise), fmt::arg("selection", ident::to_string(options.selection)),
+                     fmt::arg("first", options.first_seed),
                      fmt::arg("last", options.first_seed + static_cast<std::uint64_t>(options.num_seeds) - 1));
 }
 

@@ -25,7 +25,7 @@ double cpu_seconds() {
 }
 
 std::vector<std::pair<std::string, ident::MethodOptions>> methods(const ReplicateOptions& options) {
-  const double raw = paper_cases().need_number("raw_threshold");
+  const double raw = paper_cases().number("raw_threshold").value();
   return {{"fast_rvm", ident::FastRvmOptions{.selection = options.selection, .tau = options.tau}},
           {"slow_rvm", ident::SlowRvmOptions{.selection = options.selection, .tau = options.tau}},
           {"sindy", ident::StlsqOptions{}},

@@ -49,7 +49,7 @@ std::string replicate_page(const std::vector<ReplicatedItem>& items, const std::
         rows.push_back({item.title, fmt::format("{}", item.rows.size()), verdict_counts(item.rows)});
     }
     write_contents(links, html);
-    html.element("p", paper_sentences().need_text("page"));
+    html.element("p", paper_sentences().text("page").value());
     if (!rows.empty()) html.table("Printed numbers and their verdicts", {"table", "numbers", "verdicts"}, rows);
     if (!summary.empty()) html.element("pre", summary);
     for (const ReplicatedItem& item : items) write_item(item, html);

@@ -107,17 +107,18 @@ void fit_all(const std::vector<RigRegime>& regimes, Config config, std::vector<I
   if (inputs.front().power) put_sensors(way, seed, inputs.front(), into);
   for (const dsp::Settings& offered : paper_cases().tables("candidates")) {
     std::vector<RigRegime> fitted = regimes;
-    const auto names = offered.texts("regimes");
+    const auto names = offered.texts("regimes").value_or(std::vector<std::string>());
     std::erase_if(fitted, [&](const RigRegime& one) { return std::count(names.begin(), names.end(), one.name) == 0; });
     if (fitted.empty()) continue;
-    config.library = {.order = static_cast<int>(offered.need_number("order")), .terms = offered.texts("terms")};
+    config.library = {.order = static_cast<int>(offered.number("order").value()),
+                      .terms = offered.texts("terms").value_or(std::vector<std::string>())};
     const auto libraries = compile_libraries(config, inputs);
     auto columns = all_columns(config, inputs, libraries, 0, 1, console);
     ident::IdentifyOptions identify = identify_options(config, inputs, 1);
     identify.poll = shown_poll(console, "fitting");
     for (const RigRegime& regime : fitted) {
       check_interrupted();
-      const Json key{{"case", regime.case_name()}, {"seed", seed}, {"candidates", offered.need_text("name")}};
+      const Json key{{"case", regime.case_name()}, {"seed", seed}, {"candidates", offered.text("name").value()}};
       const auto range = std::find_if(config.ranges.begin(), config.ranges.end(),
                                       [&](const ident::Range& one) { return one.spec.name == regime.name; });
       ident::RangeResult result = ident::identify(*range, columns, libraries.front(), identify);
@@ -137,7 +138,7 @@ const std::vector<RigRegime>& rig_regimes() {
   static const std::vector<RigRegime> regimes = [] {
     std::vector<RigRegime> all;
     for (const dsp::Settings& one : paper_cases().tables("regime"))
-      all.push_back({one.need_text("name"), static_cast<int>(one.need_number("table"))});
+      all.push_back({one.text("name").value(), static_cast<int>(one.number("table").value())});
     return all;
   }();
   return regimes;
@@ -147,7 +148,8 @@ const std::vector<RigWay>& rig_ways() {
   static const std::vector<RigWay> ways = [] {
     std::vector<RigWay> all;
     for (const dsp::Settings& one : paper_cases().tables("way"))
-      all.push_back({one.need_text("name"), one.need_text("twin"), one.need_text("what"), one.texts("set")});
+      all.push_back({one.text("name").value(), one.text("twin").value(), one.text("what").value(),
+                     one.texts("set").value_or(std::vector<std::string>())});
     return all;
   }();
   return ways;

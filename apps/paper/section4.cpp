@@ -27,11 +27,15 @@ std::vector<Section4Case> read_cases() {
   std::vector<Section4Case> cases;
   for (const dsp::Settings& one : paper_cases().tables("case")) {
     const dsp::Settings otherwise = one.table("otherwise");
-    cases.push_back({one.need_text("name"), one.need_text("system"), whole(one.need_number("table")),
-                     whole(one.need_number("figure")), one.numbers("trained"), one.numbers("held_out"),
-                     one.texts("states"), whole(one.need_number("order")), one.texts("terms"), one.texts("split"),
-                     whole(one.number("no_truth", 0.0)), one.texts("figure_x"), one.texts("figure_y"),
-                     otherwise.number("without_ratio", 0.0), otherwise.texts("beside"), otherwise.text("origin", "")});
+    cases.push_back(
+        {one.text("name").value(), one.text("system").value(), whole(one.number("table").value()),
+         whole(one.number("figure").value()), one.numbers("trained"), one.numbers("held_out"),
+         one.texts("states").value_or(std::vector<std::string>()), whole(one.number("order").value()),
+         one.texts("terms").value_or(std::vector<std::string>()),
+         one.texts("split").value_or(std::vector<std::string>()), whole(one.number("no_truth").value_or(0.0)),
+         one.texts("figure_x").value_or(std::vector<std::string>()),
+         one.texts("figure_y").value_or(std::vector<std::string>()), otherwise.number("without_ratio").value_or(0.0),
+         otherwise.texts("beside").value_or(std::vector<std::string>()), otherwise.text("origin").value_or("")});
   }
   return cases;
 }
@@ -93,7 +97,7 @@ const Section4Case* find_section4_case(std::string_view name) {
 }
 
 double stated_noise() {
-  return paper_cases().need_number("noise");
+  return paper_cases().number("noise").value();
 }
 
 std::string Section4Row::label() const {
@@ -102,7 +106,8 @@ std::string Section4Row::label() const {
 
 Section4Record section4_record(const Section4Case& definition, double ratio) {
   const sim::Experiment experiment = sim::make_experiment(definition.system, {{"ratio", ratio}});
-  const double rate_hz = paper_cases().need_number("rate_hz"), duration_s = paper_cases().need_number("duration_s");
+  const double rate_hz = paper_cases().number("rate_hz").value(),
+               duration_s = paper_cases().number("duration_s").value();
   Section4Record record{ratio,
                         sim::simulate(experiment.system, experiment.initial,
                                       {.duration_s = duration_s, .sample_rate_hz = rate_hz, .poll = check_interrupted}),

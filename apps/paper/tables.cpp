@@ -113,7 +113,7 @@ std::string si_text(const RigReplication& replication, const RigRegime& regime, 
                     const std::string& caption) {
   PaperTable table{caption, with_ways({"<term", "<unit"}), {}};
   table.heads.insert(table.heads.end(), {">true T1", ">true T0"});
-  for (const std::string& name : paper_cases().texts("rig_terms")) {
+  for (const std::string& name : paper_cases().texts("rig_terms").value_or(std::vector<std::string>())) {
     std::vector<std::string> row{name, ""};
     for (const RigWay& way : rig_ways()) {
       const FoundTerm term = found_term(rig_fits(replication, regime, way, candidates), name);
@@ -156,7 +156,7 @@ std::vector<PaperTable> compared_tables(const JsonRows& rows) {
   std::vector<PaperTable> tables;
   for (const char* name : {"mean", "cov", "nmse", "free_run", "seconds"}) {
     const dsp::Settings words = paper_sentences().table("quantity").table(name);
-    PaperTable table{words.need_text("caption"),
+    PaperTable table{words.text("caption").value(),
                      {"<row", "<term", "<method", ">paper", ">expected", ">ours", ">our standard deviation",
                       "<verdict on the print"},
                      {}};
@@ -172,7 +172,7 @@ std::vector<PaperTable> compared_tables(const JsonRows& rows) {
         table.rows.back().push_back(number_text(number_in(row->at(value)), "{:.5g}"));
       table.rows.back().push_back(why.empty() ? verdict : verdict + ": " + why);
     }
-    if (const std::string meaning = words.need_text("expected"); expected && !meaning.empty())
+    if (const std::string meaning = words.text("expected").value(); expected && !meaning.empty())
       table.caption += "; expected: " + meaning;
     if (!table.rows.empty()) tables.push_back(std::move(table));
   }
@@ -242,7 +242,7 @@ std::string rig_errors_text(const RigReplication& replication, const std::vector
 std::string rig_text(const RigReplication& replication, const RigRegime& regime, const JsonRows& rows) {
   std::string text, alone;
   const JsonRows fits = rig_fits(replication, regime, rig_ways().front());
-  for (const std::string& name : paper_cases().texts("rig_terms"))
+  for (const std::string& name : paper_cases().texts("rig_terms").value_or(std::vector<std::string>()))
     if (const FoundTerm term = found_term(fits, name);
         term.kept > 0 &&
         std::none_of(rows.begin(), rows.end(), [&](const Json* row) { return row->at("term") == name; }))
