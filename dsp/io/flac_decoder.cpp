@@ -60,9 +60,12 @@ struct FlacDecoder::Calls {
     self.block_.length = head.blocksize;
     auto& samples = self.block_.samples;
     const auto put = [&] {
-      samples.reserve(samples.size() + head.blocksize * count);
-      for (unsigned i = 0; i < head.blocksize; ++i)
-        for (unsigned c = 0; c < count; ++c) samples.push_back(channels[c][i]);
+      const std::size_t begin = samples.size();
+      samples.resize(begin + std::size_t{head.blocksize} * count);
+      for (unsigned c = 0; c < count; ++c) {
+        auto* to = samples.data() + begin + c;
+        for (unsigned i = 0; i < head.blocksize; ++i, to += count) *to = channels[c][i];
+      }
     };
     return succeeds(self, put) ? FLAC__STREAM_DECODER_WRITE_STATUS_CONTINUE : FLAC__STREAM_DECODER_WRITE_STATUS_ABORT;
   }

@@ -41,7 +41,6 @@ class FlacFile : public SampleSource {
   }
 
   Eigen::Index read(FrameBlock& block, Eigen::Index max_frames) override {
-    using Samples = Eigen::Matrix<std::int32_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     const auto channels = static_cast<Eigen::Index>(info_.columns.size());
     const double step = std::ldexp(1.0, 1 - decoder_.stream().bits);
     set_shape(block, max_frames, channels);
@@ -50,7 +49,8 @@ class FlacFile : public SampleSource {
       const auto& samples = decoder_.block().samples;
       const Eigen::Index count = std::min({max_frames - got, num_left_, info_.num_frames - num_read_});
       const auto* first = samples.data() + samples.size() - num_left_ * channels;
-      block.middleRows(got, count) = step * Eigen::Map<const Samples>(first, count, channels).cast<double>();
+      std::transform(first, first + count * channels, block.data() + got * channels,
+                     [step](std::int32_t sample) { return step * sample; });
       got += count;
       num_read_ += count;
       num_left_ -= count;
