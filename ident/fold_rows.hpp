@@ -25,7 +25,8 @@ class RowBlock {
   /// Householder QR in panels of four reflectors, I - V T V' (compact WY, [SV89]): since R is a triangle already, each
   /// reflector has one element in the rows of R and the others below. Values are of size 1: their squares must not
   /// overflow, and what is below 1e-140 counts as zero. `lanes`: 8, 4 or 2, no more than the processor has; the last
-  /// bits depend on it.
+  /// bits depend on it. LAPACK's dtpqrt makes the same triangle, in 9 to 13 times the time with Debian's own BLAS and
+  /// in 4 to 5 times with OpenBLAS (512 rows of 12 to 64 columns).
   void fold_into(Eigen::Ref<Eigen::MatrixXd> R, Eigen::Index count, int lanes = dsp::vector_lanes());
 
  private:

@@ -2,47 +2,38 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstring>
+#include <utility>
+
+#include "dsp/io/input_file.hpp"
 
 namespace dsp {
 
+void SoundBytes::patch(std::uint64_t offset, std::string bytes) {
+  patched_at_ = static_cast<std::int64_t>(offset);
+  patch_ = std::move(bytes);
+}
+
 std::int64_t SoundBytes::seek(std::int64_t offset, int whence) {
-  const auto base = whence == SEEK_CUR ? position_ : whence == SEEK_END ? size() : 0;
+  const auto base = whence == SEEK_CUR ? position_ : whence == SEEK_END ? size_ : 0;
   if (offset < -base) return -1;
   return position_ = base + offset;
 }
 
 std::int64_t SoundBytes::read(void* into, std::int64_t count) {
+  if (error_ || position_ >= size_) return 0;
   auto* out = static_cast<char*>(into);
-  std::int64_t done = 0;
-  while (done < count && !error_) {
-    if ((position_ < start_ || position_ >= start_ + length_) && !fill()) break;
-    const auto piece = std::min(count - done, start_ + length_ - position_);
-    std::memcpy(out + done, buffer_.data() + (position_ - start_), static_cast<std::size_t>(piece));
-    position_ += piece;
-    done += piece;
-  }
-  return done;
-}
-
-bool SoundBytes::fill() {
-  constexpr std::size_t piece_bytes = std::size_t{1} << 15;
-  start_ = position_;
-  const auto head_bytes = static_cast<std::int64_t>(head_.size());
-  if (start_ < head_bytes) {
-    buffer_.assign(head_.begin() + start_, head_.end());
-    length_ = head_bytes - start_;
-    return true;
-  }
-  buffer_.resize(piece_bytes);
-  length_ = 0;
+  std::int64_t got = 0;
   try {
-    const auto from = static_cast<std::uint64_t>(start_ + shift_);
-    length_ = static_cast<std::int64_t>(file_->read(from, buffer_.data(), buffer_.size()));
+    got = static_cast<std::int64_t>(file_->read(static_cast<std::uint64_t>(begin_ + position_), out,
+                                                static_cast<std::size_t>(std::min(count, size_ - position_))));
   } catch (...) {
     error_ = std::current_exception();
   }
-  return length_ > 0;
+  const auto from = std::max(position_, patched_at_);
+  const auto to = std::min(position_ + got, patched_at_ + static_cast<std::int64_t>(patch_.size()));
+  for (auto at = from; at < to; ++at) out[at - position_] = patch_[static_cast<std::size_t>(at - patched_at_)];
+  position_ += got;
+  return got;
 }
 
 }  // namespace dsp

@@ -1,27 +1,21 @@
 #pragma once
 #include <cstdint>
 #include <exception>
-#include <memory>
 #include <string>
-#include <vector>
-
-#include "dsp/io/input_file.hpp"
 
 namespace dsp {
 
-/// A sound file as a decoder sees it: read ahead in pieces that the processor's cache holds until they are taken, with
-/// patches where sizes had to be put right. A decoder written in C must not see exceptions, so a read error is kept,
-/// looks like the end of the file, and is thrown by rethrow().
+class InputFile;
+
+/// Bytes [begin, end) of a sound file as libsndfile sees them. A decoder written in C must not see exceptions, so a
+/// read error is kept, looks like the end of the file, and is thrown by rethrow().
 class SoundBytes {
  public:
-  /// A head that is not empty replaces the first `replaced` bytes.
-  SoundBytes(std::unique_ptr<InputFile> file, std::string head, std::uint64_t replaced)
-      : file_(std::move(file)),
-        head_(std::move(head)),
-        shift_(head_.empty() ? 0 : static_cast<std::int64_t>(replaced - head_.size())) {}
-  [[nodiscard]] std::int64_t size() const { return static_cast<std::int64_t>(file_->size()) - shift_; }
-  [[nodiscard]] const InputFile& file() const& { return *file_; }
-  void file() const&& = delete;
+  SoundBytes(const InputFile& file, std::uint64_t begin, std::uint64_t end)
+      : file_(&file), begin_(static_cast<std::int64_t>(begin)), size_(static_cast<std::int64_t>(end - begin)) {}
+  /// What is read at `offset` instead of what stands there, where a size was to be put right.
+  void patch(std::uint64_t offset, std::string bytes);
+  [[nodiscard]] std::int64_t size() const { return size_; }
   void rethrow() const {
     if (error_) std::rethrow_exception(error_);
   }
@@ -31,13 +25,10 @@ class SoundBytes {
   [[nodiscard]] std::int64_t tell() const { return position_; }
 
  private:
-  bool fill();
-
-  std::unique_ptr<InputFile> file_;
-  std::string head_;
-  std::int64_t shift_ = 0;  ///< from a position here to the one in the file
-  std::vector<char> buffer_;
-  std::int64_t position_ = 0, start_ = 0, length_ = 0;
+  const InputFile* file_;
+  std::int64_t begin_, size_, position_ = 0;
+  std::int64_t patched_at_ = 0;
+  std::string patch_;
   std::exception_ptr error_;
 };
 

@@ -24,47 +24,32 @@
 namespace dsp {
 namespace {
 
-int container_format(SoundContainer container) {
-  switch (container) {
-    case SoundContainer::rf64:
-      return SF_FORMAT_RF64;
-    case SoundContainer::wav:
-      return SF_FORMAT_WAV;
-    case SoundContainer::w64:
-      return SF_FORMAT_W64;
-    case SoundContainer::caf:
-      return SF_FORMAT_CAF;
-    case SoundContainer::flac:
-      return SF_FORMAT_FLAC;
-    default:
-      return SF_FORMAT_AIFF;
-  }
+struct ContainerLayout {
+  const char* name;
+  int format;
+  bool has_32_bit_sizes = false;
+};
+constexpr std::array containers{// in the order of SoundContainer
+                                ContainerLayout{"rf64", SF_FORMAT_RF64}, ContainerLayout{"wav", SF_FORMAT_WAV, true},
+                                ContainerLayout{"w64", SF_FORMAT_W64},   ContainerLayout{"caf", SF_FORMAT_CAF},
+                                ContainerLayout{"flac", SF_FORMAT_FLAC}, ContainerLayout{"aiff", SF_FORMAT_AIFF, true}};
+const ContainerLayout& layout_of(SoundContainer container) {
+  return containers[static_cast<std::size_t>(container)];
 }
 
 struct SampleLayout {
   int subtype, bits;
   bool integer;
 };
-SampleLayout sample_layout(SampleFormat format) {
-  switch (format) {
-    case SampleFormat::pcm16:
-      return {SF_FORMAT_PCM_16, 16, true};
-    case SampleFormat::pcm24:
-      return {SF_FORMAT_PCM_24, 24, true};
-    case SampleFormat::float32:
-      return {SF_FORMAT_FLOAT, 32, false};
-    default:
-      return {SF_FORMAT_DOUBLE, 64, false};
-  }
+constexpr std::array sample_layouts{SampleLayout{SF_FORMAT_PCM_16, 16, true}, SampleLayout{SF_FORMAT_PCM_24, 24, true},
+                                    SampleLayout{SF_FORMAT_FLOAT, 32, false},
+                                    SampleLayout{SF_FORMAT_DOUBLE, 64, false}};  // in the order of SampleFormat
+const SampleLayout& layout_of(SampleFormat format) {
+  return sample_layouts[static_cast<std::size_t>(format)];
 }
-
-constexpr std::array container_names{"rf64", "wav", "w64", "caf", "flac", "aiff"};  // in the order of SoundContainer
 
 // Most bytes of samples in a container whose sizes have 32 bits: the rest of 4 GiB is left for its other chunks.
 constexpr std::int64_t most_bytes_32 = (std::int64_t{1} << 32) - (1 << 20);
-bool has_32_bit_sizes(SoundContainer container) {
-  return container == SoundContainer::wav || container == SoundContainer::aiff;
-}
 
 void check_options(const std::string& name, const SoundFileOptions& options) {
   const auto reject = [&](const std::string& why) {
@@ -77,15 +62,15 @@ void check_options(const std::string& name, const SoundFileOptions& options) {
     reject(fmt::format("a sound file holds whole rates only, got {} Hz. Try a table (CSV)", rate_hz));
   if (options.container == SoundContainer::flac) {
     const bool rate_fits = rate_hz <= 655'350 && (rate_hz <= 65'535 || std::fmod(rate_hz, 10) == 0);
-    if (options.num_channels > 8 || !rate_fits || !sample_layout(options.format).integer)
+    if (options.num_channels > 8 || !rate_fits || !layout_of(options.format).integer)
       reject(
           "FLAC holds at most 8 channels of 16 or 24 bit, up to 65535 Hz or multiples of 10 up to 655350 Hz. Try rf64");
   }
   if (options.num_channels > 1024) reject(fmt::format("got {} channels, want at most 1024", options.num_channels));
-  const std::int64_t bytes = options.num_frames * options.num_channels * (sample_layout(options.format).bits / 8);
-  if (has_32_bit_sizes(options.container) && bytes > most_bytes_32)
+  const std::int64_t bytes = options.num_frames * options.num_channels * (layout_of(options.format).bits / 8);
+  if (layout_of(options.container).has_32_bit_sizes && bytes > most_bytes_32)
     reject(fmt::format("{} bytes of samples do not fit into {}, whose sizes have 32 bits. Try rf64", bytes,
-                       container_names[static_cast<std::size_t>(options.container)]));
+                       layout_of(options.container).name));
 }
 
 [[noreturn]] void cannot_write(const std::string& name, const std::string& why) {
@@ -95,14 +80,17 @@ void check_options(const std::string& name, const SoundFileOptions& options) {
 }  // namespace
 
 SoundContainer sound_container(std::string_view name) {
-  for (std::size_t i = 0; i < container_names.size(); ++i)
-    if (container_names[i] == name) return static_cast<SoundContainer>(i);
+  std::vector<std::string_view> names;
+  for (const ContainerLayout& layout : containers) {
+    if (layout.name == name) return static_cast<SoundContainer>(names.size());
+    names.emplace_back(layout.name);
+  }
   throw std::invalid_argument(
-      fmt::format("container must be one of {}; got '{}'", fmt::join(container_names, ", "), clean_name(name)));
+      fmt::format("container must be one of {}; got '{}'", fmt::join(names, ", "), clean_name(name)));
 }
 
 std::string extension(SoundContainer container) {
-  return container == SoundContainer::rf64 ? "wav" : container_names[static_cast<std::size_t>(container)];
+  return container == SoundContainer::rf64 ? "wav" : layout_of(container).name;
 }
 
 struct SoundFileWriter::State {
@@ -138,7 +126,7 @@ struct SoundFileWriter::State {
     SF_INFO sound{};
     sound.samplerate = static_cast<int>(options.sample_rate_hz);
     sound.channels = options.num_channels;
-    sound.format = container_format(options.container) | layout.subtype;
+    sound.format = layout_of(options.container).format | layout.subtype;
     output.emplace(descriptor);
     handle.reset(sf_open_virtual(virtual_calls<SoundOutput>(), SFM_WRITE, &sound, &*output));
     check_output();
@@ -175,7 +163,7 @@ SoundFileWriter::SoundFileWriter(const std::filesystem::path& file, const SoundF
   state_->file = file;
   state_->name = clean_name((options.shown.empty() ? file : options.shown).string());
   state_->options = options;
-  state_->layout = sample_layout(options.format);
+  state_->layout = layout_of(options.format);
   state_->num_clipped.resize(static_cast<std::size_t>(std::max(options.num_channels, 0)));
   check_options(state_->name, options);
   state_->open();

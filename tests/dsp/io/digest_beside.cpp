@@ -38,7 +38,7 @@ TEST_CASE("a digest beside is the digest of the same bytes, on one thread or two
   }
 }
 
-TEST_CASE("a digest beside has one thread of its own, or none, which ends with its object", "[dsp][digest]") {
+TEST_CASE("a digest beside has at most one thread of its own, which ends with its object", "[dsp][digest]") {
   const std::string bytes = bytes_of_noise(1'000'000);
   const auto before = num_tasks();
   for (const int num_threads : {1, 2, 8})
@@ -46,7 +46,7 @@ TEST_CASE("a digest beside has one thread of its own, or none, which ends with i
       {
         dsp::DigestBeside beside(Method::md5, num_threads);
         beside.push(std::string_view(bytes).substr(0, count));
-        CHECK(num_tasks() - before == (num_threads > 1 ? 1 : 0));
+        CHECK(num_tasks() - before <= (num_threads > 1 ? 1 : 0));
       }
       CHECK(num_tasks() == before);
     }
