@@ -31,6 +31,8 @@ class FlacDecoder {
   };
   /// The file must outlive it. Throws Fault container.damaged (input) where the head is cut or makes no sense.
   explicit FlacDecoder(const InputFile& file);
+  FlacDecoder(const FlacDecoder&) = delete;  // libFLAC knows where it is
+  FlacDecoder& operator=(const FlacDecoder&) = delete;
   [[nodiscard]] const Stream& stream() const& { return stream_; }
   void stream() const&& = delete;
   /// Leaves out all but the file's last bytes, in which the last block begins.

@@ -330,6 +330,11 @@ TEST_CASE("a FLAC with a block twice, left out, or of another recording is refus
   const auto lost = whole.substr(0, at[2]) + whole.substr(at[3]);
   const auto gap = "at byte " + std::to_string(at[2]) + " the block of frame 12288 comes where frame 8192 is due";
   refused(lost, {gap, "--salvage"});
+  auto flipped = whole;
+  flipped[at[2] + 500] ^= 1;
+  refused(flipped, {gap, "--salvage"});
+  const auto rest = read_all(*open(scratch.file("flipped.flac", flipped), true), 1000);  // also what follows
+  CHECK((rest.bottomRows(2 * 4096) - frames.bottomRows(2 * 4096)).cwiseAbs().maxCoeff() <= std::ldexp(0.5, -23));
   refused(without_md5(lost), {gap});
 }
 
