@@ -26,7 +26,7 @@ class RowBlock {
   /// reflector has one element in the rows of R and the others below. Values are of size 1: their squares must not
   /// overflow, and what is below 1e-140 counts as zero. `lanes`: 8, 4 or 2, no more than the processor has; the last
   /// bits depend on it. LAPACK's dtpqrt makes the same triangle, in 9 to 13 times the time with Debian's own BLAS and
-  /// in 4 to 5 times with OpenBLAS (512 rows of 12 to 64 columns).
+  /// in 3.7 to 5 times with OpenBLAS (512 rows of 12 to 64 columns).
   void fold_into(Eigen::Ref<Eigen::MatrixXd> R, Eigen::Index count, int lanes = dsp::vector_lanes());
 
  private:
