@@ -77,9 +77,9 @@ class Inputs {
   double offset_m_ = 0.0;
 };
 
-// On average. What samples resolve takes less than ten, a sine of two samples a period that is, and each switch passed
-// some ten more; coefficients in a wrong unit make hundreds and thousands of them.
-constexpr double max_steps_per_sample = 50.0;
+// On average. The fastest sine that samples resolve, two of them a period, takes 23; each switch passed takes some ten
+// more. Coefficients in a wrong unit make hundreds and thousands of them.
+constexpr double max_steps_per_sample = 100.0;
 
 /// A period in samples, of the motion of the whole record, since a short range holds no line below its own length; 0
 /// where there is none.
