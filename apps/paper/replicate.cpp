@@ -32,7 +32,8 @@ struct Results {
   std::vector<ReplicatedItem> written = {};
 
   void add(const Json& part) {
-    for (const auto& [list, rows] : part.items()) document[list].insert(document[list].end(), rows.begin(), rows.end());
+    for (const auto& [list, rows] : part.items())
+      for (const Json& row : rows) document[list].push_back(row);
   }
   void write_table(int number, const std::string& what, const std::string& head, const JsonRows& rows,
                    const std::string& further) {
