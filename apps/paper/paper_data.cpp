@@ -62,4 +62,8 @@ const dsp::Settings& paper_sentences() {
   return sentences;
 }
 
+std::vector<std::string> words_in(const dsp::Settings& settings, std::string_view key) {
+  return settings.texts(key).value_or(std::vector<std::string>());
+}
+
 }  // namespace apps

@@ -32,6 +32,8 @@ struct Printed {
 
 [[nodiscard]] const dsp::Settings& paper_cases();      ///< cases.toml
 [[nodiscard]] const dsp::Settings& paper_sentences();  ///< sentences.toml
+/// An array of texts in them; empty where it is left out.
+[[nodiscard]] std::vector<std::string> words_in(const dsp::Settings& settings, std::string_view key);
 
 // The files as they were when the program was built.
 [[nodiscard]] std::string_view paper_tables_text();  ///< all tables, one after the other

@@ -107,11 +107,10 @@ void fit_all(const std::vector<RigRegime>& regimes, Config config, std::vector<I
   if (inputs.front().power) put_sensors(way, seed, inputs.front(), into);
   for (const dsp::Settings& offered : paper_cases().tables("candidates")) {
     std::vector<RigRegime> fitted = regimes;
-    const auto names = offered.texts("regimes").value_or(std::vector<std::string>());
+    const auto names = words_in(offered, "regimes");
     std::erase_if(fitted, [&](const RigRegime& one) { return std::count(names.begin(), names.end(), one.name) == 0; });
     if (fitted.empty()) continue;
-    config.library = {.order = static_cast<int>(offered.number("order").value()),
-                      .terms = offered.texts("terms").value_or(std::vector<std::string>())};
+    config.library = {.order = static_cast<int>(offered.number("order").value()), .terms = words_in(offered, "terms")};
     const auto libraries = compile_libraries(config, inputs);
     auto columns = all_columns(config, inputs, libraries, 0, 1, console);
     ident::IdentifyOptions identify = identify_options(config, inputs, 1);
@@ -148,8 +147,8 @@ const std::vector<RigWay>& rig_ways() {
   static const std::vector<RigWay> ways = [] {
     std::vector<RigWay> all;
     for (const dsp::Settings& one : paper_cases().tables("way"))
-      all.push_back({one.text("name").value(), one.text("twin").value(), one.text("what").value(),
-                     one.texts("set").value_or(std::vector<std::string>())});
+      all.push_back(
+          {one.text("name").value(), one.text("twin").value(), one.text("what").value(), words_in(one, "set")});
     return all;
   }();
   return ways;

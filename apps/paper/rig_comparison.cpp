@@ -106,7 +106,7 @@ void put_facts(const RigReplication& replication, const RigRegime& regime, Numbe
   const auto shown = std::find_if(replication.shown.begin(), replication.shown.end(),
                                   [&](const RigFit& one) { return one.result.spec.name == regime.name; });
   std::vector<std::string> kept;
-  for (const std::string& name : paper_cases().texts("rig_terms").value_or(std::vector<std::string>()))
+  for (const std::string& name : words_in(paper_cases(), "rig_terms"))
     if (found_term(all, name).kept > 0) kept.push_back(name);
   words["all_kept"] = fmt::format("{}", fmt::join(kept, ", "));
   numbers["all_test"] = mean_of(all, "/nmse/test");
@@ -197,7 +197,7 @@ std::vector<std::string> rig_differences(const RigReplication& replication, cons
   for (const auto& [name, value] : words) facts.push_back(fmt::arg(name.c_str(), value));
   std::vector<std::string> sentences;
   for (const dsp::Settings& one : paper_sentences().tables("difference")) {
-    const auto regimes = one.texts("regimes").value_or(std::vector<std::string>());
+    const auto regimes = words_in(one, "regimes");
     const bool other = !regimes.empty() && std::count(regimes.begin(), regimes.end(), regime.name) == 0;
     const std::string needs = one.text("needs").value_or("");
     if (!other && (needs.empty() || std::isfinite(numbers[needs])))

@@ -27,15 +27,12 @@ std::vector<Section4Case> read_cases() {
   std::vector<Section4Case> cases;
   for (const dsp::Settings& one : paper_cases().tables("case")) {
     const dsp::Settings otherwise = one.table("otherwise");
-    cases.push_back(
-        {one.text("name").value(), one.text("system").value(), whole(one.number("table").value()),
-         whole(one.number("figure").value()), one.numbers("trained"), one.numbers("held_out"),
-         one.texts("states").value_or(std::vector<std::string>()), whole(one.number("order").value()),
-         one.texts("terms").value_or(std::vector<std::string>()),
-         one.texts("split").value_or(std::vector<std::string>()), whole(one.number("no_truth").value_or(0.0)),
-         one.texts("figure_x").value_or(std::vector<std::string>()),
-         one.texts("figure_y").value_or(std::vector<std::string>()), otherwise.number("without_ratio").value_or(0.0),
-         otherwise.texts("beside").value_or(std::vector<std::string>()), otherwise.text("origin").value_or("")});
+    cases.push_back({one.text("name").value(), one.text("system").value(), whole(one.number("table").value()),
+                     whole(one.number("figure").value()), one.numbers("trained"), one.numbers("held_out"),
+                     words_in(one, "states"), whole(one.number("order").value()), words_in(one, "terms"),
+                     words_in(one, "split"), whole(one.number("no_truth").value_or(0.0)), words_in(one, "figure_x"),
+                     words_in(one, "figure_y"), otherwise.number("without_ratio").value_or(0.0),
+                     words_in(otherwise, "beside"), otherwise.text("origin").value_or("")});
   }
   return cases;
 }

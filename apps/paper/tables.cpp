@@ -113,7 +113,7 @@ std::string si_text(const RigReplication& replication, const RigRegime& regime, 
                     const std::string& caption) {
   PaperTable table{caption, with_ways({"<term", "<unit"}), {}};
   table.heads.insert(table.heads.end(), {">true T1", ">true T0"});
-  for (const std::string& name : paper_cases().texts("rig_terms").value_or(std::vector<std::string>())) {
+  for (const std::string& name : words_in(paper_cases(), "rig_terms")) {
     std::vector<std::string> row{name, ""};
     for (const RigWay& way : rig_ways()) {
       const FoundTerm term = found_term(rig_fits(replication, regime, way, candidates), name);
@@ -242,7 +242,7 @@ std::string rig_errors_text(const RigReplication& replication, const std::vector
 std::string rig_text(const RigReplication& replication, const RigRegime& regime, const JsonRows& rows) {
   std::string text, alone;
   const JsonRows fits = rig_fits(replication, regime, rig_ways().front());
-  for (const std::string& name : paper_cases().texts("rig_terms").value_or(std::vector<std::string>()))
+  for (const std::string& name : words_in(paper_cases(), "rig_terms"))
     if (const FoundTerm term = found_term(fits, name);
         term.kept > 0 &&
         std::none_of(rows.begin(), rows.end(), [&](const Json* row) { return row->at("term") == name; }))
