@@ -120,3 +120,26 @@ TEST_CASE("what is wrong with a study is said before anything is read", "[apps][
   CHECK_THAT(plan.out, Catch::Contains("library.order=2") && Catch::Contains("would write bad"));
   CHECK_FALSE(std::filesystem::exists(folder / "bad"));
 }
+
+TEST_CASE("what numerics end is one cell's trouble, what is wrong with a cell ends the study",
+          "[apps][study_command]") {
+  const Scratch& folder = bench();
+  const auto ended =
+      support::run(folder, "$ARDENT --json study duffing.toml -o memory --over order=3,20 --max-memory 3");
+  CHECK(ended.code == 0);
+  std::size_t fits = 0, troubles = 0;
+  for (const json& cell : json::parse(ended.out)["cells"]) {
+    if (cell["range"].is_string()) {
+      ++fits;
+      continue;
+    }
+    ++troubles;
+    CHECK(cell["setting"]["library.order"] == "20");
+    CHECK_THAT(cell["reason"].get<std::string>(), Catch::Contains("response.csv: needs"));
+  }
+  CHECK(fits == 2 * 2);
+  CHECK(troubles == 1);
+  support::expect(folder, "$ARDENT study duffing.toml -o wrong --over 'library.terms=[\"f\"],[\"z\"]'", 2,
+                  {"[term.unknown_name]", "'z' is not known here"});
+  CHECK_FALSE(std::filesystem::exists(folder / "wrong"));
+}
