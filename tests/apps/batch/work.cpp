@@ -95,7 +95,7 @@ TEST_CASE("every task is given out once, and every outcome arrives", "[apps][bat
     std::vector<std::size_t> begun;
     for (const auto& place : places) {
       begun.insert(begun.end(), place->begun.begin(), place->begun.end());
-      CHECK(place->most_running == num_places);
+      CHECK(place->most_running <= num_places);
     }
     CHECK(begun.front() == order.front());
     CHECK(begun.size() == order.size());
