@@ -177,7 +177,7 @@ struct Many {
       input.prepared.signals.sample_rate_hz = 10.0 * static_cast<double>(1 + i);
       input.prepared.signals.signals = {{"x", "m", Eigen::VectorXd::LinSpaced(100, 0.0, 1.0)}};
       input.recorded_rate_hz = 100.0;
-      input.zero_m = 0.001 * static_cast<double>(i);
+      input.zero = 0.001 * static_cast<double>(i);
       for (const char* why : {"clipped", "lost", "stops", "knocked", "noise"})
         input.prepared.excluded.push_back({1.0, 2.0 + static_cast<double>(why[0] % 7), why});
     }
@@ -192,6 +192,8 @@ struct Many {
         fit.fit.method = method;
         fit.model.target = "a";
         fit.model.terms = {{.name = "x", .mean = -50.0, .std = 0.1, .std_noise = 0.1}};
+        for (const apps::Input& input : inputs)
+          fit.model.coordinates.push_back({.recording = input.prepared.name, .zero = input.zero});
         fit.judgement = {.verdict = ident::Verdict::describes, .sentence = "This equation describes the record."};
         ranges[i].fits.push_back(fit);
       }
