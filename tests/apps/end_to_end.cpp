@@ -332,9 +332,13 @@ TEST_CASE("terms that cannot be are refused before anything is computed", "[apps
   refused("\"x\"", "1", "library.duplicate", {"x"});
   refused("\"f\"", "50", "library.too_large", {"1327", "1000"});
   refused(std::string("\"").append(20000, '(').append("x").append(20000, ')').append("\""), "1", "term.too_long", {});
-  std::string million;
-  for (int i = 0; i < 1000000; ++i) million.append("\"x*").append(std::to_string(i)).append("\",");
-  refused(million, "1", "library.too_large", {"1000003"});
+  const auto many = [](int number) {
+    std::string terms;
+    for (int i = 0; i < number; ++i) terms.append("\"x*").append(std::to_string(i)).append("\",");
+    return terms;
+  };
+  refused(many(20'000), "1", "library.too_large", {"20003"});
+  refused(many(1'000'000), "1", "config.syntax", {"30000"});
 }
 
 TEST_CASE("a config that cannot be run is refused with its line", "[apps][end_to_end]") {

@@ -185,12 +185,13 @@ TEST_CASE("records of one name from different runs are told apart by their runs"
     for (const std::string& name : names) list.push_back({.record = name});
     return list;
   };
-  std::vector of_files{records({"drive.csv", "drive.csv"}), records({"drive.csv", "other.csv"})};
-  apps::name_apart(of_files, {"mon/run", "tue/run"});
-  CHECK(of_files[0][0].record == "mon/run: drive.csv");
-  CHECK(of_files[0][1].record == "mon/run: drive.csv");  // two ranges of one
-  CHECK(of_files[1][0].record == "tue/run: drive.csv");
-  CHECK(of_files[1][1].record == "other.csv");
+  const auto all = apps::name_apart({records({"drive.csv", "drive.csv"}), records({"drive.csv", "other.csv"})},
+                                    {"mon/run", "tue/run"});
+  REQUIRE(all.size() == 4);
+  CHECK(all[0].record == "mon/run: drive.csv");
+  CHECK(all[1].record == "mon/run: drive.csv");  // two ranges of one
+  CHECK(all[2].record == "tue/run: drive.csv");
+  CHECK(all[3].record == "other.csv");
 }
 
 TEST_CASE("a channel that begins late is used from where it begins", "[apps][manners]") {
