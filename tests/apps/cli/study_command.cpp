@@ -128,7 +128,8 @@ TEST_CASE("what numerics end is one cell's trouble, what is wrong with a cell en
       support::run(folder, "$ARDENT --json study duffing.toml -o memory --over order=3,20 --max-memory 3");
   CHECK(ended.code == 0);
   std::size_t fits = 0, troubles = 0;
-  for (const json& cell : json::parse(ended.out)["cells"]) {
+  const json document = json::parse(ended.out);
+  for (const json& cell : document["cells"]) {
     if (cell["range"].is_string()) {
       ++fits;
       continue;

@@ -250,7 +250,7 @@ TEST_CASE("the first screen says what the numbers rest on", "[apps][page]") {
   many.config.zero = {apps::ZeroChoice::Kind::regime_mean};
   many.inputs[0].prepared.x_is_difference = true;
   range.spec.where = "x > 0";
-  CHECK_THAT(many.screen(), Catch::Contains("y - r is 0 m (mean of low)") && Catch::Contains("fitted, where x > 0."));
+  CHECK_THAT(many.screen(), Catch::Contains("y - r is 0 m; y - r is 0.001 m") && Catch::Contains("fitted, where x > 0."));
   for (const auto& [unit, said] :
        {std::pair("rad", "In SI units;"), {"mm", "In SI units and mm;"}, {"", "In raw units;"}}) {
     many.inputs[0].prepared.signals.signals[0].unit = unit;

@@ -202,6 +202,7 @@ TEST_CASE("a warning of a check is repeated unless it is said or put right alrea
 TEST_CASE("what two sensors show of one another is written as lines of a sidecar", "[apps][page]") {
   Run run = judged(ident::Verdict::describes, ident::Cause::noise);
   run.inputs.front().sidecar = "drive.csv.toml";
+  run.inputs.front().files = {"drive.csv", "drive.csv.toml"};
   run.inputs.front().channels = {{.name = "acc", .unit = "m/s^2"}};
   dsp::SensorRelation pair{.name = "y and ddy", .displacement = "laser", .acceleration = "acc"};
   pair.gain = 1.05, pair.gain_std = 1e-4, pair.lag_s = 2e-3, pair.lag_std_s = 1e-6, pair.num_windows = 10;
