@@ -160,10 +160,10 @@ class Bench {
   std::set<std::string> before_;
 };
 
-/// Evenly chosen numbers from 1 to `count`, `most` of them at the most.
-std::vector<long> even_points(long count, long most) {
+/// Evenly chosen numbers from 1 to `count`, `at_most` of them at the most.
+std::vector<long> even_points(long count, long at_most) {
   std::vector<long> points;
-  const long size = std::min(count, most);
+  const long size = std::min(count, at_most);
   for (long i = 0; i < size; ++i) points.push_back(1 + i * count / size);
   return points;
 }
