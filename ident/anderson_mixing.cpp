@@ -1,8 +1,9 @@
 #include "ident/anderson_mixing.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <utility>
+
+#include "dsp/linear.hpp"
 
 namespace ident {
 
@@ -21,7 +22,7 @@ VectorXd AndersonMixing::next(const VectorXd& x, const VectorXd& g) {
     gs.leftCols(kept) = gs_.rightCols(kept);
     steps.rightCols(1) = step - last_step_;
     gs.rightCols(1) = g - last_g_;
-    result -= gs * Eigen::CompleteOrthogonalDecomposition<MatrixXd>(steps).solve(step);
+    result -= gs * dsp::least_squares(steps, step);
     steps_ = std::move(steps);
     gs_ = std::move(gs);
   }

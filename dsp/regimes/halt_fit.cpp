@@ -1,8 +1,9 @@
 #include "dsp/regimes/halt_fit.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+
+#include "dsp/linear.hpp"
 
 namespace dsp {
 namespace {
@@ -46,8 +47,7 @@ HaltFit::HaltFit(const ShortLowPass& low_pass, double cutoff_cycles_per_sample)
       const double reversal = (static_cast<double>(step) / steps_per_wave - 1.0) * wave_;
       const Basis columns =
           course(low_pass, reach_, wave_, reversal, static_cast<double>(halt) / steps_per_wave * wave_);
-      bases.push_back(Eigen::HouseholderQR<Basis>(columns).householderQ() *
-                      Basis::Identity(columns.rows(), columns.cols()));
+      bases.emplace_back(Qr(columns).basis());
     }
     by_halt_.push_back(std::move(bases));
   }

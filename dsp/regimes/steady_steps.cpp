@@ -1,6 +1,5 @@
 #include "dsp/regimes/steady_steps.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -8,6 +7,7 @@
 #include <numbers>
 
 #include "dsp/filter/strongest_line.hpp"
+#include "dsp/linear.hpp"
 #include "dsp/order_statistics.hpp"
 #include "dsp/regimes/harmonics.hpp"
 
@@ -58,7 +58,7 @@ Harmonics fit_harmonics(const VectorXd& signal, Index first, Index last, double 
     }
   }
   const Eigen::MatrixXd normal = columns.transpose().lazyProduct(columns);
-  const VectorXd c = normal.ldlt().solve(columns.transpose() * values);
+  const VectorXd c = solve_symmetric(normal, columns.transpose() * values);
   Harmonics fit;
   for (int h = 1; h <= count; ++h) fit.z.emplace_back(c[2 * h - 1], c[2 * h]);
   fit.residual = std::sqrt((values - columns * c).squaredNorm() / static_cast<double>(n));

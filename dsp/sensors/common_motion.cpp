@@ -1,10 +1,10 @@
 #include "dsp/sensors/common_motion.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <utility>
 #include <vector>
 
+#include "dsp/linear.hpp"
 #include "dsp/order_statistics.hpp"
 
 namespace dsp {
@@ -83,7 +83,7 @@ std::optional<CommonMotion> find_common_motion(const Motion& motion, const Segme
   const Eigen::Vector3d scale = rows.leftCols<3>().colwise().norm();
   if (!(scale.minCoeff() > 0.0)) return {};
   const Eigen::MatrixX3d X = rows.leftCols<3>() * scale.cwiseInverse().asDiagonal();
-  const Eigen::Matrix3d inverse = (X.transpose() * X).ldlt().solve(Eigen::Matrix3d::Identity());
+  const Eigen::Matrix3d inverse = inverse_of_symmetric(X.transpose() * X);
   const Eigen::Vector3d c = inverse * (X.transpose() * rows.col(3));
   const VectorXd residual = rows.col(3) - X * c;
   Eigen::Matrix3d scores = Eigen::Matrix3d::Zero();

@@ -1,12 +1,12 @@
 #include "dsp/sensors/mount.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <complex>
 #include <numbers>
 
 #include "dsp/filter/short_low_pass.hpp"
+#include "dsp/linear.hpp"
 #include "dsp/order_statistics.hpp"
 
 namespace dsp {
@@ -39,8 +39,7 @@ class HalfWaves {
   explicit HalfWaves(double sample_rate_hz) : sample_rate_hz_(sample_rate_hz) {}
 
   void add(const MatrixXd& smooth_columns, VectorXd acceleration) {
-    const Eigen::HouseholderQR<MatrixXd> qr(smooth_columns);
-    HalfWave wave{qr.householderQ() * MatrixXd::Identity(smooth_columns.rows(), smooth_columns.cols()), {}};
+    HalfWave wave{Qr(smooth_columns).basis(), {}};
     acceleration -= wave.smooth * (wave.smooth.transpose() * acceleration);
     wave.rest = std::move(acceleration);
     waves_.push_back(std::move(wave));
@@ -71,7 +70,7 @@ class HalfWaves {
       ring -= (wave.smooth * (wave.smooth.transpose() * ring)).eval();
       const Eigen::Matrix2d square = ring.transpose() * ring;
       const Eigen::Vector2d product = ring.transpose() * wave.rest;
-      left(static_cast<Index>(k / stride)) = wave.rest.squaredNorm() - product.dot(square.ldlt().solve(product));
+      left(static_cast<Index>(k / stride)) = wave.rest.squaredNorm() - product.dot(solve_symmetric(square, product));
     }
     return left;
   }
@@ -104,7 +103,7 @@ class HalfWaves {
         0.25 * (at(step, step) + at(-step, -step) - at(step, -step) - at(-step, step)).sum();
     Eigen::MatrixX2d slopes(here.size(), 2);
     slopes << 0.5 * (up - down), 0.5 * (more - less);
-    const Eigen::Matrix2d inverse = curvature.inverse();
+    const Eigen::Matrix2d inverse = inverse_of(curvature);
     const Eigen::Matrix2d covariance = inverse * (slopes.transpose() * slopes) * inverse;
     return step * covariance.diagonal().cwiseSqrt().cwiseProduct(Eigen::Vector2d(best.frequency_hz, 1.0));
   }

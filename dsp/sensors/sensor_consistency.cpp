@@ -1,6 +1,5 @@
 #include "dsp/sensors/sensor_consistency.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +11,7 @@
 #include <utility>
 
 #include "dsp/for_each_index.hpp"
+#include "dsp/linear.hpp"
 #include "dsp/order_statistics.hpp"
 #include "dsp/sensors/band_windows.hpp"
 
@@ -154,7 +154,7 @@ Fitted fit_from(const Ratio& ratio, const VectorXd& p, double scale) {
     }
     MatrixXd damped = normal;
     damped.diagonal() *= 1.0 + damping;
-    const VectorXd step = damped.ldlt().solve(gradient);
+    const VectorXd step = solve_symmetric(damped, gradient);
     const VectorXd next = best.p + step;
     const double next_cost = step.allFinite() ? cost(next) : std::numeric_limits<double>::infinity();
     if (next_cost < best.cost) {
@@ -169,7 +169,7 @@ Fitted fit_from(const Ratio& ratio, const VectorXd& p, double scale) {
   }
   // A Hann window makes neighbouring bins share 1.5 bins' worth of information.
   const double noise = 1.5 * weighted / std::max(1.0, 2.0 * weights - static_cast<double>(n));
-  best.covariance = noise * normal.ldlt().solve(MatrixXd::Identity(n, n));
+  best.covariance = noise * inverse_of_symmetric(normal);
   const Model model(best.p);
   double misfit = 0.0, size = 0.0, errors = 0.0;
   for (std::size_t i = 0; i < ratio.value.size(); ++i) {

@@ -1,7 +1,6 @@
 #include "ident/equation/identified_equation.hpp"
 
-#include <Eigen/Eigenvalues>
-
+#include "dsp/linear.hpp"
 #include "sim/noise.hpp"
 
 namespace ident {
@@ -11,14 +10,12 @@ Eigen::VectorXd drawn_coefficients(const IdentifiedEquation& equation, std::uint
   // Coefficients differ by many powers of ten: the root is taken of their correlations.
   const Eigen::VectorXd deviation = equation.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   const Eigen::VectorXd inverse = deviation.unaryExpr([](double d) { return d > 0.0 ? 1.0 / d : 0.0; });
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(inverse.asDiagonal() * equation.covariance *
-                                                              inverse.asDiagonal());
+  const dsp::Axes axes = dsp::eigen_symmetric(inverse.asDiagonal() * equation.covariance * inverse.asDiagonal());
   const sim::Noise noise(seed, draw);
   Eigen::VectorXd z(size);
   for (Eigen::Index i = 0; i < size; ++i) z[i] = noise.normal(static_cast<std::uint64_t>(i));
-  const Eigen::VectorXd spread = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  return equation.mean +
-         deviation.cwiseProduct(solver.eigenvectors() * spread.cwiseProduct(solver.eigenvectors().transpose() * z));
+  const Eigen::VectorXd spread = axes.values.cwiseMax(0.0).cwiseSqrt();
+  return equation.mean + deviation.cwiseProduct(axes.vectors * spread.cwiseProduct(axes.vectors.transpose() * z));
 }
 
 }  // namespace ident

@@ -9,9 +9,9 @@
 #include <limits>
 #include <numeric>
 
+#include "dsp/linear.hpp"
 #include "ident/regression/finish_fit.hpp"
 #include "ident/regression/posterior.hpp"
-#include "ident/square_svd.hpp"
 
 namespace ident {
 namespace {
@@ -125,14 +125,13 @@ Collinearity collinearity(const RFactor& data, double limit, const Poll& poll) {
   const std::vector<Index> columns = usable_terms(problem);
   if (columns.empty()) return result;
 
-  const SquareSvd svd = square_svd(triangle(problem.A(Eigen::all, columns)), Eigen::ComputeFullV);
-  const VectorXd& s = svd.singularValues();
+  const auto [s, axes] = dsp::right_singular(triangle(problem.A(Eigen::all, columns)));
   const Index last = s.size() - 1;
   result.condition_number = s(last) > 0.0 ? s(0) / s(last) : infinite;
   const Posterior at = posterior(problem, columns, VectorXd::Constant(static_cast<Index>(columns.size()), flat_lambda));
   for (const Index i : columns) result.inflation(i) = at.sparsity(i) > 0.0 ? 1.0 / at.sparsity(i) : infinite;
   for (Index k = last; k > 0 && s(k) * limit < s(0); --k)
-    result.dependences.push_back(dependence(columns, svd.matrixV().col(k), s(k)));
+    result.dependences.push_back(dependence(columns, axes.col(k), s(k)));
   return result;
 }
 

@@ -2,15 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <utility>
 
+#include "dsp/linear.hpp"
 #include "ident/regression/weak_terms.hpp"
-#include "ident/square_svd.hpp"
 
 namespace ident {
 
@@ -62,7 +61,7 @@ void leave_out_dependent(const UnitProblem& problem, std::vector<Index>& kept, F
       continue;
     }
     Dependent found{term, {}};
-    const VectorXd weights = T.topLeftCorner(r, r).triangularView<Eigen::Upper>().solve(within_basis);
+    const VectorXd weights = dsp::solve_upper(T.topLeftCorner(r, r), within_basis);
     for (Index j = 0; j < r; ++j)
       if (std::abs(weights(j)) > negligible_fraction * weights.cwiseAbs().maxCoeff())
         found.of.push_back(independent[static_cast<std::size_t>(j)]);
@@ -123,7 +122,7 @@ FitStep start_from(std::vector<Index> kept) {
 
 double condition_number(const UnitProblem& problem, const std::vector<Index>& kept) {
   if (kept.empty()) return 1.0;
-  const VectorXd s = square_svd(triangle(columns(problem, kept))).singularValues();
+  const VectorXd s = dsp::singular_values(triangle(columns(problem, kept)));
   const double smallest = s(s.size() - 1);
   return smallest > 0.0 ? s(0) / smallest : std::numeric_limits<double>::infinity();
 }
@@ -208,11 +207,11 @@ void finish_least_squares(const UnitProblem& problem, std::vector<Index> kept, d
   VectorXd y = VectorXd::Zero(A.rows());
   y.head(problem.A.rows()) = problem.Y.col(0);
 
-  Eigen::HouseholderQR<MatrixXd> qr(A);
-  y.applyOnTheLeft(qr.householderQ().adjoint());
-  const auto T = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
-  const VectorXd mean = T.solve(y.head(n));
-  const MatrixXd root = T.solve(MatrixXd::Identity(n, n));
+  const dsp::Qr qr(std::move(A));
+  qr.rotate(y);
+  const MatrixXd T = qr.triangle();
+  const VectorXd mean = dsp::solve_upper(T, VectorXd(y.head(n)));
+  const MatrixXd root = dsp::inverse_of_upper(T);
   const double residual =
       penalty > 0.0 ? (problem.Y.col(0) - data_columns * mean).squaredNorm() : y.tail(y.size() - n).squaredNorm();
   const bool rows_to_spare = problem.num_samples > n;

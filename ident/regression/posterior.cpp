@@ -1,12 +1,12 @@
 #include "ident/regression/posterior.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <utility>
+
+#include "dsp/linear.hpp"
 
 namespace ident {
 namespace {
@@ -83,15 +83,13 @@ Posterior posterior(const UnitProblem& problem, const std::vector<Index>& kept, 
     augmented(data_rows + j, j) = std::sqrt(lambda(j));
   }
   if (n > 0) {
-    Eigen::HouseholderQR<Eigen::Ref<MatrixXd>> qr(augmented);
-    others.applyOnTheLeft(qr.householderQ().adjoint());
-    const auto T = augmented.topRows(n).triangularView<Eigen::Upper>();
-    at.root = T.solve(MatrixXd::Identity(n, n));
-    for (Index t = 0; t < q; ++t) at.mean.col(t) = T.solve(others.col(num_left_out + t).head(n));
+    const dsp::Qr qr(std::move(augmented));
+    qr.rotate(others);
+    const MatrixXd T = qr.triangle();
+    at.root = dsp::inverse_of_upper(T);
+    for (Index t = 0; t < q; ++t) at.mean.col(t) = dsp::solve_upper(T, VectorXd(others.col(num_left_out + t).head(n)));
     // Rows of the pseudo-inverse are the residuals of one column against the others, divided by their squared norm.
-    MatrixXd Q = MatrixXd::Identity(rows, n);
-    Q.applyOnTheLeft(qr.householderQ());
-    const MatrixXd dual = Q * at.root.transpose();
+    const MatrixXd dual = qr.basis() * at.root.transpose();
     for (Index j = 0; j < n; ++j) {
       const Index term = kept[static_cast<std::size_t>(j)];
       const double scale = at.root.row(j).squaredNorm();
@@ -100,7 +98,7 @@ Posterior posterior(const UnitProblem& problem, const std::vector<Index>& kept, 
       at.sparsity(term) = residual.squaredNorm();
       at.quality.row(term) = at.mean.row(j) / scale;
     }
-    at.log_determinant = 2.0 * augmented.diagonal().array().abs().log().sum() - lambda.array().log().sum();
+    at.log_determinant = 2.0 * T.diagonal().array().abs().log().sum() - lambda.array().log().sum();
   }
   const auto tail = others.block(n, num_left_out, rows - n, q);
   at.misfit = gram(tail);
@@ -120,9 +118,9 @@ Posterior posterior(const UnitProblem& problem, const std::vector<Index>& kept, 
 
 NoiseCovariance NoiseCovariance::of(const MatrixXd& products, double count, double floor) {
   if (products.size() == 1) return {MatrixXd::Ones(1, 1), (products.diagonal() / count).cwiseMax(floor)};
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(products / count);
-  const double least = std::max(floor, 1e-14 * solver.eigenvalues().maxCoeff());
-  return {solver.eigenvectors(), solver.eigenvalues().cwiseMax(least)};
+  const dsp::Axes eigen = dsp::eigen_symmetric(products / count);
+  const double least = std::max(floor, 1e-14 * eigen.values.maxCoeff());
+  return {eigen.vectors, eigen.values.cwiseMax(least)};
 }
 
 double log_evidence(const UnitProblem& problem, const Posterior& at, const NoiseCovariance& noise) {

@@ -1,10 +1,11 @@
 #include "ident/regression/weak_terms.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
+
+#include "dsp/linear.hpp"
 
 namespace ident {
 namespace {
@@ -58,11 +59,12 @@ LeftOut left_out_of(const UnitProblem& problem, const std::vector<Index>& kept, 
   augmented.bottomRows(n).diagonal() = lambda.cwiseSqrt();
   others.topLeftCorner(rows, b) = problem.A;
   others.topRightCorner(rows, 1) = problem.Y;
-  const Eigen::HouseholderQR<MatrixXd> qr(augmented);
-  others.applyOnTheLeft(qr.householderQ().adjoint());
-  const auto T = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
+  const dsp::Qr qr(std::move(augmented));
+  qr.rotate(others);
+  const MatrixXd T = qr.triangle();
 
-  LeftOut found{T.solve(MatrixXd::Identity(n, n)), T.solve(others.col(b).head(n)), {}, MatrixXd(n, b), {}, {}};
+  LeftOut found{
+      dsp::inverse_of_upper(T), dsp::solve_upper(T, VectorXd(others.col(b).head(n))), {}, MatrixXd(n, b), {}, {}};
   MatrixXd beyond(rows, b);
   VectorXd degree(b);
   Index count = 0;
@@ -72,7 +74,7 @@ LeftOut left_out_of(const UnitProblem& problem, const std::vector<Index>& kept, 
     if (std::find(kept.begin(), kept.end(), i) != kept.end() || !(norm * norm > smallest_sparsity(problem))) continue;
     beyond.col(count) = others.col(i).tail(rows) / norm;
     degree(count) = problem.degree.size() > 0 ? std::max(1.0, problem.degree(i)) : 1.0;
-    found.replaced.col(count++) = T.solve(others.col(i).head(n)) / norm;
+    found.replaced.col(count++) = dsp::solve_upper(T, VectorXd(others.col(i).head(n))) / norm;
   }
   const VectorXd target = others.col(b).tail(rows);
   found.products = beyond.leftCols(count).transpose() * beyond.leftCols(count);

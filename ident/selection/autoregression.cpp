@@ -1,10 +1,11 @@
 #include "ident/selection/autoregression.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
+
+#include "dsp/linear.hpp"
 
 namespace ident {
 namespace {
@@ -27,7 +28,7 @@ class RestrictedLikelihood {
     const Index width = first_.cols(), num_terms = width - 1;
     MatrixXd rows(continued_.rows() + first_.rows(), width);
     rows << continued_.leftCols(width) - rho * continued_.rightCols(width), std::sqrt(1.0 - rho * rho) * first_;
-    const MatrixXd R = rows.householderQr().matrixQR();
+    const MatrixXd R = dsp::Qr(std::move(rows)).triangle();
     const double spare = std::max(1.0, num_rows_ - static_cast<double>(num_terms));
     double log_determinant = 0.0;
     for (Index j = 0; j < num_terms; ++j)

@@ -5,10 +5,10 @@
 #include <limits>
 
 #include "dsp/filter/strongest_line.hpp"
+#include "dsp/linear.hpp"
 #include "ident/identify.hpp"
 #include "ident/range_data.hpp"
 #include "ident/selection/settled_model.hpp"
-#include "ident/square_svd.hpp"
 
 namespace ident {
 namespace {
@@ -52,11 +52,10 @@ std::vector<ModelSizes::Probed> ModelSizes::probed(const EvidenceRows& rows, con
     MatrixXd beyond = R.block(b, b, q, q);
     for (Index j = 0; j < q; ++j) beyond.col(j) *= norms(j) > 0.0 ? 1.0 / norms(j) : 0.0;
     const VectorXd target = R.col(b + q).segment(b, q) / unit;
-    const SquareSvd svd = square_svd(beyond, Eigen::ComputeFullU);
-    one.num_probes = (svd.singularValues().array() > independent).count();
+    const auto [sizes, axes] = dsp::left_singular(beyond);
+    one.num_probes = (sizes.array() > independent).count();
     const double last = R(b + q, b + q) / unit;
-    one.rss = last * last + target.squaredNorm() -
-              (svd.matrixU().leftCols(one.num_probes).transpose() * target).squaredNorm();
+    one.rss = last * last + target.squaredNorm() - (axes.leftCols(one.num_probes).transpose() * target).squaredNorm();
     if (rows.records().size() > 1) one.triangle = R;
     result.push_back(std::move(one));
   }
@@ -163,11 +162,10 @@ ModelSizes::Rest ModelSizes::beside_common_functions(const Subset& model) const 
   }
   for (Index j = 0; j < width; ++j) stacked.col(j) *= squares(j) > 0.0 ? 1.0 / std::sqrt(squares(j)) : 0.0;
   const MatrixXd R = triangle(stacked);
-  const SquareSvd svd = square_svd(R.topLeftCorner(q, q), Eigen::ComputeFullU);
-  const Index dimensions = (svd.singularValues().array() > independent).count();
+  const auto [sizes, axes] = dsp::left_singular(R.topLeftCorner(q, q));
+  const Index dimensions = (sizes.array() > independent).count();
   const VectorXd target = R.col(q).head(q);
-  return {R(q, q) * R(q, q) + target.squaredNorm() -
-              (svd.matrixU().leftCols(dimensions).transpose() * target).squaredNorm(),
+  return {R(q, q) * R(q, q) + target.squaredNorm() - (axes.leftCols(dimensions).transpose() * target).squaredNorm(),
           static_cast<double>(dimensions)};
 }
 

@@ -1,9 +1,10 @@
 #include "ident/sensors/sensor_fit.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <utility>
+
+#include "dsp/linear.hpp"
 
 namespace ident {
 namespace {
@@ -16,7 +17,7 @@ using Eigen::VectorXd;
 MatrixXd covariance_of(const MatrixXd& rows) {
   const VectorXd scale = rows.colwise().norm().transpose().cwiseMax(std::numeric_limits<double>::min());
   const MatrixXd R = triangle(rows * scale.cwiseInverse().asDiagonal());
-  const MatrixXd root = R.triangularView<Eigen::Upper>().solve(MatrixXd::Identity(R.cols(), R.cols()));
+  const MatrixXd root = dsp::inverse_of_upper(R);
   const MatrixXd scaled = scale.cwiseInverse().asDiagonal() * root;
   return scaled * scaled.transpose();
 }
@@ -120,7 +121,7 @@ VectorXd sensor_mean(const SensorRegression& regression, const std::vector<Index
     const Index column = n_s + kept[static_cast<std::size_t>(j)];
     left.head(height) -= mean(j) * (data.scale(column) / data.unit) * data.R.col(column);
   }
-  return regression.prior_std.cwiseProduct(rows.colPivHouseholderQr().solve(left));
+  return regression.prior_std.cwiseProduct(dsp::least_squares(rows, left));
 }
 
 SensorPosterior sensor_posterior(const SensorRegression& regression, const std::vector<Index>& kept,
@@ -178,8 +179,7 @@ std::vector<SensorTwin> sensor_twins(const SensorRegression& regression, const s
     beyond << data.R.leftCols(n_s), data.R.col(n_s + j);
     const VectorXd whole = beyond.colwise().norm();
     if (others.cols() > 0) {
-      const Eigen::HouseholderQR<MatrixXd> qr(others);
-      beyond.applyOnTheLeft(qr.householderQ().adjoint());
+      dsp::Qr(others).rotate(beyond);
       beyond.topRows(others.cols()).setZero();
     }
     const VectorXd left = beyond.colwise().norm();

@@ -1,10 +1,10 @@
 #include "ident/validate/closest_run.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <optional>
+
+#include "dsp/linear.hpp"
 
 namespace ident {
 namespace {
@@ -23,8 +23,8 @@ double chi_square_99(Index k) {
 MatrixXd root_of(const MatrixXd& covariance) {
   const VectorXd std = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   const VectorXd inverse = std.unaryExpr([](double s) { return s > 0.0 ? 1.0 / s : 0.0; });
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(inverse.asDiagonal() * covariance * inverse.asDiagonal());
-  return std.asDiagonal() * solver.eigenvectors() * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  const dsp::Axes axes = dsp::eigen_symmetric(inverse.asDiagonal() * covariance * inverse.asDiagonal());
+  return std.asDiagonal() * axes.vectors * axes.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
 /// A run through both, with its errors at the scored samples.
@@ -103,7 +103,7 @@ VectorXd least_within(double radius, const VectorXd& z, const VectorXd& errors, 
   const MatrixXd normal = slopes.transpose() * slopes;
   const VectorXd right = normal * z - slopes.transpose() * errors;
   const auto at = [&](double damping) -> VectorXd {
-    return (normal + damping * MatrixXd::Identity(z.size(), z.size())).ldlt().solve(right);
+    return dsp::solve_symmetric(normal + damping * MatrixXd::Identity(z.size(), z.size()), right);
   };
   const double scale = normal.diagonal().maxCoeff();
   if (!(scale > 0.0)) return z;

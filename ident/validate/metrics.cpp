@@ -1,12 +1,12 @@
 #include "ident/validate/metrics.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
 #include "dsp/filter/fft.hpp"
+#include "dsp/linear.hpp"
 
 namespace ident {
 
@@ -134,10 +134,8 @@ MatrixXd robust_covariance(const RFactor& kept, const BlockScores& scores) {
   if (!(scale.minCoeff() > 0.0)) return {};
   const MatrixXd R = triangle * scale.cwiseInverse().asDiagonal();
   // (Phi'Phi)^-1 = R^-1 R^-T on columns of unit norm; the factor corrects for the few blocks.
-  const auto upper = R.triangularView<Eigen::Upper>();
-  MatrixXd root = upper.transpose().solve(scale.cwiseInverse().asDiagonal() * scores.sums());
-  root = upper.solve(root);
-  root = scale.cwiseInverse().asDiagonal() * root;
+  const MatrixXd scaled_sums = scale.cwiseInverse().asDiagonal() * scores.sums();
+  const MatrixXd root = scale.cwiseInverse().asDiagonal() * dsp::solve_upper(R, dsp::solve_transposed(R, scaled_sums));
   const auto num_blocks = static_cast<double>(scores.sums().cols());
   return num_blocks / std::max(1.0, num_blocks - 1.0) * root * root.transpose();
 }

@@ -1,12 +1,12 @@
 #include "ident/validate/motion_score.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <utility>
 
 #include "dsp/filter/fft.hpp"
+#include "dsp/linear.hpp"
 #include "ident/rows_of_terms.hpp"
 #include "ident/sensors/channel_noise.hpp"
 #include "ident/validate/regressor_noise.hpp"
@@ -90,7 +90,7 @@ MotionScore::MotionScore(const Model& model, const std::vector<Row>& rows, const
     RowsOfTerms(rows, recordings, {terms[static_cast<std::size_t>(j)]}).read(0, column);
     all.col(j) = weighted(column);
   }
-  kept_ = Eigen::HouseholderQR<MatrixXd>(all).householderQ() * MatrixXd::Identity(2 * total, k);
+  kept_ = dsp::Qr(std::move(all)).basis();
   residual_ = weighted(residual);
   residual_ -= kept_ * (kept_.transpose() * residual_);
 }

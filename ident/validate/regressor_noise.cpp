@@ -6,6 +6,7 @@
 #include <string>
 
 #include "dsp/filter/power_density.hpp"
+#include "dsp/linear.hpp"
 #include "ident/sensors/channel_noise.hpp"
 
 namespace ident {
@@ -140,9 +141,9 @@ RegressorNoise regressor_noise(const Model& model, const RFactor& kept, const st
   result.residual_power = residual.squaredNorm() / static_cast<double>(residual.size());
   result.motion_power = motion_power / num_samples;
   result.motion_std = std::sqrt(in_motion.of_residual(beta) / num_samples);
-  const auto R = kept.R.topLeftCorner(k, k).triangularView<Eigen::Upper>();
+  const MatrixXd R = kept.R.topLeftCorner(k, k);
   const VectorXd right = (known.shared - known.noise * beta) * (static_cast<double>(kept.num_samples) / num_samples);
-  result.bias = R.solve(R.transpose().solve(right));
+  result.bias = dsp::solve_upper(R, dsp::solve_transposed(R, right));
   return result;
 }
 

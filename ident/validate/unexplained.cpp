@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +9,7 @@
 #include <limits>
 #include <utility>
 
+#include "dsp/linear.hpp"
 #include "dsp/signals.hpp"
 #include "ident/library/collinearity.hpp"
 #include "ident/rows_of_terms.hpp"
@@ -163,7 +163,7 @@ MatrixXd part_in_kept(const Eigen::Ref<const MatrixXd>& values, const Model& mod
   RowsOfTerms(rows, recordings, columns).for_each_block([&](Index first, const MatrixXd& phi) {
     products += phi.transpose() * values.middleRows(first, phi.rows());
   });
-  return kept.R.topLeftCorner(k, k).triangularView<Eigen::Upper>().transpose().solve(products);
+  return dsp::solve_transposed(kept.R.topLeftCorner(k, k), products);
 }
 
 /// A residual beside the kept columns.
@@ -319,7 +319,7 @@ struct Residual {
   /// What the kept columns do not make up of a series.
   [[nodiscard]] VectorXd beyond_kept(const VectorXd& series, const VectorXd& in_kept_basis) const {
     const Index k = std::ssize(model.terms);
-    const VectorXd coefficients = kept.R.topLeftCorner(k, k).triangularView<Eigen::Upper>().solve(in_kept_basis);
+    const VectorXd coefficients = dsp::solve_upper(kept.R.topLeftCorner(k, k), in_kept_basis);
     std::vector<Index> columns;
     for (const ModelTerm& term : model.terms) columns.push_back(term.column);
     VectorXd rest = series;
@@ -350,7 +350,7 @@ struct Residual {
     const MatrixXd power = probe.transpose() * probe - probe_in_kept.transpose() * probe_in_kept;
     const VectorXd product = probe.transpose() * values - probe_in_kept.transpose() * in_kept;
     if (!(power.diagonal().minCoeff() > rounding)) return {};
-    const VectorXd coefficients = power.ldlt().solve(product);
+    const VectorXd coefficients = dsp::solve_symmetric(power, product);
     const double fraction = std::clamp(product.dot(coefficients) / values.squaredNorm(), 0.0, 1.0);
     const double independent =
         static_cast<double>(values.size()) * independence.fraction_beside(autocorrelation, probe * coefficients);
