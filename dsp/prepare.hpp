@@ -11,12 +11,13 @@
 #include "dsp/decimate.hpp"
 #include "dsp/filter/column_filter.hpp"
 #include "dsp/motion.hpp"
-#include "dsp/read_recording.hpp"
 #include "dsp/recording.hpp"
 #include "dsp/samples/raw_spectrum.hpp"
 #include "dsp/sensors/sensor_consistency.hpp"
 
 namespace dsp {
+
+class RecordingReader;
 
 enum class Recipe {
   matched,  ///< columns are formed first, on wide-band signals, and filtered after, each by the filter of the target

@@ -175,7 +175,7 @@ std::vector<RangeResult> identify(Record record, const LibraryOptions& library, 
   options.target_unit = record.prepared.signals.find(options.target)->unit;
   std::vector<Columns> columns;
   columns.push_back(
-      record_columns(compiled, options.target, record, dsp::ReadOptions{}.max_memory_bytes, options.poll));
+      record_columns(compiled, options.target, record, dsp::StreamOptions{}.max_memory_bytes, options.poll));
   return identify(ranges, columns, compiled, options);
 }
 

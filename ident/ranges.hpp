@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "dsp/io/sidecar.hpp"
+#include "dsp/io/range_spec.hpp"
 #include "dsp/recording.hpp"
 #include "dsp/regimes/regime.hpp"
 #include "ident/columns.hpp"

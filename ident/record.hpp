@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "dsp/prepare.hpp"
-#include "dsp/read_recording.hpp"
 #include "dsp/segment_regimes.hpp"
 #include "dsp/sensors/common_motion.hpp"
 #include "dsp/sensors/power_check.hpp"
@@ -73,7 +72,7 @@ void find_regimes(Record& record, const dsp::SegmentOptions& options = {}, int n
 /// form_columns of a record, with its regimes, power check and sensor parameters. Throws dsp::Fault (numerics)
 /// memory.limit where fitting them would take more than max_memory_bytes, memory.exhausted; as form_columns.
 [[nodiscard]] Columns record_columns(const CandidateLibrary& library, const std::string& target, const Record& record,
-                                     std::size_t max_memory_bytes = dsp::ReadOptions{}.max_memory_bytes,
+                                     std::size_t max_memory_bytes = dsp::StreamOptions{}.max_memory_bytes,
                                      const std::function<void()>& poll = {}, int num_threads = 1);
 
 }  // namespace ident

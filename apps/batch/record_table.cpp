@@ -78,7 +78,7 @@ std::string table_json(const std::vector<RecordResult>& records, const std::stri
                                    {"exit_code", record.exit_code},
                                    {"error", text_or_null(record.error)},
                                    {"ranges", record.ranges}});
-  document["joint"] = joint.empty() ? Json() : Json::parse(joint);
+  document["joint"] = joint.empty() ? Json() : parsed_json(joint);
   if (joint.empty()) document["joint_reason"] = text_or_null(reason);
   return text_of(document);
 }

@@ -9,6 +9,7 @@
 #include "apps/output/study_output.hpp"
 #include "apps/process/output_folder.hpp"
 #include "dsp/names.hpp"
+#include "dsp/read_recording.hpp"
 
 namespace apps {
 namespace {

@@ -17,6 +17,7 @@
 #include "dsp/io/input_file.hpp"
 #include "dsp/io/sidecar.hpp"
 #include "dsp/names.hpp"
+#include "dsp/read_recording.hpp"
 #include "dsp/sensors/sensor_checks.hpp"
 #include "ident/left_out.hpp"
 

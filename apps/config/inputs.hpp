@@ -7,11 +7,14 @@
 
 #include "apps/config/config.hpp"
 #include "apps/process/console.hpp"
+#include "dsp/io/sidecar.hpp"
 #include "dsp/prepare.hpp"
 #include "dsp/prepare/motion_band.hpp"
-#include "dsp/read_recording.hpp"
 #include "ident/record.hpp"
 
+namespace dsp {
+struct ReadOptions;
+}
 namespace apps {
 
 /// A recording of a config, read and prepared, and where it came from.

@@ -143,7 +143,7 @@ std::optional<std::vector<ManifestFile>> listed_outputs(const fs::path& folder) 
 }
 
 std::string this_program() {
-  return program_of(Json::parse(manifest_json({})));
+  return program_of(parsed_json(manifest_json({})));
 }
 
 std::string manifest_path(const fs::path& file, const fs::path& folder) {

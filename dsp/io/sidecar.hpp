@@ -1,12 +1,12 @@
 #pragma once
 #include <filesystem>
-#include <limits>
 #include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "dsp/io/range_spec.hpp"
 #include "dsp/io/settings.hpp"
 #include "dsp/io/units.hpp"
 #include "dsp/recording.hpp"
@@ -34,15 +34,6 @@ struct ChannelSpec {
   std::vector<double> highpass_hz;  ///< cut-offs of the AC coupling, one pole each
   std::map<std::string, std::string> sensor;
   std::string place;  ///< file:line, for messages
-};
-
-/// One [[range]] of a sidecar or a config, seconds from the first sample.
-struct RangeSpec {
-  std::string name;
-  double from_s = 0.0, to_s = std::numeric_limits<double>::infinity();  ///< infinity: to the end
-  std::optional<double> train_to_s;
-  std::string where;  ///< condition, empty: all samples
-  std::string place;
 };
 
 /// What a person knows about a recording, in NAME.ext.toml beside it. Its keys are those of sidecar_settings().

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "dsp/motion.hpp"
+#include "dsp/read_recording.hpp"
 #include "dsp/signals.hpp"
 
 namespace dsp {

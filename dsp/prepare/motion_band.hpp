@@ -6,10 +6,11 @@
 #include <vector>
 
 #include "dsp/prepare.hpp"
-#include "dsp/read_recording.hpp"
 #include "dsp/samples/raw_spectrum.hpp"
 
 namespace dsp {
+
+class RecordingReader;
 
 /// One-sided power spectrum of a motion and where in it the motion lies.
 struct MotionBand {

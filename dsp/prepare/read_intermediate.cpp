@@ -10,6 +10,7 @@
 #include "dsp/prepare.hpp"
 #include "dsp/prepare/intermediate_recorder.hpp"
 #include "dsp/prepare/prepare_filters.hpp"
+#include "dsp/read_recording.hpp"
 
 // From a recording to the intermediate rate, in one pass for all ways of preparing.
 

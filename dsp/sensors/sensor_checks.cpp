@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dsp/io/sidecar.hpp"
+
 namespace dsp {
 namespace {
 

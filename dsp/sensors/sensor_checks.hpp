@@ -2,11 +2,12 @@
 #include <string>
 #include <vector>
 
-#include "dsp/io/sidecar.hpp"
 #include "dsp/prepare.hpp"
 #include "dsp/sensors/sensor_problems.hpp"
 
 namespace dsp {
+
+struct ChannelSpec;
 
 /// Lines for a sidecar's [[channel]] that would have kept the problem away, given what it says now (nullptr: it says
 /// none of it): `sensitivity = "102 mV/g"`. A lag adds to the delay that is there.

@@ -75,7 +75,7 @@ std::vector<CarryOver> carried_over(const Model& model, const Record& record, co
   if (std::find(terms.terms.begin(), terms.terms.end(), "1") == terms.terms.end()) terms.terms.emplace_back("1");
   const CandidateLibrary library = record_library(terms, model.target, record.prepared);
   std::vector<Columns> columns;
-  columns.push_back(record_columns(library, model.target, record, dsp::ReadOptions{}.max_memory_bytes, options.poll));
+  columns.push_back(record_columns(library, model.target, record, dsp::StreamOptions{}.max_memory_bytes, options.poll));
   Range all;
   all.recording = 1;
   all.spec.name = record.prepared.name;

@@ -1,4 +1,5 @@
 // What a person is told who made a mistake, or several: each names what was found, what is wanted and what to type.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>

@@ -6,6 +6,7 @@
 #include "dsp/io/sound_file.hpp"
 #include "dsp/io/sound_writer.hpp"
 #include "dsp/prepare.hpp"
+#include "dsp/read_recording.hpp"
 #include "support/program.hpp"
 
 using support::bytes_of;

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "dsp/read_recording.hpp"
 #include "dsp/sensors/power_check.hpp"
 #include "support/signals.hpp"
 

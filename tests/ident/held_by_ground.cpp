@@ -1,5 +1,6 @@
 #include "ident/held_by_ground.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <utility>

@@ -1,6 +1,7 @@
 #include "ident/joint_fit.hpp"
 
 #include <Eigen/QR>
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <random>
 

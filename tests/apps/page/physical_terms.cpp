@@ -1,6 +1,7 @@
 #include "apps/page/physical_terms.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>

@@ -1,5 +1,6 @@
 #include "dsp/prepare/filtered_stretch.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <vector>

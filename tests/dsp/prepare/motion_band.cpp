@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
@@ -10,6 +11,7 @@
 #include "dsp/filter/spectral.hpp"
 #include "dsp/io/sound_writer.hpp"
 #include "dsp/motion.hpp"
+#include "dsp/read_recording.hpp"
 #include "support/scratch.hpp"
 
 using Eigen::Index;

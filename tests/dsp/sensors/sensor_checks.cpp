@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "dsp/io/sidecar.hpp"
 #include "support/rig.hpp"
 #include "support/signals.hpp"
 

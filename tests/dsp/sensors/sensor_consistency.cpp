@@ -1,5 +1,6 @@
 #include "dsp/sensors/sensor_consistency.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>

@@ -1,6 +1,7 @@
 #include "ident/library/collinearity.hpp"
 
 #include <Eigen/SVD>
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
