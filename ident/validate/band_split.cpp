@@ -33,10 +33,11 @@ class LowPassed {
 
   [[nodiscard]] Index num_terms() const { return columns_.num_terms(); }
   /// Calls visit(rows) for all of them in order, without those that lean on what lies beyond a stretch. In pieces, so
-  /// that their memory does not grow with the recording.
+  /// that their memory does not grow with the recording; long ones, since the filter predicts seconds beyond the ends of
+  /// each.
   template <class Visit>
   void for_each_piece(Visit&& visit) const {
-    const Index most = std::max<Index>(4096, 8 * edge_);
+    const Index most = std::max<Index>(65536, 8 * edge_);
     for (Index first = 0, next = 0; first < std::ssize(rows_); first = next) {
       next = end_of_stretch(rows_, first, std::ssize(rows_));
       const Index kept = next - first - 2 * edge_;
