@@ -9,6 +9,7 @@
 #include <numeric>
 #include <utility>
 
+#include "dsp/constants.hpp"
 #include "ident/regression/weak_terms.hpp"
 #include "ident/square_svd.hpp"
 
@@ -20,7 +21,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+using dsp::nan;
 
 // target norm over column norms: what turns unit-norm coefficients into the caller's.
 VectorXd coefficient_scale(const UnitProblem& problem, const std::vector<Index>& kept) {

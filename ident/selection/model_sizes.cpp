@@ -17,7 +17,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double independent = 0.02;  // of a unit-norm probe that lies beyond all candidates
+constexpr double beyond_candidates = 0.02;  // of a unit-norm probe that lies beyond all candidates
 
 /// At most a quarter of the period of the motion: rows closer than that share their misfit.
 Index quarter_period(const EvidenceRows& rows) {
@@ -53,7 +53,7 @@ std::vector<ModelSizes::Probed> ModelSizes::probed(const EvidenceRows& rows, con
     for (Index j = 0; j < q; ++j) beyond.col(j) *= norms(j) > 0.0 ? 1.0 / norms(j) : 0.0;
     const VectorXd target = R.col(b + q).segment(b, q) / unit;
     const SquareSvd svd = square_svd(beyond, Eigen::ComputeFullU);
-    one.num_probes = (svd.singularValues().array() > independent).count();
+    one.num_probes = (svd.singularValues().array() > beyond_candidates).count();
     const double last = R(b + q, b + q) / unit;
     one.rss = last * last + target.squaredNorm() -
               (svd.matrixU().leftCols(one.num_probes).transpose() * target).squaredNorm();
@@ -164,7 +164,7 @@ ModelSizes::Rest ModelSizes::beside_common_functions(const Subset& model) const 
   for (Index j = 0; j < width; ++j) stacked.col(j) *= squares(j) > 0.0 ? 1.0 / std::sqrt(squares(j)) : 0.0;
   const MatrixXd R = triangle(stacked);
   const SquareSvd svd = square_svd(R.topLeftCorner(q, q), Eigen::ComputeFullU);
-  const Index dimensions = (svd.singularValues().array() > independent).count();
+  const Index dimensions = (svd.singularValues().array() > beyond_candidates).count();
   const VectorXd target = R.col(q).head(q);
   return {R(q, q) * R(q, q) + target.squaredNorm() -
               (svd.matrixU().leftCols(dimensions).transpose() * target).squaredNorm(),
