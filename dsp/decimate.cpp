@@ -11,6 +11,7 @@
 #include "dsp/filter/decimate_between.hpp"
 #include "dsp/filter/dispatch.hpp"
 #include "dsp/filter/filter_design.hpp"
+#include "dsp/filter/lanes.hpp"
 
 namespace dsp {
 namespace {
@@ -53,17 +54,16 @@ inline __attribute__((always_inline)) void weigh_channels(const double* x, Index
 template <int N>
 inline __attribute__((always_inline)) void weigh_one(const double* x, Index hop, const double* taps, Index length,
                                                      double* out) {
-  typedef double Lanes __attribute__((vector_size(4 * sizeof(double)), aligned(8), may_alias));
-  Lanes sums[N][2] = {};
+  UnalignedLanes sums[N][2] = {};
   Index i = 0;
   for (; i + 8 <= length; i += 8)
     for (int half = 0; half < 2; ++half) {
-      const Lanes weights = *reinterpret_cast<const Lanes*>(taps + i + 4 * half);
+      const UnalignedLanes weights = *reinterpret_cast<const UnalignedLanes*>(taps + i + 4 * half);
       for (int n = 0; n < N; ++n)
-        sums[n][half] += weights * *reinterpret_cast<const Lanes*>(x + i + 4 * half + n * hop);
+        sums[n][half] += weights * *reinterpret_cast<const UnalignedLanes*>(x + i + 4 * half + n * hop);
     }
   for (int n = 0; n < N; ++n) {
-    const Lanes &low = sums[n][0], &high = sums[n][1];
+    const UnalignedLanes &low = sums[n][0], &high = sums[n][1];
     double sum = ((low[0] + low[1]) + (low[2] + low[3])) + ((high[0] + high[1]) + (high[2] + high[3]));
     for (Index k = i; k < length; ++k) sum += taps[k] * x[k + n * hop];
     out[n] = sum;

@@ -18,7 +18,7 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 // A displacement with its derivatives (empty: not there yet), each as measured or else computed.
-struct Quantity {
+struct BodyMotion {
   std::array<VectorXd, 3> values;
   std::array<bool, 3> measured{};
   [[nodiscard]] bool has(std::size_t order) const { return values[order].size() > 0; }
@@ -65,12 +65,12 @@ class MotionBuilder {
     motion.edge_samples =
         std::min(n / 2, static_cast<Index>(std::ceil(rate_hz / (options_.band.cutoff_hz - options_.band.rolloff_hz))));
 
-    Quantity r = measured(Body::base), y = measured(Body::payload), x = measured(Body::relative);
+    BodyMotion r = measured(Body::base), y = measured(Body::payload), x = measured(Body::relative);
     auto others = other_channels();
     recording_.samples.resize(0, 0);  // the signals are as large again
 
     if (!has_displacement(recording_) && (x.has_any() || y.has_any())) {
-      for (Quantity* q : {&r, &y, &x}) integrate(*q);
+      for (BodyMotion* q : {&r, &y, &x}) integrate(*q);
       for (Signal& other : others) other.values = without_drift(other.values);
       const double reach = integral_reach_periods * rate_hz / options_.integrate_from_hz;
       motion.edge_samples = std::max(motion.edge_samples, std::min(n / 2, static_cast<Index>(reach)));
@@ -82,7 +82,7 @@ class MotionBuilder {
       complete_relative(r, y, x, of_x);
       motion.dropped_power_fraction = of_x.power_fraction_above(options_.band.cutoff_hz);
     }
-    for (Quantity* q : {&r, &y})
+    for (BodyMotion* q : {&r, &y})
       if (q->has(0) && !(q->has(1) && q->has(2))) complete(*q, spectrum(q->values[0]));
 
     motion.signals.push_back({"t", "s", VectorXd::LinSpaced(n, 0.0, static_cast<double>(n - 1)) / rate_hz});
@@ -97,8 +97,8 @@ class MotionBuilder {
   }
 
  private:
-  Quantity measured(Body body) const {
-    Quantity q;
+  BodyMotion measured(Body body) const {
+    BodyMotion q;
     for (std::size_t i = 0; i < 3; ++i)
       if (const Index channel = recording_.find(motion_signal(body, static_cast<int>(i)).role); channel >= 0)
         q.set(i, recording_.samples.col(channel), true);
@@ -132,7 +132,7 @@ class MotionBuilder {
   }
 
   // From the lowest order measured; what was measured ends below where the integral does.
-  void integrate(Quantity& q) const {
+  void integrate(BodyMotion& q) const {
     const double from_hz = options_.integrate_from_hz;
     std::size_t lowest = 3;
     for (std::size_t order = 3; order-- > 0;)
@@ -152,7 +152,7 @@ class MotionBuilder {
   }
 
   // x = y - r, whichever two are measured; without a base all that is known of x and y is known of both.
-  void complete_displacements(Quantity& r, Quantity& y, Quantity& x) const {
+  void complete_displacements(BodyMotion& r, BodyMotion& y, BodyMotion& x) const {
     if (!has_base_)
       for (std::size_t i = 0; i < 3; ++i) {
         if (!x.has(i) && i == 0) x.set(i, y.values[i], y.measured[i]);
@@ -165,7 +165,7 @@ class MotionBuilder {
   }
 
   // Derivatives not yet there, from the highest measured one below them.
-  void complete(Quantity& q, const ExtendedSpectrum& displacement) const {
+  void complete(BodyMotion& q, const ExtendedSpectrum& displacement) const {
     if (!q.has(1)) q.set(1, displacement.derivative(1, options_.band), false);
     if (!q.has(2))
       q.set(2,
@@ -174,7 +174,7 @@ class MotionBuilder {
             false);
   }
 
-  void complete_relative(const Quantity& r, const Quantity& y, Quantity& x, const ExtendedSpectrum& of_x) const {
+  void complete_relative(const BodyMotion& r, const BodyMotion& y, BodyMotion& x, const ExtendedSpectrum& of_x) const {
     for (const std::size_t i : {1, 2}) {
       if (x.has(i) || !y.measured[i] || (has_base_ && !r.measured[i])) continue;
       if (has_base_)
@@ -213,7 +213,7 @@ class MotionBuilder {
     return found;
   }
 
-  void add(Motion& motion, Body body, Quantity& q) const {
+  void add(Motion& motion, Body body, BodyMotion& q) const {
     const auto units_found = units();
     for (std::size_t i = 0; i < 3; ++i)
       if (q.has(i)) {

@@ -9,6 +9,7 @@
 
 #include "dsp/faults.hpp"
 #include "dsp/filter/dispatch.hpp"
+#include "dsp/filter/lanes.hpp"
 #include "dsp/io/calibrate.hpp"
 #include "dsp/io/channel_roles.hpp"
 #include "dsp/io/recording_files.hpp"
@@ -29,10 +30,6 @@ struct Pick {
   double scale = 1.0, shift = 0.0;
 };
 
-Fault fault(FaultKind kind, std::string name, const std::string& message) {
-  return Fault(kind, std::move(name), message);
-}
-
 Sidecar find_sidecar(const fs::path& recording, const ReadOptions& options) {
   if (!options.sidecar.empty()) return read_sidecar(options.sidecar);
   std::error_code error;
@@ -47,14 +44,14 @@ void assign_roles(std::vector<Channel>& channels, const ReadOptions& options, co
     try {
       role = role_from_string(role_name);
     } catch (const std::invalid_argument& error) {
-      throw fault(FaultKind::usage, "channel.role", fmt::format("use {}={}: {}", role_name, wanted, error.what()));
+      throw Fault(FaultKind::usage, "channel.role", fmt::format("use {}={}: {}", role_name, wanted, error.what()));
     }
     const auto found = std::find_if(channels.begin(), channels.end(),
                                     [&, &name = wanted](const Channel& channel) { return channel.name == name; });
     if (found == channels.end()) {
       std::vector<std::string> names;
       for (const auto& channel : channels) names.push_back(channel.name);
-      throw fault(FaultKind::usage, "channel.name",
+      throw Fault(FaultKind::usage, "channel.name",
                   fmt::format("use {}={}: {} has no such channel, only {}", role_name, clean_name(wanted), recording,
                               fmt::join(names, ", ")));
     }
@@ -67,16 +64,16 @@ void assign_roles(std::vector<Channel>& channels, const ReadOptions& options, co
   for (const auto& channel : channels) {
     const auto role = channel.role;
     if (!fits(role, channel.unit) && channel.calibrated)
-      throw fault(FaultKind::usage, "unit.role",
+      throw Fault(FaultKind::usage, "unit.role",
                   fmt::format("{}: channel '{}' is in {}, which fits role {}; role {} is measured in {}", recording,
                               channel.name, channel.unit, roles_in(channel.unit), to_string(role), si_unit(role)));
     if (!names.insert(channel.name).second)
-      throw fault(
+      throw Fault(
           FaultKind::usage, "channel.name",
           fmt::format("{}: two channels are called '{}'. Name them apart in a sidecar", recording, channel.name));
     if (role == Role::other) continue;
     if (const auto [player, is_free] = players.emplace(role, channel.name); !is_free)
-      throw fault(
+      throw Fault(
           FaultKind::usage, "channel.role",
           fmt::format("{}: channels '{}' and '{}' both have role {}. Choose one: use = {{ {} = \"{}\" }}", recording,
                       player->second, channel.name, to_string(role), to_string(role), player->second));
@@ -89,19 +86,18 @@ Check note(std::string name, std::string channel, std::string message) {
 
 // Rounded twice, as everywhere else, also where the processor could do both at once (see CMakeLists.txt).
 ARDENT_DISPATCH void scale_and_shift(double* values, Eigen::Index count, const double* scale, const double* shift) {
-  typedef double Lanes __attribute__((vector_size(4 * sizeof(double)), aligned(8), may_alias));
   Eigen::Index i = 0;
   for (; i + 4 <= count; i += 4)
-    *reinterpret_cast<Lanes*>(values + i) =
-        *reinterpret_cast<const Lanes*>(values + i) * *reinterpret_cast<const Lanes*>(scale + i) +
-        *reinterpret_cast<const Lanes*>(shift + i);
+    *reinterpret_cast<UnalignedLanes*>(values + i) =
+        *reinterpret_cast<const UnalignedLanes*>(values + i) * *reinterpret_cast<const UnalignedLanes*>(scale + i) +
+        *reinterpret_cast<const UnalignedLanes*>(shift + i);
   for (; i < count; ++i) values[i] = values[i] * scale[i] + shift[i];
 }
 
 // Before the roles of channels are settled: where this channel's stands, if in a file.
 void require_role(const ChannelSpec& channel, const Calibration& calibration) {
   if (!calibration.calibrated || !calibration.missing.empty() || fits(channel.role, calibration.unit)) return;
-  throw fault(FaultKind::usage, "unit.role",
+  throw Fault(FaultKind::usage, "unit.role",
               fmt::format("{}: channel '{}' is in {}, which fits role {}; role {} is measured in {}", channel.place,
                           channel.name, calibration.unit, roles_in(calibration.unit), to_string(channel.role),
                           si_unit(channel.role)));
@@ -145,7 +141,7 @@ struct RecordingReader::State {
       while (files[pick.file].path != path) ++pick.file;
       pick.column = find_column(channel, files[pick.file], next_index[pick.file]++);
       if (const auto [other, is_free] = taken[pick.file].emplace(pick.column, channel.name); !is_free)
-        throw fault(
+        throw Fault(
             FaultKind::usage, "channel.index",
             fmt::format("{}: channels '{}' and '{}' both are column {} of {}. Give one of them another index or "
                         "column",
@@ -188,7 +184,7 @@ struct RecordingReader::State {
     std::vector<std::string> left_out;
     for (const auto& file : files)
       left_out.insert(left_out.end(), file.source->info().left_out.begin(), file.source->info().left_out.end());
-    throw fault(FaultKind::input, "recording.empty",
+    throw Fault(FaultKind::input, "recording.empty",
                 fmt::format("{}: no channel but the clock{}", description.name,
                             left_out.empty() ? ". Want a column of numbers beside it"
                                              : fmt::format("; no column is {}. Want real vectors "

@@ -8,35 +8,35 @@
 namespace dsp {
 namespace {
 
-constexpr std::string_view base = "displacement of the base", payload = "displacement of the payload, absolute",
-                           relative = "displacement of the payload relative to the base";
+constexpr std::string_view of_base = "displacement of the base", of_payload = "displacement of the payload, absolute",
+                           of_relative = "displacement of the payload relative to the base";
 
-constexpr std::array<SignalInfo, 13> table{{
+constexpr std::array<SignalInfo, 13> signal_infos{{
     {Role::other, "other", Body::none, -1, "", false, "", "any further channel of the recording, by its own name"},
     {Role::t, "t", Body::none, -1, "s", false, "t", "time from the start of the record, s"},
-    {Role::r, "r", Body::base, 0, "m", false, "r", base},
-    {Role::dr, "dr", Body::base, 1, "m/s", false, "\\dot{r}", base},
-    {Role::ddr, "ddr", Body::base, 2, "m/s^2", true, "\\ddot{r}", base},
-    {Role::y, "y", Body::payload, 0, "m", false, "y", payload},
-    {Role::dy, "dy", Body::payload, 1, "m/s", false, "\\dot{y}", payload},
-    {Role::ddy, "ddy", Body::payload, 2, "m/s^2", false, "\\ddot{y}", payload},
-    {Role::x, "x", Body::relative, 0, "m", false, "x", relative},
-    {Role::v, "v", Body::relative, 1, "m/s", false, "\\dot{x}", relative},
-    {Role::a, "a", Body::relative, 2, "m/s^2", false, "\\ddot{x}", relative},
+    {Role::r, "r", Body::base, 0, "m", false, "r", of_base},
+    {Role::dr, "dr", Body::base, 1, "m/s", false, "\\dot{r}", of_base},
+    {Role::ddr, "ddr", Body::base, 2, "m/s^2", true, "\\ddot{r}", of_base},
+    {Role::y, "y", Body::payload, 0, "m", false, "y", of_payload},
+    {Role::dy, "dy", Body::payload, 1, "m/s", false, "\\dot{y}", of_payload},
+    {Role::ddy, "ddy", Body::payload, 2, "m/s^2", false, "\\ddot{y}", of_payload},
+    {Role::x, "x", Body::relative, 0, "m", false, "x", of_relative},
+    {Role::v, "v", Body::relative, 1, "m/s", false, "\\dot{x}", of_relative},
+    {Role::a, "a", Body::relative, 2, "m/s^2", false, "\\ddot{x}", of_relative},
     {Role::f, "f", Body::none, -1, "N", true, "f", "measured force or input"},
     {Role::z, "z", Body::none, -1, "N", true, "z", "hysteretic force"},
 }};
 
 template <class Wanted>
 const SignalInfo* find_if(Wanted wanted) {
-  const auto* found = std::find_if(table.begin(), table.end(), wanted);
-  return found == table.end() ? nullptr : found;
+  const auto* found = std::find_if(signal_infos.begin(), signal_infos.end(), wanted);
+  return found == signal_infos.end() ? nullptr : found;
 }
 
 }  // namespace
 
 std::span<const SignalInfo> signal_table() {
-  return table;
+  return signal_infos;
 }
 
 const SignalInfo& info_of(Role role) {
@@ -72,7 +72,7 @@ std::string_view to_string(Role role) {
 Role role_from_string(std::string_view name) {
   if (const SignalInfo* known = find_signal(name)) return known->role;
   std::string names;
-  for (const SignalInfo& signal : table) names += (names.empty() ? "" : ", ") + std::string(signal.name);
+  for (const SignalInfo& signal : signal_infos) names += (names.empty() ? "" : ", ") + std::string(signal.name);
   throw std::invalid_argument("role must be one of " + names + "; got '" + std::string(name) + "'");
 }
 

@@ -45,11 +45,6 @@ DroppedTerm drop(Columns& columns, Index column, const std::string& name, const 
   return {name, fmt::format("not finite: {} at {}", values(bad), where)};
 }
 
-/// 0 where it is not finite.
-VectorXd finite(const VectorXd& values) {
-  return values.unaryExpr([](double value) { return std::isfinite(value) ? value : 0.0; });
-}
-
 /// What is left of a column that the filter takes away whole (a constant, by a high-pass) is rounding: zero.
 VectorXd through_filter(const VectorXd& values, const ExactSwitches& switches) {
   constexpr double rounding = 1e-10;
@@ -118,6 +113,10 @@ std::optional<DroppedTerm> form_column(Columns& columns, Index column, const Ter
 }
 
 }  // namespace
+
+VectorXd finite(const VectorXd& values) {
+  return values.unaryExpr([](double value) { return std::isfinite(value) ? value : 0.0; });
+}
 
 double column_bytes(const dsp::Motion& signals, std::size_t num_terms) {
   return sizeof(double) * static_cast<double>(signals.num_samples()) * static_cast<double>(num_terms);

@@ -63,9 +63,12 @@ struct Columns {
   std::shared_ptr<const ChannelNoise> noise = {};         ///< of its channels; none: a table
   std::vector<TermColumn> term_columns = {};              ///< of the library; empty: one behind the other
   std::shared_ptr<ColumnsBeside> beside = std::make_shared<ColumnsBeside>();  ///< of column_beside; copies share it
-  double zero = 0.0;      ///< of its x, as of Record
+  double zero = 0.0;                                                          ///< of its x, as of Record
   BlockMeans means = {};  ///< of the terms, then the target, ahead of the column filter; none where it keeps them
 };
+
+/// 0 where it is not finite.
+[[nodiscard]] Eigen::VectorXd finite(const Eigen::VectorXd& values);
 
 /// What phi takes for this many terms.
 [[nodiscard]] double column_bytes(const dsp::Motion& signals, std::size_t num_terms);

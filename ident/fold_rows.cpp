@@ -17,22 +17,22 @@ struct Vector {
   typedef double Type __attribute__((vector_size(N * sizeof(double)), aligned(8), may_alias));
 };
 template <int N>
-using Rows = typename Vector<N>::Type;
+using RowLanes = typename Vector<N>::Type;
 
 template <int N>
-ARDENT_INLINE Rows<N>& rows_at(double* x, Index i) {
-  return *reinterpret_cast<Rows<N>*>(x + i);
+ARDENT_INLINE RowLanes<N>& rows_at(double* x, Index i) {
+  return *reinterpret_cast<RowLanes<N>*>(x + i);
 }
 
 template <int N>
-ARDENT_INLINE double sum(const Rows<N>& s) {
+ARDENT_INLINE double sum(const RowLanes<N>& s) {
   if constexpr (N == 8) return ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]));
   if constexpr (N == 4) return (s[0] + s[2]) + (s[1] + s[3]);
   if constexpr (N == 2) return s[0] + s[1];
 }
 
 // The rows, and the triangle they are folded into.
-struct Columns {
+struct FoldedColumns {
   double* R;
   Index R_stride;
   double* x;
@@ -42,7 +42,7 @@ struct Columns {
 };
 
 constexpr int panel_width = 4;
-// Columns far beyond a panel are reached by this many panels at a time, while they are in the nearest cache.
+// FoldedColumns far beyond a panel are reached by this many panels at a time, while they are in the nearest cache.
 constexpr int panels_together = 8;
 constexpr int vector_padding = 8;
 // A squared norm below this has lost digits, and of columns of size 1 it is nothing.
@@ -57,10 +57,10 @@ struct Panel {
 // Takes reflector j - 1 of a panel at `first` to those of its K columns that follow, and then multiplies column j with
 // all K.
 template <int N, int K, int j>
-ARDENT_INLINE void advance(const Columns& all, Index first, const double* weights, double* products) {
-  Rows<N> sums[K] = {};
+ARDENT_INLINE void advance(const FoldedColumns& all, Index first, const double* weights, double* products) {
+  RowLanes<N> sums[K] = {};
   for (Index i = 0; i < all.count; i += N) {
-    Rows<N> values[K];
+    RowLanes<N> values[K];
     for (int c = 0; c < K; ++c) values[c] = rows_at<N>(all.column(first + c), i);
     if constexpr (j > 0)
       for (int c = j; c < K; ++c) {
@@ -74,7 +74,8 @@ ARDENT_INLINE void advance(const Columns& all, Index first, const double* weight
 
 // Reflector j from the products of its column with all K; `weights` is what the columns after it get of it.
 template <int K, int j>
-ARDENT_INLINE void reflect(const Columns& all, Index first, const double* products, Panel& panel, double* weights) {
+ARDENT_INLINE void reflect(const FoldedColumns& all, Index first, const double* products, Panel& panel,
+                           double* weights) {
   double& diagonal = all.r(first + j, first + j);
   double tau = 0.0;
   if (products[j] > smallest_square) {
@@ -97,24 +98,25 @@ ARDENT_INLINE void reflect(const Columns& all, Index first, const double* produc
 }
 
 template <int N, int K, int... j>
-ARDENT_INLINE void factor_columns(const Columns& all, Index first, Panel& panel, std::integer_sequence<int, j...>) {
+ARDENT_INLINE void factor_columns(const FoldedColumns& all, Index first, Panel& panel,
+                                  std::integer_sequence<int, j...>) {
   double weights[K] = {}, products[K] = {};
   ((advance<N, K, j>(all, first, weights, products), reflect<K, j>(all, first, products, panel, weights)), ...);
 }
 
 template <int N, int K>
-ARDENT_INLINE void factor(const Columns& all, Index first, Panel& panel) {
+ARDENT_INLINE void factor(const FoldedColumns& all, Index first, Panel& panel) {
   factor_columns<N, K>(all, first, panel, std::make_integer_sequence<int, K>());
 }
 
 // Takes the panel at `first` to the C columns at `to`.
 template <int N, int C>
-ARDENT_INLINE void apply(const Panel& panel, const Columns& all, Index first, Index to) {
+ARDENT_INLINE void apply(const Panel& panel, const FoldedColumns& all, Index first, Index to) {
   constexpr int K = panel_width;
-  Rows<N> sums[K][C] = {};
+  RowLanes<N> sums[K][C] = {};
   for (Index i = 0; i < all.count; i += N)
     for (int c = 0; c < C; ++c) {
-      const Rows<N> value = rows_at<N>(all.column(to + c), i);
+      const RowLanes<N> value = rows_at<N>(all.column(to + c), i);
       for (int k = 0; k < K; ++k) sums[k][c] += rows_at<N>(all.column(first + k), i) * value;
     }
   double weights[K][C];
@@ -128,10 +130,10 @@ ARDENT_INLINE void apply(const Panel& panel, const Columns& all, Index first, In
     }
   }
   for (Index i = 0; i < all.count; i += N) {
-    Rows<N> reflectors[K];
+    RowLanes<N> reflectors[K];
     for (int k = 0; k < K; ++k) reflectors[k] = rows_at<N>(all.column(first + k), i);
     for (int c = 0; c < C; ++c) {
-      Rows<N> value = rows_at<N>(all.column(to + c), i);
+      RowLanes<N> value = rows_at<N>(all.column(to + c), i);
       for (int k = 0; k < K; ++k) value -= weights[k][c] * reflectors[k];
       rows_at<N>(all.column(to + c), i) = value;
     }
@@ -140,13 +142,13 @@ ARDENT_INLINE void apply(const Panel& panel, const Columns& all, Index first, In
 
 // To columns [begin, end), C at a time.
 template <int N, int C>
-ARDENT_INLINE void apply_to(const Panel& panel, const Columns& all, Index first, Index begin, Index end) {
+ARDENT_INLINE void apply_to(const Panel& panel, const FoldedColumns& all, Index first, Index begin, Index end) {
   for (; begin + C <= end; begin += C) apply<N, C>(panel, all, first, begin);
   for (; begin < end; ++begin) apply<N, 1>(panel, all, first, begin);
 }
 
 template <int N, int C>
-ARDENT_INLINE void fold(const Columns& all) {
+ARDENT_INLINE void fold(const FoldedColumns& all) {
   Index j = 0;
   while (j + panel_width <= all.width) {
     Panel panels[panels_together];
@@ -167,22 +169,22 @@ ARDENT_INLINE void fold(const Columns& all) {
 }
 
 // As many columns at a time as their sums have registers for.
-ARDENT_FOR_8_LANES void fold_8(const Columns& all) {
+ARDENT_FOR_8_LANES void fold_8(const FoldedColumns& all) {
   fold<8, 4>(all);
 }
-ARDENT_FOR_4_LANES void fold_4(const Columns& all) {
+ARDENT_FOR_4_LANES void fold_4(const FoldedColumns& all) {
   fold<4, 3>(all);
 }
-void fold_2(const Columns& all) {
+void fold_2(const FoldedColumns& all) {
   fold<2, 2>(all);
 }
 
 // Zero, or not a number if a value is not finite.
 ARDENT_DISPATCH double scale_column(double* x, Index count, double factor) {
-  Rows<2> zeros[4] = {};
+  RowLanes<2> zeros[4] = {};
   for (Index i = 0; i < count; i += 8)
     for (int part = 0; part < 4; ++part) {
-      Rows<2>& values = rows_at<2>(x, i + 2 * part);
+      RowLanes<2>& values = rows_at<2>(x, i + 2 * part);
       zeros[part] += 0.0 * values;
       values *= factor;
     }
@@ -211,7 +213,7 @@ bool RowBlock::scale(Index count, const Eigen::RowVectorXd& factors) {
 
 void RowBlock::fold_into(Eigen::Ref<Eigen::MatrixXd> R, Index count, int lanes) {
   pad(count);
-  const Columns all{R.data(), R.outerStride(), values_.data(), values_.rows(), padded(count), values_.cols()};
+  const FoldedColumns all{R.data(), R.outerStride(), values_.data(), values_.rows(), padded(count), values_.cols()};
   if (lanes == 8)
     fold_8(all);
   else if (lanes == 4)

@@ -55,7 +55,7 @@ std::vector<bool> held_samples(const dsp::Motion& motion, const dsp::Segmentatio
   return held;
 }
 
-constexpr double least_fraction = 0.05;  // of the time
+constexpr double least_held_fraction = 0.05;  // of the time
 
 double fraction_of(const std::vector<bool>& held) {
   return static_cast<double>(std::count(held.begin(), held.end(), true)) / static_cast<double>(held.size());
@@ -83,12 +83,12 @@ std::optional<dsp::Check> held_by_ground(const dsp::Prepared& prepared, const ds
   const double still_m_per_s = absolute.options.stick_speed_m_per_s;
   const std::vector<bool> held = held_samples(prepared.intermediate, absolute);
   const double fraction = fraction_of(held);
-  if (fraction < least_fraction) return std::nullopt;
+  if (fraction < least_held_fraction) return std::nullopt;
   const double clear_m_per_s = std::max(still_m_per_s, clear_of_rest_m_per_s(prepared, held));
   return dsp::Check{.name = "regime.ground",
                     .status = dsp::CheckStatus::warning,
                     .value = fraction,
-                    .limit = least_fraction,
+                    .limit = least_held_fraction,
                     .message = fmt::format(
                         "for {:.0f} % of the time the payload stands still on the ground while its base moves: its "
                         "friction is that of dy, and an equation holds only while it slips. Try target = "
@@ -102,7 +102,7 @@ Eigen::VectorXd slipping_fraction(const dsp::Prepared& prepared) {
   const std::optional<dsp::Segmentation> absolute = absolute_regimes(motion);
   if (!absolute) return {};
   const std::vector<bool> held = held_samples(motion, *absolute);
-  if (fraction_of(held) < least_fraction) return {};
+  if (fraction_of(held) < least_held_fraction) return {};
   const Eigen::VectorXd& dy = motion.at("dy");
   const auto slow = [&](Eigen::Index i) { return std::abs(dy(i)) < absolute->options.stick_speed_m_per_s; };
   const auto half_wave =

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "dsp/constants.hpp"
 #include "dsp/fault.hpp"
 #include "ident/joint_records.hpp"
 #include "ident/methods.hpp"
@@ -19,7 +20,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+using dsp::nan;
 
 [[noreturn]] void refuse(const char* name, std::string text) {
   throw dsp::Fault(dsp::FaultKind::input, name, std::move(text));
@@ -118,14 +119,14 @@ std::vector<RFactor> merged_but_each(const std::vector<RFactor>& given) {
 }
 
 /// All rows of a record as they are.
-struct Rows {
+struct WholeRecord {
   RFactor data;
   double target_sum = 0.0;
 };
 
-Rows rows_of(const RecordFactors& record, const std::vector<std::string>& terms) {
+WholeRecord rows_of(const RecordFactors& record, const std::vector<std::string>& terms) {
   std::vector<RFactor> blocks;
-  Rows rows;
+  WholeRecord rows;
   for (const FactorBlock& block : record.blocks) {
     blocks.push_back(block.data);
     rows.target_sum += block.target_sum;
@@ -135,7 +136,7 @@ Rows rows_of(const RecordFactors& record, const std::vector<std::string>& terms)
 }
 
 /// Of an equation of these candidates, or of one record.
-double nmse_on(const Rows& rows, const Model& model, const CandidateLibrary& library) {
+double nmse_on(const WholeRecord& rows, const Model& model, const CandidateLibrary& library) {
   const Index b = rows.data.num_terms;
   VectorXd left = rows.data.R.col(b);
   const double mean = rows.target_sum / std::sqrt(static_cast<double>(rows.data.num_samples));
@@ -183,7 +184,7 @@ VectorXd jackknife(const std::vector<RFactor>& but_each, const JointRecords& joi
 struct Joint {
   const CandidateLibrary& library;
   const std::vector<const RecordFactors*>& records;
-  const std::vector<Rows>& rows;
+  const std::vector<WholeRecord>& rows;
   const VectorXd& scale;
   const Poll& poll;
 };
@@ -260,7 +261,7 @@ JointResult joint_fit(const std::vector<const RecordFactors*>& records, const st
   JointResult result{records.front()->range, records.front()->target, records.front()->target_unit, {}, {}, {}, {}};
   const CandidateLibrary library = common_library(records, result);
   std::vector<RFactor> white, evidence;
-  std::vector<Rows> rows;
+  std::vector<WholeRecord> rows;
   VectorXd scale = VectorXd::Zero(std::ssize(result.terms));
   for (const RecordFactors* record : records) {
     const std::vector<Index> own = positions(*record, result.terms);

@@ -9,6 +9,7 @@
 #include <limits>
 #include <utility>
 
+#include "dsp/constants.hpp"
 #include "ident/interval_95.hpp"
 #include "ident/library/collinearity.hpp"
 #include "ident/methods.hpp"
@@ -28,7 +29,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+using dsp::nan;
 
 /// Sentences on the terms that least squares left out because others make them up.
 void name_dependent(Fit& fit, const CandidateLibrary& library) {
@@ -174,8 +175,8 @@ std::vector<Coordinates> coordinates_of(const RangeData& range, int recording, c
   std::vector<Coordinates> result;
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     if (recordings[r].prepared == nullptr || (recording != 0 && static_cast<std::size_t>(recording) != r + 1)) continue;
-    Coordinates& one = result.emplace_back(Coordinates{
-        .recording = recordings[r].name, .zero = recordings[r].zero, .prepared_zero = recordings[r].zero});
+    Coordinates& one = result.emplace_back(
+        Coordinates{.recording = recordings[r].name, .zero = recordings[r].zero, .prepared_zero = recordings[r].zero});
     if (posterior == nullptr) continue;
     if (const auto at = range.sensors->coordinate(r, Coordinate::zero_of_x))
       one.zero -= posterior->sensor_mean(*at), one.zero_std = posterior->sensor_std(*at);

@@ -4,14 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "dsp/constants.hpp"
 #include "dsp/signals.hpp"
 
 namespace ident {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+using dsp::nan;
 
 double believed_std(const ModelTerm& term) {
   return std::isfinite(term.std_robust) ? std::max(term.std, term.std_robust) : term.std;

@@ -15,9 +15,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 
 // Rows folded at once: enough for a reflector to be worth its square root, few enough to stay in cache.
-constexpr Index block_rows = 256;
+constexpr Index rows_a_block = 256;
 // Rows of one shard, the unit handed to a thread.
-constexpr Index shard_rows = 128 * block_rows;
+constexpr Index shard_rows = 128 * rows_a_block;
 int threads_for(Index num_rows, int num_threads) {
   constexpr Index fewest = 100'000;  // less are folded sooner than a thread begins
   return num_rows < fewest ? 1 : num_threads;
@@ -70,7 +70,7 @@ MatrixXd triangle(const Eigen::Ref<const MatrixXd>& rows) {
 RFactorBuilder::RFactorBuilder(Index num_terms, Index num_targets)
     : num_terms_(num_terms),
       num_targets_(num_targets),
-      block_(block_rows, num_terms + num_targets),
+      block_(rows_a_block, num_terms + num_targets),
       R_(MatrixXd::Zero(num_terms + num_targets, num_terms + num_targets)) {
   if (num_terms < 0 || num_targets < 1)
     throw std::invalid_argument("RFactorBuilder: needs terms >= 0 and targets >= 1");
@@ -79,11 +79,11 @@ RFactorBuilder::RFactorBuilder(Index num_terms, Index num_targets)
 void RFactorBuilder::push(const Eigen::Ref<const MatrixXd>& rows) {
   if (rows.cols() != R_.cols()) throw std::invalid_argument("RFactorBuilder::push: rows have another width");
   for (Index done = 0; done < rows.rows();) {
-    const Index count = std::min(block_rows - filled_, rows.rows() - done);
+    const Index count = std::min(rows_a_block - filled_, rows.rows() - done);
     block_.rows(filled_, count) = rows.middleRows(done, count);
     filled_ += count;
     done += count;
-    if (filled_ == block_rows) {
+    if (filled_ == rows_a_block) {
       block_.fold_into(R_, filled_);
       filled_ = 0;
     }
@@ -106,10 +106,10 @@ RFactor r_factor(Index num_rows, Index num_terms, const Eigen::RowVectorXd& larg
   std::vector<MatrixXd> shards(static_cast<std::size_t>(std::max<Index>(1, (num_rows + shard_rows - 1) / shard_rows)),
                                MatrixXd::Zero(width, width));
   dsp::for_each_index(shards.size(), threads_for(num_rows, num_threads), [&](std::size_t shard) {
-    RowBlock block(block_rows, width);
+    RowBlock block(rows_a_block, width);
     const Index begin = static_cast<Index>(shard) * shard_rows, end = std::min(num_rows, begin + shard_rows);
-    for (Index first = begin; first < end; first += block_rows) {
-      const Index count = std::min(block_rows, end - first);
+    for (Index first = begin; first < end; first += rows_a_block) {
+      const Index count = std::min(rows_a_block, end - first);
       read(first, block.rows(0, count));
       if (!block.scale(count, scale.down)) throw std::invalid_argument("r_factor: a value is not finite");
       block.fold_into(shards[shard], count);

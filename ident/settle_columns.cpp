@@ -187,7 +187,7 @@ double sensor_bytes(const std::vector<Columns>& recordings) {
   return sizeof(double) * largest;
 }
 
-bool settled(const WeightedTerms& before, const SwitchedFit& now) {
+bool has_settled(const WeightedTerms& before, const SwitchedFit& now) {
   constexpr double of_std = 0.1;     // moves no other coefficient by more than about that
   constexpr double relative = 1e-5;  // of a coefficient without error: what the times are exact to
   if (before.size() != now.terms.size()) return false;
@@ -248,7 +248,7 @@ RangeData settled_data(const Range& range, RangeResult& result, std::vector<Colu
   for (int pass = 0; matched && !options.methods.empty() && pass < most_passes; ++pass) {
     const Present present = present_fit(data, library, options);
     const SwitchedFit now = switched_fit(present, library, options);
-    if (settled(equation, now) && pass >= least_passes) break;
+    if (has_settled(equation, now) && pass >= least_passes) break;
     equation = placement.next(now);
     const bool formed_already = data.sensors && forms_like(formed_with, present, data.scale);
     RangeSensors formed = formed_already ? std::move(*data.sensors) : sensors;

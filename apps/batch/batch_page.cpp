@@ -20,11 +20,8 @@ namespace {
 using Eigen::Index;
 using Json = nlohmann::ordered_json;
 
-std::string shown(double value) {
-  return number_text(value, "{:.3g}", "none");
-}
-std::string shown(const Json& number) {
-  return number.is_number() ? shown(number.get<double>()) : "none";
+std::string three_digits(const Json& number) {
+  return number.is_number() ? three_digits(number.get<double>()) : "none";
 }
 std::string text(const Json& member) {
   return member.is_string() ? member.get<std::string>() : "";
@@ -77,8 +74,8 @@ void write_joint_fit(const ident::JointResult& result, const ident::JointFit& fi
   std::vector<std::vector<std::string>> terms;
   for (std::size_t i = 0; i < fit.model.terms.size(); ++i) {
     const ident::ModelTerm& term = fit.model.terms[i];
-    terms.push_back({label(term), ident::number(term.mean), shown(term.std),
-                     shown(fit.std_over_records(static_cast<Index>(i))), term.unit});
+    terms.push_back({label(term), ident::number(term.mean), three_digits(term.std),
+                     three_digits(fit.std_over_records(static_cast<Index>(i))), term.unit});
   }
   html.table("Coefficients", {"term", "mean", "standard deviation", "over records", "unit"}, terms);
   std::vector<const ident::RecordCheck*> order = worst_first(fit);
@@ -87,7 +84,7 @@ void write_joint_fit(const ident::JointResult& result, const ident::JointFit& fi
   if (order.size() > most) order.resize(most);
   std::vector<std::vector<std::string>> records;
   for (const ident::RecordCheck* check : order)
-    records.push_back({printable(check->record, 60), shown(check->nmse), shown(check->nmse_left_out),
+    records.push_back({printable(check->record, 60), three_digits(check->nmse), three_digits(check->nmse_left_out),
                        ident::to_text(check->left_out)});
   if (!records.empty())
     html.table("Records, the one that the others predict worst first",
@@ -162,7 +159,7 @@ void write_records(const BatchResults& results, HtmlWriter& html) {
       html.element("td", text(range.at("name")), {{"class", "short"}});
       html.element("td", text(range.at("verdict")), {{"class", "short"}}).element("td", text(range.at("equation")));
       for (const char* key : {"train", "test", "free_run"})
-        html.element("td", shown(range.at("nmse").at(key)), {{"class", "short"}});
+        html.element("td", three_digits(range.at("nmse").at(key)), {{"class", "short"}});
       html.close();
     }
     if (!record.ranges.empty()) continue;

@@ -67,7 +67,8 @@ std::unique_ptr<Ranks> join_ranks() {
   refuse_launch(fmt::format("{} processes were started and MPI knows of {}. Under srun: srun --mpi=pmix",
                             launched_processes(), size));
 #else
-  refuse_launch("this program was built without MPI. Leave mpirun out and use --jobs, or build with -DARDENT_MPI=ON");
+  refuse_launch(
+      "this program was built without MPI. Leave mpirun out and use --jobs, or install libopenmpi-dev and build again");
 #endif
 }
 

@@ -17,7 +17,7 @@ namespace {
 constexpr std::string_view go_home = "end";
 
 // Nothing wakes a process for a message; for the end of a run its child does.
-constexpr std::chrono::milliseconds among_ranks{2}, alone{100};
+constexpr std::chrono::milliseconds among_ranks{2}, on_one_rank{100};
 
 }  // namespace
 
@@ -55,7 +55,7 @@ void deal_tasks(const std::vector<std::size_t>& order, Workplace& here, Ranks* r
         here.start(*next);
       else
         ranks->send(free.front(), std::to_string(*next));
-    for (TaskOutcome& outcome : here.ended(ranks == nullptr ? alone : among_ranks)) done(0, std::move(outcome));
+    for (TaskOutcome& outcome : here.ended(ranks == nullptr ? on_one_rank : among_ranks)) done(0, std::move(outcome));
     while (ranks != nullptr) {
       const auto message = ranks->receive();
       if (!message) break;
@@ -77,7 +77,7 @@ void take_tasks(Workplace& here, Ranks& ranks, const std::function<void()>& poll
       ++num_running;
     }
     if (at_home && num_running == 0) return;
-    for (const TaskOutcome& outcome : here.ended(num_running < here.num_places() ? among_ranks : alone)) {
+    for (const TaskOutcome& outcome : here.ended(num_running < here.num_places() ? among_ranks : on_one_rank)) {
       ranks.send(0, to_message(outcome));
       --num_running;
     }

@@ -15,7 +15,7 @@ bool is_repeated(const Option& option) {
          std::holds_alternative<std::vector<std::filesystem::path>*>(option.target);
 }
 
-Entry entry_of(const Option& option) {
+HelpEntry entry_of(const Option& option) {
   std::string term = fmt::format("{}", fmt::join(names_of(option), ", "));
   if (const std::string value = value_name(option); !value.empty()) term += (term.empty() ? "" : " ") + value;
   const OptionValue& value = option.value;

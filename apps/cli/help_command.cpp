@@ -20,7 +20,7 @@ std::string entries_called(const std::string& name) {
   std::string text;
   for (const Page& page : topic_pages())
     for (const Section& section : page.sections)
-      for (const Entry& entry : section.entries)
+      for (const HelpEntry& entry : section.entries)
         if (entry.term == name) text += to_text({page.name, section.heading, "", {{"", "", {entry}, {}}}});
   return text;
 }
@@ -57,7 +57,7 @@ std::string help_on(const Program& program, const std::string& topic) {
   if (std::string entries = entries_called(topic); !entries.empty()) return entries;
   for (const Page& page : topic_pages())
     for (const Section& section : page.sections)
-      for (const Entry& entry : section.entries) known.push_back(entry.term);
+      for (const HelpEntry& entry : section.entries) known.push_back(entry.term);
   const auto begins =
       std::find_if(known.begin(), known.end(), [&](const std::string& name) { return name.starts_with(topic); });
   const std::string near = begins != known.end() ? *begins : dsp::nearest(topic, known);

@@ -35,7 +35,7 @@ RecordingInfo info_of(const std::filesystem::path& file, const InfoArguments& ar
           reader.sidecar().ranges};
 }
 
-std::string text_of(const RecordingInfo& info) {
+std::string info_text(const RecordingInfo& info) {
   std::string text = fmt::format(
       "{}\n  container  {}\n  rate       {:.12g} Hz\n  samples    {}\n  duration   {:.9g} s\n  sidecar    {}\n",
       printable(info.file), info.container, info.sample_rate_hz, info.num_samples,
@@ -61,7 +61,7 @@ void info(const InfoArguments& arguments, bool strict, Console& console) {
   std::string text;
   for (const std::filesystem::path& file : arguments.files) {
     recordings.push_back(info_of(file, arguments));
-    text += text_of(recordings.back());
+    text += info_text(recordings.back());
     for (const dsp::Check& check : recordings.back().checks)
       if (strict && (check.status == dsp::CheckStatus::warning || check.status == dsp::CheckStatus::failed))
         console.warning(check.name, channel_prefix(check) + check.message);

@@ -54,7 +54,7 @@ methods = ["{}"]
 }
 
 void require_replaceable(const Folder& folder, const std::string& name, bool force) {
-  const std::optional<Entry> entry = folder.entry(name);
+  const std::optional<FolderEntry> entry = folder.entry(name);
   if (!entry || !entry->is_file())
     throw output_fault("output.foreign", folder.shown() / name,
                        "exists and is not a file. Choose another place with -o");

@@ -17,7 +17,7 @@ using Key = const std::string&;
 using Rows = dsp::SettingRows<Config>;
 using Row = dsp::BoundSetting<Config>;
 
-constexpr dsp::NumberRange positive{.from = 0.0, .above = true};
+constexpr dsp::NumberRange above_zero{.from = 0.0, .above = true};
 constexpr dsp::NumberRange not_negative{.from = 0.0};
 
 /// The member of a member.
@@ -67,7 +67,7 @@ Rows prepare_rows() {
   using Scale = dsp::ScaleReference;
   const auto prepare = [](auto member) { return in(&Config::prepare, member); };
   const auto hz = [&](const char* key, double Options::*member, const char* meaning, const char* left_out) {
-    return Row::of(key, prepare(member), {.range = positive}, meaning, "Hz", left_out);
+    return Row::of(key, prepare(member), {.range = above_zero}, meaning, "Hz", left_out);
   };
   return {
       section("prepare", "From the recording to signals on one clock, in SI units."),
@@ -184,7 +184,7 @@ Row method_row(const ident::MethodSetting& setting) {
   Row row = Row::custom(std::string(setting.name),
                         {.number = number,
                          .text = !number,
-                         .range = setting.may_be_zero ? not_negative : positive,
+                         .range = setting.may_be_zero ? not_negative : above_zero,
                          .words = {setting.words.begin(), setting.words.end()}},
                         std::string(setting.help) + ".", "", "", read, written);
   row.fallback = written(Config{});

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -109,15 +108,15 @@ Json linear_json(const ident::Model& linear) {
 }
 
 /// An equation and the range it is of.
-struct Row {
+struct EquationRow {
   std::string range;
   const Json* equation = nullptr;
 };
 
 /// The one that was asked for; what was not asked for is as the run chose it: the range, and in it the method whose
 /// verdict the range has. Else the first.
-std::optional<Row> chosen(const Json& document, const std::string& range, const std::string& method) {
-  std::optional<Row> best;
+std::optional<EquationRow> chosen(const Json& document, const std::string& range, const std::string& method) {
+  std::optional<EquationRow> best;
   int best_rank = -1;
   for (const Json& candidate : document.at("ranges"))
     for (const Json& equation : candidate.at("methods")) {
@@ -125,7 +124,7 @@ std::optional<Row> chosen(const Json& document, const std::string& range, const 
       if ((!range.empty() && its_range != range) || (!method.empty() && its_method != method)) continue;
       const Json& choice = document.at("chosen");
       const int rank = 2 * (its_range == choice.at("range")) + (its_method == speaking_method(document, candidate));
-      if (rank > best_rank) best = Row{its_range, &equation}, best_rank = rank;
+      if (rank > best_rank) best = EquationRow{its_range, &equation}, best_rank = rank;
     }
   return best;
 }
@@ -204,7 +203,7 @@ template <class Read>
 auto read_chosen(const fs::path& run, const std::string& range, const std::string& method, const Read& read) {
   const Json document = read_run_json(run / "equation.json");
   try {
-    const std::optional<Row> found = chosen(document, range, method);
+    const std::optional<EquationRow> found = chosen(document, range, method);
     if (!found) refuse_choice(document, run, range, method);
     return read(document, *found);
   } catch (const Json::exception& error) {
@@ -305,7 +304,7 @@ std::string label_of(const Json& term) {
 }
 
 ident::IdentifiedEquation read_equation(const fs::path& run, const std::string& range, const std::string& method) {
-  return read_chosen(run, range, method, [&](const Json& document, const Row& found) {
+  return read_chosen(run, range, method, [&](const Json& document, const EquationRow& found) {
     const Json& row = *found.equation;
     ident::IdentifiedEquation equation{.range = found.range,
                                        .method = row.at("method"),
@@ -338,7 +337,7 @@ ident::IdentifiedEquation read_equation(const fs::path& run, const std::string& 
 }
 
 PredictedEquation read_predicting_equation(const fs::path& run, const std::string& range, const std::string& method) {
-  return read_chosen(run, range, method, [](const Json& document, const Row& found) {
+  return read_chosen(run, range, method, [](const Json& document, const EquationRow& found) {
     PredictedEquation equation{found.range, model_of(*found.equation), {}};
     for (const Json& one : document.at("ranges"))
       if (one.at("name") == found.range && one.contains("linear")) equation.linear = model_of(one.at("linear"));

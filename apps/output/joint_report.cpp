@@ -22,10 +22,6 @@ namespace {
 using Eigen::Index;
 using Json = nlohmann::ordered_json;
 
-std::string shown(double value) {
-  return number_text(value, "{:.3g}", "none");
-}
-
 std::string terms_table(const ident::JointFit& fit) {
   std::size_t width = 4;
   for (const ident::ModelTerm& term : fit.model.terms) width = std::max(width, label(term).size());
@@ -34,7 +30,7 @@ std::string terms_table(const ident::JointFit& fit) {
   for (std::size_t i = 0; i < fit.model.terms.size(); ++i) {
     const ident::ModelTerm& term = fit.model.terms[i];
     text += fmt::format("      {:<{}}  {:>13} +- {:<10} {:<13} {}\n", label(term), width, ident::number(term.mean),
-                        shown(term.std), shown(fit.std_over_records(static_cast<Index>(i))), term.unit);
+                        three_digits(term.std), three_digits(fit.std_over_records(static_cast<Index>(i))), term.unit);
   }
   return text;
 }
@@ -47,7 +43,8 @@ std::string records_table(const ident::JointFit& fit, std::size_t most_records) 
   const auto order = worst_first(fit);
   for (std::size_t i = 0; i < std::min(most_records, order.size()); ++i)
     text += fmt::format("      {:<{}}  {:<10}  {:<8}  {}\n", printable(order[i]->record, 40), width,
-                        shown(order[i]->nmse), shown(order[i]->nmse_left_out), ident::to_text(order[i]->left_out));
+                        three_digits(order[i]->nmse), three_digits(order[i]->nmse_left_out),
+                        ident::to_text(order[i]->left_out));
   if (order.size() > most_records)
     text += fmt::format("      and {} more with smaller errors\n", order.size() - most_records);
   return text;

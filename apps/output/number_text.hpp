@@ -11,4 +11,8 @@ namespace apps {
   return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : missing;
 }
 
+[[nodiscard]] inline std::string three_digits(double value) {
+  return number_text(value, "{:.3g}", "none");
+}
+
 }  // namespace apps

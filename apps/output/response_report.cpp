@@ -7,14 +7,13 @@
 
 #include "apps/output/json_number.hpp"
 #include "apps/output/number_text.hpp"
+#include "dsp/constants.hpp"
 
 namespace apps {
 namespace {
 
 using nlohmann::ordered_json;
 using Points = std::vector<sim::ResponsePoint>;
-
-constexpr double degrees = 57.29577951308232;
 
 const char* mode_of(const sim::ResponsePoint& point) {
   return point.locked ? "locked" : point.stuck_fraction > 0.0 ? "stick-slip" : "slip";
@@ -24,9 +23,9 @@ std::string rows(const Points& points, const ident::ResponseBand& band, const ch
   std::string text;
   for (std::size_t k = 0; k < points.size(); ++k) {
     const sim::ResponsePoint& point = points[k];
-    text +=
-        fmt::format("{},{:.6g},{:.9g},{},{:.9g},{},{:.6g}", direction, point.frequency_hz, point.x_m, mode_of(point),
-                    point.y_m, number_text(degrees * point.phase_rad, "{:.6g}", ""), point.stuck_fraction);
+    text += fmt::format("{},{:.6g},{:.9g},{},{:.9g},{},{:.6g}", direction, point.frequency_hz, point.x_m,
+                        mode_of(point), point.y_m, number_text(dsp::degrees_a_radian * point.phase_rad, "{:.6g}", ""),
+                        point.stuck_fraction);
     if (!band.x_std_m.empty())
       text += fmt::format(",{:.6g},{:.9g},{:.9g}", band.x_std_m[k], band.x_low_m[k], band.x_high_m[k]);
     text += "\n";

@@ -9,15 +9,15 @@
 #include "apps/output/number_text.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/output/tables.hpp"
+#include "dsp/constants.hpp"
 #include "dsp/fault.hpp"
 
 namespace apps {
 namespace {
 
-constexpr const char* header =
+constexpr const char* steps_header =
     "recording,from_s,to_s,f_hz,drive_amplitude,amplitude_m,payload_amplitude_m,phase_deg,direction,mode,"
     "drive_distortion,tag";
-constexpr double degrees = 57.29577951308232;
 
 }  // namespace
 
@@ -31,11 +31,12 @@ std::vector<RecordingSteps> steady_steps(const std::vector<Input>& inputs) {
 
 std::string steps_csv(const std::vector<RecordingSteps>& recordings) {
   const auto cell = [](double value) { return number_text(value, "{:.9g}", ""); };
-  std::string text = std::string(header) + "\n";
+  std::string text = std::string(steps_header) + "\n";
   for (const auto& [name, steps] : recordings)
     for (const dsp::SteadyStep& s : steps)
       text += fmt::format("{},{:.6f},{:.6f},{:.7g},{},{},{},{},{},{},{:.4g},{}\n", text_cell(name), s.from_s, s.to_s,
-                          s.frequency_hz, cell(s.drive), cell(s.x_m), cell(s.y_m), cell(degrees * s.phase_rad),
+                          s.frequency_hz, cell(s.drive), cell(s.x_m), cell(s.y_m),
+                          cell(dsp::degrees_a_radian * s.phase_rad),
                           s.direction > 0   ? "up"
                           : s.direction < 0 ? "down"
                                             : "",
@@ -57,7 +58,7 @@ std::vector<StepPoint> read_final_steps(const std::filesystem::path& run) {
   const auto damaged = [&](std::string_view what) {
     return dsp::Fault(dsp::FaultKind::input, "run.damaged", fmt::format("{}: {}", (run / "steps.csv").string(), what));
   };
-  if (line != header) throw damaged("not the columns of a stepped sine");
+  if (line != steps_header) throw damaged("not the columns of a stepped sine");
   while (std::getline(in, line)) {
     std::vector<std::string> cells;
     std::istringstream row(line.substr(line.rfind('"') == std::string::npos ? 0 : line.rfind('"') + 1));

@@ -11,20 +11,17 @@
 #include "apps/output/number_text.hpp"
 #include "apps/output/svg_plot.hpp"
 #include "apps/output/tables.hpp"
+#include "dsp/constants.hpp"
 
 namespace apps {
 namespace {
 
 using nlohmann::ordered_json;
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+using dsp::nan;
 
 double value_of(const ident::Figure& figure) {
   return figure.reason.empty() ? figure.value : nan;
-}
-
-std::string shown(double value) {
-  return number_text(value, "{:.3g}", "none");
 }
 
 std::string kept(const ident::JudgedFit& fit) {
@@ -172,8 +169,8 @@ std::string study_text(const std::vector<StudyResult>& results, const std::vecto
     if (!result.trouble.empty()) text += fmt::format("{:<{}}  {}\n", result.cell.label(), width, result.trouble);
     for_each_fit(result, [&](const StudyRange& range, const ident::JudgedFit& fit) {
       text += fmt::format(fmt::runtime(row), result.cell.label(), width, range.name, to_string(fit.fit.method),
-                          fit.model.terms.size(), shown(value_of(fit.train)), shown(value_of(fit.test)),
-                          shown(fit.free_run.nmse), kept(fit));
+                          fit.model.terms.size(), three_digits(value_of(fit.train)), three_digits(value_of(fit.test)),
+                          three_digits(fit.free_run.nmse), kept(fit));
     });
   }
   if (const int best = best_cutoff(results); best >= 0) text += "\n" + best_cutoff_text(results, best);

@@ -18,7 +18,7 @@ using Pixel = std::pair<double, double>;
 using Limits = std::pair<double, double>;
 
 constexpr double margin_left = 72.0, margin_right = 14.0, margin_top = 30.0, margin_bottom = 46.0;
-constexpr double title_height = 30.0, line_height = 18.0, gap = 10.0;
+constexpr double title_height = 30.0, line_height = 18.0, panel_gap = 10.0;
 constexpr int most_x_ticks = 7, most_y_ticks = 6;
 
 const char* colour_of(PlotColour colour) {
@@ -288,15 +288,15 @@ std::vector<double> nice_ticks(double low, double high, int most) {
 std::string to_svg(const PlotFigure& figure) {
   const int columns = std::max(1, std::min(figure.columns, static_cast<int>(figure.panels.size())));
   const int rows = (static_cast<int>(figure.panels.size()) + columns - 1) / columns;
-  const double width = columns * figure.panel_width_px + (columns + 1) * gap;
-  const double panels_top = figure.title.empty() ? gap : title_height;
-  const double caption_top = panels_top + rows * (figure.panel_height_px + gap);
+  const double width = columns * figure.panel_width_px + (columns + 1) * panel_gap;
+  const double panels_top = figure.title.empty() ? panel_gap : title_height;
+  const double caption_top = panels_top + rows * (figure.panel_height_px + panel_gap);
   constexpr double letter_px = 6.4;
   std::vector<std::string> caption;
   for (const std::string& paragraph : figure.caption)
-    for (std::string& line : wrapped(paragraph, static_cast<std::size_t>((width - 4.0 * gap) / letter_px)))
+    for (std::string& line : wrapped(paragraph, static_cast<std::size_t>((width - 4.0 * panel_gap) / letter_px)))
       caption.push_back(std::move(line));
-  const double height = caption_top + line_height * static_cast<double>(caption.size()) + gap;
+  const double height = caption_top + line_height * static_cast<double>(caption.size()) + panel_gap;
   std::string out = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} {1:.0f}\" "
       "font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n",
@@ -305,11 +305,12 @@ std::string to_svg(const PlotFigure& figure) {
     out += text_element(0.5 * width, 20.0, "middle", figure.title, " font-size=\"15\" font-weight=\"bold\"");
   for (std::size_t i = 0; i < figure.panels.size(); ++i) {
     const int number = static_cast<int>(i), row = number / columns;
-    out += panel_element(figure.panels[i], figure, gap + (number % columns) * (figure.panel_width_px + gap),
-                         panels_top + row * (figure.panel_height_px + gap), number);
+    out += panel_element(figure.panels[i], figure, panel_gap + (number % columns) * (figure.panel_width_px + panel_gap),
+                         panels_top + row * (figure.panel_height_px + panel_gap), number);
   }
   for (std::size_t i = 0; i < caption.size(); ++i)
-    out += text_element(2.0 * gap, caption_top + line_height * (static_cast<double>(i) + 0.7), "start", caption[i]);
+    out +=
+        text_element(2.0 * panel_gap, caption_top + line_height * (static_cast<double>(i) + 0.7), "start", caption[i]);
   return out + "</svg>\n";
 }
 

@@ -4,18 +4,18 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
-#include <limits>
 
 #include "apps/page/document.hpp"
 #include "apps/page/page_sections.hpp"
 #include "apps/process/printable.hpp"
+#include "dsp/constants.hpp"
 #include "dsp/names.hpp"
 #include "ident/interval_95.hpp"
 
 namespace apps {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+using dsp::nan;
 
 PlotFigure term_figure(const RangeComparison& range, const std::string& term, std::string name) {
   std::vector<double> runs, means, ends, interval;

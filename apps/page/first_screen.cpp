@@ -19,7 +19,7 @@
 namespace apps {
 namespace {
 
-using Entry = FirstScreen::Entry;
+using ScreenEntry = FirstScreen::Entry;
 using Strings = std::vector<std::string>;
 
 std::string joined(const Strings& parts, const char* between = ", ") {
@@ -72,7 +72,8 @@ std::string coordinates_sentence(const RunResults& results, const ident::Model& 
     if (std::find(to.begin(), to.end(), one) == to.end()) to.push_back(std::move(one));
   };
   for (const ident::Coordinates& one : model.coordinates) {
-    add_new(zeros, fmt::format("{} is {}{}{}", what, with_uncertainty(one.zero, one.zero_std), unit.empty() ? "" : " ", unit));
+    add_new(zeros,
+            fmt::format("{} is {}{}{}", what, with_uncertainty(one.zero, one.zero_std), unit.empty() ? "" : " ", unit));
     if (std::abs(one.lead_s) > ident::interval_95 * one.lead_std_s)
       add_new(leads, fmt::format("{} s", with_uncertainty(one.lead_s, one.lead_std_s)));
   }
@@ -83,8 +84,8 @@ std::string coordinates_sentence(const RunResults& results, const ident::Model& 
                             : unit == "m" || unit == "rad" ? "In SI units"
                                                            : "In SI units and " + unit;
   return fmt::format("x = 0 is where {}{}. {}; digits in brackets are the standard deviation of the last ones.",
-                     joined(zeros, "; "), leads.empty() ? "" : "; f is what was recorded later by " + joined(leads, "; "),
-                     units);
+                     joined(zeros, "; "),
+                     leads.empty() ? "" : "; f is what was recorded later by " + joined(leads, "; "), units);
 }
 
 /// Why the equation of a fit is not shown as that of the record.
@@ -93,8 +94,8 @@ std::string why_not(const ident::JudgedFit& fit) {
   return fit.fit.status == ident::FitStatus::converged ? "no term is kept" : in_words(fit.fit.status);
 }
 
-Entry equation_entry(const RunResults& results, const ChosenEquation& chosen) {
-  Entry entry{"equation", {}, 6};
+ScreenEntry equation_entry(const RunResults& results, const ChosenEquation& chosen) {
+  ScreenEntry entry{"equation", {}, 6};
   if (chosen.fit == nullptr) {
     entry.lines.push_back({"No equation was found."});
     for (const ident::RangeResult& range : results.ranges) {
@@ -113,8 +114,8 @@ Entry equation_entry(const RunResults& results, const ChosenEquation& chosen) {
   return entry;
 }
 
-Entry physics_entry(const RunResults& results, const ChosenEquation& chosen) {
-  Entry entry{"which means", {}, 3};
+ScreenEntry physics_entry(const RunResults& results, const ChosenEquation& chosen) {
+  ScreenEntry entry{"which means", {}, 3};
   const bool means_something = chosen.fit != nullptr && chosen.fit->judgement.verdict != ident::Verdict::does_not;
   if (!means_something) return entry;
   Strings texts;
@@ -123,13 +124,13 @@ Entry physics_entry(const RunResults& results, const ChosenEquation& chosen) {
   return entry;
 }
 
-std::string shown(const ident::Figure& figure) {
+std::string nmse_text(const ident::Figure& figure) {
   return figure.reason.empty() ? fmt::format("NMSE {:.2g}", figure.value) : "no figure: " + figure.reason;
 }
 
 std::string prediction_sentence(const ident::RecordPrediction& prediction) {
   return fmt::format("On {}, which was not fitted: error of x in the free run {}; of a linear equation {}.",
-                     printable(prediction.recording, 100), shown(prediction.nmse), shown(prediction.linear));
+                     printable(prediction.recording, 100), nmse_text(prediction.nmse), nmse_text(prediction.linear));
 }
 
 /// Where hardly more rows were fitted than there are candidates, any equation comes close to them.
@@ -143,8 +144,8 @@ std::string few_rows_sentence(const ident::RangeResult& range) {
       rows, range.terms.size());
 }
 
-Entry trust_entry(const RunResults& results, const ChosenEquation& chosen) {
-  Entry entry{"trust", {}, 4};
+ScreenEntry trust_entry(const RunResults& results, const ChosenEquation& chosen) {
+  ScreenEntry entry{"trust", {}, 4};
   if (chosen.fit == nullptr) return entry;
   entry.lines.push_back({chosen.fit->judgement.sentence});
   if (std::string few = few_rows_sentence(*chosen.range); !few.empty()) entry.lines.push_back({std::move(few)});
@@ -162,8 +163,8 @@ Entry trust_entry(const RunResults& results, const ChosenEquation& chosen) {
   return entry;
 }
 
-Entry remedy_entry(const RunResults& results) {
-  Entry entry{"mend", {}, 5};
+ScreenEntry remedy_entry(const RunResults& results) {
+  ScreenEntry entry{"mend", {}, 5};
   for (const Remedy& remedy : remedies(results)) {
     entry.lines.push_back({remedy.why});
     for (const std::string& line : remedy.lines) entry.lines.push_back({line, true});
@@ -206,8 +207,8 @@ std::string length_and_rate(const std::vector<Input>& inputs) {
   return fmt::format("{:.5g} s at {}", duration_s, joined(rates, " and "));
 }
 
-Entry data_entry(const RunResults& results, const ChosenEquation& chosen) {
-  Entry entry{"data", {}, 3};
+ScreenEntry data_entry(const RunResults& results, const ChosenEquation& chosen) {
+  ScreenEntry entry{"data", {}, 3};
   constexpr std::size_t most = 3;
   Strings names;
   for (const Input& input : results.inputs) names.push_back(printable(input.prepared.name, 100));
@@ -227,8 +228,8 @@ Entry data_entry(const RunResults& results, const ChosenEquation& chosen) {
   return entry;
 }
 
-Entry input_entry(const RunResults& results, const ChosenEquation& chosen) {
-  Entry entry{"inputs", {}, 1};
+ScreenEntry input_entry(const RunResults& results, const ChosenEquation& chosen) {
+  ScreenEntry entry{"inputs", {}, 1};
   if (chosen.fit == nullptr) return entry;
   const std::string& target = chosen.fit->model.target;
   Strings inside, outside;
@@ -255,7 +256,7 @@ Entry input_entry(const RunResults& results, const ChosenEquation& chosen) {
   return entry;
 }
 
-constexpr std::size_t width = 100;
+constexpr std::size_t screen_width = 100;
 
 }  // namespace
 
@@ -264,8 +265,9 @@ FirstScreen first_screen(const RunResults& results) {
   FirstScreen screen;
   if (const auto raw = uncalibrated_channels(results.ranges); !raw.empty())
     screen.entries.push_back({"", {{"NOT CALIBRATED: numbers are raw and have no unit, from " + joined(raw)}}, 2});
-  for (Entry entry : {equation_entry(results, chosen), physics_entry(results, chosen), trust_entry(results, chosen),
-                      remedy_entry(results), data_entry(results, chosen), input_entry(results, chosen)})
+  for (ScreenEntry entry :
+       {equation_entry(results, chosen), physics_entry(results, chosen), trust_entry(results, chosen),
+        remedy_entry(results), data_entry(results, chosen), input_entry(results, chosen)})
     if (!entry.lines.empty()) screen.entries.push_back(std::move(entry));
   return screen;
 }
@@ -274,24 +276,25 @@ std::string to_text(const FirstScreen& screen) {
   constexpr std::size_t most_lines = 24;
   std::vector<Strings> all;
   std::size_t taken = 0;
-  for (const Entry& entry : screen.entries) {
+  for (const ScreenEntry& entry : screen.entries) {
     Strings lines;
     for (const FirstScreen::Line& line : entry.lines)
-      for (std::string& part : wrapped((line.to_paste ? "    " : "") + printable(line.text), width - label_width))
+      for (std::string& part :
+           wrapped((line.to_paste ? "    " : "") + printable(line.text), screen_width - label_width))
         lines.push_back(std::move(part));
     taken += std::min(lines.size(), entry.most);
     all.push_back(std::move(lines));
   }
   std::string text;
   for (std::size_t e = 0; e < all.size(); ++e) {
-    const Entry& entry = screen.entries[e];
+    const ScreenEntry& entry = screen.entries[e];
     Strings& lines = all[e];
     std::size_t room = entry.most;  // and what the others leave
     while (room < lines.size() && taken < most_lines) ++room, ++taken;
     if (lines.size() > room) {
       lines.resize(room);
       constexpr std::string_view more = " ...";
-      if (lines.back().size() + more.size() > width - label_width) lines.back().resize(lines.back().rfind(' '));
+      if (lines.back().size() + more.size() > screen_width - label_width) lines.back().resize(lines.back().rfind(' '));
       lines.back() += more;
     }
     for (std::size_t i = 0; i < lines.size(); ++i)

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <optional>
 
 #include "apps/page/rounded.hpp"
+#include "dsp/constants.hpp"
 #include "ident/library/expression.hpp"
 
 namespace apps {
@@ -19,7 +19,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Function = std::function<double(const VectorXd&)>;
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+using dsp::nan;
 
 bool is_acceleration(const std::string& name) {
   return name == "a" || name == "ddy";

@@ -9,6 +9,7 @@
 #include "apps/page/evidence_figures.hpp"
 #include "apps/page/figures.hpp"
 #include "apps/page/power_spectrum.hpp"
+#include "dsp/constants.hpp"
 #include "dsp/filter/strongest_line.hpp"
 #include "dsp/names.hpp"
 #include "ident/library/expression.hpp"
@@ -19,8 +20,8 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr Index most_points = 2000;  // of a cloud
+using dsp::nan;
+constexpr Index most_cloud_points = 2000;  // of a cloud
 
 /// The rows of a range on one clock: the recordings one behind the other, from its first row to its last.
 class RangeClock {
@@ -234,7 +235,7 @@ std::optional<PlotFigure> spectrum_figure(const RangeView& view) {
 
 /// A cloud of points, thinned.
 PlotSeries cloud(const std::string& label, const VectorXd& x, const VectorXd& y, PlotColour colour) {
-  const std::vector<Index> chosen = scattered(x.size(), most_points);
+  const std::vector<Index> chosen = scattered(x.size(), most_cloud_points);
   return {label, x(chosen), y(chosen), PlotStyle::points, colour};
 }
 

@@ -17,7 +17,7 @@ namespace {
 
 using Strings = std::vector<std::string>;
 
-std::string shown(const ident::Figure& figure) {
+std::string error_text(const ident::Figure& figure) {
   return figure.reason.empty() ? fmt::format("{:.3g}", figure.value) : "none: " + printable(figure.reason);
 }
 
@@ -76,15 +76,15 @@ void write_methods(const ident::RangeResult& range, HtmlWriter& html) {
                     fit.model.terms.empty() ? "none: " + std::string(in_words(fit.fit.status))
                                             : displayed_equation(fit.model, ident::Notation::text),
                     fit.model.terms.empty() ? "-" : in_words(fit.judgement.verdict),
-                    shown({fit.free_run.nmse_centred, fit.free_run.reason}), shown(fit.test_centred)});
+                    error_text({fit.free_run.nmse_centred, fit.free_run.reason}), error_text(fit.test_centred)});
   html.table("All methods", {"method", "equation", "verdict", "free run NMSE", "test NMSE about the mean"}, rows);
 }
 
 void write_errors(const ident::JudgedFit& fit, HtmlWriter& html) {
-  std::vector<Strings> rows{{"training", shown(fit.train), shown(fit.train_centred)},
-                            {"test", shown(fit.test), shown(fit.test_centred)},
-                            {"free run of x, test", shown({fit.free_run.nmse, fit.free_run.reason}),
-                             shown({fit.free_run.nmse_centred, fit.free_run.reason})}};
+  std::vector<Strings> rows{{"training", error_text(fit.train), error_text(fit.train_centred)},
+                            {"test", error_text(fit.test), error_text(fit.test_centred)},
+                            {"free run of x, test", error_text({fit.free_run.nmse, fit.free_run.reason}),
+                             error_text({fit.free_run.nmse_centred, fit.free_run.reason})}};
   html.table(fmt::format("Errors as fractions of the power of the signal (NMSE). Noise of {}: {} {} rms",
                          fit.model.target, number_text(fit.model.noise_std), fit.model.target_unit),
              {"on", "NMSE", "about the mean"}, rows);
@@ -114,11 +114,11 @@ void write_equation(const ident::RangeResult& range, const ident::JudgedFit& fit
 void write_prediction(const ident::RecordPrediction& prediction, HtmlWriter& html) {
   const std::string unit = prediction.unit.empty() ? "" : " " + prediction.unit;
   html.table(printable(prediction.recording, 200), {"of x", "value"},
-             {{"free run, NMSE about the mean", shown(prediction.nmse)},
-              {"a linear equation, likewise", shown(prediction.linear)},
-              {"a payload at rest, likewise", shown(prediction.still)},
-              {"rms error", shown(prediction.rms) + unit},
-              {"rms noise of the displacement", shown(prediction.noise_floor) + unit}});
+             {{"free run, NMSE about the mean", error_text(prediction.nmse)},
+              {"a linear equation, likewise", error_text(prediction.linear)},
+              {"a payload at rest, likewise", error_text(prediction.still)},
+              {"rms error", error_text(prediction.rms) + unit},
+              {"rms noise of the displacement", error_text(prediction.noise_floor) + unit}});
   if (!prediction.remark.empty()) html.element("p", prediction.remark);
   std::vector<Strings> rows;
   for (const ident::CarryOver& one : prediction.coefficients)

@@ -16,12 +16,12 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-const std::map<std::string, std::string> axes{{"t", "time (s)"},
-                                              {"x", "displacement x (m)"},
-                                              {"v", "velocity v (m/s)"},
-                                              {"a", "acceleration a (m/s\u00b2)"},
-                                              {"z", "hysteretic force z (N)"},
-                                              {"dz", "rate of the force dz/dt (N/s)"}};
+const std::map<std::string, std::string> axis_titles{{"t", "time (s)"},
+                                                     {"x", "displacement x (m)"},
+                                                     {"v", "velocity v (m/s)"},
+                                                     {"a", "acceleration a (m/s\u00b2)"},
+                                                     {"z", "hysteretic force z (N)"},
+                                                     {"dz", "rate of the force dz/dt (N/s)"}};
 
 VectorXd signal_of(const sim::Simulation& run, const std::string& signal) {
   if (signal == "t") return run.time_s;
@@ -69,8 +69,8 @@ PlotFigure case_figure(const CaseReplication& replication) {
       const VectorXd& true_y = run.record.motion.at(y);
       // A diverging run must not shrink the truth to a line.
       figure.panels.push_back({ratio,
-                               axes.at(x),
-                               axes.at(y),
+                               axis_titles.at(x),
+                               axis_titles.at(y),
                                {{"true", run.record.motion.at(x), true_y}},
                                {},
                                with_room(true_y, 0.12, 0.30)});
@@ -106,7 +106,7 @@ PlotFigure rig_sweeps() {
 PlotFigure rig_states(const RigReplication& replication) {
   constexpr Index most_points = 3000;
   PlotFigure figure{"Measured states of the regimes, twin T1 (Fig. 12)", {}, 3, 380.0};
-  const std::string time = "time (s)", x = axes.at("x"), v = axes.at("v");
+  const std::string time = "time (s)", x = axis_titles.at("x"), v = axis_titles.at("v");
   for (const RigFit& fit : replication.shown) {
     const std::string name = fit.result.spec.name + " amplitude";
     const PlotSeries over_time{"", fit.time_s, fit.v, PlotStyle::line, PlotColour::blue};
@@ -135,7 +135,7 @@ PlotFigure rig_responses(const RigReplication& replication) {
       return PlotSeries{label, time_s.segment(first, count), values.segment(first, count), style, colour};
     };
     figure.panels.push_back({name,
-                             axes.at("t"),
+                             axis_titles.at("t"),
                              acceleration,
                              {series("measured", result.target, 0, size, PlotStyle::line, PlotColour::black),
                               series("measured - identified", result.target - judged.predicted, 0, size,
@@ -146,7 +146,7 @@ PlotFigure rig_responses(const RigReplication& replication) {
                              limits});
     figure.panels.push_back(
         {name,
-         axes.at("t"),
+         axis_titles.at("t"),
          acceleration,
          {series("measured", result.target, num_train, zoom, PlotStyle::line, PlotColour::black),
           series("identified", judged.predicted, num_train, zoom, PlotStyle::dashed, PlotColour::vermilion)},

@@ -18,15 +18,15 @@ namespace {
 constexpr int folder_flags = O_RDONLY | O_DIRECTORY | O_CLOEXEC;
 
 /// By name in a folder, or of the folder itself where the name is empty; nothing: errno.
-std::optional<Entry> entry_of(int folder, const char* name) {
-  Entry entry{};
+std::optional<FolderEntry> entry_of(int folder, const char* name) {
+  FolderEntry entry{};
   const int flags = AT_SYMLINK_NOFOLLOW | AT_NO_AUTOMOUNT | AT_EMPTY_PATH;
   if (::statx(folder, name, flags, STATX_BASIC_STATS | STATX_BTIME, &entry) != 0) return std::nullopt;
   return entry;
 }
 
 /// Another file system, or a folder of elsewhere that is bound there.
-bool is_mount(const Entry& inner, const Entry& outer) {
+bool is_mount(const FolderEntry& inner, const FolderEntry& outer) {
   return (inner.stx_attributes & STATX_ATTR_MOUNT_ROOT) != 0 || inner.stx_dev_major != outer.stx_dev_major ||
          inner.stx_dev_minor != outer.stx_dev_minor;
 }
@@ -46,7 +46,7 @@ fs::path Descriptor::path() const {
   return fmt::format("/proc/self/fd/{}", number);
 }
 
-bool Entry::is_same(const Entry& other) const {
+bool FolderEntry::is_same(const FolderEntry& other) const {
   const bool is_one = stx_ino == other.stx_ino && stx_dev_minor == other.stx_dev_minor &&
                       stx_dev_major == other.stx_dev_major && (stx_mode & S_IFMT) == (other.stx_mode & S_IFMT);
   return is_one && (is_folder() || (stx_size == other.stx_size && stx_mtime.tv_sec == other.stx_mtime.tv_sec &&
@@ -79,8 +79,8 @@ Descriptor Folder::open_file(const fs::path& relative, int flags) const {
       ::openat(folder.descriptor(), relative.filename().c_str(), flags | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666));
 }
 
-std::optional<Entry> Folder::entry(const std::string& name) const {
-  const std::optional<Entry> found = entry_of(descriptor(), name.c_str());
+std::optional<FolderEntry> Folder::entry(const std::string& name) const {
+  const std::optional<FolderEntry> found = entry_of(descriptor(), name.c_str());
   if (!found && errno != ENOENT) throw cannot_write(shown_ / name, errno);
   return found;
 }
@@ -104,7 +104,7 @@ std::vector<std::string> Folder::names() const {
 std::vector<NamedEntry> Folder::tree(const std::function<bool(const fs::path&)>& enter) const {
   std::vector<NamedEntry> all;
   for (const std::string& name : names()) {
-    const std::optional<Entry> found = entry(name);
+    const std::optional<FolderEntry> found = entry(name);
     if (!found) continue;
     if (found->is_folder() && enter(name))
       for (auto& [inner, entry] : open(name).tree([&](const fs::path& deeper) { return enter(name / deeper); }))
@@ -118,7 +118,7 @@ void Folder::remove(const std::vector<NamedEntry>& entries) const {
   for (const auto& [path, listed] : entries) {
     const Folder folder = open(path.parent_path());
     const std::string name = path.filename();
-    const std::optional<Entry> now = folder.entry(name);
+    const std::optional<FolderEntry> now = folder.entry(name);
     if (!now) continue;
     if (!now->is_same(listed)) throw foreign_at(shown_ / path);
     if (::unlinkat(folder.descriptor(), name.c_str(), listed.is_folder() ? AT_REMOVEDIR : 0) == 0) continue;

@@ -23,16 +23,16 @@ struct Descriptor {
 };
 
 /// What a name stands for; of a link itself, not what it leads to.
-struct Entry : statx {
+struct FolderEntry : statx {
   [[nodiscard]] bool is_folder() const { return S_ISDIR(stx_mode); }
   [[nodiscard]] bool is_file() const { return S_ISREG(stx_mode); }
   [[nodiscard]] bool is_link() const { return S_ISLNK(stx_mode); }
   /// The same one; of a file, not written to since.
-  [[nodiscard]] bool is_same(const Entry& other) const;
+  [[nodiscard]] bool is_same(const FolderEntry& other) const;
 };
 
 /// By a path relative to the folder that listed it.
-using NamedEntry = std::pair<std::filesystem::path, Entry>;
+using NamedEntry = std::pair<std::filesystem::path, FolderEntry>;
 
 /// A folder by its descriptor: what is done in it is done there, wherever its path leads by now. Links in it are never
 /// followed and mounts never entered. Throws dsp::Fault, output: "output.foreign" for a link or mount that would have
@@ -48,7 +48,7 @@ class Folder {
   [[nodiscard]] std::filesystem::path path() const { return descriptor_->path(); }
   [[nodiscard]] const std::filesystem::path& shown() const { return shown_; }
 
-  [[nodiscard]] std::optional<Entry> entry(const std::string& name) const;
+  [[nodiscard]] std::optional<FolderEntry> entry(const std::string& name) const;
   [[nodiscard]] std::vector<std::string> names() const;  ///< sorted
   /// All that is in it, what is in a folder before the folder; only folders that `enter` names are looked into.
   [[nodiscard]] std::vector<NamedEntry> tree(const std::function<bool(const std::filesystem::path&)>& enter =

@@ -68,7 +68,7 @@ OutputFolder::OutputFolder(const fs::path& destination, bool force, int num_thre
   if (::mkdirat(staging_.fresh().descriptor(), name.c_str(), 0777) != 0) throw cannot_write(destination_, errno);
   folder_ = staging_.fresh().open(name);
   // Who may look into the folder stays as it was.
-  const std::optional<Entry> before = staging_.parent().entry(name);
+  const std::optional<FolderEntry> before = staging_.parent().entry(name);
   if (before && ::fchmod(folder_.descriptor(), before->stx_mode & 07777) != 0) throw cannot_write(destination_, errno);
 }
 
@@ -78,7 +78,7 @@ void OutputFolder::require_replaceable(const Folder& folder, const std::string& 
     throw output_fault("output.foreign", destination_,
                        fmt::format("{}, so it is not replaced. Choose another place with -o", why));
   };
-  const std::optional<Entry> entry = folder.entry(name);
+  const std::optional<FolderEntry> entry = folder.entry(name);
   if (!entry || !entry->is_folder()) refuse("exists and is not a folder");
   const Folder there = folder.open(name);
   if (there.names().empty()) return;

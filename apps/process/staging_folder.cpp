@@ -29,7 +29,7 @@ std::string stem_of(const fs::path& destination) {
   return fmt::format(".{}.ardent", destination.filename().string());
 }
 
-std::string own_name(const std::string& stem, const Entry& folder) {
+std::string own_name(const std::string& stem, const FolderEntry& folder) {
   constexpr std::size_t num_digits = 16;
   const std::string place = fmt::format("{}:{} {} {} {}.{}", folder.stx_dev_major, folder.stx_dev_minor, folder.stx_ino,
                                         folder.stx_uid, folder.stx_btime.tv_sec, folder.stx_btime.tv_nsec);
@@ -74,7 +74,7 @@ void sync(const Folder& folder, const fs::path& shown, int num_threads) {
 /// also what it had come to.
 std::vector<NamedEntry> own_entries(const Folder& folder, const std::string& name, bool replaced) {
   std::vector<NamedEntry> all;
-  const std::optional<Entry> entry = folder.entry(name);
+  const std::optional<FolderEntry> entry = folder.entry(name);
   if (entry->is_folder()) {
     const Folder there = folder.open(name);
     const std::optional<EarlierResult> result = earlier_result(there);
@@ -93,7 +93,7 @@ std::vector<NamedEntry> own_entries(const Folder& folder, const std::string& nam
 void clear(const Folder& staging) {
   std::vector<NamedEntry> own;
   for (const char* part : {new_name, old_name}) {
-    const std::optional<Entry> entry = staging.entry(part);
+    const std::optional<FolderEntry> entry = staging.entry(part);
     if (!entry) continue;
     const Folder folder = staging.open(part);
     for (const std::string& name : folder.names())
@@ -162,15 +162,15 @@ bool StagingFolder::make(const std::string& name, mode_t mode, const fs::path& s
 }
 
 void StagingFolder::make_parents(const fs::path& parent) {
-  std::vector<fs::path> missing;
+  std::vector<fs::path> to_make;
   std::error_code unknown;
   fs::path there = parent;
   for (; !there.empty() && !fs::exists(fs::symlink_status(there, unknown)); there = there.parent_path())
-    missing.push_back(there);
+    to_make.push_back(there);
   parent_ = Folder(there.empty() ? "." : there, there);
-  for (; !missing.empty(); missing.pop_back()) {
-    static_cast<void>(make(missing.back().filename(), 0777, missing.back()));
-    parent_ = parent_.open(missing.back().filename());
+  for (; !to_make.empty(); to_make.pop_back()) {
+    static_cast<void>(make(to_make.back().filename(), 0777, to_make.back()));
+    parent_ = parent_.open(to_make.back().filename());
   }
 }
 
@@ -179,7 +179,7 @@ void StagingFolder::make_own(const fs::path& destination) {
   std::string name;
   do name = fmt::format("{}-{:08x}", stem, std::random_device()());
   while (!make(name, 0700, destination));
-  const std::optional<Entry> made = parent_.entry(name);
+  const std::optional<FolderEntry> made = parent_.entry(name);
   const std::string known = own_name(stem, made ? *made : throw foreign_at(parent_.shown() / name));
   if (::renameat2(parent_.descriptor(), name.c_str(), parent_.descriptor(), known.c_str(), 0) != 0)
     throw cannot_write(destination, errno);
@@ -195,7 +195,7 @@ void StagingFolder::make_own(const fs::path& destination) {
 
 /// What a killed command left goes; anything else of such a name is refused.
 void StagingFolder::clear_leftover(const std::string& name, const fs::path& destination) const {
-  const std::optional<Entry> entry = parent_.entry(name);
+  const std::optional<FolderEntry> entry = parent_.entry(name);
   const std::string stem = stem_of(destination);
   if (!entry) return;
   if (name != stem && ::unlinkat(parent_.descriptor(), name.c_str(), AT_REMOVEDIR) == 0) return;  // it had just begun
@@ -217,7 +217,7 @@ void StagingFolder::clear_leftover(const std::string& name, const fs::path& dest
 }
 
 void StagingFolder::require_free(const Folder& folder, const std::string& name) const {
-  const std::optional<Entry> there = folder.entry(name);
+  const std::optional<FolderEntry> there = folder.entry(name);
   if (!there) return;
   if (there->is_link()) throw link_at(parent_.shown() / name);
   if (!check_) throw taken_at(parent_.shown() / name);
@@ -242,7 +242,7 @@ void StagingFolder::put(Placed& placed) {
 /// more.
 bool StagingFolder::take_back(const Placed& placed) const {
   const auto& [name, entry, aside] = placed;
-  const std::optional<Entry> now = parent_.entry(name);
+  const std::optional<FolderEntry> now = parent_.entry(name);
   if (!now || !now->is_same(entry)) return false;  // somebody else's by now
   if (move(parent_, name, new_, aside == &new_ ? RENAME_EXCHANGE : RENAME_NOREPLACE) == 0) return true;
   if (!entry.is_file() || ::unlinkat(parent_.descriptor(), name.c_str(), 0) != 0) return false;
@@ -261,7 +261,7 @@ void StagingFolder::place(const std::vector<std::string>& names) {
   try {
     for (const std::string& name : names) {
       require_free(name);
-      const std::optional<Entry> written = new_.entry(name);
+      const std::optional<FolderEntry> written = new_.entry(name);
       if (!written || written->is_link()) throw foreign_at(new_.shown() / name);
       Placed next{name, *written};
       put(next);

@@ -42,7 +42,7 @@ class StagingFolder {
   /// What is in place.
   struct Placed {
     std::string name;
-    Entry entry;
+    FolderEntry entry;
     const Folder* aside = nullptr;  ///< where what it replaced is
   };
   StagingFolder() = default;

@@ -9,7 +9,7 @@
 namespace apps {
 namespace {
 
-constexpr std::size_t width = 88, text_column = 24;
+constexpr std::size_t page_width = 88, text_column = 24;
 
 /// Calls `take` with each paragraph of a text: they are separated by empty lines.
 template <class Take>
@@ -21,7 +21,7 @@ void for_each_paragraph(std::string_view text, Take&& take) {
   }
 }
 
-/// Words in lines of at most `width`, each behind `indent` blanks; the first is appended to what stands in `line`.
+/// Words in lines of at most `page_width`, each behind `indent` blanks; the first is appended to what stands in `line`.
 std::string wrapped(std::string line, std::string_view text, std::size_t indent) {
   std::string result;
   bool empty = true;
@@ -30,7 +30,7 @@ std::string wrapped(std::string line, std::string_view text, std::size_t indent)
     const std::string_view word = text.substr(from, end - from);
     from = end + 1;
     if (word.empty()) continue;
-    if (!empty && line.size() + 1 + word.size() > width) {
+    if (!empty && line.size() + 1 + word.size() > page_width) {
       result += line + "\n";
       line.assign(indent, ' ');
       empty = true;
@@ -42,7 +42,7 @@ std::string wrapped(std::string line, std::string_view text, std::size_t indent)
   return result + line + "\n";
 }
 
-std::string entry_text(const Entry& entry) {
+std::string entry_text(const HelpEntry& entry) {
   std::string line = "  " + entry.term, result;
   if (line.size() + 2 > text_column) {
     result = line + "\n";
@@ -97,7 +97,7 @@ std::string to_text(const Page& page) {
       text += (first ? "" : "\n") + wrapped("  ", paragraph, 2);
       first = false;
     });
-    for (const Entry& entry : section.entries) text += entry_text(entry);
+    for (const HelpEntry& entry : section.entries) text += entry_text(entry);
     for (const std::string& line : section.code) text += line.empty() ? "\n" : "    " + line + "\n";
   }
   return text;
@@ -112,7 +112,7 @@ std::string to_markdown(const Page& page, int level) {
     for_each_paragraph(section.text,
                        [&](std::string_view paragraph) { text += "\n" + wrapped("", marked_down(paragraph), 0); });
     if (!section.entries.empty()) text += "\n";
-    for (const Entry& entry : section.entries)
+    for (const HelpEntry& entry : section.entries)
       text += wrapped(
           fmt::format("- `{}` ", entry.term),
           marked_down(entry.text) + (entry.facts.empty() ? "" : fmt::format(" *{}*", marked_down(entry.facts))), 2);
@@ -134,7 +134,7 @@ std::string to_manual(const Page& page, int section, const std::string& version)
       text += (first ? "" : ".PP\n") + escaped(paragraph) + "\n";
       first = false;
     });
-    for (const Entry& entry : part.entries) {
+    for (const HelpEntry& entry : part.entries) {
       text += fmt::format(".TP\n.B {}\n{}\n", escaped(entry.term), escaped(entry.text));
       if (!entry.facts.empty()) text += fmt::format(".br\n{}\n", escaped(entry.facts));
     }

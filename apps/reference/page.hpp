@@ -5,16 +5,16 @@
 namespace apps {
 
 /// A name and what it means: an option, a key, a file.
-struct Entry {
+struct HelpEntry {
   std::string term, text;
   std::string facts = {};  ///< type, default, unit: on a line of its own; empty: none
 };
 
 struct Section {
   std::string heading;
-  std::string text = {};               ///< paragraphs, an empty line between
-  std::vector<Entry> entries = {};     ///< after the text
-  std::vector<std::string> code = {};  ///< lines to be typed or pasted, last
+  std::string text = {};                ///< paragraphs, an empty line between
+  std::vector<HelpEntry> entries = {};  ///< after the text
+  std::vector<std::string> code = {};   ///< lines to be typed or pasted, last
 };
 
 /// A page of help, said once and printed as text, as Markdown or as a manual page.

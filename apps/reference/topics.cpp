@@ -12,8 +12,8 @@
 namespace apps {
 namespace {
 
-std::vector<Entry> entries_of(const std::vector<ident::FunctionHelp>& help) {
-  std::vector<Entry> entries;
+std::vector<HelpEntry> entries_of(const std::vector<ident::FunctionHelp>& help) {
+  std::vector<HelpEntry> entries;
   for (const ident::FunctionHelp& one : help) entries.push_back({one.name, one.meaning});
   return entries;
 }
@@ -105,7 +105,7 @@ Section factors_section() {
 }
 
 Page files_page() {
-  const std::vector<Entry> results{
+  const std::vector<HelpEntry> results{
       {"report.html", "The page: one file that opens anywhere, with the first screen, every range and all figures."},
       {"figures/", "Each figure of the page as SVG, and its numbers as CSV."},
       {"details.txt",

@@ -6,17 +6,16 @@
 #include <string>
 
 #include "dsp/filter/dispatch.hpp"
+#include "dsp/filter/lanes.hpp"
 
 namespace dsp {
 
 namespace {
 
 // Eight sums side by side, in two vectors: where the processor has none so wide, one of eight goes through memory.
-constexpr int halves = 2;
-typedef double Lanes __attribute__((vector_size(4 * sizeof(double))));
-typedef double Unaligned __attribute__((vector_size(4 * sizeof(double)), aligned(8), may_alias));
+constexpr int num_halves = 2;
 
-double sum(const Lanes (&x)[halves]) {
+double sum(const Lanes (&x)[num_halves]) {
   return ((x[0][0] + x[0][1]) + (x[0][2] + x[0][3])) + ((x[1][0] + x[1][1]) + (x[1][2] + x[1][3]));
 }
 
@@ -28,19 +27,19 @@ struct Products {
 // One order of the lattice, f -= k b and b -= k f over n pairs, and what the next order asks of the result, in a
 // single pass: f[i + 1] is updated twice, which is cheaper than to read again what has just been written.
 ARDENT_DISPATCH Products reflect(double* f, double* b, Eigen::Index n, double k) {
-  Lanes cross[halves] = {}, power[halves] = {};
+  Lanes cross[num_halves] = {}, power[num_halves] = {};
   Eigen::Index i = 0;
   for (; i + 9 <= n; i += 8)
-    for (int half = 0; half < halves; ++half) {
+    for (int half = 0; half < num_halves; ++half) {
       double *f_at = f + i + 4 * half, *b_at = b + i + 4 * half;
-      const Lanes f_here = *reinterpret_cast<const Unaligned*>(f_at),
-                  f_next = *reinterpret_cast<const Unaligned*>(f_at + 1),
-                  b_here = *reinterpret_cast<const Unaligned*>(b_at),
-                  b_next = *reinterpret_cast<const Unaligned*>(b_at + 1);
+      const Lanes f_here = *reinterpret_cast<const UnalignedLanes*>(f_at),
+                  f_next = *reinterpret_cast<const UnalignedLanes*>(f_at + 1),
+                  b_here = *reinterpret_cast<const UnalignedLanes*>(b_at),
+                  b_next = *reinterpret_cast<const UnalignedLanes*>(b_at + 1);
       const Lanes next = f_next - k * b_next;
       const Lanes forward = f_here - k * b_here, backward = b_here - k * f_here;
-      *reinterpret_cast<Unaligned*>(f_at) = forward;
-      *reinterpret_cast<Unaligned*>(b_at) = backward;
+      *reinterpret_cast<UnalignedLanes*>(f_at) = forward;
+      *reinterpret_cast<UnalignedLanes*>(b_at) = backward;
       cross[half] += next * backward;
       power[half] += next * next + backward * backward;
     }

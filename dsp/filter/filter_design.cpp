@@ -7,11 +7,11 @@
 #include <complex>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 
+#include "dsp/constants.hpp"
 #include "dsp/filter/kaiser.hpp"
 
 namespace dsp {
@@ -21,7 +21,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double pi = std::numbers::pi;
 constexpr double spare_db = 10.0;      // the stages' leaks add up
 constexpr double sinc_spare_db = 6.0;  // of a sinc only the first band comes near its bound
 constexpr int largest_term = 4096;     // of the ratio as a fraction
@@ -114,9 +113,9 @@ struct Plan {
   bool sinc = false;  // the first of them
 };
 
-class Planner {
+class StagePlanner {
  public:
-  Planner(double input_rate_hz, const DecimateOptions& options, const Fraction& ratio)
+  StagePlanner(double input_rate_hz, const DecimateOptions& options, const Fraction& ratio)
       : input_rate_hz_(input_rate_hz),
         options_(options),
         ratio_(ratio),
@@ -281,7 +280,7 @@ bool is_designable(double input_rate_hz, const DecimateOptions& asked) {
   const DecimateOptions options = strict(input_rate_hz, asked);
   const auto ratio = fraction_of(input_rate_hz, options.output_rate_hz);
   if (!ratio) return false;
-  Planner planner(input_rate_hz, options, *ratio);
+  StagePlanner planner(input_rate_hz, options, *ratio);
   return planner.is_affordable(planner.cheapest());
 }
 
@@ -293,7 +292,7 @@ std::vector<FilterStage> design_decimation(double input_rate_hz, const DecimateO
     throw std::invalid_argument(fmt::format("decimate: {} Hz to {} Hz is no fraction of whole numbers up to {}",
                                             input_rate_hz, options.output_rate_hz, largest_term));
   const Fraction ratio = *found;
-  Planner planner(input_rate_hz, options, ratio);
+  StagePlanner planner(input_rate_hz, options, ratio);
   const Plan plan = planner.cheapest();
   if (!planner.is_affordable(plan))
     throw std::invalid_argument(fmt::format("decimate: {} Hz to {} Hz takes a filter of more than {} coefficients",

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "dsp/filter/dispatch.hpp"
+#include "dsp/filter/lanes.hpp"
 
 namespace dsp {
 namespace {
@@ -24,9 +25,6 @@ double pulse(const SpectralBand& band, double tau_s) {
   return width_hz * sinc * roll;
 }
 
-typedef double Lanes __attribute__((vector_size(4 * sizeof(double))));
-typedef double Unaligned __attribute__((vector_size(4 * sizeof(double)), aligned(8), may_alias));
-
 // Cubic interpolation between rows of a table, its values and slopes in turn, at |from|, |from + 1 by|, ... rows.
 struct Table {
   const double* rows;
@@ -43,7 +41,7 @@ ARDENT_DISPATCH void add_interpolated(const Table& table, double weight, double 
     const Integers row = __builtin_convertvector(at, Integers);
     Lanes cells[4];
     for (int lane = 0; lane < 4; ++lane)
-      cells[lane] = *reinterpret_cast<const Unaligned*>(table.rows + 2 * std::min<Index>(row[lane], table.last));
+      cells[lane] = *reinterpret_cast<const UnalignedLanes*>(table.rows + 2 * std::min<Index>(row[lane], table.last));
     const Lanes a = __builtin_shufflevector(cells[0], cells[1], 0, 4, 2, 6),
                 b = __builtin_shufflevector(cells[0], cells[1], 1, 5, 3, 7),
                 c = __builtin_shufflevector(cells[2], cells[3], 0, 4, 2, 6),
@@ -56,7 +54,7 @@ ARDENT_DISPATCH void add_interpolated(const Table& table, double weight, double 
     const Lanes sum = weight * (w * w * ((1.0 + 2.0 * u) * value + u * slope) +
                                 u * u * ((1.0 + 2.0 * w) * next_value - w * next_slope));
     if (i + 4 <= count)
-      *reinterpret_cast<Unaligned*>(out + i) += sum;
+      *reinterpret_cast<UnalignedLanes*>(out + i) += sum;
     else
       for (Index lane = 0; i + lane < count; ++lane) out[i + lane] += sum[lane];
   }

@@ -49,9 +49,9 @@ ExtendedSpectrum::ExtendedSpectrum(const Eigen::Ref<const VectorXd>& signal, dou
       fft_(extended_size(signal, sample_rate_hz, options)) {
   VectorXd periodic(fft_.size());
   periodic.head(num_samples_) = signal.array() - mean_;
-  // What a constant record leaves behind is the rounding of its mean, not a signal to be continued.
-  const double rounding = 1e-13 * std::abs(mean_);
-  if (periodic.head(num_samples_).cwiseAbs().maxCoeff() <= rounding) periodic.head(num_samples_).setZero();
+  // What a constant record leaves behind is the rounding_error of its mean, not a signal to be continued.
+  const double rounding_error = 1e-13 * std::abs(mean_);
+  if (periodic.head(num_samples_).cwiseAbs().maxCoeff() <= rounding_error) periodic.head(num_samples_).setZero();
   const Index gap = fft_.size() - num_samples_;
   periodic.tail(gap) = bridge(periodic.head(num_samples_), gap, resolved(options, num_samples_, sample_rate_hz));
   spectrum_ = fft_.forward(periodic);

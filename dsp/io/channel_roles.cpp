@@ -26,45 +26,44 @@ struct Word {
   bool is_beginning = false;
 };
 
-constexpr auto base = Body::base, payload = Body::payload, relative = Body::relative;
 constexpr auto none = std::nullopt;
 
 // Without accents and capitals.
-constexpr std::array words{
-    Word{"base", base, none},
-    Word{"ground", base, none},
-    Word{"floor", base, none},
-    Word{"table", base, none},
-    Word{"shaker", base, none},
-    Word{"support", base, none},
-    Word{"foundation", base, none},
-    Word{"bottom", base, none},
-    Word{"fuss", base, none},
-    Word{"fundament", base, none, true},
-    Word{"tisch", base, none, true},
-    Word{"boden", base, none},
-    Word{"unten", base, none},
-    Word{"socle", base, none},
-    Word{"sol", base, none},
-    Word{"bati", base, none},
-    Word{"suelo", base, none},
-    Word{"mesa", base, none},
-    Word{"bancada", base, none},
-    Word{"solo", base, none},
-    Word{"payload", payload, none},
-    Word{"mass", payload, none},
-    Word{"masse", payload, none},
-    Word{"masa", payload, none},
-    Word{"massa", payload, none},
-    Word{"top", payload, none},
-    Word{"tip", payload, none},
-    Word{"oben", payload, none},
-    Word{"nutzlast", payload, none},
-    Word{"haut", payload, none},
-    Word{"charge", payload, none},
-    Word{"carga", payload, none},
-    Word{"rel", relative, none},
-    Word{"relativ", relative, none, true},
+constexpr std::array role_words{
+    Word{"base", Body::base, none},
+    Word{"ground", Body::base, none},
+    Word{"floor", Body::base, none},
+    Word{"table", Body::base, none},
+    Word{"shaker", Body::base, none},
+    Word{"support", Body::base, none},
+    Word{"foundation", Body::base, none},
+    Word{"bottom", Body::base, none},
+    Word{"fuss", Body::base, none},
+    Word{"fundament", Body::base, none, true},
+    Word{"tisch", Body::base, none, true},
+    Word{"boden", Body::base, none},
+    Word{"unten", Body::base, none},
+    Word{"socle", Body::base, none},
+    Word{"sol", Body::base, none},
+    Word{"bati", Body::base, none},
+    Word{"suelo", Body::base, none},
+    Word{"mesa", Body::base, none},
+    Word{"bancada", Body::base, none},
+    Word{"solo", Body::base, none},
+    Word{"payload", Body::payload, none},
+    Word{"mass", Body::payload, none},
+    Word{"masse", Body::payload, none},
+    Word{"masa", Body::payload, none},
+    Word{"massa", Body::payload, none},
+    Word{"top", Body::payload, none},
+    Word{"tip", Body::payload, none},
+    Word{"oben", Body::payload, none},
+    Word{"nutzlast", Body::payload, none},
+    Word{"haut", Body::payload, none},
+    Word{"charge", Body::payload, none},
+    Word{"carga", Body::payload, none},
+    Word{"rel", Body::relative, none},
+    Word{"relativ", Body::relative, none, true},
     Word{"disp", none, Kind::displacement},
     Word{"displ", none, Kind::displacement},
     Word{"displacement", none, Kind::displacement, true},
@@ -159,10 +158,10 @@ std::vector<std::string> words_of(std::string_view name) {
 }
 
 const Word* find_word(std::string_view text) {
-  const auto* found = std::find_if(words.begin(), words.end(), [&](const Word& word) {
+  const auto* found = std::find_if(role_words.begin(), role_words.end(), [&](const Word& word) {
     return word.is_beginning ? text.starts_with(word.text) : text == word.text;
   });
-  return found == words.end() ? nullptr : found;
+  return found == role_words.end() ? nullptr : found;
 }
 
 std::optional<Kind> quantity_in(std::string_view si) {
@@ -252,8 +251,9 @@ std::vector<RoleGuess> guess_roles(const std::vector<UnnamedRole>& channels, con
   std::vector<Reading> readings;
   for (const UnnamedRole& channel : channels) readings.push_back(reading_of(channel));
   const bool has_base =
-      std::any_of(readings.begin(), readings.end(), [](const Reading& r) { return r.is_motion() && r.body == base; }) ||
-      std::any_of(given.begin(), given.end(), [](Role role) { return info_of(role).body == base; });
+      std::any_of(readings.begin(), readings.end(),
+                  [](const Reading& r) { return r.is_motion() && r.body == Body::base; }) ||
+      std::any_of(given.begin(), given.end(), [](Role role) { return info_of(role).body == Body::base; });
   std::vector<RoleGuess> guesses(channels.size());
   std::ptrdiff_t input = only(readings, Kind::force);
   if (input < 0 &&
@@ -262,8 +262,9 @@ std::vector<RoleGuess> guess_roles(const std::vector<UnnamedRole>& channels, con
   for (std::size_t i = 0; i < channels.size(); ++i) {
     const Reading& reading = readings[i];
     if (reading.is_motion())
-      guesses[i].role =
-          motion_signal(reading.body.value_or(has_base ? payload : relative), static_cast<int>(*reading.quantity)).role;
+      guesses[i].role = motion_signal(reading.body.value_or(has_base ? Body::payload : Body::relative),
+                                      static_cast<int>(*reading.quantity))
+                            .role;
     else if (static_cast<std::ptrdiff_t>(i) == input)
       guesses[i].role = Role::f;
   }
@@ -340,12 +341,13 @@ Fault no_motion(const std::string& recording, const std::vector<Channel>& channe
   for (std::size_t i = 0; i < channels.size(); ++i)
     lines += fmt::format("[[channel]]\nname = {}\nrole = \"{}\"{}\n", toml_quoted(channels[i].name),
                          to_string(proposed[i].role), proposed[i].why.empty() ? "" : "  # " + proposed[i].why);
-  return Fault(FaultKind::input, "motion.none",
-               fmt::format("{}: the relative motion cannot be formed: found {}. Want a displacement, velocity or acceleration "
-                           "of the payload (y, dy, ddy), with that of the base where it moves (r, dr, ddr), or between "
-                           "both (x, v, a). Give channels their roles in {}:",
-                           recording, in_words(channels), sidecar_path(recording).string()),
-               std::move(lines));
+  return Fault(
+      FaultKind::input, "motion.none",
+      fmt::format("{}: the relative motion cannot be formed: found {}. Want a displacement, velocity or acceleration "
+                  "of the payload (y, dy, ddy), with that of the base where it moves (r, dr, ddr), or between "
+                  "both (x, v, a). Give channels their roles in {}:",
+                  recording, in_words(channels), sidecar_path(recording).string()),
+      std::move(lines));
 }
 
 std::vector<RoleGuess> guess_roles(const std::vector<ChannelSpec>& channels, const SourceInfo& info) {

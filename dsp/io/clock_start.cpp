@@ -5,13 +5,9 @@
 #include <chrono>
 #include <cmath>
 
+#include "dsp/constants.hpp"
+
 namespace dsp {
-namespace {
-
-constexpr double day_s = 86400.0;
-
-}  // namespace
-
 double ClockStart::until(const ClockStart& other) const {
   const double days = day && other.day ? static_cast<double>(*other.day - *day) : 0.0;
   return days * day_s + (other.s - s);

@@ -5,11 +5,10 @@
 
 namespace dsp {
 
-/// A digest of bytes as they come, by OpenSSL.
+/// A digest of bytes as they come, by nettle.
 class Digest {
  public:
   enum class Method { md5, sha256 };
-  /// Throws Fault (numerics, system.no_library) where OpenSSL is not installed.
   explicit Digest(Method method);
   ~Digest();
   Digest(Digest&&) noexcept;

@@ -14,7 +14,7 @@
 namespace dsp {
 namespace {
 
-const std::array<ClockUnit, 3> units{{{"s", 1.0}, {"ms", 1e-3}, {"us", 1e-6}}};
+const std::array<ClockUnit, 3> clock_units{{{"s", 1.0}, {"ms", 1e-3}, {"us", 1e-6}}};
 
 // The steps between stamps are even within their last digit, if not always, then in the middle.
 double rate_hz_of(double step, const Stamps& stamps, const ClockUnit& unit) {
@@ -61,13 +61,13 @@ std::optional<ClockUnit> unit_of_clock(const Stamps& stamps, int column, std::op
   constexpr double agreeing = 0.02;  // the middle step of a coarse clock is not its mean
   const double step = median(steps_of(stamps.time_s));
   if (rate_hz) {
-    const auto found = std::find_if(units.begin(), units.end(), [&](const ClockUnit& unit) {
+    const auto found = std::find_if(clock_units.begin(), clock_units.end(), [&](const ClockUnit& unit) {
       return std::abs(step * unit.in_s * *rate_hz - 1.0) < agreeing;
     });
-    return found == units.end() ? std::nullopt : std::optional(*found);
+    return found == clock_units.end() ? std::nullopt : std::optional(*found);
   }
-  if (step < 1.0) return units[0];
-  const double ms_hz = rate_hz_of(step, stamps, units[1]), us_hz = rate_hz_of(step, stamps, units[2]);
+  if (step < 1.0) return clock_units[0];
+  const double ms_hz = rate_hz_of(step, stamps, clock_units[1]), us_hz = rate_hz_of(step, stamps, clock_units[2]);
   constexpr double slowest_hz = 10.0;  // of a recorder of vibration
   const std::size_t likely = ms_hz < slowest_hz ? 2 : 1;
   throw Fault(
@@ -76,8 +76,8 @@ std::optional<ClockUnit> unit_of_clock(const Stamps& stamps, int column, std::op
                   "be {:.3g} Hz, in ms {:.6g} Hz, in us {:.6g} Hz. Say which it is in {}, its first lines:",
                   stamps.name, column, step, 1.0 / step, ms_hz, us_hz, sidecar_path(stamps.name).string()),
       fmt::format("{}[[channel]]\nname = \"t\"\nindex = {}\nrole = \"t\"\nunit = \"{}\"\n",
-                  interpolation_lines(in_unit(stamps, units[likely]), likely == 2 ? us_hz : ms_hz), column,
-                  units[likely].name));
+                  interpolation_lines(in_unit(stamps, clock_units[likely]), likely == 2 ? us_hz : ms_hz), column,
+                  clock_units[likely].name));
 }
 
 }  // namespace dsp

@@ -1,6 +1,7 @@
 #include "dsp/io/mat_file.hpp"
 
 #include <fmt/format.h>
+#include <matio.h>
 
 #include <algorithm>
 #include <array>
@@ -12,7 +13,6 @@
 #include <type_traits>
 
 #include "dsp/io/mat_check.hpp"
-#include "dsp/io/matio_library.hpp"
 #include "dsp/io/rows_on_clock.hpp"
 #include "dsp/io/table_layout.hpp"
 #include "dsp/io/units.hpp"
@@ -104,7 +104,7 @@ bool has_columns(const matvar_t& variable, std::size_t length) {
 matvar_t* field_of(matvar_t* structure, const char* key) {
   const bool one = structure != nullptr && structure->class_type == MAT_C_STRUCT && structure->data != nullptr &&
                    structure->rank == 2 && structure->dims[0] == 1 && structure->dims[1] == 1;
-  return one ? matio().field(structure, key, 0) : nullptr;
+  return one ? Mat_VarGetStructFieldByName(structure, key, 0) : nullptr;
 }
 
 // Simulink's "structure with time": fields time (n x 1) and signals, whose field values is n x k.
@@ -119,11 +119,11 @@ class MatFile : public RowsOnClock {
  public:
   MatFile(std::unique_ptr<InputFile> file, const OpenOptions& options) : file_(std::move(file)) {
     check_mat(*file_, options.max_memory_bytes);
-    matio().log_init("ardent", [](int, char*) {});  // its messages would go to stderr; ours say more
-    File mat(matio().open(file_->path().c_str(), MAT_ACC_RDONLY), matio().close);
+    Mat_LogInitFunc("ardent", [](int, char*) {});  // its messages would go to stderr; ours say more
+    File mat(Mat_Open(file_->path().c_str(), MAT_ACC_RDONLY), Mat_Close);
     if (!mat) throw damaged("matio cannot open it");
     const std::size_t num_frames = find_length(*mat);
-    matio().rewind(mat.get());
+    Mat_Rewind(mat.get());
     read_variables(*mat, num_frames, options.max_memory_bytes);
     info_.num_frames = static_cast<std::int64_t>(num_frames);
     describe_columns(options);
@@ -145,7 +145,7 @@ class MatFile : public RowsOnClock {
   // Columns are as long as the longest vector; a shorter one is a parameter. Matrices count where there is no vector.
   static std::size_t find_length(mat_t& mat) {
     std::size_t longest = 0, widest = 0;
-    while (const Variable variable{matio().read_next_info(&mat), matio().free}) {
+    while (const Variable variable{Mat_VarReadNextInfo(&mat), Mat_VarFree}) {
       longest = std::max({longest, length(*variable), Simulink(*variable).frames()});
       widest = std::max(widest, longer_side(*variable));
     }
@@ -154,7 +154,7 @@ class MatFile : public RowsOnClock {
 
   // Only what becomes columns is read.
   void read_variables(mat_t& mat, std::size_t num_frames, std::size_t max_memory_bytes) {
-    while (Variable found{matio().read_next_info(&mat), matio().free}) {
+    while (Variable found{Mat_VarReadNextInfo(&mat), Mat_VarFree}) {
       const std::shared_ptr<matvar_t> variable = std::move(found);
       const std::string name = clean_name(variable->name != nullptr ? variable->name : "");
       const Simulink before(*variable);
@@ -163,9 +163,9 @@ class MatFile : public RowsOnClock {
         leave_out(*variable, name, num_frames);
         continue;
       }
-      bytes_ += static_cast<double>(matio().size_of(variable.get()));
+      bytes_ += static_cast<double>(Mat_VarGetSize(variable.get()));
       require_memory(file_->name(), bytes_, max_memory_bytes);
-      if (matio().read_data(&mat, variable.get()) != 0) throw damaged("cannot read " + name);
+      if (Mat_VarReadDataAll(&mat, variable.get()) != 0) throw damaged("cannot read " + name);
       if (simulink)
         add_simulink(variable, name, num_frames);
       else
@@ -184,7 +184,7 @@ class MatFile : public RowsOnClock {
     if (values.data == nullptr) throw damaged("cannot read " + name);
     const bool upright = values.dims[0] == num_frames;
     const std::size_t rows = values.dims[0], count = upright ? values.dims[1] : rows;
-    const std::size_t size = matio().size_of_class(values.class_type);
+    const std::size_t size = Mat_SizeOfClass(values.class_type);
     const auto split = split_unit(name);
     for (std::size_t i = 0; i < count; ++i)
       columns_.push_back({count == 1 ? name : fmt::format("{}_{}", split.base, i + 1), split.unit,

@@ -5,10 +5,12 @@
 #include <chrono>
 #include <cmath>
 
+#include "dsp/constants.hpp"
+
 namespace dsp {
 namespace {
 
-constexpr double minute_s = 60.0, hour_s = 3600.0, day_s = 86400.0;
+constexpr double minute_s = 60.0, hour_s = 3600.0;
 
 /// What is not yet read of a text; each call reads one thing, or nothing and says so.
 class Rest {

@@ -13,10 +13,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Fault fault(FaultKind kind, std::string name, const std::string& message, const std::string& lines = {}) {
-  return Fault(kind, std::move(name), message, lines);
-}
-
 /// Whether messages may show what is in a file that a sidecar names: a sidecar may come from anybody, name any file of
 /// this machine, also by a link, and messages get passed on. What lies in the recording's folder came with it.
 bool may_be_quoted(const fs::path& file, const fs::path& recording) {
@@ -125,7 +121,7 @@ int find_column(const ChannelSpec& channel, const OpenFile& file, int index_in_f
   } else {
     const auto known = file.columns.find(wanted);
     if (known == file.columns.end())
-      throw fault(
+      throw Fault(
           FaultKind::input, "channel.column",
           fmt::format("{}: channel '{}': no column '{}' in {}; there are {}{}", channel.place, channel.name, wanted,
                       file.name,
@@ -136,7 +132,7 @@ int find_column(const ChannelSpec& channel, const OpenFile& file, int index_in_f
     found = known->second;
   }
   if (found >= count || found == info.time_column)
-    throw fault(FaultKind::usage, "channel.index",
+    throw Fault(FaultKind::usage, "channel.index",
                 fmt::format("{}: channel '{}': {} has {} columns, got index {}{}", channel.place, channel.name,
                             file.name, count, found + 1, found == info.time_column ? ", which is its clock" : ""));
   return found;
@@ -156,12 +152,12 @@ double agree_on_rate(const std::vector<OpenFile>& files, const Sidecar& sidecar)
     const double difference_hz = std::abs(*agreed - rate_hz);
     const bool rounded = rate_hz == std::floor(rate_hz) && difference_hz < 1 && difference_hz < 1e-3 * rate_hz;
     if (difference_hz > 1e-6 * rate_hz && !(rounded && sidecar.rate_hz))
-      throw fault(FaultKind::input, "rate.mismatch",
+      throw Fault(FaultKind::input, "rate.mismatch",
                   fmt::format("{}: {} Hz, but {} says {} Hz. Correct the one that is wrong", file.name, rate_hz, from,
                               *agreed));
   }
   if (!agreed)
-    throw fault(FaultKind::input, "rate.missing",
+    throw Fault(FaultKind::input, "rate.missing",
                 fmt::format("{}: holds no time and no rate. Its rate is to stand at the top of {}:", files[0].name,
                             sidecar_path(files[0].name).string()),
                 fmt::format("{}\n", rate_line));
@@ -176,13 +172,13 @@ std::int64_t agree_on_length(const std::vector<OpenFile>& files, bool salvage, s
     const auto message = fmt::format("{} has {} frames, {} has {}", files[0].name, files[0].source->info().num_frames,
                                      file.name, frames);
     if (!salvage)
-      throw fault(FaultKind::input, "channel.length",
+      throw Fault(FaultKind::input, "channel.length",
                   message + ". Try --salvage to use what they share from the start");
     shortest = std::min(shortest, frames);
     checks.push_back({"channel.length", "", CheckStatus::warning, static_cast<double>(shortest), 0.0,
                       fmt::format("{}; the first {} were used", message, shortest)});
   }
-  if (shortest == 0) throw fault(FaultKind::input, "recording.empty", fmt::format("{}: no samples", files[0].name));
+  if (shortest == 0) throw Fault(FaultKind::input, "recording.empty", fmt::format("{}: no samples", files[0].name));
   return shortest;
 }
 
@@ -204,7 +200,7 @@ ClockStart agree_on_start(const std::vector<OpenFile>& files, double rate_hz, st
     const auto message = fmt::format("{}: starts at {}, {} at {}", file.name, to_string(info.clock_start), first->name,
                                      to_string(start));
     if (std::abs(late_s) * rate_hz > 0.5)
-      throw fault(FaultKind::input, "clock.start",
+      throw Fault(FaultKind::input, "clock.start",
                   message + ", which is more than half a sample. Cut the files to one beginning");
     checks.push_back({"clock.start", "", CheckStatus::warning, late_s, 0.5 / rate_hz,
                       fmt::format("{}; its channels are shifted by {:.3g} of a sample", message, late_s * rate_hz)});

@@ -11,7 +11,9 @@
 #include <optional>
 #include <vector>
 
+#include "dsp/constants.hpp"
 #include "dsp/io/channel_roles.hpp"
+#include "dsp/io/table_cells.hpp"
 #include "dsp/names.hpp"
 #include "dsp/signals.hpp"
 
@@ -24,7 +26,6 @@ struct Row {
   std::string_view si;
 };
 
-constexpr double gravity = 9.80665;              // m/s^2, standard
 constexpr double pound_force = 4.4482216152605;  // N
 constexpr double degree = std::numbers::pi / 180;
 
@@ -124,12 +125,6 @@ constexpr std::array hints{
     Hint{"Mm", "Units are case sensitive: mm"},
     Hint{"EU", "Name the unit itself, for example mV/mm or mV/g"},
 };
-
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
-  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
-  return text;
-}
 
 std::string without_brackets(std::string_view text) {
   if (text.size() > 2 && text.front() == '(' && text.back() == ')') return std::string(text.substr(1, text.size() - 2));

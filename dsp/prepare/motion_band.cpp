@@ -163,7 +163,7 @@ MotionBand motion_band(std::string signal, int order, VectorXd density, double b
 
 namespace {
 
-constexpr Index block_frames = 16384;
+constexpr Index frames_at_once = 16384;
 
 /// Of a record: segments that resolve all that several of them show.
 constexpr Index num_eighths = 8;
@@ -220,7 +220,7 @@ MotionBand band_of_segments(RecordingReader reader, const MotionSource& source, 
       if (skipped < idle) break;
       continue;
     }
-    if (reader.read(block, block_frames) == 0) break;
+    if (reader.read(block, frames_at_once) == 0) break;
     VectorXd motion = block.col(source.plus);
     if (source.minus >= 0) motion -= block.col(source.minus);
     if (num_means > 1) motion = means.push(motion);
@@ -256,8 +256,8 @@ std::optional<RawSpectrum> spectrum_of_eighths(const Recording& recording) {
   const double segment_s = eighth_s(n, recording.sample_rate_hz);
   if (segment_s <= RawSpectrum::usual_segment_s) return std::nullopt;
   RawSpectrum spectrum(recording.sample_rate_hz, recording.samples.cols(), n, num_eighths, segment_s);
-  for (Index first = 0; first < n; first += block_frames)
-    spectrum.push(recording.samples.middleRows(first, std::min(block_frames, n - first)));
+  for (Index first = 0; first < n; first += frames_at_once)
+    spectrum.push(recording.samples.middleRows(first, std::min(frames_at_once, n - first)));
   return spectrum;
 }
 

@@ -13,7 +13,8 @@ using Eigen::VectorXd;
 using Basis = Eigen::Matrix<double, Eigen::Dynamic, 4>;
 
 // The reversal lies within a wave of the low-pass and a halt lasts for up to one: both are searched in such steps.
-constexpr std::ptrdiff_t steps_per_wave = 16, num_steps = 2 * steps_per_wave + 1, num_halts = steps_per_wave + 1;
+constexpr std::ptrdiff_t steps_per_wave = 16, num_reversals = 2 * steps_per_wave + 1,
+                         num_halt_lengths = steps_per_wave + 1;
 
 // Columns: 1, t, t^2 but for the halt, and 1 from its end on. Times in samples from the reversal.
 Basis course(const ShortLowPass& low_pass, Index reach, double wave, double reversal, double halt) {
@@ -41,9 +42,9 @@ double misfit(const Basis& basis, const VectorXd& a, double power) {
 
 HaltFit::HaltFit(const ShortLowPass& low_pass, double cutoff_cycles_per_sample)
     : wave_(1.0 / cutoff_cycles_per_sample), reach_(static_cast<Index>(std::ceil(2.0 * wave_))) {
-  for (std::ptrdiff_t halt = 0; halt < num_halts; ++halt) {
+  for (std::ptrdiff_t halt = 0; halt < num_halt_lengths; ++halt) {
     Bases bases;
-    for (std::ptrdiff_t step = 0; step < num_steps; ++step) {
+    for (std::ptrdiff_t step = 0; step < num_reversals; ++step) {
       const double reversal = (static_cast<double>(step) / steps_per_wave - 1.0) * wave_;
       const Basis columns =
           course(low_pass, reach_, wave_, reversal, static_cast<double>(halt) / steps_per_wave * wave_);
@@ -58,7 +59,7 @@ HaltFit::Least HaltFit::least_about(const Bases& bases, const VectorXd& a, doubl
   const auto at = [&](std::ptrdiff_t k) { return misfit(bases[static_cast<std::size_t>(k)], a, power); };
   Least least{step, at(step)};
   double before = INFINITY, after = INFINITY;  // at its neighbours
-  for (std::ptrdiff_t k = step + 1; k < num_steps; ++k) {
+  for (std::ptrdiff_t k = step + 1; k < num_reversals; ++k) {
     if (after = at(k); after >= least.misfit) break;
     before = least.misfit;
     least = {k, after};
@@ -80,7 +81,7 @@ HaltFit::Result HaltFit::operator()(const VectorXd& a) const {
   const double power = a.squaredNorm();
   std::ptrdiff_t step = 0;
   double lowest = INFINITY;
-  for (std::ptrdiff_t k = 0; k < num_steps; ++k)
+  for (std::ptrdiff_t k = 0; k < num_reversals; ++k)
     if (const double here = misfit(by_halt_.front()[static_cast<std::size_t>(k)], a, power); here < lowest)
       lowest = here, step = k;
 

@@ -10,10 +10,10 @@
 namespace dsp {
 namespace {
 
-constexpr std::array<RegimeInfo, 4> table{{{Regime::low, "low", true},
-                                           {Regime::high, "high", true},
-                                           {Regime::stick, "stick", false},
-                                           {Regime::excluded, "excluded", false}}};
+constexpr std::array<RegimeInfo, 4> regime_infos{{{Regime::low, "low", true},
+                                                  {Regime::high, "high", true},
+                                                  {Regime::stick, "stick", false},
+                                                  {Regime::excluded, "excluded", false}}};
 constexpr std::string_view mixed_name = "mixed";
 
 [[noreturn]] void refuse(const std::vector<std::string>& names, std::string_view got) {
@@ -23,16 +23,17 @@ constexpr std::string_view mixed_name = "mixed";
 }  // namespace
 
 std::span<const RegimeInfo> regime_table() {
-  return table;
+  return regime_infos;
 }
 
 std::string_view to_string(Regime regime) {
-  return std::find_if(table.begin(), table.end(), [&](const RegimeInfo& r) { return r.regime == regime; })->name;
+  return std::find_if(regime_infos.begin(), regime_infos.end(), [&](const RegimeInfo& r) { return r.regime == regime; })
+      ->name;
 }
 
 Regime regime_from_string(std::string_view name) {
   std::vector<std::string> names;
-  for (const RegimeInfo& known : table) {
+  for (const RegimeInfo& known : regime_infos) {
     if (known.name == name) return known.regime;
     names.emplace_back(known.name);
   }
@@ -41,21 +42,21 @@ Regime regime_from_string(std::string_view name) {
 
 RegimeSet RegimeSet::mixed() {
   RegimeSet set;
-  for (const RegimeInfo& known : table)
+  for (const RegimeInfo& known : regime_infos)
     if (known.moving) set.bits_ |= bit(known.regime);
   return set;
 }
 
 std::string RegimeSet::name() const {
   if (any()) return {};
-  for (const RegimeInfo& known : table)
+  for (const RegimeInfo& known : regime_infos)
     if (*this == RegimeSet(known.regime)) return std::string(known.name);
   return std::string(mixed_name);
 }
 
 std::vector<std::string> regime_set_names() {
   std::vector<std::string> names{""};
-  for (const RegimeInfo& known : table)
+  for (const RegimeInfo& known : regime_infos)
     if (known.regime != Regime::excluded) names.emplace_back(known.name);
   names.emplace_back(mixed_name);
   return names;

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <limits>
 #include <numbers>
 
+#include "dsp/constants.hpp"
 #include "dsp/filter/strongest_line.hpp"
 #include "dsp/linear.hpp"
 #include "dsp/order_statistics.hpp"
@@ -18,8 +18,6 @@ using Eigen::Index;
 using Eigen::VectorXd;
 using Complex = std::complex<double>;
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double two_pi = 2.0 * std::numbers::pi;
 constexpr int drive_harmonics = 3, response_harmonics = static_cast<int>(2.0 * num_harmonics);
 
 constexpr double window_periods = 6.0;  // of the record's strongest frequency: a window is judged as a whole

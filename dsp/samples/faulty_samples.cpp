@@ -21,8 +21,7 @@ namespace {
 constexpr std::size_t cells_per_chunk = 4096;  ///< at least five seconds: a dropout does not teach what is usual
 constexpr std::size_t least_cells_to_learn = 256;
 constexpr Eigen::Index least_dropout_cells = 8, least_dropout_frames = 16;
-constexpr Eigen::Index least_equal_cells = 4, least_equal_frames = 64;
-constexpr double jump_ratio = 8.0;
+constexpr Eigen::Index least_equal_frames = 64;
 constexpr double max_extreme_fraction = 0.3;  ///< of a record at its extreme value: that is where it rests
 
 // A rounded crest that stands still for eight cells has risen by 2.25 steps over the two cells before (parabola).

@@ -9,8 +9,7 @@
 namespace dsp {
 namespace {
 
-constexpr Eigen::Index least_cells = 8, least_equal_cells = 4;
-constexpr double jump_ratio = 8.0;  // of a step over the usual ones: seldom are they so large
+constexpr Eigen::Index least_cells = 8;
 
 }  // namespace
 

@@ -11,6 +11,11 @@
 
 namespace dsp {
 
+/// Of a step over the usual ones: seldom are they so large.
+inline constexpr double jump_ratio = 8.0;
+/// Seldom do so many cells in a row hold but equal values.
+inline constexpr Eigen::Index least_equal_cells = 4;
+
 /// Cells [first, last) without a step.
 struct StillRun {
   Eigen::Index first = 0, last = 0;

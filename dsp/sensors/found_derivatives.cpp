@@ -9,7 +9,7 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-using Column = Eigen::Ref<const VectorXd>;
+using Values = Eigen::Ref<const VectorXd>;
 
 /// The lengths of 1, 2, 4 ... samples over which rises are looked at.
 std::vector<Index> spans_within(Index num_samples) {
@@ -20,12 +20,12 @@ std::vector<Index> spans_within(Index num_samples) {
 }
 
 /// The sum of products of the rises of `a` and `b` over each span, about their means.
-VectorXd rise_products(const Column& a, const Column& b, const std::vector<Index>& spans) {
+VectorXd rise_products(const Values& a, const Values& b, const std::vector<Index>& spans) {
   constexpr Index block = 1024;  // with the longest span, of both columns, 32 KiB: the processor's first cache
   VectorXd sums = VectorXd::Zero(std::ssize(spans)), mean_a = sums, mean_b = sums;
   for (Index s = 0; s < sums.size(); ++s) {
     const Index span = spans[static_cast<std::size_t>(s)];
-    const auto mean_rise = [&](const Column& values) {
+    const auto mean_rise = [&](const Values& values) {
       return (values.tail(span).sum() - values.head(span).sum()) / static_cast<double>(values.size() - span);
     };
     mean_a(s) = mean_rise(a), mean_b(s) = mean_rise(b);
@@ -34,7 +34,7 @@ VectorXd rise_products(const Column& a, const Column& b, const std::vector<Index
     for (Index s = 0; s < sums.size(); ++s) {
       const Index span = spans[static_cast<std::size_t>(s)], count = std::min(block, a.size() - span - first);
       if (count <= 0) break;
-      const auto rises = [&](const Column& values, double mean) {
+      const auto rises = [&](const Values& values, double mean) {
         return (values.segment(first + span, count) - values.segment(first, count)).array() - mean;
       };
       sums(s) += (rises(a, mean_a(s)) * rises(b, mean_b(s))).sum();
@@ -43,7 +43,7 @@ VectorXd rise_products(const Column& a, const Column& b, const std::vector<Index
 }
 
 /// The integral of `v` about its mean up to each sample, by trapezes.
-VectorXd integral(const Column& v, double sample_rate_hz) {
+VectorXd integral(const Values& v, double sample_rate_hz) {
   VectorXd result(v.size());
   const double mean = v.mean();
   double sum = 0.0;
@@ -85,7 +85,7 @@ std::vector<FoundDerivative> find_derivatives(const Eigen::MatrixXd& samples, do
     for (Index i = 0; i < samples.cols(); ++i)
       if (samples.col(i).allFinite() && (samples.col(i).array() != samples(0, i)).any()) usable.push_back(i);
   if (usable.size() < 2) return {};
-  const auto rise_norms = [&](const Column& values) -> VectorXd {
+  const auto rise_norms = [&](const Values& values) -> VectorXd {
     return rise_products(values, values, spans).cwiseSqrt();
   };
   std::vector<VectorXd> norms;

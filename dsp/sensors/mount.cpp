@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <numbers>
 
+#include "dsp/constants.hpp"
 #include "dsp/filter/short_low_pass.hpp"
 #include "dsp/linear.hpp"
 #include "dsp/order_statistics.hpp"
@@ -15,8 +15,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-constexpr double pi = std::numbers::pi;
 
 struct MotionNames {
   const char *relative, *base, *payload;

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "dsp/constants.hpp"
+
 namespace dsp {
 
 using Eigen::Index;
@@ -39,7 +41,6 @@ PowerCheck power_check(const Prepared& prepared, const std::vector<Regime>& regi
 }
 
 RegimePower balance_in(const PowerCheck& power, Regime regime) {
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   const auto found = std::find_if(power.begin(), power.end(), [&](const auto& one) { return one.regime == regime; });
   return found == power.end() ? RegimePower{regime, nan, nan} : *found;
 }

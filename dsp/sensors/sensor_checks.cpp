@@ -11,8 +11,6 @@
 namespace dsp {
 namespace {
 
-using Kind = SensorProblemKind;
-
 /// In the units a sensor's sheet uses.
 std::string sensitivity_text(const Sensitivity& sensitivity, double factor) {
   const double value = sensitivity.value * factor;
@@ -26,7 +24,7 @@ std::string sensitivity_text(const Sensitivity& sensitivity, double factor) {
 std::string scale_line(const SensorProblem& problem, const ChannelSpec* channel) {
   if (channel != nullptr && channel->sensitivity)
     return fmt::format("sensitivity = \"{}\"", sensitivity_text(*channel->sensitivity, problem.sensitivity_factor));
-  if (problem.kind == Kind::unit) return fmt::format("unit = \"{}\"", problem.unit);
+  if (problem.kind == SensorProblemKind::unit) return fmt::format("unit = \"{}\"", problem.unit);
   const Unit unit = channel != nullptr && !channel->unit.empty() ? find_unit(channel->unit) : Unit{};
   return fmt::format("full_scale = \"{:.6g} {}\"", unit.factor / problem.sensitivity_factor,
                      unit.si.empty() ? problem.unit : unit.si);
@@ -38,9 +36,10 @@ Check check_of(const SensorProblem& problem, bool corrected, const ChannelSpec* 
               .value = problem.value,
               .limit = problem.limit};
   check.status = corrected ? CheckStatus::note : CheckStatus::warning;
-  const char* other = !problem.either                  ? ""
-                      : problem.kind == Kind::polarity ? " or its partner, whichever is wired the wrong way round"
-                                                       : " or its partner, whichever is calibrated wrongly";
+  const char* other = !problem.either ? ""
+                      : problem.kind == SensorProblemKind::polarity
+                          ? " or its partner, whichever is wired the wrong way round"
+                          : " or its partner, whichever is calibrated wrongly";
   check.message = fmt::format("{}; {}. In {}, [[channel]] name = \"{}\"{}: {}", problem.sentence,
                               corrected ? "corrected here" : "not corrected", sidecar, problem.channel, other,
                               remedy(problem, channel));
@@ -61,15 +60,15 @@ Check relation_check(const SensorRelation& relation, std::string found, CheckSta
 
 std::string remedy(const SensorProblem& problem, const ChannelSpec* channel) {
   switch (problem.kind) {
-    case Kind::polarity:
+    case SensorProblemKind::polarity:
       return fmt::format("sign = {}", channel != nullptr && channel->sign < 0.0 ? 1 : -1);
-    case Kind::unit:
-    case Kind::gain:
+    case SensorProblemKind::unit:
+    case SensorProblemKind::gain:
       return scale_line(problem, channel);
-    case Kind::lag:
+    case SensorProblemKind::lag:
       return fmt::format("delay = \"{:.4g} ms\"",
                          1e3 * (problem.delay_s + (channel != nullptr ? channel->delay_s : 0.0)));
-    case Kind::cutoff:
+    case SensorProblemKind::cutoff:
       return fmt::format("highpass = [{:.4g}]", fmt::join(problem.highpass_hz, ", "));
   }
   return {};
@@ -78,8 +77,8 @@ std::string remedy(const SensorProblem& problem, const ChannelSpec* channel) {
 bool is_corrected(const Prepared& prepared, const SensorRelation& relation, const SensorProblem& problem) {
   const bool pair = std::any_of(prepared.relations.begin(), prepared.relations.end(),
                                 [&](const SensorRelation& one) { return one.name == relation.name; });
-  const bool of_scale = problem.kind == Kind::unit || problem.kind == Kind::gain;
-  return pair && prepared.equalised() && can_be_corrected(relation) && problem.kind != Kind::polarity &&
+  const bool of_scale = problem.kind == SensorProblemKind::unit || problem.kind == SensorProblemKind::gain;
+  return pair && prepared.equalised() && can_be_corrected(relation) && problem.kind != SensorProblemKind::polarity &&
          (!of_scale || gain_is_plausible(relation));
 }
 

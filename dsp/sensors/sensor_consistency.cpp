@@ -6,10 +6,10 @@
 #include <functional>
 #include <iterator>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <utility>
 
+#include "dsp/constants.hpp"
 #include "dsp/for_each_index.hpp"
 #include "dsp/linear.hpp"
 #include "dsp/order_statistics.hpp"
@@ -22,8 +22,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Complex = std::complex<double>;
-
-constexpr double two_pi = 2.0 * std::numbers::pi;
 
 // The displacement's, made only where the record is long enough.
 using SpectrumOf = std::function<const ExtendedSpectrum&()>;
@@ -293,7 +291,7 @@ struct Pair {
   const char* name;
   Role displacement, acceleration;
 };
-constexpr Pair pairs[] = {{"r and ddr", Role::r, Role::ddr}, {"y and ddy", Role::y, Role::ddy}};
+constexpr Pair derivative_pairs[] = {{"r and ddr", Role::r, Role::ddr}, {"y and ddy", Role::y, Role::ddy}};
 
 SensorRelation relate_pair(ColumnSpectra& spectra, const Pair& pair, const std::vector<unsigned char>& excluded) {
   const Recording& recording = spectra.recording();
@@ -328,11 +326,11 @@ void bring_together(ColumnSpectra& spectra, const Pair& pair, const SensorRelati
 template <class Use>
 std::vector<SensorRelation> relate_each(ColumnSpectra& spectra, const std::vector<unsigned char>& excluded,
                                         int num_threads, const Use& use) {
-  std::array<std::optional<SensorRelation>, std::size(pairs)> found;
+  std::array<std::optional<SensorRelation>, std::size(derivative_pairs)> found;
   for_each_index(found.size(), num_threads, [&](std::size_t i) {
-    if (!has(spectra.recording(), pairs[i])) return;
-    found[i] = relate_pair(spectra, pairs[i], excluded);
-    use(pairs[i], *found[i]);
+    if (!has(spectra.recording(), derivative_pairs[i])) return;
+    found[i] = relate_pair(spectra, derivative_pairs[i], excluded);
+    use(derivative_pairs[i], *found[i]);
   });
   std::vector<SensorRelation> relations;
   for (std::optional<SensorRelation>& relation : found)
@@ -366,7 +364,7 @@ Equalised equalise_sensors(ColumnSpectra& spectra, const std::vector<unsigned ch
   for (const SensorRelation& relation : result.relations) {
     // Without a relation, the cut-offs somebody wrote down.
     const auto& cutoffs = can_be_corrected(relation) ? relation.highpass_hz : relation.declared_hz;
-    if (relation.name == pairs[0].name)
+    if (relation.name == derivative_pairs[0].name)
       base_highpass = cutoffs;
     else
       result.highpass_hz = cutoffs;
@@ -393,9 +391,9 @@ void restore_low_frequencies(ColumnSpectra& spectra, const std::vector<double>& 
   const double upper_hz = *std::max_element(highpass_hz.begin(), highpass_hz.end());
   // 1 where the displacement counts, 0 where the accelerometer does.
   const SpectralBand low{upper_hz / 2.0, upper_hz};
-  for_each_index(std::size(pairs), num_threads, [&](std::size_t i) {
-    const Index d = spectra.recording().find(pairs[i].displacement),
-                a = spectra.recording().find(pairs[i].acceleration);
+  for_each_index(std::size(derivative_pairs), num_threads, [&](std::size_t i) {
+    const Index d = spectra.recording().find(derivative_pairs[i].displacement),
+                a = spectra.recording().find(derivative_pairs[i].acceleration);
     if (d < 0 || a < 0) return;
     ExtendedSpectrum& whole = spectra.change(a);
     whole.multiply([&](double f) {

@@ -9,12 +9,13 @@
 #include <numeric>
 #include <optional>
 
+#include "dsp/constants.hpp"
+
 namespace dsp {
 namespace {
 
 constexpr double significant_stds = 4.0;
 constexpr double least_gain = 3e-3, least_lag_s = 50e-6, least_cutoff_hz = 0.02, least_cutoff_fraction = 0.05;
-constexpr double gravity = 9.80665;
 
 // Of a displacement, a velocity, an acceleration.
 constexpr std::array si_units{"m", "m/s", "m/s^2"};

@@ -16,7 +16,8 @@
 namespace ident {
 namespace {
 
-constexpr std::array<const char*, 8> names{"x", "v", "y", "dy", "r", "dr", "ddr", "f"};  // all that terms may look at
+constexpr std::array<const char*, 8> signal_names{"x", "v",  "y",   "dy",
+                                                  "r", "dr", "ddr", "f"};  // all that terms may look at
 
 [[noreturn]] void refuse(const IdentifiedEquation& equation, const std::string& why) {
   throw dsp::Fault(dsp::FaultKind::usage, "frc.equation",
@@ -34,7 +35,7 @@ struct Contents {
 Contents contents_of(const IdentifiedEquation& equation) {
   Contents contents;
   for (const std::string& term : equation.terms) try {
-      const Expression expression(term, {names.begin(), names.end()});
+      const Expression expression(term, {signal_names.begin(), signal_names.end()});
       contents.signals.insert(expression.signals().begin(), expression.signals().end());
       contents.switches.insert(expression.switches().begin(), expression.switches().end());
     } catch (const dsp::Fault&) {

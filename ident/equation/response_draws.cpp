@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "dsp/constants.hpp"
 #include "dsp/for_each_index.hpp"
 #include "dsp/order_statistics.hpp"
 #include "ident/equation/equation_oscillator.hpp"
@@ -11,7 +11,7 @@
 namespace ident {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+using dsp::nan;
 
 ResponseBand band_of(const std::vector<sim::SteadyResponse>& draws,
                      std::vector<sim::ResponsePoint> sim::FrequencyResponse::*way, std::size_t num_points) {

@@ -12,9 +12,9 @@ namespace {
 
 using Eigen::Index;
 
-constexpr Index block_rows = 512;  // 4 kB a register: a few fit the first-level cache, all the second
+constexpr Index rows_at_once = 512;  // 4 kB a register: a few fit the first-level cache, all the second
 
-std::uint32_t index_of(const auto& list, const auto& wanted) {
+std::uint32_t position_in(const auto& list, const auto& wanted) {
   return static_cast<std::uint32_t>(std::find(list.begin(), list.end(), wanted) - list.begin());
 }
 
@@ -124,10 +124,10 @@ Program::Program(const Tree& tree, const std::vector<std::string>& signals, cons
 
 /// The register of the node's value; those of the `depth` first intermediate results are kept.
 Program::Register Program::compile(const Node& node, Register depth) {
-  if (node.operation == Operation::number) return first_number() + index_of(numbers_, node.value);
-  if (node.operation == Operation::signal) return index_of(signals_, node.name);
+  if (node.operation == Operation::number) return first_number() + position_in(numbers_, node.value);
+  if (node.operation == Operation::signal) return position_in(signals_, node.name);
   if (node.operation == Operation::call && node.function == Function::sgn)
-    return static_cast<Register>(signals_.size()) + index_of(switches_, print_tree(*node.left, Notation::text));
+    return static_cast<Register>(signals_.size()) + position_in(switches_, print_tree(*node.left, Notation::text));
   const Register a = compile(*node.left, depth);
   const Register b = node.right ? compile(*node.right, a < first_result() ? depth : depth + 1) : a;
   num_results_ = std::max(num_results_, depth + 1);
@@ -155,13 +155,13 @@ double Program::at(const double* signals, const double* switches) const {
 
 Eigen::VectorXd Program::over(const std::vector<const double*>& inputs, Index num_rows) const {
   Eigen::VectorXd values(num_rows);
-  Eigen::MatrixXd own(block_rows, static_cast<Index>(numbers_.size()) + num_results_);
+  Eigen::MatrixXd own(rows_at_once, static_cast<Index>(numbers_.size()) + num_results_);
   for (std::size_t k = 0; k < numbers_.size(); ++k) own.col(static_cast<Index>(k)).setConstant(numbers_[k]);
   const auto own_register = [&](Register wanted) {
     return own.col(static_cast<Index>(wanted - first_number())).data();
   };
-  for (Index first = 0; first < num_rows; first += block_rows) {
-    const Index count = std::min(block_rows, num_rows - first);
+  for (Index first = 0; first < num_rows; first += rows_at_once) {
+    const Index count = std::min(rows_at_once, num_rows - first);
     const auto read = [&](Register wanted) -> const double* {
       return wanted < first_number() ? inputs[wanted] + first : own_register(wanted);
     };

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <utility>
 
+#include "dsp/constants.hpp"
 #include "dsp/linear.hpp"
 #include "ident/regression/weak_terms.hpp"
 
@@ -19,7 +20,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+using dsp::nan;
 
 // target norm over column norms: what turns unit-norm coefficients into the caller's.
 VectorXd coefficient_scale(const UnitProblem& problem, const std::vector<Index>& kept) {

@@ -3,6 +3,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "dsp/constants.hpp"
 #include "ident/fit.hpp"
 #include "ident/regression/describe.hpp"
 #include "ident/regression/finish_fit.hpp"
@@ -13,7 +14,7 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+using dsp::nan;
 
 // Minimises ||y - A c||^2 / 2 + penalty ||c||_1 for unit-norm columns, from `c`. False: it had not settled.
 bool coordinate_descent(const UnitProblem& problem, double penalty, VectorXd& c) {

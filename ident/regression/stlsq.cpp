@@ -1,7 +1,7 @@
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
+#include "dsp/constants.hpp"
 #include "ident/fit.hpp"
 #include "ident/regression/describe.hpp"
 #include "ident/regression/finish_fit.hpp"
@@ -33,7 +33,6 @@ Fit fit_stlsq(const RFactor& data, const StlsqOptions& options) {
     fit.status = FitStatus::too_few_rows;
     return fit;
   }
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   fit.steps.push_back(start_from(kept));
   for (std::size_t solved = 0;;) {
     ++fit.iterations;
@@ -51,7 +50,7 @@ Fit fit_stlsq(const RFactor& data, const StlsqOptions& options) {
         kept.push_back(fit.relevant[i]);
         continue;
       }
-      fit.steps.push_back({FitAction::remove, small[next++], nan, nan});
+      fit.steps.push_back({FitAction::remove, small[next++], dsp::nan, dsp::nan});
     }
   }
   return fit;

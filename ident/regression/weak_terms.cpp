@@ -41,7 +41,7 @@ VectorXd prior_log_odds(const VectorXd& degree) {
 }
 
 // [A_kept; sqrt(lambda)] = Q T, and the other columns seen from there.
-struct LeftOut {
+struct LeftOutTerms {
   MatrixXd root;        // b' x b': T^-1
   VectorXd kept;        // b': coefficients of the kept terms alone
   MatrixXd products;    // of what of each column is beyond the kept ones, at unit norm
@@ -51,7 +51,7 @@ struct LeftOut {
   double rss = 0.0;     // of the target beyond the kept ones
 };
 
-LeftOut left_out_of(const UnitProblem& problem, const std::vector<Index>& kept, const VectorXd& lambda) {
+LeftOutTerms left_out_of(const UnitProblem& problem, const std::vector<Index>& kept, const VectorXd& lambda) {
   const auto n = static_cast<Index>(kept.size());
   const Index rows = problem.A.rows(), b = problem.num_terms();
   MatrixXd augmented = MatrixXd::Zero(rows + n, n), others = MatrixXd::Zero(rows + n, b + 1);
@@ -63,7 +63,7 @@ LeftOut left_out_of(const UnitProblem& problem, const std::vector<Index>& kept, 
   qr.rotate(others);
   const MatrixXd T = qr.triangle();
 
-  LeftOut found{
+  LeftOutTerms found{
       dsp::inverse_of_upper(T), dsp::solve_upper(T, VectorXd(others.col(b).head(n))), {}, MatrixXd(n, b), {}, {}};
   MatrixXd beyond(rows, b);
   VectorXd degree(b);
@@ -94,7 +94,7 @@ struct Added {
   double log_weight = 0;  // relative to the kept terms alone
 };
 
-Added added(const LeftOut& left, Index i, Index j) {
+Added added(const LeftOutTerms& left, Index i, Index j) {
   const double of_i = left.projection(i);
   if (j < 0) return {i, j, of_i, 0.0, 1.0, 0.0, 0.0, 1.0 - of_i * of_i / left.rss};
   const double of_j = left.projection(j), common = left.products(i, j), scale = 1.0 / (1.0 - common * common);
@@ -104,7 +104,7 @@ Added added(const LeftOut& left, Index i, Index j) {
 }
 
 // Those that are worth their weight.
-std::vector<Added> models_of(const UnitProblem& problem, const LeftOut& left) {
+std::vector<Added> models_of(const UnitProblem& problem, const LeftOutTerms& left) {
   const Index count = left.projection.size();
   std::vector<Added> models;
   const auto consider = [&](Added model, double k, double log_odds) {
@@ -130,7 +130,7 @@ std::vector<Added> models_of(const UnitProblem& problem, const LeftOut& left) {
 class Mixture {
  public:
   // `alone`: covariance of the kept terms alone, over the noise variance without others.
-  Mixture(const LeftOut& left, const MatrixXd& alone, double noise_variance, const std::vector<Added>& models)
+  Mixture(const LeftOutTerms& left, const MatrixXd& alone, double noise_variance, const std::vector<Added>& models)
       : left_(left), alone_(alone), noise_variance_(noise_variance) {
     const Index count = left.projection.size();
     for (const Added& model : models) log_largest_ = std::max(log_largest_, model.log_weight);
@@ -233,7 +233,7 @@ class Mixture {
     return sum / together_.weight;
   }
 
-  const LeftOut& left_;
+  const LeftOutTerms& left_;
   const MatrixXd& alone_;
   double noise_variance_, log_largest_ = 0.0;
   Sums together_, rest_;
@@ -243,7 +243,7 @@ class Mixture {
 
 // What kept terms that may be none add: one at zero moves the others by its part of the target. `alone`: covariance by
 // noise, over the noise variance.
-MatrixXd moments_of_terms_at_zero(const LeftOut& left, const MatrixXd& alone, double noise_variance, double tau) {
+MatrixXd moments_of_terms_at_zero(const LeftOutTerms& left, const MatrixXd& alone, double noise_variance, double tau) {
   MatrixXd sum = MatrixXd::Zero(alone.rows(), alone.cols());
   for (Index j = 0; j < left.kept.size(); ++j) {
     const double c2 = left.kept(j) * left.kept(j);
@@ -259,7 +259,7 @@ MatrixXd moments_of_terms_at_zero(const LeftOut& left, const MatrixXd& alone, do
 
 MatrixXd covariance_with_weak_terms(const UnitProblem& problem, const std::vector<Index>& kept, const VectorXd& lambda,
                                     double noise_variance, double tau) {
-  const LeftOut left = left_out_of(problem, kept, lambda);
+  const LeftOutTerms left = left_out_of(problem, kept, lambda);
   const MatrixXd alone = left.root * left.root.transpose();
   const Mixture mixture(left, alone, noise_variance, models_of(problem, left));
   const MatrixXd covariance = mixture.covariance();

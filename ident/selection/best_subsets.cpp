@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "ident/selection/term_sets.hpp"
+
 namespace ident {
 namespace {
 
@@ -42,16 +44,6 @@ struct LeastSquares {
 
 bool holds(const std::vector<Index>& terms, Index term) {
   return std::binary_search(terms.begin(), terms.end(), term);
-}
-
-std::vector<Index> with(std::vector<Index> terms, Index term) {
-  terms.insert(std::upper_bound(terms.begin(), terms.end(), term), term);
-  return terms;
-}
-
-std::vector<Index> without(std::vector<Index> terms, Index term) {
-  terms.erase(std::lower_bound(terms.begin(), terms.end(), term));
-  return terms;
 }
 
 // The left-out term that takes most of the rest away, and how much; -1: none is independent.

@@ -17,7 +17,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double independent = 0.02;  // of a unit-norm probe that lies beyond all candidates
+constexpr double beyond_candidates = 0.02;  // of a unit-norm probe that lies beyond all candidates
 
 /// At most a quarter of the period of the motion: rows closer than that share their misfit.
 Index quarter_period(const EvidenceRows& rows) {
@@ -53,7 +53,7 @@ std::vector<ModelSizes::Probed> ModelSizes::probed(const EvidenceRows& rows, con
     for (Index j = 0; j < q; ++j) beyond.col(j) *= norms(j) > 0.0 ? 1.0 / norms(j) : 0.0;
     const VectorXd target = R.col(b + q).segment(b, q) / unit;
     const auto [sizes, axes] = dsp::left_singular(beyond);
-    one.num_probes = (sizes.array() > independent).count();
+    one.num_probes = (sizes.array() > beyond_candidates).count();
     const double last = R(b + q, b + q) / unit;
     one.rss = last * last + target.squaredNorm() - (axes.leftCols(one.num_probes).transpose() * target).squaredNorm();
     if (rows.records().size() > 1) one.triangle = R;
@@ -163,7 +163,7 @@ ModelSizes::Rest ModelSizes::beside_common_functions(const Subset& model) const 
   for (Index j = 0; j < width; ++j) stacked.col(j) *= squares(j) > 0.0 ? 1.0 / std::sqrt(squares(j)) : 0.0;
   const MatrixXd R = triangle(stacked);
   const auto [sizes, axes] = dsp::left_singular(R.topLeftCorner(q, q));
-  const Index dimensions = (sizes.array() > independent).count();
+  const Index dimensions = (sizes.array() > beyond_candidates).count();
   const VectorXd target = R.col(q).head(q);
   return {R(q, q) * R(q, q) + target.squaredNorm() - (axes.leftCols(dimensions).transpose() * target).squaredNorm(),
           static_cast<double>(dimensions)};

@@ -14,9 +14,9 @@ using Eigen::VectorXd;
 
 /// A tree of the points, each node of which cuts the box they fill in half along its longest side (Bentley,
 /// Communications of the ACM 18, 1975).
-class Tree {
+class PointTree {
  public:
-  Tree(const Eigen::Ref<const MatrixXd>& points, const std::vector<PointTime>& times, Index min_separation)
+  PointTree(const Eigen::Ref<const MatrixXd>& points, const std::vector<PointTime>& times, Index min_separation)
       : min_separation_(min_separation), order_(static_cast<std::size_t>(points.cols())) {
     std::iota(order_.begin(), order_.end(), Index{0});
     if (points.cols() > 0) split(points, 0, points.cols());
@@ -106,7 +106,7 @@ class Tree {
 
 std::vector<NearPair> nearest_elsewhere(const Eigen::Ref<const MatrixXd>& points, const std::vector<PointTime>& times,
                                         Index min_separation) {
-  return Tree(points, times, min_separation).pairs();
+  return PointTree(points, times, min_separation).pairs();
 }
 
 }  // namespace ident

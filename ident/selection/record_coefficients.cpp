@@ -7,21 +7,12 @@
 #include <utility>
 
 #include "ident/selection/settled_model.hpp"
+#include "ident/selection/term_sets.hpp"
 
 namespace ident {
 namespace {
 
 using Eigen::Index;
-
-std::vector<Index> without(std::vector<Index> terms, Index term) {
-  std::erase(terms, term);
-  return terms;
-}
-
-std::vector<Index> with(std::vector<Index> terms, Index term) {
-  terms.insert(std::upper_bound(terms.begin(), terms.end(), term), term);
-  return terms;
-}
 
 double log_rss(const RecordProblems& problems, const RecordCoefficients& model) {
   return std::log(std::max(shared_rss(problems, model.common(), model.differing), rounding_power * rounding_power));

@@ -5,6 +5,8 @@
 #include <map>
 #include <optional>
 
+#include "ident/columns.hpp"
+
 namespace ident {
 
 using Eigen::Index;
@@ -12,11 +14,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 namespace {
-
-/// 0 where it is not finite, which excluded samples only are.
-VectorXd finite(const VectorXd& values) {
-  return values.unaryExpr([](double value) { return std::isfinite(value) ? value : 0.0; });
-}
 
 /// By how much the equation changes with a signal, sample by sample: smoothly, and at switches by an impulse a cell
 /// wide of the same area.

@@ -279,9 +279,9 @@ std::vector<SensorParameter> sensor_parameters(const Record& record) {
   for (const double cutoff : prepared.highpass_hz) passage_hz = std::max(passage_hz, cutoff);
   for (const dsp::SensorRelation& relation : relations) {
     const Body body = relation.name.starts_with("r ") ? Body::base : Body::payload;
-    const bool follows =
+    const bool of_base_clock =
         body == Body::base && record.common_motion.has_value();  // the payload's clock, but for what is left
-    const double lag_std_s = follows ? record.common_motion->lead_std_s : relation.lag_std_s;
+    const double lag_std_s = of_base_clock ? record.common_motion->lead_std_s : relation.lag_std_s;
     const bool leads = body == Body::payload && record.common_motion.has_value();
     if (lag_std_s > 0.0)
       parameters.push_back(

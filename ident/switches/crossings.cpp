@@ -14,10 +14,12 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 // In samples of the motion.
-constexpr double beside = 1e-3;  // either side of a crossing: far from the error of its time, near for everything else
-constexpr double difference = 0.05;  // half the base of a central difference
-constexpr double settled = 1e-4;  // 0.4 us at 256 Hz: 5e-5 of a cubic stiffness that half a millisecond spoils by 6 %
-constexpr int most_passes = 6;    // each leaves about a tenth of the error
+constexpr double to_a_side =
+    1e-3;  // either side of a crossing: far from the error of its time, near for everything else
+constexpr double half_base = 0.05;  // half the base of a central difference
+constexpr double settled_cells =
+    1e-4;  // 0.4 us at 256 Hz: 5e-5 of a cubic stiffness that half a millisecond spoils by 6 %
+constexpr int most_refinements = 6;  // each leaves about a tenth of the error
 
 int sign_of(double g) {
   return g > 0.0 ? 1 : g < 0.0 ? -1 : 0;
@@ -131,7 +133,7 @@ void Crossings::settle(const WeightedTerms& equation) {
   for (auto& list : crossings_)
     for (Crossing& crossing : list)
       crossing.is_moving = crossing.t_s >= stretch_.from_s && crossing.t_s <= stretch_.to_s;
-  for (int pass = 0; !jumping.empty() && pass < most_passes; ++pass) {
+  for (int pass = 0; !jumping.empty() && pass < most_refinements; ++pass) {
     set_slope_jumps(jumping);
     collect_kinks();
     if (kinks_at_samples_.size() == 0) restore(terms);  // its changes from pass to pass are of higher order
@@ -274,14 +276,14 @@ double Crossings::value(const Bound& bound, double t_s) const {
 double Crossings::slope(const Bound::Input& speed, double t_s) const {
   const VectorXd& samples = without_kinks(speed);
   const double at = t_s * motion_.sample_rate_hz;
-  double slope = (interpolate(samples, at + difference) - interpolate(samples, at - difference)) *
-                 motion_.sample_rate_hz / (2.0 * difference);
+  double slope = (interpolate(samples, at + half_base) - interpolate(samples, at - half_base)) *
+                 motion_.sample_rate_hz / (2.0 * half_base);
   for_each_kink_near(t_s, [&](const Kink& kink) { slope += kink.slope_jump * kernel_.slope(t_s - kink.t_s); });
   return slope;
 }
 
 void Crossings::set_slope_jumps(const std::vector<std::pair<Bound, double>>& equation) {
-  const double beside_s = beside / motion_.sample_rate_hz;
+  const double beside_s = to_a_side / motion_.sample_rate_hz;
   for (std::size_t argument = 0; argument < arguments_->size(); ++argument) {
     const std::string& text = (*arguments_)[argument].text();
     std::vector<const std::pair<Bound, double>*> switched;
@@ -310,7 +312,7 @@ void Crossings::set_slope_jumps(const std::vector<std::pair<Bound, double>>& equ
 }
 
 double Crossings::moved(std::size_t argument, const Crossing& crossing) const {
-  const double cell_s = 1.0 / motion_.sample_rate_hz, step_s = difference * cell_s;
+  const double cell_s = 1.0 / motion_.sample_rate_hz, step_s = half_base * cell_s;
   const Moving own{crossing.t_s, crossing.slope_jump};
   // No farther than a stop takes it, with a cell for what its neighbours do.
   const double most_s = 2.0 * std::abs(kernel_(0.0)) + cell_s;
@@ -323,7 +325,7 @@ double Crossings::moved(std::size_t argument, const Crossing& crossing) const {
     const double correction_s = std::clamp(-here / slope, -cell_s, cell_s);
     t_s += correction_s;
     if (!(std::abs(t_s - crossing.t_s) <= most_s)) return crossing.t_s;
-    if (std::abs(correction_s) <= 0.1 * settled * cell_s) break;
+    if (std::abs(correction_s) <= 0.1 * settled_cells * cell_s) break;
     const double next = g(t_s);
     slope = (next - here) / correction_s;
     here = next;
@@ -332,7 +334,7 @@ double Crossings::moved(std::size_t argument, const Crossing& crossing) const {
 }
 
 bool Crossings::move_all() {
-  const double least_s = settled / motion_.sample_rate_hz;
+  const double least_s = settled_cells / motion_.sample_rate_hz;
   bool any = false;
   std::vector<std::vector<Crossing>> moved_ones = crossings_;
   for (std::size_t argument = 0; argument < arguments_->size(); ++argument) {

@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dsp/constants.hpp"
 #include "ident/interval_95.hpp"
 
 namespace ident {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+using dsp::nan;
 constexpr double follows_beyond_noise = 0.02;  // as `follows`, where more than noise is left over: a seventh
 // Where the noise of the channels makes less than this fraction of the residual, twice as much is something else.
 constexpr double mostly_noise = 0.5;
@@ -18,7 +19,7 @@ constexpr double hardly_any = 0.1;  // of the residual's power: too little to be
 constexpr double of_the_state = 0.75;
 // Below this fraction of the target's power, structure in the residual spoils the error bars but not the equation.
 constexpr double negligible = 1e-3;
-constexpr double most = 0.5;           // of what is left over
+constexpr double most_of_it = 0.5;     // of what is left over
 constexpr double carries_over = 10.0;  // residual power on test rows / on training rows: fitted to its rows only
 constexpr double bias_in_stds = 2.0, bias_of_mean = 0.02;  // by noise of regressors: beyond both the interval misses
 
@@ -161,7 +162,7 @@ bool imitates(const JudgedFit& fit) {
 
 bool lacks_form(const JudgedFit& fit, const Findings& found) {
   return found.above_noise && fit.explanations.form &&
-         fit.explanations.form->fraction > std::max(matters_to_power, most * (1.0 - found.noise_share));
+         fit.explanations.form->fraction > std::max(matters_to_power, most_of_it * (1.0 - found.noise_share));
 }
 
 bool lacks_better(const JudgedFit& fit, const Findings& found) {
@@ -266,7 +267,7 @@ NamedCause cause_of(const RangeResult& range, const JudgedFit& fit, const Findin
   if (imitates(fit)) return {tried.better->cause, tried.better};
   if (was_no_candidate(fit) && fails) return {tried.recorded->cause, tried.recorded};
   if (fails && is_driven(range, fit)) return {Cause::missing_input};
-  if (tried.at_motion && !fails && (shows_alone(found) || tried.at_motion->fraction > most))
+  if (tried.at_motion && !fails && (shows_alone(found) || tried.at_motion->fraction > most_of_it))
     return {tried.at_motion->cause, tried.at_motion};
   const bool misses = found.by_run != Verdict::describes || found.unexplained > matters_to_power;
   if (is_hidden(found) && misses && !found.fitted_to_its_rows) return {hiding_cause(fit)};

@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Index;
 
-constexpr Index factor = 8;
+constexpr Index oversampling = 8;
 constexpr Index half_width = 24;  // samples either side; with this beta: flat to 0.85 of Nyquist within 1e-4
 constexpr double beta = 9.0;
 
@@ -61,17 +61,17 @@ double interpolate(const Eigen::Ref<const Eigen::VectorXd>& samples, double at) 
 
 Interpolant::Interpolant(const Eigen::Ref<const Eigen::VectorXd>& samples, double sample_rate_hz, Index first,
                          Index last)
-    : fine_rate_hz_(factor * sample_rate_hz), start_s_(static_cast<double>(first) / sample_rate_hz) {
+    : fine_rate_hz_(oversampling * sample_rate_hz), start_s_(static_cast<double>(first) / sample_rate_hz) {
   if (first < 0 || last > samples.size() || first >= last)
     throw std::invalid_argument("Interpolant: empty range, or outside the record");
-  static const Eigen::MatrixXd taps = phase_taps(factor);
-  const Index num_fine = (last - first - 1) * factor + 1;
+  static const Eigen::MatrixXd taps = phase_taps(oversampling);
+  const Index num_fine = (last - first - 1) * oversampling + 1;
   fine_.resize(num_fine);
   Eigen::VectorXd window(2 * half_width);
   for (Index i = first; i < last; ++i) {
     for (Index k = 0; k < window.size(); ++k) window(k) = reflected(samples, i - half_width + 1 + k);
-    const Index fine_index = (i - first) * factor;
-    for (Index phase = 0; phase < factor && fine_index + phase < num_fine; ++phase)
+    const Index fine_index = (i - first) * oversampling;
+    for (Index phase = 0; phase < oversampling && fine_index + phase < num_fine; ++phase)
       fine_(fine_index + phase) = phase == 0 ? samples(i) : taps.col(phase).dot(window);
   }
   slope_ = Eigen::VectorXd::Zero(num_fine);

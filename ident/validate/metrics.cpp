@@ -5,6 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "dsp/constants.hpp"
 #include "dsp/filter/fft.hpp"
 #include "dsp/linear.hpp"
 
@@ -16,7 +17,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+using dsp::nan;
 // One fit in a hundred whose residual is noise is called coloured: the milder error of the two.
 constexpr double level_of_whiteness = 0.01;
 

@@ -5,9 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
+#include "dsp/constants.hpp"
 #include "dsp/filter/strongest_line.hpp"
 #include "ident/library.hpp"
 #include "ident/methods.hpp"
@@ -22,7 +22,7 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+using dsp::nan;
 
 /// Every sample that may be used.
 Course whole_course(const dsp::Motion& motion) {
@@ -115,14 +115,14 @@ Model equation_for(const Model& model, const std::string& fitted_as) {
   return equation_of(model, number_of(model, fitted_as));
 }
 
-/// The shift of x with which the equation's target is closest to the recorded one on these samples, by Gauss and Newton,
-/// and its standard deviation by the residual as if it were white.
+/// The shift of x with which the equation's target is closest to the recorded one on these samples, by Gauss and
+/// Newton, and its standard deviation by the residual as if it were white.
 struct Shift {
   double value = 0.0, std = 0.0;
 };
 Shift closest_shift(const Model& model, const dsp::Motion& motion, const std::vector<Index>& samples) {
-  constexpr int most_steps = 8;         // a step is exact where the terms are of first degree in x
-  constexpr double small_step = 1e-3;   // of a standard deviation
+  constexpr int most_steps = 8;        // a step is exact where the terms are of first degree in x
+  constexpr double small_step = 1e-3;  // of a standard deviation
   Shift shift;
   for (int step = 0; step < most_steps; ++step) {
     const dsp::Motion moved = in_coordinates(motion, shift.value, 0.0);
@@ -221,9 +221,10 @@ RecordPrediction predict(const Model& joint, const Model& joint_linear, const Re
                      .nmse;
   std::vector<std::string> remarks{means_taken(joint, options.fitted_as)};
   if (result.coordinates.zero_std > 0.0 && options.fitted_as.empty())
-    remarks.push_back(fmt::format("x = 0 is at {:.4g}({:.1g}) {} of this recording, which is where the equation is closest "
-                                  "to it: prepare.zero states another",
-                                  result.coordinates.zero, result.coordinates.zero_std, result.unit));
+    remarks.push_back(
+        fmt::format("x = 0 is at {:.4g}({:.1g}) {} of this recording, which is where the equation is closest "
+                    "to it: prepare.zero states another",
+                    result.coordinates.zero, result.coordinates.zero_std, result.unit));
   constexpr double few_periods = 5.0;
   if (longest > 1) {
     const double line_hz =

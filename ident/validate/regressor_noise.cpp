@@ -16,17 +16,17 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::size_t enough = 2'000;  // samples, for means to a few per cent
+constexpr std::size_t enough_samples = 2'000;  // samples, for means to a few per cent
 
 /// A term's derivative with respect to one of its signals, on some samples.
-struct Slope {
+struct TermSlope {
   Index term;
   std::string signal;
   VectorXd values;
 };
 
-std::vector<Slope> slopes_of(const Model& model, std::size_t recording, const dsp::Motion& motion) {
-  std::vector<Slope> slopes;
+std::vector<TermSlope> slopes_of(const Model& model, std::size_t recording, const dsp::Motion& motion) {
+  std::vector<TermSlope> slopes;
   for (std::size_t i = 0; i < model.terms.size(); ++i) {
     const int own = model.terms[i].recording;
     if (own > 0 && static_cast<std::size_t>(own) != recording + 1) continue;
@@ -48,12 +48,12 @@ struct NoiseSums {
   VectorXd shared;
   double target = 0.0;
   NoiseSums(Index k) : noise(MatrixXd::Zero(k, k)), shared(VectorXd::Zero(k)) {}
-  void add(const std::vector<Slope>& slopes, const std::string& of_target, const ChannelNoise& of, double count,
+  void add(const std::vector<TermSlope>& slopes, const std::string& of_target, const ChannelNoise& of, double count,
            bool known, double to_hz) {
     target += count * of.covariance(of_target, of_target, known, to_hz);
-    for (const Slope& one : slopes) {
+    for (const TermSlope& one : slopes) {
       shared(one.term) += one.values.sum() * of.covariance(one.signal, of_target, known, to_hz);
-      for (const Slope& other : slopes)
+      for (const TermSlope& other : slopes)
         if (const double both = of.covariance(one.signal, other.signal, known, to_hz); both != 0.0)
           noise(one.term, other.term) += one.values.dot(other.values) * both;
     }
@@ -116,12 +116,12 @@ RegressorNoise regressor_noise(const Model& model, const RFactor& kept, const st
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     const Columns& columns = recordings[r];
     if (columns.noise == nullptr) continue;
-    const dsp::Motion samples = some_samples(rows, r, recordings, enough);
+    const dsp::Motion samples = some_samples(rows, r, recordings, enough_samples);
     if (samples.num_samples() == 0) continue;
     if (poll) poll();
     const ChannelNoise& of = *columns.noise;
     const auto count = static_cast<double>(samples.num_samples());
-    const std::vector<Slope> slopes = slopes_of(model, r, samples);
+    const std::vector<TermSlope> slopes = slopes_of(model, r, samples);
     known.add(slopes, model.target, of, count, true, of.band_hz());
     at_most.add(slopes, model.target, of, count, false, of.band_hz());
     const std::optional<double> below = power_below(of.needed_hz(), residual, rows, r, columns.signals->sample_rate_hz);
@@ -149,8 +149,8 @@ RegressorNoise regressor_noise(const Model& model, const RFactor& kept, const st
 
 VectorXd noise_below(const Model& model, std::size_t recording, const std::vector<Row>& rows,
                      const std::vector<Columns>& recordings, const Eigen::Ref<const VectorXd>& to_hz) {
-  const dsp::Motion samples = some_samples(rows, recording, recordings, enough);
-  const std::vector<Slope> slopes = slopes_of(model, recording, samples);
+  const dsp::Motion samples = some_samples(rows, recording, recordings, enough_samples);
+  const std::vector<TermSlope> slopes = slopes_of(model, recording, samples);
   const auto count = static_cast<double>(samples.num_samples());
   const VectorXd beta = means_of(model);
   return to_hz.unaryExpr([&](double hz) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "dsp/constants.hpp"
 #include "sim/ode/dormand_prince.hpp"
 #include "sim/ode/friction.hpp"
 #include "sim/ode/runge_kutta.hpp"
@@ -12,7 +13,7 @@
 namespace sim {
 namespace {
 
-constexpr double two_pi = 6.283185307179586;
+using dsp::two_pi;
 
 /// Extends [low, high] by a piece of motion, a cubic between values and slopes at its ends.
 void extend(double& low, double& high, double z0, double dz0, double z1, double dz1, double h) {

@@ -8,11 +8,13 @@
 #include <limits>
 #include <stdexcept>
 
+#include "dsp/constants.hpp"
+
 namespace sim {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double two_pi = 6.283185307179586;
+using dsp::nan;
+using dsp::two_pi;
 
 std::vector<ResponsePoint> sweep(const QzsParameters& parameters, std::vector<double> frequencies_hz,
                                  const FrequencyResponseOptions& options) {

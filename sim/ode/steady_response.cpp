@@ -7,11 +7,13 @@
 #include <optional>
 #include <vector>
 
+#include "dsp/constants.hpp"
+
 namespace sim {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double two_pi = 6.283185307179586;
+using dsp::nan;
+using dsp::two_pi;
 
 /// One frequency: its answer and the state it ends in, at the crest of the drive.
 struct Settled {

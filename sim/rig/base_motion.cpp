@@ -6,10 +6,12 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "dsp/constants.hpp"
+
 namespace sim {
 namespace {
 
-constexpr double two_pi = 6.283185307179586;
+using dsp::two_pi;
 
 double fraction(double value) {
   return value - std::floor(value);

@@ -6,12 +6,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dsp/constants.hpp"
 #include "sim/ode/friction.hpp"
 
 namespace sim {
 namespace {
 
-constexpr double two_pi = 6.283185307179586;
+using dsp::two_pi;
 constexpr double longest_substep_s = 1.0 / 512.0;
 constexpr double fastest_recorder_hz = 25600.0, most_steps_per_sample = 8.0;  // no sensor shows what is faster
 

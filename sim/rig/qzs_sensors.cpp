@@ -9,13 +9,14 @@
 #include <stdexcept>
 #include <utility>
 
+#include "dsp/constants.hpp"
 #include "sim/noise.hpp"
 #include "sim/rig/random_sensors.hpp"
 
 namespace sim {
 namespace {
 
-constexpr double two_pi = 6.283185307179586;
+using dsp::two_pi;
 constexpr double g = 9.80665;
 constexpr int update_frames = 32, capture_frames = 16;  // a laser's value lasts 32 frames and is 16 frames old at first
 constexpr int chunk_frames = 128 * update_frames;

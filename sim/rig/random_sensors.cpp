@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dsp/constants.hpp"
 #include "sim/noise.hpp"
 
 namespace sim {
@@ -18,7 +19,6 @@ double uniform(const Noise& draws, std::uint64_t i, double from, double to) {
 }  // namespace
 
 void draw_sensors(std::array<RigSensor, num_raw_channels>& sensors, std::uint64_t seed) {
-  constexpr double two_pi = 6.283185307179586;
   for (std::size_t c = 0; c < sensors.size(); ++c) {
     RigSensor& sensor = sensors[c];
     const Noise draws(seed, first_id + c);
@@ -28,7 +28,7 @@ void draw_sensors(std::array<RigSensor, num_raw_channels>& sensors, std::uint64_
     if (laser)
       sensor.drift = {.sine_m = 0.04e-3 * draws.normal(2),
                       .period_s = uniform(draws, 3, 700.0, 2500.0),
-                      .phase = uniform(draws, 4, 0.0, two_pi)};
+                      .phase = uniform(draws, 4, 0.0, dsp::two_pi)};
     if (!sensor.highpass_hz.empty()) sensor.highpass_hz.front() = uniform(draws, 5, 0.3, 0.6);
   }
 }

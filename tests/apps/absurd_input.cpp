@@ -5,6 +5,8 @@
 
 #include "support/program.hpp"
 
+namespace test_absurd_input {
+
 using support::Scratch;
 
 namespace {
@@ -63,6 +65,10 @@ TEST_CASE("a system far faster than its table is refused", "[apps][absurd]") {
       support::expect(folder, "timeout 20 $ARDENT sim duffing --set omega_n=1e6 -o out", 4, {"[sim.too_fast]"});
   CHECK_THAT(refused.err, Catch::Contains("1.59e+05 Hz") && Catch::Contains("Try --set"));
   (void)support::expect(folder, "test ! -e out", 0, {});
-  (void)support::expect(folder, "timeout 20 $ARDENT sim qzs --duration 20 --set k1=1e14 --set mu_kinetic=0 --set mu_static=0 -o rig", 4, {"[sim.diverged]"});
+  (void)support::expect(
+      folder, "timeout 20 $ARDENT sim qzs --duration 20 --set k1=1e14 --set mu_kinetic=0 --set mu_static=0 -o rig", 4,
+      {"[sim.diverged]"});
   (void)support::expect(folder, "$ARDENT sim duffing --set omega_n=1000 -o fast", 0, {});
 }
+
+}  // namespace test_absurd_input

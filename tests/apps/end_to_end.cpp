@@ -6,6 +6,8 @@
 #include "support/program.hpp"
 #include "support/staging.hpp"
 
+namespace test_end_to_end {
+
 using support::bytes_of;
 using support::expect;
 using support::Scratch;
@@ -463,3 +465,5 @@ TEST_CASE("memory that runs out is a numerical failure, not a crash", "[apps][en
   CHECK_FALSE(fs::exists(support::staging_of(folder / "wide-run")));
 }
 #endif
+
+}  // namespace test_end_to_end

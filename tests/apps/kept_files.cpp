@@ -9,6 +9,8 @@
 #include "support/program.hpp"
 #include "support/staging.hpp"
 
+namespace test_kept_files {
+
 using support::bytes_of;
 using support::expect;
 using support::Scratch;
@@ -216,3 +218,5 @@ TEST_CASE("the current folder is not replaced", "[apps][kept_files]") {
   expect(folder, "cd here && $ARDENT sim duffing -o .", 2, {"[output.current] .: is the current folder", "-o results"});
   CHECK(fs::is_empty(folder / "here"));
 }
+
+}  // namespace test_kept_files

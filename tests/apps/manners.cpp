@@ -16,6 +16,8 @@
 #include "apps/process/sha256.hpp"
 #include "support/program.hpp"
 
+namespace test_manners {
+
 using nlohmann::json;
 using support::bytes_of;
 using support::expect;
@@ -326,3 +328,5 @@ TEST_CASE("a range is about the recording that outputs call so, however short wh
   (void)folder.file("c.toml", head + "\"wed/drive.csv\"\n");
   expect(folder, "$ARDENT run c.toml -o run", 2, {"no recording 'wed/drive.csv', want one of mon/drive.csv"});
 }
+
+}  // namespace test_manners

@@ -11,6 +11,8 @@
 #include "support/program.hpp"
 #include "support/staging.hpp"
 
+namespace test_planted_files {
+
 using support::bytes_of;
 using support::expect;
 using support::Scratch;
@@ -288,3 +290,5 @@ TEST_CASE("what a folder becomes while a command runs is neither followed nor lo
 }
 
 #endif
+
+}  // namespace test_planted_files

@@ -12,6 +12,8 @@
 #include "sim/rig/qzs_regimes.hpp"
 #include "support/rig.hpp"
 
+namespace test_rig_regimes {
+
 using Eigen::Index;
 
 namespace {
@@ -351,3 +353,5 @@ TEST_CASE("halts of a few milliseconds, left in, spoil the equation", "[.][study
     CHECK(with.second > 100.0 * without.second);
   }
 }
+
+}  // namespace test_rig_regimes

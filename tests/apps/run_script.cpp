@@ -15,11 +15,12 @@ void put_program(const Scratch& folder, const std::string& name, const std::stri
   fs::permissions(folder / ("bin/" + name), fs::perms::owner_all);
 }
 
-/// The script, one package missing of two, ten steps to build, three tests.
+/// The script, one package missing of two and the headers of one that is installed, ten steps to build, three tests.
 void put_sources(const Scratch& folder) {
   fs::copy_file(fs::path(ARDENT_SOURCES) / "run", folder / "run");
   std::ofstream(folder / "apt.txt") << "there\nmissing\n";
   std::ofstream(folder / "apt-test.txt") << "there\n";
+  std::ofstream(folder / "apt-headers.txt") << "there\n";
   put_program(folder, "id", "echo 0");
   put_program(folder, "nproc", "echo 2");
   put_program(folder, "dpkg-query", "case \"$3\" in there) printf installed ;; *) exit 1 ;; esac");
@@ -29,6 +30,7 @@ void put_sources(const Scratch& folder) {
     echo 'Need to get 12.5 MB/30 MB of archives.'
     echo 'After this operation, 1,112 MB of additional disk space will be used.'
     exit 1 ;;
+  download*) echo 'noise of packages'; [ ! -e "$HERE/offline" ] && : > "$2.deb" ;;
   *) echo 'noise of packages'; [ ! -e no-packages ] ;;
 esac)");
   put_program(folder, "cmake", R"(case "$*" in
@@ -49,7 +51,7 @@ echo '100% tests passed, 0 tests failed out of 3'
 }
 
 support::Ended run_script(const Scratch& folder, const std::string& arguments) {
-  return support::run(folder, "PATH=\"$PWD/bin:$PATH\" sh ./run " + arguments);
+  return support::run(folder, "HERE=$PWD PATH=\"$PWD/bin:$PATH\" sh ./run " + arguments);
 }
 
 }  // namespace
@@ -75,6 +77,29 @@ TEST_CASE("./run says what it installs, how far the build is and what to type ne
   CHECK(tested.code == 0);
   CHECK_THAT(tested.out, Catch::EndsWith("testing: 100 %\n100% tests passed, 0 tests failed out of 3\n"));
   CHECK_THAT(built.out + installed.out + tested.out, !Catch::Contains("noise") && !Catch::Contains("Start"));
+}
+
+TEST_CASE("./run fetches the headers of packages that are not installed, once", "[apps][run_script]") {
+  const Scratch folder;
+  put_sources(folder);
+  std::ofstream(folder / "apt-headers.txt") << "there\nheaders-dev\n";
+  fs::create_directories(folder / "package/usr/include/some");
+  std::ofstream(folder / "package/usr/include/some/header.h") << "of a package\n";
+  std::ofstream(folder / "package/usr/large") << "and the rest of it\n";
+  put_program(folder, "dpkg-deb", "exec tar -c -C \"$HERE/package\" .");
+  std::ofstream(folder / "offline").close();
+  const auto refused = run_script(folder, "build");
+  CHECK(refused.code == 1);
+  CHECK_THAT(refused.err, Catch::EndsWith("./run: headers-dev cannot be fetched. With a connection, try again; "
+                                          "without, install headers-dev\n"));
+  CHECK_THAT(refused.out, !Catch::Contains("building"));
+  fs::remove(folder / "offline");
+  const auto built = run_script(folder, "build");
+  CHECK(built.code == 0);
+  CHECK_THAT(built.out, Catch::Contains("fetching headers: headers-dev\n") && !Catch::Contains("noise"));
+  CHECK(fs::exists(folder / "build/headers/usr/include/some/header.h"));
+  CHECK_FALSE(fs::exists(folder / "build/headers/usr/large"));
+  CHECK_THAT(run_script(folder, "build").out, !Catch::Contains("fetching"));
 }
 
 TEST_CASE("./run shows what failed and ends with its exit code", "[apps][run_script]") {

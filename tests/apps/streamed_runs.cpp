@@ -9,6 +9,8 @@
 #include "dsp/read_recording.hpp"
 #include "support/program.hpp"
 
+namespace test_streamed_runs {
+
 using support::bytes_of;
 using support::expect;
 using support::Scratch;
@@ -91,3 +93,5 @@ TEST_CASE("an hour at 256 Hz takes no more memory than half an hour's 150 MB and
   CHECK(expect(folder, "$ARDENT -q run hour.toml -o hour", 0, {}).peak_kb <= 150'000 + 1800 * 55);
 }
 #endif
+
+}  // namespace test_streamed_runs

@@ -4,6 +4,8 @@
 
 #include "support/signals.hpp"
 
+namespace test_motion {
+
 namespace {
 constexpr double rate_hz = 64.0;
 constexpr Eigen::Index num_samples = 3000;
@@ -147,3 +149,5 @@ TEST_CASE("what is not measured in metres keeps its unit through the derivatives
                            options);
   CHECK(units(mixed) == std::vector<std::string>{"V", "V/s", "m/s^2"});
 }
+
+}  // namespace test_motion

@@ -9,6 +9,8 @@
 
 #include "dsp/prepare.hpp"
 
+namespace test_prepare_measured {
+
 namespace {
 const std::filesystem::path real_data = ARDENT_REAL_DATA;
 
@@ -179,3 +181,5 @@ TEST_CASE("the Silverbox shows its cubic spring when columns are matched, and lo
   const auto paper = fit(dsp::Recipe::paper);
   CHECK(paper.coefficients(3) == Approx(0.75 * -733300.0).epsilon(0.1));
 }
+
+}  // namespace test_prepare_measured

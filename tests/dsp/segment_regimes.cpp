@@ -9,6 +9,8 @@
 #include "support/motion.hpp"
 #include "support/signals.hpp"
 
+namespace test_segment_regimes {
+
 using dsp::Regime;
 using Eigen::Index;
 using Eigen::VectorXd;
@@ -335,3 +337,5 @@ TEST_CASE("thresholds that make no sense are refused", "[dsp][segment_regimes]")
   CHECK_THROWS_AS(dsp::regime_from_string("middle"), std::invalid_argument);
   CHECK(dsp::regime_from_string(dsp::to_string(Regime::stick)) == Regime::stick);
 }
+
+}  // namespace test_segment_regimes

@@ -11,6 +11,8 @@
 #include "ident/regression/multi_rvm.hpp"
 #include "support/random.hpp"
 
+namespace test_fit {
+
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -283,3 +285,5 @@ TEST_CASE("data in any unit give the same fit, to the bit where the unit is a po
       }
     }
 }
+
+}  // namespace test_fit

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cmath>
+#include <concepts>
 #include <cstdint>
 #include <numbers>
 #include <random>
@@ -9,10 +10,13 @@
 
 namespace support {
 
-inline Eigen::VectorXd gaussian(Eigen::Index n, std::uint32_t seed, double std = 1.0) {
+inline Eigen::VectorXd gaussian(Eigen::Index n, std::uint32_t seed, std::floating_point auto std) {
   std::mt19937 generator(seed);
   std::normal_distribution<double> normal(0.0, std);
   return Eigen::VectorXd::NullaryExpr(n, [&] { return normal(generator); });
+}
+inline Eigen::VectorXd gaussian(Eigen::Index n, std::uint32_t seed) {
+  return gaussian(n, seed, 1.0);
 }
 
 /// A sum of harmonics of a slowly swept tone, with exact derivatives: not periodic, and no linear predictor is exact

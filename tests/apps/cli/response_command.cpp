@@ -11,6 +11,8 @@
 #include "support/fault.hpp"
 #include "support/program.hpp"
 
+namespace test_cli_response_command {
+
 using nlohmann::json;
 using support::check_fault;
 using support::Scratch;
@@ -239,3 +241,5 @@ TEST_CASE("the equation identified from the record that comes with the sources h
   CHECK(found["record"]["rms"].get<double>() < 0.01);
   CHECK(found["located"]["down"]["jump_hz"]["draws_std"].get<double>() < 1e-3);
 }
+
+}  // namespace test_cli_response_command

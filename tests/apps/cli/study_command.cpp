@@ -3,6 +3,8 @@
 
 #include "support/program.hpp"
 
+namespace test_cli_study_command {
+
 using nlohmann::json;
 using support::Scratch;
 
@@ -144,3 +146,5 @@ TEST_CASE("what numerics end is one cell's trouble, what is wrong with a cell en
                   {"[term.unknown_name]", "'z' is not known here"});
   CHECK_FALSE(std::filesystem::exists(folder / "wrong"));
 }
+
+}  // namespace test_cli_study_command

@@ -10,6 +10,8 @@
 #include "ident/validate/metrics.hpp"
 #include "support/random.hpp"
 
+namespace test_paper_section4 {
+
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -409,3 +411,5 @@ TEST_CASE("every printed term is a candidate of its case, and every number can b
   CHECK(counts.size() == 12);
   CHECK(counts[9] == 18);  // three regimes and methods, train and test
 }
+
+}  // namespace test_paper_section4

@@ -13,6 +13,8 @@
 #include "support/scratch.hpp"
 #include "support/staging.hpp"
 
+namespace test_process_output_folder {
+
 using support::bytes_of;
 using support::check_fault;
 using support::fault_of;
@@ -463,3 +465,5 @@ TEST_CASE("a manifest names what is near by its way and what is elsewhere by its
                                                                          "segment.file=\"s.json\"", "--over=a=p,q",
                                                                          "terms=[\"x/v\", \"1/x\"]", "data/y.csv"});
 }
+
+}  // namespace test_process_output_folder

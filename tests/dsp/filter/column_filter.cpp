@@ -6,6 +6,8 @@
 
 #include "support/signals.hpp"
 
+namespace test_filter_column_filter {
+
 namespace {
 constexpr double rate_hz = 50.0;
 const auto taper = dsp::ColumnFilter::taper(rate_hz, {.rolloff_hz = 8.0, .cutoff_hz = 10.0});
@@ -75,3 +77,5 @@ TEST_CASE("a band that does not fit is refused", "[dsp][column_filter]") {
   CHECK_THROWS_AS(dsp::ColumnFilter::taper(rate_hz, {.rolloff_hz = 10.0, .cutoff_hz = 10.0}), std::invalid_argument);
   CHECK_THROWS_AS(dsp::ColumnFilter::taper(rate_hz, {.rolloff_hz = 10.0, .cutoff_hz = 26.0}), std::invalid_argument);
 }
+
+}  // namespace test_filter_column_filter

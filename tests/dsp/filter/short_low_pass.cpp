@@ -5,6 +5,8 @@
 #include <numbers>
 #include <stdexcept>
 
+namespace test_filter_short_low_pass {
+
 using Eigen::Index;
 using Eigen::VectorXd;
 
@@ -58,3 +60,5 @@ TEST_CASE("a short low-pass needs a cut-off within the band", "[dsp][short_low_p
   CHECK_THROWS_AS(dsp::ShortLowPass(0.0, rate_hz), std::invalid_argument);
   CHECK_THROWS_AS(dsp::ShortLowPass(128.0, rate_hz), std::invalid_argument);
 }
+
+}  // namespace test_filter_short_low_pass

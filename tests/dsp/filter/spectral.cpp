@@ -7,6 +7,8 @@
 
 #include "support/signals.hpp"
 
+namespace test_filter_spectral {
+
 namespace {
 constexpr double rate_hz = 25.6;
 constexpr dsp::SpectralBand band{.rolloff_hz = 8.0, .cutoff_hz = 10.24};
@@ -119,3 +121,5 @@ TEST_CASE("the band is flat, falls as a raised cosine and ends at zero", "[dsp][
   CHECK(band.gain(10.24) == 0.0);
   CHECK(band.gain(12.0) == 0.0);
 }
+
+}  // namespace test_filter_spectral

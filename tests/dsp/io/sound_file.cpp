@@ -21,6 +21,8 @@
 #include "support/fuzz.hpp"
 #include "support/scratch.hpp"
 
+namespace test_io_sound_file {
+
 using dsp::FaultKind;
 using dsp::SampleFormat;
 using dsp::SoundContainer;
@@ -708,3 +710,5 @@ TEST_CASE("blocks of a FLAC are found whatever their length, and samples that re
   REQUIRE(disguised.find(bytes) < blocks_of(disguised, 5).at(1));
   check(disguised, 5 * 4096);
 }
+
+}  // namespace test_io_sound_file

@@ -14,6 +14,8 @@
 #include "support/fuzz.hpp"
 #include "support/scratch.hpp"
 
+namespace test_io_table_file {
+
 using dsp::FaultKind;
 using support::check_fault;
 using support::Scratch;
@@ -425,3 +427,5 @@ TEST_CASE("a column of numbers called time is the clock, not the stamps beside i
   CHECK(source->info().time_column == 1);
   CHECK(source->info().partial[0]);
 }
+
+}  // namespace test_io_table_file

@@ -6,6 +6,8 @@
 
 #include "dsp/regimes/switching_model.hpp"
 
+namespace test_regimes_branches {
+
 using Eigen::Index;
 using Eigen::VectorXd;
 
@@ -70,3 +72,5 @@ TEST_CASE("branches by amplitude are those at which the probability of a switch 
       CHECK(interval + 1 == found.size());
     }
 }
+
+}  // namespace test_regimes_branches

@@ -9,6 +9,8 @@
 #include "support/motion.hpp"
 #include "support/signals.hpp"
 
+namespace test_regimes_joint_velocity {
+
 using Eigen::Index;
 using Eigen::VectorXd;
 
@@ -116,3 +118,5 @@ TEST_CASE("noise is measured in what is kept", "[dsp][regimes]") {
   CHECK(dsp::density_beyond_harmonics(spoilt.motion, x, period_s) / of_noise == Approx(1.0).epsilon(0.15));
   CHECK(dsp::density_beyond_harmonics({.sample_rate_hz = rate_hz}, x, period_s) / of_noise > 100.0);
 }
+
+}  // namespace test_regimes_joint_velocity

@@ -9,6 +9,8 @@
 #include "dsp/regimes/halt_rows.hpp"
 #include "support/signals.hpp"
 
+namespace test_regimes_reversals {
+
 using Eigen::Index;
 using Eigen::VectorXd;
 
@@ -127,3 +129,5 @@ TEST_CASE("changes of sign close together are one reversal or none", "[dsp][reve
   v(480) *= -1.0;  // too close to 450 for either to be detected
   CHECK(dsp::sign_changes(v, 200).size() == plain.size() - 1);
 }
+
+}  // namespace test_regimes_reversals

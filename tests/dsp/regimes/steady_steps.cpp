@@ -5,6 +5,8 @@
 #include <complex>
 #include <random>
 
+namespace test_regimes_steady_steps {
+
 namespace {
 
 using Eigen::Index;
@@ -144,3 +146,5 @@ TEST_CASE("what is no stepped sine has no steps", "[dsp][steady_steps]") {
   motion.signals.clear();
   CHECK_THROWS_AS(dsp::find_steady_steps(motion), std::invalid_argument);
 }
+
+}  // namespace test_regimes_steady_steps

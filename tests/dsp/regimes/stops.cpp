@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+namespace test_regimes_stops {
+
 using Eigen::Index;
 using Eigen::VectorXd;
 
@@ -152,3 +154,5 @@ TEST_CASE("rests are pauses if there are none but while the force rests, and sto
     signs.force(i) += std::sin(2.0 * std::numbers::pi * static_cast<double>(i) / rate_hz / period_s);
   CHECK(fraction_stuck(dsp::stick_mask(signs, options)) == whole);
 }
+
+}  // namespace test_regimes_stops

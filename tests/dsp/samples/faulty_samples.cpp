@@ -12,6 +12,8 @@
 #include "dsp/samples/raw_spectrum.hpp"
 #include "support/signals.hpp"
 
+namespace test_samples_faulty_samples {
+
 namespace {
 
 using dsp::SampleFault;
@@ -403,3 +405,5 @@ TEST_CASE("looking at samples costs little more than copying them", "[dsp][fault
   // Five times on an idle machine with optimisation; sanitizers cost both about the same factor each.
   CHECK(looking < 60 * copying);
 }
+
+}  // namespace test_samples_faulty_samples

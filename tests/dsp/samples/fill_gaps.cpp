@@ -7,6 +7,8 @@
 #include "dsp/decimate.hpp"
 #include "support/signals.hpp"
 
+namespace test_samples_fill_gaps {
+
 namespace {
 
 constexpr double rate_hz = 256.0;  // the intermediate rate
@@ -99,3 +101,5 @@ TEST_CASE("a gap that is all there is cannot be filled", "[dsp][fill_gaps]") {
   CHECK(samples.isZero());
   dsp::fill_gaps(samples, 10.0, {});
 }
+
+}  // namespace test_samples_fill_gaps

@@ -5,6 +5,8 @@
 
 #include "support/signals.hpp"
 
+namespace test_sensors_common_motion {
+
 using Eigen::Index;
 using Eigen::VectorXd;
 
@@ -89,3 +91,5 @@ TEST_CASE("nothing is said of sensors whose bodies never move as one", "[dsp][co
   known.segmentation.segments = {{dsp::Regime::low, 0, known.motion.num_samples()}};
   CHECK_FALSE(dsp::find_common_motion(known.motion, known.segmentation));
 }
+
+}  // namespace test_sensors_common_motion

@@ -9,6 +9,8 @@
 #include "support/fault.hpp"
 #include "support/signals.hpp"
 
+namespace test_sensors_found_derivatives {
+
 namespace {
 
 constexpr double rate_hz = 200.0;
@@ -113,3 +115,5 @@ TEST_CASE("the question for roles proposes those that the numbers give away", "[
       {"name = \"ch3\"\nrole = \"x\"", "name = \"ch4\"\nrole = \"v\"  # derivative of ch3",
        "name = \"ch1\"\nrole = \"a\"  # derivative of ch4", "name = \"ch2\"\nrole = \"other\"\n"});
 }
+
+}  // namespace test_sensors_found_derivatives

@@ -10,6 +10,8 @@
 #include "dsp/regimes/reversals.hpp"
 #include "support/signals.hpp"
 
+namespace test_sensors_mount {
+
 using Eigen::Index;
 using Eigen::VectorXd;
 
@@ -190,3 +192,5 @@ TEST_CASE("a mount's standard deviations are not less than how much noise makes 
   CHECK(frequency_std.maxCoeff() < 0.5);
   CHECK(damping_std.maxCoeff() < 0.05);
 }
+
+}  // namespace test_sensors_mount

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <random>
 
+namespace test_sensors_recorded_derivatives {
+
 using dsp::Role;
 using Eigen::Index;
 
@@ -43,3 +45,5 @@ TEST_CASE("a recorded velocity is kept while it is the displacement's derivative
   CHECK(keeps_velocity(swing(0.001, 1.0)));   // 0.3 % of the faster tone: no sensor is better
   CHECK_FALSE(keeps_velocity(swing(0.02, 1.0)));
 }
+
+}  // namespace test_sensors_recorded_derivatives

@@ -9,6 +9,8 @@
 #include "dsp/sensors/power_check.hpp"
 #include "support/signals.hpp"
 
+namespace test_sensors_sensor_consistency {
+
 using Eigen::Index;
 using Eigen::VectorXd;
 
@@ -158,3 +160,5 @@ TEST_CASE("a motion whose frequency lies between those of the window is related 
   CHECK(found.lag_s == Approx(lag_s).margin(1e-5));
   CHECK(found.highpass_hz[0] == Approx(0.4).margin(2e-4));
 }
+
+}  // namespace test_sensors_sensor_consistency

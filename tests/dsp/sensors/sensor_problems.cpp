@@ -7,6 +7,8 @@
 #include "dsp/filter/spectral.hpp"
 #include "support/signals.hpp"
 
+namespace test_sensors_sensor_problems {
+
 using dsp::SensorProblemKind;
 using Eigen::Index;
 using Eigen::VectorXd;
@@ -134,3 +136,5 @@ TEST_CASE("each problem of a sensor is named alone, with its size and its channe
     CHECK(alone(problems_of(clean, {0.4}), SensorProblemKind::cutoff).highpass_hz.empty());
   }
 }
+
+}  // namespace test_sensors_sensor_problems

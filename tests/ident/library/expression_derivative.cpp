@@ -8,6 +8,8 @@
 #include "support/motion.hpp"
 #include "support/random_tree.hpp"
 
+namespace test_library_expression_derivative {
+
 using ident::Expression;
 using ident::Notation;
 
@@ -175,3 +177,5 @@ TEST_CASE("units follow through the tree, or nothing is claimed", "[ident][expre
   motion.signals[1].unit = "";
   CHECK(unit("x").empty());
 }
+
+}  // namespace test_library_expression_derivative

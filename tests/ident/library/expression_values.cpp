@@ -11,6 +11,8 @@
 #include "support/random.hpp"
 #include "support/random_tree.hpp"
 
+namespace test_library_expression_values {
+
 using Eigen::Index;
 using Eigen::VectorXd;
 
@@ -127,3 +129,5 @@ TEST_CASE("threads share an expression", "[ident][expression]") {
   for (std::thread& thread : threads) thread.join();
   CHECK(different == std::array<int, 4>{});
 }
+
+}  // namespace test_library_expression_values

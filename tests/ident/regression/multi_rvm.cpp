@@ -8,6 +8,8 @@
 
 #include "support/random.hpp"
 
+namespace test_regression_multi_rvm {
+
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -180,3 +182,5 @@ TEST_CASE("targets that are multiples of one another have a noise covariance and
   CHECK(fit.rows[1].relevant == Support{0, 2});
   CHECK(fit.noise_covariance(1, 1) == Approx(9.0 * fit.noise_covariance(0, 0)));
 }
+
+}  // namespace test_regression_multi_rvm

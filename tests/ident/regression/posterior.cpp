@@ -7,6 +7,8 @@
 
 #include "support/random.hpp"
 
+namespace test_regression_posterior {
+
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -121,3 +123,5 @@ TEST_CASE("the posterior solves its defining equation", "[ident][posterior]") {
   CHECK((system * at.root * at.root.transpose() - MatrixXd::Identity(4, 4)).norm() <= 1e-12);
   CHECK(at.residual(0, 0) == Approx((p.unit.Y - A * at.mean).squaredNorm()).epsilon(1e-12));
 }
+
+}  // namespace test_regression_posterior

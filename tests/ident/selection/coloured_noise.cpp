@@ -10,6 +10,8 @@
 #include "support/oscillator.hpp"
 #include "support/random.hpp"
 
+namespace test_selection_coloured_noise {
+
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -217,3 +219,5 @@ TEST_CASE("what weighing the rows costs beside a fit that counts them in full", 
       std::fflush(stdout);
     }
 }
+
+}  // namespace test_selection_coloured_noise

@@ -12,6 +12,8 @@
 #include "support/oscillator.hpp"
 #include "support/random.hpp"
 
+namespace test_selection_joint_frames {
+
 using Eigen::Index;
 
 namespace {
@@ -148,3 +150,5 @@ TEST_CASE("what the low-pass carries from a standstill into the slip biases neit
     }
   }
 }
+
+}  // namespace test_selection_joint_frames

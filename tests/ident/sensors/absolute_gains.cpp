@@ -7,6 +7,8 @@
 #include "ident/identify.hpp"
 #include "support/signals.hpp"
 
+namespace test_sensors_absolute_gains {
+
 using Eigen::Index;
 using Eigen::VectorXd;
 
@@ -132,3 +134,5 @@ TEST_CASE("a term without a degree goes with the nearest multiple of it", "[iden
   CHECK(ident::gain_exponent(ident::Expression("x*v"), "v", gain, motion) == -1.0);
   CHECK(std::isnan(ident::gain_exponent(ident::Expression("0*x"), "a", gain, motion)));
 }
+
+}  // namespace test_sensors_absolute_gains

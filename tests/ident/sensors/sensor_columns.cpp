@@ -8,6 +8,8 @@
 #include "ident/sensors/range_sensors.hpp"
 #include "support/signals.hpp"
 
+namespace test_sensors_sensor_columns {
+
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -187,3 +189,5 @@ TEST_CASE("a lone displacement has a zero and a drift, a force a lag, and neithe
   // Four seconds from the ends what prediction beyond them is wrong by is below a thousandth.
   CHECK((slope.at(0).values.segment(edge, inner) - slope_of_f).norm() < 1e-3 * slope_of_f.norm());
 }
+
+}  // namespace test_sensors_sensor_columns

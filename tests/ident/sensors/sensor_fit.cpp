@@ -7,6 +7,8 @@
 #include "ident/fit.hpp"
 #include "support/random.hpp"
 
+namespace test_sensors_sensor_fit {
+
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -104,3 +106,5 @@ TEST_CASE("rows that are worth half widen the noise's part and leave the priors 
   const auto louder = ident::sensor_posterior(s.regression, {0, 1, 2}, mean, std::sqrt(2.0) * noise_std, 1.0);
   CHECK((half.covariance - louder.covariance).cwiseAbs().maxCoeff() < 1e-12);
 }
+
+}  // namespace test_sensors_sensor_fit

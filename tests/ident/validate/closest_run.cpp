@@ -6,6 +6,8 @@
 
 #include "support/oscillator.hpp"
 
+namespace test_validate_closest_run {
+
 namespace {
 
 const sim::Experiment& duffing() {
@@ -74,3 +76,5 @@ TEST_CASE("the same coefficients are to follow on test and on training rows", "[
   const ident::ClosestRun both = ident::closest_run(model, {record.course}, {other.course}, 1e-5, {});
   CHECK(std::max(both.test.nmse_centred, both.training.nmse_centred) > 1e-2);
 }
+
+}  // namespace test_validate_closest_run

@@ -12,6 +12,8 @@
 #include "support/oscillator.hpp"
 #include "support/signals.hpp"
 
+namespace test_validate_regressor_noise {
+
 using Catch::Detail::Approx;
 using Eigen::Index;
 using Eigen::VectorXd;
@@ -180,3 +182,5 @@ TEST_CASE("noise of a derived speed, in units of the displacement that it stands
   CHECK(fit.noise.v_as_x_std > 0.6 * of_v / omega);
   CHECK(fit.noise.v_as_x_std > 3.0 * fit.noise.x_std);
 }
+
+}  // namespace test_validate_regressor_noise

@@ -7,6 +7,8 @@
 
 #include "sim/noise.hpp"
 
+namespace test_rig_qzs_sensors {
+
 namespace {
 
 const auto rig = std::make_shared<const sim::QzsRig>(sim::qzs_twin("T0"), sim::stepped_sine_down());
@@ -221,3 +223,5 @@ TEST_CASE("the equation as recorded has the payload laser's unit of length", "[s
     if (term.name == "sgn(v)") CHECK(term.value == Approx(-0.065 * g));
   }
 }
+
+}  // namespace test_rig_qzs_sensors
