@@ -61,8 +61,9 @@ class LayoutCheck {
     }
     for (const auto& [name, node] : *table.node) {
       if (document_.unknown.is_full()) return;
-      if (std::none_of(settings.begin(), settings.end(), [&](const Setting* one) { return one->key == name.str(); }))
-        add_unknown(node, table, std::string(name.str()));
+      const std::string key(name.str());
+      if (std::none_of(settings.begin(), settings.end(), [&](const Setting* one) { return one->key == key; }))
+        add_unknown(node, table, key);
     }
   }
 
@@ -130,7 +131,8 @@ class LayoutCheck {
       if (own->former.empty()) known.push_back(own->key);
     std::sort(known.begin(), known.end());
     const std::string here = fmt::format("Known here: {}", fmt::join(known, ", "));
-    for (const auto& [other, settings] : layout_) {
+    for (const auto& [path, settings] : layout_) {
+      const std::string& other = path;  // what clang lets a lambda capture
       if (other.find('.') != std::string::npos) continue;  // of which element is not known
       if (std::none_of(settings.begin(), settings.end(), [&](const Setting* one) { return one->key == key; })) continue;
       const std::vector<const Setting*>& top = layout_[""];
