@@ -102,20 +102,25 @@ std::optional<DroppedTerm> form_column(Columns& columns, Index column, const Ter
   VectorXd values = term.expression.evaluate(source);
   if (const Index bad = first_bad(values, source); bad >= 0)
     return drop(columns, column, term.name, source, values, bad);
-  values = finite(values);  // excluded samples only; their margins cover the filter's reach
-  if (matched)
-    form_matched(columns, column, term);
-  else
+  values = finite(std::move(values));  // excluded samples only; their margins cover the filter's reach
+  if (!matched) {
     columns.phi.col(column) = values;
-  if (matched && columns.phi.col(column).isZero(0.0) && !values.isZero(0.0))
+    return std::nullopt;
+  }
+  const bool is_zero = values.isZero(0.0);
+  values.resize(0);  // its samples take as much
+  form_matched(columns, column, term);
+  if (columns.phi.col(column).isZero(0.0) && !is_zero)
     return DroppedTerm{term.name, "constant, and accelerometers pass no constant"};
   return std::nullopt;
 }
 
 }  // namespace
 
-VectorXd finite(const VectorXd& values) {
-  return values.unaryExpr([](double value) { return std::isfinite(value) ? value : 0.0; });
+VectorXd finite(VectorXd values) {
+  for (double& value : values)
+    if (!std::isfinite(value)) value = 0.0;
+  return values;
 }
 
 double column_bytes(const dsp::Motion& signals, std::size_t num_terms) {

@@ -68,7 +68,7 @@ struct Columns {
 };
 
 /// 0 where it is not finite.
-[[nodiscard]] Eigen::VectorXd finite(const Eigen::VectorXd& values);
+[[nodiscard]] Eigen::VectorXd finite(Eigen::VectorXd values);
 
 /// What phi takes for this many terms.
 [[nodiscard]] double column_bytes(const dsp::Motion& signals, std::size_t num_terms);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <utility>
@@ -13,16 +14,11 @@
 namespace ident {
 namespace {
 
-/// The payload's own motion, where that of its base is known, too.
-std::optional<dsp::Motion> absolute_motion(const dsp::Motion& motion) {
-  if (motion.find("r") == nullptr || motion.find("y") == nullptr) return std::nullopt;
-  dsp::Motion absolute{.sample_rate_hz = motion.sample_rate_hz, .excluded = motion.excluded};
-  for (const auto& [name, source] : {std::pair{"t", "t"}, {"x", "y"}, {"v", "dy"}, {"a", "ddy"}}) {
-    (void)motion.at(source);
-    absolute.signals.push_back(*motion.find(source));
-    absolute.signals.back().name = name;
-  }
-  return absolute;
+/// The payload's signals, by their names in its own motion and beside its base.
+constexpr std::array<std::array<const char*, 2>, 3> own_signals{{{"x", "y"}, {"v", "dy"}, {"a", "ddy"}}};
+
+bool has_own_motion(const dsp::Motion& motion) {
+  return motion.find("r") != nullptr && motion.find("y") != nullptr;
 }
 
 /// Speed of the payload that most rows of the regression reach only farther than half a wave of its low-pass from where
@@ -74,9 +70,38 @@ double end_of_slip(const Eigen::VectorXd& dy, Eigen::Index fast, Eigen::Index in
 }  // namespace
 
 std::optional<dsp::Segmentation> absolute_regimes(const dsp::Motion& motion) {
-  const std::optional<dsp::Motion> absolute = absolute_motion(motion);
-  if (!absolute) return std::nullopt;
-  return dsp::segment_regimes(*absolute);
+  if (!has_own_motion(motion)) return std::nullopt;
+  dsp::Motion own{.sample_rate_hz = motion.sample_rate_hz, .excluded = motion.excluded};
+  for (const auto& [name, beside_base] : own_signals) {
+    (void)motion.at(beside_base);
+    own.signals.push_back(*motion.find(beside_base));
+    own.signals.back().name = name;
+  }
+  return dsp::segment_regimes(own);
+}
+
+std::optional<dsp::Segmentation> absolute_regimes_in_place(dsp::Motion& motion) {
+  if (!has_own_motion(motion)) return std::nullopt;
+  dsp::Motion own{.sample_rate_hz = motion.sample_rate_hz, .excluded = motion.excluded};
+  std::vector<dsp::Signal*> lent;
+  for (const auto& [name, beside_base] : own_signals) {
+    const auto found = std::find_if(motion.signals.begin(), motion.signals.end(),
+                                    [&, wanted = beside_base](const dsp::Signal& one) { return one.name == wanted; });
+    lent.push_back(&*found);
+    own.signals.push_back({name, found->unit, {}, found->flat_to_hz});
+  }
+  const auto exchange = [&] {
+    for (std::size_t i = 0; i < lent.size(); ++i) lent[i]->values.swap(own.signals[i].values);
+  };
+  exchange();
+  try {
+    dsp::Segmentation found = dsp::segment_regimes(own);
+    exchange();
+    return found;
+  } catch (...) {
+    exchange();
+    throw;
+  }
 }
 
 std::optional<dsp::Check> held_by_ground(const dsp::Prepared& prepared, const dsp::Segmentation& absolute) {

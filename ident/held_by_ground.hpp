@@ -10,6 +10,8 @@ namespace ident {
 
 /// Regimes of the payload's own motion (y), where that of its base (r) is known, too.
 [[nodiscard]] std::optional<dsp::Segmentation> absolute_regimes(const dsp::Motion& motion);
+/// The same without a copy of its signals: until it returns they are not in `motion`.
+[[nodiscard]] std::optional<dsp::Segmentation> absolute_regimes_in_place(dsp::Motion& motion);
 
 /// The warning "regime.ground" where the payload stands still while its base moves, for a twentieth of the time or
 /// more: it is held by the ground, its friction is that of the absolute speed, and what holds it is not in the

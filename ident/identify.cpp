@@ -138,9 +138,9 @@ RangeResult identify(const Range& range, std::vector<Columns>& recordings, const
 
 std::vector<RangeResult> identify(const std::vector<Range>& ranges, const std::vector<Columns>& recordings,
                                   const CandidateLibrary& library, const IdentifyOptions& options) {
-  const int together =
-      std::max(1, std::min(static_cast<int>(std::ssize(ranges)),
-                           dsp::threads_within_memory(bytes_at_work(ranges, recordings), options.num_threads)));
+  constexpr double most_beside = 32e6;  // of half an hour at 25.6 kHz a second range would take a third more memory
+  const int at_work = dsp::threads_within_memory(bytes_at_work(ranges, recordings), options.num_threads, most_beside);
+  const int together = std::max(1, std::min(static_cast<int>(std::ssize(ranges)), at_work));
   std::vector<RangeResult> results(ranges.size());
   std::vector<std::size_t> order(ranges.size());
   std::iota(order.begin(), order.end(), std::size_t{0});

@@ -147,6 +147,7 @@ FreeRun free_run_of(const JudgedFit& judged, const RangeResult& result, const Ra
     run.reason = "no test rows";
   else if (twin != earlier.end()) {
     run = twin->free_run;
+    run.series.clear();
     if (!has_intervals(judged.model)) run.closest = run.closest_training = nan;
   } else {
     run = free_run_through(judged.model, result.rows, courses, recordings, options.poll);

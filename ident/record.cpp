@@ -228,7 +228,7 @@ void set_regimes(Record& record, dsp::Segmentation segmentation, std::optional<d
   widen_stops(record);
   record.prepared.checks.push_back(left_out(record));
   warn_if_nothing_moves(record);
-  if (!absolute_holds) absolute = absolute_regimes(record.prepared.intermediate);
+  if (!absolute_holds) absolute = absolute_regimes_in_place(record.prepared.intermediate);
   if (absolute)
     if (const auto check = held_by_ground(record.prepared, *absolute)) record.prepared.checks.push_back(*check);
   if (record.prepared.raw_v.size() == 0) return;

@@ -20,6 +20,7 @@
 #include "dsp/names.hpp"
 #include "dsp/signals.hpp"
 #include "ident/identify.hpp"
+#include "ident/signals_read.hpp"
 #include "ident/validate/findings.hpp"
 #include "ident/validate/judge.hpp"
 #include "ident/validate/predict.hpp"
@@ -134,10 +135,16 @@ Identified identify_in_band(const Config& config, const RunArguments& arguments,
   auto steps = beside(arguments.num_threads, [&] { return steady_steps(work.inputs); });
   found.columns = all_columns(work.config, work.inputs, found.libraries, arguments.max_memory_bytes,
                               arguments.num_threads, console);
+  for (std::size_t i = 0; i < work.inputs.size(); ++i)
+    ident::free_signals_read(work.inputs[i].prepared, found.libraries[i]);
   found.options = identify_options(work.config, work.inputs, arguments.num_threads);
   found.options.most_blocks = most_factor_blocks;
   found.ranges = identify_ranges(work.config, found.columns, found.libraries.front(), found.options, console);
   found.steps = steps.get();
+  for (ident::Columns& columns : found.columns) columns.phi.resize(0, 0), columns.switches.reset();
+  for (Input& input : work.inputs)  // the page shows a spectrum of the target
+    std::erase_if(input.prepared.intermediate.signals,
+                  [&](const dsp::Signal& signal) { return signal.name != found.options.target; });
   return found;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <utility>
 
 #include "dsp/filter/fft.hpp"
 #include "dsp/order_statistics.hpp"
@@ -34,24 +35,44 @@ void add_power_under_window(const Eigen::VectorXcd& X, VectorXd& power) {
 
 }  // namespace
 
-PowerDensity::PowerDensity(const Eigen::Ref<const VectorXd>& signal, double rate_hz, Index piece_samples)
-    : end_hz_(0.45 * rate_hz) {
+PowerDensity::PowerDensity(Index num_samples, double rate_hz, Index piece_samples) : end_hz_(0.45 * rate_hz) {
   constexpr Index fewest = 8;
-  if (signal.size() < fewest) return;
-  if (piece_samples > 0) num_pieces_ = std::max<Index>(1, signal.size() / piece_samples);
+  if (num_samples < fewest) return;
+  if (piece_samples > 0) num_pieces_ = std::max<Index>(1, num_samples / piece_samples);
   // Of a prime of a hundred thousand samples a transform takes four times as long, and the few left out tell nothing
   // that the others do not.
-  const Index length = good_fft_size_within(signal.size() / num_pieces_);
-  const RealFft fft(length);
-  step_hz_ = rate_hz / static_cast<double>(length);
-  density_ = VectorXd::Zero(length / 2 + 1);
+  length_ = good_fft_size_within(num_samples / num_pieces_);
+  step_hz_ = rate_hz / static_cast<double>(length_);
+}
+
+PowerDensity::PowerDensity(const Eigen::Ref<const VectorXd>& signal, double rate_hz, Index piece_samples)
+    : PowerDensity(signal.size(), rate_hz, piece_samples) {
   Eigen::VectorXcd X;
-  for (Index piece = 0; piece < num_pieces_; ++piece) {
-    const auto values = signal.segment(piece * length, length);
-    fft.forward((values.array() - values.mean()).matrix(), X);
-    add_power_under_window(X, density_);
+  for (Index piece = 0; length_ > 0 && piece < num_pieces_; ++piece) {
+    const auto values = signal.segment(piece * length_, length_);
+    add(values.array() - values.mean(), X);
   }
-  density_ *= 2.0 / (rate_hz * hann_power * static_cast<double>(length * num_pieces_));
+  normalise(rate_hz);
+}
+
+PowerDensity::PowerDensity(VectorXd&& signal, double rate_hz) : PowerDensity(signal.size(), rate_hz, 0) {
+  if (length_ == 0) return;
+  signal.conservativeResize(length_);
+  signal.array() -= signal.mean();
+  Eigen::VectorXcd X;
+  add(std::move(signal), X);
+  normalise(rate_hz);
+}
+
+void PowerDensity::add(VectorXd piece, Eigen::VectorXcd& X) {
+  RealFft(length_).forward(piece, X);
+  piece.resize(0);  // before there are ordinates
+  if (density_.size() == 0) density_ = VectorXd::Zero(X.size());
+  add_power_under_window(X, density_);
+}
+
+void PowerDensity::normalise(double rate_hz) {
+  density_ *= 2.0 / (rate_hz * hann_power * static_cast<double>(length_ * num_pieces_));
 }
 
 double PowerDensity::between(double from_hz, double to_hz, Index least) const {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "dsp/filter/power_density.hpp"
 #include "dsp/regimes/harmonics.hpp"
@@ -18,7 +19,9 @@ VectorXd harmonics_of(const VectorXd& signal, double rate_hz, double period_s) {
   if (signal.size() < 8 || !(signal.maxCoeff() > signal.minCoeff())) return {};
   const SpectralBand band = harmonics_band(period_s);
   const SpectralBand drift{0.5 * drift_below / period_s, drift_below / period_s};
-  return ExtendedSpectrum(signal, rate_hz).filtered([&](double f) { return band.gain(f) - drift.gain(f); });
+  ExtendedSpectrum spectrum(signal, rate_hz);
+  spectrum.multiply([&](double f) { return band.gain(f) - drift.gain(f); });
+  return std::move(spectrum).signal();
 }
 
 /// Variance by noise of this density of the phase of a sine fitted to `seconds`; what exceeds the noise within the band
@@ -42,7 +45,8 @@ double density_beyond_harmonics(const Motion& motion, const VectorXd& signal, do
     const Index count = end - begin;
     const double lasts_s = static_cast<double>(count) / rate_hz;
     if (*begin == 0 && lasts_s >= period_s) {
-      const PowerDensity densities(signal.segment(begin - excluded.begin(), count), rate_hz);
+      const auto part = signal.segment(begin - excluded.begin(), count);
+      const PowerDensity densities(Eigen::Ref<const VectorXd>(part), rate_hz);
       sum += lasts_s * densities.between(from_hz, to_hz), seconds += lasts_s;
     }
     begin = end;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <utility>
 
 #include "dsp/filter/power_density.hpp"
 #include "dsp/regimes/half_cycles.hpp"
@@ -46,7 +47,7 @@ JointVelocity::JointVelocity(const Motion& motion, const SpectralBand& band, dou
       v_, *a_, [](double) { return 1.0; }, [](double) { return -1.0; });
   for (std::size_t i = 0; i < motion.excluded.size(); ++i)
     if (motion.excluded[i] != 0) difference(static_cast<Index>(i)) = 0.0;
-  const PowerDensity densities(difference, motion.sample_rate_hz);
+  const PowerDensity densities(std::move(difference), motion.sample_rate_hz);
   double sum = 0.0, sum_of_v = 0.0;
   for (double f = 0.0; f < band.cutoff_hz; f += step_hz_) {
     density_of_difference_.push_back(densities.between(f, f + step_hz_));

@@ -74,25 +74,38 @@ class EquationSlopes {
   /// of g in time.
   void add_jumps(const Expression& term, std::size_t i, double coefficient) {
     const Expression argument(term.switches()[i]);
-    const VectorXd g = argument.evaluate(motion_);
-    const VectorXd change = g.tail(g.size() - 1) - g.head(g.size() - 1);  // from sample to sample
     // Where g hardly moves it rests, and its zeros are noise.
     constexpr double resting = 0.05;
-    const double least = resting * std::sqrt(change.squaredNorm() / static_cast<double>(change.size()));
-    std::vector<std::pair<std::string, VectorXd>> gradient;
-    for (const std::string& signal : argument.signals())
-      gradient.emplace_back(signal, argument.derivative(signal).evaluate(motion_));
+    double square = 0.0;
+    for_each_step(argument, [&](Index, double g, double next) { square += (next - g) * (next - g); });
+    const double least = resting * std::sqrt(square / static_cast<double>(motion_.num_samples() - 1));
+    std::vector<std::pair<std::string, Expression>> gradient;
+    for (const std::string& signal : argument.signals()) gradient.emplace_back(signal, argument.derivative(signal));
     std::vector<Expression> others;
     for (const std::string& text : term.switches()) others.emplace_back(text);
-    for (Index n = 0; n < change.size(); ++n) {
-      if ((g(n) < 0.0) == (g(n + 1) < 0.0) || std::abs(change(n)) < least) continue;
-      const double fraction = std::clamp(-g(n) / change(n), 0.0, 1.0);
-      const double area = coefficient * jump_of(term, others, i, n) / std::abs(change(n));
-      if (!std::isfinite(area)) continue;
-      for (const auto& [signal, slope] : gradient) {
-        of(signal).add_impulse(n, (1.0 - fraction) * area * slope(n));
-        of(signal).add_impulse(n + 1, fraction * area * slope(n + 1));
+    for_each_step(argument, [&](Index n, double g, double next) {
+      const double change = next - g;
+      if ((g < 0.0) == (next < 0.0) || std::abs(change) < least) return;
+      const double fraction = std::clamp(-g / change, 0.0, 1.0);
+      const double area = coefficient * jump_of(term, others, i, n) / std::abs(change);
+      if (!std::isfinite(area)) return;
+      for (const auto& [signal, derivative] : gradient) {
+        const VectorXd slope = derivative.evaluate(motion_, n, 2);
+        of(signal).add_impulse(n, (1.0 - fraction) * area * slope(0));
+        of(signal).add_impulse(n + 1, fraction * area * slope(1));
       }
+    });
+  }
+
+  /// Calls visit(n, g at sample n, g at sample n + 1) for all n, block by block: g takes as much as a signal.
+  template <class Visit>
+  void for_each_step(const Expression& g, const Visit& visit) const {
+    constexpr Index block = 16384;
+    const Index num_steps = motion_.num_samples() - 1;
+    for (Index first = 0; first < num_steps; first += block) {
+      const Index count = std::min(block, num_steps - first);
+      const VectorXd values = g.evaluate(motion_, first, count + 1);
+      for (Index n = 0; n < count; ++n) visit(first + n, values(n), values(n + 1));
     }
   }
 

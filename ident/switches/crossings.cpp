@@ -136,7 +136,7 @@ void Crossings::settle(const WeightedTerms& equation) {
   for (int pass = 0; !jumping.empty() && pass < most_refinements; ++pass) {
     set_slope_jumps(jumping);
     collect_kinks();
-    if (kinks_at_samples_.size() == 0) restore(terms);  // its changes from pass to pass are of higher order
+    if (!is_restored_) restore(terms);  // its changes from pass to pass are of higher order
     if (!move_all()) break;
   }
   collect_kinks();
@@ -144,7 +144,7 @@ void Crossings::settle(const WeightedTerms& equation) {
 }
 
 void Crossings::release() {
-  kinks_at_samples_ = {};
+  is_restored_ = false;
   for (Speed& speed : speeds_) speed.smooth = {};
 }
 
@@ -181,12 +181,8 @@ VectorXd Crossings::course_between_jumps(const std::vector<std::pair<Bound, doub
 /// known in closed form; the rest is smooth enough for the motion's samples.
 void Crossings::restore(const std::vector<std::pair<Bound, double>>& equation) {
   if (kinks_.empty()) return release();
+  is_restored_ = true;
   const Index num_samples = motion_.num_samples();
-  const auto sample_kinks = [&] {
-    kinks_at_samples_.setZero(num_samples);
-    add_kinks(motion_.sample_rate_hz, 0, kinks_at_samples_);
-  };
-  sample_kinks();
   const auto sample_at = [&](double t_s) {
     return static_cast<Index>(std::clamp(t_s * motion_.sample_rate_hz, 0.0, static_cast<double>(num_samples)));
   };
@@ -194,14 +190,13 @@ void Crossings::restore(const std::vector<std::pair<Bound, double>>& equation) {
   constexpr Index fewest = 8;  // of a transform
   if (count < fewest) return;
   VectorXd course = course_between_jumps(equation, first, count);
-  release();  // before there are spectra, which are as large
+  for (Speed& speed : speeds_) speed.smooth = {};  // before there are spectra, which are as large
   dsp::ExtendedSpectrum spectrum(course, motion_.sample_rate_hz);
   course.resize(0);
   spectrum.multiply([&](double f) -> std::complex<double> {
     return f > 0.0 ? std::complex<double>(0.0, -(1.0 - state_band_.gain(f)) / (2.0 * std::numbers::pi * f)) : 0.0;
   });
   const VectorXd taken = std::move(spectrum).signal();
-  sample_kinks();
   for (Speed& speed : speeds_) {
     speed.smooth = motion_.at(speed.name);
     speed.smooth.segment(first, count) += taken;
@@ -391,11 +386,32 @@ void Crossings::add_kinks(double rate_hz, Index first, VectorXd& speed) const {
   }
 }
 
+/// The same bits whatever the samples asked for: each kink is formed from its own first sample.
+VectorXd Crossings::kinks_at_samples(Index first, Index count) const {
+  const double rate_hz = motion_.sample_rate_hz, reach_s = kernel_.reach_s();
+  VectorXd result = VectorXd::Zero(count), own;
+  auto kink = std::lower_bound(kinks_.begin(), kinks_.end(), static_cast<double>(first - 1) / rate_hz - reach_s,
+                               [](const Kink& one, double from_s) { return one.t_s < from_s; });
+  for (; kink != kinks_.end() && (kink->t_s - reach_s) * rate_hz <= static_cast<double>(first + count); ++kink) {
+    const auto begin = static_cast<Index>(std::ceil(std::max(0.0, (kink->t_s - reach_s) * rate_hz)));
+    const auto end = std::min(static_cast<Index>((kink->t_s + reach_s) * rate_hz) + 1, motion_.num_samples());
+    const Index from = std::max(begin, first), to = std::min(end, first + count);
+    if (from >= to) continue;
+    own.setZero(end - begin);
+    auto wanted = own.segment(from - begin, to - from);
+    auto there = result.segment(from - first, to - from);
+    wanted = there;
+    kernel_.add(kink->slope_jump, static_cast<double>(begin) / rate_hz - kink->t_s, 1.0 / rate_hz, own);
+    there = wanted;
+  }
+  return result;
+}
+
 VectorXd Crossings::samples(std::string_view signal, Index factor, Index first, Index count) const {
   VectorXd result = resampled(signal, factor, first, count);
   if (kinks_.empty() || !restores(signal)) return result;
   if (factor == 1)
-    result += kinks_at_samples_.segment(first, count);
+    result += kinks_at_samples(first, count);
   else
     add_kinks(static_cast<double>(factor) * motion_.sample_rate_hz, first, result);
   return result;

@@ -101,6 +101,8 @@ class Crossings {
   /// Whether any moved.
   bool move_all();
   void add_kinks(double rate_hz, Eigen::Index first, Eigen::VectorXd& speed) const;
+  /// What the kinks are in a speed at the motion's rate.
+  [[nodiscard]] Eigen::VectorXd kinks_at_samples(Eigen::Index first, Eigen::Index count) const;
   void collect_kinks();
   [[nodiscard]] Eigen::VectorXd course_between_jumps(const std::vector<std::pair<Bound, double>>& equation,
                                                      Eigen::Index from, Eigen::Index count) const;
@@ -117,7 +119,7 @@ class Crossings {
   std::vector<std::vector<Crossing>> found_;                  ///< in the signals as they are
   std::vector<std::vector<Crossing>> crossings_;              ///< of each argument
   std::vector<Kink> kinks_;                                   ///< of all, in order of time
-  Eigen::VectorXd kinks_at_samples_;  ///< what they are in a speed at the motion's rate; empty: none
+  bool is_restored_ = false;                                  ///< under the equation settled last, or before it
 };
 
 }  // namespace ident

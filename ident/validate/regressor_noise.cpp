@@ -73,7 +73,7 @@ std::optional<double> power_below(double to_hz, const Eigen::Ref<const VectorXd>
     end = end_of_stretch(rows, first, std::ssize(rows));
     const auto n = static_cast<double>(end - first);
     if (rows[static_cast<std::size_t>(first)].recording != recording || to_hz * n / rate_hz < least) continue;
-    const dsp::PowerDensity density(values.segment(first, end - first), rate_hz);
+    const dsp::PowerDensity density(Eigen::Ref<const VectorXd>(values.segment(first, end - first)), rate_hz);
     const VectorXd& ordinates = density.ordinates();
     const Index count = std::min(static_cast<Index>(to_hz / density.step_hz()) + 1, ordinates.size());
     power += n * density.step_hz() * ordinates.head(count).sum();
