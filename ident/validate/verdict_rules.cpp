@@ -1,0 +1,189 @@
+#include "ident/validate/verdict_rules.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <array>
+#include <cmath>
+
+namespace ident {
+namespace {
+
+constexpr double in_step = 0.02;
+constexpr double follows_beyond_noise = 0.02;
+
+bool has_left_over(const Evidence& of) {
+  return of.found.unexplained > matters_to_power;
+}
+
+bool is_out_of_step(const Evidence& of) {
+  return std::abs(of.range.power_balance) > in_step;
+}
+
+bool has_converged(const Evidence& of) {
+  return of.fit.fit.status == FitStatus::converged;
+}
+
+std::string power_clause(const Evidence& of) {
+  const double balance = std::abs(of.range.power_balance);
+  if (!std::isfinite(balance)) return {};
+  return is_out_of_step(of)
+             ? fmt::format("velocity and acceleration are out of step (power balance {:.2g}), which reads as damping",
+                           balance)
+             : fmt::format("the sensors are in step (power balance {:.1g})", balance);
+}
+
+std::string carry_over_clause(const Evidence& of) {
+  if (!of.found.fitted_to_its_rows) return {};
+  return fmt::format("it does not carry over: NMSE {:.2g} on the test rows, {:.2g} on the training rows",
+                     of.fit.test.value, of.fit.train.value);
+}
+
+std::string doubt_clause(const Evidence& of) {
+  const std::vector<std::string>& terms = of.found.doubtful;
+  return fmt::format("{} may not belong in the equation: by noise alone the 95 % interval of {} includes zero",
+                     fmt::join(terms, " and "), terms.size() == 1 ? "its coefficient" : "each of their coefficients");
+}
+
+constexpr std::array rules{
+    VerdictRule{
+        .name = "recorded_left_out",
+        .at_most = Verdict::does_not,
+        .condition = "Something recorded that is not in the equation explains more than 10 % of what is left over, "
+                     "and more than noise is left over",
+        .reason = "a smaller part of it does not matter to the motion",
+        .holds = [](const Evidence& of) { return leaves_out_recorded(of.fit, of.found); }},
+    VerdictRule{.name = "biased",
+                .at_most = Verdict::does_not,
+                .condition = "Noise of the recorded channels biases a coefficient by more than two standard deviations "
+                             "and 2 %",
+                .reason = "its 95 % interval then misses",
+                .holds = [](const Evidence& of) { return !of.found.biased.empty(); }},
+    VerdictRule{.name = "imitates",
+                .at_most = Verdict::does_not,
+                .condition = "With a usual form that was no candidate in place of kept terms the equation is better",
+                .reason = "odds of 150 or more for the form, by the score that selects terms",
+                .holds = [](const Evidence& of) { return imitates(of.fit); }},
+    VerdictRule{.name = "lacks_form",
+                .at_most = Verdict::does_not,
+                .condition = "A usual form that was no candidate explains more than half of what is left over beside "
+                             "noise, and more than 10 % of all of it",
+                .reason = "the record itself shows the missing term",
+                .holds = [](const Evidence& of) { return lacks_form(of.fit, of.found); }},
+    VerdictRule{.name = "misses_beyond_noise",
+                .at_most = Verdict::does_not,
+                .condition = "More than noise is left over, and x is missed by more than 2 % of its power",
+                .reason = "where noise is no excuse for it, an error of 14 % of its rms is the equation's",
+                .holds =
+                    [](const Evidence& of) {
+                      const Findings& found = of.found;
+                      return found.above_noise && found.by_run == Verdict::in_part &&
+                             (std::isfinite(found.run_error) ? found.run_error : found.unexplained) >
+                                 follows_beyond_noise;
+                    }},
+    VerdictRule{.name = "nothing_to_run",
+                .at_most = Verdict::does_not,
+                .condition = "No free run decides, and more than 10 % of the target's power is left over",
+                .reason = "a smaller part does not matter to the motion",
+                .holds = [](const Evidence& of) { return of.found.by_run == Verdict::undecided && has_left_over(of); }},
+    VerdictRule{.name = "above_noise",
+                .at_most = Verdict::in_part,
+                .condition = "More than twice the noise of the recorded channels is left over",
+                .reason = "half of it is something else then",
+                .holds = [](const Evidence& of) { return of.found.above_noise; }},
+    VerdictRule{.name = "misses_motion",
+                .at_most = Verdict::in_part,
+                .condition = "The same at the frequencies at which the target is more than noise",
+                .reason = "noise of a displacement, derived twice, lies above them and hides what is missing there",
+                .holds = [](const Evidence& of) { return of.found.misses_motion; }},
+    VerdictRule{.name = "shows_at_motion",
+                .at_most = Verdict::in_part,
+                .condition = "There a term shows that is not in the equation",
+                .reason = "noise shows as much of any of those tried in one record of 1000",
+                .holds = [](const Evidence& of) { return of.found.may_lack_at_motion && of.found.shows_at_motion; }},
+    VerdictRule{.name = "may_lack",
+                .at_most = Verdict::in_part,
+                .condition = "There a term may be missing",
+                .reason = "noise shows as much of that term in one record of 100",
+                .remedy = "Whether a term is missing: a longer record, or one with less noise, would tell.",
+                .holds = [](const Evidence& of) { return of.found.only_may_lack(); }},
+    VerdictRule{.name = "carries_over",
+                .at_most = Verdict::in_part,
+                .condition = "Ten times the power is left over on test rows that is on training rows",
+                .reason = "the equation is fitted to its rows",
+                .holds = [](const Evidence& of) { return of.found.fitted_to_its_rows; },
+                .clause = carry_over_clause},
+    VerdictRule{.name = "keeps_energy",
+                .at_most = Verdict::in_part,
+                .condition = "Nothing in the equation drives the motion or damps it",
+                .reason = "every steady motion of its period is its solution",
+                .holds = [](const Evidence& of) { return of.found.keeps_energy; },
+                .clause = [](const Evidence& of) -> std::string {
+                  return of.found.keeps_energy
+                             ? "nothing in it drives the motion or damps it, and what does is not known"
+                             : "";
+                }},
+    VerdictRule{.name = "out_of_step",
+                .at_most = Verdict::in_part,
+                .condition = "Velocity and acceleration have a power balance beyond 0.02",
+                .reason = "one degree between them, which reads as 1 % of damping ratio",
+                .holds = is_out_of_step,
+                .clause = power_clause},
+    VerdictRule{.name = "another_range",
+                .at_most = Verdict::in_part,
+                .condition = "Another range has another equation: terms of 5 % of the target or more are in one only "
+                             "or differ by more than 10 %",
+                .reason = "one machine has one equation",
+                .holds = [](const Evidence& of) { return of.others.other; },
+                .clause = [](const Evidence& of) { return of.others.clause; }},
+    VerdictRule{.name = "not_converged",
+                .at_most = Verdict::in_part,
+                .condition = "The fit did not converge",
+                .reason = "what it would have ended with is not known",
+                .holds = [](const Evidence& of) { return !has_converged(of); },
+                .clause = [](const Evidence& of) -> std::string {
+                  return has_converged(of) ? "" : fmt::format("the fit ended as {}", to_string(of.fit.fit.status));
+                }},
+    VerdictRule{.name = "left_over",
+                .at_most = Verdict::in_part,
+                .condition = "More than 10 % of the target's power is left over one step ahead, noise aside",
+                .reason = "a smaller part does not matter to the motion",
+                .holds = has_left_over},
+    VerdictRule{.name = "lacks_better",
+                .at_most = Verdict::in_part,
+                .condition = "With a usual form that was no candidate beside the kept terms the equation is better",
+                .reason = "odds of 150 or more for the form, by the score that selects terms",
+                .holds = [](const Evidence& of) { return lacks_better(of.fit, of.found); }},
+    VerdictRule{.name = "doubtful",
+                .at_most = Verdict::in_part,
+                .condition = "By noise alone the 95 % interval of a coefficient includes zero, by the widest interval "
+                             "that a method with the same terms has",
+                .reason = "on one curve of the state several terms that only together do something are kept so",
+                .remedy = "Whether that term belongs in the equation: a record with other amplitudes, a longer one, or "
+                          "one with less noise, would tell.",
+                .is_cause = true,
+                .only_alone = true,
+                .holds = [](const Evidence& of) { return !of.found.doubtful.empty(); },
+                .clause = doubt_clause}};
+
+}  // namespace
+
+std::span<const VerdictRule> verdict_rules() {
+  return rules;
+}
+
+int preference(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::describes:
+      return 3;
+    case Verdict::in_part:
+      return 2;
+    case Verdict::undecided:
+      return 1;
+    case Verdict::does_not:
+      break;
+  }
+  return 0;
+}
+
+}  // namespace ident
