@@ -211,10 +211,11 @@ void apply_rules(const Evidence& of, Judgement& result, std::vector<std::string>
   }
 }
 
-Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range, std::size_t method) {
+Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range, std::size_t method,
+                       const RangeResult* larger = nullptr) {
   const JudgedFit& fit = ranges[range].fits[method];
   if (fit.model.terms.empty()) return judgement_of_none(ranges[range], fit);
-  const Evidence of{ranges[range], fit, findings_of(ranges[range], fit), agreement(ranges, range, method)};
+  const Evidence of{ranges[range], fit, findings_of(ranges[range], fit), agreement(ranges, range, method), larger};
   Judgement result{.verdict = of.found.by_run};
   std::vector<std::string> clauses{free_run_clause(fit.free_run, of.found), residual_clause(fit, of.found)};
   apply_rules(of, result, clauses);
@@ -234,12 +235,26 @@ Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range
   return result;
 }
 
+/// The range with most rows, where it has more than this one and its own equation does not describe it.
+const RangeResult* larger_failure(const std::vector<RangeResult>& ranges, std::size_t range, std::size_t method) {
+  const auto size = [](const RangeResult& one) { return one.rows.train.size() + one.rows.test.size(); };
+  const auto most = std::max_element(ranges.begin(), ranges.end(),
+                                     [&](const RangeResult& a, const RangeResult& b) { return size(a) < size(b); });
+  const bool fails = size(*most) > size(ranges[range]) && method < most->fits.size() &&
+                     most->fits[method].judgement.verdict == Verdict::does_not;
+  return fails ? &*most : nullptr;
+}
+
 }  // namespace
 
 void judge(std::vector<RangeResult>& ranges) {
   for (std::size_t range = 0; range < ranges.size(); ++range)
     for (std::size_t method = 0; method < ranges[range].fits.size(); ++method)
       ranges[range].fits[method].judgement = judgement_of(ranges, range, method);
+  for (std::size_t range = 0; range < ranges.size(); ++range)
+    for (std::size_t method = 0; method < ranges[range].fits.size(); ++method)
+      if (const RangeResult* larger = larger_failure(ranges, range, method))
+        ranges[range].fits[method].judgement = judgement_of(ranges, range, method, larger);
 }
 
 std::size_t chosen_method(const RangeResult& range) {

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ident/validate/energy_terms.hpp"
+
 namespace ident {
 namespace {
 
@@ -60,6 +62,18 @@ Agreement agreement(const std::vector<RangeResult>& ranges, std::size_t range, s
   if (!disagree.empty()) return {true, fmt::format("{}", fmt::join(disagree, ", "))};
   if (agree.empty()) return {};
   return {false, fmt::format("{} agree{} within 10 %", fmt::join(agree, " and "), agree.size() == 1 ? "s" : "")};
+}
+
+std::vector<OwnCoefficients> apart_by_recording(const RangeResult& range, const Model& model) {
+  std::vector<OwnCoefficients> found = own_coefficients(model);
+  if (found.empty()) return found;
+  const double bar = matters * range.target.cwiseAbs().maxCoeff();
+  std::erase_if(found, [&](const OwnCoefficients& one) {
+    const auto [least, greatest] = one.extremes();
+    const double larger = std::max(std::abs(least->mean), std::abs(greatest->mean));
+    return is_dry_friction(one.name) || larger * greatest->scale < bar || greatest->mean - least->mean <= same * larger;
+  });
+  return found;
 }
 
 }  // namespace ident

@@ -21,4 +21,8 @@ struct Agreement {
 /// more) are in both and within 10 %.
 [[nodiscard]] Agreement agreement(const std::vector<RangeResult>& ranges, std::size_t range, std::size_t method);
 
+/// The terms that matter, dry friction aside, whose coefficients for each recording are more than 10 % apart. Friction
+/// is another from day to day; of one machine springs, dampers and masses are not.
+[[nodiscard]] std::vector<OwnCoefficients> apart_by_recording(const RangeResult& range, const Model& model);
+
 }  // namespace ident

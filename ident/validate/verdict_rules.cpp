@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+
+#include "ident/validate/energy_terms.hpp"
 
 namespace ident {
 namespace {
@@ -45,14 +48,151 @@ std::string doubt_clause(const Evidence& of) {
                      fmt::join(terms, " and "), terms.size() == 1 ? "its coefficient" : "each of their coefficients");
 }
 
+std::size_t num_rows(const RangeResult& range) {
+  return range.rows.train.size() + range.rows.test.size();
+}
+
+std::string larger_clause(const Evidence& of) {
+  return fmt::format("range {}, with {:.2g} times as many rows, is not described by its equation", of.larger->spec.name,
+                     static_cast<double>(num_rows(*of.larger)) / static_cast<double>(num_rows(of.range)));
+}
+
+/// How far a sensor is off, in standard deviations of what was known of it beforehand.
+double deviations(const SensorEstimate& sensor) {
+  return sensor.prior_std > 0.0 ? std::abs(sensor.mean) / sensor.prior_std : 0.0;
+}
+
+/// Null: none has parameters.
+const SensorEstimate* farthest_sensor(const JudgedFit& fit) {
+  const auto found = std::max_element(fit.sensors.begin(), fit.sensors.end(), [](const auto& one, const auto& other) {
+    return deviations(one) < deviations(other);
+  });
+  return found == fit.sensors.end() ? nullptr : &*found;
+}
+
+bool has_far_sensor(const Evidence& of) {
+  constexpr double far = 4.0;  // exceeded by a normal variate once in 16,000
+  const SensorEstimate* sensor = farthest_sensor(of.fit);
+  return sensor != nullptr && deviations(*sensor) > far;
+}
+
+std::string sensor_clause(const Evidence& of) {
+  const SensorEstimate& sensor = *farthest_sensor(of.fit);
+  return fmt::format("the fit has the {} {:.2g}{} off, {:.2g} standard deviations of what is known of it", sensor.name,
+                     sensor.mean, sensor.unit == "1" ? "" : " " + sensor.unit, deviations(sensor));
+}
+
+std::optional<LossPerCycle> loss_of(const Evidence& of) {
+  constexpr double noises = 8.0;  // a crest above them is of the motion
+  return loss_per_cycle(of.range.crests, noises * of.fit.noise.x_std);
+}
+
+bool falls(const Evidence& of) {
+  const auto loss = loss_of(of);
+  return of.fit.free_run.alone && loss && loss->falls();
+}
+
+bool is_fed(const Evidence& of) {
+  const EnergyTerms energy = energy_terms(of.fit.model);
+  return energy.friction_feeds || (!energy.feed.empty() && (!of.fit.free_run.alone || falls(of)));
+}
+
+std::string fed_clause(const Evidence& of) {
+  const EnergyTerms energy = energy_terms(of.fit.model);
+  return fmt::format(
+      "{} feed{} energy to the motion{}", fmt::join(energy.feed, " and "), energy.feed.size() == 1 ? "s" : "",
+      energy.take.empty()
+          ? ""
+          : fmt::format(", and {} take{} it", fmt::join(energy.take, " and "), energy.take.size() == 1 ? "s" : ""));
+}
+
+/// Every term of x and v alone, none of which takes energy.
+bool falls_undamped(const Evidence& of) {
+  const auto& terms = of.fit.model.terms;
+  return falls(of) && energy_terms(of.fit.model).take.empty() &&
+         std::all_of(terms.begin(), terms.end(), [](const ModelTerm& term) {
+           const Expression expression(term.name);
+           const auto& signals = expression.signals();
+           return std::all_of(signals.begin(), signals.end(), [](const std::string& one) {
+             return one == "x" || one == "v" || one == "y" || one == "dy";
+           });
+         });
+}
+
+std::string falls_clause(const Evidence& of) {
+  const LossPerCycle loss = *loss_of(of);
+  return fmt::format("the amplitude falls by {:.3g} +- {:.1g} % a cycle, and no term of the equation takes energy",
+                     100.0 * loss.mean, 100.0 * loss.std);
+}
+
+std::string apart_clause(const Evidence& of) {
+  std::vector<std::string> terms;
+  for (const OwnCoefficients& one : apart_by_recording(of.range, of.fit.model)) {
+    const auto [least, greatest] = one.extremes();
+    terms.push_back(fmt::format("{} is {} in {} and {} in {}", one.name, number(least->mean), least->recording_name,
+                                number(greatest->mean), greatest->recording_name));
+  }
+  return fmt::format("the recordings have one equation only with other coefficients: {}", fmt::join(terms, "; "));
+}
+
 constexpr std::array rules{
     VerdictRule{
-        .name = "recorded_left_out",
-        .at_most = Verdict::does_not,
-        .condition = "Something recorded that is not in the equation explains more than 10 % of what is left over, "
-                     "and more than noise is left over",
-        .reason = "a smaller part of it does not matter to the motion",
-        .holds = [](const Evidence& of) { return leaves_out_recorded(of.fit, of.found); }},
+        .name = "larger_range",
+        .at_most = Verdict::in_part,
+        .condition = "A range with more rows has an equation that does not describe it",
+        .reason = "of several ranges the one that flatters says little of the record",
+        .remedy = "What differs in the larger range is not in the equation: look at its residual in report.html.",
+        .is_cause = true,
+        .holds = [](const Evidence& of) { return of.larger != nullptr; },
+        .clause = larger_clause},
+    VerdictRule{.name = "sensor_far_off",
+                .at_most = Verdict::in_part,
+                .condition = "The fit has a sensor's gain, zero, drift or lag more than four standard deviations off "
+                             "what is known of it beforehand",
+                .reason = "a normal variate is so far off once in 16,000; a missing term shows as such an error",
+                .remedy = "Check that sensor and state what is known of it in its [[channel]] "
+                          "(sensitivity_uncertainty, range, drift, delay); if it is right, a term is missing.",
+                .is_cause = true,
+                .holds = has_far_sensor,
+                .clause = sensor_clause},
+    VerdictRule{.name = "feeds_energy",
+                .at_most = Verdict::in_part,
+                .condition = "Dry friction feeds energy to the motion, or any damping does in a motion that is driven "
+                             "or falls, by more than its 95 % interval",
+                .reason = "what is passive takes energy; only self-excited motion is fed by its damping",
+                .remedy = "Friction and damping of opposite signs imitate another law of the speed: add candidates "
+                          "such as abs(v)*v to [library] terms, or leave the doubtful ones out.",
+                .is_cause = true,
+                .holds = is_fed,
+                .clause = fed_clause},
+    VerdictRule{.name = "falls_undamped",
+                .at_most = Verdict::in_part,
+                .condition = "The amplitude of a free motion falls, by more than three standard deviations of its loss "
+                             "per cycle, and no kept term takes energy",
+                .reason = "chance makes crests fall so once in 700 records",
+                .remedy = "Damping was lost under noise: record longer or with less noise, or with a lower cutoff_hz; "
+                          "v, abs(v)*v and sgn(v) are to be among the candidates.",
+                .is_cause = true,
+                .holds = falls_undamped,
+                .clause = falls_clause},
+    VerdictRule{.name = "differs_by_recording",
+                .at_most = Verdict::in_part,
+                .condition = "A coefficient that matters, dry friction aside, differs by more than 10 % between "
+                             "recordings of one equation",
+                .reason = "one machine has one stiffness; friction changes from day to day",
+                .remedy =
+                    "State what differs between the recordings (a mass, a sensor, its zero) in their sidecars, or "
+                    "fit them apart.",
+                .is_cause = true,
+                .holds = [](const Evidence& of) { return !apart_by_recording(of.range, of.fit.model).empty(); },
+                .clause = apart_clause},
+    VerdictRule{.name = "recorded_left_out",
+                .at_most = Verdict::does_not,
+                .condition =
+                    "Something recorded that is not in the equation explains more than 10 % of what is left over, "
+                    "and more than noise is left over",
+                .reason = "a smaller part of it does not matter to the motion",
+                .holds = [](const Evidence& of) { return leaves_out_recorded(of.fit, of.found); }},
     VerdictRule{.name = "biased",
                 .at_most = Verdict::does_not,
                 .condition = "Noise of the recorded channels biases a coefficient by more than two standard deviations "
@@ -93,17 +233,19 @@ constexpr std::array rules{
                 .holds = [](const Evidence& of) { return of.found.above_noise; }},
     VerdictRule{.name = "misses_motion",
                 .at_most = Verdict::in_part,
-                .condition = "The same at the frequencies at which the target is more than noise",
+                .condition =
+                    "More than twice that noise is left over at the frequencies at which the target is more than "
+                    "noise",
                 .reason = "noise of a displacement, derived twice, lies above them and hides what is missing there",
                 .holds = [](const Evidence& of) { return of.found.misses_motion; }},
     VerdictRule{.name = "shows_at_motion",
                 .at_most = Verdict::in_part,
-                .condition = "There a term shows that is not in the equation",
+                .condition = "At those frequencies a term shows that is not in the equation",
                 .reason = "noise shows as much of any of those tried in one record of 1000",
                 .holds = [](const Evidence& of) { return of.found.may_lack_at_motion && of.found.shows_at_motion; }},
     VerdictRule{.name = "may_lack",
                 .at_most = Verdict::in_part,
-                .condition = "There a term may be missing",
+                .condition = "At those frequencies a term may be missing",
                 .reason = "noise shows as much of that term in one record of 100",
                 .remedy = "Whether a term is missing: a longer record, or one with less noise, would tell.",
                 .holds = [](const Evidence& of) { return of.found.only_may_lack(); }},

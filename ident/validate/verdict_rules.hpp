@@ -19,6 +19,8 @@ struct Evidence {
   const JudgedFit& fit;
   Findings found;
   Agreement others;
+  /// One with more rows whose own equation by the same method does not describe it; null: none.
+  const RangeResult* larger = nullptr;
 };
 
 struct VerdictRule {
