@@ -117,6 +117,10 @@ Entry physics_entry(const RunResults& results, const ChosenEquation& chosen) {
   Entry entry{"which means", {}, 3};
   const bool means_something = chosen.fit != nullptr && chosen.fit->judgement.verdict != ident::Verdict::does_not;
   if (!means_something) return entry;
+  if (const auto& orbit = chosen.range->orbit)
+    entry.lines.push_back({fmt::format("{:.4g} Hz is the frequency of the motion; a natural frequency and a damping do "
+                                       "not follow from one closed orbit.",
+                                       orbit->hz)});
   Strings texts;
   for (const PhysicalTerm& term : physical_terms(chosen, results)) texts.push_back(to_text(term));
   if (!texts.empty()) entry.lines.push_back({joined(texts) + "."});

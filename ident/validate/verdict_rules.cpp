@@ -57,6 +57,19 @@ std::string larger_clause(const Evidence& of) {
                      static_cast<double>(num_rows(*of.larger)) / static_cast<double>(num_rows(of.range)));
 }
 
+bool is_orbit(const Evidence& of) {
+  return of.range.orbit.has_value();
+}
+
+std::string orbit_clause(const Evidence& of) {
+  const ClosedOrbit& orbit = *of.range.orbit;
+  return fmt::format(
+      "the record is one closed orbit at {:.4g} Hz: its {} spectral line{} above noise make{} {} "
+      "independent equations for {} candidates, and other equations fit them as well",
+      orbit.hz, orbit.num_lines, orbit.num_lines == 1 ? "" : "s", orbit.num_lines == 1 ? "s" : "",
+      orbit.num_equations(), orbit.num_candidates);
+}
+
 /// How far a sensor is off, in standard deviations of what was known of it beforehand.
 double deviations(const SensorEstimate& sensor) {
   return sensor.prior_std > 0.0 ? std::abs(sensor.mean) / sensor.prior_std : 0.0;
@@ -136,6 +149,17 @@ std::string apart_clause(const Evidence& of) {
 }
 
 constexpr std::array rules{
+    VerdictRule{.name = "one_closed_orbit",
+                .at_most = Verdict::undecided,
+                .condition = "The record is one closed orbit (a steady sine, a limit cycle) with fewer independent "
+                             "equations than candidates: two for each spectral line of the target above noise",
+                .reason = "a periodic motion has nothing between its lines, and of a sine x'' = -(2 pi f)^2 x holds "
+                          "whatever the machine is",
+                .remedy = "One closed orbit does not distinguish these candidates: record a sweep, a decay, or several "
+                          "amplitudes and frequencies beside it.",
+                .is_cause = true,
+                .holds = is_orbit,
+                .clause = orbit_clause},
     VerdictRule{
         .name = "larger_range",
         .at_most = Verdict::in_part,

@@ -571,6 +571,16 @@ TEST_CASE("coefficients of each recording are one equation where only friction d
   CHECK(of(result).verdict == Verdict::describes);
 }
 
+TEST_CASE("one closed orbit leaves every verdict undecided but that which fails", "[ident][judge][rules]") {
+  auto result = range("all", 1e-4, 1e-5);
+  result.orbit = ident::ClosedOrbit{.hz = 2.1, .num_lines = 1, .num_candidates = 12};
+  CHECK(of(result).verdict == Verdict::undecided);
+  CHECK_THAT(of(result).sentence, Catch::Contains("one closed orbit at 2.1 Hz: its 1 spectral line above noise makes 2 "
+                                                  "independent equations for 12 candidates"));
+  result.fits[0].free_run.nmse_centred = 0.5;
+  CHECK(of(result).verdict == Verdict::does_not);
+}
+
 TEST_CASE("every rule of the verdict says what it is about, once", "[ident][rules]") {
   std::vector<std::string_view> names;
   for (const ident::VerdictRule& rule : ident::verdict_rules()) {
