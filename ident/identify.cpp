@@ -122,6 +122,7 @@ RangeResult identify(const Range& range, std::vector<Columns>& recordings, const
   result.target << data.train, data.test;
   for (const Term& term : library.terms) result.terms.push_back(term.name);
   for (const Term& term : data.library.terms) result.labels.push_back(term.label());
+  result.orbit = closed_orbit(result.rows.train, recordings, data.terms);
   result.linear = linear_model(data, data.library, options);
   for (const MethodOptions& method : options.methods) {
     if (options.poll) options.poll();

@@ -17,6 +17,7 @@
 #include "ident/rows_of_terms.hpp"
 #include "ident/selection/ranked_models.hpp"
 #include "ident/sensors/absolute_gains.hpp"
+#include "ident/validate/closed_orbit.hpp"
 #include "ident/validate/closest_run.hpp"
 #include "ident/validate/findings.hpp"
 #include "ident/validate/independent_rows.hpp"
@@ -334,6 +335,32 @@ void judge_size(JudgedFit& judged, const CandidateLibrary& library, double nmse)
     fit.remarks.push_back(fmt::format("small enough to be an error of the model: {}", fmt::join(small, ", ")));
 }
 
+/// On one closed orbit with fewer equations than candidates: what is known of the coefficients beside all equations
+/// that fit it as well; nothing where any would.
+std::optional<VectorXd> judge_orbit(Fit& fit, const std::optional<ClosedOrbit>& orbit,
+                                    const std::vector<Index>& positions) {
+  if (!orbit || positions.empty()) return std::nullopt;
+  std::optional<VectorXd> stds = stds_of_orbit(*orbit, positions, fit.mean);
+  if (stds) return stds;
+  fit.covariance.setConstant(nan);
+  fit.covariance_weak.resize(0, 0);
+  fit.no_variance = fmt::format(
+      "the record is one closed orbit of {} independent equations, which as many terms with any coefficients fit",
+      orbit->num_equations());
+  return std::nullopt;
+}
+
+void widen(Model& model, const VectorXd& stds) {
+  VectorXd factors = VectorXd::Ones(stds.size());
+  for (Index i = 0; i < stds.size(); ++i) {
+    ModelTerm& term = model.terms[static_cast<std::size_t>(i)];
+    if (!(stds(i) > term.std)) continue;
+    factors(i) = stds(i) / term.std;
+    term.std = stds(i);
+  }
+  model.covariance = factors.asDiagonal() * model.covariance * factors.asDiagonal();
+}
+
 /// Candidates of all recordings that are not in a model, by any of its coefficients.
 std::vector<LeftOut> left_out(const Model& model, const RangeData& range, const CandidateLibrary& library) {
   std::vector<LeftOut> result;
@@ -403,6 +430,7 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
   name_undecided(judged.fit, library);
   Prediction train = predict(judged.fit, result.rows.train, recordings),
              test = predict(judged.fit, result.rows.test, recordings);
+  const std::optional<VectorXd> orbit_stds = judge_orbit(judged.fit, result.orbit, positions);
   if (weighed) judge_size(judged, library, nmse_centred(train.mean, range.train));
   if (!judged.fit.no_variance.empty())
     judged.fit.remarks.push_back("no standard deviations: " + judged.fit.no_variance);
@@ -411,6 +439,7 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
                                                      : robust_covariance_of(judged.fit, range, result.rows.train,
                                                                             recordings, range.train - train.mean));
   judge_sensors(judged, range, evidence, positions, train, test, result, recordings);
+  if (orbit_stds) widen(judged.model, *orbit_stds);
   judge_calibration(judged.model, result, recordings, library);
   const VectorXd residual = range.train - train.mean;
   const Columns& first = recordings[result.recording == 0 ? 0 : static_cast<std::size_t>(result.recording) - 1];

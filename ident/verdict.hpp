@@ -38,10 +38,13 @@ struct Explanation {
   std::vector<std::string> instead_of = {};
 };
 
+struct VerdictRule;  // validate/verdict_rules.hpp
+
 /// The one judgement of an equation: the verdict, the sentence that says it with what it rests on, and remarks on what
 /// a reader of its coefficients must know.
 struct Judgement {
   Verdict verdict = Verdict::undecided;
+  std::vector<const VerdictRule*> rules = {};  ///< that took it down; of verdict_rules(), which outlive everything
   std::optional<Cause> cause = {};        ///< nothing where there is nothing to explain, or a term is in doubt only
   std::optional<Explanation> named = {};  ///< what the cause is, where it has a name
   std::string sentence;

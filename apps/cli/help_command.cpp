@@ -76,8 +76,8 @@ Command help_command() {
           .group = help_group,
           .unused = {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}, {"--force"}, {"--threads"}},
           .options = {{"TOPIC", topic.get(),
-                       "config, sidecar, terms, methods, files, exit-codes, tutorial, method, validation, a command, "
-                       "or a key."}},
+                       "config, sidecar, terms, methods, verdict, files, exit-codes, tutorial, method, validation, a "
+                       "command, or a key."}},
           .run =
               [topic](const GlobalOptions&, Console& console) {
                 console.result(help_on(make_program(), *topic));

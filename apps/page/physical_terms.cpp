@@ -221,14 +221,16 @@ std::vector<PhysicalTerm> physical_terms(const ident::Model& model, const Matrix
   if (springs_back) {
     add(moved ? "natural frequency about it" : "natural frequency", "Hz",
         [&](const VectorXd& c) { return hertz(k(c)); });
-    if (has(r.damping))
-      add("damping ratio", "%", [&](const VectorXd& c) { return 50.0 * damping(c) / std::sqrt(k(c)); });
+    const Function ratio = [&](const VectorXd& c) { return 50.0 * damping(c) / std::sqrt(k(c)); };
+    if (has(r.damping)) add(ratio(mean) < 0.0 ? "negative damping ratio" : "damping ratio", "%", ratio);
   } else if (r.is_cubic && has(r.stiffness) && has(r.cubic) && k3(mean) > 0.0) {
     add("rest positions at plus and minus", x_unit, [&](const VectorXd& c) { return std::sqrt(-k(c) / k3(c)); });
     add("natural frequency about them", "Hz", [&](const VectorXd& c) { return hertz(-2.0 * k(c)); });
   }
+  const Function friction = [&](const VectorXd& c) { return r.per_mass(r.friction, c); };
   if (has(r.friction))
-    add("friction force per mass", x_unit + "/s^2", [&](const VectorXd& c) { return r.per_mass(r.friction, c); });
+    add(friction(mean) < 0.0 ? "negative friction force per mass" : "friction force per mass", x_unit + "/s^2",
+        friction);
   if (!has(r.cubic) || (!springs_back && !r.is_cubic)) return terms;
   const double bend = springs_back ? hardening(mean) : k3(mean);
   // A positive k3 beside a quadratic part that softens more is neither.

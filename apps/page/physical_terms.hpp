@@ -38,8 +38,8 @@ struct PhysicalContext {
 /// stiffness, at the amplitude A of x (0: left out; Nayfeh and Mook, Nonlinear Oscillations, 1979, Sec. 2.3). Negative
 /// k of a force that is a cubic: the rest positions sqrt(-k / k3) and the frequency sqrt(-2 k) / 2 pi about them. Where
 /// x does not come by 0, all of that at the position within its reach where the forces of x, and of 1, balance and pull
-/// back, which is a term then; nothing where there is none. What the equation does not have is not there; nothing where
-/// x has no unit.
+/// back, which is a term then; nothing where there is none. Damping and friction that feed
+/// energy are called negative. What the equation does not have is not there; nothing where x has no unit.
 [[nodiscard]] std::vector<PhysicalTerm> physical_terms(const ident::Model& model, const Eigen::MatrixXd& covariance,
                                                        const PhysicalContext& context);
 

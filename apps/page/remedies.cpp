@@ -13,6 +13,7 @@
 #include "ident/library/expression.hpp"
 #include "ident/percent.hpp"
 #include "ident/validate/findings.hpp"
+#include "ident/validate/verdict_rules.hpp"
 
 namespace apps {
 namespace {
@@ -157,8 +158,6 @@ Remedy with_explanation(const Config& config, const ident::Explanation& explanat
           with_terms(config, {explanation.what})};
 }
 
-constexpr const char* more_data = "a longer record, or one with less noise, would tell";
-
 /// A candidate that was not taken, because noise drowns it: in a narrower band there is less of that.
 Remedy with_less_noise(const ident::JudgedFit& fit, const ident::Explanation& candidate) {
   const std::string why = fmt::format(
@@ -168,18 +167,10 @@ Remedy with_less_noise(const ident::JudgedFit& fit, const ident::Explanation& ca
           {"[prepare]", fmt::format("cutoff_hz = {:.3g}", fit.noise.needed_hz)}};
 }
 
-/// What only more data decide, where nothing else is found that speaks against an equation.
-void add_doubts(const ident::RangeResult& range, const ident::JudgedFit& fit, std::vector<Remedy>& found) {
-  const ident::Judgement& judgement = fit.judgement;
-  if (judgement.verdict != ident::Verdict::in_part) return;
-  const ident::Findings findings = ident::findings_of(range, fit);
-  if (!judgement.cause)
-    found.push_back({fmt::format("Whether the equation needs {}: a record with other amplitudes, a longer one, or one "
-                                 "with less noise, would tell.",
-                                 fmt::join(findings.doubtful, " and ")),
-                     {}});
-  else if (*judgement.cause == ident::Cause::not_found && findings.only_may_lack())
-    found.push_back({fmt::format("Whether a term is missing: {}.", more_data), {}});
+/// Of the rules that took the verdict down.
+void add_rules(const ident::JudgedFit& fit, std::vector<Remedy>& found) {
+  for (const ident::VerdictRule* rule : fit.judgement.rules)
+    if (!rule->remedy.empty()) found.push_back({std::string(rule->remedy), {}});
 }
 
 /// What the judgement of an equation found, as settings of the config.
@@ -277,7 +268,7 @@ std::vector<Remedy> remedies(const RunResults& results) {
   add_uncorrected(results, found);
   if (const ChosenEquation chosen = chosen_equation(results.ranges); chosen.fit != nullptr) {
     add_cause(results, *chosen.range, *chosen.fit, found);
-    add_doubts(*chosen.range, *chosen.fit, found);
+    add_rules(*chosen.fit, found);
   } else if (!rests_on_the_ground(results))
     found.push_back({"No candidate explains more than noise does. Try more candidates; in the config:",
                      larger_library(results.config)});

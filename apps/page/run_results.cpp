@@ -44,7 +44,7 @@ bool base_at_rest(const dsp::Motion& signals) {
 std::vector<PhysicalTerm> physical_terms(const ChosenEquation& chosen, const RunResults& results) {
   const dsp::Prepared& prepared = results.inputs[chosen.range->rows.train.front().recording].prepared;
   const dsp::Signal* x = prepared.signals.find("x");
-  if (x == nullptr) return {};
+  if (x == nullptr || chosen.range->orbit) return {};
   const auto [lowest, highest] = extent_of_x(*chosen.range, results.columns);
   const PhysicalContext context{lowest, highest, x->unit, base_at_rest(prepared.signals)};
   const auto of = [&](const ident::Model& model) {

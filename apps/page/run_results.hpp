@@ -38,7 +38,8 @@ void chosen_equation(const ident::RangeResult&&) = delete;
 /// Whether nothing but the payload moves: y and dy are x and v, but for a constant.
 [[nodiscard]] bool base_at_rest(const dsp::Motion& signals);
 
-/// What the coefficients of a range's equation mean, with the uncertainty that they have in SI.
+/// What the coefficients of a range's equation mean, with the uncertainty that they have in SI. Nothing of one closed
+/// orbit with fewer equations than candidates: its frequency is the motion's, which a drive may set.
 [[nodiscard]] std::vector<PhysicalTerm> physical_terms(const ChosenEquation& chosen, const RunResults& results);
 
 /// "describes", "describes in part", ...

@@ -8,6 +8,7 @@
 #include "apps/reference/setting_reference.hpp"
 #include "dsp/signals.hpp"
 #include "ident/methods.hpp"
+#include "ident/validate/verdict_rules.hpp"
 
 namespace apps {
 namespace {
@@ -165,6 +166,29 @@ Page files_page() {
         {}}}};
 }
 
+Page verdict_page() {
+  const auto rules_for = [](ident::Verdict verdict, const char* heading) {
+    Section section{heading, "", {}, {}};
+    for (const ident::VerdictRule& rule : ident::verdict_rules())
+      if (rule.at_most == verdict)
+        section.entries.push_back({std::string(rule.name), fmt::format("{}: {}.", rule.condition, rule.reason),
+                                   std::string(rule.remedy)});
+    return section;
+  };
+  Section meaning{"",
+                  "describes: the free run follows x within 1 % of its power, beyond what noise makes; in part: within "
+                  "10 %; does not: worse, or it diverges; undecided: no free run decides. Each of these rules then "
+                  "takes the verdict down, at most to what stands above it.",
+                  {},
+                  {}};
+  return {"verdict",
+          "Whether an equation describes its record, and what takes the verdict down",
+          "",
+          {std::move(meaning), rules_for(ident::Verdict::in_part, "At best in part"),
+           rules_for(ident::Verdict::undecided, "Undecided at best"),
+           rules_for(ident::Verdict::does_not, "Does not describe")}};
+}
+
 Page exit_codes_page() {
   return {"exit-codes",
           "How a command ends",
@@ -179,7 +203,7 @@ Page exit_codes_page() {
 }
 
 std::vector<Page> topic_pages() {
-  return {config_page(), sidecar_page(), terms_page(), methods_page(), files_page(), exit_codes_page()};
+  return {config_page(), sidecar_page(), terms_page(), methods_page(), verdict_page(), files_page(), exit_codes_page()};
 }
 
 }  // namespace apps

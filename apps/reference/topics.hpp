@@ -15,9 +15,10 @@ namespace apps {
 [[nodiscard]] Page terms_page();
 [[nodiscard]] Page methods_page();
 [[nodiscard]] Page files_page();
+[[nodiscard]] Page verdict_page();
 [[nodiscard]] Page exit_codes_page();
 
-/// All topics: config, sidecar, terms, methods, files, exit-codes.
+/// All topics: config, sidecar, terms, methods, verdict, files, exit-codes.
 [[nodiscard]] std::vector<Page> topic_pages();
 
 }  // namespace apps

@@ -350,6 +350,30 @@ Fault no_motion(const std::string& recording, const std::vector<Channel>& channe
       std::move(lines));
 }
 
+std::optional<Fault> axes_question(const std::string& recording, const std::vector<Channel>& channels) {
+  const auto is_called = [&](std::string_view name) {
+    return std::any_of(channels.begin(), channels.end(), [&](const Channel& one) { return one.name == name; });
+  };
+  const bool has_others = std::any_of(channels.begin(), channels.end(), [](const Channel& one) {
+    return info_of(one.role).order >= 0 && one.name != "x" && one.name != "y";
+  });
+  if (!is_called("x") || !is_called("y") || has_others) return std::nullopt;
+  std::string lines = "schema = 1\n";
+  for (const Channel& channel : channels) {
+    const bool is_axis = channel.name == "y" || channel.name == "z";
+    lines += fmt::format("[[channel]]\nname = {}\nrole = \"{}\"{}\n", toml_quoted(channel.name),
+                         is_axis ? "other" : to_string(channel.role),
+                         channel.name == "x"   ? "  # or a, with unit = \"g\" and the like, of an accelerometer"
+                         : channel.name == "y" ? "  # or y, if it is the payload's own motion along the same axis as x"
+                                               : "");
+  }
+  return Fault(FaultKind::input, "channel.axes",
+               fmt::format("{}: x and y may be two axes of one body, or its motion relative to a base and its own. "
+                           "Found {} and no other motion; want to know what they are. For x as the motion, in {}:",
+                           recording, in_words(channels), sidecar_path(recording).string()),
+               std::move(lines));
+}
+
 std::vector<RoleGuess> guess_roles(const std::vector<ChannelSpec>& channels, const SourceInfo& info) {
   std::vector<RoleGuess> result(channels.size());
   std::vector<UnnamedRole> open;

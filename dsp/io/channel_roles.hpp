@@ -1,5 +1,6 @@
 #pragma once
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -48,6 +49,11 @@ struct RoleGuess {
 /// be of which; where they make one chain from the open channels, x, v and a are proposed along it.
 [[nodiscard]] Fault no_motion(const std::string& recording, const std::vector<Channel>& channels,
                               const std::vector<FoundDerivative>& derivatives = {});
+
+/// The question where nothing but their names, x and y, makes channels the relative motion and that of the payload,
+/// and no channel is another motion: as likely they are axes of one body in a plane. Fault channel.axes (input), with lines
+/// for a sidecar that keep x alone.
+[[nodiscard]] std::optional<Fault> axes_question(const std::string& recording, const std::vector<Channel>& channels);
 
 /// The same for channels of a file before anything is known of them.
 [[nodiscard]] std::vector<RoleGuess> guess_roles(const std::vector<ChannelSpec>& channels, const SourceInfo& info);

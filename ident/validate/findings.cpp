@@ -10,7 +10,6 @@ namespace ident {
 namespace {
 
 using dsp::nan;
-constexpr double follows_beyond_noise = 0.02;  // as `follows`, where more than noise is left over: a seventh
 // Where the noise of the channels makes less than this fraction of the residual, twice as much is something else.
 constexpr double mostly_noise = 0.5;
 constexpr double hardly_any = 0.1;  // of the residual's power: too little to be a cause
@@ -227,14 +226,6 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
   found.biased = biased_term(fit);
   found.doubtful = doubtful_terms(range, fit);
   return found;
-}
-
-Verdict Findings::verdict() const {
-  if (above_noise && by_run == Verdict::in_part &&
-      (std::isfinite(run_error) ? run_error : unexplained) > follows_beyond_noise)
-    return Verdict::does_not;
-  return by_run == Verdict::describes && (above_noise || misses_motion || may_lack_at_motion) ? Verdict::in_part
-                                                                                              : by_run;
 }
 
 bool Findings::only_may_lack() const {

@@ -35,8 +35,6 @@ struct Findings {
   /// this range to the same terms; of coefficients of each recording where all do.
   std::vector<std::string> doubtful;
   std::string biased;  ///< a term whose interval misses by noise of the regressors
-  /// The free run, taken down where more than noise is left over, in all or where the motion is.
-  [[nodiscard]] Verdict verdict() const;
   /// A term that may be missing at the frequencies of the motion is all that was found against it.
   [[nodiscard]] bool only_may_lack() const;
   /// The free run follows x, in part at least.

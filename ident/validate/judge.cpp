@@ -9,12 +9,12 @@
 
 #include "ident/percent.hpp"
 #include "ident/validate/findings.hpp"
+#include "ident/validate/range_agreement.hpp"
+#include "ident/validate/verdict_rules.hpp"
 
 namespace ident {
 namespace {
 
-constexpr double in_step = 0.02;  // power balance: a degree between v and a
-constexpr double matters = 0.05, same = 0.1;
 constexpr double collinear = 1e6;  // condition number of unit-norm columns
 constexpr double poorly_known_cov = 0.3;
 // Noise alone gives a p-value below this in one fit of twenty: no proof of structure, no clean bill either.
@@ -108,84 +108,6 @@ std::string residual_clause(const JudgedFit& fit, const Findings& found) {
   return text;
 }
 
-std::string energy_clause(const Findings& found) {
-  return found.keeps_energy ? "nothing in it drives the motion or damps it, and what does is not known" : std::string();
-}
-
-std::string doubt_clause(const std::vector<std::string>& terms) {
-  return fmt::format("{} may not belong in the equation: by noise alone the 95 % interval of {} includes zero",
-                     fmt::join(terms, " and "), terms.size() == 1 ? "its coefficient" : "each of their coefficients");
-}
-
-std::string power_clause(double balance) {
-  if (!std::isfinite(balance)) return {};
-  return std::abs(balance) <= in_step
-             ? fmt::format("the sensors are in step (power balance {:.1g})", std::abs(balance))
-             : fmt::format("velocity and acceleration are out of step (power balance {:.2g}), which reads as damping",
-                           std::abs(balance));
-}
-
-std::string carry_over_clause(const JudgedFit& fit, const Findings& found) {
-  if (!found.fitted_to_its_rows) return {};
-  return fmt::format("it does not carry over: NMSE {:.2g} on the test rows, {:.2g} on the training rows",
-                     fit.test.value, fit.train.value);
-}
-
-/// The equations of two ranges as they are beside one another: that of a recording, where one range is of it alone.
-std::pair<Model, Model> comparable(const RangeResult& a, const RangeResult& b, std::size_t method) {
-  const Model &one = a.fits[method].model, &other = b.fits[method].model;
-  if (own_coefficients(one).size() == own_coefficients(other).size() && a.recording == b.recording) return {one, other};
-  const int recording = std::max(a.recording, b.recording);
-  return {equation_of(one, recording), equation_of(other, recording)};
-}
-
-/// Terms that matter in one of two equations and are not the same in the other.
-std::vector<std::string> unlike(const RangeResult& a, const RangeResult& b, std::size_t method) {
-  std::vector<std::string> names;
-  const auto one_way = [&](const RangeResult& one, const RangeResult& other) {
-    const double bar = matters * one.target.cwiseAbs().maxCoeff();
-    const auto [model, other_model] = comparable(one, other, method);
-    const auto& others = other_model.terms;
-    for (const ModelTerm& term : model.terms) {
-      if (std::abs(term.mean) * term.scale < bar) continue;
-      const auto twin = std::find_if(others.begin(), others.end(), [&](const auto& t) { return t.name == term.name; });
-      const bool alike = twin != others.end() && std::abs(twin->mean - term.mean) <= same * std::abs(term.mean);
-      if (!alike && std::find(names.begin(), names.end(), term.name) == names.end()) names.push_back(term.name);
-    }
-  };
-  one_way(a, b);
-  one_way(b, a);
-  return names;
-}
-
-/// Ranges that share no samples are the ones whose agreement says something: mixed holds low and high, all recordings
-/// hold each.
-bool apart(const RangeResult& a, const RangeResult& b) {
-  return (a.recording == 0) == (b.recording == 0) && a.regime != dsp::RegimeSet::mixed() &&
-         b.regime != dsp::RegimeSet::mixed();
-}
-
-struct Agreement {
-  bool other = false;  // some range has another equation
-  std::string clause;
-};
-
-Agreement agreement(const std::vector<RangeResult>& ranges, std::size_t range, std::size_t method) {
-  std::vector<std::string> agree, disagree;
-  for (std::size_t other = 0; other < ranges.size(); ++other) {
-    if (other == range || !apart(ranges[range], ranges[other]) || ranges[other].fits[method].model.terms.empty())
-      continue;
-    const auto names = unlike(ranges[range], ranges[other], method);
-    if (names.empty())
-      agree.push_back(ranges[other].spec.name);
-    else
-      disagree.push_back(fmt::format("{} has another {}", ranges[other].spec.name, fmt::join(names, ", ")));
-  }
-  if (!disagree.empty()) return {true, fmt::format("{}", fmt::join(disagree, ", "))};
-  if (agree.empty()) return {};
-  return {false, fmt::format("{} agree{} within 10 %", fmt::join(agree, " and "), agree.size() == 1 ? "s" : "")};
-}
-
 const char* opening(Verdict verdict) {
   switch (verdict) {
     case Verdict::describes:
@@ -269,45 +191,42 @@ Judgement judgement_of_none(const RangeResult& range, const JudgedFit& fit) {
     text += "; something that is not among them drives the motion: an input or a further moving part";
   if (has_wide_band(fit.noise))
     text += fmt::format("; above {:.3g} Hz {} is noise: lower cutoff_hz", fit.noise.needed_hz, fit.model.target);
-  return {Verdict::does_not, why.cause, why.explanation, text + ".", {}};
+  return {.verdict = Verdict::does_not, .cause = why.cause, .named = why.explanation, .sentence = text + "."};
 }
 
-Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range, std::size_t method) {
+/// What takes the verdict of the free run down, and what all rules have to say.
+void apply_rules(const Evidence& of, Judgement& result, std::vector<std::string>& clauses) {
+  std::ptrdiff_t num_causes = 0;
+  for (const VerdictRule& rule : verdict_rules()) {
+    const bool lowers = preference(rule.at_most) < preference(of.found.by_run) && rule.holds(of) &&
+                        (!rule.only_alone || result.rules.empty());
+    if (lowers) {
+      result.rules.push_back(&rule);
+      if (preference(rule.at_most) < preference(result.verdict)) result.verdict = rule.at_most;
+    }
+    if (rule.clause != nullptr && rule.is_cause && lowers)
+      clauses.insert(clauses.begin() + num_causes++, rule.clause(of));
+    else if (rule.clause != nullptr && !rule.is_cause)
+      clauses.push_back(rule.clause(of));
+  }
+}
+
+Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range, std::size_t method,
+                       const RangeResult* larger = nullptr) {
   const JudgedFit& fit = ranges[range].fits[method];
   if (fit.model.terms.empty()) return judgement_of_none(ranges[range], fit);
-  const Findings found = findings_of(ranges[range], fit);
-  Judgement result{.verdict = found.verdict()};
-  if (leaves_out_recorded(fit, found) || !found.biased.empty() || imitates(fit) || lacks_form(fit, found))
-    result.verdict = Verdict::does_not;
-  const bool left_over = found.unexplained > matters_to_power;
-  if (result.verdict == Verdict::undecided && left_over) result.verdict = Verdict::does_not;
-
-  const bool converged = fit.fit.status == FitStatus::converged;
-  const double balance = ranges[range].power_balance;
-  const bool out_of_step = std::isfinite(balance) && std::abs(balance) > in_step;
-  const Agreement others = agreement(ranges, range, method);
-  if (result.verdict == Verdict::describes &&
-      (!converged || left_over || found.fitted_to_its_rows || found.keeps_energy || out_of_step || others.other ||
-       lacks_better(fit, found)))
-    result.verdict = Verdict::in_part;
-  const bool only_doubtful = result.verdict == Verdict::describes && !found.doubtful.empty();
-  if (only_doubtful) result.verdict = Verdict::in_part;
-
-  std::vector<std::string> clauses{free_run_clause(fit.free_run, found),
-                                   residual_clause(fit, found),
-                                   carry_over_clause(fit, found),
-                                   energy_clause(found),
-                                   power_clause(balance),
-                                   others.clause};
-  if (!converged) clauses.push_back(fmt::format("the fit ended as {}", to_string(fit.fit.status)));
-  if (only_doubtful) {
-    clauses.push_back(doubt_clause(found.doubtful));
-  } else if (result.verdict == Verdict::in_part || result.verdict == Verdict::does_not) {
-    const NamedCause why = cause_of(ranges[range], fit, found);
+  const Evidence of{ranges[range], fit, findings_of(ranges[range], fit), agreement(ranges, range, method), larger};
+  Judgement result{.verdict = of.found.by_run};
+  std::vector<std::string> clauses{free_run_clause(fit.free_run, of.found), residual_clause(fit, of.found)};
+  apply_rules(of, result, clauses);
+  const bool is_said = of.found.by_run == Verdict::describes &&
+                       std::all_of(result.rules.begin(), result.rules.end(), [](auto* rule) { return rule->is_cause; });
+  if (!is_said && (result.verdict == Verdict::in_part || result.verdict == Verdict::does_not)) {
+    const NamedCause why = cause_of(ranges[range], fit, of.found);
     result.cause = why.cause;
     result.named = why.explanation;
     if (result.verdict == Verdict::does_not || why.cause != Cause::not_found)
-      clauses.push_back(cause_clause(fit, found, why));
+      clauses.push_back(cause_clause(fit, of.found, why));
   }
   std::erase_if(clauses, [](const std::string& clause) { return clause.empty(); });
   result.sentence = fmt::format("{}: {}.", opening(result.verdict), fmt::join(clauses, "; "));
@@ -316,26 +235,26 @@ Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range
   return result;
 }
 
+/// The range with most rows, where it has more than this one and its own equation does not describe it.
+const RangeResult* larger_failure(const std::vector<RangeResult>& ranges, std::size_t range, std::size_t method) {
+  const auto size = [](const RangeResult& one) { return one.rows.train.size() + one.rows.test.size(); };
+  const auto most = std::max_element(ranges.begin(), ranges.end(),
+                                     [&](const RangeResult& a, const RangeResult& b) { return size(a) < size(b); });
+  const bool fails = size(*most) > size(ranges[range]) && method < most->fits.size() &&
+                     most->fits[method].judgement.verdict == Verdict::does_not;
+  return fails ? &*most : nullptr;
+}
+
 }  // namespace
 
 void judge(std::vector<RangeResult>& ranges) {
   for (std::size_t range = 0; range < ranges.size(); ++range)
     for (std::size_t method = 0; method < ranges[range].fits.size(); ++method)
       ranges[range].fits[method].judgement = judgement_of(ranges, range, method);
-}
-
-int preference(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::describes:
-      return 3;
-    case Verdict::in_part:
-      return 2;
-    case Verdict::undecided:
-      return 1;
-    case Verdict::does_not:
-      break;
-  }
-  return 0;
+  for (std::size_t range = 0; range < ranges.size(); ++range)
+    for (std::size_t method = 0; method < ranges[range].fits.size(); ++method)
+      if (const RangeResult* larger = larger_failure(ranges, range, method))
+        ranges[range].fits[method].judgement = judgement_of(ranges, range, method, larger);
 }
 
 std::size_t chosen_method(const RangeResult& range) {

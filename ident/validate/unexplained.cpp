@@ -121,7 +121,7 @@ std::vector<Probe> form_probes(const std::string& target, const std::vector<std:
   if (motion.find("x") == nullptr || motion.find("v") == nullptr) return result;
   if (!has_sign(terms, "v") && !has_sign(terms, "dy"))
     result.push_back(probe_of("sgn(v)", Cause::missing_term, false, target));
-  for (const char* text : {"x", "v", "x^2", "x*v", "v^2", "x^3", "x^2*v", "x*v^2", "v^3"})
+  for (const char* text : {"x", "v", "x^2", "x*v", "v^2", "x^3", "x^2*v", "x*v^2", "v^3", "abs(v)*v"})
     if (std::find(terms.begin(), terms.end(), text) == terms.end())
       result.push_back(probe_of(text, Cause::missing_term, false, target));
   if (motion.find("z") != nullptr) return result;

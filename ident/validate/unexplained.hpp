@@ -23,7 +23,7 @@ struct Explanations {
   /// this one in place of it (switch_variable).
   std::optional<Explanation> recorded;
   /// Of what springs, dampers and friction are commonly made of, what is no candidate (missing_term): sgn(v), x and v
-  /// with their products up to the third degree, and a spring in series with a slider (hysteresis).
+  /// with their products up to the third degree, abs(v)*v, and a spring in series with a slider (hysteresis).
   std::optional<Explanation> form;
   /// One of these forms with which equations of kept terms are better: of all equations of kept terms and it, by the
   /// score of Selection::evidence (ranked_models), the best has it, by odds of 150 for it to belong. Where the best is

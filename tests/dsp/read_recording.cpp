@@ -547,7 +547,7 @@ TEST_CASE("a recording larger than the memory allowed is refused before it is re
 TEST_CASE("frames held until a late channel begins count with what is taken beside the reader",
           "[dsp][read_recording]") {
   const Scratch scratch;
-  std::string text = "t,x,y\n";
+  std::string text = "t,x,f\n";
   for (int i = 0; i < 1000; ++i)
     text += fmt::format("{:.2f},{},{}\n", 0.01 * i, i % 7, i < 700 ? "NaN" : std::to_string(i % 5));
   const auto file = scratch.file("late.csv", text);
@@ -560,6 +560,29 @@ TEST_CASE("frames held until a late channel begins count with what is taken besi
     else
       check_fault([&] { (void)reader.read(block, 2000); }, FaultKind::numerics, "memory.limit", {"late.csv", "0.1 MB"});
   }
+}
+
+TEST_CASE("x and y by nothing but their names are a question, and its lines answer it", "[dsp][read_recording]") {
+  const Scratch scratch;
+  const std::string rows = "0,0.43,0.12\n0.01,0.43,0.12\n0.02,0.42,0.12\n";
+  const auto file = scratch.file("plane.csv", "t,x,y\n" + rows);
+  std::string lines;
+  try {
+    (void)dsp::read_recording(file);
+  } catch (const dsp::Fault& fault) {
+    CHECK(fault.name() == "channel.axes");
+    CHECK(fault.kind() == FaultKind::input);
+    CHECK_THAT(fault.what(), Catch::Contains("two axes of one body") && Catch::Contains("plane.csv.toml"));
+    lines = fault.lines();
+  }
+  scratch.file("plane.csv.toml", lines);
+  const dsp::Recording read = dsp::read_recording(file);
+  CHECK(read.channels[0].role == dsp::Role::x);
+  CHECK(read.channels[1].role == dsp::Role::other);
+  // A base beside them, or a person who says so, leaves nothing to ask.
+  CHECK_NOTHROW(dsp::read_recording(scratch.file("rig.csv", "t,x,y,ddr\n0,1,2,3\n0.01,2,3,4\n0.02,2,3,4\n")));
+  const auto used = scratch.file("used.csv", "t,x,y\n" + rows);
+  CHECK_NOTHROW(dsp::read_recording(used, {.use = {{"y", "y"}}}));
 }
 
 TEST_CASE("a drafted sidecar holds what is known, leaves out what is not, and can be read", "[dsp][read_recording]") {

@@ -85,7 +85,7 @@ TEST_CASE("options of one name before and after the command add up, and lists ta
 
 TEST_CASE("topics and keys are explained", "[apps][help]") {
   const Scratch folder;
-  for (const char* topic : {"config", "sidecar", "terms", "methods", "files", "exit-codes"})
+  for (const char* topic : {"config", "sidecar", "terms", "methods", "verdict", "files", "exit-codes"})
     expect(folder, std::string("$ARDENT help ") + topic, 0, {std::string(topic) + ": "});
   expect(folder, "$ARDENT help", 0, {"cutoff_hz", "sidecar", "predict", "tutorial", "method", "validation"});
   for (const std::string guide : {"tutorial", "method", "validation"})

@@ -230,6 +230,10 @@ TEST_CASE("of many recordings, ranges and methods the first screen says what the
         "1 other reasons, 0 s (ends of the record).", "low: fitted to 3 s, tested on 1 s that were not fitted."})
     CHECK_THAT(text, Catch::Contains(piece));
   CHECK_THAT(text, !Catch::Contains("were fitted, with"));
+  CHECK_THAT(text, Catch::Contains("trust: This equation describes the record."));
+  many.ranges[1].rows.test.resize(9 * many.ranges[0].rows.train.size());
+  CHECK_THAT(many.screen(), Catch::Contains("trust: This is the equation of range low alone; range high, with"));
+  CHECK_THAT(many.screen(), Catch::Contains("times as many rows, has the verdict \"describes in part\". This equation"));
 
   many.ranges.resize(1);
   many.ranges[0].fits.resize(1);

@@ -62,18 +62,26 @@ TEST_CASE("where only doubt speaks against an equation, more data are proposed",
   fit.model.target = "a";
   fit.model.terms = {{.name = "x", .mean = -50.0, .std_noise = 0.1}, {.name = "v", .mean = -0.8, .std_noise = 1.0}};
   fit.judgement.verdict = ident::Verdict::in_part;
-  CHECK(proposed(fit) ==
-        "Whether the equation needs v: a record with other amplitudes, a longer one, or one with less noise, would "
-        "tell.\n");
-  fit.judgement.cause = ident::Cause::not_found;
-  CHECK(proposed(fit).empty());
-  fit.explanations.may_lack_at_motion = true;
+  const auto judged_again = [&] {
+    std::vector<ident::RangeResult> ranges(1);
+    ranges[0].fits.push_back(fit);
+    ident::judge(ranges);
+    return ranges[0].fits[0];
+  };
+  fit.free_run.applies = true;
   fit.free_run.nmse_centred = 1e-4;
-  CHECK(proposed(fit) == "Whether a term is missing: a longer record, or one with less noise, would tell.\n");
+  CHECK(proposed(judged_again()) ==
+        "Whether that term belongs in the equation: a record with other amplitudes, a longer one, or one with less "
+        "noise, would tell.\n");
+  fit.model.terms[1].std_noise = 0.01;
+  CHECK(proposed(judged_again()).empty());
+  fit.explanations.may_lack_at_motion = true;
+  CHECK(proposed(judged_again()) == "Whether a term is missing: a longer record, or one with less noise, would tell.\n");
   fit.noise.residual_power = 1.0, fit.noise.residual_std = 0.1;  // more is left over than noise, and than matters
   fit.train_centred.value = 0.01;
-  CHECK(proposed(fit).empty());
+  CHECK(proposed(judged_again()).empty());
   fit.noise = {};
+  fit.judgement.verdict = ident::Verdict::in_part;
   fit.judgement.cause = ident::Cause::noise;
   CHECK(proposed(fit).empty());
   fit.judgement = {.verdict = ident::Verdict::describes};

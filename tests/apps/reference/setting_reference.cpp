@@ -71,6 +71,11 @@ TEST_CASE("what is printed of a key is what its reader applies", "[apps][referen
     CHECK_THAT(sidecar, Catch::Contains(piece));
 }
 
+TEST_CASE("docs/method.md has the rules of the verdict as the program has them", "[apps][reference]") {
+  INFO("to mend: the section 'verdict' of ardent help reference, a level deeper, into docs/method.md");
+  CHECK_THAT(bytes_of(ARDENT_DOCS "/method.md"), Catch::Contains(to_markdown(apps::verdict_page(), 3)));
+}
+
 TEST_CASE("docs/reference.md is what the program prints", "[apps][reference]") {
   const Scratch folder;
   const auto printed = expect(folder, "$ARDENT help reference", 0, {});

@@ -1,5 +1,6 @@
 #include "ident/validate/judge.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -462,12 +463,12 @@ TEST_CASE("the chosen fit has the best verdict", "[ident][judge]") {
   CHECK_FALSE(ident::chosen_fit({}).has_value());
   std::vector<ident::RangeResult> ranges{range("mixed", 0.5, 1e-3), range("low", 0.05, 1e-3),
                                          range("high", 1e-4, 1e-5)};
-  ranges[0].rows.train.resize(100);
   const auto chosen = [&] {
     ident::judge(ranges);
     return ident::chosen_fit(ranges)->range;
   };
   CHECK(chosen() == 2);
+  ranges[0].rows.train.resize(100);
   ranges[2].fits[0].free_run.nmse_centred = ranges[1].fits[0].free_run.nmse_centred = 0.5;
   CHECK(chosen() == 0);  // no range's equation describes it: the one with the most rows
   ranges[0].fits[0].free_run.applies = false;
@@ -492,4 +493,103 @@ TEST_CASE("fast_rvm speaks for a range, and among equal verdicts the range with 
   CHECK(ident::chosen_method(first) == 1);
   first.fits[1].model.terms.clear();
   CHECK(ident::chosen_method(first) == 0);
+}
+
+TEST_CASE("a sensor that the fit has further off than anyone can believe takes the yes away", "[ident][judge][rules]") {
+  auto result = range("low", 1e-4, 5e-3);
+  result.fits[0].sensors = {{"drift of x", "m", 1e-3, 2e-3, 1e-5}, {"relative gain of base", "1", 0.01, -0.039, 1e-3}};
+  CHECK(of(result).verdict == Verdict::describes);
+  result.fits[0].sensors[1].mean = -0.54;
+  CHECK(of(result).verdict == Verdict::in_part);
+  CHECK_THAT(of(result).sentence,
+             Catch::StartsWith("This equation describes the record in part: the fit has the relative gain of base "
+                               "-0.54 off, 54 standard deviations of what is known of it"));
+  CHECK_FALSE(of(result).cause.has_value());
+}
+
+TEST_CASE("friction that feeds a motion takes the yes away, damping only where nothing excites itself",
+          "[ident][judge][rules]") {
+  auto result = range("low", 1e-4, 5e-3);
+  ident::JudgedFit& fit = result.fits[0];
+  fit.model.terms.push_back({.name = "x^2*v", .mean = 0.3, .std = 0.01, .scale = 0.1});
+  CHECK(of(result).verdict == Verdict::in_part);  // of a driven one
+  CHECK_THAT(of(result).sentence, Catch::Contains("x^2*v feeds energy to the motion, and v takes it"));
+  fit.free_run.alone = true, fit.free_run.nmse_training = 1e-4;
+  result.crests = {{1.0, 1.01, 0.99, 1.0, 1.01, 0.99, 1.0, 1.01, 0.99, 1.0}};
+  CHECK(of(result).verdict == Verdict::describes);  // a limit cycle
+  result.crests = {{1.0, 0.8, 0.63, 0.51, 0.41, 0.33, 0.265, 0.212}};
+  CHECK(of(result).verdict == Verdict::in_part);
+  result.crests.clear();
+  fit.model.terms.back().name = "sgn(v)";
+  CHECK(of(result).verdict == Verdict::in_part);
+  CHECK_THAT(of(result).sentence, Catch::Contains("sgn(v) feeds energy"));
+  fit.model.terms.back().mean = -0.3;
+  CHECK(of(result).verdict == Verdict::describes);
+}
+
+TEST_CASE("an amplitude that falls where no term takes energy is said with its loss per cycle",
+          "[ident][judge][rules]") {
+  auto result = range("low", 1e-4, 5e-3);
+  ident::JudgedFit& fit = result.fits[0];
+  fit.free_run.alone = true, fit.free_run.nmse_training = 1e-4;
+  result.crests = {{}};
+  for (int i = 0; i < 20; ++i) result.crests[0].push_back(std::pow(0.95, i) * (1.0 + 1e-3 * std::cos(2.0 * i)));
+  CHECK(of(result).verdict == Verdict::describes);
+  fit.model.terms[1].name = "x*v";
+  CHECK(of(result).verdict == Verdict::in_part);
+  CHECK_THAT(of(result).sentence, Catch::Contains("the amplitude falls by 5 +- 0.00") &&
+                                      Catch::Contains("% a cycle, and no term of the equation takes energy"));
+  fit.model.terms[1].name = "z";  // an inner state may
+  CHECK(of(result).verdict == Verdict::describes);
+}
+
+TEST_CASE("a range that flatters is said to be smaller than one that no equation describes", "[ident][judge][rules]") {
+  const auto low = range("low", 1e-4, 1e-5);
+  auto mixed = range("mixed", 0.5, 0.05);
+  CHECK(of({low, mixed}).verdict == Verdict::describes);  // as many rows
+  mixed.rows.train.resize(30);
+  CHECK(of({low, mixed}).verdict == Verdict::in_part);
+  CHECK_THAT(of({low, mixed}).sentence,
+             Catch::StartsWith("This equation describes the record in part: range mixed, with 8 times as many rows, is "
+                               "not described by its equation"));
+  mixed.fits[0].free_run.nmse_centred = 1e-4;
+  CHECK(of({low, mixed}).verdict == Verdict::describes);
+}
+
+TEST_CASE("coefficients of each recording are one equation where only friction differs", "[ident][judge][rules]") {
+  auto result = range("all", 1e-4, 5e-3);
+  std::vector<ident::ModelTerm>& terms = result.fits[0].model.terms;
+  terms = {{.name = "x", .mean = -940.0, .std = 1.0, .scale = 0.02, .recording = 1, .recording_name = "a"},
+           {.name = "x", .mean = -1930.0, .std = 1.0, .scale = 0.02, .recording = 2, .recording_name = "b"},
+           {.name = "v", .mean = -0.8, .std = 0.01, .scale = 0.2}};
+  CHECK(of(result).verdict == Verdict::in_part);
+  CHECK_THAT(of(result).sentence, Catch::Contains("x is -1930 in b and -940 in a"));
+  terms[1].mean = -1000.0;
+  CHECK(of(result).verdict == Verdict::describes);
+  terms[1].mean = -1930.0;
+  terms[0].name = terms[1].name = "sgn(v)";
+  CHECK(of(result).verdict == Verdict::describes);
+}
+
+TEST_CASE("one closed orbit leaves every verdict undecided but that which fails", "[ident][judge][rules]") {
+  auto result = range("all", 1e-4, 1e-5);
+  result.orbit = ident::ClosedOrbit{.hz = 2.1, .num_lines = 1, .num_candidates = 12};
+  CHECK(of(result).verdict == Verdict::undecided);
+  CHECK_THAT(of(result).sentence, Catch::Contains("one closed orbit at 2.1 Hz: its 1 spectral line above noise makes 2 "
+                                                  "independent equations for 12 candidates"));
+  result.fits[0].free_run.nmse_centred = 0.5;
+  CHECK(of(result).verdict == Verdict::does_not);
+}
+
+TEST_CASE("every rule of the verdict says what it is about, once", "[ident][rules]") {
+  std::vector<std::string_view> names;
+  for (const ident::VerdictRule& rule : ident::verdict_rules()) {
+    CAPTURE(rule.name);
+    CHECK(rule.holds != nullptr);
+    CHECK(rule.at_most != Verdict::describes);
+    CHECK_FALSE((rule.condition.empty() || rule.reason.empty()));
+    CHECK((!rule.is_cause || (rule.clause != nullptr && !rule.remedy.empty())));
+    CHECK(std::count(names.begin(), names.end(), rule.name) == 0);
+    names.push_back(rule.name);
+  }
 }
