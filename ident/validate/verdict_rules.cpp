@@ -105,9 +105,16 @@ bool falls(const Evidence& of) {
   return of.fit.free_run.alone && loss && loss->falls();
 }
 
+/// Crests of some stretch fall to half. What excites itself falls to its limit cycle only, and few begin so far above.
+bool halves(const Crests& crests) {
+  return std::any_of(crests.begin(), crests.end(), [](const std::vector<double>& stretch) {
+    return !stretch.empty() && stretch.back() < 0.5 * stretch.front();
+  });
+}
+
 bool is_fed(const Evidence& of) {
   const EnergyTerms energy = energy_terms(of.fit.model);
-  return energy.friction_feeds || (!energy.feed.empty() && (!of.fit.free_run.alone || falls(of)));
+  return energy.friction_feeds || (!energy.feed.empty() && (!of.fit.free_run.alone || halves(of.range.crests)));
 }
 
 std::string fed_clause(const Evidence& of) {
@@ -182,7 +189,7 @@ constexpr std::array rules{
     VerdictRule{.name = "feeds_energy",
                 .at_most = Verdict::in_part,
                 .condition = "Dry friction feeds energy to the motion, or any damping does in a motion that is driven "
-                             "or falls, by more than its 95 % interval",
+                             "or falls to half, by more than its 95 % interval",
                 .reason = "what is passive takes energy; only self-excited motion is fed by its damping",
                 .remedy = "Friction and damping of opposite signs imitate another law of the speed: add candidates "
                           "such as abs(v)*v to [library] terms, or leave the doubtful ones out.",

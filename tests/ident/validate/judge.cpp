@@ -517,6 +517,8 @@ TEST_CASE("friction that feeds a motion takes the yes away, damping only where n
   fit.free_run.alone = true, fit.free_run.nmse_training = 1e-4;
   result.crests = {{1.0, 1.01, 0.99, 1.0, 1.01, 0.99, 1.0, 1.01, 0.99, 1.0}};
   CHECK(of(result).verdict == Verdict::describes);  // a limit cycle
+  result.crests = {{1.2, 1.1, 1.05, 1.02, 1.01, 1.005, 1.003, 1.001, 1.0}};
+  CHECK(of(result).verdict == Verdict::describes);  // and the way to it from above
   result.crests = {{1.0, 0.8, 0.63, 0.51, 0.41, 0.33, 0.265, 0.212}};
   CHECK(of(result).verdict == Verdict::in_part);
   result.crests.clear();
