@@ -137,8 +137,6 @@ TEST_CASE("a record becomes a run folder with everything in it", "[apps][end_to_
                           "terms",
                           "mean",
                           "std",
-                          "std_si",
-                          "std_robust",
                           "cov",
                           "unit",
                           "scale",
