@@ -1,13 +1,17 @@
 #include "ident/identify.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 
 #include "dsp/for_each_index.hpp"
 #include "dsp/memory_limit.hpp"
+#include "ident/interval_95.hpp"
 #include "ident/judged_fit.hpp"
 #include "ident/methods.hpp"
 #include "ident/settle_columns.hpp"
@@ -75,6 +79,54 @@ std::vector<Columns> columns_for(const Range& range, const std::vector<Columns>&
     own.push_back(range.covers(r) ? with_own_switches(recordings[r])
                                   : Columns{.name = recordings[r].name, .signals = recordings[r].signals});
   return own;
+}
+
+/// The zero of x where a fit has it further off than what is known of it allows by noise alone; null: nowhere.
+const SensorEstimate* far_zero(const RangeResult& result) {
+  if (result.fits.empty()) return nullptr;
+  const std::vector<SensorEstimate>& sensors = result.fits.front().sensors;
+  const auto far = std::find_if(sensors.begin(), sensors.end(), [](const SensorEstimate& one) {
+    return one.name.ends_with("zero of x") && std::abs(one.mean) > interval_95 * one.prior_std;
+  });
+  return far == sensors.end() ? nullptr : &*far;
+}
+
+/// Of the free run of the first method, or of its predicted target where either result has none.
+std::pair<double, double> held_out_errors(const RangeResult& a, const RangeResult& b) {
+  const JudgedFit &one = a.fits.front(), &other = b.fits.front();
+  const auto error = [](const JudgedFit& fit) {
+    const double run = fit.free_run.larger_nmse();
+    return std::isfinite(run) ? run : std::numeric_limits<double>::infinity();
+  };
+  const std::pair<double, double> of_runs{error(one), error(other)};
+  return std::isfinite(std::min(of_runs.first, of_runs.second))
+             ? of_runs
+             : std::pair{one.test_centred.value, other.test_centred.value};
+}
+
+/// A zero of x that is far off does what a term of even degree does, or what such a term would do is taken for it: the
+/// reading that comes closer to the rows which were not fitted is kept, and the other one is named.
+RangeResult with_better_zero(const Range& range, const std::vector<Columns>& recordings,
+                             const CandidateLibrary& library, const IdentifyOptions& options) {
+  std::vector<Columns> own = columns_for(range, recordings);
+  RangeResult found = identify(range, own, library, options);
+  const SensorEstimate* const zero = far_zero(found);
+  if (zero == nullptr) return found;
+  own = columns_for(range, recordings);
+  for (Columns& columns : own)
+    std::erase_if(columns.sensors, [](const SensorParameter& one) { return one.coordinate == Coordinate::zero_of_x; });
+  RangeResult as_taken = identify(range, own, library, options);
+  const auto [error, error_as_taken] = held_out_errors(found, as_taken);
+  const bool moves = !(error_as_taken < error);
+  const std::string remark = fmt::format(
+      "two readings: x = 0 is {:.3g} {} from where it was taken to be, {:.2g} standard deviations of what is known of "
+      "it, or it is there and {}. On what was not fitted the first has an NMSE of {:.2g}, the second of {:.2g}: the {} "
+      "was kept",
+      -zero->mean, zero->unit, std::abs(zero->mean) / zero->prior_std, to_text(as_taken.fits.front().model), error,
+      error_as_taken, moves ? "first" : "second");
+  RangeResult& kept = moves ? found : as_taken;
+  for (JudgedFit& fit : kept.fits) fit.fit.remarks.push_back(remark);
+  return std::move(kept);
 }
 
 /// What the largest of the ranges takes while it is at work.
@@ -157,10 +209,9 @@ std::vector<RangeResult> identify(const std::vector<Range>& ranges, const std::v
   dsp::for_each_index(ranges.size(), together, [&](std::size_t k) {
     const std::size_t i = order[k];
     if (together == 1) begin(i);
-    std::vector<Columns> own = columns_for(ranges[i], recordings);
     IdentifyOptions of_one = options;  // threads that find no further range help the last ones
     of_one.num_threads = options.num_threads / std::min(together, static_cast<int>(ranges.size() - k));
-    results[i] = identify(ranges[i], own, library, of_one);
+    results[i] = with_better_zero(ranges[i], recordings, library, of_one);
     if (together == 1) end(i);
   });
   for (std::size_t i = 0; i < ranges.size() && together > 1; ++i) begin(i), end(i);

@@ -224,6 +224,9 @@ JointFit fit_jointly(const Joint& joint, const JointRecords& records, const Meth
   JointFit result;
   result.fit = fitted(merge(records.factors), records.terms);
   result.model = model_of(result.fit);
+  for (const RecordFactors* record : joint.records)
+    result.model.coordinates.insert(result.model.coordinates.end(), record->coordinates.begin(),
+                                    record->coordinates.end());
   const std::vector<RFactor> but_each = merged_but_each(records.factors);
   for (std::size_t i = 0; i < records.factors.size(); ++i) {
     if (joint.poll) joint.poll();

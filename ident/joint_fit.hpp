@@ -30,9 +30,11 @@ struct RecordFactors {
   double rate_hz = 0.0, band_hz = 0.0;  ///< of the rows; where the columns' pass band ends, 0: no filter
   bool calibrated = true;
   std::optional<double> stated_zero_m = {};  ///< of x, where a person stated what was subtracted from it
-  std::vector<FactorTerm> terms;             ///< candidates that the rows can tell apart
-  RFactor white, evidence;                   ///< as of RangeFactors; each of `terms` and the target
-  EffectiveSize size = {};                   ///< of the rows as evidence; num_rows 0: not known
+  std::vector<Coordinates> coordinates =
+      {};                         ///< those of the record's own equation; x is about these in all of `terms`
+  std::vector<FactorTerm> terms;  ///< candidates that the rows can tell apart
+  RFactor white, evidence;        ///< as of RangeFactors; each of `terms` and the target
+  EffectiveSize size = {};        ///< of the rows as evidence; num_rows 0: not known
   std::vector<FactorBlock> blocks;
   [[nodiscard]] Eigen::Index num_rows() const { return white.num_samples; }
 };
@@ -52,7 +54,7 @@ struct RecordCheck {
 /// One method on all records.
 struct JointFit {
   Fit fit;      ///< on JointResult::terms
-  Model model;  ///< std: as of one regression on all rows, the sensors of each record on their own
+  Model model;  ///< std: as of one regression on all rows, the sensors of each record on their own; in its coordinates
   std::vector<RecordCheck> records;
   /// Of each coefficient, by leaving one record out after the other (jackknife) with the same terms: owes nothing to
   /// what is assumed of noise and sensors. NaN for fewer than three records, and for the coefficient of one record.

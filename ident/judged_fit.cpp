@@ -177,8 +177,13 @@ std::vector<Coordinates> coordinates_of(const RangeData& range, int recording, c
   std::vector<Coordinates> result;
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     if (recordings[r].prepared == nullptr || (recording != 0 && static_cast<std::size_t>(recording) != r + 1)) continue;
-    Coordinates& one = result.emplace_back(
-        Coordinates{.recording = recordings[r].name, .zero = recordings[r].zero, .prepared_zero = recordings[r].zero});
+    const dsp::Signal* x = recordings[r].signals->find("x");
+    Coordinates& one =
+        result.emplace_back(Coordinates{.recording = recordings[r].name,
+                                        .of = recordings[r].prepared->x_is_difference ? "y - r" : "the displacement",
+                                        .unit = x == nullptr ? "" : x->unit,
+                                        .zero = recordings[r].zero,
+                                        .prepared_zero = recordings[r].zero});
     if (posterior == nullptr) continue;
     if (const auto at = range.sensors->coordinate(r, Coordinate::zero_of_x))
       one.zero -= posterior->sensor_mean(*at), one.zero_std = posterior->sensor_std(*at);
@@ -201,6 +206,30 @@ void run_in_coordinates(const Model& model, const std::vector<Columns>& recordin
     moved.push_back(in_coordinates(columns.prepared->signals, own->zero - own->prepared_zero, own->lead_s));
     course.signals = &moved.back();
   }
+}
+
+/// Of x and v over the training rows, in the model's coordinates.
+std::vector<Extent> extents_of(const Model& model, const std::vector<Row>& rows,
+                               const std::vector<Columns>& recordings) {
+  std::vector<Extent> extents;
+  for (const char* name : {"x", "v"}) {
+    Extent extent{name, std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+    for (std::size_t r = 0; r < recordings.size(); ++r) {
+      const dsp::Signal* signal = recordings[r].signals->find(name);
+      if (signal == nullptr) continue;
+      const auto own = std::find_if(model.coordinates.begin(), model.coordinates.end(),
+                                    [&](const Coordinates& one) { return one.recording == recordings[r].name; });
+      const bool moved = name[0] == 'x' && own != model.coordinates.end();
+      const double shift = moved ? own->zero - own->prepared_zero : 0.0;
+      for (const Row& row : rows)
+        if (row.recording == r && std::isfinite(signal->values(row.sample))) {
+          extent.lowest = std::min(extent.lowest, signal->values(row.sample) - shift);
+          extent.highest = std::max(extent.highest, signal->values(row.sample) - shift);
+        }
+    }
+    if (extent.lowest <= extent.highest) extents.push_back(std::move(extent));
+  }
+  return extents;
 }
 
 /// Lets the sensors' values into model and predictions.
@@ -234,8 +263,8 @@ void judge_calibration(Model& model, const RangeResult& result, const std::vecto
   const Columns& first = recordings[result.rows.train.front().recording];
   if (first.prepared == nullptr || !result.uncalibrated.empty()) return;
   constexpr std::size_t enough = 10'000;  // to tell a term's degree
-  set_si_stds(model, library, absolute_gains(*first.prepared),
-              some_samples(result.rows.train, result.rows.train.front().recording, recordings, enough));
+  set_calibration(model, library, absolute_gains(*first.prepared),
+                  some_samples(result.rows.train, result.rows.train.front().recording, recordings, enough));
 }
 
 /// Terms that never make up a millionth of the target are rounding, on data without noise: no recorder has 120 dB.
@@ -440,6 +469,7 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
                                                                             recordings, range.train - train.mean));
   judge_sensors(judged, range, evidence, positions, train, test, result, recordings);
   if (orbit_stds) widen(judged.model, *orbit_stds);
+  judged.model.extents = extents_of(judged.model, result.rows.train, recordings);
   judge_calibration(judged.model, result, recordings, library);
   const VectorXd residual = range.train - train.mean;
   const Columns& first = recordings[result.recording == 0 ? 0 : static_cast<std::size_t>(result.recording) - 1];

@@ -13,8 +13,13 @@ namespace {
 
 using dsp::nan;
 
-double believed_std(const ModelTerm& term) {
-  return std::isfinite(term.std_robust) ? std::max(term.std, term.std_robust) : term.std;
+/// The covariance of each pair times what the robust standard deviations are larger.
+Eigen::MatrixXd widened(const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& robust) {
+  if (robust.rows() != covariance.rows()) return covariance;
+  const Eigen::VectorXd by = robust.diagonal().cwiseQuotient(covariance.diagonal()).unaryExpr([](double ratio) {
+    return ratio > 1.0 ? std::sqrt(ratio) : 1.0;
+  });
+  return by.asDiagonal() * covariance * by.asDiagonal();
 }
 
 const ModelTerm* find(const Model& model, const ModelTerm& like) {
@@ -35,7 +40,7 @@ double ModelTerm::t() const {
 
 Model make_model(const CandidateLibrary& library, const Fit& fit, const std::string& target,
                  const std::string& target_unit, const Eigen::VectorXd& column_scale, const Eigen::MatrixXd& robust) {
-  Model model{target, target_unit, {}, std::sqrt(fit.noise_variance), fit.interval_covariance(), robust, {}};
+  Model model{target, target_unit, {}, std::sqrt(fit.noise_variance), widened(fit.interval_covariance(), robust), {}};
   for (std::size_t j = 0; j < fit.relevant.size(); ++j) {
     const auto index = static_cast<Eigen::Index>(j), column = fit.relevant[j];
     const Term& term = library.terms[static_cast<std::size_t>(column)];
@@ -48,7 +53,6 @@ Model make_model(const CandidateLibrary& library, const Fit& fit, const std::str
     row.mean = fit.mean(index);
     row.std = std::sqrt(model.covariance(index, index));
     row.std_noise = std::sqrt(fit.covariance(index, index));
-    row.std_robust = robust.rows() > index ? std::sqrt(robust(index, index)) : nan;
     row.scale = column_scale(column);
     row.evidence_gain = fit.evidence_gain.size() > column ? fit.evidence_gain(column) : nan;
     row.inclusion_probability = fit.inclusion_probability(column);
@@ -138,35 +142,27 @@ Model equation_of(const Model& model, int recording) {
     result.terms.push_back(std::move(one));
   }
   const auto kept = static_cast<Eigen::Index>(result.terms.size());
-  const auto mapped = [&](const Eigen::MatrixXd& covariance) -> Eigen::MatrixXd {
-    if (covariance.rows() != num_terms) return covariance;
-    Eigen::MatrixXd own = from.topRows(kept) * covariance * from.topRows(kept).transpose();
-    own.diagonal() += scatter.head(kept);
-    return own;
-  };
-  result.covariance = mapped(model.covariance);
-  result.covariance_robust = mapped(model.covariance_robust);
+  if (model.covariance.rows() == num_terms) {
+    result.covariance = from.topRows(kept) * model.covariance * from.topRows(kept).transpose();
+    result.covariance.diagonal() += scatter.head(kept);
+  }
   for (Eigen::Index i = 0; i < kept; ++i) {
     ModelTerm& term = result.terms[static_cast<std::size_t>(i)];
     const bool is_mean = from.row(i).maxCoeff() < 1.0;
     if (!is_mean) continue;
     if (result.covariance.rows() == kept) term.std = std::sqrt(result.covariance(i, i));
-    term.std_robust = result.covariance_robust.rows() == kept ? std::sqrt(result.covariance_robust(i, i)) : nan;
     term.budget.clear();
-    term.std_si = nan;
   }
   return result;
 }
 
 void set_sensor_posterior(Model& model, const SensorPosterior& posterior) {
   model.covariance = posterior.covariance;
-  model.covariance_robust.resize(0, 0);
   for (std::size_t j = 0; j < model.terms.size(); ++j) {
     const auto index = static_cast<Eigen::Index>(j);
     ModelTerm& term = model.terms[j];
     term.std = std::sqrt(posterior.covariance(index, index));
     term.std_noise = std::sqrt(posterior.noise_covariance(index, index));
-    term.std_robust = nan;
     term.budget.clear();
     for (std::size_t i = 0; i < posterior.sources.size(); ++i)
       term.budget.emplace_back(posterior.sources[i], posterior.fractions(static_cast<Eigen::Index>(i), index));
@@ -242,7 +238,7 @@ std::vector<Disagreement> disagreements(const Model& a, const std::string& name_
           {label(term), fmt::format("{} is in {} ({}) and not in {}", label(term), name_a, number(term.mean), name_b)});
       continue;
     }
-    const double apart = std::abs(term.mean - other->mean), sd = std::hypot(believed_std(term), believed_std(*other));
+    const double apart = std::abs(term.mean - other->mean), sd = std::hypot(term.std, other->std);
     const std::string both =
         fmt::format("{}: {} in {}, {} in {}", label(term), number(term.mean), name_a, number(other->mean), name_b);
     if (term.mean * other->mean < 0.0)

@@ -15,19 +15,16 @@ struct ModelTerm {
   std::string name, unit;              ///< the candidate term; the unit of its coefficient (SI, may be empty)
   Eigen::Index column = 0;             ///< its index in the library
   double mean = 0.0;                   ///< posterior on the kept terms (Eq. 12 of [QZS23])
-  double std = 0.0;                    ///< total: of noise, terms too weak to be kept, and sensors
+  double std = 0.0;                    ///< total: of noise of any colour, terms too weak to be kept, and sensors
   double std_noise = 0.0;              ///< of white noise alone, on the kept terms with the sensors known (Eq. 13)
-  double std_robust = 0.0;             ///< without assuming a white residual; NaN: not known
   double scale = 0.0;                  ///< largest magnitude of the column over the training rows
   double evidence_gain = 0.0;          ///< 2 dL; NaN for methods without an evidence
   double inclusion_probability = 0.0;  ///< 1 / (1 + exp((tau - gain) / 2)); NaN likewise
   /// Sources of the variance and by what fraction it would fall were they known ("noise": what would be left were all
   /// sensors known); empty where no sensor takes part.
   std::vector<std::pair<std::string, double>> budget = {};
-  /// Total in SI: with the calibrations that nothing in the record can tell (sensors/absolute_gains.hpp), of which std,
-  /// in the sensors' units, knows nothing; NaN: not known.
-  double std_si = std::numeric_limits<double>::quiet_NaN();
-  /// Those that the coefficient changes with: by this power of 1 + e where their scale is 1 + e times what is written.
+  /// Calibrations of the model that the coefficient changes with: by this power of 1 + e where their scale is 1 + e
+  /// times what is written.
   std::vector<std::pair<std::string, double>> gain_exponents = {};
   int recording = 0;                                      ///< 1-based: in the equation of this one alone; 0: of all
   std::string recording_name = {};                        ///< empty: of all
@@ -46,10 +43,17 @@ struct RejectedTerm {
 
 /// Where the equation's x and f are in a recording that it was fitted to.
 struct Coordinates {
-  std::string recording;                      ///< its name
-  double zero = 0.0, zero_std = 0.0;          ///< x is the displacement as recorded less this, in its unit
-  double prepared_zero = 0.0;                 ///< what the x of the prepared signals is less than it
-  double lead_s = 0.0, lead_std_s = 0.0;      ///< f is what was recorded so much later
+  std::string recording;                  ///< its name
+  std::string of, unit;                   ///< the displacement, "y - r" or "the displacement"; its unit
+  double zero = 0.0, zero_std = 0.0;      ///< x is the displacement as recorded less this, in its unit
+  double prepared_zero = 0.0;             ///< what the x of the prepared signals is less than it
+  double lead_s = 0.0, lead_std_s = 0.0;  ///< f is what was recorded so much later
+};
+
+/// The least and the greatest value of a signal of the equation over the training rows.
+struct Extent {
+  std::string signal;
+  double lowest = 0.0, highest = 0.0;
 };
 
 /// The identified equation: target = sum of mean_i term_i, in SI units, in the coordinates it states.
@@ -57,14 +61,17 @@ struct Model {
   std::string target, target_unit;
   std::vector<ModelTerm> terms;
   double noise_std = 0.0;              ///< of the target
-  Eigen::MatrixXd covariance;          ///< of the coefficients, in the order of terms: total
-  Eigen::MatrixXd covariance_robust;   ///< without assuming a white residual; empty: not known
+  Eigen::MatrixXd covariance;          ///< of the coefficients, in the order of terms: total, its diagonal is std^2
   std::vector<RejectedTerm> rejected;  ///< in the order of the library; empty for methods without an evidence
   std::vector<Coordinates> coordinates = {};  ///< of each recording that was fitted; empty: of a table
+  std::vector<Extent> extents = {};           ///< of x and v where they were recorded, in these coordinates
+  /// What all coefficients share and no covariance holds: gains that nothing in the record can tell, each with its
+  /// relative standard deviation (sensors/absolute_gains.hpp). None that no coefficient changes with.
+  std::vector<std::pair<std::string, double>> calibration = {};
 };
 
 /// `column_scale` (b): largest magnitude of each library column over the training rows. `robust`: covariance from
-/// robust_covariance, or empty.
+/// robust_covariance, or empty; a coefficient's standard deviation is that where it is the larger one.
 [[nodiscard]] Model make_model(const CandidateLibrary& library, const Fit& fit, const std::string& target,
                                const std::string& target_unit, const Eigen::VectorXd& column_scale,
                                const Eigen::MatrixXd& robust);
@@ -90,7 +97,7 @@ struct OwnCoefficients {
 [[nodiscard]] Model equation_of(const Model& model, int recording);
 
 /// Gives the coefficients the standard deviations of noise and sensors together, with their budget, instead of the
-/// noise's alone or those of a robust covariance.
+/// noise's alone.
 void set_sensor_posterior(Model& model, const SensorPosterior& posterior);
 
 /// Six significant digits at most, no trailing zeros: "-57.3912", "8.87e+04".
@@ -109,8 +116,8 @@ void set_sensor_posterior(Model& model, const SensorPosterior& posterior);
 struct Disagreement {
   std::string term, sentence;
 };
-/// A term in one and not in the other, of opposite sign, or further apart than `limit` combined standard deviations
-/// (robust ones where known). Coefficients of the same term must be comparable: same library, same units.
+/// A term in one and not in the other, of opposite sign, or further apart than `limit` combined standard deviations.
+/// Coefficients of the same term must be comparable: same library, same units.
 [[nodiscard]] std::vector<Disagreement> disagreements(const Model& a, const std::string& name_a, const Model& b,
                                                       const std::string& name_b, double limit = 5.0);
 

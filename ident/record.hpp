@@ -29,6 +29,7 @@ struct Record {
   std::optional<dsp::CommonMotion> common_motion;  ///< by which the base's signals were corrected
   std::array<BaseCorrection, 2> base_by_mount;     ///< how that correction changes with a MountParameter, for one unit
   bool zero_is_known = false;                      ///< of x: a person stated it
+  bool zero_is_fitted = false;                     ///< it is found with the equation, whatever its channels say
   double zero = 0.0;                               ///< what was subtracted from the displacement as recorded, its unit
   std::vector<dsp::RangeSpec> ranges;              ///< that a person named; none: they follow from the regimes
 };

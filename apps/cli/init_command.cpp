@@ -30,7 +30,7 @@ file = {}
 # [prepare]
 # cutoff_hz = 10.24      # columns and derivatives end here; left out: where the motion falls below its noise
 # rate_hz = 25.6         # of the regression; left out: follows cutoff_hz
-# zero = "regime-mean"   # what is subtracted from x; or "none" or a number in metres
+# zero = "fit"           # where x = 0: found with the equation; or "mean", "none" or a number in metres
 
 [library]
 order = 3                # polynomials in x and v; sgn(v) and every recorded input are candidates too

@@ -8,8 +8,10 @@
 #include "apps/output/equation_file.hpp"
 #include "apps/output/finished_run.hpp"
 #include "apps/output/prediction.hpp"
+#include "apps/page/page.hpp"
 #include "apps/process/hashes_beside.hpp"
 #include "apps/process/output_folder.hpp"
+#include "dsp/fault.hpp"
 #include "dsp/names.hpp"
 
 namespace apps {
@@ -22,6 +24,15 @@ struct PredictArguments {
   std::string range, method;
 };
 
+/// Those of the fit are those of the run.
+void refuse_other_settings(const std::vector<std::string>& set) {
+  for (const std::string& one : set)
+    if (!one.starts_with("prepare.") && !one.starts_with("recording."))
+      throw dsp::Fault(
+          dsp::FaultKind::usage, "usage",
+          fmt::format("--set {}: a prediction fits nothing; want a setting of [prepare] or [[recording]]", one));
+}
+
 /// The equation of a finished run, run free on another recording. 4 where it could not be run to the end.
 int predict(const PredictArguments& arguments, const GlobalOptions& global, Console& console) {
   const fs::path equation_file = arguments.run / "equation.json", config_file = arguments.run / "config.toml";
@@ -31,7 +42,8 @@ int predict(const PredictArguments& arguments, const GlobalOptions& global, Cons
   check_finished_run(arguments.run, global.strict, console);
   require_apart(destination, {equation_file, config_file, arguments.recording});
   const Manifest fitted = read_manifest(arguments.run).value_or(Manifest());
-  Config config = read_config(config_file);
+  refuse_other_settings(global.set);
+  Config config = read_config(config_file, global.set);
   take_names(fitted, config);
   const PredictedEquation equation = read_predicting_equation(arguments.run, arguments.range, arguments.method);
   OutputFolder folder(destination, global.force);
@@ -54,6 +66,7 @@ int predict(const PredictArguments& arguments, const GlobalOptions& global, Cons
   OutputFile series = folder.file("predict.csv");
   write_table(prediction_table("predict.csv", prediction), [&](std::string_view text) { series.write(text); });
   series.close();
+  folder.write("predict.html", prediction_page(prediction, ident::to_text(equation.model)));
   for (const fs::path& file : {equation_file, config_file}) add_input(manifest, file, folder.destination());
   add_input(manifest, input.files.front(), folder.destination(), hash, input.prepared.name);
   for (std::size_t i = 1; i < input.files.size(); ++i) add_input(manifest, input.files[i], folder.destination());
@@ -76,7 +89,7 @@ Command predict_command() {
       .name = "predict",
       .help = "Tests the equation of a run on another recording",
       .group = use_group,
-      .unused = {{"--seed"}, {"--dry-run"}, {"--set"}},
+      .unused = {{"--seed"}, {"--dry-run"}},
       .options =
           {{"RUN", &typed->run, "Run folder.", {.required = true}},
            {"RECORDING", &typed->recording, "Recording of the same set-up, not a fitted one.", {.required = true}},
@@ -90,10 +103,13 @@ Command predict_command() {
       .examples = {"ardent predict swing1-run swing2.csv -o swing2-predict",
                    "ardent predict frame_250g-run frame_450g.csv --range slip --json"},
       .details =
-          "Writes predict.json and predict.csv: the error of the free run beside the noise of the sensors, beside a "
-          "linear equation and a payload at rest, and which coefficients carry over to the recording. Of a driven "
+          "Writes predict.json, predict.csv and predict.html: the error of the free run beside the noise of the "
+          "sensors, "
+          "beside a linear equation and a payload at rest, and which coefficients carry over to the recording. Of a "
+          "driven "
           "motion whose small errors grow tenfold the run begins again from the measured state, as for a verdict, and "
-          "says so."};
+          "the error without that is beside. x is about the zero that prepare.zero states, else about that with which "
+          "the equation is closest. --set takes settings of [prepare] and [[recording]]."};
 }
 
 }  // namespace apps

@@ -26,9 +26,11 @@ struct RecordingConfig {
 /// What is subtracted from x (a laser's zero means nothing).
 struct ZeroChoice {
   enum class Kind {
-    automatic,  ///< regime_mean where x is the difference of two displacements, else none
-    none,
-    regime_mean,  ///< mean of the first range
+    automatic,  ///< fit where x is the difference of two displacements, else as_it_is
+    as_it_is,   ///< of the recordings: known as far as their sidecars say
+    none,       ///< the sensor's own, which is known
+    mean,       ///< of the first range, which is known then
+    fit,        ///< the same, and what the equation finds beyond it
     value,
   };
   Kind kind = Kind::automatic;

@@ -45,8 +45,10 @@ std::string written_use(const RecordingConfig& recording) {
   return pairs.empty() ? "" : fmt::format("{{ {} }}", pairs);
 }
 
-constexpr std::array<std::pair<const char*, ZeroChoice::Kind>, 2> zero_words{
-    {{"none", ZeroChoice::Kind::none}, {"regime-mean", ZeroChoice::Kind::regime_mean}}};
+constexpr std::array<std::pair<const char*, ZeroChoice::Kind>, 4> zero_words{{{"fit", ZeroChoice::Kind::fit},
+                                                                              {"mean", ZeroChoice::Kind::mean},
+                                                                              {"none", ZeroChoice::Kind::none},
+                                                                              {"regime-mean", ZeroChoice::Kind::fit}}};
 
 void read_zero(const Settings& table, Key key, Config& config) {
   if (const auto value = table.number(key)) config.zero = {ZeroChoice::Kind::value, *value};
@@ -107,11 +109,15 @@ Rows prepare_rows() {
       Row::choice("scale", prepare(&Options::scale),
                   {{"displacement", Scale::displacement}, {"accelerometer", Scale::accelerometer}},
                   "Which of the two sensors of a body sets the scale where their gains differ."),
-      Row::custom("zero", {.number = true, .text = true, .words = {zero_words[0].first, zero_words[1].first}},
-                  "What is subtracted from x, since the zero of a laser is arbitrary: the mean of the first range "
-                  "(\"regime-mean\"), no value (\"none\"), or this number.",
-                  "m", "\"regime-mean\" where x is the difference of two displacements, else \"none\"", read_zero,
-                  written_zero),
+      Row::custom(
+          "zero", {.number = true, .text = true, .words = {"fit", "mean", "none", "regime-mean"}},
+          "What is subtracted from x: no value (\"none\"), the mean of the first range (\"mean\"), this number, "
+          "or that mean and what the equation finds beyond it (\"fit\", formerly \"regime-mean\"). The equation "
+          "is about the zero that is printed.",
+          "m",
+          "\"fit\" where x is the difference of two displacements, whose zeros are arbitrary; a single sensor "
+          "keeps its own",
+          read_zero, written_zero),
       Row::of("max_clipped", &Config::max_clipped, {.range = {.from = 0.0, .to = 1.0}},
               "Fraction of a training interval that a channel may have clipped. More ends the run with exit code 3.")};
 }

@@ -164,15 +164,18 @@ void settle_zero(Config& config, std::vector<Input>& inputs, Console& console) {
   if (config.zero.kind == ZeroChoice::Kind::automatic) {
     const bool difference =
         std::any_of(inputs.begin(), inputs.end(), [](const Input& input) { return input.prepared.x_is_difference; });
-    config.zero.kind = difference ? ZeroChoice::Kind::regime_mean : ZeroChoice::Kind::none;
+    config.zero.kind = difference ? ZeroChoice::Kind::fit : ZeroChoice::Kind::as_it_is;
   }
-  if (config.zero.kind == ZeroChoice::Kind::none) return;
+  if (config.zero.kind == ZeroChoice::Kind::as_it_is) return;
   for (std::size_t i = 0; i < inputs.size(); ++i) {
-    const bool mean = config.zero.kind == ZeroChoice::Kind::regime_mean;
+    const bool fit = config.zero.kind == ZeroChoice::Kind::fit,
+               mean = fit || config.zero.kind == ZeroChoice::Kind::mean;
+    inputs[i].zero_is_known = !fit;
+    inputs[i].zero_is_fitted = fit;
+    if (config.zero.kind == ZeroChoice::Kind::none) continue;
     const double zero_m =
         mean ? ident::mean_of_first_range(inputs[i], config.ranges, static_cast<int>(i) + 1) : config.zero.value_m;
     dsp::set_displacement_zero(inputs[i].prepared, zero_m);
-    inputs[i].zero_is_known = !mean;
     inputs[i].zero = zero_m;
     console.step(fmt::format("{}: zero of x {:.6g} subtracted ({})", inputs[i].prepared.name, zero_m,
                              mean ? "mean of the first range" : "as given"));

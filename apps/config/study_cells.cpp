@@ -269,7 +269,7 @@ std::vector<StudyResult> run_cells(const StudyRequest& request, Console& console
       StudyResult& result = results[job.place];
       console.step(fmt::format("{}/{}: {}", ++begun, request.cells.size(), result.cell.label()));
       const bool is_settled = &job != &jobs.front();
-      if (is_settled) job.config.zero.kind = ZeroChoice::Kind::none;  // it is subtracted
+      if (is_settled) job.config.zero.kind = ZeroChoice::Kind::as_it_is;  // it is subtracted
       settle(job.config, inputs, is_first && !is_settled ? console : silent);
       leave_train_to(job.config, result.cell);  // ranges of a sidecar have come in
       refuse_warnings(request.strict, console);

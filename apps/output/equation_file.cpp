@@ -78,19 +78,15 @@ Json equation_row(const ident::JudgedFit& fit, const std::vector<std::string>& t
                               {"prior_std", sensor.prior_std},
                               {"mean", sensor.mean},
                               {"std", sensor.std}});
-  row["coordinates"] = Json::array();  // x of the equation is what was recorded less `zero`, f what was `lead_s` later
-  for (const ident::Coordinates& one : fit.model.coordinates)
-    row["coordinates"].push_back({{"recording", printable(one.recording)},
-                                  {"zero", one.zero},
-                                  {"zero_std", one.zero_std},
-                                  {"prepared_zero", one.prepared_zero},
-                                  {"lead_s", one.lead_s},
-                                  {"lead_std_s", one.lead_std_s}});
+  row["coordinates"] = coordinates_json(fit.model.coordinates);
+  row["extents"] = Json::object();
+  for (const ident::Extent& extent : fit.model.extents) row["extents"][extent.signal] = {extent.lowest, extent.highest};
   row["ties"] = Json::array();
   for (const auto& [one, other] : fit.ties) row["ties"].push_back({printable(one), printable(other)});
   row["independent_fraction"] = fit.independent_fraction;
   row["covariance"] = matrix_json(fit.model.covariance);
-  row["covariance_robust"] = matrix_json(fit.model.covariance_robust);
+  row["calibration"] = Json::array();
+  for (const auto& [gain, std] : fit.model.calibration) row["calibration"].push_back({{"name", gain}, {"std", std}});
   return row;
 }
 
@@ -164,13 +160,9 @@ ident::Model model_of(const Json& row) {
     one.std = term.contains("std") && term.at("std").is_number() ? term.at("std").get<double>() : std::nan("");
     model.terms.push_back(std::move(one));
   }
-  for (const Json& one : row.value("coordinates", Json::array()))
-    model.coordinates.push_back({.recording = one.at("recording"),
-                                 .zero = one.at("zero"),
-                                 .zero_std = one.at("zero_std"),
-                                 .prepared_zero = one.at("prepared_zero"),
-                                 .lead_s = one.at("lead_s"),
-                                 .lead_std_s = one.at("lead_std_s")});
+  model.coordinates = coordinates_in(row.value("coordinates", Json::array()));
+  for (const auto& [signal, extent] : row.value("extents", Json::object()).items())
+    model.extents.push_back({signal, extent.at(0), extent.at(1)});
   return model;
 }
 
@@ -212,20 +204,16 @@ auto read_chosen(const fs::path& run, const std::string& range, const std::strin
   }
 }
 
-/// The coefficients' covariance and what it is of: that of residuals of any colour in runs of earlier versions; without
-/// one, the standard deviations alone.
-std::string read_covariance(const Json& row, ident::Model& model) {
+/// The coefficients' covariance; without one, the standard deviations alone.
+Eigen::MatrixXd read_covariance(const Json& row, const ident::Model& model) {
   const auto size = std::ssize(model.terms);
-  model.covariance = matrix_of(row.value("covariance_robust", Json()), size);
-  if (model.covariance.size() > 0) return "residuals of any colour";
-  model.covariance = matrix_of(row.value("covariance", Json()), size);
-  if (model.covariance.size() == 0) {
-    model.covariance = Eigen::MatrixXd::Zero(size, size);
-    for (Eigen::Index i = 0; i < size; ++i)
-      if (const double std = model.terms[static_cast<std::size_t>(i)].std; std::isfinite(std))
-        model.covariance(i, i) = std * std;
-  }
-  return row.value("sensors", Json::array()).empty() ? "white noise" : "noise and sensors";
+  Eigen::MatrixXd covariance = matrix_of(row.value("covariance", Json()), size);
+  if (covariance.size() > 0) return covariance;
+  covariance = Eigen::MatrixXd::Zero(size, size);
+  for (Eigen::Index i = 0; i < size; ++i)
+    if (const double std = model.terms[static_cast<std::size_t>(i)].std; std::isfinite(std))
+      covariance(i, i) = std * std;
+  return covariance;
 }
 
 }  // namespace
@@ -236,13 +224,7 @@ Json term_json(const ident::ModelTerm& term, const ident::Fit& fit, std::string_
   result["mean"] = term.mean;
   put(result, "std", term.std, fit.no_variance);
   put(result, "std_noise", term.std_noise, fit.no_variance);
-  put(result, "std_robust", term.std_robust,
-      !fit.no_variance.empty() ? fit.no_variance
-      : term.budget.empty()    ? "too few rows"
-                               : "the sensors' part of the standard deviation is in std");
   for (const auto& [source, fraction] : term.budget) result["budget"][source] = fraction;
-  put(result, "std_si", term.std_si,
-      !fit.no_variance.empty() ? fit.no_variance : "the channels' calibration is not known");
   for (const auto& [gain, exponent] : term.gain_exponents) result["gain_exponents"][gain] = exponent;
   put(result, "cov", term.coefficient_of_variation(), term.mean == 0.0 ? "the coefficient is zero" : fit.no_variance);
   result["unit"] = term.unit;
@@ -314,15 +296,12 @@ ident::IdentifiedEquation read_equation(const fs::path& run, const std::string& 
                                        .terms = {},
                                        .mean = {},
                                        .covariance = {},
-                                       .covariance_of = {},
                                        .scale = {},
                                        .base_measured = base_measured(document, run)};
     ident::Model model = model_of(row);
-    equation.covariance_of = read_covariance(row, model);
-    if (differs_by_recording(model)) {
-      model = equation_of(model, 0);
-      equation.covariance_of += ", and the scatter between recordings where coefficients differ (their mean is taken)";
-    }
+    model.covariance = read_covariance(row, model);
+    equation.coordinates = coordinates_sentence(model.coordinates);
+    model = equation_of(model, 0);
     equation.covariance = model.covariance;
     equation.mean.resize(std::ssize(model.terms));
     equation.scale.resize(equation.mean.size());

@@ -102,7 +102,7 @@ Json json_of(const EquationResponse& result) {
                 {"static_friction", result.static_friction > 0.0 ? Json(result.static_friction) : Json()},
                 {"draws", result.num_draws},
                 {"seed", result.seed},
-                {"covariance", equation.covariance_of},
+                {"coordinates", equation.coordinates},
                 {"frequency_response", response_json(result.steady.response)},
                 {"located", {{"up", Json::object()}, {"down", Json::object()}}}};
   for (const ResponseEvent& event : response_events()) {
@@ -152,11 +152,12 @@ std::string response_text(const EquationResponse& result) {
   const auto& sweep = result.sweep;
   std::string text =
       printable(fmt::format("range {} by {}: {}", result.equation.range, result.equation.method, result.equation.text));
-  text += fmt::format(
-      "\n{}, {} to {} Hz in steps of {} Hz; {} draws of the coefficients (covariance of {}), seed {}\n\n",
-      result.drive == ident::DriveKind::base ? fmt::format("base motion of {:g} mm", 1e3 * sweep.amplitude_m)
-                                             : fmt::format("force of {:g}", sweep.amplitude_m),
-      sweep.from_hz, sweep.to_hz, sweep.step_hz, result.num_draws, result.equation.covariance_of, result.seed);
+  if (!result.equation.coordinates.empty()) text += "\n" + result.equation.coordinates;
+  text += fmt::format("\n{}, {} to {} Hz in steps of {} Hz; {} draws of the coefficients, seed {}\n\n",
+                      result.drive == ident::DriveKind::base
+                          ? fmt::format("base motion of {:g} mm", 1e3 * sweep.amplitude_m)
+                          : fmt::format("force of {:g}", sweep.amplitude_m),
+                      sweep.from_hz, sweep.to_hz, sweep.step_hz, result.num_draws, result.seed);
   text += fmt::format("  {:<5} {:<34} {:>9} {:>11} {:>9}\n", "", "Hz", "step", "located", "sd");
   for (const ResponseEvent& event : response_events()) {
     const double step_hz = result.steady.response.jumps.*event.frequency_hz;

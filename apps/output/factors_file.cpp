@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "apps/output/json_parts.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/process/output_file.hpp"
 #include "apps/process/output_folder.hpp"
@@ -19,6 +20,7 @@
 #include "dsp/fault.hpp"
 #include "dsp/names.hpp"
 #include "ident/library/expression.hpp"
+#include "ident/validate/judge.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;
@@ -50,6 +52,7 @@ Json record_json(const ident::RecordFactors& record) {
             {"target_unit", record.target_unit},
             {"terms", Json::array()}};
   if (record.stated_zero_m) json["stated_zero_m"] = *record.stated_zero_m;
+  json["coordinates"] = coordinates_json(record.coordinates);
   for (const ident::FactorSource& source : record.sources)
     json["files"].push_back({{"path", printable(source.path)}, {"sha256", source.sha256}});
   for (const ident::FactorTerm& term : record.terms)
@@ -211,6 +214,16 @@ ident::RecordFactors read_record(const Field& field) {
                               .calibrated = field.at("calibrated").flag(),
                               .terms = read_terms(field.at("terms"))};
   if (field.has("stated_zero_m")) record.stated_zero_m = field.at("stated_zero_m").number();
+  if (field.has("coordinates"))
+    for (const Field& one : field.at("coordinates").items())
+      record.coordinates.push_back({.recording = one.at("recording").text(),
+                                    .of = one.at("of").text(),
+                                    .unit = one.at("unit").text(),
+                                    .zero = one.at("zero").number(),
+                                    .zero_std = one.at("zero_std").number_from(0.0),
+                                    .prepared_zero = one.at("prepared_zero").number(),
+                                    .lead_s = one.at("lead_s").number(),
+                                    .lead_std_s = one.at("lead_std_s").number_from(0.0)});
   for (const Field& source : field.at("files").items())
     record.sources.push_back({source.at("path").text(), read_hash(source.at("sha256"))});
   if (record.sources.empty()) field.at("files").fail("at least one file");
@@ -242,6 +255,7 @@ std::vector<ident::RecordFactors> record_factors(const std::vector<ident::RangeR
                                 .evidence = range.factors.evidence,
                                 .size = range.factors.size,
                                 .blocks = range.factors.blocks};
+    if (!range.fits.empty()) record.coordinates = range.fits[ident::chosen_method(range)].model.coordinates;
     for (std::size_t r = 0; r < recordings.size(); ++r) {
       if (range.recording != 0 && static_cast<std::size_t>(range.recording) != r + 1) continue;
       record.record += (record.record.empty() ? "" : ", ") + recordings[r].name;

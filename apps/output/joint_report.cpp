@@ -12,6 +12,7 @@
 #include "apps/output/json_number.hpp"
 #include "apps/output/json_parts.hpp"
 #include "apps/output/number_text.hpp"
+#include "apps/output/report_text.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/fault.hpp"
 #include "ident/methods.hpp"
@@ -53,7 +54,8 @@ std::string records_table(const ident::JointFit& fit, std::size_t most_records) 
 Json fit_json(const ident::JointFit& fit) {
   Json json{{"method", to_string(fit.fit.method)},
             {"status", to_string(fit.fit.status)},
-            {"text", ident::to_text(fit.model)}};
+            {"text", ident::to_text(fit.model)},
+            {"coordinates", coordinates_json(fit.model.coordinates)}};
   json["terms"] = Json::array();
   for (std::size_t i = 0; i < fit.model.terms.size(); ++i) {
     const ident::ModelTerm& term = fit.model.terms[i];
@@ -189,6 +191,7 @@ std::string joint_text(const std::vector<ident::JointResult>& results, std::size
     for (const ident::JointFit& fit : result.fits) {
       text += fmt::format("  {}: {}\n    {}\n", to_string(fit.fit.method), to_string(fit.fit.status),
                           ident::to_text(fit.model));
+      if (!fit.model.coordinates.empty()) text += fmt::format("    {}\n", coordinates_sentence(fit.model.coordinates));
       if (!fit.model.terms.empty()) text += terms_table(fit) + records_table(fit, most_records);
     }
   }

@@ -44,6 +44,34 @@ void put(Json& object, const std::string& key, const ident::Figure& figure) {
   put(object, key, figure.reason.empty() ? figure.value : std::nan(""), printable(figure.reason));
 }
 
+Json coordinates_json(const std::vector<ident::Coordinates>& coordinates) {
+  Json list = Json::array();
+  for (const ident::Coordinates& one : coordinates)
+    list.push_back({{"recording", printable(one.recording)},
+                    {"of", one.of},
+                    {"unit", printable(one.unit)},
+                    {"zero", one.zero},
+                    {"zero_std", one.zero_std},
+                    {"prepared_zero", one.prepared_zero},
+                    {"lead_s", one.lead_s},
+                    {"lead_std_s", one.lead_std_s}});
+  return list;
+}
+
+std::vector<ident::Coordinates> coordinates_in(const Json& list) {
+  std::vector<ident::Coordinates> coordinates;
+  for (const Json& one : list)
+    coordinates.push_back({.recording = one.at("recording"),
+                           .of = one.at("of"),
+                           .unit = one.at("unit"),
+                           .zero = one.at("zero"),
+                           .zero_std = one.at("zero_std"),
+                           .prepared_zero = one.at("prepared_zero"),
+                           .lead_s = one.at("lead_s"),
+                           .lead_std_s = one.at("lead_std_s")});
+  return coordinates;
+}
+
 Json calibration_json(const std::vector<std::string>& uncalibrated) {
   Json result{{"calibrated", uncalibrated.empty()}};
   if (uncalibrated.empty()) return result;

@@ -7,8 +7,9 @@
 // Pieces that the documents of a run share.
 
 namespace ident {
+struct Coordinates;
 struct Figure;
-}
+}  // namespace ident
 
 namespace apps {
 
@@ -24,6 +25,11 @@ namespace apps {
 void put(nlohmann::ordered_json& object, const std::string& key, double value, std::string_view reason);
 
 void put(nlohmann::ordered_json& object, const std::string& key, const ident::Figure& figure);
+
+/// Where x and f of an equation are in each recording: a list of objects with the members of ident::Coordinates.
+[[nodiscard]] nlohmann::ordered_json coordinates_json(const std::vector<ident::Coordinates>& coordinates);
+/// What coordinates_json wrote. Throws Json::exception where it did not.
+[[nodiscard]] std::vector<ident::Coordinates> coordinates_in(const nlohmann::ordered_json& list);
 
 /// {"calibrated": ...} and, where it is false, the channels that are not.
 [[nodiscard]] nlohmann::ordered_json calibration_json(const std::vector<std::string>& uncalibrated);

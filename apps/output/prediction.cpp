@@ -7,6 +7,7 @@
 
 #include "apps/output/json_number.hpp"
 #include "apps/output/json_parts.hpp"
+#include "apps/output/report_text.hpp"
 #include "apps/process/printable.hpp"
 #include "ident/model.hpp"
 
@@ -41,13 +42,16 @@ std::string prediction_json(const ident::RecordPrediction& prediction) {
   for (const dsp::Interval& stretch : prediction.stretches)
     document["stretches"].push_back({{"from_s", stretch.from_s}, {"to_s", stretch.to_s}});
   put(document, "nmse", prediction.nmse);
+  document["num_restarts"] = prediction.num_restarts;
+  put(document, "nmse_without_restarts", prediction.unaided);
   put(document, "rms", prediction.rms);
   document["unit"] = prediction.unit;
   put(document, "noise_floor", prediction.noise_floor);
   document["baselines"] = Json::object();
   put(document["baselines"], "linear", prediction.linear);
   put(document["baselines"], "still", prediction.still);
-  if (!prediction.remark.empty()) document["remark"] = prediction.remark;
+  document["coordinates"] = coordinates_json({prediction.coordinates});
+  if (!prediction.remark.empty()) document["remark"] = printable(prediction.remark);
   document["coefficients"] = Json::array();
   for (const ident::CarryOver& one : prediction.coefficients)
     document["coefficients"].push_back({{"name", one.term},
@@ -57,6 +61,12 @@ std::string prediction_json(const ident::RecordPrediction& prediction) {
                                         {"here_std", number_or_null(one.here_std)},
                                         {"carries_over", one.carries ? Json(*one.carries) : Json()}});
   return text_of(document);
+}
+
+std::string restarts_text(const ident::RecordPrediction& prediction) {
+  if (prediction.num_restarts == 0) return {};
+  return fmt::format(" (set to the measured state {} times, before errors have grown tenfold; without that {})",
+                     prediction.num_restarts, shown(prediction.unaided));
 }
 
 CsvTable prediction_table(std::string name, const ident::RecordPrediction& prediction) {
@@ -70,13 +80,15 @@ CsvTable prediction_table(std::string name, const ident::RecordPrediction& predi
 }
 
 std::string prediction_text(const ident::RecordPrediction& prediction) {
-  std::string text = fmt::format(
-      "{}: error of x in the free run, as NMSE: {}; of a linear equation: {}; of a payload at rest: {}\n",
-      printable(prediction.recording), shown(prediction.nmse), shown(prediction.linear), shown(prediction.still));
+  std::string text =
+      fmt::format("{}: error of x in the free run, as NMSE: {}{}; of a linear equation: {}; of a payload at rest: {}\n",
+                  printable(prediction.recording), shown(prediction.nmse), restarts_text(prediction),
+                  shown(prediction.linear), shown(prediction.still));
   if (prediction.rms.reason.empty())
     text += fmt::format("  rms error {} {}, noise of the displacement {} {}\n", shown(prediction.rms), prediction.unit,
                         shown(prediction.noise_floor), prediction.unit);
-  if (!prediction.remark.empty()) text += fmt::format("  {}\n", prediction.remark);
+  text += fmt::format("  {}\n", coordinates_sentence({prediction.coordinates}));
+  if (!prediction.remark.empty()) text += fmt::format("  {}\n", printable(prediction.remark));
   for (const ident::CarryOver& one : prediction.coefficients) text += coefficient_text(one);
   return text;
 }

@@ -5,9 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "apps/output/number_text.hpp"
+#include "apps/output/rounded.hpp"
 #include "apps/process/printable.hpp"
+#include "ident/interval_95.hpp"
 #include "ident/validate/judge.hpp"
 
 namespace apps {
@@ -31,39 +34,30 @@ std::string intervals(const std::vector<dsp::Interval>& intervals) {
   return fmt::format("{}", fmt::join(texts, ", "));
 }
 
-/// What the variances come from, the largest sources of each coefficient first; nothing without sensors.
-std::string budget_text(const ident::Model& model) {
-  constexpr std::size_t most_sources = 3;
-  constexpr double least_fraction = 0.05;
+/// Of each coefficient; nothing where there is nothing to say.
+std::string budgets_text(const ident::Model& model) {
   std::string text;
-  for (const ident::ModelTerm& term : model.terms) {
-    auto sources = term.budget;
-    std::stable_sort(sources.begin(), sources.end(), [](const auto& a, const auto& b) { return a.second > b.second; });
-    if (sources.size() > most_sources) sources.resize(most_sources);
-    std::erase_if(sources, [&](const auto& source) { return source.second < least_fraction; });
-    std::vector<std::string> parts;
-    for (const auto& [source, fraction] : sources)
-      parts.push_back(fmt::format("{} {:.0f} %", printable(source), 100.0 * fraction));
-    if (!parts.empty()) text += fmt::format("        {}: {}\n", label(term), fmt::join(parts, ", "));
-  }
-  return text.empty() ? text
-                      : "      variance from (by how much it would fall if that were known exactly; noise: what would "
-                        "remain):\n" +
-                            text;
+  for (const ident::ModelTerm& term : model.terms)
+    if (const std::string budget = budget_text(model, term); budget != "-")
+      text += fmt::format("        {}: {}\n", label(term), budget);
+  if (!text.empty())
+    text.insert(0,
+                "      variance from (by how much it would fall if that were known exactly; noise: what would "
+                "remain):\n");
+  const std::string calibration = calibration_sentence(model);
+  return calibration.empty() ? text : fmt::format("{}      {}\n", text, calibration);
 }
 
 std::string terms_table(const ident::Model& model) {
-  const bool with_sensors = !model.terms.empty() && !model.terms.front().budget.empty();
   std::size_t width = 4;
   for (const ident::ModelTerm& term : model.terms) width = std::max(width, label(term).size());
-  std::string text = fmt::format("      {:<{}}  {:>13}    {:<10} {:<10} {:<10} {:>8} {:>9}  {}\n", "term", width,
-                                 "mean", "std", "in SI", with_sensors ? "noise's" : "robust", "CoV", "t", "unit");
+  std::string text =
+      fmt::format("      {:<{}}  {:>13}    {:<10} {:>8} {:>9}  {}\n", "term", width, "mean", "std", "CoV", "t", "unit");
   for (const ident::ModelTerm& term : model.terms)
     text +=
-        fmt::format("      {:<{}}  {:>13} +- {:<10} {:<10} {:<10} {:>8} {:>9}  {}\n", label(term), width,
-                    ident::number(term.mean), number_text(term.std, "{:.3g}"), number_text(term.std_si, "{:.3g}"),
-                    number_text(with_sensors ? term.std_noise : term.std_robust, "{:.3g}"),
-                    number_text(term.coefficient_of_variation(), "{:.2g}"), number_text(term.t(), "{:.3g}"), term.unit);
+        fmt::format("      {:<{}}  {:>13} +- {:<10} {:>8} {:>9}  {}\n", label(term), width, ident::number(term.mean),
+                    number_text(term.std, "{:.3g}"), number_text(term.coefficient_of_variation(), "{:.2g}"),
+                    number_text(term.t(), "{:.3g}"), term.unit);
   return text;
 }
 
@@ -87,7 +81,8 @@ std::string fit_text(const ident::JudgedFit& fit, const std::vector<std::string>
   std::string text = fmt::format("    {}\n    {}\n", ident::to_text(fit.model), fit.judgement.sentence);
   for (const std::string& remark : fit.judgement.remarks) text += fmt::format("      - {}\n", remark);
   if (fit.model.terms.empty()) return text;
-  text += terms_table(fit.model) + budget_text(fit.model);
+  if (!fit.model.coordinates.empty()) text += fmt::format("      {}\n", coordinates_sentence(fit.model.coordinates));
+  text += terms_table(fit.model) + budgets_text(fit.model);
   text += fmt::format(
       "      NMSE train {}, test {}, free run {}\n      about the mean: train {}, test {}; noise {} {}\n",
       figure(fit.train), figure(fit.test), figure({fit.free_run.nmse, fit.free_run.reason}), figure(fit.train_centred),
@@ -141,6 +136,58 @@ std::vector<std::string> uncalibrated_channels(const std::vector<ident::RangeRes
   return channels;
 }
 
+std::string budget_text(const ident::Model& model, const ident::ModelTerm& term) {
+  constexpr double least = 0.05;
+  auto sources = term.budget;
+  std::stable_sort(sources.begin(), sources.end(), [](const auto& a, const auto& b) { return a.second > b.second; });
+  std::vector<std::string> parts;
+  for (const auto& [source, fraction] : sources)
+    if (fraction >= least) parts.push_back(fmt::format("{} {:.0f} %", printable(source), 100.0 * fraction));
+  for (const auto& [gain, std] : model.calibration)
+    for (const auto& [its, exponent] : term.gain_exponents)
+      if (its == gain && std::isfinite(exponent))
+        parts.push_back(fmt::format("calibration of {}: {:.2g} % of the coefficient", printable(gain),
+                                    100.0 * std::abs(exponent) * std));
+  return parts.empty() ? "-" : fmt::format("{}", fmt::join(parts, ", "));
+}
+
+std::string coordinates_sentence(const std::vector<ident::Coordinates>& coordinates) {
+  if (coordinates.empty()) return {};
+  std::vector<std::string> zeros, leads;
+  const auto add_new = [](std::vector<std::string>& to, std::string one) {
+    if (std::find(to.begin(), to.end(), one) == to.end()) to.push_back(std::move(one));
+  };
+  for (const ident::Coordinates& one : coordinates) {
+    add_new(zeros, fmt::format("{} is {}{}{}", one.of, with_uncertainty(one.zero, one.zero_std),
+                               one.unit.empty() ? "" : " ", one.unit));
+    if (std::abs(one.lead_s) > ident::interval_95 * one.lead_std_s)
+      add_new(leads, fmt::format("{} s", with_uncertainty(one.lead_s, one.lead_std_s)));
+  }
+  constexpr std::size_t most = 3;
+  for (std::vector<std::string>* many : {&zeros, &leads})
+    if (many->size() > most) many->resize(most), many->emplace_back("...");
+  return printable(
+      fmt::format("x = 0 is where {}{}.", fmt::join(zeros, "; "),
+                  leads.empty() ? "" : fmt::format("; f is what was recorded later by {}", fmt::join(leads, "; "))));
+}
+
+std::string calibration_sentence(const ident::Model& model) {
+  std::vector<std::pair<double, std::vector<std::string>>> alike;  // by their standard deviation
+  for (const auto& [gain, std] : model.calibration) {
+    auto known = std::find_if(alike.begin(), alike.end(), [&](const auto& one) { return one.first == std; });
+    if (known == alike.end()) known = alike.insert(known, {std, {}});
+    known->second.push_back(printable(gain));
+  }
+  std::vector<std::string> parts;
+  for (auto& [std, gains] : alike) {
+    const std::string last = std::exchange(gains.back(), "");
+    gains.pop_back();
+    parts.push_back(
+        fmt::format("{}{}{} {:.2g} %", fmt::join(gains, ", "), gains.empty() ? "" : " and ", last, 100.0 * std));
+  }
+  return parts.empty() ? "" : fmt::format("Calibration, apart from these: {}.", fmt::join(parts, ", "));
+}
+
 std::vector<std::string> names_of(const std::vector<Eigen::Index>& terms, const std::vector<std::string>& labels) {
   std::vector<std::string> names;
   for (const Eigen::Index term : terms) names.push_back(labels[static_cast<std::size_t>(term)]);
@@ -184,10 +231,11 @@ std::string report_latex(const std::vector<ident::RangeResult>& ranges) {
   if (!text.empty()) text = "% " + text + "\n";
   for (const ident::RangeResult& range : ranges)
     for (const ident::JudgedFit& fit : range.fits)
-      text +=
-          fmt::format("% {}\n% {}, {}: {}\n\\begin{{equation}}\n  {}\n\\end{{equation}}\n",
-                      printable(fit.judgement.sentence), printable(range.spec.name), to_string(fit.fit.method),
-                      printable(fmt::format("{}", fmt::join(fit.judgement.remarks, "; "))), ident::to_latex(fit.model));
+      text += fmt::format("% {}\n% {}, {}: {}\n% {} {}\n\\begin{{equation}}\n  {}\n\\end{{equation}}\n",
+                          printable(fit.judgement.sentence), printable(range.spec.name), to_string(fit.fit.method),
+                          printable(fmt::format("{}", fmt::join(fit.judgement.remarks, "; "))),
+                          coordinates_sentence(fit.model.coordinates), calibration_sentence(fit.model),
+                          ident::to_latex(fit.model));
   return text;
 }
 

@@ -14,6 +14,16 @@ namespace apps {
 [[nodiscard]] std::vector<std::string> names_of(const std::vector<Eigen::Index>& terms,
                                                 const std::vector<std::string>& labels);
 
+/// Where a coefficient's variance comes from, the largest sources first, and what its calibrations may change it by;
+/// "-" for nothing.
+[[nodiscard]] std::string budget_text(const ident::Model& model, const ident::ModelTerm& term);
+
+/// "x = 0 is where y - r is 0.00012(3) m.", in each recording, and by how much f is led where it is; empty for none.
+[[nodiscard]] std::string coordinates_sentence(const std::vector<ident::Coordinates>& coordinates);
+
+/// "Calibration, apart from these: displacements and f 1 %."; empty where the coefficients change with none.
+[[nodiscard]] std::string calibration_sentence(const ident::Model& model);
+
 /// The identified equations for a terminal, under a line that names channels not calibrated if there are any: each with
 /// its error bars and, right under it, in one sentence whether it describes the record, then remarks; last what the
 /// ranges disagree on.

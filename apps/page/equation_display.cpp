@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "apps/output/html_writer.hpp"
-#include "apps/page/rounded.hpp"
+#include "apps/output/rounded.hpp"
 #include "apps/process/printable.hpp"
 #include "ident/library/expression.hpp"
 
@@ -41,10 +41,6 @@ std::string symbol_in(const std::string& symbol, Notation notation) {
 
 }  // namespace
 
-double shown_std(const ident::ModelTerm& term) {
-  return std::isfinite(term.std_si) ? term.std_si : term.std;
-}
-
 std::string displayed_equation(const ident::Model& model, Notation notation) {
   const bool mathml = notation == Notation::mathml;
   const auto piece = [&](const std::string& content) {
@@ -63,7 +59,7 @@ std::string displayed_equation(const ident::Model& model, Notation notation) {
   };
   for (const ident::ModelTerm& term : model.terms)
     if (term.recording == 0)
-      add(term.mean < 0.0, number_in(rounded(std::abs(term.mean), shown_std(term)), notation), term.name);
+      add(term.mean < 0.0, number_in(rounded(std::abs(term.mean), term.std), notation), term.name);
   for (const ident::OwnCoefficients& own : own_coefficients(model))
     add(false, symbol_in(own.symbol, notation), own.name);
   if (model.terms.empty()) text += mathml ? piece("<mn>0</mn>") : " 0";
@@ -76,17 +72,16 @@ std::vector<std::string> own_coefficient_sentences(const ident::Model& model) {
     const std::string what = own.name == "1" ? "the constant" : own.name;
     if (own.are_many()) {
       const auto [least, greatest] = own.extremes();
-      sentences.push_back(
-          fmt::format("{}, of {}, differs by recording: from {} in {} to {} in {}, {} recordings in all.", own.symbol,
-                      what, with_uncertainty(least->mean, shown_std(*least)), printable(least->recording_name, 100),
-                      with_uncertainty(greatest->mean, shown_std(*greatest)), printable(greatest->recording_name, 100),
-                      own.terms.size()));
+      sentences.push_back(fmt::format(
+          "{}, of {}, differs by recording: from {} in {} to {} in {}, {} recordings in all.", own.symbol, what,
+          with_uncertainty(least->mean, least->std), printable(least->recording_name, 100),
+          with_uncertainty(greatest->mean, greatest->std), printable(greatest->recording_name, 100), own.terms.size()));
       continue;
     }
     std::vector<std::string> values;
     for (const ident::ModelTerm* term : own.terms)
-      values.push_back(fmt::format("{} in {}", with_uncertainty(term->mean, shown_std(*term)),
-                                   printable(term->recording_name, 100)));
+      values.push_back(
+          fmt::format("{} in {}", with_uncertainty(term->mean, term->std), printable(term->recording_name, 100)));
     sentences.push_back(fmt::format("{}, of {}, differs by recording: {}.", own.symbol, what, fmt::join(values, ", ")));
   }
   return sentences;

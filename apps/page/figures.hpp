@@ -26,7 +26,7 @@ using FigureTaker = std::function<void(PlotFigure)>;
 void range_figures(const ident::RangeResult& range, const RunResults& results, const FigureTaker& take);
 
 /// Of recordings that were kept: x and the chosen equation's free run.
-void prediction_figures(const RunResults& results, const FigureTaker& take);
+void prediction_figures(const std::vector<ident::RecordPrediction>& predictions, const FigureTaker& take);
 
 /// Of the recordings: x with its regimes and what is left out, response at the steps of a stepped sine, front-end
 /// filter, spectra before and behind it.

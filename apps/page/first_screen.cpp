@@ -8,10 +8,10 @@
 #include <map>
 
 #include "apps/output/report_text.hpp"
+#include "apps/output/rounded.hpp"
 #include "apps/output/wrapped_text.hpp"
 #include "apps/page/equation_display.hpp"
 #include "apps/page/remedies.hpp"
-#include "apps/page/rounded.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/signals.hpp"
 #include "ident/interval_95.hpp"
@@ -63,31 +63,6 @@ std::string choice_sentence(const RunResults& results, const ChosenEquation& cho
                      agreement_sentence(chosen));
 }
 
-/// Where x = 0 is in each recording that the equation was fitted to, and f where it is led.
-std::string coordinates_sentence(const RunResults& results, const ident::Model& model) {
-  const std::string unit = x_unit_of(results);
-  const char* what = results.inputs.front().prepared.x_is_difference ? "y - r" : "the measured displacement";
-  Strings zeros, leads;
-  const auto add_new = [](Strings& to, std::string one) {
-    if (std::find(to.begin(), to.end(), one) == to.end()) to.push_back(std::move(one));
-  };
-  for (const ident::Coordinates& one : model.coordinates) {
-    add_new(zeros,
-            fmt::format("{} is {}{}{}", what, with_uncertainty(one.zero, one.zero_std), unit.empty() ? "" : " ", unit));
-    if (std::abs(one.lead_s) > ident::interval_95 * one.lead_std_s)
-      add_new(leads, fmt::format("{} s", with_uncertainty(one.lead_s, one.lead_std_s)));
-  }
-  constexpr std::size_t most = 3;
-  for (Strings* many : {&zeros, &leads})
-    if (many->size() > most) many->resize(most), many->emplace_back("...");
-  const std::string units = unit.empty()                   ? "In raw units"
-                            : unit == "m" || unit == "rad" ? "In SI units"
-                                                           : "In SI units and " + unit;
-  return fmt::format("x = 0 is where {}{}. {}; digits in brackets are the standard deviation of the last ones.",
-                     joined(zeros, "; "),
-                     leads.empty() ? "" : "; f is what was recorded later by " + joined(leads, "; "), units);
-}
-
 /// Why the equation of a fit is not shown as that of the record.
 std::string why_not(const ident::JudgedFit& fit) {
   if (!fit.model.terms.empty()) return "an equation that does not describe the record";
@@ -95,7 +70,7 @@ std::string why_not(const ident::JudgedFit& fit) {
 }
 
 ScreenEntry equation_entry(const RunResults& results, const ChosenEquation& chosen) {
-  ScreenEntry entry{"equation", {}, 6};
+  ScreenEntry entry{"equation", {}, 7};
   if (chosen.fit == nullptr) {
     entry.lines.push_back({"No equation was found."});
     for (const ident::RangeResult& range : results.ranges) {
@@ -110,7 +85,14 @@ ScreenEntry equation_entry(const RunResults& results, const ChosenEquation& chos
   for (std::string& sentence : own_coefficient_sentences(chosen.fit->model))
     entry.lines.push_back({std::move(sentence)});
   entry.lines.push_back({choice_sentence(results, chosen)});
-  entry.lines.push_back({coordinates_sentence(results, chosen.fit->model)});
+  const std::string unit = x_unit_of(results), zero = coordinates_sentence(chosen.fit->model.coordinates);
+  const std::string units = unit.empty()                   ? "In raw units"
+                            : unit == "m" || unit == "rad" ? "In SI units"
+                                                           : "In SI units and " + unit;
+  entry.lines.push_back({fmt::format("{}{}{}; digits in brackets are the standard deviation of the last ones.", zero,
+                                     zero.empty() ? "" : " ", units)});
+  if (std::string sentence = calibration_sentence(chosen.fit->model); !sentence.empty())
+    entry.lines.push_back({std::move(sentence)});
   return entry;
 }
 

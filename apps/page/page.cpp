@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "apps/output/report_text.hpp"
 #include "apps/page/chart_data.hpp"
 #include "apps/page/document.hpp"
 #include "apps/page/page_sections.hpp"
@@ -127,11 +128,20 @@ std::string report_page(const RunResults& results, const PageContent& content) {
     write_contents(contents_of(results), html);
     for (const std::size_t i : chosen_first(results)) write_range(results.ranges[i], results, content.figures, html);
     write_agreement(results, html);
-    write_predictions(results, content.figures, html);
+    write_predictions(results.predictions, content.figures, html);
     write_record(results, content.figures, html);
     write_front_end(results, content.figures, html);
     write_repeat(results, content.config, html);
     write_words(html);
+  });
+}
+
+std::string prediction_page(const ident::RecordPrediction& prediction, const std::string& equation) {
+  std::vector<PageFigure> figures;
+  prediction_figures({prediction}, [&](const PlotFigure& figure) { figures.push_back(page_figure(figure, false)); });
+  return html_document(fmt::format("Prediction of {}", printable(prediction.recording, 200)), [&](HtmlWriter& html) {
+    html.element("p", printable(equation)).element("p", coordinates_sentence({prediction.coordinates}));
+    write_predictions({prediction}, figures, html);
   });
 }
 

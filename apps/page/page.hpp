@@ -22,4 +22,7 @@ struct PageContent {
 /// same run.
 [[nodiscard]] std::string report_page(const RunResults& results, const PageContent& content);
 
+/// predict.html, likewise: an equation as text, run free on a recording beside what was measured.
+[[nodiscard]] std::string prediction_page(const ident::RecordPrediction& prediction, const std::string& equation);
+
 }  // namespace apps

@@ -51,7 +51,7 @@ void write_page(const RunResults& results, const FirstScreen& first, int num_thr
       range_figures(results.ranges[i], results, into(parts[part]));
   });
   for (std::vector<PageFigure>& part : parts) std::move(part.begin(), part.end(), std::back_inserter(content.figures));
-  prediction_figures(results, into(content.figures));
+  prediction_figures(results.predictions, into(content.figures));
   folder.write("report.html", report_page(results, content));
   console.note(fmt::format("page and figures written in {:.2f} s",
                            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()));

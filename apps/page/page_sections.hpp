@@ -32,8 +32,9 @@ void write_range(const ident::RangeResult& range, const RunResults& results, con
 /// What the equations of several ranges do not agree on; nothing of one range.
 void write_agreement(const RunResults& results, HtmlWriter& html);
 
-/// The chosen equation on recordings that were kept for that; nothing where there are none.
-void write_predictions(const RunResults& results, const std::vector<PageFigure>& figures, HtmlWriter& html);
+/// An equation on recordings that it was not fitted to, and their figures; nothing where there are none.
+void write_predictions(const std::vector<ident::RecordPrediction>& predictions, const std::vector<PageFigure>& figures,
+                       HtmlWriter& html);
 
 /// The recordings: regimes, what is left out and why, response at the steps of a stepped sine.
 void write_record(const RunResults& results, const std::vector<PageFigure>& figures, HtmlWriter& html);

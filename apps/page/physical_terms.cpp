@@ -7,7 +7,7 @@
 #include <numbers>
 #include <optional>
 
-#include "apps/page/rounded.hpp"
+#include "apps/output/rounded.hpp"
 #include "dsp/constants.hpp"
 #include "ident/library/expression.hpp"
 
@@ -148,21 +148,6 @@ double hertz(double omega_squared) {
 
 }  // namespace
 
-MatrixXd si_covariance(const ident::Model& model, const std::vector<ident::AbsoluteGain>& gains) {
-  MatrixXd covariance = model.covariance;
-  if (covariance.rows() != std::ssize(model.terms) || !covariance.allFinite()) return {};
-  for (const ident::AbsoluteGain& gain : gains) {
-    VectorXd change = VectorXd::Zero(covariance.rows());
-    for (Index i = 0; i < covariance.rows(); ++i) {
-      const ident::ModelTerm& term = model.terms[static_cast<std::size_t>(i)];
-      for (const auto& [name, exponent] : term.gain_exponents)
-        if (name == gain.name && std::isfinite(exponent)) change(i) += gain.std * exponent * term.mean;
-    }
-    covariance += change * change.transpose();
-  }
-  return covariance;
-}
-
 double propagated_std(const Function& function, const VectorXd& mean, const MatrixXd& covariance) {
   if (covariance.rows() != mean.size() || mean.size() == 0) return nan;
   constexpr double step = 1e-6;
@@ -182,8 +167,7 @@ double propagated_std(const Function& function, const VectorXd& mean, const Matr
   return variance >= 0.0 ? std::sqrt(variance) : nan;
 }
 
-std::vector<PhysicalTerm> physical_terms(const ident::Model& model, const MatrixXd& covariance,
-                                         const PhysicalContext& context) {
+std::vector<PhysicalTerm> physical_terms(const ident::Model& model, const PhysicalContext& context) {
   const std::string& x_unit = context.x_unit;
   const RestoringTerms all(model, context.base_at_rest);
   if (!all.is_motion() || x_unit.empty()) return {};
@@ -213,7 +197,7 @@ std::vector<PhysicalTerm> physical_terms(const ident::Model& model, const Matrix
   std::vector<PhysicalTerm> terms;
   const auto add = [&](const std::string& name, const std::string& unit, const Function& function) {
     if (const double value = function(mean); std::isfinite(value))
-      terms.push_back({name, unit, value, propagated_std(function, mean, covariance)});
+      terms.push_back({name, unit, value, propagated_std(function, mean, model.covariance)});
   };
   const double amplitude = std::max(std::abs(context.lowest - *rest), std::abs(context.highest - *rest));
   const bool springs_back = has(r.stiffness) && k(mean) > 0.0;

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "ident/model.hpp"
-#include "ident/sensors/absolute_gains.hpp"
 
 // What a vibration engineer calls the coefficients of an equation of motion.
 
@@ -15,10 +14,6 @@ struct PhysicalTerm {
   std::string name, unit;
   double value = 0.0, std = 0.0;  ///< std NaN: not known
 };
-
-/// Covariance of the coefficients in SI: the model's, and what the calibrations add that nothing in the record can
-/// tell. Empty where the model's is not known.
-[[nodiscard]] Eigen::MatrixXd si_covariance(const ident::Model& model, const std::vector<ident::AbsoluteGain>& gains);
 
 /// Standard deviation of a function of the coefficients, to first order; NaN where the covariance is empty.
 [[nodiscard]] double propagated_std(const std::function<double(const Eigen::VectorXd&)>& function,
@@ -38,10 +33,9 @@ struct PhysicalContext {
 /// stiffness, at the amplitude A of x (0: left out; Nayfeh and Mook, Nonlinear Oscillations, 1979, Sec. 2.3). Negative
 /// k of a force that is a cubic: the rest positions sqrt(-k / k3) and the frequency sqrt(-2 k) / 2 pi about them. Where
 /// x does not come by 0, all of that at the position within its reach where the forces of x, and of 1, balance and pull
-/// back, which is a term then; nothing where there is none. Damping and friction that feed
-/// energy are called negative. What the equation does not have is not there; nothing where x has no unit.
-[[nodiscard]] std::vector<PhysicalTerm> physical_terms(const ident::Model& model, const Eigen::MatrixXd& covariance,
-                                                       const PhysicalContext& context);
+/// back, which is a term then; nothing where there is none. Damping and friction that feed energy are called negative.
+/// What the equation does not have is not there; nothing where x has no unit.
+[[nodiscard]] std::vector<PhysicalTerm> physical_terms(const ident::Model& model, const PhysicalContext& context);
 
 /// The same for a terminal or a page: "natural frequency 1.1254(3) Hz".
 [[nodiscard]] std::string to_text(const PhysicalTerm& term);

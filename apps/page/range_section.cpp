@@ -5,11 +5,13 @@
 #include <cmath>
 
 #include "apps/output/number_text.hpp"
+#include "apps/output/prediction.hpp"
+#include "apps/output/report_text.hpp"
+#include "apps/output/rounded.hpp"
 #include "apps/page/equation_display.hpp"
 #include "apps/page/page.hpp"
 #include "apps/page/page_sections.hpp"
 #include "apps/page/physical_terms.hpp"
-#include "apps/page/rounded.hpp"
 #include "apps/process/printable.hpp"
 
 namespace apps {
@@ -21,29 +23,17 @@ std::string error_text(const ident::Figure& figure) {
   return figure.reason.empty() ? fmt::format("{:.3g}", figure.value) : "none: " + printable(figure.reason);
 }
 
-/// Sources of a variance, the largest first.
-std::string budget(const ident::ModelTerm& term) {
-  constexpr double least = 0.05;
-  auto sources = term.budget;
-  std::stable_sort(sources.begin(), sources.end(), [](const auto& a, const auto& b) { return a.second > b.second; });
-  Strings parts;
-  for (const auto& [source, fraction] : sources)
-    if (fraction >= least) parts.push_back(fmt::format("{} {:.0f} %", printable(source), 100.0 * fraction));
-  return parts.empty() ? "-" : fmt::format("{}", fmt::join(parts, ", "));
-}
-
 void write_coefficients(const ident::Model& model, HtmlWriter& html) {
   std::vector<Strings> rows;
   for (const ident::ModelTerm& term : model.terms)
-    rows.push_back({label(term), with_uncertainty(term.mean, shown_std(term)), term.unit.empty() ? "-" : term.unit,
-                    number_text(term.std), number_text(term.std_si),
-                    number_text(100.0 * term.coefficient_of_variation(), "{:.2g} %"),
-                    number_text(term.inclusion_probability, "{:.3f}"), budget(term)});
+    rows.push_back({label(term), with_uncertainty(term.mean, term.std), term.unit.empty() ? "-" : term.unit,
+                    number_text(term.std), number_text(100.0 * term.coefficient_of_variation(), "{:.2g} %"),
+                    number_text(term.inclusion_probability, "{:.3f}"), budget_text(model, term)});
   html.table("Coefficients",
-             {"term", "coefficient", "unit", "standard deviation", "standard deviation with calibration (SI)",
-              "standard deviation / coefficient", "probability of belonging",
-              "largest sources of uncertainty (share of the variance)"},
+             {"term", "coefficient", "unit", "standard deviation", "standard deviation / coefficient",
+              "probability of belonging", "largest sources of uncertainty (share of the variance); calibration"},
              rows);
+  if (const std::string sentence = calibration_sentence(model); !sentence.empty()) html.element("p", sentence);
 }
 
 void write_decisions(const ident::RangeResult& range, const ident::JudgedFit& fit, HtmlWriter& html) {
@@ -114,12 +104,12 @@ void write_equation(const ident::RangeResult& range, const ident::JudgedFit& fit
 void write_prediction(const ident::RecordPrediction& prediction, HtmlWriter& html) {
   const std::string unit = prediction.unit.empty() ? "" : " " + prediction.unit;
   html.table(printable(prediction.recording, 200), {"of x", "value"},
-             {{"free run, NMSE about the mean", error_text(prediction.nmse)},
+             {{"free run, NMSE about the mean", error_text(prediction.nmse) + restarts_text(prediction)},
               {"a linear equation, likewise", error_text(prediction.linear)},
               {"a payload at rest, likewise", error_text(prediction.still)},
               {"rms error", error_text(prediction.rms) + unit},
               {"rms noise of the displacement", error_text(prediction.noise_floor) + unit}});
-  if (!prediction.remark.empty()) html.element("p", prediction.remark);
+  if (!prediction.remark.empty()) html.element("p", printable(prediction.remark));
   std::vector<Strings> rows;
   for (const ident::CarryOver& one : prediction.coefficients)
     rows.push_back({one.term, with_uncertainty(one.identified, one.identified_std),
@@ -154,10 +144,11 @@ void write_agreement(const RunResults& results, HtmlWriter& html) {
   html.close();
 }
 
-void write_predictions(const RunResults& results, const std::vector<PageFigure>& figures, HtmlWriter& html) {
-  if (results.predictions.empty()) return;
+void write_predictions(const std::vector<ident::RecordPrediction>& predictions, const std::vector<PageFigure>& figures,
+                       HtmlWriter& html) {
+  if (predictions.empty()) return;
   html.open("section", {{"id", "others"}}).element("h2", "Other recordings");
-  for (const ident::RecordPrediction& prediction : results.predictions) write_prediction(prediction, html);
+  for (const ident::RecordPrediction& prediction : predictions) write_prediction(prediction, html);
   write_figures(figures, "prediction-", html);
   html.close();
 }

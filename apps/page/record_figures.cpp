@@ -129,9 +129,9 @@ std::optional<PlotFigure> steps_figure(const RunResults& results, const Recordin
 
 }  // namespace
 
-void prediction_figures(const RunResults& results, const FigureTaker& take) {
+void prediction_figures(const std::vector<ident::RecordPrediction>& predictions, const FigureTaker& take) {
   int number = 0;
-  for (const ident::RecordPrediction& prediction : results.predictions) {
+  for (const ident::RecordPrediction& prediction : predictions) {
     if (prediction.time_s.size() == 0) continue;
     PlotPanel panel{"free run on another recording", "time (s)", fmt::format("x ({})", prediction.unit)};
     panel.series = {{"measured", prediction.time_s, prediction.x, PlotStyle::line, PlotColour::black},

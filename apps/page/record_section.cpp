@@ -5,8 +5,8 @@
 
 #include "apps/output/number_text.hpp"
 #include "apps/output/results_json.hpp"
+#include "apps/output/rounded.hpp"
 #include "apps/page/page_sections.hpp"
-#include "apps/page/rounded.hpp"
 #include "apps/process/printable.hpp"
 #include "apps/process/version.hpp"
 

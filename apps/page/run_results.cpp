@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "ident/sensors/absolute_gains.hpp"
-
 namespace apps {
 
 ChosenEquation chosen_equation(const std::vector<ident::RangeResult>& ranges) {
@@ -21,21 +19,6 @@ ChosenEquation chosen_equation(const ident::RangeResult& range) {
   return fit.model.terms.empty() ? ChosenEquation{} : ChosenEquation{&range, &fit};
 }
 
-namespace {
-
-/// Of x over the training rows.
-std::pair<double, double> extent_of_x(const ident::RangeResult& range, const std::vector<ident::Columns>& columns) {
-  double lowest = INFINITY, highest = -INFINITY;
-  for (const ident::Row& row : range.rows.train)
-    if (const dsp::Signal* x = columns[row.recording].signals->find("x"))
-      if (const double value = x->values(row.sample); std::isfinite(value))
-        lowest = std::min(lowest, value), highest = std::max(highest, value);
-  if (lowest > highest) return {0.0, 0.0};
-  return {lowest, highest};
-}
-
-}  // namespace
-
 bool base_at_rest(const dsp::Motion& signals) {
   return signals.find("y") != nullptr && signals.find("r") == nullptr && signals.find("dr") == nullptr &&
          signals.find("ddr") == nullptr;
@@ -45,13 +28,11 @@ std::vector<PhysicalTerm> physical_terms(const ChosenEquation& chosen, const Run
   const dsp::Prepared& prepared = results.inputs[chosen.range->rows.train.front().recording].prepared;
   const dsp::Signal* x = prepared.signals.find("x");
   if (x == nullptr || chosen.range->orbit) return {};
-  const auto [lowest, highest] = extent_of_x(*chosen.range, results.columns);
-  const PhysicalContext context{lowest, highest, x->unit, base_at_rest(prepared.signals)};
-  const auto of = [&](const ident::Model& model) {
-    return physical_terms(model, si_covariance(model, ident::absolute_gains(prepared)), context);
-  };
   const ident::Model& model = chosen.fit->model;
-  if (!differs_by_recording(model)) return of(model);
+  PhysicalContext context{.x_unit = x->unit, .base_at_rest = base_at_rest(prepared.signals)};
+  for (const ident::Extent& extent : model.extents)
+    if (extent.signal == "x") context.lowest = extent.lowest, context.highest = extent.highest;
+  if (!differs_by_recording(model)) return physical_terms(model, context);
   std::vector<PhysicalTerm> terms;
   std::vector<std::size_t> of_recording;
   const auto same = [&](const PhysicalTerm& one, const PhysicalTerm& other) {
@@ -62,7 +43,7 @@ std::vector<PhysicalTerm> physical_terms(const ChosenEquation& chosen, const Run
     if (!std::any_of(chosen.range->rows.train.begin(), chosen.range->rows.train.end(),
                      [&](const ident::Row& row) { return row.recording == r; }))
       continue;
-    for (PhysicalTerm& term : of(ident::equation_of(model, static_cast<int>(r) + 1)))
+    for (PhysicalTerm& term : physical_terms(ident::equation_of(model, static_cast<int>(r) + 1), context))
       if (std::none_of(terms.begin(), terms.end(), [&](const PhysicalTerm& known) { return same(known, term); }))
         terms.push_back(std::move(term)), of_recording.push_back(r);
   }

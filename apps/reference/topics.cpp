@@ -93,6 +93,7 @@ Section factors_section() {
        {"files", "path (a name) and sha256 of what was read: recording, further files, sidecar."},
        {"calibrated, rate_hz, band_hz", "Of the rows; band_hz: where the columns' pass band ends, 0 without a filter."},
        {"stated_zero_m", "What was subtracted from x, where prepare.zero states it; else absent."},
+       {"coordinates", "Where x = 0 is in each recording and by how much f is led, as in equation.json."},
        {"target, target_unit", "What is explained, and its unit."},
        {"terms", "name, unit and scale (largest magnitude) of the candidates that the rows can tell apart."},
        {"white", "num_rows and R with every row in full, the sensors' parameters integrated out."},

@@ -14,8 +14,8 @@ struct IdentifiedEquation {
   Verdict verdict = Verdict::undecided;  ///< whether it describes its record
   std::vector<std::string> terms;
   Eigen::VectorXd mean;
-  Eigen::MatrixXd covariance;  ///< of the coefficients; the one that does not assume a white residual where known
-  std::string covariance_of;   ///< what it is: "noise and sensors", "white noise", "residuals of any colour"
+  Eigen::MatrixXd covariance;  ///< of the coefficients; where they differ by recording, of the mean of theirs
+  std::string coordinates;     ///< a sentence on where its x is 0; empty: not known
   Eigen::VectorXd scale;       ///< largest magnitude of each term over the training rows; NaN: not known
   bool base_measured = false;  ///< the record has a base: x is relative to it
 };

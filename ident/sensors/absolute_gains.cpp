@@ -30,10 +30,13 @@ bool agrees(const dsp::Prepared& prepared, const dsp::SignalInfo& info) {
   });
 }
 
-/// The order of the quantity whose calibration a signal of motion rests on.
+/// The order of the quantity whose calibration a signal of motion rests on: that of the nearest one below, which it is
+/// a derivative of, else above, whose integral it is.
 int scaled_by(const dsp::Prepared& prepared, const dsp::SignalInfo& info) {
+  const auto measured = [&](int order) { return is_measured(prepared, dsp::motion_signal(info.body, order)); };
   int order = info.order;
-  while (order > 0 && !is_measured(prepared, dsp::motion_signal(info.body, order))) --order;
+  while (order > 0 && !measured(order)) --order;
+  while (order < 2 && !measured(order)) ++order;
   if (!agrees(prepared, info) || order == 1) return order;
   return prepared.options.scale == dsp::ScaleReference::displacement ? 0 : 2;
 }
@@ -77,18 +80,22 @@ double gain_exponent(const Expression& term, const std::string& target, const Ab
   return (gain.scales(target) ? 1.0 : 0.0) - (std::abs(degree - whole) <= rounding ? whole : degree);
 }
 
-void set_si_stds(Model& model, const CandidateLibrary& library, const std::vector<AbsoluteGain>& gains,
-                 const dsp::Motion& motion) {
+void set_calibration(Model& model, const CandidateLibrary& library, const std::vector<AbsoluteGain>& gains,
+                     const dsp::Motion& motion) {
+  model.calibration.clear();
   for (ModelTerm& term : model.terms) {
     const Expression& expression = library.terms[static_cast<std::size_t>(term.column)].expression;
-    term.std_si = term.std;
     term.gain_exponents.clear();
-    for (const AbsoluteGain& gain : gains) {
-      const double exponent = gain_exponent(expression, model.target, gain, motion);
-      term.std_si = std::hypot(term.std_si, term.mean * exponent * gain.std);
-      if (exponent != 0.0) term.gain_exponents.emplace_back(gain.name, exponent);
-    }
+    for (const AbsoluteGain& gain : gains)
+      if (const double exponent = gain_exponent(expression, model.target, gain, motion); exponent != 0.0)
+        term.gain_exponents.emplace_back(gain.name, exponent);
   }
+  for (const AbsoluteGain& gain : gains)
+    if (std::any_of(model.terms.begin(), model.terms.end(), [&](const ModelTerm& term) {
+          return std::any_of(term.gain_exponents.begin(), term.gain_exponents.end(),
+                             [&](const auto& one) { return one.first == gain.name; });
+        }))
+      model.calibration.emplace_back(gain.name, gain.std);
 }
 
 }  // namespace ident

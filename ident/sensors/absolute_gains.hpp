@@ -8,8 +8,8 @@
 
 // Gains that nothing in a record can tell: a common factor on all that rests on one calibration changes the
 // coefficients and leaves every residual as it is. They are no sensor parameters, whose columns would take the place of
-// the terms themselves (that of a force's gain is the column of f), and are listed apart: a coefficient is known to
-// one standard deviation in the units that the sensors have as calibrated, and to a greater one in SI.
+// the terms themselves (that of a force's gain is the column of f), and are listed apart: a coefficient's standard
+// deviation is that in the units which the sensors have as calibrated, and all coefficients share what those are off.
 
 namespace ident {
 
@@ -21,7 +21,7 @@ struct AbsoluteGain {
   [[nodiscard]] bool scales(const std::string& signal) const;
 };
 
-/// Those of a recording. A computed derivative goes with what it was computed from; where displacement and
+/// Those of a recording. A computed derivative or integral goes with what it was computed from; where displacement and
 /// accelerometer of a body were brought to agree, both go with the one believed in scale. Of several channels of one
 /// quantity the payload's counts, else the relative one's, else the base's: the others' gains beside it are sensor
 /// parameters.
@@ -34,8 +34,9 @@ struct AbsoluteGain {
 [[nodiscard]] double gain_exponent(const Expression& term, const std::string& target, const AbsoluteGain& gain,
                                    const dsp::Motion& motion);
 
-/// Fills in std_si and gain_exponents of every coefficient. `motion`: samples that the terms are evaluated on.
-void set_si_stds(Model& model, const CandidateLibrary& library, const std::vector<AbsoluteGain>& gains,
-                 const dsp::Motion& motion);
+/// Fills in the model's calibration and the gain_exponents of every coefficient. `motion`: samples that the terms are
+/// evaluated on.
+void set_calibration(Model& model, const CandidateLibrary& library, const std::vector<AbsoluteGain>& gains,
+                     const dsp::Motion& motion);
 
 }  // namespace ident

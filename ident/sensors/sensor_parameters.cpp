@@ -229,7 +229,8 @@ double extent(const VectorXd& values) {
   return values.maxCoeff() - values.minCoeff();
 }
 
-/// `two`: x is the difference of two sensors, whose zeros are arbitrary. A single one has its own zero.
+/// `two`: x is the difference of two sensors, whose zeros are arbitrary. A single one has its own zero unless it is to
+/// be fitted.
 void append_displacements(const Record& record, bool two, std::vector<SensorParameter>& parameters) {
   constexpr double unknown_zero = 0.01;  // of its range
   const dsp::Prepared& prepared = record.prepared;
@@ -240,7 +241,9 @@ void append_displacements(const Record& record, bool two, std::vector<SensorPara
     const dsp::Channel* channel = prepared.channel(role);
     if (channel == nullptr) continue;
     gain_std = std::hypot(gain_std, channel->sensitivity_uncertainty);
-    const double range = channel->range > 0.0 ? channel->range : two ? extent(signals.at(name)) : 0.0;
+    const double range = channel->range > 0.0           ? channel->range
+                         : two || record.zero_is_fitted ? extent(signals.at(name))
+                                                        : 0.0;
     zero_m = std::hypot(zero_m, unknown_zero * range);
     drift_m = std::hypot(drift_m, channel->drift);
   }

@@ -153,11 +153,10 @@ void remark_on_residual(const JudgedFit& fit, std::vector<std::string>& remarks)
   }
   double largest_ratio = 1.0;
   for (const ModelTerm& term : fit.model.terms)
-    if (term.std > 0.0 && std::isfinite(term.std_robust))
-      largest_ratio = std::max(largest_ratio, term.std_robust / term.std);
+    if (term.std_noise > 0.0) largest_ratio = std::max(largest_ratio, term.std / term.std_noise);
   remarks.push_back(
-      fmt::format("standard deviations assume white noise; without that they are up to {:.2g} times larger, and terms "
-                  "may be kept that only fit the structure",
+      fmt::format("that is in the standard deviations, up to {:.2g} times those of white noise; terms may be kept that "
+                  "only fit the structure",
                   largest_ratio));
 }
 
@@ -168,8 +167,7 @@ void remark_on_terms(const JudgedFit& fit, std::vector<std::string>& remarks) {
         fmt::format("the kept columns are nearly collinear: condition number {:.2g}", fit.fit.condition_number));
   std::vector<std::string> poor, small;
   for (const ModelTerm& term : fit.model.terms) {
-    const double std = std::max(term.std, std::isfinite(term.std_robust) ? term.std_robust : 0.0);
-    if (const double cov = std / std::abs(term.mean); cov > poorly_known_cov)
+    if (const double cov = term.coefficient_of_variation(); cov > poorly_known_cov)
       poor.push_back(fmt::format("{} (CoV {:.2g})", label(term), cov));
     // With structure left in the residual, a term no larger than the residual may be there only to fit it.
     if (is_structured(fit) && std::abs(term.mean) * term.scale < small_term * fit.model.noise_std)

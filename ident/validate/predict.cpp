@@ -11,6 +11,7 @@
 #include "dsp/filter/strongest_line.hpp"
 #include "ident/library.hpp"
 #include "ident/methods.hpp"
+#include "ident/percent.hpp"
 #include "ident/sensors/channel_noise.hpp"
 #include "ident/sensors/sensor_parameters.hpp"
 #include "ident/validate/free_run.hpp"
@@ -145,7 +146,12 @@ Shift closest_shift(const Model& model, const dsp::Motion& motion, const std::ve
 /// Of the recording: as the equation has them where it was fitted to it; else f as there, and a zero of its own.
 Coordinates coordinates_for(const Model& model, const Record& record, const Course& course,
                             const std::string& fitted_as) {
-  Coordinates result{.recording = record.prepared.name, .zero = record.zero, .prepared_zero = record.zero};
+  const dsp::Signal* x = record.prepared.signals.find("x");
+  Coordinates result{.recording = record.prepared.name,
+                     .of = record.prepared.x_is_difference ? "y - r" : "the displacement",
+                     .unit = x == nullptr ? "" : x->unit,
+                     .zero = record.zero,
+                     .prepared_zero = record.zero};
   if (model.coordinates.empty()) return result;
   const auto own = std::find_if(model.coordinates.begin(), model.coordinates.end(),
                                 [&](const Coordinates& one) { return one.recording == fitted_as; });
@@ -162,6 +168,46 @@ Coordinates coordinates_for(const Model& model, const Record& record, const Cour
   const Shift shift = closest_shift(model, in_coordinates(record.prepared.signals, 0.0, result.lead_s), samples);
   result.zero += shift.value, result.zero_std = shift.std;
   return result;
+}
+
+/// A sentence where the samples that are run through are beyond those of the fit. Of two records of one motion either
+/// has the greatest value, by a few samples: only more than those count.
+std::string beyond_the_fit(const Model& model, const dsp::Motion& motion, const Course& course) {
+  constexpr double few = 0.01;
+  std::vector<std::string> parts;
+  for (const Extent& extent : model.extents) {
+    const dsp::Signal* signal = motion.find(extent.signal);
+    if (signal == nullptr) continue;
+    double lowest = extent.lowest, highest = extent.highest, count = 0.0, beyond = 0.0;
+    for (const dsp::IndexRange& range : course.ranges)
+      for (Index i = range.first; i < range.last; ++i) {
+        const double value = signal->values(i);
+        count += 1.0, beyond += value < extent.lowest || value > extent.highest ? 1.0 : 0.0;
+        lowest = std::min(lowest, value), highest = std::max(highest, value);
+      }
+    if (beyond > few * count)
+      parts.push_back(fmt::format("{} in {} of the samples ({:.3g} to {:.3g} {} here, {:.3g} to {:.3g} in the fit)",
+                                  extent.signal, percent(beyond / count), lowest, highest, signal->unit, extent.lowest,
+                                  extent.highest));
+  }
+  return parts.empty() ? "" : fmt::format("beyond the fitted range: {}", fmt::join(parts, ", "));
+}
+
+/// A sentence where no interval is long enough to show errors that grow slowly.
+std::string few_periods(const dsp::Motion& motion, const Course& course) {
+  constexpr double enough = 5.0;
+  if (course.ranges.empty()) return {};
+  const auto length = [](const dsp::IndexRange& range) { return range.last - range.first; };
+  const dsp::IndexRange& longest = *std::max_element(
+      course.ranges.begin(), course.ranges.end(), [&](const auto& a, const auto& b) { return length(a) < length(b); });
+  if (length(longest) < 2) return {};
+  const double line_hz =
+      dsp::strongest_line(motion.at("x").segment(longest.first, length(longest)), motion.sample_rate_hz).frequency_hz;
+  const double periods = line_hz * static_cast<double>(length(longest)) / motion.sample_rate_hz;
+  if (periods >= enough) return {};
+  return fmt::format(
+      "the longest interval without a gap holds {:.2g} periods of the motion: errors that grow slowly do not show",
+      periods);
 }
 
 /// A sentence where coefficients that differ by recording are not known for this one.
@@ -195,24 +241,24 @@ RecordPrediction predict(const Model& joint, const Model& joint_linear, const Re
   const FreeRunOptions run_options{.keep_series = true, .poll = options.poll};
   const auto [run, courses] = restarted_run(model, {whole_course(motion)}, run_options);
   const FreeRun linear_run = free_run(linear, courses, run_options);  // from the same states
-  const VectorXd none = VectorXd::Constant(motion.num_samples(), nan);
-  result.predicted = run.series.empty() ? none : run.series.front().predicted;
-  result.linear_predicted = linear_run.series.empty() ? none : linear_run.series.front().predicted;
+  const auto predicted_by = [&](const FreeRun& one) -> VectorXd {
+    return one.series.empty() ? VectorXd::Constant(motion.num_samples(), nan) : one.series.front().predicted;
+  };
+  result.predicted = predicted_by(run);
+  result.linear_predicted = predicted_by(linear_run);
   const Errors errors = errors_of(result.x, result.predicted, run.reason);
-  result.nmse = errors.nmse, result.rms = errors.rms;
+  result.nmse = result.unaided = errors.nmse, result.rms = errors.rms;
+  result.num_restarts = run.num_restarts;
+  if (run.num_restarts > 0) {
+    const FreeRun unaided = free_run(model, {whole_course(motion)}, run_options);
+    result.unaided = errors_of(result.x, predicted_by(unaided), unaided.reason).nmse;
+  }
   result.linear = errors_of(result.x, result.linear_predicted, linear_run.reason).nmse;
-  Index longest = 0, longest_from = 0;
-  for (const dsp::IndexRange& range : courses.front().ranges) {
-    const Index length = range.last - range.first;
-    bool any = false;
-    for (Index i = range.first; i < range.last; ++i) any = any || std::isfinite(result.predicted(i));
-    if (any)
+  for (const dsp::IndexRange& range : courses.front().ranges)
+    if (result.predicted.segment(range.first, range.last - range.first).array().isFinite().any())
       result.stretches.push_back({static_cast<double>(range.first) / motion.sample_rate_hz,
                                   static_cast<double>(range.last) / motion.sample_rate_hz,
                                   {}});
-    if (length <= longest) continue;
-    longest = length, longest_from = range.first;
-  }
   const double noise = std::sqrt(ChannelNoise(record.prepared, "x").covariance("x", "x"));
   result.noise_floor = noise > 0.0 ? Figure{noise, {}} : Figure{nan, "too few samples"};
   const bool diverged = !run.reason.empty() && !run.series.empty();  // which says nothing of a body at rest
@@ -221,25 +267,11 @@ RecordPrediction predict(const Model& joint, const Model& joint_linear, const Re
                      .nmse;
   std::vector<std::string> remarks{means_taken(joint, options.fitted_as)};
   if (result.coordinates.zero_std > 0.0 && options.fitted_as.empty())
-    remarks.push_back(
-        fmt::format("x = 0 is at {:.4g}({:.1g}) {} of this recording, which is where the equation is closest "
-                    "to it: prepare.zero states another",
-                    result.coordinates.zero, result.coordinates.zero_std, result.unit));
-  constexpr double few_periods = 5.0;
-  if (longest > 1) {
-    const double line_hz =
-        dsp::strongest_line(result.x.segment(longest_from, longest), motion.sample_rate_hz).frequency_hz;
-    const double periods = line_hz * static_cast<double>(longest) / motion.sample_rate_hz;
-    if (periods < few_periods)
-      remarks.push_back(
-          fmt::format("the longest interval without a gap holds {:.2g} periods of the motion: errors that grow slowly "
-                      "do not show",
-                      periods));
-  }
-  if (run.num_restarts > 0)
-    remarks.push_back(
-        fmt::format("set to the measured state {} times, before its errors have grown tenfold, as for the verdict",
-                    run.num_restarts));
+    remarks.emplace_back(
+        "the zero of x is not stated for this recording: it is the one with which the equation is closest to it; "
+        "prepare.zero states another");
+  remarks.push_back(few_periods(motion, course));
+  remarks.push_back(beyond_the_fit(model, motion, course));
   if (!model.terms.empty()) try {
       result.coefficients = carried_over(model, record, options);
     } catch (const dsp::Fault& fault) {

@@ -22,7 +22,9 @@ struct CarryOver {
 struct RecordPrediction {
   std::string recording, unit;           ///< of x
   std::vector<dsp::Interval> stretches;  ///< run through, each from its measured state
-  Figure nmse;                           ///< of x, about its mean
+  Figure nmse;                           ///< of x, about its mean, set to the measured state `num_restarts` times
+  int num_restarts = 0;                  ///< before errors have grown tenfold, as for a verdict
+  Figure unaided;                        ///< as nmse, without any
   Figure rms;                            ///< of x less its prediction, in `unit`
   Figure noise_floor;                    ///< rms of the noise of x within its band: no equation comes closer
   Figure linear, still;                  ///< NMSE of the linear equation, and of a payload that does not move
@@ -41,9 +43,10 @@ struct PredictOptions {
 
 /// Coefficients that differ by recording are those of `fitted_as`, else their mean, and so said in the remark. Runs
 /// `model` free over every interval of the recording without a gap, at least a period long, in the coordinates that the
-/// model states: of a recording that it was fitted to, its own; of another, with f led as in those, and x about the zero
-/// that a person stated, else about the one with which the equation's acceleration is closest to the recorded one (a
-/// constant of its own, which the remark names). `linear`: what is to be beaten; without terms: nothing is.
+/// model states: of a recording that it was fitted to, its own; of another, with f led as in those, and x about the
+/// zero that a person stated, else about the one with which the equation's acceleration is closest to the recorded one
+/// (a constant of its own, which the remark names). Where x or v are beyond what the equation was fitted to, the remark
+/// says so. `linear`: what is to be beaten; without terms: nothing is.
 [[nodiscard]] RecordPrediction predict(const Model& model, const Model& linear, const Record& record,
                                        const PredictOptions& options = {});
 

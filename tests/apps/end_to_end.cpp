@@ -139,8 +139,6 @@ TEST_CASE("a record becomes a run folder with everything in it", "[apps][end_to_
                           "terms",
                           "mean",
                           "std",
-                          "std_si",
-                          "std_robust",
                           "cov",
                           "unit",
                           "scale",

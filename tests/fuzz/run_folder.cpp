@@ -40,7 +40,7 @@ std::vector<std::string> fuzz::seeds() {
 "verdict": "describes", "methods": [{"method": "fast_rvm", "target": "a", "text": "a = x",
 "verdict": "describes", "terms": [{"name": "x", "mean": -300, "std": 1, "scale": 0.03},
 {"name": "sgn(v)", "mean": -0.1, "std": 0.01, "scale": 1}, {"name": "ddr", "mean": -1, "std": 0, "scale": null}],
-"covariance": [[1, 0, 0], [0, 1e-4, 0], [0, 0, 0]], "covariance_robust": null}]}]})json";
+"covariance": [[1, 0, 0], [0, 1e-4, 0], [0, 0, 0]]}]}]})json";
   const std::string steps = apps::steps_csv({}) + "\"a\",0,9,1.5,0.001,0.002,0.003,10,up,slip,0.1,final\n";
   all.push_back(joined({"{}", driven, R"({"ranges":[]})", "t,x,ddr\n", truth, steps}));
   return all;

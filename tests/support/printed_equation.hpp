@@ -10,13 +10,20 @@ struct PrintedRun {
   double claimed = 0.0, reached = 0.0;  ///< NMSE of x over the test rows
 };
 
-/// Runs the chosen equation of a run folder of one recording, as equation.json prints it, over the record as
-/// prepared.csv has it, from each measured state that metrics.json names: fixed steps, inputs interpolated by a
-/// windowed sinc, switches found by halving. None of the program's own integrators takes part.
+/// Runs the chosen equation of a run folder, as equation.json prints it, over the recordings as prepared.csv has them,
+/// from each measured state that metrics.json names: fixed steps, inputs interpolated by a windowed sinc, switches
+/// found by halving. None of the program's own integrators takes part.
 [[nodiscard]] PrintedRun printed_run(const std::filesystem::path& run);
+
+/// The rms of x predicted less measured over the last share of a run's only recording, begun at its measured state
+/// there.
+[[nodiscard]] double printed_rms(const std::filesystem::path& run, double share);
 
 /// Checks that both agree within 2 % of the NMSE, where there is a free run. 1e-8 is what interpolation by a sinc of
 /// finite length leaves (80 dB).
 void check_printed_equation(const std::filesystem::path& run);
+
+/// The same of every run folder within a folder that was not checked yet: support::run does so after each command.
+void check_printed_equations(const std::filesystem::path& folder);
 
 }  // namespace support

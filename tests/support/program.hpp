@@ -55,9 +55,14 @@ class Running {
   pid_t pid_ = 0;
 };
 
+/// What is checked in a folder where a command has ended well; none: nothing.
+inline void (*after_run)(const std::filesystem::path& folder) = nullptr;
+
 /// Runs a shell command in a folder to its end.
 inline Ended run(const Scratch& folder, const std::string& command) {
-  return Running(folder / "", command).wait();
+  Ended ended = Running(folder / "", command).wait();
+  if (ended.code == 0 && after_run != nullptr) after_run(folder / "");
+  return ended;
 }
 
 /// The same, where it must end with this exit code and say these pieces on either stream.

@@ -38,6 +38,39 @@ TEST_CASE("an equation is run free on another recording, against baselines", "[a
   CHECK_THAT(support::bytes_of(folder / "predicted/predict.csv"), Catch::StartsWith("t,x,x_predicted,x_linear\n"));
 }
 
+TEST_CASE("a prediction is about the zero that is stated, else about the one it finds, and shows both curves",
+          "[apps][predict]") {
+  const Scratch folder;
+  two_records(folder);
+  // The same motion by a sensor whose zero is 0.1 m away.
+  REQUIRE(support::run(folder,
+                       "mkdir moved && awk -F, 'NR == 1 {for (i = 1; i <= NF; ++i) if ($i == \"x\") c = i} NR > 1 "
+                       "{$c = sprintf(\"%.12g\", $c + 0.1)} 1' OFS=, other/response.csv > moved/response.csv")
+              .code == 0);
+  const auto prediction = [&](const std::string& options) {
+    const auto ended =
+        support::run(folder, "$ARDENT -q --force predict run moved/response.csv -o predicted " + options);
+    CAPTURE(ended.err);
+    REQUIRE(ended.code == 0);
+    return json::parse(support::bytes_of(folder / "predicted/predict.json"));
+  };
+  const json found = prediction("");
+  CHECK(found["nmse"].get<double>() < 1e-3);
+  CHECK(found["coordinates"][0]["zero"].get<double>() == Approx(0.1).epsilon(1e-3));
+  CHECK_THAT(found["remark"].get<std::string>(), Catch::Contains("the zero of x is not stated"));
+  const std::string page = support::bytes_of(folder / "predicted/predict.html");
+  CHECK_THAT(page, Catch::Contains("measured") && Catch::Contains("free run") && Catch::Contains("x = 0 is where"));
+  const json stated = prediction("--set prepare.zero=0.1");
+  CHECK(stated["coordinates"][0]["zero"].get<double>() == 0.1);
+  CHECK(stated["nmse"].get<double>() < 1e-3);
+  const json mistaken = prediction("--set prepare.zero=none");
+  CHECK(mistaken["coordinates"][0]["zero"].get<double>() == 0.0);
+  CHECK(mistaken["nmse"].get<double>() > 10.0 * stated["nmse"].get<double>());
+  const auto of_fit = support::run(folder, "$ARDENT predict run moved/response.csv --set library.order=2");
+  CHECK(of_fit.code == 2);
+  CHECK_THAT(of_fit.err, Catch::Contains("a prediction fits nothing"));
+}
+
 TEST_CASE("a coefficient that the other recording contradicts does not carry over, and the others do",
           "[apps][predict]") {
   const Scratch folder;

@@ -26,8 +26,11 @@ struct Coefficient {
 
 /// A range of a run's equation.json with one equation.
 json range_of(const std::string& range, const std::string& target, const std::vector<Coefficient>& terms) {
-  json row{{"method", "fast_rvm"},   {"target", target},       {"text", target + " = ..."},
-           {"verdict", "describes"}, {"terms", json::array()}, {"covariance_robust", nullptr}};
+  json row{{"method", "fast_rvm"},
+           {"target", target},
+           {"text", target + " = ..."},
+           {"verdict", "describes"},
+           {"terms", json::array()}};
   for (const auto& term : terms) {
     row["terms"].push_back({{"name", term.name}, {"mean", term.mean}, {"std", term.std}, {"scale", 0.03}});
     row["covariance"].push_back(std::vector<double>(terms.size(), 0.0));

@@ -91,7 +91,7 @@ TEST_CASE("what has little to say leaves its lines to the others", "[apps][page]
 TEST_CASE("an equation is written with the digits it earns, in any notation", "[apps][page]") {
   ident::Model model;
   model.target = "a";
-  model.terms = {{.name = "x", .mean = -50.0, .std = 0.1, .std_si = 0.42},
+  model.terms = {{.name = "x", .mean = -50.0, .std = 0.42},
                  {.name = "x^3", .mean = -97431.0, .std = 1100.0},
                  {.name = "1", .mean = 0.5, .std = 0.04}};
   CHECK(apps::displayed_equation(model, ident::Notation::text) == "a = -50.0(4) x - 9.74(11)e+04 x^3 + 0.50(4)");
@@ -251,10 +251,11 @@ TEST_CASE("the first screen says what the numbers rest on", "[apps][page]") {
   ident::RangeResult& range = many.ranges[0];
   range.rows.train.resize(19);
   CHECK_THAT(many.screen(), Catch::Contains("Only 19 rows were fitted, with 2 candidate terms"));
-  many.config.zero = {apps::ZeroChoice::Kind::regime_mean};
+  many.config.zero = {apps::ZeroChoice::Kind::fit};
   many.inputs[0].prepared.x_is_difference = true;
   range.spec.where = "x > 0";
-  CHECK_THAT(many.screen(), Catch::Contains("y - r is 0 m; y - r is 0.001 m") && Catch::Contains("fitted, where x > 0."));
+  CHECK_THAT(many.screen(),
+             Catch::Contains("y - r is 0 m; y - r is 0.001 m") && Catch::Contains("fitted, where x > 0."));
   for (const auto& [unit, said] :
        {std::pair("rad", "In SI units;"), {"mm", "In SI units and mm;"}, {"", "In raw units;"}}) {
     many.inputs[0].prepared.signals.signals[0].unit = unit;

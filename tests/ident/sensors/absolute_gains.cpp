@@ -109,19 +109,29 @@ TEST_CASE("powers of gains follow from a term's degree, of its target and of wha
   CHECK(exponents_of(by_accelerometer, "x^3") == Exponents{{"accelerations", -2.0}});
 }
 
-TEST_CASE("in SI a coefficient is known to the sensors' calibration and no better", "[ident][absolute_gains]") {
-  const ident::Model model = model_of(recording(1.0, 1.0, 1.0), {.equalise = false});
-  for (const ident::ModelTerm& term : model.terms) {
-    INFO(term.name);
-    double of_gains = 0.0;
-    const std::map<std::string, double> stds{{"displacements", 0.005}, {"accelerations", 0.02}, {"f", 0.03}};
-    for (const auto& [gain, exponent] : term.gain_exponents) of_gains = std::hypot(of_gains, exponent * stds.at(gain));
-    CHECK(term.std_si == Approx(std::hypot(term.std, term.mean * of_gains)).epsilon(1e-12));
-    CHECK(term.std_si > std::abs(term.mean) * 0.02);
-  }
-  dsp::Recording raw = recording(1.0, 1.0, 1.0);
-  raw.channels[2].calibrated = false;
-  for (const ident::ModelTerm& term : model_of(raw, {}).terms) CHECK(std::isnan(term.std_si));
+TEST_CASE("calibrations are stated beside the standard deviations, which do not change with them",
+          "[ident][absolute_gains]") {
+  dsp::Recording made = recording(1.0, 1.0, 1.0);
+  const ident::Model model = model_of(made, {.equalise = false});
+  using Calibration = std::vector<std::pair<std::string, double>>;
+  CHECK(model.calibration == Calibration{{"displacements", 0.005}, {"accelerations", 0.02}, {"f", 0.03}});
+  for (dsp::Channel& channel : made.channels) channel.sensitivity_uncertainty *= 10.0;
+  const ident::Model rough = model_of(made, {.equalise = false});
+  CHECK(rough.calibration.front().second == Approx(0.05));
+  for (std::size_t j = 0; j < model.terms.size(); ++j) CHECK(rough.terms[j].std == model.terms[j].std);
+  made.channels[2].calibrated = false;
+  CHECK(model_of(made, {}).calibration.empty());
+}
+
+TEST_CASE("a gain that cancels is no calibration of the equation", "[ident][absolute_gains]") {
+  // x and v are integrals of the only sensor: its gain is on both sides of a linear equation.
+  dsp::Recording made = recording(1.0, 1.0, 1.0);
+  made.channels = {made.channels[1]};
+  made.samples = made.samples.col(1).eval();
+  const ident::Model model = model_of(made, {}, {"x", "v", "x^3"});
+  CHECK(exponents_of(model, "x") == Exponents{});
+  CHECK(exponents_of(model, "v") == Exponents{});
+  CHECK(exponents_of(model, "x^3") == Exponents{{"accelerations", -2.0}});
 }
 
 TEST_CASE("a term without a degree goes with the nearest multiple of it", "[ident][absolute_gains]") {

@@ -173,6 +173,11 @@ TEST_CASE("a lone displacement has a zero and a drift, a force a lag, and neithe
   auto stated = record;
   stated.zero_is_known = true;
   CHECK(ident::sensor_parameters(stated).at(0).name == "drift of x at 0 s");
+  auto own = record;  // a sensor that states neither range nor drift keeps its zero, unless it is to be fitted
+  own.prepared.channels[0].range = own.prepared.channels[0].drift = 0.0;
+  CHECK(ident::sensor_parameters(own).at(0).name == "lag of f");
+  own.zero_is_fitted = true;
+  CHECK(ident::sensor_parameters(own).at(0).name == "zero of x");
   CHECK(parameters[4].std == Approx(1.0 / rate_hz / std::sqrt(12.0)));
   // x, and y, which is x without a base, move together; f by its slope.
   const auto zero = parameters[0].shape->change(record.prepared.signals)(0, 10);

@@ -1,4 +1,4 @@
-#include "apps/page/rounded.hpp"
+#include "apps/output/rounded.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
