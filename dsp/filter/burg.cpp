@@ -10,6 +10,8 @@
 
 namespace dsp {
 
+using Eigen::Index;
+
 namespace {
 
 // Eight sums side by side, in two vectors: where the processor has none so wide, one of eight goes through memory.
@@ -26,9 +28,9 @@ struct Products {
 
 // One order of the lattice, f -= k b and b -= k f over n pairs, and what the next order asks of the result, in a
 // single pass: f[i + 1] is updated twice, which is cheaper than to read again what has just been written.
-ARDENT_DISPATCH Products reflect(double* f, double* b, Eigen::Index n, double k) {
+ARDENT_DISPATCH Products reflect(double* f, double* b, Index n, double k) {
   Lanes cross[num_halves] = {}, power[num_halves] = {};
-  Eigen::Index i = 0;
+  Index i = 0;
   for (; i + 9 <= n; i += 8)
     for (int half = 0; half < num_halves; ++half) {
       double *f_at = f + i + 4 * half, *b_at = b + i + 4 * half;
@@ -58,8 +60,8 @@ ARDENT_DISPATCH Products reflect(double* f, double* b, Eigen::Index n, double k)
 
 }  // namespace
 
-Eigen::VectorXd burg(const Eigen::Ref<const Eigen::VectorXd>& x, Eigen::Index order) {
-  const Eigen::Index n = x.size();
+Eigen::VectorXd burg(const Eigen::Ref<const Eigen::VectorXd>& x, Index order) {
+  const Index n = x.size();
   if (order < 0 || order >= n)
     throw std::invalid_argument("burg: order must be in [0, " + std::to_string(n) + "), got " + std::to_string(order));
   // Errors of the best predictors of order m: forward of sample m + i, backward of sample i.
@@ -68,7 +70,7 @@ Eigen::VectorXd burg(const Eigen::Ref<const Eigen::VectorXd>& x, Eigen::Index or
   const double floor =
       std::numeric_limits<double>::epsilon() * std::numeric_limits<double>::epsilon() * x.squaredNorm();
   Products products = reflect(forward.data(), backward.data(), n, 0.0);
-  for (Eigen::Index m = 0; m < order && products.power > floor; ++m) {
+  for (Index m = 0; m < order && products.power > floor; ++m) {
     reflection(m) = std::clamp(2.0 * products.cross / products.power, -1.0, 1.0);
     products = reflect(forward.data() + m + 1, backward.data(), n - m - 1, reflection(m));
   }
@@ -76,14 +78,14 @@ Eigen::VectorXd burg(const Eigen::Ref<const Eigen::VectorXd>& x, Eigen::Index or
 }
 
 Eigen::VectorXd predict_forward(const Eigen::Ref<const Eigen::VectorXd>& x,
-                                const Eigen::Ref<const Eigen::VectorXd>& reflection, Eigen::Index count) {
-  const Eigen::Index order = reflection.size();
+                                const Eigen::Ref<const Eigen::VectorXd>& reflection, Index count) {
+  const Index order = reflection.size();
   if (x.size() <= order) throw std::invalid_argument("predict_forward: not more samples than coefficients");
   // Backward errors of order 0 .. order - 1 of the newest sample, grown over the last samples of x.
   Eigen::VectorXd backward = Eigen::VectorXd::Zero(order + 1);
-  for (Eigen::Index i = x.size() - order - 1; i < x.size(); ++i) {
+  for (Index i = x.size() - order - 1; i < x.size(); ++i) {
     double f = x(i), newer = f;
-    for (Eigen::Index m = 0; m < order; ++m) {
+    for (Index m = 0; m < order; ++m) {
       const double b = backward(m);
       backward(m) = newer;
       newer = b - reflection(m) * f;
@@ -91,18 +93,41 @@ Eigen::VectorXd predict_forward(const Eigen::Ref<const Eigen::VectorXd>& x,
     }
   }
   Eigen::VectorXd after(count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    double f = 0.0;  // the forward error of full order: the new sample brings nothing unforeseen
-    for (Eigen::Index m = order - 1; m >= 0; --m) {
-      f += reflection(m) * backward(m);
-      backward(m + 1) = backward(m) - reflection(m) * f;
-    }
-    backward(0) = after(i) = f;
+  // Of each new sample the forward error f of full order is zero: it brings nothing unforeseen. It takes one order after
+  // the other, each with what the sample before has left there: so the next samples follow, two orders behind.
+  const double* const k = reflection.data();
+  double* const b = backward.data();
+  const auto at_order = [k, b](Index m, double& f) {
+    f += k[m] * b[m];
+    b[m + 1] = b[m] - k[m] * f;
+  };
+  constexpr Index together = 4, behind = 2, spread = behind * (together - 1);
+  Index i = 0;
+  for (; i + together <= count; i += together) {
+    double f[together] = {};
+    const auto at_ends = [&](Index m) {
+      for (Index j = 0; j < together; ++j) {
+        const Index own = m + behind * j;
+        if (0 <= own && own < order) at_order(own, f[j]);
+        if (own == 0) b[0] = f[j];
+      }
+    };
+    Index m = order - 1;
+    for (; m > 0 && m + spread >= order; --m) at_ends(m);
+    for (; m > 0; --m)
+      for (Index j = 0; j < together; ++j) at_order(m + behind * j, f[j]);
+    for (m = std::min<Index>(m, 0); m >= -spread; --m) at_ends(m);
+    for (Index j = 0; j < together; ++j) after(i + j) = f[j];
+  }
+  for (; i < count; ++i) {
+    double f = 0.0;
+    for (Index m = order - 1; m >= 0; --m) at_order(m, f);
+    b[0] = after(i) = f;
   }
   return after;
 }
 
-ExtensionOptions resolved(const ExtensionOptions& options, Eigen::Index num_samples, double sample_rate_hz) {
+ExtensionOptions resolved(const ExtensionOptions& options, Index num_samples, double sample_rate_hz) {
   const bool fast = sample_rate_hz > 100.0;
   ExtensionOptions result = options;
   if (result.num_samples <= 0)

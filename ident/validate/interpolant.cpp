@@ -51,7 +51,8 @@ double interpolate(const Eigen::Ref<const Eigen::VectorXd>& samples, double at) 
   const double u = fine - static_cast<double>(phase);
   if (first >= 0 && first + taps.rows() <= samples.size()) {
     const auto window = samples.segment(first, taps.rows());
-    return (1.0 - u) * taps.col(phase).dot(window) + u * taps.col(phase + 1).dot(window);
+    const double here = taps.col(phase).dot(window);
+    return u == 0.0 ? here : (1.0 - u) * here + u * taps.col(phase + 1).dot(window);
   }
   double sum = 0.0;
   for (Index k = 0; k < taps.rows(); ++k)
