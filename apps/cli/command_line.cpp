@@ -167,7 +167,7 @@ int run(int argc, const char* const* argv, Console& console) {
   const Command& command = *named_command(app, program);
   refuse_unused(app, command);
   const int verbosity = global.quiet ? -1 : global.verbose ? 1 : 0;
-  console = Console({.verbosity = verbosity, .json = global.json, .progress = global.progress});
+  console.set({.verbosity = verbosity, .json = global.json, .progress = global.progress});
   return command.run(global, console);
 }
 

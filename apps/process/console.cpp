@@ -1,6 +1,7 @@
 #include "apps/process/console.hpp"
 
 #include <fmt/format.h>
+#include <signal.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -9,7 +10,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
-#include <thread>
+#include <new>
+#include <system_error>
 
 #include "apps/process/interrupt.hpp"
 #include "apps/process/printable.hpp"
@@ -17,20 +19,74 @@
 
 namespace apps {
 namespace {
-constexpr std::chrono::milliseconds redraw_interval{100}, quiet_time{1000};
+using Clock = std::chrono::steady_clock;
+constexpr std::chrono::milliseconds redraw_interval{100}, quiet_time{1000}, beat_interval{250};
 constexpr int bar_width = 30;
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 }  // namespace
 
-Console::Console(const ConsoleOptions& options) : options_(options) {
+Console::Console(const ConsoleOptions& options) {
+  said_ = Clock::now();
+  set(options);
+}
+
+Console::~Console() {
+  {
+    const std::lock_guard lock(screen_);
+    ending_ = true;
+    clear_progress();
+  }
+  end_.notify_all();
+  if (beating_.joinable()) beating_.join();
+}
+
+void Console::set(const ConsoleOptions& options) {
+  const std::lock_guard lock(screen_);
+  options_ = options;
   draws_progress_ = options.verbosity >= 0 && options.progress != ProgressMode::never &&
                     (options.progress == ProgressMode::always || ::isatty(STDERR_FILENO) != 0);
+  if (draws_progress_ && !beating_.joinable()) start_beating();
+}
+
+void Console::start_beating() {
+  sigset_t all, before;  // signals are for the threads that wait for something
+  ::sigfillset(&all);
+  ::pthread_sigmask(SIG_SETMASK, &all, &before);
+  try {
+    beating_ = std::thread([this] { beat(); });
+  } catch (const std::system_error&) {  // no thread: progress is drawn where it is polled
+  }
+  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
+}
+
+void Console::beat() {
+  std::unique_lock lock(screen_);
+  while (!end_.wait_for(lock, beat_interval, [this] { return ending_; })) {
+    const Time now = Clock::now();
+    if (!draws_progress_ || now - std::max(said_, drawn_) < quiet_time) continue;
+    try {
+      if (phase_.empty() || fraction_ >= 1.0 || polled_ < said_) begin_phase("working", std::max(said_, polled_));
+      draw(now);
+    } catch (const std::bad_alloc&) {  // the work needs it more
+    }
+  }
+}
+
+void Console::begin_phase(std::string_view what, Time now) {
+  clear_progress();
+  phase_ = what;
+  phase_began_ = polled_ = now;
+  drawn_ = {};
+  fraction_ = unknown;
 }
 
 void Console::result(std::string_view text) {
+  const std::lock_guard lock(screen_);  // until all is out: it may wait for a reader who has the terminal
   clear_progress();
   const std::string shown = options_.json ? printable_json(text) : printable_lines(text);
   const bool written = std::fwrite(shown.data(), 1, shown.size(), stdout) == shown.size() && std::fflush(stdout) == 0;
   if (!written && errno != EPIPE) throw cannot_write("standard output", errno);
+  said_ = Clock::now();
 }
 
 void Console::say(std::string_view line, bool shown) {
@@ -40,8 +96,10 @@ void Console::say(std::string_view line, bool shown) {
 void Console::put(const std::string& text, bool shown) {
   log_ += text;
   if (!shown) return;
+  const std::lock_guard lock(screen_);
   clear_progress();
   std::fwrite(text.data(), 1, text.size(), stderr);
+  said_ = Clock::now();
 }
 
 void Console::step(std::string_view text) {
@@ -62,19 +120,21 @@ void Console::error(std::string_view name, std::string_view text, std::string_vi
 
 void Console::progress(std::string_view what, double fraction) {
   if (!draws_progress_) return;
-  const auto now = std::chrono::steady_clock::now();
-  if (what != phase_) {
-    clear_progress();
-    phase_ = what;
-    phase_began_ = now;
-    drawn_ = {};
-  }
+  const std::lock_guard lock(screen_);
+  const Time now = Clock::now();
+  if (what != phase_) begin_phase(what, now);
+  polled_ = now;
+  fraction_ = fraction;
   const bool quiet = options_.progress == ProgressMode::automatic && now - phase_began_ < quiet_time;
   if (quiet || (now - drawn_ < redraw_interval && !(fraction >= 1.0))) return;
+  draw(now);
+}
+
+void Console::draw(Time now) {
   drawn_ = now;
   progress_shown_ = true;
   const double elapsed_s = std::chrono::duration<double>(now - phase_began_).count();
-  const std::string line = "\r" + progress_line(printable(what, 60), fraction, elapsed_s) + "\033[K";
+  const std::string line = "\r" + progress_line(printable(phase_, 60), fraction_, elapsed_s) + "\033[K";
   std::fwrite(line.data(), 1, line.size(), stderr);
 }
 
@@ -105,7 +165,7 @@ std::function<void()> shown_poll(Console& console, std::string what, std::functi
   return [&console, what = std::move(what), fraction = std::move(fraction), drawer = std::this_thread::get_id()] {
     check_interrupted();
     if (std::this_thread::get_id() == drawer)
-      console.progress(what, fraction ? fraction() : std::numeric_limits<double>::quiet_NaN());
+      console.progress(what, fraction ? fraction() : unknown);
   };
 }
 

@@ -1,8 +1,11 @@
 #pragma once
 #include <chrono>
+#include <condition_variable>
 #include <functional>
+#include <mutex>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 #include "dsp/fault.hpp"
@@ -18,10 +21,15 @@ struct ConsoleOptions {
 };
 
 /// Results go to standard output, everything else to standard error; what was said is kept for log.txt. Text from
-/// files is made printable on its way out.
+/// files is made printable on its way out. Where progress is drawn a thread of its own says that there is work, when
+/// nothing else was said for a second.
 class Console {
  public:
   explicit Console(const ConsoleOptions& options = {});
+  ~Console();
+  Console(const Console&) = delete;
+  Console& operator=(const Console&) = delete;
+  void set(const ConsoleOptions& options);  ///< from here on
   [[nodiscard]] bool json() const { return options_.json; }
   /// A result: lines of text, or a JSON document. Throws dsp::Fault (output) if standard output cannot take it; a
   /// closed pipe ends it quietly.
@@ -46,11 +54,20 @@ class Console {
  private:
   void say(std::string_view line, bool shown);
   void put(const std::string& text, bool shown);
+  using Time = std::chrono::steady_clock::time_point;
+  void begin_phase(std::string_view what, Time now);
+  void draw(Time now);
   void clear_progress();
+  void start_beating();
+  void beat();
   ConsoleOptions options_;
-  bool draws_progress_ = false, progress_shown_ = false;
+  std::mutex screen_;  ///< of what is drawn, and all that decides on it
+  bool draws_progress_ = false, progress_shown_ = false, ending_ = false;
   std::string phase_;
-  std::chrono::steady_clock::time_point drawn_{}, phase_began_{};
+  double fraction_ = 0.0;
+  Time phase_began_{}, polled_{}, drawn_{}, said_{};  ///< said_: the last line
+  std::condition_variable end_;
+  std::thread beating_;
   std::string log_;
   std::vector<std::string> warnings_, errors_;
 };

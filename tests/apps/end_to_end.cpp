@@ -408,6 +408,7 @@ TEST_CASE("prep, check, init and a dry run do their part and no more", "[apps][e
   CHECK(support::run(folder, "$ARDENT prep duffing/response.csv -o prepared").code == 0);
   CHECK(fs::exists(folder / "prepared/prepared.csv"));
   CHECK_FALSE(fs::exists(folder / "prepared/metrics.json"));
+  expect(folder, "$ARDENT check duffing/response.csv --set library.order=20", 0, {"[library.many]", "candidates for"});
   const auto check = support::run(folder, "$ARDENT check duffing/response.csv");
   CHECK(check.code == 0);
   CHECK_THAT(check.out, Catch::Contains("range all") && Catch::Contains("training rows"));

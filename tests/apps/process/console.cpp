@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdio>
 
 #include "support/program.hpp"
 
@@ -24,4 +25,20 @@ TEST_CASE("progress is drawn while reading, fitting and writing, and only on a t
     CHECK_THAT(asked.err, Catch::Contains(phase));
   CHECK_THAT(support::bytes_of(folder / "always/log.txt"), !Catch::Contains("\r"));
   CHECK_THAT(support::run(folder, "$ARDENT run d/response.csv -o file").err, !Catch::Contains("\r"));
+}
+
+TEST_CASE("work that says nothing of itself is shown to go on", "[apps][console]") {
+  const Scratch folder;
+  const int terminal = ::dup(STDERR_FILENO), file = ::open((folder / "err").c_str(), O_WRONLY | O_CREAT, 0600);
+  ::dup2(file, STDERR_FILENO);
+  bool beats = false;
+  {
+    apps::Console console({.progress = apps::ProgressMode::always});
+    console.step("reading");
+    beats = support::eventually(
+        [&] { return support::bytes_of(folder / "err").find("\rworking, 2 s") != std::string::npos; });
+  }
+  ::dup2(terminal, STDERR_FILENO);
+  ::close(terminal), ::close(file);
+  CHECK(beats);
 }
