@@ -10,7 +10,7 @@ namespace apps {
 namespace {
 
 /// NaN where `text` is no number.
-double number_in(const std::string& text) {
+double number_from(const std::string& text) {
   char* end = nullptr;
   const double value = std::strtod(text.c_str(), &end);
   return !text.empty() && end == text.c_str() + text.size() ? value : std::nan("");
@@ -32,7 +32,7 @@ ValueCheck whole_number(std::uint64_t from, std::uint64_t to) {
 
 ValueCheck non_negative_number() {
   return [](std::string& text) {
-    const double value = number_in(text);
+    const double value = number_from(text);
     const bool fits = std::isfinite(value) && value >= 0.0;
     return fits ? std::string() : fmt::format("want a finite number not below 0, got {}", text);
   };
@@ -40,7 +40,7 @@ ValueCheck non_negative_number() {
 
 ValueCheck positive_number() {
   return [](std::string& text) {
-    const double value = number_in(text);
+    const double value = number_from(text);
     const bool fits = std::isfinite(value) && value > 0.0;
     return fits ? std::string() : fmt::format("want a finite number above 0, got {}", text);
   };

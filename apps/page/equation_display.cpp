@@ -15,7 +15,7 @@ namespace {
 
 using ident::Notation;
 
-std::string number_in(const Rounded& number, Notation notation) {
+std::string in_notation(const Rounded& number, Notation notation) {
   const int power = number.power_of_ten;
   if (notation == Notation::text) return power == 0 ? number.digits : fmt::format("{}e{:+03d}", number.digits, power);
   if (notation == Notation::latex)
@@ -59,7 +59,7 @@ std::string displayed_equation(const ident::Model& model, Notation notation) {
   };
   for (const ident::ModelTerm& term : model.terms)
     if (term.recording == 0)
-      add(term.mean < 0.0, number_in(rounded(std::abs(term.mean), term.std), notation), term.name);
+      add(term.mean < 0.0, in_notation(rounded(std::abs(term.mean), term.std), notation), term.name);
   for (const ident::OwnCoefficients& own : own_coefficients(model))
     add(false, symbol_in(own.symbol, notation), own.name);
   if (model.terms.empty()) text += mathml ? piece("<mn>0</mn>") : " 0";
