@@ -157,7 +157,7 @@ ident::RFactor read_triangle(const Field& field, Index num_terms) {
   return data;
 }
 
-std::vector<ident::FactorTerm> read_terms(const Field& field) {
+std::vector<ident::FactorTerm> factor_terms_in(const Field& field) {
   std::vector<ident::FactorTerm> terms;
   std::set<std::string> names;
   for (const Field& term : field.items()) {
@@ -212,7 +212,7 @@ ident::RecordFactors read_record(const Field& field) {
                               .rate_hz = field.at("rate_hz").number_from(0.0),
                               .band_hz = field.at("band_hz").number_from(0.0),
                               .calibrated = field.at("calibrated").flag(),
-                              .terms = read_terms(field.at("terms"))};
+                              .terms = factor_terms_in(field.at("terms"))};
   if (field.has("stated_zero_m")) record.stated_zero_m = field.at("stated_zero_m").number();
   if (field.has("coordinates"))
     for (const Field& one : field.at("coordinates").items())

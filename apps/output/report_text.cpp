@@ -173,10 +173,10 @@ std::string coordinates_sentence(const std::vector<ident::Coordinates>& coordina
 
 std::string calibration_sentence(const ident::Model& model) {
   std::vector<std::pair<double, std::vector<std::string>>> alike;  // by their standard deviation
-  for (const auto& [gain, std] : model.calibration) {
-    auto known = std::find_if(alike.begin(), alike.end(), [&](const auto& one) { return one.first == std; });
-    if (known == alike.end()) known = alike.insert(known, {std, {}});
-    known->second.push_back(printable(gain));
+  for (const auto& gain : model.calibration) {
+    auto known = std::find_if(alike.begin(), alike.end(), [&](const auto& one) { return one.first == gain.second; });
+    if (known == alike.end()) known = alike.insert(known, {gain.second, {}});
+    known->second.push_back(printable(gain.first));
   }
   std::vector<std::string> parts;
   for (auto& [std, gains] : alike) {

@@ -41,7 +41,7 @@ TEST_CASE("coefficients mean what they do by hand", "[apps][page]") {
   CHECK(named(terms, "frequency at").value == Approx(std::sqrt(50.0 + 0.75 * 9.5) / (2 * pi)));
   CHECK(named(terms, "friction").unit == "m/s^2");
   const auto fed = model_of("a", {{"x", -50.0}, {"v", 0.8}, {"sgn(v)", 0.08}});
-  const auto negative = apps::physical_terms(fed, fed.covariance, {-0.01, 0.01, "m"});
+  const auto negative = apps::physical_terms(fed, {-0.01, 0.01, "m"});
   CHECK(named(negative, "negative damping ratio").value == Approx(-100.0 * 0.8 / (2.0 * std::sqrt(50.0))));
   CHECK(named(negative, "negative friction force per mass").value == Approx(-0.08));
 }
