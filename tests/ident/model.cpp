@@ -12,8 +12,8 @@ namespace {
 ident::Model two_term_model(double stiffness, double friction, double std) {
   return {"a",
           "m/s^2",
-          {{"x", "1/s^2", 0, stiffness, std, std, std, 1.0, 50.0, 1.0},
-           {"sgn(v)", "m/s^2", 1, friction, std, std, std, 1.0, 50.0, 1.0}},
+          {{"x", "1/s^2", 0, stiffness, std, std, 1.0, 50.0, 1.0},
+           {"sgn(v)", "m/s^2", 1, friction, std, std, 1.0, 50.0, 1.0}},
           0.1};
 }
 
