@@ -161,8 +161,8 @@ ident::Model model_of(const Json& row) {
     model.terms.push_back(std::move(one));
   }
   model.coordinates = coordinates_in(row.value("coordinates", Json::array()));
-  for (const auto& [signal, extent] : row.value("extents", Json::object()).items())
-    model.extents.push_back({signal, extent.at(0), extent.at(1)});
+  const Json extents = row.value("extents", Json::object());
+  for (const auto& [signal, extent] : extents.items()) model.extents.push_back({signal, extent.at(0), extent.at(1)});
   return model;
 }
 

@@ -36,7 +36,7 @@ TEST_CASE("a coefficient has one standard deviation, in all documents and comman
   REQUIRE(run(folder, "$ARDENT -q predict one sim6/response.csv -o predicted").code == 0);
   const auto compared = run(folder, "$ARDENT -q compare one other -o compared");
   REQUIRE(compared.code == 0);
-  REQUIRE(run(folder, "$ARDENT -q batch sim5/response.csv -o all").code == 0);
+  REQUIRE(run(folder, "$ARDENT -q batch sim5/response.csv sim6/response.csv -o all").code == 0);
   const json method = chosen_method(folder / "one");
   const json prediction = json::parse(bytes_of(folder / "predicted/predict.json"));
   const json batch = json::parse(bytes_of(folder / "all/table.json"));
