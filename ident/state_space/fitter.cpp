@@ -1,0 +1,271 @@
+#include "ident/state_space/fitter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+
+namespace ident::state_space {
+namespace {
+
+using std::size_t;
+
+size_t as_size(int n) {
+  return static_cast<size_t>(n);
+}
+
+}  // namespace
+
+Fitter::Fitter(const Problem& problem, int num_threads)
+    : start_(start_of(Linearisation(problem))),
+      problem_(with_origins(problem, start_.scales)),
+      floors_(noise_floors(problem_.problem())),
+      num_threads_(num_threads),
+      num_given_channels_(problem.channels.size()) {
+  for (const int speed : speeds_of(problem.equations))
+    if (speed >= 0) speeds_.push_back(speed);
+  all_parameters_.resize(as_size(layout().num_coefficients));
+  std::iota(all_parameters_.begin(), all_parameters_.end(), 0);
+  const std::vector<Prior> priors = priors_of(problem_.problem());
+  for (int i = layout().num_coefficients; i < layout().size(); ++i)
+    if (priors[as_size(i)].std > 0.0) all_parameters_.push_back(i);
+  for (const Prior& prior : priors) point_.parameters.push_back(prior.mean);
+  // Where a position is not recorded, only steps this hard tie it to what is; an acceleration gives a good start.
+  const bool has_rates = std::any_of(problem.channels.begin(), problem.channels.end(),
+                                     [](const Channel& channel) { return channel.rate; });
+  if (has_rates || floors_.size() > num_given_channels_) softest_ = soft_scale;
+  noise_.channel = floors_;
+  soften(hardest);
+}
+
+void Fitter::seek(std::vector<int> coefficients) {
+  std::sort(coefficients.begin(), coefficients.end());
+  if (std::any_of(coefficients.begin(), coefficients.end(),
+                  [&](int i) { return i < 0 || i >= layout().num_coefficients; }))
+    throw std::invalid_argument("state_space: a term that is not there");
+  parameters_ = coefficients;
+  for (int i = 0; i < layout().num_coefficients; ++i)
+    if (!std::binary_search(coefficients.begin(), coefficients.end(), i)) point_.parameters[as_size(i)] = 0.0;
+  for (const int i : all_parameters_)
+    if (i >= layout().num_coefficients) parameters_.push_back(i);
+}
+
+void Fitter::begin(const std::vector<double>& coefficients) {
+  if (!coefficients.empty() && coefficients.size() != as_size(layout().num_coefficients))
+    throw std::invalid_argument("state_space: another number of coefficients");
+  for (size_t i = 0; i < coefficients.size(); ++i)
+    if (std::binary_search(parameters_.begin(), parameters_.end(), static_cast<int>(i)))
+      point_.parameters[i] = coefficients[i];
+  point_.states = start_.states;
+  if (coefficients.empty()) regress();
+}
+
+/// Parameters by least squares on steps and outputs of the states as they are.
+void Fitter::regress() {
+  soften(softest_);
+  if (!look()) return;
+  Triangle triangle(static_cast<int>(parameters_.size()));
+  std::vector<double> row(parameters_.size() + 1);
+  const auto add = [&](const double* slopes, double residual, double weight) {
+    for (size_t j = 0; j < parameters_.size(); ++j) row[j] = weight * slopes[j];
+    row.back() = weight * residual;
+    triangle.add(row.data());
+  };
+  const size_t ns = start_.scales.size(), m = floors_.size(), p = parameters_.size();
+  for (const LinearRecord& record : linear_->records) {
+    for (size_t i = 0; i < record.defect.size() - ns; ++i)
+      add(record.by_parameter.data() + i * p, record.defect[i], 1.0 / noise_.process[i % ns]);
+    for (size_t i = 0; i < record.residual.size(); ++i)
+      if (!std::isnan(record.residual[i]))
+        add(record.output_by_parameter.data() + i * p, record.residual[i], 1.0 / noise_.channel[i % m]);
+  }
+  for (size_t j = 0; j < p; ++j) {
+    std::fill(row.begin(), row.end(), 0.0);
+    row[j] = linear_->prior_weights[j], row.back() = linear_->prior_residuals[j];
+    triangle.add(row.data());
+  }
+  triangle.fold();
+  const std::vector<double> step = triangle.solve();
+  for (size_t j = 0; j < p; ++j) point_.parameters[as_size(parameters_[j])] += step[j];
+}
+
+std::vector<double> Fitter::sought(const std::vector<double>& of_layout) const {
+  std::vector<double> values;
+  if (!of_layout.empty())
+    for (const int i : parameters_) values.push_back(of_layout[as_size(i)]);
+  return values;
+}
+
+double Fitter::linear_part(const Point& point) const {
+  double sum = 0.0;
+  if (!gradient_.empty())
+    for (const int i : parameters_) sum += gradient_[as_size(i)] * point.parameters[as_size(i)];
+  return sum;
+}
+
+double Fitter::J_of(const Smoothed& smoothed) const {
+  if (gradient_.empty()) return smoothed.J();
+  const std::vector<double> here(parameters_.size(), 0.0);
+  return smoothed.parameters.value(here) + smoothed.log_determinant + smoothed.log_noise;
+}
+
+bool Fitter::look() {
+  linear_ = problem_.about(point_, parameters_, parts_, num_threads_);
+  if (!linear_) return false;
+  smoothed_ = smooth(*linear_, noise_, true, num_threads_);
+  return std::isfinite(smoothed_.cost);
+}
+
+Point Fitter::moved(const std::vector<double>& step, const std::vector<std::vector<double>>& states,
+                    double factor) const {
+  Point point = point_;
+  for (size_t j = 0; j < step.size(); ++j) point.parameters[as_size(parameters_[j])] += factor * step[j];
+  for (size_t r = 0; r < states.size(); ++r)
+    for (size_t i = 0; i < states[r].size(); ++i) point.states[r][i] += factor * states[r][i];
+  return point;
+}
+
+bool Fitter::try_step(const std::vector<double>& step) {
+  const auto states = states_step(smoothed_.eliminated, step, true, num_threads_);
+  const double merit = smoothed_.cost + linear_part(point_);
+  for (const double factor : {1.0, 0.5, 0.2}) {
+    Point point = moved(step, states, factor);
+    std::optional<Linear> about = problem_.about(point, parameters_, parts_, num_threads_);
+    if (!about) continue;
+    Smoothed there = smooth(*about, noise_, true, num_threads_);
+    if (!(there.cost + linear_part(point) <= merit + 1e-9 * std::abs(merit))) continue;
+    point_ = std::move(point), linear_ = std::move(about), smoothed_ = std::move(there);
+    return true;
+  }
+  return false;
+}
+
+bool Fitter::iterate(int most, double tolerance) {
+  constexpr int most_dampings = 8;
+  if (!look()) return false;
+  const std::vector<double> linear = sought(gradient_);
+  double damping = 0.0;
+  for (int i = 0, dampings = 0; i < most && dampings <= most_dampings;) {
+    const Triangle& triangle = smoothed_.parameters;
+    const std::vector<double> step = (damping > 0.0 ? triangle.damped(damping) : triangle).solve(linear);
+    if (smoothed_.cost - triangle.value(step, linear) < tolerance) return true;
+    if (try_step(step)) {
+      damping = damping > 1e-6 ? 0.1 * damping : 0.0;
+      ++i, dampings = 0;
+    } else {
+      damping = 10.0 * std::max(damping, 1e-4);
+      ++dampings;
+    }
+  }
+  return false;
+}
+
+void Fitter::stand(const Standing& at) {
+  point_ = at.point, noise_ = at.noise, gradient_ = at.gradient;
+}
+
+bool Fitter::refine_steps() {
+  constexpr int most_parts = 16;
+  constexpr double allowed = 0.1;  // standard deviations
+  while (true) {
+    const std::vector<double> step = smoothed_.parameters.solve(sought(gradient_));
+    const auto finer = problem_.about(point_, parameters_, 2 * parts_, num_threads_);
+    if (!finer) return false;
+    const Smoothed there = smooth(*finer, noise_, false, num_threads_);
+    const std::vector<double> covariance = there.parameters.covariance(),
+                              step_there = there.parameters.solve(sought(gradient_));
+    double largest = 0.0;
+    for (size_t j = 0; j < step.size(); ++j)
+      largest = std::max(largest, std::abs(step_there[j] - step[j]) / std::sqrt(covariance[j * (step.size() + 1)]));
+    if (largest < allowed) return true;
+    if (parts_ == most_parts) return false;
+    parts_ *= 2;
+    if (!iterate(15, of_rest)) return false;
+  }
+}
+
+bool Fitter::refit() {
+  return iterate(15, of_rest);
+}
+
+bool Fitter::refit_softly() {
+  const Noise noise = noise_;
+  const std::vector<double> gradient = gradient_;
+  (void)harden(soft_scale);
+  noise_ = noise, gradient_ = gradient;
+  return refit();
+}
+
+Triangle Fitter::freed() {
+  const std::optional<Linear> linear = problem_.about(point_, all_parameters_, parts_, num_threads_);
+  if (!linear) throw std::logic_error("state_space: a point that was finite");
+  std::vector<double> values;
+  for (const int i : all_parameters_) values.push_back(point_.parameters[as_size(i)]);
+  freed_ = smooth(*linear, noise_, true, num_threads_);
+  return freed_.parameters.from(values);
+}
+
+void Fitter::move_to(const std::vector<int>& coefficients, const std::vector<double>& values) {
+  std::vector<double> step;
+  for (size_t j = 0; j < values.size(); ++j) step.push_back(values[j] - point_.parameters[as_size(all_parameters_[j])]);
+  const std::vector<std::vector<double>> states = states_step(freed_.eliminated, step, true, num_threads_);
+  parameters_ = all_parameters_;
+  point_ = moved(step, states, 1.0);
+  seek(coefficients);
+}
+
+bool Fitter::at_floor(const std::vector<double>& residual_std) const {
+  // Of a median over a fifth of the ordinates, as uncertain under Hann's window as of half as many; and of the squares.
+  constexpr double of_floor = 1.44 * 1.44 * 1.9 / 0.2, of_squares = 2.0, allowed = 4.0;
+  for (size_t j = 0; j < num_given_channels_; ++j) {
+    double samples = 0.0;
+    for (const Record& record : problem_.problem().records)
+      samples += static_cast<double>((!record.channels.col(static_cast<Eigen::Index>(j)).array().isNaN()).count());
+    const double ratio = residual_std[j] / floors_[j];
+    if (ratio * ratio > 1.0 + allowed * std::sqrt((of_floor + of_squares) / samples)) return false;
+  }
+  return true;
+}
+
+Fit Fitter::result() const {
+  Fit fit{.parameters = parameters_,
+          .point = point_,
+          .covariance = smoothed_.parameters.covariance(),
+          .noise = noise_,
+          .floors = floors_,
+          .J = J(),
+          .gain_of_process_noise = gain_of_process_noise_,
+          .parts = parts_,
+          .settled = settled_};
+  const size_t m = floors_.size();
+  std::vector<double> squares(m, 0.0), samples(m, 0.0);
+  if (linear_)
+    for (const LinearRecord& record : linear_->records)
+      for (size_t i = 0; i < record.residual.size(); ++i)
+        if (!std::isnan(record.residual[i]))
+          squares[i % m] += record.residual[i] * record.residual[i], ++samples[i % m];
+  for (size_t j = 0; j < num_given_channels_; ++j)
+    fit.residual_std.push_back(linear_ ? std::sqrt(squares[j] / samples[j]) : std::nan(""));
+  fit.at_floor = linear_ && at_floor(fit.residual_std);
+  return fit;
+}
+
+double Fit::std(size_t i) const {
+  return std::sqrt(covariance[i * (parameters.size() + 1)]);
+}
+
+Fit fit(const Problem& problem, const FitOptions& options) {
+  Fitter fitter(problem, options.num_threads);
+  std::vector<int> terms = options.terms;
+  if (terms.empty()) {
+    terms.resize(as_size(fitter.layout().num_coefficients));
+    std::iota(terms.begin(), terms.end(), 0);
+  }
+  fitter.seek(terms);
+  fitter.begin(options.coefficients);
+  fitter.settle();
+  return fitter.result();
+}
+
+}  // namespace ident::state_space

@@ -1,0 +1,201 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "ident/state_space/fitter.hpp"
+
+// How much noise a fit stands on: from soft to hard, the levels of most likelihood, and the log-determinant.
+
+namespace ident::state_space {
+namespace {
+
+using std::size_t;
+
+size_t as_size(int n) {
+  return static_cast<size_t>(n);
+}
+
+}  // namespace
+
+void Fitter::soften(double factor) {
+  noise_.process = start_.scales;
+  for (double& std : noise_.process) std *= factor;
+}
+
+bool Fitter::harden(double from) {
+  constexpr double usual = 4.0, least = 1.3;  // factor from stage to stage; below, it stands still
+  constexpr double hopeless = 1e3;            // a rise of J that no later stage makes good, and that settles the matter
+  gradient_.clear();
+  std::optional<Standing> good;
+  double at = from, factor = usual, lowest = std::numeric_limits<double>::infinity();
+  while (true) {
+    soften(at);
+    const bool last = at <= hardest;
+    const bool rests = iterate(good ? 15 : 40, last ? of_rest : 1.0);
+    if (last && rests) return true;
+    if (!rests && good && factor > least) {
+      stand(*good);
+      factor = std::sqrt(factor);
+      at = std::max(hardest, noise_.process.front() / start_.scales.front() / factor);
+      continue;
+    }
+    if (last || !linear_) return false;
+    if (rests && (at >= soft_scale || !soft_)) soft_ = standing();
+    if (rests && J() > lowest + hopeless) return false;
+    lowest = std::min(lowest, J());
+    good = standing();
+    at = std::max(hardest, at / factor);
+    factor = std::min(usual, factor * 1.3);
+  }
+}
+
+std::vector<Fitter::Level> Fitter::levels(bool with_process) {
+  std::vector<Level> all;
+  if (with_process)
+    for (const int speed : speeds_)
+      all.push_back(
+          {&noise_.process[as_size(speed)], hardest * start_.scales[as_size(speed)], start_.scales[as_size(speed)]});
+  const double e = std::exp(1.0);
+  for (size_t j = 0; j < floors_.size(); ++j)
+    if (problem_.problem().channels[j].noise_std == 0.0)
+      all.push_back({&noise_.channel[j], floors_[j] / e, floors_[j] * e});
+  return all;
+}
+
+/// One parabola for each level, in logarithms.
+void Fitter::search(const std::vector<Level>& levels, std::vector<double>& widths) {
+  const auto J_here = [&] { return J_of(smooth(*linear_, noise_, false, num_threads_)); };
+  double best = J_here();
+  for (size_t j = 0; j < levels.size(); ++j) {
+    const Level& level = levels[j];
+    const double start = std::log(*level.std);
+    double at = start;
+    const auto try_at = [&](double log_std) {
+      const double before = *level.std;
+      *level.std = std::exp(std::clamp(log_std, std::log(level.low), std::log(level.high)));
+      const double J = J_here(), tried = std::log(*level.std);
+      if (J < best)
+        best = J, at = tried;
+      else
+        *level.std = before;
+      return std::pair{tried, J};
+    };
+    const double here = best;
+    const auto [above, J_above] = try_at(start + widths[j]);
+    const auto [below, J_below] = try_at(start - widths[j]);
+    if (above > start && below < start) {
+      const double up = (J_above - here) / (above - start), down = (here - J_below) / (start - below),
+                   curvature = (up - down) / (0.5 * (above - below)),
+                   slope = (up * (start - below) + down * (above - start)) / (above - below);
+      if (curvature > 0.0)
+        (void)try_at(std::clamp(start - slope / curvature, start - 4.0 * widths[j], start + 4.0 * widths[j]));
+    }
+    const double change = std::abs(at - start);
+    widths[j] = std::clamp(change > 0.03 ? 1.5 * change : 0.2 * widths[j], 0.02, 2.5);
+  }
+}
+
+bool Fitter::settle_noise(bool with_process) {
+  constexpr int most_rounds = 15;
+  constexpr double of_rest_J = 0.05;
+  const std::vector<Level> all = levels(with_process);
+  constexpr double unsure_of_process = 1.0,
+                   unsure_of_channel = 0.1;  // a factor of e; a spectrum's floor is better known
+  std::vector<double> widths(all.size(), unsure_of_channel);
+  if (with_process) std::fill_n(widths.begin(), speeds_.size(), unsure_of_process);
+  if (!look()) return false;
+  double before = J();
+  for (int round = 0; round < most_rounds; ++round) {
+    search(all, widths);
+    if (!iterate(15, of_rest)) return false;
+    if (round > 0 && std::abs(before - J()) < of_rest_J) return true;
+    before = J();
+  }
+  return false;
+}
+
+bool Fitter::has_process_noise() const {
+  constexpr double above_floor = 10.0;
+  return std::any_of(speeds_.begin(), speeds_.end(), [&](int speed) {
+    return noise_.process[as_size(speed)] > above_floor * hardest * start_.scales[as_size(speed)];
+  });
+}
+
+double Fitter::log_determinant(const Point& point) const {
+  const std::optional<Linear> linear = problem_.about(point, {}, parts_, num_threads_);
+  return linear ? smooth(*linear, noise_, false, num_threads_).log_determinant : std::nan("");
+}
+
+bool Fitter::follow_log_determinant() {
+  constexpr int most_rounds = 20;
+  constexpr double width = 0.05, of_rest_std = 0.05, of_rest_J = 0.05;  // the first two: standard deviations
+  if (!has_process_noise()) return true;
+  const std::vector<Level> all = levels(true);
+  std::vector<double> widths(all.size(), 0.2);
+  const size_t p = parameters_.size();
+  double J_before = std::numeric_limits<double>::infinity();
+  for (int round = 0; round < most_rounds; ++round) {
+    const std::vector<double> covariance = smoothed_.parameters.covariance();
+    std::vector<double> gradient(point_.parameters.size(), 0.0);
+    for (size_t j = 0; j < p; ++j) {
+      const double std = std::sqrt(covariance[j * (p + 1)]);
+      if (!std::isfinite(std)) return false;
+      std::vector<double> step(p, 0.0);
+      step[j] = width * std;
+      const auto states = states_step(smoothed_.eliminated, step, false, num_threads_);
+      gradient[as_size(parameters_[j])] =
+          (log_determinant(moved(step, states, 1.0)) - log_determinant(moved(step, states, -1.0))) / (2.0 * step[j]);
+      if (!std::isfinite(gradient[as_size(parameters_[j])])) return false;
+    }
+    gradient_ = gradient;
+    const std::vector<double> before = sought(point_.parameters);
+    if (!iterate(15, of_rest)) return false;
+    const std::vector<double> now = sought(point_.parameters);
+    double largest = 0.0;
+    for (size_t j = 0; j < p; ++j)
+      largest = std::max(largest, std::abs(now[j] - before[j]) / std::sqrt(covariance[j * (p + 1)]));
+    search(all, widths);
+    if (!look()) return false;
+    if (largest < of_rest_std && std::abs(J_before - J()) < of_rest_J) return true;
+    J_before = J();
+  }
+  return false;
+}
+
+void Fitter::settle() {
+  const Hard hard = hard_end(harden(softest_) && settle_noise(false) && refine_steps());
+  if (soft_) stand(*soft_);
+  soften(hardest);
+  for (const int speed : speeds_) noise_.process[as_size(speed)] = soft_scale * start_.scales[as_size(speed)];
+  compare_with(hard, soft_ && settle_noise(true) && refine_steps());
+}
+
+void Fitter::settle_again() {
+  const bool stands = settle_noise(true) && refine_steps();
+  if (!has_process_noise()) {
+    settled_ = stands, gain_of_process_noise_ = 0.0;
+    return;
+  }
+  const Standing here = standing();
+  const Hard hard = hard_end(harden(soft_scale) && settle_noise(false));
+  stand(here);
+  compare_with(hard, look() && stands);
+}
+
+/// Where the hard end was not reached, J of the last stage, which it would exceed.
+Fitter::Hard Fitter::hard_end(bool reached) const {
+  return {standing(), linear_ ? J() : std::numeric_limits<double>::infinity(), reached};
+}
+
+/// Keeps what stands, or the hard end where that is as likely.
+void Fitter::compare_with(const Hard& hard, bool stands) {
+  gain_of_process_noise_ = stands ? std::max(0.0, hard.J - J()) : 0.0;
+  if (gain_of_process_noise_ > 0.0) {
+    settled_ = follow_log_determinant();
+  } else {
+    stand(hard.at);
+    settled_ = look() && hard.reached;
+  }
+}
+
+}  // namespace ident::state_space

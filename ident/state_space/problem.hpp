@@ -1,0 +1,67 @@
+#pragma once
+#include <Eigen/Core>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+// A statistical problem, stated. With s the states, c the coefficients, k one sample of a record:
+//
+//   s_k+1 = Phi(s_k; c) + w_k,   w_k ~ N(0, diag(q))      the equation over one sample, and what it does not explain
+//   y_jk  = g_j q_j(t_k - tau_j) + b_j + e_jk,  e ~ N(0, r_j)    q_j: a state or its rate; any sample may be missing
+//
+// c has a flat prior; gain g, lag tau, offset b and the corner of an AC coupling have normal ones.
+
+namespace ident::state_space {
+
+/// A product that stands on the right of a state's equation, with a coefficient that is known or sought.
+struct Term {
+  std::string text;  ///< of states, inputs and t: "x^2*v", "sgn(v)"
+  int state = 1;     ///< whose rate it adds to
+  std::optional<double> known = {};
+};
+
+/// rate of each state = sum of coefficient x term.
+struct Equations {
+  std::vector<std::string> states = {"x", "v"};
+  std::vector<std::string> inputs = {};
+  std::vector<Term> terms = {};  ///< kinematics too, with a known coefficient
+};
+
+/// x' = v, v' = these terms.
+[[nodiscard]] Equations oscillator(const std::vector<std::string>& terms, std::vector<std::string> inputs = {});
+
+/// What is known of a number beforehand.
+struct Prior {
+  double mean = 0.0, std = 0.0;  ///< std 0: it is the mean; infinite: nothing is known
+};
+inline constexpr double unknown = std::numeric_limits<double>::infinity();
+
+/// A recorded channel: an output of the state.
+struct Channel {
+  std::string name = {};
+  int state = 0;           ///< displacement: of x; velocity: of v
+  bool rate = false;       ///< the rate of that state: of v, the acceleration
+  double noise_std = 0.0;  ///< white, of a sample; 0: estimated, within a factor of e of what its spectrum ends in
+  Prior gain = {1.0, 0.0}, offset = {}, lag_s = {};
+  Prior corner_rad_s = {};  ///< of a first-order AC coupling; mean 0: there is none
+};
+
+/// Channels recorded together at equal intervals, and inputs, which are known without gaps.
+struct Record {
+  Eigen::MatrixXd channels;  ///< samples x channels; NaN: missing
+  Eigen::MatrixXd inputs;    ///< samples x inputs
+};
+
+struct Problem {
+  Equations equations;
+  std::vector<Channel> channels;
+  std::vector<Record> records;
+  double sample_rate_hz = 0.0;
+};
+
+/// Throws std::invalid_argument that says what does not fit: sizes, indices, a rate that is not positive, a record of
+/// fewer than 8 samples, an input or a channel that is infinite, a channel without any sample.
+void require_sound(const Problem& problem);
+
+}  // namespace ident::state_space

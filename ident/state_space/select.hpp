@@ -1,0 +1,31 @@
+#pragma once
+#include <vector>
+
+#include "ident/state_space/fit.hpp"
+
+namespace ident::state_space {
+
+struct SelectOptions {
+  FitOptions fit = {};           ///< its terms: where the search for terms begins; empty: with all
+  std::vector<int> barred = {};  ///< coefficients that are scored and never taken: usual forms outside a library
+};
+
+/// What the data say of one term.
+struct Score {
+  double gain = 0.0;         ///< by how much -2 log likelihood falls with it, others of the selection adapted
+  double probability = 0.0;  ///< of its belonging to the equation: from gain less price
+};
+
+struct Selection {
+  Fit fit;                    ///< of the selected terms
+  std::vector<Score> scores;  ///< of every coefficient; of those outside the score test
+  double price = 0.0;         ///< of a term: ln m + 2 ln b, m samples recorded, b terms to choose from
+  bool settled = false;       ///< no exchange, addition or removal of a term is more likely
+};
+
+/// The terms for which J + price x number is least. All terms are fitted first (or those proposed) and the noise is
+/// estimated there and held. Then one linear solution with every candidate freed answers for all subsets: those whose
+/// quadratic cost is least are fitted anew, until the choice repeats itself. Throws as fit.
+[[nodiscard]] Selection select(const Problem& problem, const SelectOptions& options);
+
+}  // namespace ident::state_space

@@ -1,0 +1,175 @@
+#include "ident/state_space/start.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <optional>
+
+#include "dsp/filter/power_density.hpp"
+#include "dsp/filter/spectral.hpp"
+
+namespace ident::state_space {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+double std_of(const VectorXd& values) {
+  return std::sqrt((values.array() - values.mean()).square().mean());
+}
+
+/// With straight lines over what is missing; the nearest value at the ends.
+VectorXd filled(VectorXd values) {
+  Index last = -1;
+  for (Index k = 0; k < values.size(); ++k) {
+    if (std::isnan(values(k))) continue;
+    for (Index i = last + 1; i < k; ++i) {
+      const double part = last < 0 ? 1.0 : static_cast<double>(i - last) / static_cast<double>(k - last);
+      values(i) = last < 0 ? values(k) : values(last) + part * (values(k) - values(last));
+    }
+    last = k;
+  }
+  for (Index i = last + 1; i < values.size(); ++i) values(i) = last < 0 ? 0.0 : values(last);
+  return values;
+}
+
+VectorXd longest_run(const VectorXd& values) {
+  Index first = 0, best_first = 0, best = 0;
+  for (Index k = 0; k <= values.size(); ++k) {
+    if (k < values.size() && !std::isnan(values(k))) continue;
+    if (k - first > best) best = k - first, best_first = first;
+    first = k + 1;
+  }
+  return values.segment(best_first, best);
+}
+
+/// Where the spectrum falls to thrice its noise, and 1.3 times that: a motion is looked for below.
+double cutoff_hz(const VectorXd& signal, double rate_hz, double noise_std) {
+  constexpr double above_noise = 3.0, beyond = 1.3;
+  constexpr Index samples_an_ordinate = 100;  // so that a mean of ordinates is steady
+  const dsp::PowerDensity density(signal, rate_hz);
+  const VectorXd& ordinates = density.ordinates();
+  const double floor = above_noise * noise_std * noise_std / (0.5 * rate_hz);
+  const auto width = std::max<Index>(3, signal.size() / samples_an_ordinate);
+  double highest = 5.0 * density.step_hz(), sum = 0.0;
+  for (Index k = 0; k < ordinates.size(); ++k) {
+    sum += ordinates(k) - (k >= width ? ordinates(k - width) : 0.0);
+    if (sum > floor * static_cast<double>(width))
+      highest = std::max(highest, static_cast<double>(k) * density.step_hz());
+  }
+  return std::min(beyond * highest, 0.45 * rate_hz);
+}
+
+/// A channel's motion, derived `order` times (below zero: integrated, from five cycles a record on) below a cut-off.
+VectorXd derived(const VectorXd& signal, double rate_hz, int order, double to_hz) {
+  const double from_hz = 5.0 * rate_hz / static_cast<double>(signal.size());
+  const dsp::SpectralBand band{to_hz, std::min(1.25 * to_hz, 0.5 * rate_hz)};
+  return dsp::ExtendedSpectrum(signal, rate_hz).filtered([&](double f) -> std::complex<double> {
+    if (order < 0 && f < from_hz) return 0.0;
+    return std::pow(std::complex<double>(0.0, 2.0 * std::numbers::pi * f), order) * band.gain(f);
+  });
+}
+
+/// How often a position has been differentiated for a channel to record it: 0 to 2; nothing where it does not.
+std::optional<int> order_of(const Channel& channel, int position, int speed) {
+  const bool of_speed = channel.state == speed;
+  if (channel.state != position && !of_speed) return {};
+  return (of_speed ? 1 : 0) + (channel.rate ? 1 : 0);
+}
+
+}  // namespace
+
+std::vector<int> speeds_of(const Equations& equations) {
+  std::vector<int> speeds(equations.states.size(), -1);
+  for (const Term& term : equations.terms) {
+    const auto named = std::find(equations.states.begin(), equations.states.end(), term.text);
+    if (term.known && named != equations.states.end())
+      speeds[static_cast<std::size_t>(term.state)] = static_cast<int>(named - equations.states.begin());
+  }
+  return speeds;
+}
+
+std::vector<double> noise_floors(const Problem& problem) {
+  constexpr double least = 1e-6, from = 0.25, to = 0.45;
+  std::vector<double> floors;
+  for (std::size_t j = 0; j < problem.channels.size(); ++j) {
+    floors.push_back(problem.channels[j].noise_std);
+    if (floors.back() > 0.0) continue;
+    double square = 0.0, own = 0.0, samples = 0.0;
+    for (const Record& record : problem.records) {
+      const VectorXd run = longest_run(record.channels.col(static_cast<Index>(j)));
+      if (run.size() == 0) continue;
+      const auto n = static_cast<double>(run.size());
+      const dsp::PowerDensity density(run, problem.sample_rate_hz);
+      square += n * density.between(from * problem.sample_rate_hz, to * problem.sample_rate_hz) * 0.5 *
+                problem.sample_rate_hz;
+      own += n * std_of(run) * std_of(run), samples += n;
+    }
+    floors.back() = std::sqrt(std::max(square, least * least * own) / samples);
+    if (floors.back() == 0.0) floors.back() = least;  // a channel that does not move
+  }
+  return floors;
+}
+
+Problem with_origins(Problem problem, const std::vector<double>& scales) {
+  constexpr double stds = 3.0;
+  const std::vector<int> speeds = speeds_of(problem.equations);
+  for (std::size_t i = 0; i < speeds.size(); ++i) {
+    const auto state = static_cast<int>(i);
+    const bool fixed = std::any_of(problem.channels.begin(), problem.channels.end(), [&](const Channel& channel) {
+      return channel.state == state && !channel.rate && channel.corner_rad_s.mean == 0.0;
+    });
+    if (speeds[i] < 0 || fixed) continue;
+    problem.channels.push_back({.name = "(origin)", .state = state, .noise_std = stds * scales[i]});
+    for (Record& record : problem.records) {
+      record.channels.conservativeResize(Eigen::NoChange, record.channels.cols() + 1);
+      record.channels.rightCols(1).setZero();
+    }
+  }
+  return problem;
+}
+
+Start start_of(const Linearisation& problem) {
+  const Problem& given = problem.problem();
+  const std::vector<int> speeds = speeds_of(given.equations);
+  const std::vector<double> floors = noise_floors(given);
+  const auto ns = static_cast<std::size_t>(problem.model().num_states());
+  Start start{.scales = std::vector<double>(ns, 0.0)};
+  double samples = 0.0;
+  for (const Record& record : given.records) {
+    const auto n = static_cast<std::size_t>(record.channels.rows());
+    std::vector<double>& states = start.states.emplace_back(n * ns, 0.0);
+    const auto write = [&](std::size_t state, const VectorXd& values) {
+      for (std::size_t k = 0; k < n; ++k) states[k * ns + state] = values(static_cast<Index>(k));
+      start.scales[state] += static_cast<double>(n) * std_of(values) * std_of(values);
+    };
+    samples += static_cast<double>(n);
+    for (std::size_t i = 0; i < speeds.size(); ++i) {
+      if (speeds[i] < 0) continue;
+      std::optional<std::size_t> best;
+      int order = 3;
+      for (std::size_t j = 0; j < given.channels.size(); ++j) {
+        const std::optional<int> of = order_of(given.channels[j], static_cast<int>(i), speeds[i]);
+        if (of && *of < order) best = j, order = *of;
+      }
+      if (!best) continue;
+      const VectorXd signal = filled(record.channels.col(static_cast<Index>(*best)));
+      const double to_hz = cutoff_hz(signal, given.sample_rate_hz, floors[*best]);
+      write(i, derived(signal, given.sample_rate_hz, -order, to_hz));
+      write(static_cast<std::size_t>(speeds[i]), derived(signal, given.sample_rate_hz, 1 - order, to_hz));
+    }
+    for (std::size_t j = 0; j < given.channels.size(); ++j) {
+      const auto of = static_cast<std::size_t>(given.channels[j].state),
+                 coupled = static_cast<std::size_t>(problem.model().output_state(static_cast<int>(j)));
+      if (of == coupled) continue;
+      VectorXd values(static_cast<Index>(n));
+      for (std::size_t k = 0; k < n; ++k) values(static_cast<Index>(k)) = states[k * ns + of];
+      write(coupled, values.array() - values.mean());
+    }
+  }
+  for (double& scale : start.scales) scale = scale > 0.0 ? std::sqrt(scale / samples) : 1.0;
+  return start;
+}
+
+}  // namespace ident::state_space

@@ -1,0 +1,29 @@
+#pragma once
+#include <vector>
+
+#include "ident/state_space/linear.hpp"
+
+namespace ident::state_space {
+
+/// The states and their kinematics: state i is a position whose rate is state speed[i]; -1: it is not.
+[[nodiscard]] std::vector<int> speeds_of(const Equations& equations);
+
+/// White noise of a sample of each channel as the upper end of its own spectrum has it, 0.25 to 0.45 of the sample
+/// rate: its standard deviation, where noise_std is not given. Never below 1e-6 of the channel's own.
+[[nodiscard]] std::vector<double> noise_floors(const Problem& problem);
+
+/// A problem in which every position has an origin: where neither it nor anything that fixes it is recorded, as of an
+/// acceleration alone, x + x0 obeys an equation with more terms as well. A channel of zeros with three times its
+/// standard deviation as noise, which no real motion contradicts, is added for each such position.
+[[nodiscard]] Problem with_origins(Problem problem, const std::vector<double>& scales);
+
+/// States from the channels alone: each position, speed and its rate from the recorded derivative of lowest order,
+/// low-passed where its spectrum falls to its noise, differentiated or integrated; other states zero. A coupled state
+/// begins as what it is coupled to.
+struct Start {
+  std::vector<std::vector<double>> states;  ///< of each record, as Point has them
+  std::vector<double> scales;               ///< standard deviation of each state; of those not known 1
+};
+[[nodiscard]] Start start_of(const Linearisation& problem);
+
+}  // namespace ident::state_space

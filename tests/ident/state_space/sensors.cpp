@@ -1,0 +1,137 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "ident/state_space/records.hpp"
+
+using namespace ident::state_space;
+using support::estimate_of;
+using support::Runs;
+
+namespace {
+
+constexpr double missing = std::numeric_limits<double>::quiet_NaN();
+
+/// Within four standard deviations of the truth, and not by being uncertain: those are below `useful`.
+void check_estimate(const Fit& fit, int parameter, double truth, double useful) {
+  const auto [value, std] = estimate_of(fit, parameter);
+  CAPTURE(parameter, value, std, truth);
+  CHECK(std::abs(value - truth) < 4.0 * std);
+  CHECK(std < useful);
+}
+
+void check_duffing(const Fit& fit, double share) {
+  const double truth[4] = {-25.0, -1.0, -2500.0, 100.0};
+  for (int i = 0; i < 4; ++i) check_estimate(fit, i, truth[i], share * std::abs(truth[i]));
+}
+
+const std::vector<std::string> duffing_terms{"x", "v", "x^3", "f"};
+
+}  // namespace
+
+TEST_CASE("any sample may be missing", "[ident][state_space]") {
+  const Runs runs = support::runs_of(sim::Duffing{}, {0.8, 1.0, 1.2}, 25.0, 100.0);
+  Problem problem = support::problem_of(runs, duffing_terms, "xa", 0.05, 930001);
+  std::mt19937 engine(7);
+  for (Record& record : problem.records) {
+    for (Eigen::Index k = 0; k < record.channels.rows(); ++k)
+      for (Eigen::Index j = 0; j < 2; ++j)
+        if (engine() % 4 == 0) record.channels(k, j) = missing;
+    record.channels.middleRows(600, 80).setConstant(missing);  // more than half a period of nothing
+    record.channels.col(1).head(30).setConstant(missing);
+  }
+  const Fit fit = ident::state_space::fit(problem, {.num_threads = 1});
+  CHECK(fit.converged());
+  check_duffing(fit, 0.02);
+}
+
+TEST_CASE("a velocity alone, or an acceleration alone, gives the equation too", "[ident][state_space]") {
+  const Runs runs = support::runs_of(sim::Duffing{}, {0.8, 1.0, 1.2}, 25.0, 100.0);
+  const std::string channel = GENERATE("v", "a");
+  CAPTURE(channel);
+  const Fit fit =
+      ident::state_space::fit(support::problem_of(runs, duffing_terms, channel, 0.05, 930002), {.num_threads = 1});
+  CHECK(fit.converged());
+  check_duffing(fit, 0.02);
+}
+
+TEST_CASE("without a recorded input the log-determinant finds the damping", "[ident][state_space]") {
+  // x'' = -40 x - 0.5 x' + white force, held over a thousandth of a second each.
+  constexpr double fine_s = 1e-3, k = 40.0, c = 0.5;
+  Problem problem{.equations = oscillator({"x", "v"}), .channels = {{.name = "x"}}, .sample_rate_hz = 50.0};
+  for (std::uint64_t r = 0; r < 2; ++r) {
+    const sim::Noise force(930003, r), noise(930004, r);
+    double x = 0.0, v = 0.0;
+    Record record{Eigen::MatrixXd(2000, 1), Eigen::MatrixXd(2000, 0)};
+    for (std::uint64_t i = 0; i < 20 * 3000; ++i) {
+      v += fine_s * (-k * x - c * v) + std::sqrt(fine_s) * force.normal(i);  // symplectic: right to fine_s k / 2
+      x += fine_s * v;
+      if (i % 20 == 0 && i >= 20 * 1000)
+        record.channels(static_cast<Eigen::Index>(i / 20) - 1000) = x + 0.008 * noise.normal(i);
+    }
+    problem.records.push_back(record);
+  }
+  const Fit fit = ident::state_space::fit(problem, {.num_threads = 1});
+  CHECK(fit.settled);
+  check_estimate(fit, 0, -k, 1.5);
+  check_estimate(fit, 1, -c, 0.2);
+  // Its spread over a step of h: a unit white force gives a velocity of variance h.
+  CHECK(fit.noise.process[1] == Approx(std::sqrt(1.0 / 50.0)).epsilon(0.1));
+}
+
+TEST_CASE("what an equation lacks is process noise, and the score test names it", "[ident][state_space]") {
+  const sim::Noise draw(930005, 0);
+  Problem problem{.equations = oscillator({"1", "x", "v", "x^2", "x^3", "f", "abs(v)*v", "sgn(v)", "abs(x)*x"}, {"f"}),
+                  .channels = {{.name = "x"}},
+                  .sample_rate_hz = 100.0};
+  for (const double omega : {3.7, 4.9, 6.1}) {
+    const sim::System system{
+        .name = "drag", .states = {"x", "v"}, .rhs = [=](double t, const double* y, int, double* dydt) {
+          dydt[0] = y[1];
+          dydt[1] = 100.0 * std::cos(omega * t) - y[1] - 25.0 * y[0] - 2500.0 * y[0] * y[0] * y[0] -
+                    0.3 * std::abs(y[1]) * y[1];
+        }};
+    const sim::Simulation run =
+        sim::simulate(system, Eigen::Vector2d::Zero(), {.duration_s = 25.0, .sample_rate_hz = 100.0});
+    Record record{run.states.col(0), Eigen::MatrixXd(run.time_s.size(), 1)};
+    for (Eigen::Index k = 0; k < run.time_s.size(); ++k) {
+      record.inputs(k) = std::cos(omega * run.time_s(k));
+      record.channels(k) +=
+          0.005 * draw.normal(static_cast<std::uint64_t>(k) + static_cast<std::uint64_t>(1e4 * omega));
+    }
+    problem.records.push_back(record);
+  }
+  const std::vector<int> usual_forms{6, 7, 8};
+  const Selection without = select(problem, {.fit = {.num_threads = 1}, .barred = usual_forms});
+  CHECK(without.fit.gain_of_process_noise > 20.0);
+  for (const int other : {0, 3, 7, 8})
+    CHECK(without.scores[6].gain > without.scores[static_cast<std::size_t>(other)].gain);
+  CHECK(without.scores[6].probability > 0.99);
+}
+
+TEST_CASE("a fit that cannot reach the floor says so", "[ident][state_space]") {
+  // Noise said to be a fifth of what it is, and no speed whose process noise could take up the rest.
+  const Runs runs = support::runs_of(sim::Duffing{}, {0.8, 1.2}, 15.0, 100.0);
+  Problem problem = support::problem_of(runs, duffing_terms, "x", 0.05, 930006);
+  problem.channels[0].noise_std = 0.003;
+  CHECK_FALSE(ident::state_space::fit(problem, {.num_threads = 1}).converged());
+}
+
+TEST_CASE("problems that do not fit together are refused", "[ident][state_space]") {
+  const Runs runs = support::runs_of(sim::Duffing{}, {1.0}, 2.0, 100.0);
+  const Problem good = support::problem_of(runs, duffing_terms, "x", 0.01, 1);
+  const auto refused = [&](const auto& spoil) {
+    Problem problem = good;
+    spoil(problem);
+    CHECK_THROWS_AS(fit(problem, {}), std::invalid_argument);
+  };
+  refused([](Problem& p) { p.sample_rate_hz = 0.0; });
+  refused([](Problem& p) { p.channels[0].state = 2; });
+  refused([](Problem& p) { p.equations.terms[1].state = -1; });
+  refused([](Problem& p) { p.records[0].inputs(3) = missing; });
+  refused([](Problem& p) { p.records[0].channels.setConstant(missing); });
+  refused([](Problem& p) { p.records[0].channels.conservativeResize(5, 1); });
+  CHECK_THROWS_AS(fit(good, {.terms = {4}}), std::invalid_argument);
+  CHECK_THROWS_AS(fit(good, {.coefficients = {1.0}}), std::invalid_argument);
+}
