@@ -51,6 +51,6 @@ TEST_CASE("the printed equation predicts the last tenth of an electronic oscilla
                     "schema = 1\nrate = 610.3515625\n[[channel]]\nname = \"input\"\ncolumn = \"V1\"\nrole = \"f\"\n"
                     "unit = \"V\"\n[[channel]]\nname = \"output\"\ncolumn = \"V2\"\nrole = \"y\"\nunit = \"V\"\n");
   REQUIRE(run(folder, "$ARDENT -q run " + record.string() + " --sidecar side.toml -o box").code == 0);
-  // Least squares with x^2 and x^3 leave 0.46 mV, of which the noise of the converters is a half.
+  // Least squares with x^2 and x^3 leave 0.46 mV.
   CHECK(support::printed_rms(folder / "box", 0.1) <= 0.45e-3);
 }

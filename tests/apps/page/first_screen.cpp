@@ -193,7 +193,8 @@ struct Many {
         fit.model.target = "a";
         fit.model.terms = {{.name = "x", .mean = -50.0, .std = 0.1, .std_noise = 0.1}};
         for (const apps::Input& input : inputs)
-          fit.model.coordinates.push_back({.recording = input.prepared.name, .zero = input.zero});
+          fit.model.coordinates.push_back(
+              {.recording = input.prepared.name, .of = "y - r", .unit = "m", .zero = input.zero});
         fit.judgement = {.verdict = ident::Verdict::describes, .sentence = "This equation describes the record."};
         ranges[i].fits.push_back(fit);
       }
@@ -222,8 +223,7 @@ TEST_CASE("of many recordings, ranges and methods the first screen says what the
   for (const char* piece :
        {"equation: From range low (the best verdict on the most data) by method fast_rvm. slow_rvm differs in v; sindy "
         "found no equation.",
-        "x = 0 is where the measured displacement is 0 m; the measured displacement is 0.001 m; the measured "
-        "displacement is 0.002 m; .... In SI units;",
+        "x = 0 is where y - r is 0 m; y - r is 0.001 m; y - r is 0.002 m; .... In SI units;",
         "Range by range: low: describes; high: describes in part (free run NMSE 0.02).",
         "data: run0.csv and 3 more recordings: 20.833 s at 10 Hz (recorded at 100 Hz) and 20 Hz (recorded at 100 Hz) "
         "and ...; left out: ",
