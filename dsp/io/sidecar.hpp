@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "dsp/io/clock_kind.hpp"
 #include "dsp/io/settings.hpp"
 #include "dsp/io/units.hpp"
 #include "dsp/recording.hpp"
@@ -50,10 +51,11 @@ struct Sidecar {
   std::filesystem::path file;  ///< empty if there is none
   std::string title, start;
   std::optional<double> rate_hz;
-  bool interpolate = false;
+  ClockKind clock = ClockKind::regular;
   std::vector<ChannelSpec> channels;  ///< empty: the columns as the file names them
   std::vector<RangeSpec> ranges;
   std::vector<Interval> bad;
+  int header_row = 0, skip_rows = 0, run = 0;  ///< of a table; 0: not given
 };
 
 /// NAME.ext.toml
