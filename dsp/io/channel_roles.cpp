@@ -296,10 +296,10 @@ Proposal proposal_by_looks(const std::vector<Channel>& channels, const std::vect
     widest = span;
     proposal.channel = static_cast<std::ptrdiff_t>(i);
     const std::string gravity = unit_by_gravity(channels, looks);
-    const Role role = quantity == Kind::input           ? Role::x  // a sensor's volts
-                      : quantity          ? motion_signal(relative, static_cast<int>(*quantity)).role
-                      : gravity.empty() ? Role::x
-                                        : Role::a;
+    const Role role = quantity == Kind::input ? Role::x  // a sensor's volts
+                      : quantity              ? motion_signal(relative, static_cast<int>(*quantity)).role
+                      : gravity.empty()       ? Role::x
+                                              : Role::a;
     proposal.lines = fmt::format("role = \"{}\"  # it moves most\n", to_string(role));
     if (!quantity)
       proposal.lines += gravity.empty() ? "unit = \"m\"  # or what its numbers are in\n"
@@ -455,12 +455,13 @@ Fault no_motion(const std::string& recording, const std::vector<Channel>& channe
                   ? by_looks.lines
                   : fmt::format("role = \"{}\"{}\n", to_string(proposed[i].role),
                                 proposed[i].why.empty() ? "" : "  # " + proposed[i].why));
-  return Fault(FaultKind::input, "motion.none",
-               fmt::format("{}: the relative motion cannot be formed: found {}. Want a displacement, velocity or acceleration "
-                           "of the payload (y, dy, ddy), with that of the base where it moves (r, dr, ddr), or between "
-                           "both (x, v, a). Give channels their roles in {}:",
-                           recording, in_words(channels, looks), sidecar_path(recording).string()),
-               std::move(lines));
+  return Fault(
+      FaultKind::input, "motion.none",
+      fmt::format("{}: the relative motion cannot be formed: found {}. Want a displacement, velocity or acceleration "
+                  "of the payload (y, dy, ddy), with that of the base where it moves (r, dr, ddr), or between "
+                  "both (x, v, a). Give channels their roles in {}:",
+                  recording, in_words(channels, looks), sidecar_path(recording).string()),
+      std::move(lines));
 }
 
 std::vector<RoleGuess> guess_roles(const std::vector<ChannelSpec>& channels, const SourceInfo& info) {

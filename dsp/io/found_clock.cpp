@@ -58,8 +58,8 @@ bool is_clock_like(const std::vector<double>& values) {
 }
 
 std::optional<ClockUnit> unit_of_epoch(const Stamps& stamps) {
-  constexpr double from_s = 3.2e8, to_s = 4e9;   // 1980 to 2096
-  constexpr double slowest_step_s = 10.0;  // or it counts something else
+  constexpr double from_s = 3.2e8, to_s = 4e9;  // 1980 to 2096
+  constexpr double slowest_step_s = 10.0;       // or it counts something else
   const double step = median(steps_of(stamps.time_s));
   for (const ClockUnit& unit : units)
     if (stamps.time_s.front() * unit.in_s > from_s && stamps.time_s.back() * unit.in_s < to_s && step > 0.0 &&
@@ -95,8 +95,8 @@ std::optional<ClockUnit> unit_of_clock(const Stamps& stamps, int column, std::op
                   units[likely].name));
 }
 
-void settle_unit(Stamps& stamps, int column, bool is_named, std::optional<double> rate_hz,
-                 std::vector<Check>& checks) {
+void settle_unit(Stamps& stamps, int column, bool is_named, std::optional<double> rate_hz, std::vector<Check>& checks) {
+  if (stamps.time_s.size() < 2) return;
   constexpr double least_mean_s = 0.4;  // of a clock whose usual step is a second or more, however uneven
   const double span_s = stamps.time_s.back() - stamps.time_s.front();
   const bool is_slow = span_s > least_mean_s * static_cast<double>(stamps.time_s.size());
@@ -110,9 +110,9 @@ void settle_unit(Stamps& stamps, int column, bool is_named, std::optional<double
                             "it a [[channel]] with its index and role = \"other\"",
                             stamps.name, column, median(steps_of(stamps.time_s)), *rate_hz));
   if (!is_named || unit->in_s != 1.0)
-    checks.push_back({"clock.assumed", "", CheckStatus::note, unit->in_s, 0.0,
-                      fmt::format("{}: column {} rises evenly and was taken for the time in {}", stamps.name, column,
-                                  unit->name)});
+    checks.push_back(
+        {"clock.assumed", "", CheckStatus::note, unit->in_s, 0.0,
+         fmt::format("{}: column {} rises evenly and was taken for the time in {}", stamps.name, column, unit->name)});
   stamps = in_unit(std::move(stamps), *unit);
 }
 

@@ -20,11 +20,11 @@ struct ClockUnit {
 /// That in which stamps count from 1970, by their size; nothing where they do in none.
 [[nodiscard]] std::optional<ClockUnit> unit_of_epoch(const Stamps& stamps);
 
-/// Where `rate_hz` is known, the unit that makes it the rate, nothing if none does. Else that of an epoch, else seconds,
-/// as vibration is sampled faster than once a second; a column that would be slower than that in seconds could be in ms
-/// or less, which is a question: throws Fault clock.unit (input), whose lines() answer it with the first that makes 10
-/// Hz or more, and hold those for an uneven clock.
-/// `stamps.time_s` are the values as they are, `column` counts from 1.
+/// Where `rate_hz` is known, the unit that makes it the rate, nothing if none does. Else that of an epoch, else
+/// seconds, as vibration is sampled faster than once a second; a column that would be slower than that in seconds could
+/// be in ms or less, which is a question: throws Fault clock.unit (input), whose lines() answer it with the first that
+/// makes 10 Hz or more, and hold those for an uneven clock. `stamps.time_s` are the values as they are, `column` counts
+/// from 1.
 [[nodiscard]] std::optional<ClockUnit> unit_of_clock(const Stamps& stamps, int column, std::optional<double> rate_hz);
 
 /// Puts the stamps of a column whose unit is not known in seconds: one that is called time is in seconds unless that

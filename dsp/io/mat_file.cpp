@@ -11,11 +11,11 @@
 #include <optional>
 #include <type_traits>
 
+#include "dsp/io/channel_roles.hpp"
+#include "dsp/io/found_clock.hpp"
 #include "dsp/io/mat_check.hpp"
 #include "dsp/io/matio_library.hpp"
 #include "dsp/io/rows_on_clock.hpp"
-#include "dsp/io/channel_roles.hpp"
-#include "dsp/io/found_clock.hpp"
 #include "dsp/io/table_header.hpp"
 #include "dsp/io/table_layout.hpp"
 #include "dsp/io/units.hpp"
@@ -189,7 +189,8 @@ class MatFile : public RowsOnClock {
       const std::string name = variable->name != nullptr ? variable->name : "";
       const auto is_step = is_step_key(name);
       if (!is_step || !is_real(*variable) || variable->dims[0] != 1 || variable->dims[1] != 1) continue;
-      if (matio().read_data(&mat, variable.get()) != 0 || variable->data == nullptr) throw damaged("cannot read " + name);
+      if (matio().read_data(&mat, variable.get()) != 0 || variable->data == nullptr)
+        throw damaged("cannot read " + name);
       const double value = value_readers[static_cast<std::size_t>(variable->class_type - MAT_C_DOUBLE)](
           static_cast<const char*>(variable->data));
       if (!(value > 0.0) || !std::isfinite(value)) continue;
@@ -340,9 +341,9 @@ class MatFile : public RowsOnClock {
 
   std::unique_ptr<InputFile> file_;
   std::vector<Column> columns_;
-  double bytes_ = 0.0;  // of the variables that were read
+  double bytes_ = 0.0;             // of the variables that were read
   std::optional<double> rate_hz_;  // that a number in it states
-  bool lost_ = false;   // whether what is left out may be a signal
+  bool lost_ = false;              // whether what is left out may be a signal
   std::size_t next_row_ = 0;
 };
 

@@ -92,13 +92,13 @@ struct MonthName {
   std::string_view beginning;  // without accents and in capitals: English, German, French, Spanish, Portuguese
   int month;
 };
-constexpr std::array month_names{
-    MonthName{"JAN", 1},  MonthName{"ENE", 1}, MonthName{"FEB", 2},  MonthName{"FEV", 2},  MonthName{"MAR", 3},
-    MonthName{"MRZ", 3},  MonthName{"APR", 4}, MonthName{"AVR", 4},  MonthName{"ABR", 4},  MonthName{"MAY", 5},
-    MonthName{"MAI", 5},  MonthName{"JUN", 6}, MonthName{"JUIN", 6}, MonthName{"JUIL", 7}, MonthName{"JUL", 7},
-    MonthName{"AUG", 8},  MonthName{"AGO", 8}, MonthName{"SEP", 9},  MonthName{"SET", 9},  MonthName{"OCT", 10},
-    MonthName{"OKT", 10}, MonthName{"OUT", 10}, MonthName{"NOV", 11}, MonthName{"DEC", 12}, MonthName{"DEZ", 12},
-    MonthName{"DIC", 12}};
+constexpr std::array month_names{MonthName{"JAN", 1},  MonthName{"ENE", 1},  MonthName{"FEB", 2},  MonthName{"FEV", 2},
+                                 MonthName{"MAR", 3},  MonthName{"MRZ", 3},  MonthName{"APR", 4},  MonthName{"AVR", 4},
+                                 MonthName{"ABR", 4},  MonthName{"MAY", 5},  MonthName{"MAI", 5},  MonthName{"JUN", 6},
+                                 MonthName{"JUIN", 6}, MonthName{"JUIL", 7}, MonthName{"JUL", 7},  MonthName{"AUG", 8},
+                                 MonthName{"AGO", 8},  MonthName{"SEP", 9},  MonthName{"SET", 9},  MonthName{"OCT", 10},
+                                 MonthName{"OKT", 10}, MonthName{"OUT", 10}, MonthName{"NOV", 11}, MonthName{"DEC", 12},
+                                 MonthName{"DEZ", 12}, MonthName{"DIC", 12}};
 
 /// "03-Nov-2022", "3 November 2022".
 bool read_named_date(Rest& rest, Moment& moment) {

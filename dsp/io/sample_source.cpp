@@ -98,7 +98,8 @@ bool is_mat4(std::string_view head) {
         words[i] |= std::uint32_t{static_cast<unsigned char>(head[4 * i + k])} << 8 * (big ? 3 - k : k);
     }
     const auto [type, rows, columns, complex, name] = words;
-    constexpr std::uint32_t big_types = 1000, most_type = 52;  // thousands say the byte order, the rest what numbers are
+    constexpr std::uint32_t big_types = 1000,
+                            most_type = 52;  // thousands say the byte order, the rest what numbers are
     const bool is_type = type / big_types == (big ? 1 : 0) && type % big_types <= most_type && type % 10 <= 2;
     if (is_type && rows > 0 && columns > 0 && complex <= 1 && name >= 2 && name <= longest_name &&
         head.size() >= header_bytes + name && head[header_bytes + name - 1] == '\0')
@@ -156,8 +157,7 @@ std::unique_ptr<SampleSource> open_by_content(std::unique_ptr<InputFile> file, c
     throw Fault(FaultKind::input, "container.unsupported",
                 file->name() + ": MATLAB v4 is not read. Load it in MATLAB or Octave and save it with save -v7");
   if (is_json(head))
-    throw Fault(FaultKind::input, "container.unsupported",
-                file->name() + ": JSON is not read. Write its rows as CSV");
+    throw Fault(FaultKind::input, "container.unsupported", file->name() + ": JSON is not read. Write its rows as CSV");
   if (is_text(head)) return open_table_file(std::move(file), options);
   const auto odd = std::find_if(head.begin(), head.end(), is_control);
   throw Fault(

@@ -38,17 +38,21 @@ bool are_events(const Stamps& stamps) {
 
 // What has an uneven clock interpolated, for the top of the sidecar.
 Fault interpolable(const Stamps& stamps, std::size_t row, std::string name, const std::string& what, double rate_hz) {
-  constexpr double rounder = 1e-3, event_rounder = 0.3;
+  constexpr double gap_steps = 3, event_rounder = 0.3;
   const double span_s = stamps.time_s.back() - stamps.time_s.front();
+  const auto num_steps = static_cast<double>(stamps.time_s.size() - 1);
+  const std::vector<double> steps = steps_of(stamps.time_s);
+  const bool has_gaps = *std::max_element(steps.begin(), steps.end()) > gap_steps * median(steps);
   const bool events = are_events(stamps);
-  if (events) rate_hz = static_cast<double>(stamps.time_s.size() - 1) / span_s;
-  return Fault(
-      FaultKind::input, std::move(name),
-      fmt::format("{}:{}: {}{}. To have it interpolated put at the top of {}:", stamps.name, stamps.line(row), what,
-                  events ? "; its rows were written when something had moved, not at a rate" : "",
-                  sidecar_path(stamps.name).string()),
-      fmt::format("rate = {:.9g}\nclock = \"{}\"\n", roundest_rate(rate_hz, events ? event_rounder : rounder),
-                  events ? "events" : "interpolate"));
+  if (events || !has_gaps) rate_hz = num_steps / span_s;
+  const double rounder =
+      std::clamp(1.0 / num_steps, 1e-3, 0.05);  // the first and the last stamp are off by up to a step
+  return Fault(FaultKind::input, std::move(name),
+               fmt::format("{}:{}: {}{}. To have it interpolated put at the top of {}:", stamps.name, stamps.line(row),
+                           what, events ? "; its rows were written when something had moved, not at a rate" : "",
+                           sidecar_path(stamps.name).string()),
+               fmt::format("rate = {:.9g}\nclock = \"{}\"\n", roundest_rate(rate_hz, events ? event_rounder : rounder),
+                           events ? "events" : "interpolate"));
 }
 
 // How far a stamp may lie from its true time: one digit where the rest was cut off, and the rounding of doubles.
@@ -140,7 +144,9 @@ double deviation_s(const Stamps& stamps, const Steps& steps, double rate_hz) {
 Steps find_steps(const Stamps& stamps) {
   const Steps steps = find_steps(stamps, 2 * stamps.printed_to_s);
   const auto is_even = [&](const Steps& found) {
-    return deviation_s(stamps, found, 1 / found.mean_s) <= rounding_s(stamps) + most_jitter_steps * found.mean_s;
+    const double off_s = rounding_s(stamps) + most_jitter_steps * found.mean_s;
+    // Printed to one digit, the steps of an even clock differ by one at most.
+    return deviation_s(stamps, found, 1 / found.mean_s) <= off_s && found.most_s - found.least_s <= 1.01 * off_s;
   };
   if (is_even(steps)) return steps;
   Steps with_losses = find_steps(stamps, 4 * std::numeric_limits<double>::epsilon() * stamps.time_s.back());
@@ -161,7 +167,8 @@ double choose_rate(const Stamps& stamps, const ClockOptions& options, const Step
   const double measured_hz = 1 / steps.mean_s, uncertainty = std::max(steps.uncertainty_s / steps.mean_s, 1e-9);
   const double span_s = steps.mean_s * static_cast<double>(stamps.time_s.size() - steps.ranges.size());
   const double off_s = deviation_s(stamps, steps, measured_hz);
-  const double jitter_s = off_s > rounding_s(stamps) ? std::min(2 * off_s, most_jitter_steps * steps.mean_s) : 0.0;
+  const double most_s = (off_s > most_interpolated_steps * steps.mean_s ? most_jitter_steps : 1.0) * steps.mean_s;
+  const double jitter_s = off_s > rounding_s(stamps) ? std::min(2 * off_s, most_s) : 0.0;
   const double jitter = jitter_s * static_cast<double>(steps.ranges.size()) / span_s;
   if (options.rate_hz) {
     const double tolerance = std::max({0.5 * uncertainty, jitter, 1e-6});
@@ -207,17 +214,16 @@ double check_jitter(const Stamps& stamps, const Steps& steps, Clock& clock) {
             "the time column is uneven: off an even {:.9g} Hz by up to {:.3g} steps (steps of {:.6g} to {:.6g} s)",
             clock.rate_hz, jitter_steps, steps.least_s, steps.most_s),
         clock.rate_hz);
-  clock.checks.push_back(
-      note(CheckStatus::warning, "clock.jitter", jitter_steps, most_interpolated_steps,
-           fmt::format("{}: the time column is off an even {} Hz by up to {:.2g} of a step{}", stamps.name,
-                       clock.rate_hz, jitter_steps,
-                       jitter_steps > most_jitter_steps ? "; rows were interpolated by straight lines" : "")));
+  clock.checks.push_back(note(
+      CheckStatus::warning, "clock.jitter", jitter_steps, most_interpolated_steps,
+      fmt::format("{}: the time column is off an even {} Hz by up to {:.2g} of a step{}", stamps.name, clock.rate_hz,
+                  jitter_steps, jitter_steps > most_jitter_steps ? "; rows were interpolated by straight lines" : "")));
   return jitter_steps;
 }
 
 void add_gap(const Stamps& stamps, std::size_t row, Clock& clock) {
-  clock.gaps.push_back({stamps.time_s[row - 1] - clock.start_s, stamps.time_s[row] - clock.start_s,
-                        "gap in the clock"});
+  clock.gaps.push_back(
+      {stamps.time_s[row - 1] - clock.start_s, stamps.time_s[row] - clock.start_s, "gap in the clock"});
   clock.first_gap_row = clock.gaps.size() == 1 ? row : clock.first_gap_row;
 }
 
@@ -229,13 +235,15 @@ void note_gaps(const Stamps& stamps, Clock& clock) {
     longest_s = std::max(longest_s, gap.to_s - gap.from_s);
     sum_s += gap.to_s - gap.from_s;
   }
-  const std::string others = clock.gaps.size() == 1 ? "" : fmt::format(", the first of {} gaps, {:.4g} s in all, at "
-                                                                       "most {:.4g} s",
-                                                                       clock.gaps.size(), sum_s, longest_s);
-  clock.checks.push_back(note(CheckStatus::warning, "clock.gap", longest_s, 1 / clock.rate_hz,
-                              fmt::format("{}:{}: the clock skips {:.4g} s{}", stamps.name,
-                                          stamps.line(clock.first_gap_row),
-                                          clock.gaps.front().to_s - clock.gaps.front().from_s, others)));
+  const std::string others = clock.gaps.size() == 1 ? ""
+                                                    : fmt::format(
+                                                          ", the first of {} gaps, {:.4g} s in all, at "
+                                                          "most {:.4g} s",
+                                                          clock.gaps.size(), sum_s, longest_s);
+  clock.checks.push_back(
+      note(CheckStatus::warning, "clock.gap", longest_s, 1 / clock.rate_hz,
+           fmt::format("{}:{}: the clock skips {:.4g} s{}", stamps.name, stamps.line(clock.first_gap_row),
+                       clock.gaps.front().to_s - clock.gaps.front().from_s, others)));
 }
 
 // Whole steps across the gaps; the rows behind one move by as many frames as are missing. Rows are where their stamps

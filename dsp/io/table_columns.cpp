@@ -82,8 +82,10 @@ std::size_t columns_of_run(const std::vector<std::string>& stems, const TableLay
   return width > 1 ? width : 0;
 }
 
-std::string run_lines(std::size_t runs, const std::vector<std::string>& stems, std::size_t width) {
-  const std::vector<std::string> columns(stems.begin(), stems.begin() + static_cast<std::ptrdiff_t>(width));
+std::string run_lines(std::size_t runs, const std::vector<std::string>& stems, std::size_t width,
+                      const InputFile& file) {
+  std::vector<std::string> columns;
+  for (std::size_t i = 0; i < width; ++i) columns.push_back(file.quoted(stems[i]));
   std::string lines;
   for (std::size_t run = 1; run <= runs; ++run)
     lines += fmt::format("{}run = {}  # columns {} to {}: {}\n", run > 1 ? "# " : "", run, (run - 1) * width + 1,
@@ -91,7 +93,7 @@ std::string run_lines(std::size_t runs, const std::vector<std::string>& stems, s
   return lines;
 }
 
-void choose_run(TableLayout& layout, const std::string& file, const OpenOptions& options) {
+void choose_run(TableLayout& layout, const InputFile& file, const OpenOptions& options) {
   std::vector<std::string> stems;
   for (const TableColumn& column : layout.columns) stems.push_back(without_run(base_of(column)));
   const std::size_t width = layout.named ? columns_of_run(stems, layout) : 0;
@@ -99,14 +101,14 @@ void choose_run(TableLayout& layout, const std::string& file, const OpenOptions&
   const std::size_t runs = width == 0 ? 1 : stems.size() / width;
   if (options.run > static_cast<int>(runs))
     throw Fault(FaultKind::usage, "channel.index",
-                fmt::format("{}: got run = {}, but it holds {} side by side", file, options.run,
+                fmt::format("{}: got run = {}, but it holds {} side by side", file.name(), options.run,
                             runs == 1 ? "no several runs" : fmt::format("{} runs", runs)));
   if (options.run == 0 && options.with_clock && options.time_column.empty())
     throw Fault(FaultKind::input, "clock.run",
                 fmt::format("{}: holds {} runs side by side, each with a clock of its own. Choose one at the top of "
                             "{}:",
-                            file, runs, sidecar_path(file).string()),
-                run_lines(runs, stems, width));
+                            file.name(), runs, sidecar_path(file.name()).string()),
+                run_lines(runs, stems, width, file));
   layout.is_one_run = true;
   const std::size_t chosen = static_cast<std::size_t>(std::max(options.run, 1));
   for (std::size_t i = 0; i < stems.size(); ++i) {
@@ -136,7 +138,8 @@ void find_time(TableLayout& layout, const std::vector<Beginning>& first) {
 }
 
 // The only column that could be a clock, as far as its first rows tell: without a name or one that says nothing.
-void find_clock_like(TableLayout& layout, const std::vector<Beginning>& first, const std::vector<std::string>& signals) {
+void find_clock_like(TableLayout& layout, const std::vector<Beginning>& first,
+                     const std::vector<std::string>& signals) {
   std::vector<int> found;
   for (std::size_t i = 0; i < first.size(); ++i) {
     const TableColumn& column = layout.columns[i];
@@ -158,7 +161,10 @@ std::string why_left_out(const TableColumn& column, const Beginning& first) {
   if (column.counts_rows && !names_signal(base_of(column))) return "counts rows";
   if (may_be_time(column) && speaks_of_time(base_of(column)) && is_clock_like(first.values))
     return "another time column";
-  if (first.num_values > 0 && 2 * first.num_values < first.values.size())
+  const auto both = [](double value, double next) { return std::isfinite(value) && std::isfinite(next); };
+  const bool is_slower =
+      first.num_values > 2 && std::adjacent_find(first.values.begin(), first.values.end(), both) == first.values.end();
+  if (is_slower && 2 * first.num_values <= first.values.size() + 1)
     return fmt::format("values in {} of the first {} rows", first.num_values, first.values.size());
   return "";
 }
@@ -173,7 +179,7 @@ void set_names(TableLayout& layout, const std::vector<std::string_view>& names) 
   }
 }
 
-void find_contents(TableLayout& layout, const std::vector<TableLine>& lines, const std::string& file,
+void find_contents(TableLayout& layout, const std::vector<TableLine>& lines, const InputFile& file,
                    const OpenOptions& options) {
   choose_run(layout, file, options);
   const std::vector<Beginning> first = beginnings(layout, lines);
@@ -193,12 +199,12 @@ void find_contents(TableLayout& layout, const std::vector<TableLine>& lines, con
   }
 }
 
-void note_left_out(TableLayout& layout, const std::string& file) {
+void note_left_out(TableLayout& layout, const InputFile& file) {
   std::vector<std::string> named;
   for (std::size_t i = 0; i < layout.columns.size(); ++i) {
     const TableColumn& column = layout.columns[i];
     if (column.left_out.empty() || is_time_name(column.name) || static_cast<int>(i) == layout.time_column) continue;
-    named.push_back(fmt::format("{} ({})", layout.named ? column.name : fmt::format("column {}", i + 1),
+    named.push_back(fmt::format("{} ({})", layout.named ? file.quoted(column.name) : fmt::format("column {}", i + 1),
                                 column.left_out));
   }
   if (named.empty()) return;
@@ -206,7 +212,7 @@ void note_left_out(TableLayout& layout, const std::string& file) {
   const std::size_t count = named.size();
   if (count > most_named) named.resize(most_named);
   layout.checks.push_back({"table.left_out", "", CheckStatus::note, static_cast<double>(count), 0.0,
-                           fmt::format("{}: not used as signals: {}{}", file, fmt::join(named, ", "),
+                           fmt::format("{}: not used as signals: {}{}", file.name(), fmt::join(named, ", "),
                                        count > most_named ? fmt::format(" and {} more", count - most_named) : "")});
 }
 

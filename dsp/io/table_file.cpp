@@ -139,9 +139,9 @@ class TableFile : public RowsOnClock {
       if (by_number ? i + 1 == number : layout_.columns[static_cast<std::size_t>(i)].name == wanted)
         layout_.time_column = i;
     if (layout_.time_column < 0)
-      throw Fault(FaultKind::usage, "channel.index",
-                  fmt::format("{}: no time column '{}' among {} columns", file_->name(), clean_name(wanted),
-                              num_columns()));
+      throw Fault(
+          FaultKind::usage, "channel.index",
+          fmt::format("{}: no time column '{}' among {} columns", file_->name(), clean_name(wanted), num_columns()));
     TableColumn& clock = layout_.columns[static_cast<std::size_t>(layout_.time_column)];
     clock.left_out.clear();
     if (!options.time_unit.empty()) clock.unit = options.time_unit;
@@ -221,8 +221,7 @@ class TableFile : public RowsOnClock {
     }
     set_clock(
         even_clock(stamps, {.rate_hz = options.rate_hz, .header_rate_hz = layout_.rate_hz, .kind = options.clock}));
-    if (clock().holds_moments)
-      info_.clock_start.day = moments_.first_day() ? moments_.first_day() : layout_.first_day;
+    if (clock().holds_moments) info_.clock_start.day = moments_.first_day() ? moments_.first_day() : layout_.first_day;
   }
 
   // Which column is the clock, if one rises as a clock does, and in what unit it is.
@@ -241,10 +240,11 @@ class TableFile : public RowsOnClock {
     std::vector<double> kept;
     for (std::size_t i = 0; i < stamps.time_s.size(); ++i)
       if (!is_twice(static_cast<std::int64_t>(i))) kept.push_back(stamps.time_s[i]);
-    info_.checks.push_back({"table.repeated", "", CheckStatus::note, static_cast<double>(rows.size()), 0.0,
-                            fmt::format("{}:{}: {} rows are written twice, with the same time and values; each was used "
-                                        "once",
-                                        file_->name(), stamps.line(static_cast<std::size_t>(rows.front())), rows.size())});
+    info_.checks.push_back(
+        {"table.repeated", "", CheckStatus::note, static_cast<double>(rows.size()), 0.0,
+         fmt::format("{}:{}: {} rows are written twice, with the same time and values; each was used "
+                     "once",
+                     file_->name(), stamps.line(static_cast<std::size_t>(rows.front())), rows.size())});
     std::vector<std::int64_t> skipped;  // each row left out is one more line before the next that is kept
     std::merge(stamps.skipped_before.begin(), stamps.skipped_before.end(), rows.begin(), rows.end(),
                std::back_inserter(skipped));
@@ -336,7 +336,7 @@ class TableFile : public RowsOnClock {
   int clock_column_ = -1;  // what is or could be the clock
   PrintedDigits printed_;  // of it
   MomentClock moments_;
-  bool has_words_ = false;  // dates or text in any column
+  bool has_words_ = false;                   // dates or text in any column
   std::vector<std::int64_t> written_twice_;  // rows, ascending
   std::int64_t num_read_ = 0;                // counted where rows are written twice
   RowLines lines_;

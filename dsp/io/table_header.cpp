@@ -82,6 +82,9 @@ std::optional<double> rate_of(std::string_view value, std::string_view unit_of_k
   if (!unit.empty() && (!is_unit(unit) || find_unit(unit).si != (is_step ? "s" : "Hz"))) return std::nullopt;
   const double si = number * (unit.empty() ? 1.0 : find_unit(unit).factor);
   const double rate_hz = is_step ? 1.0 / si : si;
+  constexpr double exact = 1e-9;
+  for (int k = 1; k <= 8; ++k)  // 1/0.016 is 62.5 and not a whole number within the digits printed
+    if (std::abs(k * rate_hz - std::round(k * rate_hz)) < exact * rate_hz) return rate_hz;
   return roundest_rate(rate_hz, is_step ? 0.5 * last_digit(text.substr(0, end)) / number : 0.0);
 }
 

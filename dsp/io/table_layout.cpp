@@ -16,8 +16,8 @@ namespace dsp {
 namespace {
 
 // First words of lines that sum a column up.
-constexpr std::array summaries{"mean",  "average", "std",        "stdev",        "min",  "minimum", "max", "maximum",
-                               "rms",   "sum",     "mittelwert", "standardabw.", "moyenne", "media", "count"};
+constexpr std::array summaries{"mean", "average", "std",        "stdev",        "min",     "minimum", "max",  "maximum",
+                               "rms",  "sum",     "mittelwert", "standardabw.", "moyenne", "media",   "count"};
 
 bool begins_summary(std::string_view cell) {
   std::string word(unquoted(cell));
@@ -58,24 +58,26 @@ void find_end(TableLayout& layout, const InputFile& file) {
   }
   if (end == 0 || behind == 0 || !is_apart) return;
   layout.end_offset = end;
-  layout.checks.push_back({"table.end", "", CheckStatus::warning, static_cast<double>(behind), 0.0,
-                           fmt::format("{}: {} lines under the rows hold no numbers and were left out, the first is "
-                                       "{}. Delete them if they are no part of the record",
-                                       file.name(), behind, file.quoted(first))});
+  layout.checks.push_back(
+      {"table.end", "", CheckStatus::warning, static_cast<double>(behind), 0.0,
+       fmt::format("{}: what is under the rows ({}) is no row of numbers and was left out, from {} "
+                   "on. Delete it if it is no part of the record",
+                   file.name(), behind == 1 ? "one line" : fmt::format("{} lines", behind), file.quoted(first))});
 }
 
 void note_skipped(TableLayout& layout, const TableHeader& header, const InputFile& file) {
   if (header.skipped.empty()) return;
-  layout.checks.push_back({"table.skipped", "", CheckStatus::note, static_cast<double>(header.skipped.size()), 0.0,
-                           fmt::format("{}: {} lines above the table were skipped, the last is line {}: {}",
-                                       file.name(), header.skipped.size(), header.skipped.back()->number,
-                                       file.quoted(header.skipped.back()->text))});
+  layout.checks.push_back(
+      {"table.skipped", "", CheckStatus::note, static_cast<double>(header.skipped.size()), 0.0,
+       fmt::format("{}: skipped {} above the table, the last is line {}: {}", file.name(),
+                   header.skipped.size() == 1 ? "one line" : fmt::format("{} lines", header.skipped.size()),
+                   header.skipped.back()->number, file.quoted(header.skipped.back()->text))});
 }
 
 Fault misfit(const InputFile& file, const TableLine& line, const TableStyle& style, bool is_stated) {
   const std::string remedy =
-      is_stated ? "Correct header_row" : fmt::format("To do without it, put at the top of {}:",
-                                                     sidecar_path(file.name()).string());
+      is_stated ? "Correct header_row"
+                : fmt::format("To do without it, put at the top of {}:", sidecar_path(file.name()).string());
   return Fault(FaultKind::input, "table.header",
                fmt::format("{}:{}: the header names {} columns, the rows have {}. {}", file.name(), line.number,
                            style.cells(line.text).size(), style.num_columns, remedy),
@@ -110,7 +112,7 @@ TableLayout plain_layout(const InputFile& file, const std::vector<TableLine>& li
     if (!header.units[i].empty()) layout.columns[i].unit = header.units[i];
   layout.rate_hz = header.rate_hz;
   note_skipped(layout, header, file);
-  find_contents(layout, lines, file.name(), options);
+  find_contents(layout, lines, file, options);
   find_end(layout, file);
   return layout;
 }
@@ -135,7 +137,7 @@ TableLayout table_layout(const InputFile& file, const OpenOptions& options) {
   constexpr std::size_t looked_at = 250;  // loggers write up to 200 lines of settings above their rows
   const auto lines = first_lines(file, looked_at, options.skip_rows);
   TableLayout layout = is_labview(lines) ? labview_layout(file, lines) : plain_layout(file, lines, options);
-  note_left_out(layout, file.name());
+  note_left_out(layout, file);
   return layout;
 }
 

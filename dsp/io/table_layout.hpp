@@ -13,8 +13,8 @@ namespace dsp {
 
 /// A column of a text table.
 struct TableColumn {
-  std::string name;          ///< empty where the file has none
-  std::string unit;          ///< from the name or a line of units; empty: not known
+  std::string name;            ///< empty where the file has none
+  std::string unit;            ///< from the name or a line of units; empty: not known
   bool holds_moments = false;  ///< dates and times of day
   bool holds_text = false;     ///< words
   bool counts_rows = false;    ///< 1, 2, 3 ...
@@ -28,15 +28,15 @@ struct TableLayout {
   TableStyle style;
   std::vector<TableColumn> columns;
   bool named = false;
-  bool comments_behind = false;       ///< fields beyond the columns are remarks
-  std::string header_again{};         ///< how a line begins that opens another header between rows; empty: none does
-  std::string header_end{};           ///< how its last line but that of names begins
-  bool is_one_run = false;            ///< of several side by side, which may end before the others
-  std::uint64_t data_offset = 0;      ///< first byte of the first row
-  std::uint64_t end_offset = 0;       ///< behind the last row
-  std::int64_t first_line = 1;        ///< line number of the first row
-  int time_column = -1;               ///< by its name, or as the first that holds times of day
-  int clock_like_column = -1;         ///< without such a one: the only one whose first values could be a clock's
+  bool comments_behind = false;   ///< fields beyond the columns are remarks
+  std::string header_again{};     ///< how a line begins that opens another header between rows; empty: none does
+  std::string header_end{};       ///< how its last line but that of names begins
+  bool is_one_run = false;        ///< of several side by side, which may end before the others
+  std::uint64_t data_offset = 0;  ///< first byte of the first row
+  std::uint64_t end_offset = 0;   ///< behind the last row
+  std::int64_t first_line = 1;    ///< line number of the first row
+  int time_column = -1;           ///< by its name, or as the first that holds times of day
+  int clock_like_column = -1;     ///< without such a one: the only one whose first values could be a clock's
   std::optional<std::int64_t> first_day{};  ///< of the first row, since 1970-01-01, where a column is of dates alone
   std::optional<double> rate_hz{};          ///< the header's own
   std::vector<Check> checks{};              ///< what was skipped, as notes and warnings

@@ -67,11 +67,11 @@ Rated rated(const std::vector<TableLine>& lines, const Marks& marks) {
   const std::vector<std::vector<Holds>> found = numeric_lines(lines, marks);
   std::size_t width = usual_width(found);
   const auto count = [&](std::size_t column, Holds kind) {
-    return std::count_if(found.begin(), found.end(), [&](const auto& line) {
-      return line.size() == width && line[column] == kind;
-    });
+    return std::count_if(found.begin(), found.end(),
+                         [&](const auto& line) { return line.size() == width && line[column] == kind; });
   };
-  const auto num_lines = std::count_if(found.begin(), found.end(), [&](const auto& one) { return one.size() == width; });
+  const auto num_lines =
+      std::count_if(found.begin(), found.end(), [&](const auto& one) { return one.size() == width; });
   constexpr std::ptrdiff_t fewest_rows_with_words = 3;
   if (width > 1 && count(width - 1, Holds::blank) == num_lines) --width;  // a separator ends every line
   const auto fits = [&](const std::vector<Holds>& line) {

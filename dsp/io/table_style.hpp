@@ -11,8 +11,8 @@ namespace dsp {
 
 /// One line at the beginning of a text file.
 struct TableLine {
-  std::string text;    ///< UTF-8, also where the file is in Latin-1
-  std::int64_t number; ///< from 1
+  std::string text;     ///< UTF-8, also where the file is in Latin-1
+  std::int64_t number;  ///< from 1
   std::uint64_t offset;
   [[nodiscard]] bool is_comment() const;  ///< begins with # or %
   [[nodiscard]] bool is_blank() const;
@@ -24,7 +24,7 @@ struct TableLine {
 struct TableStyle {
   char separator = ',';  ///< ' ': any run of blanks
   bool decimal_comma = false;
-  int num_columns = 0;         ///< 0: no line is a row
+  int num_columns = 0;          ///< 0: no line is a row
   std::vector<bool> is_text{};  ///< columns of words
 
   /// The cells of a line; an empty one behind the last separator is none.

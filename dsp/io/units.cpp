@@ -99,32 +99,42 @@ constexpr std::array signs{
 };
 // Without capitals; one letter of a unit never is spelt so.
 constexpr std::array unit_words{
-    Spelling{"meter", "m"},        Spelling{"meters", "m"},        Spelling{"metre", "m"},
-    Spelling{"metres", "m"},       Spelling{"centimeter", "cm"},   Spelling{"centimeters", "cm"},
-    Spelling{"millimeter", "mm"},  Spelling{"millimeters", "mm"},  Spelling{"millimetre", "mm"},
-    Spelling{"millimetres", "mm"}, Spelling{"micrometer", "um"},   Spelling{"micrometers", "um"},
-    Spelling{"micron", "um"},      Spelling{"microns", "um"},      Spelling{"inch", "in"},
-    Spelling{"inches", "in"},      Spelling{"feet", "ft"},         Spelling{"sec", "s"},
-    Spelling{"secs", "s"},         Spelling{"second", "s"},        Spelling{"seconds", "s"},
-    Spelling{"sekunde", "s"},      Spelling{"sekunden", "s"},      Spelling{"secondes", "s"},
-    Spelling{"segundos", "s"},     Spelling{"msec", "ms"},         Spelling{"millisecond", "ms"},
-    Spelling{"milliseconds", "ms"}, Spelling{"millis", "ms"},      Spelling{"usec", "us"},
-    Spelling{"microsecond", "us"}, Spelling{"microseconds", "us"}, Spelling{"micros", "us"},
-    Spelling{"nanosecond", "ns"},  Spelling{"nanoseconds", "ns"},  Spelling{"newton", "N"},
-    Spelling{"newtons", "N"},      Spelling{"kilonewton", "kN"},   Spelling{"kilonewtons", "kN"},
-    Spelling{"lb", "lbf"},         Spelling{"lbs", "lbf"},         Spelling{"pound", "lbf"},
-    Spelling{"pounds", "lbf"},     Spelling{"volt", "V"},          Spelling{"volts", "V"},
-    Spelling{"millivolt", "mV"},   Spelling{"millivolts", "mV"},   Spelling{"amp", "A"},
-    Spelling{"amps", "A"},         Spelling{"ampere", "A"},        Spelling{"amperes", "A"},
-    Spelling{"degree", "deg"},     Spelling{"degrees", "deg"},     Spelling{"grad", "deg"},
-    Spelling{"radian", "rad"},     Spelling{"radians", "rad"},     Spelling{"pascal", "Pa"},
-    Spelling{"hertz", "Hz"},       Spelling{"gn", "g"},            Spelling{"strain", "1"},
+    Spelling{"meter", "m"},        Spelling{"meters", "m"},
+    Spelling{"metre", "m"},        Spelling{"metres", "m"},
+    Spelling{"centimeter", "cm"},  Spelling{"centimeters", "cm"},
+    Spelling{"millimeter", "mm"},  Spelling{"millimeters", "mm"},
+    Spelling{"millimetre", "mm"},  Spelling{"millimetres", "mm"},
+    Spelling{"micrometer", "um"},  Spelling{"micrometers", "um"},
+    Spelling{"micron", "um"},      Spelling{"microns", "um"},
+    Spelling{"inch", "in"},        Spelling{"inches", "in"},
+    Spelling{"feet", "ft"},        Spelling{"sec", "s"},
+    Spelling{"secs", "s"},         Spelling{"second", "s"},
+    Spelling{"seconds", "s"},      Spelling{"sekunde", "s"},
+    Spelling{"sekunden", "s"},     Spelling{"secondes", "s"},
+    Spelling{"segundos", "s"},     Spelling{"msec", "ms"},
+    Spelling{"millisecond", "ms"}, Spelling{"milliseconds", "ms"},
+    Spelling{"millis", "ms"},      Spelling{"usec", "us"},
+    Spelling{"microsecond", "us"}, Spelling{"microseconds", "us"},
+    Spelling{"micros", "us"},      Spelling{"nanosecond", "ns"},
+    Spelling{"nanoseconds", "ns"}, Spelling{"newton", "N"},
+    Spelling{"newtons", "N"},      Spelling{"kilonewton", "kN"},
+    Spelling{"kilonewtons", "kN"}, Spelling{"lb", "lbf"},
+    Spelling{"lbs", "lbf"},        Spelling{"pound", "lbf"},
+    Spelling{"pounds", "lbf"},     Spelling{"volt", "V"},
+    Spelling{"volts", "V"},        Spelling{"millivolt", "mV"},
+    Spelling{"millivolts", "mV"},  Spelling{"amp", "A"},
+    Spelling{"amps", "A"},         Spelling{"ampere", "A"},
+    Spelling{"amperes", "A"},      Spelling{"degree", "deg"},
+    Spelling{"degrees", "deg"},    Spelling{"grad", "deg"},
+    Spelling{"radian", "rad"},     Spelling{"radians", "rad"},
+    Spelling{"pascal", "Pa"},      Spelling{"hertz", "Hz"},
+    Spelling{"gn", "g"},           Spelling{"strain", "1"},
 };
 constexpr std::array endings{
-    Spelling{"/s/s", "/s^2"},  Spelling{"/s2", "/s^2"},   Spelling{"*s^-2", "/s^2"}, Spelling{" s^-2", "/s^2"},
-    Spelling{".s^-2", "/s^2"}, Spelling{"*s-2", "/s^2"},  Spelling{" s-2", "/s^2"},  Spelling{".s-2", "/s^2"},
-    Spelling{"*s^-1", "/s"},   Spelling{" s^-1", "/s"},   Spelling{".s^-1", "/s"},   Spelling{"*s-1", "/s"},
-    Spelling{" s-1", "/s"},    Spelling{".s-1", "/s"},    Spelling{"Nm", "N*m"},     Spelling{"N m", "N*m"},
+    Spelling{"/s/s", "/s^2"},  Spelling{"/s2", "/s^2"},  Spelling{"*s^-2", "/s^2"}, Spelling{" s^-2", "/s^2"},
+    Spelling{".s^-2", "/s^2"}, Spelling{"*s-2", "/s^2"}, Spelling{" s-2", "/s^2"},  Spelling{".s-2", "/s^2"},
+    Spelling{"*s^-1", "/s"},   Spelling{" s^-1", "/s"},  Spelling{".s^-1", "/s"},   Spelling{"*s-1", "/s"},
+    Spelling{" s-1", "/s"},    Spelling{".s-1", "/s"},   Spelling{"Nm", "N*m"},     Spelling{"N m", "N*m"},
 };
 
 struct Hint {
@@ -312,11 +322,10 @@ struct TimeWord {
   bool is_whole;  // alone it names a clock, and not only as one of several words
 };
 constexpr std::array time_words{
-    TimeWord{"t", true},       TimeWord{"time", true},    TimeWord{"timestamp", true}, TimeWord{"zeit", true},
-    TimeWord{"temps", true},   TimeWord{"tiempo", true},  TimeWord{"tempo", true},     TimeWord{"seconds", true},
-    TimeWord{"millis", true},  TimeWord{"micros", true},  TimeWord{"elapsed", false},  TimeWord{"sekunden", true},
-    TimeWord{"uhrzeit", true}, TimeWord{"clock", false},  TimeWord{"milliseconds", true},
-    TimeWord{"microseconds", true},
+    TimeWord{"t", true},       TimeWord{"time", true},   TimeWord{"timestamp", true},    TimeWord{"zeit", true},
+    TimeWord{"temps", true},   TimeWord{"tiempo", true}, TimeWord{"tempo", true},        TimeWord{"seconds", true},
+    TimeWord{"millis", true},  TimeWord{"micros", true}, TimeWord{"elapsed", false},     TimeWord{"sekunden", true},
+    TimeWord{"uhrzeit", true}, TimeWord{"clock", false}, TimeWord{"milliseconds", true}, TimeWord{"microseconds", true},
 };
 
 /// Ends of a name that are more often something else than a unit: "force_in" is an input, "a_s" a hysteretic force.
@@ -326,10 +335,11 @@ struct Doubtful {
 };
 constexpr auto never = [](std::string_view) { return false; };
 constexpr std::array doubtful{
-    Doubtful{"in", names_position}, Doubtful{"g", names_acceleration}, Doubtful{"A", never},
-    Doubtful{"C", never},           Doubtful{"K", never},              Doubtful{"1", never},
-    Doubtful{"strain", never},
-    Doubtful{"s", is_time_name},    Doubtful{"ms", is_time_name},      Doubtful{"us", is_time_name},
+    Doubtful{"in", names_position}, Doubtful{"g", names_acceleration},
+    Doubtful{"A", never},           Doubtful{"C", never},
+    Doubtful{"K", never},           Doubtful{"1", never},
+    Doubtful{"strain", never},      Doubtful{"s", is_time_name},
+    Doubtful{"ms", is_time_name},   Doubtful{"us", is_time_name},
     Doubtful{"ns", is_time_name},
 };
 
@@ -347,10 +357,9 @@ bool any_letters(std::string_view text, Test&& test) {
 }
 
 bool may_end(std::string_view base, std::string_view unit) {
-  const auto* found =
-      std::find_if(doubtful.begin(), doubtful.end(), [&, known = canonical(unit)](const Doubtful& one) {
-        return one.unit == unit || (one.unit.back() == 's' && one.unit == known);  // _sec as _s
-      });
+  const auto* found = std::find_if(doubtful.begin(), doubtful.end(), [&, known = canonical(unit)](const Doubtful& one) {
+    return one.unit == unit || (one.unit.back() == 's' && one.unit == known);  // _sec as _s
+  });
   return !base.empty() && (found == doubtful.end() || found->counts_behind(base));
 }
 
@@ -410,9 +419,8 @@ std::optional<NamedUnit> unit_behind_underscore(std::string_view name) {
 
 bool is_time_name(std::string_view base) {
   const std::string name = lower(trimmed(base));
-  return name == "x_value" || std::any_of(time_words.begin(), time_words.end(), [&](const TimeWord& word) {
-           return word.is_whole && word.text == name;
-         });
+  return name == "x_value" || std::any_of(time_words.begin(), time_words.end(),
+                                          [&](const TimeWord& word) { return word.is_whole && word.text == name; });
 }
 
 bool speaks_of_time(std::string_view base) {

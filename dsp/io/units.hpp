@@ -7,7 +7,8 @@
 
 namespace dsp {
 
-/// A unit of the closed table, in any usual spelling ("mm/sec", "Newtons", "m*s^-2", superscripts): 1 of it is `factor` of the SI unit `si`. `g` is 9.80665 m/s^2; a gram is no unit here.
+/// A unit of the closed table, in any usual spelling ("mm/sec", "Newtons", "m*s^-2", superscripts): 1 of it is `factor`
+/// of the SI unit `si`. `g` is 9.80665 m/s^2; a gram is no unit here.
 struct Unit {
   std::string name, si;
   double factor = 1.0;

@@ -243,7 +243,8 @@ TEST_CASE("an uneven clock is interpolated on request", "[dsp][table_clock]") {
   const Scratch scratch;
   // x is linear in the row number and so, between rows, in time.
   const auto time = [](int i) { return (i + 0.3 * std::sin(i * i)) / 10.0; };
-  const auto table = read(scratch.file("a.csv", stamps(200, time)), {.rate_hz = 20.0, .clock = dsp::ClockKind::interpolate});
+  const auto table =
+      read(scratch.file("a.csv", stamps(200, time)), {.rate_hz = 20.0, .clock = dsp::ClockKind::interpolate});
   CHECK(table.info.sample_rate_hz == 20.0);
   for (Eigen::Index n = 0; n < table.frames.rows(); ++n) {
     const double at_s = static_cast<double>(n) / 20.0;
@@ -310,8 +311,8 @@ TEST_CASE("a clock with more missing than there is, and a rate with hardly a row
   const Scratch scratch;
   const auto file = scratch.file("a.csv", stamps(100, [](int i) { return (i < 50 ? i : i + 101) / 10.0; }));
   check_fault([&] { (void)read(file); }, FaultKind::input, "clock.gap", {"more is missing (101 frames) than is there"});
-  check_fault([&] { (void)read(file, {.rate_hz = 1000.0, .clock = dsp::ClockKind::interpolate}); }, FaultKind::input, "clock.gap",
-              {"100 rows over 20 s are too few for 1000 Hz"});
+  check_fault([&] { (void)read(file, {.rate_hz = 1000.0, .clock = dsp::ClockKind::interpolate}); }, FaultKind::input,
+              "clock.gap", {"100 rows over 20 s are too few for 1000 Hz"});
 }
 
 TEST_CASE("a time column is named or numbered, and refused where it is not", "[dsp][table_file]") {

@@ -1,8 +1,9 @@
-/// Tables as loggers, oscilloscopes, phones and spreadsheets write them: one decay of 3 Hz at 50 Hz, in mm, in the layout
-/// of each, is read as the same numbers.
+/// Tables as loggers, oscilloscopes, phones and spreadsheets write them: one decay of 3 Hz at 50 Hz, in mm, in the
+/// layout of each, is read as the same numbers.
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
@@ -79,21 +80,22 @@ TEST_CASE("units stand behind slash, comma, bracket, blank or in a line of their
                              "seconds_elapsed,laser_mm\n"})
     check_decay(table(header, plain));
   check_decay(table("Time,Laser\n[ s ],[ mm ]\n", plain));
-  check_decay(table("t;x\ns;mm\n", [](int i) { return with_commas(fmt::format("{:.2f};{:.3f}", i / 50.0, value(i))); }));
+  check_decay(
+      table("t;x\ns;mm\n", [](int i) { return with_commas(fmt::format("{:.2f};{:.3f}", i / 50.0, value(i))); }));
   check_decay(table("Zeit,Weg \xb5m\n", plain), 1, "\xc2\xb5m");  // Latin-1
 }
 
 TEST_CASE("lines above the names are skipped with a note or say the rate", "[dsp][table_kinds]") {
   const auto tab = [](int i) { return fmt::format("{:.2f}\t{:.3f}", i / 50.0, value(i)); };
-  const auto named = check_decay(
-      table("File name\tDecay\nNumber of channels\t1\n\nTime (s)\tLaser/AI 1 (mm)\n", tab));
+  const auto named = check_decay(table("File name\tDecay\nNumber of channels\t1\n\nTime (s)\tLaser/AI 1 (mm)\n", tab));
   CHECK(named.info.columns[1] == "Laser/AI 1 (mm)");
   CHECK(named.has_check("table.skipped"));
   check_decay(table("Source File Name:\tm.pvd\nSignal:\tTime - Velocity\n\nTime\tVelocity\n[ s ]\t[ mm/s ]\n", tab), 1,
               "mm/s");
   // Where no column is a clock, the header's rate counts.
   const auto one = [](int i) { return fmt::format("{:.3f};0", value(i)); };
-  for (const char* header : {"Sample rate;50 Hz\nx_mm;y_mm\n", "# Abtastrate: 50\nx_mm;y_mm\n", "dt (ms);20\nx_mm;y_mm\n"})
+  for (const char* header :
+       {"Sample rate;50 Hz\nx_mm;y_mm\n", "# Abtastrate: 50\nx_mm;y_mm\n", "dt (ms);20\nx_mm;y_mm\n"})
     check_decay(table(header, one), 0);
 }
 
@@ -106,9 +108,8 @@ TEST_CASE("an oscilloscope's increment is the step of a count of rows", "[dsp][t
 }
 
 TEST_CASE("spreadsheets' habits are read", "[dsp][table_kinds]") {
-  check_decay(table("\xef\xbb\xbfsep=;\nTime [s];Position [mm]\n", [](int i) {
-    return with_commas(fmt::format("{:.2f};{:.3f}", i / 50.0, value(i)));
-  }));
+  check_decay(table("\xef\xbb\xbfsep=;\nTime [s];Position [mm]\n",
+                    [](int i) { return with_commas(fmt::format("{:.2f};{:.3f}", i / 50.0, value(i))); }));
   check_decay(table("\"Time (s)\",\"Position (mm)\"\n", [](int i) {
     return fmt::format("\"{}\",\"{}\"", with_commas(fmt::format("{:.2f}", i / 50.0)),
                        with_commas(fmt::format("{:.3f}", value(i))));
@@ -124,8 +125,8 @@ TEST_CASE("columns that are no signals are left out with a note", "[dsp][table_k
   const auto text = check_decay(table("time_s,x_mm,status\n", [](int i) { return plain(i) + ",OK"; }));
   CHECK(text.info.partial[2]);
   CHECK(text.has_check("table.left_out"));
-  const auto sparse = check_decay(
-      table("time_s,laser_mm,encoder_mm\n", [](int i) { return plain(i) + (i % 4 == 0 ? ",1.5" : ","); }));
+  const auto sparse =
+      check_decay(table("time_s,laser_mm,encoder_mm\n", [](int i) { return plain(i) + (i % 4 == 0 ? ",1.5" : ","); }));
   CHECK(sparse.info.columns.size() == 3);
   CHECK(sparse.info.partial[2]);
   CHECK(read(table("Counter,Time (s),d_mm\n", [](int i) { return fmt::format("{},{}", i, plain(i)); }), 2)
@@ -165,7 +166,7 @@ TEST_CASE("several runs side by side are asked for, and one is taken", "[dsp][ta
     return fmt::format("{:.2f};{:.3f};{:.2f};{:.3f}", i / 50.0, -value(i), i / 50.0, value(i));
   });
   check_fault([&] { (void)read(text, 1); }, FaultKind::input, "clock.run", {"2 runs", "a.csv.toml"},
-              {"run = 1  # columns 1 to 2: Time, Weg\n# run = 2"});
+              {"run = 1  # columns 1 to 2: 'Time', 'Weg'\n# run = 2"});
   const auto second = check_decay(text, 3, "mm", {.run = 2});
   CHECK(second.info.columns[3] == "Weg");
   CHECK(second.info.partial[1]);
@@ -183,8 +184,8 @@ TEST_CASE("header_row and skip_rows say where names are", "[dsp][table_kinds]") 
 }
 
 TEST_CASE("rows that were written twice are used once", "[dsp][table_kinds]") {
-  const auto found = check_decay(
-      table("time_s,x_mm\n", [](int i) { return i % 60 == 7 ? plain(i) + "\n" + plain(i) : plain(i); }));
+  const auto found =
+      check_decay(table("time_s,x_mm\n", [](int i) { return i % 60 == 7 ? plain(i) + "\n" + plain(i) : plain(i); }));
   CHECK(found.has_check("table.repeated"));
 }
 
@@ -208,7 +209,8 @@ TEST_CASE("a clock that trembles by less than a tenth of a step is interpolated"
   const auto found = read(text, 1);
   CHECK(found.info.sample_rate_hz == rate_hz);
   CHECK(found.has_check("clock.jitter"));
-  for (int i = 0; i + 1 < num_rows; ++i) CHECK(found.column[static_cast<std::size_t>(i)] == Approx(3.0 * i / rate_hz).margin(1e-8));
+  for (int i = 0; i + 1 < num_rows; ++i)
+    CHECK(found.column[static_cast<std::size_t>(i)] == Approx(3.0 * i / rate_hz).margin(1e-8));
 }
 
 TEST_CASE("rows written whenever something moved are refused as such, with lines that work", "[dsp][table_kinds]") {
@@ -229,16 +231,19 @@ TEST_CASE("a header in a LabVIEW file for every segment is no row, and a second 
   std::string text = "LabVIEW Measurement\t\nMulti_Headings\tYes\nX_Columns\tOne\n***End_of_Header***\t\n\t\n";
   for (int i = 0; i < num_rows; ++i) {
     if (i % 100 == 0)
-      text += "Channels\t1\t\nSamples\t100\t\nY_Unit_Label\tmm\t\nDelta_X\t0.02\t\n***End_of_Header***\t\n"
-              "X_Value\tlaser\tComment\n";
+      text +=
+          "Channels\t1\t\nSamples\t100\t\nY_Unit_Label\tmm\t\nDelta_X\t0.02\t\n***End_of_Header***\t\n"
+          "X_Value\tlaser\tComment\n";
     text += fmt::format("{:.2f}\t{:.3f}\n", i / rate_hz, value(i));
   }
   check_decay(text);
-  std::string two = "LabVIEW Measurement\t\nX_Columns\tMulti\n***End_of_Header***\t\nSamples\t300\t\t75\t\n"
-                    "Y_Unit_Label\tmm\t\tmm\t\n***End_of_Header***\t\nX_Value\tlaser\tX_Value\tencoder\tComment\n";
+  std::string two =
+      "LabVIEW Measurement\t\nX_Columns\tMulti\n***End_of_Header***\t\nSamples\t300\t\t75\t\n"
+      "Y_Unit_Label\tmm\t\tmm\t\n***End_of_Header***\t\nX_Value\tlaser\tX_Value\tencoder\tComment\n";
   for (int i = 0; i < num_rows; ++i)
-    two += fmt::format("{:.2f}\t{:.3f}\t", i / rate_hz, value(i)) + (i < 75 ? fmt::format("{:.2f}\t1\t\n", 0.08 * i) : "\t\t\n");
+    two += fmt::format("{:.2f}\t{:.3f}\t", i / rate_hz, value(i)) +
+           (i < 75 ? fmt::format("{:.2f}\t1\t\n", 0.08 * i) : "\t\t\n");
   const auto found = check_decay(two);
   REQUIRE(found.has_check("table.left_out"));
-  CHECK_THAT(found.info.checks.front().message, Catch::Contains("encoder (75 samples, others have 300)"));
+  CHECK_THAT(found.info.checks.front().message, Catch::Contains("'encoder' (75 samples, others have 300)"));
 }
