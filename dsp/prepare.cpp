@@ -157,7 +157,7 @@ std::optional<Check> size_question(const Prepared& prepared) {
                                channel.unit,
                                signal.order == 0   ? "mm"
                                : signal.order == 1 ? "mm/s"
-                                                   : "g",
+                                                   : "mm/s^2",
                                rms)};
   }
   return std::nullopt;

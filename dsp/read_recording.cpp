@@ -178,8 +178,6 @@ struct RecordingReader::State {
                               description.name, names,
                               clean_name((sidecar.file.empty() ? sidecar_path(recording) : sidecar.file).string())),
                   missing);
-    if (!described && options.use.empty())
-      if (std::optional<Fault> question = axes_question(description.name, description.channels)) throw *question;
     for (Check& check : assume_roles(description.channels, role_is_known, options.use))
       description.checks.push_back(std::move(check));
     if (!picks.empty()) return;

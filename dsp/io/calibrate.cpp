@@ -26,7 +26,7 @@ std::optional<Unit> unit_of_column(const SourceInfo& source, int column, const s
   auto unit = unit_of_column(source, column);
   const auto at = static_cast<std::size_t>(column);
   const auto& name = source.columns[at];
-  const bool is_letter = source.units[at].size() == 1 && name.find_first_of("([") == std::string::npos &&
+  const bool is_letter = source.units[at].size() == 1 && name.find_first_of("([/,") == std::string::npos &&
                          split_unit(name).unit == source.units[at];
   if (unit && is_letter && std::find(stated.begin(), stated.end(), unit->si) == stated.end()) return std::nullopt;
   return unit;

@@ -5,11 +5,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 #include <string_view>
 #include <utility>
 
+#include "dsp/filter/strongest_line.hpp"
 #include "dsp/io/settings.hpp"
 #include "dsp/io/units.hpp"
 
@@ -23,7 +26,7 @@ struct Word {
   std::string_view text;
   std::optional<Body> body;
   std::optional<Kind> quantity;
-  bool is_beginning = false;
+  bool is_beginning = false, is_angular = false;
 };
 
 constexpr auto none = std::nullopt;
@@ -38,7 +41,15 @@ constexpr std::array role_words{
     Word{"support", Body::base, none},
     Word{"foundation", Body::base, none},
     Word{"bottom", Body::base, none},
-    Word{"fuss", Body::base, none},
+    Word{"fuss", Body::base, none, true},
+    Word{"erreger", Body::base, none},
+    Word{"exciter", Body::base, none},
+    Word{"plattform", Body::base, none},
+    Word{"platform", Body::base, none},
+    Word{"embase", Body::base, none},
+    Word{"plateau", Body::base, none},
+    Word{"vibrador", Body::base, none},
+    Word{"plataforma", Body::base, none},
     Word{"fundament", Body::base, none, true},
     Word{"tisch", Body::base, none, true},
     Word{"boden", Body::base, none},
@@ -57,6 +68,11 @@ constexpr std::array role_words{
     Word{"massa", Body::payload, none},
     Word{"top", Body::payload, none},
     Word{"tip", Body::payload, none},
+    Word{"arm", Body::payload, none},
+    Word{"beam", Body::payload, none},
+    Word{"bras", Body::payload, none},
+    Word{"brazo", Body::payload, none},
+    Word{"braco", Body::payload, none},
     Word{"oben", Body::payload, none},
     Word{"nutzlast", Body::payload, none},
     Word{"haut", Body::payload, none},
@@ -72,12 +88,18 @@ constexpr std::array role_words{
     Word{"laser", none, Kind::displacement},
     Word{"encoder", none, Kind::displacement},
     Word{"lvdt", none, Kind::displacement},
-    Word{"angle", none, Kind::displacement},
-    Word{"theta", none, Kind::displacement},
-    Word{"phi", none, Kind::displacement},
+    Word{"angle", none, Kind::displacement, false, true},
+    Word{"theta", none, Kind::displacement, false, true},
+    Word{"phi", none, Kind::displacement, false, true},
     Word{"deflection", none, Kind::displacement},
+    Word{"distance", none, Kind::displacement},
+    Word{"abstand", none, Kind::displacement},
+    Word{"distancia", none, Kind::displacement},
     Word{"weg", none, Kind::displacement},
-    Word{"winkel", none, Kind::displacement},
+    Word{"winkel", none, Kind::displacement, false, true},
+    Word{"drehwinkel", none, Kind::displacement, false, true},
+    Word{"angulo", none, Kind::displacement, false, true},
+    Word{"rotation", none, Kind::displacement, false, true},
     Word{"auslenkung", none, Kind::displacement},
     Word{"verschieb", none, Kind::displacement, true},
     Word{"deplacement", none, Kind::displacement},
@@ -90,7 +112,11 @@ constexpr std::array role_words{
     Word{"speed", none, Kind::velocity},
     Word{"ldv", none, Kind::velocity},
     Word{"vibrometer", none, Kind::velocity},
-    Word{"omega", none, Kind::velocity},
+    Word{"omega", none, Kind::velocity, false, true},
+    Word{"gyro", none, Kind::velocity, true, true},
+    Word{"winkelgeschwind", none, Kind::velocity, true, true},
+    Word{"alpha", none, Kind::acceleration, false, true},
+    Word{"winkelbeschl", none, Kind::acceleration, true, true},
     Word{"geschwind", none, Kind::velocity, true},
     Word{"vitesse", none, Kind::velocity},
     Word{"acc", none, Kind::acceleration},
@@ -112,6 +138,7 @@ constexpr std::array role_words{
     Word{"excit", none, Kind::input, true},
     Word{"command", none, Kind::input},
     Word{"drive", none, Kind::input},
+    Word{"antrieb", none, Kind::input},
     Word{"voltage", none, Kind::input},
     Word{"current", none, Kind::input},
     Word{"pressure", none, Kind::input},
@@ -162,6 +189,15 @@ const Word* find_word(std::string_view text) {
     return word.is_beginning ? text.starts_with(word.text) : text == word.text;
   });
   return found == role_words.end() ? nullptr : found;
+}
+
+template <class Test>
+bool any_word(std::string_view name, Test&& test) {
+  const std::vector<std::string> texts = words_of(name);
+  return std::any_of(texts.begin(), texts.end(), [&](const std::string& text) {
+    const Word* word = find_word(text);
+    return word != nullptr && test(*word);
+  });
 }
 
 std::optional<Kind> quantity_in(std::string_view si) {
@@ -218,6 +254,57 @@ std::ptrdiff_t only(const std::vector<Reading>& readings, Kind quantity) {
     found = static_cast<std::ptrdiff_t>(i);
   }
   return found;
+}
+
+std::string in_words(const std::vector<Channel>& channels, const std::vector<ChannelLook>& looks) {
+  std::vector<std::string> found;
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    const Channel& channel = channels[i];
+    std::string text = fmt::format("{} ({}", channel.name, to_string(channel.role));
+    if (i < looks.size())
+      text += fmt::format(", {:.4g} to {:.4g} {}, most of it at {:.3g} Hz", looks[i].least, looks[i].most,
+                          channel.unit.empty() ? "without a unit" : channel.unit, looks[i].peak_hz);
+    found.push_back(text + ")");
+  }
+  return found.empty() ? "no channels" : fmt::format("{}", fmt::join(found, ", "));
+}
+
+/// "g" or "m/s^2" where the means of the channels without a unit make gravity together; else empty.
+std::string unit_by_gravity(const std::vector<Channel>& channels, const std::vector<ChannelLook>& looks) {
+  double square = 0.0;
+  for (std::size_t i = 0; i < looks.size(); ++i)
+    if (channels[i].unit.empty()) square += looks[i].mean * looks[i].mean;
+  constexpr double off = 0.05;  // of gravity: a cheap sensor's error and the place on earth
+  for (const char* unit : {"g", "m/s^2"})
+    if (std::abs(std::sqrt(square) * find_unit(unit).factor / find_unit("g").factor - 1.0) < off) return unit;
+  return "";
+}
+
+/// The channel that moves most and what it would be, as lines of its [[channel]]; -1 without looks.
+struct Proposal {
+  std::ptrdiff_t channel = -1;
+  std::string lines;
+};
+Proposal proposal_by_looks(const std::vector<Channel>& channels, const std::vector<ChannelLook>& looks) {
+  Proposal proposal;
+  double widest = 0.0;
+  for (std::size_t i = 0; i < looks.size(); ++i) {
+    const auto quantity = quantity_in(channels[i].unit);
+    const double span = looks[i].most - looks[i].least;
+    if (info_of(channels[i].role).order >= 0 || quantity == Kind::force || !(span > widest)) continue;
+    widest = span;
+    proposal.channel = static_cast<std::ptrdiff_t>(i);
+    const std::string gravity = unit_by_gravity(channels, looks);
+    const Role role = quantity == Kind::input ? Role::x  // a sensor's volts
+                      : quantity              ? motion_signal(Body::relative, static_cast<int>(*quantity)).role
+                      : gravity.empty()       ? Role::x
+                                              : Role::a;
+    proposal.lines = fmt::format("role = \"{}\"  # it moves most\n", to_string(role));
+    if (!quantity)
+      proposal.lines += gravity.empty() ? "unit = \"m\"  # or what its numbers are in\n"
+                                        : fmt::format("unit = \"{}\"  # the means are gravity\n", gravity);
+  }
+  return proposal;
 }
 
 /// The roles that channels have, and x, v, a along the only chain of derivatives that begins with none of them.
@@ -314,19 +401,41 @@ std::vector<Check> assume_roles(std::vector<Channel>& channels, const std::vecto
         fmt::format("taken for {} ({}), by {}", to_string(channel.role), in_words(channel.role), guesses[k].why);
     if (channel.unit.empty() && channel.calibrated && info_of(channel.role).order >= 0) {
       channel.unit = si_unit(channel.role);
+      if (any_word(channel.name, [](const Word& word) { return word.is_angular; }))
+        channel.unit.replace(0, 1, "rad");  // of m, m/s, m/s^2
       channel.unit_is_assumed = true;
       message += fmt::format("; no unit is given, taken as {}", channel.unit);
     }
+    if (is_electrical(channel.unit) && info_of(channel.role).order >= 0)
+      message += fmt::format("; it stays in {}, as recorded, until its [[channel]] has a sensitivity", channel.unit);
     checks.push_back({"channel.role", channel.name, CheckStatus::note, 0.0, 0.0, std::move(message)});
   }
   return checks;
 }
 
 std::string in_words(const std::vector<Channel>& channels) {
-  std::vector<std::string> found;
-  for (const Channel& channel : channels)
-    found.push_back(fmt::format("{} ({})", channel.name, to_string(channel.role)));
-  return found.empty() ? "no channels" : fmt::format("{}", fmt::join(found, ", "));
+  return in_words(channels, {});
+}
+
+std::vector<ChannelLook> look_at(const Eigen::MatrixXd& samples, double sample_rate_hz) {
+  std::vector<ChannelLook> looks;
+  for (Eigen::Index c = 0; c < samples.cols() && samples.rows() > 1; ++c)
+    looks.push_back({samples.col(c).minCoeff(), samples.col(c).maxCoeff(), samples.col(c).mean(),
+                     strongest_line(samples.col(c), sample_rate_hz).frequency_hz});
+  return looks;
+}
+
+void leave_axes_open(std::vector<ChannelSpec>& channels, const SourceInfo& info) {
+  std::vector<ChannelSpec*> axes;
+  std::set<std::string> units;
+  for (ChannelSpec& channel : channels) {
+    if (!channel.role_is_known) continue;
+    if (channel.role != Role::x && channel.role != Role::y && channel.role != Role::z) return;
+    axes.push_back(&channel);
+    units.insert(info.units[static_cast<std::size_t>(channel.index - 1)]);
+  }
+  if (axes.size() < 2 || units.size() > 1) return;
+  for (ChannelSpec* channel : axes) channel->role = Role::other, channel->role_is_known = false;
 }
 
 bool any_motion(const std::vector<Channel>& channels) {
@@ -335,43 +444,25 @@ bool any_motion(const std::vector<Channel>& channels) {
 }
 
 Fault no_motion(const std::string& recording, const std::vector<Channel>& channels,
-                const std::vector<FoundDerivative>& derivatives) {
+                const std::vector<FoundDerivative>& derivatives, const std::vector<ChannelLook>& looks) {
   const std::vector<RoleGuess> proposed = along_derivatives(channels, derivatives);
+  const bool is_chain =
+      std::any_of(proposed.begin(), proposed.end(), [](const RoleGuess& guess) { return !guess.why.empty(); });
+  const Proposal by_looks = is_chain ? Proposal() : proposal_by_looks(channels, looks);
   std::string lines = fmt::format("# role: {}; other where it is none of these\n", role_choices);
   for (std::size_t i = 0; i < channels.size(); ++i)
-    lines += fmt::format("[[channel]]\nname = {}\nrole = \"{}\"{}\n", toml_quoted(channels[i].name),
-                         to_string(proposed[i].role), proposed[i].why.empty() ? "" : "  # " + proposed[i].why);
+    lines += fmt::format("[[channel]]\nname = {}\n", toml_quoted(channels[i].name)) +
+             (static_cast<std::ptrdiff_t>(i) == by_looks.channel
+                  ? by_looks.lines
+                  : fmt::format("role = \"{}\"{}\n", to_string(proposed[i].role),
+                                proposed[i].why.empty() ? "" : "  # " + proposed[i].why));
   return Fault(
       FaultKind::input, "motion.none",
       fmt::format("{}: the relative motion cannot be formed: found {}. Want a displacement, velocity or acceleration "
                   "of the payload (y, dy, ddy), with that of the base where it moves (r, dr, ddr), or between "
                   "both (x, v, a). Give channels their roles in {}:",
-                  recording, in_words(channels), sidecar_path(recording).string()),
+                  recording, in_words(channels, looks), sidecar_path(recording).string()),
       std::move(lines));
-}
-
-std::optional<Fault> axes_question(const std::string& recording, const std::vector<Channel>& channels) {
-  const auto is_called = [&](std::string_view name) {
-    return std::any_of(channels.begin(), channels.end(), [&](const Channel& one) { return one.name == name; });
-  };
-  const bool has_others = std::any_of(channels.begin(), channels.end(), [](const Channel& one) {
-    return info_of(one.role).order >= 0 && one.name != "x" && one.name != "y";
-  });
-  if (!is_called("x") || !is_called("y") || has_others) return std::nullopt;
-  std::string lines = "schema = 1\n";
-  for (const Channel& channel : channels) {
-    const bool is_axis = channel.name == "y" || channel.name == "z";
-    lines += fmt::format("[[channel]]\nname = {}\nrole = \"{}\"{}\n", toml_quoted(channel.name),
-                         is_axis ? "other" : to_string(channel.role),
-                         channel.name == "x"   ? "  # or a, with unit = \"g\" and the like, of an accelerometer"
-                         : channel.name == "y" ? "  # or y, if it is the payload's own motion along the same axis as x"
-                                               : "");
-  }
-  return Fault(FaultKind::input, "channel.axes",
-               fmt::format("{}: x and y may be two axes of one body, or its motion relative to a base and its own. "
-                           "Found {} and no other motion; want to know what they are. For x as the motion, in {}:",
-                           recording, in_words(channels), sidecar_path(recording).string()),
-               std::move(lines));
 }
 
 std::vector<RoleGuess> guess_roles(const std::vector<ChannelSpec>& channels, const SourceInfo& info) {
@@ -395,9 +486,16 @@ std::vector<RoleGuess> guess_roles(const std::vector<ChannelSpec>& channels, con
 }
 
 bool names_acceleration(std::string_view name) {
-  for (const std::string& text : words_of(name))
-    if (const Word* word = find_word(text); word != nullptr && word->quantity == Kind::acceleration) return true;
-  return false;
+  return any_word(name, [](const Word& word) { return word.quantity == Kind::acceleration; });
+}
+
+bool names_position(std::string_view name) {
+  return any_word(name, [](const Word& word) { return word.body || word.quantity == Kind::displacement; }) &&
+         !any_word(name, [](const Word& word) { return word.quantity && *word.quantity != Kind::displacement; });
+}
+
+bool names_signal(std::string_view name) {
+  return find_signal(name) != nullptr || any_word(name, [](const Word&) { return true; });
 }
 
 }  // namespace dsp

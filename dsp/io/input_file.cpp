@@ -67,12 +67,19 @@ InputFile::InputFile(std::filesystem::path path, bool may_be_quoted)
   if (error != 0)
     refuse(is_missing(error) ? "file.missing" : "file.denied",
            fmt::format("{}: {}{}", name_, reason(error), error == ENOENT ? nearly_so_called(path_) : ""));
-  size_ = static_cast<std::uint64_t>(status.st_size);
+  size_ = size_on_disk_ = static_cast<std::uint64_t>(status.st_size);
   changed_s_ = status.st_mtim.tv_sec;
   changed_ns_ = status.st_mtim.tv_nsec;
 }
 
+void InputFile::replace_by(std::string text) {
+  size_ = text.size();
+  replaced_by_ = std::move(text);
+}
+
 std::size_t InputFile::read(std::uint64_t offset, void* into, std::size_t count) const {
+  if (replaced_by_)
+    return offset > size_ ? 0 : replaced_by_->copy(static_cast<char*>(into), count, static_cast<std::size_t>(offset));
   std::size_t done = 0;
   while (done < count) {
     const auto got =
@@ -100,11 +107,11 @@ std::string InputFile::quoted(std::string_view piece) const {
 void InputFile::check_unchanged() const {
   struct ::stat status {};
   const bool gone = ::fstat(descriptor_.number, &status) != 0;
-  if (gone || static_cast<std::uint64_t>(status.st_size) != size_ || status.st_mtim.tv_sec != changed_s_ ||
+  if (gone || static_cast<std::uint64_t>(status.st_size) != size_on_disk_ || status.st_mtim.tv_sec != changed_s_ ||
       status.st_mtim.tv_nsec != changed_ns_)
     refuse("file.changed", fmt::format("{}: changed while it was read ({} bytes, now {}). Wait until the recorder has "
                                        "finished with it",
-                                       name_, size_, gone ? 0 : status.st_size));
+                                       name_, size_on_disk_, gone ? 0 : status.st_size));
 }
 
 }  // namespace dsp

@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -21,6 +22,8 @@ class InputFile {
   [[nodiscard]] const std::string& name() const& { return name_; }  ///< for messages
   void name() const&& = delete;
   [[nodiscard]] std::uint64_t size() const { return size_; }  ///< when opened
+  /// From now on what is read is this text: the file's, in another encoding.
+  void replace_by(std::string text);
   /// Bytes from offset on: `count`, or fewer at the end of the file. Throws Fault file.read where the device fails.
   std::size_t read(std::uint64_t offset, void* into, std::size_t count) const;
   [[nodiscard]] std::string text(std::uint64_t offset, std::size_t count) const;
@@ -37,7 +40,8 @@ class InputFile {
     ~Descriptor();
   } descriptor_;
   bool may_be_quoted_;
-  std::uint64_t size_ = 0;
+  std::uint64_t size_ = 0, size_on_disk_ = 0;
+  std::optional<std::string> replaced_by_{};
   std::int64_t changed_s_ = 0, changed_ns_ = 0;
 };
 

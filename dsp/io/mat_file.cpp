@@ -12,8 +12,11 @@
 #include <optional>
 #include <type_traits>
 
+#include "dsp/io/channel_roles.hpp"
+#include "dsp/io/found_clock.hpp"
 #include "dsp/io/mat_check.hpp"
 #include "dsp/io/rows_on_clock.hpp"
+#include "dsp/io/table_header.hpp"
 #include "dsp/io/table_layout.hpp"
 #include "dsp/io/units.hpp"
 #include "dsp/memory_limit.hpp"
@@ -125,6 +128,8 @@ class MatFile : public RowsOnClock {
     const std::size_t num_frames = find_length(*mat);
     Mat_Rewind(mat.get());
     read_variables(*mat, num_frames, options.max_memory_bytes);
+    matio().rewind(mat.get());
+    read_rate(*mat);
     info_.num_frames = static_cast<std::int64_t>(num_frames);
     describe_columns(options);
     check_left_out();
@@ -176,6 +181,23 @@ class MatFile : public RowsOnClock {
           FaultKind::input, "mat.no_variable",
           fmt::format("{}: holds {}; want real vectors (n x 1) of one length", file_->name(),
                       info_.left_out.empty() ? "no variable" : fmt::format("{}", fmt::join(info_.left_out, ", "))));
+  }
+
+  // A number by itself that is called as rates and steps are.
+  void read_rate(mat_t& mat) {
+    while (const Variable variable{matio().read_next_info(&mat), matio().free}) {
+      const std::string name = variable->name != nullptr ? variable->name : "";
+      const auto is_step = is_step_key(name);
+      if (!is_step || !is_real(*variable) || variable->dims[0] != 1 || variable->dims[1] != 1) continue;
+      if (matio().read_data(&mat, variable.get()) != 0 || variable->data == nullptr)
+        throw damaged("cannot read " + name);
+      const double value = value_readers[static_cast<std::size_t>(variable->class_type - MAT_C_DOUBLE)](
+          static_cast<const char*>(variable->data));
+      if (!(value > 0.0) || !std::isfinite(value)) continue;
+      constexpr double rounding = 1e-12;
+      rate_hz_ = roundest_rate(*is_step ? 1.0 / value : value, rounding);
+      std::erase_if(info_.left_out, [&](const std::string& one) { return one.starts_with(name + " ("); });
+    }
   }
 
   // Those of `values`, which is `variable` or lies in it: one for a vector, for a matrix name_1, name_2, ...
@@ -256,7 +278,28 @@ class MatFile : public RowsOnClock {
                               fmt::join(info_.columns, ", ")));
   }
 
+  // The only column that could be a clock and has no signal's name; -1: none.
+  [[nodiscard]] int clock_like_column(const OpenOptions& options) const {
+    constexpr std::size_t looked_at = 250;
+    int found = -1;
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      const auto is = [&](const std::string& one) { return one == columns_[i].name || one == std::to_string(i + 1); };
+      if (!columns_[i].unit.empty() || names_signal(columns_[i].name) ||
+          std::any_of(options.signal_columns.begin(), options.signal_columns.end(), is))
+        continue;
+      std::vector<double> first(std::min(looked_at, static_cast<std::size_t>(info_.num_frames)));
+      for (std::size_t k = 0; k < first.size(); ++k) first[k] = columns_[i][k];
+      if (!is_clock_like(first)) continue;
+      if (found >= 0) return -1;
+      found = static_cast<int>(i);
+    }
+    return found;
+  }
+
   void set_time(const OpenOptions& options) {
+    info_.sample_rate_hz = rate_hz_.value_or(0.0);
+    const bool is_named = info_.time_column >= 0;
+    if (!is_named && !rate_hz_) info_.time_column = clock_like_column(options);
     if (info_.time_column < 0 || !options.with_clock) return;
     require_memory(file_->name(), bytes_ + clock_bytes_per_row * static_cast<double>(info_.num_frames),
                    options.max_memory_bytes);
@@ -270,7 +313,12 @@ class MatFile : public RowsOnClock {
       stamps.printed_to_s = std::numeric_limits<float>::epsilon() * std::abs(stamps.time_s.back());
     else if (is_integer(*columns_[at].variable))
       stamps.printed_to_s = factor;
-    set_clock(even_clock(stamps, {.rate_hz = options.rate_hz, .interpolate = options.interpolate}));
+    if (!is_named && !is_clock_like(stamps.time_s)) {
+      info_.time_column = -1;
+      return;
+    }
+    if (unit.empty()) settle_unit(stamps, info_.time_column + 1, is_named, options.rate_hz, info_.checks);
+    set_clock(even_clock(stamps, {.rate_hz = options.rate_hz, .header_rate_hz = rate_hz_, .kind = options.clock}));
   }
 
   void check_left_out() {
@@ -293,8 +341,9 @@ class MatFile : public RowsOnClock {
 
   std::unique_ptr<InputFile> file_;
   std::vector<Column> columns_;
-  double bytes_ = 0.0;  // of the variables that were read
-  bool lost_ = false;   // whether what is left out may be a signal
+  double bytes_ = 0.0;             // of the variables that were read
+  std::optional<double> rate_hz_;  // that a number in it states
+  bool lost_ = false;              // whether what is left out may be a signal
   std::size_t next_row_ = 0;
 };
 

@@ -58,6 +58,11 @@ class Rest {
     return true;
   }
 
+  void letters() {
+    while (!text_.empty() && ((text_[0] >= 'a' && text_[0] <= 'z') || (text_[0] >= 'A' && text_[0] <= 'Z')))
+      text_.remove_prefix(1);
+  }
+
   bool word(std::string_view upper) {
     if (text_.size() < upper.size()) return false;
     for (std::size_t i = 0; i < upper.size(); ++i)
@@ -85,7 +90,32 @@ bool set_day(Moment& moment, int year, int month, int day) {
   return true;
 }
 
-/// 2026-11-20, 2026/11/20, 20.11.2026, 11/20/2026.
+struct MonthName {
+  std::string_view beginning;  // without accents and in capitals: English, German, French, Spanish, Portuguese
+  int month;
+};
+constexpr std::array month_names{MonthName{"JAN", 1},  MonthName{"ENE", 1},  MonthName{"FEB", 2},  MonthName{"FEV", 2},
+                                 MonthName{"MAR", 3},  MonthName{"MRZ", 3},  MonthName{"APR", 4},  MonthName{"AVR", 4},
+                                 MonthName{"ABR", 4},  MonthName{"MAY", 5},  MonthName{"MAI", 5},  MonthName{"JUN", 6},
+                                 MonthName{"JUIN", 6}, MonthName{"JUIL", 7}, MonthName{"JUL", 7},  MonthName{"AUG", 8},
+                                 MonthName{"AGO", 8},  MonthName{"SEP", 9},  MonthName{"SET", 9},  MonthName{"OCT", 10},
+                                 MonthName{"OKT", 10}, MonthName{"OUT", 10}, MonthName{"NOV", 11}, MonthName{"DEC", 12},
+                                 MonthName{"DEZ", 12}, MonthName{"DIC", 12}};
+
+/// "03-Nov-2022", "3 November 2022".
+bool read_named_date(Rest& rest, Moment& moment) {
+  int day = 0, month = 0, year = 0;
+  if (!rest.digits(1, 2, day) || !rest.mark("-. /")) return false;
+  rest.blanks();
+  for (const MonthName& name : month_names)
+    if (month == 0 && rest.word(name.beginning)) month = name.month;
+  rest.letters();
+  if (month == 0 || !rest.mark("-. /")) return false;
+  rest.blanks();
+  return rest.digits(4, 4, year) && set_day(moment, year, month, day);
+}
+
+/// 2026-11-20, 2026/11/20, 20.11.2026, 11/20/2026, 20-Nov-2026.
 bool read_date(Rest& rest, Moment& moment) {
   int first = 0, second = 0, third = 0;
   Rest from_year = rest;
@@ -94,6 +124,10 @@ bool read_date(Rest& rest, Moment& moment) {
     if (!from_year.digits(1, 2, second) || !from_year.mark({&mark, 1}) || !from_year.digits(1, 2, third)) return false;
     rest = from_year;
     return set_day(moment, first, second, third);
+  }
+  if (Rest named = rest; read_named_date(named, moment)) {
+    rest = named;
+    return true;
   }
   if (!rest.digits(1, 2, first) || !rest.mark("./-")) return false;
   const char mark = rest.last_mark();

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "dsp/io/channel_roles.hpp"
 #include "dsp/names.hpp"
 
 namespace dsp {
@@ -38,9 +39,16 @@ OpenFile open_file(const fs::path& path, const fs::path& as_written, const fs::p
                         : channel.column.empty() ? channel.name
                                                  : channel.column;
       how.time_unit = channel.unit;
+    } else if (channel.file == as_written) {
+      how.signal_columns.push_back(channel.index > 0        ? std::to_string(channel.index)
+                                   : channel.column.empty() ? channel.name
+                                                            : channel.column);
     }
   how.rate_hz = sidecar.rate_hz;
-  how.interpolate = sidecar.interpolate;
+  how.clock = sidecar.clock;
+  how.header_row = sidecar.header_row;
+  how.skip_rows = sidecar.skip_rows;
+  how.run = sidecar.run;
   OpenFile file{path, clean_name(path.filename().string()), open_source(path, how), {}, how.may_be_quoted, {}, {}};
   const auto& info = file.source->info();
   for (int i = 0; i < static_cast<int>(info.columns.size()); ++i) {
@@ -105,6 +113,7 @@ std::vector<ChannelSpec> channels_of(const OpenFile& file) {
     }
     channels.push_back(std::move(channel));
   }
+  leave_axes_open(channels, info);
   return channels;
 }
 

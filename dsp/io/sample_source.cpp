@@ -11,6 +11,7 @@
 #include "dsp/io/sound_file.hpp"
 #include "dsp/io/sound_header.hpp"
 #include "dsp/io/table_file.hpp"
+#include "dsp/memory_limit.hpp"
 
 namespace dsp {
 namespace {
@@ -28,15 +29,44 @@ constexpr std::array foreign{
     Foreign{"MDF     ", 0, "container.unsupported", "MDF is not read. Export it as CSV or MATLAB v5"},
     Foreign{"PK\x03\x04", 0, "container.unsupported", "a ZIP or spreadsheet file is not read. Export it as CSV"},
     Foreign{"\x1f\x8b", 0, "container.unsupported", "a gzip file is not read. Unpack it first"},
-    Foreign{"\xff\xfe", 0, "container.unsupported",
-            "UTF-16 text is not read. Save it as UTF-8, or type: iconv -f UTF-16 -t UTF-8 OLD > NEW"},
-    Foreign{"\xfe\xff", 0, "container.unsupported",
-            "UTF-16 text is not read. Save it as UTF-8, or type: iconv -f UTF-16 -t UTF-8 OLD > NEW"},
-    Foreign{"{", 0, "container.unsupported", "JSON is not read. Write its rows as CSV"},
     Foreign{"OggS", 0, "container.lossy", "Ogg holds lossy codecs. Want WAV, RF64, W64, CAF, FLAC or AIFF"},
     Foreign{"ID3", 0, "container.lossy", "MPEG audio is lossy. Want WAV, RF64, W64, CAF, FLAC or AIFF"},
     Foreign{"\xff\xfb", 0, "container.lossy", "MPEG audio is lossy. Want WAV, RF64, W64, CAF, FLAC or AIFF"},
 };
+
+// A brace, and behind it an opening quote, bracket or the end: "{System 1}" is a title.
+bool is_json(std::string_view head) {
+  const auto at = head.find_first_of("{[");
+  if (at == head.npos || head.find_first_not_of(" \t\r\n") != at) return false;
+  const auto behind = head.find_first_not_of(" \t\r\n", at + 1);
+  return behind == head.npos || std::string_view("\"{[}]").find(head[behind]) != std::string_view::npos;
+}
+
+bool is_utf16(std::string_view head) {
+  return head.starts_with("\xff\xfe") || head.starts_with("\xfe\xff");
+}
+
+// Letters outside the first 65,536 need two units; no table needs them, and each becomes a replacement character.
+std::string from_utf16(std::string_view bytes) {
+  const bool big = bytes.starts_with("\xfe\xff");
+  std::string text;
+  for (std::size_t i = 2; i + 1 < bytes.size(); i += 2) {
+    const auto first = static_cast<unsigned char>(bytes[i]), second = static_cast<unsigned char>(bytes[i + 1]);
+    unsigned unit = big ? first * 256u + second : second * 256u + first;
+    if (unit >= 0xd800 && unit < 0xe000) unit = 0xfffd;
+    if (unit < 0x80) {
+      text += static_cast<char>(unit);
+    } else if (unit < 0x800) {
+      text += static_cast<char>(0xc0 | (unit >> 6));
+      text += static_cast<char>(0x80 | (unit & 0x3f));
+    } else {
+      text += static_cast<char>(0xe0 | (unit >> 12));
+      text += static_cast<char>(0x80 | ((unit >> 6) & 0x3f));
+      text += static_cast<char>(0x80 | (unit & 0x3f));
+    }
+  }
+  return text;
+}
 
 // Sets between lines of "    -1", blank lines or a byte order mark before the first.
 bool is_universal_file(std::string_view head) {
@@ -54,6 +84,28 @@ bool is_mat(std::string_view head) {
   if (head.size() < 128) return false;
   const auto tail = head.substr(124, 4);  // version 0x0100 and "MI", as the writer's byte order has it
   return tail == std::string_view("\0\1IM", 4) || tail == std::string_view("\1\0MI", 4);
+}
+
+// Level 4 begins with a number for type and byte order, rows, columns, whether complex, and the length of a name.
+bool is_mat4(std::string_view head) {
+  constexpr std::size_t header_bytes = 20, longest_name = 64;
+  if (head.size() < header_bytes) return false;
+  std::array<std::uint32_t, 5> words{};
+  for (const bool big : {false, true}) {
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      words[i] = 0;
+      for (std::size_t k = 0; k < 4; ++k)
+        words[i] |= std::uint32_t{static_cast<unsigned char>(head[4 * i + k])} << 8 * (big ? 3 - k : k);
+    }
+    const auto [type, rows, columns, complex, name] = words;
+    constexpr std::uint32_t big_types = 1000,
+                            most_type = 52;  // thousands say the byte order, the rest what numbers are
+    const bool is_type = type / big_types == (big ? 1 : 0) && type % big_types <= most_type && type % 10 <= 2;
+    if (is_type && rows > 0 && columns > 0 && complex <= 1 && name >= 2 && name <= longest_name &&
+        head.size() >= header_bytes + name && head[header_bytes + name - 1] == '\0')
+      return true;
+  }
+  return false;
 }
 
 bool is_control(char c) {
@@ -85,7 +137,14 @@ std::vector<std::string_view> containers_of(std::string extension) {
 }
 
 std::unique_ptr<SampleSource> open_by_content(std::unique_ptr<InputFile> file, const OpenOptions& options) {
-  const std::string head = file->text(0, 4096);
+  constexpr std::size_t head_bytes = 4096;
+  std::string head = file->text(0, head_bytes);
+  if (is_utf16(head)) {
+    constexpr double most_growth = 2.5;  // of the bytes: three for two, beside the two
+    require_memory(file->name(), most_growth * static_cast<double>(file->size()), options.max_memory_bytes);
+    file->replace_by(from_utf16(file->text(0, static_cast<std::size_t>(file->size()))));
+    head = file->text(0, head_bytes);
+  }
   if (is_sound(head)) return open_sound_file(std::move(file), options);
   if (is_mat(head)) return open_mat_file(std::move(file), options);
   if (is_universal_file(head))
@@ -94,6 +153,11 @@ std::unique_ptr<SampleSource> open_by_content(std::unique_ptr<InputFile> file, c
   for (const auto& other : foreign)
     if (head.size() > other.offset && std::string_view(head).substr(other.offset).starts_with(other.magic))
       throw Fault(FaultKind::input, std::string(other.name), fmt::format("{}: {}", file->name(), other.message));
+  if (is_mat4(head))
+    throw Fault(FaultKind::input, "container.unsupported",
+                file->name() + ": MATLAB v4 is not read. Load it in MATLAB or Octave and save it with save -v7");
+  if (is_json(head))
+    throw Fault(FaultKind::input, "container.unsupported", file->name() + ": JSON is not read. Write its rows as CSV");
   if (is_text(head)) return open_table_file(std::move(file), options);
   const auto odd = std::find_if(head.begin(), head.end(), is_control);
   throw Fault(

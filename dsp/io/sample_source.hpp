@@ -7,12 +7,14 @@
 #include <vector>
 
 #include "dsp/decimate.hpp"
+#include "dsp/io/clock_kind.hpp"
 #include "dsp/io/clock_start.hpp"
 #include "dsp/recording.hpp"
 
 namespace dsp {
 
-/// What a file says of itself. Columns are all there are, a time column included.
+/// What every reader gives, whatever the container: channels with name and unit, a clock or a rate, what was left out
+/// and remarks. Columns are all there are, a time column included.
 struct SourceInfo {
   std::string container;        ///< "RF64, 24 bit", "text, tab separated", "MATLAB v5"
   double sample_rate_hz = 0.0;  ///< 0: the file does not say
@@ -36,10 +38,13 @@ struct OpenOptions {
   std::string time_column{};        ///< text: name or 1-based number of the clock; empty: found by name (t, time, ...)
   std::string time_unit{};          ///< of that column; empty: from its name, else s
   std::optional<double> rate_hz{};  ///< the rate a person stated; needed where the clock is too coarse, or interpolated
-  bool interpolate = false;         ///< put an irregular clock on rate_hz by straight lines
-  bool with_clock = true;           ///< false: rows as they are, whatever their times
-  bool may_be_quoted = true;        ///< messages may show what is in the file
-  int num_threads = 1;              ///< above 1 a FLAC's MD5 has a thread of its own; changes nothing in what is read
+  ClockKind clock = ClockKind::regular;        ///< else an irregular one is put on rate_hz by straight lines
+  std::int64_t header_row = 0, skip_rows = 0;  ///< of a table: the line of names, lines not looked at; 0: found
+  int run = 0;                                ///< which of several runs side by side in a table, from 1; 0: nobody said
+  std::vector<std::string> signal_columns{};  ///< names or 1-based numbers of columns that are no clock
+  bool with_clock = true;                     ///< false: rows as they are, whatever their times
+  bool may_be_quoted = true;                  ///< messages may show what is in the file
+  int num_threads = 1;  ///< above 1 a FLAC's MD5 has a thread of its own; changes nothing in what is read
 };
 
 /// Samples of one file, frame by frame, as the file holds them (integers as fractions of full scale).

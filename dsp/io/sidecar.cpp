@@ -66,9 +66,9 @@ Sidecar read_document(const Settings& document) {
   sidecar.title = clean_name(sidecar.title);
   sidecar.start = clean_name(sidecar.start);
   document.attempt([&] {
-    if (sidecar.interpolate && !document.has("rate"))
+    if (sidecar.clock != ClockKind::regular && !document.has("rate"))
       throw document.fault("clock", "config.missing",
-                           "interpolate needs a rate to interpolate onto, for example rate = 100");
+                           "interpolate and events need a rate to interpolate onto, for example rate = 100");
   });
   for (const auto& table : document.tables("channel"))
     document.attempt([&] { sidecar.channels.push_back(read_channel(table)); });

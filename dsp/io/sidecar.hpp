@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "dsp/io/clock_kind.hpp"
 #include "dsp/io/range_spec.hpp"
 #include "dsp/io/settings.hpp"
 #include "dsp/io/units.hpp"
@@ -41,10 +42,11 @@ struct Sidecar {
   std::filesystem::path file;  ///< empty if there is none
   std::string title, start;
   std::optional<double> rate_hz;
-  bool interpolate = false;
+  ClockKind clock = ClockKind::regular;
   std::vector<ChannelSpec> channels;  ///< empty: the columns as the file names them
   std::vector<RangeSpec> ranges;
   std::vector<Interval> bad;
+  int header_row = 0, skip_rows = 0, run = 0;  ///< of a table; 0: not given
 };
 
 /// NAME.ext.toml

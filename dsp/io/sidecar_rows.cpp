@@ -204,9 +204,18 @@ const SettingRows<Sidecar>& sidecar_rows() {
   static const SettingRows<Sidecar> rows{
       Row::of("title", &Sidecar::title, {}, "Title of the recording."),
       Row::of("start", &Sidecar::start, {.date = true}, "When it began: 2023-05-04T10:12:30Z."),
-      Row::choice("clock", &Sidecar::interpolate, {{"regular", false}, {"interpolate", true}},
-                  "\"interpolate\": a time column with uneven steps is interpolated onto `rate`, which must be given. "
-                  "\"regular\": uneven steps are refused."),
+      Row::choice(
+          "clock", &Sidecar::clock,
+          {{"regular", ClockKind::regular}, {"interpolate", ClockKind::interpolate}, {"events", ClockKind::events}},
+          "\"interpolate\": a time column with uneven steps is interpolated onto `rate`, which must be given. "
+          "\"events\": the same where a row was written whenever something moved, so that a long step is no "
+          "gap. \"regular\": uneven steps above 10 % of a step are refused."),
+      Row::of("header_row", &Sidecar::header_row, {.range = {.from = 1, .to = 1e6}},
+              "Of a table: the line that holds the names, from 1.", "", "the last line of words above the rows"),
+      Row::of("skip_rows", &Sidecar::skip_rows, {.range = {.from = 0, .to = 1e6}},
+              "Of a table: how many lines at its beginning are not looked at.", "", "none"),
+      Row::of("run", &Sidecar::run, {.range = {.from = 1, .to = 1e6}},
+              "Of a table that holds several runs side by side: which one, from 1.", "", "asked for"),
       Row::custom("rate", {.number = true, .text = true, .range = {.from = 0, .to = highest_hz, .above = true}},
                   "Samples per second, as a number or a ratio: \"51200/3\". It must agree with the file where that has "
                   "one. A time column is read as seconds or in its unit, as 10:00:00.123 with or without a date "

@@ -15,6 +15,8 @@ namespace dsp {
 namespace {
 
 constexpr double most_jitter_steps = 0.01;
+// Straight lines between rows so far from their frames are off by 0.6 % of a sine with 8 samples a period.
+constexpr double most_interpolated_steps = 0.1;
 
 Fault fault(const Stamps& stamps, std::size_t row, std::string name, const std::string& what) {
   return Fault(FaultKind::input, std::move(name), fmt::format("{}:{}: {}", stamps.name, stamps.line(row), what));
@@ -24,13 +26,33 @@ Check note(CheckStatus status, std::string name, double value, double limit, std
   return {std::move(name), "", status, value, limit, std::move(message)};
 }
 
+// Whether most rows come at no even pace at all, as where each is written when something has moved.
+bool are_events(const Stamps& stamps) {
+  constexpr double near = 0.25, most = 0.5;
+  const std::vector<double> steps = steps_of(stamps.time_s);
+  const double middle = median(steps);
+  const auto uneven =
+      std::count_if(steps.begin(), steps.end(), [&](double step) { return std::abs(step - middle) > near * middle; });
+  return static_cast<double>(uneven) > most * static_cast<double>(steps.size());
+}
+
 // What has an uneven clock interpolated, for the top of the sidecar.
 Fault interpolable(const Stamps& stamps, std::size_t row, std::string name, const std::string& what, double rate_hz) {
-  constexpr double rounder = 1e-3;
+  constexpr double gap_steps = 3, event_rounder = 0.3;
+  const double span_s = stamps.time_s.back() - stamps.time_s.front();
+  const auto num_steps = static_cast<double>(stamps.time_s.size() - 1);
+  const std::vector<double> steps = steps_of(stamps.time_s);
+  const bool has_gaps = *std::max_element(steps.begin(), steps.end()) > gap_steps * median(steps);
+  const bool events = are_events(stamps);
+  if (events || !has_gaps) rate_hz = num_steps / span_s;
+  const double rounder =
+      std::clamp(1.0 / num_steps, 1e-3, 0.05);  // the first and the last stamp are off by up to a step
   return Fault(FaultKind::input, std::move(name),
-               fmt::format("{}:{}: {}. To have it interpolated put at the top of {}:", stamps.name, stamps.line(row),
-                           what, sidecar_path(stamps.name).string()),
-               fmt::format("rate = {:.9g}\nclock = \"interpolate\"\n", roundest_rate(rate_hz, rounder)));
+               fmt::format("{}:{}: {}{}. To have it interpolated put at the top of {}:", stamps.name, stamps.line(row),
+                           what, events ? "; its rows were written when something had moved, not at a rate" : "",
+                           sidecar_path(stamps.name).string()),
+               fmt::format("rate = {:.9g}\nclock = \"{}\"\n", roundest_rate(rate_hz, events ? event_rounder : rounder),
+                           events ? "events" : "interpolate"));
 }
 
 // How far a stamp may lie from its true time: one digit where the rest was cut off, and the rounding of doubles.
@@ -84,10 +106,11 @@ struct Steps {
   double least_s = 0.0, most_s = 0.0;
 };
 
-Steps find_steps(const Stamps& stamps) {
+// Steps of more than 1.5 usual ones and `margin_s` are gaps.
+Steps find_steps(const Stamps& stamps, double margin_s) {
   const auto& time_s = stamps.time_s;
   const std::size_t num_steps = time_s.size() - 1;
-  const double gap_s = 1.5 * median(steps_of(time_s)) + 2 * stamps.printed_to_s;
+  const double gap_s = 1.5 * median(steps_of(time_s)) + margin_s;
   Steps found;
   found.least_s = std::numeric_limits<double>::infinity();
   std::size_t first = 0, count = 0;
@@ -116,6 +139,20 @@ double deviation_s(const Stamps& stamps, const Steps& steps, double rate_hz) {
   return worst_s;
 }
 
+// What two stamps are printed to is no gap, unless nothing else explains steps of several usual ones: rows that got
+// lost on a clock printed as coarsely as its step.
+Steps find_steps(const Stamps& stamps) {
+  const Steps steps = find_steps(stamps, 2 * stamps.printed_to_s);
+  const auto is_even = [&](const Steps& found) {
+    const double off_s = rounding_s(stamps) + most_jitter_steps * found.mean_s;
+    // Printed to one digit, the steps of an even clock differ by one at most.
+    return deviation_s(stamps, found, 1 / found.mean_s) <= off_s && found.most_s - found.least_s <= 1.01 * off_s;
+  };
+  if (is_even(steps)) return steps;
+  Steps with_losses = find_steps(stamps, 4 * std::numeric_limits<double>::epsilon() * stamps.time_s.back());
+  return is_even(with_losses) ? with_losses : steps;
+}
+
 // The roundest rate that the stamps allow. Where they tremble, the first and last, of which the rate was measured, do
 // too: a round rate that leaves them no further off than the measured one is the recorder's.
 double roundest_allowed(const Stamps& stamps, const Steps& steps, double measured_hz, double uncertainty,
@@ -130,7 +167,8 @@ double choose_rate(const Stamps& stamps, const ClockOptions& options, const Step
   const double measured_hz = 1 / steps.mean_s, uncertainty = std::max(steps.uncertainty_s / steps.mean_s, 1e-9);
   const double span_s = steps.mean_s * static_cast<double>(stamps.time_s.size() - steps.ranges.size());
   const double off_s = deviation_s(stamps, steps, measured_hz);
-  const double jitter_s = off_s > rounding_s(stamps) ? std::min(2 * off_s, most_jitter_steps * steps.mean_s) : 0.0;
+  const double most_s = (off_s > most_interpolated_steps * steps.mean_s ? most_jitter_steps : 1.0) * steps.mean_s;
+  const double jitter_s = off_s > rounding_s(stamps) ? std::min(2 * off_s, most_s) : 0.0;
   const double jitter = jitter_s * static_cast<double>(steps.ranges.size()) / span_s;
   if (options.rate_hz) {
     const double tolerance = std::max({0.5 * uncertainty, jitter, 1e-6});
@@ -156,7 +194,9 @@ double choose_rate(const Stamps& stamps, const ClockOptions& options, const Step
   return rate_hz;
 }
 
-void check_jitter(const Stamps& stamps, const Steps& steps, Clock& clock) {
+// How far stamps are off the frames, in steps, beyond what they are printed to; throws clock.jitter where that is more
+// than straight lines may make good.
+double check_jitter(const Stamps& stamps, const Steps& steps, Clock& clock) {
   double worst_s = 0;
   std::size_t where = 0;
   for (const auto& range : steps.ranges) {
@@ -166,31 +206,51 @@ void check_jitter(const Stamps& stamps, const Steps& steps, Clock& clock) {
   }
   constexpr double least_worth_telling = 1e-4;
   const double jitter_steps = worst_s * clock.rate_hz;
-  if (worst_s <= rounding_s(stamps) || jitter_steps < least_worth_telling) return;
-  if (jitter_steps > most_jitter_steps)
+  if (worst_s <= rounding_s(stamps) || jitter_steps < least_worth_telling) return 0.0;
+  if (jitter_steps > most_interpolated_steps)
     throw interpolable(
         stamps, where, "clock.jitter",
         fmt::format(
             "the time column is uneven: off an even {:.9g} Hz by up to {:.3g} steps (steps of {:.6g} to {:.6g} s)",
             clock.rate_hz, jitter_steps, steps.least_s, steps.most_s),
         clock.rate_hz);
-  clock.checks.push_back(note(CheckStatus::warning, "clock.jitter", jitter_steps, most_jitter_steps,
-                              fmt::format("{}: the time column is off an even {} Hz by up to {:.2g} of a step",
-                                          stamps.name, clock.rate_hz, jitter_steps)));
+  clock.checks.push_back(note(
+      CheckStatus::warning, "clock.jitter", jitter_steps, most_interpolated_steps,
+      fmt::format("{}: the time column is off an even {} Hz by up to {:.2g} of a step{}", stamps.name, clock.rate_hz,
+                  jitter_steps, jitter_steps > most_jitter_steps ? "; rows were interpolated by straight lines" : "")));
+  return jitter_steps;
 }
 
 void add_gap(const Stamps& stamps, std::size_t row, Clock& clock) {
-  const double from_s = stamps.time_s[row - 1] - clock.start_s, to_s = stamps.time_s[row] - clock.start_s;
-  clock.gaps.push_back({from_s, to_s, "gap in the clock"});
-  clock.checks.push_back(
-      note(CheckStatus::warning, "clock.gap", to_s - from_s, 1 / clock.rate_hz,
-           fmt::format("{}:{}: the clock skips {:.4g} s", stamps.name, stamps.line(row), to_s - from_s)));
+  clock.gaps.push_back(
+      {stamps.time_s[row - 1] - clock.start_s, stamps.time_s[row] - clock.start_s, "gap in the clock"});
+  clock.first_gap_row = clock.gaps.size() == 1 ? row : clock.first_gap_row;
 }
 
-// Whole steps across the gaps; the rows behind one move by as many frames as are missing.
-void place_gaps(const Stamps& stamps, const Steps& steps, Clock& clock) {
+// One line for all gaps.
+void note_gaps(const Stamps& stamps, Clock& clock) {
+  if (clock.gaps.empty()) return;
+  double longest_s = 0.0, sum_s = 0.0;
+  for (const Interval& gap : clock.gaps) {
+    longest_s = std::max(longest_s, gap.to_s - gap.from_s);
+    sum_s += gap.to_s - gap.from_s;
+  }
+  const std::string others = clock.gaps.size() == 1 ? ""
+                                                    : fmt::format(
+                                                          ", the first of {} gaps, {:.4g} s in all, at "
+                                                          "most {:.4g} s",
+                                                          clock.gaps.size(), sum_s, longest_s);
+  clock.checks.push_back(
+      note(CheckStatus::warning, "clock.gap", longest_s, 1 / clock.rate_hz,
+           fmt::format("{}:{}: the clock skips {:.4g} s{}", stamps.name, stamps.line(clock.first_gap_row),
+                       clock.gaps.front().to_s - clock.gaps.front().from_s, others)));
+}
+
+// Whole steps across the gaps; the rows behind one move by as many frames as are missing. Rows are where their stamps
+// are if these are `uneven`, else on the frames.
+void place_rows(const Stamps& stamps, const Steps& steps, bool uneven, Clock& clock) {
   clock.num_frames = static_cast<std::int64_t>(stamps.time_s.size());
-  if (steps.ranges.size() == 1) return;
+  if (steps.ranges.size() == 1 && !uneven) return;
   clock.position.reserve(stamps.time_s.size());
   double missing = 0;
   for (const auto& range : steps.ranges) {
@@ -198,7 +258,8 @@ void place_gaps(const Stamps& stamps, const Steps& steps, Clock& clock) {
       const double gap_s = stamps.time_s[range.first] - stamps.time_s[range.first - 1];
       const double frames = std::round(gap_s * clock.rate_hz);
       const double off_s = std::abs(gap_s - frames / clock.rate_hz);
-      if (off_s > most_jitter_steps / clock.rate_hz + 2 * rounding_s(stamps))
+      const double most_steps = uneven ? 2 * most_interpolated_steps : most_jitter_steps;
+      if (off_s > most_steps / clock.rate_hz + 2 * rounding_s(stamps))
         throw interpolable(stamps, range.first, "clock.gap",
                            fmt::format("the clock skips {:.6g} s, which is no whole number of steps of {:.6g} s", gap_s,
                                        1 / clock.rate_hz),
@@ -206,15 +267,20 @@ void place_gaps(const Stamps& stamps, const Steps& steps, Clock& clock) {
       missing += frames - 1;
       add_gap(stamps, range.first, clock);
     }
-    for (std::size_t i = range.first; i < range.last; ++i) clock.position.push_back(static_cast<double>(i) + missing);
+    for (std::size_t i = range.first; i < range.last; ++i)
+      clock.position.push_back(uneven ? (stamps.time_s[i] - stamps.time_s[0]) * clock.rate_hz
+                                      : static_cast<double>(i) + missing);
   }
   if (missing > static_cast<double>(stamps.time_s.size()))
     throw fault(stamps, 0, "clock.gap",
                 fmt::format("more is missing ({} frames) than is there ({})", missing, stamps.time_s.size()));
   clock.num_frames += static_cast<std::int64_t>(missing);
+  // The last frame is not to lie behind the last row.
+  if (uneven) clock.position.back() = std::max(clock.position.back(), static_cast<double>(clock.num_frames - 1));
+  note_gaps(stamps, clock);
 }
 
-Clock interpolated_clock(const Stamps& stamps, double rate_hz) {
+Clock interpolated_clock(const Stamps& stamps, double rate_hz, ClockKind kind) {
   const auto& time_s = stamps.time_s;
   constexpr double most_frames_per_row = 100, gap_steps = 3;
   const double span_s = time_s.back() - time_s.front(), rows = static_cast<double>(time_s.size());
@@ -230,8 +296,9 @@ Clock interpolated_clock(const Stamps& stamps, double rate_hz) {
   for (const double at_s : time_s) clock.position.push_back((at_s - time_s.front()) * rate_hz);
   // Rounding must not put the last frame behind the last row.
   clock.position.back() = std::max(clock.position.back(), static_cast<double>(clock.num_frames - 1));
-  for (std::size_t i = 1; i < time_s.size(); ++i)
+  for (std::size_t i = 1; i < time_s.size() && kind == ClockKind::interpolate; ++i)
     if (time_s[i] - time_s[i - 1] > gap_steps * usual_s) add_gap(stamps, i, clock);
+  note_gaps(stamps, clock);
   clock.checks.push_back(note(CheckStatus::warning, "clock.interpolated", rows, static_cast<double>(clock.num_frames),
                               fmt::format("{}: {} uneven rows were interpolated onto {} Hz as the sidecar asks",
                                           stamps.name, time_s.size(), rate_hz)));
@@ -253,7 +320,7 @@ std::int64_t Stamps::line(std::size_t row) const {
 }
 
 Clock even_clock(const Stamps& stamps, const ClockOptions& options) {
-  check_increasing(stamps, options.rate_hz && !options.interpolate);
+  check_increasing(stamps, options.rate_hz && options.kind == ClockKind::regular);
   Clock clock;
   clock.start_s = stamps.time_s.front();
   clock.num_frames = static_cast<std::int64_t>(stamps.time_s.size());
@@ -261,7 +328,8 @@ Clock even_clock(const Stamps& stamps, const ClockOptions& options) {
     clock.rate_hz = options.rate_hz.value_or(options.header_rate_hz.value_or(0));
     return clock;
   }
-  if (options.interpolate && options.rate_hz) return interpolated_clock(stamps, *options.rate_hz);
+  if (options.kind != ClockKind::regular && options.rate_hz)
+    return interpolated_clock(stamps, *options.rate_hz, options.kind);
   for (const auto& stated_hz : {options.rate_hz, options.header_rate_hz})
     if (stated_hz && explains_all(stamps, *stated_hz)) {
       clock.rate_hz = *stated_hz;
@@ -270,8 +338,7 @@ Clock even_clock(const Stamps& stamps, const ClockOptions& options) {
   check_increasing(stamps, false);
   const Steps steps = find_steps(stamps);
   clock.rate_hz = choose_rate(stamps, options, steps, clock);
-  check_jitter(stamps, steps, clock);
-  place_gaps(stamps, steps, clock);
+  place_rows(stamps, steps, check_jitter(stamps, steps, clock) > most_jitter_steps, clock);
   return clock;
 }
 

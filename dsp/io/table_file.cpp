@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 
@@ -20,10 +21,34 @@
 namespace dsp {
 namespace {
 
-bool is_skipped(std::string_view line) {
-  const auto start = line.find_first_not_of(" \t");
-  return start == std::string_view::npos || line[start] == '#' || line[start] == '%';
-}
+/// The lines of a table that are rows: neither blank, nor remarks, nor of a header between rows, nor behind the last.
+class RowLines {
+ public:
+  RowLines(const InputFile& file, const TableLayout& layout)
+      : lines_(file, layout.data_offset, layout.first_line), layout_(&layout) {}
+
+  bool next(std::string_view& line) {
+    for (int in_header = 0; lines_.next(line) && lines_.offset() < layout_->end_offset;) {
+      const auto text = trimmed(line);
+      if (in_header == 2 || text.empty() || text.front() == '#' || text.front() == '%') {
+        in_header = in_header == 2 ? 0 : in_header;  // the line of names ends a header
+      } else if (in_header == 1) {
+        in_header = text.starts_with(layout_->header_end) ? 2 : 1;
+      } else if (!layout_->header_again.empty() && text.starts_with(layout_->header_again)) {
+        in_header = 1;
+      } else {
+        return true;
+      }
+    }
+    return false;
+  }
+  [[nodiscard]] std::int64_t number() const { return lines_.number(); }
+  [[nodiscard]] bool ended() const { return lines_.ended(); }
+
+ private:
+  TextLines lines_;
+  const TableLayout* layout_;
+};
 
 /// To what digit numbers are printed: so many places behind the point, or so many figures, so that large ones are
 /// coarser.
@@ -60,23 +85,44 @@ class PrintedDigits {
   double from_ = 0.0, finest_ = std::numeric_limits<double>::infinity();
 };
 
+/// Rows with the time of the row before.
+struct Repeats {
+  std::vector<std::int64_t> rows;
+  bool are_whole_rows = true;  // each is the row before, letter by letter
+  std::string before;
+
+  void look_at(const std::vector<double>& time_s, std::string_view line) {
+    const auto count = time_s.size();
+    if (count > 1 && time_s[count - 1] == time_s[count - 2]) {
+      are_whole_rows = are_whole_rows && line == before;
+      if (are_whole_rows) rows.push_back(static_cast<std::int64_t>(count) - 1);
+    }
+    if (are_whole_rows) before = line;
+  }
+  // Few, or the clock is printed too coarsely.
+  [[nodiscard]] bool are_slips(std::int64_t num_rows) const {
+    constexpr std::int64_t one_in = 10;
+    return are_whole_rows && one_in * std::ssize(rows) < num_rows;
+  }
+};
+
 class TableFile : public RowsOnClock {
  public:
   TableFile(std::unique_ptr<InputFile> file, const OpenOptions& options)
-      : file_(std::move(file)), salvage_(options.salvage), layout_(table_layout(*file_)), lines_(rows()) {
+      : file_(std::move(file)),
+        salvage_(options.salvage),
+        layout_(table_layout(*file_, options)),
+        lines_(*file_, layout_) {
     choose_time(options);
-    for (std::size_t i = 0; i < layout_.moments.size(); ++i)  // beside the clock, no signals
-      if (layout_.moments[i]) layout_.partial[i] = static_cast<int>(i) != layout_.time_column;
     clock_column_ = layout_.time_column >= 0 ? layout_.time_column : layout_.clock_like_column;
-    has_moments_ = std::find(layout_.moments.begin(), layout_.moments.end(), true) != layout_.moments.end();
+    for (const TableColumn& column : layout_.columns)
+      has_words_ = has_words_ || column.holds_moments || column.holds_text;
     describe();
     scan(options);
-    lines_ = rows();
+    lines_ = RowLines(*file_, layout_);
   }
 
  private:
-  [[nodiscard]] TextLines rows() const { return TextLines(*file_, layout_.data_offset, layout_.first_line); }
-
   [[nodiscard]] Fault fault(std::string name, const std::string& what) const {
     return Fault(FaultKind::input, std::move(name), fmt::format("{}:{}: {}", file_->name(), lines_.number(), what));
   }
@@ -89,24 +135,30 @@ class TableFile : public RowsOnClock {
     int number = 0;
     const auto [end, error] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), number);
     const bool by_number = error == std::errc() && end == wanted.data() + wanted.size();
-    for (int i = 0; i < layout_.num_columns; ++i)
-      if (by_number ? i + 1 == number : layout_.columns[static_cast<std::size_t>(i)] == wanted) layout_.time_column = i;
+    for (int i = 0; i < num_columns(); ++i)
+      if (by_number ? i + 1 == number : layout_.columns[static_cast<std::size_t>(i)].name == wanted)
+        layout_.time_column = i;
     if (layout_.time_column < 0)
-      throw Fault(FaultKind::usage, "channel.index",
-                  fmt::format("{}: no time column '{}' among {} columns", file_->name(), clean_name(wanted),
-                              layout_.num_columns));
-    if (!options.time_unit.empty()) layout_.units[static_cast<std::size_t>(layout_.time_column)] = options.time_unit;
+      throw Fault(
+          FaultKind::usage, "channel.index",
+          fmt::format("{}: no time column '{}' among {} columns", file_->name(), clean_name(wanted), num_columns()));
+    TableColumn& clock = layout_.columns[static_cast<std::size_t>(layout_.time_column)];
+    clock.left_out.clear();
+    if (!options.time_unit.empty()) clock.unit = options.time_unit;
   }
 
   void describe() {
     static constexpr auto separator_name = [](char c) {
       return c == '\t' ? "tab" : c == ';' ? "semicolon" : c == ' ' ? "blank" : "comma";
     };
-    info_.container = fmt::format("{}, {} separated{}", layout_.format, separator_name(layout_.separator),
-                                  layout_.decimal_comma ? ", decimal comma" : "");
-    info_.columns = layout_.columns;
-    info_.units = layout_.units;
-    info_.partial = layout_.partial;
+    info_.container = fmt::format("{}, {} separated{}", layout_.format, separator_name(layout_.style.separator),
+                                  layout_.style.decimal_comma ? ", decimal comma" : "");
+    for (const TableColumn& column : layout_.columns) {
+      info_.columns.push_back(column.name);
+      info_.units.push_back(column.unit);
+      info_.partial.push_back(!column.left_out.empty());
+    }
+    info_.checks = layout_.checks;
     info_.named = layout_.named;
     info_.time_column = layout_.time_column;
   }
@@ -116,22 +168,22 @@ class TableFile : public RowsOnClock {
   bool scan_row(std::string_view line, std::string_view& time) {
     int count = 0;
     std::string_view field;
-    const bool are_plain = clock_column_ < 0 && layout_.separator != ' ' && line.find('"') == line.npos;
+    const bool are_plain = clock_column_ < 0 && layout_.style.separator != ' ' && line.find('"') == line.npos;
     auto rest = line;
     for (bool goes_on = are_plain; goes_on; ++count) {  // as Fields does, without looking for quotes
-      const auto end = rest.find(layout_.separator);
+      const auto end = rest.find(layout_.style.separator);
       field = rest.substr(0, end);
       goes_on = end != rest.npos;
       if (goes_on) rest.remove_prefix(end + 1);
     }
-    for (Fields fields(line, layout_.separator); !are_plain && fields.next(field); ++count)
+    for (Fields fields(line, layout_.style.separator); !are_plain && fields.next(field); ++count)
       if (count == clock_column_) time = field;
-    if (count == layout_.num_columns + 1 && field.find_first_not_of(" \t") == std::string_view::npos) --count;
-    if (count == layout_.num_columns || (layout_.comments_behind && count > layout_.num_columns)) {
+    if (count == num_columns() + 1 && field.find_first_not_of(" \t") == std::string_view::npos) --count;
+    if (count == num_columns() || (layout_.comments_behind && count > num_columns())) {
       if (!lines_.ended()) leave_out_last("has no line end, so that its last number may be cut");
       return lines_.ended();
     }
-    const auto what = fmt::format("{} columns, want {} as in the rows above", count, layout_.num_columns);
+    const auto what = fmt::format("{} columns, want {} as in the rows above", count, num_columns());
     if (lines_.ended()) throw fault("table.ragged", what + fmt::format("; column {} is the last there", count));
     if (!salvage_) throw fault("table.cut", what + ": the last line is cut. Try --salvage to leave it out");
     leave_out_last("is cut");
@@ -146,61 +198,61 @@ class TableFile : public RowsOnClock {
 
   void scan(const OpenOptions& options) {
     Stamps stamps{{}, 0.0, layout_.first_line, file_->name()};
+    Repeats repeats;
     std::string_view line, time;
-    while (lines_.next(line)) {
-      if (is_skipped(line)) {
+    std::int64_t number = layout_.first_line - 1;
+    for (; lines_.next(line); number = lines_.number()) {
+      for (; number + 1 < lines_.number(); ++number)
         append(stamps.skipped_before, info_.num_frames, options.max_memory_bytes);
-        continue;
-      }
       if (!scan_row(line, time)) break;
+      if (layout_.is_one_run && trimmed(time).empty()) break;
       ++info_.num_frames;
       if (clock_column_ < 0) continue;
       append(stamps.time_s, stamp(time), options.max_memory_bytes);
+      repeats.look_at(stamps.time_s, line);
     }
     if (info_.num_frames == 0) throw fault("table.empty", "no whole row");
     if (clock_column_ >= 0) stamps.printed_to_s = printed_.coarsest();
-    if (options.with_clock && layout_.time_column >= 0) require_unit(stamps, options);
-    if (layout_.time_column < 0) take_for_clock(stamps, options);
+    if (options.with_clock && repeats.are_slips(info_.num_frames)) leave_out(repeats.rows, stamps);
+    settle_clock(stamps, options);
     if (layout_.time_column < 0 || !options.with_clock) {
       info_.sample_rate_hz = layout_.rate_hz.value_or(0.0);
       return;
     }
-    set_clock(even_clock(
-        stamps, {.rate_hz = options.rate_hz, .header_rate_hz = layout_.rate_hz, .interpolate = options.interpolate}));
-    if (layout_.moments[clock()])
-      info_.clock_start.day = moments_.first_day() ? moments_.first_day() : layout_.first_day;
+    set_clock(
+        even_clock(stamps, {.rate_hz = options.rate_hz, .header_rate_hz = layout_.rate_hz, .kind = options.clock}));
+    if (clock().holds_moments) info_.clock_start.day = moments_.first_day() ? moments_.first_day() : layout_.first_day;
   }
 
-  // Time without a unit is in seconds, unless that would be slower than any vibration is sampled.
-  void require_unit(const Stamps& stamps, const OpenOptions& options) const {
-    const bool is_given = !layout_.units[clock()].empty() || options.rate_hz.has_value();
-    constexpr double least_mean_s = 0.4;  // of a clock whose usual step is a second or more, however uneven
-    const double span_s = stamps.time_s.back() - stamps.time_s.front();
-    if (is_given || !(span_s > least_mean_s * static_cast<double>(stamps.time_s.size()))) return;
-    if (is_clock_like(stamps.time_s)) (void)unit_of_clock(stamps, clock_column_ + 1, std::nullopt);
-  }
-
-  // A column that nobody called time becomes the clock where it is one to its end and its unit is clear.
-  void take_for_clock(Stamps& stamps, const OpenOptions& options) {
-    if (clock_column_ < 0 || !is_clock_like(stamps.time_s)) return;
-    if (!options.with_clock) layout_.time_column = info_.time_column = clock_column_;
-    if (!options.with_clock) return;
-    const auto unit = unit_of_clock(stamps, clock_column_ + 1, options.rate_hz);
-    if (!unit) {
-      info_.checks.push_back(
-          {"clock.ignored", "", CheckStatus::warning, *options.rate_hz, 0.0,
-           fmt::format(
-               "{}: column {} rises evenly as a clock does, but not at the {} Hz that the sidecar says. Correct "
-               "the rate, or give the column the role t and its unit",
-               file_->name(), clock_column_ + 1, *options.rate_hz)});
-      return;
-    }
-    for (double& time_s : stamps.time_s) time_s *= unit->in_s;
-    stamps.printed_to_s *= unit->in_s;
+  // Which column is the clock, if one rises as a clock does, and in what unit it is.
+  void settle_clock(Stamps& stamps, const OpenOptions& options) {
+    const bool is_named = layout_.time_column >= 0;
+    if (clock_column_ < 0 || (!is_named && !is_clock_like(stamps.time_s))) return;
+    if (options.with_clock && clock().unit.empty())
+      settle_unit(stamps, clock_column_ + 1, is_named, options.rate_hz, info_.checks);
     layout_.time_column = info_.time_column = clock_column_;
-    info_.checks.push_back({"clock.assumed", "", CheckStatus::note, unit->in_s, 0.0,
-                            fmt::format("{}: column {} rises evenly and was taken for the time in {}", file_->name(),
-                                        clock_column_ + 1, unit->name)});
+  }
+
+  // Rows that a recorder wrote twice.
+  void leave_out(const std::vector<std::int64_t>& rows, Stamps& stamps) {
+    if (rows.empty()) return;
+    const auto is_twice = [&](std::int64_t row) { return std::binary_search(rows.begin(), rows.end(), row); };
+    std::vector<double> kept;
+    for (std::size_t i = 0; i < stamps.time_s.size(); ++i)
+      if (!is_twice(static_cast<std::int64_t>(i))) kept.push_back(stamps.time_s[i]);
+    info_.checks.push_back(
+        {"table.repeated", "", CheckStatus::note, static_cast<double>(rows.size()), 0.0,
+         fmt::format("{}:{}: {} rows are written twice, with the same time and values; each was used "
+                     "once",
+                     file_->name(), stamps.line(static_cast<std::size_t>(rows.front())), rows.size())});
+    std::vector<std::int64_t> skipped;  // each row left out is one more line before the next that is kept
+    std::merge(stamps.skipped_before.begin(), stamps.skipped_before.end(), rows.begin(), rows.end(),
+               std::back_inserter(skipped));
+    for (std::int64_t& row : skipped) row -= std::lower_bound(rows.begin(), rows.end(), row) - rows.begin();
+    stamps.skipped_before = std::move(skipped);
+    stamps.time_s = std::move(kept);
+    info_.num_frames -= std::ssize(rows);
+    written_twice_ = rows;
   }
 
   // By a quarter at a time: old and new together are about what the clock needs afterwards.
@@ -214,7 +266,8 @@ class TableFile : public RowsOnClock {
     list.push_back(value);
   }
 
-  [[nodiscard]] std::size_t clock() const { return static_cast<std::size_t>(clock_column_); }
+  [[nodiscard]] const TableColumn& clock() const { return layout_.columns[static_cast<std::size_t>(clock_column_)]; }
+  [[nodiscard]] int num_columns() const { return layout_.style.num_columns; }
 
   // Seconds since midnight before the first.
   double stamp_of_moment(std::string_view text) {
@@ -228,11 +281,11 @@ class TableFile : public RowsOnClock {
   }
 
   double stamp(std::string_view text) {
-    if (layout_.moments[clock()]) return stamp_of_moment(text);
+    if (clock().holds_moments) return stamp_of_moment(text);
     double value = 0;
-    const auto& unit = layout_.units[clock()];
+    const auto& unit = clock().unit;
     const double factor = unit.empty() ? 1.0 : find_unit(unit).factor;
-    if (parse_cell(text, layout_.decimal_comma, value) != Cell::number) {
+    if (parse_cell(text, layout_.style.decimal_comma, value) != Cell::number) {
       if (layout_.time_column < 0) return std::numeric_limits<double>::quiet_NaN();
       throw fault("table.cell", fmt::format("column {}: {} is no time", layout_.time_column + 1, file_->quoted(text)));
     }
@@ -242,14 +295,19 @@ class TableFile : public RowsOnClock {
 
   void finish_reading() override { file_->check_unchanged(); }
 
+  [[nodiscard]] bool holds_words(int column) const {
+    const TableColumn& one = layout_.columns[static_cast<std::size_t>(column)];
+    return one.holds_moments || one.holds_text;
+  }
+
   // The first cells as long as they are numbers and nothing else, and removes them from the line. How many they are.
   int read_plain(std::string_view& line, Eigen::RowVectorXd& row) const {
-    if (layout_.separator == ' ' || layout_.decimal_comma || has_moments_) return 0;
+    if (layout_.style.separator == ' ' || layout_.style.decimal_comma || has_words_) return 0;
     int column = 0;
-    for (; column < layout_.num_columns; ++column) {
+    for (; column < num_columns(); ++column) {
       const auto [end, error] = std::from_chars(line.data(), line.data() + line.size(), row[column]);
       const auto size = static_cast<std::size_t>(end - line.data());
-      if (error != std::errc() || size == line.size() || *end != layout_.separator || !std::isfinite(row[column]))
+      if (error != std::errc() || size == line.size() || *end != layout_.style.separator || !std::isfinite(row[column]))
         break;
       line.remove_prefix(size + 1);
     }
@@ -262,14 +320,14 @@ class TableFile : public RowsOnClock {
       if (!lines_.next(line))
         throw Fault(FaultKind::input, "file.changed",
                     fmt::format("{}: became shorter while it was read", file_->name()));
-    } while (is_skipped(line));
+    } while (!written_twice_.empty() && std::binary_search(written_twice_.begin(), written_twice_.end(), num_read_++));
     int column = read_plain(line, row);
-    for (Fields fields(line, layout_.separator); column < layout_.num_columns && fields.next(field); ++column)
-      if (layout_.moments[static_cast<std::size_t>(column)])
+    for (Fields fields(line, layout_.style.separator); column < num_columns() && fields.next(field); ++column)
+      if (has_words_ && holds_words(column))
         row[column] = std::numeric_limits<double>::quiet_NaN();
-      else if (parse_cell(field, layout_.decimal_comma, row[column]) == Cell::bad)
+      else if (parse_cell(field, layout_.style.decimal_comma, row[column]) == Cell::bad)
         throw fault("table.cell", fmt::format("column {}: {} is no number", column + 1, file_->quoted(field)));
-    for (; column < layout_.num_columns; ++column) row[column] = std::numeric_limits<double>::quiet_NaN();
+    for (; column < num_columns(); ++column) row[column] = std::numeric_limits<double>::quiet_NaN();
   }
 
   std::unique_ptr<InputFile> file_;
@@ -278,8 +336,10 @@ class TableFile : public RowsOnClock {
   int clock_column_ = -1;  // what is or could be the clock
   PrintedDigits printed_;  // of it
   MomentClock moments_;
-  bool has_moments_ = false;  // in any column
-  TextLines lines_;
+  bool has_words_ = false;                   // dates or text in any column
+  std::vector<std::int64_t> written_twice_;  // rows, ascending
+  std::int64_t num_read_ = 0;                // counted where rows are written twice
+  RowLines lines_;
 };
 
 }  // namespace

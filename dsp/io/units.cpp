@@ -9,6 +9,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "dsp/constants.hpp"
@@ -43,6 +44,7 @@ constexpr std::array rows{
     Row{"in/s", 0.0254, "m/s"},
     Row{"m/s^2", 1, "m/s^2"},
     Row{"mm/s^2", 1e-3, "m/s^2"},
+    Row{"cm/s^2", 1e-2, "m/s^2"},
     Row{"g", gravity, "m/s^2"},
     Row{"mg", 1e-3 * gravity, "m/s^2"},
     Row{"in/s^2", 0.0254, "m/s^2"},
@@ -64,6 +66,7 @@ constexpr std::array rows{
     Row{"rad/s", 1, "rad/s"},
     Row{"deg/s", degree, "rad/s"},
     Row{"rad/s^2", 1, "rad/s^2"},
+    Row{"deg/s^2", degree, "rad/s^2"},
     Row{"N*m", 1, "N*m"},
     Row{"Pa", 1, "Pa"},
     Row{"kPa", 1e3, "Pa"},
@@ -72,39 +75,67 @@ constexpr std::array rows{
     Row{"s", 1, "s"},
     Row{"ms", 1e-3, "s"},
     Row{"us", 1e-6, "s"},
+    Row{"ns", 1e-9, "s"},
     Row{"Hz", 1, "Hz"},
     Row{"kHz", 1e3, "Hz"},
     Row{"K", 1, "K"},
     Row{"1", 1, "1"},
 };
 
-struct Alias {
-  std::string_view spelling, name;
+/// What a spelling has in place of what the table has. Signs first, then words between letters, then endings.
+struct Spelling {
+  std::string_view spelt, meant;
 };
-constexpr std::array aliases{
-    Alias{"\xc2\xb5m", "um"},  // micro sign
-    Alias{"\xce\xbcm", "um"},  // Greek mu
-    Alias{"\xc2\xb5V", "uV"},
-    Alias{"\xc2\xb5s", "us"},
-    Alias{"\xc2\xb0", "deg"},
-    Alias{"\xc2\xb0/s", "deg/s"},
-    Alias{"m/s2", "m/s^2"},
-    Alias{"m/s/s", "m/s^2"},
-    Alias{"m/s\xc2\xb2", "m/s^2"},
-    Alias{"mm/s2", "mm/s^2"},
-    Alias{"in/s2", "in/s^2"},
-    Alias{"rad/s2", "rad/s^2"},
-    Alias{"lb", "lbf"},
-    Alias{"gn", "g"},
-    Alias{"Nm", "N*m"},
-    Alias{"N m", "N*m"},
-    Alias{"meter", "m"},
-    Alias{"inch", "in"},
-    Alias{"sec", "s"},
-    Alias{"Volts", "V"},
-    Alias{"Newtons", "N"},
-    Alias{"Pounds", "lbf"},
-    Alias{"Strain", "1"},
+constexpr std::array signs{
+    Spelling{"\xe2\x81\xbb\xc2\xb2", "^-2"},  // superscripts
+    Spelling{"\xe2\x81\xbb\xc2\xb9", "^-1"},
+    Spelling{"\xc2\xb2", "^2"},
+    Spelling{"\xc2\xb7", "*"},      // middle dot
+    Spelling{"\xe2\x8b\x85", "*"},  // dot operator
+    Spelling{"**", "^"},
+    Spelling{"\xc2\xb5", "u"},  // micro sign
+    Spelling{"\xce\xbc", "u"},  // Greek mu
+    Spelling{"\xc2\xb0", "deg"},
+    Spelling{" per ", "/"},
+};
+// Without capitals; one letter of a unit never is spelt so.
+constexpr std::array unit_words{
+    Spelling{"meter", "m"},        Spelling{"meters", "m"},
+    Spelling{"metre", "m"},        Spelling{"metres", "m"},
+    Spelling{"centimeter", "cm"},  Spelling{"centimeters", "cm"},
+    Spelling{"millimeter", "mm"},  Spelling{"millimeters", "mm"},
+    Spelling{"millimetre", "mm"},  Spelling{"millimetres", "mm"},
+    Spelling{"micrometer", "um"},  Spelling{"micrometers", "um"},
+    Spelling{"micron", "um"},      Spelling{"microns", "um"},
+    Spelling{"inch", "in"},        Spelling{"inches", "in"},
+    Spelling{"feet", "ft"},        Spelling{"sec", "s"},
+    Spelling{"secs", "s"},         Spelling{"second", "s"},
+    Spelling{"seconds", "s"},      Spelling{"sekunde", "s"},
+    Spelling{"sekunden", "s"},     Spelling{"secondes", "s"},
+    Spelling{"segundos", "s"},     Spelling{"msec", "ms"},
+    Spelling{"millisecond", "ms"}, Spelling{"milliseconds", "ms"},
+    Spelling{"millis", "ms"},      Spelling{"usec", "us"},
+    Spelling{"microsecond", "us"}, Spelling{"microseconds", "us"},
+    Spelling{"micros", "us"},      Spelling{"nanosecond", "ns"},
+    Spelling{"nanoseconds", "ns"}, Spelling{"newton", "N"},
+    Spelling{"newtons", "N"},      Spelling{"kilonewton", "kN"},
+    Spelling{"kilonewtons", "kN"}, Spelling{"lb", "lbf"},
+    Spelling{"lbs", "lbf"},        Spelling{"pound", "lbf"},
+    Spelling{"pounds", "lbf"},     Spelling{"volt", "V"},
+    Spelling{"volts", "V"},        Spelling{"millivolt", "mV"},
+    Spelling{"millivolts", "mV"},  Spelling{"amp", "A"},
+    Spelling{"amps", "A"},         Spelling{"ampere", "A"},
+    Spelling{"amperes", "A"},      Spelling{"degree", "deg"},
+    Spelling{"degrees", "deg"},    Spelling{"grad", "deg"},
+    Spelling{"radian", "rad"},     Spelling{"radians", "rad"},
+    Spelling{"pascal", "Pa"},      Spelling{"hertz", "Hz"},
+    Spelling{"gn", "g"},           Spelling{"strain", "1"},
+};
+constexpr std::array endings{
+    Spelling{"/s/s", "/s^2"},  Spelling{"/s2", "/s^2"},  Spelling{"*s^-2", "/s^2"}, Spelling{" s^-2", "/s^2"},
+    Spelling{".s^-2", "/s^2"}, Spelling{"*s-2", "/s^2"}, Spelling{" s-2", "/s^2"},  Spelling{".s-2", "/s^2"},
+    Spelling{"*s^-1", "/s"},   Spelling{" s^-1", "/s"},  Spelling{".s^-1", "/s"},   Spelling{"*s-1", "/s"},
+    Spelling{" s-1", "/s"},    Spelling{".s-1", "/s"},   Spelling{"Nm", "N*m"},     Spelling{"N m", "N*m"},
 };
 
 struct Hint {
@@ -131,12 +162,51 @@ std::string without_brackets(std::string_view text) {
   return std::string(text);
 }
 
+bool is_letter(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+}
+
+std::string lower(std::string_view text) {
+  std::string result(text);
+  for (char& c : result)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return result;
+}
+
+// "Meters per second\u00b2" as the table writes it.
+std::string canonical(std::string_view text) {
+  std::string plain(text);
+  for (const Spelling& sign : signs)
+    for (auto at = plain.find(sign.spelt); at != std::string::npos; at = plain.find(sign.spelt, at + sign.meant.size()))
+      plain.replace(at, sign.spelt.size(), sign.meant);
+  std::string result;
+  for (std::size_t at = 0; at < plain.size();) {
+    auto end = at;
+    while (end < plain.size() && is_letter(plain[end])) ++end;
+    if (end == at) {
+      result += plain[at++];
+      continue;
+    }
+    const std::string run = plain.substr(at, end - at), word = lower(run);
+    const auto* found =
+        std::find_if(unit_words.begin(), unit_words.end(), [&](const Spelling& one) { return one.spelt == word; });
+    result += found == unit_words.end() ? std::string_view(run) : found->meant;
+    at = end;
+  }
+  for (const Spelling& ending : endings)
+    if (result.ends_with(ending.spelt)) {
+      result.replace(result.size() - ending.spelt.size(), ending.spelt.size(), ending.meant);
+      break;
+    }
+  return result;
+}
+
 const Row* find_row(std::string_view name) {
-  for (const auto& alias : aliases)
-    if (alias.spelling == name) name = alias.name;
-  for (const auto& row : rows)
-    if (row.name == name) return &row;
-  return nullptr;
+  constexpr std::size_t longest = 40;
+  if (name.size() > longest) return nullptr;
+  const std::string known = canonical(name);
+  const auto* found = std::find_if(rows.begin(), rows.end(), [&](const Row& row) { return row.name == known; });
+  return found == rows.end() ? nullptr : found;
 }
 
 // "250 mV" -> 250 and "mV".
@@ -240,35 +310,135 @@ std::string roles_in(std::string_view si) {
   return fmt::format("{} or {}", fmt::join(roles, ", "), last);
 }
 
-bool is_time_name(std::string_view base) {
-  std::string name(trimmed(base));
-  for (char& c : name)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  constexpr std::array clocks{"t", "time", "timestamp", "x_value", "zeit", "temps", "tiempo", "tempo", "seconds"};
-  return std::find(clocks.begin(), clocks.end(), name) != clocks.end();
+namespace {
+
+struct TimeWord {
+  std::string_view text;
+  bool is_whole;  // alone it names a clock, and not only as one of several words
+};
+constexpr std::array time_words{
+    TimeWord{"t", true},       TimeWord{"time", true},   TimeWord{"timestamp", true},    TimeWord{"zeit", true},
+    TimeWord{"temps", true},   TimeWord{"tiempo", true}, TimeWord{"tempo", true},        TimeWord{"seconds", true},
+    TimeWord{"millis", true},  TimeWord{"micros", true}, TimeWord{"elapsed", false},     TimeWord{"sekunden", true},
+    TimeWord{"uhrzeit", true}, TimeWord{"clock", false}, TimeWord{"milliseconds", true}, TimeWord{"microseconds", true},
+};
+
+/// Ends of a name that are more often something else than a unit: "force_in" is an input, "a_s" a hysteretic force.
+struct Doubtful {
+  std::string_view unit;
+  bool (*counts_behind)(std::string_view);  ///< the rest of the name
+};
+constexpr auto never = [](std::string_view) { return false; };
+constexpr std::array doubtful{
+    Doubtful{"in", names_position}, Doubtful{"g", names_acceleration},
+    Doubtful{"A", never},           Doubtful{"C", never},
+    Doubtful{"K", never},           Doubtful{"1", never},
+    Doubtful{"strain", never},      Doubtful{"s", is_time_name},
+    Doubtful{"ms", is_time_name},   Doubtful{"us", is_time_name},
+    Doubtful{"ns", is_time_name},
+};
+
+/// Whether any run of letters, without capitals, passes.
+template <class Test>
+bool any_letters(std::string_view text, Test&& test) {
+  const std::string name = lower(text);
+  for (std::size_t at = 0; at < name.size();) {
+    auto end = at;
+    while (end < name.size() && is_letter(name[end])) ++end;
+    if (end > at && test(std::string_view(name).substr(at, end - at))) return true;
+    at = end + 1;
+  }
+  return false;
 }
 
-NamedUnit split_unit(std::string_view column) {
-  const auto name = trimmed(column);
-  for (const auto& [open, close] : {std::pair{'[', ']'}, std::pair{'(', ')'}}) {
-    const auto at = name.rfind(open);
-    if (at == std::string_view::npos || at == 0 || name.back() != close) continue;
-    const auto unit = trimmed(name.substr(at + 1, name.size() - at - 2));
-    if (is_unit(unit)) return {std::string(trimmed(name.substr(0, at))), std::string(unit)};
+bool may_end(std::string_view base, std::string_view unit) {
+  const auto* found = std::find_if(doubtful.begin(), doubtful.end(), [&, known = canonical(unit)](const Doubtful& one) {
+    return one.unit == unit || (one.unit.back() == 's' && one.unit == known);  // _sec as _s
+  });
+  return !base.empty() && (found == doubtful.end() || found->counts_behind(base));
+}
+
+// "Time (s) Run #1" is "Time Run #1" in s.
+std::optional<NamedUnit> unit_in_brackets(std::string_view name) {
+  for (const auto& [open, close] : {std::pair{'[', ']'}, std::pair{'(', ')'}})
+    for (auto at = name.rfind(open); at != std::string_view::npos && at > 0; at = name.rfind(open, at - 1)) {
+      auto end = name.find(close, at);
+      if (name.back() == close && !is_unit(name.substr(at + 1, std::min(end, name.size()) - at - 1)))
+        end = name.size() - 1;  // (m/(s^2))
+      if (end == std::string_view::npos || !is_unit(name.substr(at + 1, end - at - 1))) continue;
+      std::string base(trimmed(name.substr(0, at)));
+      if (const auto behind = trimmed(name.substr(end + 1)); !behind.empty()) base += fmt::format(" {}", behind);
+      return NamedUnit{base, std::string(trimmed(name.substr(at + 1, end - at - 1)))};
+    }
+  return std::nullopt;
+}
+
+// "Time ms", "v mm/s".
+std::optional<NamedUnit> unit_behind_blank(std::string_view name) {
+  for (auto at = name.find(' '); at != std::string_view::npos; at = name.find(' ', at + 1)) {
+    const auto base = trimmed(name.substr(0, at)), unit = trimmed(name.substr(at + 1));
+    if (base.empty() || base.back() == '/' || base.back() == ',') continue;
+    const bool counts = unit.size() > 1 ? may_end(base, unit) : unit == "s" && is_time_name(base);
+    if (counts && is_unit(unit)) return NamedUnit{std::string(base), std::string(unit)};
   }
-  // x_top_mm, a_m_per_s2, omega_rad_s: the longest ending that is a unit.
+  return std::nullopt;
+}
+
+// "x / mm", "Displacement, mm".
+std::optional<NamedUnit> unit_behind_mark(std::string_view name) {
+  if (is_unit(name)) return std::nullopt;  // m/s alone
+  for (auto at = name.find_first_of("/,"); at != std::string_view::npos; at = name.find_first_of("/,", at + 1)) {
+    const auto base = trimmed(name.substr(0, at));
+    const std::string unit = without_brackets(trimmed(name.substr(at + 1)));
+    if (!base.empty() && unit != "1" && is_unit(unit)) return NamedUnit{std::string(base), unit};
+  }
+  return std::nullopt;
+}
+
+// x_top_mm, a_m_per_s2, omega_rad_s: the longest ending that is a unit.
+std::optional<NamedUnit> unit_behind_underscore(std::string_view name) {
   for (auto at = name.find('_'); at != std::string_view::npos; at = name.find('_', at + 1)) {
     std::string unit(name.substr(at + 1));
-    if (unit == "g" && names_acceleration(name.substr(0, at))) return {std::string(name.substr(0, at)), unit};
-    if (at == 0 || unit == "in" || unit == "g" || unit == "A" || unit == "C" || unit == "K" || unit == "1") continue;
-    if ((unit == "s" || unit == "ms" || unit == "us") && !is_time_name(name.substr(0, at))) continue;
+    if (!may_end(name.substr(0, at), unit)) continue;
     for (auto per = unit.find("_per_"); per != std::string::npos; per = unit.find("_per_")) {
       unit[per] = '/';
       unit.erase(per + 1, 4);
     }
     for (auto under = unit.find('_'); under != std::string::npos; under = unit.find('_')) unit[under] = '/';
-    if (is_unit(unit)) return {std::string(name.substr(0, at)), unit};
+    if (is_unit(unit)) return NamedUnit{std::string(name.substr(0, at)), unit};
   }
+  return std::nullopt;
+}
+
+}  // namespace
+
+bool is_time_name(std::string_view base) {
+  const std::string name = lower(trimmed(base));
+  return name == "x_value" || std::any_of(time_words.begin(), time_words.end(),
+                                          [&](const TimeWord& word) { return word.is_whole && word.text == name; });
+}
+
+bool speaks_of_time(std::string_view base) {
+  return is_time_name(base) || any_letters(base, [](std::string_view word) {
+           return word.size() > 1 && std::any_of(time_words.begin(), time_words.end(),
+                                                 [&](const TimeWord& one) { return one.text == word; });
+         });
+}
+
+std::string unit_of_time_name(std::string_view base) {
+  std::string unit;
+  (void)any_letters(base, [&](std::string_view word) {
+    const bool found = word.size() > 2 && is_unit(word) && find_unit(word).si == "s";
+    if (found) unit = find_unit(word).name;
+    return found;
+  });
+  return unit;
+}
+
+NamedUnit split_unit(std::string_view column) {
+  const auto name = trimmed(column);
+  for (const auto find : {unit_in_brackets, unit_behind_blank, unit_behind_mark, unit_behind_underscore})
+    if (const auto found = find(name)) return *found;
   return {std::string(name), ""};
 }
 

@@ -7,7 +7,8 @@
 
 namespace dsp {
 
-/// A unit of the closed table: 1 of it is `factor` of the SI unit `si`. `g` is 9.80665 m/s^2; a gram is no unit here.
+/// A unit of the closed table, in any usual spelling ("mm/sec", "Newtons", "m*s^-2", superscripts): 1 of it is `factor`
+/// of the SI unit `si`. `g` is 9.80665 m/s^2; a gram is no unit here.
 struct Unit {
   std::string name, si;
   double factor = 1.0;
@@ -49,8 +50,16 @@ struct Sensitivity {
 /// Whether a column of this name is a clock ("t", "Time", "timestamp", LabVIEW's "X_Value").
 [[nodiscard]] bool is_time_name(std::string_view base);
 
-/// A unit written into a column's name: "x_top_mm", "omega_rad_s", "force [kN]", "acc (m/s^2)". `base` is the rest.
-/// Endings that are more often something else only count in brackets (force_in, load_g) or behind a clock (a_s).
+/// Whether a name speaks of a clock among other words ("Latest: Time", "seconds_elapsed").
+[[nodiscard]] bool speaks_of_time(std::string_view base);
+
+/// "ms" for millis, "s" for seconds_elapsed: the unit of time that a clock is called by; else empty.
+[[nodiscard]] std::string unit_of_time_name(std::string_view base);
+
+/// A unit written into a column's name, in brackets anywhere, behind a slash, a comma, a blank or an underscore:
+/// "x_top_mm", "omega_rad_s", "force [kN]", "Time (s) Run #1", "x / mm", "Displacement, mm". `base` is the rest.
+/// Endings that are more often something else count behind an underscore only where the rest fits: base_in, acc_g,
+/// time_s, but force_in is an input and a_s a force.
 struct NamedUnit {
   std::string base, unit;  ///< unit empty where there is none
 };

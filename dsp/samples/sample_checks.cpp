@@ -114,6 +114,12 @@ std::vector<Check> SampleStatistics::checks(const Channel& channel, double cell_
   checks.push_back({"sample.offset", channel.name,
                     std::abs(offset) > 0.1 * spread ? CheckStatus::note : CheckStatus::ok, offset, 0.1 * spread,
                     fmt::format("mean {:.6g} {}", offset, channel.unit)});
+  constexpr double off = 0.05;  // of gravity: a cheap sensor's error
+  if (channel.unit_is_assumed && info_of(channel.role).order == 2 && std::abs(std::abs(offset) - 1.0) < off)
+    checks.push_back({"sample.gravity", channel.name, CheckStatus::warning, offset, 0.0,
+                      fmt::format("its mean is {:.4g}, as gravity's is in g, but {} was assumed. If it is in g, write "
+                                  "unit = \"g\" under its [[channel]] in the sidecar",
+                                  offset, channel.unit)});
   checks.push_back(
       {"sample.drift", channel.name, std::abs(drift) > 0.1 * spread ? CheckStatus::note : CheckStatus::ok, drift,
        0.1 * spread,

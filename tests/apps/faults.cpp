@@ -198,7 +198,7 @@ TEST_CASE("tables of every make are read, a damaged one is refused with its line
                Catch::Contains("rate       100 Hz") && Catch::Contains("samples    400") && Catch::Contains("role x "));
   }
   (void)folder.file("bare.csv", after_first_line(plain));
-  (void)folder.file("bare.csv.toml", "rate = 50\n");
+  (void)folder.file("bare.csv.toml", "rate = 100\n");
   CHECK_THAT(support::run(folder, "$ARDENT info bare.csv").out, Catch::Contains("channel3"));
   (void)folder.file("cut.csv", plain.substr(0, plain.size() - 3));
   (void)folder.file("ragged.csv", "t,x\n0,1\n1,2\n2\n3,4\n");

@@ -50,10 +50,8 @@ TEST_CASE("in seconds slower than once a second, its unit is a question with the
   // A rate that a person gives answers it.
   CHECK(open(scratch, text, {.rate_hz = 250.0})->info().time_column == 0);
   CHECK(open(scratch, text, {.rate_hz = 250e3})->info().sample_rate_hz == 250e3);
-  const auto other = open(scratch, text, {.rate_hz = 60.0});  // it may be no clock
-  CHECK(other->info().time_column == -1);
-  REQUIRE(other->info().checks.size() == 1);
-  CHECK(other->info().checks.front().name == "clock.ignored");
+  check_fault([&] { (void)open(scratch, text, {.rate_hz = 60.0}); }, FaultKind::input, "rate.mismatch",
+              {"60 Hz", "role = \"other\""});
   // What is no rate of vibration in ms is proposed in us; a column called time is asked for, too.
   check_fault([&] { (void)open(scratch, rows(300, [](int i) { return 5000 * i; })); }, FaultKind::input, "clock.unit",
               {}, {"unit = \"us\""});
@@ -75,8 +73,8 @@ TEST_CASE("a count of rows, a motion and a column that falls back once are no cl
             ->info()
             .time_column == -1);
   CHECK_FALSE(dsp::is_clock_like({0.0, 0.1, 0.2}));
-  // A column with another name is what it is called, and of two in question neither is taken.
-  CHECK(open(scratch, "battery;x;f\n" + rows(300, [](int i) { return 0.001 * i; }))->info().time_column == -1);
+  // A column with a signal's name is what it is called, and of two in question neither is taken.
+  CHECK(open(scratch, "load;x;f\n" + rows(300, [](int i) { return 0.001 * i; }))->info().time_column == -1);
   CHECK(open(scratch, rows(300, [](int i) { return fmt::format("{:.3f};{:.3f}", 0.002 * i, 0.01 * i); }))
             ->info()
             .time_column == -1);

@@ -115,7 +115,6 @@ TEST_CASE("a ragged row, a cut last line and a bad cell are refused with line an
   refused("x,y\n1,2\n3,4\n5,six\n7,8\n", "table.cell", {"a.csv:4: column 2: 'six' is no number"});
   refused("x,y\n1,2\n3,1e999\n7,8\n", "table.cell", {"a.csv:3: column 2: '1e999'"});
   refused("x,y,z\n1,2\n3,4\n", "table.header", {"a.csv:1:", "names 3 columns, the rows have 2"});
-  refused("x,y\nmore,names\n3,4\n4,5\n", "table.header", {"a.csv:2:", "want numbers"});
   refused("no numbers here\nnone\n", "container.unknown", {"row of numbers"});
   refused("x," + std::string(2'000'000, '1') + "\n1,2\n", "table.line", {"a.csv:1:", "1 MiB"});
   const auto salvaged = read(scratch.file("a.csv", "x,y\n1,2\n3,4\n5"), {.salvage = true});
@@ -182,7 +181,7 @@ TEST_CASE("stamps of so many figures are rounded ones, not uneven", "[dsp][table
   }
   // An uneven clock stays one.
   std::string uneven = "t,x\n";
-  for (int i = 0; i < 1000; ++i) uneven += fmt::format("{:.5f},1\n", i / 50.0 + (i % 2) * 1e-3);
+  for (int i = 0; i < 1000; ++i) uneven += fmt::format("{:.5f},1\n", i / 50.0 + (i % 2) * 6e-3);
   check_fault([&] { (void)read(folder.file("u.csv", uneven)); }, FaultKind::input, "clock.jitter", {"u.csv"}, {});
 }
 
@@ -218,7 +217,7 @@ TEST_CASE("a clock that goes back, repeats, jitters or loses its step is refused
   };
   refused([](int i) { return (i == 50 ? 48.5 : i) / 10.0; }, "clock.backwards", {"a.csv:52:", "4.9 to 4.85"});
   refused([](int i) { return (i == 50 ? 49 : i) / 10.0; }, "clock.repeated", {"a.csv:52:", "4.9 s occurs twice"});
-  refused([](int i) { return (i + 0.05 * std::sin(i * i)) / 10.0; }, "clock.jitter", {"uneven", "a.csv.toml"});
+  refused([](int i) { return (i + 0.3 * std::sin(i * i)) / 10.0; }, "clock.jitter", {"uneven", "a.csv.toml"});
   check_fault([&] { (void)read(scratch / "a.csv"); }, FaultKind::input, "clock.jitter", {},
               {"rate = 10\nclock = \"interpolate\"\n"});
   refused([](int i) { return (i < 40 ? i : i + 7.4) / 10.0; }, "clock.gap", {"a.csv:42:", "no whole number of steps"});
@@ -246,7 +245,8 @@ TEST_CASE("an uneven clock is interpolated on request", "[dsp][table_clock]") {
   const Scratch scratch;
   // x is linear in the row number and so, between rows, in time.
   const auto time = [](int i) { return (i + 0.3 * std::sin(i * i)) / 10.0; };
-  const auto table = read(scratch.file("a.csv", stamps(200, time)), {.rate_hz = 20.0, .interpolate = true});
+  const auto table =
+      read(scratch.file("a.csv", stamps(200, time)), {.rate_hz = 20.0, .clock = dsp::ClockKind::interpolate});
   CHECK(table.info.sample_rate_hz == 20.0);
   for (Eigen::Index n = 0; n < table.frames.rows(); ++n) {
     const double at_s = static_cast<double>(n) / 20.0;
@@ -313,8 +313,8 @@ TEST_CASE("a clock with more missing than there is, and a rate with hardly a row
   const Scratch scratch;
   const auto file = scratch.file("a.csv", stamps(100, [](int i) { return (i < 50 ? i : i + 101) / 10.0; }));
   check_fault([&] { (void)read(file); }, FaultKind::input, "clock.gap", {"more is missing (101 frames) than is there"});
-  check_fault([&] { (void)read(file, {.rate_hz = 1000.0, .interpolate = true}); }, FaultKind::input, "clock.gap",
-              {"100 rows over 20 s are too few for 1000 Hz"});
+  check_fault([&] { (void)read(file, {.rate_hz = 1000.0, .clock = dsp::ClockKind::interpolate}); }, FaultKind::input,
+              "clock.gap", {"100 rows over 20 s are too few for 1000 Hz"});
 }
 
 TEST_CASE("a time column is named or numbered, and refused where it is not", "[dsp][table_file]") {

@@ -73,6 +73,44 @@ TEST_CASE("a column's name may carry its unit", "[dsp][units]") {
   check("load [g]", "load", "g");
   check("V1", "V1", "");
   check("_mm", "_mm", "");
+  check("Zeit t / s", "Zeit t", "s");
+  check("a / m/s^2", "a", "m/s^2");
+  check("v mm/s", "v", "mm/s");
+  check("Displacement, mm", "Displacement", "mm");
+  check("x-axis[m/s^2]", "x-axis", "m/s^2");
+  check("Time (s) Run #1", "Time Run #1", "s");
+  check("base_in", "base", "in");
+  check("m/s", "m/s", "");
+  check("Force N", "Force N", "");  // the northern one
+  check("Laser/AI 1", "Laser/AI 1", "");
+}
+
+TEST_CASE("units are known in their usual spellings", "[dsp][units]") {
+  const std::vector<std::pair<const char*, std::vector<const char*>>> spellings{
+      {"m/s^2",
+       {"m/s2", "m/s/s", "m/s\xc2\xb2", "m/s**2", "m s^-2", "m*s^-2", "m\xc2\xb7s\xe2\x81\xbb\xc2\xb2", "m.s-2",
+        "meters per second\xc2\xb2", "m/sec^2"}},
+      {"mm/s", {"mm/sec", "Millimeters per second", "mm s^-1"}},
+      {"m", {"meter", "Metres", "METERS"}},
+      {"mm", {"millimeter", "Millimetres"}},
+      {"um", {"\xc2\xb5m", "\xce\xbcm", "micron", "Micrometers"}},
+      {"in", {"inch", "Inches"}},
+      {"s", {"sec", "Seconds", "Sekunden"}},
+      {"ms", {"msec", "milliseconds"}},
+      {"us", {"\xc2\xb5s", "usec", "microseconds"}},
+      {"N", {"Newton", "newtons"}},
+      {"lbf", {"lb", "lbs", "Pounds"}},
+      {"V", {"Volt", "volts"}},
+      {"deg", {"\xc2\xb0", "degrees", "Grad"}},
+      {"deg/s", {"\xc2\xb0/s", "degrees/second"}},
+      {"N*m", {"Nm", "N m", "N\xc2\xb7m"}}};
+  for (const auto& [name, others] : spellings)
+    for (const char* spelling : others) {
+      CAPTURE(spelling);
+      REQUIRE(dsp::is_unit(spelling));
+      CHECK(dsp::find_unit(spelling).name == name);
+    }
+  for (const char* none : {"G", "kg", "MM", "Mm", "furlong", "", "/", "ms-2", "S"}) CHECK_FALSE(dsp::is_unit(none));
 }
 
 TEST_CASE("a role and a unit can contradict each other", "[dsp][units]") {

@@ -1,0 +1,224 @@
+#include "dsp/io/table_style.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <optional>
+
+#include "dsp/io/moment.hpp"
+#include "dsp/io/text_lines.hpp"
+
+namespace dsp {
+namespace {
+
+struct Marks {
+  char separator;
+  bool decimal_comma;
+};
+// In order of trust: what a comma means is least clear.
+constexpr std::array styles{Marks{'\t', false}, Marks{'\t', true}, Marks{';', false}, Marks{';', true},
+                            Marks{',', false},  Marks{',', true},  Marks{' ', false}, Marks{' ', true}};
+
+enum class Holds { number, missing, blank, text };
+Holds holds(std::string_view cell, bool decimal_comma) {
+  double value = 0.0;
+  const Cell read = parse_cell(cell, decimal_comma, value);
+  if (read == Cell::missing) return unquoted(cell).empty() ? Holds::blank : Holds::missing;
+  return read == Cell::number || parse_moment(cell) ? Holds::number : Holds::text;
+}
+
+std::vector<std::string_view> all_cells(std::string_view line, char separator) {
+  std::vector<std::string_view> cells;
+  std::string_view cell;
+  for (Fields walk(line, separator); walk.next(cell);) cells.push_back(cell);
+  return cells;
+}
+
+// The lines that have a number, cell by cell.
+std::vector<std::vector<Holds>> numeric_lines(const std::vector<TableLine>& lines, const Marks& marks) {
+  std::vector<std::vector<Holds>> found;
+  for (const TableLine& line : lines) {
+    if (line.is_blank() || line.is_comment()) continue;
+    std::vector<Holds> kinds;
+    for (const auto cell : all_cells(line.text, marks.separator)) kinds.push_back(holds(cell, marks.decimal_comma));
+    const auto has_number = [](Holds kind) { return kind == Holds::number || kind == Holds::missing; };
+    if (std::any_of(kinds.begin(), kinds.end(), has_number)) found.push_back(std::move(kinds));
+  }
+  return found;
+}
+
+// How many cells most lines have; of two widths that are as frequent, the larger.
+std::size_t usual_width(const std::vector<std::vector<Holds>>& lines) {
+  std::map<std::size_t, int> counts;
+  for (const auto& line : lines) ++counts[line.size()];
+  const auto most = std::max_element(counts.rbegin(), counts.rend(),
+                                     [](const auto& a, const auto& b) { return a.second < b.second; });
+  return most == counts.rend() ? 0 : most->first;
+}
+
+struct Rated {
+  TableStyle style;
+  double score = 0.0;  // cells that are numbers, as a share of a line, summed over the lines that are rows
+};
+Rated rated(const std::vector<TableLine>& lines, const Marks& marks) {
+  Rated result{{marks.separator, marks.decimal_comma}};
+  const std::vector<std::vector<Holds>> found = numeric_lines(lines, marks);
+  std::size_t width = usual_width(found);
+  const auto count = [&](std::size_t column, Holds kind) {
+    return std::count_if(found.begin(), found.end(),
+                         [&](const auto& line) { return line.size() == width && line[column] == kind; });
+  };
+  const auto num_lines =
+      std::count_if(found.begin(), found.end(), [&](const auto& one) { return one.size() == width; });
+  constexpr std::ptrdiff_t fewest_rows_with_words = 3;
+  if (width > 1 && count(width - 1, Holds::blank) == num_lines) --width;  // a separator ends every line
+  const auto fits = [&](const std::vector<Holds>& line) {
+    return line.size() == width || (line.size() == width + 1 && line.back() == Holds::blank);
+  };
+  std::vector<bool>& is_text = result.style.is_text;
+  for (std::size_t i = 0; i < width; ++i) {
+    const auto words = std::count_if(found.begin(), found.end(),
+                                     [&](const auto& line) { return fits(line) && line[i] == Holds::text; });
+    is_text.push_back(marks.separator != ' ' && words >= fewest_rows_with_words && 2 * words > num_lines);
+  }
+  for (const auto& line : found) {
+    if (!fits(line)) continue;
+    std::size_t good = 0, bad = 0;
+    for (std::size_t i = 0; i < width; ++i) {
+      good += line[i] != Holds::text ? 1 : 0;
+      bad += line[i] == Holds::text && !is_text[i] ? 1 : 0;
+    }
+    if (bad == 0) result.score += static_cast<double>(good) / static_cast<double>(width) * (width > 1 ? 2.0 : 1.0);
+  }
+  if (result.score > 0.0) result.style.num_columns = static_cast<int>(width);
+  return result;
+}
+
+std::string from_latin1(std::string_view text) {
+  std::string result;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x80) {
+      result += c;
+    } else {
+      result += static_cast<char>(0xc0 | (byte >> 6));
+      result += static_cast<char>(0x80 | (byte & 0x3f));
+    }
+  }
+  return result;
+}
+
+bool is_utf8(std::string_view text) {
+  int behind = 0;  // bytes that must follow
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if ((byte & 0xc0) == 0x80) {
+      if (behind-- == 0) return false;
+    } else if (behind > 0) {
+      return false;
+    } else {
+      behind = byte < 0x80 ? 0 : byte >= 0xf0 ? 3 : byte >= 0xe0 ? 2 : 1;
+    }
+  }
+  return behind == 0;
+}
+
+// "sep=;", which tells a spreadsheet what the separator is.
+bool is_separator_line(std::string_view text) {
+  constexpr std::size_t longest = 5;
+  const auto line = unquoted(text);
+  return line.starts_with("sep=") && line.size() <= longest;
+}
+
+/// What keeps a line from being a row of numbers, as one style reads it.
+struct BadCells {
+  int numbers = 0, bad = 0;
+  std::size_t first = 0;  // 0-based, of the bad ones
+  std::string_view text;
+};
+BadCells bad_cells(std::string_view line, const Marks& marks) {
+  BadCells found;
+  std::size_t column = 0;
+  for (const auto cell : all_cells(line, marks.separator)) {
+    const Holds kind = holds(cell, marks.decimal_comma);
+    if (kind == Holds::text && found.bad++ == 0) found.first = column, found.text = cell;
+    if (kind == Holds::number) ++found.numbers;
+    ++column;
+  }
+  return found;
+}
+
+}  // namespace
+
+bool TableLine::is_comment() const {
+  const auto plain = trimmed(text);
+  return plain.starts_with('#') || plain.starts_with('%');
+}
+
+bool TableLine::is_blank() const {
+  return trimmed(text).empty();
+}
+
+std::vector<TableLine> first_lines(const InputFile& file, std::size_t count, std::int64_t skipped) {
+  std::vector<TableLine> lines;
+  TextLines reader(file);
+  for (std::string_view text; lines.size() < count && reader.next(text);) {
+    auto offset = reader.offset();
+    if (reader.number() == 1 && text.starts_with("\xef\xbb\xbf")) {
+      text.remove_prefix(3);
+      offset += 3;
+    }
+    if (reader.number() <= skipped || (reader.number() == 1 && is_separator_line(text))) continue;
+    lines.push_back({is_utf8(text) ? std::string(text) : from_latin1(text), reader.number(), offset});
+  }
+  return lines;
+}
+
+std::vector<std::string_view> TableStyle::cells(std::string_view line) const {
+  std::vector<std::string_view> found = all_cells(line, separator);
+  if (found.size() > 1 && trimmed(found.back()).empty()) found.pop_back();
+  return found;
+}
+
+bool TableStyle::is_row(std::string_view line) const {
+  const std::vector<std::string_view> found = all_cells(line, separator);
+  const auto width = static_cast<std::size_t>(num_columns);
+  bool any = false;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const Holds kind = holds(found[i], decimal_comma);
+    if (i >= width && kind != Holds::blank) return false;
+    if (kind == Holds::text && !is_text[i]) return false;
+    any = any || kind == Holds::number || kind == Holds::missing;
+  }
+  return any && (found.size() == width || found.size() == width + 1);
+}
+
+TableStyle table_style(const std::vector<TableLine>& lines) {
+  Rated best;
+  for (const Marks& marks : styles)
+    if (Rated found = rated(lines, marks); found.score > best.score) best = std::move(found);
+  return best.style;
+}
+
+std::string why_no_row(const InputFile& file, const std::vector<TableLine>& lines) {
+  for (const int least_numbers : {1, 0})
+    for (auto line = lines.rbegin(); line != lines.rend(); ++line) {
+      std::optional<BadCells> best;
+      if (line->is_blank() || line->is_comment()) continue;
+      for (const Marks& marks : styles) {
+        if (all_cells(line->text, marks.separator).size() < 2 || marks.separator == ' ') continue;
+        const BadCells found = bad_cells(line->text, marks);
+        const bool is_better =
+            !best || found.bad < best->bad || (found.bad == best->bad && found.numbers > best->numbers);
+        if (found.bad > 0 && found.numbers >= least_numbers && is_better) best = found;
+      }
+      if (best)
+        return fmt::format(": in line {}, column {} is {}", line->number, best->first + 1,
+                           file.quoted(unquoted(best->text)));
+    }
+  return "";
+}
+
+}  // namespace dsp

@@ -1,0 +1,110 @@
+/// Small files as people of this trade hand them in, of known truth, beside the project: each is read as it stands, or
+/// refused with lines that work when they are pasted.
+
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <optional>
+#include <regex>
+
+#include "support/program.hpp"
+
+namespace {
+
+using support::Scratch;
+
+const std::filesystem::path reports = std::filesystem::path(ARDENT_REAL_DATA) / "reports";
+
+struct Report {
+  const char* file;
+  double rate_hz, frequency_hz;  // what a run finds; 0: another test's matter
+  const char* refusal = "";      // of the bare file, whose lines are pasted then
+};
+
+std::optional<double> number_behind(const std::string& text, const std::string& words) {
+  std::smatch match;
+  const std::regex pattern(words + " ([0-9.]+)");
+  if (!std::regex_search(text, match, pattern)) return std::nullopt;
+  return std::stod(match[1]);
+}
+
+/// With single blanks between words.
+std::string unwrapped(const std::string& text) {
+  return std::regex_replace(text, std::regex("\\s+"), " ");
+}
+
+/// What a refusal has printed to be pasted.
+std::string lines_of(const std::string& err) {
+  std::string lines;
+  std::istringstream text(err);
+  bool is_behind = false;
+  for (std::string line; std::getline(text, line);) {
+    const bool is_message = std::regex_search(line, std::regex("^(error|warning|note) "));
+    if (is_behind && !is_message) lines += line + "\n";
+    is_behind = is_behind || line.starts_with("error ");
+  }
+  return lines;
+}
+
+}  // namespace
+
+TEST_CASE("files as people hand them in are read, or refused with lines that work", "[apps][report_files][real]") {
+  if (!std::filesystem::exists(reports)) {
+    WARN("skipped: " << reports << " is not there");
+    return;
+  }
+  for (const Report& report : {Report{"accelerometer_epoch_ns.csv", 100, 0},
+                               Report{"slash_units.csv", 200, 2.4},
+                               Report{"comma_units.txt", 200, 2.4},
+                               Report{"latest_time.csv", 200, 2.4},
+                               Report{"millis.csv", 200, 2.4},
+                               Report{"sparse_last_column.csv", 200, 2.4},
+                               Report{"braces.csv", 200, 2.4},
+                               Report{"text_column.csv", 200, 2.4},
+                               Report{"preamble_tab.txt", 200, 2.4},
+                               Report{"preamble_units.txt", 200, 2.4},
+                               Report{"excel_sep.csv", 200, 2.4},
+                               Report{"quoted_comma.csv", 200, 2.4},
+                               Report{"month_names.csv", 200, 2.4},
+                               Report{"trailing_summary.csv", 200, 2.4},
+                               Report{"segments.lvm", 200, 2.4},
+                               Report{"two_rates.lvm", 200, 2.4},
+                               Report{"scalar_fs.mat", 200, 2.4},
+                               Report{"matrix_with_time.mat", 200, 2.4, "motion.none"},
+                               Report{"scope_increment.csv", 200, 2.4, "motion.none"},
+                               Report{"rows_twice.csv", 100, 1.8},
+                               Report{"accelerometer_xyz.csv", 100, 0, "motion.none"},
+                               Report{"plane_xy.csv", 100, 0, "motion.none"},
+                               Report{"runs_side_by_side.csv", 20, 0.83, "clock.run"},
+                               Report{"phone_jitter.csv", 100, 1.8, "clock.jitter"}}) {
+    INFO(report.file);
+    const Scratch folder;
+    std::filesystem::copy_file(reports / report.file, folder / report.file);
+    auto ended = support::run(folder, fmt::format("$ARDENT -q run {} -o run", report.file));
+    if (*report.refusal != 0) {
+      CHECK(ended.code == 3);
+      CHECK_THAT(ended.err, Catch::Contains(fmt::format("[{}]", report.refusal)));
+      (void)folder.file(report.file + std::string(".toml"), lines_of(ended.err));
+      ended = support::run(folder, fmt::format("$ARDENT -q run {} -o run", report.file));
+    }
+    INFO(ended.out + ended.err);
+    CHECK(ended.code == 0);
+    const std::string screen = unwrapped(ended.out);
+    CHECK(number_behind(screen, "recorded at") == report.rate_hz);
+    if (report.frequency_hz == 0) continue;
+    const auto found_hz = number_behind(screen, "natural frequency(?: about it)?");
+    REQUIRE(found_hz);
+    CHECK(*found_hz == Approx(report.frequency_hz).epsilon(0.004));
+  }
+}
+
+TEST_CASE("a rate that a file's clock contradicts is an error", "[apps][report_files][real]") {
+  if (!std::filesystem::exists(reports)) return;
+  const Scratch folder;
+  std::filesystem::copy_file(reports / "slash_units.csv", folder / "slash_units.csv");
+  (void)folder.file("slash_units.csv.toml", "rate = 100\n");
+  const auto ended = support::run(folder, "$ARDENT -q run slash_units.csv -o run");
+  CHECK(ended.code == 3);
+  CHECK_THAT(ended.err, Catch::Contains("[rate.mismatch]") && Catch::Contains("200 Hz"));
+}

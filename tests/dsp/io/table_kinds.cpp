@@ -1,0 +1,249 @@
+/// Tables as loggers, oscilloscopes, phones and spreadsheets write them: one decay of 3 Hz at 50 Hz, in mm, in the
+/// layout of each, is read as the same numbers.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <functional>
+
+#include "dsp/io/sample_source.hpp"
+#include "support/fault.hpp"
+#include "support/scratch.hpp"
+
+using dsp::FaultKind;
+using support::check_fault;
+using support::Scratch;
+
+namespace {
+
+constexpr int num_rows = 300;
+constexpr double rate_hz = 50.0;
+
+double value(int i) {
+  return std::round(2e4 * std::exp(-0.01 * i) * std::cos(0.12 * 3.14159265358979 * i)) / 1e3;
+}
+
+/// `header`, then a row for each sample.
+std::string table(const std::string& header, const std::function<std::string(int)>& row) {
+  std::string text = header;
+  for (int i = 0; i < num_rows; ++i) text += row(i) + "\n";
+  return text;
+}
+
+std::string plain(int i) {
+  return fmt::format("{:.2f},{:.3f}", i / rate_hz, value(i));
+}
+
+std::string with_commas(std::string text) {
+  for (char& c : text)
+    if (c == '.') c = ',';
+  return text;
+}
+
+struct Read {
+  dsp::SourceInfo info;
+  std::vector<double> column;
+  [[nodiscard]] bool has_check(const std::string& name) const {
+    return std::any_of(info.checks.begin(), info.checks.end(), [&](const auto& check) { return check.name == name; });
+  }
+};
+
+Read read(const std::string& text, int column, const dsp::OpenOptions& options = {}) {
+  const Scratch scratch;
+  const auto source = dsp::open_source(scratch.file("a.csv", text), options);
+  Read result{source->info(), {}};
+  dsp::FrameBlock block;
+  while (const auto count = source->read(block, 64))
+    for (Eigen::Index i = 0; i < count; ++i) result.column.push_back(block(i, column));
+  return result;
+}
+
+/// All values in column `column` (0-based), on a clock of 50 Hz.
+Read check_decay(const std::string& text, int column = 1, const std::string& unit = "mm",
+                 const dsp::OpenOptions& options = {}) {
+  INFO(text.substr(0, 200));
+  Read found = read(text, column, options);
+  CHECK(found.info.sample_rate_hz == rate_hz);
+  CHECK(found.info.units[static_cast<std::size_t>(column)] == unit);
+  REQUIRE(found.column.size() == num_rows);
+  for (int i = 0; i < num_rows; ++i) CHECK(found.column[static_cast<std::size_t>(i)] == Approx(value(i)).margin(1e-9));
+  return found;
+}
+
+}  // namespace
+
+TEST_CASE("units stand behind slash, comma, bracket, blank or in a line of their own", "[dsp][table_kinds]") {
+  for (const char* header : {"t / s,x / mm\n", "\"Time, s\",\"Displacement, mm\"\n", "Time (s),Weg [mm]\n",
+                             "Latest: Time (s),Latest: Position (mm)\n", "Time [s] Run #1,Position [mm] Run #1\n",
+                             "seconds_elapsed,laser_mm\n"})
+    check_decay(table(header, plain));
+  check_decay(table("Time,Laser\n[ s ],[ mm ]\n", plain));
+  check_decay(
+      table("t;x\ns;mm\n", [](int i) { return with_commas(fmt::format("{:.2f};{:.3f}", i / 50.0, value(i))); }));
+  check_decay(table("Zeit,Weg \xb5m\n", plain), 1, "\xc2\xb5m");  // Latin-1
+}
+
+TEST_CASE("lines above the names are skipped with a note or say the rate", "[dsp][table_kinds]") {
+  const auto tab = [](int i) { return fmt::format("{:.2f}\t{:.3f}", i / 50.0, value(i)); };
+  const auto named = check_decay(table("File name\tDecay\nNumber of channels\t1\n\nTime (s)\tLaser/AI 1 (mm)\n", tab));
+  CHECK(named.info.columns[1] == "Laser/AI 1 (mm)");
+  CHECK(named.has_check("table.skipped"));
+  check_decay(table("Source File Name:\tm.pvd\nSignal:\tTime - Velocity\n\nTime\tVelocity\n[ s ]\t[ mm/s ]\n", tab), 1,
+              "mm/s");
+  // Where no column is a clock, the header's rate counts.
+  const auto one = [](int i) { return fmt::format("{:.3f};0", value(i)); };
+  for (const char* header :
+       {"Sample rate;50 Hz\nx_mm;y_mm\n", "# Abtastrate: 50\nx_mm;y_mm\n", "dt (ms);20\nx_mm;y_mm\n"})
+    check_decay(table(header, one), 0);
+}
+
+TEST_CASE("an oscilloscope's increment is the step of a count of rows", "[dsp][table_kinds]") {
+  const auto found = check_decay(table("X,CH1,Start,Increment\nSequence,Volt,-1.0e+00,2.0e-02\n",
+                                       [](int i) { return fmt::format("{},{:.3f},", i, value(i)); }),
+                                 1, "Volt");
+  CHECK(found.info.columns[1] == "CH1");
+  CHECK(found.info.partial[0]);
+}
+
+TEST_CASE("spreadsheets' habits are read", "[dsp][table_kinds]") {
+  check_decay(table("\xef\xbb\xbfsep=;\nTime [s];Position [mm]\n",
+                    [](int i) { return with_commas(fmt::format("{:.2f};{:.3f}", i / 50.0, value(i))); }));
+  check_decay(table("\"Time (s)\",\"Position (mm)\"\n", [](int i) {
+    return fmt::format("\"{}\",\"{}\"", with_commas(fmt::format("{:.2f}", i / 50.0)),
+                       with_commas(fmt::format("{:.3f}", value(i))));
+  }));
+  check_decay(table("{System 1};;\nTime {1} [s];Value {1} [mm];\n",
+                    [](int i) { return fmt::format("{:.2f};{:.3f};", i / 50.0, value(i)); }));
+  std::string wide("\xff\xfe");
+  for (const char c : table("time_s,x_mm\r\n", plain)) wide += std::string{c, '\0'};
+  check_decay(wide);
+}
+
+TEST_CASE("columns that are no signals are left out with a note", "[dsp][table_kinds]") {
+  const auto text = check_decay(table("time_s,x_mm,status\n", [](int i) { return plain(i) + ",OK"; }));
+  CHECK(text.info.partial[2]);
+  CHECK(text.has_check("table.left_out"));
+  const auto sparse =
+      check_decay(table("time_s,laser_mm,encoder_mm\n", [](int i) { return plain(i) + (i % 4 == 0 ? ",1.5" : ","); }));
+  CHECK(sparse.info.columns.size() == 3);
+  CHECK(sparse.info.partial[2]);
+  CHECK(read(table("Counter,Time (s),d_mm\n", [](int i) { return fmt::format("{},{}", i, plain(i)); }), 2)
+            .info.partial[0]);
+}
+
+TEST_CASE("a summary under the rows is left out with a warning", "[dsp][table_kinds]") {
+  for (const char* end : {"\nMean,0.0065\nStd,7.3\n", "Mean,0.0065\n"})
+    CHECK(check_decay(table("time_s,x_mm\n", plain) + end).has_check("table.end"));
+}
+
+TEST_CASE("months by name, epochs by their size and words for units of time are clocks", "[dsp][table_kinds]") {
+  check_decay(table("Timestamp,x_mm\n", [](int i) {
+    return fmt::format("03-Nov-2022 16:00:{:02}.{:03},{:.3f}", i / 50, i % 50 * 20, value(i));
+  }));
+  for (const auto& [unit, digits] : {std::pair{"", 3}, {"ms", 0}, {"us", 3}, {"ns", 6}}) {
+    CAPTURE(unit);
+    const std::string zeros(static_cast<std::size_t>(digits), '0');
+    check_decay(table("time,x_mm\n", [&, seconds = digits == 3 && *unit == 0](int i) {
+      return seconds ? fmt::format("{:.2f},{:.3f}", 1.7e9 + i / 50.0, value(i))
+                     : fmt::format("{}{},{:.3f}", 1'700'000'000'000 + 20 * i, zeros, value(i));
+    }));
+  }
+  check_decay(table("millis,x_mm\n", [](int i) { return fmt::format("{},{:.3f}", 1203 + 20 * i, value(i)); }));
+}
+
+TEST_CASE("an even column is the clock whatever its name, and contradicts another rate", "[dsp][table_kinds]") {
+  const std::string text = table("Abtastung,x_mm\n", plain);
+  CHECK(check_decay(text).has_check("clock.assumed"));
+  check_fault([&] { (void)read(text, 1, {.rate_hz = 60.0}); }, FaultKind::input, "rate.mismatch", {"60 Hz"});
+  // Described as a signal it is one.
+  CHECK(read(text, 1, {.rate_hz = 60.0, .signal_columns = {"1"}}).info.time_column == -1);
+}
+
+TEST_CASE("several runs side by side are asked for, and one is taken", "[dsp][table_kinds]") {
+  const std::string text = table("Time (s) Run #1;Weg (mm) Run #1;Time (s) Run #2;Weg (mm) Run #2\n", [](int i) {
+    return fmt::format("{:.2f};{:.3f};{:.2f};{:.3f}", i / 50.0, -value(i), i / 50.0, value(i));
+  });
+  check_fault([&] { (void)read(text, 1); }, FaultKind::input, "clock.run", {"2 runs", "a.csv.toml"},
+              {"run = 1  # columns 1 to 2: 'Time', 'Weg'\n# run = 2"});
+  const auto second = check_decay(text, 3, "mm", {.run = 2});
+  CHECK(second.info.columns[3] == "Weg");
+  CHECK(second.info.partial[1]);
+  check_fault([&] { (void)read(text, 1, {.run = 3}); }, FaultKind::usage, "channel.index", {"holds 2 runs"});
+}
+
+TEST_CASE("header_row and skip_rows say where names are", "[dsp][table_kinds]") {
+  const std::string text = table("a,b,c\ntime_s,x_mm\nnot,names\n", plain);
+  const auto found = check_decay(text, 1, "mm", {.header_row = 2});
+  CHECK(found.info.columns[1] == "x_mm");
+  const std::string wide = table("time_s,x_mm,more\n", plain);
+  check_fault([&] { (void)read(wide, 1); }, FaultKind::input, "table.header", {"names 3 columns, the rows have 2"},
+              {"skip_rows = 1\n"});
+  CHECK(read(wide, 1, {.skip_rows = 1}).info.sample_rate_hz == rate_hz);
+}
+
+TEST_CASE("rows that were written twice are used once", "[dsp][table_kinds]") {
+  const auto found =
+      check_decay(table("time_s,x_mm\n", [](int i) { return i % 60 == 7 ? plain(i) + "\n" + plain(i) : plain(i); }));
+  CHECK(found.has_check("table.repeated"));
+}
+
+TEST_CASE("rows lost on a clock as coarse as its step leave short gaps, said in one line", "[dsp][table_kinds]") {
+  std::string text = "time_s,x_mm\n";
+  for (int i = 0; i < num_rows; ++i)
+    if (i % 50 != 20) text += plain(i) + "\n";
+  const auto found = read(text, 1);
+  CHECK(found.info.sample_rate_hz == rate_hz);
+  CHECK(found.column.size() == num_rows);
+  CHECK(found.info.gaps.size() == 6);
+  CHECK(std::count_if(found.info.checks.begin(), found.info.checks.end(),
+                      [](const auto& check) { return check.name == "clock.gap"; }) == 1);
+}
+
+TEST_CASE("a clock that trembles by less than a tenth of a step is interpolated", "[dsp][table_kinds]") {
+  // A straight line in time is what straight lines between rows give back exactly.
+  const auto at_s = [](int i) { return (i + 0.05 * std::sin(1.0 * i * i)) / rate_hz; };
+  std::string text = "t,x\n";
+  for (int i = 0; i < num_rows; ++i) text += fmt::format("{:.9f},{:.9f}\n", at_s(i), 3.0 * at_s(i));
+  const auto found = read(text, 1);
+  CHECK(found.info.sample_rate_hz == rate_hz);
+  CHECK(found.has_check("clock.jitter"));
+  for (int i = 0; i + 1 < num_rows; ++i)
+    CHECK(found.column[static_cast<std::size_t>(i)] == Approx(3.0 * i / rate_hz).margin(1e-8));
+}
+
+TEST_CASE("rows written whenever something moved are refused as such, with lines that work", "[dsp][table_kinds]") {
+  std::string text = "time_us,position\n";
+  double at_s = 0.0;
+  for (int i = 0; i < num_rows; ++i) {
+    at_s += 1.0 / (100.0 + 95.0 * std::sin(0.1 * i));
+    text += fmt::format("{:.0f},{}\n", 1e6 * at_s, i);
+  }
+  check_fault([&] { (void)read(text, 1); }, FaultKind::input, "clock.jitter", {"when something had moved"},
+              {"clock = \"events\""});
+  const auto found = read(text, 1, {.rate_hz = 100.0, .clock = dsp::ClockKind::events});
+  CHECK(found.info.sample_rate_hz == 100.0);
+  CHECK(found.info.gaps.empty());
+}
+
+TEST_CASE("a header in a LabVIEW file for every segment is no row, and a second rate is named", "[dsp][table_kinds]") {
+  std::string text = "LabVIEW Measurement\t\nMulti_Headings\tYes\nX_Columns\tOne\n***End_of_Header***\t\n\t\n";
+  for (int i = 0; i < num_rows; ++i) {
+    if (i % 100 == 0)
+      text +=
+          "Channels\t1\t\nSamples\t100\t\nY_Unit_Label\tmm\t\nDelta_X\t0.02\t\n***End_of_Header***\t\n"
+          "X_Value\tlaser\tComment\n";
+    text += fmt::format("{:.2f}\t{:.3f}\n", i / rate_hz, value(i));
+  }
+  check_decay(text);
+  std::string two =
+      "LabVIEW Measurement\t\nX_Columns\tMulti\n***End_of_Header***\t\nSamples\t300\t\t75\t\n"
+      "Y_Unit_Label\tmm\t\tmm\t\n***End_of_Header***\t\nX_Value\tlaser\tX_Value\tencoder\tComment\n";
+  for (int i = 0; i < num_rows; ++i)
+    two += fmt::format("{:.2f}\t{:.3f}\t", i / rate_hz, value(i)) +
+           (i < 75 ? fmt::format("{:.2f}\t1\t\n", 0.08 * i) : "\t\t\n");
+  const auto found = check_decay(two);
+  REQUIRE(found.has_check("table.left_out"));
+  CHECK_THAT(found.info.checks.front().message, Catch::Contains("'encoder' (75 samples, others have 300)"));
+}
