@@ -58,6 +58,13 @@ std::string clean_name(std::string_view raw) {
   return clean;
 }
 
+std::string lower(std::string_view text) {
+  std::string result(text);
+  for (char& c : result)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return result;
+}
+
 std::string slug(std::string_view name) {
   constexpr std::size_t most_characters = 64;
   std::string result;

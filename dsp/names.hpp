@@ -9,6 +9,9 @@ namespace dsp {
 /// goes beyond 200 characters is cut and ends in "...". Surrounding blanks are dropped.
 [[nodiscard]] std::string clean_name(std::string_view raw);
 
+/// ASCII letters in lower case, everything else as it is.
+[[nodiscard]] std::string lower(std::string_view text);
+
 /// A name fit for a path: [a-z0-9_-] only, at most 64 characters, never empty and never a reserved device name.
 [[nodiscard]] std::string slug(std::string_view name);
 

@@ -128,7 +128,7 @@ class MatFile : public RowsOnClock {
     const std::size_t num_frames = find_length(*mat);
     Mat_Rewind(mat.get());
     read_variables(*mat, num_frames, options.max_memory_bytes);
-    matio().rewind(mat.get());
+    Mat_Rewind(mat.get());
     read_rate(*mat);
     info_.num_frames = static_cast<std::int64_t>(num_frames);
     describe_columns(options);
@@ -185,11 +185,11 @@ class MatFile : public RowsOnClock {
 
   // A number by itself that is called as rates and steps are.
   void read_rate(mat_t& mat) {
-    while (const Variable variable{matio().read_next_info(&mat), matio().free}) {
+    while (const Variable variable{Mat_VarReadNextInfo(&mat), Mat_VarFree}) {
       const std::string name = variable->name != nullptr ? variable->name : "";
       const auto is_step = is_step_key(name);
       if (!is_step || !is_real(*variable) || variable->dims[0] != 1 || variable->dims[1] != 1) continue;
-      if (matio().read_data(&mat, variable.get()) != 0 || variable->data == nullptr)
+      if (Mat_VarReadDataAll(&mat, variable.get()) != 0 || variable->data == nullptr)
         throw damaged("cannot read " + name);
       const double value = value_readers[static_cast<std::size_t>(variable->class_type - MAT_C_DOUBLE)](
           static_cast<const char*>(variable->data));

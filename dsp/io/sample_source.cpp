@@ -12,6 +12,7 @@
 #include "dsp/io/sound_header.hpp"
 #include "dsp/io/table_file.hpp"
 #include "dsp/memory_limit.hpp"
+#include "dsp/names.hpp"
 
 namespace dsp {
 namespace {
@@ -122,9 +123,8 @@ bool is_text(std::string_view head) {
 }
 
 // Containers that go by an extension; empty for any other.
-std::vector<std::string_view> containers_of(std::string extension) {
-  for (char& c : extension)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+std::vector<std::string_view> containers_of(const std::string& written) {
+  const std::string extension = lower(written);
   if (extension == ".wav" || extension == ".wave" || extension == ".rf64") return {"WAV", "RF64"};
   if (extension == ".w64") return {"W64"};
   if (extension == ".caf") return {"CAF"};

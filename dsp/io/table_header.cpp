@@ -7,6 +7,7 @@
 
 #include "dsp/io/table_layout.hpp"
 #include "dsp/io/units.hpp"
+#include "dsp/names.hpp"
 
 namespace dsp {
 namespace {
@@ -53,13 +54,6 @@ constexpr std::array rate_keys{
 
 // Words in a line of units over a column that counts.
 constexpr std::array counting{"sequence", "sample", "samples", "index", "count", "#", "-"};
-
-std::string lower(std::string_view text) {
-  std::string result(text);
-  for (char& c : result)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return result;
-}
 
 std::string_view without_brackets(std::string_view text) {
   const bool has = text.size() > 2 && (text.front() == '(' || text.front() == '[');

@@ -11,6 +11,7 @@
 #include "dsp/io/sidecar.hpp"
 #include "dsp/io/table_columns.hpp"
 #include "dsp/io/table_header.hpp"
+#include "dsp/names.hpp"
 
 namespace dsp {
 namespace {
@@ -20,9 +21,7 @@ constexpr std::array summaries{"mean", "average", "std",        "stdev",        
                                "rms",  "sum",     "mittelwert", "standardabw.", "moyenne", "media",   "count"};
 
 bool begins_summary(std::string_view cell) {
-  std::string word(unquoted(cell));
-  for (char& c : word)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  const std::string word = lower(unquoted(cell));
   return std::find(summaries.begin(), summaries.end(), word) != summaries.end();
 }
 

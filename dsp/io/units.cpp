@@ -157,20 +157,13 @@ constexpr std::array hints{
     Hint{"EU", "Name the unit itself, for example mV/mm or mV/g"},
 };
 
-std::string without_brackets(std::string_view text) {
+std::string unbracketed(std::string_view text) {
   if (text.size() > 2 && text.front() == '(' && text.back() == ')') return std::string(text.substr(1, text.size() - 2));
   return std::string(text);
 }
 
 bool is_letter(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
-}
-
-std::string lower(std::string_view text) {
-  std::string result(text);
-  for (char& c : result)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return result;
 }
 
 // "Meters per second\u00b2" as the table writes it.
@@ -277,7 +270,7 @@ Sensitivity parse_sensitivity(std::string_view text) {
     throw Fault(FaultKind::usage, "unit.syntax",
                 fmt::format("'{}': want electrical per measured unit, for example \"100 mV/g\"", clean_name(text)));
   const Unit electrical = find_unit(ratio.substr(0, slash));
-  const Unit measured = find_unit(without_brackets(trimmed(ratio.substr(slash + 1))));
+  const Unit measured = find_unit(unbracketed(trimmed(ratio.substr(slash + 1))));
   if (!is_electrical(electrical.si))
     throw Fault(FaultKind::usage, "unit.syntax",
                 fmt::format("'{}': '{}' is no electrical unit (V, A, C). Want for example \"100 mV/g\"",
@@ -389,7 +382,7 @@ std::optional<NamedUnit> unit_behind_mark(std::string_view name) {
   if (is_unit(name)) return std::nullopt;  // m/s alone
   for (auto at = name.find_first_of("/,"); at != std::string_view::npos; at = name.find_first_of("/,", at + 1)) {
     const auto base = trimmed(name.substr(0, at));
-    const std::string unit = without_brackets(trimmed(name.substr(at + 1)));
+    const std::string unit = unbracketed(trimmed(name.substr(at + 1)));
     if (!base.empty() && unit != "1" && is_unit(unit)) return NamedUnit{std::string(base), unit};
   }
   return std::nullopt;

@@ -7,15 +7,8 @@
 // How much noise a fit stands on: from soft to hard, the levels of most likelihood, and the log-determinant.
 
 namespace ident::state_space {
-namespace {
 
 using std::size_t;
-
-size_t as_size(int n) {
-  return static_cast<size_t>(n);
-}
-
-}  // namespace
 
 void Fitter::soften(double factor) {
   noise_.process = start_.scales;

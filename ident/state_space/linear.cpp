@@ -17,10 +17,6 @@ const Problem& sound(const Problem& problem) {
   return problem;
 }
 
-std::size_t as_size(auto n) {
-  return static_cast<std::size_t>(n);
-}
-
 bool all_finite(const std::vector<double>& values) {
   return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
 }

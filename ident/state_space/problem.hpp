@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <Eigen/Core>
 #include <limits>
 #include <optional>
@@ -13,6 +14,11 @@
 // c has a flat prior; gain g, lag tau, offset b and the corner of an AC coupling have normal ones.
 
 namespace ident::state_space {
+
+/// A count or a place that is not negative.
+[[nodiscard]] constexpr std::size_t as_size(auto n) {
+  return static_cast<std::size_t>(n);
+}
 
 /// A product that stands on the right of a state's equation, with a coefficient that is known or sought.
 struct Term {

@@ -15,10 +15,6 @@ constexpr std::size_t num_stages = Formula::num_stages;
 constexpr double narrow = 1e-12;   // of a sample: a switch is located to this
 constexpr int most_switches = 50;  // in one sample; a motion that chatters more is followed without locating
 
-std::size_t as_size(int n) {
-  return static_cast<std::size_t>(n);
-}
-
 }  // namespace
 
 template <int L>
