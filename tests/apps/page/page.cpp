@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 namespace {
 
 /// A run of a short Duffing record, with its page.
-const Scratch& bench() {
+const Scratch& page_run() {
   static const Scratch folder;
   static const support::Ended made = support::run(
       folder, "$ARDENT -q sim duffing -o duffing --noise 0.01 && $ARDENT -q run duffing/response.csv -o run");
@@ -44,7 +44,7 @@ std::string without_scripts(const std::string& page) {
 }  // namespace
 
 TEST_CASE("a page asks for nothing from anywhere", "[apps][page]") {
-  const std::string page = bytes_of(bench() / "run/report.html"), text = without_scripts(page);
+  const std::string page = bytes_of(page_run() / "run/report.html"), text = without_scripts(page);
   CHECK_THAT(page, Catch::Contains("<meta http-equiv=\"Content-Security-Policy\" content=\"default-src &#39;none&#39;; "
                                    "style-src &#39;unsafe-inline&#39;; script-src &#39;unsafe-inline&#39;; img-src "
                                    "data:\">"));
@@ -61,7 +61,7 @@ TEST_CASE("a page asks for nothing from anywhere", "[apps][page]") {
 }
 
 TEST_CASE("a page holds the equation, its coefficients and its figures", "[apps][page]") {
-  const std::string page = bytes_of(bench() / "run/report.html");
+  const std::string page = bytes_of(page_run() / "run/report.html");
   for (const char* part : {"<math>", "<caption>Coefficients</caption>", "natural frequency",
                            "This equation describes the record", "free run on data not fitted", "phase portrait",
                            "ardent run config.toml", "role=\"img\"", "Words on this page"}) {
@@ -71,26 +71,26 @@ TEST_CASE("a page holds the equation, its coefficients and its figures", "[apps]
   for (const char* name : {"target", "free-run", "residual", "spectrum", "phase", "force-x"}) {
     CAPTURE(name);
     const std::string stem = std::string("run/figures/range-1-all-") + name;
-    CHECK_THAT(bytes_of(bench() / (stem + ".svg")), Catch::StartsWith("<svg"));
-    CHECK(bytes_of(bench() / (stem + ".csv")).size() > 100);
+    CHECK_THAT(bytes_of(page_run() / (stem + ".svg")), Catch::StartsWith("<svg"));
+    CHECK(bytes_of(page_run() / (stem + ".csv")).size() > 100);
   }
-  CHECK_THAT(bytes_of(bench() / "run/figures/range-1-all-free-run.csv"),
+  CHECK_THAT(bytes_of(page_run() / "run/figures/range-1-all-free-run.csv"),
              Catch::StartsWith("time (s),measured,free run\n"));
 }
 
 TEST_CASE("terminal and page begin with the same words, on one screen", "[apps][page]") {
-  const auto ended = support::run(bench(), "$ARDENT -q --force run duffing/response.csv -o again");
+  const auto ended = support::run(page_run(), "$ARDENT -q --force run duffing/response.csv -o again");
   CHECK(std::count(ended.out.begin(), ended.out.end(), '\n') <= 25);
-  CHECK(longest_line(bytes_of(bench() / "again/equation.txt")) <= 100);
+  CHECK(longest_line(bytes_of(page_run() / "again/equation.txt")) <= 100);
   CHECK_THAT(ended.out, Catch::StartsWith("equation     a = "));
-  const std::string page = bytes_of(bench() / "again/report.html"), equation = bytes_of(bench() / "again/equation.txt");
+  const std::string page = bytes_of(page_run() / "again/report.html"), equation = bytes_of(page_run() / "again/equation.txt");
   const std::string first = equation.substr(13, equation.find('\n') - 13);
   CHECK(page.find("<p>" + first) != std::string::npos);
-  CHECK(page == bytes_of(bench() / "run/report.html"));  // no time of day, no folder in it
+  CHECK(page == bytes_of(page_run() / "run/report.html"));  // no time of day, no folder in it
 }
 
 TEST_CASE("a recording that was kept is predicted on the page", "[apps][page]") {
-  const Scratch& folder = bench();
+  const Scratch& folder = page_run();
   REQUIRE(support::run(folder, "$ARDENT -q sim duffing -o other --noise 0.01 --seed 7").code == 0);
   (void)folder.file("kept.toml",
                     "schema = 1\n[[recording]]\nfile = \"duffing/response.csv\"\n"
@@ -104,7 +104,7 @@ TEST_CASE("a recording that was kept is predicted on the page", "[apps][page]") 
 }
 
 TEST_CASE("hostile names stay text on the page", "[apps][page]") {
-  const Scratch& folder = bench();
+  const Scratch& folder = page_run();
   const std::string name = "<script>alert(1)</script>\\\"'&\\u202E" + std::string(10'000, 'A');
   std::string table = "t,y\n";
   for (int i = 0; i < 2000; ++i) {
@@ -135,7 +135,7 @@ TEST_CASE("hostile names stay text on the page", "[apps][page]") {
 }
 
 TEST_CASE("a run without an equation has a page that says so", "[apps][page]") {
-  const Scratch& folder = bench();
+  const Scratch& folder = page_run();
   std::string table = "t,y\n";
   unsigned state = 1;
   for (int i = 0; i < 3000; ++i) {
@@ -158,7 +158,7 @@ TEST_CASE("a run without an equation has a page that says so", "[apps][page]") {
 
 TEST_CASE("the vendored charts are what their makers published", "[apps][page]") {
   const auto ended =
-      support::run(bench(), "sha256sum '" + std::string(ARDENT_SOURCES) + "/apps/page/vendor/uPlot.iife.min.js'");
+      support::run(page_run(), "sha256sum '" + std::string(ARDENT_SOURCES) + "/apps/page/vendor/uPlot.iife.min.js'");
   CHECK_THAT(ended.out, Catch::StartsWith("19c8d4c6ad88929a79f4ae49d6f7161566dfd0ba3d15cc495e974f787eb78f1f"));
 }
 
