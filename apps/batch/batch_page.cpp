@@ -20,7 +20,7 @@ namespace {
 using Eigen::Index;
 using Json = nlohmann::ordered_json;
 
-std::string three_digits(const Json& number) {
+std::string digits_or_none(const Json& number) {
   return number.is_number() ? three_digits(number.get<double>()) : "none";
 }
 std::string text(const Json& member) {
@@ -159,7 +159,7 @@ void write_records(const BatchResults& results, HtmlWriter& html) {
       html.element("td", text(range.at("name")), {{"class", "short"}});
       html.element("td", text(range.at("verdict")), {{"class", "short"}}).element("td", text(range.at("equation")));
       for (const char* key : {"train", "test", "free_run"})
-        html.element("td", three_digits(range.at("nmse").at(key)), {{"class", "short"}});
+        html.element("td", digits_or_none(range.at("nmse").at(key)), {{"class", "short"}});
       html.close();
     }
     if (!record.ranges.empty()) continue;

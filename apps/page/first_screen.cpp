@@ -89,7 +89,7 @@ ScreenEntry equation_entry(const RunResults& results, const ChosenEquation& chos
   const std::string units = unit.empty()                   ? "In raw units"
                             : unit == "m" || unit == "rad" ? "In SI units"
                                                            : "In SI units and " + unit;
-  entry.lines.push_back({fmt::format("{}{}{}; digits in brackets are the standard deviation of the last ones.", zero,
+  entry.lines.push_back({fmt::format("{}{}{}; standard deviations in brackets.", zero,
                                      zero.empty() ? "" : " ", units)});
   if (std::string sentence = calibration_sentence(chosen.fit->model); !sentence.empty())
     entry.lines.push_back({std::move(sentence)});

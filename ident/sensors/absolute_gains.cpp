@@ -14,7 +14,12 @@ using Eigen::VectorXd;
 
 constexpr std::array quantities{"displacements", "velocities", "accelerations"};  // by order
 
+/// By a channel of its own, or of the payload where its motion is that relative to the base.
 bool is_measured(const dsp::Prepared& prepared, const dsp::SignalInfo& info) {
+  const auto has_channel = [&](Body body) {
+    return prepared.channel(dsp::motion_signal(body, info.order).role) != nullptr;
+  };
+  if (!has_channel(info.body) && !(info.body == Body::relative && has_channel(Body::payload))) return false;
   const dsp::Motion& motion = prepared.intermediate.num_samples() > 0 ? prepared.intermediate : prepared.signals;
   const dsp::Signal* signal = motion.find(info.name);
   return signal != nullptr && std::isinf(signal->flat_to_hz);

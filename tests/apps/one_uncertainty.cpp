@@ -37,7 +37,8 @@ TEST_CASE("a coefficient has one standard deviation, in all documents and comman
   REQUIRE(run(folder, "$ARDENT -q predict one sim6/response.csv -o predicted").code == 0);
   const auto compared = run(folder, "$ARDENT -q compare one other -o compared");
   REQUIRE(compared.code == 0);
-  REQUIRE(run(folder, "$ARDENT -q batch sim5/response.csv sim6/response.csv -o all").code == 0);
+  (void)folder.file("all.toml", "schema = 1\n");
+  REQUIRE(run(folder, "$ARDENT -q batch all.toml sim5/response.csv sim6/response.csv -o all").code == 0);
   const json method = chosen_method(folder / "one");
   const json prediction = json::parse(bytes_of(folder / "predicted/predict.json"));
   const json batch = json::parse(bytes_of(folder / "all/table.json"));
@@ -55,7 +56,7 @@ TEST_CASE("a coefficient has one standard deviation, in all documents and comman
     const std::string shown = apps::with_uncertainty(std::abs(mean), std);
     CHECK_THAT(first.out, Catch::Contains(shown));
     CHECK_THAT(bytes_of(folder / "one/equation.txt"), Catch::Contains(shown));
-    CHECK_THAT(page, Catch::Contains("<td>" + apps::with_uncertainty(mean, std)));
+    CHECK_THAT(page, Catch::Contains(">" + apps::with_uncertainty(mean, std) + "<"));
     CHECK_THAT(latex, Catch::Contains(fmt::format("({:.2g})", std / std::abs(mean))));
     CHECK_THAT(details, Catch::Contains(fmt::format("+- {:<10.3g}", std)));
     CHECK_THAT(compared.out, Catch::Contains(fmt::format("{:.6g} +- {:.2g}", mean, std)));

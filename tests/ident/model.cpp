@@ -1,6 +1,7 @@
 #include "ident/model.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "support/motion.hpp"
 #include "support/random.hpp"
@@ -55,7 +56,7 @@ TEST_CASE("a model carries units, scales and probabilities of its fit", "[ident]
   CHECK(model.terms[0].scale == scale(1));
   CHECK(model.terms[0].inclusion_probability > 0.999);
   const auto wider = ident::make_model(library, fit, "a", "m/s^2", scale, 9.0 * fit.covariance);
-  CHECK(wider.terms[0].std == Approx(3.0 * model.terms[0].std));
+  CHECK(wider.terms[0].std == Approx(3.0 * std::sqrt(fit.covariance(0, 0))));
   CHECK(wider.covariance(0, 0) == Approx(wider.terms[0].std * wider.terms[0].std));
   CHECK(model.terms[0].coefficient_of_variation() == Approx(-1.0 / model.terms[0].t()));
   CHECK(model.noise_std == Approx(0.1).epsilon(0.2));  // 200 rows: 5 % standard error

@@ -141,7 +141,7 @@ TEST_CASE("every field of a file of R factors is looked at", "[apps][factors]") 
       without.at(at).erase(key);
       other.at(at)[key] = value.is_object() ? json(1) : json::object();
       CAPTURE(parent, key);
-      if (key != "evidence")
+      if (key != "evidence" && key != "coordinates")
         refused(without, key == "kind" ? "factors.file" : "factors.damaged",
                 {key == "kind" ? "" : key + " is missing"});
       refused(other, "factors.damaged", {key});

@@ -111,7 +111,7 @@ TEST_CASE("the question for roles proposes those that the numbers give away", "[
       [&] {
         (void)dsp::relative_motion(recording, {.band = {60.0, 80.0}});
       },
-      dsp::FaultKind::input, "motion.none", {"found ch1 (other)"},
+      dsp::FaultKind::input, "motion.none", {"found ch1 (other, -1.27"},
       {"name = \"ch3\"\nrole = \"x\"", "name = \"ch4\"\nrole = \"v\"  # derivative of ch3",
        "name = \"ch1\"\nrole = \"a\"  # derivative of ch4", "name = \"ch2\"\nrole = \"other\"\n"});
 }
