@@ -16,8 +16,8 @@ bool reads(const Expression& expression, const std::string& name) {
 
 }  // namespace
 
-void free_signals_read(dsp::Prepared& prepared, const CandidateLibrary& library) {
-  if (std::any_of(library.terms.begin(), library.terms.end(),
+void free_signals_read(dsp::Prepared& prepared, const CandidateLibrary& library, const std::string& target) {
+  if (target == "y" || std::any_of(library.terms.begin(), library.terms.end(),
                   [](const Term& term) { return reads(term.expression, "y"); }))
     return;
   for (dsp::Signal& signal : prepared.intermediate.signals)

@@ -136,7 +136,7 @@ Identified identify_in_band(const Config& config, const RunArguments& arguments,
   found.columns = all_columns(work.config, work.inputs, found.libraries, arguments.max_memory_bytes,
                               arguments.num_threads, console);
   for (std::size_t i = 0; i < work.inputs.size(); ++i)
-    ident::free_signals_read(work.inputs[i].prepared, found.libraries[i]);
+    ident::free_signals_read(work.inputs[i].prepared, found.libraries[i], work.config.fit.target);
   found.options = identify_options(work.config, work.inputs, arguments.num_threads);
   found.options.most_blocks = most_factor_blocks;
   found.ranges = identify_ranges(work.config, found.columns, found.libraries.front(), found.options, console);

@@ -62,8 +62,8 @@ std::vector<ident::Coordinates> coordinates_in(const Json& list) {
   std::vector<ident::Coordinates> coordinates;
   for (const Json& one : list)
     coordinates.push_back({.recording = one.at("recording"),
-                           .of = one.at("of"),
-                           .unit = one.at("unit"),
+                           .of = one.value("of", "the displacement"),
+                           .unit = one.value("unit", ""),
                            .zero = one.at("zero"),
                            .zero_std = one.at("zero_std"),
                            .prepared_zero = one.at("prepared_zero"),

@@ -179,11 +179,13 @@ std::optional<PlotFigure> free_run_figure(const RangeView& view) {
   // The series of a run that several methods share are with the first of them.
   const auto holder = std::find_if(view.range.fits.begin(), view.range.fits.end(), [&](const ident::JudgedFit& other) {
     const ident::FreeRun& own = other.free_run;
-    return !own.series.empty() && own.reason == run.reason && (own.nmse == run.nmse || std::isnan(run.nmse));
+    return !own.series.empty() && own.reason == run.reason &&
+           (own.nmse == run.nmse || (std::isnan(run.nmse) && ident::same_equation(other.model, view.fit.model)));
   });
-  if (holder == view.range.fits.end()) return {};
+  const bool has_own = !run.series.empty();
+  if (!has_own && holder == view.range.fits.end()) return {};
   VectorXd measured = VectorXd::Constant(view.clock.size(), nan), predicted = measured;
-  for (const ident::FreeRunSeries& one : holder->free_run.series) {
+  for (const ident::FreeRunSeries& one : (has_own ? view.fit : *holder).free_run.series) {
     VectorXd shown = one.measured;
     for (Index i = 0; i < shown.size(); ++i)
       if (!std::isfinite(one.predicted(i))) shown(i) = nan;

@@ -139,14 +139,15 @@ std::vector<std::string_view> containers_of(const std::string& written) {
 std::unique_ptr<SampleSource> open_by_content(std::unique_ptr<InputFile> file, const OpenOptions& options) {
   constexpr std::size_t head_bytes = 4096;
   std::string head = file->text(0, head_bytes);
-  if (is_utf16(head)) {
+  const bool is_decoded = is_utf16(head);  // what is read by other libraries is the file as it stands
+  if (is_decoded) {
     constexpr double most_growth = 2.5;  // of the bytes: three for two, beside the two
     require_memory(file->name(), most_growth * static_cast<double>(file->size()), options.max_memory_bytes);
     file->replace_by(from_utf16(file->text(0, static_cast<std::size_t>(file->size()))));
     head = file->text(0, head_bytes);
   }
-  if (is_sound(head)) return open_sound_file(std::move(file), options);
-  if (is_mat(head)) return open_mat_file(std::move(file), options);
+  if (!is_decoded && is_sound(head)) return open_sound_file(std::move(file), options);
+  if (!is_decoded && is_mat(head)) return open_mat_file(std::move(file), options);
   if (is_universal_file(head))
     throw Fault(FaultKind::input, "container.unsupported",
                 file->name() + ": universal file format (UFF) is not read. Export it as CSV");

@@ -118,6 +118,11 @@ void choose_run(TableLayout& layout, const InputFile& file, const OpenOptions& o
   }
 }
 
+// "Time (min)": a clock, but of what is not known.
+bool is_in_unknown_unit(const std::string& base) {
+  return base.find_first_of("([") != std::string::npos && speaks_of_time(base) && unit_of_time_name(base).empty();
+}
+
 // A number called time; else one that speaks of time and rises evenly; else a column of times of day.
 void find_time(TableLayout& layout, const std::vector<Beginning>& first) {
   std::vector<int> by_name, by_word, by_moment;
@@ -128,7 +133,8 @@ void find_time(TableLayout& layout, const std::vector<Beginning>& first) {
     if (first[i].has_time_of_day) by_moment.push_back(static_cast<int>(i));
     if (column.holds_moments || column.holds_text) continue;
     if (is_time_name(base)) by_name.push_back(static_cast<int>(i));
-    if (speaks_of_time(base) && is_clock_like(first[i].values)) by_word.push_back(static_cast<int>(i));
+    if (speaks_of_time(base) && !is_in_unknown_unit(base) && is_clock_like(first[i].values))
+      by_word.push_back(static_cast<int>(i));
   }
   for (const auto* found : {&by_name, &by_word, &by_moment})
     if (layout.time_column < 0 && !found->empty()) layout.time_column = found->front();
@@ -147,6 +153,7 @@ void find_clock_like(TableLayout& layout, const std::vector<Beginning>& first,
       return one == std::to_string(i + 1) || (!one.empty() && (one == column.name || one == base_of(column)));
     };
     if (!column.left_out.empty() || !may_be_time(column) || names_signal(base_of(column)) ||
+        is_in_unknown_unit(base_of(column)) ||
         std::any_of(signals.begin(), signals.end(), is))
       continue;
     if (is_clock_like(first[i].values)) found.push_back(static_cast<int>(i));

@@ -205,7 +205,7 @@ class TableFile : public RowsOnClock {
       for (; number + 1 < lines_.number(); ++number)
         append(stamps.skipped_before, info_.num_frames, options.max_memory_bytes);
       if (!scan_row(line, time)) break;
-      if (layout_.is_one_run && trimmed(time).empty()) break;
+      if (layout_.is_one_run && clock_column_ >= 0 && trimmed(time).empty()) break;
       ++info_.num_frames;
       if (clock_column_ < 0) continue;
       append(stamps.time_s, stamp(time), options.max_memory_bytes);
@@ -213,7 +213,7 @@ class TableFile : public RowsOnClock {
     }
     if (info_.num_frames == 0) throw fault("table.empty", "no whole row");
     if (clock_column_ >= 0) stamps.printed_to_s = printed_.coarsest();
-    if (options.with_clock && repeats.are_slips(info_.num_frames)) leave_out(repeats.rows, stamps);
+    if (options.with_clock && layout_.time_column >= 0 && repeats.are_slips(info_.num_frames)) leave_out(repeats.rows, stamps);
     settle_clock(stamps, options);
     if (layout_.time_column < 0 || !options.with_clock) {
       info_.sample_rate_hz = layout_.rate_hz.value_or(0.0);
@@ -227,7 +227,7 @@ class TableFile : public RowsOnClock {
   // Which column is the clock, if one rises as a clock does, and in what unit it is.
   void settle_clock(Stamps& stamps, const OpenOptions& options) {
     const bool is_named = layout_.time_column >= 0;
-    if (clock_column_ < 0 || (!is_named && !is_clock_like(stamps.time_s))) return;
+    if (clock_column_ < 0 || (!is_named && (layout_.rate_hz || !is_clock_like(stamps.time_s)))) return;
     if (options.with_clock && clock().unit.empty())
       settle_unit(stamps, clock_column_ + 1, is_named, options.rate_hz, info_.checks);
     layout_.time_column = info_.time_column = clock_column_;

@@ -75,7 +75,9 @@ std::optional<double> rate_of(std::string_view value, std::string_view unit_of_k
   const auto behind = trimmed(text.substr(end)), unit = behind.empty() ? unit_of_key : behind;
   if (!unit.empty() && (!is_unit(unit) || find_unit(unit).si != (is_step ? "s" : "Hz"))) return std::nullopt;
   const double si = number * (unit.empty() ? 1.0 : find_unit(unit).factor);
+  constexpr double highest_hz = 1e9;
   const double rate_hz = is_step ? 1.0 / si : si;
+  if (!(rate_hz <= highest_hz)) return std::nullopt;
   constexpr double exact = 1e-9;
   for (int k = 1; k <= 8; ++k)  // 1/0.016 is 62.5 and not a whole number within the digits printed
     if (std::abs(k * rate_hz - std::round(k * rate_hz)) < exact * rate_hz) return rate_hz;
@@ -83,7 +85,9 @@ std::optional<double> rate_of(std::string_view value, std::string_view unit_of_k
 }
 
 std::optional<double> rate_in(std::string_view key, std::string_view value, bool decimal_comma) {
+  constexpr std::size_t longest_key = 80;
   auto text = unquoted(key);
+  if (text.size() > longest_key) return std::nullopt;
   while (text.ends_with(':') || text.ends_with('=')) text = trimmed(text.substr(0, text.size() - 1));
   const NamedUnit split = split_unit(text);
   const auto is_step = is_step_key(split.base);

@@ -38,13 +38,15 @@ void find_end(TableLayout& layout, const InputFile& file) {
   std::string first;
   for (; at < text.size();) {
     const auto line_end = std::min(text.find('\n', at), text.size());
-    const std::string_view line = trimmed(std::string_view(text).substr(at, line_end - at));
+    std::string_view whole = std::string_view(text).substr(at, line_end - at);
+    if (whole.ends_with('\r')) whole.remove_suffix(1);
+    const std::string_view line = trimmed(whole);
     at = line_end + 1;
     if (line.empty()) {
       is_apart = is_apart || behind == 0;
     } else if (line.front() == '#' || line.front() == '%') {
       continue;
-    } else if (layout.style.is_row(line)) {
+    } else if (layout.style.is_row(whole)) {
       end = from + at;
       is_apart = false;
       behind = 0;

@@ -326,9 +326,9 @@ constexpr std::array doubtful{
     Doubtful{"in", names_position}, Doubtful{"g", names_acceleration},
     Doubtful{"A", never},           Doubtful{"C", never},
     Doubtful{"K", never},           Doubtful{"1", never},
-    Doubtful{"strain", never},      Doubtful{"s", is_time_name},
-    Doubtful{"ms", is_time_name},   Doubtful{"us", is_time_name},
-    Doubtful{"ns", is_time_name},
+    Doubtful{"strain", never},      Doubtful{"s", speaks_of_time},
+    Doubtful{"ms", speaks_of_time}, Doubtful{"us", speaks_of_time},
+    Doubtful{"ns", speaks_of_time},
 };
 
 /// Whether any run of letters, without capitals, passes.
@@ -345,6 +345,8 @@ bool any_letters(std::string_view text, Test&& test) {
 }
 
 bool may_end(std::string_view base, std::string_view unit) {
+  constexpr std::size_t longest_unit = 40;
+  if (unit.size() > longest_unit) return false;
   const auto* found = std::find_if(doubtful.begin(), doubtful.end(), [&, known = canonical(unit)](const Doubtful& one) {
     return one.unit == unit || (one.unit.back() == 's' && one.unit == known);  // _sec as _s
   });
@@ -421,7 +423,7 @@ bool speaks_of_time(std::string_view base) {
 std::string unit_of_time_name(std::string_view base) {
   std::string unit;
   (void)any_letters(base, [&](std::string_view word) {
-    const bool found = word.size() > 2 && is_unit(word) && find_unit(word).si == "s";
+    const bool found = word.size() > 1 && is_unit(word) && find_unit(word).si == "s";
     if (found) unit = find_unit(word).name;
     return found;
   });

@@ -41,7 +41,9 @@ int scaled_by(const dsp::Prepared& prepared, const dsp::SignalInfo& info) {
   const auto measured = [&](int order) { return is_measured(prepared, dsp::motion_signal(info.body, order)); };
   int order = info.order;
   while (order > 0 && !measured(order)) --order;
-  while (order < 2 && !measured(order)) ++order;
+  int above = order;
+  while (above < 2 && !measured(above)) ++above;
+  if (measured(above)) order = above;  // else it is a sum or a difference of displacements
   if (!agrees(prepared, info) || order == 1) return order;
   return prepared.options.scale == dsp::ScaleReference::displacement ? 0 : 2;
 }

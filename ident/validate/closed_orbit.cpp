@@ -71,12 +71,17 @@ class Comb {
   Eigen::LDLT<MatrixXd> products_;
 };
 
-/// About as many rows as tell the lines, over all of the time.
+/// About as many rows as tell the lines, over all of the time, without a period that harmonics could be folded by.
 std::vector<Row> thinned(const std::vector<Row>& rows) {
   constexpr std::size_t enough = 20'000;
+  constexpr double golden = 0.6180339887498949;
   const std::size_t step = 1 + rows.size() / enough;
   std::vector<Row> result;
-  for (std::size_t i = 0; i < rows.size(); i += step) result.push_back(rows[i]);
+  for (std::size_t i = 0; i * step < rows.size(); ++i) {
+    const double turn = golden * static_cast<double>(i);
+    const auto at = i * step + static_cast<std::size_t>((turn - std::floor(turn)) * static_cast<double>(step));
+    if (at < rows.size()) result.push_back(rows[at]);
+  }
   return result;
 }
 
@@ -125,6 +130,7 @@ double orbit_hz(const std::vector<Row>& rows, const Columns& recording) {
   const double rate_hz = motion.sample_rate_hz;
   const Interval stretch = longest_stretch(rows);
   const std::vector<Row> longest(rows.begin() + stretch.first, rows.begin() + stretch.end);
+  if (longest.size() < 2) return 0.0;
   const VectorXd of_longest = on(longest, samples);
   const double strongest = dsp::strongest_line(of_longest, rate_hz).frequency_hz;
   if (!(strongest * static_cast<double>(longest.size()) >= least_periods * rate_hz)) return 0.0;

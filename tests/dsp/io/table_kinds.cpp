@@ -153,6 +153,27 @@ TEST_CASE("months by name, epochs by their size and words for units of time are 
   check_decay(table("millis,x_mm\n", [](int i) { return fmt::format("{},{:.3f}", 1203 + 20 * i, value(i)); }));
 }
 
+TEST_CASE("a unit of time counts behind every name that speaks of time, and one that is not known is no second",
+          "[dsp][table_kinds]") {
+  for (const char* name : {"Zeit in ms", "Time in ms", "Elapsed time ms", "elapsed_ms", "time_stamp_ms"}) {
+    CAPTURE(name);
+    const auto rows = table(fmt::format("{},x\n", name),
+                            [](int i) { return fmt::format("{:.1f},{:.3f}", 0.1 * i, value(i)); });
+    CHECK(read(rows, 1, {.with_clock = true}).info.sample_rate_hz == Approx(10'000.0));
+  }
+  const auto minutes =
+      table("Time (min),x\n", [](int i) { return fmt::format("{:.4f},{:.3f}", 0.0005 * i, value(i)); });
+  CHECK(read(minutes, 1, {.with_clock = true}).info.sample_rate_hz != Approx(2'000.0));
+}
+
+TEST_CASE("a ramp is no clock where the header states the rate", "[dsp][table_kinds]") {
+  const auto rows = table("# Sample rate: 1000 Hz\nsetpoint,acc\n",
+                          [](int i) { return fmt::format("{:.2f},{:.3f}", 0.01 * i, value(i)); });
+  const auto found = read(rows, 0, {.with_clock = true});
+  CHECK(found.info.sample_rate_hz == 1000.0);
+  CHECK(found.info.time_column < 0);
+}
+
 TEST_CASE("an even column is the clock whatever its name, and contradicts another rate", "[dsp][table_kinds]") {
   const std::string text = table("Abtastung,x_mm\n", plain);
   CHECK(check_decay(text).has_check("clock.assumed"));
