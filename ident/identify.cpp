@@ -91,7 +91,7 @@ const SensorEstimate* far_zero(const RangeResult& result) {
   return far == sensors.end() ? nullptr : &*far;
 }
 
-/// Of the free run of the first method, or of its predicted target where either result has none.
+/// Of the free run of the first method, or of its predicted target where neither result has one.
 std::pair<double, double> held_out_errors(const RangeResult& a, const RangeResult& b) {
   const JudgedFit &one = a.fits.front(), &other = b.fits.front();
   const auto error = [](const JudgedFit& fit) {

@@ -1,24 +1,24 @@
 #include "ident/validate/closed_orbit.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
+#include "dsp/constants.hpp"
 #include "dsp/filter/strongest_line.hpp"
+#include "dsp/linear.hpp"
 #include "ident/interval_95.hpp"
 #include "ident/rows_of_terms.hpp"
 
 namespace ident {
 namespace {
 
+using dsp::two_pi;
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double two_pi = 2.0 * std::numbers::pi;
 constexpr Index most_harmonics = 40;
 
 /// Harmonics of one frequency and a slow course beside them, fitted to series at these times.
@@ -34,7 +34,7 @@ class Comb {
       shapes_.col(slow + 2 * k - 2) = phase.cos();
       shapes_.col(slow + 2 * k - 1) = phase.sin();
     }
-    products_.compute(shapes_.transpose() * shapes_);
+    products_ = shapes_.transpose() * shapes_;
   }
   /// Cosine and sine of harmonics 1, 2, ...
   [[nodiscard]] VectorXd lines(const VectorXd& series) const { return fit(series).tail(shapes_.cols() - slow); }
@@ -64,11 +64,12 @@ class Comb {
 
  private:
   static constexpr Index slow = 4;  // a cubic
-  [[nodiscard]] VectorXd fit(const VectorXd& series) const { return products_.solve(shapes_.transpose() * series); }
+  [[nodiscard]] VectorXd fit(const VectorXd& series) const {
+    return dsp::solve_symmetric(products_, shapes_.transpose() * series);
+  }
   VectorXd times_;
   double hz_;
-  MatrixXd shapes_;
-  Eigen::LDLT<MatrixXd> products_;
+  MatrixXd shapes_, products_;
 };
 
 /// About as many rows as tell the lines, over all of the time, without a period that harmonics could be folded by.
@@ -98,14 +99,11 @@ VectorXd on(const std::vector<Row>& rows, const VectorXd& samples) {
   return values;
 }
 
-struct Interval {
-  Index first = 0, end = 0;
-};
-Interval longest_stretch(const std::vector<Row>& rows) {
-  Interval longest;
+dsp::IndexRange longest_stretch(const std::vector<Row>& rows) {
+  dsp::IndexRange longest;
   for (Index first = 0, end = 0; first < std::ssize(rows); first = end) {
     end = end_of_stretch(rows, first, std::ssize(rows));
-    if (end - first > longest.end - longest.first) longest = {first, end};
+    if (end - first > longest.last - longest.first) longest = {first, end};
   }
   return longest;
 }
@@ -128,8 +126,8 @@ double orbit_hz(const std::vector<Row>& rows, const Columns& recording) {
   const dsp::Motion& motion = *recording.signals;
   const VectorXd& samples = motion.find("x")->values;
   const double rate_hz = motion.sample_rate_hz;
-  const Interval stretch = longest_stretch(rows);
-  const std::vector<Row> longest(rows.begin() + stretch.first, rows.begin() + stretch.end);
+  const dsp::IndexRange stretch = longest_stretch(rows);
+  const std::vector<Row> longest(rows.begin() + stretch.first, rows.begin() + stretch.last);
   if (longest.size() < 2) return 0.0;
   const VectorXd of_longest = on(longest, samples);
   const double strongest = dsp::strongest_line(of_longest, rate_hz).frequency_hz;
@@ -174,10 +172,10 @@ OrbitFit fit_of(const MatrixXd& products, const std::vector<Index>& terms) {
       own(i, j) = products(terms[static_cast<std::size_t>(i)], terms[static_cast<std::size_t>(j)]);
   }
   const VectorXd scale = own.diagonal().cwiseSqrt().cwiseMax(std::numeric_limits<double>::min());
-  const Eigen::LDLT<MatrixXd> factor(scale.cwiseInverse().asDiagonal() * own * scale.cwiseInverse().asDiagonal());
-  const VectorXd scaled = factor.solve(right.cwiseQuotient(scale));
+  const MatrixXd even = scale.cwiseInverse().asDiagonal() * own * scale.cwiseInverse().asDiagonal();
+  const VectorXd scaled = dsp::solve_symmetric(even, right.cwiseQuotient(scale));
   OrbitFit result{scaled.cwiseQuotient(scale), {}, products(target, target) - scaled.dot(right.cwiseQuotient(scale))};
-  result.std = factor.solve(MatrixXd::Identity(k, k)).diagonal().cwiseMax(0.0).cwiseSqrt().cwiseQuotient(scale);
+  result.std = dsp::inverse_of_symmetric(even).diagonal().cwiseMax(0.0).cwiseSqrt().cwiseQuotient(scale);
   return result;
 }
 
