@@ -72,9 +72,9 @@ struct RangeResult {
   std::vector<std::string> uncalibrated;  ///< channels of raw numbers, with their recordings
   double accumulate_s = 0.0;
   double power_balance = std::numeric_limits<double>::quiet_NaN();  ///< of corrected v and a; NaN: nothing to check
-  Crests crests;  ///< of x; none where something that may drive the motion was recorded
+  Crests crests;                     ///< of x; none where something that may drive the motion was recorded
   std::optional<ClosedOrbit> orbit;  ///< that the training rows are, where it has fewer equations than candidates
-  Model linear;   ///< least squares on the candidates that are signals themselves, or 1: what an equation must beat
+  Model linear;  ///< least squares on the candidates that are signals themselves, or 1: what an equation must beat
   std::vector<JudgedFit> fits;
   RangeFactors factors;  ///< of the training rows; blocks where IdentifyOptions::most_blocks asks for them
 };

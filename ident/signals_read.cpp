@@ -18,7 +18,7 @@ bool reads(const Expression& expression, const std::string& name) {
 
 void free_signals_read(dsp::Prepared& prepared, const CandidateLibrary& library, const std::string& target) {
   if (target == "y" || std::any_of(library.terms.begin(), library.terms.end(),
-                  [](const Term& term) { return reads(term.expression, "y"); }))
+                                   [](const Term& term) { return reads(term.expression, "y"); }))
     return;
   for (dsp::Signal& signal : prepared.intermediate.signals)
     if (signal.name == "y") signal.values.resize(0);

@@ -89,8 +89,8 @@ ScreenEntry equation_entry(const RunResults& results, const ChosenEquation& chos
   const std::string units = unit.empty()                   ? "In raw units"
                             : unit == "m" || unit == "rad" ? "In SI units"
                                                            : "In SI units and " + unit;
-  entry.lines.push_back({fmt::format("{}{}{}; standard deviations in brackets.", zero,
-                                     zero.empty() ? "" : " ", units)});
+  entry.lines.push_back(
+      {fmt::format("{}{}{}; standard deviations in brackets.", zero, zero.empty() ? "" : " ", units)});
   if (std::string sentence = calibration_sentence(chosen.fit->model); !sentence.empty())
     entry.lines.push_back({std::move(sentence)});
   return entry;
@@ -101,9 +101,10 @@ ScreenEntry physics_entry(const RunResults& results, const ChosenEquation& chose
   const bool means_something = chosen.fit != nullptr && chosen.fit->judgement.verdict != ident::Verdict::does_not;
   if (!means_something) return entry;
   if (const auto& orbit = chosen.range->orbit)
-    entry.lines.push_back({fmt::format("{:.4g} Hz is the frequency of the motion; a natural frequency and a damping do "
-                                       "not follow from one closed orbit.",
-                                       orbit->hz)});
+    entry.lines.push_back(
+        {fmt::format("{:.4g} Hz is the frequency of the motion; a natural frequency and a damping do "
+                     "not follow from one closed orbit.",
+                     orbit->hz)});
   Strings texts;
   for (const PhysicalTerm& term : physical_terms(chosen, results)) texts.push_back(to_text(term));
   if (!texts.empty()) entry.lines.push_back({joined(texts) + "."});
@@ -133,19 +134,18 @@ std::string few_rows_sentence(const ident::RangeResult& range) {
 /// Of the range with most rows, where this one has fewer and a better verdict.
 std::string larger_range_sentence(const RunResults& results, const ChosenEquation& chosen) {
   const auto size = [](const ident::RangeResult& range) { return range.rows.train.size() + range.rows.test.size(); };
-  const auto most =
-      std::max_element(results.ranges.begin(), results.ranges.end(),
-                       [&](const auto& one, const auto& other) { return size(one) < size(other); });
+  const auto most = std::max_element(results.ranges.begin(), results.ranges.end(),
+                                     [&](const auto& one, const auto& other) { return size(one) < size(other); });
   const ChosenEquation larger = chosen_equation(*most);
-  const ident::Verdict of_larger =
-      larger.fit == nullptr ? ident::Verdict::does_not : larger.fit->judgement.verdict;
+  const ident::Verdict of_larger = larger.fit == nullptr ? ident::Verdict::does_not : larger.fit->judgement.verdict;
   if (size(*most) <= size(*chosen.range) ||
       ident::preference(of_larger) >= ident::preference(chosen.fit->judgement.verdict))
     return "";
-  return fmt::format("This is the equation of range {} alone; range {}, with {:.2g} times as many rows, has the "
-                     "verdict \"{}\". ",
-                     chosen.range->spec.name, most->spec.name,
-                     static_cast<double>(size(*most)) / static_cast<double>(size(*chosen.range)), in_words(of_larger));
+  return fmt::format(
+      "This is the equation of range {} alone; range {}, with {:.2g} times as many rows, has the "
+      "verdict \"{}\". ",
+      chosen.range->spec.name, most->spec.name,
+      static_cast<double>(size(*most)) / static_cast<double>(size(*chosen.range)), in_words(of_larger));
 }
 
 ScreenEntry trust_entry(const RunResults& results, const ChosenEquation& chosen) {

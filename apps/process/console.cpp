@@ -164,8 +164,7 @@ std::function<void(double)> shown_progress(Console& console, std::string what) {
 std::function<void()> shown_poll(Console& console, std::string what, std::function<double()> fraction) {
   return [&console, what = std::move(what), fraction = std::move(fraction), drawer = std::this_thread::get_id()] {
     check_interrupted();
-    if (std::this_thread::get_id() == drawer)
-      console.progress(what, fraction ? fraction() : unknown);
+    if (std::this_thread::get_id() == drawer) console.progress(what, fraction ? fraction() : unknown);
   };
 }
 

@@ -172,8 +172,8 @@ Page verdict_page() {
     Section section{heading, "", {}, {}};
     for (const ident::VerdictRule& rule : ident::verdict_rules())
       if (rule.at_most == verdict)
-        section.entries.push_back({std::string(rule.name), fmt::format("{}: {}.", rule.condition, rule.reason),
-                                   std::string(rule.remedy)});
+        section.entries.push_back(
+            {std::string(rule.name), fmt::format("{}: {}.", rule.condition, rule.reason), std::string(rule.remedy)});
     return section;
   };
   Section meaning{"",

@@ -93,8 +93,8 @@ Eigen::VectorXd predict_forward(const Eigen::Ref<const Eigen::VectorXd>& x,
     }
   }
   Eigen::VectorXd after(count);
-  // Of each new sample the forward error f of full order is zero: it brings nothing unforeseen. It takes one order after
-  // the other, each with what the sample before has left there: so the next samples follow, two orders behind.
+  // Of each new sample the forward error f of full order is zero: it brings nothing unforeseen. It takes one order
+  // after the other, each with what the sample before has left there: so the next samples follow, two orders behind.
   const double* const k = reflection.data();
   double* const b = backward.data();
   const auto at_order = [k, b](Index m, double& f) {

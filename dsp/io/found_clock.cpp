@@ -90,9 +90,10 @@ std::optional<ClockUnit> unit_of_clock(const Stamps& stamps, int column, std::op
       fmt::format("{}: column {} rises by {:.6g} from row to row and seems to be the time. In seconds that would "
                   "be {:.3g} Hz{}. Say which it is in {}, its first lines:",
                   stamps.name, column, step, 1.0 / step, rates, sidecar_path(stamps.name).string()),
-      fmt::format("{}[[channel]]\nname = \"t\"\nindex = {}\nrole = \"t\"\nunit = \"{}\"\n",
-                  interpolation_lines(in_unit(stamps, clock_units[likely]), rate_hz_of(step, stamps, clock_units[likely])), column,
-                  clock_units[likely].name));
+      fmt::format(
+          "{}[[channel]]\nname = \"t\"\nindex = {}\nrole = \"t\"\nunit = \"{}\"\n",
+          interpolation_lines(in_unit(stamps, clock_units[likely]), rate_hz_of(step, stamps, clock_units[likely])),
+          column, clock_units[likely].name));
 }
 
 void settle_unit(Stamps& stamps, int column, bool is_named, std::optional<double> rate_hz, std::vector<Check>& checks) {

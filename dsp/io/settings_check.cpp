@@ -132,7 +132,7 @@ class LayoutCheck {
     std::sort(known.begin(), known.end());
     const std::string here = fmt::format("Known here: {}", fmt::join(known, ", "));
     for (const auto& [path, settings] : layout_) {
-      const std::string& other = path;  // what clang lets a lambda capture
+      const std::string& other = path;                     // what clang lets a lambda capture
       if (other.find('.') != std::string::npos) continue;  // of which element is not known
       if (std::none_of(settings.begin(), settings.end(), [&](const Setting* one) { return one->key == key; })) continue;
       const std::vector<const Setting*>& top = layout_[""];

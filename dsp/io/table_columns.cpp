@@ -153,8 +153,7 @@ void find_clock_like(TableLayout& layout, const std::vector<Beginning>& first,
       return one == std::to_string(i + 1) || (!one.empty() && (one == column.name || one == base_of(column)));
     };
     if (!column.left_out.empty() || !may_be_time(column) || names_signal(base_of(column)) ||
-        is_in_unknown_unit(base_of(column)) ||
-        std::any_of(signals.begin(), signals.end(), is))
+        is_in_unknown_unit(base_of(column)) || std::any_of(signals.begin(), signals.end(), is))
       continue;
     if (is_clock_like(first[i].values)) found.push_back(static_cast<int>(i));
   }

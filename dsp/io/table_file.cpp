@@ -213,7 +213,8 @@ class TableFile : public RowsOnClock {
     }
     if (info_.num_frames == 0) throw fault("table.empty", "no whole row");
     if (clock_column_ >= 0) stamps.printed_to_s = printed_.coarsest();
-    if (options.with_clock && layout_.time_column >= 0 && repeats.are_slips(info_.num_frames)) leave_out(repeats.rows, stamps);
+    if (options.with_clock && layout_.time_column >= 0 && repeats.are_slips(info_.num_frames))
+      leave_out(repeats.rows, stamps);
     settle_clock(stamps, options);
     if (layout_.time_column < 0 || !options.with_clock) {
       info_.sample_rate_hz = layout_.rate_hz.value_or(0.0);

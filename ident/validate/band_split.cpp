@@ -33,8 +33,8 @@ class LowPassed {
 
   [[nodiscard]] Index num_terms() const { return columns_.num_terms(); }
   /// Calls visit(rows) for all of them in order, without those that lean on what lies beyond a stretch. In pieces, so
-  /// that their memory does not grow with the recording; long ones, since the filter predicts seconds beyond the ends of
-  /// each.
+  /// that their memory does not grow with the recording; long ones, since the filter predicts seconds beyond the ends
+  /// of each.
   template <class Visit>
   void for_each_piece(Visit&& visit) const {
     const Index most = std::max<Index>(65536, 8 * edge_);

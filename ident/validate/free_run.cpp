@@ -280,8 +280,8 @@ FreeRun free_run(const Model& model, const std::vector<Course>& courses, const F
       if (restarts) result.num_restarts += static_cast<int>(parts.size()) - 1;
       for (const dsp::IndexRange& piece : parts) {
         const double rate_hz = course.signals->sample_rate_hz;
-        result.starts.push_back({course.recording, static_cast<double>(piece.first) / rate_hz,
-                                 static_cast<double>(piece.last) / rate_hz});
+        result.starts.push_back(
+            {course.recording, static_cast<double>(piece.first) / rate_hz, static_cast<double>(piece.last) / rate_hz});
         if (!run_range(equation, course, piece, whole, options, tally,
                        options.keep_series ? &result.series.back().predicted : nullptr, result))
           return result;

@@ -38,7 +38,7 @@ struct FreeRunSeries {
 
 /// Where the equation was set to the measured state.
 struct FreeRunStart {
-  std::size_t recording = 0;  ///< of the course
+  std::size_t recording = 0;        ///< of the course
   double time_s = 0.0, to_s = 0.0;  ///< and up to where it ran from there
 };
 

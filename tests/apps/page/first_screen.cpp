@@ -233,7 +233,8 @@ TEST_CASE("of many recordings, ranges and methods the first screen says what the
   CHECK_THAT(text, Catch::Contains("trust: This equation describes the record."));
   many.ranges[1].rows.test.resize(9 * many.ranges[0].rows.train.size());
   CHECK_THAT(many.screen(), Catch::Contains("trust: This is the equation of range low alone; range high, with"));
-  CHECK_THAT(many.screen(), Catch::Contains("times as many rows, has the verdict \"describes in part\". This equation"));
+  CHECK_THAT(many.screen(),
+             Catch::Contains("times as many rows, has the verdict \"describes in part\". This equation"));
 
   many.ranges.resize(1);
   many.ranges[0].fits.resize(1);

@@ -83,7 +83,8 @@ TEST_CASE("terminal and page begin with the same words, on one screen", "[apps][
   CHECK(std::count(ended.out.begin(), ended.out.end(), '\n') <= 25);
   CHECK(longest_line(bytes_of(page_run() / "again/equation.txt")) <= 100);
   CHECK_THAT(ended.out, Catch::StartsWith("equation     a = "));
-  const std::string page = bytes_of(page_run() / "again/report.html"), equation = bytes_of(page_run() / "again/equation.txt");
+  const std::string page = bytes_of(page_run() / "again/report.html"),
+                    equation = bytes_of(page_run() / "again/equation.txt");
   const std::string first = equation.substr(13, equation.find('\n') - 13);
   CHECK(page.find("<p>" + first) != std::string::npos);
   CHECK(page == bytes_of(page_run() / "run/report.html"));  // no time of day, no folder in it

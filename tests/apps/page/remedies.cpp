@@ -76,7 +76,8 @@ TEST_CASE("where only doubt speaks against an equation, more data are proposed",
   fit.model.terms[1].std_noise = 0.01;
   CHECK(proposed(judged_again()).empty());
   fit.explanations.may_lack_at_motion = true;
-  CHECK(proposed(judged_again()) == "Whether a term is missing: a longer record, or one with less noise, would tell.\n");
+  CHECK(proposed(judged_again()) ==
+        "Whether a term is missing: a longer record, or one with less noise, would tell.\n");
   fit.noise.residual_power = 1.0, fit.noise.residual_std = 0.1;  // more is left over than noise, and than matters
   fit.train_centred.value = 0.01;
   CHECK(proposed(judged_again()).empty());

@@ -157,8 +157,8 @@ TEST_CASE("a unit of time counts behind every name that speaks of time, and one 
           "[dsp][table_kinds]") {
   for (const char* name : {"Zeit in ms", "Time in ms", "Elapsed time ms", "elapsed_ms", "time_stamp_ms"}) {
     CAPTURE(name);
-    const auto rows = table(fmt::format("{},x\n", name),
-                            [](int i) { return fmt::format("{:.1f},{:.3f}", 0.1 * i, value(i)); });
+    const auto rows =
+        table(fmt::format("{},x\n", name), [](int i) { return fmt::format("{:.1f},{:.3f}", 0.1 * i, value(i)); });
     CHECK(read(rows, 1, {.with_clock = true}).info.sample_rate_hz == Approx(10'000.0));
   }
   const auto minutes =

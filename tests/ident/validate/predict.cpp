@@ -59,7 +59,8 @@ TEST_CASE("a prediction begins again where the free run of a verdict does, and s
   CHECK(prediction.nmse.value < 0.02);
   CHECK(prediction.linear.value == prediction.nmse.value);
   CHECK(prediction.num_restarts > 0);
-  CHECK(prediction.unaided.value > 10.0 * prediction.nmse.value);  // on its own it is soon somewhere else in the attractor
+  CHECK(prediction.unaided.value >
+        10.0 * prediction.nmse.value);  // on its own it is soon somewhere else in the attractor
 }
 
 TEST_CASE("a prediction of a motion that nothing holds in phase is one run", "[ident][predict]") {
@@ -82,7 +83,8 @@ TEST_CASE("a prediction says where a recording goes beyond what was fitted", "[i
   const double half = std::sqrt(0.5);  // a sine is beyond 0.71 of its amplitude for half of the time
   model.extents = {{"x", -half, half}, {"v", -7.0, 7.0}};
   CHECK_THAT(ident::predict(model, {}, record).remark,
-             Catch::Contains("beyond the fitted range: x in 5") && Catch::Contains("(-1 to 1 m here, -0.707 to 0.707 in the fit"));
+             Catch::Contains("beyond the fitted range: x in 5") &&
+                 Catch::Contains("(-1 to 1 m here, -0.707 to 0.707 in the fit"));
   model.extents.front() = {"x", -1.1, 1.1};
   CHECK_THAT(ident::predict(model, {}, record).remark, !Catch::Contains("beyond"));
 }
