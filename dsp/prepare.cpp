@@ -228,6 +228,27 @@ void settle_integration(Prepared& prepared, double drift_to_hz) {
                               from_hz)});
 }
 
+/// The channels that record x or a derivative of it; null where none does.
+std::shared_ptr<const Recording> of_relative_motion(const Recording& all) {
+  const auto has = [&](Body body) {
+    return std::any_of(all.channels.begin(), all.channels.end(),
+                       [&](const Channel& channel) { return info_of(channel.role).body == body; });
+  };
+  const Body body = has(Body::relative) ? Body::relative : has(Body::base) ? Body::none : Body::payload;
+  auto found = std::make_shared<Recording>();
+  std::vector<Index> columns;
+  for (Index j = 0; j < std::ssize(all.channels); ++j) {
+    const Channel& channel = all.channels[static_cast<std::size_t>(j)];
+    if (info_of(channel.role).order < 0 || info_of(channel.role).body != body) continue;
+    columns.push_back(j);
+    found->channels.push_back(channel);
+  }
+  if (columns.empty()) return nullptr;
+  found->name = all.name, found->sample_rate_hz = all.sample_rate_hz, found->bad = all.bad;
+  found->samples = all.samples(Eigen::all, columns);
+  return found;
+}
+
 VectorXd& displacement_of(Motion& motion) {
   return std::find_if(motion.signals.begin(), motion.signals.end(), [](const Signal& s) { return s.name == "x"; })
       ->values;
@@ -273,6 +294,8 @@ Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& optio
     prepared.checks.push_back(std::move(check));
   for (std::size_t i = 0; i < prepared.channels.size(); ++i)
     prepared.channels[i].role = intermediate.recording.channels[i].role;
+  if (prepared.options.recipe == Recipe::matched && !prepared.x_is_difference)
+    prepared.recorded = of_relative_motion(intermediate.recording);
   finish(prepared, std::move(intermediate.recording), intermediate.sheet, num_threads);
   return prepared;
 }

@@ -59,8 +59,12 @@ struct Prepared {
   Eigen::VectorXd raw_v, raw_a;             ///< at the regression rate, before the sensors were equalised; for the
                                             ///< power check; empty where they were not
   bool x_is_difference = false;             ///< x = y - r of two displacements, whose zeros mean nothing
-  std::vector<Interval> excluded;           ///< with margins and reasons; marked in both motions
-  std::vector<Interval> clipped;            ///< of these, the clipped ones without margins; why: the channel's name
+  /// The channels of x or its derivatives at the intermediate rate, nothing but decimated and brought to one clock,
+  /// with the intervals that must not be used, without margins; null where x is a difference, or all was filtered
+  /// first.
+  std::shared_ptr<const Recording> recorded;
+  std::vector<Interval> excluded;  ///< with margins and reasons; marked in both motions
+  std::vector<Interval> clipped;   ///< of these, the clipped ones without margins; why: the channel's name
   std::vector<Check> checks;
   /// nullptr where the recording has none.
   [[nodiscard]] const Channel* channel(Role role) const&;

@@ -9,6 +9,7 @@
 
 #include "ident/columns.hpp"
 #include "ident/fit.hpp"
+#include "ident/likelihood.hpp"
 #include "ident/model.hpp"
 #include "ident/range_factors.hpp"
 #include "ident/ranges.hpp"
@@ -31,16 +32,11 @@ struct Figure {
   std::string reason;  ///< not empty: there is no value
 };
 
-/// What a fit makes of a sensor parameter.
-struct SensorEstimate {
-  std::string name, unit;
-  double prior_std = 0.0, mean = 0.0, std = 0.0;
-};
-
 /// One method on one range, with all that is needed to judge it.
 struct JudgedFit {
   Fit fit;  ///< terms are those of the library
   Model model;
+  bool by_likelihood = false;           ///< of the recorded samples (RangeResult): terms, coefficients and intervals
   std::vector<SensorEstimate> sensors;  ///< that took part; predictions and free run are with them
   double independent_fraction = 1.0;    ///< of the training rows, by the residual's autocorrelation
   EffectiveSize size;                   ///< of the rows as evidence; every row without Selection::evidence
@@ -74,6 +70,7 @@ struct RangeResult {
   double power_balance = std::numeric_limits<double>::quiet_NaN();  ///< of corrected v and a; NaN: nothing to check
   Crests crests;                     ///< of x; none where something that may drive the motion was recorded
   std::optional<ClosedOrbit> orbit;  ///< that the training rows are, where it has fewer equations than candidates
+  Likelihood likelihood;             ///< of the range, for the methods that weigh rows
   Model linear;  ///< least squares on the candidates that are signals themselves, or 1: what an equation must beat
   std::vector<JudgedFit> fits;
   RangeFactors factors;  ///< of the training rows; blocks where IdentifyOptions::most_blocks asks for them

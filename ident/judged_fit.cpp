@@ -257,6 +257,25 @@ void judge_sensors(JudgedFit& judged, const RangeData& range, const EvidenceData
   judged.model.coordinates = coordinates_of(range, result.recording, recordings, &posterior);
 }
 
+/// The same where the likelihood has found them with the coefficients.
+void take_channels(JudgedFit& judged, const Likelihood& likelihood, const RangeData& range, Prediction& train,
+                   Prediction& test, const RangeResult& result, const std::vector<Columns>& recordings) {
+  judged.sensors = likelihood.sensors;
+  judged.model.coordinates = coordinates_of(range, result.recording, recordings, nullptr);
+  for (Coordinates& one : judged.model.coordinates) {
+    one.zero += likelihood.zero.mean, one.zero_std = likelihood.zero.std;
+    one.lead_s = -likelihood.lag_s.mean, one.lead_std_s = likelihood.lag_s.std;
+  }
+  if (!range.sensors) return;
+  VectorXd values = VectorXd::Zero(std::ssize(range.sensors->parameters()));
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    if (const auto at = range.sensors->coordinate(r, Coordinate::zero_of_x)) values(*at) = -likelihood.zero.mean;
+    if (const auto at = range.sensors->coordinate(r, Coordinate::lead_of_f)) values(*at) = -likelihood.lag_s.mean;
+  }
+  train.mean += range.sensors->effect(result.rows.train, values);
+  test.mean += range.sensors->effect(result.rows.test, values);
+}
+
 /// Recordings of one range are of the same sensors.
 void judge_calibration(Model& model, const RangeResult& result, const std::vector<Columns>& recordings,
                        const CandidateLibrary& library) {
@@ -287,6 +306,38 @@ void drop_negligible(Fit& found, const RFactor& data, const RangeData& range, co
   Fit fewer = fit_on_terms(data, terms, method, poll);
   fewer.remarks = std::move(found.remarks);
   found = std::move(fewer);
+}
+
+/// The likelihood takes the place of the first method that weighs rows and leaves the choice to it: others stay a
+/// second opinion.
+bool speaks_for(const RangeResult& result, const MethodOptions& method) {
+  return result.likelihood.speaks() && weighs_rows(method) && !has_own_tau(method) &&
+         std::none_of(result.fits.begin(), result.fits.end(), [](const JudgedFit& fit) { return fit.by_likelihood; });
+}
+
+/// The terms and coefficients of the likelihood. Where it finds something that the equation does not explain, each
+/// interval is the wider of its own and that of the regression. Nothing where the rows do not tell its terms apart.
+std::optional<Fit> fit_by(const Likelihood& likelihood, const RFactor& data, const RangeData& range,
+                          const MethodOptions& method, const Poll& poll) {
+  const std::vector<Index> positions = positions_in(range, likelihood.terms);
+  Fit found = fit_on_terms(data, positions, method, poll);
+  if (found.relevant != positions) return std::nullopt;
+  const VectorXd of_regression = found.interval_covariance().diagonal();
+  found.mean = likelihood.mean;
+  found.covariance = likelihood.covariance;
+  found.covariance_weak.resize(0, 0);
+  found.no_variance.clear();
+  if (likelihood.has_unexplained()) {
+    const VectorXd by = of_regression.cwiseQuotient(found.covariance.diagonal()).unaryExpr([](double ratio) {
+      return ratio > 1.0 ? std::sqrt(ratio) : 1.0;
+    });
+    found.covariance_weak = by.asDiagonal() * found.covariance * by.asDiagonal();
+  }
+  found.evidence_gain.resize(std::ssize(range.terms));
+  for (std::size_t i = 0; i < range.terms.size(); ++i)
+    found.evidence_gain(static_cast<Index>(i)) = likelihood.gain(range.terms[i]);
+  found.tau = likelihood.price;
+  return found;
 }
 
 /// Candidates that would do as well as kept ones, and sensors that do the same as candidates.
@@ -412,6 +463,12 @@ void judge_doubts(JudgedFit& judged, const RangeData& range, const RangeResult& 
     for (Index& column : columns) column += range.joint.num_sensors();
   const RFactor kept = select(range.sensors ? range.joint.joint : range.data, columns, 0);
   judged.noise = regressor_noise(judged.model, kept, result.rows.train, recordings, residual, options.poll);
+  if (judged.by_likelihood) {
+    judged.noise.bias.resize(0);  // of least squares
+    const std::optional<Explanation>& missing = result.likelihood.missing;
+    (missing && missing->is_recorded ? judged.explanations.recorded : judged.explanations.better) = missing;
+    return;
+  }
   judged.explanations = explanations(judged.model, result.terms, left_out(judged.model, range, library), kept,
                                      result.rows.train, recordings, residual, *range.independence, options.poll);
   judged.band = band_split(judged.model, judged.fit.relevant, result.rows.train, recordings, residual, options.poll);
@@ -436,7 +493,13 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
   const bool settled = evidence != nullptr && evidence->terms && !has_own_tau(method);
   judged.fit =
       settled ? fit_on_terms(data, *evidence->terms, method, options.poll) : fit(data, with_poll(method, options.poll));
-  drop_negligible(judged.fit, data, range, method, options.poll);
+  std::optional<Fit> recorded;  // of the samples as they were recorded
+  if (speaks_for(result, method)) recorded = fit_by(result.likelihood, data, range, method, options.poll);
+  judged.by_likelihood = recorded.has_value();
+  if (recorded)
+    judged.fit = std::move(*recorded);
+  else
+    drop_negligible(judged.fit, data, range, method, options.poll);
   judged.size.num_rows = judged.size.num_uncorrelated = static_cast<double>(range.train.size());
   if (evidence != nullptr) {
     judged.size = evidence->size;
@@ -451,7 +514,7 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
     judged.fit.remarks.push_back(std::move(remark));
   if (evidence != nullptr) {
     name_ties(judged, data, range, library, options.poll);
-    judged.fit.ranking = ranking_of(data, judged.fit, options.poll);
+    if (!recorded) judged.fit.ranking = ranking_of(data, judged.fit, options.poll);
   }
   const std::vector<Index> positions = judged.fit.relevant;
   renumber(judged.fit, range.terms, static_cast<Index>(library.terms.size()));
@@ -460,14 +523,17 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
   Prediction train = predict(judged.fit, result.rows.train, recordings),
              test = predict(judged.fit, result.rows.test, recordings);
   const std::optional<VectorXd> orbit_stds = judge_orbit(judged.fit, result.orbit, positions);
-  if (weighed) judge_size(judged, library, nmse_centred(train.mean, range.train));
+  if (weighed && !recorded) judge_size(judged, library, nmse_centred(train.mean, range.train));
   if (!judged.fit.no_variance.empty())
     judged.fit.remarks.push_back("no standard deviations: " + judged.fit.no_variance);
   judged.model = make_model(library, judged.fit, options.target, options.target_unit, range.scale,
                             range.sensors || weighed ? MatrixXd()
                                                      : robust_covariance_of(judged.fit, range, result.rows.train,
                                                                             recordings, range.train - train.mean));
-  judge_sensors(judged, range, evidence, positions, train, test, result, recordings);
+  if (recorded)
+    take_channels(judged, result.likelihood, range, train, test, result, recordings);
+  else
+    judge_sensors(judged, range, evidence, positions, train, test, result, recordings);
   if (orbit_stds) widen(judged.model, *orbit_stds);
   judged.model.extents = extents_of(judged.model, result.rows.train, recordings);
   judge_calibration(judged.model, result, recordings, library);

@@ -52,7 +52,19 @@ Json cause_json(const ident::JudgedFit& fit) {
   return fit.judgement.cause ? Json(to_string(*fit.judgement.cause)) : Json();
 }
 
-Json equation_row(const ident::JudgedFit& fit, const std::vector<std::string>& terms) {
+/// What its coefficients are of.
+Json stage_json(const ident::RangeResult& range, const ident::JudgedFit& fit) {
+  Json row{{"name", fit.by_likelihood ? "likelihood" : "regression"}, {"sentence", printable(stage_text(range, fit))}};
+  if (!fit.by_likelihood) return row;
+  const ident::Likelihood& likelihood = range.likelihood;
+  row["num_samples"] = std::llround(likelihood.num_samples);
+  row["gain_of_process_noise"] = likelihood.gain_of_process_noise;
+  row["unexplained_std"] = likelihood.unexplained_std;
+  return row;
+}
+
+Json equation_row(const ident::RangeResult& range, const ident::JudgedFit& fit) {
+  const std::vector<std::string>& terms = range.labels;
   const std::string method(to_string(fit.fit.method));
   Json row{{"method", method},
            {"target", fit.model.target},
@@ -70,6 +82,7 @@ Json equation_row(const ident::JudgedFit& fit, const std::vector<std::string>& t
   row["rejected"] = Json::array();
   for (const ident::RejectedTerm& term : fit.model.rejected)
     row["rejected"].push_back({{"name", term.name}, {"inclusion_probability", term.inclusion_probability}});
+  row["stage"] = stage_json(range, fit);
   row["models"] = models_json(fit.fit.ranking, terms);
   row["sensors"] = Json::array();
   for (const ident::SensorEstimate& sensor : fit.sensors)
@@ -258,7 +271,7 @@ std::string equation_json(const std::vector<ident::RangeResult>& ranges, bool ba
       row["verdict"] = to_string(best.judgement.verdict);
       row["cause"] = cause_json(best);
     }
-    for (const ident::JudgedFit& fit : range.fits) row["methods"].push_back(equation_row(fit, range.labels));
+    for (const ident::JudgedFit& fit : range.fits) row["methods"].push_back(equation_row(range, fit));
     row["linear"] = linear_json(range.linear);
     document["ranges"].push_back(std::move(row));
   }

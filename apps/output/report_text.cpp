@@ -93,7 +93,9 @@ std::string fit_text(const ident::JudgedFit& fit, const std::vector<std::string>
   return text + models_text(fit.fit, terms);
 }
 
-std::string fits_text(const std::vector<ident::JudgedFit>& fits, const std::vector<std::string>& terms) {
+std::string fits_text(const ident::RangeResult& range) {
+  const std::vector<ident::JudgedFit>& fits = range.fits;
+  const std::vector<std::string>& terms = range.labels;
   std::string text;
   for (auto fit = fits.begin(); fit != fits.end(); ++fit) {
     text += fmt::format(
@@ -103,8 +105,8 @@ std::string fits_text(const std::vector<ident::JudgedFit>& fits, const std::vect
     const auto twin = std::find_if(fits.begin(), fit, [&](const ident::JudgedFit& earlier) {
       return ident::same_equation(earlier.model, fit->model);
     });
-    text +=
-        twin == fit ? fit_text(*fit, terms) : fmt::format("    the same equation as {}\n", to_string(twin->fit.method));
+    text += twin == fit ? fit_text(*fit, terms) + fmt::format("      by {}\n", stage_text(range, *fit))
+                        : fmt::format("    the same equation as {}\n", to_string(twin->fit.method));
   }
   return text;
 }
@@ -116,7 +118,7 @@ std::string range_text(const ident::RangeResult& range) {
                   range.spec.where.empty() ? "" : ", where " + range.spec.where);
   for (const ident::DroppedTerm& term : range.dropped)
     text += fmt::format("  left out: {} ({})\n", term.name, term.reason);
-  return text + fits_text(range.fits, range.labels);
+  return text + fits_text(range);
 }
 
 /// Nothing where all channels are calibrated.
@@ -207,6 +209,23 @@ std::string report_text(const std::vector<ident::RangeResult>& ranges) {
   if (!pairs.empty()) text += "a term that only one range has, or that changes its sign, does not describe both\n";
   if (!text.empty() && text.ends_with("\n\n")) text.pop_back();
   return text;
+}
+
+std::string stage_text(const ident::RangeResult& range, const ident::JudgedFit& fit) {
+  const std::string_view method = to_string(fit.fit.method);
+  const ident::Likelihood& likelihood = range.likelihood;
+  if (fit.by_likelihood)
+    return fmt::format("the likelihood of {:.0f} samples as recorded, method {} before it{}", likelihood.num_samples,
+                       method,
+                       likelihood.has_unexplained()
+                           ? fmt::format("; what the equation does not explain is as much as a random {} of {:.2g} {}",
+                                         fit.model.target, likelihood.unexplained_std, fit.model.target_unit)
+                           : "");
+  return fmt::format(
+      "method {}{}", method,
+      likelihood.silent_because.empty()
+          ? ""
+          : fmt::format(" (not by the likelihood of the samples as recorded: {})", likelihood.silent_because));
 }
 
 std::string to_text(const ident::BandSplit& split) {

@@ -57,9 +57,8 @@ std::string agreement_sentence(const ChosenEquation& chosen) {
 }
 
 std::string choice_sentence(const RunResults& results, const ChosenEquation& chosen) {
-  const std::string method(to_string(chosen.fit->fit.method));
   const char* why = results.ranges.size() > 1 ? " (the best verdict on the most data)" : "";
-  return fmt::format("From range {}{} by method {}. {}", chosen.range->spec.name, why, method,
+  return fmt::format("From range {}{} by {}. {}", chosen.range->spec.name, why, stage_text(*chosen.range, *chosen.fit),
                      agreement_sentence(chosen));
 }
 

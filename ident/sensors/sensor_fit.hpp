@@ -41,6 +41,11 @@ struct SensorPosterior {
   Eigen::MatrixXd fractions;  ///< sources x kept: by what fraction the variance falls where that source is known;
                               ///< noise: the fraction that is left where all sensors are
 };
+/// What a fit makes of a sensor parameter.
+struct SensorEstimate {
+  std::string name, unit;
+  double prior_std = 0.0, mean = 0.0, std = 0.0;
+};
 /// `kept`: candidates (0 .. b-1) with coefficients `mean`; variances beyond what a double holds are 0 or infinite;
 /// `independent_fraction`: n_a / n, of the residual.
 [[nodiscard]] SensorPosterior sensor_posterior(const SensorRegression& regression,

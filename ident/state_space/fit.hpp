@@ -20,7 +20,8 @@ struct Fit {
   std::vector<double> floors;        ///< of each channel: noise_std, or what its spectrum ends in
   std::vector<double> residual_std;  ///< of each channel: recorded less computed from the smoothed states
   double J = 0.0;                    ///< -2 log likelihood, up to a constant of the problem
-  /// By how much process noise lowers J: what the equation does not explain. 0 where it does not.
+  /// By how much process noise lowers J with the parameters integrated out: what the equation does not explain. 0 where
+  /// it does not.
   double gain_of_process_noise = 0.0;
   int parts = 1;          ///< steps a sample
   bool settled = false;   ///< the iterations came to rest

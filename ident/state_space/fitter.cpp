@@ -111,6 +111,7 @@ double Fitter::J_of(const Smoothed& smoothed) const {
 }
 
 bool Fitter::look() {
+  ++num_linearised_;
   linear_ = problem_.about(point_, parameters_, parts_, num_threads_);
   if (!linear_) return false;
   smoothed_ = smooth(*linear_, noise_, true, num_threads_);
@@ -131,6 +132,7 @@ bool Fitter::try_step(const std::vector<double>& step) {
   const double merit = smoothed_.cost + linear_part(point_);
   for (const double factor : {1.0, 0.5, 0.2}) {
     Point point = moved(step, states, factor);
+    ++num_linearised_;
     std::optional<Linear> about = problem_.about(point, parameters_, parts_, num_threads_);
     if (!about) continue;
     Smoothed there = smooth(*about, noise_, true, num_threads_);
@@ -146,7 +148,7 @@ bool Fitter::iterate(int most, double tolerance) {
   if (!look()) return false;
   const std::vector<double> linear = sought(gradient_);
   double damping = 0.0;
-  for (int i = 0, dampings = 0; i < most && dampings <= most_dampings;) {
+  for (int i = 0, dampings = 0; i < most && dampings <= most_dampings && !is_spent();) {
     const Triangle& triangle = smoothed_.parameters;
     const std::vector<double> step = (damping > 0.0 ? triangle.damped(damping) : triangle).solve(linear);
     if (smoothed_.cost - triangle.value(step, linear) < tolerance) return true;

@@ -38,8 +38,18 @@ class Fitter {
   /// At the noise that stands, from where it stands, and from a soft stage.
   bool refit();
   bool refit_softly();
+  /// No step is tried any more: such a search would not come to rest.
+  [[nodiscard]] bool is_spent() const { return num_linearised_ > most_linearised; }
   /// Whether the point has a likelihood at all.
   [[nodiscard]] bool is_finite() const { return linear_.has_value(); }
+  /// Where the search stands, and back to there: what it seeks is to be said again.
+  struct Standing {
+    Point point;
+    Noise noise;
+    std::vector<double> gradient;
+  };
+  [[nodiscard]] Standing standing() const { return {point_, noise_, gradient_}; }
+  void stand(const Standing& at);
 
   /// All coefficients freed about the point, those not sought from zero: the triangle in their values, no longer in
   /// steps, in the order of `all_parameters`. One solution answers for every subset.
@@ -60,20 +70,19 @@ class Fitter {
   [[nodiscard]] const Smoothed& smoothed() const& { return smoothed_; }
   void smoothed() const&& = delete;
   [[nodiscard]] double J() const { return J_of(smoothed_); }
+  /// The same with the sought parameters integrated out, by which levels of noise are compared: parameters imitate
+  /// process noise, so that their own likelihood is for too little of it.
+  [[nodiscard]] double marginal_J() const { return J() + smoothed_.parameters.log_determinant(); }
   [[nodiscard]] Fit result() const;
 
   /// A step that lowers -2 log likelihood by less is below 0.01 standard deviations.
   static constexpr double of_rest = 1e-4;
   /// Process noise as a fraction of a state's scale: next to nothing, and still no loss of digits; and that of a
   /// stage whose basin is the right one whatever the model lacks.
+  static constexpr int most_linearised = 500;  ///< a search that comes to rest takes 70 to 250
   static constexpr double hardest = 2e-6, soft_scale = 6e-3;
 
  private:
-  struct Standing {
-    Point point;
-    Noise noise;
-    std::vector<double> gradient;
-  };
   struct Hard {
     Standing at;
     double J;
@@ -91,14 +100,16 @@ class Fitter {
                             double factor) const;
   [[nodiscard]] std::vector<Level> levels(bool with_process);
   void search(const std::vector<Level>& levels, std::vector<double>& widths);
-  [[nodiscard]] double log_determinant(const Point& point) const;
+  [[nodiscard]] double log_determinant(const Point& point);
   [[nodiscard]] bool has_process_noise() const;
+  [[nodiscard]] bool exceeds_floor() const;
   [[nodiscard]] bool at_floor(const std::vector<double>& residual_std) const;
-  [[nodiscard]] Standing standing() const { return {point_, noise_, gradient_}; }
-  void stand(const Standing& at);
   void soften(double factor);
+  /// What noise of inputs does to a speed over a sample, at the coefficients as they are: process noise is no less.
+  [[nodiscard]] double process_floor(int speed) const;
+  [[nodiscard]] bool raise_to_floor();
   [[nodiscard]] Hard hard_end(bool reached) const;
-  void compare_with(const Hard& hard, bool stands);
+  void compare_with(const Hard& hard, bool stands, bool follows);
   void regress();
   /// -2 log likelihood; where the log-determinant is followed, of the parameters as they are.
   [[nodiscard]] double J_of(const Smoothed& smoothed) const;
@@ -107,7 +118,7 @@ class Fitter {
   Linearisation problem_;
   std::vector<double> floors_;
   std::vector<int> speeds_, parameters_, all_parameters_;
-  int num_threads_, parts_ = 1;
+  int num_threads_, parts_ = 1, num_linearised_ = 0;
   std::size_t num_given_channels_;
   Point point_;
   Noise noise_;

@@ -15,6 +15,30 @@ void Fitter::soften(double factor) {
   for (double& std : noise_.process) std *= factor;
 }
 
+double Fitter::process_floor(int speed) const {
+  const Problem& problem = problem_.problem();
+  double square = 0.0;
+  int coefficient = 0;
+  for (const Term& term : problem.equations.terms) {
+    const double value = term.known ? *term.known : point_.parameters[as_size(coefficient++)];
+    if (term.state != speed) continue;
+    for (size_t i = 0; i < problem.input_noise_std.size(); ++i)
+      if (term.text == problem.equations.inputs[i])
+        square += std::pow(value * problem.input_noise_std[i] / problem.sample_rate_hz, 2);
+  }
+  return std::max(std::sqrt(square), hardest * start_.scales[as_size(speed)]);
+}
+
+bool Fitter::raise_to_floor() {
+  bool raised = false;
+  for (const int speed : speeds_) {
+    double& std = noise_.process[as_size(speed)];
+    if (std >= process_floor(speed)) continue;
+    std = process_floor(speed), raised = true;
+  }
+  return !raised || iterate(15, of_rest);
+}
+
 bool Fitter::harden(double from) {
   constexpr double usual = 4.0, least = 1.3;  // factor from stage to stage; below, it stands still
   constexpr double hopeless = 1e3;            // a rise of J that no later stage makes good, and that settles the matter
@@ -26,13 +50,13 @@ bool Fitter::harden(double from) {
     const bool last = at <= hardest;
     const bool rests = iterate(good ? 15 : 40, last ? of_rest : 1.0);
     if (last && rests) return true;
-    if (!rests && good && factor > least) {
+    if (!rests && good && factor > least && !is_spent()) {
       stand(*good);
       factor = std::sqrt(factor);
       at = std::max(hardest, noise_.process.front() / start_.scales.front() / factor);
       continue;
     }
-    if (last || !linear_) return false;
+    if (last || !linear_ || is_spent()) return false;
     if (rests && (at >= soft_scale || !soft_)) soft_ = standing();
     if (rests && J() > lowest + hopeless) return false;
     lowest = std::min(lowest, J());
@@ -46,8 +70,7 @@ std::vector<Fitter::Level> Fitter::levels(bool with_process) {
   std::vector<Level> all;
   if (with_process)
     for (const int speed : speeds_)
-      all.push_back(
-          {&noise_.process[as_size(speed)], hardest * start_.scales[as_size(speed)], start_.scales[as_size(speed)]});
+      all.push_back({&noise_.process[as_size(speed)], process_floor(speed), start_.scales[as_size(speed)]});
   const double e = std::exp(1.0);
   for (size_t j = 0; j < floors_.size(); ++j)
     if (problem_.problem().channels[j].noise_std == 0.0)
@@ -57,7 +80,10 @@ std::vector<Fitter::Level> Fitter::levels(bool with_process) {
 
 /// One parabola for each level, in logarithms.
 void Fitter::search(const std::vector<Level>& levels, std::vector<double>& widths) {
-  const auto J_here = [&] { return J_of(smooth(*linear_, noise_, false, num_threads_)); };
+  const auto J_here = [&] {
+    const Smoothed there = smooth(*linear_, noise_, false, num_threads_);
+    return J_of(there) + there.parameters.log_determinant();
+  };
   double best = J_here();
   for (size_t j = 0; j < levels.size(); ++j) {
     const Level& level = levels[j];
@@ -97,14 +123,20 @@ bool Fitter::settle_noise(bool with_process) {
   std::vector<double> widths(all.size(), unsure_of_channel);
   if (with_process) std::fill_n(widths.begin(), speeds_.size(), unsure_of_process);
   if (!look()) return false;
-  double before = J();
+  double before = marginal_J();
   for (int round = 0; round < most_rounds; ++round) {
     search(all, widths);
     if (!iterate(15, of_rest)) return false;
-    if (round > 0 && std::abs(before - J()) < of_rest_J) return true;
-    before = J();
+    if (round > 0 && std::abs(before - marginal_J()) < of_rest_J) return true;
+    before = marginal_J();
   }
   return false;
+}
+
+bool Fitter::exceeds_floor() const {
+  constexpr double above_floor = 1.1;
+  return std::any_of(speeds_.begin(), speeds_.end(),
+                     [&](int speed) { return noise_.process[as_size(speed)] > above_floor * process_floor(speed); });
 }
 
 bool Fitter::has_process_noise() const {
@@ -114,19 +146,20 @@ bool Fitter::has_process_noise() const {
   });
 }
 
-double Fitter::log_determinant(const Point& point) const {
+double Fitter::log_determinant(const Point& point) {
+  ++num_linearised_;
   const std::optional<Linear> linear = problem_.about(point, {}, parts_, num_threads_);
   return linear ? smooth(*linear, noise_, false, num_threads_).log_determinant : std::nan("");
 }
 
 bool Fitter::follow_log_determinant() {
-  constexpr int most_rounds = 20;
+  constexpr int most_rounds = 20, rounds_of_noise = 3;
   constexpr double width = 0.05, of_rest_std = 0.05, of_rest_J = 0.05;  // the first two: standard deviations
   if (!has_process_noise()) return true;
   const std::vector<Level> all = levels(true);
   std::vector<double> widths(all.size(), 0.2);
   const size_t p = parameters_.size();
-  double J_before = std::numeric_limits<double>::infinity();
+  double J_before = marginal_J();
   for (int round = 0; round < most_rounds; ++round) {
     const std::vector<double> covariance = smoothed_.parameters.covariance();
     std::vector<double> gradient(point_.parameters.size(), 0.0);
@@ -140,6 +173,9 @@ bool Fitter::follow_log_determinant() {
           (log_determinant(moved(step, states, 1.0)) - log_determinant(moved(step, states, -1.0))) / (2.0 * step[j]);
       if (!std::isfinite(gradient[as_size(parameters_[j])])) return false;
     }
+    // The mean of all rounds: steps of their own go to and fro where the determinant bends.
+    for (size_t i = 0; i < gradient.size() && round > 0; ++i)
+      gradient[i] = gradient_[i] + (gradient[i] - gradient_[i]) / (round + 1);
     gradient_ = gradient;
     const std::vector<double> before = sought(point_.parameters);
     if (!iterate(15, of_rest)) return false;
@@ -147,48 +183,50 @@ bool Fitter::follow_log_determinant() {
     double largest = 0.0;
     for (size_t j = 0; j < p; ++j)
       largest = std::max(largest, std::abs(now[j] - before[j]) / std::sqrt(covariance[j * (p + 1)]));
-    search(all, widths);
-    if (!look()) return false;
-    if (largest < of_rest_std && std::abs(J_before - J()) < of_rest_J) return true;
-    J_before = J();
+    if (round < rounds_of_noise) search(all, widths);
+    if (!look() || is_spent()) return false;
+    if (largest < of_rest_std && std::abs(J_before - marginal_J()) < of_rest_J) return true;
+    J_before = marginal_J();
   }
   return false;
 }
 
 void Fitter::settle() {
-  const Hard hard = hard_end(harden(softest_) && settle_noise(false) && refine_steps());
+  const Hard hard = hard_end(harden(softest_) && settle_noise(false) && refine_steps() && raise_to_floor());
   if (soft_) stand(*soft_);
   soften(hardest);
   for (const int speed : speeds_) noise_.process[as_size(speed)] = soft_scale * start_.scales[as_size(speed)];
-  compare_with(hard, soft_ && settle_noise(true) && refine_steps());
+  compare_with(hard, soft_ && settle_noise(true) && refine_steps(), problem_.problem().equations.inputs.empty());
 }
 
 void Fitter::settle_again() {
   const bool stands = settle_noise(true) && refine_steps();
-  if (!has_process_noise()) {
-    settled_ = stands, gain_of_process_noise_ = 0.0;
+  if (!exceeds_floor()) {
+    gain_of_process_noise_ = 0.0;
+    settled_ = stands && follow_log_determinant();
     return;
   }
   const Standing here = standing();
-  const Hard hard = hard_end(harden(soft_scale) && settle_noise(false));
+  const Hard hard = hard_end(harden(soft_scale) && settle_noise(false) && raise_to_floor());
   stand(here);
-  compare_with(hard, look() && stands);
+  compare_with(hard, look() && stands, true);
 }
 
 /// Where the hard end was not reached, J of the last stage, which it would exceed.
 Fitter::Hard Fitter::hard_end(bool reached) const {
-  return {standing(), linear_ ? J() : std::numeric_limits<double>::infinity(), reached};
+  return {standing(), linear_ ? marginal_J() : std::numeric_limits<double>::infinity(), reached};
 }
 
-/// Keeps what stands, or the hard end where that is as likely.
-void Fitter::compare_with(const Hard& hard, bool stands) {
-  gain_of_process_noise_ = stands ? std::max(0.0, hard.J - J()) : 0.0;
-  if (gain_of_process_noise_ > 0.0) {
-    settled_ = follow_log_determinant();
-  } else {
+/// Keeps what stands, or the hard end where that is as likely. The log-determinant matters less than noise where inputs
+/// drive the motion: a search can do without.
+void Fitter::compare_with(const Hard& hard, bool stands, bool follows) {
+  gain_of_process_noise_ = stands ? std::max(0.0, hard.J - marginal_J()) : 0.0;
+  settled_ = true;
+  if (!(gain_of_process_noise_ > 0.0)) {
     stand(hard.at);
     settled_ = look() && hard.reached;
   }
+  if (follows) settled_ = settled_ && follow_log_determinant();
 }
 
 }  // namespace ident::state_space

@@ -19,6 +19,8 @@ Equations oscillator(const std::vector<std::string>& terms, std::vector<std::str
 }
 
 void require_sound(const Problem& problem) {
+  if (!problem.input_noise_std.empty() && problem.input_noise_std.size() != problem.equations.inputs.size())
+    throw std::invalid_argument("state_space: noise of another number of inputs");
   constexpr Eigen::Index fewest = 8;  // as the estimate of a spectrum
   const auto num_states = static_cast<int>(problem.equations.states.size()),
              num_channels = static_cast<int>(problem.channels.size());

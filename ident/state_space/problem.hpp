@@ -63,7 +63,9 @@ struct Problem {
   Equations equations;
   std::vector<Channel> channels;
   std::vector<Record> records;
+  std::vector<double> input_noise_std = {};  ///< of a sample, white; empty: inputs are exact
   double sample_rate_hz = 0.0;
+  double flat_to_hz = std::numeric_limits<double>::infinity();  ///< of the channels: above it a filter took their noise
 };
 
 /// Throws std::invalid_argument that says what does not fit: sizes, indices, a rate that is not positive, a record of

@@ -99,6 +99,72 @@ std::vector<Score> scores_of(const Subsets& subsets, const Terms& terms, int num
   return scores;
 }
 
+/// A choice of terms with a barred one.
+struct Choice {
+  Outside outside;
+  Terms terms;
+};
+
+/// The best choice with each barred term that is better than without, the best first.
+std::vector<Choice> choices_outside(const Subsets& subsets, const Terms& terms, const Terms& barred, double price) {
+  const auto score = [&](const Terms& some) { return subsets.cost(some) + price * static_cast<double>(some.size()); };
+  std::vector<Choice> found;
+  for (const int term : barred) {
+    const Terms best = best_near(subsets, with(terms, term), terms, price);
+    if (const double gain = score(terms) - score(best); has(best, term) && gain > 0.0)
+      found.push_back({{term, gain, {}}, best});
+  }
+  std::stable_sort(found.begin(), found.end(),
+                   [](const Choice& a, const Choice& b) { return a.outside.gain > b.outside.gain; });
+  return found;
+}
+
+/// Fitted with it, as several forms seem to explain what one alone does.
+std::vector<Outside> outside_of(Fitter& fitter, const Subsets& subsets, const Terms& terms, const Terms& barred,
+                                double price) {
+  constexpr std::size_t most = 3;  // that are fitted
+  std::vector<Choice> choices = choices_outside(subsets, terms, barred, price);
+  choices.resize(std::min(choices.size(), most));
+  const Fitter::Standing here = fitter.standing();
+  const double before = fitter.J() + price * static_cast<double>(terms.size());
+  std::vector<Outside> found;
+  for (const Choice& choice : choices) {
+    fitter.stand(here);
+    fitter.seek(terms);
+    fitter.move_to(choice.terms, Subsets(fitter).values(choice.terms));
+    if (!fitter.refit() || !fitter.settle_noise(true)) continue;
+    Outside& one = found.emplace_back(choice.outside);
+    one.gain = before - fitter.J() - price * static_cast<double>(choice.terms.size());
+    std::copy_if(terms.begin(), terms.end(), std::back_inserter(one.instead_of),
+                 [&](int own) { return !has(choice.terms, own); });
+  }
+  std::stable_sort(found.begin(), found.end(), [](const Outside& a, const Outside& b) { return a.gain > b.gain; });
+  return found;
+}
+
+/// By terms that may belong and terms that may not: coefficients move by so much with them or without, with the
+/// probability that they do.
+std::vector<double> spread_by_choice(const Subsets& subsets, const Terms& terms, const std::vector<Score>& scores,
+                                     const Terms& allowed, const std::vector<int>& parameters,
+                                     const std::vector<int>& all) {
+  const std::size_t p = parameters.size();
+  std::vector<double> spread(p * p, 0.0);
+  const std::vector<double> now = subsets.values(terms);
+  for (const int term : allowed) {
+    const double probability = scores[static_cast<size_t>(term)].probability;
+    const bool is_kept = has(terms, term);
+    const std::vector<double> then = subsets.values(is_kept ? without(terms, term) : with(terms, term));
+    const double weight = is_kept ? 1.0 - probability : probability;
+    const auto moves = [&](std::size_t i) {
+      const auto at = static_cast<size_t>(std::lower_bound(all.begin(), all.end(), parameters[i]) - all.begin());
+      return parameters[i] == term ? 0.0 : then.at(at) - now.at(at);
+    };
+    for (std::size_t i = 0; i < p; ++i)
+      for (std::size_t j = 0; j < p; ++j) spread[i * p + j] += weight * moves(i) * moves(j);
+  }
+  return spread;
+}
+
 }  // namespace
 
 Selection select(const Problem& problem, const SelectOptions& options) {
@@ -128,8 +194,15 @@ Selection select(const Problem& problem, const SelectOptions& options) {
     selection.settled = next == terms;
     if (selection.settled || visited.contains(next)) break;
     const double rise = subsets.cost(next) - subsets.cost(terms), before = fitter.J();
+    const Fitter::Standing here = fitter.standing();
     fitter.move_to(next, subsets.values(next));
     if (!fitter.refit() || fitter.J() > before + 3.0 * std::max(rise, 0.0) + curved) (void)fitter.refit_softly();
+    if (!fitter.is_finite()) {  // without these terms the motion runs away
+      fitter.stand(here);
+      fitter.seek(terms);
+      (void)fitter.refit();
+      break;
+    }
     terms = next;
     visited[terms] = fitter.J() + selection.price * static_cast<double>(terms.size());
   }
@@ -140,9 +213,19 @@ Selection select(const Problem& problem, const SelectOptions& options) {
     fitter.move_to(terms, Subsets(fitter).values(terms));
     (void)fitter.refit();
   }
-  fitter.settle_again();
+  if (fitter.is_finite()) fitter.settle_again();
   selection.fit = fitter.result();
-  selection.scores = scores_of(Subsets(fitter), terms, num_coefficients, selection.price);
+  if (!fitter.is_finite()) {
+    selection.fit.settled = false;
+    selection.scores.resize(static_cast<size_t>(num_coefficients));
+    return selection;
+  }
+  const Subsets subsets(fitter);
+  selection.scores = scores_of(subsets, terms, num_coefficients, selection.price);
+  const std::vector<double> spread =
+      spread_by_choice(subsets, terms, selection.scores, allowed, selection.fit.parameters, fitter.all_parameters());
+  for (size_t i = 0; i < spread.size(); ++i) selection.fit.covariance[i] += spread[i];
+  selection.outside = outside_of(fitter, subsets, terms, options.barred, selection.price);
   return selection;
 }
 

@@ -16,11 +16,20 @@ struct Score {
   double probability = 0.0;  ///< of its belonging to the equation: from gain less price
 };
 
+/// A barred term that the data ask for: with it, or with it in the place of others, the equation is more likely by more
+/// than its price.
+struct Outside {
+  int term = 0;
+  double gain = 0.0;            ///< of -2 log likelihood, less the price of the terms
+  std::vector<int> instead_of;  ///< of the selected ones
+};
+
 struct Selection {
-  Fit fit;                    ///< of the selected terms
-  std::vector<Score> scores;  ///< of every coefficient; of those outside the score test
-  double price = 0.0;         ///< of a term: ln m + 2 ln b, m samples recorded, b terms to choose from
-  bool settled = false;       ///< no exchange, addition or removal of a term is more likely
+  Fit fit;                       ///< of the selected terms; covariance with what others may take from them
+  std::vector<Score> scores;     ///< of every coefficient; of those outside the score test
+  std::vector<Outside> outside;  ///< the best first
+  double price = 0.0;            ///< of a term: ln m + 2 ln b, m samples recorded, b terms to choose from
+  bool settled = false;          ///< no exchange, addition or removal of a term is more likely
 };
 
 /// The terms for which J + price x number is least. All terms are fitted first (or those proposed) and the noise is

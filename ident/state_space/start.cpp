@@ -102,14 +102,22 @@ std::vector<double> noise_floors(const Problem& problem) {
       if (run.size() == 0) continue;
       const auto n = static_cast<double>(run.size());
       const dsp::PowerDensity density(run, problem.sample_rate_hz);
-      square += n * density.between(from * problem.sample_rate_hz, to * problem.sample_rate_hz) * 0.5 *
-                problem.sample_rate_hz;
+      const double to_hz = std::min(to * problem.sample_rate_hz, problem.flat_to_hz);
+      square += n * density.between(from / to * to_hz, to_hz) * 0.5 * problem.sample_rate_hz;
       own += n * std_of(run) * std_of(run), samples += n;
     }
     floors.back() = std::sqrt(std::max(square, least * least * own) / samples);
     if (floors.back() == 0.0) floors.back() = least;  // a channel that does not move
   }
   return floors;
+}
+
+Input without_noise(const VectorXd& signal, double rate_hz) {
+  constexpr double from = 0.25, to = 0.45, most = 0.1;
+  const double noise = dsp::PowerDensity(signal, rate_hz).between(from * rate_hz, to * rate_hz) * 0.5 * rate_hz,
+               own = std_of(signal);
+  if (!(noise < most * own * own)) return {signal, 0.0};
+  return {derived(signal, rate_hz, 0, cutoff_hz(signal, rate_hz, std::sqrt(noise))), std::sqrt(noise)};
 }
 
 Problem with_origins(Problem problem, const std::vector<double>& scales) {

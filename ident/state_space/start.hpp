@@ -12,6 +12,15 @@ namespace ident::state_space {
 /// rate: its standard deviation, where noise_std is not given. Never below 1e-6 of the channel's own.
 [[nodiscard]] std::vector<double> noise_floors(const Problem& problem);
 
+/// A signal without what it has above the band in which it is more than its own noise: an input is known no better, and
+/// noise in it would make its coefficient smaller. As it is where that noise is a tenth of its power or more: what is
+/// as large at the upper end as below is a random input, not noise.
+struct Input {
+  Eigen::VectorXd signal;
+  double noise_std = 0.0;  ///< white, of a sample as it was
+};
+[[nodiscard]] Input without_noise(const Eigen::VectorXd& signal, double rate_hz);
+
 /// A problem in which every position has an origin: where neither it nor anything that fixes it is recorded, as of an
 /// acceleration alone, x + x0 obeys an equation with more terms as well. A channel of zeros with three times its
 /// standard deviation as noise, which no real motion contradicts, is added for each such position.

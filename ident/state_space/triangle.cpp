@@ -117,6 +117,13 @@ std::vector<double> Triangle::covariance() const {
   return covariance;
 }
 
+double Triangle::log_determinant() const {
+  double sum = 0.0;
+  for (int j = 0; j < columns_; ++j)
+    if (!is_empty(j)) sum += 2.0 * std::log(std::abs(at(j, j)));
+  return sum;
+}
+
 Triangle Triangle::only(const std::vector<int>& columns) const {
   Triangle part(static_cast<int>(columns.size()));
   std::vector<double> row(columns.size() + 1);

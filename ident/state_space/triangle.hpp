@@ -26,6 +26,8 @@ class Triangle {
   [[nodiscard]] Triangle from(const std::vector<double>& x0) const;
   /// (A'A)^-1, row after row; infinite on the diagonal of a column without rows.
   [[nodiscard]] std::vector<double> covariance() const;
+  /// log |A'A|, columns without any row left out.
+  [[nodiscard]] double log_determinant() const;
   /// The same rows with these columns alone.
   [[nodiscard]] Triangle only(const std::vector<int>& columns) const;
   /// With rows factor |column| x_j = 0 for every column.

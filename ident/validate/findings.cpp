@@ -80,7 +80,8 @@ std::vector<std::string> doubtful_terms(const RangeResult& range, const JudgedFi
   const std::vector<ModelTerm>& terms = fit.model.terms;
   const auto is_doubtful = [&](std::size_t i) {
     return std::any_of(range.fits.begin(), range.fits.end(), [&](const JudgedFit& like) {
-      return same_terms(like.model, fit.model) && interval_95 * like.model.terms[i].std_noise > std::abs(terms[i].mean);
+      return like.by_likelihood == fit.by_likelihood && same_terms(like.model, fit.model) &&
+             interval_95 * like.model.terms[i].std_noise > std::abs(terms[i].mean);
     });
   };
   std::vector<std::string> names;
@@ -135,6 +136,17 @@ bool is_driven_otherwise(const JudgedFit& fit, const Findings& found) {
   if (!fit.size.has_inputs && std::isfinite(rest)) return rest > hardly_any;
   // Recorded inputs may be what drives it, where it has other faults: next to nothing comes back.
   return !fit.model.terms.empty() && fit.size.revisit_fraction < hardly_any;
+}
+
+/// What the likelihood says of the rest in the place of what least squares leaves: noise of the channels makes it, but
+/// for what the equation does not explain.
+void take_likelihood(Findings& found, const Likelihood& likelihood, double target_power) {
+  found.noise_is_known = true;
+  found.unexplained = likelihood.unexplained_std * likelihood.unexplained_std / target_power;
+  found.negligible_rest = found.unexplained <= sensor_linearity;
+  found.above_noise = likelihood.has_unexplained() && !found.negligible_rest;
+  found.is_noise = !found.above_noise;
+  found.misses_motion = false;
 }
 
 }  // namespace
@@ -197,6 +209,7 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
   found.misses_motion =
       found.noise_is_known &&
       noise.motion_std * noise.motion_std < mostly_noise * (noise.motion_power - sensor_linearity * mean_square(train));
+  if (fit.by_likelihood) take_likelihood(found, range.likelihood, variance(train));
   found.may_lack_at_motion = fit.explanations.may_lack_at_motion;
   found.shows_at_motion = fit.explanations.at_motion.has_value();
   found.keeps_energy = !found.negligible_rest && has_no_damping(fit);

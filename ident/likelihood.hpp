@@ -1,0 +1,48 @@
+#pragma once
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ident/columns.hpp"
+#include "ident/fit.hpp"
+#include "ident/ranges.hpp"
+#include "ident/sensors/sensor_fit.hpp"
+#include "ident/verdict.hpp"
+
+namespace ident {
+
+struct RangeData;
+
+/// What the likelihood of the samples as they were recorded makes of a range: the second stage, which selects among the
+/// candidates of a regression and gives coefficients and intervals (state_space).
+struct Likelihood {
+  std::string silent_because;       ///< not empty: it does not speak, and nothing else is filled in
+  std::vector<Eigen::Index> terms;  ///< of the library, ascending
+  Eigen::VectorXd mean;             ///< of their coefficients
+  Eigen::MatrixXd covariance;       ///< with parameters of the channels unknown
+  Eigen::VectorXd gain;             ///< by how much -2 log likelihood falls with each term of the library; NaN: none
+  struct Value {
+    double mean = 0.0, std = 0.0;
+  };
+  Value zero, lag_s;                    ///< of x as it was recorded
+  std::vector<SensorEstimate> sensors;  ///< all parameters of the channels
+  double num_samples = 0.0;             ///< recorded, of all channels
+  double price = 0.0;                   ///< by which -2 log likelihood must fall for a term to be kept
+  double gain_of_process_noise = 0.0;   ///< by how much that falls where the equation need not hold exactly
+  double unexplained_std = 0.0;  ///< m/s^2: white, within the band of the columns, what the equation does not explain
+  /// A recorded signal or a usual form that is no candidate, with which the equation is better by odds of 150; the
+  /// best.
+  std::optional<Explanation> missing;
+  [[nodiscard]] bool speaks() const { return silent_because.empty(); }
+  /// What the equation does not explain is there with odds of 20,000: no interval of it alone may be shown.
+  [[nodiscard]] bool has_unexplained() const { return gain_of_process_noise > 20.0; }
+};
+
+/// Of the training rows of a range: `data` has its candidates. It speaks for one equation for a body whose relative
+/// displacement, velocity or acceleration was recorded, with inputs that were recorded too or none, and where the fit
+/// reached the channels' own noise.
+[[nodiscard]] Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeData& data,
+                                       const std::vector<Columns>& recordings, int num_threads);
+
+}  // namespace ident
