@@ -176,8 +176,6 @@ RangeResult identify(const Range& range, std::vector<Columns>& recordings, const
   for (const Term& term : data.library.terms) result.labels.push_back(term.label());
   result.orbit = closed_orbit(result.rows.train, recordings, data.terms);
   result.linear = linear_model(data, data.library, options);
-  if (std::any_of(options.methods.begin(), options.methods.end(), weighs_rows))
-    result.likelihood = likelihood_of(range, result.rows, data, recordings, options.num_threads);
   for (const MethodOptions& method : options.methods) {
     if (options.poll) options.poll();
     result.fits.push_back(judged_fit(method, result, data, recordings, data.library, options));

@@ -547,6 +547,9 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
   std::vector<Course> courses = range.courses;
   run_in_coordinates(judged.model, recordings, moved, courses);
   judged.free_run = free_run_of(judged, result, range, courses, recordings, options);
+  if (recorded && !result.likelihood.has_unexplained() && judged.free_run.larger_nmse() > follows_in_part)
+    judged.unexplained_in_test = unexplained_in(result.likelihood, {result.spec, result.recording, result.regime},
+                                                result.rows.test, range, recordings, options.num_threads);
   return judged;
 }
 

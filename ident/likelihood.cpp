@@ -37,22 +37,22 @@ bool may_have_gaps(const Range& range, const std::vector<std::string>& inputs) {
   return inputs.empty() && range.regime.any();
 }
 
-/// The training rows as they were recorded, and where they begin or end with the record, the rest of it: what filters
+/// Rows as they were recorded, and where they begin or end with the record, the rest of it: what filters
 /// spoil there is not spoilt.
-std::vector<Piece> pieces_of(const Range& range, const RangeRows& rows, const std::vector<Columns>& recordings,
-                             bool with_gaps) {
+std::vector<Piece> pieces_of(const Range& range, const std::vector<Row>& rows, bool are_last,
+                             const std::vector<Columns>& recordings, bool with_gaps) {
   std::vector<Piece> pieces;
-  const auto end = static_cast<Index>(rows.train.size());
+  const auto end = static_cast<Index>(rows.size());
   for (Index first = 0; first < end;) {
-    const Index behind = end_of_stretch(rows.train, first, end);
-    const Row &from = rows.train[static_cast<size_t>(first)], &to = rows.train[static_cast<size_t>(behind - 1)];
+    const Index behind = end_of_stretch(rows, first, end);
+    const Row &from = rows[static_cast<size_t>(first)], &to = rows[static_cast<size_t>(behind - 1)];
     const dsp::Prepared& prepared = *recordings[from.recording].prepared;
     const double samples_a_row = prepared.intermediate.sample_rate_hz / prepared.signals.sample_rate_hz;
     const auto sample = [&](Index row) { return std::lround(static_cast<double>(row) * samples_a_row); };
     const Index num_rows = prepared.signals.num_samples(), edge = prepared.signals.edge_samples;
     Piece piece{from.recording, sample(from.sample), sample(to.sample) + 1};
     if (from.sample <= edge && range.spec.from_s <= 0.0) piece.first = 0;
-    if (to.sample + 1 >= num_rows - edge && rows.test.empty()) piece.last = prepared.intermediate.num_samples();
+    if (to.sample + 1 >= num_rows - edge && are_last) piece.last = prepared.intermediate.num_samples();
     if (with_gaps && !pieces.empty() && pieces.back().recording == piece.recording)
       pieces.back().last = piece.last;
     else
@@ -219,7 +219,8 @@ struct Statement {
   std::string obstacle = {};
 };
 
-Statement statement_of(const Range& range, const RangeRows& rows, const RangeData& data,
+/// `are_last`: of the range, no others come behind them.
+Statement statement_of(const Range& range, const std::vector<Row>& rows, bool are_last, const RangeData& data,
                        const std::vector<Columns>& recordings) {
   Statement result;
   std::vector<size_t> covered;
@@ -256,8 +257,8 @@ Statement statement_of(const Range& range, const RangeRows& rows, const RangeDat
     if (covered.size() > 1 && outputs.front().channel.offset.std > 0.0 && outputs.front().order == 0)
       return refuse("the recordings have zeros of their own");
   }
-  std::vector<Piece> pieces = pieces_of(range, rows, recordings, may_have_gaps(range, *inputs));
-  if (pieces.empty()) return refuse("there is no stretch of training rows long enough");
+  std::vector<Piece> pieces = pieces_of(range, rows, are_last, recordings, may_have_gaps(range, *inputs));
+  if (pieces.empty()) return refuse("there is no interval of rows long enough");
   shorten(pieces);
   std::vector<Eigen::VectorXd> signals;
   problem.input_noise_std.assign(inputs->size(), 0.0);
@@ -334,7 +335,7 @@ std::optional<Explanation> missing_of(const state_space::Selection& selection, c
 
 Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeData& data,
                          const std::vector<Columns>& recordings, int num_threads) {
-  Statement statement = statement_of(range, rows, data, recordings);
+  Statement statement = statement_of(range, rows.train, rows.test.empty(), data, recordings);
   Likelihood result{.silent_because = std::move(statement.obstacle)};
   if (!result.speaks()) return result;
   const state_space::Problem& problem = statement.problem;
@@ -376,6 +377,19 @@ Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeD
   const double band_hz = recordings[rows.train.front().recording].band_hz;
   result.unexplained_std = fit.noise.process.at(1) * std::sqrt(2.0 * problem.sample_rate_hz * band_hz);
   return result;
+}
+
+double unexplained_in(const Likelihood& likelihood, const Range& range, const std::vector<Row>& rows,
+                      const RangeData& data, const std::vector<Columns>& recordings, int num_threads) {
+  Statement statement = statement_of(range, rows, true, data, recordings);
+  if (!statement.obstacle.empty()) return dsp::nan;
+  std::vector<state_space::Term>& terms = statement.problem.equations.terms;
+  std::erase_if(terms, [](const state_space::Term& term) { return !term.known.has_value(); });
+  for (size_t i = 0; i < likelihood.terms.size(); ++i)
+    terms.push_back({.text = data.library.terms[static_cast<size_t>(likelihood.terms[i])].name,
+                     .known = likelihood.mean(static_cast<Index>(i))});
+  const state_space::Fit fit = state_space::fit(statement.problem, {.num_threads = num_threads});
+  return fit.converged() ? fit.gain_of_process_noise : dsp::nan;
 }
 
 }  // namespace ident

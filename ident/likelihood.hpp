@@ -36,7 +36,8 @@ struct Likelihood {
   std::optional<Explanation> missing;
   [[nodiscard]] bool speaks() const { return silent_because.empty(); }
   /// What the equation does not explain is there with odds of 20,000: no interval of it alone may be shown.
-  [[nodiscard]] bool has_unexplained() const { return gain_of_process_noise > 20.0; }
+  [[nodiscard]] bool has_unexplained() const { return gain_of_process_noise > beyond_doubt; }
+  static constexpr double beyond_doubt = 20.0;
 };
 
 /// Of the training rows of a range: `data` has its candidates. It speaks for one equation for a body whose relative
@@ -44,5 +45,10 @@ struct Likelihood {
 /// reached the channels' own noise.
 [[nodiscard]] Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeData& data,
                                        const std::vector<Columns>& recordings, int num_threads);
+
+/// By how much -2 log likelihood of these further rows falls where the equation, its coefficients as they were found,
+/// need not hold exactly; NaN: it cannot be told. Where they begin is not known beforehand, as in a free run it is.
+[[nodiscard]] double unexplained_in(const Likelihood& likelihood, const Range& range, const std::vector<Row>& rows,
+                                    const RangeData& data, const std::vector<Columns>& recordings, int num_threads);
 
 }  // namespace ident

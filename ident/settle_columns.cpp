@@ -270,7 +270,11 @@ RangeData settled_data(const Range& range, RangeResult& result, std::vector<Colu
   data.evidence = evidence_data(data, result, recordings, library, options);
   data.factors.evidence = data.evidence.data;
   data.factors.size = data.evidence.size;
-  if (!data.evidence.differing.empty()) {
+  result.likelihood = likelihood_of(range, result.rows, data, recordings, options.num_threads);
+  // Noise on a derivative makes coefficients seem to differ. Where one equation explains all samples, they do not.
+  const bool is_common = result.likelihood.speaks() && !result.likelihood.has_unexplained();
+  if (!data.evidence.differing.empty() && !is_common) {
+    result.likelihood = {.silent_because = "coefficients differ between the recordings"};
     result.dropped = dropped;
     data = data_by_record(std::move(data), result, recordings, options);
   }

@@ -79,7 +79,7 @@ class Fitter {
   static constexpr double of_rest = 1e-4;
   /// Process noise as a fraction of a state's scale: next to nothing, and still no loss of digits; and that of a
   /// stage whose basin is the right one whatever the model lacks.
-  static constexpr int most_linearised = 500;  ///< a search that comes to rest takes 70 to 250
+  static constexpr int most_linearised = 250;  ///< a search that comes to rest takes 40 to 200
   static constexpr double hardest = 2e-6, soft_scale = 6e-3;
 
  private:

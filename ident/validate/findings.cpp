@@ -236,6 +236,9 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
   } else if (!run.applies) {
     found.by_run = by_power(found.unexplained);
   }
+  // What follows the test samples from a state that is found with them misses by the noise of where it starts.
+  if (found.by_run == Verdict::does_not && fit.unexplained_in_test <= Likelihood::beyond_doubt)
+    found.by_run = Verdict::in_part;
   found.biased = biased_term(fit);
   found.doubtful = doubtful_terms(range, fit);
   return found;
