@@ -138,7 +138,8 @@ void ExactSwitches::sharpen(const Crossings::Bound& bound, const std::vector<dou
 }
 
 VectorXd ExactSwitches::acting(VectorXd samples) const {
-  return acting_.size() == 0 ? samples : VectorXd(samples.cwiseProduct(acting_));
+  if (acting_.size() > 0) samples.array() *= acting_.array();
+  return samples;
 }
 
 VectorXd ExactSwitches::samples(const Expression& term) const {

@@ -154,7 +154,9 @@ CandidateLibrary record_library(const LibraryOptions& options, const std::string
 
 std::string coefficient_unit(const std::string& target_unit, const std::string& term_unit) {
   if (target_unit.empty() || term_unit.empty()) return {};
-  return (Dimension::of_unit(target_unit) / Dimension::of_unit(term_unit)).unit();
+  const auto target = Dimension::of_unit(target_unit), term = Dimension::of_unit(term_unit);
+  const auto quotient = target && term ? target->times(*term, -1.0) : std::nullopt;
+  return quotient ? quotient->unit() : std::string();
 }
 
 Eigen::VectorXd degrees(const CandidateLibrary& library, const std::vector<Eigen::Index>& terms) {

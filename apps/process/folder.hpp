@@ -46,7 +46,8 @@ class Folder {
   [[nodiscard]] Descriptor open_file(const std::filesystem::path& relative, int flags) const;  ///< none: errno
   [[nodiscard]] int descriptor() const { return descriptor_ ? descriptor_->number : -1; }
   [[nodiscard]] std::filesystem::path path() const { return descriptor_->path(); }
-  [[nodiscard]] const std::filesystem::path& shown() const { return shown_; }
+  [[nodiscard]] const std::filesystem::path& shown() const& { return shown_; }
+  void shown() const&& = delete;
 
   [[nodiscard]] std::optional<FolderEntry> entry(const std::string& name) const;
   [[nodiscard]] std::vector<std::string> names() const;  ///< sorted

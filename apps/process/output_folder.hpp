@@ -34,7 +34,8 @@ class OutputFolder {
   [[nodiscard]] OutputFile file(std::string_view name) const;  ///< with the folders it is to be in
   void write(std::string_view name, std::string_view bytes) const;
   void make_folder(std::string_view name) const;
-  [[nodiscard]] const Folder& folder() const { return folder_; }  ///< until the commit
+  [[nodiscard]] const Folder& folder() const& { return folder_; }  ///< until the commit
+  void folder() const&& = delete;
   /// Lists all files in the manifest, ends it and puts the folder in its place.
   void commit(Manifest manifest);
   [[nodiscard]] const std::filesystem::path& destination() const& { return destination_; }

@@ -29,9 +29,11 @@ class StagingFolder {
   StagingFolder(const StagingFolder&) = delete;
   StagingFolder& operator=(const StagingFolder&) = delete;
   /// The folder of the destination, and of all that is placed.
-  [[nodiscard]] const Folder& parent() const { return parent_; }
+  [[nodiscard]] const Folder& parent() const& { return parent_; }
+  void parent() const&& = delete;
   /// Where what is to appear there is written under the name it is to have.
-  [[nodiscard]] const Folder& fresh() const { return new_; }
+  [[nodiscard]] const Folder& fresh() const& { return new_; }
+  void fresh() const&& = delete;
   /// Throws if place() would refuse what has this name now.
   void require_free(const std::string& name) const { require_free(parent_, name); }
   /// Puts what was written under these names there, all or none of it; on return it is on the disk. What is replaced is

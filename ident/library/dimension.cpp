@@ -8,7 +8,7 @@
 
 namespace ident {
 
-Dimension Dimension::of_unit(std::string_view unit) {
+std::optional<Dimension> Dimension::of_unit(std::string_view unit) {
   Dimension dimension;
   int sign = 1;
   bool in_brackets = false;
@@ -22,7 +22,11 @@ Dimension Dimension::of_unit(std::string_view unit) {
       int power = 1;
       if (end < unit.size() && unit[end] == '^')
         end = std::from_chars(unit.data() + end + 1, unit.data() + unit.size(), power).ptr - unit.data();
-      if (!base.powers_.contains("rad")) dimension = dimension * *base.to_power(sign * power);
+      if (!base.powers_.contains("rad")) {
+        const auto product = dimension.times(base, static_cast<double>(sign) * power);
+        if (!product) return std::nullopt;
+        dimension = *product;
+      }
       if (!in_brackets) sign = 1;
       i = end;
       continue;
@@ -47,25 +51,17 @@ std::string Dimension::unit() const {
   return (above.empty() ? "1" : above) + "/" + (num_below > 1 ? "(" + below + ")" : below);
 }
 
-std::optional<Dimension> Dimension::to_power(double exponent) const {
+std::optional<Dimension> Dimension::times(const Dimension& other, double exponent) const {
   constexpr double largest = 1000.0;  // of powers that a unit is printed with
-  Dimension result;
-  for (const auto& [base, power] : powers_) {
-    const double raised = power * exponent;
-    if (raised != std::floor(raised) || std::abs(raised) > largest) return std::nullopt;
-    if (raised != 0.0) result.powers_[base] = static_cast<int>(raised);
+  Dimension product = *this;
+  for (const auto& [base, power] : other.powers_) {
+    const auto own = product.powers_.find(base);
+    const double raised = power * exponent, sum = raised + (own == product.powers_.end() ? 0 : own->second);
+    if (raised != std::floor(raised) || !(std::abs(sum) <= largest)) return std::nullopt;
+    product.powers_[base] = static_cast<int>(sum);
   }
-  return result;
-}
-
-Dimension operator*(Dimension a, const Dimension& b) {
-  for (const auto& [base, power] : b.powers_)
-    if ((a.powers_[base] += power) == 0) a.powers_.erase(base);
-  return a;
-}
-
-Dimension operator/(const Dimension& a, const Dimension& b) {
-  return a * *b.to_power(-1.0);
+  std::erase_if(product.powers_, [](const auto& one) { return one.second == 0; });
+  return product;
 }
 
 namespace {
@@ -87,7 +83,7 @@ std::optional<Dimension> dimension_of_call(const Node& node, const OfSignal& of_
   if (node.function == Function::sgn) return Dimension();
   const auto argument = dimension_of(*node.left, of_signal);
   if (!argument || node.function == Function::abs) return argument;
-  if (node.function == Function::sqrt) return argument->to_power(0.5);
+  if (node.function == Function::sqrt) return Dimension().times(*argument, 0.5);
   return argument->is_pure() ? argument : std::nullopt;
 }
 
@@ -100,14 +96,14 @@ std::optional<Dimension> dimension_of(const Node& node, const OfSignal& of_signa
   const auto left = dimension_of(*node.left, of_signal);
   if (!left || node.operation == Operation::negate) return left;
   const auto exponent = node.operation == Operation::power ? plain_number(*node.right) : std::nullopt;
-  if (exponent) return left->to_power(*exponent);
+  if (exponent) return Dimension().times(*left, *exponent);
   const auto right = dimension_of(*node.right, of_signal);
   if (!right) return std::nullopt;
   switch (node.operation) {
     case Operation::multiply:
-      return *left * *right;
+      return left->times(*right);
     case Operation::divide:
-      return *left / *right;
+      return left->times(*right, -1.0);
     case Operation::power:
       return left->is_pure() && right->is_pure() ? left : std::nullopt;
     default:

@@ -12,14 +12,13 @@ namespace ident {
 /// Powers of base units: m/s^2 is {m: 1, s: -2}. A pure number has none.
 class Dimension {
  public:
-  /// "m/s^2", "1/(m*s)", "N": products and quotients of names with whole powers; rad is a pure number.
-  static Dimension of_unit(std::string_view unit);
+  /// "m/s^2", "1/(m*s)", "N": products and quotients of names with whole powers; rad is a pure number. None as for
+  /// times.
+  static std::optional<Dimension> of_unit(std::string_view unit);
   [[nodiscard]] std::string unit() const;
   [[nodiscard]] bool is_pure() const { return powers_.empty(); }
-  /// None where a power would not be whole.
-  [[nodiscard]] std::optional<Dimension> to_power(double exponent) const;
-  friend Dimension operator*(Dimension a, const Dimension& b);
-  friend Dimension operator/(const Dimension& a, const Dimension& b);
+  /// This times other^exponent. None where a power would not be whole, or beyond those that units are printed with.
+  [[nodiscard]] std::optional<Dimension> times(const Dimension& other, double exponent = 1.0) const;
   bool operator==(const Dimension&) const = default;
 
  private:

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "ident/library.hpp"
 #include "ident/library/expression.hpp"
 #include "support/motion.hpp"
 #include "support/random_tree.hpp"
@@ -174,6 +175,16 @@ TEST_CASE("units follow through the tree, or nothing is claimed", "[ident][expre
   CHECK(unit("x^-2") == "1/m^2");
   CHECK(unit("2^(x/x)") == "1");
   for (const char* text : {"x+v", "x-0.1", "sin(x)", "2^x", "x^v", "exp(v)", "w*x"}) CHECK(unit(text).empty());
+  CHECK(unit("x^600/x^599") == "m");
+  for (const char* text : {"x^1001", "x^600*x^600", "x/(abs(x)^600*abs(x)^600)", "1/(x^600*v^600)"}) {
+    CAPTURE(text);
+    CHECK(unit(text).empty());  // no power that is worth printing
+  }
+  CHECK(ident::coefficient_unit("m/s^2", "m^600") == "1/(m^599*s^2)");
+  for (const char* far : {"m^-1000", "m^1002", "m^-2147483648", "m^2147483647*m^2147483647", "1/m^-2147483648"}) {
+    CAPTURE(far);
+    CHECK(ident::coefficient_unit("m/s^2", far).empty());
+  }
   motion.signals[1].unit = "";
   CHECK(unit("x").empty());
 }
