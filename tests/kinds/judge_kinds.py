@@ -69,36 +69,24 @@ def about(terms, zero):
     return moved
 
 
-def read_one(record, label, runs):
-    result = {"label": label, "name": record.stem, "verdict": "failed", "cause": None, "held": 0, "known": 0,
-              "exact": False, "sentence": ""}
+def read_one(record, runs):
     outcome = json.loads((runs / record.stem / "outcome.json").read_text())
-    result.update(code=outcome["code"], seconds=outcome["seconds"], said=outcome["said"])
+    label = json.loads(record.with_suffix(".json").read_text())
+    result = {"label": label, "verdict": "failed", "cause": None, "held": 0, "known": 0, "exact": False, **outcome}
     document = runs / record.stem / "equation.json"
     if not document.exists():
         return result
     equations = json.loads(document.read_text())
-    chosen = equations.get("chosen") or {}
-    ranges = [r for r in equations["ranges"] if r["name"] == chosen.get("range")] or equations["ranges"][:1]
-    if not ranges:
-        return result
-    fits = [m for m in ranges[0]["methods"] if m["method"] == chosen.get("method")] or ranges[0]["methods"][:1]
-    result.update(verdict=ranges[0]["verdict"], cause=ranges[0]["cause"])
-    if not fits:
-        return result
-    fit = fits[0]
-    zero = fit["coordinates"][0]["zero"] if fit.get("coordinates") else 0.0
-    true = about(label["terms"], zero or 0.0)
+    chosen = equations["chosen"] or {}
+    part = next((r for r in equations["ranges"] if r["name"] == chosen.get("range")), equations["ranges"][0])
+    fit = next((m for m in part["methods"] if m["method"] == chosen.get("method")), part["methods"][0])
+    true = about(label["terms"], fit["coordinates"][0]["zero"] if fit["coordinates"] else 0.0)
     found = {term["name"]: term for term in fit["terms"]}
-    result["sentence"] = fit["sentence"]
-    result["exact"] = set(found) == set(label["terms"])
-    result["missing"] = sorted(set(label["terms"]) - set(found))
-    result["false"] = sorted(set(found) - set(label["terms"]))
-    for name in set(found) & set(label["terms"]):
-        if found[name]["std"]:
-            result["known"] += 1
-            result["held"] += abs(found[name]["mean"] - true[name]) <= 1.96 * found[name]["std"]
-    return result
+    known = [name for name in label["terms"] if name in found and found[name]["std"]]
+    return {**result, "verdict": part["verdict"], "cause": part["cause"], "sentence": fit["sentence"],
+            "exact": set(found) == set(label["terms"]), "missing": ",".join(sorted(set(label["terms"]) - set(found))),
+            "false": ",".join(sorted(set(found) - set(label["terms"]))), "known": len(known),
+            "held": sum(abs(found[name]["mean"] - true[name]) <= 1.96 * found[name]["std"] for name in known)}
 
 
 def table(title, results, key):
@@ -107,31 +95,25 @@ def table(title, results, key):
           (title, "all", *VERDICTS, "failed", "caused", "exact", "95 % intervals hold"))
     groups = {}
     for result in results:
-        groups.setdefault(key(result), []).append(result)
+        groups.setdefault(str(key(result)), []).append(result)
     for name, members in [*sorted(groups.items()), ("all", results)]:
-        counts = [sum(r["verdict"] == verdict for r in members) for verdict in [*VERDICTS, "failed"]]
         exact = [r for r in members if r["exact"]]
-        held, known = sum(r["held"] for r in exact), sum(r["known"] for r in exact)
-        print("%-22s %4d %10d %8d %9d %10d %7d %7d %7d   %s" %
-              (name, len(members), *counts, sum(r["cause"] is not None for r in members), len(exact),
-               "%d of %d" % (held, known) if members[0]["label"]["right"] else "-"))
+        print("%-22s %4d %10d %8d %9d %10d %7d %7d %7d   %d of %d" %
+              (name, len(members), *(sum(r["verdict"] == verdict for r in members) for verdict in [*VERDICTS, "failed"]),
+               sum(r["cause"] is not None for r in members), len(exact), sum(r["held"] for r in exact),
+               sum(r["known"] for r in exact)))
 
 
-def band(value, edges, unit):
-    return next(("%d below %g%s" % (i, edge, unit) for i, edge in enumerate(edges) if value < edge),
-                "%d above" % len(edges))
+def band(percent, edges):
+    return next(("below %4.1f %%" % edge for edge in edges if percent < edge), "more")
 
 
 def listed(title, results):
     print("\n" + title)
     for r in results:
-        label = r["label"]
-        print("  %-24s left %.3f noise %.4f %s %s %g Hz in %g s at %g Hz; misses %s; has too much %s" %
-              (r["name"], label["share_left"], label["noise"], label["excitation"], label["drive"],
-               label["natural_hz"], label["duration_s"], label["rate_hz"], ",".join(r.get("missing", [])) or "-",
-               ",".join(r.get("false", [])) or "-"))
-        if r["sentence"]:
-            print("      " + r["sentence"])
+        print("  %(record)s: left %(share_left).3f, noise %(noise).4f, %(excitation)s, %(drive)s, %(natural_hz).3g Hz, "
+              "%(duration_s)g s at %(rate_hz)g Hz" % r["label"],
+              "; misses %s; has too much %s\n      %s" % (r["missing"], r["false"], r["sentence"]))
 
 
 def main():
@@ -145,27 +127,22 @@ def main():
     records = [r for r in sorted(options.records.glob("*.csv")) if r.with_suffix(".json").exists()]
     if not options.read:
         with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
-            for _ in pool.map(lambda record: run_one(options.program, record, options.runs), records):
-                pass
-    results = [read_one(record, json.loads(record.with_suffix(".json").read_text()), options.runs)
-               for record in records if (options.runs / record.stem / "outcome.json").exists()]
-    for right in (True, False):
-        some = [r for r in results if r["label"]["right"] == right]
-        if not some:
-            continue
-        word = "right" if right else "wrong"
+            list(pool.map(lambda record: run_one(options.program, record, options.runs), records))
+    results = [read_one(record, options.runs) for record in records
+               if (options.runs / record.stem / "outcome.json").exists()]
+    for word in ("right", "wrong"):
+        some = [r for r in results if r["label"]["right"] == (word == "right")]
         table(word + ", kind", some, lambda r: r["label"]["kind"])
-        table(word + ", excitation", some, lambda r: r["label"]["excitation"] + ", " + r["label"]["drive"])
-        table(word + ", noise", some, lambda r: band(100 * r["label"]["noise"], [0.1, 0.5, 1], " %"))
-        if not right:
-            table("wrong, share left", some, lambda r: band(100 * r["label"]["share_left"], [5, 10, 20], " %"))
-            table("wrong, cause", some, lambda r: str(r["cause"]))
+        table(word + ", drive", some, lambda r: r["label"]["excitation"] + ", " + r["label"]["drive"])
+        table(word + ", noise", some, lambda r: band(100 * r["label"]["noise"], [0.1, 0.5, 1]))
+        table(word + ", share left", some, lambda r: band(100 * r["label"]["share_left"], [5, 10, 20]))
+        table(word + ", cause", some, lambda r: r["cause"])
     listed("wrong and `describes`", [r for r in results if not r["label"]["right"] and r["verdict"] == "describes"])
     listed("right and `does_not`", [r for r in results if r["label"]["right"] and r["verdict"] == "does_not"])
     print("\nfailed")
     for r in results:
         if r["verdict"] == "failed" or r["code"] != 0:
-            print("  %-24s %s %s" % (r["name"], r["code"], r["said"].strip()[-300:]))
+            print("  %s: %s, %s" % (r["label"]["record"], r["code"], r["said"].strip()[-300:]))
     print("\n%d records, %.0f s of runs" % (len(results), sum(r["seconds"] for r in results)))
 
 

@@ -1,7 +1,7 @@
-#include "kinds/law.hpp"
-
 #include <algorithm>
 #include <cmath>
+
+#include "kinds/record.hpp"
 
 namespace kinds {
 namespace {
@@ -10,167 +10,135 @@ double sign_of(double value) {
   return value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0;
 }
 
-/// The pull of a magnet at d - x, less its value at 0.
-double pull_of(double x, double d) {
-  const double left = std::max(d - x, 0.05 * d);
-  return 1.0 / (left * left) - 1.0 / (d * d);
+/// What no candidate holds, as an acceleration. slide: the sign of v, 0 while it sticks.
+double missing(const Law& law, double t, const Eigen::Array4d& y, double hidden, double slide) {
+  if (law.strength == 0.0) return 0.0;
+  const double s = law.strength, shape = law.shape, x = y[0] / law.x_scale, v = y[1] / (law.x_scale * law.omega);
+  const auto scaled = [&] {
+    const std::string& kind = law.kind;
+    if (kind == "one_sided_spring") return -s * std::max(0.0, x - shape);
+    if (kind == "gap") return -s * sign_of(x) * std::max(0.0, std::abs(x) - shape);
+    if (kind == "hard_stop") return -shape * std::max(0.0, x - 1.5 / (1.0 + s));
+    if (kind == "quadratic_damping") return -s * std::abs(v) * v;
+    if (kind == "bouc_wen") return -s * y[2] / law.x_scale;
+    if (kind == "drifting_spring") return -shape * s * x * t / law.duration;
+    if (kind == "drifting_damper") return -0.1 * s * v * t / law.duration;
+    if (kind == "mathieu") return -s * std::cos(shape * law.omega * t) * x;
+    if (kind == "hidden_mass")
+      return -s * shape * (shape * (x - y[2] / law.x_scale) + 0.04 * (v - y[3] / (law.x_scale * law.omega)));
+    if (kind == "second_force" || kind == "impacts") return s * hidden;
+    if (kind == "x_abs_x") return -shape * s * std::abs(x) * x;
+    if (kind == "fifth_power") return -s * std::pow(x, 5);
+    if (kind == "tanh_friction") return -s * std::tanh(v / shape);
+    if (kind == "magnet") return s * (1.0 / std::pow(std::max(shape - x, 0.05), 2) - 1.0 / (shape * shape));
+    return 0.0;  // saturated_sensor and late_input are in what is recorded, not in the motion
+  };
+  if (law.kind == "stribeck") return s * law.friction * std::exp(-std::abs(v) / shape) * slide;
+  return law.omega * law.omega * law.x_scale * scaled();
 }
 
-/// Slopes of the inner state: Bouc-Wen, or a mass that hangs on the payload.
-void inner_slopes(const Law& law, const State& y, const Drive& drive, State& slope) {
-  if (law.kind == "bouc_wen") {
-    const double most = law.shape * law.x_scale;
-    slope[2] = y[1] - 0.5 * (std::abs(y[1]) * y[2] + y[1] * std::abs(y[2])) / most;
-  } else if (law.kind == "hidden_mass") {
-    const double omega = law.shape * law.omega;
-    slope[2] = y[3];
-    slope[3] = omega * omega * (y[0] - y[2]) + 0.04 * omega * (y[1] - y[3]);
-    if (law.input_gain == -1.0) slope[3] -= drive.input;  // both masses ride on the base
-  }
-}
-
-double smooth_acceleration(const Law& law, double t, const State& y, const Drive& drive, double slide) {
-  const auto values = polynomial_values(y[0], y[1]);
-  double sum = law.input_gain * drive.input + missing_acceleration(law, t, y, drive, slide);
-  for (std::size_t i = 0; i < values.size(); ++i) sum += law.polynomial[i] * values[i];
-  return sum;
-}
-
-Drive between(const Drive* three, double part) {
-  const double first = (1.0 - part) * (1.0 - 2.0 * part), middle = 4.0 * part * (1.0 - part),
-               last = part * (2.0 * part - 1.0);
-  return {first * three[0].input + middle * three[1].input + last * three[2].input,
-          first * three[0].hidden + middle * three[1].hidden + last * three[2].hidden};
-}
-
-/// One step of the drive's table, which friction may cut into pieces.
-class Step {
+/// Steps of the motion, which friction may cut into pieces.
+class Stepper {
  public:
-  Step(const Law& law, const Drive* three, double t, double h) : law_(law), three_(three), t_(t), h_(h) {}
+  Stepper(const Law& law, const Drive& drive, double h) : law_(law), drive_(drive), h_(h) {}
 
-  /// From `part` of the step, over `length` of it, sliding with the sign `slide`.
-  [[nodiscard]] State slid(const State& y, double part, double length, double slide) const {
-    const double h = length * h_;
-    const State k1 = slopes(y, part, slide), k2 = slopes(moved(y, k1, h / 2), part + length / 2, slide),
-                k3 = slopes(moved(y, k2, h / 2), part + length / 2, slide),
-                k4 = slopes(moved(y, k3, h), part + length, slide);
-    State out = y;
-    for (std::size_t i = 0; i < y.size(); ++i) out[i] += h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
-    return out;
+  /// At `part` of the step that begins at the value `at` of the drive.
+  [[nodiscard]] double acceleration(const Eigen::Array4d& y, Eigen::Index at, double part, double slide) const {
+    const double x = y[0], v = y[1], t = h_ * (0.5 * static_cast<double>(at) + part);
+    const auto& p = law_.polynomial;
+    return p[0] + x * (p[1] + x * (p[3] + x * p[6] + v * p[7]) + v * (p[4] + v * p[8])) +
+           v * (p[2] + v * (p[5] + v * p[9])) + law_.input_gain * between(drive_.input, at, part) +
+           law_.friction * slide + missing(law_, t, y, between(drive_.hidden, at, part), slide);
   }
 
   /// The sign with which a payload at rest begins to slide, 0 where friction holds it.
-  [[nodiscard]] double start(const State& y, double part) const {
-    const double force = smooth_acceleration(law_, t_ + part * h_, y, between(three_, part), 0.0);
-    return std::abs(force) <= law_.static_friction() ? 0.0 : sign_of(force);
+  [[nodiscard]] double start(const Eigen::Array4d& y, Eigen::Index at, double part) const {
+    const double force = acceleration(y, at, part, 0.0), most = law_.kind == "stribeck" ? 1.0 + law_.strength : 1.0;
+    return std::abs(force) <= -law_.friction * most ? 0.0 : sign_of(force);
   }
 
-  void advance(State& y, double& slide) const {
+  [[nodiscard]] Eigen::Array4d slid(const Eigen::Array4d& y, Eigen::Index at, double part, double length,
+                                    double slide) const {
+    const double h = length * h_;
+    const Eigen::Array4d k1 = slope(y, at, part, slide), k2 = slope(y + h / 2 * k1, at, part + length / 2, slide),
+                         k3 = slope(y + h / 2 * k2, at, part + length / 2, slide),
+                         k4 = slope(y + h * k3, at, part + length, slide);
+    return y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+  }
+
+  void advance(Eigen::Array4d& y, Eigen::Index at, double& slide) const {
+    if (law_.friction == 0.0) {
+      y = slid(y, at, 0.0, 1.0, 0.0);
+      return;
+    }
     double part = 0.0;
     for (int piece = 0; piece < 8 && part < 1.0; ++piece) {
-      if (slide == 0.0) slide = start(y, part);
+      if (slide == 0.0) slide = start(y, at, part);
       if (slide == 0.0) return;
-      const State end = slid(y, part, 1.0 - part, slide);
+      double before = 0.0, after = 1.0 - part;
+      const Eigen::Array4d end = slid(y, at, part, after, slide);
       if (end[1] * slide >= 0.0) {
         y = end;
         return;
       }
-      double before = 0.0, after = 1.0 - part;  // v changes its sign between them
-      for (int halving = 0; halving < 40; ++halving) {
+      for (int halving = 0; halving < 40; ++halving) {  // v changes its sign between them
         const double middle = 0.5 * (before + after);
-        (slid(y, part, middle, slide)[1] * slide >= 0.0 ? before : after) = middle;
+        (slid(y, at, part, middle, slide)[1] * slide >= 0.0 ? before : after) = middle;
       }
-      y = slid(y, part, after, slide);
-      y[1] = 0.0;
+      y = slid(y, at, part, after, slide);
+      y[1] = slide = 0.0;
       part += after;
-      slide = 0.0;
     }
   }
 
  private:
-  [[nodiscard]] State slopes(const State& y, double part, double slide) const {
-    const Drive drive = between(three_, part);
-    State slope{y[1], smooth_acceleration(law_, t_ + part * h_, y, drive, slide) + law_.friction * slide, 0.0, 0.0};
-    inner_slopes(law_, y, drive, slope);
-    return slope;
+  static double between(const Eigen::ArrayXd& values, Eigen::Index at, double part) {
+    if (values.size() == 0) return 0.0;
+    return (1.0 - part) * (1.0 - 2.0 * part) * values[at] + 4.0 * part * (1.0 - part) * values[at + 1] +
+           part * (2.0 * part - 1.0) * values[at + 2];
   }
-  static State moved(State y, const State& slope, double h) {
-    for (std::size_t i = 0; i < y.size(); ++i) y[i] += h * slope[i];
-    return y;
+  [[nodiscard]] Eigen::Array4d slope(const Eigen::Array4d& y, Eigen::Index at, double part, double slide) const {
+    Eigen::Array4d slope(y[1], acceleration(y, at, part, slide), 0.0, 0.0);
+    if (law_.kind == "bouc_wen") {
+      const double most = law_.shape * law_.x_scale;
+      slope[2] = y[1] - 0.5 * (std::abs(y[1]) * y[2] + y[1] * std::abs(y[2])) / most;
+    } else if (law_.kind == "hidden_mass") {
+      const double omega = law_.shape * law_.omega;
+      slope[2] = y[3];
+      slope[3] = omega * omega * (y[0] - y[2]) + 0.04 * omega * (y[1] - y[3]);
+      if (law_.input_gain == -1.0) slope[3] -= between(drive_.input, at, part);  // both masses ride on the base
+    }
+    return slope;
   }
 
   const Law& law_;
-  const Drive* three_;
-  double t_, h_;
+  const Drive& drive_;
+  double h_;
 };
 
 }  // namespace
 
-double Law::static_friction() const {
-  return -friction * (kind == "stribeck" ? 1.0 + strength : 1.0);
-}
-
-std::array<double, 10> polynomial_values(double x, double v) {
-  return {1.0, x, v, x * x, x * v, v * v, x * x * x, x * x * v, x * v * v, v * v * v};
-}
-
-double missing_acceleration(const Law& law, double t, const State& y, const Drive& drive, double slide) {
-  if (law.strength == 0.0) return 0.0;
-  const double s = law.strength, unit = law.omega * law.omega * law.x_scale, x = y[0] / law.x_scale,
-               v = y[1] / (law.x_scale * law.omega);
-  const std::string& kind = law.kind;
-  if (kind == "one_sided_spring") return -s * unit * std::max(0.0, x - law.shape);
-  if (kind == "gap") return -s * unit * sign_of(x) * std::max(0.0, std::abs(x) - law.shape);
-  if (kind == "hard_stop") return -law.shape * unit * std::max(0.0, x - 1.5 / (1.0 + s));
-  if (kind == "quadratic_damping") return -s * unit * std::abs(v) * v;
-  if (kind == "stribeck") return s * law.friction * std::exp(-std::abs(v) / law.shape) * slide;
-  if (kind == "bouc_wen") return -s * law.omega * law.omega * y[2];
-  if (kind == "drifting_spring") return -law.shape * s * unit * x * t / law.duration;
-  if (kind == "drifting_damper") return -s * 0.1 * unit * v * t / law.duration;
-  if (kind == "mathieu") return -s * unit * std::cos(law.shape * law.omega * t) * x;
-  if (kind == "hidden_mass") {
-    const double omega = law.shape * law.omega;
-    return -s * (omega * omega * (y[0] - y[2]) + 0.04 * omega * (y[1] - y[3]));
-  }
-  if (kind == "second_force" || kind == "impacts") return s * drive.hidden;
-  if (kind == "x_abs_x") return -law.shape * s * unit * std::abs(x) * x;
-  if (kind == "fifth_power") return -s * unit * x * x * x * x * x;
-  if (kind == "tanh_friction") return -s * unit * std::tanh(v / law.shape);
-  if (kind == "magnet") return s * unit * pull_of(x, law.shape);
-  return 0.0;  // saturated_sensor and late_input are in what is recorded, not in the motion
-}
-
-Motion integrate(const Law& law, State state, const std::vector<Drive>& drive, double sample_s, int steps) {
-  Motion motion;
-  const std::size_t stride = 2 * static_cast<std::size_t>(steps), samples = (drive.size() - 1) / stride + 1;
-  const double h = sample_s / steps;
-  const bool rubs = law.friction != 0.0;
+Signals integrate(const Law& law, Eigen::Array4d state, const Drive& drive, double sample_s, int steps, double most) {
+  const Eigen::Index samples = static_cast<Eigen::Index>(law.duration / sample_s) + 1;
+  Signals out;
+  for (Eigen::ArrayXd* series : {&out.x, &out.v, &out.a, &out.missing}) series->resize(samples);
+  const Stepper stepper(law, drive, sample_s / steps);
   double slide = sign_of(state[1]);
-  for (std::size_t k = 0; k < samples; ++k) {
-    const Drive* now = &drive[k * stride];  // the last sample has none behind it, and start() looks at the first alone
-    const double t = static_cast<double>(k) * sample_s;
-    if (rubs && slide == 0.0) slide = Step(law, now, t, h).start(state, 0.0);
-    const double sense = rubs ? slide : sign_of(state[1]);
-    const double missing = missing_acceleration(law, t, state, *now, sense);
-    const bool stuck = rubs && slide == 0.0;
-    motion.x.push_back(state[0]);
-    motion.v.push_back(state[1]);
-    motion.missing.push_back(missing);
-    motion.a.push_back(stuck ? 0.0 : smooth_acceleration(law, t, state, *now, sense) + law.friction * sense);
-    motion.stuck_share += stuck ? 1.0 / static_cast<double>(samples) : 0.0;
-    if (!(std::abs(state[0]) < 20.0 * law.x_scale)) {
-      motion.finite = false;
-      return motion;
-    }
-    for (int i = 0; i < steps && k + 1 < samples; ++i) {
-      const Step step(law, now + 2 * i, t + i * h, h);
-      if (rubs)
-        step.advance(state, slide);
-      else
-        state = step.slid(state, 0.0, 1.0, sign_of(state[1]));
-    }
+  for (Eigen::Index k = 0; k < samples; ++k) {
+    const Eigen::Index at = 2 * steps * k;
+    if (law.friction == 0.0) slide = sign_of(state[1]);
+    if (slide == 0.0) slide = stepper.start(state, at, 0.0);
+    const bool stuck = law.friction != 0.0 && slide == 0.0;
+    out.x[k] = state[0];
+    out.v[k] = state[1];
+    out.a[k] = stuck ? 0.0 : stepper.acceleration(state, at, 0.0, slide);
+    out.missing[k] =
+        missing(law, static_cast<double>(k) * sample_s, state, drive.hidden.size() ? drive.hidden[at] : 0.0, slide);
+    out.stuck_share += stuck ? 1.0 / static_cast<double>(samples) : 0.0;
+    if (!(std::abs(state[0]) < most * law.x_scale)) return {};
+    for (int i = 0; i < steps; ++i) stepper.advance(state, at + 2 * i, slide);
   }
-  return motion;
+  return out;
 }
 
 }  // namespace kinds

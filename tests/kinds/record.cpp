@@ -1,210 +1,269 @@
 #include "kinds/record.hpp"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <optional>
 #include <stdexcept>
 
-#include "kinds/drive.hpp"
-#include "kinds/random_stream.hpp"
-
 namespace kinds {
 namespace {
 
+using Eigen::ArrayXd;
+using Eigen::Index;
 constexpr double TURN = 2.0 * std::numbers::pi;
 
-double rms(const double* values, std::size_t count) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < count; ++i) sum += values[i] * values[i];
-  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(count, 1)));
-}
-double rms(const std::vector<double>& values) {
-  return rms(values.data(), values.size());
-}
+/// The same with every standard library (splitmix64: Steele, Lea, Flood, OOPSLA 2014).
+class Random {
+ public:
+  Random(std::uint64_t seed, std::uint64_t index, std::uint64_t attempt) : state_(seed) {
+    state_ = next() ^ index;
+    state_ = next() ^ attempt;
+  }
+  double in(double from, double to) { return from + (to - from) * static_cast<double>(next() >> 11) * 0x1p-53; }
+  double log_in(double from, double to) { return std::exp(in(std::log(from), std::log(to))); }
+  bool happens(double probability) { return in(0.0, 1.0) < probability; }
+  double sign() { return happens(0.5) ? -1.0 : 1.0; }
+  double rayleigh() { return std::sqrt(-2.0 * std::log(1.0 - in(0.0, 1.0))); }
+  double normal() { return rayleigh() * std::cos(in(0.0, TURN)); }
+  template <class List>
+  auto pick(const List& list) {
+    return list[static_cast<std::size_t>(in(0.0, static_cast<double>(list.size())))];
+  }
 
-/// A record in the making: what acts on it, on the grid of half steps, which begins `margin` before the record.
-struct Plan {
-  Record record;
-  State start{};
-  std::vector<Drive> drive;
-  std::vector<double> early, base;
-  int steps = 2;
-  [[nodiscard]] std::size_t stride() const { return 2 * static_cast<std::size_t>(steps); }
-  [[nodiscard]] double half_step() const { return 0.5 / (record.rate_hz * steps); }
+ private:
+  std::uint64_t next() {
+    std::uint64_t mixed = state_ += 0x9e3779b97f4a7c15U;
+    mixed = (mixed ^ (mixed >> 30)) * 0xbf58476d1ce4e5b9U;
+    mixed = (mixed ^ (mixed >> 27)) * 0x94d049bb133111ebU;
+    return mixed ^ (mixed >> 31);
+  }
+  std::uint64_t state_;
 };
 
-bool is(const Law& law, std::initializer_list<const char*> kinds) {
-  return std::any_of(kinds.begin(), kinds.end(), [&](const char* kind) { return law.kind == kind; });
+double rms(const ArrayXd& values) {
+  return std::sqrt(values.square().mean());
 }
 
-void draw_scales(Plan& plan, RandomStream& random) {
+/// A signal of rms about 1 at `count` moments, with frequencies between low and high; of lines also what it is twice
+/// integrated.
+struct Signal {
+  ArrayXd value, twice_integrated;
+};
+
+Signal lines(Random& random, int number, double low, double high, double step_s, Index count) {
+  Signal signal{ArrayXd::Zero(count), ArrayXd::Zero(count)};
+  for (int n = 0; n < number; ++n) {
+    const double omega = TURN * (low + (high - low) * (n + random.in(0.0, 1.0)) / number);
+    const std::complex<double> turn = std::polar(1.0, omega * step_s);
+    std::complex<double> line = std::polar(random.rayleigh() / std::sqrt(number), random.in(0.0, TURN));
+    for (Index i = 0; i < count; ++i, line *= turn) {
+      signal.value[i] += line.real();
+      signal.twice_integrated[i] -= line.real() / (omega * omega);
+    }
+  }
+  return signal;
+}
+
+Signal sine(Random& random, bool stepped, double low, double high, double step_s, Index count) {
+  Signal signal{ArrayXd(count), {}};
+  const bool down = random.happens(0.3);
+  const double from = down ? high : low, to = down ? low : high;
+  const auto stage = count / static_cast<Index>(random.in(5.0, 11.0)) + 1;
+  double phase = random.in(0.0, TURN), amplitude = 0.0, wanted = 1.0, hz = from;
+  for (Index i = 0; i < count; ++i) {
+    if (!stepped) hz = from * std::pow(to / from, static_cast<double>(i) / static_cast<double>(count));
+    if (stepped && i % stage == 0) {
+      hz = random.log_in(low, high);
+      wanted = random.log_in(0.5, 2.0);
+    }
+    amplitude += (wanted - amplitude) * std::min(1.0, hz * step_s);  // over a period
+    signal.value[i] = amplitude * std::sqrt(2.0) * std::sin(phase);
+    phase += TURN * step_s * hz;
+  }
+  return signal;
+}
+
+Signal draw_signal(const std::string& kind, Random& random, double hz, double step_s, Index count) {
+  const double low = hz * random.in(0.2, 0.6), high = hz * random.in(1.4, 3.0);
+  if (kind == "noise") return lines(random, 150, low, high, step_s, count);
+  if (kind == "multisine") return lines(random, static_cast<int>(random.in(3.0, 9.0)), low, high, step_s, count);
+  return sine(random, kind == "steps", low, high, step_s, count);
+}
+
+/// Half-sine pushes at random moments.
+ArrayXd pushes(Random& random, double mean_s, double step_s, Index count) {
+  ArrayXd out = ArrayXd::Zero(count);
+  double at = mean_s * random.in(0.0, 1.0);
+  for (; at < static_cast<double>(count) * step_s; at -= mean_s * std::log(1.0 - random.in(0.0, 1.0))) {
+    const double size = random.normal();
+    const auto first = static_cast<Index>(at / step_s);
+    const auto width = static_cast<Index>(mean_s * random.log_in(0.013, 0.2) / step_s) + 2;
+    for (Index i = 0; i < std::min(width, count - first); ++i)
+      out[first + i] += size * std::sin(TURN / 2 * static_cast<double>(i) / static_cast<double>(width));
+  }
+  return out;
+}
+
+/// A record in the making. What acts begins `margin` half steps before the record.
+struct Plan {
+  Record record;
+  Eigen::Array4d start = Eigen::Array4d::Zero();
+  Drive drive;
+  Signal early;
+  Index margin = 0;
+  int steps = 2;
+  [[nodiscard]] double half_step() const { return 0.5 / (record.rate_hz * steps); }
+  [[nodiscard]] bool is(std::initializer_list<const char*> some) const {
+    return std::find(some.begin(), some.end(), record.law.kind) != some.end();
+  }
+};
+
+void draw_scales(Plan& plan, Random& random) {
   Record& record = plan.record;
   Law& law = record.law;
-  const bool driven = is(law, {"late_input", "second_force"});
-  const bool decay = !driven && random.uniform() < 0.25;
-  record.natural_hz = random.log_uniform(0.5, decay ? 6.0 : 20.0);
+  const bool decay = !plan.is({"late_input", "second_force"}) && random.happens(0.25);
+  record.natural_hz = random.log_in(0.5, decay ? 6.0 : 20.0);
   law.omega = TURN * record.natural_hz;
-  law.duration = std::round(std::max(random.log_uniform(20.0, 120.0), 15.0 / record.natural_hz));
+  law.duration = std::round(std::max(random.log_in(20.0, 120.0), 15.0 / record.natural_hz));
   do record.rate_hz = random.pick(std::array{50.0, 100.0, 125.0, 200.0, 250.0, 256.0, 400.0, 500.0});
   while (record.rate_hz < 12.0 * record.natural_hz);
-  law.x_scale = std::clamp(random.log_uniform(0.3, 30.0) / (law.omega * law.omega), 1e-4, 0.2);
-  record.noise = random.uniform() < 0.15 ? 0.0 : random.log_uniform(5e-4, 0.02);
-  record.mass_kg = random.log_uniform(0.2, 50.0);
-  record.excitation = decay ? "none" : random.uniform() < 0.55 ? "force" : "base";
+  law.x_scale = std::clamp(random.log_in(0.3, 30.0) / (law.omega * law.omega), 1e-4, 0.2);
+  record.noise = random.happens(0.15) ? 0.0 : random.log_in(5e-4, 0.02);
+  record.excitation = decay ? "none" : random.happens(0.55) ? "force" : "base";
   record.drive = decay ? "decay" : random.pick(std::array{"noise", "multisine", "sweep", "steps"});
-  law.input_gain = decay ? 0.0 : record.excitation == "force" ? 1.0 / record.mass_kg : -1.0;
-  const double stiffest = law.kind == "hard_stop" ? 12.0 : 3.0;
-  plan.steps = std::max(2, static_cast<int>(std::ceil(stiffest * law.omega / record.rate_hz / 0.12)));
+  law.input_gain = decay ? 0.0 : record.excitation == "force" ? 1.0 / random.log_in(0.2, 50.0) : -1.0;
+  plan.steps = std::max(2, static_cast<int>((plan.is({"hard_stop"}) ? 100.0 : 25.0) * law.omega / record.rate_hz) + 1);
 }
 
-/// The part of the law that candidates hold. In a decay damping is such that motion lasts about as long as the record.
-void draw_polynomial(Law& law, bool decay, RandomStream& random) {
-  const double w = law.omega, x = law.x_scale, turns = w * law.duration / TURN;
-  const double lasting = 1.0 / (w * law.duration);
+/// What candidates hold. In a decay damping is such that the motion lasts about as long as the record.
+void draw_polynomial(Plan& plan, Random& random) {
+  Law& law = plan.record.law;
+  const bool decay = plan.record.excitation == "none";
+  const double w = law.omega, x = law.x_scale, lasting = 1.0 / (w * law.duration), cubic = -w * w / (x * x);
   auto& p = law.polynomial;
   p[1] = -w * w;
-  p[2] = -2.0 * w * (decay ? random.uniform(1.5, 4.0) * lasting : random.log_uniform(0.008, 0.1));
-  if (law.kind == "drifting_damper" && !decay) p[2] = -2.0 * w * random.uniform(0.02, 0.1);
-  if (is(law, {"hardening", "hardening_coulomb"})) p[6] = -w * w / (x * x) * random.log_uniform(0.1, 3.0);
-  if (law.kind == "softening") p[6] = w * w / (x * x) * random.uniform(0.05, 0.18);
-  if (law.kind == "asymmetric") {
-    p[3] = w * w / x * random.sign() * random.uniform(0.15, 0.6);
-    p[6] = -w * w / (x * x) * random.uniform(0.15, 0.6);
+  p[2] = -2.0 * w * (decay ? random.in(1.5, 4.0) * lasting : random.log_in(0.008, 0.1));
+  if (plan.is({"hardening", "hardening_coulomb"})) p[6] = cubic * random.log_in(0.1, 3.0);
+  if (plan.is({"softening"})) p[6] = -cubic * random.in(0.05, 0.18);
+  if (plan.is({"asymmetric"})) {
+    p[3] = w * w / x * random.sign() * random.in(0.15, 0.6);
+    p[6] = cubic * random.in(0.15, 0.6);
   }
-  if (law.kind == "bistable") {
+  if (plan.is({"bistable"})) {
     p[1] = w * w;
-    p[6] = -w * w / (x * x) * random.uniform(0.5, 1.5);
+    p[6] = cubic * random.in(0.5, 1.5);
   }
-  if (is(law, {"coulomb", "hardening_coulomb", "stribeck"}))
-    law.friction = -w * w * x * (decay ? 0.25 / (turns * random.uniform(0.4, 1.0)) : random.log_uniform(0.03, 0.25));
-  if (law.kind == "cubic_damping")
-    p[9] = -(decay ? random.uniform(3.0, 25.0) * lasting : random.log_uniform(0.03, 0.3)) / (w * x * x);
-  if (law.kind == "amplitude_damping")
-    p[7] = -w / (x * x) * (decay ? random.uniform(8.0, 80.0) * lasting : random.log_uniform(0.05, 0.5));
-  if (law.kind == "self_excited") {
-    p[2] = 2.0 * w * random.uniform(0.02, 0.15);
-    p[7] = -4.0 * p[2] / (x * x) * random.uniform(0.7, 1.4);
+  if (plan.is({"coulomb", "hardening_coulomb", "stribeck"}))
+    law.friction = -w * w * x * (decay ? TURN / 4 * lasting / random.in(0.4, 1.0) : random.log_in(0.03, 0.25));
+  if (plan.is({"cubic_damping"}))
+    p[9] = -(decay ? random.in(3.0, 25.0) * lasting : random.log_in(0.03, 0.3)) / (w * x * x);
+  if (plan.is({"amplitude_damping"}))
+    p[7] = -w / (x * x) * (decay ? random.in(8.0, 80.0) * lasting : random.log_in(0.05, 0.5));
+  if (plan.is({"self_excited"})) {
+    p[2] = 2.0 * w * random.in(0.02, 0.15);
+    p[7] = -4.0 * p[2] / (x * x) * random.in(0.7, 1.4);
   }
-  const bool wrong = std::find(RIGHT.begin(), RIGHT.end(), law.kind) == RIGHT.end();
-  if (wrong && random.uniform() < 0.3) p[6] = -w * w / (x * x) * random.uniform(0.1, 0.6);
+  if (!plan.record.right && random.happens(0.3)) p[6] = cubic * random.in(0.1, 0.6);
 }
 
-void draw_shape(Law& law, RandomStream& random) {
-  if (law.kind == "one_sided_spring") law.shape = random.uniform(-0.2, 0.5);
-  if (law.kind == "gap") law.shape = random.uniform(0.1, 0.6);
-  if (law.kind == "hard_stop") law.shape = random.log_uniform(20.0, 150.0);
-  if (law.kind == "stribeck") law.shape = random.uniform(0.05, 0.3);
-  if (is(law, {"bouc_wen", "tanh_friction"})) law.shape = random.uniform(0.1, 0.8);
-  if (is(law, {"drifting_spring", "x_abs_x", "saturated_sensor"})) law.shape = random.sign();
-  if (law.kind == "mathieu") law.shape = random.uniform(0.2, 2.5);
-  if (law.kind == "hidden_mass") law.shape = random.uniform(0.5, 2.5);
-  if (law.kind == "magnet") law.shape = random.uniform(1.3, 2.5);
+void draw_shape(Plan& plan, Random& random) {
+  double& shape = plan.record.law.shape;
+  if (plan.is({"one_sided_spring"})) shape = random.in(-0.2, 0.5);
+  if (plan.is({"gap"})) shape = random.in(0.1, 0.6);
+  if (plan.is({"hard_stop"})) shape = random.log_in(20.0, 150.0);
+  if (plan.is({"stribeck"})) shape = random.in(0.05, 0.3);
+  if (plan.is({"bouc_wen", "tanh_friction"})) shape = random.in(0.1, 0.8);
+  if (plan.is({"drifting_spring", "x_abs_x", "saturated_sensor"})) shape = random.sign();
+  if (plan.is({"mathieu"})) shape = random.in(0.2, 2.5);
+  if (plan.is({"hidden_mass"})) shape = random.in(0.5, 2.5);
+  if (plan.is({"magnet"})) shape = random.in(1.3, 2.5);
 }
 
-/// The input of which a linear oscillator's x would have an rms of `wanted` scales.
-void draw_drive(Plan& plan, RandomStream& random) {
-  Record& record = plan.record;
-  Law& law = record.law;
-  const auto samples = static_cast<std::size_t>(law.duration * record.rate_hz) + 1;
-  const auto margin = static_cast<std::size_t>(0.5 / record.natural_hz / plan.half_step());
-  const std::size_t count = (samples - 1) * plan.stride() + 3;
-  plan.drive.assign(count, {});
-  const double unit = law.omega * law.omega * law.x_scale;
-  if (record.excitation != "none") {
-    const double low = record.natural_hz * random.uniform(0.2, 0.6),
-                 high = record.natural_hz * random.uniform(1.4, 3.0);
-    Signal signal = draw_signal(record.drive, random, low, high, plan.half_step(), count + margin);
-    for (std::size_t i = 0; i < count; ++i) plan.drive[i].input = signal.value[i + margin];
-    Law linear{"linear", {}, 0.0, law.input_gain, 0.0, 0.0, law.x_scale, law.omega, law.duration};
-    linear.polynomial[1] = -law.omega * law.omega;
-    linear.polynomial[2] = -std::max(std::abs(law.polynomial[2]), 0.03 * law.omega);
-    linear.x_scale = 1e300;
-    const double level = random.uniform(0.4, 0.9) * law.x_scale /
-                         rms(integrate(linear, {}, plan.drive, 1.0 / record.rate_hz, plan.steps).x);
-    for (Drive& drive : plan.drive) drive.input *= level;
-    for (double& value : signal.value) value *= level;
-    for (double& value : signal.twice_integrated) value *= level;
-    plan.early = std::move(signal.value);
-    if (record.excitation == "base" && random.uniform() < 0.5) plan.base = std::move(signal.twice_integrated);
-  }
-  std::vector<double> hidden;
-  if (law.kind == "second_force")
-    hidden = draw_signal(random.pick(std::array{"noise", "multisine", "steps"}), random, 0.3 * record.natural_hz,
-                         2.5 * record.natural_hz, plan.half_step(), count)
-                 .value;
-  if (law.kind == "impacts")
-    hidden = draw_pushes(random, random.uniform(5.0, 25.0) / record.natural_hz, plan.half_step(), count);
-  for (std::size_t i = 0; i < hidden.size(); ++i) plan.drive[i].hidden = unit * hidden[i];
-  const double away = law.kind == "self_excited" ? 0.2 : random.uniform(1.0, 1.5);
-  if (record.excitation == "none") plan.start[0] = random.sign() * away * law.x_scale;
-  if (law.kind == "bistable" && record.excitation == "none") plan.start[0] *= random.uniform(1.0, 2.0);
-  if (law.kind == "hidden_mass") plan.start[2] = plan.start[0];
-}
-
-/// level * tanh(value / level), at every value.
-void saturate(std::vector<double>& values, double level) {
-  for (double& value : values) value = level * std::tanh(value / level);
-}
-
-/// u = L tanh(x / L) with its derivatives, which is what a saturated displacement sensor sees move.
-void saturate_motion(Signals& signals, double level) {
-  for (std::size_t i = 0; i < signals.x.size(); ++i) {
-    const double u = std::tanh(signals.x[i] / level), slope = 1.0 - u * u, v = signals.v[i];
-    signals.x[i] = level * u;
-    signals.a[i] = slope * signals.a[i] - 2.0 * u * slope / level * v * v;
-    signals.v[i] = slope * v;
-  }
-}
-
-Signals recorded(Plan& plan) {
+/// The input of which a linear oscillator's x would have an rms of .4 to .9 scales, or a release from rest.
+void draw_drive(Plan& plan, Random& random) {
   Record& record = plan.record;
   const Law& law = record.law;
-  Signals signals{record.motion.x, record.motion.v, record.motion.a, {}, {}};
-  const std::size_t margin = plan.early.empty() ? 0 : plan.early.size() - plan.drive.size();
-  const double lag = law.kind == "late_input" ? law.strength * 0.1 / record.natural_hz / plan.half_step() : 0.0;
-  const std::size_t shift = std::min(margin, static_cast<std::size_t>(lag + 0.5));
-  record.lag_s = static_cast<double>(shift) * plan.half_step();
-  for (std::size_t i = 0; i < signals.x.size() && !plan.early.empty(); ++i) {
-    signals.input.push_back(plan.early[margin + i * plan.stride() - shift]);
-    if (!plan.base.empty()) signals.base.push_back(plan.base[margin + i * plan.stride() - shift]);
+  const Index count = 2 * plan.steps * (static_cast<Index>(law.duration * record.rate_hz) + 1) + 1;
+  const double hz = record.natural_hz, h = plan.half_step();
+  if (record.excitation != "none") {
+    plan.margin = static_cast<Index>(0.5 / hz / h);
+    plan.early = draw_signal(record.drive, random, hz, h, count + plan.margin);
+    plan.drive.input = plan.early.value.tail(count);
+    Law linear{.kind = "linear", .input_gain = law.input_gain, .omega = law.omega, .duration = law.duration};
+    linear.polynomial[1] = -law.omega * law.omega;
+    linear.polynomial[2] = -std::max(std::abs(law.polynomial[2]), 0.03 * law.omega);
+    const double moved = rms(integrate(linear, plan.start, plan.drive, 1.0 / record.rate_hz, plan.steps, 1e300).x);
+    const double level = random.in(0.4, 0.9) * law.x_scale / moved;
+    for (ArrayXd* series : {&plan.drive.input, &plan.early.value, &plan.early.twice_integrated}) *series *= level;
+    if (record.excitation != "base" || random.happens(0.5)) plan.early.twice_integrated.resize(0);
+  } else {
+    plan.start[0] = random.sign() * (plan.is({"self_excited"}) ? 0.2 : random.in(1.0, 2.0)) * law.x_scale;
+    plan.start[2] = plan.is({"hidden_mass"}) ? plan.start[0] : 0.0;
   }
-  if (law.kind == "saturated_sensor") {
-    const bool input = law.shape > 0.0 && record.excitation == "force";
-    const double level = (input ? rms(signals.input) : law.x_scale) / law.strength;
-    input ? saturate(signals.input, level) : saturate_motion(signals, level);
-  }
-  return signals;
+  if (plan.is({"second_force"}))
+    plan.drive.hidden = draw_signal(random.pick(std::array{"noise", "multisine", "steps"}), random, hz, h, count).value;
+  if (plan.is({"impacts"})) plan.drive.hidden = pushes(random, random.in(5.0, 25.0) / hz, h, count);
 }
 
-/// Motion under the law as it stands; false: it runs away, sticks, ends early, or reaches the magnet.
+/// Late inputs, and u = L tanh(s / L) of a saturated sensor; of a displacement with its derivatives.
+void record_signals(Plan& plan) {
+  Record& record = plan.record;
+  Signals& signals = record.signals;
+  const double strength = record.law.strength;
+  const double lag = plan.is({"late_input"}) ? strength * 0.1 / record.natural_hz / plan.half_step() : 0.0;
+  const Index shift = std::min(plan.margin, static_cast<Index>(lag + 0.5));
+  record.lag_s = static_cast<double>(shift) * plan.half_step();
+  const auto sampled = [&](const ArrayXd& series) -> ArrayXd {
+    if (series.size() == 0) return {};
+    return ArrayXd::NullaryExpr(signals.x.size(),
+                                [&](Index i) { return series[plan.margin + 2 * plan.steps * i - shift]; });
+  };
+  signals.input = sampled(plan.early.value);
+  signals.base = sampled(plan.early.twice_integrated);
+  if (!plan.is({"saturated_sensor"})) return;
+  if (record.law.shape > 0.0 && record.excitation == "force") {
+    const double level = rms(signals.input) / strength;
+    signals.input = level * (signals.input / level).tanh();
+  } else {
+    const double level = record.law.x_scale / strength;
+    const ArrayXd u = (signals.x / level).tanh(), slope = 1.0 - u.square();
+    signals.x = level * u;
+    signals.a = slope * signals.a - 2.0 / level * u * slope * signals.v.square();
+    signals.v = slope * signals.v;
+  }
+}
+
+/// Motion under the law as it stands; false: it runs away, reaches the magnet, sticks or ends early.
 bool moves(Plan& plan) {
   Record& record = plan.record;
-  record.motion = integrate(record.law, plan.start, plan.drive, 1.0 / record.rate_hz, plan.steps);
-  if (!record.motion.finite) return false;
-  record.signals = recorded(plan);
-  const std::vector<double>& x = record.motion.x;
-  const std::vector<double>& v = record.motion.v;
-  record.share_term = rms(record.motion.missing) / rms(record.motion.a);
-  record.share_left = left_over_share(library_columns(record.signals), record.signals.a);
-  if (record.law.kind == "magnet" &&
-      *std::max_element(x.begin(), x.end()) > 0.85 * record.law.shape * record.law.x_scale)
-    return false;
-  if (record.excitation != "none") return record.motion.stuck_share < 0.1;
-  return rms(&v[v.size() / 3], v.size() / 3) > 0.04 * rms(v.data(), v.size() / 10);
+  record.signals = integrate(record.law, plan.start, plan.drive, 1.0 / record.rate_hz, plan.steps, 20.0);
+  Signals& signals = record.signals;
+  const Index count = signals.x.size();
+  if (count == 0) return false;
+  record.share_term = rms(signals.missing) / rms(signals.a);
+  const bool met = plan.is({"magnet"}) && signals.x.maxCoeff() > 0.85 * record.law.shape * record.law.x_scale;
+  const bool ended = record.excitation != "none"
+                         ? signals.stuck_share > 0.1
+                         : rms(signals.v.segment(count / 3, count / 3)) < 0.04 * rms(signals.v.head(count / 10));
+  record_signals(plan);
+  const Eigen::MatrixXd columns = library_columns(signals);
+  const Eigen::VectorXd a = signals.a.matrix();
+  record.share_left = (a - columns * columns.colPivHouseholderQr().solve(a)).norm() / a.norm();
+  return !met && !ended;
 }
 
-/// The strength with which the share is within a third of the wanted one.
+/// The strength with which the share that is left is within a third of the wanted one.
 bool tune(Plan& plan, double wanted) {
   Law& law = plan.record.law;
-  const double most = law.kind == "drifting_spring" ? (law.shape < 0.0 ? 0.85 : 3.0)
-                      : law.kind == "mathieu"       ? 1.5
-                                                    : 30.0;
+  const double most = plan.is({"drifting_spring"}) ? (law.shape < 0.0 ? 0.85 : 3.0) : plan.is({"mathieu"}) ? 1.5 : 30.0;
   law.strength = 0.3;
   for (int trial = 0; trial < 8; ++trial) {
-    const double share = moves(plan) ? plan.record.share_left : 2.0 * wanted;
-    if (share == plan.record.share_left && share >= 0.02 && share <= 0.5 && std::abs(std::log(share / wanted)) < 0.3)
-      return true;
+    const bool moved = moves(plan);
+    const double share = moved ? plan.record.share_left : 2.0 * wanted;
+    if (moved && share >= 0.02 && share <= 0.5 && std::abs(std::log(share / wanted)) < 0.3) return true;
     law.strength = std::min(most, law.strength * std::clamp(wanted / share, 0.3, 4.0));
   }
   return false;
@@ -218,108 +277,70 @@ constexpr std::array<Unit, 5> LENGTHS = {{{"m", 1.0}, {"mm", 1e3}, {"um", 1e6}, 
 constexpr std::array<Unit, 3> ACCELERATIONS = {{{"m/s2", 1.0}, {"g", 1.0 / 9.80665}, {"mm/s2", 1e3}}};
 constexpr std::array<Unit, 3> FORCES = {{{"N", 1.0}, {"kN", 1e-3}, {"lbf", 1.0 / 4.4482216152605}}};
 
-/// Columns as a laboratory may write them, each with white noise of `noise` times the rms of its signal.
-void draw_columns(Plan& plan, RandomStream& random) {
+/// Columns as laboratories write them, with white noise of `noise` times the rms of the motion or the input.
+void draw_columns(Plan& plan, Random& random) {
   Record& record = plan.record;
   const Signals& signals = record.signals;
-  const auto style = static_cast<int>(random.uniform(0.0, 3.0));
-  const auto headed = [&](const std::string& name, const std::string& unit) {
-    return style == 0 ? name + "_" + unit : style == 1 ? name + " [" + unit + "]" : name + " (" + unit + ")";
+  const auto style = random.pick(std::array<std::array<const char*, 2>, 3>{{{"_", ""}, {" [", "]"}, {" (", ")"}}});
+  const auto add = [&](const char* name, const Unit& unit, const ArrayXd& values, const ArrayXd& like) {
+    const double deviation = record.noise * rms(like);
+    const bool inch = unit.name == std::string("in");  // x_in may be an input
+    record.columns.push_back({std::string(name) + (inch ? " [" : style[0]) + unit.name + (inch ? "]" : style[1]),
+                              unit.per_si * values.unaryExpr([&](double value) {
+                                return deviation > 0.0 ? value + deviation * random.normal() : value;
+                              })});
   };
-  const auto add = [&](const char* name, const Unit& unit, std::vector<double> values, double reference) {
-    for (double& value : values) value = unit.per_si * (value + record.noise * reference * random.normal());
-    record.columns.push_back({headed(name, unit.name), std::move(values)});
-  };
-  const auto sum = [](std::vector<double> left, const std::vector<double>& right) {
-    for (std::size_t i = 0; i < left.size(); ++i) left[i] += right[i];
-    return left;
-  };
-  const bool ms = random.uniform() < 0.15;
-  std::vector<double> time(signals.x.size());
-  for (std::size_t i = 0; i < time.size(); ++i) time[i] = static_cast<double>(i) / record.rate_hz * (ms ? 1e3 : 1.0);
-  record.columns.push_back({headed(random.pick(std::array{"time", "t"}), ms ? "ms" : "s"), std::move(time)});
+  const Unit second = random.happens(0.15) ? Unit{"ms", 1e3} : Unit{"s", 1.0};
+  const Index count = signals.x.size();
+  add(random.pick(std::array{"time", "t"}), second,
+      ArrayXd::LinSpaced(count, 0.0, static_cast<double>(count - 1) / record.rate_hz), ArrayXd::Zero(1));
   const Unit length = random.pick(LENGTHS), gravity = random.pick(ACCELERATIONS);
-  const double moved = rms(signals.x);
-  const bool accelerometer = random.uniform() < 0.4 && !(record.law.kind == "saturated_sensor");
-  if (!signals.base.empty()) {
-    add("base", length, signals.base, moved);
-    add("payload", length, sum(signals.x, signals.base), moved);
-    return;
+  const bool accelerometer = random.happens(0.4) && !plan.is({"saturated_sensor"});
+  if (signals.base.size() > 0) {
+    add("base", length, signals.base, signals.x);
+    add("payload", length, signals.x + signals.base, signals.x);
+  } else if (record.excitation == "base") {
+    add(random.pick(std::array{"x", "rel_disp"}), length, signals.x, signals.x);
+    add("base_acceleration", gravity, signals.input, signals.input);
+    if (accelerometer) add("payload_acceleration", gravity, signals.a + signals.input, signals.a);
+  } else {
+    add(random.pick(std::array{"x", "displacement", "Weg"}), length, signals.x, signals.x);
+    if (record.excitation == "force")
+      add(random.pick(std::array{"f", "force", "Kraft"}), random.pick(FORCES), signals.input, signals.input);
+    if (accelerometer) add("acceleration", gravity, signals.a, signals.a);
   }
-  if (record.excitation == "base") {
-    add(random.pick(std::array{"x", "rel_disp"}), length, signals.x, moved);
-    add("base_acceleration", gravity, signals.input, rms(signals.input));
-    if (accelerometer) add("payload_acceleration", gravity, sum(signals.a, signals.input), rms(signals.a));
-    return;
-  }
-  add(random.pick(std::array{"x", "displacement", "Weg"}), length, signals.x, moved);
-  if (record.excitation == "force")
-    add(random.pick(std::array{"f", "force", "Kraft"}), random.pick(FORCES), signals.input, rms(signals.input));
-  if (accelerometer) add("acceleration", gravity, signals.a, rms(signals.a));
 }
 
-std::optional<Plan> drawn(std::uint64_t seed, std::uint64_t index, std::uint64_t attempt) {
-  RandomStream random(seed, index, attempt);
+std::optional<Record> drawn(std::uint64_t seed, std::uint64_t index, std::uint64_t attempt) {
+  Random random(seed, index, attempt);
   Plan plan;
-  Law& law = plan.record.law;
-  plan.record.right = index % 2 == 0;
-  law.kind = plan.record.right ? RIGHT[index / 2 % RIGHT.size()] : WRONG[index / 2 % WRONG.size()];
+  Record& record = plan.record;
+  record.right = index % 2 == 0;
+  record.law.kind = record.right ? RIGHT[index / 2 % RIGHT.size()] : WRONG[index / 2 % WRONG.size()];
+  record.name = "k" + std::to_string(1000 + index).substr(1) + "_" + record.law.kind;
   draw_scales(plan, random);
-  draw_polynomial(law, plan.record.excitation == "none", random);
-  draw_shape(law, random);
+  draw_polynomial(plan, random);
+  draw_shape(plan, random);
   draw_drive(plan, random);
-  if (!(plan.record.right ? moves(plan) : tune(plan, random.log_uniform(0.02, 0.5)))) return std::nullopt;
+  if (!(record.right ? moves(plan) : tune(plan, random.log_in(0.02, 0.5)))) return std::nullopt;
   draw_columns(plan, random);
-  return plan;
+  return std::move(record);
 }
 
 }  // namespace
 
-double left_over_share(std::vector<std::vector<double>> columns, std::vector<double> target) {
-  const auto dot = [](const std::vector<double>& a, const std::vector<double>& b) {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
-    return sum;
-  };
-  const auto without = [&](std::vector<double>& a, const std::vector<double>& direction) {
-    const double along = dot(a, direction);
-    for (std::size_t i = 0; i < a.size(); ++i) a[i] -= along * direction[i];
-  };
-  const double whole = rms(target);
-  std::vector<std::vector<double>> directions;
-  for (std::vector<double>& column : columns) {
-    const double before = std::sqrt(dot(column, column));
-    for (int pass = 0; pass < 2; ++pass)
-      for (const auto& direction : directions) without(column, direction);
-    const double length = std::sqrt(dot(column, column));
-    if (!(length > 1e-9 * before)) continue;  // a combination of the others, but for rounding
-    for (double& value : column) value /= length;
-    directions.push_back(column);
-    without(target, column);
-  }
-  return rms(target) / whole;
-}
-
-std::vector<std::vector<double>> library_columns(const Signals& signals) {
-  const std::size_t count = signals.x.size();
-  std::vector<std::vector<double>> columns(11, std::vector<double>(count));
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto values = polynomial_values(signals.x[i], signals.v[i]);
-    for (std::size_t j = 0; j < values.size(); ++j) columns[j][i] = values[j];
-    columns[10][i] = signals.v[i] > 0.0 ? 1.0 : signals.v[i] < 0.0 ? -1.0 : 0.0;
-  }
-  if (!signals.input.empty()) columns.push_back(signals.input);
-  return columns;
+Eigen::MatrixXd library_columns(const Signals& signals) {
+  const ArrayXd &x = signals.x, &v = signals.v;
+  Eigen::ArrayXXd columns(x.size(), signals.input.size() > 0 ? 12 : 11);
+  columns.leftCols(11) << ArrayXd::Ones(x.size()), x, v, x.square(), x * v, v.square(), x.cube(), x.square() * v,
+      x * v.square(), v.cube(), v.sign();
+  if (columns.cols() > 11) columns.col(11) = signals.input;
+  return columns.matrix().colwise().normalized();
 }
 
 Record draw_record(std::uint64_t seed, std::uint64_t index) {
-  for (std::uint64_t attempt = 0; attempt < 400; ++attempt) {
-    if (std::optional<Plan> plan = drawn(seed, index, attempt)) {
-      std::string number = std::to_string(1000 + index).substr(1);
-      plan->record.name = "k" + number + "_" + plan->record.law.kind;
-      return std::move(plan->record);
-    }
-  }
+  for (std::uint64_t attempt = 0; attempt < 400; ++attempt)
+    if (std::optional<Record> record = drawn(seed, index, attempt)) return *std::move(record);
   throw std::runtime_error("no record of this kind in 400 draws");
 }
 
