@@ -236,7 +236,8 @@ void record_signals(Plan& plan) {
   }
 }
 
-/// Motion under the law as it stands; false: it runs away, reaches the magnet, sticks or ends early.
+/// Motion under the law as it stands; false: it runs away, reaches the magnet, sticks, ends early, or shows what is
+/// missing at the ends of the record alone.
 bool moves(Plan& plan) {
   Record& record = plan.record;
   record.signals = integrate(record.law, plan.start, plan.drive, 1.0 / record.rate_hz, plan.steps, 20.0);
@@ -248,11 +249,13 @@ bool moves(Plan& plan) {
   const bool ended = record.excitation != "none"
                          ? signals.stuck_share > 0.1
                          : rms(signals.v.segment(count / 3, count / 3)) < 0.04 * rms(signals.v.head(count / 10));
+  // What acts at the very ends alone is in none of the rows that filters leave.
+  const bool at_ends = rms(signals.missing.segment(count / 10, count - count / 5)) < 0.5 * rms(signals.missing);
   record_signals(plan);
   const Eigen::MatrixXd columns = library_columns(signals);
   const Eigen::VectorXd a = signals.a.matrix();
   record.share_left = (a - columns * columns.colPivHouseholderQr().solve(a)).norm() / a.norm();
-  return !met && !ended;
+  return !met && !ended && !at_ends;
 }
 
 /// The strength with which the share that is left is within a third of the wanted one.
