@@ -76,7 +76,8 @@ std::vector<std::string> term_texts(const LibraryOptions& options) {
 }
 
 /// Relative, payload's and base's motion of one order are one identity, relative = payload - base: with its other
-/// members among the terms the target explains itself. Without a base the first two are the same signal.
+/// members among the terms the target explains itself. Without a base the first two are the same signal; a base's
+/// motion beside the relative motion alone determines nothing.
 void refuse_identity(const CandidateLibrary& library, const std::string& target, const dsp::Motion& signals) {
   const dsp::SignalInfo* known = dsp::find_signal(target);
   if (known == nullptr || known->order < 0) return;
@@ -86,11 +87,14 @@ void refuse_identity(const CandidateLibrary& library, const std::string& target,
                        [&](const auto& term) { return term.expression.ratio_to(signal).has_value(); });
   };
   std::vector<std::string> others;
+  bool of_base = known->body == dsp::Body::base;
   for (const dsp::Body body : {dsp::Body::relative, dsp::Body::payload, dsp::Body::base})
     if (const std::string name(dsp::motion_signal(body, known->order).name);
-        name != target && signals.find(name) != nullptr)
+        name != target && signals.find(name) != nullptr) {
       others.push_back(name);
-  if (!others.empty() && std::all_of(others.begin(), others.end(), among_terms))
+      of_base = of_base || body == dsp::Body::base;
+    }
+  if (others.size() > (of_base ? 1U : 0U) && std::all_of(others.begin(), others.end(), among_terms))
     throw dsp::Fault(
         dsp::FaultKind::usage, "library.target",
         fmt::format("library: the target {} is {} by definition and would explain itself. Remove {}.", target,

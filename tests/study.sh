@@ -46,3 +46,7 @@ for seed in 11 12 13 14 15; do
   rm -f "out/study/rig-$seed/recording.wav"
   $ardent compare "out/study/matched-$seed" "out/study/paper-$seed" --truth "out/study/rig-$seed/truth.json"
 done
+
+# Records of kinds that the rules of the verdict were not made for, right and wrong by their labels.
+build/release/make_kinds 20261127 out/study/kinds
+python3 tests/kinds/judge_kinds.py $ardent out/study/kinds out/study/kinds-runs

@@ -24,7 +24,7 @@ double intermediate_rate(double rate_hz, double sample_rate_hz) {
     if (std::abs(rest - std::round(rest)) > 1e-9 * rest) continue;
     if (best == 0.0 || std::abs(std::log(k / 10.0)) < std::abs(std::log(best / 10.0))) best = k;
   }
-  if (best > 0.0) return best * rate_hz;
+  if (best > 0.0) return sample_rate_hz / std::round(ratio / best);  // exactly the record's own where it is that one
   return ratio <= 20.0 ? sample_rate_hz : 10.0 * rate_hz;
 }
 

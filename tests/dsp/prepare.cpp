@@ -47,6 +47,10 @@ TEST_CASE("the intermediate rate is a multiple of the regression rate that divid
   CHECK(intermediate(25.6, 250.0) == 250.0);
   CHECK(intermediate(25.6, 44100.0) == Approx(256.0));
   CHECK(dsp::resolved({.rate_hz = 25.6}, 25600.0).state_cutoff_hz == Approx(20.0));
+  // The multiple that is the record's own rate is that to the last bit: 15 (250 / 15) is rounded up, 19 (250 / 19)
+  // down.
+  for (const double own_hz : {50.0, 100.0, 125.0, 200.0, 250.0, 256.0, 1000.0})
+    for (const double ratio : {11.0, 13.0, 15.0, 17.0, 19.0}) CHECK(intermediate(own_hz / ratio, own_hz) == own_hz);
 }
 
 TEST_CASE("frequencies that do not fit each other are refused by name", "[dsp][prepare]") {

@@ -76,3 +76,19 @@ TEST_CASE("the target is refused among its own terms however it is written", "[i
         dsp::FaultKind::usage, "library.target", {"contains the target 'a'"});
   }
 }
+
+TEST_CASE("a target that other terms make up is refused, and one beside the motion of its base alone is not",
+          "[ident][library]") {
+  const VectorXd some = VectorXd::LinSpaced(5, 0.0, 1.0);
+  const auto with = [&](std::vector<std::string> accelerations) {
+    std::vector<std::pair<std::string, VectorXd>> columns{{"t", some}, {"x", some}, {"v", some}, {"a", some}};
+    for (const std::string& name : accelerations) columns.emplace_back(name, some);
+    dsp::Prepared prepared;
+    prepared.signals = support::motion_of(10.0, columns);
+    return ident::record_library({.order = 1, .terms = accelerations}, "a", prepared);
+  };
+  // a = ddy - ddr, and a = ddy where the base rests. Of ddr alone a is no function.
+  support::check_fault([&] { (void)with({"ddy"}); }, dsp::FaultKind::usage, "library.target", {"no base moves"});
+  support::check_fault([&] { (void)with({"ddy", "ddr"}); }, dsp::FaultKind::usage, "library.target", {"made of"});
+  CHECK(names_of(with({"ddr"})) == std::vector<std::string>{"1", "x", "v", "ddr"});
+}
