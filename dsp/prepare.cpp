@@ -280,14 +280,11 @@ Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& optio
   const auto folding =
       intermediate.spectrum.checks(intermediate.recording.channels, prepared.options.rate_hz, prepared.decimation);
   prepared.checks.insert(prepared.checks.end(), folding.begin(), folding.end());
-  MotionBand band = motion_band_of_channels(known.channels, intermediate.spectrum);
-  std::optional<RawSpectrum> slow;
-  if (band.signal.empty()) slow = spectrum_of_eighths(known);
-  if (slow) band = motion_band_of_channels(known.channels, *slow);
+  const RawSpectrum spectrum = spectrum_of_parts(known);
+  const MotionBand band = motion_band_of_channels(known.channels, spectrum);
   if (!band.signal.empty()) prepared.checks.push_back(band_check(band, prepared.options.cutoff_hz));
   if (!has_displacement(known))
-    settle_integration(prepared,
-                       integration_from_hz(known.channels, slow ? *slow : intermediate.spectrum, known.duration_s()));
+    settle_integration(prepared, integration_from_hz(known.channels, spectrum, known.duration_s()));
   remove_delays(intermediate.recording);
   for (Check& check :
        drop_unlike_derivatives(intermediate.recording, intermediate.spectrum, prepared.options.cutoff_hz))

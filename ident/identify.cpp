@@ -118,12 +118,14 @@ RangeResult with_better_zero(const Range& range, const std::vector<Columns>& rec
   RangeResult as_taken = identify(range, own, library, options);
   const auto [error, error_as_taken] = held_out_errors(found, as_taken);
   const bool moves = !(error_as_taken < error);
+  const auto on_test_rows = [](double nmse) {
+    return std::isfinite(nmse) ? fmt::format("has an NMSE of {:.2g}", nmse) : std::string("runs away");
+  };
   const std::string remark = fmt::format(
       "two readings: x = 0 is {:.3g} {} from where it was taken to be, {:.2g} standard deviations of what is known of "
-      "it, or it is there and {}. On what was not fitted the first has an NMSE of {:.2g}, the second of {:.2g}: the {} "
-      "was kept",
-      -zero->mean, zero->unit, std::abs(zero->mean) / zero->prior_std, to_text(as_taken.fits.front().model), error,
-      error_as_taken, moves ? "first" : "second");
+      "it, or it is there and {}. On what was not fitted the first {}, the second {}: the {} was kept",
+      -zero->mean, zero->unit, std::abs(zero->mean) / zero->prior_std, to_text(as_taken.fits.front().model),
+      on_test_rows(error), on_test_rows(error_as_taken), moves ? "first" : "second");
   RangeResult& kept = moves ? found : as_taken;
   for (JudgedFit& fit : kept.fits) fit.fit.remarks.push_back(remark);
   return std::move(kept);

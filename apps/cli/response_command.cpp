@@ -30,6 +30,8 @@ EquationResponse respond(const ResponseArguments& arguments, Console& console) t
   result.steps = read_final_steps(arguments.run);
   result.sweep = sweep_of(arguments.set, driven.drive, result.steps);
   result.num_draws = arguments.num_draws;
+  result.amplitude_std =
+      driven.drive == ident::DriveKind::base ? result.equation.displacement_std : result.equation.force_std;
   result.seed = arguments.seed;
   result.steady = sim::steady_response(driven.oscillator, result.sweep, {.poll = poll});
   if (result.steady.response.up.empty() || result.steady.response.down.empty())
@@ -43,6 +45,7 @@ EquationResponse respond(const ResponseArguments& arguments, Console& console) t
                                           .seed = arguments.seed,
                                           .num_threads = arguments.num_threads,
                                           .static_friction = result.static_friction,
+                                          .amplitude_std = result.amplitude_std,
                                           .steady = {.poll = poll}});
   return result;
 } catch (const std::invalid_argument& error) {

@@ -117,6 +117,7 @@ Work prepare_work(Config config, const RunArguments& arguments, Console& console
   Work work{std::move(config), {}};
   work.inputs = prepare_inputs(work.config, arguments.max_memory_bytes, arguments.num_threads, console);
   settle(work.config, work.inputs, console);
+  name_channels(work.config, work.inputs);
   refuse_warnings(arguments.strict, console);
   return work;
 }

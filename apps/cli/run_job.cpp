@@ -162,6 +162,40 @@ const ident::BandSplit* split_of(const std::vector<ident::RangeResult>& ranges) 
   return band && !band->term.empty() ? &*band : nullptr;
 }
 
+/// No equation that follows the record, and of its terms none beside x: what else there is may lie under noise that a
+/// lower cut-off leaves out, or above the cut-off.
+bool finds_nothing(const std::vector<ident::RangeResult>& ranges) {
+  const auto speaks = [](const ident::RangeResult& range) {
+    const ident::JudgedFit& chosen = range.fits[ident::chosen_method(range)];
+    const auto& terms = range.fits.front().model.terms;
+    return ident::preference(chosen.judgement.verdict) >= ident::preference(ident::Verdict::in_part) ||
+           std::any_of(terms.begin(), terms.end(), [](const ident::ModelTerm& term) { return term.name != "x"; });
+  };
+  return std::none_of(ranges.begin(), ranges.end(),
+                      [&](const ident::RangeResult& range) { return !range.fits.empty() && speaks(range); });
+}
+
+/// The same with other cut-offs, an octave apart, until one finds an equation; else `found`.
+Identified identify_in_other_bands(Config config, Identified found, const RunArguments& arguments, Console& console) {
+  const dsp::PrepareOptions chosen = found.work.inputs.front().prepared.options;
+  for (const double octaves : {-1.0, 1.0, -2.0, -3.0}) {
+    config.prepare.cutoff_hz = std::stod(fmt::format("{:.3g}", chosen.cutoff_hz * std::exp2(octaves)));
+    constexpr double of_rate = 0.4;  // beyond, hardly anything is left out
+    if (config.prepare.cutoff_hz >= of_rate * found.work.inputs.front().recorded_rate_hz) continue;
+    console.step(
+        fmt::format("No equation was found up to {:.3g} Hz. It is identified again with cutoff_hz = {:.3g}; "
+                    "[prepare] cutoff_hz sets another",
+                    chosen.cutoff_hz, config.prepare.cutoff_hz));
+    try {
+      Identified other = identify_in_band(config, arguments, console);
+      if (!finds_nothing(other.ranges)) return other;
+    } catch (const dsp::Fault& fault) {  // such as no row left beside longer filters
+      if (fault.kind() != dsp::FaultKind::input) throw;
+    }
+  }
+  return found;
+}
+
 /// Where the band is left to the choice, what does not follow one equation with the rest is left out of it.
 Identified identify_where_one_equation_holds(Config config, const RunArguments& arguments, Console& console) {
   const bool open = config.prepare.rate_hz == 0.0 && config.prepare.cutoff_hz == 0.0;
@@ -173,7 +207,9 @@ Identified identify_where_one_equation_holds(Config config, const RunArguments& 
     Identified found = identify_in_band(config, arguments, console);
     found.split = first;
     const ident::BandSplit* split = open ? split_of(found.ranges) : nullptr;
-    if (split == nullptr) return found;
+    if (split == nullptr)
+      return open && finds_nothing(found.ranges) ? identify_in_other_bands(config, std::move(found), arguments, console)
+                                                 : std::move(found);
     if (recorded.empty()) recorded = recorded_bands(config, arguments.max_memory_bytes);
     const std::optional<double> cutoff_hz = cutoff_below(step * split->stop_hz, recorded);
     if (!cutoff_hz || *cutoff_hz >= found.work.inputs.front().prepared.options.cutoff_hz) return found;

@@ -130,7 +130,7 @@ Rows library_rows() {
     if (only) config.library.order = 0, config.library.terms = *only;
   };
   return {section("library", "Candidate terms of the equation. `ardent help terms` says what a term may be."),
-          Row::of("order", library(&Options::order), {.range = {.from = 0, .to = 1000}},
+          Row::of("order", library(&Options::order), {.range = {.from = 0, .to = 24}},
                   "All products of the variables up to this degree are candidates; 0: none but `terms`.")
               .varied(),
           Row::of("variables", library(&Options::variables), {}, "Signals of which products are formed."),

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "apps/process/interrupt.hpp"
 #include "dsp/faults.hpp"
@@ -63,6 +65,25 @@ void check_library(const Config& config) {
   for (const dsp::Fault& fault : found.all())
     if (fault.name() != "term.unknown_name") certain.add(fault);  // a channel may have that name
   certain.raise();
+}
+
+void name_channels(Config& config, const std::vector<Input>& inputs) {
+  using Names = std::pair<std::string, std::string>;  // of a channel, and of its signal
+  std::vector<Names> names;
+  const auto is_other = [](unsigned char c) { return std::isalnum(c) == 0; };
+  for (const Input& input : inputs)
+    for (const dsp::Channel& channel : input.prepared.channels) {
+      if (channel.name.find(' ') == std::string::npos) continue;  // without a blank it may be an expression
+      std::string wanted = channel.name;
+      std::replace_if(wanted.begin(), wanted.end(), is_other, '_');
+      if (input.prepared.signals.find(wanted) != nullptr) names.emplace_back(channel.name, wanted);
+    }
+  std::sort(names.begin(), names.end(), [](const Names& a, const Names& b) { return a.first.size() > b.first.size(); });
+  for (std::vector<std::string>* terms : {&config.library.terms, &config.library.variables})
+    for (std::string& term : *terms)
+      for (const auto& [channel, signal] : names)
+        for (std::size_t at = 0; (at = term.find(channel, at)) != std::string::npos;)
+          term.replace(at, channel.size(), signal);
 }
 
 std::vector<ident::CandidateLibrary> compile_libraries(const Config& config, const std::vector<Input>& inputs) {

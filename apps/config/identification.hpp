@@ -14,6 +14,10 @@ namespace apps {
 /// their places come first.
 void check_library(const Config& config);
 
+/// Puts the names that terms have for channels where the library has those of the recordings: "coil current" is
+/// coil_current there.
+void name_channels(Config& config, const std::vector<Input>& inputs);
+
 /// The library compiled for each recording, all of the same terms. Throws as ident::record_library, with its place, and
 /// what is wrong with the ranges' conditions, all at once.
 [[nodiscard]] std::vector<ident::CandidateLibrary> compile_libraries(const Config& config,

@@ -311,6 +311,11 @@ ident::IdentifiedEquation read_equation(const fs::path& run, const std::string& 
                                        .covariance = {},
                                        .scale = {},
                                        .base_measured = base_measured(document, run)};
+    for (const Json& gain : row.value("calibration", Json::array()))
+      if (const std::string name = gain.at("name"); name == "displacements")
+        equation.displacement_std = gain.at("std");
+      else if (name == "f")
+        equation.force_std = gain.at("std");
     ident::Model model = model_of(row);
     model.covariance = read_covariance(row, model);
     equation.coordinates = coordinates_sentence(model.coordinates);

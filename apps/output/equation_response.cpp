@@ -98,7 +98,8 @@ Json json_of(const EquationResponse& result) {
                  {{"from_hz", result.sweep.from_hz},
                   {"to_hz", result.sweep.to_hz},
                   {"step_hz", result.sweep.step_hz},
-                  {"amplitude", result.sweep.amplitude_m}}},
+                  {"amplitude", result.sweep.amplitude_m},
+                  {"amplitude_std", result.amplitude_std * result.sweep.amplitude_m}}},
                 {"static_friction", result.static_friction > 0.0 ? Json(result.static_friction) : Json()},
                 {"draws", result.num_draws},
                 {"seed", result.seed},
@@ -153,10 +154,11 @@ std::string response_text(const EquationResponse& result) {
   std::string text =
       printable(fmt::format("range {} by {}: {}", result.equation.range, result.equation.method, result.equation.text));
   if (!result.equation.coordinates.empty()) text += "\n" + result.equation.coordinates;
-  text += fmt::format("\n{}, {} to {} Hz in steps of {} Hz; {} draws of the coefficients, seed {}\n\n",
+  text += fmt::format("\n{}{}, {} to {} Hz in steps of {} Hz; {} draws of the coefficients, seed {}\n\n",
                       result.drive == ident::DriveKind::base
                           ? fmt::format("base motion of {:g} mm", 1e3 * sweep.amplitude_m)
                           : fmt::format("force of {:g}", sweep.amplitude_m),
+                      result.amplitude_std > 0.0 ? fmt::format(" within {:.2g} %", 100.0 * result.amplitude_std) : "",
                       sweep.from_hz, sweep.to_hz, sweep.step_hz, result.num_draws, result.seed);
   text += fmt::format("  {:<5} {:<34} {:>9} {:>11} {:>9}\n", "", "Hz", "step", "located", "sd");
   for (const ResponseEvent& event : response_events()) {

@@ -13,6 +13,7 @@
 #include "apps/page/equation_display.hpp"
 #include "apps/page/remedies.hpp"
 #include "apps/process/printable.hpp"
+#include "dsp/io/settings.hpp"
 #include "dsp/signals.hpp"
 #include "ident/interval_95.hpp"
 
@@ -236,8 +237,12 @@ ScreenEntry input_entry(const RunResults& results, const ChosenEquation& chosen)
   if (chosen.fit == nullptr) return entry;
   const std::string& target = chosen.fit->model.target;
   Strings inside, outside;
-  for (const dsp::Signal& signal : results.inputs.front().prepared.signals.signals) {
-    if (!ident::acts_from_outside(signal) || signal.name == target) continue;
+  const dsp::Prepared& prepared = results.inputs.front().prepared;
+  const Strings untried = inputs_not_tried(*chosen.range, prepared.signals, target);
+  for (const dsp::Signal& signal : prepared.signals.signals) {
+    if (!may_act(signal) || signal.name == target ||
+        std::find(untried.begin(), untried.end(), signal.name) != untried.end())
+      continue;
     const auto& terms = chosen.fit->model.terms;
     const bool used = std::any_of(terms.begin(), terms.end(), [&](const ident::ModelTerm& term) {
       const ident::Expression expression(term.name);
@@ -246,16 +251,24 @@ ScreenEntry input_entry(const RunResults& results, const ChosenEquation& chosen)
     });
     (used ? inside : outside).push_back(signal.name);
   }
-  const dsp::Prepared& prepared = results.inputs.front().prepared;
   if (target == "ddy" && prepared.x_is_difference) inside.emplace_back("r, through x = y - r");
-  if (inside.empty() && outside.empty())
+  if (inside.empty() && outside.empty() && untried.empty())
     entry.lines.push_back({chosen.fit->free_run.applies
                                ? "none was recorded: the equation describes free or self-excited motion"
                                : fmt::format("none beside {}, which the equation gives from the motion", target)});
   else
     entry.lines.push_back(
-        {fmt::format("in the equation: {}; recorded and not in it: {}", inside.empty() ? "none" : joined(inside),
-                     outside.empty() ? "none" : joined(outside))});
+        {fmt::format("in the equation: {}; recorded and not in it: {}{}", inside.empty() ? "none" : joined(inside),
+                     outside.empty() ? "none" : joined(outside),
+                     untried.empty() ? "" : fmt::format("; recorded and not tried: {}", joined(untried)))});
+  if (!untried.empty()) {
+    entry.most = 3;
+    Strings terms = results.config.library.terms;
+    terms.insert(terms.end(), untried.begin(), untried.end());
+    for (std::string& term : terms) term = dsp::toml_quoted(term);
+    entry.lines.push_back(
+        {fmt::format("[library] terms = [{}] tries {}.", joined(terms), untried.size() == 1 ? "it" : "them")});
+  }
   return entry;
 }
 

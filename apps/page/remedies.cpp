@@ -10,6 +10,7 @@
 #include "dsp/sensors/power_check.hpp"
 #include "dsp/sensors/sensor_checks.hpp"
 #include "dsp/sensors/sensor_problems.hpp"
+#include "dsp/signals.hpp"
 #include "ident/library/expression.hpp"
 #include "ident/percent.hpp"
 #include "ident/validate/findings.hpp"
@@ -115,21 +116,6 @@ std::vector<std::string> larger_library(const Config& config) {
   return {"[library]", fmt::format("order = {:.0f}", std::max(3.0, degree + 1.0))};
 }
 
-/// Recorded signals that act on the motion from outside and are in no candidate.
-std::vector<std::string> inputs_not_tried(const ident::RangeResult& range, const dsp::Motion& signals) {
-  std::vector<std::string> untried;
-  for (const dsp::Signal& signal : signals.signals) {
-    if (!ident::acts_from_outside(signal)) continue;
-    if (std::none_of(range.terms.begin(), range.terms.end(), [&](const std::string& term) {
-          const ident::Expression candidate(term);
-          const auto& names = candidate.signals();
-          return std::find(names.begin(), names.end(), signal.name) != names.end();
-        }))
-      untried.push_back(signal.name);
-  }
-  return untried;
-}
-
 /// The candidates of the config and these.
 std::vector<std::string> with_terms(const Config& config, const std::vector<std::string>& more) {
   std::vector<std::string> terms = config.library.terms;
@@ -200,7 +186,8 @@ void add_cause(const RunResults& results, const ident::RangeResult& range, const
     case ident::Cause::switch_variable:
       if (named)
         found.push_back(with_explanation(results.config, *named));
-      else if (const auto untried = inputs_not_tried(range, results.inputs.front().prepared.signals); !untried.empty())
+      else if (const auto untried = inputs_not_tried(range, results.inputs.front().prepared.signals, fit.model.target);
+               !untried.empty())
         found.push_back({fmt::format("An input that drives the motion is not in the equation; {} {} recorded and {} no "
                                      "candidate. In the config:",
                                      fmt::join(untried, " and "), untried.size() == 1 ? "was" : "were",
@@ -208,7 +195,9 @@ void add_cause(const RunResults& results, const ident::RangeResult& range, const
                          with_terms(results.config, untried)});
       else
         found.push_back(
-            {"An input that drives the motion is not in the equation: record it, or leave those times out.", {}});
+            {"An input that drives the motion is not in the equation: record it, or leave those times out. If nothing "
+             "drives it from outside, it excites itself, and a term is missing.",
+             {}});
       break;
     case ident::Cause::wide_band:
       found.push_back({fmt::format("Above {:.3g} Hz the target is noise. In the config:", fit.noise.needed_hz),
@@ -263,15 +252,38 @@ bool rests_on_the_ground(const RunResults& results) {
 
 }  // namespace
 
+bool may_act(const dsp::Signal& signal) {
+  return ident::acts_from_outside(signal) || (dsp::find_signal(signal.name) == nullptr && signal.values.size() > 0 &&
+                                              signal.values.maxCoeff() > signal.values.minCoeff());
+}
+
+std::vector<std::string> inputs_not_tried(const ident::RangeResult& range, const dsp::Motion& signals,
+                                          const std::string& target) {
+  std::vector<std::string> untried;
+  for (const dsp::Signal& signal : signals.signals) {
+    if (signal.name == target || !may_act(signal)) continue;
+    if (std::none_of(range.terms.begin(), range.terms.end(), [&](const std::string& term) {
+          const ident::Expression candidate(term);
+          const auto& names = candidate.signals();
+          return std::find(names.begin(), names.end(), signal.name) != names.end();
+        }))
+      untried.push_back(signal.name);
+  }
+  return untried;
+}
+
 std::vector<Remedy> remedies(const RunResults& results) {
   std::vector<Remedy> found;
   add_uncorrected(results, found);
   if (const ChosenEquation chosen = chosen_equation(results.ranges); chosen.fit != nullptr) {
     add_cause(results, *chosen.range, *chosen.fit, found);
     add_rules(*chosen.fit, found);
-  } else if (!rests_on_the_ground(results))
+  } else if (!rests_on_the_ground(results)) {
+    const auto untried =
+        inputs_not_tried(results.ranges.front(), results.inputs.front().prepared.signals, results.config.fit.target);
     found.push_back({"No candidate explains more than noise does. Try more candidates; in the config:",
-                     larger_library(results.config)});
+                     untried.empty() ? larger_library(results.config) : with_terms(results.config, untried)});
+  }
   for (const Input& input : results.inputs)
     for (const dsp::Check& check : input.prepared.checks)
       if ((check.status == dsp::CheckStatus::warning || check.status == dsp::CheckStatus::failed) &&

@@ -7,6 +7,7 @@
 #include "dsp/for_each_index.hpp"
 #include "dsp/order_statistics.hpp"
 #include "ident/equation/equation_oscillator.hpp"
+#include "sim/noise.hpp"
 
 namespace ident {
 namespace {
@@ -56,7 +57,10 @@ ResponseDraws response_draws(const IdentifiedEquation& equation, const sim::Freq
   dsp::for_each_index(responses.size(), options.num_threads, [&](std::size_t k) {
     auto driven = equation_oscillator(equation, drawn_coefficients(equation, options.seed, k));
     driven.oscillator.static_friction = options.static_friction;
-    responses[k] = sim::steady_response(driven.oscillator, sweep, options.steady);
+    sim::FrequencyResponseOptions drawn = sweep;
+    const auto behind_coefficients = static_cast<std::uint64_t>(equation.mean.size());
+    drawn.amplitude_m *= 1.0 + options.amplitude_std * sim::Noise(options.seed, k).normal(behind_coefficients);
+    responses[k] = sim::steady_response(driven.oscillator, drawn, options.steady);
   });
   ResponseDraws draws;
   const std::size_t num_points = sim::sweep_frequencies(sweep).size();

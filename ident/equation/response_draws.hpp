@@ -33,6 +33,7 @@ struct DrawOptions {
   std::uint64_t seed = 1;
   int num_threads = 1;
   double static_friction = 0.0;
+  double amplitude_std = 0.0;      ///< relative, of the drive's, which sensors measured as far as they are calibrated
   sim::SteadyOptions steady = {};  ///< its poll is called from every thread
 };
 

@@ -104,7 +104,12 @@ struct Term {
   double coefficient;
 };
 
-/// x'' of the printed equation at a half step.
+/// Position and speed, of x or, where the equation is for y'', of y.
+struct State {
+  double q = 0.0, u = 0.0;
+};
+
+/// x'' or y'' of the printed equation at a half step.
 class Equation {
  public:
   Equation(const Json& method, const Json& coordinates, const Columns& columns, double rate_hz, int steps_per_sample)
@@ -145,32 +150,44 @@ class Equation {
     const auto found = inputs_.find(name);
     return found == inputs_.end() ? 0.0 : found->second[std::min(half, found->second.size() - 1)];
   }
-  [[nodiscard]] double signal(const std::string& name, std::size_t half, double x, double v) const {
-    if (name == "x") return x;
-    if (name == "v") return v;
-    if (name == "y") return x + zero_ + input("r", half);
-    if (name == "dy") return v + input("dr", half);
+  [[nodiscard]] State state(const State& relative, std::size_t half) const {
+    return absolute_ ? State{relative.q + zero_ + input("r", half), relative.u + input("dr", half)} : relative;
+  }
+  [[nodiscard]] double x(std::size_t half, const State& at) const {
+    return absolute_ ? at.q - zero_ - input("r", half) : at.q;
+  }
+  [[nodiscard]] double signal(const std::string& name, std::size_t half, const State& at) const {
+    if (name == "x") return x(half, at);
+    if (name == "v") return absolute_ ? at.u - input("dr", half) : at.u;
+    if (name == "y") return absolute_ ? at.q : at.q + zero_ + input("r", half);
+    if (name == "dy") return absolute_ ? at.u : at.u + input("dr", half);
     if (name == "t") return static_cast<double>(half) * half_s_;
     return input(name, half);
   }
-  [[nodiscard]] double value(const ident::Expression& expression, std::size_t half, double x, double v) const {
+  [[nodiscard]] double value(const ident::Expression& expression, std::size_t half, const State& at) const {
     Series values, sides;
-    for (const std::string& name : expression.signals()) values.push_back(signal(name, half, x, v));
+    for (const std::string& name : expression.signals()) values.push_back(signal(name, half, at));
     for (const std::string& g : expression.switches())
       sides.push_back(
           sides_[static_cast<std::size_t>(std::find(switches_.begin(), switches_.end(), g) - switches_.begin())]);
     return expression.evaluate(values.data(), sides.data());
   }
-  [[nodiscard]] double acceleration(std::size_t half, double x, double v) const {
-    double sum = absolute_ ? -input("ddr", half) : 0.0;
-    for (const Term& term : terms_) sum += term.coefficient * value(term.expression, half, x, v);
+  [[nodiscard]] double acceleration(std::size_t half, const State& at) const {
+    double sum = 0.0;
+    for (const Term& term : terms_) sum += term.coefficient * value(term.expression, half, at);
     return sum;
   }
-  [[nodiscard]] double switch_value(std::size_t i, std::size_t half, double x, double v) const {
-    return value(ident::Expression(switches_[i]), half, x, v);
+  [[nodiscard]] double switch_value(std::size_t i, std::size_t half, const State& at) const {
+    return value(ident::Expression(switches_[i]), half, at);
   }
   [[nodiscard]] std::size_t num_switches() const { return switches_.size(); }
-  [[nodiscard]] bool holds(std::size_t i) const { return switches_[i] == "v"; }
+  [[nodiscard]] bool holds(std::size_t i) const { return switches_[i] == "v" || switches_[i] == "dy"; }
+  /// What a motion held on switch `i` has of the base's, of which `name` is r, dr or ddr: a body held against the
+  /// ground moves relative to the base, and one held against the base moves with it.
+  [[nodiscard]] double held(std::size_t i, const std::string& name, std::size_t half) const {
+    if ((switches_[i] == "dy") == absolute_) return 0.0;
+    return absolute_ ? input(name, half) : -input(name, half);
+  }
   std::vector<double>& sides() { return sides_; }
 
  private:
@@ -182,47 +199,51 @@ class Equation {
   Series sides_;
 };
 
-struct State {
-  double x = 0.0, v = 0.0;
-};
-
 /// One step of the classical Runge-Kutta method, `part` of a whole one; inputs are taken where the whole step has them.
 State stepped(const Equation& equation, std::size_t half, const State& from, double h_s) {
   const auto rate = [&](const State& at, std::size_t offset) {
-    return State{at.v, equation.acceleration(half + offset, at.x, at.v)};
+    return State{at.u, equation.acceleration(half + offset, at)};
   };
-  const auto moved = [&](const State& by, double s) { return State{from.x + s * by.x, from.v + s * by.v}; };
+  const auto moved = [&](const State& by, double s) { return State{from.q + s * by.q, from.u + s * by.u}; };
   const State k1 = rate(from, 0), k2 = rate(moved(k1, 0.5 * h_s), 1), k3 = rate(moved(k2, 0.5 * h_s), 1),
               k4 = rate(moved(k3, h_s), 2);
-  return {from.x + h_s / 6.0 * (k1.x + 2.0 * k2.x + 2.0 * k3.x + k4.x),
-          from.v + h_s / 6.0 * (k1.v + 2.0 * k2.v + 2.0 * k3.v + k4.v)};
+  return {from.q + h_s / 6.0 * (k1.q + 2.0 * k2.q + 2.0 * k3.q + k4.q),
+          from.u + h_s / 6.0 * (k1.u + 2.0 * k2.u + 2.0 * k3.u + k4.u)};
 }
 
-/// A whole step in which each switch may pass once.
+/// A whole step, to each passage of a switch and on from there.
 State advanced(Equation& equation, std::size_t half, State state, double h_s) {
+  const auto has_passed = [&](std::size_t i, std::size_t at_half, const State& at) {
+    return equation.sides()[i] * equation.switch_value(i, at_half, at) < 0.0;
+  };
   double left_s = h_s;
-  for (int passes = 0; passes < 4 && left_s > 0.0; ++passes) {
+  for (int passages = 0; passages < 16 && left_s > 0.0; ++passages) {
     State next = stepped(equation, half, state, left_s);
     std::optional<std::size_t> passed;
     double within_s = left_s;
     for (std::size_t i = 0; i < equation.num_switches(); ++i) {
-      if (equation.sides()[i] * equation.switch_value(i, half + 2, next.x, next.v) >= 0.0) continue;
-      double low = 0.0, high = within_s;
+      if (!has_passed(i, passed ? half + 1 : half + 2, next)) continue;
+      double low = 0.0;
       for (int halving = 0; halving < 40; ++halving) {
-        const double middle = 0.5 * (low + high);
-        const State at = stepped(equation, half, state, middle);
-        (equation.sides()[i] * equation.switch_value(i, half + 1, at.x, at.v) < 0.0 ? high : low) = middle;
+        const double middle = 0.5 * (low + within_s);
+        (has_passed(i, half + 1, stepped(equation, half, state, middle)) ? within_s : low) = middle;
       }
-      within_s = high, passed = i;
+      next = stepped(equation, half, state, within_s);
+      passed = i;
     }
-    if (!passed) return next;
-    state = stepped(equation, half, state, within_s);
+    state = next;
+    if (!passed) break;
     left_s -= within_s;
-    double& side = equation.sides()[*passed];
+    const std::size_t i = *passed;
+    double& side = equation.sides()[i];
     side = -side;
-    if (!equation.holds(*passed)) continue;
-    const double beyond = equation.acceleration(half + 1, state.x, 0.0);
-    if (beyond * side < 0.0) return {state.x, 0.0};  // it would turn back at once: held for the rest of the step
+    if (!equation.holds(i)) continue;
+    state.u = equation.held(i, "dr", half + 1);
+    if ((equation.acceleration(half + 1, state) - equation.held(i, "ddr", half + 1)) * side >= 0.0) continue;
+    state = {state.q + left_s * state.u, equation.held(i, "dr", half + 2)};  // it would turn back at once: held
+    for (std::size_t other = 0; other < equation.num_switches(); ++other)
+      if (other != i && has_passed(other, half + 2, state)) equation.sides()[other] *= -1.0;
+    break;
   }
   return state;
 }
@@ -233,7 +254,7 @@ struct Sums {
 
 /// The runs of one recording, compared at its test rows.
 Sums run_through(const Json& printed, const Json& coordinates, const Json& pieces, const Columns& columns,
-                 const Series& test_s, int steps_per_sample) {
+                 const Series& test_s, int steps_per_sample, double start_error = 0.0) {
   const Series& t = columns.at("t");
   const double rate_hz = static_cast<double>(t.size() - 1) / (t.back() - t.front());
   const double shift = coordinates.at("zero").get<double>() - coordinates.at("prepared_zero").get<double>();
@@ -248,27 +269,24 @@ Sums run_through(const Json& printed, const Json& coordinates, const Json& piece
   Sums sums;
   for (const Json& piece : pieces) {
     const std::size_t first = sample(piece.at("from_s")), last = std::min(sample(piece.at("to_s")), x.size());
-    State state{x[first], columns.at("v")[first]};
+    const auto halves = 2 * static_cast<std::size_t>(steps_per_sample);
+    State state = equation.state({x[first] * (1.0 + start_error), columns.at("v")[first]}, first * halves);
     for (std::size_t i = 0; i < equation.num_switches(); ++i)
-      equation.sides()[i] =
-          equation.switch_value(i, first * 2 * static_cast<std::size_t>(steps_per_sample), state.x, state.v) < 0.0
-              ? -1.0
-              : 1.0;
+      equation.sides()[i] = equation.switch_value(i, first * halves, state) < 0.0 ? -1.0 : 1.0;
     for (std::size_t i = first; i < last; ++i) {
-      if (scored[i]) sums.error += (state.x - x[i]) * (state.x - x[i]), sums.size += x[i] * x[i];
-      for (int step = 0; step < steps_per_sample; ++step)
-        state =
-            advanced(equation, 2 * (i * static_cast<std::size_t>(steps_per_sample) + static_cast<std::size_t>(step)),
-                     state, 1.0 / (steps_per_sample * rate_hz));
+      const double error = equation.x(i * halves, state) - x[i];
+      if (scored[i]) sums.error += error * error, sums.size += x[i] * x[i];
+      for (std::size_t half = i * halves; half < (i + 1) * halves; half += 2)
+        state = advanced(equation, half, state, 1.0 / (steps_per_sample * rate_hz));
     }
   }
   return sums;
 }
 
-bool agree(const PrintedRun& run) {
+bool agree(double reached, double claimed) {
   // Between the rows of prepared.csv the drive is interpolated: 0.3 % of x where it comes from an acceleration.
   constexpr double of_nmse = 0.02, of_interpolation = 1e-5;
-  return std::abs(run.reached - run.claimed) <= of_nmse * run.claimed + of_interpolation;
+  return std::abs(reached - claimed) <= of_nmse * claimed + of_interpolation;
 }
 
 Json chosen_method(const Json& document, const Json& chosen) {
@@ -292,29 +310,38 @@ PrintedRun printed_run(const std::filesystem::path& run) {
   const Json& chosen = equations.at("chosen");
   const Json judged = chosen_method(metrics, chosen), printed = chosen_method(equations, chosen);
   if (!judged.at("nmse").at("free_run").is_number()) return {"there is no free run"};
-  for (const Json& term : printed.at("terms"))  // which holds a body still against the ground, not against the base
-    if (const std::string name = term.at("name"); name.find("sgn(dy)") != std::string::npos)
-      return {"friction against the ground is not integrated here"};
   const auto recordings = prepared_of(run / "prepared.csv");
   const auto test_s = test_times(run / "predictions.csv", chosen.at("range"));
   if (recordings.empty() || test_s.empty()) return {"the run has no tables"};
-  PrintedRun result{{}, judged.at("nmse").at("free_run")};
-  for (const int steps_per_sample : {8, 32}) {  // more only where few do not reach it: each is four times the work
+  const auto own_of = [&](const std::string& name) {
+    return std::find_if(recordings.begin(), recordings.end(),
+                        [&](const auto& one) { return recordings.size() == 1 || one.first == name; });
+  };
+  for (const Json& coordinates : printed.at("coordinates"))
+    if (const std::string name = coordinates.at("recording");
+        own_of(name) == recordings.end() || !test_s.contains(name))
+      return {"a recording whose name is quoted"};
+  const auto reached = [&](int steps_per_sample, double start_error) {
     Sums sums;
     for (const Json& coordinates : printed.at("coordinates")) {
       const std::string name = coordinates.at("recording");
-      const auto own = std::find_if(recordings.begin(), recordings.end(),
-                                    [&](const auto& one) { return recordings.size() == 1 || one.first == name; });
-      if (own == recordings.end() || !test_s.contains(name)) return {"a recording whose name is quoted"};
+      const auto own = own_of(name);
       Json pieces = Json::array();
       for (const Json& piece : judged.at("free_runs"))
         if (piece.at("recording") == own - recordings.begin() + 1) pieces.push_back(piece);
-      const Sums one = run_through(printed, coordinates, pieces, own->second, test_s.at(name), steps_per_sample);
+      const Sums one =
+          run_through(printed, coordinates, pieces, own->second, test_s.at(name), steps_per_sample, start_error);
       sums.error += one.error, sums.size += one.size;
     }
-    result.reached = sums.error / sums.size;
-    if (agree(result)) break;
-  }
+    return sums.error / sums.size;
+  };
+  PrintedRun result{{}, judged.at("nmse").at("free_run"), reached(8, 0.0)};
+  if (agree(result.reached, result.claimed)) return result;
+  result.reached = reached(32, 0.0);  // each is four times the work
+  constexpr double follows_in_part = 0.1, start_error = 1e-4;
+  if (!agree(result.reached, result.claimed) && result.claimed > follows_in_part &&
+      !agree(reached(32, start_error), result.reached))
+    return {"it does not follow x, and where it goes hangs on the last digits"};
   return result;
 }
 
@@ -336,7 +363,7 @@ void check_printed_equation(const std::filesystem::path& run) {
   const PrintedRun found = printed_run(run);
   if (!found.why_not.empty()) return;
   CAPTURE(run, found.claimed, found.reached);
-  CHECK(agree(found));
+  CHECK(agree(found.reached, found.claimed));
 }
 
 void check_printed_equations(const std::filesystem::path& folder) {

@@ -285,6 +285,10 @@ TEST_CASE("the first screen says what the numbers rest on", "[apps][page]") {
   CHECK(inputs_of() == "inputs: none was recorded: the equation describes free or self-excited motion\n");
   auto& signals = many.inputs[0].prepared.signals.signals;
   signals.push_back({"f", "N", Eigen::VectorXd::LinSpaced(100, 0.0, 1.0)});
+  CHECK_THAT(inputs_of(), Catch::StartsWith("inputs: in the equation: none; recorded and not in it: none; recorded and "
+                                            "not tried: f\n") &&
+                              Catch::Contains("[library] terms = [\"f\"] tries it."));
+  range.terms.push_back("f");
   CHECK(inputs_of() == "inputs: in the equation: none; recorded and not in it: f\n");
   range.fits[0].model.terms.push_back({.name = "abs(f)", .mean = 1.0, .std = 0.1, .std_noise = 0.01});
   CHECK(inputs_of() == "inputs: in the equation: f; recorded and not in it: none\n");
