@@ -90,8 +90,9 @@ void GapBridge::close(Eigen::Index channel, std::int64_t end, double behind, boo
   }
   const double from_s = static_cast<double>(open.first) / options_.sample_rate_hz;
   const double to_s = static_cast<double>(end) / options_.sample_rate_hz;
-  bridged_.push_back(
-      {from_s, to_s, fmt::format("no values in {}", options_.channels[static_cast<std::size_t>(channel)])});
+  bridged_.push_back({from_s, to_s,
+                      fmt::format("no values in {}", options_.channels[static_cast<std::size_t>(channel)]),
+                      open.has_before && has_behind});
   if (!open.has_before)
     open.num_before = end - open.first;
   else if (open.num_gaps++ == 0)
