@@ -1,7 +1,6 @@
 #include "dsp/io/uff_file.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -10,6 +9,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <optional>
 #include <tuple>
 
@@ -114,7 +114,6 @@ class Numbers {
     if (error == std::errc::invalid_argument)
       throw Fault(FaultKind::input, "uff.damaged",
                   fmt::format("{}:{}: {} is no number", file_->name(), lines_.number(), file_->quoted(line_)));
-    if (error == std::errc::result_out_of_range) value = 0.0;
     line_.remove_prefix(static_cast<std::size_t>(end - line_.data()));
     return value;
   }
@@ -148,6 +147,12 @@ class Sets {
                  fmt::format("{}: {}. Try --salvage to read the sets before it", file_.name(), what));
   }
 
+  [[nodiscard]] std::string next_line(TextLines& lines) const {
+    std::string_view line;
+    if (!lines.next(line)) throw truncated("ends in the header of a data set");
+    return std::string(line);
+  }
+
   void walk() {
     TextLines lines(file_);
     std::string_view line;
@@ -158,10 +163,8 @@ class Sets {
         throw Fault(FaultKind::input, "uff.damaged",
                     fmt::format("{}:{}: want a line of -1 between data sets, got {}", file_.name(), lines.number(),
                                 file_.quoted(line.substr(0, 80))));
-      if (!lines.next(line)) return;
-      const std::string kind(line);
       try {
-        if (!read_set(kind, lines)) return;
+        read_set(lines);
       } catch (const Fault& fault) {
         if (!salvage_ || fault.name() != "container.truncated") throw;
         others.push_back(fmt::format("a set that is cut, from line {} on", lines.number()));
@@ -170,31 +173,29 @@ class Sets {
     }
   }
 
-  // False: nothing can be told of what is behind it.
-  bool read_set(const std::string& kind, TextLines& lines) {
+  void read_set(TextLines& lines) {
+    number_is_open_ = false;
+    const std::string kind = next_line(lines);
     const bool is_binary = kind.size() > 6 && kind[6] == 'b';
     const std::int64_t number = whole_number(columns_of(kind, 0, 6));
     std::array<std::string, 11> header;
     if (number == 58)
-      for (auto& one : header) {
-        std::string_view line;
-        if (!lines.next(line)) throw truncated("ends in the header of a data set");
-        one = line;
-      }
+      for (auto& one : header) one = next_line(lines);
     const std::uint64_t promised =
         is_binary ? static_cast<std::uint64_t>(std::max<std::int64_t>(0, whole_number(columns_of(kind, 31, 12)))) : 0;
     if (number == 58) add(kind, header, lines, is_binary, promised);
     if (number == 164) read_units(lines);
     if (number != 58 && number != 164 && number != 151) others.push_back(fmt::format("data set {}", number));
     if (is_binary) {
-      for (std::int64_t i = number == 58 ? 11 : 0; i < whole_number(columns_of(kind, 19, 12)); ++i) skip_line(lines);
+      for (std::int64_t i = number == 58 ? 11 : 0; i < whole_number(columns_of(kind, 19, 12)); ++i)
+        (void)next_line(lines);
       const std::uint64_t end = behind(lines) + promised;
       if (promised > file_.size() || end > file_.size()) throw lost("ends in the numbers of a data set");
       lines = TextLines(file_, end, lines.number() + 1);
     }
     std::string_view line;
     while (lines.next(line))
-      if (line.starts_with(delimiter) && trimmed(line) == trimmed(delimiter)) return true;
+      if (line.starts_with(delimiter) && trimmed(line) == trimmed(delimiter)) return;
     throw lost("ends in a data set");
   }
 
@@ -202,11 +203,6 @@ class Sets {
   Fault lost(const std::string& what) {
     if (!found.empty() && number_is_open_) found.pop_back();
     return truncated(what);
-  }
-
-  void skip_line(TextLines& lines) const {
-    std::string_view line;
-    if (!lines.next(line)) throw truncated("ends in the header of a data set");
   }
 
   // The first byte behind the line returned last.
@@ -227,23 +223,12 @@ class Sets {
 
   // The unit of a kind of data where its axis has none: lengths are in 1 / factor m.
   [[nodiscard]] std::string usual_unit(std::int64_t kind) const {
-    struct Length {
-      double factor;
-      std::string_view name;
-    };
-    constexpr std::array lengths{Length{1.0, "m"}, Length{1e3, "mm"}, Length{39.37008, "in"}, Length{1e6, "um"}};
-    constexpr double same = 1e-4;
-    const auto* length = std::find_if(lengths.begin(), lengths.end(), [&](const Length& one) {
-      return std::abs(length_factor_ / one.factor - 1.0) < same;
-    });
-    if (length == lengths.end()) return "";
+    std::string length;
+    for (const char* name : {"m", "mm", "in", "um"})
+      if (constexpr double same = 1e-4; std::abs(length_factor_ * find_unit(name).factor - 1.0) < same) length = name;
     constexpr std::int64_t displacement = 8, velocity = 11, acceleration = 12;
-    const std::string_view per = kind == displacement   ? ""
-                                 : kind == velocity     ? "/s"
-                                 : kind == acceleration ? "/s^2"
-                                                        : "none";
-    const std::string unit = fmt::format("{}{}", length->name, per);
-    return is_unit(unit) ? unit : "";
+    const std::string unit = length + (kind == displacement ? "" : kind == velocity ? "/s" : "/s^2");
+    return kind == displacement || kind == velocity || kind == acceleration ? (is_unit(unit) ? unit : "") : "";
   }
 
   static std::string name_of(const std::string& identity, const std::string& dof) {
@@ -317,42 +302,29 @@ class UffFile : public RowsOnClock {
     choose(std::move(sets.found));
     name_columns();
     if (!info_.left_out.empty())
-      info_.checks.push_back(
-          {"uff.left_out", "", CheckStatus::note, static_cast<double>(info_.left_out.size()), 0.0,
-           fmt::format(
-               "{}: not read: {}", file_->name(),
-               fmt::join(info_.left_out.begin(),
-                         info_.left_out.begin() + std::min<std::ptrdiff_t>(std::ssize(info_.left_out), 20), ", "))});
+      info_.checks.push_back({"uff.left_out", "", CheckStatus::note, static_cast<double>(info_.left_out.size()), 0.0,
+                              fmt::format("{}: not read: {}{}", file_->name(), info_.left_out.front(),
+                                          info_.left_out.size() > 1 ? " and others" : "")});
     settle_clock(options);
     for (const Set& set : sets_) numbers_.emplace_back(*file_, set);
   }
 
  private:
-  // The largest group of one length, rate and start.
+  // The sets of one length, rate and start, of which there are most.
   void choose(std::vector<Set> found) {
-    std::ptrdiff_t most = 0;
-    const Set* best = nullptr;
-    const auto alike = [](const Set& a, const Set& b) { return b.why_not.empty() && a.clock() == b.clock(); };
-    std::vector<std::pair<const Set*, std::ptrdiff_t>> groups;
-    for (const Set& set : found) {
-      if (!set.why_not.empty()) continue;
-      const auto group =
-          std::find_if(groups.begin(), groups.end(), [&](const auto& one) { return alike(*one.first, set); });
-      if (group == groups.end())
-        groups.emplace_back(&set, 1);
-      else
-        ++group->second;
-    }
-    for (const auto& [first, count] : groups)
-      if (count > most) best = first, most = count;
-    for (Set& set : found)
-      if (set.why_not.empty() && !alike(*best, set))
-        set.why_not = fmt::format("{} values, others have {}", set.num_values, best->num_values);
+    std::map<decltype(found.front().clock()), int> counts;
     for (const Set& set : found)
-      if (!set.why_not.empty())
-        info_.left_out.push_back(fmt::format("{} ({})", set.name, set.why_not));
-      else
+      if (set.why_not.empty()) ++counts[set.clock()];
+    const auto most = std::max_element(counts.rbegin(), counts.rend(),
+                                       [](const auto& one, const auto& other) { return one.second < other.second; });
+    for (Set& set : found) {
+      if (set.why_not.empty() && set.clock() != most->first)
+        set.why_not = fmt::format("{} values, others have {}", set.num_values, std::get<0>(most->first));
+      if (set.why_not.empty())
         sets_.push_back(set);
+      else
+        info_.left_out.push_back(fmt::format("{} ({})", set.name, set.why_not));
+    }
     if (sets_.empty())
       throw Fault(FaultKind::input, "uff.no_signal",
                   fmt::format("{}: holds no function of time of real numbers (data set 58){}", file_->name(),
@@ -363,10 +335,10 @@ class UffFile : public RowsOnClock {
   void name_columns() {
     info_.container = fmt::format("UFF, data set 58{}", sets_.front().is_binary ? "b" : "");
     info_.named = true;
+    std::map<std::string, int> counts;
     for (const Set& set : sets_) {
-      const auto before = std::count_if(sets_.begin(), sets_.begin() + (&set - sets_.data()),
-                                        [&](const Set& other) { return other.name == set.name; });
-      info_.columns.push_back(before == 0 ? set.name : fmt::format("{} set {}", set.name, before + 1));
+      const int count = ++counts[set.name];
+      info_.columns.push_back(count == 1 ? set.name : fmt::format("{} set {}", set.name, count));
       info_.units.push_back(set.unit);
     }
     info_.partial.resize(sets_.size());
@@ -391,11 +363,8 @@ class UffFile : public RowsOnClock {
       numbers.next(x, y);
       stamps.time_s.push_back(x);
     }
-    constexpr double figures = 1e-5;  // of text
-    stamps.printed_to_s =
-        std::abs(stamps.time_s.back()) * (!set.is_binary        ? figures
-                                          : set.bytes_of_x == 4 ? std::numeric_limits<float>::epsilon()
-                                                                : 0.0);
+    const double digit = !set.is_binary ? 1e-5 : set.bytes_of_x == 4 ? std::numeric_limits<float>::epsilon() : 0.0;
+    stamps.printed_to_s = digit * std::abs(stamps.time_s.back());
     if (options.with_clock) set_clock(even_clock(stamps, {.rate_hz = options.rate_hz, .kind = options.clock}));
   }
 
