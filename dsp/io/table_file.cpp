@@ -243,8 +243,8 @@ class TableFile : public RowsOnClock {
       return;
     info_.checks.push_back(
         {"clock.slow", "", CheckStatus::warning, info_.sample_rate_hz, slowest_hz,
-         fmt::format("{}: the time column is in s, so its rows are {:.4g} s apart. If it is in ms, write index = {}, "
-                     "role = \"t\", unit = \"ms\" into a [[channel]] of the sidecar",
+         fmt::format("{}: the time column is in s, so its rows are {:.4g} s apart. If it is in ms, write name = \"t\", "
+                     "index = {}, role = \"t\", unit = \"ms\" into a [[channel]] of the sidecar",
                      file_->name(), 1.0 / info_.sample_rate_hz, layout_.time_column + 1)});
   }
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <regex>
@@ -118,6 +119,7 @@ struct Said {
 };
 
 Said run_of(const Scratch& folder, const std::string& file, const std::string& options = "") {
+  std::filesystem::remove_all(folder / "run");
   const auto ended = support::run(folder, fmt::format("$ARDENT -q run {} -o run {}", file, options));
   std::smatch name;
   Said said{ended.code, "", ended.err, unwrapped(ended.out)};
@@ -161,7 +163,7 @@ TEST_CASE("every line that these files make the program propose leads on", "[app
     CHECK((said.code == 0 || said.fault == "container.unsupported"));
     // A cut-off that is to leave less out does.
     std::smatch match;
-    if (!std::regex_search(said.screen, match, std::regex("reach less far with (prepare.cutoff_hz) = ([0-9.]+)")))
+    if (!std::regex_search(said.screen, match, std::regex("reach less far with (prepare.cutoff_hz) = ([0-9.e+]+)")))
       continue;
     ++num_applied;
     const Said after = run_of(folder, file, fmt::format("--set {}={}", match[1].str(), match[2].str()));
@@ -169,4 +171,37 @@ TEST_CASE("every line that these files make the program propose leads on", "[app
     CHECK(percent_left_out(after.screen) < percent_left_out(said.screen));
   }
   CHECK(num_applied > 10);
+}
+
+TEST_CASE("a size that no vibration has is asked for, with the line that mends it", "[apps][report_files]") {
+  struct Table {
+    const char *header, *fault, *channel;
+    double time_s, offset, amplitude;  // what the numbers of a time of 1 s are, and of the motion
+  };
+  for (const Table& table : {Table{"time_s,x_m", "sample.size", "x", 1.0, 0.0, 19.0},
+                             Table{"time_s,x_mm", "clock.slow", "", 1000.0, 0.0, 9.0},
+                             Table{"t,theta", "sample.size", "theta", 1.0, 0.0, 20.0},
+                             Table{"t,acc", "sample.gravity", "acc", 1.0, 256.0, 100.0},
+                             Table{"t,acc", "sample.gravity", "acc", 1.0, 1.0, 0.3}}) {
+    INFO(table.header << " " << table.offset);
+    std::string text = table.header + std::string("\n");
+    for (int i = 0; i < 3000; ++i) {
+      const double t = 0.01 * i;
+      const double motion = std::exp(-0.05 * t) * std::cos(2.0 * 3.14159265358979 * 1.8 * t);
+      text += fmt::format("{:.9g},{:.5f}\n", table.time_s * t, table.offset + table.amplitude * motion);
+    }
+    const Scratch folder;
+    (void)folder.file("m.csv", text);
+    const std::string before = run_of(folder, "m.csv").screen;
+    CHECK_THAT(before, Catch::Contains(fmt::format("[{}]", table.fault)));
+    std::smatch line;
+    REQUIRE(std::regex_search(before, line, std::regex("[Ww]rite ([^\\[]*) (?:under its|into a) \\[\\[channel\\]\\]")));
+    const std::string name = *table.channel != 0 ? fmt::format("name = \"{}\"\n", table.channel) : "";
+    paste(folder, "m.csv", "[[channel]]\n" + name + std::regex_replace(line[1].str(), std::regex(", "), "\n") + "\n");
+    const std::string after = run_of(folder, "m.csv").screen;
+    CHECK_THAT(after, !Catch::Contains(fmt::format("[{}]", table.fault)));
+    const auto found_hz = number_behind(after, "natural frequency");
+    REQUIRE(found_hz);
+    CHECK(*found_hz == Approx(1.8).epsilon(0.001));
+  }
 }
