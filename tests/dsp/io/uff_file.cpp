@@ -11,6 +11,8 @@
 #include "support/scratch.hpp"
 #include "support/uff.hpp"
 
+namespace test_io_uff_file {
+
 using dsp::FaultKind;
 using support::check_fault;
 using support::Scratch;
@@ -128,3 +130,5 @@ TEST_CASE("universal files of other programs are read", "[dsp][uff][real]") {
     CHECK(std::sqrt((column - column.mean()).square().mean()) == Approx(deviations[c]).margin(5e-6));
   }
 }
+
+}  // namespace test_io_uff_file
