@@ -118,7 +118,7 @@ struct Said {
   std::string fault, err, screen;
 };
 
-Said run_of(const Scratch& folder, const std::string& file, const std::string& options = "") {
+Said said_by(const Scratch& folder, const std::string& file, const std::string& options = "") {
   std::filesystem::remove_all(folder / "run");
   const auto ended = support::run(folder, fmt::format("$ARDENT -q run {} -o run {}", file, options));
   std::smatch name;
@@ -151,12 +151,12 @@ TEST_CASE("every line that these files make the program propose leads on", "[app
     INFO(file);
     const Scratch folder;
     std::filesystem::copy_file(entry.path(), folder / file);
-    Said said = run_of(folder, file);
+    Said said = said_by(folder, file);
     // A refusal is followed by none or by another.
     for (int round = 0; round < 3 && said.code == 3 && !lines_of(said.err).empty(); ++round, ++num_applied) {
       const std::string fault = said.fault;
       paste(folder, file, lines_of(said.err));
-      said = run_of(folder, file);
+      said = said_by(folder, file);
       CHECK(said.fault != fault);
     }
     INFO(said.err);
@@ -166,7 +166,7 @@ TEST_CASE("every line that these files make the program propose leads on", "[app
     if (!std::regex_search(said.screen, match, std::regex("reach less far with (prepare.cutoff_hz) = ([0-9.e+]+)")))
       continue;
     ++num_applied;
-    const Said after = run_of(folder, file, fmt::format("--set {}={}", match[1].str(), match[2].str()));
+    const Said after = said_by(folder, file, fmt::format("--set {}={}", match[1].str(), match[2].str()));
     CHECK(after.code == 0);
     CHECK(percent_left_out(after.screen) < percent_left_out(said.screen));
   }
@@ -192,13 +192,13 @@ TEST_CASE("a size that no vibration has is asked for, with the line that mends i
     }
     const Scratch folder;
     (void)folder.file("m.csv", text);
-    const std::string before = run_of(folder, "m.csv").screen;
+    const std::string before = said_by(folder, "m.csv").screen;
     CHECK_THAT(before, Catch::Contains(fmt::format("[{}]", table.fault)));
     std::smatch line;
     REQUIRE(std::regex_search(before, line, std::regex("[Ww]rite ([^\\[]*) (?:under its|into a) \\[\\[channel\\]\\]")));
     const std::string name = *table.channel != 0 ? fmt::format("name = \"{}\"\n", table.channel) : "";
     paste(folder, "m.csv", "[[channel]]\n" + name + std::regex_replace(line[1].str(), std::regex(", "), "\n") + "\n");
-    const std::string after = run_of(folder, "m.csv").screen;
+    const std::string after = said_by(folder, "m.csv").screen;
     CHECK_THAT(after, !Catch::Contains(fmt::format("[{}]", table.fault)));
     const auto found_hz = number_behind(after, "natural frequency");
     REQUIRE(found_hz);
