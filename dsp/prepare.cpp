@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -135,31 +136,73 @@ Check edge_check(const Motion& signals) {
                                  signals.edge_samples, seconds)};
 }
 
-// Numbers that would be no vibration in the unit that was taken for granted are a question.
-std::optional<Check> size_question(const Prepared& prepared) {
+// A quarter of the shortest period in the band is bridged with an error far below the motion, which is in the noise.
+std::optional<Check> keep_bridged(std::vector<Interval>& bad, double cutoff_hz) {
+  const double longest_s = 0.25 / cutoff_hz;
+  constexpr double rounding = 1e-9;
+  const auto is_kept = [&](const Interval& gap) {
+    return gap.is_bridged && gap.to_s - gap.from_s <= longest_s * (1.0 + rounding);
+  };
+  const auto kept = std::erase_if(bad, is_kept);
+  if (kept == 0) return std::nullopt;
+  return Check{.name = "prepare.bridged",
+               .status = CheckStatus::note,
+               .value = static_cast<double>(kept),
+               .message = fmt::format("{} gaps are kept, bridged: they are no longer than {:.3g} s, a quarter of "
+                                      "the shortest period in the band",
+                                      kept, longest_s)};
+}
+
+/// A size that no vibration has, and the unit in which it would be usual.
+struct Oversize {
+  double value = 0.0, most = 0.0;
+  std::string words;
+  std::string_view unit;
+};
+
+double root_mean_square(const VectorXd& values) {
+  return std::sqrt(values.squaredNorm() / static_cast<double>(std::max<Index>(values.size(), 1)));
+}
+
+std::optional<Oversize> oversize(const Prepared& prepared, const Channel& channel) {
   constexpr double most_m_per_s2 = 1000.0;  // rms: a hundred times gravity, which shocks reach for milliseconds only
-  for (const Channel& channel : prepared.channels) {
-    const SignalInfo& signal = info_of(channel.role);
-    if (!channel.unit_is_assumed || signal.order < 0) continue;
-    const Signal* found = prepared.signals.find(motion_signal(signal.body, 2).name);
-    if (found == nullptr) continue;
-    const VectorXd& a = found->values;
-    const double rms = std::sqrt(a.squaredNorm() / static_cast<double>(std::max<Index>(a.size(), 1)));
-    if (!(rms > most_m_per_s2)) continue;
-    return Check{
-        .name = "sample.size",
-        .channel = channel.name,
-        .status = CheckStatus::warning,
-        .value = rms,
-        .limit = most_m_per_s2,
-        .message = fmt::format("in {0}, which was assumed, it accelerates by {2:.3g} m/s^2 rms. Is it in another unit, "
-                               "such as {1}? Write unit = \"{1}\" under its [[channel]] in the sidecar",
-                               channel.unit,
-                               signal.order == 0   ? "mm"
-                               : signal.order == 1 ? "mm/s"
-                                                   : "mm/s^2",
-                               rms)};
+  constexpr double most_m = 1.0;            // rms: of what swings so far the unit is no question
+  constexpr double most_rad = 2.0 * std::numbers::pi;
+  const SignalInfo& signal = info_of(channel.role);
+  if (signal.order < 0) return std::nullopt;
+  const Signal* moving = prepared.signals.find(motion_signal(signal.body, 0).name);
+  const Signal* accelerating = prepared.signals.find(motion_signal(signal.body, 2).name);
+  if (signal.order == 0 && channel.unit == "rad" && moving != nullptr) {
+    const double most = moving->values.cwiseAbs().maxCoeff();
+    if (most > most_rad) return Oversize{most, most_rad, fmt::format("it turns by up to {:.3g} rad", most), "deg"};
   }
+  if (signal.order == 0 && channel.unit == "m" && moving != nullptr) {
+    const double size = root_mean_square(moving->values.array() - moving->values.mean());
+    if (size > most_m) return Oversize{size, most_m, fmt::format("it moves by {:.3g} m rms", size), "mm"};
+  }
+  if (!channel.unit_is_assumed || accelerating == nullptr || channel.unit.starts_with("rad")) return std::nullopt;
+  const double size = root_mean_square(accelerating->values);
+  if (size > most_m_per_s2)
+    return Oversize{size, most_m_per_s2, fmt::format("it accelerates by {:.3g} m/s^2 rms", size),
+                    signal.order == 0   ? "mm"
+                    : signal.order == 1 ? "mm/s"
+                                        : "mm/s^2"};
+  return std::nullopt;
+}
+
+// Numbers that would be no vibration in their unit are a question.
+std::optional<Check> size_question(const Prepared& prepared) {
+  for (const Channel& channel : prepared.channels)
+    if (const auto found = oversize(prepared, channel))
+      return Check{.name = "sample.size",
+                   .channel = channel.name,
+                   .status = CheckStatus::warning,
+                   .value = found->value,
+                   .limit = found->most,
+                   .message = fmt::format("in {}{}, {}. Is it in another unit, such as {}? Write unit = \"{}\" under "
+                                          "its [[channel]] in the sidecar",
+                                          channel.unit, channel.unit_is_assumed ? ", which was assumed" : "",
+                                          found->words, found->unit, found->unit)};
   return std::nullopt;
 }
 
@@ -217,8 +260,8 @@ void settle_integration(Prepared& prepared, double drift_to_hz) {
     throw Fault(
         FaultKind::usage, "prepare.integrate_from",
         fmt::format("{}: there is no displacement, and integration from {:.3g} Hz leaves nothing of a band that "
-                    "ends at {:.3g} Hz. Raise prepare.cutoff_hz or set prepare.integrate_from_hz",
-                    prepared.name, from_hz, prepared.options.cutoff_hz));
+                    "ends at {:.3g} Hz. Set prepare.cutoff_hz = {:.3g} and leave rate_hz out",
+                    prepared.name, from_hz, prepared.options.cutoff_hz, 4.0 * from_hz));
   prepared.checks.push_back(
       {.name = "prepare.integrated",
        .status = CheckStatus::note,
@@ -280,6 +323,8 @@ Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& optio
   const auto folding =
       intermediate.spectrum.checks(intermediate.recording.channels, prepared.options.rate_hz, prepared.decimation);
   prepared.checks.insert(prepared.checks.end(), folding.begin(), folding.end());
+  if (auto check = keep_bridged(intermediate.recording.bad, prepared.options.cutoff_hz))
+    prepared.checks.push_back(std::move(*check));
   const RawSpectrum spectrum = spectrum_of_parts(known);
   const MotionBand band = motion_band_of_channels(known.channels, spectrum);
   if (!band.signal.empty()) prepared.checks.push_back(band_check(band, prepared.options.cutoff_hz));

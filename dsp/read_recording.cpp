@@ -16,6 +16,7 @@
 #include "dsp/memory_limit.hpp"
 #include "dsp/names.hpp"
 #include "dsp/samples/bridge_gaps.hpp"
+#include "dsp/samples/isolated_values.hpp"
 #include "dsp/set_shape.hpp"
 
 namespace dsp {
@@ -122,8 +123,9 @@ struct RecordingReader::State {
   std::vector<OpenFile> files;
   std::vector<Pick> picks;
   std::int64_t num_frames = 0, num_read = 0;
-  std::optional<GapBridge> bridge;  // none where nothing can be missing
-  ClockStart start;                 // of the first clock among the files
+  std::optional<IsolatedValues> isolated;  // these two are none where nothing can be missing
+  std::optional<GapBridge> bridge;
+  ClockStart start;  // of the first clock among the files
   bool ended = false, is_straight = false, source_calibrates = false;
 
   void calibrate_channels(const fs::path& recording, const ReadOptions& options) {
@@ -253,7 +255,9 @@ struct RecordingReader::State {
   void finish() {
     ended = true;
     if (!bridge) return;
+    bridge->push(isolated->finish());
     bridge->finish();
+    for (Check& check : isolated->checks()) description.checks.push_back(std::move(check));
     description.bad.insert(description.bad.end(), bridge->bridged().begin(), bridge->bridged().end());
     const auto checks = bridge->checks();
     description.checks.insert(description.checks.end(), checks.begin(), checks.end());
@@ -298,6 +302,7 @@ RecordingReader::RecordingReader(const fs::path& file, const ReadOptions& option
                        options.max_gap_s,          options.max_missing_fraction,
                        options.max_memory_bytes};
   for (const auto& channel : description.channels) bridge.channels.push_back(channel.name);
+  state.isolated.emplace(description.channels, description.sample_rate_hz);
   state.bridge.emplace(std::move(bridge));
 }
 
@@ -337,7 +342,7 @@ Eigen::Index RecordingReader::read(FrameBlock& block, Eigen::Index max_frames) {
     if (state.read_calibrated(frames, max_frames) == 0)
       state.finish();
     else
-      state.bridge->push(std::move(frames));
+      state.bridge->push(state.isolated->push(frames));
   }
   return state.bridge->take(block, max_frames);
 }

@@ -24,6 +24,7 @@ struct Channel {
 struct Interval {
   double from_s = 0.0, to_s = 0.0;
   std::string why;
+  bool is_bridged = false;  ///< by what was measured on either side: kept where it is short in the band that is used
 };
 
 /// Samples [first, last).

@@ -97,9 +97,24 @@ std::string remedy(const std::string& reason, const Record& record) {
         driven ? "If it moves there" : "Where a motion only fades into its noise nothing is lost; if it moves on there",
         record.segmentation.options.stick_speed_m_per_s);
   }
-  if (reason == ends)
-    return record.prepared.integrated() ? "A higher prepare.integrate_from_hz reaches less far"
-                                        : "A higher prepare.rate_hz and prepare.cutoff_hz reach less far";
+  const dsp::PrepareOptions& options = record.prepared.options;
+  if (reason == ends && record.prepared.integrated())
+    return fmt::format(
+        "x is integrated above {:.3g} Hz, which reaches so far: of a longer record it takes a smaller "
+        "part, with a displacement sensor none",
+        options.integrate_from_hz);
+  if (reason == ends) {
+    constexpr double highest = 0.4;  // of the rate
+    const double cutoff_hz = std::min(2.0 * options.cutoff_hz, highest * record.prepared.intermediate.sample_rate_hz);
+    return cutoff_hz > options.cutoff_hz
+               ? fmt::format("They reach less far with prepare.cutoff_hz = {:.3g} and rate_hz left out", cutoff_hz)
+               : "Of a longer record they take a smaller part";
+  }
+  if (reason.starts_with("no values in ") || reason == "gap in the clock")
+    return fmt::format(
+        "Gaps up to {:.3g} s, a quarter of the shortest period in the band, are bridged and kept; a "
+        "lower prepare.cutoff_hz keeps longer ones",
+        0.25 / options.cutoff_hz);
   return "If it is good data, change what excludes it: [[bad]] in the sidecar, or segment.file";
 }
 

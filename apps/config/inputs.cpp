@@ -203,6 +203,18 @@ std::vector<const ident::Record*> records_of(const std::vector<Input>& inputs) {
   return records;
 }
 
+namespace {
+
+/// A cut-off that leaves something of a short record: filters reach over so many of its periods at either end.
+double cutoff_for_length(double cutoff_hz, double duration_s) {
+  constexpr double reach_periods = 18.6, most_lost = 0.8, well_lost = 0.6;
+  const double lost = 2.0 * reach_periods / (cutoff_hz * duration_s);
+  if (lost <= most_lost) return cutoff_hz;
+  return std::stod(fmt::format("{:.3g}", cutoff_hz * lost / well_lost));
+}
+
+}  // namespace
+
 void choose_band(Config& config, std::size_t max_memory_bytes, Console& console) {
   if (config.prepare.rate_hz > 0.0 || config.prepare.cutoff_hz > 0.0) return;
   double highest_hz = 0.0;
@@ -211,9 +223,15 @@ void choose_band(Config& config, std::size_t max_memory_bytes, Console& console)
     if (!is_clear) return;
     const std::string& name = recording.name;
     console.step(fmt::format("{}: looking for the band of its motion", name));
-    const dsp::MotionBand band = dsp::find_motion_band(
-        [&] { return dsp::RecordingReader(recording.file, read_options(recording, max_memory_bytes)); });
-    const double cutoff_hz = dsp::cutoff_for(band);
+    double duration_s = 0.0;
+    const dsp::MotionBand band = dsp::find_motion_band([&] {
+      dsp::RecordingReader reader(recording.file, read_options(recording, max_memory_bytes));
+      duration_s = static_cast<double>(reader.num_frames()) / reader.description().sample_rate_hz;
+      return reader;
+    });
+    double cutoff_hz = dsp::cutoff_for(band);
+    if (cutoff_hz > 0.0) cutoff_hz = cutoff_for_length(cutoff_hz, duration_s);
+    if (cutoff_hz > 0.8 * band.nyquist_hz) cutoff_hz = 0.0;
     if (cutoff_hz == 0.0) {
       console.note(fmt::format("{}: its motion is above its noise in the whole band, or too slow to tell", name));
       is_clear = false;

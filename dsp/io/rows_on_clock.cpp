@@ -1,7 +1,9 @@
 #include "dsp/io/rows_on_clock.hpp"
 
 #include <algorithm>
+#include <cmath>
 
+#include "dsp/samples/short_gap.hpp"
 #include "dsp/set_shape.hpp"
 
 namespace dsp {
@@ -23,11 +25,13 @@ Eigen::Index RowsOnClock::read(FrameBlock& block, Eigen::Index max_frames) {
   const auto width = static_cast<Eigen::Index>(info_.columns.size());
   const auto count = static_cast<Eigen::Index>(std::min<std::int64_t>(max_frames, info_.num_frames - next_frame_));
   set_shape(block, count, width);
+  earlier_.resize(width);
   before_.resize(width);
   behind_.resize(width);
   for (Eigen::Index i = 0; i < count; ++i, ++next_frame_) {
     const auto at = static_cast<double>(next_frame_);
     while (next_row_ == 0 || position(next_row_ - 1) < at) {
+      earlier_.swap(before_);
       before_.swap(behind_);
       read_row(behind_);
       ++next_row_;
@@ -38,6 +42,12 @@ Eigen::Index RowsOnClock::read(FrameBlock& block, Eigen::Index max_frames) {
     } else {
       const double before = position(next_row_ - 2), fraction = (at - before) / (behind - before);
       block.row(i) = (1 - fraction) * before_ + fraction * behind_;
+      const bool is_lost_row = before == std::round(before) && behind == std::round(behind);
+      if (next_row_ > 2 && is_lost_row && is_curved_gap(behind - before)) {
+        const double earlier = position(next_row_ - 3) - before, steps = behind - before;
+        block.row(i) +=
+            parabola(earlier, steps, at - before) * (earlier_ - before_ - earlier / steps * (behind_ - before_));
+      }
     }
   }
   if (count == 0 && max_frames > 0) finish_reading();

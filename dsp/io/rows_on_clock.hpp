@@ -5,7 +5,7 @@
 namespace dsp {
 
 /// Frames on an even grid from rows that lie on it somehow: rows as they are where they meet a frame, straight lines
-/// between the rows around it elsewhere.
+/// between the rows around it elsewhere, or where a few rows are lost, a parabola through the row before, too.
 class RowsOnClock : public SampleSource {
  public:
   Eigen::Index read(FrameBlock& block, Eigen::Index max_frames) final;
@@ -22,7 +22,7 @@ class RowsOnClock : public SampleSource {
   [[nodiscard]] double position(std::int64_t row) const;
 
   Clock clock_;
-  Eigen::RowVectorXd before_, behind_;  // the rows around the next frame
+  Eigen::RowVectorXd earlier_, before_, behind_;  // the rows around the next frame, and the one before
   std::int64_t next_row_ = 0, next_frame_ = 0;
 };
 

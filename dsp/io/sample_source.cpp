@@ -11,6 +11,7 @@
 #include "dsp/io/sound_file.hpp"
 #include "dsp/io/sound_header.hpp"
 #include "dsp/io/table_file.hpp"
+#include "dsp/io/uff_file.hpp"
 #include "dsp/memory_limit.hpp"
 #include "dsp/names.hpp"
 
@@ -69,18 +70,6 @@ std::string from_utf16(std::string_view bytes) {
   return text;
 }
 
-// Sets between lines of "    -1", blank lines or a byte order mark before the first.
-bool is_universal_file(std::string_view head) {
-  if (head.starts_with("\xef\xbb\xbf")) head.remove_prefix(3);
-  while (true) {
-    const auto end = std::min(head.find('\n'), head.size());
-    const std::string_view line = head.substr(0, end), text = line.substr(0, line.find_last_not_of(" \t\r") + 1);
-    if (!text.empty()) return text == "    -1";
-    if (end == head.size()) return false;
-    head.remove_prefix(end + 1);
-  }
-}
-
 bool is_mat(std::string_view head) {
   if (head.size() < 128) return false;
   const auto tail = head.substr(124, 4);  // version 0x0100 and "MI", as the writer's byte order has it
@@ -133,6 +122,7 @@ std::vector<std::string_view> containers_of(const std::string& written) {
   if (extension == ".mat") return {"MATLAB"};
   if (extension == ".csv" || extension == ".tsv" || extension == ".txt") return {"CSV", "text", "LabVIEW"};
   if (extension == ".lvm") return {"LabVIEW"};
+  if (extension == ".uff" || extension == ".unv") return {"UFF"};
   return {};
 }
 
@@ -148,9 +138,7 @@ std::unique_ptr<SampleSource> open_by_content(std::unique_ptr<InputFile> file, c
   }
   if (!is_decoded && is_sound(head)) return open_sound_file(std::move(file), options);
   if (!is_decoded && is_mat(head)) return open_mat_file(std::move(file), options);
-  if (is_universal_file(head))
-    throw Fault(FaultKind::input, "container.unsupported",
-                file->name() + ": universal file format (UFF) is not read. Export it as CSV");
+  if (is_uff(head)) return open_uff_file(std::move(file), options);
   for (const auto& other : foreign)
     if (head.size() > other.offset && std::string_view(head).substr(other.offset).starts_with(other.magic))
       throw Fault(FaultKind::input, std::string(other.name), fmt::format("{}: {}", file->name(), other.message));
@@ -164,7 +152,7 @@ std::unique_ptr<SampleSource> open_by_content(std::unique_ptr<InputFile> file, c
   throw Fault(
       FaultKind::input, "container.unknown",
       fmt::format("{}: no known container, and no text (byte {} is 0x{:02x}). Read are WAV, RF64, W64, CAF, FLAC, "
-                  "AIFF, MATLAB v5, CSV and LabVIEW text",
+                  "AIFF, MATLAB v5, UFF, CSV and LabVIEW text",
                   file->name(), odd - head.begin(), static_cast<unsigned char>(*odd)));
 }
 

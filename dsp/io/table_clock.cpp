@@ -223,7 +223,7 @@ double check_jitter(const Stamps& stamps, const Steps& steps, Clock& clock) {
 
 void add_gap(const Stamps& stamps, std::size_t row, Clock& clock) {
   clock.gaps.push_back(
-      {stamps.time_s[row - 1] - clock.start_s, stamps.time_s[row] - clock.start_s, "gap in the clock"});
+      {stamps.time_s[row - 1] - clock.start_s, stamps.time_s[row] - clock.start_s, "gap in the clock", true});
   clock.first_gap_row = clock.gaps.size() == 1 ? row : clock.first_gap_row;
 }
 

@@ -222,6 +222,7 @@ class TableFile : public RowsOnClock {
     }
     set_clock(
         even_clock(stamps, {.rate_hz = options.rate_hz, .header_rate_hz = layout_.rate_hz, .kind = options.clock}));
+    ask_for_unit_of_clock(options);
     if (clock().holds_moments) info_.clock_start.day = moments_.first_day() ? moments_.first_day() : layout_.first_day;
   }
 
@@ -232,6 +233,19 @@ class TableFile : public RowsOnClock {
     if (options.with_clock && clock().unit.empty())
       settle_unit(stamps, clock_column_ + 1, is_named, options.rate_hz, info_.checks);
     layout_.time_column = info_.time_column = clock_column_;
+  }
+
+  // Milliseconds under a name that says seconds make a record without a vibration.
+  void ask_for_unit_of_clock(const OpenOptions& options) {
+    constexpr double slowest_hz = 1.0;
+    if (info_.sample_rate_hz >= slowest_hz || !(info_.sample_rate_hz > 0.0) || clock().holds_moments ||
+        !options.time_unit.empty() || clock().unit != "s")
+      return;
+    info_.checks.push_back(
+        {"clock.slow", "", CheckStatus::warning, info_.sample_rate_hz, slowest_hz,
+         fmt::format("{}: the time column is in s, so its rows are {:.4g} s apart. If it is in ms, write name = \"t\", "
+                     "index = {}, role = \"t\", unit = \"ms\" into a [[channel]] of the sidecar",
+                     file_->name(), 1.0 / info_.sample_rate_hz, layout_.time_column + 1)});
   }
 
   // Rows that a recorder wrote twice.

@@ -156,6 +156,12 @@ class HeaderSearch {
     return std::none_of(cells.begin(), cells.end(), [&](std::string_view cell) { return is_number(cell); }) &&
            std::any_of(cells.begin(), cells.end(), [](std::string_view cell) { return !unquoted(cell).empty(); });
   }
+  // "Time, 1, 2, 3": channels by their numbers, right above the rows.
+  [[nodiscard]] bool is_numbered(int i) const {
+    const auto& cells = cells_[at(i)];
+    return i == size() - 1 && cells.size() > 1 && speaks_of_time(split_unit(unquoted(cells.front())).base) &&
+           std::all_of(cells.begin() + 1, cells.end(), [&](std::string_view cell) { return is_number(cell); });
+  }
   // Wider than the rows, and over each further cell a number: "X,CH1,Start,Increment" over "s,Volt,-1.0,5e-3".
   [[nodiscard]] bool is_over_values(int i) const {
     if (i < 0 || i + 1 >= size()) return false;
@@ -169,7 +175,7 @@ class HeaderSearch {
   int find_names() {
     int remark = -1;
     for (int i = size() - 1; i >= 0; --i) {
-      const bool fits = cells_[at(i)].size() == width() && is_words(i);
+      const bool fits = cells_[at(i)].size() == width() && (is_words(i) || is_numbered(i));
       if (lines_[at(i)]->is_comment()) {
         if (remark < 0 && fits && i == size() - 1) remark = i;
         continue;
@@ -188,16 +194,21 @@ class HeaderSearch {
   [[nodiscard]] static bool is_counting(std::string_view cell) {
     return std::find(counting.begin(), counting.end(), lower(cell)) != counting.end();
   }
-  // Units, nothing and words for a count; at least one unit.
+  // Units, nothing and words for a count; at least one unit. Under a line of words half of them are enough, or brackets
+  // around all: a unit may be unknown.
   [[nodiscard]] bool is_units(int i) const {
     const auto& cells = cells_[at(i)];
-    bool any = false;
+    std::size_t known = 0, unknown = 0, bracketed = 0;
     for (std::size_t c = 0; c < std::min(cells.size(), width()); ++c) {
-      const auto cell = without_brackets(unquoted(cells[c]));
-      if (!cell.empty() && !is_counting(cell) && !is_unit(cell)) return false;
-      any = any || is_unit(cell);
+      const auto whole = unquoted(cells[c]), cell = without_brackets(whole);
+      if (cell.empty() || is_counting(cell)) continue;
+      ++(is_unit(cell) ? known : unknown);
+      bracketed += cell != whole ? 1 : 0;
     }
-    return any && cells.size() >= width();
+    const bool is_under_words = i > 0 && is_words(i) && cells_[at(i - 1)].size() == width() && is_words(i - 1);
+    const bool are_units =
+        unknown == 0 ? known > 0 : is_under_words && (bracketed == known + unknown || known >= unknown);
+    return are_units && cells.size() >= width();
   }
   [[nodiscard]] int find_units(int names) const {
     if (names + 1 < size() && is_units(names + 1)) return names + 1;

@@ -85,6 +85,17 @@ Fault misfit(const InputFile& file, const TableLine& line, const TableStyle& sty
                is_stated ? "" : fmt::format("skip_rows = {}\n", line.number));
 }
 
+// "0,1,2" over rows whose every number has a decimal mark: a spreadsheet's columns, numbered.
+bool is_numbering(const TableLine& line, const TableLine& next, const TableStyle& style) {
+  const auto cells = style.cells(line.text), values = style.cells(next.text);
+  if (cells.size() < 2 || cells.size() != values.size() || !style.is_row(next.text)) return false;
+  const char mark = style.decimal_comma ? ',' : '.';
+  const std::size_t from = unquoted(cells.front()) == "0" ? 0 : 1;
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    if (unquoted(cells[i]) != std::to_string(from + i) || values[i].find(mark) == std::string_view::npos) return false;
+  return true;
+}
+
 TableLayout plain_layout(const InputFile& file, const std::vector<TableLine>& lines, const OpenOptions& options) {
   TableLayout layout;
   layout.style = table_style(lines);
@@ -92,17 +103,18 @@ TableLayout plain_layout(const InputFile& file, const std::vector<TableLine>& li
     throw Fault(
         FaultKind::input, "container.unknown",
         fmt::format("{}: text, but no line of its first {} is a row of numbers{}. Read are sound files (WAV, RF64, "
-                    "W64, CAF, FLAC, AIFF), MATLAB v5, CSV and LabVIEW text",
+                    "W64, CAF, FLAC, AIFF), MATLAB v5, UFF, CSV and LabVIEW text",
                     file.name(), lines.size(), why_no_row(file, lines)));
   const char separator = layout.style.separator;
   layout.format = separator == ',' || separator == ';' ? "CSV" : "text";
   layout.columns.resize(static_cast<std::size_t>(layout.style.num_columns));
-  const auto first = std::find_if(lines.begin(), lines.end(), [&](const TableLine& line) {
+  auto first = std::find_if(lines.begin(), lines.end(), [&](const TableLine& line) {
     return line.number > options.header_row && !line.is_comment() && layout.style.is_row(line.text);
   });
   if (first == lines.end())
     throw Fault(FaultKind::input, "table.header",
                 fmt::format("{}: no rows behind header_row = {}", file.name(), options.header_row));
+  if (first + 1 != lines.end() && is_numbering(*first, *(first + 1), layout.style)) ++first;
   layout.data_offset = first->offset;
   layout.first_line = first->number;
   const std::vector<TableLine> above(lines.begin(), first);

@@ -6,6 +6,7 @@
 #include <array>
 #include <map>
 #include <optional>
+#include <tuple>
 
 #include "dsp/io/moment.hpp"
 #include "dsp/io/text_lines.hpp"
@@ -49,23 +50,46 @@ std::vector<std::vector<Holds>> numeric_lines(const std::vector<TableLine>& line
   return found;
 }
 
-// How many cells most lines have; of two widths that are as frequent, the larger.
-std::size_t usual_width(const std::vector<std::vector<Holds>>& lines) {
-  std::map<std::size_t, int> counts;
-  for (const auto& line : lines) ++counts[line.size()];
+bool has_words(const std::vector<Holds>& line) {
+  return std::find(line.begin(), line.end(), Holds::text) != line.end();
+}
+
+// How many cells most lines have; of two widths that are as frequent, the larger. Where lines of several numbers and no
+// words follow each other those count alone, however many of a word and a number are above them.
+struct Width {
+  std::size_t cells = 0;
+  bool is_plain = false;  // of such lines
+};
+Width usual_width(const std::vector<std::vector<Holds>>& lines) {
+  constexpr std::size_t fewest_rows = 3;
+  std::map<std::size_t, int> counts, plain;
+  std::size_t in_a_row = 0, longest = 0;
+  const std::vector<Holds>* before = nullptr;
+  for (const auto& line : lines) {
+    ++counts[line.size()];
+    const bool is_plain = line.size() > 1 && !has_words(line);
+    if (is_plain) ++plain[line.size()];
+    in_a_row = !is_plain ? 0 : before != nullptr && before->size() == line.size() ? in_a_row + 1 : 1;
+    longest = std::max(longest, in_a_row);
+    before = &line;
+  }
+  if (longest >= fewest_rows) counts = plain;
   const auto most = std::max_element(counts.rbegin(), counts.rend(),
                                      [](const auto& a, const auto& b) { return a.second < b.second; });
-  return most == counts.rend() ? 0 : most->first;
+  return {most == counts.rend() ? 0 : most->first, longest >= fewest_rows};
 }
 
 struct Rated {
   TableStyle style;
+  bool is_plain = false;
   double score = 0.0;  // cells that are numbers, as a share of a line, summed over the lines that are rows
 };
 Rated rated(const std::vector<TableLine>& lines, const Marks& marks) {
   Rated result{{marks.separator, marks.decimal_comma}};
   const std::vector<std::vector<Holds>> found = numeric_lines(lines, marks);
-  std::size_t width = usual_width(found);
+  const Width usual = usual_width(found);
+  std::size_t width = usual.cells;
+  result.is_plain = usual.is_plain;
   const auto count = [&](std::size_t column, Holds kind) {
     return std::count_if(found.begin(), found.end(),
                          [&](const auto& line) { return line.size() == width && line[column] == kind; });
@@ -79,9 +103,15 @@ Rated rated(const std::vector<TableLine>& lines, const Marks& marks) {
   };
   std::vector<bool>& is_text = result.style.is_text;
   for (std::size_t i = 0; i < width; ++i) {
-    const auto words = std::count_if(found.begin(), found.end(),
-                                     [&](const auto& line) { return fits(line) && line[i] == Holds::text; });
-    is_text.push_back(marks.separator != ' ' && words >= fewest_rows_with_words && 2 * words > num_lines);
+    std::ptrdiff_t words = 0, since = 0;  // the last of them
+    for (const auto& line : found) {
+      if (!fits(line)) continue;
+      const bool is_word = line[i] == Holds::text;
+      words += is_word ? 1 : 0;
+      since = is_word ? 0 : since + 1;
+    }
+    is_text.push_back(marks.separator != ' ' && words >= fewest_rows_with_words && 2 * words > num_lines &&
+                      since < fewest_rows_with_words);
   }
   for (const auto& line : found) {
     if (!fits(line)) continue;
@@ -162,9 +192,12 @@ bool TableLine::is_blank() const {
 }
 
 std::vector<TableLine> first_lines(const InputFile& file, std::size_t count, std::int64_t skipped) {
+  constexpr std::size_t most_bytes = std::size_t{4} << 20;
   std::vector<TableLine> lines;
   TextLines reader(file);
-  for (std::string_view text; lines.size() < count && reader.next(text);) {
+  std::size_t num_bytes = 0;
+  for (std::string_view text; lines.size() < count && num_bytes < most_bytes && reader.next(text);) {
+    num_bytes += text.size();
     auto offset = reader.offset();
     if (reader.number() == 1 && text.starts_with("\xef\xbb\xbf")) {
       text.remove_prefix(3);
@@ -198,7 +231,9 @@ bool TableStyle::is_row(std::string_view line) const {
 TableStyle table_style(const std::vector<TableLine>& lines) {
   Rated best;
   for (const Marks& marks : styles)
-    if (Rated found = rated(lines, marks); found.score > best.score) best = std::move(found);
+    if (Rated found = rated(lines, marks);
+        found.score > 0.0 && std::tie(found.is_plain, found.score) > std::tie(best.is_plain, best.score))
+      best = std::move(found);
   return best.style;
 }
 

@@ -17,7 +17,8 @@ struct TableLine {
   [[nodiscard]] bool is_comment() const;  ///< begins with # or %
   [[nodiscard]] bool is_blank() const;
 };
-/// The first lines, those up to number `skipped` left out, as well as a first "sep=;" of spreadsheets.
+/// The first lines, at most 4 MiB of them; those up to number `skipped` left out, as well as a first "sep=;" of
+/// spreadsheets.
 [[nodiscard]] std::vector<TableLine> first_lines(const InputFile& file, std::size_t count, std::int64_t skipped);
 
 /// How cells are separated and numbers written, and what rows look like.

@@ -354,9 +354,10 @@ Check band_check(const MotionBand& band, double cutoff_hz) {
       cutoff_hz, 100.0 * check.value,
       seen ? fmt::format("noise apart, which exceeds the motion above {:.3g} Hz", band.to_hz)
            : "which is above its noise up to the end of the record's band");
+  const double whole_hz = cutoff_for(band);  // 0: as far as the record goes
   if (check.value < least_kept)
     check.message += fmt::format(". For all of it set prepare.cutoff_hz = {:.3g} and leave rate_hz out",
-                                 seen ? cutoff_for(band) : 0.8 * band.nyquist_hz);
+                                 whole_hz > 0.0 ? whole_hz : 0.8 * band.nyquist_hz);
   return check;
 }
 

@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "dsp/memory_limit.hpp"
+#include "dsp/samples/short_gap.hpp"
 #include "dsp/set_shape.hpp"
 
 namespace dsp {
@@ -30,7 +31,10 @@ void GapBridge::check_channel(Eigen::Index channel) {
     const double value = last.frames(i, channel);
     const auto frame = last.first + i;
     if (std::abs(value) <= largest) {
-      if (open.first >= 0) close(channel, frame, value, true);
+      const bool closes = open.first >= 0;
+      if (closes) close(channel, frame, value, true);
+      open.has_earlier = open.has_before && !closes;
+      open.earlier = open.before;
       open.before = value;
       open.has_before = true;
       continue;
@@ -85,13 +89,16 @@ void GapBridge::close(Eigen::Index channel, std::int64_t end, double behind, boo
   for (auto frame = open.first; frame < end; ++frame) {
     if (frame == block->first + block->frames.rows()) ++block;
     const double fraction = static_cast<double>(frame - open.first + 1) / steps;
-    block->frames(static_cast<Eigen::Index>(frame - block->first), channel) =
-        (1 - fraction) * before + fraction * behind;
+    double& value = block->frames(static_cast<Eigen::Index>(frame - block->first), channel);
+    value = (1 - fraction) * before + fraction * behind;
+    if (open.has_earlier && has_behind && is_curved_gap(steps))
+      value += parabola(-1.0, steps, fraction * steps) * (open.earlier - before - (before - behind) / steps);
   }
   const double from_s = static_cast<double>(open.first) / options_.sample_rate_hz;
   const double to_s = static_cast<double>(end) / options_.sample_rate_hz;
-  bridged_.push_back(
-      {from_s, to_s, fmt::format("no values in {}", options_.channels[static_cast<std::size_t>(channel)])});
+  bridged_.push_back({from_s, to_s,
+                      fmt::format("no values in {}", options_.channels[static_cast<std::size_t>(channel)]),
+                      open.has_before && has_behind});
   if (!open.has_before)
     open.num_before = end - open.first;
   else if (open.num_gaps++ == 0)
@@ -142,9 +149,8 @@ std::vector<Check> GapBridge::checks() const {
       message = fmt::format("no values before {:.6g} s, which is marked bad",
                             static_cast<double>(open.num_before) / options_.sample_rate_hz);
     if (open.num_gaps > 0)
-      message +=
-          fmt::format("{}{} values missing in {} gaps, the first at {:.6g} s; bridged by straight lines and marked bad",
-                      message.empty() ? "" : "; ", open.num_missing, open.num_gaps, open.first_place_s);
+      message += fmt::format("{}{} values missing in {} gaps, the first at {:.6g} s; bridged",
+                             message.empty() ? "" : "; ", open.num_missing, open.num_gaps, open.first_place_s);
     checks.push_back({"sample.missing", options_.channels[channel], CheckStatus::warning,
                       static_cast<double>(open.num_before + open.num_missing),
                       options_.max_missing_fraction * static_cast<double>(options_.num_frames), std::move(message)});

@@ -20,12 +20,13 @@ struct BridgeOptions {
   std::size_t max_memory_bytes = std::size_t{4} << 30;
 };
 
-/// Streams frames through and replaces what is missing (NaN, infinite) by straight lines between its neighbours, or by
-/// the nearest value at the ends of the recording. Frames leave once nothing in them is open; block sizes change
-/// nothing. What lacks before the first value of a channel is no gap: its sensor was not on yet. Each frame is moved or
-/// copied once on its way in and once on its way out, however many are held. Throws Fault (input): sample.missing where
-/// a gap is longer than max_gap_s or too much is missing, or a channel begins too late for what is held of the others
-/// until then or never; sample.huge for a value beyond 1e100, whose square would not fit; memory.limit (numerics).
+/// Streams frames through and replaces what is missing (NaN, infinite) by straight lines between its neighbours, up to
+/// three samples by a parabola through the one before these, too, or by the nearest value at the ends of the recording.
+/// Frames leave once nothing in them is open; block sizes change nothing. What lacks before the first value of a
+/// channel is no gap: its sensor was not on yet. Each frame is moved or copied once on its way in and once on its way
+/// out, however many are held. Throws Fault (input): sample.missing where a gap is longer than max_gap_s or too much is
+/// missing, or a channel begins too late for what is held of the others until then or never; sample.huge for a value
+/// beyond 1e100, whose square would not fit; memory.limit (numerics).
 class GapBridge {
  public:
   explicit GapBridge(BridgeOptions options);
@@ -47,7 +48,8 @@ class GapBridge {
   struct Open {
     std::int64_t first = -1;  ///< first missing frame, -1: nothing open
     double before = 0.0;      ///< last value there was
-    bool has_before = false;
+    double earlier = 0.0;     ///< the value before that
+    bool has_before = false, has_earlier = false;
     std::int64_t num_before = 0;   ///< missing before the first value
     std::int64_t num_missing = 0;  ///< behind it
     std::int64_t num_gaps = 0;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dsp/constants.hpp"
+
 namespace dsp {
 
 // A function of its own: among calls the compiler keeps the sums in memory, where each addition waits for the one
@@ -100,6 +102,22 @@ double SampleStatistics::repeats() const {
          static_cast<double>(std::max<std::int64_t>(num_changes_, 1));
 }
 
+namespace {
+
+// What a mean says that is gravity in g, mg, mm/s^2 or the counts of a usual converter; empty where it is none of them.
+std::string line_by_gravity(double mean) {
+  constexpr double off = 0.05;  // of gravity: a cheap sensor's error
+  const auto is = [&](double gravity_reading) { return std::abs(mean / gravity_reading - 1.0) < off; };
+  if (is(1.0)) return "unit = \"g\"";
+  if (is(1e3)) return "unit = \"mg\"";
+  if (is(1e3 * gravity)) return "unit = \"mm/s^2\"";
+  for (const double counts : {256.0, 512.0, 1024.0, 2048.0, 4096.0, 8192.0, 16384.0})
+    if (is(counts)) return fmt::format("full_scale = \"{:.9g} g\"", 1.0 / counts);
+  return "";
+}
+
+}  // namespace
+
 std::vector<Check> SampleStatistics::checks(const Channel& channel, double cell_s, double sample_rate_hz) const {
   if (constant())
     return {
@@ -114,12 +132,12 @@ std::vector<Check> SampleStatistics::checks(const Channel& channel, double cell_
   checks.push_back({"sample.offset", channel.name,
                     std::abs(offset) > 0.1 * spread ? CheckStatus::note : CheckStatus::ok, offset, 0.1 * spread,
                     fmt::format("mean {:.6g} {}", offset, channel.unit)});
-  constexpr double off = 0.05;  // of gravity: a cheap sensor's error
-  if (channel.unit_is_assumed && info_of(channel.role).order == 2 && std::abs(std::abs(offset) - 1.0) < off)
+  if (const std::string line = line_by_gravity(std::abs(offset));
+      channel.unit_is_assumed && info_of(channel.role).order == 2 && !line.empty())
     checks.push_back({"sample.gravity", channel.name, CheckStatus::warning, offset, 0.0,
-                      fmt::format("its mean is {:.4g}, as gravity's is in g, but {} was assumed. If it is in g, write "
-                                  "unit = \"g\" under its [[channel]] in the sidecar",
-                                  offset, channel.unit)});
+                      fmt::format("its mean is {:.5g}, which may be gravity, but {} was assumed. If it is gravity, "
+                                  "write {} under its [[channel]] in the sidecar",
+                                  offset, channel.unit, line)});
   checks.push_back(
       {"sample.drift", channel.name, std::abs(drift) > 0.1 * spread ? CheckStatus::note : CheckStatus::ok, drift,
        0.1 * spread,

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <regex>
@@ -107,4 +108,100 @@ TEST_CASE("a rate that a file's clock contradicts is an error", "[apps][report_f
   const auto ended = support::run(folder, "$ARDENT -q run slash_units.csv -o run");
   CHECK(ended.code == 3);
   CHECK_THAT(ended.err, Catch::Contains("[rate.mismatch]") && Catch::Contains("200 Hz"));
+}
+
+namespace {
+
+/// What a run of a file says, with the sidecar and the settings that were pasted so far.
+struct Said {
+  int code = 0;
+  std::string fault, err, screen;
+};
+
+Said said_by(const Scratch& folder, const std::string& file, const std::string& options = "") {
+  std::filesystem::remove_all(folder / "run");
+  const auto ended = support::run(folder, fmt::format("$ARDENT -q run {} -o run {}", file, options));
+  std::smatch name;
+  Said said{ended.code, "", ended.err, unwrapped(ended.out)};
+  if (ended.code != 0 && std::regex_search(ended.err, name, std::regex("error \\[([a-z_.]+)\\]"))) said.fault = name[1];
+  return said;
+}
+
+/// Keys for the whole file come before its channels.
+void paste(const Scratch& folder, const std::string& file, const std::string& lines) {
+  const std::string name = file + ".toml";
+  const std::string before = std::filesystem::exists(folder / name) ? support::bytes_of(folder / name) : "";
+  (void)folder.file(name, lines.find("[[") == std::string::npos ? lines + before : before + lines);
+}
+
+double percent_left_out(const std::string& screen) {
+  return number_behind(std::regex_replace(screen, std::regex("([0-9.]+) % of the record is left out"), "left: $1"),
+                       "left:")
+      .value_or(0.0);
+}
+
+}  // namespace
+
+TEST_CASE("every line that these files make the program propose leads on", "[apps][report_files][real]") {
+  if (!std::filesystem::exists(reports)) return;
+  int num_applied = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(reports)) {
+    const std::string file = entry.path().filename().string();
+    if (file == "README.md" || file == "SHA256SUMS") continue;
+    INFO(file);
+    const Scratch folder;
+    std::filesystem::copy_file(entry.path(), folder / file);
+    Said said = said_by(folder, file);
+    // A refusal is followed by none or by another.
+    for (int round = 0; round < 3 && said.code == 3 && !lines_of(said.err).empty(); ++round, ++num_applied) {
+      const std::string fault = said.fault;
+      paste(folder, file, lines_of(said.err));
+      said = said_by(folder, file);
+      CHECK(said.fault != fault);
+    }
+    INFO(said.err);
+    CHECK((said.code == 0 || said.fault == "container.unsupported"));
+    // A cut-off that is to leave less out does.
+    std::smatch match;
+    if (!std::regex_search(said.screen, match, std::regex("reach less far with (prepare.cutoff_hz) = ([0-9.e+]+)")))
+      continue;
+    ++num_applied;
+    const Said after = said_by(folder, file, fmt::format("--set {}={}", match[1].str(), match[2].str()));
+    CHECK(after.code == 0);
+    CHECK(percent_left_out(after.screen) < percent_left_out(said.screen));
+  }
+  CHECK(num_applied > 10);
+}
+
+TEST_CASE("a size that no vibration has is asked for, with the line that mends it", "[apps][report_files]") {
+  struct Table {
+    const char *header, *fault, *channel;
+    double time_s, offset, amplitude;  // what the numbers of a time of 1 s are, and of the motion
+  };
+  for (const Table& table : {Table{"time_s,x_m", "sample.size", "x", 1.0, 0.0, 19.0},
+                             Table{"time_s,x_mm", "clock.slow", "", 1000.0, 0.0, 9.0},
+                             Table{"t,theta", "sample.size", "theta", 1.0, 0.0, 20.0},
+                             Table{"t,acc", "sample.gravity", "acc", 1.0, 256.0, 100.0},
+                             Table{"t,acc", "sample.gravity", "acc", 1.0, 1.0, 0.3}}) {
+    INFO(table.header << " " << table.offset);
+    std::string text = table.header + std::string("\n");
+    for (int i = 0; i < 3000; ++i) {
+      const double t = 0.01 * i;
+      const double motion = std::exp(-0.05 * t) * std::cos(2.0 * 3.14159265358979 * 1.8 * t);
+      text += fmt::format("{:.9g},{:.5f}\n", table.time_s * t, table.offset + table.amplitude * motion);
+    }
+    const Scratch folder;
+    (void)folder.file("m.csv", text);
+    const std::string before = said_by(folder, "m.csv").screen;
+    CHECK_THAT(before, Catch::Contains(fmt::format("[{}]", table.fault)));
+    std::smatch line;
+    REQUIRE(std::regex_search(before, line, std::regex("[Ww]rite ([^\\[]*) (?:under its|into a) \\[\\[channel\\]\\]")));
+    const std::string name = *table.channel != 0 ? fmt::format("name = \"{}\"\n", table.channel) : "";
+    paste(folder, "m.csv", "[[channel]]\n" + name + std::regex_replace(line[1].str(), std::regex(", "), "\n") + "\n");
+    const std::string after = said_by(folder, "m.csv").screen;
+    CHECK_THAT(after, !Catch::Contains(fmt::format("[{}]", table.fault)));
+    const auto found_hz = number_behind(after, "natural frequency");
+    REQUIRE(found_hz);
+    CHECK(*found_hz == Approx(1.8).epsilon(0.001));
+  }
 }

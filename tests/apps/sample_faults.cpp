@@ -145,17 +145,20 @@ TEST_CASE("too much clipping where it is trained is refused, elsewhere it is lef
   expect(folder, "$ARDENT check m.csv --set prepare.max_clipped=0.9", 0, {"sample.clipped"});
 }
 
-TEST_CASE("spikes, offsets and drifts are reported and left as they are", "[apps][faults]") {
+TEST_CASE("spikes of a force, offsets and drifts are left as they are; isolated displacements are missing values", "[apps][faults]") {
   const Scratch folder;
   write_table(folder, [](int i, Row& row) {
-    if (i == 2000 || i == 4000) row.y += 0.05;
+    if (i == 2000 || i == 4000) row.f += 5.0;
+    if (i == 3000) row.y += 0.05;
     row.r += 0.02 + 1e-6 * i;
   });
   expect(folder, "$ARDENT run m.csv -o left", 0, {});
-  const json spikes = checks_of(folder, "left", "sample.spike", "y");
+  const json spikes = checks_of(folder, "left", "sample.spike", "f");
   CHECK(spikes["value"] == 2.0);
   CHECK_THAT(spikes["message"].get<std::string>(), Catch::Contains("20 s") && Catch::Contains("left in"));
   CHECK(checks_of(folder, "left", "sample.spike", "r")["value"] == 0.0);
+  CHECK(checks_of(folder, "left", "sample.isolated", "y")["value"] == 1.0);
+  CHECK(checks_of(folder, "left", "sample.missing", "y")["value"] == 1.0);
   CHECK(checks_of(folder, "left", "sample.offset", "r")["value"].get<double>() == Approx(0.023).margin(2e-4));
   CHECK(checks_of(folder, "left", "sample.offset", "r")["status"] == "note");
   CHECK(checks_of(folder, "left", "sample.drift", "r")["value"].get<double>() == Approx(0.006).margin(4e-4));

@@ -262,7 +262,7 @@ TEST_CASE("a handful of samples is refused", "[dsp][prepare]") {
   CHECK_THROWS_WITH(dsp::prepare(recording(64.0, 5), {}), Catch::Contains("5 samples"));
 }
 
-TEST_CASE("numbers that are no vibration in the unit taken for granted are a question", "[dsp][prepare]") {
+TEST_CASE("numbers that are no vibration in their unit are a question", "[dsp][prepare]") {
   const auto asked = [](double scale, bool assumed) {
     auto record = recording(250.0, 5000);
     record.samples *= scale;
@@ -272,6 +272,7 @@ TEST_CASE("numbers that are no vibration in the unit taken for granted are a que
                        [](const dsp::Check& check) { return check.name == "sample.size"; });
   };
   CHECK(asked(1e5, true));  // hundredths of a millimetre
-  CHECK_FALSE(asked(1e5, false));
+  CHECK(asked(1e5, false));  // a kilometre is no vibration whoever says the unit
+  CHECK_FALSE(asked(20.0, false));
   CHECK_FALSE(asked(1.0, true));
 }

@@ -102,9 +102,13 @@ TEST_CASE("what is left out is said, with its reasons, and from a quarter on wit
   ended.prepared.signals.edge_samples = 200;
   ended.prepared.options.integrate_from_hz = 0.1;
   ended.prepared.channels = {{.name = "x", .role = dsp::Role::x}};
-  CHECK_THAT(ident::left_out(ended).message, Catch::Contains("prepare.cutoff_hz"));
+  ended.prepared.options.cutoff_hz = 4.0;
+  ended.prepared.intermediate.sample_rate_hz = 100.0;
+  CHECK_THAT(ident::left_out(ended).message, Catch::Contains("prepare.cutoff_hz = 8"));
+  ended.prepared.options.cutoff_hz = 40.0;  // no filter of this record reaches less far
+  CHECK_THAT(ident::left_out(ended).message, Catch::Contains("longer record"));
   ended.prepared.channels = {{.name = "a", .role = dsp::Role::a}};
-  CHECK_THAT(ident::left_out(ended).message, Catch::Contains("prepare.integrate_from_hz"));
+  CHECK_THAT(ident::left_out(ended).message, Catch::Contains("integrated above 0.1 Hz"));
 
   ident::Range low;
   low.spec.name = "low";

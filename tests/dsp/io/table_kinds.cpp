@@ -268,3 +268,44 @@ TEST_CASE("a header in a LabVIEW file for every segment is no row, and a second 
   REQUIRE(found.has_check("table.left_out"));
   CHECK_THAT(found.info.checks.front().message, Catch::Contains("'encoder' (75 samples, others have 300)"));
 }
+
+TEST_CASE("a line of units of which one is unknown is no line of names", "[dsp][table_kinds]") {
+  const auto two = [](int i) { return fmt::format("{:.2f},{:.3f},7", i / rate_hz, value(i)); };
+  for (const char* header : {"Time,Laser,Level\ns,mm,Skt\n", "Time,Laser,Level\n[s],[mm],[Skt]\n"}) {
+    const auto found = check_decay(table(header, two));
+    CHECK(found.info.columns == std::vector<std::string>{"Time", "Laser", "Level"});
+    CHECK(found.info.units[2].empty());
+  }
+  CHECK_FALSE(check_decay(table("Test,Rig\nTime (s),Weg mm\n", plain)).info.columns[0] == "Test");
+}
+
+TEST_CASE("names that are numbers are no row", "[dsp][table_kinds]") {
+  const auto named = read(table("Time,1\n", plain), 1);
+  CHECK(named.info.columns == std::vector<std::string>{"Time", "1"});
+  CHECK(named.column.size() == num_rows);
+  for (const char* header : {"0,1\n", "1,2\n"}) {
+    const auto numbered = read(table(header, plain), 1);
+    CHECK(numbered.info.sample_rate_hz == rate_hz);
+    CHECK(numbered.column.size() == num_rows);
+    CHECK(numbered.column.front() == Approx(value(0)));
+  }
+}
+
+TEST_CASE("lines of a word and a number do not outvote a few rows", "[dsp][table_kinds]") {
+  std::string keys;
+  for (int i = 0; i < 60; ++i) keys += fmt::format("setting{},{}\n", i, 1.5 * i);
+  for (const char* names : {"t,x_mm\n", "t,x_mm,count\n"}) {
+    const bool has_three = std::string(names).find("count") != std::string::npos;
+    std::string text = keys + names;
+    for (int i = 0; i < 12; ++i) text += plain(i) + (has_three ? ",1\n" : "\n");
+    const auto found = read(text, 1);
+    CHECK(found.info.columns[1] == "x_mm");
+    CHECK(found.column.size() == 12);
+  }
+}
+
+TEST_CASE("lines of a million separators take a moment and little memory", "[dsp][table_kinds]") {
+  std::string text;
+  for (int i = 0; i < 40; ++i) text += std::string(1'000'000, ',') + "\n";
+  check_fault([&] { (void)read(text, 0); }, FaultKind::input, "container.unknown", {"no line"});
+}

@@ -88,3 +88,18 @@ TEST_CASE("what is held until a late channel begins stays within the memory allo
   beside.set_bytes_beside(1.0);
   check_fault([&] { beside.push(frames); }, FaultKind::numerics, "memory.limit", {"a.csv"});
 }
+
+TEST_CASE("a parabola bridges up to three samples, a line more", "[dsp][bridge_gaps]") {
+  const auto curve = [](Eigen::Index i) {
+    return 3.0 + 0.5 * static_cast<double>(i) - 0.01 * static_cast<double>(i * i);
+  };
+  FrameBlock frames(1000, 2);
+  for (Eigen::Index i = 0; i < frames.rows(); ++i) frames.row(i).setConstant(curve(i));
+  for (const Eigen::Index count : {1, 2, 3, 4}) frames.col(0).segment(100 * count, count).setConstant(none);
+  const FrameBlock bridged = through(frames, 64, 100);
+  for (const Eigen::Index count : {1, 2, 3})
+    for (Eigen::Index i = 100 * count; i < 100 * count + count; ++i)
+      CHECK(bridged(i, 0) == Approx(curve(i)).epsilon(1e-12));
+  const Eigen::Index last = 399 + 4 + 1;
+  CHECK(bridged(401, 0) == Approx(0.6 * curve(399) + 0.4 * curve(last)).epsilon(1e-12));
+}
