@@ -272,7 +272,7 @@ void settle_integration(Prepared& prepared, double drift_to_hz) {
 }
 
 /// The channels that record x or a derivative of it; null where none does.
-std::shared_ptr<const Recording> of_relative_motion(const Recording& all) {
+std::shared_ptr<const Recording> of_relative_motion(const Recording& all, std::vector<Interval> bad) {
   const auto has = [&](Body body) {
     return std::any_of(all.channels.begin(), all.channels.end(),
                        [&](const Channel& channel) { return info_of(channel.role).body == body; });
@@ -287,7 +287,7 @@ std::shared_ptr<const Recording> of_relative_motion(const Recording& all) {
     found->channels.push_back(channel);
   }
   if (columns.empty()) return nullptr;
-  found->name = all.name, found->sample_rate_hz = all.sample_rate_hz, found->bad = all.bad;
+  found->name = all.name, found->sample_rate_hz = all.sample_rate_hz, found->bad = std::move(bad);
   found->samples = all.samples(Eigen::all, columns);
   return found;
 }
@@ -323,6 +323,7 @@ Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& optio
   const auto folding =
       intermediate.spectrum.checks(intermediate.recording.channels, prepared.options.rate_hz, prepared.decimation);
   prepared.checks.insert(prepared.checks.end(), folding.begin(), folding.end());
+  std::vector<Interval> missing = intermediate.recording.bad;
   if (auto check = keep_bridged(intermediate.recording.bad, prepared.options.cutoff_hz))
     prepared.checks.push_back(std::move(*check));
   const RawSpectrum spectrum = spectrum_of_parts(known);
@@ -337,7 +338,7 @@ Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& optio
   for (std::size_t i = 0; i < prepared.channels.size(); ++i)
     prepared.channels[i].role = intermediate.recording.channels[i].role;
   if (prepared.options.recipe == Recipe::matched && !prepared.x_is_difference)
-    prepared.recorded = of_relative_motion(intermediate.recording);
+    prepared.recorded = of_relative_motion(intermediate.recording, std::move(missing));
   finish(prepared, std::move(intermediate.recording), intermediate.sheet, num_threads);
   return prepared;
 }

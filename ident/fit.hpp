@@ -22,6 +22,9 @@ struct MethodDescription;  // of ident/methods.hpp
 enum class Method { fast_rvm, slow_rvm, multi_rvm, stlsq, lasso, ridge, ols };
 [[nodiscard]] std::string_view to_string(Method method);  ///< its name in the table of ident/methods.hpp
 
+/// What speaks for a range where both can (Likelihood).
+enum class Stage { likelihood, regression };
+
 /// How a term earns its place.
 enum class Selection {
   evidence,  ///< its gain in log evidence must exceed tau: 2 dL = q - 1 - log q > tau, at the effective sample size

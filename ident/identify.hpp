@@ -81,6 +81,7 @@ struct RangeResult {
 struct IdentifyOptions {
   std::string target = "a", target_unit;
   std::vector<MethodOptions> methods = {FastRvmOptions{}, SlowRvmOptions{}, StlsqOptions{}};
+  Stage stage = Stage::likelihood;
   int num_threads = 1;
   Eigen::Index most_blocks = 0;  ///< of RangeFactors; 0: none are formed
   bool free_run = true;          ///< false: the rows of a table are no time response

@@ -467,6 +467,8 @@ void judge_doubts(JudgedFit& judged, const RangeData& range, const RangeResult& 
     judged.noise.bias.resize(0);  // of least squares
     const std::optional<Explanation>& missing = result.likelihood.missing;
     (missing && missing->is_recorded ? judged.explanations.recorded : judged.explanations.better) = missing;
+    if (!result.likelihood.has_unexplained()) return;
+    judged.band = band_split(judged.model, judged.fit.relevant, result.rows.train, recordings, residual, options.poll);
     return;
   }
   judged.explanations = explanations(judged.model, result.terms, left_out(judged.model, range, library), kept,

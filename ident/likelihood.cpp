@@ -30,7 +30,7 @@ struct Piece {
 };
 
 constexpr Index least_samples = 32;     // of a piece: less says nothing but where it begins
-constexpr Index most_samples = 40'000;  // of all pieces together: a tenth of a second for an iteration
+constexpr Index most_samples = 20'000;  // of all pieces together: 50 ms for an iteration, of which there are 40 to 200
 
 /// One input is known without gaps or not at all; where there is none, samples that must not be used are missing ones.
 bool may_have_gaps(const Range& range, const std::vector<std::string>& inputs) {
@@ -138,7 +138,7 @@ std::string obstacle(const Columns& columns) {
   if (columns.prepared == nullptr) return "the rows of a table are no time response";
   const dsp::Prepared& prepared = *columns.prepared;
   if (prepared.recorded == nullptr)
-    return "the motion is the difference of two channels, or was filtered before it was formed";
+    return prepared.x_is_difference ? "x is the difference of two channels" : "x was formed of filtered channels";
   for (const dsp::Channel& channel : prepared.recorded->channels)
     if (channel.highpass_hz.size() > 1) return fmt::format("{} has two couplings", channel.name);
   if (!std::all_of(prepared.relations.begin(), prepared.relations.end(), dsp::can_be_corrected))
@@ -207,6 +207,8 @@ std::vector<Explanation> outsiders(const RangeData& data, const dsp::Motion& sig
       result.push_back({.what = name, .cause = cause, .is_recorded = is_recorded});
   };
   for (const char* form : usual_forms) add(form, Cause::missing_term, false);
+  if (const dsp::Signal* x = signals.find("x"); x != nullptr && x->unit == "rad")
+    for (const char* form : {"sin(x)", "cos(x)"}) add(form, Cause::missing_term, false);
   for (const dsp::Signal& signal : signals.signals)
     if (acts_from_outside(signal)) add(signal.name, Cause::missing_input, true);
   return result;

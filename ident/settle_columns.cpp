@@ -270,7 +270,10 @@ RangeData settled_data(const Range& range, RangeResult& result, std::vector<Colu
   data.evidence = evidence_data(data, result, recordings, library, options);
   data.factors.evidence = data.evidence.data;
   data.factors.size = data.evidence.size;
-  result.likelihood = likelihood_of(range, result.rows, data, recordings, options.num_threads);
+  if (options.stage == Stage::likelihood)
+    result.likelihood = likelihood_of(range, result.rows, data, recordings, options.num_threads);
+  else
+    result.likelihood.silent_because = "fit.stage is \"regression\"";
   // Noise on a derivative makes coefficients seem to differ. Where one equation explains all samples, they do not.
   const bool is_common = result.likelihood.speaks() && !result.likelihood.has_unexplained();
   if (!data.evidence.differing.empty() && !is_common) {

@@ -217,6 +217,7 @@ Identified identify_where_one_equation_holds(Config config, const RunArguments& 
     console.step(fmt::format("{}. It is identified again with cutoff_hz = {:.3g}; [prepare] cutoff_hz sets another",
                              to_text(*split), *cutoff_hz));
     config.prepare.cutoff_hz = *cutoff_hz;
+    config.fit.stage = ident::Stage::regression;  // the likelihood takes the whole band
   }
 }
 

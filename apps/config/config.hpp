@@ -41,6 +41,7 @@ struct FitConfig {
   std::string target = "a";
   std::vector<ident::Method> methods = ident::default_methods();
   ident::MethodSettings settings;  ///< of all methods, whether they are used or not
+  ident::Stage stage = ident::Stage::likelihood;
   double train_fraction = 0.6;     ///< of a range's rows, where its train_to is left out
   std::string place;               ///< of `target` in the config
 };

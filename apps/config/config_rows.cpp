@@ -236,6 +236,13 @@ Rows fit_rows() {
                         "", "fast_rvm, slow_rvm, sindy", read_methods, written_methods)};
   for (const ident::MethodSetting& setting : ident::method_settings()) rows.push_back(method_row(setting));
   rows.push_back(
+      Row::choice(
+          "stage", in(&Config::fit, &FitConfig::stage),
+          {{"likelihood", ident::Stage::likelihood}, {"regression", ident::Stage::regression}},
+          "\"likelihood\": where it applies, terms and coefficients come from the samples as they were recorded, "
+          "in their whole band. \"regression\": always from the filtered rows, below prepare.cutoff_hz.")
+          .varied());
+  rows.push_back(
       Row::of("train_share", in(&Config::fit, &FitConfig::train_fraction),
               {.range = {.from = 0.0, .to = 1.0, .above = true}},
               "Fraction of a range's rows that is fitted, where it has no train_to. The rest is for testing.")

@@ -127,6 +127,7 @@ ident::IdentifyOptions identify_options(const Config& config, const std::vector<
   return {.target = config.fit.target,
           .target_unit = inputs.front().prepared.signals.find(config.fit.target)->unit,
           .methods = config.fit.settings.options_of(config.fit.methods),
+          .stage = config.fit.stage,
           .num_threads = num_threads,
           .poll = check_interrupted};
 }

@@ -112,9 +112,12 @@ bool halves(const Crests& crests) {
   });
 }
 
+/// Where the equation explains every sample and another term takes what one feeds, it excites itself.
 bool is_fed(const Evidence& of) {
   const EnergyTerms energy = energy_terms(of.fit.model);
-  return energy.friction_feeds || (!energy.feed.empty() && (!of.fit.free_run.alone || halves(of.range.crests)));
+  const bool excites_itself = of.fit.by_likelihood && !of.range.likelihood.has_unexplained() && !energy.take.empty();
+  return energy.friction_feeds ||
+         (!energy.feed.empty() && !excites_itself && (!of.fit.free_run.alone || halves(of.range.crests)));
 }
 
 std::string fed_clause(const Evidence& of) {
@@ -189,7 +192,8 @@ constexpr std::array rules{
     VerdictRule{.name = "feeds_energy",
                 .at_most = Verdict::in_part,
                 .condition = "Dry friction feeds energy to the motion, or any damping does in a motion that is driven "
-                             "or falls to half, by more than its 95 % interval",
+                             "or falls to half, by more than its 95 % interval; but where another term takes it and "
+                             "the likelihood of the recorded samples finds nothing unexplained",
                 .reason = "what is passive takes energy; only self-excited motion is fed by its damping",
                 .remedy = "Friction and damping of opposite signs imitate another law of the speed: add candidates "
                           "such as abs(v)*v to [library] terms, or leave the doubtful ones out.",
@@ -259,7 +263,9 @@ constexpr std::array rules{
                 .holds = [](const Evidence& of) { return of.found.by_run == Verdict::undecided && has_left_over(of); }},
     VerdictRule{.name = "above_noise",
                 .at_most = Verdict::in_part,
-                .condition = "More than twice the noise of the recorded channels is left over",
+                .condition =
+                    "More than twice the noise of the recorded channels is left over, or the likelihood of the "
+                    "recorded samples finds something unexplained with odds of 20,000",
                 .reason = "half of it is something else then",
                 .holds = [](const Evidence& of) { return of.found.above_noise; }},
     VerdictRule{.name = "misses_motion",

@@ -122,7 +122,7 @@ TEST_CASE("an accelerometer's gain is found beside the equation", "[ident][likel
 }
 
 TEST_CASE("a law that is no candidate is named, and does not pass for noise", "[ident][likelihood]") {
-  const ident::RangeResult range = found_in(recording_of({}, 0.3), {"f"});
+  const ident::RangeResult range = found_in(recording_of({.noise = 0.005}, 0.3), {"f"});
   REQUIRE(range.likelihood.speaks());
   REQUIRE(range.likelihood.missing);
   CHECK(range.likelihood.missing->what == "abs(v)*v");

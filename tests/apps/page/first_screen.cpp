@@ -120,7 +120,7 @@ TEST_CASE("the lines to paste mend the run", "[apps][page]") {
   const auto poor = support::run(folder, "$ARDENT -q run poor.toml -o poor");
   CAPTURE(poor.out, poor.err);
   REQUIRE(poor.code == 0);
-  CHECK_THAT(poor.out, Catch::Contains("recorded and not in it: f"));
+  CHECK_THAT(poor.out, Catch::Contains("recorded and not tried: f"));
   std::string lines;
   for (const std::string& line : lines_of(bytes_of(folder / "poor/equation.txt")))
     if (line.find("    [library]") != std::string::npos || line.find("    terms = ") != std::string::npos)

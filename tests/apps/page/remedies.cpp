@@ -257,7 +257,8 @@ TEST_CASE("a second force that nobody recorded is missed, not the end of the pro
   for (const std::string& file : {std::string("two.csv"), real}) {
     if (!std::filesystem::exists(file == real ? std::filesystem::path(real) : folder / file)) continue;
     const auto ended = support::expect(folder, "$ARDENT -q run " + file + " -o out --force", 0, {"mend"});
-    CHECK_THAT(ended.out, !Catch::Contains("This equation describes the record"));
-    CHECK_THAT(ended.out, Catch::Contains("drives the motion"));
+    CHECK_THAT(ended.out, Catch::Contains("This equation does not describe the record"));
+    // Of the measured file noise of x, derived twice, is as large as what drives it.
+    if (file != real) CHECK_THAT(ended.out, Catch::Contains("drives the motion"));
   }
 }

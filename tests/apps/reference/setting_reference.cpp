@@ -63,7 +63,7 @@ TEST_CASE("what is printed of a key is what its reader applies", "[apps][referen
   for (const char* piece :
        {"[[recording]]", "[prepare]", "cutoff_hz", "One of \"matched\", \"paper\"; left out: \"matched\".",
         "Number from 0 to 1; left out: 0.01.", "True or false; left out: true.",
-        "Whole number from 0 to 1000; left out: 3."})
+        "Whole number from 0 to 24; left out: 3."})
     CHECK_THAT(config, Catch::Contains(piece));
   const std::string sidecar = apps::to_text(apps::sidecar_page());
   for (const char* piece :
