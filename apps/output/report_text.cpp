@@ -215,7 +215,7 @@ std::string stage_text(const ident::RangeResult& range, const ident::JudgedFit& 
   const std::string_view method = to_string(fit.fit.method);
   const ident::Likelihood& likelihood = range.likelihood;
   if (fit.by_likelihood)
-    return fmt::format("the likelihood of {:.0f} samples as recorded, method {} before it{}", likelihood.num_samples,
+    return fmt::format("the likelihood of {:.0f} recorded samples (method {} before it){}", likelihood.num_samples,
                        method,
                        likelihood.has_unexplained()
                            ? fmt::format("; what the equation does not explain is as much as a random {} of {:.2g} {}",
@@ -223,9 +223,7 @@ std::string stage_text(const ident::RangeResult& range, const ident::JudgedFit& 
                            : "");
   return fmt::format(
       "method {}{}", method,
-      likelihood.silent_because.empty()
-          ? ""
-          : fmt::format(" (not by the likelihood of the samples as recorded: {})", likelihood.silent_because));
+      likelihood.silent_because.empty() ? "" : fmt::format(" (regression: {})", likelihood.silent_because));
 }
 
 std::string to_text(const ident::BandSplit& split) {

@@ -29,8 +29,8 @@ namespace apps {
 /// ranges disagree on.
 [[nodiscard]] std::string report_text(const std::vector<ident::RangeResult>& ranges);
 
-/// Which stage the coefficients of a fit are of, and why: "likelihood of 3,753 recorded samples, from the candidates of
-/// method fast_rvm"; "method fast_rvm (no likelihood of the samples as recorded: ...)".
+/// Which stage the coefficients of a fit are of, and why: "the likelihood of 3753 recorded samples (method fast_rvm
+/// before it)"; "method fast_rvm (regression: x is the difference of two channels)".
 [[nodiscard]] std::string stage_text(const ident::RangeResult& range, const ident::JudgedFit& fit);
 
 /// That a record does not follow one equation in its whole band, with the coefficient that shows it; no full stop.
