@@ -326,11 +326,14 @@ Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& optio
   std::vector<Interval> missing = intermediate.recording.bad;
   if (auto check = keep_bridged(intermediate.recording.bad, prepared.options.cutoff_hz))
     prepared.checks.push_back(std::move(*check));
-  const RawSpectrum spectrum = spectrum_of_parts(known);
-  const MotionBand band = motion_band_of_channels(known.channels, spectrum);
+  MotionBand band = motion_band_of_channels(known.channels, intermediate.spectrum);
+  std::optional<RawSpectrum> slow;
+  if (band.signal.empty()) slow = spectrum_of_eighths(known);
+  if (slow) band = motion_band_of_channels(known.channels, *slow);
   if (!band.signal.empty()) prepared.checks.push_back(band_check(band, prepared.options.cutoff_hz));
   if (!has_displacement(known))
-    settle_integration(prepared, integration_from_hz(known.channels, spectrum, known.duration_s()));
+    settle_integration(prepared,
+                       integration_from_hz(known.channels, slow ? *slow : intermediate.spectrum, known.duration_s()));
   remove_delays(intermediate.recording);
   for (Check& check :
        drop_unlike_derivatives(intermediate.recording, intermediate.spectrum, prepared.options.cutoff_hz))

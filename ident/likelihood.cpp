@@ -181,8 +181,7 @@ state_space::Record record_of(const Piece& piece, const Columns& columns, const 
     record.channels.col(j) = recorded.samples.col(output.column).segment(piece.first, piece.size());
     if (output.order == 0) record.channels.col(j).array() -= columns.zero;
   }
-  for (Index j = 0; j < std::ssize(inputs); ++j)
-    record.inputs.col(j) = inputs[static_cast<size_t>(j)].segment(piece.first, piece.size());
+  for (Index j = 0; j < std::ssize(inputs); ++j) record.inputs.col(j) = inputs[static_cast<size_t>(j)];
   set_missing(record.channels, piece, recorded);
   return record;
 }
@@ -262,21 +261,18 @@ Statement statement_of(const Range& range, const std::vector<Row>& rows, bool ar
   std::vector<Piece> pieces = pieces_of(range, rows, are_last, recordings, may_have_gaps(range, *inputs));
   if (pieces.empty()) return refuse("there is no interval of rows long enough");
   shorten(pieces);
-  std::vector<Eigen::VectorXd> signals;
   problem.input_noise_std.assign(inputs->size(), 0.0);
-  size_t of = recordings.size();
   for (const Piece& piece : pieces) {
     const Columns& columns = recordings[piece.recording];
     const dsp::Motion& motion = columns.prepared->intermediate;
-    if (piece.recording != of) {
-      of = piece.recording, signals.clear();
-      for (const std::string& name : *inputs) {
-        if (motion.find(name) == nullptr) return refuse("the recordings have other channels or rates");
-        state_space::Input input = state_space::without_noise(motion.at(name), motion.sample_rate_hz);
-        signals.push_back(std::move(input.signal));
-        problem.input_noise_std[signals.size() - 1] =
-            std::max(problem.input_noise_std[signals.size() - 1], input.noise_std);
-      }
+    std::vector<Eigen::VectorXd> signals;  // on the piece alone: a long record has more than is taken
+    for (const std::string& name : *inputs) {
+      if (motion.find(name) == nullptr) return refuse("the recordings have other channels or rates");
+      state_space::Input input =
+          state_space::without_noise(motion.at(name).segment(piece.first, piece.size()), motion.sample_rate_hz);
+      double& noise_std = problem.input_noise_std[signals.size()];
+      noise_std = std::max(noise_std, input.noise_std);
+      signals.push_back(std::move(input.signal));
     }
     problem.records.push_back(record_of(piece, columns, outputs_of(columns), signals));
   }

@@ -154,6 +154,7 @@ const ident::BandSplit* split_of(const std::vector<ident::RangeResult>& ranges) 
   const std::optional<ident::ChosenFit> chosen = ident::chosen_fit(ranges);
   if (!chosen) return nullptr;
   const ident::JudgedFit& fit = ranges[chosen->range].fits[chosen->method];
+  if (fit.by_likelihood && ranges[chosen->range].likelihood.missing) return nullptr;
   const bool lacks_term = fit.judgement.cause == ident::Cause::missing_term &&
                           ident::findings_of(ranges[chosen->range], fit).follows_roughly();
   if (!lacks_term && ident::preference(fit.judgement.verdict) < ident::preference(ident::Verdict::in_part))

@@ -3,10 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <numbers>
 #include <utility>
 
 #include "dsp/motion.hpp"
@@ -137,28 +135,7 @@ double MotionBand::kept_fraction(double cutoff_hz) const {
   return cutoff_hz >= to_hz || !(all > 0.0) ? 1.0 : motion.head(bins_to(cutoff_hz)).sum() / all;
 }
 
-namespace {
-
-/// The spectrum as segments `times` shorter have it, under Hann's window.
-VectorXd coarser(const VectorXd& density, Index times) {
-  if (times == 1) return density;
-  const Index last = density.size() - 1, reach = 2 * times;
-  VectorXd weights(2 * reach + 1);
-  for (Index i = -reach; i <= reach; ++i) {
-    const double bins = static_cast<double>(i) / static_cast<double>(times), turn = std::numbers::pi * bins;
-    const double beside = 1.0 - bins * bins;
-    weights(i + reach) = i == 0 ? 1.0 : std::abs(i) == times ? 0.25 : std::pow(std::sin(turn) / (turn * beside), 2);
-  }
-  VectorXd result = VectorXd::Zero(last / times + 1);
-  for (Index k = 0; k < result.size(); ++k)
-    for (Index i = -reach; i <= reach; ++i) {
-      const Index at = std::abs(k * times + i);
-      result(k) += weights(i + reach) * density(at > last ? 2 * last - at : at);
-    }
-  return result;
-}
-
-MotionBand band_in_bins(std::string signal, int order, VectorXd density, double bin_hz) {
+MotionBand motion_band(std::string signal, int order, VectorXd density, double bin_hz) {
   MotionBand band{.signal = std::move(signal), .order = order, .bin_hz = bin_hz, .density = std::move(density)};
   constexpr double of_nyquist = 0.95;  // a recorder's own filter sets in above
   band.nyquist_hz = bin_hz * static_cast<double>(band.density.size() - 1);
@@ -184,30 +161,15 @@ MotionBand band_in_bins(std::string signal, int order, VectorXd density, double 
   return band;
 }
 
-}  // namespace
-
-MotionBand motion_band(std::string signal, int order, VectorXd density, double bin_hz) {
-  constexpr Index fewest_bins = 16, bins_to_peak = 8;
-  Index times = 1;
-  while (density.size() / (2 * times) >= fewest_bins) times *= 2;
-  for (; times > 1; times /= 2) {
-    const double wide_hz = bin_hz * static_cast<double>(times);
-    MotionBand band = band_in_bins(signal, order, coarser(density, times), wide_hz);
-    if (!band.signal.empty() && band.peak_hz >= static_cast<double>(bins_to_peak) * wide_hz) return band;
-  }
-  return band_in_bins(std::move(signal), order, std::move(density), bin_hz);
-}
-
 namespace {
 
 constexpr Index frames_at_once = 16384;
 
-/// Segments of a record: eighths, which resolve all that several of them show, and larger parts of a short one.
-constexpr std::array<Index, 4> parts_of_record{8, 4, 2, 1};
+/// Of a record: segments that resolve all that several of them show.
+constexpr Index num_eighths = 8;
 
-/// Half a sample more, which no unit of time rounds away.
-double part_s(Index num_frames, Index part, double sample_rate_hz) {
-  return (static_cast<double>(num_frames / part) + 0.5) / sample_rate_hz;
+double eighth_s(Index num_frames, double sample_rate_hz) {
+  return static_cast<double>(num_frames) / (num_eighths * sample_rate_hz);
 }
 
 /// Means of every so many values, which come in blocks of any size.
@@ -234,11 +196,12 @@ class Means {
 };
 
 /// How many samples one mean is to be of, so that a segment is no more than a spectrum takes, and that means keep a
-/// hundred harmonics of all that single samples do not resolve.
-Index means_for(Index segment) {
-  constexpr Index num_harmonics = 100;
-  const Index wanted = (segment + RawSpectrum::longest_segment - 1) / RawSpectrum::longest_segment;
-  return std::clamp<Index>(wanted, 1, RawSpectrum::longest_segment / (2 * num_harmonics * least_bin));
+/// hundred harmonics of all that the usual segments do not resolve.
+Index means_for(double segment_s, double rate_hz) {
+  constexpr double num_harmonics = 100.0;
+  const double kept_hz = num_harmonics * static_cast<double>(least_bin) / RawSpectrum::usual_segment_s;
+  const double wanted = std::ceil(segment_s * rate_hz / static_cast<double>(RawSpectrum::longest_segment));
+  return static_cast<Index>(std::max(1.0, std::min(wanted, std::floor(0.5 * rate_hz / kept_hz))));
 }
 
 /// Of means of `num_means` samples where that is more than one: white noise keeps its density in them, and what else
@@ -280,27 +243,22 @@ MotionBand find_motion_band(const std::function<RecordingReader()>& open) {
   const MotionSource source = motion_source(reader.description());
   if (source.plus < 0) return {};
   const double rate_hz = reader.description().sample_rate_hz;
-  const auto num_frames = static_cast<Index>(reader.num_frames());
-  MotionBand band = band_of_segments(std::move(reader), source, part_s(num_frames, parts_of_record[0], rate_hz));
-  for (const Index part : parts_of_record) {
-    const Index num_means = means_for(num_frames / part);
-    const bool is_new = part < parts_of_record[0] || num_means > 1;
-    if (band.signal.empty() && is_new)
-      band = band_of_segments(open(), source, part_s(num_frames, part, rate_hz), num_means);
-  }
+  const double slow_s = eighth_s(static_cast<Index>(reader.num_frames()), rate_hz);
+  MotionBand band = band_of_segments(std::move(reader), source, RawSpectrum::usual_segment_s);
+  const double longest_s = static_cast<double>(RawSpectrum::longest_segment) / rate_hz;
+  if (band.signal.empty() && slow_s > std::min(longest_s, RawSpectrum::usual_segment_s))
+    band = band_of_segments(open(), source, slow_s, means_for(slow_s, rate_hz));
   return band;
 }
 
-RawSpectrum spectrum_of_parts(const Recording& recording) {
+std::optional<RawSpectrum> spectrum_of_eighths(const Recording& recording) {
   const Index n = recording.samples.rows();
-  for (const Index part : parts_of_record) {
-    RawSpectrum spectrum(recording.sample_rate_hz, recording.samples.cols(), n, std::max<Index>(part, 2),
-                         part_s(n, part, recording.sample_rate_hz));
-    for (Index first = 0; first < n; first += frames_at_once)
-      spectrum.push(recording.samples.middleRows(first, std::min(frames_at_once, n - first)));
-    if (part == 1 || !motion_band_of_channels(recording.channels, spectrum).signal.empty()) return spectrum;
-  }
-  return {recording.sample_rate_hz, recording.samples.cols(), n};
+  const double segment_s = eighth_s(n, recording.sample_rate_hz);
+  if (segment_s <= RawSpectrum::usual_segment_s) return std::nullopt;
+  RawSpectrum spectrum(recording.sample_rate_hz, recording.samples.cols(), n, num_eighths, segment_s);
+  for (Index first = 0; first < n; first += frames_at_once)
+    spectrum.push(recording.samples.middleRows(first, std::min(frames_at_once, n - first)));
+  return spectrum;
 }
 
 MotionBand motion_band_of_channels(const std::vector<Channel>& channels, const RawSpectrum& spectrum) {

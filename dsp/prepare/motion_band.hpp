@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,22 +31,22 @@ struct MotionBand {
 /// noise of a sensor, that of a displacement by f^4: its least value, averaged over a sixth of an octave either way and
 /// over two harmonics of the motion at least, parts them, but for tones beyond a gap that win more motion than noise.
 /// No floor has to be seen and none has to be flat. Of a measured acceleration, whose noise does not rise, the spectrum
-/// is derived once more. Bins are joined until the motion's own is no more than the eighth to sixteenth, so that drift
-/// is one with the mean. Nothing (no signal) where most of the motion is slower than the bins resolve.
+/// is derived once more. Nothing (no signal) where most of the motion is slower than the bins resolve.
 [[nodiscard]] MotionBand motion_band(std::string signal, int order, Eigen::VectorXd density, double bin_hz);
 
 /// The same of a recording's motion: x, y - r where both were recorded, y; else the velocity or the acceleration. Reads
-/// eighths of it, or some tens of pieces of a long record; of a motion too slow for those, larger parts, of means of
-/// several samples where they are too many for a spectrum. What is looked at is counted in samples: in whatever unit
-/// the time is, the band is the same. `open` begins at the first frame each time. Throws as RecordingReader::read does.
+/// some tens of pieces of a few seconds, or all of a short record; of a motion too slow for those, eighths of all of
+/// it, of means of several samples where they are too many for a spectrum. `open` begins at the first frame each time.
+/// Throws as RecordingReader::read does.
 [[nodiscard]] MotionBand find_motion_band(const std::function<RecordingReader()>& open);
 
 /// The same of the channel that shows most of the motion, from spectra that were gathered on the way: of y rather than
 /// y - r.
 [[nodiscard]] MotionBand motion_band_of_channels(const std::vector<Channel>& channels, const RawSpectrum& spectrum);
 
-/// Spectra of a recording's eighths, or of larger parts where the motion is too slow for those.
-[[nodiscard]] RawSpectrum spectrum_of_parts(const Recording& recording);
+/// Of a motion too slow for RawSpectrum's usual segments: spectra of the recording's eighths. Nothing where an eighth
+/// is no longer than those.
+[[nodiscard]] std::optional<RawSpectrum> spectrum_of_eighths(const Recording& recording);
 
 /// Of a record, at either end, what the reach of an integral's high-pass, two of its periods, may take.
 inline constexpr double most_lost_to_integral = 0.1;

@@ -7,7 +7,6 @@
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <random>
 #include <set>
 #include <sstream>
 
@@ -167,55 +166,4 @@ TEST_CASE("an equation is predicted on a recording of another rate", "[bare_runs
   CAPTURE(ended.err);
   REQUIRE(ended.code == 0);
   CHECK(json::parse(support::bytes_of(folder / "next/predict.json"))["nmse"].get<double>() < 0.01);
-}
-
-TEST_CASE("the same digits headed by another unit give the same rows, terms and verdict, scaled", "[bare_runs]") {
-  std::mt19937 random(5);
-  std::normal_distribution<double> noise(0.0, 0.02);
-  std::string rows;
-  for (int i = 0; i < 3000; ++i) {
-    const double t = 0.005 * i, turned = 2.0 * M_PI * 2.4 * t;
-    rows += fmt::format("{:.3f},{:.4f}\n", t, 20.0 * std::exp(-0.012 * turned) * std::cos(turned) + noise(random));
-  }
-  struct Found {
-    std::string verdict;
-    json num_train, num_test;
-    std::map<std::string, std::pair<double, double>> terms;  // mean and deviation
-  };
-  const auto run_of = [&](const std::string& head) {
-    const Scratch folder;
-    (void)folder.file("record.csv", head + "\n" + rows);
-    const auto ended = support::run(folder, "$ARDENT -q run record.csv -o run");
-    INFO(head << "\n" << ended.err);
-    REQUIRE(ended.code == 0);
-    const json metrics = json::parse(support::bytes_of(folder / "run/metrics.json"))["ranges"][0],
-               equation = json::parse(support::bytes_of(folder / "run/equation.json"))["ranges"][0];
-    Found found{equation["verdict"], metrics["num_train"], metrics["num_test"], {}};
-    for (const json& term : equation["methods"][0]["terms"]) found.terms[term["name"]] = {term["mean"], term["std"]};
-    return found;
-  };
-  const Found usual = run_of("time_s,displacement_mm");
-  CHECK(usual.terms.count("x") == 1);
-  CHECK(usual.terms.count("v") == 1);
-  struct Head {
-    const char* line;
-    double seconds;
-  };
-  for (const Head& head : {Head{"time_ms,displacement_mm", 1e-3}, Head{"time_us,displacement_mm", 1e-6},
-                           Head{"time_s,displacement_m", 1.0}, Head{"time_ms,displacement_m", 1e-3}}) {
-    const Found scaled = run_of(head.line);
-    INFO(head.line);
-    CHECK(scaled.verdict == usual.verdict);
-    CHECK(scaled.num_train == usual.num_train);
-    CHECK(scaled.num_test == usual.num_test);
-    REQUIRE(scaled.terms.size() == usual.terms.size());
-    for (const auto& [name, own] : usual.terms) {
-      INFO(name);
-      const double unit = std::pow(head.seconds, name == "x" ? -2.0 : -1.0);  // a linear equation: lengths cancel
-      REQUIRE(scaled.terms.count(name) == 1);
-      // Filters are designed for each rate: their taps differ by rounding.
-      CHECK(scaled.terms.at(name).first == Approx(own.first * unit).epsilon(1e-4));
-      CHECK(scaled.terms.at(name).second == Approx(own.second * unit).epsilon(1e-2));
-    }
-  }
 }

@@ -261,7 +261,7 @@ TEST_CASE("where nothing can be written the run ends with 5 and leaves nothing",
 
 TEST_CASE("a full disk keeps the old result", "[apps][end_to_end]") {
   const Scratch& folder = bench();
-  const std::string setup = "mkdir -p small && mount -t tmpfs -o size=1800k none small && ";
+  const std::string setup = "mkdir -p small && mount -t tmpfs -o size=3600k none small && ";
   if (support::run(folder, "unshare -m sh -c '" + setup + "true'").code != 0) {
     WARN("skipped: no right to mount a small file system");
     return;
@@ -330,7 +330,6 @@ TEST_CASE("terms that cannot be are refused before anything is computed", "[apps
   refused("\"2*a\"", "1", "library.target", {"2*a"});
   refused("\"ddy\"", "1", "library.target", {"a is the term ddy", "no base"});
   refused("\"x\"", "1", "library.duplicate", {"x"});
-  refused("\"f\"", "50", "library.too_large", {"1327", "1000"});
   refused(std::string("\"").append(20000, '(').append("x").append(20000, ')').append("\""), "1", "term.too_long", {});
   const auto many = [](int number) {
     std::string terms;
@@ -457,8 +456,8 @@ TEST_CASE("a range called like a formula stays text", "[apps][end_to_end]") {
 #ifndef ARDENT_SANITIZED  // the sanitizers' shadow alone is terabytes
 TEST_CASE("memory that runs out is a numerical failure, not a crash", "[apps][end_to_end]") {
   const Scratch& folder = bench();
-  REQUIRE(support::run(folder, "$ARDENT sim duffing -o wide --duration 300").code == 0);
-  expect(folder, "ulimit -v 250000; $ARDENT run wide/response.csv -o wide-run --set library.order=40", 4,
+  REQUIRE(support::run(folder, "$ARDENT sim duffing -o wide --duration 900").code == 0);
+  expect(folder, "ulimit -v 250000; $ARDENT run wide/response.csv -o wide-run --set library.order=24", 4,
          {"[memory.exhausted]", "MB"});
   CHECK_FALSE(fs::exists(folder / "wide-run"));
   CHECK_FALSE(fs::exists(support::staging_of(folder / "wide-run")));

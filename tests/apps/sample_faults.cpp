@@ -145,7 +145,8 @@ TEST_CASE("too much clipping where it is trained is refused, elsewhere it is lef
   expect(folder, "$ARDENT check m.csv --set prepare.max_clipped=0.9", 0, {"sample.clipped"});
 }
 
-TEST_CASE("spikes of a force, offsets and drifts are left as they are; isolated displacements are missing values", "[apps][faults]") {
+TEST_CASE("spikes of a force, offsets and drifts are left as they are; isolated displacements are missing values",
+          "[apps][faults]") {
   const Scratch folder;
   write_table(folder, [](int i, Row& row) {
     if (i == 2000 || i == 4000) row.f += 5.0;
@@ -216,6 +217,10 @@ TEST_CASE("values beyond all measure are refused, tiny ones scaled", "[apps][fau
   const Scratch folder;
   write_table(folder, [](int i, Row& row) {
     if (i == 3000) row.y = 1e300;
+  });
+  expect(folder, "$ARDENT run m.csv -o alone", 0, {"[sample.isolated]", "1e+300", "30 s"});
+  write_table(folder, [](int i, Row& row) {
+    if (i >= 3000) row.y = 1e300;
   });
   expect(folder, "$ARDENT run m.csv -o huge", 3, {"[sample.huge]", "'y'", "1e+300", "30 s"});
   CHECK_FALSE(std::filesystem::exists(folder / "huge"));

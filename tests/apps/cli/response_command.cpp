@@ -242,7 +242,8 @@ TEST_CASE("the equation identified from the record that comes with the sources h
   }
   CHECK(found["record"]["num_steps"].get<int>() >= 42);
   CHECK(found["record"]["rms"].get<double>() < 0.01);
-  CHECK(found["located"]["down"]["jump_hz"]["draws_std"].get<double>() < 1e-3);
+  // The drive's amplitude is known to its sensors' calibration of 1 %, which moves the jump by about 2 mHz.
+  CHECK(found["located"]["down"]["jump_hz"]["draws_std"].get<double>() < 4e-3);
 }
 
 }  // namespace test_cli_response_command

@@ -44,9 +44,15 @@ VectorXd with_noise(VectorXd signal, double rms, unsigned seed) {
 }
 
 dsp::MotionBand band_of(const VectorXd& signal, double rate_hz, dsp::Role role = dsp::Role::x) {
+  dsp::RawSpectrum spectrum(rate_hz, 1, signal.size(), 32);
+  spectrum.push(dsp::FrameBlock(signal));
   dsp::Recording recording{.sample_rate_hz = rate_hz, .channels = {{.name = "channel", .role = role}}};
   recording.samples = signal;
-  return dsp::motion_band_of_channels(recording.channels, dsp::spectrum_of_parts(recording));
+  dsp::MotionBand band = dsp::motion_band_of_channels(recording.channels, spectrum);
+  if (band.signal.empty())
+    if (const auto slow = dsp::spectrum_of_eighths(recording))
+      band = dsp::motion_band_of_channels(recording.channels, *slow);
+  return band;
 }
 
 /// Mean square error of the second derivative taken up to a cut-off.
