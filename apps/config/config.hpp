@@ -42,8 +42,8 @@ struct FitConfig {
   std::vector<ident::Method> methods = ident::default_methods();
   ident::MethodSettings settings;  ///< of all methods, whether they are used or not
   ident::Stage stage = ident::Stage::likelihood;
-  double train_fraction = 0.6;     ///< of a range's rows, where its train_to is left out
-  std::string place;               ///< of `target` in the config
+  double train_fraction = 0.6;  ///< of a range's rows, where its train_to is left out
+  std::string place;            ///< of `target` in the config
 };
 
 /// A setting and the values a study gives it, as `--set` would take them.
