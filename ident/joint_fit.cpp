@@ -22,8 +22,8 @@ using Eigen::VectorXd;
 
 using dsp::nan;
 
-[[noreturn]] void refuse(const char* name, std::string text) {
-  throw dsp::Fault(dsp::FaultKind::input, name, std::move(text));
+[[noreturn]] void refuse(const char* name, const std::string& text) {
+  throw dsp::Fault(dsp::FaultKind::input, name, text);
 }
 
 Index index_of(const RecordFactors& record, const std::string& term) {

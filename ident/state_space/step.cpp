@@ -113,7 +113,7 @@ void Stepper::Side<L>::finish(const std::vector<Ends>& ends, int lane, int into)
   }
 }
 
-Stepper::Stepper(const Model& model, std::vector<int> parameters, double sample_s, int parts)
+Stepper::Stepper(const Model& model, const std::vector<int>& parameters, double sample_s, int parts)
     : model_(model),
       columns_(model.columns(parameters)),
       num_states_(model.num_states()),

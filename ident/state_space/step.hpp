@@ -21,7 +21,7 @@ struct Ends {
 class Stepper {
  public:
   /// Sensitivities to `parameters`. The model must outlive it.
-  Stepper(const Model& model, std::vector<int> parameters, double sample_s, int parts);
+  Stepper(const Model& model, const std::vector<int>& parameters, double sample_s, int parts);
   /// From `states` (count x states) at samples first, first + 1 ... of a record, count <= side_by_side.
   void take(const Inputs& inputs, Eigen::Index first, int count, const double* states,
             const std::vector<double>& parameters, const std::vector<Ends>& ends);
