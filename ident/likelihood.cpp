@@ -8,9 +8,12 @@
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "dsp/constants.hpp"
+#include "ident/identify.hpp"
 #include "ident/library/collinearity.hpp"
+#include "ident/methods.hpp"
 #include "ident/range_data.hpp"
 #include "ident/record.hpp"
 #include "ident/state_space/select.hpp"
@@ -20,6 +23,8 @@ namespace ident {
 namespace {
 
 using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
 using std::size_t;
 
 /// Samples [first, last) of a recording at the rate of its intermediate signals.
@@ -320,8 +325,12 @@ void take_sensors(Likelihood& result, const state_space::Problem& problem, const
 
 std::optional<Explanation> missing_of(const state_space::Selection& selection, const Statement& statement,
                                       const RangeData& data) {
-  if (selection.outside.empty() || !(selection.outside.front().gain > undecided_evidence)) return std::nullopt;
-  const state_space::Outside& best = selection.outside.front();
+  const auto found_outside =
+      std::find_if(selection.outside.begin(), selection.outside.end(), [&](const state_space::Outside& one) {
+        return std::cmp_greater_equal(one.term, data.terms.size()) && one.gain > undecided_evidence;
+      });
+  if (found_outside == selection.outside.end()) return std::nullopt;
+  const state_space::Outside& best = *found_outside;
   Explanation found = statement.outside[static_cast<size_t>(best.term) - data.terms.size()];
   found.fraction = best.gain / std::max(best.gain, selection.fit.gain_of_process_noise);
   for (const int term : best.instead_of)
@@ -329,19 +338,18 @@ std::optional<Explanation> missing_of(const state_space::Selection& selection, c
   return found;
 }
 
-}  // namespace
-
-Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeData& data,
-                         const std::vector<Columns>& recordings, int num_threads) {
-  Statement statement = statement_of(range, rows.train, rows.test.empty(), data, recordings);
-  Likelihood result{.silent_because = std::move(statement.obstacle)};
-  if (!result.speaks()) return result;
+/// Among these candidates, positions in data.terms.
+Likelihood selected(const Statement& statement, const std::vector<int>& among, const std::vector<int>& first,
+                    const RangeRows& rows, const RangeData& data, const std::vector<Columns>& recordings,
+                    int num_threads) {
+  Likelihood result;
   const state_space::Problem& problem = statement.problem;
   const auto num_terms = static_cast<Index>(data.terms.size());
-  std::vector<int> barred(statement.outside.size());
-  std::iota(barred.begin(), barred.end(), static_cast<int>(num_terms));
+  std::vector<int> barred;
+  for (int i = 0; i < num_terms + std::ssize(statement.outside); ++i)
+    if (std::find(among.begin(), among.end(), i) == among.end()) barred.push_back(i);
   const state_space::Selection selection =
-      state_space::select(problem, {.fit = {.terms = first_terms(data), .num_threads = num_threads}, .barred = barred});
+      state_space::select(problem, {.fit = {.terms = first, .num_threads = num_threads}, .barred = barred});
   const state_space::Fit& fit = selection.fit;
   if (!fit.converged()) {
     result.silent_because =
@@ -375,6 +383,49 @@ Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeD
   const double band_hz = recordings[rows.train.front().recording].band_hz;
   result.unexplained_std = fit.noise.process.at(1) * std::sqrt(2.0 * problem.sample_rate_hz * band_hz);
   return result;
+}
+
+/// Without those whose square over the wider variance of a regression on the same terms is below its price there, the
+/// weakest first; the others as the covariance has them where one is zero. Positions in data.terms.
+std::vector<int> worth_their_price(const Likelihood& likelihood, const RangeData& data,
+                                   const IdentifyOptions& options) {
+  const auto method = std::find_if(options.methods.begin(), options.methods.end(), weighs_rows);
+  const RFactor& rows = data.evidence.as_they_are() ? data.data : data.evidence.data;
+  std::vector<Index> positions = positions_in(data, likelihood.terms);
+  VectorXd mean = likelihood.mean;
+  MatrixXd covariance = likelihood.covariance;
+  while (positions.size() > 1) {
+    const Fit of_rows = fit_on_terms(rows, positions, *method, options.poll);
+    if (of_rows.relevant != positions) break;
+    const VectorXd wider = of_rows.interval_covariance().diagonal().cwiseMax(covariance.diagonal());
+    Index weakest = 0;
+    if (mean.cwiseAbs2().cwiseQuotient(wider).minCoeff(&weakest) >= of_rows.tau) break;
+    const VectorXd column = covariance.col(weakest) / covariance(weakest, weakest);
+    mean -= column * mean(weakest);
+    covariance -= covariance(weakest, weakest) * column * column.transpose();
+    std::vector<Index> others(positions.size());
+    std::iota(others.begin(), others.end(), Index{0});
+    others.erase(others.begin() + weakest), positions.erase(positions.begin() + weakest);
+    mean = VectorXd(mean(others)), covariance = MatrixXd(covariance(others, others));
+  }
+  return {positions.begin(), positions.end()};
+}
+
+}  // namespace
+
+Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeData& data,
+                         const std::vector<Columns>& recordings, const IdentifyOptions& options) {
+  const Statement statement = statement_of(range, rows.train, rows.test.empty(), data, recordings);
+  if (!statement.obstacle.empty()) return {.silent_because = statement.obstacle};
+  std::vector<int> among(data.terms.size());
+  std::iota(among.begin(), among.end(), 0);
+  const auto select = [&](const std::vector<int>& candidates, const std::vector<int>& first) {
+    return selected(statement, candidates, first, rows, data, recordings, options.num_threads);
+  };
+  Likelihood result = select(among, first_terms(data));
+  if (!result.speaks() || !result.has_unexplained()) return result;
+  const std::vector<int> worth = worth_their_price(result, data, options);
+  return worth.size() == result.terms.size() ? result : select(worth, worth);
 }
 
 double unexplained_in(const Likelihood& likelihood, const Range& range, const std::vector<Row>& rows,

@@ -12,6 +12,7 @@
 
 namespace ident {
 
+struct IdentifyOptions;
 struct RangeData;
 
 /// What the likelihood of the samples as they were recorded makes of a range: the second stage, which selects among the
@@ -43,8 +44,11 @@ struct Likelihood {
 /// Of the training rows of a range: `data` has its candidates. It speaks for one equation for a body whose relative
 /// displacement, velocity or acceleration was recorded, with inputs that were recorded too or none, and where the fit
 /// reached the channels' own noise.
+/// Where something remains that the equation does not explain, what a term is worth is counted by the wider interval of
+/// the regression, which knows how seldom a misfit comes back, and terms that are not worth their price then are left
+/// out.
 [[nodiscard]] Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeData& data,
-                                       const std::vector<Columns>& recordings, int num_threads);
+                                       const std::vector<Columns>& recordings, const IdentifyOptions& options);
 
 /// By how much -2 log likelihood of these further rows falls where the equation, its coefficients as they were found,
 /// need not hold exactly; NaN: it cannot be told. Where they begin is not known beforehand, as in a free run it is.

@@ -271,7 +271,7 @@ RangeData settled_data(const Range& range, RangeResult& result, std::vector<Colu
   data.factors.evidence = data.evidence.data;
   data.factors.size = data.evidence.size;
   if (options.stage == Stage::likelihood)
-    result.likelihood = likelihood_of(range, result.rows, data, recordings, options.num_threads);
+    result.likelihood = likelihood_of(range, result.rows, data, recordings, options);
   else
     result.likelihood.silent_because = "fit.stage is \"regression\"";
   // Noise on a derivative makes coefficients seem to differ. Where one equation explains all samples, they do not.

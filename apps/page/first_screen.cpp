@@ -291,21 +291,26 @@ FirstScreen first_screen(const RunResults& results) {
 std::string to_text(const FirstScreen& screen) {
   constexpr std::size_t most_lines = 24;
   std::vector<Strings> all;
+  std::vector<std::size_t> rooms;
   std::size_t taken = 0;
   for (const ScreenEntry& entry : screen.entries) {
     Strings lines;
-    for (const FirstScreen::Line& line : entry.lines)
+    std::size_t whole = 0;  // lines to paste are of no use cut
+    for (const FirstScreen::Line& line : entry.lines) {
       for (std::string& part :
            wrapped((line.to_paste ? "    " : "") + printable(line.text), screen_width - label_width))
         lines.push_back(std::move(part));
-    taken += std::min(lines.size(), entry.most);
+      if (line.to_paste) whole = lines.size();
+    }
+    rooms.push_back(std::max(std::min(lines.size(), entry.most), whole));
+    taken += rooms.back();
     all.push_back(std::move(lines));
   }
   std::string text;
   for (std::size_t e = 0; e < all.size(); ++e) {
     const ScreenEntry& entry = screen.entries[e];
     Strings& lines = all[e];
-    std::size_t room = entry.most;  // and what the others leave
+    std::size_t room = rooms[e];  // and what the others leave
     while (room < lines.size() && taken < most_lines) ++room, ++taken;
     if (lines.size() > room) {
       lines.resize(room);
