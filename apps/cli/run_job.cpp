@@ -179,6 +179,7 @@ bool finds_nothing(const std::vector<ident::RangeResult>& ranges) {
 /// The same with other cut-offs, an octave apart, until one finds an equation; else `found`.
 Identified identify_in_other_bands(Config config, Identified found, const RunArguments& arguments, Console& console) {
   const dsp::PrepareOptions chosen = found.work.inputs.front().prepared.options;
+  config.fit.stage = ident::Stage::regression;  // what was recorded is the same
   for (const double octaves : {-1.0, 1.0, -2.0, -3.0}) {
     config.prepare.cutoff_hz = std::stod(fmt::format("{:.3g}", chosen.cutoff_hz * std::exp2(octaves)));
     constexpr double of_rate = 0.4;  // beyond, hardly anything is left out

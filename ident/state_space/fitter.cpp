@@ -194,7 +194,7 @@ bool Fitter::refit() {
 bool Fitter::refit_softly() {
   const Noise noise = noise_;
   const std::vector<double> gradient = gradient_;
-  (void)harden(soft_scale);
+  (void)harden(soft_scale, hardest);
   noise_ = noise, gradient_ = gradient;
   return refit();
 }
@@ -220,7 +220,7 @@ void Fitter::move_to(const std::vector<int>& coefficients, const std::vector<dou
 bool Fitter::at_floor(const std::vector<double>& residual_std) const {
   // Of a median over a fifth of the ordinates, as uncertain under Hann's window as of half as many; and of the squares.
   constexpr double of_floor = 1.44 * 1.44 * 1.9 / 0.2, of_squares = 2.0, allowed = 4.0;
-  for (size_t j = 0; j < num_given_channels_; ++j) {
+  for (size_t j = 0; j < residual_std.size(); ++j) {
     double samples = 0.0;
     for (const Record& record : problem_.problem().records)
       samples += static_cast<double>((!record.channels.col(static_cast<Eigen::Index>(j)).array().isNaN()).count());
@@ -230,25 +230,39 @@ bool Fitter::at_floor(const std::vector<double>& residual_std) const {
   return true;
 }
 
-Fit Fitter::result() const {
-  Fit fit{.parameters = parameters_,
-          .point = point_,
-          .covariance = smoothed_.parameters.covariance(),
-          .noise = noise_,
-          .floors = floors_,
-          .J = J(),
-          .gain_of_process_noise = gain_of_process_noise_,
-          .parts = parts_,
-          .settled = settled_};
+bool Fitter::is_hopeless() const {
+  constexpr double far_above = 5.0;  // a floor is known within a factor of e, and noise need not be white
+  if (!linear_) return false;
+  const std::vector<double> residual_std = residual_stds();
+  for (size_t j = 0; j < residual_std.size(); ++j)
+    if (residual_std[j] > far_above * floors_[j]) return true;
+  return false;
+}
+
+std::vector<double> Fitter::residual_stds() const {
   const size_t m = floors_.size();
-  std::vector<double> squares(m, 0.0), samples(m, 0.0);
+  std::vector<double> squares(m, 0.0), samples(m, 0.0), stds;
   if (linear_)
     for (const LinearRecord& record : linear_->records)
       for (size_t i = 0; i < record.residual.size(); ++i)
         if (!std::isnan(record.residual[i]))
           squares[i % m] += record.residual[i] * record.residual[i], ++samples[i % m];
   for (size_t j = 0; j < num_given_channels_; ++j)
-    fit.residual_std.push_back(linear_ ? std::sqrt(squares[j] / samples[j]) : std::nan(""));
+    stds.push_back(linear_ ? std::sqrt(squares[j] / samples[j]) : std::nan(""));
+  return stds;
+}
+
+Fit Fitter::result() const {
+  Fit fit{.parameters = parameters_,
+          .point = point_,
+          .covariance = smoothed_.parameters.covariance(),
+          .noise = noise_,
+          .floors = floors_,
+          .residual_std = residual_stds(),
+          .J = J(),
+          .gain_of_process_noise = gain_of_process_noise_,
+          .parts = parts_,
+          .settled = settled_};
   fit.at_floor = linear_ && at_floor(fit.residual_std);
   return fit;
 }

@@ -19,9 +19,9 @@ class Fitter {
   /// Gauss-Newton steps on states and parameters, shortened or damped until the cost falls, until one more would lower
   /// it by less than `tolerance`. Whether it came to that.
   bool iterate(int most, double tolerance);
-  /// From soft to hard: the process noise of every state from `from` to `hardest` times its scale, faster where
-  /// that goes well; keeps where it stood at `soft_scale`. Whether the hard end was reached.
-  bool harden(double from);
+  /// From soft to hard: the process noise of every state from `from` to `to` times its scale, faster where that goes
+  /// well; keeps where it stood at `soft_scale`. Whether `to` was reached.
+  bool harden(double from, double to);
   /// Process noise of the speeds and noise of the channels from J of the linear problem, then iterated, until J moves
   /// by less than 0.05.
   bool settle_noise(bool with_process);
@@ -30,8 +30,12 @@ class Fitter {
   bool follow_log_determinant();
   /// Twice as many steps a sample until that moves no parameter by more than 0.1 standard deviations.
   bool refine_steps();
-  /// From soft to hard, and the noise from both; the better of them, then the log-determinant.
+  /// From soft to hard, and the noise from both; the better of them, then the log-determinant. Nothing of it where the
+  /// soft end is hopeless.
   void settle();
+  /// Some channel is far above its floor: as the rate of a state that an equation lacks a term for, which no process
+  /// noise makes good.
+  [[nodiscard]] bool is_hopeless() const;
   /// The same from where it stands, whose process noise is held against the hard end.
   void settle_again();
 
@@ -104,6 +108,7 @@ class Fitter {
   [[nodiscard]] bool has_process_noise() const;
   [[nodiscard]] bool exceeds_floor() const;
   [[nodiscard]] bool at_floor(const std::vector<double>& residual_std) const;
+  [[nodiscard]] std::vector<double> residual_stds() const;  ///< of the channels given
   void soften(double factor);
   /// What noise of inputs does to a speed over a sample, at the coefficients as they are: process noise is no less.
   [[nodiscard]] double process_floor(int speed) const;

@@ -39,7 +39,7 @@ bool Fitter::raise_to_floor() {
   return !raised || iterate(15, of_rest);
 }
 
-bool Fitter::harden(double from) {
+bool Fitter::harden(double from, double to) {
   constexpr double usual = 4.0, least = 1.3;  // factor from stage to stage; below, it stands still
   constexpr double hopeless = 1e3;            // a rise of J that no later stage makes good, and that settles the matter
   gradient_.clear();
@@ -47,21 +47,22 @@ bool Fitter::harden(double from) {
   double at = from, factor = usual, lowest = std::numeric_limits<double>::infinity();
   while (true) {
     soften(at);
-    const bool last = at <= hardest;
-    const bool rests = iterate(good ? 15 : 40, last ? of_rest : 1.0);
+    const bool last = at <= to;
+    const bool rests = iterate(good ? 15 : 40, at <= hardest ? of_rest : 1.0);
+    if (rests && at >= soft_scale) soft_ = standing();
     if (last && rests) return true;
     if (!rests && good && factor > least && !is_spent()) {
       stand(*good);
       factor = std::sqrt(factor);
-      at = std::max(hardest, noise_.process.front() / start_.scales.front() / factor);
+      at = std::max(to, noise_.process.front() / start_.scales.front() / factor);
       continue;
     }
     if (last || !linear_ || is_spent()) return false;
-    if (rests && (at >= soft_scale || !soft_)) soft_ = standing();
+    if (rests && !soft_) soft_ = standing();
     if (rests && J() > lowest + hopeless) return false;
     lowest = std::min(lowest, J());
     good = standing();
-    at = std::max(hardest, at / factor);
+    at = std::max(to, at / factor);
     factor = std::min(usual, factor * 1.3);
   }
 }
@@ -192,7 +193,10 @@ bool Fitter::follow_log_determinant() {
 }
 
 void Fitter::settle() {
-  const Hard hard = hard_end(harden(softest_) && settle_noise(false) && refine_steps() && raise_to_floor());
+  (void)harden(softest_, soft_scale);
+  if (is_hopeless()) return;
+  const Hard hard = hard_end(harden(soft_ ? soft_scale : softest_, hardest) && settle_noise(false) && refine_steps() &&
+                             raise_to_floor());
   if (soft_) stand(*soft_);
   soften(hardest);
   for (const int speed : speeds_) noise_.process[as_size(speed)] = soft_scale * start_.scales[as_size(speed)];
@@ -207,7 +211,7 @@ void Fitter::settle_again() {
     return;
   }
   const Standing here = standing();
-  const Hard hard = hard_end(harden(soft_scale) && settle_noise(false) && raise_to_floor());
+  const Hard hard = hard_end(harden(soft_scale, hardest) && settle_noise(false) && raise_to_floor());
   stand(here);
   compare_with(hard, look() && stands, true);
 }

@@ -16,15 +16,17 @@ constexpr int reach = 32;  // samples on either side that a band-limited value i
 /// Lagrange's polynomials on -2 ... 3: what each of six equidistant values counts for in the value at 0 <= at <= 1, and
 /// in the slope.
 void weigh(double at, std::array<double, points>& weight, std::array<double, points>& slope) {
-  for (int i = 0; i < points; ++i) {
-    double product = 1.0, sum = 0.0;
-    for (int j = 0; j < points; ++j) {
+  static constexpr std::array<double, points> share{-1.0 / 120.0, 1.0 / 24.0, -1.0 / 12.0,
+                                                    1.0 / 12.0,   -1.0 / 24.0, 1.0 / 120.0};  // over all i - j
+  for (std::size_t i = 0; i < points; ++i) {
+    double product = share[i], sum = 0.0;
+    for (std::size_t j = 0; j < points; ++j) {
       if (j == i) continue;
-      const double factor = (at - (j - before)) / (i - j);
-      sum = sum * factor + product / (i - j);
-      product *= factor;
+      const double distance = at - (static_cast<double>(j) - before);
+      sum = sum * distance + product;
+      product *= distance;
     }
-    weight[static_cast<std::size_t>(i)] = product, slope[static_cast<std::size_t>(i)] = sum;
+    weight[i] = product, slope[i] = sum;
   }
 }
 
