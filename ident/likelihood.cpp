@@ -18,6 +18,7 @@
 #include "ident/record.hpp"
 #include "ident/state_space/select.hpp"
 #include "ident/state_space/start.hpp"
+#include "ident/state_space/thin.hpp"
 
 namespace ident {
 namespace {
@@ -35,7 +36,7 @@ struct Piece {
 };
 
 constexpr Index least_samples = 32;     // of a piece: less says nothing but where it begins
-constexpr Index most_samples = 20'000;  // of all pieces together: 50 ms for an iteration, of which there are 40 to 200
+constexpr Index most_samples = 10'000;  // of all pieces together: 20 ms for an iteration, of which there are 40 to 200
 
 /// One input is known without gaps or not at all; where there is none, samples that must not be used are missing ones.
 bool may_have_gaps(const Range& range, const std::vector<std::string>& inputs) {
@@ -68,22 +69,23 @@ std::vector<Piece> pieces_of(const Range& range, const std::vector<Row>& rows, b
   return pieces;
 }
 
-/// So much of each, from its middle, that all together are not too many.
-void shorten(std::vector<Piece>& pieces) {
+/// So much of each, from its middle, that all together are not more than `most`.
+std::vector<Piece> shortened(const std::vector<Piece>& pieces, Index most) {
   const Index all = std::accumulate(pieces.begin(), pieces.end(), Index{0},
                                     [](Index sum, const Piece& piece) { return sum + piece.size(); });
-  if (all <= most_samples) return;
+  if (all <= most) return pieces;
   constexpr Index parts = 8;  // of a long record, spread over it
   std::vector<Piece> shorter;
   for (const Piece& piece : pieces) {
-    const auto size = static_cast<Index>(static_cast<double>(piece.size()) * most_samples / static_cast<double>(all));
+    const auto size =
+        static_cast<Index>(static_cast<double>(piece.size()) * static_cast<double>(most) / static_cast<double>(all));
     const Index each = std::max(size / parts, std::min(piece.size() / parts, 16 * least_samples));
     for (Index i = 0; i < parts; ++i) {
       const Index first = piece.first + i * piece.size() / parts + (piece.size() / parts - each) / 2;
       shorter.push_back({piece.recording, first, first + each});
     }
   }
-  pieces = std::move(shorter);
+  return shorter;
 }
 
 /// A recorded channel of the body, as the likelihood has it.
@@ -218,11 +220,34 @@ std::vector<Explanation> outsiders(const RangeData& data, const dsp::Motion& sig
   return result;
 }
 
+/// Whether the recordings have all inputs.
+bool take_pieces(state_space::Problem& problem, const std::vector<Piece>& pieces,
+                 const std::vector<Columns>& recordings, const std::vector<std::string>& inputs) {
+  problem.input_noise_std.assign(inputs.size(), 0.0);
+  problem.records.clear();
+  for (const Piece& piece : pieces) {
+    const Columns& columns = recordings[piece.recording];
+    const dsp::Motion& motion = columns.prepared->intermediate;
+    std::vector<VectorXd> signals;  // on the piece alone: a long record has more than is taken
+    for (const std::string& name : inputs) {
+      if (motion.find(name) == nullptr) return false;
+      state_space::Input input =
+          state_space::without_noise(motion.at(name).segment(piece.first, piece.size()), motion.sample_rate_hz);
+      double& noise_std = problem.input_noise_std[signals.size()];
+      noise_std = std::max(noise_std, input.noise_std);
+      signals.push_back(std::move(input.signal));
+    }
+    problem.records.push_back(record_of(piece, columns, outputs_of(columns), signals));
+  }
+  return true;
+}
+
 /// A problem, the candidates ahead of what is no candidate; or why there is none.
 struct Statement {
   state_space::Problem problem;
   std::vector<Explanation> outside = {};
   std::string obstacle = {};
+  double thinned_by = 1.0;
 };
 
 /// `are_last`: of the range, no others come behind them.
@@ -263,23 +288,15 @@ Statement statement_of(const Range& range, const std::vector<Row>& rows, bool ar
     if (covered.size() > 1 && outputs.front().channel.offset.std > 0.0 && outputs.front().order == 0)
       return refuse("the recordings have zeros of their own");
   }
-  std::vector<Piece> pieces = pieces_of(range, rows, are_last, recordings, may_have_gaps(range, *inputs));
+  const std::vector<Piece> pieces = pieces_of(range, rows, are_last, recordings, may_have_gaps(range, *inputs));
   if (pieces.empty()) return refuse("there is no interval of rows long enough");
-  shorten(pieces);
-  problem.input_noise_std.assign(inputs->size(), 0.0);
-  for (const Piece& piece : pieces) {
-    const Columns& columns = recordings[piece.recording];
-    const dsp::Motion& motion = columns.prepared->intermediate;
-    std::vector<Eigen::VectorXd> signals;  // on the piece alone: a long record has more than is taken
-    for (const std::string& name : *inputs) {
-      if (motion.find(name) == nullptr) return refuse("the recordings have other channels or rates");
-      state_space::Input input =
-          state_space::without_noise(motion.at(name).segment(piece.first, piece.size()), motion.sample_rate_hz);
-      double& noise_std = problem.input_noise_std[signals.size()];
-      noise_std = std::max(noise_std, input.noise_std);
-      signals.push_back(std::move(input.signal));
-    }
-    problem.records.push_back(record_of(piece, columns, outputs_of(columns), signals));
+  const auto take = [&](const std::vector<Piece>& from) { return take_pieces(problem, from, recordings, *inputs); };
+  const std::vector<Piece> first_pieces = shortened(pieces, most_samples);
+  if (!take(first_pieces)) return refuse("the recordings have other channels or rates");
+  if (const Index factor = state_space::thinning(problem); factor > 1) {
+    if (first_pieces.size() > pieces.size()) (void)take(shortened(pieces, factor * most_samples));
+    problem = state_space::thinned(std::move(problem), factor);
+    result.thinned_by = static_cast<double>(factor);
   }
   return result;
 }
@@ -377,7 +394,7 @@ Likelihood selected(const Statement& statement, const std::vector<int>& among, c
   take_sensors(result, problem, fit, static_cast<int>(problem.equations.terms.size()) - 1);
   result.missing = missing_of(selection, statement, data);
   for (const state_space::Record& record : problem.records)
-    result.num_samples += static_cast<double>((!record.channels.array().isNaN()).count());
+    result.num_samples += statement.thinned_by * static_cast<double>((!record.channels.array().isNaN()).count());
   result.price = selection.price;
   result.gain_of_process_noise = fit.gain_of_process_noise;
   const double band_hz = recordings[rows.train.front().recording].band_hz;

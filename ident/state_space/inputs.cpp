@@ -16,7 +16,7 @@ constexpr int reach = 32;  // samples on either side that a band-limited value i
 /// Lagrange's polynomials on -2 ... 3: what each of six equidistant values counts for in the value at 0 <= at <= 1, and
 /// in the slope.
 void weigh(double at, std::array<double, points>& weight, std::array<double, points>& slope) {
-  static constexpr std::array<double, points> share{-1.0 / 120.0, 1.0 / 24.0, -1.0 / 12.0,
+  static constexpr std::array<double, points> share{-1.0 / 120.0, 1.0 / 24.0,  -1.0 / 12.0,
                                                     1.0 / 12.0,   -1.0 / 24.0, 1.0 / 120.0};  // over all i - j
   for (std::size_t i = 0; i < points; ++i) {
     double product = share[i], sum = 0.0;

@@ -44,23 +44,6 @@ VectorXd longest_run(const VectorXd& values) {
   return values.segment(best_first, best);
 }
 
-/// Where the spectrum falls to thrice its noise, and 1.3 times that: a motion is looked for below.
-double cutoff_hz(const VectorXd& signal, double rate_hz, double noise_std) {
-  constexpr double above_noise = 3.0, beyond = 1.3;
-  constexpr Index samples_an_ordinate = 100;  // so that a mean of ordinates is steady
-  const dsp::PowerDensity density(signal, rate_hz);
-  const VectorXd& ordinates = density.ordinates();
-  const double floor = above_noise * noise_std * noise_std / (0.5 * rate_hz);
-  const auto width = std::max<Index>(3, signal.size() / samples_an_ordinate);
-  double highest = 5.0 * density.step_hz(), sum = 0.0;
-  for (Index k = 0; k < ordinates.size(); ++k) {
-    sum += ordinates(k) - (k >= width ? ordinates(k - width) : 0.0);
-    if (sum > floor * static_cast<double>(width))
-      highest = std::max(highest, static_cast<double>(k) * density.step_hz());
-  }
-  return std::min(beyond * highest, 0.45 * rate_hz);
-}
-
 /// A channel's motion, derived `order` times (below zero: integrated, from five cycles a record on) below a cut-off.
 VectorXd derived(const VectorXd& signal, double rate_hz, int order, double to_hz) {
   const double from_hz = 5.0 * rate_hz / static_cast<double>(signal.size());
@@ -79,6 +62,22 @@ std::optional<int> order_of(const Channel& channel, int position, int speed) {
 }
 
 }  // namespace
+
+double cutoff_hz(const VectorXd& signal, double rate_hz, double noise_std) {
+  constexpr double above_noise = 3.0, beyond = 1.3;
+  constexpr Index samples_an_ordinate = 100;  // so that a mean of ordinates is steady
+  const dsp::PowerDensity density(signal, rate_hz);
+  const VectorXd& ordinates = density.ordinates();
+  const double floor = above_noise * noise_std * noise_std / (0.5 * rate_hz);
+  const auto width = std::max<Index>(3, signal.size() / samples_an_ordinate);
+  double highest = 5.0 * density.step_hz(), sum = 0.0;
+  for (Index k = 0; k < ordinates.size(); ++k) {
+    sum += ordinates(k) - (k >= width ? ordinates(k - width) : 0.0);
+    if (sum > floor * static_cast<double>(width))
+      highest = std::max(highest, static_cast<double>(k) * density.step_hz());
+  }
+  return std::min(beyond * highest, 0.45 * rate_hz);
+}
 
 std::vector<int> speeds_of(const Equations& equations) {
   std::vector<int> speeds(equations.states.size(), -1);
@@ -116,8 +115,9 @@ Input without_noise(const VectorXd& signal, double rate_hz) {
   constexpr double from = 0.25, to = 0.45, most = 0.1;
   const double noise = dsp::PowerDensity(signal, rate_hz).between(from * rate_hz, to * rate_hz) * 0.5 * rate_hz,
                own = std_of(signal);
-  if (!(noise < most * own * own)) return {signal, 0.0};
-  return {derived(signal, rate_hz, 0, cutoff_hz(signal, rate_hz, std::sqrt(noise))), std::sqrt(noise)};
+  if (!(noise < most * own * own)) return {signal, 0.0, 0.5 * rate_hz};
+  const double to_hz = cutoff_hz(signal, rate_hz, std::sqrt(noise));
+  return {derived(signal, rate_hz, 0, to_hz), std::sqrt(noise), 1.25 * to_hz};
 }
 
 Problem with_origins(Problem problem, const std::vector<double>& scales) {

@@ -12,12 +12,17 @@ namespace ident::state_space {
 /// rate: its standard deviation, where noise_std is not given. Never below 1e-6 of the channel's own.
 [[nodiscard]] std::vector<double> noise_floors(const Problem& problem);
 
+/// Where the spectrum of a signal with such white noise a sample falls to thrice that noise, and 1.3 times as high:
+/// above is no motion. At most 0.45 of the rate.
+[[nodiscard]] double cutoff_hz(const Eigen::VectorXd& signal, double rate_hz, double noise_std);
+
 /// A signal without what it has above the band in which it is more than its own noise: an input is known no better, and
 /// noise in it would make its coefficient smaller. As it is where that noise is a tenth of its power or more: what is
 /// as large at the upper end as below is a random input, not noise.
 struct Input {
   Eigen::VectorXd signal;
   double noise_std = 0.0;  ///< white, of a sample as it was
+  double to_hz;            ///< above, nothing of it is left; half the rate where it is as it was
 };
 [[nodiscard]] Input without_noise(const Eigen::VectorXd& signal, double rate_hz);
 
