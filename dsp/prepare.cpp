@@ -271,8 +271,9 @@ void settle_integration(Prepared& prepared, double drift_to_hz) {
                               from_hz)});
 }
 
-/// The channels that record x or a derivative of it; null where none does.
-std::shared_ptr<const Recording> of_relative_motion(const Recording& all, std::vector<Interval> bad) {
+/// The channels that record x or a derivative of it, or the others; null where there are none.
+std::shared_ptr<const Recording> of_relative_motion(const Recording& all, const std::vector<Interval>& bad,
+                                                    bool others) {
   const auto has = [&](Body body) {
     return std::any_of(all.channels.begin(), all.channels.end(),
                        [&](const Channel& channel) { return info_of(channel.role).body == body; });
@@ -282,12 +283,13 @@ std::shared_ptr<const Recording> of_relative_motion(const Recording& all, std::v
   std::vector<Index> columns;
   for (Index j = 0; j < std::ssize(all.channels); ++j) {
     const Channel& channel = all.channels[static_cast<std::size_t>(j)];
-    if (info_of(channel.role).order < 0 || info_of(channel.role).body != body) continue;
+    const bool records_x = info_of(channel.role).order >= 0 && info_of(channel.role).body == body;
+    if (records_x == others) continue;
     columns.push_back(j);
     found->channels.push_back(channel);
   }
   if (columns.empty()) return nullptr;
-  found->name = all.name, found->sample_rate_hz = all.sample_rate_hz, found->bad = std::move(bad);
+  found->name = all.name, found->sample_rate_hz = all.sample_rate_hz, found->bad = bad;
   found->samples = all.samples(Eigen::all, columns);
   return found;
 }
@@ -340,8 +342,10 @@ Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& optio
     prepared.checks.push_back(std::move(check));
   for (std::size_t i = 0; i < prepared.channels.size(); ++i)
     prepared.channels[i].role = intermediate.recording.channels[i].role;
-  if (prepared.options.recipe == Recipe::matched && !prepared.x_is_difference)
-    prepared.recorded = of_relative_motion(intermediate.recording, std::move(missing));
+  if (prepared.options.recipe == Recipe::matched && !prepared.x_is_difference) {
+    prepared.recorded = of_relative_motion(intermediate.recording, missing, false);
+    if (prepared.integrated()) prepared.recorded_beside = of_relative_motion(intermediate.recording, missing, true);
+  }
   finish(prepared, std::move(intermediate.recording), intermediate.sheet, num_threads);
   return prepared;
 }

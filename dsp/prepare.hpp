@@ -63,6 +63,9 @@ struct Prepared {
   /// with the intervals that must not be used, without margins; null where x is a difference, or all was filtered
   /// first.
   std::shared_ptr<const Recording> recorded;
+  /// The other channels in the same way, where x is integrated, which takes what is slow from the signals of all; else
+  /// null.
+  std::shared_ptr<const Recording> recorded_beside;
   std::vector<Interval> excluded;  ///< with margins and reasons; marked in both motions
   std::vector<Interval> clipped;   ///< of these, the clipped ones without margins; why: the channel's name
   std::vector<Check> checks;

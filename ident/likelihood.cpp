@@ -220,6 +220,20 @@ std::vector<Explanation> outsiders(const RangeData& data, const dsp::Motion& sig
   return result;
 }
 
+/// As it was recorded where the signals of the motion are without what is slow.
+std::optional<VectorXd> input_of(const Columns& columns, const std::string& name, const Piece& piece) {
+  const dsp::Prepared& prepared = *columns.prepared;
+  if (const dsp::Recording* beside = prepared.recorded_beside.get())
+    for (Index j = 0; j < std::ssize(beside->channels); ++j) {
+      const dsp::Channel& channel = beside->channels[static_cast<size_t>(j)];
+      if (name == (channel.role == dsp::Role::other ? channel.name : dsp::info_of(channel.role).name))
+        return beside->samples.col(j).segment(piece.first, piece.size());
+    }
+  const dsp::Signal* const signal = prepared.intermediate.find(name);
+  if (signal == nullptr) return std::nullopt;
+  return signal->values.segment(piece.first, piece.size());
+}
+
 /// Whether the recordings have all inputs.
 bool take_pieces(state_space::Problem& problem, const std::vector<Piece>& pieces,
                  const std::vector<Columns>& recordings, const std::vector<std::string>& inputs) {
@@ -227,12 +241,11 @@ bool take_pieces(state_space::Problem& problem, const std::vector<Piece>& pieces
   problem.records.clear();
   for (const Piece& piece : pieces) {
     const Columns& columns = recordings[piece.recording];
-    const dsp::Motion& motion = columns.prepared->intermediate;
     std::vector<VectorXd> signals;  // on the piece alone: a long record has more than is taken
     for (const std::string& name : inputs) {
-      if (motion.find(name) == nullptr) return false;
-      state_space::Input input =
-          state_space::without_noise(motion.at(name).segment(piece.first, piece.size()), motion.sample_rate_hz);
+      const std::optional<VectorXd> recorded = input_of(columns, name, piece);
+      if (!recorded) return false;
+      state_space::Input input = state_space::without_noise(*recorded, problem.sample_rate_hz);
       double& noise_std = problem.input_noise_std[signals.size()];
       noise_std = std::max(noise_std, input.noise_std);
       signals.push_back(std::move(input.signal));
