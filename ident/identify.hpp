@@ -37,12 +37,11 @@ struct JudgedFit {
   Fit fit;  ///< terms are those of the library
   Model model;
   bool by_likelihood = false;  ///< of the recorded samples (RangeResult): terms, coefficients and intervals
-  /// By how much -2 log likelihood of the test rows falls where the equation need not hold exactly; NaN: not looked at.
-  double unexplained_in_test = std::numeric_limits<double>::quiet_NaN();
-  std::vector<SensorEstimate> sensors;  ///< that took part; predictions and free run are with them
-  double independent_fraction = 1.0;    ///< of the training rows, by the residual's autocorrelation
-  EffectiveSize size;                   ///< of the rows as evidence; every row without Selection::evidence
-  std::vector<ModelOfSize> path;        ///< that Selection::evidence compared; terms are those of the library
+  std::optional<RecordedRun> recorded_run;  ///< of the likelihood, where x was not recorded or its free run misses x
+  std::vector<SensorEstimate> sensors;      ///< that took part; predictions and free run are with them
+  double independent_fraction = 1.0;        ///< of the training rows, by the residual's autocorrelation
+  EffectiveSize size;                       ///< of the rows as evidence; every row without Selection::evidence
+  std::vector<ModelOfSize> path;            ///< that Selection::evidence compared; terms are those of the library
   std::vector<std::pair<std::string, std::string>> ties;  ///< candidates, or a candidate and a sensor's, that the rows
                                                           ///< do not tell apart; the kept one first
   Whiteness whiteness;                                    ///< of the training residual

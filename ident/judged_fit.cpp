@@ -481,6 +481,20 @@ void judge_doubts(JudgedFit& judged, const RangeData& range, const RangeResult& 
         0.5 * judged.band->stop_hz, judged.band->term, number(judged.band->lower_mean), number(judged.band->mean)));
 }
 
+/// Of x that was integrated there is no free run to compare with.
+void judge_recorded_run(JudgedFit& judged, const RangeResult& result, const RangeData& range,
+                        const std::vector<Columns>& recordings, const IdentifyOptions& options) {
+  if (result.rows.test.empty() || !judged.free_run.applies) return;
+  const Columns& first = recordings[result.rows.test.front().recording];
+  const bool integrated = first.prepared != nullptr && first.prepared->integrated();
+  const bool misses = !result.likelihood.has_unexplained() && judged.free_run.larger_nmse() > follows_in_part;
+  if (!integrated && !misses) return;
+  judged.recorded_run = run_through(result.likelihood, {result.spec, result.recording, result.regime}, result.rows.test,
+                                    range, recordings, options.num_threads);
+  if (!integrated || !judged.recorded_run) return;
+  judged.free_run = {.nmse = nan, .alone = judged.free_run.alone, .reason = "x was not recorded"};
+}
+
 }  // namespace
 
 JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, const RangeData& range,
@@ -549,9 +563,7 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
   std::vector<Course> courses = range.courses;
   run_in_coordinates(judged.model, recordings, moved, courses);
   judged.free_run = free_run_of(judged, result, range, courses, recordings, options);
-  if (recorded && !result.likelihood.has_unexplained() && judged.free_run.larger_nmse() > follows_in_part)
-    judged.unexplained_in_test = unexplained_in(result.likelihood, {result.spec, result.recording, result.regime},
-                                                result.rows.test, range, recordings, options.num_threads);
+  if (recorded) judge_recorded_run(judged, result, range, recordings, options);
   return judged;
 }
 

@@ -368,6 +368,11 @@ std::optional<Explanation> missing_of(const state_space::Selection& selection, c
   return found;
 }
 
+/// As Likelihood::unexplained_std.
+double unexplained_of(const state_space::Fit& fit, const state_space::Problem& problem, const Columns& columns) {
+  return fit.noise.process.at(1) * std::sqrt(2.0 * problem.sample_rate_hz * columns.band_hz);
+}
+
 /// Among these candidates, positions in data.terms.
 Likelihood selected(const Statement& statement, const std::vector<int>& among, const std::vector<int>& first,
                     const RangeRows& rows, const RangeData& data, const std::vector<Columns>& recordings,
@@ -410,8 +415,7 @@ Likelihood selected(const Statement& statement, const std::vector<int>& among, c
     result.num_samples += statement.thinned_by * static_cast<double>((!record.channels.array().isNaN()).count());
   result.price = selection.price;
   result.gain_of_process_noise = fit.gain_of_process_noise;
-  const double band_hz = recordings[rows.train.front().recording].band_hz;
-  result.unexplained_std = fit.noise.process.at(1) * std::sqrt(2.0 * problem.sample_rate_hz * band_hz);
+  result.unexplained_std = unexplained_of(fit, problem, recordings[rows.train.front().recording]);
   return result;
 }
 
@@ -458,17 +462,32 @@ Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeD
   return worth.size() == result.terms.size() ? result : select(worth, worth);
 }
 
-double unexplained_in(const Likelihood& likelihood, const Range& range, const std::vector<Row>& rows,
-                      const RangeData& data, const std::vector<Columns>& recordings, int num_threads) {
+std::optional<RecordedRun> run_through(const Likelihood& likelihood, const Range& range, const std::vector<Row>& rows,
+                                       const RangeData& data, const std::vector<Columns>& recordings, int num_threads) {
   Statement statement = statement_of(range, rows, true, data, recordings);
-  if (!statement.obstacle.empty()) return dsp::nan;
-  std::vector<state_space::Term>& terms = statement.problem.equations.terms;
+  if (!statement.obstacle.empty()) return std::nullopt;
+  state_space::Problem& problem = statement.problem;
+  std::vector<state_space::Term>& terms = problem.equations.terms;
   std::erase_if(terms, [](const state_space::Term& term) { return !term.known.has_value(); });
   for (size_t i = 0; i < likelihood.terms.size(); ++i)
     terms.push_back({.text = data.library.terms[static_cast<size_t>(likelihood.terms[i])].name,
                      .known = likelihood.mean(static_cast<Index>(i))});
-  const state_space::Fit fit = state_space::fit(statement.problem, {.num_threads = num_threads});
-  return fit.converged() ? fit.gain_of_process_noise : dsp::nan;
+  const state_space::Fit fit = state_space::fit(problem, {.num_threads = num_threads});
+  if (!fit.converged()) return std::nullopt;
+  double square = 0.0, samples = 0.0;
+  for (const state_space::Record& record : problem.records) {
+    std::vector<double> values;
+    for (const double value : record.channels.col(0))
+      if (!std::isnan(value)) values.push_back(value);
+    const auto all = VectorXd::Map(values.data(), std::ssize(values));
+    square += (all.array() - all.mean()).square().sum(), samples += static_cast<double>(all.size());
+  }
+  const double power = square / samples;
+  return RecordedRun{.channel = problem.channels.front().name,
+                     .nmse = std::pow(fit.residual_std.front(), 2) / power,
+                     .noise = std::pow(fit.floors.front(), 2) / power,
+                     .gain_of_process_noise = fit.gain_of_process_noise,
+                     .unexplained_std = unexplained_of(fit, problem, recordings[rows.front().recording])};
 }
 
 }  // namespace ident

@@ -50,9 +50,17 @@ struct Likelihood {
 [[nodiscard]] Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeData& data,
                                        const std::vector<Columns>& recordings, const IdentifyOptions& options);
 
-/// By how much -2 log likelihood of these further rows falls where the equation, its coefficients as they were found,
-/// need not hold exactly; NaN: it cannot be told. Where they begin is not known beforehand, as in a free run it is.
-[[nodiscard]] double unexplained_in(const Likelihood& likelihood, const Range& range, const std::vector<Row>& rows,
-                                    const RangeData& data, const std::vector<Columns>& recordings, int num_threads);
+/// The equation, its coefficients as they were found, through the recorded samples of further rows: where it begins is
+/// found with them, as in a free run it is known.
+struct RecordedRun {
+  std::string channel;                 ///< recorded of x, the derivative of lowest order
+  double nmse = 0.0, noise = 0.0;      ///< what it leaves of the channel, and the channel's noise: of its variance
+  double gain_of_process_noise = 0.0;  ///< as of Likelihood
+  double unexplained_std = 0.0;
+};
+/// Nothing where it cannot be told.
+[[nodiscard]] std::optional<RecordedRun> run_through(const Likelihood& likelihood, const Range& range,
+                                                     const std::vector<Row>& rows, const RangeData& data,
+                                                     const std::vector<Columns>& recordings, int num_threads);
 
 }  // namespace ident

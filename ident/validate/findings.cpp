@@ -149,6 +149,20 @@ void take_likelihood(Findings& found, const Likelihood& likelihood, double targe
   found.misses_motion = false;
 }
 
+/// The equation through the test samples as they were recorded: all there is to follow where x was not recorded, and
+/// where a free run misses x it may be by the noise of where it starts.
+void take_recorded_run(Findings& found, const JudgedFit& fit, double target_power) {
+  const RecordedRun& run = *fit.recorded_run;
+  const bool explains = run.gain_of_process_noise <= Likelihood::beyond_doubt;
+  if (fit.free_run.reason.empty()) {
+    if (found.by_run == Verdict::does_not && explains) found.by_run = Verdict::in_part;
+    return;
+  }
+  found.run_error = std::max(0.0, run.nmse - run.noise);
+  if (!explains) found.run_error = std::max(found.run_error, run.unexplained_std * run.unexplained_std / target_power);
+  found.by_run = by_power(found.run_error);
+}
+
 }  // namespace
 
 Figure error_of(const JudgedFit& fit) {
@@ -236,9 +250,7 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
   } else if (!run.applies) {
     found.by_run = by_power(found.unexplained);
   }
-  // What follows the test samples from a state that is found with them misses by the noise of where it starts.
-  if (found.by_run == Verdict::does_not && fit.unexplained_in_test <= Likelihood::beyond_doubt)
-    found.by_run = Verdict::in_part;
+  if (fit.recorded_run) take_recorded_run(found, fit, variance(test));
   found.biased = biased_term(fit);
   found.doubtful = doubtful_terms(range, fit);
   return found;

@@ -63,6 +63,16 @@ std::string cause_clause(const JudgedFit& fit, const Findings& found, const Name
   return "cause not found";
 }
 
+/// Of the channel that was recorded in the place of x.
+std::string recorded_run_clause(const RecordedRun& run, const Findings& found) {
+  return fmt::format("from where it is found to begin it {} {} as it was recorded (NMSE {:.2g}{})",
+                     found.run_error <= follows           ? "follows"
+                     : found.run_error <= follows_in_part ? "follows roughly"
+                                                          : "does not follow",
+                     run.channel, run.nmse,
+                     run.nmse > 2.0 * found.run_error ? fmt::format(", {:.1g} beyond its noise", found.run_error) : "");
+}
+
 std::string free_run_clause(const FreeRun& run, const Findings& found) {
   if (run.diverged_after_s > 0.0) return "the free run " + run.reason;
   if (!run.applies) return {};
@@ -215,7 +225,10 @@ Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range
   if (fit.model.terms.empty()) return judgement_of_none(ranges[range], fit);
   const Evidence of{ranges[range], fit, findings_of(ranges[range], fit), agreement(ranges, range, method), larger};
   Judgement result{.verdict = of.found.by_run};
-  std::vector<std::string> clauses{free_run_clause(fit.free_run, of.found), residual_clause(fit, of.found)};
+  const bool of_recorded = fit.recorded_run && !fit.free_run.reason.empty();
+  std::vector<std::string> clauses{
+      of_recorded ? recorded_run_clause(*fit.recorded_run, of.found) : free_run_clause(fit.free_run, of.found),
+      of_recorded ? std::string() : residual_clause(fit, of.found)};
   apply_rules(of, result, clauses);
   const bool is_said = of.found.by_run == Verdict::describes &&
                        std::all_of(result.rules.begin(), result.rules.end(), [](auto* rule) { return rule->is_cause; });
