@@ -44,9 +44,10 @@ struct Segmentation {
 /// - stick: where |v|, of displacement and acceleration sensors together (joint_velocity.hpp) within the motion's
 ///   harmonics (harmonics.hpp), shows a halt (stops.hpp): below what sensors agree within, 0.03 of its own amplitude
 ///   or of the base's where that is more, or below three times its noise, it takes longer than passing through zero at
-///   that slope does. None are looked for where its amplitude is less than four times that; but where the base moves
-///   and v does not reach the threshold, the payload follows its base, and all of it is stick. Amplitude is that of a
-///   sine of the same mean speed. The ends of a stop have a standard deviation of T / 21.
+///   that slope does. None are looked for where its amplitude is less than four times that, or eight times where noise
+///   sets it; but where the base moves and v does not reach the threshold, the payload follows its base, and all of it
+///   is stick. Amplitude is that of a sine of the same mean speed. The ends of a stop have a standard deviation of T /
+///   21.
 /// - or the acceleration does, where it is measured, or computed, up to 20 / T: it keeps its sign while the velocity
 ///   passes zero, and is zero while the payload halts (reversals.hpp). A mount that rings between body and sensors is
 ///   looked for (mount.hpp); its ringing is taken off v, and this is not looked at.

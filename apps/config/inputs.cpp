@@ -207,7 +207,7 @@ namespace {
 
 /// A cut-off that leaves something of a short record: filters reach over so many of its periods at either end.
 double cutoff_for_length(double cutoff_hz, double duration_s) {
-  constexpr double reach_periods = 18.6, most_lost = 0.8, well_lost = 0.6;
+  constexpr double reach_periods = 18.6, most_lost = 0.4, well_lost = 0.3;
   const double lost = 2.0 * reach_periods / (cutoff_hz * duration_s);
   if (lost <= most_lost) return cutoff_hz;
   return std::stod(fmt::format("{:.3g}", cutoff_hz * lost / well_lost));

@@ -48,8 +48,9 @@ void choose_stick(const RegimeSigns& signs, Segmentation& result) {
   const Swings swings = swings_between_rests(2.0 * slow, signs);
   const double own = swings.amplitude > 0.0 && swings.fraction < most ? swings.amplitude : all;
   const bool rests_on_base = signs.base_moves() && all < slow;
-  // The speed is timed up to twice the threshold: where a sine is straight, to half of its amplitude.
-  constexpr double straight = 0.5;
+  // The speed is timed up to twice the threshold: where a sine is straight, to half of its amplitude. Of three times
+  // the noise, to a quarter: a line no longer than that is mistaken for a halt in one passage of some dozens.
+  const double straight = by_noise < by_motion ? 0.5 : 0.25;
   if (!rests_on_base && 2.0 * slow > straight * own) {
     result.remarks.push_back(
         fmt::format("stops are not looked for: {} beside amplitudes of {:.2g} m/s",
