@@ -104,7 +104,8 @@ FlacDecoder::FlacDecoder(const InputFile& file)
                                                       nullptr, Calls::write, Calls::describe, Calls::fail,
                                                       this) == FLAC__STREAM_DECODER_INIT_STATUS_OK &&
                      FLAC__stream_decoder_process_until_end_of_metadata(decoder_.get()) != 0;
-  rethrow();
+  if (error_) std::rethrow_exception(error_);
+  // The library finds no memory for a block that claims more than it has: such a header is damaged, too.
   const std::string count = file.text(21, 5);
   if (!begun || stream_.bits == 0 ||
       FLAC__stream_decoder_get_state(decoder_.get()) >= FLAC__STREAM_DECODER_END_OF_STREAM)
