@@ -542,10 +542,11 @@ JudgedFit judged_fit(const MethodOptions& method, const RangeResult& result, con
   if (weighed && !recorded) judge_size(judged, library, nmse_centred(train.mean, range.train));
   if (!judged.fit.no_variance.empty())
     judged.fit.remarks.push_back("no standard deviations: " + judged.fit.no_variance);
-  judged.model = make_model(library, judged.fit, options.target, options.target_unit, range.scale,
-                            range.sensors || weighed ? MatrixXd()
-                                                     : robust_covariance_of(judged.fit, range, result.rows.train,
-                                                                            recordings, range.train - train.mean));
+  judged.model = make_model(
+      library, judged.fit, options.target, options.target_unit, range.scale,
+      range.sensors || weighed || recorded
+          ? MatrixXd()
+          : robust_covariance_of(judged.fit, range, result.rows.train, recordings, range.train - train.mean));
   if (recorded)
     take_channels(judged, result.likelihood, range, train, test, result, recordings);
   else

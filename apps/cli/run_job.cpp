@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -164,16 +165,30 @@ const ident::BandSplit* split_of(const std::vector<ident::RangeResult>& ranges) 
 }
 
 /// No equation that follows the record, and of its terms none beside x: what else there is may lie under noise that a
-/// lower cut-off leaves out, or above the cut-off.
+/// lower cut-off leaves out, or above the cut-off. Of one closed orbit nothing more is to be found.
 bool finds_nothing(const std::vector<ident::RangeResult>& ranges) {
   const auto speaks = [](const ident::RangeResult& range) {
     const ident::JudgedFit& chosen = range.fits[ident::chosen_method(range)];
     const auto& terms = range.fits.front().model.terms;
-    return ident::preference(chosen.judgement.verdict) >= ident::preference(ident::Verdict::in_part) ||
+    return range.orbit || ident::preference(chosen.judgement.verdict) >= ident::preference(ident::Verdict::in_part) ||
            std::any_of(terms.begin(), terms.end(), [](const ident::ModelTerm& term) { return term.name != "x"; });
   };
   return std::none_of(ranges.begin(), ranges.end(),
                       [&](const ident::RangeResult& range) { return !range.fits.empty() && speaks(range); });
+}
+
+/// Why the likelihood does not speak in a lower band, by the names of ranges: what it said of the same samples.
+std::map<std::string, std::string> reasons_of(const std::vector<ident::RangeResult>& ranges) {
+  std::map<std::string, std::string> reasons;
+  for (const ident::RangeResult& range : ranges)
+    reasons[range.spec.name] = range.likelihood.speaks() ? "one equation does not hold in the whole recorded band"
+                                                         : range.likelihood.silent_because;
+  return reasons;
+}
+void tell(const std::map<std::string, std::string>& reasons, std::vector<ident::RangeResult>& ranges) {
+  for (ident::RangeResult& range : ranges)
+    if (const auto found = reasons.find(range.spec.name); found != reasons.end())
+      range.likelihood.silent_because = found->second;
 }
 
 /// The same with other cut-offs, an octave apart, until one finds an equation; else `found`.
@@ -190,6 +205,7 @@ Identified identify_in_other_bands(Config config, Identified found, const RunArg
                     chosen.cutoff_hz, config.prepare.cutoff_hz));
     try {
       Identified other = identify_in_band(config, arguments, console);
+      tell(reasons_of(found.ranges), other.ranges);
       if (!finds_nothing(other.ranges)) return other;
     } catch (const dsp::Fault& fault) {  // such as no row left beside longer filters
       if (fault.kind() != dsp::FaultKind::input) throw;
@@ -205,9 +221,11 @@ Identified identify_where_one_equation_holds(Config config, const RunArguments& 
   const double step = std::exp2(-1.0 / 6.0);
   std::vector<RecordedBand> recorded;
   std::optional<ident::BandSplit> first;
+  std::map<std::string, std::string> reasons;
   for (;;) {
     Identified found = identify_in_band(config, arguments, console);
     found.split = first;
+    tell(reasons, found.ranges);
     const ident::BandSplit* split = open ? split_of(found.ranges) : nullptr;
     if (split == nullptr)
       return open && finds_nothing(found.ranges) ? identify_in_other_bands(config, std::move(found), arguments, console)
@@ -215,7 +233,7 @@ Identified identify_where_one_equation_holds(Config config, const RunArguments& 
     if (recorded.empty()) recorded = recorded_bands(config, arguments.max_memory_bytes);
     const std::optional<double> cutoff_hz = cutoff_below(step * split->stop_hz, recorded);
     if (!cutoff_hz || *cutoff_hz >= found.work.inputs.front().prepared.options.cutoff_hz) return found;
-    if (!first) first = *split;
+    if (!first) first = *split, reasons = reasons_of(found.ranges);
     console.step(fmt::format("{}. It is identified again with cutoff_hz = {:.3g}; [prepare] cutoff_hz sets another",
                              to_text(*split), *cutoff_hz));
     config.prepare.cutoff_hz = *cutoff_hz;

@@ -81,9 +81,10 @@ class Fitter {
 
   /// A step that lowers -2 log likelihood by less is below 0.01 standard deviations.
   static constexpr double of_rest = 1e-4;
+  /// A search that comes to rest takes 40 to 200; with fewer terms it is another.
+  static constexpr int most_linearised = 250;
   /// Process noise as a fraction of a state's scale: next to nothing, and still no loss of digits; and that of a
   /// stage whose basin is the right one whatever the model lacks.
-  static constexpr int most_linearised = 250;  ///< a search that comes to rest takes 40 to 200
   static constexpr double hardest = 2e-6, soft_scale = 6e-3;
 
  private:
