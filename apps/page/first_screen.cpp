@@ -171,7 +171,7 @@ ScreenEntry remedy_entry(const RunResults& results) {
   ScreenEntry entry{"mend", {}, 5};
   for (const Remedy& remedy : remedies(results)) {
     entry.lines.push_back({remedy.why});
-    for (const std::string& line : remedy.lines) entry.lines.push_back({line, true});
+    for (const std::string& line : remedy.lines) entry.lines.push_back({line, true, !remedy.optional});
   }
   return entry;
 }
@@ -295,14 +295,15 @@ std::string to_text(const FirstScreen& screen) {
   std::size_t taken = 0;
   for (const ScreenEntry& entry : screen.entries) {
     Strings lines;
-    std::size_t whole = 0;  // lines to paste are of no use cut
+    std::size_t whole = 0, needed = 0;  // of many lines the file has the rest
     for (const FirstScreen::Line& line : entry.lines) {
       for (std::string& part :
            wrapped((line.to_paste ? "    " : "") + printable(line.text), screen_width - label_width))
         lines.push_back(std::move(part));
-      if (line.to_paste) whole = lines.size();
+      if (line.is_needed) whole = lines.size(), ++needed;
     }
-    rooms.push_back(std::max(std::min(lines.size(), entry.most), whole));
+    constexpr std::size_t few = 12;
+    rooms.push_back(std::max(std::min(lines.size(), entry.most), needed <= few ? whole : 0));
     taken += rooms.back();
     all.push_back(std::move(lines));
   }

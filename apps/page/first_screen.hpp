@@ -10,7 +10,8 @@ namespace apps {
 struct FirstScreen {
   struct Line {
     std::string text;
-    bool to_paste = false;  ///< of a file, as it is
+    bool to_paste = false;   ///< of a file, as it is
+    bool is_needed = false;  ///< lines to paste that are of no use cut
   };
   struct Entry {
     std::string label;  ///< none: it is about everything below

@@ -96,7 +96,7 @@ void add_corrected(const RunResults& results, std::vector<Remedy>& found) {
       found.push_back({fmt::format("Optional, as it is corrected in this run: gains, lags and AC couplings that {} "
                                    "does not state were found. To state them there:",
                                    input.sidecar),
-                       to_paste(input, lines)});
+                       to_paste(input, lines), true});
   }
 }
 

@@ -10,6 +10,7 @@ namespace apps {
 struct Remedy {
   std::string why;                 ///< a sentence: what was found, and in which file the lines go
   std::vector<std::string> lines;  ///< to be pasted; none: there is no such line
+  bool optional = false;           ///< the run does without
 };
 
 /// Whether a signal moves and is no motion of the system itself as far as its name says: what ident::acts_from_outside,
