@@ -22,6 +22,7 @@ Fitter::Fitter(const Problem& problem, int num_threads)
       problem_(with_origins(problem, start_.scales)),
       floors_(noise_floors(problem_.problem())),
       num_threads_(num_threads),
+      parts_(problem.steps),
       num_given_channels_(problem.channels.size()) {
   for (const int speed : speeds_of(problem.equations))
     if (speed >= 0) speeds_.push_back(speed);
@@ -280,7 +281,7 @@ Fit fit(const Problem& problem, const FitOptions& options) {
   }
   fitter.seek(terms);
   fitter.begin(options.coefficients);
-  fitter.settle();
+  fitter.settle(false);
   return fitter.result();
 }
 

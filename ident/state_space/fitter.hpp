@@ -28,11 +28,12 @@ class Fitter {
   /// Where process noise is more than numerical: the step that the gradient of log |H_ss| asks for, until it moves
   /// nothing by more than 0.05 standard deviations.
   bool follow_log_determinant();
+  bool may_follow_log_determinant();
   /// Twice as many steps a sample until that moves no parameter by more than 0.1 standard deviations.
   bool refine_steps();
   /// From soft to hard, and the noise from both; the better of them, then the log-determinant. Nothing of it where the
-  /// soft end is hopeless.
-  void settle();
+  /// soft end is hopeless. `is_first`: where the hard end comes down to the floors, the noise is left to settle_again.
+  void settle(bool is_first);
   /// Some channel is far above its floor: as the rate of a state that an equation lacks a term for, which no process
   /// noise makes good.
   [[nodiscard]] bool is_hopeless() const;
@@ -114,6 +115,7 @@ class Fitter {
   /// What noise of inputs does to a speed over a sample, at the coefficients as they are: process noise is no less.
   [[nodiscard]] double process_floor(int speed) const;
   [[nodiscard]] bool raise_to_floor();
+  void with_soft_speeds();  ///< process noise of a soft stage on speeds alone
   [[nodiscard]] Hard hard_end(bool reached) const;
   void compare_with(const Hard& hard, bool stands, bool follows);
   void regress();
@@ -124,7 +126,7 @@ class Fitter {
   Linearisation problem_;
   std::vector<double> floors_;
   std::vector<int> speeds_, parameters_, all_parameters_;
-  int num_threads_, parts_ = 1, num_linearised_ = 0;
+  int num_threads_, parts_, num_linearised_ = 0;
   std::size_t num_given_channels_;
   Point point_;
   Noise noise_;
@@ -132,7 +134,7 @@ class Fitter {
   std::optional<Linear> linear_;
   Smoothed smoothed_, freed_;
   std::optional<Standing> soft_;
-  bool settled_ = false;
+  bool settled_ = false, explains_all_ = false;
   double softest_ = 0.06;  ///< so much that a start from zero fits
   double gain_of_process_noise_ = 0.0;
 };

@@ -192,23 +192,38 @@ bool Fitter::follow_log_determinant() {
   return false;
 }
 
-void Fitter::settle() {
+void Fitter::settle(bool is_first) {
   (void)harden(softest_, soft_scale);
   if (is_hopeless()) return;
-  const Hard hard = hard_end(harden(soft_ ? soft_scale : softest_, hardest) && settle_noise(false) && refine_steps() &&
-                             raise_to_floor());
+  const bool reached = harden(soft_ ? soft_scale : softest_, hardest);
+  explains_all_ = is_first && reached && at_floor(residual_stds());
+  if (explains_all_) {
+    settled_ = refine_steps();
+    return;
+  }
+  const Hard hard = hard_end(reached && settle_noise(false) && refine_steps() && raise_to_floor());
   if (soft_) stand(*soft_);
+  with_soft_speeds();
+  compare_with(hard, soft_ && settle_noise(true) && refine_steps(), problem_.problem().equations.inputs.empty());
+}
+
+void Fitter::with_soft_speeds() {
   soften(hardest);
   for (const int speed : speeds_) noise_.process[as_size(speed)] = soft_scale * start_.scales[as_size(speed)];
-  compare_with(hard, soft_ && settle_noise(true) && refine_steps(), problem_.problem().equations.inputs.empty());
 }
 
 void Fitter::settle_again() {
   num_linearised_ = 0;  // with fewer terms it is another search
+  if (explains_all_) {
+    const Hard hard = hard_end(settle_noise(false) && refine_steps() && raise_to_floor());
+    with_soft_speeds();
+    compare_with(hard, settle_noise(true) && refine_steps(), true);
+    return;
+  }
   const bool stands = settle_noise(true) && refine_steps();
   if (!exceeds_floor()) {
     gain_of_process_noise_ = 0.0;
-    settled_ = stands && follow_log_determinant();
+    settled_ = stands && may_follow_log_determinant();
     return;
   }
   const Standing here = standing();
@@ -222,8 +237,17 @@ Fitter::Hard Fitter::hard_end(bool reached) const {
   return {standing(), linear_ ? marginal_J() : std::numeric_limits<double>::infinity(), reached};
 }
 
-/// Keeps what stands, or the hard end where that is as likely. The log-determinant matters less than noise where inputs
-/// drive the motion: a search can do without.
+/// The log-determinant matters less than noise where inputs drive the motion: there a search that does not come to rest
+/// with it, as in chaos, does without.
+bool Fitter::may_follow_log_determinant() {
+  const Standing here = standing();
+  if (follow_log_determinant()) return true;
+  if (problem_.problem().equations.inputs.empty()) return false;
+  stand(here);
+  return look();
+}
+
+/// Keeps what stands, or the hard end where that is as likely.
 void Fitter::compare_with(const Hard& hard, bool stands, bool follows) {
   gain_of_process_noise_ = stands ? std::max(0.0, hard.J - marginal_J()) : 0.0;
   settled_ = true;
@@ -231,7 +255,7 @@ void Fitter::compare_with(const Hard& hard, bool stands, bool follows) {
     stand(hard.at);
     settled_ = look() && hard.reached;
   }
-  if (follows) settled_ = settled_ && follow_log_determinant();
+  if (follows) settled_ = settled_ && may_follow_log_determinant();
 }
 
 }  // namespace ident::state_space

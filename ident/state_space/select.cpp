@@ -179,7 +179,7 @@ Selection select(const Problem& problem, const SelectOptions& options) {
   std::sort(terms.begin(), terms.end());
   fitter.seek(terms);
   fitter.begin(options.fit.coefficients);
-  fitter.settle();
+  fitter.settle(true);
 
   Selection selection{.price = std::log(num_recorded(problem)) + 2.0 * std::log(static_cast<double>(allowed.size()))};
   if (!fitter.is_finite() || fitter.is_hopeless()) {

@@ -48,6 +48,8 @@ double end_of_motion_hz(const VectorXd& signal, double rate_hz, double noise_std
 Index thinning(const Problem& problem) {
   constexpr Index least = 1000;  // also of a record whose spectrum is asked
   const double rate_hz = problem.sample_rate_hz;
+  if (std::any_of(problem.channels.begin(), problem.channels.end(), [](const Channel& one) { return one.rate; }))
+    return 1;
   Index samples = 0;
   for (const Record& record : problem.records) {
     if (record.channels.array().isNaN().any()) return 1;
@@ -88,6 +90,7 @@ Problem thinned(Problem problem, Index factor) {
   for (Record& record : problem.records) thin(record.channels), thin(record.inputs);
   for (double& std : problem.input_noise_std) std /= std::sqrt(static_cast<double>(factor));
   problem.sample_rate_hz = rate_hz;
+  problem.steps = static_cast<int>((factor + 1) / 2);  // the motion is smooth, its equation may be stiffer
   return problem;
 }
 
