@@ -281,7 +281,7 @@ Fit fit(const Problem& problem, const FitOptions& options) {
   }
   fitter.seek(terms);
   fitter.begin(options.coefficients);
-  fitter.settle(false);
+  fitter.settle();
   return fitter.result();
 }
 

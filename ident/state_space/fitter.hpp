@@ -32,8 +32,8 @@ class Fitter {
   /// Twice as many steps a sample until that moves no parameter by more than 0.1 standard deviations.
   bool refine_steps();
   /// From soft to hard, and the noise from both; the better of them, then the log-determinant. Nothing of it where the
-  /// soft end is hopeless. `is_first`: where the hard end comes down to the floors, the noise is left to settle_again.
-  void settle(bool is_first);
+  /// soft end is hopeless.
+  void settle();
   /// Some channel is far above its floor: as the rate of a state that an equation lacks a term for, which no process
   /// noise makes good.
   [[nodiscard]] bool is_hopeless() const;
@@ -115,7 +115,6 @@ class Fitter {
   /// What noise of inputs does to a speed over a sample, at the coefficients as they are: process noise is no less.
   [[nodiscard]] double process_floor(int speed) const;
   [[nodiscard]] bool raise_to_floor();
-  void with_soft_speeds();  ///< process noise of a soft stage on speeds alone
   [[nodiscard]] Hard hard_end(bool reached) const;
   void compare_with(const Hard& hard, bool stands, bool follows);
   void regress();
@@ -134,7 +133,7 @@ class Fitter {
   std::optional<Linear> linear_;
   Smoothed smoothed_, freed_;
   std::optional<Standing> soft_;
-  bool settled_ = false, explains_all_ = false;
+  bool settled_ = false;
   double softest_ = 0.06;  ///< so much that a start from zero fits
   double gain_of_process_noise_ = 0.0;
 };

@@ -192,34 +192,19 @@ bool Fitter::follow_log_determinant() {
   return false;
 }
 
-void Fitter::settle(bool is_first) {
+void Fitter::settle() {
   (void)harden(softest_, soft_scale);
   if (is_hopeless()) return;
-  const bool reached = harden(soft_ ? soft_scale : softest_, hardest);
-  explains_all_ = is_first && reached && at_floor(residual_stds());
-  if (explains_all_) {
-    settled_ = refine_steps();
-    return;
-  }
-  const Hard hard = hard_end(reached && settle_noise(false) && refine_steps() && raise_to_floor());
+  const Hard hard = hard_end(harden(soft_ ? soft_scale : softest_, hardest) && settle_noise(false) && refine_steps() &&
+                             raise_to_floor());
   if (soft_) stand(*soft_);
-  with_soft_speeds();
-  compare_with(hard, soft_ && settle_noise(true) && refine_steps(), problem_.problem().equations.inputs.empty());
-}
-
-void Fitter::with_soft_speeds() {
   soften(hardest);
   for (const int speed : speeds_) noise_.process[as_size(speed)] = soft_scale * start_.scales[as_size(speed)];
+  compare_with(hard, soft_ && settle_noise(true) && refine_steps(), problem_.problem().equations.inputs.empty());
 }
 
 void Fitter::settle_again() {
   num_linearised_ = 0;  // with fewer terms it is another search
-  if (explains_all_) {
-    const Hard hard = hard_end(settle_noise(false) && refine_steps() && raise_to_floor());
-    with_soft_speeds();
-    compare_with(hard, settle_noise(true) && refine_steps(), true);
-    return;
-  }
   const bool stands = settle_noise(true) && refine_steps();
   if (!exceeds_floor()) {
     gain_of_process_noise_ = 0.0;

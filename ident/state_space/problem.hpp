@@ -65,7 +65,7 @@ struct Problem {
   std::vector<Record> records;
   std::vector<double> input_noise_std = {};  ///< of a sample, white; empty: inputs are exact
   double sample_rate_hz = 0.0;
-  int steps = 1;  ///< of the integration a sample, to begin with
+  int steps = 1;                                                ///< of the integration a sample, to begin with
   double flat_to_hz = std::numeric_limits<double>::infinity();  ///< of the channels: above it a filter took their noise
 };
 

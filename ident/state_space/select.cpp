@@ -179,7 +179,7 @@ Selection select(const Problem& problem, const SelectOptions& options) {
   std::sort(terms.begin(), terms.end());
   fitter.seek(terms);
   fitter.begin(options.fit.coefficients);
-  fitter.settle(true);
+  fitter.settle();
 
   Selection selection{.price = std::log(num_recorded(problem)) + 2.0 * std::log(static_cast<double>(allowed.size()))};
   if (!fitter.is_finite() || fitter.is_hopeless()) {
@@ -213,9 +213,18 @@ Selection select(const Problem& problem, const SelectOptions& options) {
     fitter.move_to(terms, Subsets(fitter).values(terms));
     (void)fitter.refit();
   }
+  const bool given_up = fitter.is_spent() && !selection.settled;
   if (fitter.is_finite()) fitter.settle_again();
+  for (int round = 0; round < 3 && fitter.is_finite(); ++round) {  // at the noise as it is now
+    const Subsets subsets(fitter);
+    const Terms next = best_near(subsets, terms, allowed, selection.price);
+    if (next == terms) break;
+    terms = next;
+    fitter.move_to(terms, subsets.values(terms));
+    if (fitter.refit() || fitter.refit_softly()) fitter.settle_again();
+  }
   selection.fit = fitter.result();
-  if (!fitter.is_finite()) {
+  if (!fitter.is_finite() || given_up) {
     selection.fit.settled = false;
     selection.scores.resize(static_cast<size_t>(num_coefficients));
     return selection;
