@@ -24,7 +24,7 @@ PlotFigure term_figure(const RangeComparison& range, const std::string& term, st
     const nlohmann::ordered_json* own = term_of(range.columns[i], term);
     if (own == nullptr) continue;
     const auto run = static_cast<double>(i + 1);
-    const double mean = own->at("mean").get<double>();
+    const double mean = own->at("mean").is_number() ? own->at("mean").get<double>() : nan;
     const double std = own->at("std").is_number() ? own->at("std").get<double>() : nan;
     unit = own->value("unit", "");
     runs.push_back(run);
