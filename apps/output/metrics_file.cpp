@@ -34,6 +34,9 @@ Json nmse_json(const ident::JudgedFit& fit) {
       ran && std::isfinite(fit.free_run.nmse_centred) ? Json(fit.free_run.nmse_centred) : Json();
   result["free_run_training_centred"] = number_or_null(fit.free_run.nmse_training);     // of one alone
   result["free_run_within_intervals"] = number_or_null(fit.free_run.larger_closest());  // where x is missed
+  if (fit.recorded_run)  // about the mean, as the noise of the channel is
+    result["recorded_run"] = {
+        {"channel", fit.recorded_run->channel}, {"nmse", fit.recorded_run->nmse}, {"noise", fit.recorded_run->noise}};
   result["free_run_reason"] = fit.free_run.reason.empty() ? Json() : Json(fit.free_run.reason);
   return result;
 }

@@ -75,6 +75,12 @@ void write_errors(const ident::JudgedFit& fit, HtmlWriter& html) {
                             {"test", error_text(fit.test), error_text(fit.test_centred)},
                             {"free run of x, test", error_text({fit.free_run.nmse, fit.free_run.reason}),
                              error_text({fit.free_run.nmse_centred, fit.free_run.reason})}};
+  if (fit.recorded_run && !fit.free_run.reason.empty()) {  // what x was integrated of; rows are of the integral
+    rows = {{"training, x integrated", rows[0][1], rows[0][2]},
+            {"test, x integrated", rows[1][1], rows[1][2]},
+            {fmt::format("{} as it was recorded, test, from where it is found to begin", fit.recorded_run->channel),
+             "-", number_text(fit.recorded_run->nmse)}};
+  }
   html.table(fmt::format("Errors as fractions of the power of the signal (NMSE). Noise of {}: {} {} rms",
                          fit.model.target, number_text(fit.model.noise_std), fit.model.target_unit),
              {"on", "NMSE", "about the mean"}, rows);

@@ -68,8 +68,8 @@ class SampleSource {
 };
 
 /// Opens a recording by its content, never by its name: sound (WAV, RF64, W64, CAF, FLAC, AIFF), MATLAB v5, universal
-/// files (UFF), text (CSV, TSV, LabVIEW LVM). Throws Fault (input): file.missing, file.kind, file.empty, file.denied, container.unknown,
-/// container.truncated, container.lossy, container.limit, ...
+/// files (UFF), text (CSV, TSV, LabVIEW LVM). Throws Fault (input): file.missing, file.kind, file.empty, file.denied,
+/// container.unknown, container.truncated, container.lossy, container.limit, ...
 [[nodiscard]] std::unique_ptr<SampleSource> open_source(const std::filesystem::path& file,
                                                         const OpenOptions& options = {});
 

@@ -45,6 +45,12 @@ void check_duffing(const std::vector<std::string>& names, const std::string& noi
   CAPTURE(noise, ended.out, ended.err);
   REQUIRE(ended.code == 0);
   CHECK_THAT(ended.out, Catch::Contains("by the likelihood") && Catch::Contains("This equation describes the record"));
+  // Of an acceleration alone it follows what was recorded, to its noise.
+  for (const json& range : json::parse(bytes_of(folder / "out/metrics.json")).at("ranges"))
+    if (const json& nmse = range.at("methods").at(0).at("nmse"); names[1] == "a" && nmse.contains("recorded_run")) {
+      CHECK(nmse["recorded_run"]["channel"] == "a");
+      CHECK(nmse["recorded_run"]["nmse"].get<double>() == Approx(std::pow(std::stod(noise), 2)).epsilon(0.3));
+    }
   const json document = json::parse(bytes_of(folder / "out/equation.json"));
   std::map<std::string, double> truth{{"x", -25.0}, {"v", -1.0}, {"x^3", -2500.0}, {"f", 100.0}};
   for (const json& range : document.at("ranges")) {
