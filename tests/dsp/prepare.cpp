@@ -271,7 +271,7 @@ TEST_CASE("numbers that are no vibration in their unit are a question", "[dsp][p
     return std::any_of(prepared.checks.begin(), prepared.checks.end(),
                        [](const dsp::Check& check) { return check.name == "sample.size"; });
   };
-  CHECK(asked(1e5, true));  // hundredths of a millimetre
+  CHECK(asked(1e5, true));   // hundredths of a millimetre
   CHECK(asked(1e5, false));  // a kilometre is no vibration whoever says the unit
   CHECK_FALSE(asked(20.0, false));
   CHECK_FALSE(asked(1.0, true));
