@@ -74,11 +74,12 @@ std::vector<Piece> shortened(const std::vector<Piece>& pieces, Index most) {
   const Index all = std::accumulate(pieces.begin(), pieces.end(), Index{0},
                                     [](Index sum, const Piece& piece) { return sum + piece.size(); });
   if (all <= most) return pieces;
-  constexpr Index parts = 8;  // of a long record, spread over it
+  constexpr Index most_parts = 8;  // of a long record, spread over it
   std::vector<Piece> shorter;
   for (const Piece& piece : pieces) {
     const auto size =
         static_cast<Index>(static_cast<double>(piece.size()) * static_cast<double>(most) / static_cast<double>(all));
+    const Index parts = std::clamp<Index>(piece.size() / (16 * least_samples), 1, most_parts);
     const Index each = std::max(size / parts, std::min(piece.size() / parts, 16 * least_samples));
     for (Index i = 0; i < parts; ++i) {
       const Index first = piece.first + i * piece.size() / parts + (piece.size() / parts - each) / 2;
@@ -304,10 +305,9 @@ Statement statement_of(const Range& range, const std::vector<Row>& rows, bool ar
   const std::vector<Piece> pieces = pieces_of(range, rows, are_last, recordings, may_have_gaps(range, *inputs));
   if (pieces.empty()) return refuse("there is no interval of rows long enough");
   const auto take = [&](const std::vector<Piece>& from) { return take_pieces(problem, from, recordings, *inputs); };
-  const std::vector<Piece> first_pieces = shortened(pieces, most_samples);
-  if (!take(first_pieces)) return refuse("the recordings have other channels or rates");
+  if (!take(shortened(pieces, most_samples))) return refuse("the recordings have other channels or rates");
   if (const Index factor = state_space::thinning(problem); factor > 1) {
-    if (first_pieces.size() > pieces.size()) (void)take(shortened(pieces, factor * most_samples));
+    (void)take(shortened(pieces, factor * most_samples));
     problem = state_space::thinned(std::move(problem), factor);
     result.thinned_by = static_cast<double>(factor);
   }

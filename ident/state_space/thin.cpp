@@ -87,6 +87,9 @@ Problem thinned(Problem problem, Index factor) {
     }
     signals = std::move(fewer);
   };
+  constexpr Index fewest = 16;  // of a piece: less says nothing but where it begins
+  std::erase_if(problem.records,
+                [&](const Record& record) { return (record.channels.rows() - 1) / factor + 1 < fewest + 2 * of_ends; });
   for (Record& record : problem.records) thin(record.channels), thin(record.inputs);
   for (double& std : problem.input_noise_std) std /= std::sqrt(static_cast<double>(factor));
   problem.sample_rate_hz = rate_hz;

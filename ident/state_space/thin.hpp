@@ -10,7 +10,8 @@ namespace ident::state_space {
 [[nodiscard]] Eigen::Index thinning(const Problem& problem);
 
 /// Of every record each `factor`-th sample behind a low-pass that ends at half the lower rate, without the first and
-/// last 8, which lean on what was before the record and behind it. Throws std::invalid_argument for a factor below 1.
+/// last 8, which lean on what was before the record and behind it; records that would have fewer than 16 are left out.
+/// Throws std::invalid_argument for a factor below 1.
 [[nodiscard]] Problem thinned(Problem problem, Eigen::Index factor);
 
 }  // namespace ident::state_space

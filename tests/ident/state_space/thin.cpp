@@ -98,4 +98,7 @@ TEST_CASE("no sample is left out of what has missing ones, is short, or moves up
   CHECK(thinning(fast) == 1);
   CHECK(thinned(problem, 1).records[0].channels == problem.records[0].channels);
   CHECK_THROWS_AS(thinned(problem, 0), std::invalid_argument);
+  Problem with_piece = problem;
+  with_piece.records.push_back({problem.records[0].channels.topRows(32), problem.records[0].inputs.topRows(32)});
+  CHECK(thinned(with_piece, 4).records.size() == 1);
 }
