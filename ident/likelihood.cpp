@@ -69,10 +69,14 @@ std::vector<Piece> pieces_of(const Range& range, const std::vector<Row>& rows, b
   return pieces;
 }
 
+Index num_samples(const std::vector<Piece>& pieces) {
+  return std::accumulate(pieces.begin(), pieces.end(), Index{0},
+                         [](Index sum, const Piece& piece) { return sum + piece.size(); });
+}
+
 /// So much of each, from its middle, that all together are not more than `most`.
 std::vector<Piece> shortened(const std::vector<Piece>& pieces, Index most) {
-  const Index all = std::accumulate(pieces.begin(), pieces.end(), Index{0},
-                                    [](Index sum, const Piece& piece) { return sum + piece.size(); });
+  const Index all = num_samples(pieces);
   if (all <= most) return pieces;
   constexpr Index most_parts = 8;  // of a long record, spread over it
   std::vector<Piece> shorter;
@@ -307,7 +311,7 @@ Statement statement_of(const Range& range, const std::vector<Row>& rows, bool ar
   const auto take = [&](const std::vector<Piece>& from) { return take_pieces(problem, from, recordings, *inputs); };
   if (!take(shortened(pieces, most_samples))) return refuse("the recordings have other channels or rates");
   if (const Index factor = state_space::thinning(problem); factor > 1) {
-    (void)take(shortened(pieces, factor * most_samples));
+    if (num_samples(pieces) > most_samples) (void)take(shortened(pieces, factor * most_samples));
     problem = state_space::thinned(std::move(problem), factor);
     result.thinned_by = static_cast<double>(factor);
   }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "dsp/filter/kaiser.hpp"
+
 namespace ident::state_space {
 namespace {
 
@@ -32,13 +34,12 @@ void weigh(double at, std::array<double, points>& weight, std::array<double, poi
 
 /// The sine cardinal under a window of Kaiser of 140 dB: what 2 x reach samples count for between the middle two.
 std::array<double, 2 * reach> band_limited(double at) {
-  constexpr double beta = 14.5;
+  const dsp::KaiserWindow window(14.5);
   std::array<double, 2 * reach> weight{};
   double sum = 0.0;
   for (int i = 0; i < 2 * reach; ++i) {
     const double d = at - (i - reach + 1), part = d / reach;
-    weight[static_cast<std::size_t>(i)] = std::sin(std::numbers::pi * d) / (std::numbers::pi * d) *
-                                          std::cyl_bessel_i(0.0, beta * std::sqrt(std::max(0.0, 1.0 - part * part)));
+    weight[static_cast<std::size_t>(i)] = std::sin(std::numbers::pi * d) / (std::numbers::pi * d) * window(part);
     sum += weight[static_cast<std::size_t>(i)];
   }
   for (double& one : weight) one /= sum;
