@@ -18,7 +18,6 @@
 #include "ident/selection/ranked_models.hpp"
 #include "ident/sensors/absolute_gains.hpp"
 #include "ident/validate/closed_orbit.hpp"
-#include "ident/validate/closest_run.hpp"
 #include "ident/validate/findings.hpp"
 #include "ident/validate/independent_rows.hpp"
 
@@ -103,33 +102,18 @@ std::vector<Course> training_courses(const RangeRows& rows, const std::vector<Co
   return training;
 }
 
-bool has_intervals(const Model& model) {
-  return model.covariance.size() > 0 && model.covariance.allFinite();
-}
-
 /// Through the test rows, and of an equation that nothing drives through the training rows: test rows of a steady
 /// motion show one amplitude only, which many equations keep. One with inputs that misses is set to the measured state
 /// before its errors have grown tenfold.
 FreeRun free_run_through(const Model& model, const RangeRows& rows, const std::vector<Course>& test,
                          const std::vector<Columns>& recordings, const Poll& poll) {
   const FreeRunOptions options{.periods_alone = periods_of_phase, .poll = poll};
-  auto [run, restarted] = restarted_run(model, test, options);
+  FreeRun run = restarted_run(model, test, options).run;
   if (!run.reason.empty()) return run;
-  std::vector<Course> training;
-  if (run.alone) {
-    training = training_courses(rows, test, recordings);
-    const FreeRun on_training = free_run(model, training, options);
-    run.nmse_training =
-        on_training.diverged_after_s > 0.0 ? std::numeric_limits<double>::infinity() : on_training.nmse_centred;
-    run.mean_square_training = on_training.mean_square;
-    if (!on_training.reason.empty()) training.clear();
-  }
-  const double error = run.larger_nmse();
-  if (has_intervals(model) && error > follows_in_part && std::isfinite(error)) {
-    const ClosestRun closest = closest_run(model, restarted, training, follows, options);
-    run.closest = closest.test.nmse_centred;
-    run.closest_training = closest.training.nmse_centred;
-  }
+  if (!run.alone) return run;
+  const FreeRun training = free_run(model, training_courses(rows, test, recordings), options);
+  run.nmse_training = training.diverged_after_s > 0.0 ? std::numeric_limits<double>::infinity() : training.nmse_centred;
+  run.mean_square_training = training.mean_square;
   return run;
 }
 
@@ -149,7 +133,6 @@ FreeRun free_run_of(const JudgedFit& judged, const RangeResult& result, const Ra
   else if (twin != earlier.end()) {
     run = twin->free_run;
     run.series.clear();
-    if (!has_intervals(judged.model)) run.closest = run.closest_training = nan;
   } else {
     run = free_run_through(judged.model, result.rows, courses, recordings, options.poll);
   }

@@ -243,10 +243,6 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
     found.run_error = std::fmax(beyond_noise(run.nmse_centred, run.mean_square),
                                 beyond_noise(run.nmse_training, run.mean_square_training));
     found.by_run = by_power(found.run_error);
-    const double closest = std::fmax(beyond_noise(run.closest, run.mean_square),
-                                     beyond_noise(run.closest_training, run.mean_square_training));
-    found.may_follow = found.by_run == Verdict::does_not && !found.above_noise && closest <= follows;
-    if (found.may_follow) found.by_run = Verdict::undecided;
   } else if (!run.applies) {
     found.by_run = by_power(found.unexplained);
   }

@@ -16,9 +16,8 @@ inline constexpr double matters_to_power = 0.1;
 /// Of a fit on a range, apart from other ranges.
 struct Findings {
   Verdict by_run = Verdict::undecided;
-  double run_error = std::numeric_limits<double>::quiet_NaN();  ///< NMSE of the free run beyond what noise makes;
-                                                                ///< NaN: none
-  bool may_follow = false;  ///< x is missed, but by no more than what is not known of the coefficients, and noise
+  double run_error = std::numeric_limits<double>::quiet_NaN();    ///< NMSE of the free run beyond what noise makes;
+                                                                  ///< NaN: none
   double unexplained = std::numeric_limits<double>::quiet_NaN();  ///< of the target's variation one step ahead, beyond
                                                                   ///< the noise of the channels
   bool noise_is_known = false;

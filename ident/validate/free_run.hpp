@@ -51,11 +51,8 @@ struct FreeRun {
   /// Of an equation alone, on the training rows: as nmse_centred, infinity where it diverged; as mean_square.
   double nmse_training = std::numeric_limits<double>::quiet_NaN(), mean_square_training = 0.0;
   double mean_square = 0.0;  ///< of x about its mean, m^2
-  /// Where x is missed: nmse_centred and nmse_training of the equation that follows most closely of those whose
-  /// coefficients are within their intervals (closest_run); NaN: not looked for.
-  double closest = std::numeric_limits<double>::quiet_NaN(), closest_training = closest;
-  int num_restarts = 0;  ///< of an equation with inputs: how often it was set to the measured state within a range
-  std::string reason;    ///< not empty: there is no figure, and why: too short, no equation of motion, diverged
+  int num_restarts = 0;      ///< of an equation with inputs: how often it was set to the measured state within a range
+  std::string reason;        ///< not empty: there is no figure, and why: too short, no equation of motion, diverged
   double diverged_after_s = 0.0;  ///< from the start of its range; 0: it did not
   int num_ranges = 0;
   bool sticks = false;                ///< it came to rest on a switch at least once
@@ -64,8 +61,6 @@ struct FreeRun {
   std::vector<FreeRunSeries> series;  ///< with keep_series: of each course
   /// The larger of nmse_centred and nmse_training; NaN: there is neither.
   [[nodiscard]] double larger_nmse() const { return std::fmax(nmse_centred, nmse_training); }
-  /// The same of closest and closest_training.
-  [[nodiscard]] double larger_closest() const { return std::fmax(closest, closest_training); }
 };
 
 struct FreeRunOptions {

@@ -80,11 +80,6 @@ std::string free_run_clause(const FreeRun& run, const Findings& found) {
   const char* how = found.run_error <= follows           ? "follows x"
                     : found.run_error <= follows_in_part ? "follows x roughly"
                                                          : "does not follow x";
-  if (found.may_follow)
-    return fmt::format(
-        "the free run does not follow x (NMSE {:.2g}), but it does with coefficients within their "
-        "intervals (NMSE {:.2g}): they are not known well enough for the free run to decide",
-        run.larger_nmse(), run.larger_closest());
   const std::string noise = run.larger_nmse() > 2.0 * found.run_error
                                 ? fmt::format(", NMSE {:.1g} beyond the noise of x", found.run_error)
                                 : std::string();

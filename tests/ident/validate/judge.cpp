@@ -75,25 +75,6 @@ TEST_CASE("an equation that nothing drives must follow what it was fitted to as 
   CHECK_THAT(of(result).sentence, Catch::Contains("through the training rows diverged"));
 }
 
-TEST_CASE("a free run that coefficients within their intervals would mend decides nothing", "[ident][judge]") {
-  auto result = range("low", 0.5, 5e-3);
-  ident::JudgedFit& fit = result.fits[0];
-  fit.free_run.closest = 5e-3;
-  CHECK(of(result).verdict == Verdict::undecided);
-  CHECK_THAT(of(result).sentence, Catch::Contains("it does with coefficients within their intervals (NMSE 0.005)"));
-  fit.free_run.closest = 0.05;
-  CHECK(of(result).verdict == Verdict::does_not);
-  fit.free_run.closest = 5e-3, fit.free_run.closest_training = 0.05;
-  CHECK(of(result).verdict == Verdict::does_not);
-  // What is left over beyond noise speaks for itself, and so does half of the target.
-  fit.free_run.closest_training = 5e-3;
-  fit.noise.residual_power = 5e-3, fit.noise.residual_std = fit.noise.known_std = std::sqrt(1e-3);
-  CHECK(of(result).verdict == Verdict::does_not);
-  auto much = range("low", 0.5, 0.5);
-  much.fits[0].free_run.closest = 5e-3;
-  CHECK(of(much).verdict == Verdict::does_not);
-}
-
 TEST_CASE("terms that only imitate another take the yes away", "[ident][judge]") {
   auto result = range("low", 1e-4, 1e-5);
   result.fits[0].explanations.better = ident::Explanation{.what = "sgn(v)",

@@ -230,7 +230,7 @@ constexpr const char* csv_head =
     "wrong,"
     "equation_error,free_run_nmse,free_run_reason,train_nmse_centred,test_nmse_centred,n_eff,structural_fraction,"
     "whiteness_p,status,ties,explanation,explained,bias_in_std,bias,noise_share,needed_hz,weakest,fr_centred,fr_floor,"
-    "closest,closest_training,better,named,"
+    "better,named,"
     "revisits,inputs,least_evidence,evidence,"
     "drawn,sentence\n";
 
@@ -243,7 +243,7 @@ std::string csv_line(const Outcome& o) {
   std::string deviations, ties;
   for (const auto& term : fit.model.terms) deviations += fmt::format("{:.3g} ", term.std);
   for (const auto& [kept, other] : fit.ties) ties += kept + "~" + other + " ";
-  const std::array<std::string, 44> cells{
+  const std::array<std::string, 42> cells{
       std::to_string(o.seed),
       quoted(o.record.scenario),
       fmt::format("{}", o.record.noise),
@@ -278,8 +278,6 @@ std::string csv_line(const Outcome& o) {
       fmt::format("{:.3g}", weakest(fit)),
       fmt::format("{:.3g}", fit.free_run.nmse_centred),
       fmt::format("{:.3g}", fit.noise.x_std * fit.noise.x_std / fit.free_run.mean_square),
-      fmt::format("{:.3g}", fit.free_run.closest),
-      fmt::format("{:.3g}", fit.free_run.closest_training),
       quoted(fit.explanations.better ? fmt::format("{}<{}", fit.explanations.better->what,
                                                    fmt::join(fit.explanations.better->instead_of, " "))
                                      : ""),
