@@ -11,12 +11,12 @@
 
 #include "dsp/for_each_index.hpp"
 #include "dsp/memory_limit.hpp"
-#include "ident/interval_95.hpp"
-#include "ident/judged_fit.hpp"
+#include "ident/equation/interval_95.hpp"
 #include "ident/methods.hpp"
-#include "ident/settle_columns.hpp"
-#include "ident/terms_by_record.hpp"
+#include "ident/records/terms_by_record.hpp"
+#include "ident/switches/settle_columns.hpp"
 #include "ident/validate/judge.hpp"
+#include "ident/validate/judged_fit.hpp"
 
 namespace ident {
 namespace {
@@ -170,7 +170,7 @@ RangeResult identify(const Range& range, std::vector<Columns>& recordings, const
           result.power_balance, largest_balance(*recordings[r].power, range.regime, &dsp::RegimePower::corrected));
   }
   const auto start = Clock::now();
-  const RangeData data = settled_data(range, result, recordings, library, options);
+  const RangeData data = iterate_columns(range, result, recordings, library, options);
   result.accumulate_s = std::chrono::duration<double>(Clock::now() - start).count();
   result.target.resize(data.train.size() + data.test.size());
   result.target << data.train, data.test;

@@ -7,13 +7,13 @@
 #include <utility>
 #include <vector>
 
-#include "ident/columns.hpp"
+#include "ident/columns/columns.hpp"
 #include "ident/fit.hpp"
 #include "ident/likelihood.hpp"
 #include "ident/model.hpp"
-#include "ident/range_factors.hpp"
-#include "ident/ranges.hpp"
-#include "ident/record.hpp"
+#include "ident/ranges/ranges.hpp"
+#include "ident/records/range_factors.hpp"
+#include "ident/records/record.hpp"
 #include "ident/selection/effective_size.hpp"
 #include "ident/validate/band_split.hpp"
 #include "ident/validate/closed_orbit.hpp"

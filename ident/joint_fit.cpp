@@ -10,8 +10,8 @@
 
 #include "dsp/constants.hpp"
 #include "dsp/fault.hpp"
-#include "ident/joint_records.hpp"
 #include "ident/methods.hpp"
+#include "ident/records/joint_records.hpp"
 
 namespace ident {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "ident/fit.hpp"
 #include "ident/model.hpp"
-#include "ident/range_factors.hpp"
+#include "ident/records/range_factors.hpp"
 #include "ident/selection/effective_size.hpp"
 
 // Fits of several records together from their R factors, without their rows.

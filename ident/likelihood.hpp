@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "ident/columns.hpp"
+#include "ident/columns/columns.hpp"
 #include "ident/fit.hpp"
-#include "ident/ranges.hpp"
+#include "ident/ranges/ranges.hpp"
 #include "ident/sensors/sensor_fit.hpp"
 #include "ident/verdict.hpp"
 

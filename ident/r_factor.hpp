@@ -3,7 +3,7 @@
 #include <functional>
 #include <vector>
 
-#include "ident/fold_rows.hpp"
+#include "ident/regression/fold_rows.hpp"
 
 namespace ident {
 

@@ -9,7 +9,7 @@
 #include "apps/config/identification.hpp"
 #include "apps/output/results_json.hpp"
 #include "apps/process/printable.hpp"
-#include "ident/ranges.hpp"
+#include "ident/ranges/ranges.hpp"
 
 namespace apps {
 namespace {

@@ -9,7 +9,7 @@
 #include "apps/output/finished_run.hpp"
 #include "apps/output/prediction.hpp"
 #include "apps/page/page.hpp"
-#include "apps/process/hashes_beside.hpp"
+#include "apps/process/background_hashes.hpp"
 #include "apps/process/output_folder.hpp"
 #include "dsp/fault.hpp"
 #include "dsp/names.hpp"

@@ -10,7 +10,7 @@
 #include "dsp/segment_regimes.hpp"
 #include "ident/library.hpp"
 #include "ident/methods.hpp"
-#include "ident/ranges.hpp"
+#include "ident/ranges/ranges.hpp"
 
 namespace apps {
 

@@ -13,7 +13,7 @@
 #include "dsp/faults.hpp"
 #include "dsp/read_recording.hpp"
 #include "dsp/signals.hpp"
-#include "ident/clipped_training.hpp"
+#include "ident/columns/clipped_training.hpp"
 
 namespace apps {
 namespace {

@@ -19,7 +19,7 @@
 #include "dsp/names.hpp"
 #include "dsp/read_recording.hpp"
 #include "dsp/sensors/sensor_checks.hpp"
-#include "ident/left_out.hpp"
+#include "ident/ranges/left_out.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;
@@ -27,8 +27,8 @@ namespace {
 
 using Eigen::Index;
 
-/// Messages name files as they were found. Outputs are not to hold where that is on this machine, and the recording
-/// is beside its checks.
+/// Messages name files as they were found. Outputs name files relative to the recording,
+/// never by absolute path.
 std::string without_place(std::string message, const fs::path& file) {
   const std::string prefix = file.parent_path().string() + "/", name = file.filename().string() + ": ";
   for (std::size_t at = 0; prefix != "/" && (at = message.find(prefix, at)) != std::string::npos;)

@@ -10,7 +10,7 @@
 #include "dsp/io/sidecar.hpp"
 #include "dsp/prepare.hpp"
 #include "dsp/prepare/motion_band.hpp"
-#include "ident/record.hpp"
+#include "ident/records/record.hpp"
 
 namespace dsp {
 struct ReadOptions;

@@ -10,7 +10,7 @@
 #include "apps/output/number_text.hpp"
 #include "apps/output/rounded.hpp"
 #include "apps/process/printable.hpp"
-#include "ident/interval_95.hpp"
+#include "ident/equation/interval_95.hpp"
 #include "ident/validate/judge.hpp"
 
 namespace apps {

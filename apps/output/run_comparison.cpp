@@ -16,7 +16,7 @@
 #include "apps/process/path.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/fault.hpp"
-#include "ident/interval_95.hpp"
+#include "ident/equation/interval_95.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;

@@ -8,7 +8,7 @@
 #include "apps/config/inputs.hpp"
 #include "apps/output/steps_table.hpp"
 #include "apps/output/tables.hpp"
-#include "apps/process/hashes_beside.hpp"
+#include "apps/process/background_hashes.hpp"
 #include "apps/process/output_folder.hpp"
 
 namespace apps {

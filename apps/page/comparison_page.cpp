@@ -10,7 +10,7 @@
 #include "apps/process/printable.hpp"
 #include "dsp/constants.hpp"
 #include "dsp/names.hpp"
-#include "ident/interval_95.hpp"
+#include "ident/equation/interval_95.hpp"
 
 namespace apps {
 namespace {

@@ -15,7 +15,7 @@
 #include "apps/process/printable.hpp"
 #include "dsp/io/settings.hpp"
 #include "dsp/signals.hpp"
-#include "ident/interval_95.hpp"
+#include "ident/equation/interval_95.hpp"
 
 namespace apps {
 namespace {

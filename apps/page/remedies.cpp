@@ -11,8 +11,8 @@
 #include "dsp/sensors/sensor_checks.hpp"
 #include "dsp/sensors/sensor_problems.hpp"
 #include "dsp/signals.hpp"
+#include "ident/equation/percent.hpp"
 #include "ident/library/expression.hpp"
-#include "ident/percent.hpp"
 #include "ident/validate/findings.hpp"
 #include "ident/validate/verdict_rules.hpp"
 

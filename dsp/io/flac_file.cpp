@@ -10,7 +10,7 @@
 #include <optional>
 #include <utility>
 
-#include "dsp/io/digest_beside.hpp"
+#include "dsp/io/background_digest.hpp"
 #include "dsp/io/flac_decoder.hpp"
 #include "dsp/io/input_file.hpp"
 #include "dsp/names.hpp"

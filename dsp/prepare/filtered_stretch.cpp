@@ -31,7 +31,7 @@ Index within(double index, Index most) {
 
 }  // namespace
 
-Stretch leaned_on(const Prepared& prepared, const Stretch& wanted) {
+Stretch input_interval(const Prepared& prepared, const Stretch& wanted) {
   if (prepared.filter.sheet().stages.empty()) return {};  // a taper reaches on and on
   return with_memory(prepared, wanted).wider(prepared.filter.edge_s());
 }

@@ -13,9 +13,9 @@ struct Stretch {
   [[nodiscard]] Stretch wider(double by_s) const { return {from_s - by_s, to_s + by_s}; }
 };
 
-/// What columns within a stretch lean on: the column filter's reach on either side, and before it what its high-pass
-/// has not forgotten; all, where that filter is a taper.
-[[nodiscard]] Stretch leaned_on(const Prepared& prepared, const Stretch& wanted);
+/// The input that affects columns within a stretch: the column filter's reach on either side, and before it what its
+/// high-pass has not forgotten; all, where that filter is a taper.
+[[nodiscard]] Stretch input_interval(const Prepared& prepared, const Stretch& wanted);
 
 /// prepared.filter.apply of signals at the intermediate rate, where only what lies within a stretch is wanted. There it
 /// is the same (behind a high-pass to a millionth of its largest value); beside it anything finite. `read` is asked for

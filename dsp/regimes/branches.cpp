@@ -77,7 +77,7 @@ StateSequence states_of(const Observations& seen, const VectorXd& weights, doubl
 StateSequence fitted_states(const Observations& seen) {
   const auto count = static_cast<double>(seen.size());
   double concentration = 1.0;
-  return settled_states(seen.size(), [&](double switch_probability) {
+  return fit_hmm(seen.size(), [&](double switch_probability) {
     const StateSequence states = states_of(seen, evidence(seen, concentration), switch_probability);
     double mean = 0.0;
     for (std::size_t k = 0; k < seen.size(); ++k)
@@ -274,8 +274,8 @@ Branches branches_by_amplitude(std::span<const HalfCycle> half_cycles, double hi
   const Index steps = std::max<Index>(1, level.size() - 1);
   const double spread = (level.tail(level.size() - 1) - level.head(level.size() - 1)).norm() / std::sqrt(steps);
   const VectorXd weights = level / std::max(spread, 1e-9);
-  const StateSequence states = settled_states(
-      seen.size(), [&](double switch_probability) { return states_of(seen, weights, switch_probability); });
+  const StateSequence states =
+      fit_hmm(seen.size(), [&](double switch_probability) { return states_of(seen, weights, switch_probability); });
   return {intervals_of(seen, level, states, sample_rate_hz), fmt::format("high is above {:.3g}", high_amplitude)};
 }
 

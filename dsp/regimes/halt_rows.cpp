@@ -24,7 +24,7 @@ VectorXd halt_probabilities(const VectorXd& log_ratios) {
   const std::vector<bool> begins_anew(static_cast<std::size_t>(n), false);
   double halts = 0.5;  // probability of a halt at a reversal in a row
   VectorXd result = VectorXd::Zero(n);
-  (void)settled_states(static_cast<std::size_t>(n), [&](double switch_probability) {
+  (void)fit_hmm(static_cast<std::size_t>(n), [&](double switch_probability) {
     const VectorXd odds = log_ratios.array() + std::log(halts / (1.0 - halts));
     Eigen::MatrixX2d log_likelihoods = Eigen::MatrixX2d::Zero(n, 2);
     for (Index k = 0; k < n; ++k)  // 1 - halts + halts ratio, whose logarithm may be far from 0

@@ -69,8 +69,8 @@ std::optional<Stand> stand(const RegimeSigns& signs, Index first, Index last, do
   return found;
 }
 
-/// It comes from where it goes to: for less than a wave of the low-pass it may as well have touched zero, or have been
-/// beyond it for the half wave that is the shortest that passes.
+/// The velocity has the same sign before and after; shorter than one period of the low-pass that is a touch of zero, or
+/// a crossing for its half period, the shortest that passes.
 bool touches(const RegimeSigns& signs, Index first, Index last, double stood) {
   const VectorXd& v = signs.velocity_m_per_s;
   return first > 0 && last < v.size() && (v(first - 1) > 0.0) == (v(last) > 0.0) && stood < wave(signs);

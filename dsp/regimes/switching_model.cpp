@@ -81,7 +81,7 @@ double probability_of(double times, double trials) {
   return (times + 0.5) / (trials + 1.0);
 }
 
-StateSequence settled_states(std::size_t num_observations, const std::function<StateSequence(double)>& pass) {
+StateSequence fit_hmm(std::size_t num_observations, const std::function<StateSequence(double)>& pass) {
   constexpr int most_passes = 30;
   constexpr double settled = 1e-6;  // of a probability, far below what moves a state
   const auto trials = static_cast<double>(num_observations);

@@ -26,7 +26,7 @@ struct StateSequence {
 /// Expectation maximisation of the probability of a switch, from that of what so many observations never showed, until
 /// the probabilities of the states settle. `pass` gives the states under one, and may estimate more from them for its
 /// next call.
-[[nodiscard]] StateSequence settled_states(std::size_t num_observations,
-                                           const std::function<StateSequence(double switch_probability)>& pass);
+[[nodiscard]] StateSequence fit_hmm(std::size_t num_observations,
+                                    const std::function<StateSequence(double switch_probability)>& pass);
 
 }  // namespace dsp

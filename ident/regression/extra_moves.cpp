@@ -16,14 +16,13 @@ using Eigen::Index;
 
 // Beyond these variance inflations terms hide one another and a search from the empty model alone can stop short; two
 // more starts are worth their time; the answer itself is in doubt.
-constexpr double inflation_of_a_hard_library = 10.0, inflation_of_a_severe_library = 1e3,
-                 inflation_of_a_doubtful_one = 1e6;
+constexpr double moderate_vif = 10.0, inflation_of_a_severe_library = 1e3, inflation_of_a_doubtful_one = 1e6;
 // Libraries wider than this are not started from the full model: its QR grows with the cube of the width.
 constexpr Index widest_full_start = 60;
 // Largest lambda of a term in a full start, whatever is left of it beyond the others.
-constexpr double largest_lambda_of_rounding = 1e-28;
+constexpr double lambda_at_rounding = 1e-28;
 // An end counts as higher if its criterion is by more than the tolerance on log alpha leaves open.
-constexpr double higher_end = 1e-6;
+constexpr double min_evidence_gain = 1e-6;
 
 double size_of(const NoiseCovariance& noise) {
   const auto q = static_cast<double>(noise.variances.size());
@@ -52,8 +51,8 @@ RvmState full_start(const MarginalLikelihood& likelihood, const FastRvmOptions& 
   likelihood.update_posterior(s);
   s.noise = likelihood.residual_noise(s);
   for (const Index term : s.kept)
-    s.set_lambda(term, std::min(best_lambda(likelihood.factors(s, term)),
-                                std::max(s.at.sparsity(term), largest_lambda_of_rounding)));
+    s.set_lambda(term,
+                 std::min(best_lambda(likelihood.factors(s, term)), std::max(s.at.sparsity(term), lambda_at_rounding)));
   likelihood.update_posterior(s);
   s.noise = likelihood.best_noise(s);
   return s;
@@ -150,7 +149,7 @@ RvmState search(const MarginalLikelihood& likelihood, const FastRvmOptions& opti
   const bool evidence = options.selection != Selection::type2;
   const bool many_rows = problem.num_samples > problem.num_terms() && problem.num_terms() <= widest_full_start;
   const double inflation = evidence && many_rows ? largest_inflation(problem) : 1.0;
-  const bool hard = inflation > inflation_of_a_hard_library, severe = inflation > inflation_of_a_severe_library;
+  const bool hard = inflation > moderate_vif, severe = inflation > inflation_of_a_severe_library;
   const auto run = [&](RvmState s, bool thinned, Fit& path) {
     likelihood.record(s, {FitAction::start, -1}, path);
     path.iterations = 0;
@@ -167,7 +166,7 @@ RvmState search(const MarginalLikelihood& likelihood, const FastRvmOptions& opti
     if (!(thinned ? severe : hard)) break;
     Fit other = begun;
     RvmState other_end = run(full_start(likelihood, options), thinned, other);
-    if (likelihood.criterion(other_end) > likelihood.criterion(end) + higher_end) {
+    if (likelihood.criterion(other_end) > likelihood.criterion(end) + min_evidence_gain) {
       std::swap(fit, other);
       end = std::move(other_end);
     }

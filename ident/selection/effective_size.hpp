@@ -13,7 +13,7 @@ struct EffectiveSize {
   double num_states = 0.0;           ///< n_s: dimensions of what smooth functions of the state could add; 0: not known
   double structural_fraction = 0.0;  ///< f: of the residual's power, a function of the state
   /// Of that power, what comes back when the state does, less two of its standard errors; NaN: not known.
-  double revisit_fraction = std::numeric_limits<double>::quiet_NaN();
+  double state_dependent_fraction = std::numeric_limits<double>::quiet_NaN();
   double revisit_error = 0.0;   ///< two of them
   bool has_inputs = true;       ///< more than x, v, y and dy are part of the state; true too where it is not known
   double autoregression = 0.0;  ///< rho: the rows were whitened by it; 0: they were not

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <utility>
 
-#include "ident/range_data.hpp"
+#include "ident/ranges/range_data.hpp"
+#include "ident/records/record_coefficients.hpp"
 #include "ident/selection/autoregression.hpp"
 #include "ident/selection/evidence_rows.hpp"
 #include "ident/selection/model_sizes.hpp"
-#include "ident/selection/record_coefficients.hpp"
-#include "ident/selection/settled_model.hpp"
+#include "ident/selection/select_size.hpp"
 
 namespace ident {
 namespace {
@@ -106,7 +106,7 @@ EvidenceData evidence_data(const RangeData& range, const RangeResult& result, co
 
   const ModelSizes sizes(rows, state, independence);
   const double complete = is_filtered(rows) ? filtered_power : rounding_power;
-  Settled settled = settled_model(
+  Settled settled = select_size(
       sizes.problems(), [&](const Subset& model) { return sizes.of(model); }, complete);
   evidence.size = settled.size;
   evidence.path = std::move(settled.path);

@@ -30,7 +30,7 @@ struct EvidenceData {
   [[nodiscard]] bool as_they_are() const;  ///< all rows count as they are: the residual is white, of one record
 };
 
-/// `range`: with its sensors. Models are settled on by settled_model; of several records with training rows, what of
+/// `range`: with its sensors. Models are settled on by select_size; of several records with training rows, what of
 /// them is common by record_coefficients.
 [[nodiscard]] EvidenceData evidence_data(const RangeData& range, const RangeResult& result,
                                          const std::vector<Columns>& recordings, const CandidateLibrary& library,

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <utility>
 
+#include "ident/columns/rows_of_terms.hpp"
 #include "ident/identify.hpp"
-#include "ident/range_data.hpp"
-#include "ident/rows_of_terms.hpp"
+#include "ident/ranges/range_data.hpp"
 #include "ident/selection/autoregression.hpp"
 
 namespace ident {

@@ -2,9 +2,9 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "ident/columns.hpp"
-#include "ident/ranges.hpp"
-#include "ident/selection/record_problems.hpp"
+#include "ident/columns/columns.hpp"
+#include "ident/ranges/ranges.hpp"
+#include "ident/records/record_problems.hpp"
 #include "ident/selection/row_weighting.hpp"
 #include "ident/sensors/sensor_fit.hpp"
 

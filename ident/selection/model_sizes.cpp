@@ -7,8 +7,8 @@
 #include "dsp/filter/strongest_line.hpp"
 #include "dsp/linear.hpp"
 #include "ident/identify.hpp"
-#include "ident/range_data.hpp"
-#include "ident/selection/settled_model.hpp"
+#include "ident/ranges/range_data.hpp"
+#include "ident/selection/select_size.hpp"
 
 namespace ident {
 namespace {
@@ -104,7 +104,7 @@ EffectiveSize ModelSizes::of(const Subset& model) const {
   size.autoregression = rows_.weighting.rho;
   if (model.rss > rounding_power) {
     set_revisits(left, size);
-    size.structural_fraction = std::fmax(size.revisit_fraction, by_probes(model, size));
+    size.structural_fraction = std::fmax(size.state_dependent_fraction, explained_by_extra_functions(model, size));
   } else {
     size.num_uncorrelated = size.num_noise = size.num_rows;
   }
@@ -125,7 +125,7 @@ double ModelSizes::least_fraction(const VectorXd& r) const {
 void ModelSizes::set_revisits(const VectorXd& left, EffectiveSize& size) const {
   const auto count = static_cast<double>(pairs_.size());
   if (count < 10.0) return;
-  size.revisit_fraction = 0.0;
+  size.state_dependent_fraction = 0.0;
   const double unit = left.cwiseAbs().maxCoeff();  // squares of smaller ones may vanish
   if (!(unit > 0.0)) return;
   double within = 0.0, within_square = 0.0, all = 0.0;
@@ -141,7 +141,7 @@ void ModelSizes::set_revisits(const VectorXd& left, EffectiveSize& size) const {
   const double variance = std::max(0.0, within_square / count - within * within);
   // Half of the rows are in two pairs: 1.5 times the deviation of independent ones, to be safe.
   size.revisit_error = 2.0 * 1.5 * std::sqrt(variance / count) / all;
-  size.revisit_fraction = std::clamp(1.0 - within / all - size.revisit_error, 0.0, 1.0);
+  size.state_dependent_fraction = std::clamp(1.0 - within / all - size.revisit_error, 0.0, 1.0);
 }
 
 /// Of several records: the model's terms have coefficients in each, what is beside them is one function of the state in
@@ -170,7 +170,7 @@ ModelSizes::Rest ModelSizes::beside_common_functions(const Subset& model) const 
 }
 
 /// What the left-out candidates and the probes explain beyond chance.
-double ModelSizes::by_probes(const Subset& model, const EffectiveSize& size) const {
+double ModelSizes::explained_by_extra_functions(const Subset& model, const EffectiveSize& size) const {
   const auto terms = static_cast<double>(model.terms.size());
   const Rest rest = triangles_.empty() ? Rest{rss_of_all_, size.num_states - terms} : beside_common_functions(model);
   const double spare = size.num_uncorrelated - problems_.num_records() * terms;

@@ -41,7 +41,7 @@ class ModelSizes {
     double rss = 0.0, dimensions = 0.0;
   };
   [[nodiscard]] Rest beside_common_functions(const Subset& model) const;
-  [[nodiscard]] double by_probes(const Subset& model, const EffectiveSize& size) const;
+  [[nodiscard]] double explained_by_extra_functions(const Subset& model, const EffectiveSize& size) const;
 
   const EvidenceRows& rows_;
   const IndependentRows& independence_;

@@ -142,7 +142,7 @@ std::vector<RowPair> StateSpace::revisits(Index min_separation, const std::vecto
   for (Index i = 0; i < count; ++i)
     times.push_back({std::upper_bound(first_rows.begin(), first_rows.end(), i * step) - first_rows.begin(),
                      samples[static_cast<std::size_t>(i * step)]});
-  std::vector<NearPair> nearest = nearest_elsewhere(at, times, min_separation);
+  std::vector<NearPair> nearest = nearest_distant_row(at, times, min_separation);
   const auto half = nearest.begin() + static_cast<std::ptrdiff_t>((nearest.size() + 1) / 2);
   std::nth_element(nearest.begin(), nearest.empty() ? nearest.end() : half - 1, nearest.end());
   std::vector<RowPair> pairs;

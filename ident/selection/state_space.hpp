@@ -3,10 +3,10 @@
 #include <string>
 #include <vector>
 
-#include "ident/columns.hpp"
+#include "ident/columns/columns.hpp"
 #include "ident/library.hpp"
-#include "ident/ranges.hpp"
-#include "ident/selection/nearest_elsewhere.hpp"
+#include "ident/ranges/ranges.hpp"
+#include "ident/selection/nearest_distant_row.hpp"
 
 namespace ident {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "ident/columns.hpp"
-#include "ident/ranges.hpp"
+#include "ident/columns/columns.hpp"
+#include "ident/ranges/ranges.hpp"
 #include "ident/sensors/sensor_columns.hpp"
 #include "ident/sensors/sensor_parameters.hpp"
 

@@ -5,7 +5,7 @@
 #include <map>
 #include <optional>
 
-#include "ident/columns.hpp"
+#include "ident/columns/columns.hpp"
 
 namespace ident {
 

@@ -8,7 +8,7 @@
 
 #include "dsp/prepare.hpp"
 #include "dsp/prepare/filtered_stretch.hpp"
-#include "ident/block_means.hpp"
+#include "ident/columns/block_means.hpp"
 #include "ident/library/expression.hpp"
 #include "ident/sensors/sensor_parameters.hpp"
 

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "dsp/filter/spectral.hpp"
-#include "ident/record.hpp"
+#include "ident/records/record.hpp"
 
 namespace ident {
 namespace {

@@ -165,28 +165,11 @@ std::vector<double> spread_by_choice(const Subsets& subsets, const Terms& terms,
   return spread;
 }
 
-}  // namespace
-
-Selection select(const Problem& problem, const SelectOptions& options) {
+/// At the noise as it stands: exchanges, additions and removals, each fitted anew, until the choice repeats itself;
+/// then the best of all that were visited.
+void search(Fitter& fitter, Terms& terms, const Terms& allowed, Selection& selection) {
   constexpr int most_rounds = 20;
   constexpr double curved = 50.0;  // -2 log likelihood beyond what the linear problem foretold
-  Fitter fitter(problem, options.fit.num_threads);
-  const int num_coefficients = fitter.layout().num_coefficients;
-  Terms allowed(static_cast<size_t>(num_coefficients));
-  std::iota(allowed.begin(), allowed.end(), 0);
-  std::erase_if(allowed, [&](int term) { return has(options.barred, term); });
-  Terms terms = options.fit.terms.empty() ? allowed : options.fit.terms;
-  std::sort(terms.begin(), terms.end());
-  fitter.seek(terms);
-  fitter.begin(options.fit.coefficients);
-  fitter.settle();
-
-  Selection selection{.price = std::log(num_recorded(problem)) + 2.0 * std::log(static_cast<double>(allowed.size()))};
-  if (!fitter.is_finite() || fitter.is_hopeless()) {
-    selection.fit = fitter.result();
-    selection.scores.resize(static_cast<size_t>(num_coefficients));
-    return selection;
-  }
   std::map<Terms, double> visited{{terms, fitter.J() + selection.price * static_cast<double>(terms.size())}};
   for (int round = 0; round < most_rounds; ++round) {
     const Subsets subsets(fitter);
@@ -213,16 +196,44 @@ Selection select(const Problem& problem, const SelectOptions& options) {
     fitter.move_to(terms, Subsets(fitter).values(terms));
     (void)fitter.refit();
   }
-  const bool given_up = fitter.is_spent() && !selection.settled;
+}
+
+/// The noise settled anew, and the terms chosen again at it.
+void search_again(Fitter& fitter, Terms& terms, const Terms& allowed, double price) {
   if (fitter.is_finite()) fitter.settle_again();
   for (int round = 0; round < 3 && fitter.is_finite(); ++round) {  // at the noise as it is now
     const Subsets subsets(fitter);
-    const Terms next = best_near(subsets, terms, allowed, selection.price);
+    const Terms next = best_near(subsets, terms, allowed, price);
     if (next == terms) break;
     terms = next;
     fitter.move_to(terms, subsets.values(terms));
     if (fitter.refit() || fitter.refit_softly()) fitter.settle_again();
   }
+}
+
+}  // namespace
+
+Selection select(const Problem& problem, const SelectOptions& options) {
+  Fitter fitter(problem, options.fit.num_threads);
+  const int num_coefficients = fitter.layout().num_coefficients;
+  Terms allowed(static_cast<size_t>(num_coefficients));
+  std::iota(allowed.begin(), allowed.end(), 0);
+  std::erase_if(allowed, [&](int term) { return has(options.barred, term); });
+  Terms terms = options.fit.terms.empty() ? allowed : options.fit.terms;
+  std::sort(terms.begin(), terms.end());
+  fitter.seek(terms);
+  fitter.begin(options.fit.coefficients);
+  fitter.settle();
+
+  Selection selection{.price = std::log(num_recorded(problem)) + 2.0 * std::log(static_cast<double>(allowed.size()))};
+  if (!fitter.is_finite() || fitter.is_hopeless()) {
+    selection.fit = fitter.result();
+    selection.scores.resize(static_cast<size_t>(num_coefficients));
+    return selection;
+  }
+  search(fitter, terms, allowed, selection);
+  const bool given_up = fitter.is_spent() && !selection.settled;
+  search_again(fitter, terms, allowed, selection.price);
   selection.fit = fitter.result();
   if (!fitter.is_finite() || given_up) {
     selection.fit.settled = false;

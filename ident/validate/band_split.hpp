@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "ident/columns.hpp"
+#include "ident/columns/columns.hpp"
 #include "ident/fit.hpp"
 #include "ident/model.hpp"
-#include "ident/ranges.hpp"
+#include "ident/ranges/ranges.hpp"
 
 namespace ident {
 

@@ -8,8 +8,8 @@
 #include "dsp/constants.hpp"
 #include "dsp/filter/strongest_line.hpp"
 #include "dsp/linear.hpp"
-#include "ident/interval_95.hpp"
-#include "ident/rows_of_terms.hpp"
+#include "ident/columns/rows_of_terms.hpp"
+#include "ident/equation/interval_95.hpp"
 
 namespace ident {
 namespace {

@@ -3,8 +3,8 @@
 #include <optional>
 #include <vector>
 
-#include "ident/columns.hpp"
-#include "ident/ranges.hpp"
+#include "ident/columns/columns.hpp"
+#include "ident/ranges/ranges.hpp"
 
 namespace ident {
 

@@ -2,7 +2,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "ident/ranges.hpp"
+#include "ident/ranges/ranges.hpp"
 
 namespace ident {
 

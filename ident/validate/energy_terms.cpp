@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "dsp/motion.hpp"
-#include "ident/interval_95.hpp"
+#include "ident/equation/interval_95.hpp"
 #include "ident/library/expression.hpp"
 
 namespace ident {

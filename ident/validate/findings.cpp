@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "dsp/constants.hpp"
-#include "ident/interval_95.hpp"
+#include "ident/equation/interval_95.hpp"
 
 namespace ident {
 namespace {
@@ -118,14 +118,14 @@ struct Remainder {
 Remainder beside_noise_and_state(const JudgedFit& fit, const Findings& found) {
   const EffectiveSize& size = fit.size;
   if (!found.noise_is_known || size.autoregression != 0.0) return {};
-  return {1.0 - found.noise_share - size.revisit_fraction - 2.0 * size.revisit_error,
-          1.0 - found.noise_share - size.revisit_fraction};
+  return {1.0 - found.noise_share - size.state_dependent_fraction - 2.0 * size.revisit_error,
+          1.0 - found.noise_share - size.state_dependent_fraction};
 }
 
 /// What is left over beyond noise is a function of the state.
 bool is_of_the_state(const JudgedFit& fit, const Findings& found) {
   const double rest = beside_noise_and_state(fit, found).most;
-  return std::isfinite(rest) ? rest < hardly_any : fit.size.revisit_fraction > of_the_state;
+  return std::isfinite(rest) ? rest < hardly_any : fit.size.state_dependent_fraction > of_the_state;
 }
 
 /// Nothing in the equation drives the motion, and what it leaves is no function of the state: something outside does.
@@ -135,7 +135,7 @@ bool is_driven_otherwise(const JudgedFit& fit, const Findings& found) {
   const double rest = beside_noise_and_state(fit, found).least;
   if (!fit.size.has_inputs && std::isfinite(rest)) return rest > hardly_any;
   // Recorded inputs may be what drives it, where it has other faults: next to nothing comes back.
-  return !fit.model.terms.empty() && fit.size.revisit_fraction < hardly_any;
+  return !fit.model.terms.empty() && fit.size.state_dependent_fraction < hardly_any;
 }
 
 /// What the likelihood says of the rest in the place of what least squares leaves: noise of the channels makes it, but
@@ -143,8 +143,8 @@ bool is_driven_otherwise(const JudgedFit& fit, const Findings& found) {
 void take_likelihood(Findings& found, const Likelihood& likelihood, double target_power) {
   found.noise_is_known = true;
   found.unexplained = likelihood.unexplained_std * likelihood.unexplained_std / target_power;
-  found.negligible_rest = found.unexplained <= sensor_linearity;
-  found.above_noise = likelihood.has_unexplained() && !found.negligible_rest;
+  found.residual_negligible = found.unexplained <= sensor_linearity;
+  found.above_noise = likelihood.has_unexplained() && !found.residual_negligible;
   found.is_noise = !found.above_noise;
   found.misses_motion = false;
 }
@@ -190,8 +190,8 @@ bool lacks_form(const JudgedFit& fit, const Findings& found) {
          fit.explanations.form->fraction > std::max(matters_to_power, most_of_it * (1.0 - found.noise_share));
 }
 
-bool lacks_better(const JudgedFit& fit, const Findings& found) {
-  return fit.explanations.better && !found.negligible_rest;
+bool better_term_exists(const JudgedFit& fit, const Findings& found) {
+  return fit.explanations.better && !found.residual_negligible;
 }
 
 bool lower_band_helps(const JudgedFit& fit) {
@@ -212,12 +212,12 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
     const double power = variance(fit.test_centred.reason.empty() ? test : train);
     found.unexplained = std::max(0.0, error.value - (power > 0.0 ? noise_power / power : 0.0));
   }
-  found.negligible_rest = fit.train_centred.reason.empty() && fit.train_centred.value <= sensor_linearity;
+  found.residual_negligible = fit.train_centred.reason.empty() && fit.train_centred.value <= sensor_linearity;
   if (found.noise_is_known) found.noise_share = noise_power / noise.residual_power;
   found.is_noise = found.noise_is_known ? noise.known_std * noise.known_std >= mostly_noise * noise.residual_power
                                         : fit.whiteness.tested && fit.whiteness.white;
   if (found.noise_is_known)
-    found.above_noise = !found.negligible_rest && found.noise_share < mostly_noise;
+    found.above_noise = !found.residual_negligible && found.noise_share < mostly_noise;
   else
     found.above_noise = is_structured(fit) && fit.train.reason.empty() && fit.train.value > negligible;
   found.misses_motion =
@@ -226,7 +226,7 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
   if (fit.by_likelihood) take_likelihood(found, range.likelihood, variance(train));
   found.may_lack_at_motion = fit.explanations.may_lack_at_motion;
   found.shows_at_motion = fit.explanations.at_motion.has_value();
-  found.keeps_energy = !found.negligible_rest && has_no_damping(fit);
+  found.is_conservative = !found.residual_negligible && has_no_damping(fit);
   if (fit.train.reason.empty() && fit.test.reason.empty()) {
     const double before = fit.train.value * mean_square(train), after = fit.test.value * mean_square(test);
     found.fitted_to_its_rows =
@@ -252,7 +252,7 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
   return found;
 }
 
-bool Findings::only_may_lack() const {
+bool Findings::only_doubt_is_missing_term() const {
   return by_run == Verdict::describes && may_lack_at_motion && !shows_at_motion && !above_noise && !misses_motion;
 }
 
@@ -286,7 +286,7 @@ NamedCause cause_of(const RangeResult& range, const JudgedFit& fit, const Findin
     return {tried.at_motion->cause, tried.at_motion};
   const bool misses = found.by_run != Verdict::describes || found.unexplained > matters_to_power;
   if (is_hidden(found) && misses && !found.fitted_to_its_rows) return {hiding_cause(fit)};
-  if (found.by_run == Verdict::describes && lacks_better(fit, found)) return {tried.better->cause, tried.better};
+  if (found.by_run == Verdict::describes && better_term_exists(fit, found)) return {tried.better->cause, tried.better};
   if (!found.above_noise) return {};
   if (lacks_form(fit, found)) return {Cause::missing_term, tried.form};
   if (is_of_the_state(fit, found)) return {Cause::missing_term};

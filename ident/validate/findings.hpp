@@ -21,21 +21,22 @@ struct Findings {
   double unexplained = std::numeric_limits<double>::quiet_NaN();  ///< of the target's variation one step ahead, beyond
                                                                   ///< the noise of the channels
   bool noise_is_known = false;
-  double noise_share = 0.0;      ///< of the power of what is left on the training rows, at most
-  bool is_noise = false;         ///< what is left on the training rows is the noise of the channels
-  bool negligible_rest = false;  ///< what is left on the training rows is what sensors make that are not quite linear
-  bool above_noise = false;      ///< what is left on the training rows is more than noise
-  bool misses_motion = false;    ///< and so is what lies where the target is more than noise, whatever noise is beside
+  double noise_share = 0.0;  ///< of the power of what is left on the training rows, at most
+  bool is_noise = false;     ///< what is left on the training rows is the noise of the channels
+  bool residual_negligible =
+      false;                   ///< what is left on the training rows is what sensors make that are not quite linear
+  bool above_noise = false;    ///< what is left on the training rows is more than noise
+  bool misses_motion = false;  ///< and so is what lies where the target is more than noise, whatever noise is beside
   bool may_lack_at_motion = false;  ///< a term that is not in the equation may show there
   bool shows_at_motion = false;     ///< one does, beyond chance
-  bool keeps_energy = false;  ///< nothing drives the equation or damps it: every steady motion of its period will do
+  bool is_conservative = false;  ///< nothing drives the equation or damps it: every steady motion of its period will do
   bool fitted_to_its_rows = false;
   /// Terms whose 95 % interval includes zero by noise alone, sensors and terms that were left out aside, in a fit of
   /// this range to the same terms; of coefficients of each recording where all do.
   std::vector<std::string> doubtful;
   std::string biased;  ///< a term whose interval misses by noise of the regressors
   /// A term that may be missing at the frequencies of the motion is all that was found against it.
-  [[nodiscard]] bool only_may_lack() const;
+  [[nodiscard]] bool only_doubt_is_missing_term() const;
   /// The free run follows x, in part at least.
   [[nodiscard]] bool follows_roughly() const { return run_error <= follows_in_part; }
 };
@@ -60,7 +61,7 @@ struct Findings {
 [[nodiscard]] bool lacks_form(const JudgedFit& fit, const Findings& found);
 /// With a form that is no candidate the equation is better, and what it leaves over without is more than sensors that
 /// are not linear make.
-[[nodiscard]] bool lacks_better(const JudgedFit& fit, const Findings& found);
+[[nodiscard]] bool better_term_exists(const JudgedFit& fit, const Findings& found);
 
 /// Why an equation does not describe its record.
 struct NamedCause {

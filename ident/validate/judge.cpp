@@ -7,7 +7,7 @@
 #include <cmath>
 #include <utility>
 
-#include "ident/percent.hpp"
+#include "ident/equation/percent.hpp"
 #include "ident/validate/findings.hpp"
 #include "ident/validate/range_agreement.hpp"
 #include "ident/validate/verdict_rules.hpp"
@@ -47,7 +47,7 @@ std::string cause_clause(const JudgedFit& fit, const Findings& found, const Name
       return "something that is not in the equation drives the motion: an input or a further moving part";
     case Cause::missing_term:
       return fmt::format("{} of what is left over comes back with the state: a term or an inner state is missing",
-                         percent(fit.size.revisit_fraction));
+                         percent(fit.size.state_dependent_fraction));
     case Cause::wide_band:
     case Cause::noise: {
       if (found.biased.empty()) return "what the equation lacks is hidden by that noise";

@@ -7,7 +7,7 @@
 
 #include "dsp/filter/fft.hpp"
 #include "dsp/linear.hpp"
-#include "ident/rows_of_terms.hpp"
+#include "ident/columns/rows_of_terms.hpp"
 #include "ident/sensors/channel_noise.hpp"
 #include "ident/validate/regressor_noise.hpp"
 

@@ -3,9 +3,9 @@
 #include <vector>
 
 #include "dsp/filter/fft.hpp"
-#include "ident/columns.hpp"
+#include "ident/columns/columns.hpp"
 #include "ident/model.hpp"
-#include "ident/ranges.hpp"
+#include "ident/ranges/ranges.hpp"
 
 namespace ident {
 

@@ -9,9 +9,9 @@
 
 #include "dsp/constants.hpp"
 #include "dsp/filter/strongest_line.hpp"
+#include "ident/equation/percent.hpp"
 #include "ident/library.hpp"
 #include "ident/methods.hpp"
-#include "ident/percent.hpp"
 #include "ident/sensors/channel_noise.hpp"
 #include "ident/sensors/sensor_parameters.hpp"
 #include "ident/validate/free_run.hpp"

@@ -6,7 +6,7 @@
 
 #include "ident/identify.hpp"
 #include "ident/model.hpp"
-#include "ident/record.hpp"
+#include "ident/records/record.hpp"
 
 namespace ident {
 

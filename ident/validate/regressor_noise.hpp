@@ -2,11 +2,11 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "ident/columns.hpp"
+#include "ident/columns/columns.hpp"
 #include "ident/fit.hpp"
 #include "ident/model.hpp"
 #include "ident/r_factor.hpp"
-#include "ident/ranges.hpp"
+#include "ident/ranges/ranges.hpp"
 
 // Least squares takes its regressors as they are. Noise in them biases the coefficients, however many rows there are:
 // with normal matrix G = Phi'Phi, of which N is noise, by G^-1 (n - N beta), n the part that it shares with the target.

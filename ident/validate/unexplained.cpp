@@ -11,8 +11,8 @@
 
 #include "dsp/linear.hpp"
 #include "dsp/signals.hpp"
+#include "ident/columns/rows_of_terms.hpp"
 #include "ident/library/collinearity.hpp"
-#include "ident/rows_of_terms.hpp"
 #include "ident/selection/best_subsets.hpp"
 #include "ident/selection/ranked_models.hpp"
 #include "ident/validate/independent_rows.hpp"
@@ -194,7 +194,7 @@ struct Residual {
     return best;
   }
 
-  /// The form with which the best of all equations of kept terms and one form is best.
+  /// The further term with which the best-scoring subset of it and the kept terms scores best.
   [[nodiscard]] std::optional<Explanation> better(const std::vector<Probe>& forms) const {
     std::optional<Explanation> best;
     double least = std::numeric_limits<double>::infinity();
@@ -267,7 +267,7 @@ struct Residual {
   };
   static constexpr Index widest = 12;     ///< of the kept terms: every subset of them is scored
   static constexpr double exact = 1e-10;  ///< of the target's power: what is less is the rounding of exact data
-  /// The best of all equations of kept terms and a form; nothing where it is without the form, or not by much.
+  /// The best-scoring subset of the kept terms and a form; nothing where it is without the form, or not by much.
   [[nodiscard]] std::optional<Equation> best_with(const Probe& form) const {
     const Index k = std::ssize(model.terms);
     if (k > widest || form.num_series > 1) return std::nullopt;

@@ -4,11 +4,11 @@
 #include <string>
 #include <vector>
 
-#include "ident/columns.hpp"
+#include "ident/columns/columns.hpp"
 #include "ident/fit.hpp"
 #include "ident/model.hpp"
 #include "ident/r_factor.hpp"
-#include "ident/ranges.hpp"
+#include "ident/ranges/ranges.hpp"
 #include "ident/verdict.hpp"
 
 namespace ident {

@@ -279,7 +279,7 @@ constexpr std::array rules{
                 .condition = "At those frequencies a term may be missing",
                 .reason = "noise shows as much of that term in one record of 100",
                 .remedy = "Whether a term is missing: a longer record, or one with less noise, would tell.",
-                .holds = [](const Evidence& of) { return of.found.only_may_lack(); }},
+                .holds = [](const Evidence& of) { return of.found.only_doubt_is_missing_term(); }},
     VerdictRule{.name = "carries_over",
                 .at_most = Verdict::in_part,
                 .condition = "Ten times the power is left over on test rows that is on training rows",
@@ -290,9 +290,9 @@ constexpr std::array rules{
                 .at_most = Verdict::in_part,
                 .condition = "Nothing in the equation drives the motion or damps it",
                 .reason = "every steady motion of its period is its solution",
-                .holds = [](const Evidence& of) { return of.found.keeps_energy; },
+                .holds = [](const Evidence& of) { return of.found.is_conservative; },
                 .clause = [](const Evidence& of) -> std::string {
-                  return of.found.keeps_energy
+                  return of.found.is_conservative
                              ? "nothing in it drives the motion or damps it, and what does is not known"
                              : "";
                 }},
@@ -326,7 +326,7 @@ constexpr std::array rules{
                 .at_most = Verdict::in_part,
                 .condition = "With a usual form that was no candidate beside the kept terms the equation is better",
                 .reason = "odds of 150 or more for the form, by the score that selects terms",
-                .holds = [](const Evidence& of) { return lacks_better(of.fit, of.found); }},
+                .holds = [](const Evidence& of) { return better_term_exists(of.fit, of.found); }},
     VerdictRule{.name = "doubtful",
                 .at_most = Verdict::in_part,
                 .condition = "By noise alone the 95 % interval of a coefficient includes zero, by the widest interval "

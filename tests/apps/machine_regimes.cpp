@@ -8,7 +8,7 @@
 #include <random>
 
 #include "dsp/prepare.hpp"
-#include "ident/record.hpp"
+#include "ident/records/record.hpp"
 
 using Eigen::Index;
 

@@ -7,7 +7,7 @@
 
 #include "dsp/filter/fft.hpp"
 #include "dsp/prepare.hpp"
-#include "ident/columns.hpp"
+#include "ident/columns/columns.hpp"
 #include "support/labelled_oscillator.hpp"
 
 namespace support {

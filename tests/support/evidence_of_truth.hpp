@@ -3,7 +3,7 @@
 #include <utility>
 #include <vector>
 
-#include "ident/ranges.hpp"
+#include "ident/ranges/ranges.hpp"
 #include "support/labelled_record.hpp"
 
 namespace support {

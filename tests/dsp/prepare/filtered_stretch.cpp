@@ -97,12 +97,12 @@ TEST_CASE("behind a high-pass a column of a stretch is the whole one to a millio
 
 TEST_CASE("no more is read than a stretch leans on", "[dsp][filtered_stretch]") {
   const dsp::Prepared how = prepared(decimation(), {0.4});
-  const dsp::Stretch wanted{60.0, 70.0}, leaned_on = dsp::leaned_on(how, wanted);
-  CHECK(leaned_on.from_s > 40.0);
-  CHECK(leaned_on.to_s < 80.0);
+  const dsp::Stretch wanted{60.0, 70.0}, input_interval = dsp::input_interval(how, wanted);
+  CHECK(input_interval.from_s > 40.0);
+  CHECK(input_interval.to_s < 80.0);
   (void)dsp::filtered_within(how, wanted, 1, [&](Index first, Index count) -> MatrixXd {
-    CHECK(static_cast<double>(first) >= (leaned_on.from_s - 2.0 / row_hz) * rate_hz);
-    CHECK(static_cast<double>(first + count) <= (leaned_on.to_s + 2.0 / row_hz) * rate_hz);
+    CHECK(static_cast<double>(first) >= (input_interval.from_s - 2.0 / row_hz) * rate_hz);
+    CHECK(static_cast<double>(first + count) <= (input_interval.to_s + 2.0 / row_hz) * rate_hz);
     return MatrixXd::Ones(count, 1);
   });
 }

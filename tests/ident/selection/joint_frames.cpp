@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "ident/identify.hpp"
-#include "ident/record.hpp"
+#include "ident/records/record.hpp"
 #include "support/oscillator.hpp"
 #include "support/random.hpp"
 

@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "ident/columns.hpp"
-#include "ident/record.hpp"
+#include "ident/columns/columns.hpp"
+#include "ident/records/record.hpp"
 #include "ident/sensors/range_sensors.hpp"
 #include "support/signals.hpp"
 

@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 
 #include "ident/identify.hpp"
-#include "ident/record.hpp"
+#include "ident/records/record.hpp"
 #include "support/turned_force_record.hpp"
 
 namespace {

@@ -5,9 +5,9 @@
 #include <numbers>
 
 #include "dsp/prepare.hpp"
-#include "ident/columns.hpp"
+#include "ident/columns/columns.hpp"
+#include "ident/equation/interval_95.hpp"
 #include "ident/identify.hpp"
-#include "ident/interval_95.hpp"
 #include "ident/validate/judge.hpp"
 #include "support/labelled_oscillator.hpp"
 

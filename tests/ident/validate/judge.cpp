@@ -149,18 +149,18 @@ TEST_CASE("a cause is named where a test found it", "[ident][judge]") {
   CHECK(of(result).cause == ident::Cause::not_found);
   fit.noise.residual_power = 5e-3, fit.noise.residual_std = 1e-3;
   CHECK(of(result).cause == ident::Cause::not_found);  // nothing is known of what comes back
-  fit.size.revisit_fraction = 0.0;
+  fit.size.state_dependent_fraction = 0.0;
   CHECK(of(result).cause == ident::Cause::not_found);  // something drives it
   fit.free_run.alone = true;
   CHECK(of(result).cause == ident::Cause::missing_input);
-  fit.size.revisit_fraction = 0.9;
+  fit.size.state_dependent_fraction = 0.9;
   CHECK(of(result).cause == ident::Cause::missing_term);
   CHECK_THAT(of(result).sentence, Catch::Contains("90 % of what is left over comes back with the state"));
   fit.explanations.form = ident::Explanation{"x^2*v", ident::Cause::missing_term, 0.7, false};
   CHECK_THAT(of(result).sentence, Catch::Contains("x^2*v is no candidate and explains 70 % of what is left over"));
   REQUIRE(of(result).named.has_value());
   CHECK(of(result).named->what == "x^2*v");
-  fit.size.revisit_fraction = 0.5;
+  fit.size.state_dependent_fraction = 0.5;
   CHECK(of(result).cause == ident::Cause::missing_term);
   fit.explanations.form->fraction = 0.4;  // something else is larger
   CHECK(of(result).cause == ident::Cause::not_found);
@@ -200,7 +200,7 @@ TEST_CASE("what an equation alone leaves beyond noise is of the state, or someth
   fit.free_run.alone = true;
   fit.noise.residual_power = 5e-3, fit.noise.residual_std = std::sqrt(1e-3);  // a fifth of what is left over
   fit.size.has_inputs = false;
-  fit.size.revisit_fraction = 0.5;
+  fit.size.state_dependent_fraction = 0.5;
   CHECK(of(result).cause == ident::Cause::missing_input);
   fit.size.has_inputs = true;  // the input may be among them
   CHECK(of(result).cause == ident::Cause::not_found);
@@ -211,10 +211,10 @@ TEST_CASE("what an equation alone leaves beyond noise is of the state, or someth
   fit.size.autoregression = 0.5;  // of whitened rows that is not known
   CHECK(of(result).cause == ident::Cause::not_found);
   fit.size.autoregression = 0.0;
-  fit.size.revisit_fraction = 0.75;
+  fit.size.state_dependent_fraction = 0.75;
   CHECK(of(result).cause == ident::Cause::missing_term);
   CHECK_THAT(of(result).sentence, Catch::Contains("75 % of what is left over comes back with the state"));
-  fit.size.revisit_fraction = 0.5;
+  fit.size.state_dependent_fraction = 0.5;
   fit.free_run.alone = false;  // an input that is in the equation may be wrong
   CHECK(of(result).cause == ident::Cause::not_found);
   fit.free_run.alone = true;
@@ -252,7 +252,7 @@ TEST_CASE("a form that is most of what exceeds noise is a missing term, however 
   CHECK_THAT(of(result).sentence, Catch::Contains("sgn(v) is no candidate and explains 70 % of what is left over"));
   // What comes back with the state without a form to it may be any small part of a real machine.
   fit.explanations.form.reset();
-  fit.size.revisit_fraction = 0.9;
+  fit.size.state_dependent_fraction = 0.9;
   CHECK(of(result).verdict == Verdict::in_part);
   CHECK(of(result).cause == ident::Cause::missing_term);
   // Where it is no more than noise, or less than sensors add that are not linear, nothing is missing.
@@ -369,7 +369,7 @@ TEST_CASE("where no equation was found, what comes back with the state is a miss
   fit.model.terms.clear();
   const auto cause = [&] { return ident::cause_of_none(result, fit).cause; };
   CHECK(cause() == ident::Cause::not_found);
-  fit.size.revisit_fraction = 0.9;
+  fit.size.state_dependent_fraction = 0.9;
   CHECK(cause() == ident::Cause::missing_term);
   CHECK(of(result).cause == ident::Cause::missing_term);
   CHECK_FALSE(of(result).named.has_value());
@@ -433,7 +433,7 @@ TEST_CASE("a force law is judged by what it leaves over", "[ident][judge]") {
   law.fits[0].test_centred = {0.22, {}};
   CHECK(of(law).verdict == Verdict::does_not);
   CHECK_THAT(of(law).sentence, Catch::Contains("22 %") && Catch::Contains("cause not found"));
-  law.fits[0].size.revisit_fraction = 0.9;
+  law.fits[0].size.state_dependent_fraction = 0.9;
   CHECK(of(law).cause == ident::Cause::missing_term);
   CHECK_THAT(of(law).sentence, Catch::Contains("90 % of what is left over comes back with the state"));
   law.fits[0].model.terms.clear();

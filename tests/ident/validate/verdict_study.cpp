@@ -11,7 +11,7 @@
 #include <set>
 
 #include "dsp/fault.hpp"
-#include "ident/columns.hpp"
+#include "ident/columns/columns.hpp"
 #include "ident/identify.hpp"
 #include "ident/library/collinearity.hpp"
 #include "ident/methods.hpp"
@@ -282,7 +282,7 @@ std::string csv_line(const Outcome& o) {
                                                    fmt::join(fit.explanations.better->instead_of, " "))
                                      : ""),
       quoted(o.named),
-      fmt::format("{:.3g}", fit.size.revisit_fraction),
+      fmt::format("{:.3g}", fit.size.state_dependent_fraction),
       has(fit.model, "f") || has(fit.model, "ddr") ? "1" : "0",
       o.evidence ? fmt::format("{:.3g}", o.evidence->least) : "",
       o.evidence ? fmt::format("{:.3g}", o.evidence->of_this) : "",
