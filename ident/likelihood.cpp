@@ -26,13 +26,18 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using std::size_t;
 
-/// With all candidates where they are few, from which the search does best; else with those of the regression.
-std::vector<int> first_terms(const RangeData& data) {
-  constexpr size_t few = 24;
+/// Those of the regression.
+std::vector<int> terms_of_rows(const RangeData& data) {
   std::vector<int> terms;
-  if (data.terms.size() > few && data.evidence.terms)
+  if (data.evidence.terms)
     for (const Index position : *data.evidence.terms) terms.push_back(static_cast<int>(position));
   return terms;
+}
+
+/// With all candidates (none named) where they are few, from which the search does best.
+std::vector<int> first_terms(const RangeData& data) {
+  constexpr size_t few = 24;
+  return data.terms.size() > few ? terms_of_rows(data) : std::vector<int>{};
 }
 
 /// What the fit makes of the parameters of the channels.
@@ -99,6 +104,7 @@ Likelihood selected(const Statement& statement, const std::vector<int>& among, c
       state_space::select(problem, {.fit = {.terms = first, .num_threads = num_threads}, .barred = barred});
   const state_space::Fit& fit = selection.fit;
   if (!fit.converged()) {
+    result.is_restless = !fit.settled && !selection.hopeless;
     result.silent_because =
         fit.settled ? "its fit did not come down to the noise of the channels" : "its fit did not come to rest";
     return result;
@@ -168,7 +174,9 @@ Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeD
   const auto select = [&](const std::vector<int>& candidates, const std::vector<int>& first) {
     return selected(statement, candidates, first, rows, data, recordings, options.num_threads);
   };
-  Likelihood result = select(among, first_terms(data));
+  const std::vector<int> first = first_terms(data);
+  Likelihood result = select(among, first);
+  if (result.is_restless && first.empty()) result = select(among, terms_of_rows(data));
   if (!result.speaks() || !result.has_unexplained()) return result;
   const std::vector<int> worth = worth_their_price(result, data, options);
   return worth.size() == result.terms.size() ? result : select(worth, worth);

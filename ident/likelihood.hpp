@@ -19,6 +19,7 @@ struct RangeData;
 /// candidates of a regression and gives coefficients and intervals (state_space).
 struct Likelihood {
   std::string silent_because;       ///< not empty: it does not speak, and nothing else is filled in
+  bool is_restless = false;         ///< its search did not come to an end, though not for what the terms lack
   std::vector<Eigen::Index> terms;  ///< of the library, ascending
   Eigen::VectorXd mean;             ///< of their coefficients
   Eigen::MatrixXd covariance;       ///< with parameters of the channels unknown

@@ -194,6 +194,9 @@ bool take_pieces(state_space::Problem& problem, const std::vector<Piece>& pieces
     }
     problem.records.push_back(record_of(piece, columns, outputs_of(columns), signals));
   }
+  std::vector<size_t> recording_of;
+  for (const Piece& piece : pieces) recording_of.push_back(piece.recording);
+  state_space::tell_noise_apart(problem, recording_of);
   return true;
 }
 

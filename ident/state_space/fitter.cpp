@@ -219,14 +219,13 @@ void Fitter::move_to(const std::vector<int>& coefficients, const std::vector<dou
 }
 
 bool Fitter::at_floor(const std::vector<double>& residual_std) const {
-  // Of a median over a fifth of the ordinates, as uncertain under Hann's window as of half as many; and of the squares.
-  constexpr double of_floor = 1.44 * 1.44 * 1.9 / 0.2, of_squares = 2.0, allowed = 4.0;
+  constexpr double of_squares = 2.0, allowed = 4.0;
   for (size_t j = 0; j < residual_std.size(); ++j) {
     double samples = 0.0;
     for (const Record& record : problem_.problem().records)
       samples += static_cast<double>((!record.channels.col(static_cast<Eigen::Index>(j)).array().isNaN()).count());
     const double ratio = residual_std[j] / floors_[j];
-    if (ratio * ratio > 1.0 + allowed * std::sqrt((of_floor + of_squares) / samples)) return false;
+    if (ratio * ratio > 1.0 + allowed * std::sqrt((variance_of_floor + of_squares) / samples)) return false;
   }
   return true;
 }

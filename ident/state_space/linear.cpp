@@ -113,7 +113,11 @@ void Linearisation::outputs(std::size_t record, Index first, Index last, const P
                           problem_.channels[j].rate};
       const double computed =
           output.computed(&to.output_by_state[at * ns], to.output_by_parameter.data() + at * p, into.parameters);
-      to.residual[at] = problem_.records[record].channels(k, static_cast<Index>(j)) - computed;
+      const double by = 1.0 / problem_.records[record].noise_factor(j);
+      to.residual[at] = by * (problem_.records[record].channels(k, static_cast<Index>(j)) - computed);
+      if (by == 1.0) continue;
+      for (std::size_t i = 0; i < ns; ++i) to.output_by_state[at * ns + i] *= by;
+      for (std::size_t i = 0; i < p; ++i) to.output_by_parameter[at * p + i] *= by;
     }
   }
 }

@@ -19,7 +19,7 @@ struct LinearRecord {
   std::vector<double> by_state, by_parameter;                ///< of the step: states x states, states x parameters
   std::vector<double> defect;                                ///< next state less where the step ends
   std::vector<double> output_by_state, output_by_parameter;  ///< channels x states, channels x parameters
-  std::vector<double> residual;                              ///< recorded less computed; NaN: missing
+  std::vector<double> residual;  ///< recorded less computed; NaN: missing. All three over Record::noise_factor
 };
 
 /// The problem with every step and output linear about a point, in these parameters.

@@ -9,7 +9,8 @@
 // A statistical problem, stated. With s the states, c the coefficients, k one sample of a record:
 //
 //   s_k+1 = Phi(s_k; c) + w_k,   w_k ~ N(0, diag(q))      the equation over one sample, and what it does not explain
-//   y_jk  = g_j q_j(t_k - tau_j) + b_j + e_jk,  e ~ N(0, r_j)    q_j: a state or its rate; any sample may be missing
+//   y_jk  = g_j q_j(t_k - tau_j) + b_j + e_jk,  e ~ N(0, r_j)    q_j: a state or its rate; any sample may be missing;
+//                                                                sqrt(r_j) times the record's own noise_factor
 //
 // c has a flat prior; gain g, lag tau, offset b and the corner of an AC coupling have normal ones.
 
@@ -55,8 +56,12 @@ struct Channel {
 
 /// Channels recorded together at equal intervals, and inputs, which are known without gaps.
 struct Record {
-  Eigen::MatrixXd channels;  ///< samples x channels; NaN: missing
-  Eigen::MatrixXd inputs;    ///< samples x inputs
+  Eigen::MatrixXd channels;                ///< samples x channels; NaN: missing
+  Eigen::MatrixXd inputs;                  ///< samples x inputs
+  std::vector<double> noise_factors = {};  ///< of each channel's noise in this record; empty, or fewer: 1
+  [[nodiscard]] double noise_factor(std::size_t channel) const {
+    return channel < noise_factors.size() ? noise_factors[channel] : 1.0;
+  }
 };
 
 struct Problem {

@@ -226,7 +226,8 @@ Selection select(const Problem& problem, const SelectOptions& options) {
   fitter.settle();
 
   Selection selection{.price = std::log(num_recorded(problem)) + 2.0 * std::log(static_cast<double>(allowed.size()))};
-  if (!fitter.is_finite() || fitter.is_hopeless()) {
+  selection.hopeless = !fitter.is_finite() || fitter.is_hopeless();
+  if (selection.hopeless) {
     selection.fit = fitter.result();
     selection.scores.resize(static_cast<size_t>(num_coefficients));
     return selection;

@@ -30,6 +30,7 @@ struct Selection {
   std::vector<Outside> outside;  ///< the best first
   double price = 0.0;            ///< of a term: ln m + 2 ln b, m samples recorded, b terms to choose from
   bool settled = false;          ///< no exchange, addition or removal of a term is more likely
+  bool hopeless = false;         ///< with the first terms the channels stay far above their floors
 };
 
 /// The terms for which J + price x number is least. All terms are fitted first (or those proposed) and the noise is

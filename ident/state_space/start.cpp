@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <map>
 #include <numbers>
 #include <optional>
 
@@ -54,6 +55,26 @@ VectorXd derived(const VectorXd& signal, double rate_hz, int order, double to_hz
   });
 }
 
+/// What the upper end of a channel's spectrum makes of its noise, and what the channel itself is: mean squares.
+struct Floor {
+  double square = 0.0, own = 0.0, samples = 0.0;
+  void add(const Floor& other) {
+    const double sum = samples + other.samples;
+    if (sum == 0.0) return;
+    square += (other.square - square) * other.samples / sum, own += (other.own - own) * other.samples / sum;
+    samples = sum;
+  }
+};
+
+Floor floor_of(const Record& record, std::size_t channel, const Problem& problem) {
+  constexpr double from = 0.25, to = 0.45;
+  const VectorXd run = longest_run(record.channels.col(static_cast<Index>(channel)));
+  if (run.size() == 0) return {};
+  const double to_hz = std::min(to * problem.sample_rate_hz, problem.flat_to_hz);
+  const double density = dsp::PowerDensity(run, problem.sample_rate_hz).between(from / to * to_hz, to_hz);
+  return {density * 0.5 * problem.sample_rate_hz, std_of(run) * std_of(run), static_cast<double>(run.size())};
+}
+
 /// How often a position has been differentiated for a channel to record it: 0 to 2; nothing where it does not.
 std::optional<int> order_of(const Channel& channel, int position, int speed) {
   const bool of_speed = channel.state == speed;
@@ -90,25 +111,46 @@ std::vector<int> speeds_of(const Equations& equations) {
 }
 
 std::vector<double> noise_floors(const Problem& problem) {
-  constexpr double least = 1e-6, from = 0.25, to = 0.45;
+  constexpr double least = 1e-6;
   std::vector<double> floors;
   for (std::size_t j = 0; j < problem.channels.size(); ++j) {
     floors.push_back(problem.channels[j].noise_std);
     if (floors.back() > 0.0) continue;
     double square = 0.0, own = 0.0, samples = 0.0;
     for (const Record& record : problem.records) {
-      const VectorXd run = longest_run(record.channels.col(static_cast<Index>(j)));
-      if (run.size() == 0) continue;
-      const auto n = static_cast<double>(run.size());
-      const dsp::PowerDensity density(run, problem.sample_rate_hz);
-      const double to_hz = std::min(to * problem.sample_rate_hz, problem.flat_to_hz);
-      square += n * density.between(from / to * to_hz, to_hz) * 0.5 * problem.sample_rate_hz;
-      own += n * std_of(run) * std_of(run), samples += n;
+      const Floor one = floor_of(record, j, problem);
+      const double factor = record.noise_factor(j);
+      square += one.samples * one.square / (factor * factor), own += one.samples * one.own / (factor * factor);
+      samples += one.samples;
     }
     floors.back() = std::sqrt(std::max(square, least * least * own) / samples);
     if (floors.back() == 0.0) floors.back() = least;  // a channel that does not move
   }
   return floors;
+}
+
+void tell_noise_apart(Problem& problem, const std::vector<std::size_t>& recording_of) {
+  constexpr double allowed = 4.0;
+  for (std::size_t j = 0; j < problem.channels.size(); ++j) {
+    std::map<std::size_t, Floor> floors;
+    Floor all;
+    for (std::size_t i = 0; i < problem.records.size(); ++i) {
+      const Floor one = floor_of(problem.records[i], j, problem);
+      floors[recording_of[i]].add(one), all.add(one);
+    }
+    const bool differ = std::any_of(floors.begin(), floors.end(), [&](const auto& recording) {
+      const Floor& one = recording.second;
+      return one.samples > 0.0 &&
+             std::abs(one.square / all.square - 1.0) > allowed * std::sqrt(variance_of_floor / one.samples);
+    });
+    if (!differ || problem.channels[j].noise_std > 0.0) continue;
+    for (std::size_t i = 0; i < problem.records.size(); ++i) {
+      const Floor& own = floors[recording_of[i]];
+      std::vector<double>& factors = problem.records[i].noise_factors;
+      factors.resize(problem.channels.size(), 1.0);
+      if (own.square > 0.0) factors[j] = std::sqrt(own.square / all.square);
+    }
+  }
 }
 
 Input without_noise(const VectorXd& signal, double rate_hz) {

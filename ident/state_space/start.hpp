@@ -11,6 +11,13 @@ namespace ident::state_space {
 /// White noise of a sample of each channel as the upper end of its own spectrum has it, 0.25 to 0.45 of the sample
 /// rate: its standard deviation, where noise_std is not given. Never below 1e-6 of the channel's own.
 [[nodiscard]] std::vector<double> noise_floors(const Problem& problem);
+/// Relative variance of the square of such a floor, times the samples it is of: a median over a fifth of the ordinates,
+/// as uncertain under Hann's window as one of half as many.
+inline constexpr double variance_of_floor = 1.44 * 1.44 * 1.9 / 0.2;
+
+/// Gives records their noise_factors where a channel's noise differs between recordings (`recording_of`: of each
+/// record) by more than four standard deviations of what their spectra tell of it.
+void tell_noise_apart(Problem& problem, const std::vector<std::size_t>& recording_of);
 
 /// Where the spectrum of a signal with such white noise a sample falls to thrice that noise, and 1.3 times as high:
 /// above is no motion. At most 0.45 of the rate.

@@ -46,7 +46,8 @@ void check_duffing(const std::vector<std::string>& names, const std::string& noi
   REQUIRE(ended.code == 0);
   CHECK_THAT(ended.out, Catch::Contains("by the likelihood") && Catch::Contains("This equation describes the record"));
   // Of an acceleration alone it follows what was recorded, to its noise.
-  for (const json& range : json::parse(bytes_of(folder / "out/metrics.json")).at("ranges"))
+  const json metrics = json::parse(bytes_of(folder / "out/metrics.json"));
+  for (const json& range : metrics.at("ranges"))
     if (const json& nmse = range.at("methods").at(0).at("nmse"); names[1] == "a" && nmse.contains("recorded_run")) {
       CHECK(nmse["recorded_run"]["channel"] == "a");
       CHECK(nmse["recorded_run"]["nmse"].get<double>() == Approx(std::pow(std::stod(noise), 2)).epsilon(0.3));
@@ -78,6 +79,37 @@ TEST_CASE("a noisy displacement alone gives the equation", "[apps][noisy_records
 TEST_CASE("a noisy acceleration alone gives the equation", "[apps][noisy_records]") {
   check_duffing({"t", "a", "f"}, "0.05", 0.05);
   check_duffing({"t", "a", "f"}, "0.1", 0.1);
+}
+
+TEST_CASE("seven noisy displacements, each with noise of its own, give dry friction one equation",
+          "[apps][noisy_records]") {
+  const Scratch folder;
+  std::string config;
+  for (const std::string ratio : {"0.7", "0.8", "0.9", "1.0", "1.1", "1.2", "1.3"}) {
+    REQUIRE(run(folder, "$ARDENT -q sim coulomb --noise 0.05 --seed 6" + ratio.substr(2) + ratio.substr(0, 1) +
+                            " --set ratio=" + ratio + " -o at-" + ratio)
+                .code == 0);
+    (void)folder.file(ratio + ".csv",
+                      columns_of(bytes_of(folder / ("at-" + ratio + "/response.csv")), {"t", "x", "f"}));
+    config += "[[recording]]\nfile = \"" + ratio + ".csv\"\n";
+  }
+  (void)folder.file("seven.toml", config);
+  const auto ended = run(folder, "$ARDENT -q run seven.toml -o out");
+  CAPTURE(ended.out, ended.err);
+  REQUIRE(ended.code == 0);
+  const json document = json::parse(bytes_of(folder / "out/equation.json"));
+  CHECK(document.at("chosen").at("range") == "all recordings");
+  const std::map<std::string, double> truth{{"x", -1000.0}, {"v", -2.0}, {"sgn(v)", -1.0}, {"f", 100.0}};
+  for (const json& range : document.at("ranges")) {
+    if (range.at("name") != "all recordings") continue;
+    const json& terms = range.at("methods").at(0).at("terms");
+    CHECK(terms.size() == truth.size());
+    for (const json& term : terms) {
+      CAPTURE(term.dump());
+      REQUIRE(truth.contains(term.at("name")));
+      CHECK(std::abs(term.at("mean").get<double>() - truth.at(term.at("name"))) < 4.0 * term.at("std").get<double>());
+    }
+  }
 }
 
 }  // namespace test_noisy_records

@@ -62,7 +62,8 @@ TEST_CASE("the shipped record has the terms of its truth, and none that is impro
   CAPTURE(ended.err);
   REQUIRE(ended.code == 0);
   CHECK_THAT(ended.out, Catch::Contains("From range mixed"));
-  for (const json& range : json::parse(support::bytes_of(folder / "run/metrics.json"))["ranges"]) {
+  const json metrics = json::parse(support::bytes_of(folder / "run/metrics.json"));
+  for (const json& range : metrics.at("ranges")) {
     std::set<std::string> names;
     for (const json& term : range["methods"][0]["terms"]) {
       CAPTURE(range["name"], term["name"]);
