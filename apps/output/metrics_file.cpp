@@ -32,7 +32,7 @@ Json nmse_json(const ident::JudgedFit& fit) {
   result["free_run"] = ran ? Json(fit.free_run.nmse) : Json();
   result["free_run_centred"] =
       ran && std::isfinite(fit.free_run.nmse_centred) ? Json(fit.free_run.nmse_centred) : Json();
-  result["free_run_training_centred"] = number_or_null(fit.free_run.nmse_training);     // of one alone
+  result["free_run_training_centred"] = number_or_null(fit.free_run.nmse_training);  // of one alone
   if (fit.recorded_run)  // about the mean, as the noise of the channel is
     result["recorded_run"] = {
         {"channel", fit.recorded_run->channel}, {"nmse", fit.recorded_run->nmse}, {"noise", fit.recorded_run->noise}};
