@@ -289,6 +289,7 @@ const dsp::SettingRows<RecordingConfig>& recording_rows() {
           .needed(),
       Recording::of("sidecar", &RecordingConfig::sidecar, {}, "Its sidecar. Several recordings may name the same one.",
                     "", "NAME.ext.toml beside the recording, if there is one"),
+      dsp::run_row(&RecordingConfig::run, "as the sidecar says"),
       Recording::of("salvage", &RecordingConfig::salvage, {},
                     "Read a recording that was cut short, as far as it goes."),
       Recording::of("uncalibrated", &RecordingConfig::uncalibrated, {},

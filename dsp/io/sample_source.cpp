@@ -36,6 +36,10 @@ constexpr std::array foreign{
     Foreign{"\xff\xfb", 0, "container.lossy", "MPEG audio is lossy. Want WAV, RF64, W64, CAF, FLAC or AIFF"},
 };
 
+bool is_text_byte(char c) {
+  return static_cast<unsigned char>(c) >= 0x20 || c == '\t' || c == '\n' || c == '\r';
+}
+
 // A brace, and behind it an opening quote, bracket or the end: "{System 1}" is a title.
 bool is_json(std::string_view head) {
   const auto at = head.find_first_of("{[");
@@ -44,15 +48,26 @@ bool is_json(std::string_view head) {
   return behind == head.npos || std::string_view("\"{[}]").find(head[behind]) != std::string_view::npos;
 }
 
+// With a mark at the beginning, or every other byte of its first letters nothing.
 bool is_utf16(std::string_view head) {
-  return head.starts_with("\xff\xfe") || head.starts_with("\xfe\xff");
+  if (head.starts_with("\xff\xfe") || head.starts_with("\xfe\xff")) return true;
+  constexpr std::size_t looked_at = 32;
+  if (head.size() < looked_at) return false;
+  for (const std::size_t zeros : {std::size_t{0}, std::size_t{1}}) {
+    bool alternates = true;
+    for (std::size_t i = 0; i < looked_at && alternates; ++i)
+      alternates = (head[i] == '\0') == (i % 2 == zeros) && (head[i] == '\0' || is_text_byte(head[i]));
+    if (alternates) return true;
+  }
+  return false;
 }
 
 // Letters outside the first 65,536 need two units; no table needs them, and each becomes a replacement character.
 std::string from_utf16(std::string_view bytes) {
-  const bool big = bytes.starts_with("\xfe\xff");
+  const bool has_mark = bytes.front() == '\xff' || bytes.front() == '\xfe';
+  const bool big = bytes.starts_with("\xfe\xff") || bytes.front() == '\0';
   std::string text;
-  for (std::size_t i = 2; i + 1 < bytes.size(); i += 2) {
+  for (std::size_t i = has_mark ? 2 : 0; i + 1 < bytes.size(); i += 2) {
     const auto first = static_cast<unsigned char>(bytes[i]), second = static_cast<unsigned char>(bytes[i + 1]);
     unsigned unit = big ? first * 256u + second : second * 256u + first;
     if (unit >= 0xd800 && unit < 0xe000) unit = 0xfffd;
@@ -134,6 +149,13 @@ std::unique_ptr<SampleSource> open_by_content(std::unique_ptr<InputFile> file, c
     constexpr double most_growth = 2.5;  // of the bytes: three for two, beside the two
     require_memory(file->name(), most_growth * static_cast<double>(file->size()), options.max_memory_bytes);
     file->replace_by(from_utf16(file->text(0, static_cast<std::size_t>(file->size()))));
+    head = file->text(0, head_bytes);
+  }
+  if (!is_decoded && head.find('\n') == head.npos && head.find('\r') != head.npos && is_text(head)) {
+    require_memory(file->name(), 2.0 * static_cast<double>(file->size()), options.max_memory_bytes);
+    std::string lines = file->text(0, static_cast<std::size_t>(file->size()));  // they end as those of old Macintoshes
+    std::replace(lines.begin(), lines.end(), '\r', '\n');
+    file->replace_by(std::move(lines));
     head = file->text(0, head_bytes);
   }
   if (!is_decoded && is_sound(head)) return open_sound_file(std::move(file), options);

@@ -26,6 +26,7 @@ struct SourceInfo {
   bool scaled = false;        ///< integers read as fractions of full scale: values mean nothing without one
   int time_column = -1;       ///< the clock, -1: none
   ClockStart clock_start{};
+  int num_runs = 1;                   ///< side by side in a table
   std::vector<Interval> gaps;         ///< intervals the clock skips; filled by straight lines
   std::vector<std::string> left_out;  ///< what else the file holds and why it is no column
   std::vector<Check> checks;

@@ -177,6 +177,8 @@ class HeaderSearch {
     for (int i = size() - 1; i >= 0; --i) {
       const bool fits = cells_[at(i)].size() == width() && (is_words(i) || is_numbered(i));
       if (lines_[at(i)]->is_comment()) {
+        const bool is_over_units = i == size() - 2 && lines_[at(i + 1)]->is_comment() && is_units(i + 1);
+        if (fits && is_over_units && is_words(i)) return i;  // "# t x" over "# s mm"
         if (remark < 0 && fits && i == size() - 1) remark = i;
         continue;
       }
