@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "dsp/decimate.hpp"
@@ -68,9 +69,13 @@ class SampleSource {
   SourceInfo info_;
 };
 
-/// Opens a recording by its content, never by its name: sound (WAV, RF64, W64, CAF, FLAC, AIFF), MATLAB v5, universal
-/// files (UFF), text (CSV, TSV, LabVIEW LVM). Throws Fault (input): file.missing, file.kind, file.empty, file.denied,
-/// container.unknown, container.truncated, container.lossy, container.limit, ...
+/// What is read, for messages.
+inline constexpr std::string_view readable_formats =
+    "sound files (WAV, RF64, W64, CAF, FLAC, AIFF), MATLAB, HDF5, NumPy (npy, npz), UFF, JSON, CSV and LabVIEW "
+    "text";
+
+/// Opens a recording by its content, never by its name: all of readable_formats. Throws Fault (input): file.missing,
+/// file.kind, file.empty, file.denied, container.unknown, container.truncated, container.lossy, container.limit, ...
 [[nodiscard]] std::unique_ptr<SampleSource> open_source(const std::filesystem::path& file,
                                                         const OpenOptions& options = {});
 

@@ -231,7 +231,6 @@ void find_clock_like(TableLayout& layout, const std::vector<Beginning>& first,
 std::string why_left_out(const TableColumn& column, const Beginning& first) {
   if (column.holds_text) return "text";
   if (column.holds_moments) return "dates and times";
-  if (first.num_values == 0) return "no value in the first rows";
   if (column.counts_rows && !names_signal(base_of(column))) return "counts rows";
   if (may_be_time(column) && speaks_of_time(base_of(column)) && is_clock_like(first.values))
     return "another time column";

@@ -49,6 +49,13 @@ constexpr std::array rate_keys{
     RateKey{"delta x", true},
     RateKey{"delta_x", true},
     RateKey{"dt", true},
+    RateKey{"wf_increment", true},
+    RateKey{"sampling freq", false},
+    RateKey{"sampling_frequency", false},
+    RateKey{"sample_frequency", false},
+    RateKey{"sampling_interval", true},
+    RateKey{"sample_interval", true},
+    RateKey{"time_step", true},
     RateKey{"abtastintervall", true},
 };
 
