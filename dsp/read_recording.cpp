@@ -370,6 +370,13 @@ Eigen::Index RecordingReader::skip(Eigen::Index num_frames) {
   return skipped;
 }
 
+int count_runs(const std::filesystem::path& file, const Sidecar& sidecar) {
+  OpenOptions how{.with_clock = false};
+  how.header_row = sidecar.header_row;
+  how.skip_rows = sidecar.skip_rows;
+  return open_source(file, how)->info().num_runs;
+}
+
 Recording read_recording(const fs::path& file, const ReadOptions& options) {
   RecordingReader reader(file, options);
   const auto frames = static_cast<Eigen::Index>(reader.num_frames());

@@ -20,6 +20,7 @@ struct ReadOptions {
   std::size_t max_memory_bytes = std::size_t{4} << 30;
   double max_gap_s = 1.0;              ///< longest run of missing (non-finite) samples that is bridged
   double max_missing_fraction = 0.05;  ///< of one channel's samples
+  int run = 0;          ///< which of several runs side by side in a table, from 1; 0: as the sidecar says
   int num_threads = 1;  ///< above 1 a FLAC's MD5 has a thread of its own; changes nothing in what is read
 };
 
@@ -65,6 +66,9 @@ class RecordingReader {
 
 /// The whole recording in memory. Throws Fault memory.limit (numerics) before it would pass max_memory_bytes.
 [[nodiscard]] Recording read_recording(const std::filesystem::path& file, const ReadOptions& options = {});
+
+/// How many runs side by side a recording holds; 1 for any but a table of several. Throws as open_source does.
+[[nodiscard]] int count_runs(const std::filesystem::path& file, const Sidecar& sidecar);
 
 /// A first sidecar for a recording: what its files say filled in, the rest commented out.
 [[nodiscard]] std::string draft_sidecar(const std::filesystem::path& file, const ReadOptions& options = {});

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "apps/cli/command.hpp"
+#include "apps/config/recording_runs.hpp"
 #include "apps/output/results_json.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/read_recording.hpp"
@@ -17,14 +18,16 @@ struct InfoArguments {
   bool salvage = false;
 };
 
-RecordingInfo info_of(const std::filesystem::path& file, const InfoArguments& arguments) {
+RecordingInfo info_of(const RecordingConfig& wanted, const InfoArguments& arguments) {
+  const std::filesystem::path& file = wanted.file;
   dsp::ReadOptions options;
   options.salvage = arguments.salvage;
   options.sidecar = arguments.sidecar;
+  options.run = wanted.run;
   options.uncalibrated = true;  // what is missing shows as such; only a run needs it
   const dsp::RecordingReader reader(file, options);
   const dsp::Recording& recording = reader.description();
-  return {file.string(),
+  return {wanted.run > 0 ? fmt::format("{} run {}", file.string(), wanted.run) : file.string(),
           reader.container(),
           reader.sidecar().file.string(),
           recording.sample_rate_hz,
@@ -59,8 +62,11 @@ std::string info_text(const RecordingInfo& info) {
 void info(const InfoArguments& arguments, bool strict, Console& console) {
   std::vector<RecordingInfo> recordings;
   std::string text;
-  for (const std::filesystem::path& file : arguments.files) {
-    recordings.push_back(info_of(file, arguments));
+  std::vector<RecordingConfig> wanted;
+  for (const std::filesystem::path& file : arguments.files) wanted.push_back({file, arguments.sidecar});
+  take_runs_apart(wanted);
+  for (const RecordingConfig& recording : wanted) {
+    recordings.push_back(info_of(recording, arguments));
     text += info_text(recordings.back());
     for (const dsp::Check& check : recordings.back().checks)
       if (strict && (check.status == dsp::CheckStatus::warning || check.status == dsp::CheckStatus::failed))

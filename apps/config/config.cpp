@@ -7,6 +7,7 @@
 
 #include "apps/config/config_rows.hpp"
 #include "apps/config/recording_name.hpp"
+#include "apps/config/recording_runs.hpp"
 #include "apps/process/path.hpp"
 #include "dsp/io/sidecar_rows.hpp"
 
@@ -96,6 +97,8 @@ Config read_document(const dsp::Settings& document, const fs::path& folder, cons
     }
     config.recordings = {std::move(given)};
   }
+  take_runs_apart(config.recordings);
+  take_runs_apart(config.test_recordings);
   name_recordings(config);
   for (const dsp::BoundSetting<Config>& row : config_rows()) {
     const dsp::Settings table = document.table(row.table);

@@ -19,6 +19,7 @@ struct RecordingConfig {
   std::filesystem::path file, sidecar;  ///< sidecar empty: NAME.ext.toml beside the recording, if there
   std::string name{};                   ///< in all outputs (apps/config/recording_name.hpp)
   bool salvage = false, uncalibrated = false;
+  int run = 0;                             ///< of several side by side in a table: which; 0: as the sidecar says
   bool test = false;                       ///< use = "test": never fitted, only predicted
   std::map<std::string, std::string> use;  ///< role -> channel
 };

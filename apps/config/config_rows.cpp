@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "dsp/io/sample_source.hpp"
 #include "dsp/io/sidecar_rows.hpp"
 #include "dsp/names.hpp"
 #include "dsp/signals.hpp"
@@ -285,10 +286,11 @@ const dsp::SettingRows<RecordingConfig>& recording_rows() {
             "Terms whose coefficient differs between recordings are found, and have one for each. Without any range, "
             "each recording has an equation of its own, and all together have one."}},
       Recording::of("file", &RecordingConfig::file, {},
-                    "The recording: WAV, RF64, W64, CAF, FLAC, AIFF, MATLAB v5, UFF, CSV or LabVIEW text.")
+                    fmt::format("The recording: {}.", dsp::readable_formats))
           .needed(),
       Recording::of("sidecar", &RecordingConfig::sidecar, {}, "Its sidecar. Several recordings may name the same one.",
                     "", "NAME.ext.toml beside the recording, if there is one"),
+      dsp::run_row(&RecordingConfig::run, "as the sidecar says"),
       Recording::of("salvage", &RecordingConfig::salvage, {},
                     "Read a recording that was cut short, as far as it goes."),
       Recording::of("uncalibrated", &RecordingConfig::uncalibrated, {},

@@ -279,6 +279,7 @@ dsp::ReadOptions read_options(const RecordingConfig& recording, std::size_t max_
   options.salvage = recording.salvage;
   options.uncalibrated = recording.uncalibrated;
   options.use = recording.use;
+  options.run = recording.run;
   if (max_memory_bytes > 0) options.max_memory_bytes = max_memory_bytes;
   return options;
 }

@@ -27,10 +27,12 @@ bool ends_in(const fs::path& path, const fs::path& end) {
 
 }  // namespace
 
-std::vector<std::string> recording_names(const std::vector<fs::path>& files) {
+std::vector<std::string> recording_names(const std::vector<fs::path>& files, const std::vector<int>& runs) {
   std::vector<fs::path> located;
   for (const fs::path& file : files) located.push_back(located_path(file));
   std::vector<std::string> names = distinct_names(located);
+  for (std::size_t i = 0; i < runs.size(); ++i)
+    if (runs[i] > 0) names[i] += fmt::format(" run {}", runs[i]);
   std::map<std::string, int> count;
   for (std::string& name : names)
     if (const int number = ++count[name]; number > 1) name += fmt::format(" ({})", number);
@@ -38,7 +40,10 @@ std::vector<std::string> recording_names(const std::vector<fs::path>& files) {
 }
 
 void name_recordings(Config& config) {
-  std::vector<std::string> names = recording_names(files_of(config));
+  std::vector<int> runs;
+  for (const auto* recordings : {&config.recordings, &config.test_recordings})
+    for (const RecordingConfig& recording : *recordings) runs.push_back(recording.run);
+  std::vector<std::string> names = recording_names(files_of(config), runs);
   auto next = names.begin();
   for (auto* recordings : {&config.recordings, &config.test_recordings})
     for (RecordingConfig& recording : *recordings) recording.name = std::move(*next++);

@@ -12,8 +12,10 @@
 
 namespace apps {
 
-/// Of these files, in their order. A file that is listed again is "drive.csv (2)".
-[[nodiscard]] std::vector<std::string> recording_names(const std::vector<std::filesystem::path>& files);
+/// Of these files, in their order. A file that is listed again is "drive.csv (2)". `runs`: which of several side by
+/// side in each, "drive.csv run 2"; 0: it is one.
+[[nodiscard]] std::vector<std::string> recording_names(const std::vector<std::filesystem::path>& files,
+                                                       const std::vector<int>& runs = {});
 
 /// Fills in the names of a config's recordings, fitted or for testing.
 void name_recordings(Config& config);

@@ -6,4 +6,7 @@ namespace dsp {
 /// so that nothing is missing however long a step is.
 enum class ClockKind { regular, interpolate, events };
 
+/// Of several runs side by side in a table: every one, each a recording of its own.
+inline constexpr int all_runs = -1;
+
 }  // namespace dsp

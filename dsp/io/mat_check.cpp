@@ -170,9 +170,47 @@ std::string inflate_element(const InputFile& file, std::uint64_t offset, std::ui
   return expanded;
 }
 
+// Variables of level 4: type, rows, columns, whether complex, length of the name; the name; the numbers.
+void check_level_4(const InputFile& file, std::size_t max_memory_bytes) {
+  constexpr std::uint64_t header_bytes = 20;
+  constexpr std::array<std::uint64_t, 6> bytes_each{8, 4, 4, 2, 2, 1};
+  std::uint64_t left = max_memory_bytes;
+  for (std::uint64_t offset = 0; offset < file.size();) {
+    const std::string header = file.text(offset, header_bytes);
+    if (header.size() < header_bytes) refuse(file, "mat.truncated", offset, "the file ends within a header");
+    // Thousands of the type say the byte order: 0 little, 1 big.
+    Elements numbers(header, std::endian::native == std::endian::big);
+    constexpr std::uint32_t highest_type = 52;
+    if (numbers.number(header, 0) > highest_type)
+      numbers = Elements(header, std::endian::native == std::endian::little);
+    const std::uint32_t type = numbers.number(header, 0) % 1000, kind = type / 10;
+    const std::uint64_t complex = numbers.number(header, 12), name = numbers.number(header, 16);
+    std::uint64_t size = 0;
+    if (type > highest_type || kind >= bytes_each.size() || complex > 1 || name < 1 ||
+        __builtin_mul_overflow(std::uint64_t{numbers.number(header, 4)}, numbers.number(header, 8), &size) ||
+        __builtin_mul_overflow(size, bytes_each[kind] * (1 + complex), &size))
+      refuse(file, "mat.damaged", offset, "no variable begins where one should");
+    const std::uint64_t there = file.size() - offset - header_bytes;
+    if (name > there || size > there - name)
+      refuse(file, "mat.truncated", offset,
+             fmt::format("the file is cut: a variable of {} bytes, {} are there", size, there - std::min(there, name)));
+    if (size > left)
+      refuse(file, "mat.size", offset, fmt::format("a variable of {} bytes, {} allowed (--max-memory)", size, left));
+    if (file.text(offset + header_bytes + name - 1, 1) != std::string(1, '\0'))
+      refuse(file, "mat.damaged", offset, "a variable's name does not end");
+    left -= size;
+    offset += header_bytes + name + size;
+  }
+}
+
 }  // namespace
 
-void check_mat(const InputFile& file, std::size_t max_memory_bytes) {
+MatLevel check_mat(const InputFile& file, std::size_t max_memory_bytes) {
+  const std::string mark = file.text(126, 2);
+  if (mark != "MI" && mark != "IM") {
+    check_level_4(file, max_memory_bytes);
+    return MatLevel::four;
+  }
   const bool swapped = (file.text(126, 2) == "MI") == (std::endian::native == std::endian::little);
   std::uint64_t left = max_memory_bytes;
   for (std::uint64_t offset = 128; offset < file.size();) {
@@ -197,6 +235,7 @@ void check_mat(const InputFile& file, std::size_t max_memory_bytes) {
       refuse(file, "mat.damaged", offset, "a variable's dimensions and its bytes disagree");
     offset += 8 + size;
   }
+  return MatLevel::five;
 }
 
 }  // namespace dsp

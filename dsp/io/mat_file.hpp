@@ -6,9 +6,8 @@
 
 namespace dsp {
 
-/// MATLAB v5 files: every real vector as long as the longest, of whatever numeric type, is a column, and so are the
-/// columns (name_1, name_2, ...) of a matrix one side of which is so long, and the signals of Simulink's "structure
-/// with time"; all else is listed in left_out and in a check. The file is walked and every compressed element inflated
+/// MATLAB v5 and v4 files as open_arrays has them, with what lies in structures (`run.x`) and cells (`c_2`), and the
+/// signals of Simulink's "structure with time". The file is walked and every compressed element inflated
 /// to its end before matio sees it, because matio reports success on truncated and damaged files. Throws Fault (input):
 /// mat.truncated, mat.damaged, mat.size (more promised than the file or max_memory_bytes allows), mat.no_variable, and
 /// those of even_clock for a variable t or time.

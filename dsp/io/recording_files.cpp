@@ -48,7 +48,7 @@ OpenFile open_file(const fs::path& path, const fs::path& as_written, const fs::p
   how.clock = sidecar.clock;
   how.header_row = sidecar.header_row;
   how.skip_rows = sidecar.skip_rows;
-  how.run = sidecar.run;
+  how.run = options.run > 0 ? options.run : std::max(sidecar.run, 0);
   OpenFile file{path, clean_name(path.filename().string()), open_source(path, how), {}, how.may_be_quoted, {}, {}};
   const auto& info = file.source->info();
   for (int i = 0; i < static_cast<int>(info.columns.size()); ++i) {

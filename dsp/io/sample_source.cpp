@@ -6,8 +6,11 @@
 #include <array>
 #include <string_view>
 
+#include "dsp/io/hdf5_file.hpp"
 #include "dsp/io/input_file.hpp"
+#include "dsp/io/json_file.hpp"
 #include "dsp/io/mat_file.hpp"
+#include "dsp/io/npy_file.hpp"
 #include "dsp/io/sound_file.hpp"
 #include "dsp/io/sound_header.hpp"
 #include "dsp/io/table_file.hpp"
@@ -25,16 +28,24 @@ struct Foreign {
 };
 // Recognised so that the refusal can say what helps.
 constexpr std::array foreign{
-    Foreign{"\x89HDF\r\n\x1a\n", 0, "container.unsupported", "HDF5 or MATLAB v7.3 is not read. Save it with -v7"},
-    Foreign{"\x89HDF\r\n\x1a\n", 512, "container.unsupported", "MATLAB v7.3 is not read. Save it with -v7"},
     Foreign{"TDSm", 0, "container.unsupported", "TDMS is not read. Export it as CSV or LVM"},
-    Foreign{"MDF     ", 0, "container.unsupported", "MDF is not read. Export it as CSV or MATLAB v5"},
-    Foreign{"PK\x03\x04", 0, "container.unsupported", "a ZIP or spreadsheet file is not read. Export it as CSV"},
+    Foreign{"MDF     ", 0, "container.unsupported",
+            "MDF is not read. Make a table of it, with pip install asammdf: python3 -c \"from asammdf import MDF; "
+            "MDF('{}').to_dataframe().to_csv('{}.csv')\""},
+    Foreign{"PAR1", 0, "container.unsupported",
+            "Parquet is not read. Make a table of it, with pip install pandas pyarrow: python3 -c \"import pandas; "
+            "pandas.read_parquet('{}').to_csv('{}.csv')\""},
+    Foreign{"\xd0\xcf\x11\xe0", 0, "container.unsupported",
+            "an old spreadsheet is not read. Make a table of it: libreoffice --headless --convert-to csv '{}'"},
     Foreign{"\x1f\x8b", 0, "container.unsupported", "a gzip file is not read. Unpack it first"},
     Foreign{"OggS", 0, "container.lossy", "Ogg holds lossy codecs. Want WAV, RF64, W64, CAF, FLAC or AIFF"},
     Foreign{"ID3", 0, "container.lossy", "MPEG audio is lossy. Want WAV, RF64, W64, CAF, FLAC or AIFF"},
     Foreign{"\xff\xfb", 0, "container.lossy", "MPEG audio is lossy. Want WAV, RF64, W64, CAF, FLAC or AIFF"},
 };
+
+bool is_text_byte(char c) {
+  return static_cast<unsigned char>(c) >= 0x20 || c == '\t' || c == '\n' || c == '\r';
+}
 
 // A brace, and behind it an opening quote, bracket or the end: "{System 1}" is a title.
 bool is_json(std::string_view head) {
@@ -44,15 +55,26 @@ bool is_json(std::string_view head) {
   return behind == head.npos || std::string_view("\"{[}]").find(head[behind]) != std::string_view::npos;
 }
 
+// With a mark at the beginning, or every other byte of its first letters nothing.
 bool is_utf16(std::string_view head) {
-  return head.starts_with("\xff\xfe") || head.starts_with("\xfe\xff");
+  if (head.starts_with("\xff\xfe") || head.starts_with("\xfe\xff")) return true;
+  constexpr std::size_t looked_at = 32;
+  if (head.size() < looked_at) return false;
+  for (const std::size_t zeros : {std::size_t{0}, std::size_t{1}}) {
+    bool alternates = true;
+    for (std::size_t i = 0; i < looked_at && alternates; ++i)
+      alternates = (head[i] == '\0') == (i % 2 == zeros) && (head[i] == '\0' || is_text_byte(head[i]));
+    if (alternates) return true;
+  }
+  return false;
 }
 
 // Letters outside the first 65,536 need two units; no table needs them, and each becomes a replacement character.
 std::string from_utf16(std::string_view bytes) {
-  const bool big = bytes.starts_with("\xfe\xff");
+  const bool has_mark = bytes.front() == '\xff' || bytes.front() == '\xfe';
+  const bool big = bytes.starts_with("\xfe\xff") || bytes.front() == '\0';
   std::string text;
-  for (std::size_t i = 2; i + 1 < bytes.size(); i += 2) {
+  for (std::size_t i = has_mark ? 2 : 0; i + 1 < bytes.size(); i += 2) {
     const auto first = static_cast<unsigned char>(bytes[i]), second = static_cast<unsigned char>(bytes[i + 1]);
     unsigned unit = big ? first * 256u + second : second * 256u + first;
     if (unit >= 0xd800 && unit < 0xe000) unit = 0xfffd;
@@ -102,6 +124,14 @@ bool is_control(char c) {
   return static_cast<unsigned char>(c) < 0x20 && c != '\t' && c != '\n' && c != '\r' && c != '\f';
 }
 
+// A line to be pasted names the file.
+std::string with_name(std::string_view message, const InputFile& file) {
+  std::string text(message);
+  const std::string name = clean_name(file.path().filename().string());
+  for (auto at = text.find("{}"); at != text.npos; at = text.find("{}", at + name.size())) text.replace(at, 2, name);
+  return text;
+}
+
 // A few control codes may occur in the names of a table; of bytes at random every ninth is one, and none of text is
 // NUL.
 bool is_text(std::string_view head) {
@@ -120,6 +150,9 @@ std::vector<std::string_view> containers_of(const std::string& written) {
   if (extension == ".flac") return {"FLAC"};
   if (extension == ".aif" || extension == ".aiff" || extension == ".aifc") return {"AIFF"};
   if (extension == ".mat") return {"MATLAB"};
+  if (extension == ".h5" || extension == ".hdf5" || extension == ".he5") return {"HDF5", "MATLAB v7.3"};
+  if (extension == ".json" || extension == ".jsonl" || extension == ".ndjson") return {"JSON"};
+  if (extension == ".npy" || extension == ".npz") return {"NumPy"};
   if (extension == ".csv" || extension == ".tsv" || extension == ".txt") return {"CSV", "text", "LabVIEW"};
   if (extension == ".lvm") return {"LabVIEW"};
   if (extension == ".uff" || extension == ".unv") return {"UFF"};
@@ -136,24 +169,29 @@ std::unique_ptr<SampleSource> open_by_content(std::unique_ptr<InputFile> file, c
     file->replace_by(from_utf16(file->text(0, static_cast<std::size_t>(file->size()))));
     head = file->text(0, head_bytes);
   }
+  if (!is_decoded && head.find('\n') == head.npos && head.find('\r') != head.npos && is_text(head)) {
+    require_memory(file->name(), 2.0 * static_cast<double>(file->size()), options.max_memory_bytes);
+    std::string lines = file->text(0, static_cast<std::size_t>(file->size()));  // they end as those of old Macintoshes
+    std::replace(lines.begin(), lines.end(), '\r', '\n');
+    file->replace_by(std::move(lines));
+    head = file->text(0, head_bytes);
+  }
   if (!is_decoded && is_sound(head)) return open_sound_file(std::move(file), options);
-  if (!is_decoded && is_mat(head)) return open_mat_file(std::move(file), options);
+  if (!is_decoded && is_hdf5(head)) return open_hdf5_file(std::move(file), options);
+  if (!is_decoded && is_npy(head)) return open_npy_file(std::move(file), options);
+  if (!is_decoded && head.starts_with("PK\x03\x04")) return open_npz_file(std::move(file), options);
+  if (!is_decoded && (is_mat(head) || is_mat4(head))) return open_mat_file(std::move(file), options);
   if (is_uff(head)) return open_uff_file(std::move(file), options);
   for (const auto& other : foreign)
     if (head.size() > other.offset && std::string_view(head).substr(other.offset).starts_with(other.magic))
-      throw Fault(FaultKind::input, std::string(other.name), fmt::format("{}: {}", file->name(), other.message));
-  if (is_mat4(head))
-    throw Fault(FaultKind::input, "container.unsupported",
-                file->name() + ": MATLAB v4 is not read. Load it in MATLAB or Octave and save it with save -v7");
-  if (is_json(head))
-    throw Fault(FaultKind::input, "container.unsupported", file->name() + ": JSON is not read. Write its rows as CSV");
+      throw Fault(FaultKind::input, std::string(other.name),
+                  fmt::format("{}: {}", file->name(), with_name(other.message, *file)));
+  if (is_json(head)) return open_json_file(std::move(file), options);
   if (is_text(head)) return open_table_file(std::move(file), options);
   const auto odd = std::find_if(head.begin(), head.end(), is_control);
-  throw Fault(
-      FaultKind::input, "container.unknown",
-      fmt::format("{}: no known container, and no text (byte {} is 0x{:02x}). Read are WAV, RF64, W64, CAF, FLAC, "
-                  "AIFF, MATLAB v5, UFF, CSV and LabVIEW text",
-                  file->name(), odd - head.begin(), static_cast<unsigned char>(*odd)));
+  throw Fault(FaultKind::input, "container.unknown",
+              fmt::format("{}: no known container, and no text (byte {} is 0x{:02x}). Read are {}", file->name(),
+                          odd - head.begin(), static_cast<unsigned char>(*odd), readable_formats));
 }
 
 }  // namespace

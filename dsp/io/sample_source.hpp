@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "dsp/decimate.hpp"
@@ -26,6 +27,7 @@ struct SourceInfo {
   bool scaled = false;        ///< integers read as fractions of full scale: values mean nothing without one
   int time_column = -1;       ///< the clock, -1: none
   ClockStart clock_start{};
+  int num_runs = 1;                   ///< side by side in a table
   std::vector<Interval> gaps;         ///< intervals the clock skips; filled by straight lines
   std::vector<std::string> left_out;  ///< what else the file holds and why it is no column
   std::vector<Check> checks;
@@ -67,9 +69,13 @@ class SampleSource {
   SourceInfo info_;
 };
 
-/// Opens a recording by its content, never by its name: sound (WAV, RF64, W64, CAF, FLAC, AIFF), MATLAB v5, universal
-/// files (UFF), text (CSV, TSV, LabVIEW LVM). Throws Fault (input): file.missing, file.kind, file.empty, file.denied,
-/// container.unknown, container.truncated, container.lossy, container.limit, ...
+/// What is read, for messages.
+inline constexpr std::string_view readable_formats =
+    "sound files (WAV, RF64, W64, CAF, FLAC, AIFF), MATLAB, HDF5, NumPy (npy, npz), UFF, JSON, CSV and LabVIEW "
+    "text";
+
+/// Opens a recording by its content, never by its name: all of readable_formats. Throws Fault (input): file.missing,
+/// file.kind, file.empty, file.denied, container.unknown, container.truncated, container.lossy, container.limit, ...
 [[nodiscard]] std::unique_ptr<SampleSource> open_source(const std::filesystem::path& file,
                                                         const OpenOptions& options = {});
 

@@ -46,7 +46,7 @@ struct Sidecar {
   std::vector<ChannelSpec> channels;  ///< empty: the columns as the file names them
   std::vector<RangeSpec> ranges;
   std::vector<Interval> bad;
-  int header_row = 0, skip_rows = 0, run = 0;  ///< of a table; 0: not given
+  int header_row = 0, skip_rows = 0, run = 0;  ///< of a table; 0: not given; run: or all_runs
 };
 
 /// NAME.ext.toml

@@ -214,8 +214,7 @@ const SettingRows<Sidecar>& sidecar_rows() {
               "Of a table: the line that holds the names, from 1.", "", "the last line of words above the rows"),
       Row::of("skip_rows", &Sidecar::skip_rows, {.range = {.from = 0, .to = 1e6}},
               "Of a table: how many lines at its beginning are not looked at.", "", "none"),
-      Row::of("run", &Sidecar::run, {.range = {.from = 1, .to = 1e6}},
-              "Of a table that holds several runs side by side: which one, from 1.", "", "asked for"),
+      run_row(&Sidecar::run, "asked for"),
       Row::custom("rate", {.number = true, .text = true, .range = {.from = 0, .to = highest_hz, .above = true}},
                   "Samples per second, as a number or a ratio: \"51200/3\". It must agree with the file where that has "
                   "one. A time column is read as seconds or in its unit, as 10:00:00.123 with or without a date "

@@ -35,6 +35,31 @@ bool Fields::next(std::string_view& field) {
   return true;
 }
 
+namespace {
+
+/// "1234,5" for "1.234,5" with `mark` '.': without the marks between thousands; empty where there are none, or not
+/// every three digits, or no decimals behind them: 1.234 may be less than two.
+std::string without_grouping(std::string_view text, char mark, char decimal) {
+  constexpr std::size_t group = 3;
+  const auto point = text.find(decimal);
+  std::string plain;
+  std::size_t digits = 0;  // since the last mark
+  bool is_grouped = false;
+  for (const char c : text.substr(0, point)) {
+    if (c == mark) {
+      if (is_grouped ? digits != group : digits == 0 || digits > group) return "";
+      is_grouped = true;
+      digits = 0;
+    } else {
+      plain += c;
+      digits += c >= '0' && c <= '9' ? 1 : 0;
+    }
+  }
+  return is_grouped && digits == group && point != text.npos ? plain.append(text.substr(point)) : "";
+}
+
+}  // namespace
+
 Cell parse_cell(std::string_view field, bool decimal_comma, double& value) {
   value = std::numeric_limits<double>::quiet_NaN();
   const auto parse = [&](std::string_view text) {
@@ -53,13 +78,19 @@ Cell parse_cell(std::string_view field, bool decimal_comma, double& value) {
   if (text.starts_with('+') && text.size() > 1 && text[1] != '-') text.remove_prefix(1);
   if (text.empty()) return Cell::missing;
   std::string point;
+  if (text.find(',') != text.npos) point = without_grouping(text, decimal_comma ? '.' : ',', decimal_comma ? ',' : '.');
   if (decimal_comma) {
-    point = text;
+    if (point.empty()) point = text;
     if (point.find('.') != std::string::npos) return Cell::bad;
     std::replace(point.begin(), point.end(), ',', '.');
-    text = point;
   }
-  const Cell cell = parse(text);
+  if (!point.empty()) text = point;
+  Cell cell = parse(text);
+  if (const auto exponent = text.find_first_of("Dd"); cell == Cell::bad && exponent != text.npos && exponent > 0) {
+    std::string written(text);  // 1.5D-03, as Fortran has it
+    written[exponent] = 'e';
+    cell = parse(written);
+  }
   if (cell != Cell::number) value = std::numeric_limits<double>::quiet_NaN();
   if (cell != Cell::bad) return cell;
   for (const char* word : {"NA", "na", "N/A", "n/a", "NULL", "null"})

@@ -12,6 +12,7 @@
 #include "dsp/io/sidecar.hpp"
 #include "dsp/io/units.hpp"
 #include "dsp/names.hpp"
+#include "dsp/order_statistics.hpp"
 
 namespace dsp {
 namespace {
@@ -59,8 +60,21 @@ bool counts_rows(const std::vector<double>& values) {
   return std::all_of(steps.begin(), steps.end(), [](double step) { return step == 1.0; });
 }
 
-// The name without the run at its end: "Time Run #2", "angle_2".
-std::string without_run(std::string_view name) {
+// "Run 2: Position" without "Run 2:".
+std::string_view without_run_before(std::string_view name) {
+  for (const std::string_view word : {"run", "trial", "test", "set", "data set", "messung", "lauf", "versuch"}) {
+    if (!lower(name).starts_with(word)) continue;
+    const auto number = name.find_first_not_of(" #_", word.size());
+    const auto end = std::min(name.find_first_not_of("0123456789", std::min(number, name.size())), name.size());
+    const auto stem = std::min(name.find_first_not_of(" :_-.", end), name.size());
+    if (number != name.npos && end > number && stem > end && stem < name.size()) return name.substr(stem);
+  }
+  return name;
+}
+
+// The name without the run at its end or before it: "Time Run #2", "angle_2", "Run 2: Time".
+std::string without_run(std::string_view whole) {
+  const std::string_view name = without_run_before(whole);
   std::string_view stem = name;
   while (!stem.empty() && stem.back() >= '0' && stem.back() <= '9') stem.remove_suffix(1);
   if (stem.size() == name.size()) return std::string(name);
@@ -90,7 +104,7 @@ std::string run_lines(std::size_t runs, const std::vector<std::string>& stems, s
   for (std::size_t run = 1; run <= runs; ++run)
     lines += fmt::format("{}run = {}  # columns {} to {}: {}\n", run > 1 ? "# " : "", run, (run - 1) * width + 1,
                          run * width, fmt::join(columns, ", "));
-  return lines;
+  return lines + "# run = \"all\"  # each of them a recording\n";
 }
 
 void choose_run(TableLayout& layout, const InputFile& file, const OpenOptions& options) {
@@ -109,9 +123,10 @@ void choose_run(TableLayout& layout, const InputFile& file, const OpenOptions& o
                             "{}:",
                             file.name(), runs, sidecar_path(file.name()).string()),
                 run_lines(runs, stems, width, file));
+  layout.num_runs = static_cast<int>(runs);
   layout.is_one_run = true;
   const std::size_t chosen = static_cast<std::size_t>(std::max(options.run, 1));
-  for (std::size_t i = 0; i < stems.size(); ++i) {
+  for (std::size_t i = 0; width > 0 && i < stems.size(); ++i) {
     const std::size_t run = i / width + 1;
     layout.columns[i].name = run == chosen ? stems[i] : fmt::format("{} run {}", stems[i], run);
     if (run != chosen) layout.columns[i].left_out = fmt::format("run {}", run);
@@ -121,6 +136,56 @@ void choose_run(TableLayout& layout, const InputFile& file, const OpenOptions& o
 // "Time (min)": a clock, but of what is not known.
 bool is_in_unknown_unit(const std::string& base) {
   return base.find_first_of("([") != std::string::npos && speaks_of_time(base) && unit_of_time_name(base).empty();
+}
+
+// "t_fast", "t2": beside others of its kind a clock.
+bool is_numbered_time(std::string_view base) {
+  return base.size() > 1 && (base.front() == 't' || base.front() == 'T') &&
+         (base[1] == '_' || base[1] == ' ' || base.find_first_not_of("0123456789", 1) == base.npos);
+}
+
+// The usual step of a clock in seconds, as far as its first rows and its unit tell; 0 where they do not.
+double step_s_of(const TableColumn& column, const Beginning& first) {
+  std::vector<double> known = first.values;
+  std::erase_if(known, [](double value) { return !std::isfinite(value); });
+  const std::string unit = column.unit.empty() ? unit_of_time_name(base_of(column)) : column.unit;
+  return is_clock_like(known) ? median(steps_of(known)) * (unit.empty() ? 1.0 : find_unit(unit).factor) : 0.0;
+}
+
+bool may_be_clock(const TableColumn& column) {
+  const std::string base = base_of(column);
+  return column.left_out.empty() && may_be_time(column) && !column.holds_moments && !column.holds_text &&
+         (speaks_of_time(base) || is_numbered_time(base));
+}
+
+// Of several clocks in one table the fastest; the signals behind a slower one, up to the next clock, are on that.
+void leave_out_slower_clocks(TableLayout& layout, const std::vector<Beginning>& first) {
+  std::vector<std::size_t> clocks;
+  std::vector<double> steps_s;
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    const double step_s = may_be_clock(layout.columns[i]) ? step_s_of(layout.columns[i], first[i]) : 0.0;
+    if (step_s <= 0.0) continue;
+    clocks.push_back(i);
+    steps_s.push_back(step_s);
+  }
+  if (clocks.size() < 2 || clocks.front() != 0 || clocks.back() + 1 == first.size()) return;
+  for (std::size_t k = 1; k < clocks.size(); ++k)
+    if (clocks[k] == clocks[k - 1] + 1) return;  // two ways to write one clock
+  constexpr double same = 0.05;
+  const double fastest_s = *std::min_element(steps_s.begin(), steps_s.end());
+  if (*std::max_element(steps_s.begin(), steps_s.end()) <= (1.0 + same) * fastest_s) return;
+  int chosen = -1;
+  for (std::size_t k = 0; k < clocks.size(); ++k) {
+    const bool is_fastest = steps_s[k] <= (1.0 + same) * fastest_s;
+    if (is_fastest && chosen < 0) chosen = static_cast<int>(clocks[k]);
+    const std::size_t end = k + 1 < clocks.size() ? clocks[k + 1] : first.size();
+    for (std::size_t i = clocks[k]; i < end && !is_fastest; ++i)
+      layout.columns[i].left_out =
+          i == clocks[k] ? fmt::format("the clock of the columns behind it, {:.4g} Hz", 1.0 / steps_s[k])
+                         : fmt::format("its clock is column {}, {:.4g} Hz", clocks[k] + 1, 1.0 / steps_s[k]);
+  }
+  layout.time_column = chosen;
+  layout.is_one_run = true;
 }
 
 // A number called time; else one that speaks of time and rises evenly; else a column of times of day.
@@ -136,9 +201,11 @@ void find_time(TableLayout& layout, const std::vector<Beginning>& first) {
     if (speaks_of_time(base) && !is_in_unknown_unit(base) && is_clock_like(first[i].values))
       by_word.push_back(static_cast<int>(i));
   }
+  leave_out_slower_clocks(layout, first);
   for (const auto* found : {&by_name, &by_word, &by_moment})
     if (layout.time_column < 0 && !found->empty()) layout.time_column = found->front();
   if (layout.time_column < 0) return;
+  layout.columns[static_cast<std::size_t>(layout.time_column)].left_out.clear();
   TableColumn& clock = layout.columns[static_cast<std::size_t>(layout.time_column)];
   if (clock.unit.empty()) clock.unit = unit_of_time_name(base_of(clock));
 }

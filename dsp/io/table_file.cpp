@@ -149,7 +149,7 @@ class TableFile : public RowsOnClock {
 
   void describe() {
     static constexpr auto separator_name = [](char c) {
-      return c == '\t' ? "tab" : c == ';' ? "semicolon" : c == ' ' ? "blank" : "comma";
+      return c == '\t' ? "tab" : c == ';' ? "semicolon" : c == ' ' ? "blank" : c == '|' ? "bar" : "comma";
     };
     info_.container = fmt::format("{}, {} separated{}", layout_.format, separator_name(layout_.style.separator),
                                   layout_.style.decimal_comma ? ", decimal comma" : "");
@@ -160,6 +160,7 @@ class TableFile : public RowsOnClock {
     }
     info_.checks = layout_.checks;
     info_.named = layout_.named;
+    info_.num_runs = layout_.num_runs;
     info_.time_column = layout_.time_column;
   }
 
@@ -178,7 +179,7 @@ class TableFile : public RowsOnClock {
     }
     for (Fields fields(line, layout_.style.separator); !are_plain && fields.next(field); ++count)
       if (count == clock_column_) time = field;
-    if (count == num_columns() + 1 && field.find_first_not_of(" \t") == std::string_view::npos) --count;
+    if (count > num_columns()) count -= num_empty_behind(line, count - num_columns());
     if (count == num_columns() || (layout_.comments_behind && count > num_columns())) {
       if (!lines_.ended()) leave_out_last("has no line end, so that its last number may be cut");
       return lines_.ended();
@@ -188,6 +189,17 @@ class TableFile : public RowsOnClock {
     if (!salvage_) throw fault("table.cut", what + ": the last line is cut. Try --salvage to leave it out");
     leave_out_last("is cut");
     return false;
+  }
+
+  // Empty fields at the end of a line, at most so many.
+  [[nodiscard]] int num_empty_behind(std::string_view line, int most) const {
+    int count = 0;
+    for (; count < most; ++count) {
+      while (line.ends_with(' ') || (line.ends_with('\t') && layout_.style.separator != '\t')) line.remove_suffix(1);
+      if (!line.ends_with(layout_.style.separator)) break;
+      line.remove_suffix(1);
+    }
+    return count;
   }
 
   void leave_out_last(std::string_view why) {

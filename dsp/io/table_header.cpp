@@ -49,6 +49,13 @@ constexpr std::array rate_keys{
     RateKey{"delta x", true},
     RateKey{"delta_x", true},
     RateKey{"dt", true},
+    RateKey{"wf_increment", true},
+    RateKey{"sampling freq", false},
+    RateKey{"sampling_frequency", false},
+    RateKey{"sample_frequency", false},
+    RateKey{"sampling_interval", true},
+    RateKey{"sample_interval", true},
+    RateKey{"time_step", true},
     RateKey{"abtastintervall", true},
 };
 
@@ -177,6 +184,8 @@ class HeaderSearch {
     for (int i = size() - 1; i >= 0; --i) {
       const bool fits = cells_[at(i)].size() == width() && (is_words(i) || is_numbered(i));
       if (lines_[at(i)]->is_comment()) {
+        const bool is_over_units = i == size() - 2 && lines_[at(i + 1)]->is_comment() && is_units(i + 1);
+        if (fits && is_over_units && is_words(i)) return i;  // "# t x" over "# s mm"
         if (remark < 0 && fits && i == size() - 1) remark = i;
         continue;
       }

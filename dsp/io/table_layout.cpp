@@ -102,9 +102,8 @@ TableLayout plain_layout(const InputFile& file, const std::vector<TableLine>& li
   if (layout.style.num_columns == 0)
     throw Fault(
         FaultKind::input, "container.unknown",
-        fmt::format("{}: text, but no line of its first {} is a row of numbers{}. Read are sound files (WAV, RF64, "
-                    "W64, CAF, FLAC, AIFF), MATLAB v5, UFF, CSV and LabVIEW text",
-                    file.name(), lines.size(), why_no_row(file, lines)));
+        fmt::format("{}: text, but no line of its first {} is a row of numbers{}. Read are {}", file.name(),
+                    lines.size(), why_no_row(file, lines), readable_formats));
   const char separator = layout.style.separator;
   layout.format = separator == ',' || separator == ';' ? "CSV" : "text";
   layout.columns.resize(static_cast<std::size_t>(layout.style.num_columns));

@@ -31,7 +31,8 @@ struct TableLayout {
   bool comments_behind = false;   ///< fields beyond the columns are remarks
   std::string header_again{};     ///< how a line begins that opens another header between rows; empty: none does
   std::string header_end{};       ///< how its last line but that of names begins
-  bool is_one_run = false;        ///< of several side by side, which may end before the others
+  int num_runs = 1;               ///< side by side
+  bool is_one_run = false;        ///< the clock may end before the rows do: of several side by side
   std::uint64_t data_offset = 0;  ///< first byte of the first row
   std::uint64_t end_offset = 0;   ///< behind the last row
   std::int64_t first_line = 1;    ///< line number of the first row

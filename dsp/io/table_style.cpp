@@ -19,8 +19,9 @@ struct Marks {
   bool decimal_comma;
 };
 // In order of trust: what a comma means is least clear.
-constexpr std::array styles{Marks{'\t', false}, Marks{'\t', true}, Marks{';', false}, Marks{';', true},
-                            Marks{',', false},  Marks{',', true},  Marks{' ', false}, Marks{' ', true}};
+constexpr std::array styles{Marks{'\t', false}, Marks{'\t', true}, Marks{';', false},
+                            Marks{';', true},   Marks{',', false}, Marks{',', true},
+                            Marks{' ', false},  Marks{' ', true},  Marks{'|', false}};
 
 enum class Holds { number, missing, blank, text };
 Holds holds(std::string_view cell, bool decimal_comma) {
@@ -90,16 +91,18 @@ Rated rated(const std::vector<TableLine>& lines, const Marks& marks) {
   const Width usual = usual_width(found);
   std::size_t width = usual.cells;
   result.is_plain = usual.is_plain;
-  const auto count = [&](std::size_t column, Holds kind) {
-    return std::count_if(found.begin(), found.end(),
-                         [&](const auto& line) { return line.size() == width && line[column] == kind; });
-  };
   const auto num_lines =
       std::count_if(found.begin(), found.end(), [&](const auto& one) { return one.size() == width; });
   constexpr std::ptrdiff_t fewest_rows_with_words = 3;
-  if (width > 1 && count(width - 1, Holds::blank) == num_lines) --width;  // a separator ends every line
+  const std::size_t full_width = width;
+  const auto is_blank_column = [&](std::size_t column) {
+    return std::all_of(found.begin(), found.end(),
+                       [&](const auto& line) { return line.size() != full_width || line[column] == Holds::blank; });
+  };
+  while (width > 1 && num_lines > 0 && is_blank_column(width - 1)) --width;  // separators end every line
   const auto fits = [&](const std::vector<Holds>& line) {
-    return line.size() == width || (line.size() == width + 1 && line.back() == Holds::blank);
+    return line.size() >= width && std::all_of(line.begin() + static_cast<std::ptrdiff_t>(width), line.end(),
+                                               [](Holds kind) { return kind == Holds::blank; });
   };
   std::vector<bool>& is_text = result.style.is_text;
   for (std::size_t i = 0; i < width; ++i) {
@@ -211,7 +214,10 @@ std::vector<TableLine> first_lines(const InputFile& file, std::size_t count, std
 
 std::vector<std::string_view> TableStyle::cells(std::string_view line) const {
   std::vector<std::string_view> found = all_cells(line, separator);
-  if (found.size() > 1 && trimmed(found.back()).empty()) found.pop_back();
+  const auto width = static_cast<std::size_t>(num_columns);
+  for (bool is_last = true; found.size() > 1 && (is_last || found.size() > width) && trimmed(found.back()).empty();
+       is_last = false)
+    found.pop_back();
   return found;
 }
 
@@ -225,7 +231,7 @@ bool TableStyle::is_row(std::string_view line) const {
     if (kind == Holds::text && !is_text[i]) return false;
     any = any || kind == Holds::number || kind == Holds::missing;
   }
-  return any && (found.size() == width || found.size() == width + 1);
+  return any && found.size() >= width;
 }
 
 TableStyle table_style(const std::vector<TableLine>& lines) {

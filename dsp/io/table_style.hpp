@@ -28,10 +28,11 @@ struct TableStyle {
   int num_columns = 0;          ///< 0: no line is a row
   std::vector<bool> is_text{};  ///< columns of words
 
-  /// The cells of a line; an empty one behind the last separator is none.
+  /// The cells of a line; an empty one behind the last separator is none, nor are
+  /// those beyond the columns.
   [[nodiscard]] std::vector<std::string_view> cells(std::string_view line) const;
-  /// As many cells as columns, or more that are empty, every one a number, a moment or missing, but in columns of
-  /// words; not all of them missing.
+  /// As many cells as columns, or further ones that are empty, every one a number, a moment or missing, but in columns
+  /// of words; not all of them missing.
   [[nodiscard]] bool is_row(std::string_view line) const;
 };
 

@@ -1,5 +1,7 @@
 #include "apps/config/config.hpp"
 
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
 
 #include "dsp/io/settings.hpp"
@@ -52,6 +54,13 @@ void refused(const std::string& text, const std::string& name, const std::vector
   const Scratch folder;
   CAPTURE(text);
   check_fault([&] { (void)apps::read_config(folder.file("c.toml", text)); }, dsp::FaultKind::usage, name, pieces);
+}
+
+/// A table of two runs, side by side.
+std::string two_runs() {
+  std::string text = "Time (s) Run #1,x (mm) Run #1,Time (s) Run #2,x (mm) Run #2\n";
+  for (int i = 0; i < 20; ++i) text += fmt::format("{0:.2f},{1},{0:.2f},{2}\n", i / 50.0, i * i % 7, i * i % 11);
+  return text;
 }
 
 const std::string recording = "[[recording]]\nfile = \"a.csv\"\n";
@@ -174,4 +183,25 @@ TEST_CASE("another schema, a broken document, a sidecar and no recording are dis
   refused("[[channel]]\nname = \"a\"\n", "config.missing", {"sidecar"});
   refused("[fit]\ntarget = \"a\"\n", "config.missing", {"[[recording]]"});
   refused("a = " + std::string(100'000, '[') + std::string(100'000, ']') + "\n", "config.syntax", {"c.toml"});
+}
+
+TEST_CASE("every run of a table is a recording where the sidecar or the config says all", "[apps][config]") {
+  const Scratch folder;
+  const auto table = folder.file("a.csv", two_runs());
+  const auto named = [&](const apps::Config& config) {
+    std::vector<std::pair<std::string, int>> names;
+    for (const apps::RecordingConfig& one : config.recordings) names.emplace_back(one.name, one.run);
+    return names;
+  };
+  using Names = std::vector<std::pair<std::string, int>>;
+  const Names both{{"a.csv run 1", 1}, {"a.csv run 2", 2}};
+  CHECK(named(apps::read_config(table)) == Names{{"a.csv", 0}});
+  const auto config = apps::read_config(folder.file("c.toml", recording + "run = \"all\"\n"));
+  CHECK(named(config) == both);
+  const auto again = apps::read_config(folder.file("again.toml", apps::to_toml(config, folder / "")));
+  CHECK(named(again) == both);
+  CHECK(named(apps::read_config(folder.file("d.toml", recording + "run = 2\n"))) == Names{{"a.csv run 2", 2}});
+  (void)folder.file("a.csv.toml", "run = \"all\"\n");
+  CHECK(named(apps::read_config(table)) == both);
+  refused(recording + "run = \"both\"\n", "config.range", {"run"});
 }

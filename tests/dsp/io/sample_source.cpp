@@ -64,11 +64,13 @@ TEST_CASE("known formats that are not read are refused with what helps", "[dsp][
   const auto refused = [&](const std::string& bytes, const std::string& name, const std::string& piece) {
     check_fault([&] { (void)dsp::open_source(scratch.file("a", bytes)); }, FaultKind::input, name, {piece});
   };
-  refused("\x89HDF\r\n\x1a\n....", "container.unsupported", "-v7");
-  refused(std::string(512, ' ') + "\x89HDF\r\n\x1a\n....", "container.unsupported", "-v7");
-  refused("{\"data\": [[1, 2]]}", "container.unsupported", "CSV");
+  refused("\x89HDF\r\n\x1a\n....", "hdf5.damaged", "HDF5 cannot open it");
+  refused(std::string(512, ' ') + "\x89HDF\r\n\x1a\n....", "hdf5.damaged", "HDF5 cannot open it");
+  refused("{\"data\": [[1, 2]}", "json.syntax", "no JSON at byte");
+  refused("PAR1....", "container.unsupported", "read_parquet('a')");
+  refused("MDF     4.10", "container.unsupported", "MDF('a')");
   refused("TDSm....", "container.unsupported", "TDMS");
-  refused("PK\x03\x04....", "container.unsupported", "spreadsheet");
+  refused("PK\x03\x04....", "zip.truncated", "ZIP archive that was cut");
   refused("OggS....", "container.lossy", "lossy");
   refused(std::string("ab\0cd", 5), "container.unknown", "byte 2 is 0x00");
   refused("ab\x01\x02\x03\x04\x05\x06", "container.unknown", "byte 2 is 0x01");

@@ -187,11 +187,79 @@ TEST_CASE("several runs side by side are asked for, and one is taken", "[dsp][ta
     return fmt::format("{:.2f};{:.3f};{:.2f};{:.3f}", i / 50.0, -value(i), i / 50.0, value(i));
   });
   check_fault([&] { (void)read(text, 1); }, FaultKind::input, "clock.run", {"2 runs", "a.csv.toml"},
-              {"run = 1  # columns 1 to 2: 'Time', 'Weg'\n# run = 2"});
+              {"run = 1  # columns 1 to 2: 'Time', 'Weg'\n# run = 2", "\n# run = \"all\""});
   const auto second = check_decay(text, 3, "mm", {.run = 2});
   CHECK(second.info.columns[3] == "Weg");
   CHECK(second.info.partial[1]);
   check_fault([&] { (void)read(text, 1, {.run = 3}); }, FaultKind::usage, "channel.index", {"holds 2 runs"});
+}
+
+TEST_CASE("runs are told apart by what stands before their names, too", "[dsp][table_kinds]") {
+  const auto run_rows = [](int i) {
+    return fmt::format("{:.2f},{:.3f},{:.2f},{:.3f}", i / 50.0, -value(i), i / 50.0, value(i));
+  };
+  for (const std::string names : {"Run 1: Time (s),Run 1: Weg (mm),Run 2: Time (s),Run 2: Weg (mm)\n",
+                                  "Time (s),Run 1: Weg (mm),Time (s),Run 2: Weg (mm)\n"}) {
+    const std::string text = table(names, run_rows);
+    check_fault([&] { (void)read(text, 1); }, FaultKind::input, "clock.run", {"2 runs"}, {"run = \"all\""});
+    CHECK(check_decay(text, 3, "mm", {.run = 2}).info.num_runs == 2);
+  }
+}
+
+TEST_CASE("of two clocks in one table the faster one is used, and what is on the other named with its rate",
+          "[dsp][table_kinds]") {
+  for (const std::string names : {"t_fast,Weg_mm,t_slow,angle_deg\n", "Time (s),Weg_mm,Time 2 (s),angle_deg\n"}) {
+    const std::string text = table(names, [](int i) {
+      const std::string slow = i % 2 == 0 && i / 2 < num_rows / 4 ? fmt::format("{:.2f},{}", i / 2 / 12.5, i % 7) : ",";
+      return fmt::format("{},{}", plain(i), i < num_rows / 4 ? fmt::format("{:.2f},{}", i / 12.5, i % 7) : ",");
+    });
+    INFO(text.substr(0, 200));
+    const auto found = check_decay(text);
+    CHECK(found.info.num_frames == num_rows);
+    CHECK(found.info.partial[3]);
+    CHECK(std::any_of(found.info.checks.begin(), found.info.checks.end(), [](const auto& check) {
+      return check.name == "table.left_out" && check.message.find("12.5 Hz") != std::string::npos;
+    }));
+  }
+}
+
+TEST_CASE("bars between cells, marks between thousands, exponents of Fortran", "[dsp][table_kinds]") {
+  const auto with = [](char from, const std::string& to) {
+    return [=](int i) {
+      std::string row = plain(i);
+      return row.replace(row.find(from), 1, to);
+    };
+  };
+  (void)check_decay(table("time_s|x_mm\n", with(',', "|")));
+  (void)check_decay(
+      table("time_s,x_mm\n", [](int i) { return fmt::format("{:.2f}D+00,{:.3f}d0", i / 50.0, value(i)); }));
+  const auto found =
+      read(table("time_s;x_um\n",
+                 [](int i) { return fmt::format("{},{:02d};{}.{:03d},5", i / 50, i % 50 * 2, 1 + i % 7, i % 1000); }),
+           1);
+  CHECK(found.column[8] == 2008.5);
+}
+
+TEST_CASE("a remark with names over one with units names the columns", "[dsp][table_kinds]") {
+  const auto found = check_decay(table("# time,x\n# s,mm\n", plain));
+  CHECK(found.info.columns[1] == "x");
+}
+
+TEST_CASE("empty columns at the end are none", "[dsp][table_kinds]") {
+  const auto found = check_decay(table("time_s,x_mm,,\n", [](int i) { return plain(i) + ",,"; }));
+  CHECK(found.info.columns.size() == 2);
+}
+
+TEST_CASE("lines may end in carriage returns alone, and UTF-16 needs no mark", "[dsp][table_kinds]") {
+  const std::string text = table("time_s,x_mm\n", plain);
+  std::string old = text, wide;
+  std::replace(old.begin(), old.end(), '\n', '\r');
+  (void)check_decay(old);
+  for (const char c : text) wide += {c, '\0'};
+  (void)check_decay(wide);
+  wide.clear();
+  for (const char c : text) wide += {'\0', c};
+  (void)check_decay(wide);
 }
 
 TEST_CASE("header_row and skip_rows say where names are", "[dsp][table_kinds]") {

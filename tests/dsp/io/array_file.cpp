@@ -1,0 +1,102 @@
+/// Containers of named arrays, written by other software (NumPy, SciPy, h5py; tests/dsp/io/samples) or by hand: the
+/// same record of 60 values at 250 Hz in all of them, x = i^2 mod 7 + 0.5 in mm.
+
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "dsp/io/sample_source.hpp"
+#include "support/fault.hpp"
+#include "support/scratch.hpp"
+
+using support::Scratch;
+
+namespace {
+
+constexpr int num_rows = 60;
+
+std::filesystem::path sample(const std::string& name) {
+  return std::filesystem::path(ARDENT_DATA).parent_path() / "tests/dsp/io/samples" / name;
+}
+
+std::string bytes_of_sample(const std::string& name) {
+  std::ifstream file(sample(name), std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+void check_record(const std::filesystem::path& file, const std::string& container, bool is_named = true) {
+  INFO(file);
+  const auto source = dsp::open_source(file);
+  const dsp::SourceInfo& info = source->info();
+  CHECK(info.container == container);
+  CHECK(info.sample_rate_hz == 250.0);
+  REQUIRE(info.num_frames == num_rows);
+  const auto column = static_cast<Eigen::Index>(info.columns.size()) - 1;
+  if (is_named) CHECK(info.units.back() == "mm");
+  dsp::FrameBlock block;
+  int row = 0;
+  while (const auto count = source->read(block, 7))
+    for (Eigen::Index i = 0; i < count; ++i, ++row) CHECK(block(i, column) == row * row % 7 + 0.5);
+  CHECK(row == num_rows);
+}
+
+}  // namespace
+
+TEST_CASE("what NumPy, SciPy and h5py write is read to the last digit", "[dsp][array_file]") {
+  check_record(sample("numpy.npz"), "NumPy npz");
+  check_record(sample("numpy.npy"), "NumPy npy", false);
+  check_record(sample("records.npy"), "NumPy npy");
+  check_record(sample("scipy_v4.mat"), "MATLAB v4");
+  check_record(sample("scipy_struct.mat"), "MATLAB v5");
+  check_record(sample("h5py.h5"), "HDF5");
+  check_record(sample("matlab_v73.mat"), "MATLAB v7.3");
+}
+
+TEST_CASE("JSON is read as columns, records, rows with names, counted keys and a record a line", "[dsp][array_file]") {
+  const Scratch scratch;
+  std::string t, x, records, rows, lines, counted_t, counted_x;
+  for (int i = 0; i < num_rows; ++i) {
+    const std::string comma = i > 0 ? "," : "", time = fmt::format("{}", i / 250.0),
+                      value = fmt::format("{}", i * i % 7 + 0.5);
+    const std::string record = fmt::format("{{\"t\": {}, \"x_mm\": {}}}", time, value);
+    t += comma + time;
+    x += comma + value;
+    records += comma + record;
+    rows += fmt::format("{}[{},{}]", comma, time, value);
+    lines += record + "\n";
+    counted_t += fmt::format("{}\"{}\":{}", comma, i, time);
+    counted_x += fmt::format("{}\"{}\":{}", comma, i, value);
+  }
+  for (const std::string& text : {fmt::format("{{\"t\":[{}],\"x_mm\":[{}]}}", t, x), "[" + records + "]", lines,
+                                  fmt::format("{{\"columns\":[\"t\",\"x_mm\"],\"data\":[{}]}}", rows),
+                                  fmt::format("{{\"t\":{{{}}},\"x_mm\":{{{}}}}}", counted_t, counted_x),
+                                  fmt::format("{{\"dt\":0.004,\"run\":{{\"x_mm\":[{}]}}}}", x)}) {
+    INFO(text.substr(0, 100));
+    check_record(scratch.file("a.json", text), "JSON");
+  }
+  support::check_fault([&] { (void)dsp::open_source(scratch.file("b.json", "{\"t\":[1,2,}")); }, dsp::FaultKind::input,
+                       "json.syntax", {"byte 11"});
+}
+
+TEST_CASE("a container of arrays that was cut is refused, or salvaged with a warning", "[dsp][array_file]") {
+  const Scratch scratch;
+  for (const std::string name :
+       {"numpy.npz", "numpy.npy", "records.npy", "scipy_v4.mat", "scipy_struct.mat", "h5py.h5", "matlab_v73.mat"}) {
+    const std::string bytes = bytes_of_sample(name);
+    REQUIRE(!bytes.empty());
+    for (std::size_t part = 1; part < 100; ++part) {
+      const auto file = scratch.file(name, bytes.substr(0, std::max<std::size_t>(1, bytes.size() * part / 100)));
+      INFO(name << ", " << part << " %");
+      const dsp::Fault fault = support::fault_of([&] { (void)dsp::open_source(file); });
+      CHECK(fault.kind() == dsp::FaultKind::input);
+    }
+  }
+  const std::string bytes = bytes_of_sample("records.npy");
+  const auto cut = scratch.file("cut.npy", bytes.substr(0, bytes.size() - 12 * 10 - 5));
+  const auto source = dsp::open_source(cut, {.salvage = true});
+  CHECK(source->info().num_frames == num_rows - 11);
+  CHECK(source->info().checks.front().name == "container.truncated");
+}
