@@ -297,10 +297,7 @@ RecordingReader::RecordingReader(const fs::path& file, const ReadOptions& option
   state.is_straight = state.straight();
   state.source_calibrates = state.is_straight && state.calibrated_by_source();
   if (all_scaled) return;
-  BridgeOptions bridge{description.name,           {},
-                       description.sample_rate_hz, state.num_frames,
-                       options.max_gap_s,          options.max_missing_fraction,
-                       options.max_memory_bytes};
+  BridgeOptions bridge{description.name, {}, description.sample_rate_hz, options.max_memory_bytes};
   for (const auto& channel : description.channels) bridge.channels.push_back(channel.name);
   state.isolated.emplace(description.channels, description.sample_rate_hz);
   state.bridge.emplace(std::move(bridge));

@@ -18,8 +18,6 @@ struct ReadOptions {
   bool uncalibrated = false;                 ///< channels without a sensitivity stay raw and are marked so
   std::map<std::string, std::string> use{};  ///< role -> channel name, where several could play it or none says so
   std::size_t max_memory_bytes = std::size_t{4} << 30;
-  double max_gap_s = 1.0;              ///< longest run of missing (non-finite) samples that is bridged
-  double max_missing_fraction = 0.05;  ///< of one channel's samples
   int run = 0;          ///< which of several runs side by side in a table, from 1; 0: as the sidecar says
   int num_threads = 1;  ///< above 1 a FLAC's MD5 has a thread of its own; changes nothing in what is read
 };
@@ -48,8 +46,8 @@ class RecordingReader {
   [[nodiscard]] const std::vector<std::filesystem::path>& files() const&;  ///< recording first, sidecar not among them
   void files() const&& = delete;
   [[nodiscard]] std::int64_t num_frames() const;
-  /// Makes `block` the next frames, at most max_frames x channels; returns how many, 0 at the end. Short gaps (NaN,
-  /// Inf) are bridged by straight lines and noted in description().bad. Throws Fault sample.missing, sample.huge
+  /// Makes `block` the next frames, at most max_frames x channels; returns how many, 0 at the end. Gaps (NaN, Inf)
+  /// are bridged by straight lines and noted in description().bad. Throws Fault sample.missing, sample.huge
   /// (input).
   Eigen::Index read(FrameBlock& block, Eigen::Index max_frames);
   /// Memory that whoever reads takes beside the reader. It is counted where frames must be held until a late channel

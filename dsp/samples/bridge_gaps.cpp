@@ -49,30 +49,25 @@ void GapBridge::check_channel(Eigen::Index channel) {
       continue;
     }
     ++open.num_missing;
-    const double gap_s = static_cast<double>(frame - open.first + 1) / options_.sample_rate_hz;
-    const double fraction = static_cast<double>(open.num_missing) / static_cast<double>(options_.num_frames);
-    if (gap_s > options_.max_gap_s || fraction > options_.max_missing_fraction)
-      throw Fault(
-          FaultKind::input, "sample.missing",
-          fmt::format(
-              "{}: channel '{}' has no values from {:.6g} s on ({} missing so far); bridged are gaps up to {} s "
-              "and {} % of a channel. Leave the channel out or cut the recording",
-              options_.name, name, static_cast<double>(open.first) / options_.sample_rate_hz, open.num_missing,
-              options_.max_gap_s, 100 * options_.max_missing_fraction));
+    if (are_many_held(frame + 1 - first_)) close(channel, frame + 1, open.before, true);
   }
+}
+
+bool GapBridge::are_many_held(std::int64_t num_held) const {
+  constexpr double most_values = 1 << 24;  // 128 MB
+  return static_cast<double>(num_held) * static_cast<double>(open_.size()) > most_values;
 }
 
 // Frames are held until every channel has begun.
 void GapBridge::require_begin(Eigen::Index channel, std::int64_t num_held) const {
-  constexpr double most_values = 1 << 24;  // 128 MB
-  const double values = static_cast<double>(num_held) * static_cast<double>(open_.size());
-  require_memory(options_.name, bytes_beside_ + sizeof(double) * values, options_.max_memory_bytes);
-  if (values <= most_values) return;
-  throw Fault(
-      FaultKind::input, "sample.missing",
-      fmt::format("{}: channel '{}' has no value in the first {:.6g} s. Leave the channel out or cut the recording",
-                  options_.name, options_.channels[static_cast<std::size_t>(channel)],
-                  static_cast<double>(num_held) / options_.sample_rate_hz));
+  const double bytes = sizeof(double) * static_cast<double>(num_held) * static_cast<double>(open_.size());
+  require_memory(options_.name, bytes_beside_ + bytes, options_.max_memory_bytes);
+  if (are_many_held(num_held))
+    throw Fault(
+        FaultKind::input, "sample.missing",
+        fmt::format("{}: channel '{}' has no value in the first {:.6g} s. Leave the channel out or cut the recording",
+                    options_.name, options_.channels[static_cast<std::size_t>(channel)],
+                    static_cast<double>(num_held) / options_.sample_rate_hz));
 }
 
 void GapBridge::close(Eigen::Index channel, std::int64_t end, double behind, bool has_behind) {
@@ -152,8 +147,7 @@ std::vector<Check> GapBridge::checks() const {
       message += fmt::format("{}{} values missing in {} gaps, the first at {:.6g} s; bridged",
                              message.empty() ? "" : "; ", open.num_missing, open.num_gaps, open.first_place_s);
     checks.push_back({"sample.missing", options_.channels[channel], CheckStatus::warning,
-                      static_cast<double>(open.num_before + open.num_missing),
-                      options_.max_missing_fraction * static_cast<double>(options_.num_frames), std::move(message)});
+                      static_cast<double>(open.num_before + open.num_missing), 0.0, std::move(message)});
   }
   return checks;
 }

@@ -14,19 +14,16 @@ struct BridgeOptions {
   std::string name;                   ///< of the recording, for messages
   std::vector<std::string> channels;  ///< names
   double sample_rate_hz = 0.0;
-  std::int64_t num_frames = 0;  ///< of the whole recording
-  double max_gap_s = 1.0;
-  double max_missing_fraction = 0.05;
   std::size_t max_memory_bytes = std::size_t{4} << 30;
 };
 
 /// Streams frames through and replaces what is missing (NaN, infinite) by straight lines between its neighbours, up to
 /// three samples by a parabola through the one before these, too, or by the nearest value at the ends of the recording.
-/// Frames leave once nothing in them is open; block sizes change nothing. What lacks before the first value of a
-/// channel is no gap: its sensor was not on yet. Each frame is moved or copied once on its way in and once on its way
-/// out, however many are held. Throws Fault (input): sample.missing where a gap is longer than max_gap_s or too much is
-/// missing, or a channel begins too late for what is held of the others until then or never; sample.huge for a value
-/// beyond 1e100, whose square would not fit; memory.limit (numerics).
+/// Frames leave once nothing in them is open, or as many are held as fit into 128 MB; block sizes change nothing. What
+/// lacks before the first value of a channel is no gap: its sensor was not on yet. Each frame is moved or copied once
+/// on its way in and once on its way out, however many are held. Throws Fault (input): sample.missing where a channel
+/// begins too late for what is held of the others until then, or never; sample.huge for a value beyond 1e100, whose
+/// square would not fit; memory.limit (numerics).
 class GapBridge {
  public:
   explicit GapBridge(BridgeOptions options);
@@ -61,6 +58,7 @@ class GapBridge {
     FrameBlock frames;
   };
   void check_channel(Eigen::Index channel);
+  [[nodiscard]] bool are_many_held(std::int64_t num_held) const;
   void require_begin(Eigen::Index channel, std::int64_t num_held) const;
   void close(Eigen::Index channel, std::int64_t end, double behind, bool has_behind);
 

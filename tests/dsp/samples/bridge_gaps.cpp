@@ -24,13 +24,13 @@ FrameBlock with_late_channel(Eigen::Index num_frames, Eigen::Index late) {
   return frames;
 }
 
-dsp::GapBridge bridge_of(Eigen::Index num_frames, std::size_t max_memory_bytes = std::size_t{4} << 30) {
-  return dsp::GapBridge({"a.csv", {"x", "f"}, 10.0, num_frames, 1.0, 0.05, max_memory_bytes});
+dsp::GapBridge bridge_of(std::size_t max_memory_bytes = std::size_t{4} << 30) {
+  return dsp::GapBridge({"a.csv", {"x", "f"}, 10.0, max_memory_bytes});
 }
 
 /// All that comes out of pushing blocks of one size and taking those of another as soon as they are ready.
 FrameBlock through(const FrameBlock& frames, Eigen::Index pushed, Eigen::Index taken) {
-  dsp::GapBridge bridge = bridge_of(frames.rows());
+  dsp::GapBridge bridge = bridge_of();
   FrameBlock all(frames.rows(), 2), block;
   Eigen::Index done = 0;
   const auto take_all = [&] {
@@ -79,14 +79,36 @@ TEST_CASE("what is held until a late channel begins takes time in proportion to 
 
 TEST_CASE("what is held until a late channel begins stays within the memory allowed", "[dsp][bridge_gaps]") {
   const FrameBlock frames = with_late_channel(1000, 700);
-  dsp::GapBridge enough = bridge_of(1000, 16 * 700);
+  dsp::GapBridge enough = bridge_of(16 * 700);
   enough.push(frames);
   CHECK(enough.num_ready() == 1000);
-  dsp::GapBridge scarce = bridge_of(1000, 16 * 699);
+  dsp::GapBridge scarce = bridge_of(16 * 699);
   check_fault([&] { scarce.push(frames); }, FaultKind::numerics, "memory.limit", {"a.csv", "0.0112 MB"});
-  dsp::GapBridge beside = bridge_of(1000, 16 * 700);
+  dsp::GapBridge beside = bridge_of(16 * 700);
   beside.set_bytes_beside(1.0);
   check_fault([&] { beside.push(frames); }, FaultKind::numerics, "memory.limit", {"a.csv"});
+}
+
+TEST_CASE("a gap of any length is bridged, in memory that does not grow with it", "[dsp][bridge_gaps]") {
+  constexpr Eigen::Index block = 1 << 18;
+  dsp::GapBridge bridge = bridge_of();
+  FrameBlock frames = FrameBlock::Constant(block, 2, 3.0), taken;
+  bridge.push(frames);
+  frames.col(0).setConstant(none);
+  std::int64_t num_taken = 0, most_held = 0;
+  for (int i = 1; i <= 80; ++i) {  // 42 million values: 128 MB hold 17
+    bridge.push(frames);
+    while (const Eigen::Index count = bridge.take(taken, block)) {
+      num_taken += count;
+      CHECK((taken.array() - 3.0).abs().maxCoeff() < 1e-12);
+    }
+    most_held = std::max(most_held, (i + 1) * block - num_taken);
+  }
+  CHECK(most_held * 2 <= (1 << 24) + 2 * block);
+  bridge.finish();
+  while (const Eigen::Index count = bridge.take(taken, block)) num_taken += count;
+  CHECK(num_taken == 81 * block);
+  CHECK(bridge.bridged().back().to_s == Approx(81 * block / 10.0));
 }
 
 TEST_CASE("a parabola bridges up to three samples, a line more", "[dsp][bridge_gaps]") {
