@@ -330,7 +330,7 @@ Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& optio
     prepared.checks.push_back(std::move(*check));
   MotionBand band = motion_band_of_channels(known.channels, intermediate.spectrum);
   std::optional<RawSpectrum> slow;
-  if (band.signal.empty()) slow = spectrum_of_eighths(known);
+  if (is_unresolved(band)) slow = spectrum_of_slow(known);
   if (slow) band = motion_band_of_channels(known.channels, *slow);
   if (!band.signal.empty()) prepared.checks.push_back(band_check(band, prepared.options.cutoff_hz));
   if (!has_displacement(known))

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "dsp/prepare/motion_band.hpp"
 #include "dsp/samples/fill_gaps.hpp"
 
 namespace dsp {
@@ -21,7 +22,8 @@ IntermediateRecorder::IntermediateRecorder(const Recording& description, Index n
                  .channels = description.channels},
       input_rate_hz_(description.sample_rate_hz),
       faulty_(description.sample_rate_hz, description.channels),
-      spectrum_(description.sample_rate_hz, static_cast<Index>(description.channels.size()), num_frames) {
+      spectrum_(description.sample_rate_hz, static_cast<Index>(description.channels.size()), num_frames, 8,
+                usual_segment_s(num_frames, description.sample_rate_hz)) {
   const auto num_channels = static_cast<Index>(description.channels.size());
   Index num_rows = num_frames;
   if (options) {

@@ -165,11 +165,20 @@ namespace {
 
 constexpr Index frames_at_once = 16384;
 
-/// Of a record: segments that resolve all that several of them show.
+/// Of a record too long for one spectrum: segments that resolve all that several of them show.
 constexpr Index num_eighths = 8;
 
-double eighth_s(Index num_frames, double sample_rate_hz) {
-  return static_cast<double>(num_frames) / (num_eighths * sample_rate_hz);
+/// Segments for a record's motion, from its length and its samples alone: seconds would say something of their own
+/// about a motion of a kilohertz. A quarter averages noise and still holds periods enough of most motions.
+struct Segments {
+  double usual_s = 0.0;  ///< a quarter of the record, or the longest that a spectrum takes
+  double slow_s = 0.0;   ///< all of it, or an eighth where that is longer than a spectrum takes: for a slow motion
+};
+
+Segments segments_of(Index num_frames, double sample_rate_hz) {
+  const double whole_s = static_cast<double>(num_frames) / sample_rate_hz;
+  const double longest_s = static_cast<double>(RawSpectrum::longest_segment) / sample_rate_hz;
+  return {std::min(0.25 * whole_s, longest_s), std::max(std::min(whole_s, longest_s), whole_s / num_eighths)};
 }
 
 /// Means of every so many values, which come in blocks of any size.
@@ -197,10 +206,10 @@ class Means {
 
 /// How many samples one mean is to be of, so that a segment is no more than a spectrum takes, and that means keep a
 /// hundred harmonics of all that the usual segments do not resolve.
-Index means_for(double segment_s, double rate_hz) {
+Index means_for(const Segments& segments, double rate_hz) {
   constexpr double num_harmonics = 100.0;
-  const double kept_hz = num_harmonics * static_cast<double>(least_bin) / RawSpectrum::usual_segment_s;
-  const double wanted = std::ceil(segment_s * rate_hz / static_cast<double>(RawSpectrum::longest_segment));
+  const double kept_hz = num_harmonics * static_cast<double>(least_bin) / segments.usual_s;
+  const double wanted = std::ceil(segments.slow_s * rate_hz / static_cast<double>(RawSpectrum::longest_segment));
   return static_cast<Index>(std::max(1.0, std::min(wanted, std::floor(0.5 * rate_hz / kept_hz))));
 }
 
@@ -243,19 +252,24 @@ MotionBand find_motion_band(const std::function<RecordingReader()>& open) {
   const MotionSource source = motion_source(reader.description());
   if (source.plus < 0) return {};
   const double rate_hz = reader.description().sample_rate_hz;
-  const double slow_s = eighth_s(static_cast<Index>(reader.num_frames()), rate_hz);
-  MotionBand band = band_of_segments(std::move(reader), source, RawSpectrum::usual_segment_s);
-  const double longest_s = static_cast<double>(RawSpectrum::longest_segment) / rate_hz;
-  if (band.signal.empty() && slow_s > std::min(longest_s, RawSpectrum::usual_segment_s))
-    band = band_of_segments(open(), source, slow_s, means_for(slow_s, rate_hz));
+  const Segments segments = segments_of(static_cast<Index>(reader.num_frames()), rate_hz);
+  MotionBand band = band_of_segments(std::move(reader), source, segments.usual_s);
+  if (is_unresolved(band)) band = band_of_segments(open(), source, segments.slow_s, means_for(segments, rate_hz));
   return band;
 }
 
-std::optional<RawSpectrum> spectrum_of_eighths(const Recording& recording) {
+bool is_unresolved(const MotionBand& band) {
+  return band.signal.empty() || band.peak_hz < 2.0 * static_cast<double>(least_bin) * band.bin_hz;
+}
+
+double usual_segment_s(Index num_frames, double sample_rate_hz) {
+  return segments_of(num_frames, sample_rate_hz).usual_s;
+}
+
+RawSpectrum spectrum_of_slow(const Recording& recording) {
   const Index n = recording.samples.rows();
-  const double segment_s = eighth_s(n, recording.sample_rate_hz);
-  if (segment_s <= RawSpectrum::usual_segment_s) return std::nullopt;
-  RawSpectrum spectrum(recording.sample_rate_hz, recording.samples.cols(), n, num_eighths, segment_s);
+  RawSpectrum spectrum(recording.sample_rate_hz, recording.samples.cols(), n, num_eighths,
+                       segments_of(n, recording.sample_rate_hz).slow_s);
   for (Index first = 0; first < n; first += frames_at_once)
     spectrum.push(recording.samples.middleRows(first, std::min(frames_at_once, n - first)));
   return spectrum;

@@ -35,8 +35,8 @@ struct MotionBand {
 [[nodiscard]] MotionBand motion_band(std::string signal, int order, Eigen::VectorXd density, double bin_hz);
 
 /// The same of a recording's motion: x, y - r where both were recorded, y; else the velocity or the acceleration. Reads
-/// some tens of pieces of a few seconds, or all of a short record; of a motion too slow for those, eighths of all of
-/// it, of means of several samples where they are too many for a spectrum. `open` begins at the first frame each time.
+/// quarters of the record, or some tens of pieces of a long one; of a motion too slow for those, all of it or eighths,
+/// of means of several samples where they are too many for a spectrum. `open` begins at the first frame each time.
 /// Throws as RecordingReader::read does.
 [[nodiscard]] MotionBand find_motion_band(const std::function<RecordingReader()>& open);
 
@@ -44,9 +44,15 @@ struct MotionBand {
 /// y - r.
 [[nodiscard]] MotionBand motion_band_of_channels(const std::vector<Channel>& channels, const RawSpectrum& spectrum);
 
-/// Of a motion too slow for RawSpectrum's usual segments: spectra of the recording's eighths. Nothing where an eighth
-/// is no longer than those.
-[[nodiscard]] std::optional<RawSpectrum> spectrum_of_eighths(const Recording& recording);
+/// The length of the segments that spectra of a record are first taken of: a quarter of it, or as many samples as a
+/// spectrum takes. Nothing about a record is decided by a length in seconds: times printed in ms are as good.
+[[nodiscard]] double usual_segment_s(Eigen::Index num_frames, double sample_rate_hz);
+
+/// Its segments held too few periods of the motion to part it from what Hann's window leaves of a mean.
+[[nodiscard]] bool is_unresolved(const MotionBand& band);
+
+/// Of a motion too slow for those: the spectrum of the whole recording, or of eighths of a long one.
+[[nodiscard]] RawSpectrum spectrum_of_slow(const Recording& recording);
 
 /// Of a record, at either end, what the reach of an integral's high-pass, two of its periods, may take.
 inline constexpr double most_lost_to_integral = 0.1;

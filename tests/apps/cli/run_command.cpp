@@ -106,3 +106,75 @@ TEST_CASE("an open band ends where one equation holds, a given one where it was 
   const auto [mean, std] = open.at("x^3");
   CHECK(mean == Approx(-30.0).margin(3.0 * std));
 }
+
+TEST_CASE("the same digits in other units give the same equation, scaled", "[apps][run_command][units]") {
+  const Scratch folder;
+  // A decay of 36 periods (0.8 % damping), printed to four decimals.
+  std::string digits;
+  for (int i = 0; i < 3000; ++i) {
+    const double t = 0.005 * i, w = 15.0;
+    digits += fmt::format("{:.3f},{:.4f}\n", t, 20.0 * std::exp(-0.008 * w * t) * std::cos(w * t));
+  }
+  const auto found = [&](const std::string& clock, const std::string& length) {
+    const std::string name = clock + "_" + length;
+    (void)folder.file(name + ".csv", "time_" + clock + ",displacement_" + length + "\n" + digits);
+    const auto ended = support::run(folder, "$ARDENT -q run " + name + ".csv --force -o " + name);
+    CAPTURE(name, ended.err);
+    REQUIRE(ended.code == 0);
+    json range = json::parse(support::bytes_of(folder / (name + "/equation.json")))["ranges"][0];
+    const json rows = json::parse(support::bytes_of(folder / (name + "/metrics.json")))["ranges"][0];
+    range["rows"] = {rows.at("num_train"), rows.at("num_test")};
+    return range;
+  };
+  const json known = found("s", "m");
+  const auto& terms = known["methods"][0]["terms"];
+  REQUIRE(terms.size() == 2);
+  for (const auto& [clock, in_s] : {std::pair{"s", 1.0}, {"ms", 1e-3}, {"us", 1e-6}})
+    for (const char* length : {"m", "mm"}) {
+      const json other = found(clock, length);
+      CAPTURE(clock, length);
+      CHECK(other["verdict"] == known["verdict"]);
+      CHECK(other["rows"] == known["rows"]);
+      for (std::size_t m = 0; m < known["methods"].size(); ++m) {
+        const json &ours = known["methods"][m]["terms"], &theirs = other["methods"][m]["terms"];
+        REQUIRE(theirs.size() == ours.size());
+        for (std::size_t i = 0; i < ours.size(); ++i) {
+          REQUIRE(theirs[i]["name"] == ours[i]["name"]);
+          // a of x: per squared second, of v: per second. Sums are rounded otherwise in other units: a deviation of a
+          // fit that digits alone disturb is known to five of them.
+          const double scale = ours[i]["name"] == "x" ? in_s * in_s : in_s;
+          CHECK(scale * theirs[i]["mean"].get<double>() == Approx(ours[i]["mean"].get<double>()).epsilon(1e-6));
+          CHECK(scale * theirs[i]["std"].get<double>() == Approx(ours[i]["std"].get<double>()).epsilon(1e-4));
+        }
+      }
+    }
+}
+
+TEST_CASE("a table's columns in other units give the same terms, scaled", "[apps][run_command][units]") {
+  const Scratch folder;
+  const auto found = [&](double unit) {  // of x; a and v stay as they are
+    std::string csv = "a,x,v\n";
+    for (int i = 0; i < 400; ++i) {
+      const double x = std::cos(0.37 * i), v = std::sin(0.53 * i);
+      csv += fmt::format("{:.12g},{:.12g},{:.12g}\n", -3.0 * x - 0.2 * v + 0.01 * std::cos(1.7 * i * i), x / unit, v);
+    }
+    const std::string name = fmt::format("table_{:g}.csv", unit);
+    (void)folder.file(name, csv);
+    const auto ended = support::run(folder, "$ARDENT -q fit " + name + " --target a --terms x,v,x^2 --json");
+    CAPTURE(ended.err);
+    REQUIRE(ended.code == 0);
+    return json::parse(ended.out)["ranges"][0];
+  };
+  const json in_m = found(1.0), in_mm = found(1e-3);
+  REQUIRE(in_m["methods"].size() == in_mm["methods"].size());
+  for (std::size_t m = 0; m < in_m["methods"].size(); ++m) {
+    const json &ours = in_m["methods"][m]["terms"], &theirs = in_mm["methods"][m]["terms"];
+    REQUIRE(ours.size() == theirs.size());
+    for (std::size_t i = 0; i < ours.size(); ++i) {
+      REQUIRE(ours[i]["name"] == theirs[i]["name"]);
+      const double scale = ours[i]["name"] == "x" ? 1e3 : 1.0;
+      for (const char* key : {"mean", "std"})  // twelve digits were printed
+        CHECK(scale * theirs[i][key].get<double>() == Approx(ours[i][key].get<double>()).epsilon(1e-6));
+    }
+  }
+}

@@ -44,14 +44,13 @@ VectorXd with_noise(VectorXd signal, double rms, unsigned seed) {
 }
 
 dsp::MotionBand band_of(const VectorXd& signal, double rate_hz, dsp::Role role = dsp::Role::x) {
-  dsp::RawSpectrum spectrum(rate_hz, 1, signal.size(), 32);
+  dsp::RawSpectrum spectrum(rate_hz, 1, signal.size(), 32, dsp::usual_segment_s(signal.size(), rate_hz));
   spectrum.push(dsp::FrameBlock(signal));
   dsp::Recording recording{.sample_rate_hz = rate_hz, .channels = {{.name = "channel", .role = role}}};
   recording.samples = signal;
   dsp::MotionBand band = dsp::motion_band_of_channels(recording.channels, spectrum);
-  if (band.signal.empty())
-    if (const auto slow = dsp::spectrum_of_eighths(recording))
-      band = dsp::motion_band_of_channels(recording.channels, *slow);
+  if (dsp::is_unresolved(band))
+    band = dsp::motion_band_of_channels(recording.channels, dsp::spectrum_of_slow(recording));
   return band;
 }
 
@@ -171,6 +170,24 @@ TEST_CASE("a file is looked through in pieces and tells the band of all of it") 
   const dsp::MotionBand band = dsp::find_motion_band([&] { return dsp::RecordingReader(file); });
   CHECK(band.signal == "x");
   CHECK(band.to_hz == Approx(band_of(x, 500.0).to_hz));
+}
+
+TEST_CASE("the band of a motion is in the unit of its clock") {
+  const support::Scratch folder;
+  for (const double peak_hz : {0.3, 1.3, 3.0}) {  // 6, 26 and 60 periods
+    CAPTURE(peak_hz);
+    const VectorXd x = with_noise(Periodic{peak_hz, 200.0, 20.0}.derivative(0), 1e-3, 13);
+    std::vector<double> cutoffs;
+    for (const char* unit : {"s", "ms", "us"}) {
+      std::string csv = fmt::format("t_{},x_m\n", unit);
+      for (Index i = 0; i < x.size(); ++i) csv += fmt::format("{:.3f},{:.9g}\n", static_cast<double>(i) / 200.0, x(i));
+      const auto file = folder.file(fmt::format("{}.csv", unit), csv);
+      cutoffs.push_back(dsp::cutoff_for(dsp::find_motion_band([&] { return dsp::RecordingReader(file); })));
+    }
+    REQUIRE(cutoffs[0] > 0.0);
+    CHECK(cutoffs[1] == Approx(1e3 * cutoffs[0]).epsilon(1e-9));  // three digits are kept of it
+    CHECK(cutoffs[2] == Approx(1e6 * cutoffs[0]).epsilon(1e-9));
+  }
 }
 
 TEST_CASE("a slow motion recorded fast is found, and where its noise exceeds it") {
