@@ -285,8 +285,7 @@ const dsp::SettingRows<RecordingConfig>& recording_rows() {
             "A recording. Several are fitted together: one equation for each range, from the rows of all of them. "
             "Terms whose coefficient differs between recordings are found, and have one for each. Without any range, "
             "each recording has an equation of its own, and all together have one."}},
-      Recording::of("file", &RecordingConfig::file, {},
-                    fmt::format("The recording: {}.", dsp::readable_formats))
+      Recording::of("file", &RecordingConfig::file, {}, fmt::format("The recording: {}.", dsp::readable_formats))
           .needed(),
       Recording::of("sidecar", &RecordingConfig::sidecar, {}, "Its sidecar. Several recordings may name the same one.",
                     "", "NAME.ext.toml beside the recording, if there is one"),

@@ -115,6 +115,9 @@ std::string remedy(const std::string& reason, const Record& record) {
         "Gaps up to {:.3g} s, a quarter of the shortest period in the band, are bridged and kept; a "
         "lower prepare.cutoff_hz keeps longer ones",
         0.25 / options.cutoff_hz);
+  if (reason.ends_with(": held") || reason.ends_with(": dropout") || reason.ends_with(": clipped"))
+    return "Its sensor did not show the motion there: mend it and record again, or leave the channel out where the "
+           "motion is known without it";
   return "If it is good data, change what excludes it: [[bad]] in the sidecar, or segment.file";
 }
 
