@@ -283,7 +283,7 @@ TEST_CASE("a full disk keeps the old result", "[apps][end_to_end]") {
 TEST_CASE("what a run killed while writing left is cleared by the next one", "[apps][end_to_end]") {
   const Scratch& folder = bench();
   REQUIRE(support::run(folder, "$ARDENT sim duffing -o long --duration 400 --noise 0.1").code == 0);
-  support::Running running(folder / "", "exec $ARDENT run long/response.csv -o killed");
+  support::Running running(folder / "", "exec $ARDENT run long/response.csv --set fit.stage=regression -o killed");
   CHECK(support::eventually(
       [&] { return fs::exists(support::staging_of(folder / "killed") / "new/killed/equation.txt"); }));
   running.send(SIGKILL);
