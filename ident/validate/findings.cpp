@@ -243,6 +243,9 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
     found.run_error = std::fmax(beyond_noise(run.nmse_centred, run.mean_square),
                                 beyond_noise(run.nmse_training, run.mean_square_training));
     found.by_run = by_power(found.run_error);
+    found.too_sensitive =
+        found.by_run == Verdict::does_not && run.num_restarts > 0 && found.is_noise && !found.above_noise;
+    if (found.too_sensitive) found.by_run = Verdict::undecided;
   } else if (!run.applies) {
     found.by_run = by_power(found.unexplained);
   }

@@ -90,9 +90,10 @@ std::string free_run_clause(const FreeRun& run, const Findings& found) {
       run.num_restarts > 0
           ? fmt::format(", set to the measured state {} times, before its errors have grown tenfold", run.num_restarts)
           : std::string();
-  return fmt::format("the free run {}{} (NMSE {:.2g}, an error of {} of its rms{}{}{})", how,
+  return fmt::format("the free run {}{} (NMSE {:.2g}, an error of {} of its rms{}{}{}){}", how,
                      on_training ? " through the training rows" : "", error, percent(std::sqrt(error)), noise,
-                     run.sticks ? ", sticking at times" : "", restarted);
+                     run.sticks ? ", sticking at times" : "", restarted,
+                     found.too_sensitive ? ", but so sensitive a motion does not decide" : "");
 }
 
 std::string residual_clause(const JudgedFit& fit, const Findings& found) {

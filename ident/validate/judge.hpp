@@ -12,10 +12,11 @@ namespace ident {
 /// Judges every fit of every range and stores the result in its `judgement`; the fits of one range are compared with
 /// those of the others by the same method. The free run decides: x followed to 1 % of its power about the mean, beyond
 /// what noise makes, is describes, to 10 % in part, worse or diverged does not describe; where nothing drives the
-/// equation, the worse of its runs through training and test rows. Where there is none to be had it is undecided. Of a
-/// law that is no equation of motion the error one step ahead decides, beyond that noise. What takes that down are the
-/// rules of verdict_rules.hpp. A cause is named where a test found it (cause_of in findings.hpp), and none where rules
-/// that are their own cause took it down.
+/// equation, the worse of its runs through training and test rows. Where there is none to be had it is undecided, and
+/// so it is where errors grow tenfold and again within the record and no more than noise is left over. Of a law that is
+/// no equation of motion the error one step ahead decides, beyond that noise. What takes that down are the rules of
+/// verdict_rules.hpp. A cause is named where a test found it (cause_of in findings.hpp), and none where rules that are
+/// their own cause took it down.
 void judge(std::vector<RangeResult>& ranges);
 
 /// The equation that speaks for a run: of each range that of fast_rvm, one method for all, since the best of several

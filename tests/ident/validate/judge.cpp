@@ -75,6 +75,19 @@ TEST_CASE("an equation that nothing drives must follow what it was fitted to as 
   CHECK_THAT(of(result).sentence, Catch::Contains("through the training rows diverged"));
 }
 
+TEST_CASE("a free run whose errors grow tenfold and again decides nothing where noise alone is left over",
+          "[ident][judge]") {
+  auto result = range("low", 0.5, 5e-3);
+  CHECK(of(result).verdict == Verdict::does_not);
+  result.fits[0].free_run.num_restarts = 3;
+  CHECK(of(result).verdict == Verdict::undecided);
+  CHECK_THAT(of(result).sentence, Catch::Contains("so sensitive a motion does not decide"));
+  // What is left over beyond noise speaks for itself.
+  result.fits[0].noise.residual_power = 5e-3;
+  result.fits[0].noise.residual_std = result.fits[0].noise.known_std = std::sqrt(1e-3);
+  CHECK(of(result).verdict == Verdict::does_not);
+}
+
 TEST_CASE("terms that only imitate another take the yes away", "[ident][judge]") {
   auto result = range("low", 1e-4, 1e-5);
   result.fits[0].explanations.better = ident::Explanation{.what = "sgn(v)",
