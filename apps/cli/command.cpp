@@ -50,10 +50,10 @@ Program make_program() {
   const std::vector<Option> global = global_options(*program.global);
   program.options = joined({{"--version", {}, "Print the versions of the program and its libraries."}}, global);
   program.options.push_back(help);
-  program.commands = {info_command(),  check_command(),    init_command(),       run_command(),     prepare_command(),
-                      study_command(), batch_command(),    report_command(),     compare_command(), predict_command(),
-                      merge_command(), response_command(), simulate_command(),   fit_command(),     replicate_command(),
-                      terms_command(), help_command(),     completion_command(), manual_command()};
+  program.commands = {info_command(),      check_command(), init_command(),     run_command(),        prepare_command(),
+                      study_command(),     batch_command(), report_command(),   compare_command(),    predict_command(),
+                      export_command(),    merge_command(), response_command(), simulate_command(),   fit_command(),
+                      replicate_command(), terms_command(), help_command(),     completion_command(), manual_command()};
   for (Command& command : program.commands) {
     const auto takes = [&](const Option& option) {
       return std::none_of(command.unused.begin(), command.unused.end(),

@@ -88,6 +88,7 @@ struct Program {
 [[nodiscard]] Command check_command();
 [[nodiscard]] Command compare_command();
 [[nodiscard]] Command completion_command();
+[[nodiscard]] Command export_command();
 [[nodiscard]] Command fit_command();
 [[nodiscard]] Command help_command();
 [[nodiscard]] Command info_command();

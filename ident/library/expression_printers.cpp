@@ -38,6 +38,12 @@ constexpr Style python_style{
     "(1.0*({}))",
     true};
 
+constexpr Style modelica_style{{"-{}", "{} + {}", "{} - {}", "{}*{}", "{}/{}", "{}^{}", "", "{} < {}", "{} <= {}",
+                                "{} > {}", "{} >= {}", "{} == {}", "{} <> {}", "{} and {}", "{} or {}"},
+                               nullptr,
+                               "(if {} then 1.0 else 0.0)",
+                               true};
+
 std::string print(const Node& node, const Style& style) {
   if (node.operation == Operation::signal) return node.name;
   if (node.operation == Operation::number) {
@@ -93,6 +99,8 @@ std::string print_tree(const Node& node, Notation notation) {
       return print(node, matlab_style);
     case Notation::python:
       return print(node, python_style);
+    case Notation::modelica:
+      return print(node, modelica_style);
   }
   return {};
 }

@@ -6,8 +6,8 @@
 namespace ident {
 
 /// How an expression is written: as it is read here, for a paper, for a page, or as code. C wants math.h, Python numpy
-/// as np; MATLAB and Python take arrays.
-enum class Notation { text, latex, mathml, c, matlab, python };
+/// as np; MATLAB and Python take arrays; Modelica has no sgn that sees the jump.
+enum class Notation { text, latex, mathml, c, matlab, python, modelica };
 
 [[nodiscard]] std::string print_tree(const Node& node, Notation notation);
 /// As a factor behind a coefficient: in brackets where it is a sum, a comparison, or begins with a sign or a digit.

@@ -1,0 +1,122 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <cstdint>
+
+#include "apps/export/printed_equation.hpp"
+#include "apps/output/html_writer.hpp"
+#include "apps/process/sha256.hpp"
+#include "apps/process/version.hpp"
+
+namespace apps {
+namespace {
+
+/// Of zip and Ethernet.
+std::uint32_t crc32(std::string_view bytes) {
+  std::uint32_t crc = ~0u;
+  for (const char byte : bytes) {
+    crc ^= static_cast<unsigned char>(byte);
+    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1) ^ ((crc & 1u) != 0u ? 0xEDB88320u : 0u);
+  }
+  return ~crc;
+}
+
+std::string little_endian(std::initializer_list<std::pair<std::uint64_t, int>> numbers) {
+  std::string bytes;
+  for (auto [number, size] : numbers)
+    for (int i = 0; i < size; ++i) bytes += static_cast<char>(number >> (8 * i) & 0xFFu);
+  return bytes;
+}
+
+class Variables {
+ public:
+  void add(const std::string& name, const std::string& what, const std::string& kind, const std::string& start) {
+    text_ += fmt::format(
+        "    <ScalarVariable name=\"{}\" valueReference=\"{}\" description=\"{}\" {}>\n      <Real{}/>\n"
+        "    </ScalarVariable>\n",
+        escaped_markup(name), count_, escaped_markup(what), kind,
+        start.empty() ? "" : fmt::format(" start=\"{}\"", start));
+    ++count_;
+  }
+  [[nodiscard]] int count() const { return count_; }
+  [[nodiscard]] const std::string& text() const& { return text_; }
+
+ private:
+  int count_ = 0;
+  std::string text_;
+};
+
+}  // namespace
+
+FmuTexts printed_fmu(const ExportedEquation& equation) {
+  Variables variables;
+  const ident::Model& model = equation.model;
+  for (std::size_t i = 0; i < model.terms.size(); ++i)
+    variables.add(fmt::format("p[{}]", i + 1),
+                  fmt::format("coefficient of {}, standard deviation {:.3g} {}", model.terms[i].name,
+                              model.terms[i].std, model.terms[i].unit),
+                  "causality=\"parameter\" variability=\"fixed\" initial=\"exact\"",
+                  fmt::format("{}", model.terms[i].mean));
+  for (const std::string& input : equation.inputs)
+    variables.add(input, meaning_of(equation, input), "causality=\"input\" variability=\"continuous\"", "0");
+  const std::array<double, 2> start{equation.run ? equation.run->position : 0.0,
+                                    equation.run ? equation.run->speed : 0.0};
+  for (std::size_t i = 0; i < 2; ++i)
+    variables.add(equation.states[i] + (i == 0 && equation.states[0] == "x" ? "_state" : ""),
+                  meaning_of(equation, equation.states[i]),
+                  "causality=\"output\" variability=\"continuous\" initial=\"exact\"", fmt::format("{}", start[i]));
+  variables.add("x", meaning_of(equation, "x"),
+                "causality=\"output\" variability=\"continuous\" initial=\"calculated\"", "");
+  std::string outputs, unknowns;
+  for (int i = variables.count() - 2; i <= variables.count(); ++i)
+    outputs += fmt::format("      <Unknown index=\"{}\"/>\n", i);
+  unknowns = fmt::format("      <Unknown index=\"{}\"/>\n", variables.count());
+  FmuTexts texts;
+  const std::string model_source = printed_c(equation), digest = sha256(model_source + variables.text());
+  const std::string guid = fmt::format("{{{}-{}-{}-{}-{}}}", digest.substr(0, 8), digest.substr(8, 4),
+                                       digest.substr(12, 4), digest.substr(16, 4), digest.substr(20, 12));
+  texts.source = model_source + fmt::format("\n#define GUID \"{}\"\n", guid) + std::string(c_fmu());
+  texts.description = fmt::format(
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription fmiVersion=\"2.0\" modelName=\"equation\" "
+      "guid=\"{}\" description=\"{}\" generationTool=\"Ardent {}\" variableNamingConvention=\"structured\">\n"
+      "  <CoSimulation modelIdentifier=\"equation\" canHandleVariableCommunicationStepSize=\"true\" "
+      "canInterpolateInputs=\"true\" canNotUseMemoryManagementFunctions=\"true\">\n    <SourceFiles>\n"
+      "      <File name=\"equation.c\"/>\n    </SourceFiles>\n  </CoSimulation>\n"
+      "  <DefaultExperiment startTime=\"{}\"/>\n  <ModelVariables>\n{}  </ModelVariables>\n  <ModelStructure>\n"
+      "    <Outputs>\n{}    </Outputs>\n    <InitialUnknowns>\n{}    </InitialUnknowns>\n  </ModelStructure>\n"
+      "</fmiModelDescription>\n",
+      guid, escaped_markup(ident::to_text(model)), version(), equation.run ? equation.run->start_s : 0.0,
+      variables.text(), outputs, unknowns);
+  return texts;
+}
+
+std::string zipped(const std::vector<std::pair<std::string, std::string>>& files) {
+  constexpr std::uint64_t first_of_1980 = 0x21;
+  std::string archive, directory;
+  for (const auto& [name, bytes] : files) {
+    const std::string common = little_endian({{20, 2},
+                                              {0, 2},
+                                              {0, 2},
+                                              {0, 2},
+                                              {first_of_1980, 2},
+                                              {crc32(bytes), 4},
+                                              {bytes.size(), 4},
+                                              {bytes.size(), 4},
+                                              {name.size(), 2},
+                                              {0, 2}});
+    directory += little_endian({{0x02014b50, 4}, {20, 2}}) + common +
+                 little_endian({{0, 2}, {0, 2}, {0, 2}, {0, 4}, {archive.size(), 4}}) + name;
+    archive += little_endian({{0x04034b50, 4}}) + common + name + bytes;
+  }
+  return archive + directory +
+         little_endian({{0x06054b50, 4},
+                        {0, 2},
+                        {0, 2},
+                        {files.size(), 2},
+                        {files.size(), 2},
+                        {directory.size(), 4},
+                        {archive.size(), 4},
+                        {0, 2}});
+}
+
+}  // namespace apps
