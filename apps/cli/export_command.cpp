@@ -26,9 +26,19 @@ struct ExportArguments {
   std::string to, range, method;
 };
 
-/// By the system's C compiler, whatever it says going to our standard error.
+/// By the system's C compiler, whatever it says going to our standard error. Files of a folder that is reached by a
+/// descriptor of ours alone have another name for it.
 void compile(const fs::path& source, const fs::path& library) {
-  std::vector<std::string> line{"cc", "-shared", "-fPIC", "-O2", "-fvisibility=hidden", "-o", library, source, "-lm"};
+  const fs::path folder = fs::canonical(source.parent_path());
+  std::vector<std::string> line{"cc",
+                                "-shared",
+                                "-fPIC",
+                                "-O2",
+                                "-fvisibility=hidden",
+                                "-o",
+                                folder / library.filename(),
+                                folder / source.filename(),
+                                "-lm"};
   std::vector<char*> words;
   for (std::string& word : line) words.push_back(word.data());
   words.push_back(nullptr);

@@ -45,7 +45,7 @@ constexpr Language matlab{Notation::matlab,
 constexpr Language c{
     Notation::c,
     "// {}",
-    "static const double {}[] = {{{}}};\n",
+    "const double {}[] = {{{}}};\n",
     "NAN",
     "\nstatic void {}(const double *p, double t, const double *state, const double *inputs, const double "
     "*sides,\n                 double *value) {{ /* {} */\n  (void)p, (void)t, (void)state, "

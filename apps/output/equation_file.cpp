@@ -336,6 +336,7 @@ ident::IdentifiedEquation read_equation(const fs::path& run, const std::string& 
 PredictedEquation read_predicting_equation(const fs::path& run, const std::string& range, const std::string& method) {
   return read_chosen(run, range, method, [](const Json& document, const EquationRow& found) {
     PredictedEquation equation{found.range, model_of(*found.equation), {}};
+    equation.model.covariance = read_covariance(*found.equation, equation.model);
     for (const Json& one : document.at("ranges"))
       if (one.at("name") == found.range && one.contains("linear")) equation.linear = model_of(one.at("linear"));
     return equation;

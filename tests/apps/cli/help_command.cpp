@@ -9,7 +9,7 @@ using support::Scratch;
 
 namespace {
 constexpr const char* all_commands[] = {"info",      "check",   "init",    "run",       "prep", "study",
-                                        "report",    "compare", "predict", "frc",       "sim",  "fit",
+                                        "report",    "compare", "predict", "export", "frc",       "sim",  "fit",
                                         "replicate", "terms",   "help",    "completion"};
 
 /// Command lines end with exit code 2 and one line that holds this message.
