@@ -97,7 +97,7 @@ class ArrayFile final : public RowsOnClock {
   }
 
   void read_row(Eigen::RowVectorXd& row) override {
-    constexpr std::int64_t block_values = 1 << 18, fewest_rows = 64;
+    constexpr std::int64_t block_values = 1 << 15, fewest_rows = 64;
     const auto width = static_cast<std::int64_t>(info_.columns.size());
     if (next_row_ == block_end_) {
       const std::int64_t count =
@@ -280,7 +280,7 @@ class ArrayFile final : public RowsOnClock {
   [[nodiscard]] std::vector<double> values_of(std::size_t column, std::int64_t most) const {
     const Used& one = holder_of(column);
     const std::int64_t count = std::min(most, num_rows_);
-    const std::int64_t block_rows = std::max<std::int64_t>(1, (1 << 18) / static_cast<std::int64_t>(one.count));
+    const std::int64_t block_rows = std::max<std::int64_t>(1, (1 << 15) / static_cast<std::int64_t>(one.count));
     std::vector<double> values(static_cast<std::size_t>(count)), block;
     for (std::int64_t at = 0; at < count; at += block_rows) {
       const std::int64_t rows = std::min(block_rows, count - at);

@@ -100,10 +100,9 @@ TableLayout plain_layout(const InputFile& file, const std::vector<TableLine>& li
   TableLayout layout;
   layout.style = table_style(lines);
   if (layout.style.num_columns == 0)
-    throw Fault(
-        FaultKind::input, "container.unknown",
-        fmt::format("{}: text, but no line of its first {} is a row of numbers{}. Read are {}", file.name(),
-                    lines.size(), why_no_row(file, lines), readable_formats));
+    throw Fault(FaultKind::input, "container.unknown",
+                fmt::format("{}: text, but no line of its first {} is a row of numbers{}. Read are {}", file.name(),
+                            lines.size(), why_no_row(file, lines), readable_formats));
   const char separator = layout.style.separator;
   layout.format = separator == ',' || separator == ';' ? "CSV" : "text";
   layout.columns.resize(static_cast<std::size_t>(layout.style.num_columns));

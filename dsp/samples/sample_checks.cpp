@@ -29,7 +29,7 @@ void SampleStatistics::follow(std::span<const SampleCell> cells, std::span<const
                               const StepScale& scale) {
   if (num_cells_ == 0 && !cells.empty()) origin_ = cells.front().mean;
   constexpr double beyond = 10.0;
-  const double threshold = beyond * std::max(scale.large, scale.resolution);
+  const double threshold = beyond * std::max(scale.large, scale.smallest);
   for (std::size_t k = 0; k < cells.size() && few_values(); ++k) {
     note_value(cells[k].low);
     note_value(cells[k].high);

@@ -9,135 +9,136 @@
 namespace dsp {
 namespace {
 
-using Eigen::Index;
-
-constexpr double false_alarms = 1e-3;  ///< a record and channel: the probability that chance makes a fault
-constexpr double max_habit = 0.2;      ///< of a record: what stands still for longer rests
-constexpr double rarest = 1e-12;       ///< of a channel that never stood still
-constexpr Index least_cells = 4;
-constexpr double noise_over_floor = 1.5;  ///< noise may span so many floors, motion none
-/// Gaussian noise steps 8 times as far as its median step once in 10^7 samples.
-constexpr double jump_ratio = 8.0;
-/// In steps of the resolution. A crest (a parabola) or a stop by friction (half of one) that is rounded to one level
-/// for four cells leaves it by 3 steps over two cells, and by up to two more where both ends are rounded.
-constexpr double least_rise = 6.0;
+constexpr Eigen::Index least_cells = 8;
 
 }  // namespace
 
 void StepScale::learn(std::span<const SampleCell> cells, std::span<const double> steps) {
-  constexpr double noise_floor = 8.0;  // of the median step between samples that only noise parts
   std::vector<double> values;
   std::copy_if(steps.begin(), steps.end(), std::back_inserter(values), [](double step) { return step > 0.0; });
   // Of those that are not zero: there are many zeros where a channel is clipped.
-  const double candidate = 2 * values.size() >= steps.size() ? noise_floor * quantile_in_place(values, 0.5) : 0.0;
-  const auto share_above = [&](const auto& items, const auto& step_of) {
+  const double candidate = 2 * values.size() >= steps.size() ? jump_ratio * quantile_in_place(values, 0.5) : 0.0;
+  const auto fraction_above = [&](const auto& items, const auto& step_of) {
     const auto above = std::count_if(items.begin(), items.end(), [&](const auto& x) { return step_of(x) > candidate; });
     return static_cast<double>(above) / static_cast<double>(items.size());
   };
-  // Single steps are small, cells have a large one: values repeated, with noise on top.
-  if (candidate == 0.0 || (share_above(steps, [](double x) { return x; }) <= 0.2 &&
-                           share_above(cells, [](const SampleCell& cell) { return cell.step; }) >= 0.5))
-    floor = candidate;
+  const auto step_of = [](const SampleCell& cell) { return cell.step; };
+  if (candidate > 0.0 && fraction_above(steps, [](double x) { return x; }) <= 0.2 &&
+      fraction_above(cells, step_of) >= 0.5)
+    floor = candidate;  // single steps are small, cells have a large one: values repeated, with noise on top
+  else if (candidate == 0.0)
+    floor = 0.0;
 
-  double smallest = std::numeric_limits<double>::infinity();
   for (const double step : values) smallest = std::min(smallest, step);
   values.clear();
   const std::size_t stride = cells.size() >= 2048 ? 8 : 1;  // an eighth of them is as good
   for (std::size_t i = 0; i < cells.size(); i += stride) values.push_back(cells[i].step);
+  for (const double step : values)
+    if (step > 0.0) smallest = std::min(smallest, step);
   large = quantile_in_place(values, 0.9);
   std::erase_if(values, [&](double step) { return step <= floor; });
   if (values.empty()) return;
   typical = quantile_in_place(values, 0.5);
-  if (floor > 0.0) {
-    std::erase_if(values, [&](double step) { return step <= noise_over_floor * floor; });  // rare noise
-    smallest = std::numeric_limits<double>::infinity();
-  }
-  for (const double step : values) smallest = std::min(smallest, step);
-  if (std::isfinite(smallest)) resolution = smallest;
-}
-
-bool StillRun::jumps(const Beside& side) const {
-  const double usual = std::max({side[1].step, side[2].step, scale.typical});
-  return usual > 0.0 && side[0].step >= jump_ratio * usual;
-}
-
-bool StillRun::is_cut(const Beside& side) const {
-  return scale.resolution > 0.0 && std::abs(level - side[1].mean) >= least_rise * scale.resolution;
-}
-
-bool StillRun::is_cut_crest() const {
-  return is_cut(before) && is_cut(after) && (before[1].mean < level) == (after[1].mean < level);
-}
-
-void RunLengths::add(Index num_cells) {
-  num_still_ += num_cells;
-  ++counts_[static_cast<std::size_t>(std::min(num_cells, static_cast<Index>(counts_.size()) - 1))];
-}
-
-Index RunLengths::least_improbable(Index cells_in_all, double share) const {
-  double still = 0.0, runs = 0.0;  // of shorter runs
-  for (std::size_t length = 1; length < counts_.size(); ++length) {
-    const double goes_on = std::max({share, still / static_cast<double>(cells_in_all), rarest});
-    const double least = std::log(false_alarms / (runs + 1.0)) / std::log(goes_on);
-    const double longer = static_cast<double>(num_still_) - still;
-    if (static_cast<double>(length) >= std::max(least, static_cast<double>(least_cells)) &&
-        longer <= max_habit * static_cast<double>(cells_in_all))
-      return static_cast<Index>(length);
-    runs += static_cast<double>(counts_[length]);
-    still += static_cast<double>(counts_[length]) * static_cast<double>(length);
-  }
-  return std::numeric_limits<Index>::max();
-}
-
-Index RunLengths::usual(Index cells_in_all) const {
-  Index cells = cells_in_all - num_still_;
-  std::size_t length = 1;
-  for (; 2 * cells < cells_in_all && length + 1 < counts_.size(); ++length)
-    cells += counts_[length] * static_cast<Index>(length);
-  return static_cast<Index>(length);
+  std::erase_if(values, [&](double step) { return step <= 1.5 * floor; });  // rare noise
+  if (!values.empty()) least = *std::min_element(values.begin(), values.end());
 }
 
 void Standstill::follow(std::span<const SampleCell> cells, const StepScale& scale) {
-  for (std::size_t i = context; i < cells.size(); ++i, ++cell_) {
-    const SampleCell& cell = cells[i];
-    const double drift = is_open_ ? std::abs(cell.mean - open_.level) : 0.0;
-    const bool still = cell_ > 0 && cell.step <= scale.floor &&
-                       std::max(cell.high - cell.low, drift) <= noise_over_floor * scale.floor;
-    if (num_beside_ < context) take_beside(cell);
-    if (still && !is_open_)
-      open_ = {cell_, cell_, cell.mean, {cells[i - 1], cells[i - 2], cells[i - 3]}, {}, scale};
-    else if (!still && is_open_) {
-      close();
-      take_beside(cell);
+  // Slower than this it comes to rest by degrees.
+  const double pace = std::max({0.5 * scale.typical, 2.0 * scale.smallest, 3.0 * scale.floor});
+  while (!cells.empty()) {
+    if (const std::size_t count = num_moving(cells, scale.floor); count > 0) {
+      pass(cells.first(count));
+      cells = cells.subspan(count);
+      continue;
     }
-    is_open_ = still;
+    const auto& cell = cells.front();
+    cells = cells.subspan(1);
+    const bool still = cell.step <= scale.floor && cell_ > 0;
+    if (ripening_ > 0 && --ripening_ == 0) {
+      const double after = std::max({cell.step, steps_[0], steps_[1], scale.typical});
+      if (after > 0.0) runs_.back().jump_out = step_out_ / after;
+    }
+    if (still && !is_open_) {
+      const double before = std::max({steps_[1], steps_[2], steps_[3]});
+      open_ = {.first = cell_, .level = cell.mean, .level_in = levels_before_[1]};
+      if (scale.typical > 0.0) open_.jump_in = steps_[0] / std::max(before, scale.typical);
+      open_.abrupt = std::max(before, steps_[0]) >= pace;
+      if (scale.least > 0.0) open_.rise = std::abs(cell.mean - levels_before_[1]) / scale.least;
+      is_open_ = true;
+    } else if (!still && is_open_) {
+      open_.abrupt = open_.abrupt || cell.step >= pace;
+      open_.level_out = cell.mean;
+      step_out_ = cell.step;
+      close(scale);
+    }
+    if (!still) ++cells_in_runs_[1];
+    if (still && cell.step == 0.0) {
+      ++open_.num_equal;
+      ++num_equal_;
+    }
+    if (scale.floor > 0.0 && cell.step <= jump_ratio * scale.typical) {
+      levels_.add(cell.mean, still);
+      low_ = std::min(low_, cell.mean);
+      high_ = std::max(high_, cell.mean);
+    }
+    if (scale.floor > 0.0 && !is_open_) note_extreme(cell);
+    note(cell);
+    ++cell_;
   }
 }
 
-void Standstill::take_beside(const SampleCell& cell) {
-  ripening_.after[num_beside_++] = cell;
-  if (num_beside_ == context) judge(ripening_);
+// How many cells only have to be counted: an open run, one still ripening, and levels take more.
+std::size_t Standstill::num_moving(std::span<const SampleCell> cells, double floor) const {
+  if (is_open_ || ripening_ > 0 || floor > 0.0) return 0;
+  const auto still = std::find_if(cells.begin(), cells.end(), [](const auto& cell) { return cell.step <= 0.0; });
+  return static_cast<std::size_t>(still - cells.begin());
 }
 
-void Standstill::close() {
-  while (num_beside_ < context) take_beside(ripening_.after[num_beside_ - 1]);  // the next run came soon
+void Standstill::pass(std::span<const SampleCell> moving) {
+  const auto count = static_cast<Eigen::Index>(moving.size());
+  cells_in_runs_[1] += count;
+  cell_ += count;
+  for (const auto& cell : moving.last(std::min(moving.size(), steps_.size()))) note(cell);
+}
+
+void Standstill::note(const SampleCell& cell) {
+  steps_ = {cell.step, steps_[0], steps_[1], steps_[2]};
+  levels_before_ = {cell.mean, levels_before_[0]};
+}
+
+// A crest may be at a limit for less than a cell, or a part of two.
+void Standstill::note_extreme(const SampleCell& cell) {
+  const double reach = 2.0 * levels_.resolution();
+  if (cell.high >= high_ - reach)
+    extreme_runs_.push_back({.first = cell_, .last = cell_ + 1, .level = cell.high});
+  else if (cell.low <= low_ + reach)
+    extreme_runs_.push_back({.first = cell_, .last = cell_ + 1, .level = cell.low});
+}
+
+void Standstill::close(const StepScale& scale) {
+  is_open_ = false;
   open_.last = cell_;
-  ripening_ = open_;
-  num_beside_ = 0;
-}
-
-void Standstill::judge(const StillRun& run) {
-  if (run.num_cells() >= least_cells)
-    runs_.push_back(run);
-  else
-    short_runs_.add(run.num_cells());
+  const auto length = std::min(open_.num_cells(), static_cast<Eigen::Index>(cells_in_runs_.size()) - 1);
+  cells_in_runs_[static_cast<std::size_t>(length)] += open_.num_cells();
+  const double reach = 2.0 * levels_.resolution();
+  if (scale.floor > 0.0 && (open_.level >= high_ - reach || open_.level <= low_ + reach))
+    extreme_runs_.push_back(open_);
+  if (open_.num_cells() < least_cells && open_.num_equal < least_equal_cells) return;
+  runs_.push_back(open_);
+  ripening_ = static_cast<Eigen::Index>(steps_.size()) - 1;
 }
 
 void Standstill::finish() {
-  if (is_open_) close();
-  is_open_ = false;
-  const double level = ripening_.level;
-  while (num_beside_ < context) take_beside({level, level, level, 0.0});
+  if (is_open_) close({});
+  ripening_ = 0;
+}
+
+Eigen::Index Standstill::usual_cells() const {
+  std::int64_t sum = 0;
+  for (std::size_t length = 1; length < cells_in_runs_.size(); ++length)
+    if ((sum += cells_in_runs_[length]) * 2 >= cell_) return static_cast<Eigen::Index>(length);
+  return static_cast<Eigen::Index>(cells_in_runs_.size());
 }
 
 }  // namespace dsp

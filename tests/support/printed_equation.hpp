@@ -19,8 +19,8 @@ struct PrintedRun {
 /// there.
 [[nodiscard]] double printed_rms(const std::filesystem::path& run, double share);
 
-/// Checks that both agree within 2 % of the NMSE, where there is a free run. 1e-8 is what interpolation by a sinc of
-/// finite length leaves (80 dB).
+/// Checks that both agree, where there is a free run: the rms of their errors within 1 % and 0.3 % of x, which is what
+/// interpolation of the drive leaves.
 void check_printed_equation(const std::filesystem::path& run);
 
 /// The same of every run folder within a folder that was not checked yet: support::run does so after each command.

@@ -51,16 +51,15 @@ Eigen::VectorXd measured(const Sensor& sensor, Eigen::Index num_samples, std::ui
 const Sensor accelerometer{};
 const Sensor laser{.noise = 4e-4, .step = 3e-4, .repeats = 32, .noise_on_top = 7.5e-6};
 
-std::vector<dsp::Channel> channels(Eigen::Index count, double range = 0.0) {
+std::vector<dsp::Channel> channels(Eigen::Index count) {
   std::vector<dsp::Channel> result(static_cast<std::size_t>(count));
-  for (std::size_t c = 0; c < result.size(); ++c)
-    result[c] = {.name = fmt::format("c{}", c), .unit = "V", .range = range};
+  for (std::size_t c = 0; c < result.size(); ++c) result[c] = {.name = fmt::format("c{}", c), .unit = "V"};
   return result;
 }
 
 dsp::SampleFaults examined(const dsp::FrameBlock& frames, Eigen::Index block = 4096, double sample_rate_hz = rate_hz,
-                           double merge_gap_s = 0.05, double range = 0.0) {
-  dsp::FaultySamples faulty(sample_rate_hz, channels(frames.cols(), range), merge_gap_s);
+                           const dsp::FaultySampleOptions& options = {}) {
+  dsp::FaultySamples faulty(sample_rate_hz, channels(frames.cols()), options);
   for (Eigen::Index row = 0; row < frames.rows(); row += block)
     faulty.push(frames.middleRows(row, std::min(block, frames.rows() - row)));
   return faulty.finish();
@@ -124,7 +123,9 @@ TEST_CASE("clipping is counted and placed to the sample, its level known or not"
   const double level = 0.75;
   const bool known = GENERATE(false, true);
   const dsp::FrameBlock frames = measured({.limit = level, .bit = 1.0 / 4096}, 200000, 4);
-  const auto faults = examined(frames, 4096, rate_hz, 0.0, known ? level : 0.0);
+  dsp::FaultySampleOptions options{.merge_gap_s = 0.0};
+  if (known) options.limits = {{.low = -level, .high = level}};
+  const auto faults = examined(frames, 4096, rate_hz, options);
   Eigen::Index num_clipped = 0;
   std::vector<bool> marked(static_cast<std::size_t>(frames.rows()), false);
   for (const auto& range : faults.ranges) {
@@ -371,6 +372,7 @@ TEST_CASE("nonsense is refused", "[dsp][faulty_samples]") {
   CHECK_THROWS_AS(dsp::FaultySamples(100.0, {}), std::invalid_argument);
   CHECK_THROWS_AS(dsp::RawSpectrum(0.0, 1, 1000), std::invalid_argument);
   CHECK_THROWS_AS(dsp::RawSpectrum(100.0, 0, 1000), std::invalid_argument);
+  CHECK_THROWS_AS(dsp::FaultySamples(100.0, channels(2), {.limits = {{}}}), std::invalid_argument);
   dsp::FaultySamples faulty(100.0, channels(2));
   CHECK_THROWS_AS(faulty.push(dsp::FrameBlock::Zero(3, 1)), std::invalid_argument);
   dsp::FrameBlock frames = dsp::FrameBlock::Zero(3, 2);
