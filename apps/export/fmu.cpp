@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <zlib.h>
 
 #include <array>
 #include <cstdint>
@@ -10,16 +11,6 @@
 
 namespace apps {
 namespace {
-
-/// Of zip and Ethernet.
-std::uint32_t crc32(std::string_view bytes) {
-  std::uint32_t crc = ~0u;
-  for (const char byte : bytes) {
-    crc ^= static_cast<unsigned char>(byte);
-    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1) ^ ((crc & 1u) != 0u ? 0xEDB88320u : 0u);
-  }
-  return ~crc;
-}
 
 std::string little_endian(std::initializer_list<std::pair<std::uint64_t, int>> numbers) {
   std::string bytes;
@@ -94,16 +85,17 @@ std::string zipped(const std::vector<std::pair<std::string, std::string>>& files
   constexpr std::uint64_t first_of_1980 = 0x21;
   std::string archive, directory;
   for (const auto& [name, bytes] : files) {
-    const std::string common = little_endian({{20, 2},
-                                              {0, 2},
-                                              {0, 2},
-                                              {0, 2},
-                                              {first_of_1980, 2},
-                                              {crc32(bytes), 4},
-                                              {bytes.size(), 4},
-                                              {bytes.size(), 4},
-                                              {name.size(), 2},
-                                              {0, 2}});
+    const std::string common =
+        little_endian({{20, 2},
+                       {0, 2},
+                       {0, 2},
+                       {0, 2},
+                       {first_of_1980, 2},
+                       {::crc32(0, reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uInt>(bytes.size())), 4},
+                       {bytes.size(), 4},
+                       {bytes.size(), 4},
+                       {name.size(), 2},
+                       {0, 2}});
     directory += little_endian({{0x02014b50, 4}, {20, 2}}) + common +
                  little_endian({{0, 2}, {0, 2}, {0, 2}, {0, 4}, {archive.size(), 4}}) + name;
     archive += little_endian({{0x04034b50, 4}}) + common + name + bytes;

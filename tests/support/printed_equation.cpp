@@ -284,8 +284,8 @@ Sums run_through(const Json& printed, const Json& coordinates, const Json& piece
 }
 
 bool agree(double reached, double claimed) {
-  // Between the rows of prepared.csv the drive is interpolated: 0.3 % of x where it comes from an acceleration. Two runs
-  // that lie so far apart have errors whose rms, not whose squares, differ by no more than that.
+  // Between the rows of prepared.csv the drive is interpolated: 0.3 % of x where it comes from an acceleration. Two
+  // runs that lie so far apart have errors whose rms, not whose squares, differ by no more than that.
   constexpr double of_error = 0.01, of_interpolation = 0.003;
   return std::abs(std::sqrt(reached) - std::sqrt(claimed)) <= of_error * std::sqrt(claimed) + of_interpolation;
 }

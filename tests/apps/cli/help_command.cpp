@@ -8,9 +8,9 @@ using support::expect;
 using support::Scratch;
 
 namespace {
-constexpr const char* all_commands[] = {"info",      "check",   "init",    "run",       "prep", "study",
-                                        "report",    "compare", "predict", "export", "frc",       "sim",  "fit",
-                                        "replicate", "terms",   "help",    "completion"};
+constexpr const char* all_commands[] = {"info",   "check",     "init",    "run",    "prep",      "study",
+                                        "report", "compare",   "predict", "export", "frc",       "sim",
+                                        "fit",    "replicate", "terms",   "help",   "completion"};
 
 /// Command lines end with exit code 2 and one line that holds this message.
 void check_refused(const std::vector<std::pair<std::string, std::string>>& typed) {
