@@ -118,12 +118,16 @@ Likelihood selected(const Statement& statement, const std::vector<int>& among, c
   if (places.empty()) result.silent_because = "it keeps no term";
   const auto k = std::ssize(places);
   result.mean.resize(k), result.covariance.resize(k, k);
+  VectorXd by = VectorXd::Ones(k);
   for (Index i = 0; i < k; ++i) {
     const size_t at = places[static_cast<size_t>(i)];
     result.mean(i) = fit.point.parameters[static_cast<size_t>(fit.parameters[at])];
     for (Index j = 0; j < k; ++j)
       result.covariance(i, j) = fit.covariance[at * fit.parameters.size() + places[static_cast<size_t>(j)]];
+    if (!fit.scattered.empty())
+      by(i) = std::sqrt(std::max(1.0, fit.scattered[at * (fit.parameters.size() + 1)] / result.covariance(i, i)));
   }
+  result.wider = by.asDiagonal() * result.covariance * by.asDiagonal();
   result.gain = Eigen::VectorXd::Constant(std::ssize(data.library.terms), dsp::nan);
   for (Index j = 0; j < num_terms; ++j)
     result.gain(data.terms[static_cast<size_t>(j)]) = selection.scores[static_cast<size_t>(j)].gain;
@@ -137,28 +141,24 @@ Likelihood selected(const Statement& statement, const std::vector<int>& among, c
   return result;
 }
 
-/// Without those whose square over the wider variance of a regression on the same terms is below its price there, the
-/// weakest first; the others as the covariance has them where one is zero. Positions in data.terms.
-std::vector<int> worth_their_price(const Likelihood& likelihood, const RangeData& data,
-                                   const IdentifyOptions& options) {
-  const auto method = std::find_if(options.methods.begin(), options.methods.end(), weighs_rows);
-  const RFactor& rows = data.evidence.as_they_are() ? data.data : data.evidence.data;
+/// Without those whose square over the wider variance is below their price, the weakest first; the others as the
+/// covariance has them where one is zero. Positions in data.terms.
+std::vector<int> worth_their_price(const Likelihood& likelihood, const RangeData& data) {
   std::vector<Index> positions = positions_in(data, likelihood.terms);
   VectorXd mean = likelihood.mean;
-  MatrixXd covariance = likelihood.covariance;
+  MatrixXd covariance = likelihood.covariance, wider = likelihood.wider;
   while (positions.size() > 1) {
-    const Fit of_rows = fit_on_terms(rows, positions, *method, options.poll);
-    if (of_rows.relevant != positions) break;
-    const VectorXd wider = of_rows.interval_covariance().diagonal().cwiseMax(covariance.diagonal());
     Index weakest = 0;
-    if (mean.cwiseAbs2().cwiseQuotient(wider).minCoeff(&weakest) >= of_rows.tau) break;
-    const VectorXd column = covariance.col(weakest) / covariance(weakest, weakest);
-    mean -= column * mean(weakest);
-    covariance -= covariance(weakest, weakest) * column * column.transpose();
+    if (mean.cwiseAbs2().cwiseQuotient(wider.diagonal()).minCoeff(&weakest) >= likelihood.price) break;
+    MatrixXd without = MatrixXd::Identity(mean.size(), mean.size());
+    without.col(weakest) -= covariance.col(weakest) / covariance(weakest, weakest);
     std::vector<Index> others(positions.size());
     std::iota(others.begin(), others.end(), Index{0});
     others.erase(others.begin() + weakest), positions.erase(positions.begin() + weakest);
-    mean = VectorXd(mean(others)), covariance = MatrixXd(covariance(others, others));
+    without = MatrixXd(without(others, Eigen::all));
+    mean = VectorXd(without * mean);
+    covariance = MatrixXd(without * covariance * without.transpose());
+    wider = MatrixXd(without * wider * without.transpose());
   }
   return {positions.begin(), positions.end()};
 }
@@ -178,8 +178,10 @@ Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeD
   Likelihood result = select(among, first);
   if (result.is_restless && first.empty()) result = select(among, terms_of_rows(data));
   if (!result.speaks() || !result.has_unexplained()) return result;
-  const std::vector<int> worth = worth_their_price(result, data, options);
-  return worth.size() == result.terms.size() ? result : select(worth, worth);
+  const std::vector<int> worth = worth_their_price(result, data);
+  if (worth.size() == result.terms.size()) return result;
+  Likelihood without = select(worth, worth);
+  return without.speaks() ? without : result;
 }
 
 std::optional<RecordedRun> run_through(const Likelihood& likelihood, const Range& range, const std::vector<Row>& rows,

@@ -16,6 +16,7 @@ struct Fit {
   std::vector<int> parameters;     ///< those sought, ascending, as Layout has them
   Point point;                     ///< states include those of AC couplings
   std::vector<double> covariance;  ///< of the sought, row after row
+  std::vector<double> scattered;   ///< the same by scatter_covariance; empty where process noise lowers J by nothing
   Noise noise;
   std::vector<double> floors;        ///< of each channel: noise_std, or what its spectrum ends in
   std::vector<double> residual_std;  ///< of each channel: recorded less computed from the smoothed states

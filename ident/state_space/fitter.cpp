@@ -6,6 +6,8 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "ident/state_space/scatter.hpp"
+
 namespace ident::state_space {
 namespace {
 
@@ -263,6 +265,7 @@ Fit Fitter::result() const {
           .gain_of_process_noise = gain_of_process_noise_,
           .parts = parts_,
           .settled = settled_};
+  if (linear_ && gain_of_process_noise_ > 0.0) fit.scattered = scatter_covariance(*linear_, noise_, fit.covariance);
   fit.at_floor = linear_ && at_floor(fit.residual_std);
   return fit;
 }

@@ -246,6 +246,7 @@ Selection select(const Problem& problem, const SelectOptions& options) {
   const std::vector<double> spread =
       spread_by_choice(subsets, terms, selection.scores, allowed, selection.fit.parameters, fitter.all_parameters());
   for (size_t i = 0; i < spread.size(); ++i) selection.fit.covariance[i] += spread[i];
+  for (size_t i = 0; i < selection.fit.scattered.size(); ++i) selection.fit.scattered[i] += spread[i];
   selection.outside = outside_of(fitter, subsets, terms, options.barred, selection.price);
   return selection;
 }

@@ -57,10 +57,12 @@ class Elimination {
         sums_(wide_),
         parameters_(static_cast<int>(p_)) {}
 
-  void run(std::vector<double>* kept, std::vector<double>* innovations) {
+  /// `observe(sample, channel, row, foretold)` sees each output's row once the states are out of it: the entries of the
+  /// parameters and the innovation.
+  void run(std::vector<double>* kept, const auto& observe) {
     const auto n = static_cast<size_t>(record_.num_samples);
     for (size_t k = 0; k < n; ++k) {
-      for (size_t j = 0; j < m_; ++j) add_output(k, j, innovations);
+      for (size_t j = 0; j < m_; ++j) add_output(k, j, observe);
       if (k + 1 < n) step(k);
       const std::vector<double>& rows = k + 1 < n ? stack_ : last_rows();
       for (size_t i = 0; i < ns_; ++i) log_determinant_ += 2.0 * std::log(std::abs(rows[i * wide_ + i]));
@@ -76,7 +78,7 @@ class Elimination {
   void parameters() const&& = delete;
 
  private:
-  void add_output(size_t k, size_t j, std::vector<double>* innovations) {
+  void add_output(size_t k, size_t j, const auto& observe) {
     const size_t at = k * m_ + j;
     if (std::isnan(record_.residual[at])) return;
     const double weight = 1.0 / noise_.channel[j];
@@ -89,7 +91,7 @@ class Elimination {
     for (size_t i = 0; i < ns_; ++i) foretold = foretold && (row_[i] == 0.0 || carried_[i * narrow_ + i] != 0.0);
     for (size_t i = 0; i < ns_; ++i) rotate_into(i);
     parameters_.add(row_.data() + ns_);
-    if (innovations != nullptr && foretold) (*innovations)[at] = row_.back();
+    observe(k, j, row_.data() + ns_, foretold);
   }
   /// Givens rotation of carried row i with row_, so that row_ loses its entry i. The diagonal stays positive.
   void rotate_into(size_t i) {
@@ -155,8 +157,9 @@ Smoothed smooth(const Linear& linear, const Noise& noise, bool keep_rows, int nu
     parts.emplace_back(linear, record, noise);
     if (keep_rows) whole.eliminated.rows.emplace_back(static_cast<size_t>(record.num_samples) * ns * (2 * ns + p + 1));
   }
-  dsp::for_each_index(parts.size(), num_threads,
-                      [&](size_t r) { parts[r].run(keep_rows ? &whole.eliminated.rows[r] : nullptr, nullptr); });
+  dsp::for_each_index(parts.size(), num_threads, [&](size_t r) {
+    parts[r].run(keep_rows ? &whole.eliminated.rows[r] : nullptr, [](size_t, size_t, const double*, bool) {});
+  });
   std::vector<double> row(p + 1, 0.0);
   for (size_t j = 0; j < p; ++j) {
     if (linear.prior_weights[j] == 0.0) continue;
@@ -206,9 +209,28 @@ std::vector<std::vector<double>> innovations(const Linear& linear, const Noise& 
   for (LinearRecord& record : fixed.records) {
     record.by_parameter.clear(), record.output_by_parameter.clear();
     all.emplace_back(record.residual.size(), std::numeric_limits<double>::quiet_NaN());
-    Elimination(fixed, record, noise).run(nullptr, &all.back());
+    const auto m = static_cast<size_t>(fixed.num_channels);
+    Elimination(fixed, record, noise).run(nullptr, [&](size_t k, size_t j, const double* innovation, bool foretold) {
+      if (foretold) all.back()[k * m + j] = *innovation;
+    });
   }
   return all;
+}
+
+std::vector<double> slopes_of_stretches(const Linear& linear, const Noise& noise, int num_stretches) {
+  const size_t p = linear.parameters.size();
+  const auto num = static_cast<size_t>(num_stretches);
+  std::vector<double> slopes(num * p, 0.0);
+  size_t samples = 0, before = 0;
+  for (const LinearRecord& record : linear.records) samples += static_cast<size_t>(record.num_samples);
+  for (const LinearRecord& record : linear.records) {
+    Elimination(linear, record, noise).run(nullptr, [&](size_t k, size_t, const double* row, bool) {
+      double* slope = &slopes[(before + k) * num / samples * p];
+      for (size_t i = 0; i < p; ++i) slope[i] += row[i] * row[p];
+    });
+    before += static_cast<size_t>(record.num_samples);
+  }
+  return slopes;
 }
 
 }  // namespace ident::state_space

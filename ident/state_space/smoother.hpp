@@ -46,4 +46,8 @@ struct Smoothed {
 /// off from what all before it foretell, over its standard deviation. NaN where it is missing or nothing foretells it.
 [[nodiscard]] std::vector<std::vector<double>> innovations(const Linear& linear, const Noise& noise);
 
+/// Slope of the log likelihood in every parameter, of each of so many stretches of the records one behind the other,
+/// stretches x parameters: the sum of innovation times its slope, which are uncorrelated where the problem is right.
+[[nodiscard]] std::vector<double> slopes_of_stretches(const Linear& linear, const Noise& noise, int num_stretches);
+
 }  // namespace ident::state_space

@@ -1,0 +1,136 @@
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <functional>
+#include <iostream>
+#include <numbers>
+
+#include "ident/identify.hpp"
+#include "sim/noise.hpp"
+#include "sim/simulate.hpp"
+
+// What intervals are worth where the model is wrong: a Duffing oscillator under two tones with something besides that
+// no candidate holds, x and f recorded, the default library.
+
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr double rate_hz = 100.0, duration_s = 60.0, noise = 0.02;
+constexpr int num_draws = 12;
+
+struct Draw {
+  sim::Noise random;
+  [[nodiscard]] double uniform(std::uint64_t i, double low, double high) const {
+    return low + (high - low) * 0.5 * std::erfc(-random.normal(i) / std::numbers::sqrt2);
+  }
+  [[nodiscard]] double force(double t) const {
+    return std::sin(uniform(0, 3.0, 5.0) * t) + uniform(1, 0.4, 1.0) * std::sin(uniform(2, 6.0, 9.0) * t + 1.0);
+  }
+};
+
+/// What the truth has besides -25 x - v - 2500 x^3 + 100 f.
+struct Besides {
+  std::string name;
+  std::function<double(double v)> force = [](double) { return 0.0; };
+  double white = 0.0;        ///< force of this rms, new at each sample
+  double late_s = 0.0;       ///< of the displacement sensor
+  double correlation = 0.0;  ///< of its noise from sample to sample
+};
+
+dsp::Recording recording_of(const Besides& besides, std::uint64_t seed) {
+  const Draw draw{sim::Noise(seed, 0)};
+  const sim::Noise white(seed, 1), sensor(seed, 2);
+  sim::System system;
+  system.states = {"x", "v"};
+  system.rhs = [&](double t, const double* s, int, double* rates) {
+    rates[0] = s[1];
+    rates[1] = -25.0 * s[0] - s[1] - 2500.0 * s[0] * s[0] * s[0] + 100.0 * draw.force(t) - besides.force(s[1]);
+    if (besides.white > 0.0) rates[1] += besides.white * white.normal(static_cast<std::uint64_t>(t * rate_hz + 1.0));
+  };
+  const sim::SimulateOptions options{.duration_s = duration_s,
+                                     .sample_rate_hz = rate_hz,
+                                     .relative_tolerance = 1e-8,
+                                     .max_step_s = besides.white > 0.0 ? 1.0 / rate_hz : 0.0};
+  const sim::Simulation motion = sim::simulate(system, Eigen::Vector2d::Zero(), options);
+  VectorXd x = motion.states.col(0) - besides.late_s * motion.states.col(1);
+  const double std = noise * std::sqrt(x.squaredNorm() / static_cast<double>(x.size()));
+  double error = 0.0;
+  for (Index i = 0; i < x.size(); ++i) {
+    const double fresh = std::sqrt(1.0 - besides.correlation * besides.correlation);
+    error = besides.correlation * error + (i == 0 ? 1.0 : fresh) * sensor.normal(static_cast<std::uint64_t>(i));
+    x(i) += std * error;
+  }
+  dsp::Recording recording{.name = "bench", .sample_rate_hz = rate_hz};
+  recording.channels = {{.name = "laser", .role = dsp::Role::x, .unit = "m"},
+                        {.name = "cell", .role = dsp::Role::f, .unit = "N"}};
+  recording.samples.resize(x.size(), 2);
+  recording.samples.col(0) = x;
+  recording.samples.col(1) = motion.time_s.unaryExpr([&](double t) { return draw.force(t); });
+  return recording;
+}
+
+struct Tally {
+  std::array<int, 4> covered{}, kept{};
+  std::array<int, 4> verdicts{};  ///< in the order of ident::Verdict
+  int by_likelihood = 0;
+};
+constexpr std::array<std::pair<const char*, double>, 4> terms{
+    {{"x", -25.0}, {"v", -1.0}, {"x^3", -2500.0}, {"f", 100.0}}};
+
+Tally tally(const Besides& besides, std::uint64_t first_seed) {
+  Tally of;
+  for (std::uint64_t draw = 0; draw < num_draws; ++draw) {
+    const ident::RangeResult range =
+        ident::identify({.prepared = dsp::prepare(recording_of(besides, first_seed + draw), {})},
+                        {.order = 3, .terms = {"f"}}, {.methods = {ident::FastRvmOptions{}}})
+            .front();
+    const ident::JudgedFit& fit = range.fits.front();
+    of.by_likelihood += fit.by_likelihood ? 1 : 0;
+    ++of.verdicts.at(static_cast<std::size_t>(fit.judgement.verdict));
+    for (const ident::ModelTerm& term : fit.model.terms)
+      for (std::size_t i = 0; i < terms.size(); ++i) {
+        if (term.name != terms.at(i).first) continue;
+        ++of.kept.at(i);
+        of.covered.at(i) += std::abs(term.mean - terms.at(i).second) <= 1.96 * term.std ? 1 : 0;
+      }
+  }
+  std::cout << besides.name << ": covered";
+  for (std::size_t i = 0; i < 4; ++i) std::cout << ' ' << of.covered.at(i) << '/' << of.kept.at(i);
+  std::cout << " of x v x^3 f, by likelihood " << of.by_likelihood << ", describes / in part / does not / undecided";
+  for (const int count : of.verdicts) std::cout << ' ' << count;
+  std::cout << std::endl;
+  return of;
+}
+
+/// x, x^3 and f: at least 0.85 of the intervals together.
+void check_covered(const Tally& of) {
+  CHECK(of.covered[0] + of.covered[2] + of.covered[3] >= 0.85 * 3 * num_draws);
+}
+
+}  // namespace
+
+TEST_CASE("intervals under a white force through the whole identification", "[.][study][likelihood]") {
+  check_covered(tally({.name = "white force, 7 % of a", .white = 5.0}, 950000));
+}
+
+TEST_CASE("intervals beside damping that is no candidate", "[.][study][likelihood]") {
+  const Tally of = tally({.name = "0.1 v|v|", .force = [](double v) { return 0.1 * v * std::abs(v); }}, 950100);
+  check_covered(of);
+  CHECK(of.verdicts[0] <= 1);
+}
+
+TEST_CASE("intervals beside friction that is smooth", "[.][study][likelihood]") {
+  check_covered(
+      tally({.name = "0.7 tanh(v / 0.05)", .force = [](double v) { return 0.7 * std::tanh(v / 0.05); }}, 950200));
+}
+
+TEST_CASE("intervals of a sensor that is late", "[.][study][likelihood]") {
+  check_covered(tally({.name = "x late by 0.2 ms", .late_s = 2e-4}, 950300));
+}
+
+TEST_CASE("intervals under noise that is not white", "[.][study][likelihood]") {
+  check_covered(tally({.name = "noise of correlation 0.9", .correlation = 0.9}, 950400));
+  check_covered(tally({.name = "noise of correlation 0.99", .correlation = 0.99}, 950500));
+}
