@@ -121,6 +121,54 @@ std::string printed_json(const ExportedEquation& equation) {
   return text_of(document);
 }
 
+namespace {
+
+/// Each line "name = value" as a line of a model.
+std::string in_model(const std::string& text, const char* indent, const char* equals) {
+  std::string result;
+  for (std::size_t begin = 0, end; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1) {
+    std::string line = text.substr(begin, end - begin);
+    result += indent + line.replace(line.find(" = "), 3, equals) + "\n";
+  }
+  return result;
+}
+
+/// Every switch on a side, or held where no side leads away.
+struct ModelicaSwitches {
+  std::string variables, equations, initial, rate;
+};
+
+ModelicaSwitches modelica_switches(const ExportedEquation& equation, const std::vector<std::string>& names) {
+  const std::size_t num_switches = equation.switches.size();
+  // The acceleration with one switch on this side, the others where they are.
+  const auto call = [&](std::size_t which, const char* side) {
+    std::vector<std::string> given = names;
+    for (std::size_t k = 1; k <= num_switches; ++k) given.push_back(k == which ? side : fmt::format("side{}", k));
+    return fmt::format("acceleration({})", fmt::join(given, ", "));
+  };
+  ModelicaSwitches found{.rate = call(0, "")};
+  for (std::size_t k = num_switches; k-- > 0;) {
+    const std::string held = ident::print_tree(*equation.held[2 * k + 1], Notation::modelica);
+    found.variables +=
+        fmt::format("  Real g{0} \"{1}\", above{0}, below{0};\n  Integer side{0}(start = 1) \"of {1}; 0: held\";\n",
+                    k + 1, equation.switches[k]);
+    found.equations += fmt::format(
+        "  g{0} = {1};\n  above{0} = {2} - ({4});\n  below{0} = {3} - ({4});\n"
+        "  when (g{0} < 0 and pre(side{0}) > 0) or (g{0} > 0 and pre(side{0}) < 0) then\n"
+        "    side{0} = if {5} and above{0} <= 0 and below{0} >= 0 then 0 else -pre(side{0});\n"
+        "  elsewhen pre(side{0}) == 0 and above{0} > 0 then\n    side{0} = 1;\n"
+        "  elsewhen pre(side{0}) == 0 and below{0} < 0 then\n    side{0} = -1;\n  end when;\n",
+        k + 1, ident::print_tree(*equation.switch_values[k], Notation::modelica), call(k + 1, "1.0"),
+        call(k + 1, "-1.0"), held, equation.can_hold[k] ? "true" : "false");
+    found.rate = fmt::format("if side{} == 0 then {} else {}", k + 1, held, found.rate);
+  }
+  for (std::size_t k = 1; k <= num_switches; ++k)
+    found.initial += fmt::format("  side{0} = if g{0} < 0 then -1 else 1;\n", k);
+  return found;
+}
+
+}  // namespace
+
 std::string printed_modelica(const ExportedEquation& equation) {
   const std::size_t num_switches = equation.switches.size();
   std::vector<std::string> names{"p", "time", equation.states[0], equation.states[1]}, coefficients;
@@ -137,62 +185,23 @@ std::string printed_modelica(const ExportedEquation& equation) {
     derived += fmt::format("    Real {};\n", one.name);
     formulas += fmt::format("{} = {};\n", one.name, ident::print_tree(*one.value, Notation::modelica));
   }
-  // The acceleration with one switch on this side, the others where they are.
-  const auto call = [&](std::size_t which, const char* side) {
-    std::vector<std::string> given = names;
-    for (std::size_t k = 1; k <= num_switches; ++k) given.push_back(k == which ? side : fmt::format("side{}", k));
-    return fmt::format("acceleration({})", fmt::join(given, ", "));
-  };
-  std::string variables, equations, rate = call(0, "");
-  for (std::size_t k = num_switches; k-- > 0;) {
-    const std::string held = ident::print_tree(*equation.held[2 * k + 1], Notation::modelica);
-    variables +=
-        fmt::format("  Real g{0} \"{1}\", above{0}, below{0};\n  Integer side{0}(start = 1) \"of {1}; 0: held\";\n",
-                    k + 1, equation.switches[k]);
-    equations += fmt::format(
-        "  g{0} = {1};\n  above{0} = {2} - ({4});\n  below{0} = {3} - ({4});\n  when (g{0} < 0 and pre(side{0}) > 0) "
-        "or "
-        "(g{0} > 0 and pre(side{0}) < 0) then\n    side{0} = if {5} and above{0} <= 0 and below{0} >= 0 then 0 else "
-        "-pre(side{0});\n  elsewhen pre(side{0}) == 0 and above{0} > 0 then\n    side{0} = 1;\n  elsewhen pre(side{0}) "
-        "== 0 "
-        "and below{0} < 0 then\n    side{0} = -1;\n  end when;\n",
-        k + 1, ident::print_tree(*equation.switch_values[k], Notation::modelica), call(k + 1, "1.0"),
-        call(k + 1, "-1.0"), held, equation.can_hold[k] ? "true" : "false");
-    rate = fmt::format("if side{} == 0 then {} else {}", k + 1, held, rate);
-  }
-  const auto in_model = [&](std::string text, const char* indent, const char* equals) {
-    std::string result;
-    for (std::size_t begin = 0, end; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1) {
-      std::string line = text.substr(begin, end - begin);
-      result += indent + line.replace(line.find(" = "), 3, equals) + "\n";
-    }
-    return result;
-  };
+  const ModelicaSwitches switches = modelica_switches(equation, names);
   const double position = equation.run ? equation.run->position : 0.0, speed = equation.run ? equation.run->speed : 0.0;
   return fmt::format(
-      "{comment}model Equation\n  function acceleration\n    input Real p[{n}];\n    input Real t;\n{arguments}    "
-      "output "
-      "Real value;\n{protect}{derived}  algorithm\n{assignments}    value := {sum};\n  end acceleration;\n  parameter "
-      "Real "
-      "p[{n}] = {{{coefficients}}};\n{inputs}  Real {x}(start = {x0}, fixed = true);\n  Real {v}(start = {v0}, fixed = "
-      "true);\n{derived_variables}{variables}initial equation\n{initial}equation\n{definitions}{equations}  der({x}) = "
-      "{v};\n  der({v}) = {rate};\nend Equation;\n",
+      "{comment}model Equation\n  function acceleration\n    input Real p[{n}];\n    input Real t;\n{arguments}"
+      "    output Real value;\n{protect}{derived}  algorithm\n{assignments}    value := {sum};\n  end acceleration;\n"
+      "  parameter Real p[{n}] = {{{coefficients}}};\n{inputs}  Real {x}(start = {x0}, fixed = true);\n"
+      "  Real {v}(start = {v0}, fixed = true);\n{derived_variables}{variables}initial equation\n{initial}equation\n"
+      "{definitions}{equations}  der({x}) = {v};\n  der({v}) = {rate};\nend Equation;\n",
       fmt::arg("comment", comment), fmt::arg("n", coefficients.size()), fmt::arg("arguments", arguments),
       fmt::arg("protect", derived.empty() ? "" : "  protected\n"), fmt::arg("derived", derived),
       fmt::arg("assignments", in_model(formulas, "    ", " := ")),
       fmt::arg("sum", sum_of_terms(equation, Notation::modelica, "{}[{}]", 1)),
       fmt::arg("coefficients", fmt::join(coefficients, ", ")), fmt::arg("inputs", inputs),
       fmt::arg("x", equation.states[0]), fmt::arg("v", equation.states[1]), fmt::arg("x0", position),
-      fmt::arg("v0", speed), fmt::arg("derived_variables", derived), fmt::arg("variables", variables),
-      fmt::arg("initial",
-               [&] {
-                 std::string text;
-                 for (std::size_t k = 1; k <= num_switches; ++k)
-                   text += fmt::format("  side{0} = if g{0} < 0 then -1 else 1;\n", k);
-                 return text;
-               }()),
-      fmt::arg("definitions", in_model(formulas, "  ", " = ")), fmt::arg("equations", equations),
-      fmt::arg("rate", rate));
+      fmt::arg("v0", speed), fmt::arg("derived_variables", derived), fmt::arg("variables", switches.variables),
+      fmt::arg("initial", switches.initial), fmt::arg("definitions", in_model(formulas, "  ", " = ")),
+      fmt::arg("equations", switches.equations), fmt::arg("rate", switches.rate));
 }
 
 }  // namespace apps

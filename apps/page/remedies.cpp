@@ -159,14 +159,46 @@ void add_rules(const ident::JudgedFit& fit, std::vector<Remedy>& found) {
     if (!rule->remedy.empty()) found.push_back({std::string(rule->remedy), {}});
 }
 
+/// Of an input that drives the motion and is not in the equation.
+Remedy of_input(const RunResults& results, const ident::RangeResult& range, const ident::JudgedFit& fit) {
+  if (fit.judgement.named) return with_explanation(results.config, *fit.judgement.named);
+  const auto untried = inputs_not_tried(range, results.inputs.front().prepared.signals, fit.model.target);
+  if (!untried.empty())
+    return {fmt::format("An input that drives the motion is not in the equation; {} {} recorded and {} no candidate. "
+                        "In the config:",
+                        fmt::join(untried, " and "), untried.size() == 1 ? "was" : "were",
+                        untried.size() == 1 ? "is" : "are"),
+            with_terms(results.config, untried)};
+  return {
+      "An input that drives the motion is not in the equation: record it, or leave those times out. If nothing "
+      "drives it from outside, it excites itself, and a term is missing.",
+      {}};
+}
+
+Remedy of_missing_term(const RunResults& results, const ident::JudgedFit& fit) {
+  const std::optional<ident::Explanation>& named = fit.judgement.named;
+  if (named && !named->is_term)
+    return {fmt::format("{} explains {} of the residual's power, and no term of x and v can: the force depends on the "
+                        "past. If it can be measured, give its channel role = \"z\".",
+                        named->what, ident::percent(named->fraction)),
+            {}};
+  if (named && named->candidate && named->at_motion) return with_less_noise(fit, *named);
+  if (named) return with_explanation(results.config, *named);
+  return {
+      "The residual repeats whenever the motion returns to the same state, so a term is missing. Try more "
+      "candidates; in the config:",
+      larger_library(results.config)};
+}
+
 /// What the judgement of an equation found, as settings of the config.
 void add_cause(const RunResults& results, const ident::RangeResult& range, const ident::JudgedFit& fit,
                std::vector<Remedy>& found) {
   if (!fit.judgement.cause || fit.judgement.verdict == ident::Verdict::describes) return;
-  const std::optional<ident::Explanation>& named = fit.judgement.named;
+  const bool has_name = fit.judgement.named.has_value();
   const ident::Cause cause = *fit.judgement.cause;
-  if ((cause == ident::Cause::missing_term && !named) || cause == ident::Cause::not_found)
-    if (const auto angle = terms_of_angle(range, results.inputs.front().prepared.signals); !angle.empty()) {
+  const dsp::Prepared& prepared = results.inputs.front().prepared;
+  if ((cause == ident::Cause::missing_term && !has_name) || cause == ident::Cause::not_found)
+    if (const auto angle = terms_of_angle(range, prepared.signals); !angle.empty()) {
       found.push_back(
           {fmt::format(
                "x is an angle, and {} {} no candidate: gravity, if it turns with it, acts by them. In the config:",
@@ -174,8 +206,7 @@ void add_cause(const RunResults& results, const ident::RangeResult& range, const
            with_terms(results.config, angle)});
       return;
     }
-  const dsp::Prepared& prepared = results.inputs.front().prepared;
-  if (prepared.integrated() && !named &&
+  if (prepared.integrated() && !has_name &&
       (cause == ident::Cause::missing_term || cause == ident::Cause::missing_input || cause == ident::Cause::not_found))
     found.push_back({fmt::format("No displacement was recorded: what of x is slower than {:.3g} Hz is in no power of "
                                  "it, and may be what is left over. Record a displacement.",
@@ -184,40 +215,14 @@ void add_cause(const RunResults& results, const ident::RangeResult& range, const
   switch (cause) {
     case ident::Cause::missing_input:
     case ident::Cause::switch_variable:
-      if (named)
-        found.push_back(with_explanation(results.config, *named));
-      else if (const auto untried = inputs_not_tried(range, results.inputs.front().prepared.signals, fit.model.target);
-               !untried.empty())
-        found.push_back({fmt::format("An input that drives the motion is not in the equation; {} {} recorded and {} no "
-                                     "candidate. In the config:",
-                                     fmt::join(untried, " and "), untried.size() == 1 ? "was" : "were",
-                                     untried.size() == 1 ? "is" : "are"),
-                         with_terms(results.config, untried)});
-      else
-        found.push_back(
-            {"An input that drives the motion is not in the equation: record it, or leave those times out. If nothing "
-             "drives it from outside, it excites itself, and a term is missing.",
-             {}});
+      found.push_back(of_input(results, range, fit));
       break;
     case ident::Cause::wide_band:
       found.push_back({fmt::format("Above {:.3g} Hz the target is noise. In the config:", fit.noise.needed_hz),
                        {"[prepare]", fmt::format("cutoff_hz = {:.3g}", fit.noise.needed_hz)}});
       break;
     case ident::Cause::missing_term:
-      if (named && !named->is_term)
-        found.push_back({fmt::format("{} explains {} of the residual's power, and no term of x and v can: the force "
-                                     "depends on the past. If it can be measured, give its channel role = \"z\".",
-                                     named->what, ident::percent(named->fraction)),
-                         {}});
-      else if (named && named->candidate && named->at_motion)
-        found.push_back(with_less_noise(fit, *named));
-      else if (named)
-        found.push_back(with_explanation(results.config, *named));
-      else
-        found.push_back(
-            {"The residual repeats whenever the motion returns to the same state, so a term is missing. Try more "
-             "candidates; in the config:",
-             larger_library(results.config)});
+      found.push_back(of_missing_term(results, fit));
       break;
     case ident::Cause::noise:
     case ident::Cause::not_found:
