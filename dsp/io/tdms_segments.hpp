@@ -1,0 +1,67 @@
+#pragma once
+#include <cstdint>
+#include <map>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "dsp/io/array_file.hpp"
+#include "dsp/io/input_file.hpp"
+#include "dsp/io/sample_source.hpp"
+
+// TDMS as National Instruments describe it ("TDMS File Format Internal Structure"): segments of a lead-in of 28 bytes,
+// metadata, and raw data in chunks.
+
+namespace dsp {
+
+/// A type of values, by its number in the file.
+struct TdmsType {
+  std::string kind;         ///< "double", "text", "time stamps"
+  NumberFormat format{};    ///< 0 bytes: values are no numbers
+  std::uint64_t bytes = 0;  ///< of each; 0: text, whose size is stated
+};
+
+/// A time stamp.
+struct TdmsTime {
+  std::int64_t seconds = 0;  ///< since 1904-01-01 00:00 UTC
+  double fraction = 0.0;     ///< of a second
+};
+
+using TdmsValue = std::variant<double, std::string, TdmsTime>;
+
+/// Values at even distances: `num_segments` segments, `segment_step` bytes from one to the next, of `num_chunks` chunks
+/// of `count` rows. A row is of `row_bytes`, in which the value begins at `offset_in_row`.
+struct TdmsRun {
+  std::uint64_t first_value = 0;  ///< how many are before it
+  std::uint64_t offset = 0;       ///< of the first row
+  std::uint64_t count = 0, row_bytes = 0, offset_in_row = 0, num_chunks = 0, chunk_step = 0, num_segments = 1,
+                segment_step = 0;
+  bool is_big = false;
+  [[nodiscard]] std::uint64_t num_values() const { return count * num_chunks * num_segments; }
+};
+
+/// The file, a group or a channel.
+struct TdmsObject {
+  std::string group, name;  ///< of a group the name is empty, of the file both
+  bool is_channel = false;
+  std::map<std::string, TdmsValue> properties{};  ///< those that say clock, unit or scale, as they are in the end
+  std::uint32_t type = 0;
+  bool has_several_types = false;  ///< from segment to segment
+  std::uint64_t num_values = 0;
+  std::vector<TdmsRun> runs{};  ///< where they are; none for text
+};
+
+struct TdmsContents {
+  std::vector<TdmsObject> objects;
+  std::string cut{};  ///< how the file ends before its time; empty: it does not
+};
+
+/// Throws std::out_of_range for a type whose values have no known size.
+[[nodiscard]] const TdmsType& tdms_type(std::uint32_t number);
+
+/// Walks over the metadata of all segments; equal ones that follow one another are one run. Throws Fault (input):
+/// container.truncated where the last segment is not whole (with options.salvage `cut` says so instead), tdms.damaged,
+/// container.unsupported for raw data of DAQmx, and memory.limit where the metadata need more than is allowed.
+[[nodiscard]] TdmsContents read_tdms_segments(const InputFile& file, const OpenOptions& options);
+
+}  // namespace dsp
