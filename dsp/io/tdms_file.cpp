@@ -52,7 +52,7 @@ class ChannelValues {
   ChannelValues(std::shared_ptr<SharedWindow> window, TdmsObject object, TdmsScale scale)
       : window_(std::move(window)),
         runs_(std::move(object.runs)),
-        type_(tdms_type(object.type)),
+        type_(*find_tdms_type(object.type)),
         scale_(std::move(scale)) {
     if (type_.format.bytes == 0) first_second_ = stamp_at(0).seconds;
   }
@@ -62,12 +62,16 @@ class ChannelValues {
     auto at = static_cast<std::uint64_t>(first), left = static_cast<std::uint64_t>(count);
     while (left > 0) {
       const Place place = place_of(at);
+      const TdmsRun& run = *place.run;
       const std::uint64_t rows =
-          std::min({left, place.num_left, std::max<std::uint64_t>(1, most_bytes / place.run->row_bytes)});
+          std::min({left, place.num_left, std::max<std::uint64_t>(1, most_bytes / run.row_bytes)});
+      // Rows as they are, so that the next channel finds them in the window, if they are not of absurd width.
+      const bool is_alone = run.row_bytes > most_bytes;
+      const std::uint64_t begin = is_alone ? run.offset_in_row : 0;
       const char* bytes =
-          window_->bytes(place.offset, static_cast<std::size_t>(rows * place.run->row_bytes), rows < left);
+          window_->bytes(place.offset + begin, is_alone ? type_.bytes : rows * run.row_bytes, rows < left && !is_alone);
       for (std::uint64_t i = 0; i < rows; ++i, into += stride)
-        *into = value(bytes + i * place.run->row_bytes + place.run->offset_in_row, place.run->is_big);
+        *into = value(bytes + i * run.row_bytes + run.offset_in_row - begin, run.is_big);
       at += rows;
       left -= rows;
     }
@@ -92,7 +96,7 @@ class ChannelValues {
 
   [[nodiscard]] double value(const char* at, bool is_big) const {
     if (type_.format.bytes == 0) {
-      const TdmsTime stamp = stamp_of(at, is_big);
+      const TdmsTime stamp = tdms_time(at, is_big);
       return static_cast<double>(stamp.seconds - first_second_) + stamp.fraction;
     }
     NumberFormat format = type_.format;
@@ -100,19 +104,9 @@ class ChannelValues {
     return scale_(format.value(at));
   }
 
-  static TdmsTime stamp_of(const char* at, bool is_big) {
-    std::uint64_t halves[2] = {0, 0};
-    for (std::size_t k = 0; k < 2; ++k)
-      for (std::size_t i = 0; i < 8; ++i)
-        halves[k] |= std::uint64_t{static_cast<unsigned char>(at[8 * k + i])} << 8 * (is_big ? 7 - i : i);
-    if (is_big) std::swap(halves[0], halves[1]);
-    return {static_cast<std::int64_t>(halves[1]), std::ldexp(static_cast<double>(halves[0]), -64)};
-  }
-
   [[nodiscard]] TdmsTime stamp_at(std::uint64_t value) const {
     const Place place = place_of(value);
-    const char* bytes = window_->bytes(place.offset, static_cast<std::size_t>(place.run->row_bytes), false);
-    return stamp_of(bytes + place.run->offset_in_row, place.run->is_big);
+    return tdms_time(window_->bytes(place.offset + place.run->offset_in_row, type_.bytes, false), place.run->is_big);
   }
 
   std::shared_ptr<SharedWindow> window_;
@@ -160,7 +154,7 @@ class TdmsArrays {
       contents.left_out.push_back(fmt::format("{} (no values)", clean_name(object.name)));
       return;
     }
-    const TdmsType& type = tdms_type(object.type);
+    const TdmsType& type = *find_tdms_type(object.type);
     FileArray array{.group = object.group + "/",
                     .name = object.name,
                     .unit = tdms_text(object, "unit_string"),

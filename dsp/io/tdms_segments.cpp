@@ -4,10 +4,9 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <cmath>
-#include <cstring>
-#include <optional>
+#include <iterator>
+#include <map>
+#include <numeric>
 #include <string_view>
 
 #include "dsp/fault.hpp"
@@ -19,7 +18,6 @@ namespace dsp {
 namespace {
 
 constexpr std::uint64_t lead_in_bytes = 28, unknown_offset = ~std::uint64_t{0};
-constexpr std::uint32_t text_values = 0x20, time_values = 0x44;
 
 enum SegmentContents : std::uint32_t {  // what a segment says it has
   has_metadata = 1U << 1,
@@ -29,122 +27,6 @@ enum SegmentContents : std::uint32_t {  // what a segment says it has
   is_big_endian = 1U << 6,
   has_daqmx = 1U << 7
 };
-
-const std::map<std::uint32_t, TdmsType>& tdms_types() {
-  static const std::map<std::uint32_t, TdmsType> types{
-      {0x01, {"int8", {'i', 1}, 1}},
-      {0x02, {"int16", {'i', 2}, 2}},
-      {0x03, {"int32", {'i', 4}, 4}},
-      {0x04, {"int64", {'i', 8}, 8}},
-      {0x05, {"uint8", {'u', 1}, 1}},
-      {0x06, {"uint16", {'u', 2}, 2}},
-      {0x07, {"uint32", {'u', 4}, 4}},
-      {0x08, {"uint64", {'u', 8}, 8}},
-      {0x09, {"single", {'f', 4}, 4}},
-      {0x0a, {"double", {'f', 8}, 8}},
-      {0x19, {"single", {'f', 4}, 4}},  // with a unit, which is a property
-      {0x1a, {"double", {'f', 8}, 8}},
-      {text_values, {"text", {'f', 0}, 0}},
-      {0x21, {"logical", {'u', 1}, 1}},
-      {time_values, {"time stamps", {'f', 0}, 16}},
-      {0x08000c, {"complex single", {'f', 0}, 8}},
-      {0x10000d, {"complex double", {'f', 0}, 16}},
-  };
-  return types;
-}
-
-/// Reads metadata up to their end, a piece at a time.
-class MetadataBytes {
- public:
-  MetadataBytes(const InputFile& file, std::uint64_t from, std::uint64_t to, bool is_big)
-      : file_(file), at_(from), to_(to), is_big_(is_big) {}
-
-  template <typename T>
-  T number() {
-    std::array<char, sizeof(T)> bytes{};
-    take(bytes.data(), bytes.size());
-    if (is_big_ == (std::endian::native == std::endian::little)) std::reverse(bytes.begin(), bytes.end());
-    return std::bit_cast<T>(bytes);
-  }
-
-  /// Beyond `most` bytes it is skipped and empty.
-  std::string text(std::size_t most) {
-    const auto size = number<std::uint32_t>();
-    if (size > to_ - at_) throw damaged(fmt::format("a text of {} bytes goes beyond the metadata", size));
-    std::string text(size > most ? 0 : size, '\0');
-    if (size > most)
-      at_ += size;
-    else
-      take(text.data(), text.size());
-    return text;
-  }
-
-  void skip(std::uint64_t count) {
-    if (count > to_ - at_) throw damaged("the metadata end too early");
-    at_ += count;
-  }
-
-  [[nodiscard]] bool is_big() const { return is_big_; }
-  [[nodiscard]] Fault damaged(const std::string& what) const {
-    return Fault(FaultKind::input, "tdms.damaged",
-                 fmt::format("{}: at byte {}: {}. Copy the file from its source again", file_.name(), at_, what));
-  }
-
- private:
-  void take(char* into, std::size_t count) {
-    if (count > to_ - at_) throw damaged("the metadata end too early");
-    if (at_ < begin_ || at_ + count > begin_ + piece_.size()) {
-      constexpr std::size_t piece_bytes = std::size_t{1} << 16;
-      begin_ = at_;
-      piece_ =
-          file_.text(at_, std::max(count, static_cast<std::size_t>(std::min<std::uint64_t>(piece_bytes, to_ - at_))));
-      if (piece_.size() < count) throw damaged("the file became shorter while it was read");
-    }
-    std::memcpy(into, piece_.data() + (at_ - begin_), count);
-    at_ += count;
-  }
-
-  const InputFile& file_;
-  std::uint64_t at_, to_, begin_ = 0;
-  std::string piece_;
-  bool is_big_;
-};
-
-double property_number(std::uint32_t type, MetadataBytes& bytes) {
-  switch (type) {
-    case 0x01:
-      return bytes.number<std::int8_t>();
-    case 0x02:
-      return bytes.number<std::int16_t>();
-    case 0x03:
-      return bytes.number<std::int32_t>();
-    case 0x04:
-      return static_cast<double>(bytes.number<std::int64_t>());
-    case 0x05:
-    case 0x21:
-      return bytes.number<std::uint8_t>();
-    case 0x06:
-      return bytes.number<std::uint16_t>();
-    case 0x07:
-      return bytes.number<std::uint32_t>();
-    case 0x08:
-      return static_cast<double>(bytes.number<std::uint64_t>());
-    case 0x09:
-    case 0x19:
-      return bytes.number<float>();
-    default:
-      return bytes.number<double>();
-  }
-}
-
-// Seconds come first where the most significant byte does.
-TdmsTime property_time(MetadataBytes& bytes) {
-  TdmsTime time;
-  if (bytes.is_big()) time.seconds = bytes.number<std::int64_t>();
-  time.fraction = std::ldexp(static_cast<double>(bytes.number<std::uint64_t>()), -64);
-  if (!bytes.is_big()) time.seconds = bytes.number<std::int64_t>();
-  return time;
-}
 
 bool is_used_property(const std::string& property) {
   return property.starts_with("wf_") || property.starts_with("NI_Scal") || property == "unit_string" ||
@@ -199,6 +81,9 @@ class TdmsSegments {
   struct Index {
     std::uint32_t type = 0;
     std::uint64_t count = 0, bytes = 0;
+    std::vector<std::uint32_t> widths{};          // of a row in each buffer of DAQmx; none: it is not of that
+    std::uint32_t buffer = 0, offset_in_row = 0;  // where the value is in them
+    bool is_one = true;                           // not several raw values for one
   };
   struct Lead {
     std::uint32_t contents = 0;
@@ -224,8 +109,8 @@ class TdmsSegments {
                             file_.quoted(std::string_view(bytes).substr(0, 4)))};
     if (bytes.size() < lead_in_bytes) throw Cut{fmt::format("ends in the first bytes of a segment, at byte {}", at)};
     Lead lead;
-    lead.contents = MetadataBytes(file_, at + 4, at + 8, false).number<std::uint32_t>();
-    MetadataBytes offsets(file_, at + 12, at + lead_in_bytes, lead.has(is_big_endian));
+    lead.contents = TdmsBytes(file_, at + 4, at + 8, false).number<std::uint32_t>();
+    TdmsBytes offsets(file_, at + 12, at + lead_in_bytes, lead.has(is_big_endian));
     const auto next = offsets.number<std::uint64_t>(), raw = offsets.number<std::uint64_t>();
     const std::uint64_t begin = at + lead_in_bytes, left = file_.size() - begin;
     if (next != unknown_offset && raw > next) throw offsets.damaged("raw data begin behind the end of their segment");
@@ -233,18 +118,18 @@ class TdmsSegments {
     lead.end = lead.is_whole ? begin + next : file_.size();
     if (raw > left) throw Cut{fmt::format("ends in the metadata of the segment at byte {}", at)};
     lead.raw_begin = begin + raw;
-    if (lead.has(has_daqmx) && lead.has(has_raw_data)) throw daqmx();
     return lead;
   }
 
   [[nodiscard]] Fault daqmx() const {
     const std::string name = file_.path().filename().string();
-    return Fault(FaultKind::input, "container.unsupported",
-                 fmt::format("{}: raw data of DAQmx (the driver's own log) are not read. Make a table of it, with pip "
-                             "install npTDMS pandas: python3 -c \"from nptdms import TdmsFile; "
-                             "TdmsFile.read('{}').as_dataframe(time_index=True).to_csv('{}.csv', "
-                             "index_label='time_s')\"",
-                             file_.name(), clean_name(name), clean_name(name)));
+    return Fault(
+        FaultKind::input, "container.unsupported",
+        fmt::format("{}: digital lines of DAQmx (the driver's own log) are not read. Make a table of it, with pip "
+                    "install npTDMS pandas: python3 -c \"from nptdms import TdmsFile; "
+                    "TdmsFile.read('{}').as_dataframe(time_index=True).to_csv('{}.csv', "
+                    "index_label='time_s')\"",
+                    file_.name(), clean_name(name), clean_name(name)));
   }
 
   void read_metadata(std::uint64_t at, const Lead& lead) {
@@ -252,21 +137,21 @@ class TdmsSegments {
       for (const std::size_t one : active_) index_of_[one].is_active = false;
       active_.clear();
     }
-    MetadataBytes bytes(file_, at + lead_in_bytes, lead.raw_begin, lead.has(is_big_endian));
+    TdmsBytes bytes(file_, at + lead_in_bytes, lead.raw_begin, lead.has(is_big_endian));
     const auto count = bytes.number<std::uint32_t>();
     for (std::uint32_t i = 0; i < count; ++i) read_object(bytes);
   }
 
-  void read_object(MetadataBytes& bytes) {
+  void read_object(TdmsBytes& bytes) {
     constexpr std::size_t longest_path = 1 << 16;
     const std::size_t which = find_object(bytes.text(longest_path), bytes);
     Placed& placed = index_of_[which];
-    constexpr std::uint32_t none = 0xffffffff, same = 0, daqmx_changing = 0x1269, daqmx_digital = 0x1369;
+    constexpr std::uint32_t none = 0xffffffff, same = 0, daqmx_samples = 0x1269, daqmx_digital = 0x1369;
     const auto kind = bytes.number<std::uint32_t>();
-    if (kind == daqmx_changing || kind == daqmx_digital) throw daqmx();
+    if (kind == daqmx_digital) throw daqmx();
     if (kind == same && !placed.has_index) throw bytes.damaged("an object has no earlier index to be like");
     if (kind != none && kind != same) {
-      placed.index = read_index(bytes);
+      placed.index = kind == daqmx_samples ? read_daqmx_index(bytes) : read_index(bytes);
       placed.has_index = true;
     }
     placed.has_data = kind != none;
@@ -278,7 +163,7 @@ class TdmsSegments {
     for (std::uint32_t i = 0; i < count; ++i) read_property(contents_.objects[which], bytes);
   }
 
-  std::size_t find_object(const std::string& path, const MetadataBytes& bytes) {
+  std::size_t find_object(const std::string& path, const TdmsBytes& bytes) {
     const auto [found, is_new] = by_path_.try_emplace(path, contents_.objects.size());
     if (!is_new) return found->second;
     TdmsObject object;
@@ -291,41 +176,66 @@ class TdmsSegments {
     return found->second;
   }
 
-  static Index read_index(MetadataBytes& bytes) {
+  static Index read_index(TdmsBytes& bytes) {
     Index index;
     index.type = bytes.number<std::uint32_t>();
-    const auto found = tdms_types().find(index.type);
-    if (found == tdms_types().end())
-      throw bytes.damaged(fmt::format("values of type 0x{:x} are not known", index.type));
+    const TdmsType* const type = find_tdms_type(index.type);
+    if (type == nullptr) throw bytes.damaged(fmt::format("values of type 0x{:x} are not known", index.type));
     if (bytes.number<std::uint32_t>() != 1) throw bytes.damaged("values in more than one dimension are not known");
     index.count = bytes.number<std::uint64_t>();
-    if (index.type == text_values)
+    if (index.type == tdms_text_type)
       index.bytes = bytes.number<std::uint64_t>();
-    else if (__builtin_mul_overflow(index.count, found->second.bytes, &index.bytes))
+    else if (__builtin_mul_overflow(index.count, type->bytes, &index.bytes))
       throw bytes.damaged("more values than any file can hold");
     return index;
   }
 
-  void read_property(TdmsObject& object, MetadataBytes& bytes) {
+  // As the driver of the hardware writes it: rows of several channels, in one buffer or more.
+  Index read_daqmx_index(TdmsBytes& bytes) {
+    static constexpr std::array<std::uint32_t, 6> types{0x05, 0x01, 0x06, 0x02, 0x07, 0x03};  // its own numbers of them
+    (void)bytes.number<std::uint32_t>();                                                      // no type of TDMS
+    if (bytes.number<std::uint32_t>() != 1) throw bytes.damaged("values in more than one dimension are not known");
+    Index index;
+    index.count = bytes.number<std::uint64_t>();
+    const auto num_scalers = bytes.number<std::uint32_t>();
+    index.is_one = num_scalers == 1;
+    for (std::uint32_t i = 0; i < num_scalers; ++i) {
+      const auto type = bytes.number<std::uint32_t>();
+      if (type >= types.size()) throw bytes.damaged(fmt::format("raw data of DAQmx of type {} are not known", type));
+      index.type = types[type];
+      index.buffer = bytes.number<std::uint32_t>();
+      index.offset_in_row = bytes.number<std::uint32_t>();
+      bytes.skip(2 * sizeof(std::uint32_t));  // format of samples, number of the scale
+    }
+    const auto num_widths = bytes.number<std::uint32_t>();
+    for (std::uint32_t i = 0; i < num_widths; ++i) {
+      claim(2 * sizeof(std::uint32_t));
+      index.widths.push_back(bytes.number<std::uint32_t>());
+    }
+    const bool is_inside = num_scalers > 0 && index.buffer < num_widths &&
+                           index.offset_in_row + bytes_of(index) <= index.widths[index.buffer];
+    if (!is_inside || __builtin_mul_overflow(index.count, row_bytes_of(index), &index.bytes))
+      throw bytes.damaged("raw data of DAQmx are not where their index says");
+    return index;
+  }
+
+  static std::uint64_t bytes_of(const Index& index) { return find_tdms_type(index.type)->bytes; }
+  static std::uint64_t row_bytes_of(const Index& index) {
+    return std::accumulate(index.widths.begin(), index.widths.end(), std::uint64_t{0});
+  }
+
+  void read_property(TdmsObject& object, TdmsBytes& bytes) {
     constexpr std::size_t longest = 1 << 12;
     const std::string name = bytes.text(longest);
-    const auto type = bytes.number<std::uint32_t>();
-    const auto found = tdms_types().find(type);
-    if (type != 0 && found == tdms_types().end())
-      throw bytes.damaged(fmt::format("a property of type 0x{:x} is not known", type));
-    TdmsValue value;
-    if (type == text_values)
-      value = bytes.text(longest);
-    else if (type == time_values)
-      value = property_time(bytes);
-    else if (type != 0 && found->second.format.bytes > 0)
-      value = property_number(type, bytes);
-    else
-      return bytes.skip(type == 0 ? 0 : found->second.bytes);
+    const auto number = bytes.number<std::uint32_t>();
+    const TdmsType* const type = find_tdms_type(number);
+    if (number == 0) return;  // nothing
+    if (type == nullptr) throw bytes.damaged(fmt::format("a property of type 0x{:x} is not known", number));
+    TdmsValue value = bytes.value(*type, longest);
     if (!is_used_property(name)) return;
     constexpr std::size_t bytes_each = 200;
     const auto [place, is_new] = object.properties.insert_or_assign(name, std::move(value));
-    if (is_new) claim(bytes_each + name.size() + longest * (type == text_values ? 1 : 0));
+    if (is_new) claim(bytes_each + name.size() + longest * (number == tdms_text_type ? 1 : 0));
   }
 
   // Of memory, before it is taken or right behind it where it is little.
@@ -335,15 +245,20 @@ class TdmsSegments {
   }
 
   void place_data(std::uint64_t at, const Lead& lead) {
+    placed_.clear();
+    std::copy_if(active_.begin(), active_.end(), std::back_inserter(placed_),
+                 [this](std::size_t one) { return index_of_[one].has_data && index_of_[one].index.bytes > 0; });
+    if (placed_.empty()) return;
+    if (lead.has(has_daqmx)) return place_daqmx(at, lead);
     const std::uint64_t raw_bytes = lead.end - lead.raw_begin;
     std::uint64_t chunk_bytes = 0, row_bytes = 0;
-    for (const std::size_t one : active_) {
-      const Placed& placed = index_of_[one];
-      if (!placed.has_data || placed.index.bytes == 0) continue;
-      if (__builtin_add_overflow(chunk_bytes, placed.index.bytes, &chunk_bytes)) chunk_bytes = unknown_offset;
-      row_bytes += tdms_type(placed.index.type).bytes;
+    for (const std::size_t one : placed_) {
+      const Index& index = index_of_[one].index;
+      if (!index.widths.empty())
+        throw TdmsBytes(file_, at, at, false).damaged("raw data of DAQmx in a segment that has none");
+      if (__builtin_add_overflow(chunk_bytes, index.bytes, &chunk_bytes)) chunk_bytes = unknown_offset;
+      row_bytes += bytes_of(index);
     }
-    if (chunk_bytes == 0) return;
     if (lead.has(is_interleaved)) return place_rows(at, lead, row_bytes);
     const std::uint64_t num_chunks = raw_bytes / chunk_bytes, rest = raw_bytes % chunk_bytes;
     if (num_chunks > 0) place_chunks(lead, num_chunks, chunk_bytes);
@@ -354,54 +269,49 @@ class TdmsSegments {
 
   void place_chunks(const Lead& lead, std::uint64_t num_chunks, std::uint64_t chunk_bytes) {
     std::uint64_t offset = lead.raw_begin;
-    for (const std::size_t one : active_) {
-      const Placed& placed = index_of_[one];
-      if (!placed.has_data || placed.index.bytes == 0) continue;
+    for (const std::size_t one : placed_) {
+      const Index& index = index_of_[one].index;
       add_run(one, {.offset = offset,
-                    .count = placed.index.count,
-                    .row_bytes = tdms_type(placed.index.type).bytes,
+                    .count = index.count,
+                    .row_bytes = bytes_of(index),
                     .num_chunks = num_chunks,
                     .chunk_step = chunk_bytes,
                     .is_big = lead.has(is_big_endian)});
-      offset += placed.index.bytes;
+      offset += index.bytes;
     }
   }
 
   // Of a chunk that is cut the first rows, as far as all have them.
   void place_rest(const Lead& lead, std::uint64_t begin, std::uint64_t rest) {
     std::uint64_t count = unknown_offset, before = 0;
-    for (const std::size_t one : active_) {
-      const Placed& placed = index_of_[one];
-      if (!placed.has_data || placed.index.bytes == 0) continue;
-      const std::uint64_t each = tdms_type(placed.index.type).bytes;
+    for (const std::size_t one : placed_) {
+      const Index& index = index_of_[one].index;
+      const std::uint64_t each = bytes_of(index);
       if (each == 0) return;
-      count = std::min({count, placed.index.count, (rest - std::min(rest, before)) / each});
-      before += std::min(placed.index.bytes, unknown_offset - before);
+      count = std::min({count, index.count, (rest - std::min(rest, before)) / each});
+      before += std::min(index.bytes, unknown_offset - before);
     }
-    for (const std::size_t one : active_) {
-      const Placed& placed = index_of_[one];
-      if (!placed.has_data || placed.index.bytes == 0 || count == 0) continue;
+    for (const std::size_t one : placed_) {
+      if (count == 0) return;
+      const Index& index = index_of_[one].index;
       add_run(one, {.offset = begin,
                     .count = count,
-                    .row_bytes = tdms_type(placed.index.type).bytes,
+                    .row_bytes = bytes_of(index),
                     .num_chunks = 1,
                     .is_big = lead.has(is_big_endian)});
-      begin += placed.index.bytes;
+      begin += index.bytes;
     }
   }
 
   void place_rows(std::uint64_t at, const Lead& lead, std::uint64_t row_bytes) {
     const std::uint64_t raw_bytes = lead.end - lead.raw_begin,
                         count = raw_bytes / std::max<std::uint64_t>(1, row_bytes);
-    std::optional<std::uint64_t> promised;
     std::uint64_t offset = 0;
-    for (const std::size_t one : active_) {
-      const Placed& placed = index_of_[one];
-      if (!placed.has_data || placed.index.bytes == 0) continue;
-      const std::uint64_t each = tdms_type(placed.index.type).bytes;
-      if (each == 0 || placed.index.count != promised.value_or(placed.index.count))
-        throw MetadataBytes(file_, at, at, false).damaged("values in rows are text or of several lengths");
-      promised = placed.index.count;
+    for (const std::size_t one : placed_) {
+      const Index& index = index_of_[one].index;
+      const std::uint64_t each = bytes_of(index);
+      if (each == 0 || index.count != index_of_[placed_.front()].index.count)
+        throw TdmsBytes(file_, at, at, false).damaged("values in rows are text or of several lengths");
       if (count > 0)
         add_run(one, {.offset = lead.raw_begin,
                       .count = count,
@@ -414,15 +324,43 @@ class TdmsSegments {
     if (raw_bytes % row_bytes != 0) throw Cut{fmt::format("ends in the values of its segment at byte {}", at)};
   }
 
+  // All channels have the same buffers; rows of a single one go on from chunk to chunk.
+  void place_daqmx(std::uint64_t at, const Lead& lead) {
+    const Index* const first = &index_of_[placed_.front()].index;
+    const std::uint64_t raw_bytes = lead.end - lead.raw_begin;
+    const bool is_single = first->widths.size() == 1;
+    const std::uint64_t step = is_single ? row_bytes_of(*first) : first->bytes;
+    const TdmsRun run{.count = is_single ? raw_bytes / step : first->count,
+                      .num_chunks = is_single ? 1 : raw_bytes / step,
+                      .chunk_step = is_single ? 0 : step,
+                      .is_big = lead.has(is_big_endian)};
+    for (const std::size_t one : placed_) {
+      const Index& index = index_of_[one].index;
+      if (index.widths.empty() || index.widths != first->widths || index.count != first->count)
+        throw TdmsBytes(file_, at, at, false).damaged("channels differ in their buffers of DAQmx");
+      if (run.num_values() > 0) add_run(one, in_buffer(index, lead.raw_begin, run));
+    }
+    if (raw_bytes % step != 0) throw Cut{fmt::format("ends in the values of its segment at byte {}", at)};
+  }
+
+  static TdmsRun in_buffer(const Index& index, std::uint64_t begin, TdmsRun run) {
+    run.offset = begin;
+    for (std::uint32_t i = 0; i < index.buffer; ++i) run.offset += run.count * index.widths[i];
+    run.row_bytes = index.widths[index.buffer];
+    run.offset_in_row = index.offset_in_row;
+    return run;
+  }
+
   // One with the last run where that is as the one before, at the same distance.
   void add_run(std::size_t which, TdmsRun run) {
     TdmsObject& object = contents_.objects[which];
     const std::uint32_t type = index_of_[which].index.type;
-    object.has_several_types = object.has_several_types || (object.num_values > 0 && object.type != type);
+    object.has_several_types =
+        object.has_several_types || !index_of_[which].index.is_one || (object.num_values > 0 && object.type != type);
     object.type = type;
     run.first_value = object.num_values;
     object.num_values += run.num_values();
-    if (tdms_type(type).bytes == 0 || object.has_several_types) return;
+    if (type == tdms_text_type || object.has_several_types) return;
     if (!object.runs.empty()) {
       TdmsRun& last = object.runs.back();
       const bool is_same = last.count == run.count && last.row_bytes == run.row_bytes &&
@@ -446,16 +384,12 @@ class TdmsSegments {
   const InputFile& file_;
   std::size_t max_memory_bytes_, claimed_bytes_ = 0;
   TdmsContents contents_;
-  std::vector<Placed> index_of_;  // of each object
-  std::vector<std::size_t> active_;
+  std::vector<Placed> index_of_;              // of each object
+  std::vector<std::size_t> active_, placed_;  // in order; those with values in the segment at hand
   std::map<std::string, std::size_t> by_path_;
 };
 
 }  // namespace
-
-const TdmsType& tdms_type(std::uint32_t number) {
-  return tdms_types().at(number);
-}
 
 TdmsContents read_tdms_segments(const InputFile& file, const OpenOptions& options) {
   return TdmsSegments(file, options).take();

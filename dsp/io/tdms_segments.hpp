@@ -2,32 +2,16 @@
 #include <cstdint>
 #include <map>
 #include <string>
-#include <variant>
 #include <vector>
 
-#include "dsp/io/array_file.hpp"
 #include "dsp/io/input_file.hpp"
 #include "dsp/io/sample_source.hpp"
+#include "dsp/io/tdms_bytes.hpp"
 
 // TDMS as National Instruments describe it ("TDMS File Format Internal Structure"): segments of a lead-in of 28 bytes,
 // metadata, and raw data in chunks.
 
 namespace dsp {
-
-/// A type of values, by its number in the file.
-struct TdmsType {
-  std::string kind;         ///< "double", "text", "time stamps"
-  NumberFormat format{};    ///< 0 bytes: values are no numbers
-  std::uint64_t bytes = 0;  ///< of each; 0: text, whose size is stated
-};
-
-/// A time stamp.
-struct TdmsTime {
-  std::int64_t seconds = 0;  ///< since 1904-01-01 00:00 UTC
-  double fraction = 0.0;     ///< of a second
-};
-
-using TdmsValue = std::variant<double, std::string, TdmsTime>;
 
 /// Values at even distances: `num_segments` segments, `segment_step` bytes from one to the next, of `num_chunks` chunks
 /// of `count` rows. A row is of `row_bytes`, in which the value begins at `offset_in_row`.
@@ -56,12 +40,9 @@ struct TdmsContents {
   std::string cut{};  ///< how the file ends before its time; empty: it does not
 };
 
-/// Throws std::out_of_range for a type whose values have no known size.
-[[nodiscard]] const TdmsType& tdms_type(std::uint32_t number);
-
 /// Walks over the metadata of all segments; equal ones that follow one another are one run. Throws Fault (input):
 /// container.truncated where the last segment is not whole (with options.salvage `cut` says so instead), tdms.damaged,
-/// container.unsupported for raw data of DAQmx, and memory.limit where the metadata need more than is allowed.
+/// container.unsupported for digital lines of DAQmx, and memory.limit where the metadata need more than is allowed.
 [[nodiscard]] TdmsContents read_tdms_segments(const InputFile& file, const OpenOptions& options);
 
 }  // namespace dsp

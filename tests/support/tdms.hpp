@@ -96,6 +96,15 @@ struct Tdms {
   [[nodiscard]] std::string text_index(std::uint64_t count, std::uint64_t bytes) const {
     return number(std::uint32_t{28}) + number(text) + number(std::uint32_t{1}) + number(count) + number(bytes);
   }
+  /// Raw data of DAQmx: 16-bit integers at a byte of rows of this width, in the last of `num_buffers` of one width.
+  [[nodiscard]] std::string daqmx_index(std::uint64_t count, std::uint32_t byte, std::uint32_t width,
+                                        std::uint32_t num_buffers = 1) const {
+    std::string bytes = number(std::uint32_t{0x1269}) + number(~std::uint32_t{0}) + number(std::uint32_t{1}) +
+                        number(count) + number(std::uint32_t{1}) + number(std::uint32_t{3}) + number(num_buffers - 1) +
+                        number(byte) + number(std::uint32_t{0}) + number(std::uint32_t{0}) + number(num_buffers);
+    for (std::uint32_t i = 0; i < num_buffers; ++i) bytes += number(width);
+    return bytes;
+  }
   [[nodiscard]] std::string same() const { return number(std::uint32_t{0}); }
   [[nodiscard]] std::string none() const { return number(~std::uint32_t{0}); }
 

@@ -116,6 +116,36 @@ TEST_CASE("numbers of every type are read from chunks and rows, in either byte o
     }
 }
 
+TEST_CASE("raw data of DAQmx are read from one buffer of rows and from several, scaled", "[dsp][tdms]") {
+  const Tdms tdms;
+  const auto scaled = [&](std::uint32_t byte) {
+    return std::vector<std::string>{tdms.property("wf_increment", 0.004),
+                                    tdms.property("unit_string", byte == 0 ? "mm" : "m/s^2"),
+                                    tdms.property("NI_Scaling_Status", "unscaled"),
+                                    tdms.property("NI_Scale[1]_Scale_Type", "Linear"),
+                                    tdms.property("NI_Scale[1]_Linear_Slope", 0.5),
+                                    tdms.property("NI_Scale[1]_Linear_Y_Intercept", 0.0),
+                                    tdms.property("NI_Scale[1]_Linear_Input_Source", 0.0)};
+  };
+  for (const std::uint32_t buffers : {1U, 2U}) {
+    CAPTURE(buffers);
+    const auto chunk = [&](int first) {
+      std::string raw(buffers == 1 ? 0 : 5 * 6, '\7');  // of another device
+      for (int i = first; i < first + 5; ++i)
+        raw += tdms.values(Tdms::i16, {2.0 * (i * i % 11)}) + "??" + tdms.values(Tdms::i16, {2.0 * (i * i * i % 7)});
+      return raw;
+    };
+    const std::string bytes = tdms.segment(begin | Tdms::daqmx,
+                                           {tdms.object(a_path, tdms.daqmx_index(5, 0, 6, buffers), scaled(0)),
+                                            tdms.object(b_path, tdms.daqmx_index(5, 4, 6, buffers), scaled(4))},
+                                           chunk(0) + chunk(5)) +
+                              tdms.segment(Tdms::daqmx, {}, chunk(10));
+    check_two(read(bytes), 15);
+    check_fault([&] { (void)read(bytes.substr(0, bytes.size() - 7)); }, FaultKind::input, "container.truncated", {});
+    check_two(read(bytes.substr(0, bytes.size() - 7), {.salvage = true}), buffers == 1 ? 13 : 10);
+  }
+}
+
 TEST_CASE("the example of the description is read", "[dsp][tdms]") {
   // "Incremental meta information" there: two channels of three 32-bit integers, then the same again.
   const Tdms tdms;
@@ -296,14 +326,14 @@ TEST_CASE("sizes that no TDMS file can hold are refused before anything is taken
   refused(with_index(tdms.index(Tdms::f64, ~std::uint64_t{0})), "tdms.damaged", "more values");
   refused(with_index(tdms.index(0x77, 4)), "tdms.damaged", "0x77");
   refused(with_index(tdms.same()), "tdms.damaged", "no earlier index");
-  refused(with_index(tdms.number(std::uint32_t{0x1269})), "container.unsupported", "DAQmx");
+  refused(with_index(tdms.number(std::uint32_t{0x1369})), "container.unsupported", "DAQmx");
+  refused(with_index(tdms.daqmx_index(4, 3, 4)), "tdms.damaged", "DAQmx");
+  refused(with_index(tdms.daqmx_index(much, 0, 64)), "tdms.damaged", "DAQmx");
   refused(tdms.segment(begin, {tdms.object("a", tdms.none())}, "x"), "tdms.damaged", "no path");
   std::string long_name = with_index(tdms.index(Tdms::f64, 4));
   long_name[32] = long_name[33] = long_name[34] = long_name[35] = '\xff';
   refused(long_name, "tdms.damaged", "goes beyond the metadata");
   refused("TDSh" + std::string(100, '\0'), "container.unsupported", "index of a TDMS file");
-  refused(tdms.segment(begin | Tdms::daqmx, {tdms.object(a_path, tdms.none())}, "xxxx"), "container.unsupported",
-          "DAQmx");
   std::vector<std::string> objects;
   for (int i = 0; i < 4000; ++i) objects.push_back(tdms.object(fmt::format("/'g'/'{}'", i), tdms.index(Tdms::u8, 1)));
   const std::string wide = tdms.segment(begin, objects, std::string(4000, '\1'));
