@@ -64,7 +64,10 @@ TEST_CASE("a run, a check, a fit and a prediction take standard input", "[apps][
   CHECK(bytes_of(folder / "stdin-run/prepared.csv") == bytes_of(folder / "x-run/prepared.csv"));
   expect(folder, "cat x.csv | $ARDENT check - --set library.order=1", 0, {"training rows"});
   expect(folder, "cat x.csv | $ARDENT predict x-run -", 0, {"stdin-predict"});
-  expect(folder, "cat x.csv | $ARDENT fit - --target x_mm --terms 1,time_s", 0, {"time_s"});
+  std::string line = "u,w\n";
+  for (int i = 0; i < 50; ++i) line += fmt::format("{},{}\n", 0.1 * i, 0.3 * i + i % 3 * 0.01);
+  (void)folder.file("line.csv", line);
+  expect(folder, "cat line.csv | $ARDENT fit - --target w --terms 1,u,u^2", 0, {"w = ", " u"});
 }
 
 TEST_CASE("the format of standard input is found, and its sidecar is in the current folder", "[apps][kept_stream]") {
