@@ -39,6 +39,7 @@ struct OptionValue {
   std::vector<std::string> words = {};  ///< the value is one of these; none: anything
   ValueCheck check = {};
   bool required = false, by_commas = false;  ///< by_commas: one text may hold several
+  bool is_recording = false;                 ///< "-" is standard input, and a pipe will do
 };
 
 struct Option {

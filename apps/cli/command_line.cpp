@@ -12,6 +12,7 @@
 #include "apps/cli/command_page.hpp"
 #include "apps/process/ending.hpp"
 #include "apps/process/interrupt.hpp"
+#include "apps/process/kept_stream.hpp"
 #include "apps/process/standard_streams.hpp"
 #include "apps/process/version.hpp"
 #include "dsp/names.hpp"
@@ -145,6 +146,19 @@ void refuse_unused(const CLI::App& app, const Command& command) {
                                    option.advice));
 }
 
+/// Recordings that come through pipes are kept: they are read more than once.
+void keep_streams(const Command& command) {
+  const auto keep = [](std::filesystem::path& path) {
+    if (path.extension() != ".toml") path = kept_stream(path);
+  };
+  for (const Option& option : command.options) {
+    if (!option.value.is_recording) continue;
+    if (auto* const* path = std::get_if<std::filesystem::path*>(&option.target)) keep(**path);
+    if (auto* const* paths = std::get_if<std::vector<std::filesystem::path>*>(&option.target))
+      std::for_each((*paths)->begin(), (*paths)->end(), keep);
+  }
+}
+
 /// Does what the command line says. Until it is read, `console` is one of its own.
 int run(int argc, const char* const* argv, Console& console) {
   const Program program = make_program();
@@ -168,6 +182,7 @@ int run(int argc, const char* const* argv, Console& console) {
   refuse_unused(app, command);
   const int verbosity = global.quiet ? -1 : global.verbose ? 1 : 0;
   console.set({.verbosity = verbosity, .json = global.json, .progress = global.progress});
+  keep_streams(command);
   return command.run(global, console);
 }
 

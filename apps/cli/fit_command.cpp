@@ -76,7 +76,7 @@ int fit(const FitArguments& arguments, const GlobalOptions& global, Console& con
 Command fit_command() {
   const auto typed = std::make_shared<FitArguments>();
   const std::vector<Option> first{
-      {"TABLE", &typed->table, "CSV or another table that `run` reads.", {.required = true}},
+      {"TABLE", &typed->table, "CSV or another table that `run` reads.", {.required = true, .is_recording = true}},
       {"--target", &typed->target, "Column to explain.", {.required = true}},
       {"--terms", &typed->terms, "Candidate terms: \"1,x,x^2\", or a file with one term a line.", {.required = true}}};
   const std::vector<Option> last{

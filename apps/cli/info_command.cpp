@@ -84,7 +84,7 @@ Command info_command() {
           .help = "What a recording is: container, channels, rate, length, sidecar",
           .group = look_group,
           .unused = {{"--output"}, {"--seed"}, {"--dry-run"}, {"--set"}, {"--force"}, {"--threads"}},
-          .options = {{"FILE", &typed->files, "Recordings.", {.required = true}},
+          .options = {{"FILE", &typed->files, "Recordings.", {.required = true, .is_recording = true}},
                       {"--sidecar",
                        &typed->sidecar,
                        "Sidecar of them all. Left out: NAME.ext.toml beside each.",

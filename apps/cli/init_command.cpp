@@ -63,7 +63,7 @@ void require_replaceable(const Folder& folder, const std::string& name, bool for
 
 /// A file that is there stays unless `force`: dsp::Fault (output, "output.exists").
 void init(const fs::path& recording, const fs::path& folder, bool force, Console& console) {
-  const fs::path place = folder.empty() ? recording.parent_path() : folder;
+  const fs::path place = folder.empty() ? dsp::sidecar_path(recording).parent_path() : folder;
   const fs::path sidecar = place / dsp::sidecar_path(recording.filename()),
                  config = place / recording.stem().concat(".toml");
   const std::string sidecar_text = dsp::draft_sidecar(recording);
@@ -89,7 +89,7 @@ Command init_command() {
           .help = "A first sidecar and config for a recording",
           .group = look_group,
           .unused = {{"--seed"}, {"--dry-run"}, {"--set"}, {"--threads"}},
-          .options = {{"FILE", recording.get(), "Recording.", {.required = true}}},
+          .options = {{"FILE", recording.get(), "Recording.", {.required = true, .is_recording = true}}},
           .run =
               [recording](const GlobalOptions& global, Console& console) {
                 init(*recording, global.output, global.force, console);

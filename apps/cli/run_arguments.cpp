@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 std::vector<Option> run_options(RunArguments& typed, const char* input, const char* help) {
   constexpr std::size_t bytes_per_mb = 1'000'000;
   const auto take_memory = [&typed](const std::string& mb) { typed.max_memory_bytes = std::stoull(mb) * bytes_per_mb; };
-  return {{input, &typed.input, help, {.required = true}},
+  return {{input, &typed.input, help, {.required = true, .is_recording = true}},
           {"--salvage", &typed.salvage, "Read a recording that was cut short, as far as it goes."},
           {"--uncalibrated", &typed.uncalibrated, "Take channels without a sensitivity as raw numbers."},
           {"--sidecar",

@@ -29,8 +29,9 @@ struct RunArguments {
 };
 
 /// The options that run, prep, check, study and batch have in common, behind the argument that names the input.
-[[nodiscard]] std::vector<Option> run_options(RunArguments& typed, const char* input = "INPUT",
-                                              const char* help = "A recording, or a config NAME.toml.");
+[[nodiscard]] std::vector<Option> run_options(
+    RunArguments& typed, const char* input = "INPUT",
+    const char* help = "A recording (- is standard input), or a config NAME.toml.");
 /// --no-rows and --no-figures, of run and batch.
 [[nodiscard]] std::vector<Option> less_options(RunArguments& typed);
 /// `typed` with what the global options say.

@@ -50,7 +50,10 @@ Command run_command() {
       .group = identify_group,
       .options =
           joined(joined(run_options(*typed),
-                        {{"RECORDING", &typed->recording, "To be identified with the settings of the config INPUT."},
+                        {{"RECORDING",
+                          &typed->recording,
+                          "To be identified with the settings of the config INPUT.",
+                          {.is_recording = true}},
                          {"--require",
                           &typed->require,
                           "Exit code 4 unless the verdict on every range is this or better. Results are written in "

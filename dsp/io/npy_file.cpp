@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "dsp/io/array_file.hpp"
+#include "dsp/io/foreign_file.hpp"
 #include "dsp/io/table_cells.hpp"
 #include "dsp/io/zip_archive.hpp"
 #include "dsp/names.hpp"
@@ -271,15 +272,9 @@ Fault not_numpy(const InputFile& file, const std::vector<ZipMember>& members) {
   const auto has = [&](std::string_view begin) {
     return std::any_of(members.begin(), members.end(), [&](const auto& one) { return one.name.starts_with(begin); });
   };
-  const bool is_spreadsheet = has("xl/") || (has("content.xml") && has("mimetype"));
-  return Fault(FaultKind::input, "container.unsupported",
-               is_spreadsheet
-                   ? fmt::format("{}: a spreadsheet is not read. Make a table of it: libreoffice --headless "
-                                 "--convert-to csv {}",
-                                 file.name(), file.path().filename().string())
-                   : fmt::format("{}: a ZIP archive without arrays of NumPy. Unpack it, and name the recording in it: "
-                                 "unzip {}",
-                                 file.name(), file.path().filename().string()));
+  return foreign_archive(file, has("xl/")                              ? ForeignArchive::spreadsheet
+                               : has("content.xml") && has("mimetype") ? ForeignArchive::open_document
+                                                                       : ForeignArchive::zip);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <array>
 #include <string_view>
 
+#include "dsp/io/foreign_file.hpp"
 #include "dsp/io/hdf5_file.hpp"
 #include "dsp/io/input_file.hpp"
 #include "dsp/io/json_file.hpp"
@@ -14,34 +15,13 @@
 #include "dsp/io/sound_file.hpp"
 #include "dsp/io/sound_header.hpp"
 #include "dsp/io/table_file.hpp"
+#include "dsp/io/tdms_file.hpp"
 #include "dsp/io/uff_file.hpp"
 #include "dsp/memory_limit.hpp"
 #include "dsp/names.hpp"
 
 namespace dsp {
 namespace {
-
-struct Foreign {
-  std::string_view magic;
-  std::size_t offset;
-  std::string_view name, message;
-};
-// Recognised so that the refusal can say what helps.
-constexpr std::array foreign{
-    Foreign{"TDSm", 0, "container.unsupported", "TDMS is not read. Export it as CSV or LVM"},
-    Foreign{"MDF     ", 0, "container.unsupported",
-            "MDF is not read. Make a table of it, with pip install asammdf: python3 -c \"from asammdf import MDF; "
-            "MDF('{}').to_dataframe().to_csv('{}.csv')\""},
-    Foreign{"PAR1", 0, "container.unsupported",
-            "Parquet is not read. Make a table of it, with pip install pandas pyarrow: python3 -c \"import pandas; "
-            "pandas.read_parquet('{}').to_csv('{}.csv')\""},
-    Foreign{"\xd0\xcf\x11\xe0", 0, "container.unsupported",
-            "an old spreadsheet is not read. Make a table of it: libreoffice --headless --convert-to csv '{}'"},
-    Foreign{"\x1f\x8b", 0, "container.unsupported", "a gzip file is not read. Unpack it first"},
-    Foreign{"OggS", 0, "container.lossy", "Ogg holds lossy codecs. Want WAV, RF64, W64, CAF, FLAC or AIFF"},
-    Foreign{"ID3", 0, "container.lossy", "MPEG audio is lossy. Want WAV, RF64, W64, CAF, FLAC or AIFF"},
-    Foreign{"\xff\xfb", 0, "container.lossy", "MPEG audio is lossy. Want WAV, RF64, W64, CAF, FLAC or AIFF"},
-};
 
 bool is_text_byte(char c) {
   return static_cast<unsigned char>(c) >= 0x20 || c == '\t' || c == '\n' || c == '\r';
@@ -124,14 +104,6 @@ bool is_control(char c) {
   return static_cast<unsigned char>(c) < 0x20 && c != '\t' && c != '\n' && c != '\r' && c != '\f';
 }
 
-// A line to be pasted names the file.
-std::string with_name(std::string_view message, const InputFile& file) {
-  std::string text(message);
-  const std::string name = clean_name(file.path().filename().string());
-  for (auto at = text.find("{}"); at != text.npos; at = text.find("{}", at + name.size())) text.replace(at, 2, name);
-  return text;
-}
-
 // A few control codes may occur in the names of a table; of bytes at random every ninth is one, and none of text is
 // NUL.
 bool is_text(std::string_view head) {
@@ -155,6 +127,7 @@ std::vector<std::string_view> containers_of(const std::string& written) {
   if (extension == ".npy" || extension == ".npz") return {"NumPy"};
   if (extension == ".csv" || extension == ".tsv" || extension == ".txt") return {"CSV", "text", "LabVIEW"};
   if (extension == ".lvm") return {"LabVIEW"};
+  if (extension == ".tdms" || extension == ".tdms_index") return {"TDMS"};
   if (extension == ".uff" || extension == ".unv") return {"UFF"};
   return {};
 }
@@ -181,11 +154,9 @@ std::unique_ptr<SampleSource> open_by_content(std::unique_ptr<InputFile> file, c
   if (!is_decoded && is_npy(head)) return open_npy_file(std::move(file), options);
   if (!is_decoded && head.starts_with("PK\x03\x04")) return open_npz_file(std::move(file), options);
   if (!is_decoded && (is_mat(head) || is_mat4(head))) return open_mat_file(std::move(file), options);
+  if (!is_decoded && is_tdms(head)) return open_tdms_file(std::move(file), options);
   if (is_uff(head)) return open_uff_file(std::move(file), options);
-  for (const auto& other : foreign)
-    if (head.size() > other.offset && std::string_view(head).substr(other.offset).starts_with(other.magic))
-      throw Fault(FaultKind::input, std::string(other.name),
-                  fmt::format("{}: {}", file->name(), with_name(other.message, *file)));
+  refuse_foreign(*file, head);
   if (is_json(head)) return open_json_file(std::move(file), options);
   if (is_text(head)) return open_table_file(std::move(file), options);
   const auto odd = std::find_if(head.begin(), head.end(), is_control);

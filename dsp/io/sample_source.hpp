@@ -71,8 +71,8 @@ class SampleSource {
 
 /// What is read, for messages.
 inline constexpr std::string_view readable_formats =
-    "sound files (WAV, RF64, W64, CAF, FLAC, AIFF), MATLAB, HDF5, NumPy (npy, npz), UFF, JSON, CSV and LabVIEW "
-    "text";
+    "sound files (WAV, RF64, W64, CAF, FLAC, AIFF), MATLAB, HDF5, NumPy (npy, npz), TDMS, UFF, JSON, CSV and "
+    "LabVIEW text";
 
 /// Opens a recording by its content, never by its name: all of readable_formats. Throws Fault (input): file.missing,
 /// file.kind, file.empty, file.denied, container.unknown, container.truncated, container.lossy, container.limit, ...

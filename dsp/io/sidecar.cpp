@@ -82,7 +82,7 @@ Sidecar read_document(const Settings& document) {
 }  // namespace
 
 std::filesystem::path sidecar_path(const std::filesystem::path& recording) {
-  auto path = recording;
+  auto path = recording.string().starts_with("/dev/") ? recording.filename() : recording;
   path += ".toml";
   return path;
 }

@@ -49,7 +49,7 @@ struct Sidecar {
   int header_row = 0, skip_rows = 0, run = 0;  ///< of a table; 0: not given; run: or all_runs
 };
 
-/// NAME.ext.toml
+/// NAME.ext.toml; of a stream, as /dev/stdin, that is in the current folder.
 [[nodiscard]] std::filesystem::path sidecar_path(const std::filesystem::path& recording);
 /// Throws Fault (usage): config.*, unit.*, calibration.value, channel.role, channel.name.
 [[nodiscard]] Sidecar read_sidecar(const std::filesystem::path& file);

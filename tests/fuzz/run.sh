@@ -10,6 +10,7 @@ build=$PWD/build/fuzz at_once=2
 # Bytes: a recording is a small file, a document a few screens.
 longest() {
   case $1 in
+    hdf5) echo 16384 ;;
     sound | matlab) echo 8192 ;;
     run_folder) echo 40000 ;;
     terms | command_line) echo 512 ;;
@@ -43,7 +44,7 @@ if [ "$1" = --one ]; then
   fuzz_one "$2" "$3" "$4"
   exit
 fi
-harnesses=${2:-$(sed -n 's/^ardent_fuzz(\([a-z_]*\) .*/\1/p' tests/fuzz/CMakeLists.txt)}
+harnesses=${2:-$(sed -n 's/^ardent_fuzz(\([a-z0-9_]*\) .*/\1/p' tests/fuzz/CMakeLists.txt)}
 count=$(echo "$harnesses" | wc -w)
 TMPDIR=$(mktemp -d "${TMPDIR:-/dev/shm}/ardent-fuzz-XXXXXX")
 export TMPDIR ASAN_OPTIONS=quarantine_size_mb=16

@@ -59,6 +59,24 @@ TEST_CASE("control codes in a header are escaped, not taken for another containe
   CHECK(table->info().columns == std::vector<std::string>{"t", "\\x1b[31mred\\x07", "\xc3\xbf"});
 }
 
+namespace {
+
+// With one empty member.
+std::string empty_archive(const std::string& member) {
+  const auto number = [](std::size_t value, std::size_t count) {
+    std::string bytes(count, '\0');
+    for (std::size_t i = 0; i < count; ++i) bytes[i] = static_cast<char>(value >> 8 * i & 0xff);
+    return bytes;
+  };
+  const std::string local = "PK\x03\x04" + std::string(22, '\0') + number(member.size(), 2) + number(0, 2) + member;
+  const std::string list =
+      "PK\x01\x02" + std::string(24, '\0') + number(member.size(), 2) + std::string(16, '\0') + member;
+  return local + list + "PK\x05\x06" + number(0, 4) + number(1, 2) + number(1, 2) + number(list.size(), 4) +
+         number(local.size(), 4) + number(0, 2);
+}
+
+}  // namespace
+
 TEST_CASE("known formats that are not read are refused with what helps", "[dsp][sample_source]") {
   const Scratch scratch;
   const auto refused = [&](const std::string& bytes, const std::string& name, const std::string& piece) {
@@ -67,9 +85,17 @@ TEST_CASE("known formats that are not read are refused with what helps", "[dsp][
   refused("\x89HDF\r\n\x1a\n....", "hdf5.damaged", "HDF5 cannot open it");
   refused(std::string(512, ' ') + "\x89HDF\r\n\x1a\n....", "hdf5.damaged", "HDF5 cannot open it");
   refused("{\"data\": [[1, 2]}", "json.syntax", "no JSON at byte");
-  refused("PAR1....", "container.unsupported", "read_parquet('a')");
-  refused("MDF     4.10", "container.unsupported", "MDF('a')");
-  refused("TDSm....", "container.unsupported", "TDMS");
+  const std::string path = (scratch / "a").string();
+  refused("PAR1....", "container.unsupported", "read_parquet('" + path + "')");
+  refused("MDF     4.10", "container.unsupported", "MDF('" + path + "')");
+  refused("\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "container.unsupported", "read_excel('" + path + "')");
+  refused(empty_archive("xl/workbook.xml"), "container.unsupported", "read_excel('" + path + "')");
+  refused(empty_archive("content.csv"), "container.unsupported", "unzip '" + path + "'");
+  refused("\x1f\x8b\x08", "container.unsupported", "gunzip < '" + path + "'");
+  check_fault([&] { (void)dsp::open_source(scratch.file("a.csv.gz", "\x1f\x8b\x08")); }, FaultKind::input,
+              "container.unsupported", {"gunzip -k '" + path + ".csv.gz'"});
+  check_fault([&] { (void)dsp::open_source(scratch.file("$(rm a).gz", "\x1f\x8b\x08")); }, FaultKind::input,
+              "container.unsupported", {"gunzip -k 'FILE'"});
   refused("PK\x03\x04....", "zip.truncated", "ZIP archive that was cut");
   refused("OggS....", "container.lossy", "lossy");
   refused(std::string("ab\0cd", 5), "container.unknown", "byte 2 is 0x00");

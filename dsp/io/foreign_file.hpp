@@ -1,0 +1,17 @@
+#pragma once
+#include <string_view>
+
+#include "dsp/fault.hpp"
+#include "dsp/io/input_file.hpp"
+
+namespace dsp {
+
+/// Throws Fault (input) where a file is known by its first bytes and not read: container.unsupported (MDF, Parquet, old
+/// spreadsheets, gzip), with a command that makes of it what is, or container.lossy.
+void refuse_foreign(const InputFile& file, std::string_view head);
+
+enum class ForeignArchive { spreadsheet, open_document, zip };
+/// The same of a ZIP archive that is one of these.
+[[nodiscard]] Fault foreign_archive(const InputFile& file, ForeignArchive kind);
+
+}  // namespace dsp
