@@ -117,17 +117,16 @@ Likelihood selected(const Statement& statement, const std::vector<int>& among, c
     }
   if (places.empty()) result.silent_because = "it keeps no term";
   const auto k = std::ssize(places);
-  result.mean.resize(k), result.covariance.resize(k, k);
-  VectorXd by = VectorXd::Ones(k);
+  result.mean.resize(k), result.covariance.resize(k, k), result.wider.resize(k, k);
+  const std::vector<double> wider = fit.wider();
   for (Index i = 0; i < k; ++i) {
-    const size_t at = places[static_cast<size_t>(i)];
-    result.mean(i) = fit.point.parameters[static_cast<size_t>(fit.parameters[at])];
-    for (Index j = 0; j < k; ++j)
-      result.covariance(i, j) = fit.covariance[at * fit.parameters.size() + places[static_cast<size_t>(j)]];
-    if (!fit.scattered.empty())
-      by(i) = std::sqrt(std::max(1.0, fit.scattered[at * (fit.parameters.size() + 1)] / result.covariance(i, i)));
+    const size_t row = places[static_cast<size_t>(i)];
+    result.mean(i) = fit.point.parameters[static_cast<size_t>(fit.parameters[row])];
+    for (Index j = 0; j < k; ++j) {
+      const size_t at = row * fit.parameters.size() + places[static_cast<size_t>(j)];
+      result.covariance(i, j) = fit.covariance[at], result.wider(i, j) = wider[at];
+    }
   }
-  result.wider = by.asDiagonal() * result.covariance * by.asDiagonal();
   result.gain = Eigen::VectorXd::Constant(std::ssize(data.library.terms), dsp::nan);
   for (Index j = 0; j < num_terms; ++j)
     result.gain(data.terms[static_cast<size_t>(j)]) = selection.scores[static_cast<size_t>(j)].gain;

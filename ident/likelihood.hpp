@@ -23,7 +23,7 @@ struct Likelihood {
   std::vector<Eigen::Index> terms;  ///< of the library, ascending
   Eigen::VectorXd mean;             ///< of their coefficients
   Eigen::MatrixXd covariance;       ///< with parameters of the channels unknown
-  Eigen::MatrixXd wider;            ///< that or the one by state_space::scatter_covariance, whichever std is larger
+  Eigen::MatrixXd wider;            ///< that or the one by scatter, whichever std is larger (state_space::Fit::wider)
   Eigen::VectorXd gain;             ///< by how much -2 log likelihood falls with each term of the library; NaN: none
   struct Value {
     double mean = 0.0, std = 0.0;

@@ -80,6 +80,8 @@ void take_terms(BodiesResult& result, const Choice& choice) {
   std::vector<size_t> places;
   for (size_t i = 0; i < fit.parameters.size(); ++i)
     if (std::cmp_less(fit.parameters[i], choice.candidates.size())) places.push_back(i);
+  const bool lacks = fit.gain_of_process_noise > Likelihood::beyond_doubt;
+  const std::vector<double> covariance = lacks ? fit.wider() : fit.covariance;
   BodiesModel& model = result.model;
   model.layout = choice.layout;
   const auto k = std::ssize(places);
@@ -94,7 +96,7 @@ void take_terms(BodiesResult& result, const Choice& choice) {
     result.gain.push_back(choice.selection.scores[term].gain);
     result.probability.push_back(choice.selection.scores[term].probability);
     for (Index j = 0; j < k; ++j)
-      model.covariance(i, j) = fit.covariance[at * fit.parameters.size() + places[static_cast<size_t>(j)]];
+      model.covariance(i, j) = covariance[at * fit.parameters.size() + places[static_cast<size_t>(j)]];
   }
   for (size_t i = 0; i < taken.size(); ++i)
     if (taken[i] == 0) result.rejected.push_back(choice.candidates[i]);

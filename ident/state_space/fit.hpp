@@ -31,6 +31,8 @@ struct Fit {
   [[nodiscard]] bool converged() const { return settled && at_floor; }
   /// Standard deviation of the i-th of `parameters`.
   [[nodiscard]] double std(std::size_t i) const;
+  /// `covariance` with each standard deviation the larger of its own and that of `scattered`.
+  [[nodiscard]] std::vector<double> wider() const;
 };
 
 /// Coefficients, states, output parameters, process and channel noise of most likelihood: from soft to hard (steps of

@@ -274,6 +274,15 @@ double Fit::std(size_t i) const {
   return std::sqrt(covariance[i * (parameters.size() + 1)]);
 }
 
+std::vector<double> Fit::wider() const {
+  const size_t p = parameters.size();
+  std::vector<double> by(p, 1.0), result = covariance;
+  for (size_t i = 0; i < p && !scattered.empty(); ++i)
+    by[i] = std::sqrt(std::max(1.0, scattered[i * (p + 1)] / covariance[i * (p + 1)]));
+  for (size_t i = 0; i < p * p; ++i) result[i] *= by[i / p] * by[i % p];
+  return result;
+}
+
 Fit fit(const Problem& problem, const FitOptions& options) {
   Fitter fitter(problem, options.num_threads);
   std::vector<int> terms = options.terms;
