@@ -33,17 +33,6 @@ constexpr std::array foreign{
 };
 constexpr std::string_view old_office = "\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", gzip = "\x1f\x8b";
 
-// A path that shells and Python take as it stands between quotation marks; FILE where it would not do.
-std::string path_to_paste(const InputFile& file) {
-  const std::string path = file.path().string();
-  const bool is_plain = std::all_of(path.begin(), path.end(), [](char c) {
-    constexpr std::string_view marks = "/._-+,=@%: ";
-    const auto byte = static_cast<unsigned char>(c);
-    return std::isalnum(byte) != 0 || byte >= 0x80 || marks.find(c) != marks.npos;
-  });
-  return is_plain && !path.starts_with('-') ? path : "FILE";
-}
-
 std::string with_path(std::string_view command, const InputFile& file) {
   std::string text(command);
   const std::string path = path_to_paste(file);
@@ -63,6 +52,16 @@ Fault not_unpacked(const InputFile& file) {
 }
 
 }  // namespace
+
+std::string path_to_paste(const InputFile& file) {
+  const std::string path = file.path().string();
+  const bool is_plain = std::all_of(path.begin(), path.end(), [](char c) {
+    constexpr std::string_view marks = "/._-+,=@%: ";
+    const auto byte = static_cast<unsigned char>(c);
+    return std::isalnum(byte) != 0 || byte >= 0x80 || marks.find(c) != marks.npos;
+  });
+  return is_plain && !path.starts_with('-') ? path : "FILE";
+}
 
 void refuse_foreign(const InputFile& file, std::string_view head) {
   if (head.starts_with(gzip)) throw not_unpacked(file);

@@ -10,9 +10,9 @@
 #include <string_view>
 
 #include "dsp/fault.hpp"
+#include "dsp/io/foreign_file.hpp"
 #include "dsp/io/table_header.hpp"
 #include "dsp/memory_limit.hpp"
-#include "dsp/names.hpp"
 
 namespace dsp {
 namespace {
@@ -122,14 +122,14 @@ class TdmsSegments {
   }
 
   [[nodiscard]] Fault daqmx() const {
-    const std::string name = file_.path().filename().string();
+    const std::string path = path_to_paste(file_);
     return Fault(
         FaultKind::input, "container.unsupported",
         fmt::format("{}: digital lines of DAQmx (the driver's own log) are not read. Make a table of it, with pip "
                     "install npTDMS pandas: python3 -c \"from nptdms import TdmsFile; "
                     "TdmsFile.read('{}').as_dataframe(time_index=True).to_csv('{}.csv', "
                     "index_label='time_s')\"",
-                    file_.name(), clean_name(name), clean_name(name)));
+                    file_.name(), path, path));
   }
 
   void read_metadata(std::uint64_t at, const Lead& lead) {
