@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <optional>
 #include <utility>
 
@@ -164,6 +165,9 @@ class Hdf5Arrays {
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // its messages would go to stderr; ours say more
     const Hdf5Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     H5Pset_file_locking(access, 0, 1);
+    // The usual driver follows links to a name, which what is open by its descriptor alone does not have.
+    std::error_code unknown;
+    if (std::filesystem::is_symlink(file.path(), unknown)) H5Pset_fapl_stdio(access);
     H5Pset_fclose_degree(access, H5F_CLOSE_SEMI);
     file_ = std::make_shared<Hdf5Id>(H5Fopen(file.path().c_str(), H5F_ACC_RDONLY, access), H5Fclose);
     if (!file_->is_open()) {

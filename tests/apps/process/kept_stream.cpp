@@ -79,6 +79,12 @@ TEST_CASE("the format of standard input is found, and its sidecar is in the curr
                                          {tdms.property("wf_increment", 0.01), tdms.property("unit_string", "mm")});
   (void)folder.file("x.tdms", tdms.segment(Tdms::new_list, {object}, tdms.values(Tdms::f64, values)));
   expect(folder, "cat x.tdms | $ARDENT info -", 0, {"TDMS", "100 Hz", "unit m"});
+  const std::filesystem::path samples = std::filesystem::path(ARDENT_DATA).parent_path() / "tests/dsp/io/samples";
+  for (const auto& [name, container] : {std::pair{"h5py.h5", "HDF5"},
+                                        {"matlab_v73.mat", "MATLAB v7.3"},
+                                        {"scipy_v4.mat", "MATLAB v4"},
+                                        {"numpy.npz", "NumPy npz"}})
+    expect(folder, fmt::format("cat {} | $ARDENT info -", (samples / name).string()), 0, {container, "250 Hz"});
   (void)folder.file("bare.csv", decay(false));
   expect(folder, "cat bare.csv | $ARDENT check -", 3, {"[rate.missing]", "stdin.toml"});
   (void)folder.file("stdin.toml", "rate = 100\n");
