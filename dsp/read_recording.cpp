@@ -11,6 +11,7 @@
 #include "dsp/filter/dispatch.hpp"
 #include "dsp/filter/lanes.hpp"
 #include "dsp/io/calibrate.hpp"
+#include "dsp/io/channel_bodies.hpp"
 #include "dsp/io/channel_roles.hpp"
 #include "dsp/io/recording_files.hpp"
 #include "dsp/memory_limit.hpp"
@@ -61,7 +62,7 @@ void assign_roles(std::vector<Channel>& channels, const ReadOptions& options, co
     found->role = role;
   }
   std::unordered_set<std::string_view> names;
-  std::map<Role, std::string> players;
+  std::map<std::pair<Role, int>, std::string> players;
   for (const auto& channel : channels) {
     const auto role = channel.role;
     if (!fits(role, channel.unit) && channel.calibrated)
@@ -73,7 +74,7 @@ void assign_roles(std::vector<Channel>& channels, const ReadOptions& options, co
           FaultKind::usage, "channel.name",
           fmt::format("{}: two channels are called '{}'. Name them apart in a sidecar", recording, channel.name));
     if (role == Role::other) continue;
-    if (const auto [player, is_free] = players.emplace(role, channel.name); !is_free)
+    if (const auto [player, is_free] = players.emplace(std::pair(role, channel.body), channel.name); !is_free)
       throw Fault(
           FaultKind::usage, "channel.role",
           fmt::format("{}: channels '{}' and '{}' both have role {}. Choose one: use = {{ {} = \"{}\" }}", recording,
@@ -169,7 +170,7 @@ struct RecordingReader::State {
       description.channels.push_back({channel.name, channel.role, calibration.unit, channel.delay_s - late_s,
                                       channel.highpass_hz, calibration.calibrated, channel.sensitivity_uncertainty,
                                       measured(channel.range, channel), measured(channel.drift, channel),
-                                      calibration.unit_is_assumed});
+                                      calibration.unit_is_assumed, channel.body});
     };
     for (const auto& channel : channels)
       if (channel.role != Role::t) faults.attempt([&] { add(channel); });
@@ -180,6 +181,8 @@ struct RecordingReader::State {
                               description.name, names,
                               clean_name((sidecar.file.empty() ? sidecar_path(recording) : sidecar.file).string())),
                   missing);
+    for (Check& check : assume_bodies(description.channels, role_is_known))
+      description.checks.push_back(std::move(check));
     for (Check& check : assume_roles(description.channels, role_is_known, options.use))
       description.checks.push_back(std::move(check));
     if (!picks.empty()) return;
@@ -291,6 +294,8 @@ RecordingReader::RecordingReader(const fs::path& file, const ReadOptions& option
   faults.attempt([&] {
     state.calibrate_channels(file, options);
     assign_roles(description.channels, options, description.name);
+    if (!any_motion(description.channels))
+      if (const std::optional<Fault> question = bodies_question(description.name, description.channels)) throw *question;
     if (!has_rate && !any_motion(description.channels)) throw no_motion(description.name, description.channels);
   });
   faults.raise();

@@ -18,6 +18,8 @@ struct Channel {
   double sensitivity_uncertainty = 0.01;  ///< standard deviation of the sensitivity, as a fraction: a maker's usual
   double range = 0.0, drift = 0.0;  ///< of the sensor: largest reading, standard deviation of its zero; 0: not known
   bool unit_is_assumed = false;     ///< nobody said it: SI of the role
+  int body = 0;                     ///< of several bodies with motions of their own which, from 1; 0: there is one
+  bool role_is_assumed = false;     ///< by its name
 };
 
 /// An interval of a recording that must not be used, in seconds from its first sample.

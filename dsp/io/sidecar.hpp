@@ -22,6 +22,7 @@ struct ChannelSpec {
   std::string column;          ///< empty: by index, else the column called like the channel
   Role role = Role::other;
   bool role_is_known = false;  ///< somebody gave it, if only as the name
+  int body = 0;                ///< of several, from 1; 0: not given
   std::string unit;            ///< as written; empty: SI of the sensitivity's measured unit
   std::optional<Sensitivity> sensitivity;
   std::optional<Quantity> full_scale;  ///< what 1.0 in the file means, electrical or measured

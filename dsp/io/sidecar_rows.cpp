@@ -163,6 +163,10 @@ SettingRows<ChannelSpec> channel_rows_in_order() {
       Row::custom("role", {.text = true},
                   fmt::format("What it measures: {}. `ardent help terms` explains them.", roles()), "",
                   "\"other\": usable in terms by its name", read_role),
+      Row::of("body", &ChannelSpec::body, {.range = {.from = 1, .to = 99}},
+              "Where several bodies move, which of them it is of, from 1: x and body = 2 is x2 in terms. Neighbours "
+              "have numbers that follow.",
+              "", "by numbered names (x1, mass_2, floor 3), else there is one body"),
       Row::custom("sensitivity", {.text = true, .example = "\"100 mV/g\""},
                   "What the sensor gives per measured unit: \"100.1 mV/g\", \"250 mV/mm\".", "",
                   "the numbers are measured values already", read_sensitivity),

@@ -1,0 +1,189 @@
+#include "ident/bodies/bodies.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "dsp/constants.hpp"
+#include "ident/bodies/statement.hpp"
+#include "ident/equation/percent.hpp"
+#include "ident/likelihood.hpp"
+#include "ident/state_space/select.hpp"
+
+namespace ident {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+using std::size_t;
+
+/// A record in a frame, and what its likelihood chose there.
+struct Choice {
+  BodiesRecord record;
+  BodiesLayout layout = {};
+  std::vector<BodyTerm> candidates = {};
+  BodiesStatement statement = {};
+  state_space::Selection selection = {};
+  [[nodiscard]] double cost() const {
+    const auto num_parameters = static_cast<double>(selection.fit.parameters.size());
+    return selection.fit.converged() ? selection.fit.J + selection.price * num_parameters : dsp::nan;
+  }
+};
+
+Choice choose(const BodiesRecord& given, Frame frame, const BodiesOptions& options, dsp::IndexRange train,
+              double thinned_by) {
+  Choice choice{.record = in_frame(given, frame)};
+  choice.layout = {given.num_bodies, frame, choice.record.inputs};
+  choice.candidates = candidates_of(choice.layout, options.library);
+  choice.statement = statement_of(choice.record, choice.candidates, {}, train, std::lround(thinned_by));
+  if (choice.statement.problem.records.empty())
+    throw dsp::Fault(dsp::FaultKind::input, "bodies.short",
+                     fmt::format("{}: {} samples to be fitted are too few. Record longer", given.name,
+                                 train.last - train.first));
+  choice.selection = state_space::select(choice.statement.problem, {.fit = {.num_threads = options.num_threads}});
+  return choice;
+}
+
+/// Of the samples that may be used, from the first on.
+dsp::IndexRange train_of(const BodiesRecord& record, double fraction) {
+  if (record.usable.empty())
+    throw dsp::Fault(dsp::FaultKind::input, "bodies.short",
+                     fmt::format("{}: no sample is without a fault", record.name));
+  const Index first = record.usable.front().first, last = record.usable.back().last;
+  return {first, first + static_cast<Index>(fraction * static_cast<double>(last - first))};
+}
+
+void take_terms(BodiesResult& result, const Choice& choice) {
+  const state_space::Fit& fit = choice.selection.fit;
+  std::vector<size_t> places;
+  for (size_t i = 0; i < fit.parameters.size(); ++i)
+    if (std::cmp_less(fit.parameters[i], choice.candidates.size())) places.push_back(i);
+  BodiesModel& model = result.model;
+  model.layout = choice.layout;
+  const auto k = std::ssize(places);
+  model.mean.resize(k), model.covariance.resize(k, k);
+  std::vector<unsigned char> taken(choice.candidates.size(), 0);
+  for (Index i = 0; i < k; ++i) {
+    const size_t at = places[static_cast<size_t>(i)];
+    const auto term = static_cast<size_t>(fit.parameters[at]);
+    taken[term] = 1;
+    model.terms.push_back(choice.candidates[term]);
+    model.mean(i) = fit.point.parameters[term];
+    result.gain.push_back(choice.selection.scores[term].gain);
+    result.probability.push_back(choice.selection.scores[term].probability);
+    for (Index j = 0; j < k; ++j)
+      model.covariance(i, j) = fit.covariance[at * fit.parameters.size() + places[static_cast<size_t>(j)]];
+  }
+  for (size_t i = 0; i < taken.size(); ++i)
+    if (taken[i] == 0) result.rejected.push_back(choice.candidates[i]);
+}
+
+/// From the last state that training samples gave.
+BodiesRun run_behind(const Choice& choice, const BodiesModel& model, const VectorXd& noise_std,
+                     dsp::IndexRange train) {
+  const BodiesRecord& record = choice.record;
+  const Index begin = choice.statement.last_sample, end = record.samples.rows();
+  const auto& states = choice.selection.fit.point.states.back();
+  const auto num_states = static_cast<size_t>(choice.selection.fit.noise.process.size());
+  const std::vector<double> state(states.end() - static_cast<std::ptrdiff_t>(num_states),
+                                  states.end() - static_cast<std::ptrdiff_t>(num_states) + 2 * record.num_bodies);
+  const Index n = record.num_bodies;
+  const double scale = record.samples.leftCols(n).cwiseAbs().maxCoeff();
+  const Eigen::MatrixXd positions =
+      run_free(model, record.input_samples.middleRows(begin, end - begin), record.sample_rate_hz, state, scale);
+  BodiesRun run{.samples = {train.last, end}, .positions = positions.bottomRows(end - train.last)};
+  run.nmse = run.noise = VectorXd::Constant(n, dsp::nan);
+  for (Index body = 0; body < n; ++body) {
+    double count = 0.0, sum = 0.0, squares = 0.0, missed = 0.0;
+    for (const dsp::IndexRange& one : record.usable)
+      for (Index k = std::max(one.first, train.last); k < one.last; ++k) {
+        const double value = record.samples(k, body), error = run.positions(k - train.last, body) - value;
+        ++count, sum += value, squares += value * value, missed += error * error;
+      }
+    const double variance = squares / count - std::pow(sum / count, 2);
+    run.nmse(body) = std::isfinite(missed) ? missed / count / variance : dsp::nan;
+    run.noise(body) = std::pow(noise_std(body), 2) / variance;
+  }
+  return run;
+}
+
+std::string in_words(const VectorXd& nmse, const std::vector<int>& bodies) {
+  std::vector<std::string> parts;
+  for (const int body : bodies) {
+    const double one = nmse(body - 1);
+    parts.push_back(std::isfinite(one) ? fmt::format("x{} NMSE {:.2g}, an error of {} of its rms", body, one,
+                                                     percent(std::sqrt(one)))
+                                       : fmt::format("x{} runs away", body));
+  }
+  return fmt::format("{}", fmt::join(parts, "; "));
+}
+
+/// As for one body: 1 % of the power beyond noise describes, 10 % in part; what is there beyond doubt and not in the
+/// equations takes it down.
+void judge(BodiesResult& result, double sample_rate_hz) {
+  constexpr double describes = 0.01, in_part = 0.1;
+  const BodiesRun& run = result.run;
+  double worst = 0.0;
+  std::vector<int> bodies;
+  for (int body = 1; body <= result.model.layout.num_bodies; ++body) {
+    bodies.push_back(body);
+    const double beyond = run.nmse(body - 1) - run.noise(body - 1);
+    worst = std::isfinite(beyond) ? std::max(worst, beyond) : 2.0;
+  }
+  result.verdict = worst <= describes ? Verdict::describes : worst <= in_part ? Verdict::in_part : Verdict::does_not;
+  const bool lacks = result.gain_of_process_noise > Likelihood::beyond_doubt;
+  if (lacks && result.verdict == Verdict::describes) result.verdict = Verdict::in_part;
+  const char* words = result.verdict == Verdict::describes ? "These equations describe the record"
+                      : result.verdict == Verdict::in_part ? "These equations describe the record in part"
+                                                           : "These equations do not describe the record";
+  result.sentence = fmt::format(
+      "{}: run free over {:.3g} s that were not fitted, {}; {}.", words,
+      static_cast<double>(run.samples.last - run.samples.first) / sample_rate_hz, in_words(run.nmse, bodies),
+      lacks ? "the recorded samples have something that no candidate explains (odds of 20,000 and more)"
+            : "the recorded samples have nothing that they do not explain");
+}
+
+}  // namespace
+
+BodiesResult identify_bodies(const BodiesRecord& record, const BodiesOptions& options) {
+  const dsp::IndexRange train = train_of(record, options.train_fraction);
+  const std::vector<Frame> frames =
+      record.frame ? std::vector<Frame>{*record.frame} : std::vector<Frame>{Frame::absolute, Frame::base};
+  BodiesResult result{.train = train};
+  Choice best = choose(record, frames.front(), options, train, 0.0);
+  if (frames.size() > 1) {
+    Choice other = choose(record, frames.back(), options, train, best.statement.thinned_by);
+    const double difference = other.cost() - best.cost();
+    if (std::isfinite(difference)) result.odds_of_frame = std::abs(difference);
+    if (difference < 0.0 || !std::isfinite(best.cost())) best = std::move(other);
+  }
+  const state_space::Fit& fit = best.selection.fit;
+  result.model.layout = best.layout;
+  result.noise_std = VectorXd::Map(fit.noise.channel.data(), std::ssize(record.channels));
+  result.gain_of_process_noise = fit.gain_of_process_noise;
+  result.thinned_by = best.statement.thinned_by;
+  for (const state_space::Record& one : best.statement.problem.records)
+    result.num_samples += result.thinned_by * static_cast<double>(one.channels.size());
+  if (!fit.converged()) {
+    result.silent_because = best.selection.hopeless ? "with all candidates the fit stays far above the noise"
+                            : fit.settled           ? "the fit did not come down to the noise of the channels"
+                                                    : "the fit did not come to rest";
+    return result;
+  }
+  take_terms(result, best);
+  if (result.model.terms.empty()) {
+    result.silent_because = "no candidate is more than noise";
+    return result;
+  }
+  result.modes = modes_of(result.model.layout, result.model.terms, result.model.mean, result.model.covariance);
+  result.couplings =
+      couplings_of(result.model.layout, result.model.terms, result.model.mean, result.model.covariance);
+  result.run = run_behind(best, result.model, result.noise_std, train);
+  judge(result, record.sample_rate_hz);
+  return result;
+}
+
+}  // namespace ident

@@ -1,0 +1,93 @@
+#pragma once
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dsp/recording.hpp"
+#include "ident/bodies/candidates.hpp"
+#include "ident/bodies/couplings.hpp"
+#include "ident/bodies/modes.hpp"
+#include "ident/verdict.hpp"
+
+namespace ident {
+
+/// Motions of several bodies recorded together, ready for their likelihood.
+struct BodiesRecord {
+  std::string name;
+  double sample_rate_hz = 0.0;
+  std::string length = "m";                        ///< SI unit of the displacements
+  int num_bodies = 0;
+  std::vector<dsp::Channel> channels = {};              ///< of bodies; the displacements of 1 to n first
+  Eigen::MatrixXd samples = {};                         ///< of these
+  Eigen::VectorXd zeros = {};                           ///< of each, subtracted: the mean where x is far from zero
+  std::vector<std::string> inputs = {};                 ///< recorded, as terms call them
+  Eigen::MatrixXd input_samples = {};
+  std::vector<double> input_noise_std = {};        ///< white, of a sample; empty: not looked at
+  std::vector<std::string> unused = {};                 ///< channels that are neither
+  std::vector<dsp::IndexRange> usable = {};             ///< samples without a fault, ascending
+  std::optional<Frame> frame = {};                      ///< what the channels' roles say; nothing where they leave it open
+};
+
+/// Throws dsp::Fault (input, "bodies.*") where a body has no displacement or one number is missing, and what to add.
+[[nodiscard]] BodiesRecord bodies_record(const dsp::Recording& recording);
+
+struct BodiesOptions {
+  BodyLibrary library = {};
+  double train_fraction = 0.6;
+  int num_threads = 1;
+};
+
+/// One equation for each body: its acceleration is the sum of its terms.
+struct BodiesModel {
+  BodiesLayout layout = {};
+  std::vector<BodyTerm> terms = {};  ///< body after body
+  Eigen::VectorXd mean = {};
+  Eigen::MatrixXd covariance = {};
+  [[nodiscard]] double std(Eigen::Index term) const { return std::sqrt(covariance(term, term)); }
+};
+
+/// The equations on their own from a state that training samples alone gave, driven by the inputs: displacements over
+/// the samples behind the training ones.
+struct BodiesRun {
+  dsp::IndexRange samples = {};      ///< of the record
+  Eigen::MatrixXd positions = {};    ///< samples x bodies; NaN from where they run away
+  Eigen::VectorXd nmse = {}, noise = {};  ///< of each body, over its variance there: what it misses, and the channel's noise
+};
+
+struct BodiesResult {
+  BodiesModel model = {};
+  std::vector<double> gain = {}, probability = {};  ///< of each of these terms: as of state_space::Score
+  std::vector<BodyTerm> rejected = {};         ///< candidates that were not taken
+  dsp::IndexRange train = {};
+  double num_samples = 0.0;  ///< that the likelihood is of
+  double thinned_by = 1.0;
+  Eigen::VectorXd noise_std = {};              ///< of each channel of the record
+  double gain_of_process_noise = 0.0;     ///< as of Likelihood
+  std::optional<double> odds_of_frame = {};    ///< by how much -2 log likelihood falls with this frame, where it was open
+  std::vector<Mode> modes = {};
+  std::vector<Coupling> couplings = {};
+  BodiesRun run = {};
+  Verdict verdict = Verdict::undecided;
+  std::string sentence = {};       ///< the verdict and what it rests on
+  std::string silent_because = {}; ///< not empty: there is no equation
+};
+
+/// One selection over the equations of all bodies, from the samples as they were recorded. Throws dsp::Fault (usage,
+/// "term.*") for terms that cannot be read, (input, "bodies.short") for fewer samples than say anything.
+[[nodiscard]] BodiesResult identify_bodies(const BodiesRecord& record, const BodiesOptions& options);
+
+/// Equations run free over samples of inputs from a state (x1, v1, x2, v2 ... of sample `first`): displacements of
+/// first, first + 1 ..., NaN from where one leaves 1e6 times `scale`.
+[[nodiscard]] Eigen::MatrixXd run_free(const BodiesModel& model, const Eigen::MatrixXd& inputs, double sample_rate_hz,
+                                       const std::vector<double>& state, double scale);
+
+/// As the equations want them: displacements in their frame, base motion they lack derived.
+[[nodiscard]] BodiesRecord in_frame(BodiesRecord record, Frame frame);
+
+/// The state in which the equations, as they are, begin the record: of most likelihood over its first two seconds, or
+/// an eighth of it. Nothing where it cannot be found.
+[[nodiscard]] std::optional<std::vector<double>> first_state(const BodiesModel& model, const BodiesRecord& record,
+                                                             dsp::IndexRange over, int num_threads);
+
+}  // namespace ident

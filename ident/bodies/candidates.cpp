@@ -1,0 +1,99 @@
+#include "ident/bodies/candidates.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "ident/library.hpp"
+
+namespace ident {
+namespace {
+
+std::string power(const std::string& factor, int exponent) {
+  return exponent == 0 ? "" : exponent == 1 ? factor : fmt::format("{}^{}", factor, exponent);
+}
+
+std::string product(const std::string& a, const std::string& b) {
+  return a.empty() ? b : b.empty() ? a : a + "*" + b;
+}
+
+/// Of a rate that may stand in brackets.
+std::string sign_of(const std::string& rate) {
+  return rate.front() == '(' ? "sgn" + rate : "sgn(" + rate + ")";
+}
+
+/// They act as motion of the base against which a body moves.
+bool is_motion_of_base(const std::string& input, Frame frame) {
+  return input == "r" || input == "dr" || (input == "ddr" && frame != Frame::base);
+}
+
+}  // namespace
+
+std::string BodiesLayout::position(int body) const {
+  return frame == Frame::absolute ? fmt::format("(x{} - r)", body) : fmt::format("x{}", body);
+}
+std::string BodiesLayout::speed(int body) const {
+  return frame == Frame::absolute ? fmt::format("(v{} - dr)", body) : fmt::format("v{}", body);
+}
+std::string BodiesLayout::stretch(int lower) {
+  return fmt::format("(x{} - x{})", lower + 1, lower);
+}
+std::string BodiesLayout::stretch_rate(int lower) {
+  return fmt::format("(v{} - v{})", lower + 1, lower);
+}
+
+std::vector<BodyTerm> candidates_of(const BodiesLayout& layout, const BodyLibrary& library) {
+  std::vector<BodyTerm> candidates;
+  for (int body = 1; body <= layout.num_bodies; ++body) {
+    const auto add = [&](std::string name) { candidates.push_back({body, std::move(name)}); };
+    if (library.order > 0) add("1");
+    for (int degree = 1; degree <= library.order; ++degree)
+      for (int of_position = degree; of_position >= 0; --of_position)
+        add(product(power(layout.position(body), of_position), power(layout.speed(body), degree - of_position)));
+    if (library.defaults) {
+      add(sign_of(layout.speed(body)));
+      for (int lower = std::max(1, body - 1); lower <= std::min(body, layout.num_bodies - 1); ++lower) {
+        for (int degree = 1; degree <= std::max(1, library.order); ++degree)
+          add(power(BodiesLayout::stretch(lower), degree));
+        add(BodiesLayout::stretch_rate(lower));
+        add(sign_of(BodiesLayout::stretch_rate(lower)));
+      }
+      for (const std::string& input : layout.inputs)
+        if (!is_motion_of_base(input, layout.frame)) add(input);
+    }
+    for (const std::string& term : library.terms) add(term);
+  }
+  return candidates;
+}
+
+state_space::Equations equations_of(const BodiesLayout& layout, const std::vector<BodyTerm>& terms,
+                                    const std::vector<double>& known) {
+  state_space::Equations equations{.states = {}, .inputs = layout.inputs, .terms = {}};
+  for (int body = 1; body <= layout.num_bodies; ++body) {
+    equations.states.insert(equations.states.end(), {fmt::format("x{}", body), fmt::format("v{}", body)});
+    equations.terms.push_back({.text = equations.states.back(), .state = 2 * body - 2, .known = 1.0});
+  }
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    state_space::Term term{.text = terms[i].name, .state = 2 * terms[i].body - 1};
+    if (!known.empty()) term.known = known[i];
+    equations.terms.push_back(std::move(term));
+  }
+  return equations;
+}
+
+std::string unit_of(const BodyTerm& term, const BodiesLayout& layout, const std::string& length) {
+  dsp::Motion signals;
+  const auto add = [&](const std::string& name, const std::string& unit) {
+    signals.signals.push_back({.name = name, .unit = unit, .values = {}});
+  };
+  for (int body = 1; body <= layout.num_bodies; ++body)
+    add(fmt::format("x{}", body), length), add(fmt::format("v{}", body), length + "/s");
+  add("r", length), add("dr", length + "/s"), add("ddr", length + "/s^2"), add("f", "N"), add("t", "s");
+  const Expression expression(term.name);
+  const std::vector<std::string>& used = expression.signals();
+  if (std::any_of(used.begin(), used.end(), [&](const std::string& name) { return signals.find(name) == nullptr; }))
+    return {};
+  return coefficient_unit(length + "/s^2", expression.unit(signals));
+}
+
+}  // namespace ident

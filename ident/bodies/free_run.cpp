@@ -1,0 +1,55 @@
+#include <algorithm>
+#include <cmath>
+
+#include "dsp/constants.hpp"
+#include "ident/bodies/bodies.hpp"
+#include "ident/bodies/statement.hpp"
+#include "ident/state_space/fit.hpp"
+#include "ident/state_space/step.hpp"
+
+namespace ident {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using std::size_t;
+
+MatrixXd run_free(const BodiesModel& model, const MatrixXd& inputs, double sample_rate_hz,
+                  const std::vector<double>& state, double scale) {
+  constexpr double runs_away = 1e6;
+  constexpr int parts = 2;  // of fifth order: motions below a tenth of the rate are followed to 1e-7 of a step
+  const std::vector<double> known(model.mean.begin(), model.mean.end());
+  const state_space::Problem problem{
+      .equations = equations_of(model.layout, model.terms, known), .channels = {}, .records = {}};
+  const state_space::Model compiled(problem);
+  const state_space::Inputs between(inputs, inputs.rows(), sample_rate_hz);
+  state_space::Stepper stepper(compiled, {}, 1.0 / sample_rate_hz, parts);
+  MatrixXd positions = MatrixXd::Constant(inputs.rows(), model.layout.num_bodies, dsp::nan);
+  std::vector<double> now = state, next(state.size());
+  for (Index k = 0; k < inputs.rows(); ++k) {
+    for (Index body = 0; body < positions.cols(); ++body) positions(k, body) = now[static_cast<size_t>(2 * body)];
+    if (k + 1 == inputs.rows()) break;
+    stepper.take(between, k, 1, now.data(), {}, {{next.data(), nullptr, nullptr}});
+    std::swap(now, next);
+    if (!std::all_of(now.begin(), now.end(), [](double value) { return std::isfinite(value); }) ||
+        std::abs(*std::max_element(now.begin(), now.end(), [](double a, double b) {
+          return std::abs(a) < std::abs(b);
+        })) > runs_away * scale)
+      break;
+  }
+  return positions;
+}
+
+std::optional<std::vector<double>> first_state(const BodiesModel& model, const BodiesRecord& record,
+                                               dsp::IndexRange over, int num_threads) {
+  const std::vector<double> known(model.mean.begin(), model.mean.end());
+  const BodiesStatement statement = statement_of(record, model.terms, known, over, 1);
+  if (statement.problem.records.empty()) return std::nullopt;
+  const state_space::Fit fit = state_space::fit(statement.problem, {.num_threads = num_threads});
+  const auto& states = fit.point.states.front();
+  const auto n = static_cast<std::ptrdiff_t>(2 * model.layout.num_bodies);
+  if (!std::all_of(states.begin(), states.begin() + n, [](double value) { return std::isfinite(value); }))
+    return std::nullopt;
+  return std::vector<double>(states.begin(), states.begin() + n);
+}
+
+}  // namespace ident

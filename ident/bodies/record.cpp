@@ -1,0 +1,211 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <utility>
+
+#include "dsp/filter/spectral.hpp"
+#include "ident/bodies/bodies.hpp"
+#include "ident/state_space/start.hpp"
+
+// A recording of several bodies as their likelihood wants it.
+
+namespace ident {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+using std::size_t;
+
+dsp::Fault question(const std::string& name, const std::string& recording, const std::string& what) {
+  return {dsp::FaultKind::input, name, fmt::format("{}: {}", recording, what)};
+}
+
+bool is_term_name(const std::string& name) {
+  return !name.empty() && std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
+         std::all_of(name.begin(), name.end(),
+                     [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; });
+}
+
+/// What acts from outside: by its role, of other channels by their unit.
+std::string input_name(const dsp::Channel& channel) {
+  const dsp::SignalInfo& role = dsp::info_of(channel.role);
+  if (role.body == dsp::Body::base || channel.role == dsp::Role::f) return std::string(role.name);
+  const bool is_force = channel.role == dsp::Role::other && (channel.unit == "N" || channel.unit == "N*m");
+  return is_force && is_term_name(channel.name) ? channel.name : "";
+}
+
+std::vector<dsp::IndexRange> usable_of(const dsp::Recording& recording) {
+  std::vector<unsigned char> bad(static_cast<size_t>(recording.samples.rows()), 0);
+  for (const dsp::Interval& interval : recording.bad) {
+    const auto from = static_cast<Index>(std::floor(interval.from_s * recording.sample_rate_hz)),
+               to = static_cast<Index>(std::ceil(interval.to_s * recording.sample_rate_hz)) + 1;
+    for (Index k = std::max<Index>(from, 0); k < std::min(to, recording.samples.rows()); ++k)
+      bad[static_cast<size_t>(k)] = 1;
+  }
+  std::vector<dsp::IndexRange> usable;
+  for (Index k = 0; k < std::ssize(bad); ++k) {
+    if (bad[static_cast<size_t>(k)] != 0) continue;
+    if (usable.empty() || usable.back().last != k) usable.push_back({k, k});
+    ++usable.back().last;
+  }
+  return usable;
+}
+
+bool has(const std::vector<std::string>& names, std::string_view name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// What roles and recorded base motion say of the frame; nothing where columns named x1 may be either.
+std::optional<Frame> frame_of(const BodiesRecord& record) {
+  const bool has_r = has(record.inputs, "r"), has_base = has_r || has(record.inputs, "dr") || has(record.inputs, "ddr");
+  const auto absolute = [](const dsp::Channel& channel) {
+    return dsp::info_of(channel.role).body == dsp::Body::payload;
+  };
+  const auto count = std::count_if(record.channels.begin(), record.channels.end(), absolute);
+  if (!has_base) return Frame::ground;
+  if (count > 0 && count < std::ssize(record.channels))
+    throw question("bodies.frame", record.name,
+                   "some displacements of bodies are absolute (y) and some relative to the base (x). Give all of them "
+                   "one role in a [[channel]] each");
+  if (count > 0 && !has_r)
+    throw question("bodies.frame", record.name,
+                   "displacements of bodies are absolute (y), but that of the base (r) is missing. Record it, or give "
+                   "the bodies role = \"x\" if they are relative to the base");
+  if (count > 0) return Frame::absolute;
+  const bool is_assumed = std::any_of(record.channels.begin(), record.channels.end(),
+                                      [](const dsp::Channel& channel) { return channel.role_is_assumed; });
+  return has_r && is_assumed ? std::nullopt : std::optional(Frame::base);
+}
+
+/// Channels of bodies, the displacements of 1 to n first.
+std::vector<Index> columns_of_bodies(const dsp::Recording& recording, int num_bodies) {
+  std::vector<Index> columns;
+  const auto order = [&](Index j) { return dsp::info_of(recording.channels[static_cast<size_t>(j)].role).order; };
+  for (int body = 1; body <= num_bodies; ++body) {
+    for (Index j = 0; j < std::ssize(recording.channels); ++j)
+      if (recording.channels[static_cast<size_t>(j)].body == body && order(j) == 0) columns.push_back(j);
+    if (std::ssize(columns) != body)
+      throw question("bodies.displacement", recording.name,
+                     fmt::format("of bodies 1 to {} body {} has {}. Want one displacement of each: give a channel "
+                                 "role = \"x\" and body = {}",
+                                 num_bodies, body, std::ssize(columns) < body ? "none" : "more than one displacement",
+                                 body));
+  }
+  for (Index j = 0; j < std::ssize(recording.channels); ++j)
+    if (recording.channels[static_cast<size_t>(j)].body > 0 && order(j) > 0) columns.push_back(j);
+  return columns;
+}
+
+/// The mean, where that is further from zero than a motion about it is wide: a laser's distance.
+double zero_of(const VectorXd& values) {
+  constexpr double far = 3.0;
+  const double mean = values.mean(), std = std::sqrt((values.array() - mean).square().mean());
+  return std::abs(mean) > far * std ? mean : 0.0;
+}
+
+VectorXd derived(const VectorXd& signal, double rate_hz, int order, double to_hz) {
+  constexpr double flat = 0.8;
+  return dsp::ExtendedSpectrum(signal, rate_hz).derivative(order, {flat * to_hz, to_hz});
+}
+
+/// At either end a derivative over the whole record is less sure.
+void leave_out_ends(BodiesRecord& record) {
+  constexpr double most_s = 1.0, of_record = 0.02;
+  const Index n = record.samples.rows(),
+              margin = static_cast<Index>(
+                  std::min(most_s * record.sample_rate_hz, of_record * static_cast<double>(n)));
+  for (dsp::IndexRange& one : record.usable)
+    one = {std::max(one.first, margin), std::min(one.last, n - margin)};
+  std::erase_if(record.usable, [](const dsp::IndexRange& one) { return one.first >= one.last; });
+}
+
+}  // namespace
+
+BodiesRecord bodies_record(const dsp::Recording& recording) {
+  BodiesRecord record{.name = recording.name, .sample_rate_hz = recording.sample_rate_hz};
+  for (const dsp::Channel& channel : recording.channels) record.num_bodies = std::max(record.num_bodies, channel.body);
+  const std::vector<Index> columns = columns_of_bodies(recording, record.num_bodies);
+  std::vector<Index> of_inputs;
+  for (Index j = 0; j < std::ssize(recording.channels); ++j) {
+    const dsp::Channel& channel = recording.channels[static_cast<size_t>(j)];
+    if (channel.body > 0) continue;
+    const dsp::Body whose = dsp::info_of(channel.role).body;
+    if (whose == dsp::Body::relative || whose == dsp::Body::payload)
+      throw question("bodies.which", recording.name,
+                     fmt::format("of which body is channel '{}' ({})? Others have a number. Add body = ... from 1 to "
+                                 "{} to its [[channel]], or role = \"other\"",
+                                 channel.name, dsp::to_string(channel.role), record.num_bodies));
+    if (const std::string name = input_name(channel); !name.empty()) {
+      if (channel.delay_s != 0.0)
+        throw question("bodies.delay", recording.name,
+                       fmt::format("channel '{}' lags by a stated delay, which is corrected for one body only. Correct "
+                                   "the recording and leave `delay` out",
+                                   channel.name));
+      record.inputs.push_back(name), of_inputs.push_back(j);
+    } else {
+      record.unused.push_back(channel.name);
+    }
+  }
+  record.samples = recording.samples(Eigen::indexing::all, columns);
+  record.input_samples = recording.samples(Eigen::indexing::all, of_inputs);
+  record.zeros = VectorXd::Zero(std::ssize(columns));
+  for (const Index j : columns) record.channels.push_back(recording.channels[static_cast<size_t>(j)]);
+  record.length = record.channels.front().unit;
+  for (Index j = 0; j < record.num_bodies; ++j) {
+    if (record.channels[static_cast<size_t>(j)].unit != record.length)
+      throw question("bodies.unit", recording.name,
+                     fmt::format("displacement of body 1 is in '{}', of body {} in '{}'. Want one unit for all",
+                                 record.length, j + 1, record.channels[static_cast<size_t>(j)].unit));
+    record.zeros(j) = zero_of(record.samples.col(j));
+    record.samples.col(j).array() -= record.zeros(j);
+  }
+  for (Index j = 0; j < record.input_samples.cols(); ++j)
+    if (record.inputs[static_cast<size_t>(j)] == "r")
+      record.input_samples.col(j).array() -= zero_of(record.input_samples.col(j));
+  record.usable = usable_of(recording);
+  record.frame = frame_of(record);
+  return record;
+}
+
+BodiesRecord in_frame(BodiesRecord record, Frame frame) {
+  record.frame = frame;
+  std::vector<std::string> inputs;
+  std::vector<VectorXd> signals;
+  std::vector<double> noise;
+  std::vector<double> ends_hz;
+  for (size_t j = 0; j < record.inputs.size(); ++j) {
+    state_space::Input input =
+        state_space::without_noise(record.input_samples.col(static_cast<Index>(j)), record.sample_rate_hz);
+    inputs.push_back(record.inputs[j]), signals.push_back(std::move(input.signal));
+    noise.push_back(input.noise_std), ends_hz.push_back(input.to_hz);
+  }
+  const auto derive = [&](const char* wanted, std::initializer_list<std::pair<const char*, int>> sources) {
+    if (has(inputs, wanted)) return;
+    for (const auto& [source, order] : sources) {
+      const auto found = std::find(inputs.begin(), inputs.end(), source) - inputs.begin();
+      if (found == std::ssize(inputs)) continue;
+      const auto at = static_cast<size_t>(found);
+      signals.push_back(derived(signals[at], record.sample_rate_hz, order, ends_hz[at]));
+      inputs.emplace_back(wanted), noise.push_back(0.0), ends_hz.push_back(ends_hz[at]);
+      leave_out_ends(record);
+      return;
+    }
+  };
+  if (frame == Frame::absolute) derive("dr", {{"r", 1}});
+  if (frame == Frame::base) derive("ddr", {{"dr", 1}, {"r", 2}});
+  record.inputs.clear(), record.input_noise_std.clear();
+  record.input_samples.resize(record.samples.rows(), 0);
+  for (size_t j = 0; j < inputs.size(); ++j) {
+    const bool is_of_base = inputs[j] == "r" || inputs[j] == "dr";
+    if (frame == Frame::base ? is_of_base : inputs[j] == "ddr") continue;
+    record.inputs.push_back(inputs[j]), record.input_noise_std.push_back(noise[j]);
+    record.input_samples.conservativeResize(Eigen::NoChange, record.input_samples.cols() + 1);
+    record.input_samples.rightCols(1) = signals[j];
+  }
+  return record;
+}
+
+}  // namespace ident

@@ -1,0 +1,21 @@
+#pragma once
+#include <vector>
+
+#include "ident/bodies/bodies.hpp"
+#include "ident/state_space/problem.hpp"
+
+namespace ident {
+
+/// The likelihood of samples of a record of bodies, stated.
+struct BodiesStatement {
+  state_space::Problem problem;
+  double thinned_by = 1.0;       ///< recorded samples a sample
+  Eigen::Index last_sample = 0;  ///< of the record, that of the last sample of the last piece
+};
+
+/// Of the usable samples among these. `thinned_by`: as often as another statement of the same samples; 0: as may be.
+[[nodiscard]] BodiesStatement statement_of(const BodiesRecord& record, const std::vector<BodyTerm>& terms,
+                                           const std::vector<double>& known, dsp::IndexRange over,
+                                           Eigen::Index thinned_by);
+
+}  // namespace ident
