@@ -27,23 +27,43 @@ struct Choice {
   std::vector<BodyTerm> candidates = {};
   BodiesStatement statement = {};
   state_space::Selection selection = {};
-  [[nodiscard]] double cost() const {
-    const auto num_parameters = static_cast<double>(selection.fit.parameters.size());
-    return selection.fit.converged() ? selection.fit.J + selection.price * num_parameters : dsp::nan;
+  /// Nothing is left that the equations do not explain.
+  [[nodiscard]] bool is_complete() const {
+    return selection.fit.converged() && selection.fit.gain_of_process_noise < Likelihood::beyond_doubt;
   }
 };
 
-Choice choose(const BodiesRecord& given, Frame frame, const BodiesOptions& options, dsp::IndexRange train,
-              double thinned_by) {
+/// What springs and dampers are made of: a search from there is short, and takes up what else there is.
+std::vector<int> first_terms(const BodiesLayout& layout, const std::vector<BodyTerm>& candidates) {
+  std::vector<int> first;
+  for (size_t i = 0; i < candidates.size(); ++i) {
+    const auto& [body, name] = candidates[i];
+    const std::string own = layout.position(body);
+    const bool is_input = std::find(layout.inputs.begin(), layout.inputs.end(), name) != layout.inputs.end();
+    bool is_usual = is_input || name == own || name == own + "^3" || name == layout.speed(body);
+    for (int lower = std::max(1, body - 1); lower <= std::min(body, layout.num_bodies - 1); ++lower)
+      is_usual = is_usual || name == BodiesLayout::stretch(lower) || name == BodiesLayout::stretch(lower) + "^3" ||
+                 name == BodiesLayout::stretch_rate(lower);
+    if (is_usual) first.push_back(static_cast<int>(i));
+  }
+  return first;
+}
+
+Choice choose(const BodiesRecord& given, Frame frame, const BodiesOptions& options, dsp::IndexRange train) {
   Choice choice{.record = in_frame(given, frame)};
   choice.layout = {given.num_bodies, frame, choice.record.inputs};
   choice.candidates = candidates_of(choice.layout, options.library);
-  choice.statement = statement_of(choice.record, choice.candidates, {}, train, std::lround(thinned_by));
+  choice.statement = statement_of(choice.record, choice.candidates, {}, train, 0);
   if (choice.statement.problem.records.empty())
     throw dsp::Fault(dsp::FaultKind::input, "bodies.short",
                      fmt::format("{}: {} samples to be fitted are too few. Record longer", given.name,
                                  train.last - train.first));
-  choice.selection = state_space::select(choice.statement.problem, {.fit = {.num_threads = options.num_threads}});
+  const auto select = [&](const std::vector<int>& first) {
+    return state_space::select(choice.statement.problem,
+                               {.fit = {.terms = first, .num_threads = options.num_threads}});
+  };
+  choice.selection = select(first_terms(choice.layout, choice.candidates));
+  if (!choice.selection.fit.converged()) choice.selection = select({});
   return choice;
 }
 
@@ -150,16 +170,14 @@ void judge(BodiesResult& result, double sample_rate_hz) {
 
 BodiesResult identify_bodies(const BodiesRecord& record, const BodiesOptions& options) {
   const dsp::IndexRange train = train_of(record, options.train_fraction);
-  const std::vector<Frame> frames =
-      record.frame ? std::vector<Frame>{*record.frame} : std::vector<Frame>{Frame::absolute, Frame::base};
   BodiesResult result{.train = train};
-  Choice best = choose(record, frames.front(), options, train, 0.0);
-  if (frames.size() > 1) {
-    Choice other = choose(record, frames.back(), options, train, best.statement.thinned_by);
-    const double difference = other.cost() - best.cost();
-    if (std::isfinite(difference)) result.odds_of_frame = std::abs(difference);
-    if (difference < 0.0 || !std::isfinite(best.cost())) best = std::move(other);
-  }
+  Choice best = choose(record, record.frame.value_or(Frame::absolute), options, train);
+  // In the wrong frame the base acts by terms that are no candidates: it is as good as impossible that nothing is left.
+  if (!record.frame && !best.is_complete())
+    if (Choice other = choose(record, Frame::base, options, train);
+        other.is_complete() || !best.selection.fit.converged())
+      best = std::move(other);
+  result.frame_was_open = !record.frame;
   const state_space::Fit& fit = best.selection.fit;
   result.model.layout = best.layout;
   result.noise_std = VectorXd::Map(fit.noise.channel.data(), std::ssize(record.channels));

@@ -64,7 +64,7 @@ struct BodiesResult {
   double thinned_by = 1.0;
   Eigen::VectorXd noise_std = {};              ///< of each channel of the record
   double gain_of_process_noise = 0.0;     ///< as of Likelihood
-  std::optional<double> odds_of_frame = {};    ///< by how much -2 log likelihood falls with this frame, where it was open
+  bool frame_was_open = false;            ///< the samples decided it
   std::vector<Mode> modes = {};
   std::vector<Coupling> couplings = {};
   BodiesRun run = {};

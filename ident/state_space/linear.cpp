@@ -67,12 +67,23 @@ Linearisation::Linearisation(const Problem& problem)
     looks_at_rates_ = looks_at_rates_ || channel.rate || channel.lag_s.mean != 0.0 || channel.lag_s.std > 0.0;
 }
 
-void Linearisation::steps(std::size_t record, Index first, Index last, const Point& point, int parts,
-                          Linear& into) const {
-  const auto ns = as_size(model_.num_states()), p = into.parameters.size();
+Model Linearisation::model_of(const Point& point, const std::vector<int>& parameters) const {
+  std::vector<char> wanted;
+  int coefficient = 0;
+  for (const Term& term : problem_.equations.terms) {
+    const int at = term.known ? -1 : coefficient++;
+    wanted.push_back(at < 0 || point.parameters[as_size(at)] != 0.0 ||
+                     std::find(parameters.begin(), parameters.end(), at) != parameters.end());
+  }
+  return {problem_, wanted};
+}
+
+void Linearisation::steps(const Model& model, std::size_t record, Index first, Index last, const Point& point,
+                          int parts, Linear& into) const {
+  const auto ns = as_size(model.num_states()), p = into.parameters.size();
   LinearRecord& to = into.records[record];
   const double* states = point.states[record].data();
-  Stepper stepper(model_, into.parameters, 1.0 / problem_.sample_rate_hz, parts);
+  Stepper stepper(model, into.parameters, 1.0 / problem_.sample_rate_hz, parts);
   std::vector<double> ends(side_by_side * ns);
   std::vector<Ends> where(side_by_side);
   for (Index k = first; k < std::min(last, to.num_samples - 1); k += side_by_side) {
@@ -86,30 +97,31 @@ void Linearisation::steps(std::size_t record, Index first, Index last, const Poi
   }
 }
 
-void Linearisation::outputs(std::size_t record, Index first, Index last, const Point& point, Linear& into) const {
-  const auto ns = as_size(model_.num_states()), p = into.parameters.size(), m = problem_.channels.size();
+void Linearisation::outputs(const Model& model, std::size_t record, Index first, Index last, const Point& point,
+                            Linear& into) const {
+  const auto ns = as_size(model.num_states()), p = into.parameters.size(), m = problem_.channels.size();
   LinearRecord& to = into.records[record];
-  Rates<1> rates(model_);
-  const std::vector<Model::Column> columns = model_.columns(into.parameters);
+  Rates<1> rates(model);
+  const std::vector<Model::Column> columns = model.columns(into.parameters);
   const Inputs::Place at_sample(0.0);
   for (Index k = first; k < last; ++k) {
     for (std::size_t i = 0; i < ns; ++i) *rates.state(static_cast<int>(i)) = point.states[record][as_size(k) * ns + i];
     if (looks_at_rates_) {
-      inputs_[record].at(k, at_sample, rates.input(0), rates.input_rate(0), model_.num_states() + 2);
+      inputs_[record].at(k, at_sample, rates.input(0), rates.input_rate(0), model.num_states() + 2);
       rates.evaluate(point.parameters, true);
     }
-    if (looks_at_rates_ && model_.num_switches() > 0) {
-      for (int i = 0; i < model_.num_switches(); ++i) *rates.sides(i) = *rates.switch_value(i) < 0.0 ? -1.0 : 1.0;
+    if (looks_at_rates_ && model.num_switches() > 0) {
+      for (int i = 0; i < model.num_switches(); ++i) *rates.sides(i) = *rates.switch_value(i) < 0.0 ? -1.0 : 1.0;
       rates.evaluate(point.parameters, true);
     }
     for (std::size_t j = 0; j < m; ++j) {
       const std::size_t at = as_size(k) * m + j;
-      const Output output{model_,
+      const Output output{model,
                           rates,
                           point.parameters,
                           columns,
                           static_cast<int>(j),
-                          model_.output_state(static_cast<int>(j)),
+                          model.output_state(static_cast<int>(j)),
                           problem_.channels[j].rate};
       const double computed =
           output.computed(&to.output_by_state[at * ns], to.output_by_parameter.data() + at * p, into.parameters);
@@ -140,10 +152,11 @@ std::optional<Linear> Linearisation::about(const Point& point, const std::vector
     for (Index first = 0; first < rows; first += samples_a_task)
       tasks.push_back({r, first, std::min(rows, first + samples_a_task)});
   }
+  const Model model = model_of(point, parameters);
   dsp::for_each_index(tasks.size(), num_threads, [&](std::size_t i) {
     const auto [record, first, last] = tasks[i];
-    steps(record, first, last, point, parts, linear);
-    outputs(record, first, last, point, linear);
+    steps(model, record, first, last, point, parts, linear);
+    outputs(model, record, first, last, point, linear);
   });
   for (const int parameter : parameters) {
     const auto [mean, std] = priors_[as_size(parameter)];

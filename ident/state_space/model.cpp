@@ -16,14 +16,16 @@ std::vector<std::string> signals_of(const Problem& problem) {
   return names;
 }
 
-std::vector<Tree> trees_of(const Problem& problem) {
+std::vector<Tree> trees_of(const Problem& problem, const std::vector<char>& wanted) {
   const std::vector<std::string> names = signals_of(problem);
   const auto is_signal = [&](std::string_view name) {
     return std::find(names.begin(), names.end(), name) != names.end();
   };
   std::vector<Tree> trees;
-  for (const Term& term : problem.equations.terms)
-    trees.push_back(parse_expression(term.text, is_signal, "Known are the states, the inputs and t."));
+  for (std::size_t i = 0; i < problem.equations.terms.size(); ++i)
+    if (wanted[i] != 0)
+      trees.push_back(
+          parse_expression(problem.equations.terms[i].text, is_signal, "Known are the states, the inputs and t."));
   return trees;
 }
 
@@ -42,14 +44,17 @@ std::vector<Prior> priors_of(const Problem& problem) {
   return priors;
 }
 
-Model::Model(const Problem& problem)
+Model::Model(const Problem& problem) : Model(problem, std::vector<char>(problem.equations.terms.size(), 1)) {}
+
+Model::Model(const Problem& problem, const std::vector<char>& wanted)
     : num_states_(num_states_of(problem)),
       num_inputs_(static_cast<int>(problem.equations.inputs.size()) + 1),
-      tape_(trees_of(problem), signals_of(problem), num_states_) {
+      tape_(trees_of(problem, wanted), signals_of(problem), num_states_) {
+  int result = 0;
   for (std::size_t i = 0; i < problem.equations.terms.size(); ++i) {
     const Term& term = problem.equations.terms[i];
-    parts_.push_back({term.state, tape_.result(static_cast<int>(i)), term.known ? -1 : layout_.num_coefficients++,
-                      term.known.value_or(1.0)});
+    const int parameter = term.known ? -1 : layout_.num_coefficients++;
+    if (wanted[i] != 0) parts_.push_back({term.state, tape_.result(result++), parameter, term.known.value_or(1.0)});
   }
   layout_.num_channels = static_cast<int>(problem.channels.size());
   auto coupled = static_cast<int>(problem.equations.states.size());

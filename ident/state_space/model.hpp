@@ -26,6 +26,8 @@ class Model {
  public:
   /// Throws std::invalid_argument and dsp::Fault (usage, "term.*") for terms that cannot be read.
   explicit Model(const Problem& problem);
+  /// The same with the terms alone that are true of `wanted`; parameters keep their places.
+  Model(const Problem& problem, const std::vector<char>& wanted);
 
   [[nodiscard]] int num_states() const { return num_states_; }
   [[nodiscard]] int num_inputs() const { return num_inputs_; }  ///< with t
