@@ -295,7 +295,8 @@ RecordingReader::RecordingReader(const fs::path& file, const ReadOptions& option
     state.calibrate_channels(file, options);
     assign_roles(description.channels, options, description.name);
     if (!any_motion(description.channels))
-      if (const std::optional<Fault> question = bodies_question(description.name, description.channels)) throw *question;
+      if (const std::optional<Fault> question = bodies_question(description.name, description.channels))
+        throw *question;
     if (!has_rate && !any_motion(description.channels)) throw no_motion(description.name, description.channels);
   });
   faults.raise();

@@ -104,15 +104,14 @@ std::string coordinate(const char* letter, const char* of_base, size_t body) {
 void add_link_terms(std::vector<TrueTerm>& truth, const Chain& chain, size_t link, size_t of, double factor) {
   const Link& one = chain.links[link];
   const bool on_ground = link == 0 && !chain.base_driven;
-  const std::string d = on_ground ? "x1" : fmt::format("({} - {})", coordinate("x", "r", link + 1),
-                                                       coordinate("x", "r", link));
-  const std::string rate = on_ground ? "v1" : fmt::format("({} - {})", coordinate("v", "dr", link + 1),
-                                                          coordinate("v", "dr", link));
+  const std::string d =
+      on_ground ? "x1" : fmt::format("({} - {})", coordinate("x", "r", link + 1), coordinate("x", "r", link));
+  const std::string rate =
+      on_ground ? "v1" : fmt::format("({} - {})", coordinate("v", "dr", link + 1), coordinate("v", "dr", link));
   const std::string sign = on_ground ? "sgn(v1)" : "sgn" + rate;
-  for (const auto& [name, value] : {std::pair{d, one.stiffness}, {rate, one.damping}, {d + "^3", one.cubic},
-                                    {sign, one.friction}})
-    if (value != 0.0)
-      truth.push_back({2 * static_cast<int>(of + 1), fmt::format("a{}", of + 1), name, factor * value});
+  for (const auto& [name, value] :
+       {std::pair{d, one.stiffness}, {rate, one.damping}, {d + "^3", one.cubic}, {sign, one.friction}})
+    if (value != 0.0) truth.push_back({2 * static_cast<int>(of + 1), fmt::format("a{}", of + 1), name, factor * value});
 }
 
 std::vector<TrueTerm> truth_of(const Chain& chain) {
@@ -171,8 +170,11 @@ std::vector<std::pair<std::string, double>> parameters_of(const Chain& chain) {
                                                   {"driven", chain.base_driven ? 0.0 : chain.driven}};
   for (size_t i = 0; i < chain.masses.size(); ++i) {
     const Link& link = chain.links[i];
-    for (const auto& [name, value] : {std::pair{"mass", chain.masses[i]}, {"stiffness", link.stiffness},
-                                      {"damping", link.damping}, {"cubic", link.cubic}, {"friction", link.friction}})
+    for (const auto& [name, value] : {std::pair{"mass", chain.masses[i]},
+                                      {"stiffness", link.stiffness},
+                                      {"damping", link.damping},
+                                      {"cubic", link.cubic},
+                                      {"friction", link.friction}})
       all.emplace_back(fmt::format("{}_{}", name, i + 1), value);
   }
   return all;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "apps/cli/run_arguments.hpp"
+#include "apps/cli/run_bodies.hpp"
 #include "apps/config/identification.hpp"
 #include "apps/output/results_json.hpp"
 #include "apps/process/printable.hpp"
@@ -35,8 +36,8 @@ std::string too_many_candidates(Eigen::Index num_candidates, double values) {
       num_candidates, values);
 }
 
-int check(const RunArguments& arguments, Console& console) {
-  const Work work = prepare_work(config_of(arguments), arguments, console);
+int check_one_body(const Config& config, const RunArguments& arguments, Console& console) {
+  const Work work = prepare_work(config, arguments, console);
   const std::vector<ident::Columns> columns =
       all_columns(work.config, work.inputs, compile_libraries(work.config, work.inputs), arguments.max_memory_bytes,
                   arguments.num_threads, console);
@@ -55,6 +56,17 @@ int check(const RunArguments& arguments, Console& console) {
     console.warning("library.many", fmt::format("range {}: {}", range.spec.name, many));
   }
   console.result(console.json() ? checks_json(work.inputs) : text);
+  return 0;
+}
+
+int check(const RunArguments& arguments, Console& console) {
+  const Config config = config_of(arguments);
+  try {
+    return check_one_body(config, arguments, console);
+  } catch (const dsp::Fault& fault) {
+    if (!is_of_bodies(fault)) throw;
+  }
+  console.result(check_bodies(config, arguments, console));
   return 0;
 }
 

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "apps/cli/command.hpp"
+#include "apps/output/bodies_file.hpp"
 #include "apps/output/finished_run.hpp"
 #include "apps/output/run_comparison.hpp"
 #include "apps/page/comparison_page.hpp"
@@ -45,6 +46,7 @@ int compare(const CompareArguments& arguments, const GlobalOptions& global, Cons
   if (global.force && global.output.empty())
     throw dsp::Fault(dsp::FaultKind::usage, "usage", "compare: --force has no effect without -o DIR. Leave it out");
   for (const auto& run : arguments.runs) check_finished_run(run, global.strict, console);
+  for (const auto& run : arguments.runs) refuse_bodies_run(run, "compare");
   const RunComparison comparison = compare_runs(arguments.runs, arguments.truth, arguments.method);
   if (!global.output.empty()) write_comparison(arguments, comparison, global, console);
   console.result(console.json() ? to_json(comparison) : to_text(comparison));

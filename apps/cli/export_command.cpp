@@ -11,6 +11,7 @@
 
 #include "apps/cli/command.hpp"
 #include "apps/export/printed_equation.hpp"
+#include "apps/output/bodies_file.hpp"
 #include "apps/output/finished_run.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/process/output_folder.hpp"
@@ -85,6 +86,7 @@ int export_equation(const ExportArguments& arguments, const GlobalOptions& globa
   const fs::path destination =
       global.output.empty() ? named_path(arguments.run).concat("-" + arguments.to) : fs::path(global.output);
   check_finished_run(arguments.run, global.strict, console);
+  refuse_bodies_run(arguments.run, "export");
   require_apart(destination, {equation_file});
   OutputFolder folder(destination, global.force);
   Manifest manifest = begin_manifest("export", global.command_line, global.seed, folder.destination());

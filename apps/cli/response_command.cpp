@@ -1,4 +1,5 @@
 #include "apps/cli/response_command.hpp"
+#include "apps/output/bodies_file.hpp"
 
 #include <fmt/format.h>
 
@@ -59,6 +60,7 @@ void run_response(const ResponseArguments& arguments, Console& console) {
   const std::filesystem::path destination =
       arguments.folder.empty() ? named_path(arguments.run).concat("-frc") : arguments.folder;
   check_finished_run(arguments.run, arguments.strict, console);
+  refuse_bodies_run(arguments.run, "frc");
   require_apart(destination, {equation});
   OutputFolder folder(destination, arguments.force);
   Manifest manifest = begin_manifest("frc", arguments.command_line, arguments.seed, folder.destination());

@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "apps/cli/run_bodies.hpp"
 #include "apps/config/identification.hpp"
 #include "apps/config/other_recording.hpp"
 #include "apps/output/equation_file.hpp"
@@ -241,9 +242,8 @@ Identified identify_where_one_equation_holds(Config config, const RunArguments& 
   }
 }
 
-}  // namespace
-
-RunOutcome run_into(RunFolder& results, const Config& config, const RunArguments& arguments, Console& console) {
+RunOutcome run_one_body_into(RunFolder& results, const Config& config, const RunArguments& arguments,
+                             Console& console) {
   HashesBeside hashes(input_files(config), arguments.num_threads);
   Identified identified = identify_where_one_equation_holds(config, arguments, console);
   auto& [work, libraries, columns, options, ranges, steps, split] = identified;
@@ -281,6 +281,17 @@ RunOutcome run_into(RunFolder& results, const Config& config, const RunArguments
   results.finish(work.config, work.inputs, found.steps, console, outcome.exit_code);
   outcome.config = std::move(work.config);
   return outcome;
+}
+
+}  // namespace
+
+RunOutcome run_into(RunFolder& results, const Config& config, const RunArguments& arguments, Console& console) {
+  try {
+    return run_one_body_into(results, config, arguments, console);
+  } catch (const dsp::Fault& fault) {  // known once the recording is open, which of a large table takes a while
+    if (!is_of_bodies(fault)) throw;
+  }
+  return run_bodies_into(results, config, arguments, console);
 }
 
 }  // namespace apps

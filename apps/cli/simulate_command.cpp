@@ -12,6 +12,7 @@
 #include "apps/output/json_parts.hpp"
 #include "apps/process/output_folder.hpp"
 #include "dsp/fault.hpp"
+#include "dsp/names.hpp"
 
 namespace apps {
 namespace {
@@ -39,9 +40,13 @@ void run_simulate(const SimulateArguments& arguments, Console& console) {
                      {"sensors", ordered_json::object()}};
   OutputFolder folder(arguments.folder, arguments.force);
   Manifest manifest = begin_manifest("sim", arguments.command_line, arguments.seed, folder.destination());
-  auto files = arguments.system != "qzs" ? simulate_system(arguments, folder, console, truth)
-               : arguments.frc           ? sweep_rig(arguments, folder, console, truth)
-                                         : simulate_rig(arguments, folder, console, truth);
+  if (!arguments.drive.empty() && arguments.system != "chain")
+    throw dsp::Fault(dsp::FaultKind::usage, "sim.option",
+                     fmt::format("sim {}: --drive belongs to chain", dsp::clean_name(arguments.system)));
+  auto files = arguments.system == "chain" ? simulate_chain(arguments, folder, console, truth)
+               : arguments.system != "qzs" ? simulate_system(arguments, folder, console, truth)
+               : arguments.frc             ? sweep_rig(arguments, folder, console, truth)
+                                           : simulate_rig(arguments, folder, console, truth);
   files.emplace_back("truth.json");
   folder.write(files.back(), text_of(truth));
   folder.commit(std::move(manifest));
@@ -69,11 +74,15 @@ Command simulate_command() {
       .options =
           {{"SYSTEM",
             &typed->system,
-            "duffing, coulomb, bouc-wen, valanis-1 ... valanis-4, linear, qzs.",
+            "duffing, coulomb, bouc-wen, valanis-1 ... valanis-4, linear, chain (several masses), qzs.",
             {.required = true}},
            {"--noise", &typed->noise,
             "Noise as a fraction of each signal's standard deviation; qzs: times the nominal noise of the sensors."},
            {"--duration", &typed->duration_s, "Length in seconds."},
+           {"--drive",
+            &typed->drive,
+            "chain: a recording whose force f drives it, or whose r where --set base=1.",
+            {.name = "FILE"}},
            {"--frc", &typed->frc,
             "qzs: amplitude against frequency, swept up and down; --set from_hz, to_hz, step_hz, dwell_s, "
             "transition_s, amplitude_mm."},
@@ -98,11 +107,14 @@ Command simulate_command() {
             run_simulate(arguments, console);
             return 0;
           },
-      .more = {"Parameters of the system: --set name=number. Failing sensors of qzs --raw, by channel",
+      .more = {"Parameters of the system: --set name=number. Of chain: masses, base (1: base driven), driven (body),",
+               "mass, stiffness, damping, cubic, friction (mass_2 ...: of one body and the link below it), and of",
+               "the random drive from_hz, to_hz, rms. Failing sensors of qzs --raw, by channel",
                "(name or index) and seconds:", "  --set rail=payload_laser:300:300.4         at the upper rail",
                "  --set hold=2:300:300.4                     stuck at its value",
                "  --set clip=payload_accelerometer:0:9:0.02  limited to +-0.02 V"},
-      .examples = {"ardent sim duffing -o duffing --noise 0.05", "ardent sim qzs --raw -o rig"}};
+      .examples = {"ardent sim duffing -o duffing --noise 0.05", "ardent sim qzs --raw -o rig",
+                   "ardent sim chain -o chain --noise 0.01 --set masses=3 --set base=1 --set cubic_2=2e4"}};
 }
 
 }  // namespace apps

@@ -11,13 +11,14 @@ namespace apps {
 
 /// `ardent sim SYSTEM -o DIR ...` as it was typed; what is left out has the default named here.
 struct SimulateArguments {
-  std::string system;  ///< duffing, coulomb, bouc-wen, valanis-1 ... valanis-4, linear, qzs
+  std::string system;  ///< duffing, coulomb, bouc-wen, valanis-1 ... valanis-4, linear, chain, qzs
   std::filesystem::path folder;
   bool force = false;  ///< an earlier result there is replaced
   std::uint64_t seed = 1;
   std::optional<double> noise;           ///< fraction of each signal's standard deviation (0); qzs: times nominal (1)
-  std::optional<double> duration_s;      ///< 25; qzs: the programme's own, beyond which it repeats
+  std::optional<double> duration_s;      ///< 25; chain: 60 or as `drive`; qzs: the programme's own, beyond which it repeats
   std::vector<std::string> set;          ///< "p=v": parameters of the system by name; qzs: also of test and sweep
+  std::filesystem::path drive{};         ///< chain: a recording whose force, or base motion, drives it
   bool frc = false;                      ///< qzs: the frequency response instead of a test
   std::optional<std::string> programme;  ///< qzs: the test, down, up or decay ("down")
   bool raw = false;                      ///< qzs: also the recording at 25.6 kHz

@@ -19,6 +19,10 @@ inline constexpr double system_rate_hz = 100.0;  ///< of the systems of Section 
 std::vector<std::string> simulate_system(const SimulateArguments& arguments, const OutputFolder& folder,
                                          Console& console, nlohmann::ordered_json& truth);
 
+/// Several masses: response.csv with time_s, x1, x2 ... and f or r, at 200 Hz.
+std::vector<std::string> simulate_chain(const SimulateArguments& arguments, const OutputFolder& folder,
+                                        Console& console, nlohmann::ordered_json& truth);
+
 /// The rig: response.csv at 25.6 Hz; with `raw` also the recording with its sidecar and truth.csv.
 std::vector<std::string> simulate_rig(const SimulateArguments& arguments, const OutputFolder& folder, Console& console,
                                       nlohmann::ordered_json& truth);

@@ -70,7 +70,7 @@ std::vector<std::string> simulate_system(const SimulateArguments& arguments, con
   if (std::find(names.begin(), names.end(), arguments.system) == names.end()) {
     const std::string near = dsp::nearest(arguments.system, {names.begin(), names.end()});
     throw dsp::Fault(dsp::FaultKind::usage, "sim.option",
-                     fmt::format("sim: no system '{}'; there are {}, qzs{}", dsp::clean_name(arguments.system),
+                     fmt::format("sim: no system '{}'; there are {}, chain, qzs{}", dsp::clean_name(arguments.system),
                                  fmt::join(names, ", "), near.empty() ? "" : fmt::format(". Did you mean {}?", near)));
   }
   sim::Experiment experiment;

@@ -34,8 +34,8 @@ struct PlotSpan {
 /// One pair of axes. Limits left out are those of the data, with a small margin.
 struct PlotPanel {
   std::string title, x_label, y_label;  ///< with units: "displacement x (m)"
-  std::vector<PlotSeries> series;
-  std::optional<std::pair<double, double>> x_limits, y_limits;
+  std::vector<PlotSeries> series = {};
+  std::optional<std::pair<double, double>> x_limits = {}, y_limits = {};
   std::vector<std::string> x_names = {}, y_names = {};  ///< of 0, 1, 2 ... in place of numbers at the ticks
   std::vector<PlotSpan> spans = {};
 };

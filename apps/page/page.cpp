@@ -11,33 +11,11 @@
 #include "apps/page/chart_data.hpp"
 #include "apps/page/document.hpp"
 #include "apps/page/page_sections.hpp"
+#include "apps/page/screen_html.hpp"
 #include "apps/process/printable.hpp"
 
 namespace apps {
 namespace {
-
-void write_first_screen(const FirstScreen& screen, HtmlWriter& html) {
-  html.open("dl", {{"class", "first"}});
-  for (const FirstScreen::Entry& entry : screen.entries) {
-    html.element("dt", entry.label.empty() ? "note" : entry.label).open("dd");
-    std::string to_paste;
-    const auto paste = [&] {
-      if (!to_paste.empty()) html.element("pre", to_paste);
-      to_paste.clear();
-    };
-    for (const FirstScreen::Line& line : entry.lines) {
-      if (line.to_paste) {
-        to_paste += line.text + "\n";
-        continue;
-      }
-      paste();
-      html.element("p", line.text);
-    }
-    paste();
-    html.close();
-  }
-  html.close();
-}
 
 /// Indices of the ranges, that of the chosen equation before the others.
 std::vector<std::size_t> chosen_first(const RunResults& results) {
@@ -61,6 +39,29 @@ std::vector<PageLink> contents_of(const RunResults& results) {
 }
 
 }  // namespace
+
+void write_screen(const FirstScreen& screen, HtmlWriter& html) {
+  html.open("dl", {{"class", "first"}});
+  for (const FirstScreen::Entry& entry : screen.entries) {
+    html.element("dt", entry.label.empty() ? "note" : entry.label).open("dd");
+    std::string to_paste;
+    const auto paste = [&] {
+      if (!to_paste.empty()) html.element("pre", to_paste);
+      to_paste.clear();
+    };
+    for (const FirstScreen::Line& line : entry.lines) {
+      if (line.to_paste) {
+        to_paste += line.text + "\n";
+        continue;
+      }
+      paste();
+      html.element("p", line.text);
+    }
+    paste();
+    html.close();
+  }
+  html.close();
+}
 
 PageFigure page_figure(const PlotFigure& figure, bool has_files) {
   HtmlWriter html;
@@ -124,14 +125,14 @@ std::string report_page(const RunResults& results, const PageContent& content) {
   if (names.size() > most_names) names.resize(most_names), names.emplace_back("...");
   const std::string title = fmt::format("Equation of motion from {}", fmt::join(names, ", "));
   return html_document(title, [&](HtmlWriter& html) {
-    write_first_screen(content.first, html);
+    write_screen(content.first, html);
     write_contents(contents_of(results), html);
     for (const std::size_t i : chosen_first(results)) write_range(results.ranges[i], results, content.figures, html);
     write_agreement(results, html);
     write_predictions(results.predictions, content.figures, html);
     write_record(results, content.figures, html);
     write_front_end(results, content.figures, html);
-    write_repeat(results, content.config, html);
+    write_repeat(results.inputs.size(), content.config, html);
     write_words(html);
   });
 }

@@ -46,6 +46,6 @@ void write_front_end(const RunResults& results, const std::vector<PageFigure>& f
 void write_words(HtmlWriter& html);
 
 /// What it takes to get the same page again.
-void write_repeat(const RunResults& results, const std::string& config, HtmlWriter& html);
+void write_repeat(std::size_t num_recordings, const std::string& config, HtmlWriter& html);
 
 }  // namespace apps

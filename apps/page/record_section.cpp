@@ -159,11 +159,11 @@ void write_words(HtmlWriter& html) {
   html.close().close();
 }
 
-void write_repeat(const RunResults& results, const std::string& config, HtmlWriter& html) {
+void write_repeat(std::size_t num_recordings, const std::string& config, HtmlWriter& html) {
   html.open("section", {{"id", "repeat"}}).element("h2", "How to repeat it");
   html.element("p",
                fmt::format("With Ardent {}, in the folder of this page, with the recording{} where the config says:",
-                           version(), results.inputs.size() > 1 ? "s" : ""));
+                           version(), num_recordings > 1 ? "s" : ""));
   html.element("pre", "ardent run config.toml -o ../again");
   html.element("p", "manifest.json lists the SHA-256 of every file that was read and written. The config:");
   html.open("details").element("summary", "config.toml").element("pre", config).close().close();

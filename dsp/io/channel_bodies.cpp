@@ -22,14 +22,16 @@ struct NumberedWord {
   bool is_absolute = false;
 };
 constexpr std::array numbered_words{
-    NumberedWord{"x", 0},         NumberedWord{"y", 0, true},  NumberedWord{"disp", 0},     NumberedWord{"displ", 0},
-    NumberedWord{"position", 0},  NumberedWord{"pos", 0},      NumberedWord{"mass", 0},     NumberedWord{"masse", 0},
-    NumberedWord{"masa", 0},      NumberedWord{"massa", 0},    NumberedWord{"floor", 0},    NumberedWord{"storey", 0},
-    NumberedWord{"story", 0},     NumberedWord{"body", 0},     NumberedWord{"dof", 0},      NumberedWord{"weg", 0},
-    NumberedWord{"auslenkung", 0}, NumberedWord{"displacement", 0}, NumberedWord{"v", 1},   NumberedWord{"vel", 1},
-    NumberedWord{"velocity", 1},  NumberedWord{"dx", 1},       NumberedWord{"dy", 1, true}, NumberedWord{"a", 2},
-    NumberedWord{"acc", 2},       NumberedWord{"accel", 2},    NumberedWord{"ddx", 2},      NumberedWord{"ddy", 2, true},
-    NumberedWord{"acceleration", 2}};
+    NumberedWord{"x", 0},         NumberedWord{"y", 0, true},     NumberedWord{"disp", 0},
+    NumberedWord{"displ", 0},     NumberedWord{"position", 0},    NumberedWord{"pos", 0},
+    NumberedWord{"mass", 0},      NumberedWord{"masse", 0},       NumberedWord{"masa", 0},
+    NumberedWord{"massa", 0},     NumberedWord{"floor", 0},       NumberedWord{"storey", 0},
+    NumberedWord{"story", 0},     NumberedWord{"body", 0},        NumberedWord{"dof", 0},
+    NumberedWord{"weg", 0},       NumberedWord{"auslenkung", 0},  NumberedWord{"displacement", 0},
+    NumberedWord{"v", 1},         NumberedWord{"vel", 1},         NumberedWord{"velocity", 1},
+    NumberedWord{"dx", 1},        NumberedWord{"dy", 1, true},    NumberedWord{"a", 2},
+    NumberedWord{"acc", 2},       NumberedWord{"accel", 2},       NumberedWord{"ddx", 2},
+    NumberedWord{"ddy", 2, true}, NumberedWord{"acceleration", 2}};
 
 struct Numbered {
   int number = 0, order = 0;
@@ -153,12 +155,12 @@ bool has_bodies(const Recording& recording) {
                      [](const Channel& channel) { return channel.body > 0; });
 }
 
-void require_one_body(const Recording& recording, std::string_view what) {
+void require_one_body(const Recording& recording) {
   if (!has_bodies(recording)) return;
   throw Fault(FaultKind::input, "recording.bodies",
-              fmt::format("{}: it has channels of several bodies, and {} is for one. Try ardent run {}, or leave the "
-                          "channels of the other bodies out in its sidecar",
-                          recording.name, what, recording.name));
+              fmt::format("{0}: channels of several bodies, want one. Try ardent run {0}, or a sidecar that leaves the "
+                          "channels of the other bodies out",
+                          recording.name));
 }
 
 }  // namespace dsp

@@ -16,8 +16,8 @@ namespace dsp {
 /// their bodies. Its lines() are [[channel]] tables for a sidecar.
 [[nodiscard]] std::optional<Fault> bodies_question(const std::string& recording, const std::vector<Channel>& channels);
 
-/// Throws Fault recording.bodies (input) for a recording of several bodies: `what` is for one.
-void require_one_body(const Recording& recording, std::string_view what);
+/// Throws Fault recording.bodies (input) for a recording of several bodies.
+void require_one_body(const Recording& recording);
 [[nodiscard]] bool has_bodies(const Recording& recording);
 
 }  // namespace dsp

@@ -1,4 +1,5 @@
 #include "dsp/prepare/motion_band.hpp"
+#include "dsp/io/channel_bodies.hpp"
 
 #include <fmt/format.h>
 
@@ -249,6 +250,7 @@ MotionBand band_of_segments(RecordingReader reader, const MotionSource& source, 
 
 MotionBand find_motion_band(const std::function<RecordingReader()>& open) {
   RecordingReader reader = open();
+  require_one_body(reader.description());
   const MotionSource source = motion_source(reader.description());
   if (source.plus < 0) return {};
   const double rate_hz = reader.description().sample_rate_hz;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "dsp/decimate.hpp"
+#include "dsp/io/channel_bodies.hpp"
 #include "dsp/memory_limit.hpp"
 #include "dsp/prepare.hpp"
 #include "dsp/prepare/intermediate_recorder.hpp"
@@ -138,6 +139,7 @@ Prepared prepare(const Recording& recording, const PrepareOptions& options) {
 std::vector<std::shared_ptr<IntermediateRecording>> read_intermediate(RecordingReader& reader,
                                                                       const std::vector<PrepareOptions>& options,
                                                                       const StreamOptions& stream) {
+  require_one_body(reader.description());
   const Recording& description = reader.description();
   const auto num_frames = static_cast<Index>(reader.num_frames());
   std::vector<double> reading;

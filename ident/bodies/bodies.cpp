@@ -55,12 +55,11 @@ Choice choose(const BodiesRecord& given, Frame frame, const BodiesOptions& optio
   choice.candidates = candidates_of(choice.layout, options.library);
   choice.statement = statement_of(choice.record, choice.candidates, {}, train, 0);
   if (choice.statement.problem.records.empty())
-    throw dsp::Fault(dsp::FaultKind::input, "bodies.short",
-                     fmt::format("{}: {} samples to be fitted are too few. Record longer", given.name,
-                                 train.last - train.first));
+    throw dsp::Fault(
+        dsp::FaultKind::input, "bodies.short",
+        fmt::format("{}: {} samples to be fitted are too few. Record longer", given.name, train.last - train.first));
   const auto select = [&](const std::vector<int>& first) {
-    return state_space::select(choice.statement.problem,
-                               {.fit = {.terms = first, .num_threads = options.num_threads}});
+    return state_space::select(choice.statement.problem, {.fit = {.terms = first, .num_threads = options.num_threads}});
   };
   choice.selection = select(first_terms(choice.layout, choice.candidates));
   if (!choice.selection.fit.converged()) choice.selection = select({});
@@ -102,8 +101,7 @@ void take_terms(BodiesResult& result, const Choice& choice) {
 }
 
 /// From the last state that training samples gave.
-BodiesRun run_behind(const Choice& choice, const BodiesModel& model, const VectorXd& noise_std,
-                     dsp::IndexRange train) {
+BodiesRun run_behind(const Choice& choice, const BodiesModel& model, const VectorXd& noise_std, dsp::IndexRange train) {
   const BodiesRecord& record = choice.record;
   const Index begin = choice.statement.last_sample, end = record.samples.rows();
   const auto& states = choice.selection.fit.point.states.back();
@@ -134,9 +132,9 @@ std::string in_words(const VectorXd& nmse, const std::vector<int>& bodies) {
   std::vector<std::string> parts;
   for (const int body : bodies) {
     const double one = nmse(body - 1);
-    parts.push_back(std::isfinite(one) ? fmt::format("x{} NMSE {:.2g}, an error of {} of its rms", body, one,
-                                                     percent(std::sqrt(one)))
-                                       : fmt::format("x{} runs away", body));
+    parts.push_back(std::isfinite(one)
+                        ? fmt::format("x{} NMSE {:.2g}, an error of {} of its rms", body, one, percent(std::sqrt(one)))
+                        : fmt::format("x{} runs away", body));
   }
   return fmt::format("{}", fmt::join(parts, "; "));
 }
@@ -197,8 +195,7 @@ BodiesResult identify_bodies(const BodiesRecord& record, const BodiesOptions& op
     return result;
   }
   result.modes = modes_of(result.model.layout, result.model.terms, result.model.mean, result.model.covariance);
-  result.couplings =
-      couplings_of(result.model.layout, result.model.terms, result.model.mean, result.model.covariance);
+  result.couplings = couplings_of(result.model.layout, result.model.terms, result.model.mean, result.model.covariance);
   result.run = run_behind(best, result.model, result.noise_std, train);
   judge(result, record.sample_rate_hz);
   return result;

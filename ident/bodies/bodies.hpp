@@ -16,17 +16,17 @@ namespace ident {
 struct BodiesRecord {
   std::string name;
   double sample_rate_hz = 0.0;
-  std::string length = "m";                        ///< SI unit of the displacements
+  std::string length = "m";  ///< SI unit of the displacements
   int num_bodies = 0;
-  std::vector<dsp::Channel> channels = {};              ///< of bodies; the displacements of 1 to n first
-  Eigen::MatrixXd samples = {};                         ///< of these
-  Eigen::VectorXd zeros = {};                           ///< of each, subtracted: the mean where x is far from zero
-  std::vector<std::string> inputs = {};                 ///< recorded, as terms call them
+  std::vector<dsp::Channel> channels = {};  ///< of bodies; the displacements of 1 to n first
+  Eigen::MatrixXd samples = {};             ///< of these
+  Eigen::VectorXd zeros = {};               ///< of each, subtracted: the mean where x is far from zero
+  std::vector<std::string> inputs = {};     ///< recorded, as terms call them
   Eigen::MatrixXd input_samples = {};
-  std::vector<double> input_noise_std = {};        ///< white, of a sample; empty: not looked at
-  std::vector<std::string> unused = {};                 ///< channels that are neither
-  std::vector<dsp::IndexRange> usable = {};             ///< samples without a fault, ascending
-  std::optional<Frame> frame = {};                      ///< what the channels' roles say; nothing where they leave it open
+  std::vector<double> input_noise_std = {};  ///< white, of a sample; empty: not looked at
+  std::vector<std::string> unused = {};      ///< channels that are neither
+  std::vector<dsp::IndexRange> usable = {};  ///< samples without a fault, ascending
+  std::optional<Frame> frame = {};           ///< what the channels' roles say; nothing where they leave it open
 };
 
 /// Throws dsp::Fault (input, "bodies.*") where a body has no displacement or one number is missing, and what to add.
@@ -50,27 +50,28 @@ struct BodiesModel {
 /// The equations on their own from a state that training samples alone gave, driven by the inputs: displacements over
 /// the samples behind the training ones.
 struct BodiesRun {
-  dsp::IndexRange samples = {};      ///< of the record
-  Eigen::MatrixXd positions = {};    ///< samples x bodies; NaN from where they run away
-  Eigen::VectorXd nmse = {}, noise = {};  ///< of each body, over its variance there: what it misses, and the channel's noise
+  dsp::IndexRange samples = {};    ///< of the record
+  Eigen::MatrixXd positions = {};  ///< samples x bodies; NaN from where they run away
+  Eigen::VectorXd nmse = {},
+                  noise = {};  ///< of each body, over its variance there: what it misses, and the channel's noise
 };
 
 struct BodiesResult {
   BodiesModel model = {};
   std::vector<double> gain = {}, probability = {};  ///< of each of these terms: as of state_space::Score
-  std::vector<BodyTerm> rejected = {};         ///< candidates that were not taken
+  std::vector<BodyTerm> rejected = {};              ///< candidates that were not taken
   dsp::IndexRange train = {};
   double num_samples = 0.0;  ///< that the likelihood is of
   double thinned_by = 1.0;
-  Eigen::VectorXd noise_std = {};              ///< of each channel of the record
-  double gain_of_process_noise = 0.0;     ///< as of Likelihood
-  bool frame_was_open = false;            ///< the samples decided it
+  Eigen::VectorXd noise_std = {};      ///< of each channel of the record
+  double gain_of_process_noise = 0.0;  ///< as of Likelihood
+  bool frame_was_open = false;         ///< the samples decided it
   std::vector<Mode> modes = {};
   std::vector<Coupling> couplings = {};
   BodiesRun run = {};
   Verdict verdict = Verdict::undecided;
-  std::string sentence = {};       ///< the verdict and what it rests on
-  std::string silent_because = {}; ///< not empty: there is no equation
+  std::string sentence = {};        ///< the verdict and what it rests on
+  std::string silent_because = {};  ///< not empty: there is no equation
 };
 
 /// One selection over the equations of all bodies, from the samples as they were recorded. Throws dsp::Fault (usage,

@@ -65,8 +65,7 @@ std::vector<std::string> names_between(int lower, const std::vector<BodyTerm>& t
   const std::string stretch = BodiesLayout::stretch(lower), rate = BodiesLayout::stretch_rate(lower);
   std::vector<std::string> names;
   for (const BodyTerm& term : terms) {
-    const bool is_between =
-        term.name.find(stretch) != std::string::npos || term.name.find(rate) != std::string::npos;
+    const bool is_between = term.name.find(stretch) != std::string::npos || term.name.find(rate) != std::string::npos;
     if (is_between && std::find(names.begin(), names.end(), term.name) == names.end()) names.push_back(term.name);
   }
   return names;

@@ -31,9 +31,8 @@ MatrixXd run_free(const BodiesModel& model, const MatrixXd& inputs, double sampl
     stepper.take(between, k, 1, now.data(), {}, {{next.data(), nullptr, nullptr}});
     std::swap(now, next);
     if (!std::all_of(now.begin(), now.end(), [](double value) { return std::isfinite(value); }) ||
-        std::abs(*std::max_element(now.begin(), now.end(), [](double a, double b) {
-          return std::abs(a) < std::abs(b);
-        })) > runs_away * scale)
+        std::abs(*std::max_element(now.begin(), now.end(),
+                                   [](double a, double b) { return std::abs(a) < std::abs(b); })) > runs_away * scale)
       break;
   }
   return positions;

@@ -64,9 +64,8 @@ MatrixXd solved(const std::vector<MatrixXd>& parts, const VectorXd& mean, Index 
   std::vector<Index> order;
   for (Index i = 0; i < matrix.rows(); ++i)
     if (solver.eigenvalues()(i).imag() > 0.0) order.push_back(i);
-  std::sort(order.begin(), order.end(), [&](Index a, Index b) {
-    return std::abs(solver.eigenvalues()(a)) < std::abs(solver.eigenvalues()(b));
-  });
+  std::sort(order.begin(), order.end(),
+            [&](Index a, Index b) { return std::abs(solver.eigenvalues()(a)) < std::abs(solver.eigenvalues()(b)); });
   largest.resize(order.size(), -1);
   MatrixXd columns(2 + 2 * num_bodies, std::ssize(order));
   for (std::size_t m = 0; m < order.size(); ++m)

@@ -88,11 +88,11 @@ std::vector<Index> columns_of_bodies(const dsp::Recording& recording, int num_bo
     for (Index j = 0; j < std::ssize(recording.channels); ++j)
       if (recording.channels[static_cast<size_t>(j)].body == body && order(j) == 0) columns.push_back(j);
     if (std::ssize(columns) != body)
-      throw question("bodies.displacement", recording.name,
-                     fmt::format("of bodies 1 to {} body {} has {}. Want one displacement of each: give a channel "
-                                 "role = \"x\" and body = {}",
-                                 num_bodies, body, std::ssize(columns) < body ? "none" : "more than one displacement",
-                                 body));
+      throw question(
+          "bodies.displacement", recording.name,
+          fmt::format("of bodies 1 to {} body {} has {}. Want one displacement of each: give a channel "
+                      "role = \"x\" and body = {}",
+                      num_bodies, body, std::ssize(columns) < body ? "none" : "more than one displacement", body));
   }
   for (Index j = 0; j < std::ssize(recording.channels); ++j)
     if (recording.channels[static_cast<size_t>(j)].body > 0 && order(j) > 0) columns.push_back(j);
@@ -115,10 +115,8 @@ VectorXd derived(const VectorXd& signal, double rate_hz, int order, double to_hz
 void leave_out_ends(BodiesRecord& record) {
   constexpr double most_s = 1.0, of_record = 0.02;
   const Index n = record.samples.rows(),
-              margin = static_cast<Index>(
-                  std::min(most_s * record.sample_rate_hz, of_record * static_cast<double>(n)));
-  for (dsp::IndexRange& one : record.usable)
-    one = {std::max(one.first, margin), std::min(one.last, n - margin)};
+              margin = static_cast<Index>(std::min(most_s * record.sample_rate_hz, of_record * static_cast<double>(n)));
+  for (dsp::IndexRange& one : record.usable) one = {std::max(one.first, margin), std::min(one.last, n - margin)};
   std::erase_if(record.usable, [](const dsp::IndexRange& one) { return one.first >= one.last; });
 }
 

@@ -39,6 +39,7 @@ struct Markup {
   std::string_view dot, double_dot, letter, word;     ///< {0}: the letter or the name
   std::string_view number, power_of_ten;              ///< {0}: the digits; {0} and {1}
   std::string_view fraction, power, root, magnitude;  ///< {0} and {1}
+  std::string_view index;                             ///< {0}: a letter; {1}: its number
   std::string_view named;                             ///< {0}: the function; {1}: its argument
   std::string_view brackets, tall_brackets, negative;
   std::array<std::string_view, 12> infix;  ///< add, subtract, product of letters, of digits, < to ||
@@ -54,6 +55,7 @@ constexpr Markup latex{"\\dot{{{}}}",
                        "{}^{{{}}}",
                        "\\sqrt{{{}}}",
                        "\\left|{}\\right|",
+                       "{}_{{{}}}",
                        "{}({})",
                        "({})",
                        "\\left({}\\right)",
@@ -71,6 +73,7 @@ constexpr Markup mathml{
     "<msup>{}{}</msup>",
     "<msqrt>{}</msqrt>",
     "<mrow><mo>|</mo>{}<mo>|</mo></mrow>",
+    "<msub>{}<mn>{}</mn></msub>",
     "<mrow><mi>{}</mi><mo>&#x2061;</mo><mo stretchy=\"false\">(</mo>{}<mo stretchy=\"false\">)</mo></mrow>",
     "<mrow><mo>(</mo>{}<mo>)</mo></mrow>",
     "<mrow><mo>(</mo>{}<mo>)</mo></mrow>",
@@ -117,6 +120,9 @@ class Typesetter {
   std::string signal(const std::string& name) const {
     if (const Letter* known = letter_of(name))
       return put(known->dots == 1 ? markup_.dot : markup_.double_dot, known->letter);
+    const std::size_t stem = name.find_last_not_of("0123456789") + 1;
+    if (stem < name.size() && (stem == 1 || letter_of(name.substr(0, stem)) != nullptr))
+      return put(markup_.index, signal(name.substr(0, stem)), name.substr(stem));
     std::string shown;
     for (const char c : name) shown += is_latex_ && c == '_' ? "\\_" : std::string(1, c);
     return put(name.size() == 1 ? markup_.letter : markup_.word, shown);

@@ -48,9 +48,10 @@ class Linearisation {
   /// Without terms whose coefficients are zero and not sought: nothing of them shows, and their switches need not be
   /// located.
   [[nodiscard]] Model model_of(const Point& point, const std::vector<int>& parameters) const;
-  void steps(const Model& model, std::size_t record, Eigen::Index first, Eigen::Index last, const Point& point, int parts,
-             Linear& into) const;
-  void outputs(const Model& model, std::size_t record, Eigen::Index first, Eigen::Index last, const Point& point, Linear& into) const;
+  void steps(const Model& model, std::size_t record, Eigen::Index first, Eigen::Index last, const Point& point,
+             int parts, Linear& into) const;
+  void outputs(const Model& model, std::size_t record, Eigen::Index first, Eigen::Index last, const Point& point,
+               Linear& into) const;
 
   Problem problem_;
   Model model_;

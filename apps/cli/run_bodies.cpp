@@ -1,0 +1,173 @@
+#include "apps/cli/run_bodies.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include ""
+#include "apps/config/identification.hpp"
+#include "apps/output/bodies_file.hpp"
+#include "apps/output/results_json.hpp"
+#include "apps/page/bodies_page.hpp"
+#include "apps/process/printable.hpp"
+#include "dsp/read_recording.hpp"
+#include "ident/verdict.hpp"
+
+namespace apps {
+namespace {
+
+using Eigen::Index;
+
+/// What a config may hold for one body only.
+void refuse_settings(const Config& config) {
+  const std::string& name = config.recordings.front().name;
+  const auto refuse = [&](const std::string& found, const std::string& remedy) {
+    throw dsp::Fault(dsp::FaultKind::usage, "bodies.config",
+                     fmt::format("{}: {} with a recording of several bodies. {}", name, found, remedy));
+  };
+  if (config.recordings.size() > 1) refuse("several recordings", "Run each alone");
+  if (!config.test_recordings.empty()) refuse("use = \"test\"", "Try ardent predict RUN RECORDING");
+  if (!config.ranges.empty()) refuse("[[range]]", "Leave it out; [fit] train_share says how much is fitted");
+  if (config.fit.target != "a") refuse("target = \"" + config.fit.target + "\"", "Their targets are a1, a2 ...");
+  if (config.fit.stage == ident::Stage::regression) refuse("stage = \"regression\"", "Leave `stage` out");
+}
+
+/// A recording read as it is, and as what the documents of a run are written from.
+struct BodiesInput {
+  Input input;
+  ident::BodiesRecord record;
+};
+
+dsp::Motion signals_of(const ident::BodiesRecord& record) {
+  dsp::Motion motion;
+  motion.sample_rate_hz = record.sample_rate_hz;
+  const Index n = record.samples.rows();
+  motion.signals.push_back(
+      {"t", "s", Eigen::VectorXd::LinSpaced(n, 0.0, static_cast<double>(n - 1)) / record.sample_rate_hz});
+  const auto prefix = [](const dsp::Channel& channel) {
+    constexpr const char* letters[] = {"x", "v", "a"};
+    return letters[dsp::info_of(channel.role).order];
+  };
+  for (Index j = 0; j < record.samples.cols(); ++j) {
+    const dsp::Channel& channel = record.channels[static_cast<std::size_t>(j)];
+    motion.signals.push_back({fmt::format("{}{}", prefix(channel), channel.body), channel.unit, record.samples.col(j)});
+  }
+  for (Index j = 0; j < record.input_samples.cols(); ++j)
+    motion.signals.push_back({record.inputs[static_cast<std::size_t>(j)], "", record.input_samples.col(j)});
+  motion.excluded.assign(static_cast<std::size_t>(n), 1);
+  for (const dsp::IndexRange& one : record.usable)
+    std::fill(motion.excluded.begin() + one.first, motion.excluded.begin() + one.last, 0);
+  return motion;
+}
+
+BodiesInput read_bodies(const Config& config, const RunArguments& arguments, Console& console) {
+  refuse_settings(config);
+  const RecordingConfig& recording = config.recordings.front();
+  const dsp::ReadOptions options = read_options(recording, arguments.max_memory_bytes);
+  const dsp::RecordingReader reader(recording.file, options);
+  dsp::Recording samples = dsp::read_recording(recording.file, options);
+  samples.name = recording.name;
+  if (!reader.sidecar().ranges.empty())
+    throw dsp::Fault(dsp::FaultKind::usage, "bodies.config",
+                     fmt::format("{}: [[range]] in its sidecar, with several bodies. Leave it out; [fit] train_share "
+                                 "says how much is fitted",
+                                 recording.name));
+  BodiesInput result{.input = {}, .record = ident::bodies_record(samples)};
+  Input& input = result.input;
+  input.prepared.name = recording.name;
+  input.files = reader.files();
+  if (!reader.sidecar().file.empty()) input.files.push_back(reader.sidecar().file);
+  input.prepared.checks = samples.checks;
+  input.prepared.channels = samples.channels;
+  input.prepared.excluded = samples.bad;
+  input.prepared.signals = signals_of(result.record);
+  input.prepared.intermediate.sample_rate_hz = input.recorded_rate_hz = samples.sample_rate_hz;
+  report_checks(input.prepared.checks, recording.name, console);
+  return result;
+}
+
+ident::BodyLibrary library_of(const Config& config) {
+  return {.order = config.library.order, .defaults = config.default_terms, .terms = config.library.terms};
+}
+
+int exit_code_of(const ident::BodiesResult& result, const RunArguments& arguments, Console& console) {
+  if (!result.silent_because.empty()) {
+    console.error("fit.nothing", fmt::format("no equations: {}. Try a longer record, less noise, or other [library] "
+                                             "terms",
+                                             result.silent_because));
+    return 4;
+  }
+  const auto least = ident::verdict_from_string(arguments.require);
+  if (!least || ident::preference(result.verdict) >= ident::preference(*least)) return 0;
+  console.error("verdict.required",
+                fmt::format("the verdict is {}, --require {} wants {}", to_string(result.verdict), arguments.require,
+                            *least == ident::Verdict::describes ? "describes" : "in_part or better"));
+  return 4;
+}
+
+CsvTable free_run_table(const ident::BodiesResult& result, const ident::BodiesRecord& record) {
+  const Index n = record.num_bodies, first = result.run.samples.first;
+  CsvTable table{"predictions.csv", "t", static_cast<std::size_t>(result.run.positions.rows()), {}};
+  for (Index body = 1; body <= n; ++body) table.header += fmt::format(",x{0},x{0}_free_run", body);
+  table.header += "\n";
+  table.fill = [&result, &record, n, first](std::size_t row, RowWriter& cells) {
+    const auto k = static_cast<Index>(row);
+    cells.number(static_cast<double>(first + k) / record.sample_rate_hz);
+    for (Index body = 0; body < n; ++body) {
+      cells.number_if_any(record.samples(first + k, body));
+      cells.number_if_any(result.run.positions(k, body));
+    }
+  };
+  return table;
+}
+
+}  // namespace
+
+bool is_of_bodies(const dsp::Fault& error) {
+  return error.name() == "recording.bodies";
+}
+
+RunOutcome run_bodies_into(RunFolder& results, const Config& config, const RunArguments& arguments, Console& console) {
+  HashesBeside hashes(input_files(config), arguments.num_threads);
+  const auto [input, record] = read_bodies(config, arguments, console);
+  (void)results.add_files({input}, hashes);
+  refuse_warnings(arguments.strict, console);
+  console.step(fmt::format("identifying the equations of {} bodies together", record.num_bodies));
+  const ident::BodiesResult found =
+      ident::identify_bodies(record, {library_of(config), config.fit.train_fraction, arguments.num_threads});
+  RunOutcome outcome;
+  outcome.config = config, outcome.files = input.files;
+  outcome.report = to_text(bodies_screen(found, record));
+  outcome.equation = bodies_json(found, record);
+  results.write("equation.txt", outcome.report);
+  results.write("details.txt", outcome.report);
+  results.write("equation.tex", bodies_latex(found, record));
+  results.write("equation.json", outcome.equation);
+  results.write("report.json", outcome.equation);
+  if (config.rows && found.run.positions.rows() > 0) results.write(free_run_table(found, record), console);
+  const std::vector<PlotFigure> figures = bodies_figures(found, record);
+  if (config.figures)
+    for (const PlotFigure& figure : figures)
+      write_figure_files(figure, [&](const std::string& name, std::string_view bytes) { results.write(name, bytes); });
+  const std::filesystem::path beside = config.recordings.front().file.parent_path();
+  results.write("report.html",
+                bodies_page(found, record, figures, config.figures, to_toml(config, beside.empty() ? "." : beside)));
+  outcome.exit_code = exit_code_of(found, arguments, console);
+  results.finish(config, {input}, {}, console, outcome.exit_code);
+  return outcome;
+}
+
+std::string check_bodies(const Config& config, const RunArguments& arguments, Console& console) {
+  const auto [input, record] = read_bodies(config, arguments, console);
+  if (console.json()) return checks_json({input});
+  std::string text;
+  for (const dsp::Check& found : input.prepared.checks)
+    text += fmt::format("{:<8} {}: {}: {}{}\n", to_string(found.status), input.prepared.name, found.name,
+                        printable(channel_prefix(found)), printable(found.message));
+  return text + fmt::format("{:<8} {} bodies, {} samples at {:.9g} Hz; inputs: {}\n", "ok", record.num_bodies,
+                            record.samples.rows(), record.sample_rate_hz,
+                            record.inputs.empty() ? "none" : fmt::format("{}", fmt::join(record.inputs, ", ")));
+}
+
+}  // namespace apps

@@ -1,0 +1,123 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "apps/cli/simulate_jobs.hpp"
+#include "apps/config/parameter_settings.hpp"
+#include "apps/output/truth_json.hpp"
+#include "dsp/memory_limit.hpp"
+#include "dsp/read_recording.hpp"
+#include "sim/chain.hpp"
+#include "sim/noise.hpp"
+#include "sim/simulate.hpp"
+
+namespace apps {
+namespace {
+
+using nlohmann::ordered_json;
+using Settings = std::vector<std::pair<std::string, double>>;
+
+constexpr double chain_rate_hz = 200.0, chain_duration_s = 60.0;
+constexpr std::uint64_t first_noise_id = 1000;
+
+/// Takes a setting out of the list.
+double taken(Settings& set, const std::string& name, double preset) {
+  const auto found = std::find_if(set.begin(), set.end(), [&](const auto& one) { return one.first == name; });
+  if (found == set.end()) return preset;
+  const double value = found->second;
+  set.erase(found);
+  return value;
+}
+
+/// The force or base motion of a recording: its channel of that role, else the only one.
+sim::Drive drive_of_file(const std::filesystem::path& file, bool is_base, double& duration_s) {
+  const dsp::Recording recording = dsp::read_recording(file, {.uncalibrated = true});
+  Eigen::Index column = recording.find(is_base ? dsp::Role::r : dsp::Role::f);
+  if (column < 0 && recording.channels.size() == 1) column = 0;
+  if (column < 0)
+    throw dsp::Fault(dsp::FaultKind::input, "sim.drive",
+                     fmt::format("{}: no channel is the {}. Want a column called {}", recording.name,
+                                 is_base ? "displacement of the base" : "force", is_base ? "r" : "f"));
+  if (duration_s == 0.0) duration_s = static_cast<double>(recording.samples.rows() - 1) / recording.sample_rate_hz;
+  const Eigen::VectorXd samples = recording.samples.col(column);
+  return sim::recorded_drive({samples.begin(), samples.end()}, recording.sample_rate_hz);
+}
+
+std::string csv_of(const sim::Simulation& run, const sim::Chain& chain, const sim::Drive& drive, double noise,
+                   std::uint64_t seed) {
+  const auto n = static_cast<Eigen::Index>(chain.masses.size());
+  Eigen::MatrixXd positions = run.states.leftCols(n);
+  for (Eigen::Index body = 0; noise > 0.0 && body < n; ++body) {
+    auto signal = positions.col(body);
+    const double signal_std = std::sqrt((signal.array() - signal.mean()).square().mean());
+    const sim::Noise source(seed, first_noise_id + static_cast<std::uint64_t>(body));
+    for (Eigen::Index k = 0; k < signal.size(); ++k)
+      signal[k] += noise * signal_std * source.normal(static_cast<std::uint64_t>(k));
+  }
+  std::string text = "time_s";
+  for (Eigen::Index body = 1; body <= n; ++body) text += fmt::format(",x{}", body);
+  text += chain.base_driven ? ",r\n" : ",f\n";
+  for (Eigen::Index k = 0; k < positions.rows(); ++k) {
+    text += fmt::format("{:.17g}", run.time_s(k));
+    for (Eigen::Index body = 0; body < n; ++body) text += fmt::format(",{:.17g}", positions(k, body));
+    text += fmt::format(",{:.17g}\n", drive.value(run.time_s(k)));
+  }
+  return text;
+}
+
+}  // namespace
+
+std::vector<std::string> simulate_chain(const SimulateArguments& arguments, const OutputFolder& folder,
+                                        Console& console, ordered_json& truth) {
+  if (arguments.raw || arguments.twin || arguments.sensors || arguments.container || arguments.frc ||
+      arguments.programme || arguments.from_s || arguments.rate_hz)
+    throw dsp::Fault(dsp::FaultKind::usage, "sim.option",
+                     "sim chain: --raw, --twin, --sensors, --container, --from, --rate, --frc and --programme belong "
+                     "to qzs");
+  double duration_s = arguments.duration_s.value_or(0.0);
+  sim::Chain chain;
+  sim::Drive drive;
+  sim::Experiment experiment;
+  try {
+    Settings set = parse_settings(arguments.set);
+    const double from_hz = taken(set, "from_hz", 0.3), to_hz = taken(set, "to_hz", 4.0), rms = taken(set, "rms", 0.0);
+    chain = sim::make_chain(set);
+    constexpr double force_n = 10.0, base_m = 0.03;  // of which the cubic coupling is felt
+    if (!(from_hz >= 0.0 && to_hz > from_hz && to_hz < 0.25 * chain_rate_hz && rms >= 0.0))
+      throw std::invalid_argument(
+          fmt::format("chain: from_hz = {}, to_hz = {}, rms = {}: want 0 <= from_hz < to_hz < {} and rms above 0",
+                      from_hz, to_hz, rms, 0.25 * chain_rate_hz));
+    drive = arguments.drive.empty() ? sim::random_drive(arguments.seed, from_hz, to_hz,
+                                                        rms > 0.0           ? rms
+                                                        : chain.base_driven ? base_m
+                                                                            : force_n)
+                                    : drive_of_file(arguments.drive, chain.base_driven, duration_s);
+    experiment = sim::make_experiment(chain, drive);
+  } catch (const std::invalid_argument& error) {
+    throw dsp::Fault(dsp::FaultKind::usage, "sim.option", fmt::format("sim {}", error.what()));
+  }
+  if (duration_s == 0.0) duration_s = chain_duration_s;
+  constexpr double bytes_per_value = 40.0;
+  dsp::require_machine_memory(
+      "sim chain", duration_s * chain_rate_hz * 4.0 * static_cast<double>(experiment.initial.size()) * bytes_per_value,
+      "Shorten --duration");
+  const sim::SimulateOptions options{
+      .duration_s = duration_s, .sample_rate_hz = chain_rate_hz, .poll = shown_poll(console, "simulating")};
+  const sim::Simulation run = sim::simulate(experiment.system, experiment.initial, options);
+  if (run.status != sim::SimulationStatus::finished)
+    throw dsp::Fault(dsp::FaultKind::numerics, "sim.diverged",
+                     fmt::format("sim {}. Try other parameters or a shorter --duration", run.reason));
+  const double noise = arguments.noise.value_or(0.0);
+  folder.write("response.csv", csv_of(run, chain, drive, noise, arguments.seed));
+  truth["noise"] = noise;
+  truth["duration_s"] = duration_s;
+  put_equation(truth, experiment.parameters, experiment.truth);
+  truth["num_events"] = run.events.size();
+  return {"response.csv"};
+}
+
+}  // namespace apps

@@ -1,0 +1,179 @@
+#include "apps/output/bodies_file.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "apps/output/json_number.hpp"
+#include "apps/output/json_parts.hpp"
+#include "apps/output/run_json.hpp"
+#include "apps/process/printable.hpp"
+#include "dsp/fault.hpp"
+
+namespace apps {
+namespace {
+
+using Eigen::Index;
+using Json = nlohmann::ordered_json;
+
+constexpr std::array<const char*, 3> frames{"ground", "absolute", "base"};
+
+Json numbers(const Eigen::VectorXd& values) {
+  Json list = Json::array();
+  for (const double value : values) list.push_back(number_or_null(value));
+  return list;
+}
+
+Json body_json(int body, const ident::BodiesResult& result, const ident::BodiesRecord& record) {
+  Json one{{"body", body},
+           {"displacement", printable(record.channels[static_cast<std::size_t>(body - 1)].name)},
+           {"target", fmt::format("a{}", body)},
+           {"zero", record.zeros(body - 1)},
+           {"noise_std", number_or_null(result.noise_std(body - 1))},
+           {"terms", Json::array()},
+           {"rejected", Json::array()}};
+  for (std::size_t i = 0; i < result.model.terms.size(); ++i) {
+    const ident::BodyTerm& term = result.model.terms[i];
+    const auto at = static_cast<Index>(i);
+    if (term.body == body)
+      one["terms"].push_back({{"name", term.name},
+                              {"mean", result.model.mean(at)},
+                              {"std", result.model.std(at)},
+                              {"unit", ident::unit_of(term, result.model.layout, record.length)},
+                              {"gain", number_or_null(result.gain[i])},
+                              {"inclusion_probability", number_or_null(result.probability[i])}});
+  }
+  for (const ident::BodyTerm& term : result.rejected)
+    if (term.body == body) one["rejected"].push_back({{"name", term.name}});
+  if (result.silent_because.empty()) {
+    put(one, "free_run_nmse", result.run.nmse(body - 1), "it runs away");
+    put(one, "noise_nmse", result.run.noise(body - 1), "not known");
+  }
+  return one;
+}
+
+Json mode_json(const ident::Mode& mode) {
+  return {{"frequency_hz", mode.frequency_hz},   {"frequency_std", number_or_null(mode.frequency_std)},
+          {"damping_ratio", mode.damping},       {"damping_ratio_std", number_or_null(mode.damping_std)},
+          {"shape", numbers(mode.shape)},        {"shape_std", numbers(mode.shape_std)},
+          {"phase_deg", numbers(mode.phase_deg)}};
+}
+
+Json coupling_json(const ident::Coupling& coupling) {
+  Json one{{"bodies", {coupling.lower, coupling.lower + 1}},
+           {"terms", coupling.terms},
+           {"on_one_side", coupling.on_one_side},
+           {"mass_ratio", number_or_null(coupling.mass_ratio)},
+           {"mass_ratio_std", number_or_null(coupling.mass_ratio_std)},
+           {"chi_square", coupling.chi_square},
+           {"degrees_of_freedom", coupling.freedom},
+           {"probability", coupling.probability},
+           {"action_is_reaction",
+            coupling.can_be_tested() || !coupling.on_one_side.empty() ? Json(coupling.holds()) : Json()}};
+  if (coupling.mean.size() > 0) one["symmetric"] = {{"mean", numbers(coupling.mean)}, {"std", numbers(coupling.std)}};
+  return one;
+}
+
+[[noreturn]] void refuse_file(const std::filesystem::path& file) {
+  throw dsp::Fault(
+      dsp::FaultKind::input, "run.damaged",
+      fmt::format("{}: the equations of its bodies are not as Ardent writes them. Run it again", file.string()));
+}
+
+}  // namespace
+
+std::vector<ident::Model> models_of(const ident::BodiesResult& result, const ident::BodiesRecord& record) {
+  std::vector<ident::Model> models;
+  for (int body = 1; body <= record.num_bodies; ++body) {
+    ident::Model& model = models.emplace_back();
+    model.target = fmt::format("a{}", body);
+    model.target_unit = record.length + "/s^2";
+    for (std::size_t i = 0; i < result.model.terms.size(); ++i) {
+      const ident::BodyTerm& term = result.model.terms[i];
+      if (term.body != body) continue;
+      ident::ModelTerm one{.name = term.name, .unit = ident::unit_of(term, result.model.layout, record.length)};
+      one.mean = result.model.mean(static_cast<Index>(i)), one.std = result.model.std(static_cast<Index>(i));
+      one.evidence_gain = result.gain[i], one.inclusion_probability = result.probability[i];
+      model.terms.push_back(std::move(one));
+    }
+  }
+  return models;
+}
+
+std::string bodies_json(const ident::BodiesResult& result, const ident::BodiesRecord& record) {
+  Json document{{"chosen", nullptr},
+                {"ranges", Json::array()},
+                {"recording", printable(record.name)},
+                {"frame", frames[static_cast<std::size_t>(result.model.layout.frame)]},
+                {"frame_was_open", result.frame_was_open},
+                {"length_unit", printable(record.length)},
+                {"inputs", result.model.layout.inputs},
+                {"bodies", Json::array()}};
+  for (int body = 1; body <= record.num_bodies; ++body) document["bodies"].push_back(body_json(body, result, record));
+  document["covariance"] = Json::array();
+  for (Index i = 0; i < result.model.mean.size(); ++i)
+    document["covariance"].push_back(numbers(result.model.covariance.row(i)));
+  document["modes"] = Json::array();
+  for (const ident::Mode& mode : result.modes) document["modes"].push_back(mode_json(mode));
+  document["couplings"] = Json::array();
+  for (const ident::Coupling& coupling : result.couplings) document["couplings"].push_back(coupling_json(coupling));
+  document["stage"] = {{"num_samples", result.num_samples},
+                       {"gain_of_process_noise", number_or_null(result.gain_of_process_noise)},
+                       {"silent_because", result.silent_because}};
+  const auto seconds = [&](const dsp::IndexRange& range) {
+    return Json::array({static_cast<double>(range.first) / record.sample_rate_hz,
+                        static_cast<double>(range.last) / record.sample_rate_hz});
+  };
+  document["train_s"] = seconds(result.train);
+  document["test_s"] = seconds({result.train.last, record.samples.rows()});
+  document["verdict"] = to_string(result.verdict);
+  document["sentence"] = result.sentence;
+  return text_of(document);
+}
+
+bool is_bodies_run(const std::filesystem::path& run) {
+  std::error_code unknown;
+  if (!std::filesystem::is_regular_file(run / "equation.json", unknown)) return false;
+  const Json document = read_run_json(run / "equation.json");
+  return document.is_object() && document.contains("bodies");
+}
+
+ident::BodiesModel read_bodies_model(const std::filesystem::path& run) {
+  const std::filesystem::path file = run / "equation.json";
+  const Json document = read_run_json(file);
+  constexpr std::size_t most_bodies = 99, most_terms = 10'000;
+  try {
+    ident::BodiesModel model;
+    const std::string frame = document.at("frame");
+    const auto* const known = std::find(frames.begin(), frames.end(), frame);
+    if (known == frames.end() || document.at("bodies").size() > most_bodies) refuse_file(file);
+    model.layout = {static_cast<int>(document.at("bodies").size()), static_cast<ident::Frame>(known - frames.begin()),
+                    document.at("inputs").get<std::vector<std::string>>()};
+    std::vector<double> mean, std;
+    for (const Json& body : document.at("bodies"))
+      for (const Json& term : body.at("terms")) {
+        model.terms.push_back({body.at("body").get<int>(), term.at("name").get<std::string>()});
+        mean.push_back(term.at("mean").get<double>()), std.push_back(term.at("std").get<double>());
+        if (model.terms.back().body < 1 || model.terms.back().body > model.layout.num_bodies) refuse_file(file);
+      }
+    if (mean.empty() || mean.size() > most_terms) refuse_file(file);
+    model.mean = Eigen::VectorXd::Map(mean.data(), std::ssize(mean));
+    model.covariance = Eigen::VectorXd::Map(std.data(), std::ssize(std)).cwiseAbs2().asDiagonal();
+    return model;
+  } catch (const Json::exception&) {
+    refuse_file(file);
+  }
+}
+
+void refuse_bodies_run(const std::filesystem::path& run, const std::string& command) {
+  if (!is_bodies_run(run)) return;
+  throw dsp::Fault(dsp::FaultKind::input, "run.bodies",
+                   fmt::format("{0}: a run with several bodies, {1} takes those of one. Try ardent predict {0} on "
+                               "another recording, or read the equations in {0}/equation.json",
+                               run.string(), command));
+}
+
+}  // namespace apps

@@ -1,0 +1,326 @@
+#include "apps/page/bodies_page.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/output/bodies_file.hpp"
+#include "apps/output/number_text.hpp"
+#include "apps/output/rounded.hpp"
+#include "apps/page/document.hpp"
+#include "apps/page/equation_display.hpp"
+#include "apps/page/page_sections.hpp"
+#include "apps/page/screen_html.hpp"
+#include "apps/process/printable.hpp"
+#include "apps/process/version.hpp"
+
+namespace apps {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+using Strings = std::vector<std::string>;
+using ScreenEntry = FirstScreen::Entry;
+
+ScreenEntry equations_entry(const ident::BodiesResult& result, const ident::BodiesRecord& record) {
+  ScreenEntry entry{"equations", {}, 8};
+  if (!result.silent_because.empty()) {
+    entry.lines.push_back({fmt::format("none: {}.", result.silent_because)});
+    return entry;
+  }
+  for (const ident::Model& model : models_of(result, record))
+    entry.lines.push_back({displayed_equation(model, ident::Notation::text)});
+  const ident::Frame frame = result.model.layout.frame;
+  entry.lines.push_back({fmt::format("{}In SI units; standard deviations in brackets.",
+                                     frame == ident::Frame::ground ? ""
+                                     : frame == ident::Frame::base ? "Displacements are relative to the base. "
+                                                                   : "Displacements are absolute, r is the base's. ")});
+  return entry;
+}
+
+std::string shape_text(const ident::Mode& mode) {
+  Strings parts;
+  for (Index i = 0; i < mode.shape.size(); ++i)
+    parts.push_back(mode.shape(i) == 1.0 && mode.shape_std(i) < 1e-9
+                        ? fmt::format("x{} 1", i + 1)
+                        : fmt::format("x{} {}", i + 1, with_uncertainty(mode.shape(i), mode.shape_std(i))));
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+std::string damping_text(const ident::Mode& mode) {
+  return with_uncertainty(100.0 * mode.damping, 100.0 * mode.damping_std) + " %";
+}
+
+std::string coupling_text(const ident::Coupling& coupling) {
+  const std::string pair = fmt::format("bodies {} and {}", coupling.lower, coupling.lower + 1);
+  const std::string ratio = std::isfinite(coupling.mass_ratio)
+                                ? fmt::format("mass {} / mass {} is {}", coupling.lower + 1, coupling.lower,
+                                              with_uncertainty(coupling.mass_ratio, coupling.mass_ratio_std))
+                                : "";
+  if (!coupling.on_one_side.empty())
+    return fmt::format("Action is not reaction between {}: {} in one equation only.", pair,
+                       fmt::join(coupling.on_one_side, ", "));
+  if (!coupling.can_be_tested())
+    return fmt::format("One term acts between {}, so that action and reaction cannot be tested{}.", pair,
+                       ratio.empty() ? "" : "; if they hold, " + ratio);
+  return fmt::format("Action {} reaction between {} (chi-square {:.2g} with {} degrees of freedom){}.",
+                     coupling.holds() ? "is" : "is not", pair, coupling.chi_square, coupling.freedom,
+                     coupling.holds() ? ": " + ratio : "");
+}
+
+/// Of a body that a force in N acts on.
+Strings mass_texts(const ident::BodiesResult& result, const ident::BodiesRecord& record) {
+  Strings texts;
+  for (std::size_t i = 0; i < result.model.terms.size(); ++i) {
+    const auto at = static_cast<Index>(i);
+    const double mean = result.model.mean(at);
+    if (result.model.terms[i].name == "f" && record.length == "m" && mean > 0.0)
+      texts.push_back(fmt::format("mass {} is {} kg if f is in N", result.model.terms[i].body,
+                                  with_uncertainty(1.0 / mean, result.model.std(at) / (mean * mean))));
+  }
+  return texts;
+}
+
+ScreenEntry physics_entry(const ident::BodiesResult& result, const ident::BodiesRecord& record) {
+  ScreenEntry entry{"which means", {}, 6};
+  for (const ident::Mode& mode : result.modes)
+    entry.lines.push_back(
+        {fmt::format("natural frequency {} Hz, damping ratio {}, shape {}.",
+                     with_uncertainty(mode.frequency_hz, mode.frequency_std), damping_text(mode), shape_text(mode))});
+  for (const ident::Coupling& coupling : result.couplings) entry.lines.push_back({coupling_text(coupling)});
+  if (const Strings masses = mass_texts(result, record); !masses.empty())
+    entry.lines.push_back({fmt::format("{}.", fmt::join(masses, "; "))});
+  return entry;
+}
+
+double seconds(const dsp::IndexRange& range, const ident::BodiesRecord& record) {
+  return static_cast<double>(range.last - range.first) / record.sample_rate_hz;
+}
+
+ScreenEntry data_entry(const ident::BodiesResult& result, const ident::BodiesRecord& record) {
+  ScreenEntry entry{"data", {}, 4};
+  const auto left_out = [&] {
+    Index usable = 0;
+    for (const dsp::IndexRange& one : record.usable) usable += one.last - one.first;
+    return static_cast<double>(record.samples.rows() - usable) / record.sample_rate_hz;
+  }();
+  entry.lines.push_back(
+      {fmt::format("{}: {:.5g} s at {:.6g} Hz, {} bodies; left out: {}; fitted to {:.4g} s, tested "
+                   "on {:.4g} s.",
+                   printable(record.name, 100), static_cast<double>(record.samples.rows()) / record.sample_rate_hz,
+                   record.sample_rate_hz, record.num_bodies,
+                   left_out > 0.0 ? fmt::format("{:.3g} s of faulty samples", left_out) : "nothing",
+                   seconds(result.train, record), seconds({result.train.last, record.samples.rows()}, record))});
+  for (Index body = 0; body < record.num_bodies; ++body)
+    if (record.zeros(body) != 0.0)
+      entry.lines.push_back({fmt::format("x{} = 0 is where {} is {:.6g} {}: the mean, as the motion is far from zero.",
+                                         body + 1, printable(record.channels[static_cast<std::size_t>(body)].name),
+                                         record.zeros(body), record.length)});
+  if (result.frame_was_open)
+    entry.lines.push_back(
+        {fmt::format("Whether the displacements are absolute was not stated; the samples say that "
+                     "they are {}. role = \"{}\" in each [[channel]] states it.",
+                     result.model.layout.frame == ident::Frame::absolute ? "absolute" : "relative to the base",
+                     result.model.layout.frame == ident::Frame::absolute ? "y" : "x")});
+  return entry;
+}
+
+ScreenEntry inputs_entry(const ident::BodiesResult& result, const ident::BodiesRecord& record) {
+  Strings inside, outside = record.unused;
+  for (const std::string& input : result.model.layout.inputs) {
+    const bool used = std::any_of(result.model.terms.begin(), result.model.terms.end(), [&](const auto& term) {
+      const ident::Expression expression(term.name);
+      return std::find(expression.signals().begin(), expression.signals().end(), input) != expression.signals().end();
+    });
+    (used ? inside : outside).push_back(input);
+  }
+  for (std::string& name : outside) name = printable(name, 60);
+  if (inside.empty() && outside.empty())
+    return {"inputs", {{"none was recorded: the equations describe free or self-excited motion"}}, 1};
+  return {"inputs",
+          {{fmt::format("in the equations: {}; recorded and not in them: {}",
+                        inside.empty() ? "none" : fmt::format("{}", fmt::join(inside, ", ")),
+                        outside.empty() ? "none" : fmt::format("{}", fmt::join(outside, ", ")))}},
+          1};
+}
+
+void write_equations(const ident::BodiesResult& result, const std::vector<ident::Model>& models, HtmlWriter& html) {
+  html.open("section", {{"id", "equations"}}).element("h2", "One equation for each body");
+  for (const ident::Model& model : models)
+    html.open("div", {{"class", "math"}, {"tabindex", "0"}, {"role", "group"}, {"aria-label", "equation"}})
+        .markup(displayed_equation(model, ident::Notation::mathml))
+        .close();
+  html.open("details").element("summary", "LaTeX and plain text, to copy");
+  for (const ident::Notation notation : {ident::Notation::latex, ident::Notation::text}) {
+    Strings lines;
+    for (const ident::Model& model : models) lines.push_back(displayed_equation(model, notation));
+    html.element("pre", fmt::format("{}", fmt::join(lines, "\n")));
+  }
+  html.close();
+  if (!result.sentence.empty()) html.element("p", result.sentence, {{"class", "verdict"}});
+  for (std::size_t body = 0; body < models.size(); ++body) {
+    std::vector<Strings> rows;
+    for (const ident::ModelTerm& term : models[body].terms)
+      rows.push_back({term.name, with_uncertainty(term.mean, term.std), term.unit.empty() ? "-" : term.unit,
+                      number_text(term.std), number_text(100.0 * term.coefficient_of_variation(), "{:.2g} %"),
+                      number_text(term.inclusion_probability, "{:.3f}")});
+    html.table(fmt::format("Coefficients of body {}", body + 1),
+               {"term", "coefficient", "unit", "standard deviation", "standard deviation / coefficient",
+                "probability of belonging"},
+               rows);
+  }
+  html.open("details").element("summary", "Candidates that were not kept");
+  for (std::size_t body = 1; body <= models.size(); ++body) {
+    Strings names;
+    for (const ident::BodyTerm& term : result.rejected)
+      if (term.body == static_cast<int>(body)) names.push_back(term.name);
+    html.element("p", fmt::format("Body {}: {}", body, fmt::join(names, ", ")));
+  }
+  html.close().close();
+}
+
+void write_modes(const ident::BodiesResult& result, HtmlWriter& html) {
+  html.open("section", {{"id", "modes"}}).element("h2", "Modes of the linear part");
+  if (result.modes.empty())
+    html.element("p", "None: about rest the equations do not swing.");
+  else
+    html.element("p",
+                 "The equations made linear about rest: amplitudes so small that only stiffness and damping count. The "
+                 "largest part of a shape is 1; a negative one moves against it.");
+  Strings heads{"mode", "natural frequency (Hz)", "damping ratio"};
+  for (Index i = 0; i < result.model.layout.num_bodies; ++i) heads.push_back(fmt::format("shape of x{}", i + 1));
+  std::vector<Strings> rows;
+  for (const ident::Mode& mode : result.modes) {
+    rows.push_back({fmt::format("{}", rows.size() + 1), with_uncertainty(mode.frequency_hz, mode.frequency_std),
+                    damping_text(mode)});
+    for (Index i = 0; i < mode.shape.size(); ++i)
+      rows.back().push_back(mode.shape_std(i) < 1e-9
+                                ? "1"
+                                : fmt::format("{} ({:.0f} degrees)", with_uncertainty(mode.shape(i), mode.shape_std(i)),
+                                              mode.phase_deg(i)));
+  }
+  if (!rows.empty()) html.table("Modes", heads, rows);
+  html.close();
+}
+
+void write_couplings(const ident::BodiesResult& result, HtmlWriter& html) {
+  html.open("section", {{"id", "couplings"}}).element("h2", "Action and reaction");
+  html.element("p",
+               "Between two bodies a force acts on both, in opposite directions: the coefficients of one equation are "
+               "those of the other times minus the ratio of the masses. This is not assumed. It is tested on all terms "
+               "between them; with it imposed, coefficients are more certain.");
+  for (const ident::Coupling& coupling : result.couplings) {
+    html.element("p", coupling_text(coupling));
+    std::vector<Strings> rows;
+    for (Index i = 0; i < coupling.mean.size(); ++i)
+      rows.push_back(
+          {coupling.terms[static_cast<std::size_t>(i)], with_uncertainty(coupling.mean(i), coupling.std(i))});
+    if (!rows.empty())
+      html.table(fmt::format("With action equal to reaction, in the equation of body {}", coupling.lower),
+                 {"term", "coefficient"}, rows);
+  }
+  if (result.couplings.empty()) html.element("p", "No term acts between two bodies.");
+  html.close();
+}
+
+void write_sensors(const ident::BodiesResult& result, const ident::BodiesRecord& record, HtmlWriter& html) {
+  html.open("section", {{"id", "record"}}).element("h2", "The record");
+  std::vector<Strings> rows;
+  for (Index j = 0; j < std::ssize(record.channels); ++j) {
+    const dsp::Channel& channel = record.channels[static_cast<std::size_t>(j)];
+    rows.push_back({printable(channel.name), fmt::format("{} of body {}", dsp::to_string(channel.role), channel.body),
+                    fmt::format("{} {}", number_text(result.noise_std(j)), printable(channel.unit))});
+  }
+  html.table("Channels", {"channel", "role", "white noise of a sample"}, rows);
+}
+
+}  // namespace
+
+FirstScreen bodies_screen(const ident::BodiesResult& result, const ident::BodiesRecord& record) {
+  FirstScreen screen;
+  screen.entries.push_back(equations_entry(result, record));
+  if (result.silent_because.empty()) {
+    screen.entries.push_back(physics_entry(result, record));
+    screen.entries.push_back({"trust", {{result.sentence}}, 4});
+  }
+  screen.entries.push_back(data_entry(result, record));
+  screen.entries.push_back(inputs_entry(result, record));
+  return screen;
+}
+
+std::vector<PlotFigure> bodies_figures(const ident::BodiesResult& result, const ident::BodiesRecord& record) {
+  std::vector<PlotFigure> figures;
+  const auto axis = [&](Index body) { return fmt::format("x{} ({})", body + 1, printable(record.length)); };
+  const auto times = [&](Index first, Index count) -> VectorXd {
+    return VectorXd::LinSpaced(count, static_cast<double>(first), static_cast<double>(first + count - 1)) /
+           record.sample_rate_hz;
+  };
+  const ident::BodiesRun& run = result.run;
+  constexpr double shown = 12.0;  // periods of the slowest mode
+  for (Index body = 0; body < run.positions.cols(); ++body) {
+    const Index count = run.positions.rows();
+    const VectorXd t = times(run.samples.first, count);
+    PlotPanel panel{fmt::format("free run of body {} on data not fitted", body + 1), "time (s)", axis(body)};
+    panel.series = {{"measured", t, record.samples.col(body).tail(count), PlotStyle::line, PlotColour::black},
+                    {"free run", t, run.positions.col(body), PlotStyle::dashed, PlotColour::vermilion}};
+    const double span = result.modes.empty() ? 0.0 : shown / result.modes.front().frequency_hz;
+    if (span > 0.0 && span < t(count - 1) - t(0)) panel.x_limits = {t(count - 1) - span, t(count - 1)};
+    figures.push_back(
+        chart(fmt::format("body-{}-free-run", body + 1),
+              fmt::format("Measured displacement of body {} and the free run of all equations together, driven by the "
+                          "recorded inputs alone from a state that the fitted samples gave (NMSE {}).{}",
+                          body + 1, number_text(run.nmse(body), "{:.2g}", "none"),
+                          panel.x_limits ? " The last dozen periods of the slowest mode are shown." : ""),
+              panel));
+  }
+  for (Index body = 0; body < record.num_bodies; ++body) {
+    PlotPanel panel{fmt::format("body {} as recorded", body + 1), "time (s)", axis(body)};
+    panel.series = {{"", times(0, record.samples.rows()), record.samples.col(body), PlotStyle::line, PlotColour::blue}};
+    const double rate = record.sample_rate_hz;
+    panel.spans = {{static_cast<double>(result.train.first) / rate, static_cast<double>(result.train.last) / rate,
+                    "train", PlotColour::sky},
+                   {static_cast<double>(result.train.last) / rate, static_cast<double>(record.samples.rows()) / rate,
+                    "test", PlotColour::orange}};
+    figures.push_back(
+        chart(fmt::format("record-{}", body + 1),
+              fmt::format("Displacement of body {}. Shaded: fitted (train) and not fitted (test).", body + 1), panel));
+  }
+  return figures;
+}
+
+std::string bodies_page(const ident::BodiesResult& result, const ident::BodiesRecord& record,
+                        const std::vector<PlotFigure>& figures, bool has_files, const std::string& config) {
+  std::vector<PageFigure> drawn;
+  for (const PlotFigure& figure : figures) drawn.push_back(page_figure(figure, has_files));
+  return html_document("Equations of motion from " + printable(record.name, 200), [&](HtmlWriter& html) {
+    write_screen(bodies_screen(result, record), html);
+    write_contents({{"equations", "Equations"},
+                    {"modes", "Modes"},
+                    {"couplings", "Action and reaction"},
+                    {"record", "The record"},
+                    {"repeat", "How to repeat it"},
+                    {"words", "Words on this page"}},
+                   html);
+    write_equations(result, models_of(result, record), html);
+    write_figures(drawn, "body-", html);
+    write_modes(result, html);
+    write_couplings(result, html);
+    write_sensors(result, record, html);
+    write_figures(drawn, "record-", html);
+    html.close();
+    write_repeat(1, config, html);
+    write_words(html);
+  });
+}
+
+std::string bodies_latex(const ident::BodiesResult& result, const ident::BodiesRecord& record) {
+  std::string text =
+      fmt::format("% {}\n", printable(result.sentence.empty() ? result.silent_because : result.sentence));
+  for (const ident::Model& model : models_of(result, record))
+    text += fmt::format("\\[{}\\]\n", displayed_equation(model, ident::Notation::latex));
+  return text;
+}
+
+}  // namespace apps
