@@ -9,6 +9,7 @@
 
 #include "apps/cli/command.hpp"
 #include "apps/cli/method_options.hpp"
+#include "apps/output/bodies_file.hpp"
 #include "apps/output/factors_file.hpp"
 #include "apps/output/joint_report.hpp"
 #include "apps/process/interrupt.hpp"
@@ -26,6 +27,7 @@ struct MergeArguments {
 std::vector<ident::RecordFactors> read_all(const MergeArguments& arguments) {
   std::vector<std::vector<ident::RecordFactors>> of_files;
   for (const std::filesystem::path& file : arguments.files) {
+    refuse_bodies_run(file, "merge");
     of_files.push_back(read_factors(file));
     check_interrupted();
   }

@@ -5,10 +5,10 @@
 
 #include <algorithm>
 
-#include ""
 #include "apps/config/identification.hpp"
 #include "apps/output/bodies_file.hpp"
 #include "apps/output/results_json.hpp"
+#include "apps/page/figures.hpp"
 #include "apps/page/bodies_page.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/read_recording.hpp"

@@ -40,16 +40,6 @@ std::string without_place(std::string message, const fs::path& file) {
   return names_line ? "line " + message.substr(line.size()) : message;
 }
 
-void report_checks(const std::vector<dsp::Check>& checks, const std::string& name, Console& console) {
-  for (const dsp::Check& check : checks) {
-    const std::string line = fmt::format("{}: {}{}", name, channel_prefix(check), check.message);
-    if (check.status == dsp::CheckStatus::warning || check.status == dsp::CheckStatus::failed)
-      console.warning(check.name, line);
-    else if (check.status == dsp::CheckStatus::note)
-      console.note(line);
-  }
-}
-
 /// The intervals of the config's file, meant for recordings by the names that these have here.
 std::vector<LabelledInterval> segments_of(const Config& config) {
   std::vector<LabelledInterval> intervals = read_segments(config.segment_file);
@@ -196,6 +186,16 @@ void settle_prepare(dsp::PrepareOptions& options, const std::vector<Input>& inpu
 }
 
 }  // namespace
+
+void report_checks(const std::vector<dsp::Check>& checks, const std::string& name, Console& console) {
+  for (const dsp::Check& check : checks) {
+    const std::string line = fmt::format("{}: {}{}", name, channel_prefix(check), check.message);
+    if (check.status == dsp::CheckStatus::warning || check.status == dsp::CheckStatus::failed)
+      console.warning(check.name, line);
+    else if (check.status == dsp::CheckStatus::note)
+      console.note(line);
+  }
+}
 
 std::vector<const ident::Record*> records_of(const std::vector<Input>& inputs) {
   std::vector<const ident::Record*> records;

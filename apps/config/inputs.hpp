@@ -29,6 +29,9 @@ struct Input : ident::Record {
 [[nodiscard]] std::vector<const ident::Record*> records_of(const std::vector<Input>& inputs);
 void records_of(const std::vector<Input>&&) = delete;
 
+/// Warnings and notes of a recording, to the console.
+void report_checks(const std::vector<dsp::Check>& checks, const std::string& name, Console& console);
+
 [[nodiscard]] dsp::ReadOptions read_options(const RecordingConfig& recording, std::size_t max_memory_bytes);
 
 /// prepare.cutoff_hz where neither it nor a rate is given: by the motion of the recording that reaches highest; left
