@@ -4,7 +4,9 @@
 #include <memory>
 
 #include "apps/cli/command.hpp"
+#include "apps/cli/predict_bodies.hpp"
 #include "apps/config/other_recording.hpp"
+#include "apps/output/bodies_file.hpp"
 #include "apps/output/equation_file.hpp"
 #include "apps/output/finished_run.hpp"
 #include "apps/output/prediction.hpp"
@@ -18,11 +20,6 @@ namespace apps {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct PredictArguments {
-  fs::path run, recording, sidecar;
-  std::string range, method;
-};
 
 /// Those of the fit are those of the run.
 void refuse_other_settings(const std::vector<std::string>& set) {
@@ -40,6 +37,7 @@ int predict(const PredictArguments& arguments, const GlobalOptions& global, Cons
                                    ? fs::path(dsp::slug(arguments.recording.stem().string()) + "-predict")
                                    : fs::path(global.output);
   check_finished_run(arguments.run, global.strict, console);
+  if (is_bodies_run(arguments.run)) return predict_bodies(arguments, global, console);
   require_apart(destination, {equation_file, config_file, arguments.recording});
   const Manifest fitted = read_manifest(arguments.run).value_or(Manifest());
   refuse_other_settings(global.set);
@@ -109,7 +107,9 @@ Command predict_command() {
           "driven "
           "motion whose small errors grow tenfold the run begins again from the measured state, as for a verdict, and "
           "the error without that is beside. x is about the zero that prepare.zero states, else about that with which "
-          "the equation is closest. --set takes settings of [prepare] and [[recording]]."};
+          "the equation is closest. --set takes settings of [prepare] and [[recording]]. "
+          "Of a run with several bodies every body is run free together, over the inputs of the recording, which may "
+          "hold nothing else: then from rest. predict.json and predict.csv have every body."};
 }
 
 }  // namespace apps

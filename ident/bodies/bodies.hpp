@@ -29,7 +29,8 @@ struct BodiesRecord {
   std::optional<Frame> frame = {};           ///< what the channels' roles say; nothing where they leave it open
 };
 
-/// Throws dsp::Fault (input, "bodies.*") where a body has no displacement or one number is missing, and what to add.
+/// Of a recording without bodies inputs alone. Throws dsp::Fault (input, "bodies.*") where a body has no displacement
+/// or one number is missing, and what to add.
 [[nodiscard]] BodiesRecord bodies_record(const dsp::Recording& recording);
 
 struct BodiesOptions {
@@ -86,8 +87,8 @@ struct BodiesResult {
 /// As the equations want them: displacements in their frame, base motion they lack derived.
 [[nodiscard]] BodiesRecord in_frame(BodiesRecord record, Frame frame);
 
-/// The state in which the equations, as they are, begin the record: of most likelihood over its first two seconds, or
-/// an eighth of it. Nothing where it cannot be found.
+/// The state in which the equations, as they are, begin these samples: of most likelihood over them. Nothing where it
+/// cannot be found.
 [[nodiscard]] std::optional<std::vector<double>> first_state(const BodiesModel& model, const BodiesRecord& record,
                                                              dsp::IndexRange over, int num_threads);
 

@@ -151,7 +151,7 @@ BodiesRecord bodies_record(const dsp::Recording& recording) {
   record.input_samples = recording.samples(Eigen::indexing::all, of_inputs);
   record.zeros = VectorXd::Zero(std::ssize(columns));
   for (const Index j : columns) record.channels.push_back(recording.channels[static_cast<size_t>(j)]);
-  record.length = record.channels.front().unit;
+  if (!record.channels.empty()) record.length = record.channels.front().unit;
   for (Index j = 0; j < record.num_bodies; ++j) {
     if (record.channels[static_cast<size_t>(j)].unit != record.length)
       throw question("bodies.unit", recording.name,

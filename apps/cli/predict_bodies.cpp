@@ -1,0 +1,186 @@
+#include "apps/cli/predict_bodies.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "apps/output/bodies_file.hpp"
+#include "apps/output/csv_table.hpp"
+#include "apps/output/json_parts.hpp"
+#include "apps/process/output_folder.hpp"
+#include "apps/process/printable.hpp"
+#include "dsp/names.hpp"
+#include "dsp/read_recording.hpp"
+
+namespace apps {
+namespace {
+
+using Eigen::Index;
+using Json = nlohmann::ordered_json;
+
+dsp::Fault misfit(const std::string& name, const std::string& what) {
+  return {dsp::FaultKind::input, "predict.bodies", fmt::format("{}: {}", name, what)};
+}
+
+/// In the frame and with the inputs of the equations, in their order.
+ident::BodiesRecord as_equations_want(ident::BodiesRecord record, const ident::BodiesLayout& layout) {
+  if (record.num_bodies != 0 && record.num_bodies != layout.num_bodies)
+    throw misfit(record.name, fmt::format("{} bodies, the equations have {}. Record all of them, or the inputs alone",
+                                          record.num_bodies, layout.num_bodies));
+  ident::BodiesRecord framed = ident::in_frame(std::move(record), layout.frame);
+  Eigen::MatrixXd inputs(framed.input_samples.rows(), std::ssize(layout.inputs));
+  std::vector<double> noise;
+  for (Index j = 0; j < inputs.cols(); ++j) {
+    const std::string& wanted = layout.inputs[static_cast<std::size_t>(j)];
+    const auto found = std::find(framed.inputs.begin(), framed.inputs.end(), wanted);
+    if (found == framed.inputs.end())
+      throw misfit(framed.name,
+                   fmt::format("no input {}, which the equations have. Recorded are: {}", wanted,
+                               framed.inputs.empty() ? "none" : fmt::format("{}", fmt::join(framed.inputs, ", "))));
+    inputs.col(j) = framed.input_samples.col(found - framed.inputs.begin());
+    noise.push_back(framed.input_noise_std[static_cast<std::size_t>(found - framed.inputs.begin())]);
+  }
+  framed.inputs = layout.inputs, framed.input_samples = std::move(inputs), framed.input_noise_std = std::move(noise);
+  return framed;
+}
+
+struct Prediction {
+  ident::BodiesRecord record;
+  Index first = 0, counted = 0;  ///< samples from which it runs, and from which its errors count
+  Eigen::MatrixXd positions;
+  Eigen::VectorXd nmse;  ///< of each body; NaN: not recorded, or it runs away
+};
+
+Eigen::VectorXd errors_of(const Prediction& prediction) {
+  const ident::BodiesRecord& record = prediction.record;
+  Eigen::VectorXd nmse = Eigen::VectorXd::Constant(prediction.positions.cols(), std::nan(""));
+  for (Index body = 0; body < record.num_bodies; ++body) {
+    double count = 0.0, sum = 0.0, squares = 0.0, missed = 0.0;
+    for (const dsp::IndexRange& one : record.usable)
+      for (Index k = std::max(one.first, prediction.counted); k < one.last; ++k) {
+        const double value = record.samples(k, body), error = prediction.positions(k - prediction.first, body) - value;
+        ++count, sum += value, squares += value * value, missed += error * error;
+      }
+    nmse(body) = missed / (squares - sum * sum / count);
+  }
+  return nmse;
+}
+
+Prediction predicted(const ident::BodiesModel& model, ident::BodiesRecord given, int num_threads) {
+  Prediction prediction{.record = as_equations_want(std::move(given), model.layout), .positions = {}, .nmse = {}};
+  const ident::BodiesRecord& record = prediction.record;
+  std::vector<double> state(static_cast<std::size_t>(2 * model.layout.num_bodies), 0.0);
+  double scale = 1.0;
+  if (record.num_bodies > 0) {
+    constexpr double most_s = 2.0, of_record = 0.125;
+    const dsp::IndexRange longest =
+        *std::max_element(record.usable.begin(), record.usable.end(),
+                          [](const auto& a, const auto& b) { return a.last - a.first < b.last - b.first; });
+    const auto size = static_cast<Index>(
+        std::min(most_s * record.sample_rate_hz, of_record * static_cast<double>(longest.last - longest.first)));
+    prediction.first = longest.first, prediction.counted = longest.first + std::max<Index>(size, 32);
+    const auto found = ident::first_state(model, record, {prediction.first, prediction.counted}, num_threads);
+    if (!found)
+      throw misfit(record.name, "no state is found in which the equations begin it. Record longer, or with less noise");
+    state = *found;
+    scale = record.samples.leftCols(record.num_bodies).cwiseAbs().maxCoeff();
+  } else if (model.layout.frame == ident::Frame::absolute) {
+    for (Index j = 0; j < record.input_samples.cols(); ++j)
+      for (std::size_t i = 0; i < state.size(); ++i)
+        if (record.inputs[static_cast<std::size_t>(j)] == (i % 2 == 0 ? "r" : "dr"))
+          state[i] = record.input_samples(0, j);
+  }
+  const Index n = record.input_samples.rows() - prediction.first;
+  prediction.positions =
+      ident::run_free(model, record.input_samples.bottomRows(n), record.sample_rate_hz, state, scale);
+  prediction.nmse = errors_of(prediction);
+  return prediction;
+}
+
+std::string json_of(const Prediction& prediction) {
+  const ident::BodiesRecord& record = prediction.record;
+  const bool ran = prediction.positions.allFinite();
+  Json document{
+      {"recording", printable(record.name)},
+      {"stretches",
+       {{{"from_s", static_cast<double>(prediction.counted) / record.sample_rate_hz},
+         {"to_s", static_cast<double>(prediction.first + prediction.positions.rows()) / record.sample_rate_hz}}}},
+      {"unit", printable(record.length)},
+      {"bodies", Json::array()}};
+  for (Index body = 0; body < prediction.positions.cols(); ++body) {
+    Json one{{"body", body + 1}};
+    put(one, "nmse", prediction.nmse(body), !ran ? "the equations run away" : "its displacement was not recorded");
+    document["bodies"].push_back(std::move(one));
+  }
+  return text_of(document);
+}
+
+CsvTable table_of(const Prediction& prediction) {
+  const Index n = prediction.positions.cols();
+  const bool is_recorded = prediction.record.num_bodies > 0;
+  CsvTable table{"predict.csv", "t", static_cast<std::size_t>(prediction.positions.rows()), {}};
+  for (Index body = 1; body <= n; ++body)
+    table.header += is_recorded ? fmt::format(",x{0},x{0}_predicted", body) : fmt::format(",x{}_predicted", body);
+  table.header += "\n";
+  table.fill = [&prediction, n, is_recorded](std::size_t row, RowWriter& cells) {
+    const Index k = prediction.first + static_cast<Index>(row);
+    cells.number(static_cast<double>(k) / prediction.record.sample_rate_hz);
+    for (Index body = 0; body < n; ++body) {
+      if (is_recorded) cells.number_if_any(prediction.record.samples(k, body));
+      cells.number_if_any(prediction.positions(static_cast<Index>(row), body));
+    }
+  };
+  return table;
+}
+
+std::string text_of_prediction(const Prediction& prediction) {
+  std::string text =
+      fmt::format("{}: free run of {} bodies\n", printable(prediction.record.name), prediction.positions.cols());
+  for (Index body = 0; body < prediction.nmse.size(); ++body)
+    text += std::isfinite(prediction.nmse(body))
+                ? fmt::format("  x{}  NMSE {:.2g}, an error of {:.2g} % of its rms\n", body + 1, prediction.nmse(body),
+                              100.0 * std::sqrt(prediction.nmse(body)))
+                : fmt::format("  x{}  {}\n", body + 1,
+                              prediction.record.num_bodies > 0 ? "runs away" : "predicted; it was not recorded");
+  return text;
+}
+
+}  // namespace
+
+int predict_bodies(const PredictArguments& arguments, const GlobalOptions& global, Console& console) {
+  if (!arguments.range.empty() || !arguments.method.empty() || !global.set.empty())
+    throw dsp::Fault(dsp::FaultKind::usage, "usage",
+                     "predict: --range, --method and --set are for runs of one body. Leave them out");
+  const std::filesystem::path equation_file = arguments.run / "equation.json";
+  const std::filesystem::path destination =
+      global.output.empty() ? std::filesystem::path(dsp::slug(arguments.recording.stem().string()) + "-predict")
+                            : global.output;
+  require_apart(destination, {equation_file, arguments.recording});
+  const ident::BodiesModel model = read_bodies_model(arguments.run);
+  OutputFolder folder(destination, global.force);
+  Manifest manifest = begin_manifest("predict", global.command_line, global.seed, folder.destination());
+  dsp::ReadOptions options;
+  options.sidecar = arguments.sidecar;
+  const dsp::Recording recording = dsp::read_recording(arguments.recording, options);
+  const Prediction prediction = predicted(model, ident::bodies_record(recording), thread_count(global));
+  const std::string document = json_of(prediction);
+  folder.write("predict.json", document);
+  OutputFile series = folder.file("predict.csv");
+  write_table(table_of(prediction), [&](std::string_view rows) { series.write(rows); });
+  series.close();
+  for (const std::filesystem::path& file : {equation_file, arguments.recording})
+    add_input(manifest, file, folder.destination());
+  manifest.warnings = console.warnings();
+  folder.commit(std::move(manifest));
+  console.result(console.json() ? document
+                                : fmt::format("{}results are in {}\n", text_of_prediction(prediction),
+                                              folder.destination().string()));
+  if (prediction.positions.allFinite()) return 0;
+  console.error("predict.no_free_run", fmt::format("{}: the equations run away", recording.name));
+  return 4;
+}
+
+}  // namespace apps

@@ -1,0 +1,242 @@
+#include "ident/bodies/bodies.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <map>
+
+#include "sim/chain.hpp"
+#include "sim/noise.hpp"
+#include "sim/simulate.hpp"
+
+namespace test_bodies {
+
+namespace {
+
+constexpr double rate_hz = 200.0;
+
+struct Draw {
+  ident::BodiesRecord record;
+  std::map<std::string, double> truth;  ///< by "body term"
+};
+
+std::string key(int body, const std::string& term) {
+  return fmt::format("{} {}", body, term);
+}
+
+/// A minute of a chain from rest, each displacement with white noise of a fraction of its standard deviation.
+Draw draw_of(const sim::Chain& chain, double noise, std::uint64_t seed, double duration_s = 60.0) {
+  const sim::Drive drive = sim::random_drive(seed, 0.3, 4.0, chain.base_driven ? 0.03 : 10.0);
+  const sim::Experiment experiment = sim::make_experiment(chain, drive);
+  const sim::Simulation run =
+      sim::simulate(experiment.system, experiment.initial, {.duration_s = duration_s, .sample_rate_hz = rate_hz});
+  REQUIRE(run.status == sim::SimulationStatus::finished);
+  const auto n = static_cast<Eigen::Index>(chain.masses.size());
+  dsp::Recording recording{.name = "chain", .sample_rate_hz = rate_hz};
+  recording.samples.resize(run.time_s.size(), n + 1);
+  for (Eigen::Index body = 0; body < n; ++body) {
+    Eigen::VectorXd x = run.states.col(body);
+    const double own = std::sqrt((x.array() - x.mean()).square().mean());
+    const sim::Noise source(seed, 1000 + static_cast<std::uint64_t>(body));
+    for (Eigen::Index k = 0; k < x.size(); ++k) x(k) += noise * own * source.normal(static_cast<std::uint64_t>(k));
+    recording.samples.col(body) = x;
+    dsp::Channel channel{.name = fmt::format("x{}", body + 1), .role = dsp::Role::x, .unit = "m"};
+    channel.body = static_cast<int>(body) + 1, channel.role_is_assumed = true;
+    recording.channels.push_back(channel);
+  }
+  recording.samples.col(n) = run.time_s.unaryExpr(drive.value);
+  recording.channels.push_back(chain.base_driven ? dsp::Channel{.name = "r", .role = dsp::Role::r, .unit = "m"}
+                                                 : dsp::Channel{.name = "f", .role = dsp::Role::f, .unit = "N"});
+  Draw draw{ident::bodies_record(recording), {}};
+  for (const sim::TrueTerm& term : experiment.truth)
+    if (term.target.front() == 'a') draw.truth[key(term.row / 2, term.name)] += term.value;
+  return draw;
+}
+
+/// How equations stand to the truth.
+struct Tally {
+  int exact = 0, covered = 0, of = 0;
+  std::vector<double> worst;
+  void add(const ident::BodiesResult& result, const std::map<std::string, double>& truth) {
+    bool is_exact = result.silent_because.empty() && result.model.terms.size() == truth.size();
+    double largest = 0.0;
+    int inside = 0;
+    for (std::size_t i = 0; i < result.model.terms.size(); ++i) {
+      const auto found = truth.find(key(result.model.terms[i].body, result.model.terms[i].name));
+      is_exact = is_exact && found != truth.end();
+      if (!is_exact) return;
+      const auto at = static_cast<Eigen::Index>(i);
+      const double error = std::abs(result.model.mean(at) - found->second);
+      largest = std::max(largest, error / std::abs(found->second));
+      inside += error < 1.96 * result.model.std(at) ? 1 : 0;
+    }
+    if (!is_exact) return;
+    ++exact, covered += inside, of += static_cast<int>(truth.size());
+    worst.push_back(largest);
+  }
+  [[nodiscard]] double median_worst() const {
+    std::vector<double> sorted = worst;
+    std::sort(sorted.begin(), sorted.end());
+    return sorted.at(sorted.size() / 2);
+  }
+};
+
+Tally tally(const sim::Chain& chain, double noise, std::uint64_t first_seed, int draws) {
+  Tally result;
+  for (int i = 0; i < draws; ++i) {
+    const Draw draw = draw_of(chain, noise, first_seed + static_cast<std::uint64_t>(i));
+    result.add(ident::identify_bodies(draw.record, {.num_threads = 2}), draw.truth);
+  }
+  return result;
+}
+
+const sim::Chain two{};
+const sim::Chain three{.masses = {1.0, 0.7, 1.3},
+                       .links = {{.stiffness = 150.0}, {.cubic = 1e4}, {.stiffness = 80.0, .cubic = 8e3}},
+                       .base_driven = true};
+
+// Not the seeds that anything was tried on.
+constexpr std::uint64_t seed = 940000;
+
+}  // namespace
+
+TEST_CASE("two masses with a cubic coupling are found from their displacements", "[ident][bodies]") {
+  const auto [noise, allowed] = GENERATE(std::pair{0.01, 0.01}, std::pair{0.05, 0.04});
+  const Tally of = tally(two, noise, seed, 3);
+  CAPTURE(noise, of.exact, of.covered, of.of);
+  CHECK(of.exact >= 2);  // of ten a false term is met once: two of three in 97 of 100 draws
+  CHECK(of.median_worst() < allowed);
+}
+
+TEST_CASE("three masses driven by their base are found, and that their displacements are absolute", "[ident][bodies]") {
+  const Draw draw = draw_of(three, 0.01, seed + 100);
+  CHECK_FALSE(draw.record.frame.has_value());
+  const ident::BodiesResult result = ident::identify_bodies(draw.record, {.num_threads = 2});
+  CHECK(result.frame_was_open);
+  CHECK(result.model.layout.frame == ident::Frame::absolute);
+  Tally of;
+  of.add(result, draw.truth);
+  CHECK(of.exact == 1);
+  CHECK(result.verdict == ident::Verdict::describes);
+  REQUIRE(result.run.nmse.size() == 3);
+  // Noise of 1 % is 1e-4 of the power; a free run without an error of its own adds nothing to it.
+  CHECK((result.run.nmse - result.run.noise).maxCoeff() < 1e-3);
+  REQUIRE(result.couplings.size() == 2);
+  CHECK(result.couplings[0].holds());
+  CHECK(std::abs(result.couplings[0].mass_ratio - 0.7) < 4.0 * result.couplings[0].mass_ratio_std);
+  CHECK(std::abs(result.couplings[1].mass_ratio - 1.3 / 0.7) < 4.0 * result.couplings[1].mass_ratio_std);
+}
+
+TEST_CASE("exact supports, coverage and errors of several bodies", "[.][coverage][bodies]") {
+  struct Level {
+    const sim::Chain* chain;
+    double noise;
+    int exact;
+    double worst;
+  };
+  const Level level = GENERATE(Level{&two, 0.01, 9, 0.01}, Level{&two, 0.05, 8, 0.04}, Level{&three, 0.01, 8, 0.02});
+  const Tally of = tally(*level.chain, level.noise, seed + 1000, 10);
+  const double share = static_cast<double>(of.covered) / of.of;
+  WARN(fmt::format("{} masses, noise {}: exact {} of 10, {} of {} covered ({:.3f}), worst error, median {:.2f} %",
+                   level.chain->masses.size(), level.noise, of.exact, of.covered, of.of, share,
+                   100.0 * of.median_worst()));
+  CHECK(of.exact >= level.exact);
+  CHECK(of.median_worst() < level.worst);
+  // Coefficients of one record err together: of ten records some thirty values are independent, 4 % their scatter.
+  CHECK(share > 0.87);
+}
+
+TEST_CASE("modes of a linear chain are those of its matrices", "[ident][bodies]") {
+  // x1'' = -300 x1 + 100 (x2 - x1), x2'' = -200 (x2 - x1): by hand K = [400 -100; -200 200].
+  const ident::BodiesLayout layout{.num_bodies = 2};
+  const std::vector<ident::BodyTerm> terms{{1, "x1"}, {1, "(x2 - x1)"}, {2, "(x2 - x1)"}, {2, "sgn(v2)"}, {1, "x1^3"}};
+  const Eigen::VectorXd mean = (Eigen::VectorXd(5) << -300.0, 100.0, -200.0, -0.1, -5e4).finished();
+  const Eigen::MatrixXd covariance = (Eigen::VectorXd(5) << 9.0, 1.0, 4.0, 1.0, 1.0).finished().asDiagonal();
+  const auto modes = ident::modes_of(layout, terms, mean, covariance);
+  REQUIRE(modes.size() == 2);
+  const double root = std::sqrt(300.0 * 300.0 - 60'000.0);  // of lambda^2 - 600 lambda + 60000
+  const auto hertz = [](double lambda) { return std::sqrt(lambda) / (2.0 * std::acos(-1.0)); };
+  CHECK(modes[0].frequency_hz == Approx(hertz(300.0 - root)).epsilon(1e-10));
+  CHECK(modes[1].frequency_hz == Approx(hertz(300.0 + root)).epsilon(1e-10));
+  CHECK(modes[0].damping == Approx(0.0).margin(1e-10));
+  // (400 - lambda) a = 100 b.
+  CHECK(modes[0].shape(0) == Approx(100.0 / (400.0 - (300.0 - root))).epsilon(1e-10));
+  CHECK(modes[0].shape(1) == 1.0);
+  CHECK(modes[1].shape(1) == Approx((400.0 - (300.0 + root)) / 100.0).epsilon(1e-10));
+  CHECK(modes[0].shape_std(1) < 1e-12);
+  // To first order: the derivative by differences of the closed form, coefficient by coefficient.
+  const auto slowest = [&](double k1, double c1, double c2) {
+    const double trace = k1 + c1 + c2, det = (k1 + c1) * c2 - c1 * c2;
+    return hertz(0.5 * (trace - std::sqrt(trace * trace - 4.0 * det)));
+  };
+  double square = 0.0;
+  square += std::pow(3.0 * (slowest(300.1, 100, 200) - slowest(299.9, 100, 200)) / 0.2, 2);
+  square += std::pow(1.0 * (slowest(300, 100.1, 200) - slowest(300, 99.9, 200)) / 0.2, 2);
+  square += std::pow(2.0 * (slowest(300, 100, 200.1) - slowest(300, 100, 199.9)) / 0.2, 2);
+  CHECK(modes[0].frequency_std == Approx(std::sqrt(square)).epsilon(1e-5));
+}
+
+TEST_CASE("action and reaction are tested, not assumed", "[ident][bodies]") {
+  const ident::BodiesLayout layout{.num_bodies = 2};
+  const std::vector<ident::BodyTerm> terms{{1, "(x2 - x1)"}, {1, "(x2 - x1)^3"}, {1, "(v2 - v1)"},
+                                           {2, "(x2 - x1)"}, {2, "(x2 - x1)^3"}, {2, "(v2 - v1)"}};
+  const Eigen::VectorXd std = (Eigen::VectorXd(6) << 0.5, 40.0, 0.01, 0.5, 40.0, 0.01).finished();
+  const Eigen::MatrixXd covariance = std.cwiseAbs2().asDiagonal();
+  Eigen::VectorXd mean = (Eigen::VectorXd(6) << 100.0, 1e4, 0.5, -50.2, -4970.0, -0.252).finished();
+  const auto good = ident::couplings_of(layout, terms, mean, covariance);
+  REQUIRE(good.size() == 1);
+  CHECK(good[0].holds());
+  CHECK(good[0].freedom == 2);
+  CHECK(std::abs(good[0].mass_ratio - 2.0) < 4.0 * good[0].mass_ratio_std);
+  REQUIRE(good[0].mean.size() == 3);
+  CHECK(good[0].std(0) < 0.5);  // both equations say it
+  mean(4) = -4000.0;            // a cubic that is not felt alike: 1000 of 40
+  CHECK_FALSE(ident::couplings_of(layout, terms, mean, covariance)[0].holds());
+  const auto lone =
+      ident::couplings_of(layout, {terms[0], terms[1], terms[3]}, mean({0, 1, 3}), covariance({0, 1, 3}, {0, 1, 3}));
+  CHECK_FALSE(lone[0].holds());
+  CHECK(lone[0].on_one_side == std::vector<std::string>{"(x2 - x1)^3"});
+}
+
+TEST_CASE("the chi-square of couplings is what normal errors make of it", "[ident][bodies]") {
+  const ident::BodiesLayout layout{.num_bodies = 2};
+  const std::vector<ident::BodyTerm> terms{{1, "(x2 - x1)"}, {1, "(x2 - x1)^3"}, {1, "(v2 - v1)"},
+                                           {2, "(x2 - x1)"}, {2, "(x2 - x1)^3"}, {2, "(v2 - v1)"}};
+  const Eigen::VectorXd truth = (Eigen::VectorXd(6) << 100.0, 1e4, 0.5, -50.0, -5000.0, -0.25).finished(),
+                        std = (Eigen::VectorXd(6) << 0.5, 40.0, 0.01, 0.4, 30.0, 0.004).finished();
+  const sim::Noise draw(seed, 7);
+  int below = 0, covered = 0;
+  constexpr int draws = 400;
+  for (std::uint64_t i = 0; i < draws; ++i) {
+    Eigen::VectorXd mean = truth;
+    for (std::uint64_t j = 0; j < 6; ++j)
+      mean(static_cast<Eigen::Index>(j)) += std(static_cast<Eigen::Index>(j)) * draw.normal(6 * i + j);
+    const auto found = ident::couplings_of(layout, terms, mean, std.cwiseAbs2().asDiagonal());
+    below += found[0].probability < 0.1 ? 1 : 0;
+    covered += std::abs(found[0].mass_ratio - 2.0) < 1.96 * found[0].mass_ratio_std ? 1 : 0;
+  }
+  CHECK(std::abs(below - 0.1 * draws) < 4.0 * std::sqrt(0.09 * draws));
+  CHECK(std::abs(covered - 0.95 * draws) < 4.0 * std::sqrt(0.0475 * draws));
+}
+
+TEST_CASE("a record of bodies asks where something is not clear", "[ident][bodies]") {
+  dsp::Recording recording{.name = "a.csv", .sample_rate_hz = 100.0};
+  const auto channel = [](const char* name, dsp::Role role, int body) {
+    dsp::Channel one{.name = name, .role = role, .unit = dsp::info_of(role).order == 1 ? "m/s" : "m"};
+    one.body = body;
+    return one;
+  };
+  recording.samples = Eigen::MatrixXd::Random(100, 3);
+  recording.channels = {channel("p", dsp::Role::x, 1), channel("q", dsp::Role::v, 2), channel("s", dsp::Role::x, 3)};
+  CHECK_THROWS_WITH(ident::bodies_record(recording), Catch::Contains("body 2 has none"));
+  recording.channels[1] = channel("q", dsp::Role::x, 0);
+  recording.channels[2].body = 2;
+  CHECK_THROWS_WITH(ident::bodies_record(recording), Catch::Contains("of which body is channel 'q'"));
+  recording.channels[1] = channel("q", dsp::Role::r, 0);
+  recording.channels[0].role = dsp::Role::y;
+  CHECK_THROWS_WITH(ident::bodies_record(recording), Catch::Contains("some displacements of bodies are absolute"));
+}
+
+}  // namespace test_bodies
