@@ -22,7 +22,7 @@ using nlohmann::ordered_json;
 using Settings = std::vector<std::pair<std::string, double>>;
 
 constexpr double chain_rate_hz = 200.0, chain_duration_s = 60.0;
-constexpr std::uint64_t first_noise_id = 1000;
+constexpr std::uint64_t chain_noise_id = 1000;
 
 /// Takes a setting out of the list.
 double taken(Settings& set, const std::string& name, double preset) {
@@ -54,7 +54,7 @@ std::string csv_of(const sim::Simulation& run, const sim::Chain& chain, const si
   for (Eigen::Index body = 0; noise > 0.0 && body < n; ++body) {
     auto signal = positions.col(body);
     const double signal_std = std::sqrt((signal.array() - signal.mean()).square().mean());
-    const sim::Noise source(seed, first_noise_id + static_cast<std::uint64_t>(body));
+    const sim::Noise source(seed, chain_noise_id + static_cast<std::uint64_t>(body));
     for (Eigen::Index k = 0; k < signal.size(); ++k)
       signal[k] += noise * signal_std * source.normal(static_cast<std::uint64_t>(k));
   }
