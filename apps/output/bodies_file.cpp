@@ -49,8 +49,8 @@ Json body_json(int body, const ident::BodiesResult& result, const ident::BodiesR
   for (const ident::BodyTerm& term : result.rejected)
     if (term.body == body) one["rejected"].push_back({{"name", term.name}});
   if (result.silent_because.empty()) {
-    put(one, "free_run_nmse", result.run.nmse(body - 1), "it runs away");
-    put(one, "noise_nmse", result.run.noise(body - 1), "not known");
+    apps::put(one, "free_run_nmse", result.run.nmse(body - 1), "it runs away");
+    apps::put(one, "noise_nmse", result.run.noise(body - 1), "not known");
   }
   return one;
 }
