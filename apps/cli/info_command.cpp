@@ -45,7 +45,8 @@ std::string info_text(const RecordingInfo& info) {
       static_cast<double>(info.num_samples) / info.sample_rate_hz,
       info.sidecar.empty() ? "none found" : printable(info.sidecar));
   for (const dsp::Channel& channel : info.channels)
-    text += fmt::format("  channel    {:<16} role {:<6} unit {}{}\n", printable(channel.name), to_string(channel.role),
+    text += fmt::format("  channel    {:<16} role {:<6} {}unit {}{}\n", printable(channel.name),
+                        to_string(channel.role), channel.body > 0 ? fmt::format("body {} ", channel.body) : "",
                         channel.unit.empty() ? "-" : printable(channel.unit),
                         channel.calibrated ? "" : " (not calibrated)");
   for (const dsp::RangeSpec& range : info.ranges)

@@ -88,8 +88,10 @@ Json motion_json(const dsp::Prepared& recording) {
 }
 
 Json channel_json(const dsp::Channel& channel) {
-  return {{"name", printable(channel.name)},  {"role", to_string(channel.role)}, {"unit", printable(channel.unit)},
-          {"calibrated", channel.calibrated}, {"delay_s", channel.delay_s},      {"highpass_hz", channel.highpass_hz}};
+  Json row{{"name", printable(channel.name)},  {"role", to_string(channel.role)}, {"unit", printable(channel.unit)},
+           {"calibrated", channel.calibrated}, {"delay_s", channel.delay_s},      {"highpass_hz", channel.highpass_hz}};
+  if (channel.body > 0) row["body"] = channel.body;
+  return row;
 }
 
 /// The checks of all recordings, each with its recording.

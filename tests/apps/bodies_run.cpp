@@ -1,0 +1,118 @@
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "support/program.hpp"
+
+using nlohmann::json;
+using support::Scratch;
+
+namespace {
+
+json document(const Scratch& folder, const std::string& name) {
+  return json::parse(support::bytes_of(folder / name));
+}
+
+/// Runs a command that ends with this code; what it says on standard error.
+std::string ends(const Scratch& folder, const std::string& command, int code) {
+  const auto ended = support::run(folder, command);
+  CAPTURE(command, ended.err);
+  CHECK(ended.code == code);
+  return ended.err;
+}
+
+}  // namespace
+
+TEST_CASE("a table with x1, x2 and f gives one equation a body, modes and a verdict, without settings",
+          "[apps][bodies]") {
+  const Scratch folder;
+  (void)ends(folder, "$ARDENT -q sim chain -o chain --noise 0.01 --seed 960001", 0);
+  CHECK_THAT(support::bytes_of(folder / "chain/response.csv"), Catch::StartsWith("time_s,x1,x2,f\n"));
+  (void)ends(folder, "$ARDENT -q check chain/response.csv && $ARDENT -q run chain/response.csv -o run", 0);
+  const json result = document(folder, "run/equation.json"), truth = document(folder, "chain/truth.json");
+  CHECK(support::bytes_of(folder / "run/report.json") == support::bytes_of(folder / "run/equation.json"));
+  CHECK(result["verdict"] == "describes");
+  REQUIRE(result["bodies"].size() == 2);
+  std::size_t found = 0, num_true = 0;
+  for (const json& term : truth["terms"]) {
+    const std::string target = term["target"];
+    if (target.front() != 'a') continue;
+    ++num_true;
+    for (const json& own : result["bodies"][target == "a1" ? 0 : 1]["terms"]) {
+      if (own["name"] != term["name"]) continue;
+      ++found;
+      CHECK(own["mean"].get<double>() == Approx(term["value"].get<double>()).epsilon(0.02));
+    }
+  }
+  CHECK(found == num_true);
+  REQUIRE(result["modes"].size() == 2);
+  // Two equal masses of 1 kg on springs of 100 N/m: (3 -+ sqrt 5) / 2 of k / m.
+  CHECK(result["modes"][0]["frequency_hz"].get<double>() == Approx(0.983632).epsilon(2e-3));
+  CHECK(result["modes"][1]["frequency_hz"].get<double>() == Approx(2.575181).epsilon(2e-3));
+  CHECK(result["modes"][0]["frequency_std"].get<double>() > 0.0);
+  CHECK(result["couplings"][0]["action_is_reaction"] == true);
+  for (const char* file : {"manifest.json", "report.html", "equation.tex", "predictions.csv", "prepared.csv"})
+    CHECK(std::filesystem::exists(folder / "run" / file));
+  CHECK_THAT(support::bytes_of(folder / "run/prepared.csv"), Catch::StartsWith("t,x1,x2,f,excluded\n"));
+
+  SECTION("the same bytes again") {
+    (void)ends(folder, "$ARDENT -q run run", 0);
+  }
+  SECTION("another record, and a force alone, are predicted") {
+    (void)ends(folder, "$ARDENT -q sim chain -o other --duration 20 --seed 960002", 0);
+    (void)ends(folder, "$ARDENT -q predict run other/response.csv -o predicted", 0);
+    for (const json& body : document(folder, "predicted/predict.json")["bodies"])
+      CHECK(body["nmse"].get<double>() < 1e-3);  // coefficients of a record of 1 % noise, without noise here
+    (void)ends(folder, "cut -d, -f1,4 other/response.csv > force.csv && $ARDENT -q predict run force.csv -o forced", 0);
+    CHECK_THAT(support::bytes_of(folder / "forced/predict.csv"), Catch::StartsWith("t,x1_predicted,x2_predicted\n"));
+  }
+  SECTION("commands for one body refuse it in a line") {
+    for (const char* command : {"frc run -o frc", "compare run run", "export run --to python -o py", "merge run"})
+      CHECK_THAT(ends(folder, std::string("$ARDENT -q ") + command, 3), Catch::Contains("several bodies"));
+    CHECK_THAT(ends(folder, "$ARDENT -q prep chain/response.csv -o prep", 3), Catch::Contains("several bodies"));
+  }
+  SECTION("settings that are for one body are refused") {
+    (void)folder.file("two.toml",
+                      "schema = 1\n[[recording]]\nfile = \"chain/response.csv\"\n[[range]]\nname = \"a\"\n");
+    CHECK_THAT(ends(folder, "$ARDENT -q run two.toml -o two", 2), Catch::Contains("[[range]]"));
+  }
+}
+
+TEST_CASE("bodies are recognised by their numbers, stated by a key, or asked for", "[apps][bodies]") {
+  const Scratch folder;
+  (void)ends(folder, "$ARDENT -q sim chain -o chain --duration 5", 0);
+  const auto info = [&](const std::string& header) {
+    (void)ends(folder, "sed '1s/.*/" + header + "/' chain/response.csv > named.csv", 0);
+    const auto ended = support::run(folder, "$ARDENT -q info named.csv --json");
+    CAPTURE(header, ended.err);
+    REQUIRE(ended.code == 0);
+    return json::parse(ended.out)["recordings"][0]["channels"];
+  };
+  for (const char* header : {"time_s,mass_1,mass_2,f", "time_s,floor_2,floor_1,f",
+                             "time_s,displacement 1,displacement 2,f", "t,x_1_mm,x_2_mm,force"}) {
+    const json channels = info(header);
+    CAPTURE(header);
+    CHECK(channels[0]["role"] == "x");
+    CHECK(channels[0]["body"].get<int>() + channels[1]["body"].get<int>() == 3);
+    CHECK(channels[2]["role"] == "f");
+  }
+  CHECK(info("t,floor_0,floor_1,floor_2")[0]["role"] == "r");
+  (void)ends(folder, "sed '1s/.*/time_s,x2,x4,f/' chain/response.csv > open.csv", 0);
+  CHECK_THAT(ends(folder, "$ARDENT -q check open.csv", 3), Catch::Contains("Which body is each"));
+  (void)folder.file("open.csv.toml",
+                    "schema = 1\n[[channel]]\nname = \"x2\"\nrole = \"x\"\nunit = \"m\"\nbody = 1\n[[channel]]\n"
+                    "name = \"x4\"\nrole = \"x\"\nunit = \"m\"\nbody = 2\n[[channel]]\nname = \"f\"\nrole = \"f\"\n");
+  (void)ends(folder, "$ARDENT -q check open.csv", 0);
+}
+
+TEST_CASE("a recorded force drives a chain as it drove what was recorded", "[apps][bodies]") {
+  const Scratch folder;
+  (void)ends(folder, "$ARDENT -q sim chain -o one --duration 10 --seed 960003", 0);
+  (void)ends(folder, "$ARDENT -q sim chain -o two --drive one/response.csv", 0);
+  // f between samples is a cubic here and a sum of sines there: (omega h)^4 / 100 of it, omega h = 0.13.
+  (void)ends(
+      folder,
+      "paste -d, one/response.csv two/response.csv | awk -F, 'NR > 1 {d = $2 - $6; if (d < 0) d = -d; if (d > m) "
+      "m = d} END {exit !(NR > 2000 && m < 1e-4)}'",
+      0);
+  CHECK_THAT(ends(folder, "$ARDENT -q sim duffing -o no --drive one/response.csv", 2), Catch::Contains("--drive"));
+}
