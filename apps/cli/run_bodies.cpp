@@ -145,6 +145,7 @@ RunOutcome run_bodies_into(RunFolder& results, const Config& config, const RunAr
   results.write("equation.tex", bodies_latex(found, record));
   results.write("equation.json", outcome.equation);
   results.write("report.json", outcome.equation);
+  results.write("metrics.json", "{\n  \"ranges\": []\n}\n");  // which are of one body
   if (config.rows && found.run.positions.rows() > 0) results.write(free_run_table(found, record), console);
   const std::vector<PlotFigure> figures = bodies_figures(found, record);
   if (config.figures)
