@@ -128,13 +128,14 @@ BodiesRun run_behind(const Choice& choice, const BodiesModel& model, const Vecto
   return run;
 }
 
-std::string in_words(const VectorXd& nmse, const std::vector<int>& bodies) {
+std::string in_words(const BodiesRun& run) {
   std::vector<std::string> parts;
-  for (const int body : bodies) {
-    const double one = nmse(body - 1);
+  for (Index body = 0; body < run.nmse.size(); ++body) {
+    const double one = run.nmse(body);
     parts.push_back(std::isfinite(one)
-                        ? fmt::format("x{} NMSE {:.2g}, an error of {} of its rms", body, one, percent(std::sqrt(one)))
-                        : fmt::format("x{} runs away", body));
+                        ? fmt::format("x{} with NMSE {:.2g}, an error of {} of its rms (noise: {})", body + 1, one,
+                                      percent(std::sqrt(one)), percent(std::sqrt(run.noise(body))))
+                        : fmt::format("x{} runs away", body + 1));
   }
   return fmt::format("{}", fmt::join(parts, "; "));
 }
@@ -145,10 +146,8 @@ void judge(BodiesResult& result, double sample_rate_hz) {
   constexpr double describes = 0.01, in_part = 0.1;
   const BodiesRun& run = result.run;
   double worst = 0.0;
-  std::vector<int> bodies;
-  for (int body = 1; body <= result.model.layout.num_bodies; ++body) {
-    bodies.push_back(body);
-    const double beyond = run.nmse(body - 1) - run.noise(body - 1);
+  for (Index body = 0; body < run.nmse.size(); ++body) {
+    const double beyond = run.nmse(body) - run.noise(body);
     worst = std::isfinite(beyond) ? std::max(worst, beyond) : 2.0;
   }
   result.verdict = worst <= describes ? Verdict::describes : worst <= in_part ? Verdict::in_part : Verdict::does_not;
@@ -157,11 +156,11 @@ void judge(BodiesResult& result, double sample_rate_hz) {
   const char* words = result.verdict == Verdict::describes ? "These equations describe the record"
                       : result.verdict == Verdict::in_part ? "These equations describe the record in part"
                                                            : "These equations do not describe the record";
-  result.sentence = fmt::format(
-      "{}: run free over {:.3g} s that were not fitted, {}; {}.", words,
-      static_cast<double>(run.samples.last - run.samples.first) / sample_rate_hz, in_words(run.nmse, bodies),
-      lacks ? "the recorded samples have something that no candidate explains (odds of 20,000 and more)"
-            : "the recorded samples have nothing that they do not explain");
+  result.sentence =
+      fmt::format("{}: run free over {:.3g} s that were not fitted, {}; {}.", words,
+                  static_cast<double>(run.samples.last - run.samples.first) / sample_rate_hz, in_words(run),
+                  lacks ? "the recorded samples have something that no candidate explains (odds of 20,000 and more)"
+                        : "the recorded samples have nothing that they do not explain");
 }
 
 }  // namespace
