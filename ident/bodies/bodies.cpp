@@ -177,7 +177,8 @@ BodiesResult identify_bodies(const BodiesRecord& record, const BodiesOptions& op
   result.frame_was_open = !record.frame;
   const state_space::Fit& fit = best.selection.fit;
   result.model.layout = best.layout;
-  result.noise_std = VectorXd::Map(fit.noise.channel.data(), std::ssize(record.channels));
+  result.noise_std =
+      std::sqrt(best.statement.thinned_by) * VectorXd::Map(fit.noise.channel.data(), std::ssize(record.channels));
   result.gain_of_process_noise = fit.gain_of_process_noise;
   result.thinned_by = best.statement.thinned_by;
   for (const state_space::Record& one : best.statement.problem.records)

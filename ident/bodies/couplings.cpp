@@ -22,9 +22,16 @@ struct Pair {
   [[nodiscard]] MatrixXd covariance(double factor) const {
     return of_upper + factor * (of_both + of_both.transpose()) + factor * factor * of_lower;
   }
+  /// covariance(factor)^-1 b, in units of its standard deviations.
+  [[nodiscard]] VectorXd solved(double factor, const VectorXd& b) const {
+    const MatrixXd C = covariance(factor);
+    const VectorXd by_std = C.diagonal().cwiseSqrt().cwiseInverse();
+    return by_std.cwiseProduct(
+        dsp::solve_symmetric(by_std.asDiagonal() * C * by_std.asDiagonal(), by_std.cwiseProduct(b)));
+  }
   [[nodiscard]] double chi_square(double factor) const {
     const VectorXd d = difference(factor);
-    return d.dot(dsp::solve_symmetric(covariance(factor), d));
+    return d.dot(solved(factor, d));
   }
 };
 
@@ -71,18 +78,21 @@ std::vector<std::string> names_between(int lower, const std::vector<BodyTerm>& t
   return names;
 }
 
-/// Imposes it on the lower body's coefficients: weighted least squares of both against one.
+/// Imposes it on the lower body's coefficients: weighted least squares of both against one, in units of the standard
+/// deviations, as the coefficients span decades.
 void impose(Coupling& coupling, const Pair& pair, double factor) {
   const Index k = pair.lower.size();
-  MatrixXd covariance(2 * k, 2 * k), design(2 * k, k);
-  covariance << pair.of_lower, pair.of_both, pair.of_both.transpose(), pair.of_upper;
-  design << MatrixXd::Identity(k, k), -factor * MatrixXd::Identity(k, k);
-  VectorXd both(2 * k);
+  VectorXd std(2 * k), both(2 * k);
+  std << pair.of_lower.diagonal().cwiseSqrt(), pair.of_upper.diagonal().cwiseSqrt();
   both << pair.lower, pair.upper;
-  const MatrixXd weight = dsp::inverse_of_symmetric(covariance);
-  const MatrixXd own = dsp::inverse_of_symmetric(design.transpose() * weight * design);
-  coupling.mean = own * (design.transpose() * (weight * both));
-  coupling.std = own.diagonal().cwiseSqrt();
+  MatrixXd covariance(2 * k, 2 * k), design(2 * k, k);
+  covariance << pair.of_lower, pair.of_both.transpose(), pair.of_both, pair.of_upper;
+  design << MatrixXd::Identity(k, k), -factor * MatrixXd::Identity(k, k);
+  const MatrixXd by_std = std.cwiseInverse().asDiagonal(), unit = std.head(k).asDiagonal();
+  const MatrixXd weight = dsp::inverse_of_symmetric(by_std * covariance * by_std), scaled = by_std * design * unit;
+  const MatrixXd own = dsp::inverse_of_symmetric(scaled.transpose() * weight * scaled);
+  coupling.mean = unit * (own * (scaled.transpose() * (weight * (by_std * both))));
+  coupling.std = unit * own.diagonal().cwiseSqrt();
 }
 
 Coupling coupling_of(int lower, const std::vector<std::string>& names, const std::vector<BodyTerm>& terms,
@@ -112,7 +122,7 @@ Coupling coupling_of(int lower, const std::vector<std::string>& names, const std
   const double factor = least_near(pair, start);
   coupling.chi_square = pair.chi_square(factor);
   if (coupling.on_one_side.empty()) coupling.probability = beyond(coupling.chi_square, coupling.freedom);
-  const VectorXd slope = dsp::solve_symmetric(pair.covariance(factor), pair.lower);
+  const VectorXd slope = pair.solved(factor, pair.lower);
   coupling.mass_ratio = 1.0 / factor;
   coupling.mass_ratio_std = 1.0 / (factor * factor * std::sqrt(pair.lower.dot(slope)));
   if (coupling.holds()) impose(coupling, pair, factor);
