@@ -28,7 +28,7 @@ struct Link {
   double stiffness = 100.0, damping = 0.5, cubic = 0.0, friction = 0.0;
 };
 
-/// Masses one behind the other. With d_i = x_i - x_(i-1) and x_0 = r, zero where the base stands still,
+/// Masses in a row. With d_i = x_i - x_(i-1) and x_0 = r, zero where the base stands still,
 ///   m_i x_i'' = F_i - F_(i+1) + f where the force acts,   F_i = -(k_i d_i + c_i d_i' + k3_i d_i^3 + mu_i sgn(d_i')).
 /// Displacements are absolute. Where friction holds a link, bodies go on together.
 struct Chain {

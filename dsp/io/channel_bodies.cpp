@@ -140,7 +140,8 @@ std::optional<Fault> bodies_question(const std::string& recording, const std::ve
     const auto one = numbered(channel);
     if (channel.role != Role::other || channel.body > 0 || !one || one->order > 0) continue;
     names.push_back(channel.name);
-    lines += fmt::format("[[channel]]\nname = {}\nrole = \"x\"\nbody = {}\n", toml_quoted(channel.name), names.size());
+    lines += fmt::format("[[channel]]\nname = {}\nrole = \"x\"\nbody = {}\n{}", toml_quoted(channel.name), names.size(),
+                         channel.unit.empty() ? "unit = \"m\"  # or what its numbers are in\n" : "");
   }
   if (names.size() < 2) return std::nullopt;
   return Fault(FaultKind::input, "channel.body",
