@@ -112,7 +112,8 @@ std::string json_of(const Prediction& prediction) {
       {"bodies", Json::array()}};
   for (Index body = 0; body < prediction.positions.cols(); ++body) {
     Json one{{"body", body + 1}};
-    apps::put(one, "nmse", prediction.nmse(body), !ran ? "the equations run away" : "its displacement was not recorded");
+    apps::put(one, "nmse", prediction.nmse(body),
+              !ran ? "the equations run away" : "its displacement was not recorded");
     document["bodies"].push_back(std::move(one));
   }
   return text_of(document);
