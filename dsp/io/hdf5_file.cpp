@@ -12,6 +12,7 @@
 
 #include "dsp/fault.hpp"
 #include "dsp/io/array_file.hpp"
+#include "dsp/io/survives.hpp"
 #include "dsp/io/table_header.hpp"
 #include "dsp/memory_limit.hpp"
 #include "dsp/names.hpp"
@@ -375,7 +376,13 @@ bool is_hdf5(std::string_view head) {
 }
 
 std::unique_ptr<SampleSource> open_hdf5_file(std::unique_ptr<InputFile> file, const OpenOptions& options) {
-  ArrayContents contents = Hdf5Arrays(*file, options.max_memory_bytes).contents();
+  const auto contents_of_file = [&] { return Hdf5Arrays(*file, options.max_memory_bytes).contents(); };
+  if (!survives([&] { (void)contents_of_file(); }))
+    throw Fault(FaultKind::input, "hdf5.damaged",
+                fmt::format("{}: the HDF5 library breaks down over it, as over some damaged files. Copy the file from "
+                            "its source again",
+                            file->name()));
+  ArrayContents contents = contents_of_file();
   return open_arrays(std::move(file), std::move(contents), options);
 }
 
