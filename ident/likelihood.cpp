@@ -117,15 +117,12 @@ Likelihood selected(const Statement& statement, const std::vector<int>& among, c
     }
   if (places.empty()) result.silent_because = "it keeps no term";
   const auto k = std::ssize(places);
-  result.mean.resize(k), result.covariance.resize(k, k), result.wider.resize(k, k);
-  const std::vector<double> wider = fit.wider();
+  result.mean.resize(k), result.covariance.resize(k, k);
   for (Index i = 0; i < k; ++i) {
-    const size_t row = places[static_cast<size_t>(i)];
-    result.mean(i) = fit.point.parameters[static_cast<size_t>(fit.parameters[row])];
-    for (Index j = 0; j < k; ++j) {
-      const size_t at = row * fit.parameters.size() + places[static_cast<size_t>(j)];
-      result.covariance(i, j) = fit.covariance[at], result.wider(i, j) = wider[at];
-    }
+    const size_t at = places[static_cast<size_t>(i)];
+    result.mean(i) = fit.point.parameters[static_cast<size_t>(fit.parameters[at])];
+    for (Index j = 0; j < k; ++j)
+      result.covariance(i, j) = fit.covariance[at * fit.parameters.size() + places[static_cast<size_t>(j)]];
   }
   result.gain = Eigen::VectorXd::Constant(std::ssize(data.library.terms), dsp::nan);
   for (Index j = 0; j < num_terms; ++j)
@@ -140,24 +137,28 @@ Likelihood selected(const Statement& statement, const std::vector<int>& among, c
   return result;
 }
 
-/// Without those whose square over the wider variance is below their price, the weakest first; the others as the
-/// covariance has them where one is zero. Positions in data.terms.
-std::vector<int> worth_their_price(const Likelihood& likelihood, const RangeData& data) {
+/// Without those whose square over the wider variance of a regression on the same terms is below its price there, the
+/// weakest first; the others as the covariance has them where one is zero. Positions in data.terms.
+std::vector<int> worth_their_price(const Likelihood& likelihood, const RangeData& data,
+                                   const IdentifyOptions& options) {
+  const auto method = std::find_if(options.methods.begin(), options.methods.end(), weighs_rows);
+  const RFactor& rows = data.evidence.as_they_are() ? data.data : data.evidence.data;
   std::vector<Index> positions = positions_in(data, likelihood.terms);
   VectorXd mean = likelihood.mean;
-  MatrixXd covariance = likelihood.covariance, wider = likelihood.wider;
+  MatrixXd covariance = likelihood.covariance;
   while (positions.size() > 1) {
+    const Fit of_rows = fit_on_terms(rows, positions, *method, options.poll);
+    if (of_rows.relevant != positions) break;
+    const VectorXd wider = of_rows.interval_covariance().diagonal().cwiseMax(covariance.diagonal());
     Index weakest = 0;
-    if (mean.cwiseAbs2().cwiseQuotient(wider.diagonal()).minCoeff(&weakest) >= likelihood.price) break;
-    MatrixXd without = MatrixXd::Identity(mean.size(), mean.size());
-    without.col(weakest) -= covariance.col(weakest) / covariance(weakest, weakest);
+    if (mean.cwiseAbs2().cwiseQuotient(wider).minCoeff(&weakest) >= of_rows.tau) break;
+    const VectorXd column = covariance.col(weakest) / covariance(weakest, weakest);
+    mean -= column * mean(weakest);
+    covariance -= covariance(weakest, weakest) * column * column.transpose();
     std::vector<Index> others(positions.size());
     std::iota(others.begin(), others.end(), Index{0});
     others.erase(others.begin() + weakest), positions.erase(positions.begin() + weakest);
-    without = MatrixXd(without(others, Eigen::all));
-    mean = VectorXd(without * mean);
-    covariance = MatrixXd(without * covariance * without.transpose());
-    wider = MatrixXd(without * wider * without.transpose());
+    mean = VectorXd(mean(others)), covariance = MatrixXd(covariance(others, others));
   }
   return {positions.begin(), positions.end()};
 }
@@ -177,10 +178,8 @@ Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeD
   Likelihood result = select(among, first);
   if (result.is_restless && first.empty()) result = select(among, terms_of_rows(data));
   if (!result.speaks() || !result.has_unexplained()) return result;
-  const std::vector<int> worth = worth_their_price(result, data);
-  if (worth.size() == result.terms.size()) return result;
-  Likelihood without = select(worth, worth);
-  return without.speaks() ? without : result;
+  const std::vector<int> worth = worth_their_price(result, data, options);
+  return worth.size() == result.terms.size() ? result : select(worth, worth);
 }
 
 std::optional<RecordedRun> run_through(const Likelihood& likelihood, const Range& range, const std::vector<Row>& rows,

@@ -23,7 +23,6 @@ struct Likelihood {
   std::vector<Eigen::Index> terms;  ///< of the library, ascending
   Eigen::VectorXd mean;             ///< of their coefficients
   Eigen::MatrixXd covariance;       ///< with parameters of the channels unknown
-  Eigen::MatrixXd wider;            ///< that or the one by scatter, whichever std is larger (state_space::Fit::wider)
   Eigen::VectorXd gain;             ///< by how much -2 log likelihood falls with each term of the library; NaN: none
   struct Value {
     double mean = 0.0, std = 0.0;
@@ -46,8 +45,9 @@ struct Likelihood {
 /// Of the training rows of a range: `data` has its candidates. It speaks for one equation for a body whose relative
 /// displacement, velocity or acceleration was recorded, with inputs that were recorded too or none, and where the fit
 /// reached the channels' own noise.
-/// Where something remains that the equation does not explain, what a term is worth is counted by the wider interval,
-/// and terms that are not worth their price then are left out.
+/// Where something remains that the equation does not explain, what a term is worth is counted by the wider interval of
+/// the regression, which knows how seldom a misfit comes back, and terms that are not worth their price then are left
+/// out.
 [[nodiscard]] Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeData& data,
                                        const std::vector<Columns>& recordings, const IdentifyOptions& options);
 

@@ -107,10 +107,10 @@ Command simulate_command() {
             run_simulate(arguments, console);
             return 0;
           },
-      .more = {"Parameters of the system: --set name=number. Of chain: masses, base (1: base driven), driven (body),",
-               "mass, stiffness, damping, cubic, friction (mass_2 ...: of one body and the link below it), and of",
-               "the random drive from_hz, to_hz, rms. Failing sensors of qzs --raw, by channel",
-               "(name or index) and seconds:", "  --set rail=payload_laser:300:300.4         at the upper rail",
+      .more = {"Parameters of the system: --set name=number. Of chain: masses, base (1: base driven),",
+               "driven (body), mass, stiffness, damping, cubic, friction (mass_2 ...: of one body and",
+               "the link below it), and of the random drive from_hz, to_hz, rms. Failing sensors of",
+               "qzs --raw, by channel (name or index) and seconds:", "  --set rail=payload_laser:300:300.4         at the upper rail",
                "  --set hold=2:300:300.4                     stuck at its value",
                "  --set clip=payload_accelerometer:0:9:0.02  limited to +-0.02 V"},
       .examples = {"ardent sim duffing -o duffing --noise 0.05", "ardent sim qzs --raw -o rig",
