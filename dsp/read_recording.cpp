@@ -382,11 +382,15 @@ int count_runs(const std::filesystem::path& file, const Sidecar& sidecar) {
 
 Recording read_recording(const fs::path& file, const ReadOptions& options) {
   RecordingReader reader(file, options);
+  return read_recording(reader, options.max_memory_bytes);
+}
+
+Recording read_recording(RecordingReader& reader, std::size_t max_memory_bytes) {
   const auto frames = static_cast<Eigen::Index>(reader.num_frames());
   const auto width = static_cast<Eigen::Index>(reader.description().channels.size());
   constexpr Eigen::Index block_frames = 16384;
   const double bytes = sizeof(double) * static_cast<double>(frames) * static_cast<double>(width);
-  require_memory(reader.description().name, bytes, options.max_memory_bytes);
+  require_memory(reader.description().name, bytes, max_memory_bytes);
   reader.set_bytes_beside(bytes);
   Eigen::MatrixXd samples(frames, width);
   FrameBlock block;

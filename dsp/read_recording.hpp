@@ -64,6 +64,8 @@ class RecordingReader {
 
 /// The whole recording in memory. Throws Fault memory.limit (numerics) before it would pass max_memory_bytes.
 [[nodiscard]] Recording read_recording(const std::filesystem::path& file, const ReadOptions& options = {});
+/// The same of a reader that is open and at its beginning.
+[[nodiscard]] Recording read_recording(RecordingReader& reader, std::size_t max_memory_bytes);
 
 /// How many runs side by side a recording holds; 1 for any but a table of several. Throws as open_source does.
 [[nodiscard]] int count_runs(const std::filesystem::path& file, const Sidecar& sidecar);

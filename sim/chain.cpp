@@ -6,8 +6,10 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <memory>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 #include "sim/noise.hpp"
 #include "sim/ode/friction.hpp"
@@ -212,13 +214,14 @@ Drive random_drive(std::uint64_t seed, double from_hz, double to_hz, double rms)
 Drive recorded_drive(std::vector<double> samples, double sample_rate_hz) {
   if (samples.size() < 4 || !(sample_rate_hz > 0.0))
     throw std::invalid_argument("chain: a drive of 4 samples and more is wanted, at a positive rate");
+  const auto shared = std::make_shared<const std::vector<double>>(std::move(samples));  // a system copies its functions
   const auto derivative = [&](int order) {
-    return [samples, sample_rate_hz, order](double t) {
-      const auto n = static_cast<std::ptrdiff_t>(samples.size());
+    return [shared, sample_rate_hz, order](double t) {
+      const auto n = static_cast<std::ptrdiff_t>(shared->size());
       const double at = std::clamp(t * sample_rate_hz, 0.0, static_cast<double>(n - 1));
       const auto k = std::min<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(at), n - 2);
       const auto value = [&](std::ptrdiff_t i) {
-        return samples[static_cast<size_t>(std::clamp<std::ptrdiff_t>(i, 0, n - 1))];
+        return (*shared)[static_cast<size_t>(std::clamp<std::ptrdiff_t>(i, 0, n - 1))];
       };
       const double p = value(k), q = value(k + 1), dp = 0.5 * (q - value(k - 1)), dq = 0.5 * (value(k + 2) - p),
                    u = at - static_cast<double>(k), c2 = 3.0 * (q - p) - 2.0 * dp - dq, c3 = 2.0 * (p - q) + dp + dq;

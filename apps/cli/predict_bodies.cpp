@@ -54,21 +54,6 @@ struct Prediction {
   Eigen::VectorXd nmse;  ///< of each body; NaN: not recorded, or it runs away
 };
 
-Eigen::VectorXd errors_of(const Prediction& prediction) {
-  const ident::BodiesRecord& record = prediction.record;
-  Eigen::VectorXd nmse = Eigen::VectorXd::Constant(prediction.positions.cols(), std::nan(""));
-  for (Index body = 0; body < record.num_bodies; ++body) {
-    double count = 0.0, sum = 0.0, squares = 0.0, missed = 0.0;
-    for (const dsp::IndexRange& one : record.usable)
-      for (Index k = std::max(one.first, prediction.counted); k < one.last; ++k) {
-        const double value = record.samples(k, body), error = prediction.positions(k - prediction.first, body) - value;
-        ++count, sum += value, squares += value * value, missed += error * error;
-      }
-    nmse(body) = missed / (squares - sum * sum / count);
-  }
-  return nmse;
-}
-
 Prediction predicted(const ident::BodiesModel& model, ident::BodiesRecord given, int num_threads) {
   Prediction prediction{.record = as_equations_want(std::move(given), model.layout), .positions = {}, .nmse = {}};
   const ident::BodiesRecord& record = prediction.record;
@@ -96,7 +81,7 @@ Prediction predicted(const ident::BodiesModel& model, ident::BodiesRecord given,
   const Index n = record.input_samples.rows() - prediction.first;
   prediction.positions =
       ident::run_free(model, record.input_samples.bottomRows(n), record.sample_rate_hz, state, scale);
-  prediction.nmse = errors_of(prediction);
+  prediction.nmse = ident::errors_of_run(record, prediction.positions, prediction.first, prediction.counted).nmse;
   return prediction;
 }
 

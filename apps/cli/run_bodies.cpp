@@ -65,8 +65,8 @@ BodiesInput read_bodies(const Config& config, const RunArguments& arguments, Con
   refuse_settings(config);
   const RecordingConfig& recording = config.recordings.front();
   const dsp::ReadOptions options = read_options(recording, arguments.max_memory_bytes);
-  const dsp::RecordingReader reader(recording.file, options);
-  dsp::Recording samples = dsp::read_recording(recording.file, options);
+  dsp::RecordingReader reader(recording.file, options);
+  dsp::Recording samples = dsp::read_recording(reader, options.max_memory_bytes);
   samples.name = recording.name;
   if (!reader.sidecar().ranges.empty())
     throw dsp::Fault(dsp::FaultKind::usage, "bodies.config",

@@ -2,7 +2,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -12,7 +11,6 @@
 #include "dsp/memory_limit.hpp"
 #include "dsp/read_recording.hpp"
 #include "sim/chain.hpp"
-#include "sim/noise.hpp"
 #include "sim/simulate.hpp"
 
 namespace apps {
@@ -47,37 +45,25 @@ sim::Drive drive_of_file(const std::filesystem::path& file, bool is_base, double
   return sim::recorded_drive({samples.begin(), samples.end()}, recording.sample_rate_hz);
 }
 
-std::string csv_of(const sim::Simulation& run, const sim::Chain& chain, const sim::Drive& drive, double noise,
-                   std::uint64_t seed) {
+std::string response_of(const sim::Simulation& run, const sim::Chain& chain, const sim::Drive& drive, double noise,
+                        std::uint64_t seed) {
   const auto n = static_cast<Eigen::Index>(chain.masses.size());
-  Eigen::MatrixXd positions = run.states.leftCols(n);
-  for (Eigen::Index body = 0; noise > 0.0 && body < n; ++body) {
-    auto signal = positions.col(body);
-    const double signal_std = std::sqrt((signal.array() - signal.mean()).square().mean());
-    const sim::Noise source(seed, chain_noise_id + static_cast<std::uint64_t>(body));
-    for (Eigen::Index k = 0; k < signal.size(); ++k)
-      signal[k] += noise * signal_std * source.normal(static_cast<std::uint64_t>(k));
+  Eigen::MatrixXd values(run.states.rows(), n + 2);
+  values << run.time_s, run.states.leftCols(n), run.time_s.unaryExpr(drive.value);
+  std::vector<std::string> names{"time_s"};
+  for (Eigen::Index body = 1; body <= n; ++body) {
+    names.push_back(fmt::format("x{}", body));
+    if (noise > 0.0) add_noise(values.col(body), noise, seed, chain_noise_id + static_cast<std::uint64_t>(body - 1));
   }
-  std::string text = "time_s";
-  for (Eigen::Index body = 1; body <= n; ++body) text += fmt::format(",x{}", body);
-  text += chain.base_driven ? ",r\n" : ",f\n";
-  for (Eigen::Index k = 0; k < positions.rows(); ++k) {
-    text += fmt::format("{:.17g}", run.time_s(k));
-    for (Eigen::Index body = 0; body < n; ++body) text += fmt::format(",{:.17g}", positions(k, body));
-    text += fmt::format(",{:.17g}\n", drive.value(run.time_s(k)));
-  }
-  return text;
+  names.emplace_back(chain.base_driven ? "r" : "f");
+  return csv_of(names, values);
 }
 
 }  // namespace
 
 std::vector<std::string> simulate_chain(const SimulateArguments& arguments, const OutputFolder& folder,
                                         Console& console, ordered_json& truth) {
-  if (arguments.raw || arguments.twin || arguments.sensors || arguments.container || arguments.frc ||
-      arguments.programme || arguments.from_s || arguments.rate_hz)
-    throw dsp::Fault(dsp::FaultKind::usage, "sim.option",
-                     "sim chain: --raw, --twin, --sensors, --container, --from, --rate, --frc and --programme belong "
-                     "to qzs");
+  refuse_options_of_rig(arguments);
   double duration_s = arguments.duration_s.value_or(0.0);
   sim::Chain chain;
   sim::Drive drive;
@@ -112,7 +98,7 @@ std::vector<std::string> simulate_chain(const SimulateArguments& arguments, cons
     throw dsp::Fault(dsp::FaultKind::numerics, "sim.diverged",
                      fmt::format("sim {}. Try other parameters or a shorter --duration", run.reason));
   const double noise = arguments.noise.value_or(0.0);
-  folder.write("response.csv", csv_of(run, chain, drive, noise, arguments.seed));
+  folder.write("response.csv", response_of(run, chain, drive, noise, arguments.seed));
   truth["noise"] = noise;
   truth["duration_s"] = duration_s;
   put_equation(truth, experiment.parameters, experiment.truth);

@@ -1,4 +1,6 @@
 #pragma once
+#include <Eigen/Core>
+#include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <stdexcept>
 #include <string>
@@ -30,6 +32,15 @@ std::vector<std::string> simulate_rig(const SimulateArguments& arguments, const 
 /// The rig's frequency response, up and down: frc.csv, frc.json, frc.svg.
 std::vector<std::string> sweep_rig(const SimulateArguments& arguments, const OutputFolder& folder, Console& console,
                                    nlohmann::ordered_json& truth);
+
+/// Throws dsp::Fault (usage, "sim.option") where an option is set that the rig alone has.
+void refuse_options_of_rig(const SimulateArguments& arguments);
+
+/// White noise of this fraction of the standard deviation of a signal, by the seed and a number of its own.
+void add_noise(Eigen::Ref<Eigen::VectorXd> signal, double fraction, std::uint64_t seed, std::uint64_t number);
+
+/// A table as CSV, every digit of it.
+[[nodiscard]] std::string csv_of(const std::vector<std::string>& names, const Eigen::MatrixXd& values);
 
 /// What the rig refuses, as a fault: sim.option (usage).
 [[nodiscard]] dsp::Fault refused_by_rig(const std::invalid_argument& error);

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -38,34 +39,40 @@ Table response(const sim::Experiment& experiment, const sim::Simulation& run, do
   table.names.push_back("f");
   table.values << run.time_s, run.states, run.derivatives.rightCols(num_states - 1),
       run.time_s.unaryExpr(experiment.system.forcing);
-  for (Eigen::Index column = 1; noise > 0.0 && column < 2 * num_states; ++column) {
-    auto signal = table.values.col(column);
-    const double signal_std = std::sqrt((signal.array() - signal.mean()).square().mean());
-    const sim::Noise source(seed, first_noise_id + static_cast<std::uint64_t>(column));
-    for (Eigen::Index n = 0; n < signal.size(); ++n)
-      signal[n] += noise * signal_std * source.normal(static_cast<std::uint64_t>(n));
-  }
+  for (Eigen::Index column = 1; noise > 0.0 && column < 2 * num_states; ++column)
+    add_noise(table.values.col(column), noise, seed, first_noise_id + static_cast<std::uint64_t>(column));
   return table;
-}
-
-std::string csv_of(const Table& table) {
-  std::string text = fmt::format("{}\n", fmt::join(table.names, ","));
-  for (Eigen::Index n = 0; n < table.values.rows(); ++n)
-    for (Eigen::Index c = 0; c < table.values.cols(); ++c)
-      text += fmt::format("{:.17g}{}", table.values(n, c), c + 1 < table.values.cols() ? ',' : '\n');
-  return text;
 }
 
 }  // namespace
 
-std::vector<std::string> simulate_system(const SimulateArguments& arguments, const OutputFolder& folder,
-                                         Console& console, ordered_json& truth) {
+void refuse_options_of_rig(const SimulateArguments& arguments) {
   if (arguments.raw || arguments.twin || arguments.sensors || arguments.container || arguments.frc ||
       arguments.programme || arguments.from_s || arguments.rate_hz)
     throw dsp::Fault(dsp::FaultKind::usage, "sim.option",
                      fmt::format("sim {}: --raw, --twin, --sensors, --container, --from, --rate, --frc and --programme "
                                  "belong to qzs",
                                  arguments.system));
+}
+
+void add_noise(Eigen::Ref<Eigen::VectorXd> signal, double fraction, std::uint64_t seed, std::uint64_t number) {
+  const double signal_std = std::sqrt((signal.array() - signal.mean()).square().mean());
+  const sim::Noise source(seed, number);
+  for (Eigen::Index n = 0; n < signal.size(); ++n)
+    signal[n] += fraction * signal_std * source.normal(static_cast<std::uint64_t>(n));
+}
+
+std::string csv_of(const std::vector<std::string>& names, const Eigen::MatrixXd& values) {
+  std::string text = fmt::format("{}\n", fmt::join(names, ","));
+  for (Eigen::Index n = 0; n < values.rows(); ++n)
+    for (Eigen::Index c = 0; c < values.cols(); ++c)
+      text += fmt::format("{:.17g}{}", values(n, c), c + 1 < values.cols() ? ',' : '\n');
+  return text;
+}
+
+std::vector<std::string> simulate_system(const SimulateArguments& arguments, const OutputFolder& folder,
+                                         Console& console, ordered_json& truth) {
+  refuse_options_of_rig(arguments);
   const auto names = sim::experiment_names();
   if (std::find(names.begin(), names.end(), arguments.system) == names.end()) {
     const std::string near = dsp::nearest(arguments.system, {names.begin(), names.end()});
@@ -97,7 +104,8 @@ std::vector<std::string> simulate_system(const SimulateArguments& arguments, con
   if (run.status != sim::SimulationStatus::finished)
     throw dsp::Fault(dsp::FaultKind::numerics, "sim.diverged",
                      fmt::format("sim {}. Try other parameters or a shorter --duration", run.reason));
-  folder.write("response.csv", csv_of(response(experiment, run, noise, arguments.seed)));
+  const Table table = response(experiment, run, noise, arguments.seed);
+  folder.write("response.csv", csv_of(table.names, table.values));
   truth["noise"] = noise;
   truth["duration_s"] = duration_s;
   truth["omega_n"] = experiment.omega_n;

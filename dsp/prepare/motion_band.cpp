@@ -1,5 +1,4 @@
 #include "dsp/prepare/motion_band.hpp"
-#include "dsp/io/channel_bodies.hpp"
 
 #include <fmt/format.h>
 
@@ -8,6 +7,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "dsp/io/channel_bodies.hpp"
 #include "dsp/motion.hpp"
 #include "dsp/read_recording.hpp"
 #include "dsp/signals.hpp"

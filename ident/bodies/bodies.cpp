@@ -12,6 +12,7 @@
 #include "ident/equation/percent.hpp"
 #include "ident/likelihood.hpp"
 #include "ident/state_space/select.hpp"
+#include "ident/validate/free_run.hpp"
 
 namespace ident {
 namespace {
@@ -115,18 +116,9 @@ BodiesRun run_behind(const Choice& choice, const BodiesModel& model, const Vecto
   const Eigen::MatrixXd positions =
       run_free(model, record.input_samples.middleRows(begin, end - begin), record.sample_rate_hz, state, scale);
   BodiesRun run{.samples = {train.last, end}, .positions = positions.bottomRows(end - train.last)};
-  run.nmse = run.noise = VectorXd::Constant(n, dsp::nan);
-  for (Index body = 0; body < n; ++body) {
-    double count = 0.0, sum = 0.0, squares = 0.0, missed = 0.0;
-    for (const dsp::IndexRange& one : record.usable)
-      for (Index k = std::max(one.first, train.last); k < one.last; ++k) {
-        const double value = record.samples(k, body), error = run.positions(k - train.last, body) - value;
-        ++count, sum += value, squares += value * value, missed += error * error;
-      }
-    const double variance = squares / count - std::pow(sum / count, 2);
-    run.nmse(body) = std::isfinite(missed) ? missed / count / variance : dsp::nan;
-    run.noise(body) = std::pow(noise_std(body), 2) / variance;
-  }
+  const RunErrors errors = errors_of_run(record, run.positions, train.last, train.last);
+  run.nmse = errors.nmse;
+  run.noise = noise_std.head(n).cwiseAbs2().cwiseQuotient(errors.variance);
   return run;
 }
 
@@ -145,14 +137,15 @@ std::string in_words(const BodiesRun& run) {
 /// As for one body: 1 % of the power beyond noise describes, 10 % in part; what is there beyond doubt and not in the
 /// equations takes it down.
 void judge(BodiesResult& result, double sample_rate_hz) {
-  constexpr double describes = 0.01, in_part = 0.1;
   const BodiesRun& run = result.run;
   double worst = 0.0;
   for (Index body = 0; body < run.nmse.size(); ++body) {
     const double beyond = run.nmse(body) - run.noise(body);
     worst = std::isfinite(beyond) ? std::max(worst, beyond) : 2.0;
   }
-  result.verdict = worst <= describes ? Verdict::describes : worst <= in_part ? Verdict::in_part : Verdict::does_not;
+  result.verdict = worst <= follows           ? Verdict::describes
+                   : worst <= follows_in_part ? Verdict::in_part
+                                              : Verdict::does_not;
   const bool lacks = result.gain_of_process_noise > Likelihood::beyond_doubt;
   if (lacks && result.verdict == Verdict::describes) result.verdict = Verdict::in_part;
   const char* words = result.verdict == Verdict::describes ? "These equations describe the record"

@@ -84,6 +84,13 @@ struct BodiesResult {
 [[nodiscard]] Eigen::MatrixXd run_free(const BodiesModel& model, const Eigen::MatrixXd& inputs, double sample_rate_hz,
                                        const std::vector<double>& state, double scale);
 
+/// What a run from sample `first` misses of each displacement of a record, at its usable samples from `from` on.
+struct RunErrors {
+  Eigen::VectorXd nmse, variance;  ///< over the variance there, and that; NaN: it runs away, or nothing was recorded
+};
+[[nodiscard]] RunErrors errors_of_run(const BodiesRecord& record, const Eigen::MatrixXd& positions, Eigen::Index first,
+                                      Eigen::Index from);
+
 /// As the equations want them: displacements in their frame, base motion they lack derived.
 [[nodiscard]] BodiesRecord in_frame(BodiesRecord record, Frame frame);
 

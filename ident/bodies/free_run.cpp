@@ -6,11 +6,13 @@
 #include "ident/bodies/statement.hpp"
 #include "ident/state_space/fit.hpp"
 #include "ident/state_space/step.hpp"
+#include "ident/validate/metrics.hpp"
 
 namespace ident {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
+using Eigen::VectorXd;
 using std::size_t;
 
 MatrixXd run_free(const BodiesModel& model, const MatrixXd& inputs, double sample_rate_hz,
@@ -36,6 +38,19 @@ MatrixXd run_free(const BodiesModel& model, const MatrixXd& inputs, double sampl
       break;
   }
   return positions;
+}
+
+RunErrors errors_of_run(const BodiesRecord& record, const MatrixXd& positions, Index first, Index from) {
+  std::vector<Index> rows;
+  for (const dsp::IndexRange& one : record.usable)
+    for (Index k = std::max(one.first, from); k < one.last; ++k) rows.push_back(k - first);
+  RunErrors errors{VectorXd::Constant(positions.cols(), dsp::nan), VectorXd::Constant(positions.cols(), dsp::nan)};
+  for (Index body = 0; body < record.num_bodies && !rows.empty(); ++body) {
+    const VectorXd recorded = record.samples.col(body).tail(record.samples.rows() - first)(rows);
+    errors.nmse(body) = nmse_centred(positions.col(body)(rows), recorded);
+    errors.variance(body) = (recorded.array() - recorded.mean()).square().mean();
+  }
+  return errors;
 }
 
 std::optional<std::vector<double>> first_state(const BodiesModel& model, const BodiesRecord& record,
